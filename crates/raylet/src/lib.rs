@@ -1,0 +1,12 @@
+//! raylet: optics made of lenses, mirrors and diffractive elements.
+//!
+//! The library is built in layers that only look down:
+//! `math` (numbers, no light), `optics` (what the parts are), `wave` (what happens to waves),
+//! `engine` (who runs which rays), `design` (what should change), `file` (how it is written down).
+
+pub mod design;
+pub mod engine;
+pub mod file;
+pub mod math;
+pub mod optics;
+pub mod wave;
