@@ -135,8 +135,7 @@ impl<T: Real> Symmetric<T> {
     pub fn fly(self, s: T) -> (Self, Complex<T>) {
         let determinant = self.determinant();
         let trace = self.xx + self.yy;
-        let total =
-            Complex::one() + trace.scale(s) + determinant.scale(s * s);
+        let total = Complex::one() + trace.scale(s) + determinant.scale(s * s);
         let inverse = total.inverse();
         // G(1+sG)⁻¹ = (G + s·det G·1)/det(1+sG) for a 2×2 matrix.
         let shift = determinant.scale(s);

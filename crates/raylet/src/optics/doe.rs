@@ -1,0 +1,218 @@
+//! Diffractive optical elements: a complex transmission over a plane.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::optics::aperture::Aperture;
+use crate::optics::profile::Profile;
+
+/// A thin element that multiplies the field by a complex transmission (or reflection).
+#[derive(Clone, Debug, PartialEq)]
+pub struct Doe {
+    /// Its layers; their transmissions multiply, so phases add.
+    pub layers: Vec<Layer>,
+    /// Its opening; nothing passes outside.
+    pub aperture: Aperture,
+    /// Whether light goes on by reflection.
+    pub reflect: bool,
+}
+
+/// One factor of a transmission.
+#[derive(Clone, Debug, PartialEq)]
+pub enum Layer {
+    /// A grid of pixels.
+    Pixels(Pixels),
+    /// An analytic phase.
+    Phase(Profile),
+    /// A weighted sum of transmissions, each a product of layers.
+    Sum(Vec<(Complex64, Vec<Layer>)>),
+}
+
+/// What a pixel's value means between the pixel centres.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum PixelForm {
+    /// Constant over the pixel: what a real pixelated element does.
+    #[default]
+    Box,
+    /// One point sample per pixel, at its centre, weighing the pixel's area.
+    Point,
+    /// Bilinear interpolation between the centres, constant in the outer half pixels.
+    Bilinear,
+}
+
+/// A centred grid of pixels, indexed [y, x]; row index grows with y.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Pixels {
+    /// Distance of neighbouring pixel centres along x and y, in mm.
+    pub pitch: [f64; 2],
+    /// Complex transmission of each pixel.
+    pub values: Array2<Complex64>,
+    /// What lies between the centres.
+    pub form: PixelForm,
+}
+
+impl Doe {
+    /// The transmission at (x, y) without the aperture.
+    pub fn transmission(&self, x: f64, y: f64) -> Complex64 {
+        product(&self.layers, x, y)
+    }
+
+    /// The pixel grid that sets this element's sampling, if it has one: the first of its layers.
+    pub fn pixels(&self) -> Option<&Pixels> {
+        first_pixels(&self.layers)
+    }
+
+    /// The gradient of the phase in rad/mm where it is smooth, from the analytic layers; nothing when
+    /// pixels or sums take part, whose phase has no gradient of this kind.
+    pub fn phase_gradient(&self, x: f64, y: f64) -> Option<[f64; 2]> {
+        let mut sum = [0.0; 2];
+        for layer in &self.layers {
+            let Layer::Phase(profile) = layer else {
+                return None;
+            };
+            let gradient = profile.gradient(x, y);
+            sum = [sum[0] + gradient[0], sum[1] + gradient[1]];
+        }
+        Some(sum)
+    }
+
+    /// The largest gradient of the analytic phases along x and y over a box, in rad/mm, by sampling.
+    pub fn steepest(&self, bounds: [f64; 4]) -> [f64; 2] {
+        let mut steepest = [0.0f64; 2];
+        for j in 0..=32 {
+            for i in 0..=32 {
+                let x = bounds[0] + (bounds[1] - bounds[0]) * f64::from(i) / 32.0;
+                let y = bounds[2] + (bounds[3] - bounds[2]) * f64::from(j) / 32.0;
+                let here = slopes(&self.layers, x, y);
+                steepest = [steepest[0].max(here[0]), steepest[1].max(here[1])];
+            }
+        }
+        steepest
+    }
+
+    /// The part of the plane where the element transmits, `[x_min, x_max, y_min, y_max]`: its aperture
+    /// and its pixel grid; nothing when neither limits it.
+    pub fn bounds(&self) -> Option<[f64; 4]> {
+        let grid = self.pixels().map(Pixels::bounds);
+        match (grid, self.aperture.bounds()) {
+            (Some(a), Some(b)) => Some([
+                a[0].max(b[0]),
+                a[1].min(b[1]),
+                a[2].max(b[2]),
+                a[3].min(b[3]),
+            ]),
+            (a, b) => a.or(b),
+        }
+    }
+}
+
+impl Pixels {
+    /// The transmission at (x, y); zero outside the grid.
+    pub fn at(&self, x: f64, y: f64) -> Complex64 {
+        let (ny, nx) = self.values.dim();
+        let u = x / self.pitch[0] + 0.5 * nx as f64;
+        let v = y / self.pitch[1] + 0.5 * ny as f64;
+        if !(u >= 0.0 && v >= 0.0 && u < nx as f64 && v < ny as f64) {
+            return Complex64::ZERO;
+        }
+        match self.form {
+            PixelForm::Box | PixelForm::Point => self.values[[v as usize, u as usize]],
+            PixelForm::Bilinear => self.between(u - 0.5, v - 0.5),
+        }
+    }
+
+    /// Bilinear interpolation at fractional indices, held constant beyond the outer centres.
+    fn between(&self, u: f64, v: f64) -> Complex64 {
+        let (ny, nx) = self.values.dim();
+        let split = |t: f64, n: usize| {
+            let t = t.clamp(0.0, (n - 1) as f64);
+            let low = (t as usize).min(n.saturating_sub(2));
+            (low, (low + 1).min(n - 1), t - low as f64)
+        };
+        let (x0, x1, a) = split(u, nx);
+        let (y0, y1, b) = split(v, ny);
+        let row = |y: usize| self.values[[y, x0]] * (1.0 - a) + self.values[[y, x1]] * a;
+        row(y0) * (1.0 - b) + row(y1) * b
+    }
+
+    /// The grid's outline `[x_min, x_max, y_min, y_max]` in mm.
+    pub fn bounds(&self) -> [f64; 4] {
+        let (ny, nx) = self.values.dim();
+        let half_x = 0.5 * nx as f64 * self.pitch[0];
+        let half_y = 0.5 * ny as f64 * self.pitch[1];
+        [-half_x, half_x, -half_y, half_y]
+    }
+}
+
+fn product(layers: &[Layer], x: f64, y: f64) -> Complex64 {
+    let mut total = Complex64::ONE;
+    for layer in layers {
+        total *= match layer {
+            Layer::Pixels(pixels) => pixels.at(x, y),
+            Layer::Phase(profile) => Complex64::cis(profile.phase(x, y)),
+            Layer::Sum(terms) => terms
+                .iter()
+                .map(|(weight, layers)| weight * product(layers, x, y))
+                .sum(),
+        };
+    }
+    total
+}
+
+fn first_pixels(layers: &[Layer]) -> Option<&Pixels> {
+    layers.iter().find_map(|layer| match layer {
+        Layer::Pixels(pixels) => Some(pixels),
+        Layer::Phase(_) => None,
+        Layer::Sum(terms) => terms.iter().find_map(|(_, layers)| first_pixels(layers)),
+    })
+}
+
+/// Bounds on |∂φ/∂x| and |∂φ/∂y|: gradients of multiplied layers add, of summed terms the largest counts.
+fn slopes(layers: &[Layer], x: f64, y: f64) -> [f64; 2] {
+    let mut total = [0.0, 0.0];
+    for layer in layers {
+        let here = match layer {
+            Layer::Pixels(_) => [0.0, 0.0],
+            Layer::Phase(profile) => profile.gradient(x, y).map(f64::abs),
+            Layer::Sum(terms) => terms.iter().fold([0.0f64; 2], |most, (_, layers)| {
+                let term = slopes(layers, x, y);
+                [most[0].max(term[0]), most[1].max(term[1])]
+            }),
+        };
+        total = [total[0] + here[0], total[1] + here[1]];
+    }
+    total
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::array;
+    use num_complex::Complex64;
+
+    use crate::optics::doe::{PixelForm, Pixels};
+
+    fn grid(form: PixelForm) -> Pixels {
+        Pixels {
+            pitch: [1.0, 2.0],
+            values: array![[1.0, 2.0], [3.0, 4.0]].mapv(|v| Complex64::new(v, 0.0)),
+            form,
+        }
+    }
+
+    #[test]
+    fn rows_grow_with_y() {
+        let pixels = grid(PixelForm::Box);
+        assert_eq!(pixels.at(-0.5, -1.0).re, 1.0);
+        assert_eq!(pixels.at(0.5, -1.0).re, 2.0);
+        assert_eq!(pixels.at(-0.5, 1.0).re, 3.0);
+        assert_eq!(pixels.at(1.5, 0.0).re, 0.0);
+    }
+
+    #[test]
+    fn bilinear_meets_the_centres() {
+        let pixels = grid(PixelForm::Bilinear);
+        assert!((pixels.at(0.5, 1.0).re - 4.0).abs() < 1e-15);
+        assert!((pixels.at(0.0, 0.0).re - 2.5).abs() < 1e-15);
+        assert!((pixels.at(0.99, 1.9).re - 4.0).abs() < 1e-15);
+    }
+}

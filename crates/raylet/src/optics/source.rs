@@ -1,0 +1,75 @@
+//! Where the light comes from: the field it puts on the first screen.
+
+use num_complex::Complex64;
+
+use crate::math::vec3::Vec3;
+
+/// A coherent source.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Source {
+    /// Collimated light: a plane wave of unit amplitude, phase zero at `origin`.
+    Plane {
+        /// Unit direction of travel, global.
+        direction: Vec3,
+        /// Where its phase is zero, in mm.
+        origin: Vec3,
+    },
+    /// A spherical wave from a point, with unit amplitude and phase zero at `reference`.
+    Point {
+        /// The luminous point, in mm, global.
+        position: Vec3,
+        /// Where the field is one, in mm.
+        reference: Vec3,
+    },
+}
+
+impl Source {
+    /// The field at a global point, in a medium of wavenumber `k` = 2πn/λ (rad/mm).
+    pub fn field(&self, point: Vec3, k: f64) -> Complex64 {
+        match self {
+            Source::Plane { direction, origin } => {
+                Complex64::cis(k * direction.dot(point - *origin))
+            }
+            Source::Point {
+                position,
+                reference,
+            } => {
+                let (r, r0) = ((point - *position).norm(), (*reference - *position).norm());
+                // r − r₀ from the difference of squares keeps the phase of far points exact.
+                let from_reference = point - *reference;
+                let gap = from_reference.dot(point + *reference + *position * -2.0) / (r + r0);
+                Complex64::from_polar(r0 / r, k * gap)
+            }
+        }
+    }
+
+    /// The unit direction of the light at a global point.
+    pub fn direction(&self, point: Vec3) -> Vec3 {
+        match self {
+            Source::Plane { direction, .. } => *direction,
+            Source::Point { position, .. } => (point - *position).unit(),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::math::vec3::Vec3;
+    use crate::optics::source::Source;
+
+    #[test]
+    fn far_point_becomes_a_plane_wave() {
+        let source = Source::Point {
+            position: Vec3::new(0.0, 0.0, -1e9),
+            reference: Vec3::new(0.0, 0.0, 0.0),
+        };
+        let k = std::f64::consts::TAU / 0.7e-3;
+        let field = source.field(Vec3::new(0.3, 0.2, 0.01), k);
+        let plane = Source::Plane {
+            direction: Vec3::new(0.0, 0.0, 1.0),
+            origin: Vec3::new(0.0, 0.0, 0.0),
+        }
+        .field(Vec3::new(0.3, 0.2, 0.01), k);
+        assert!((field - plane).norm() < 1e-5);
+    }
+}

@@ -1,0 +1,61 @@
+//! A whole optical system at one wavelength: screens joined by trains of surfaces.
+
+use crate::optics::screen::Screen;
+use crate::optics::source::Source;
+use crate::optics::surface::Surface;
+
+/// Screens joined by trains; flat and immutable.
+///
+/// `trains[i]` leads from `screens[i]` to `screens[i + 1]`, so there is one train fewer than screens.
+/// The last screen is the sensor.
+#[derive(Clone, Debug, PartialEq)]
+pub struct System {
+    /// Vacuum wavelength in mm.
+    pub wavelength: f64,
+    /// What lights the first screen.
+    pub source: Source,
+    /// The screens, in the order light meets them.
+    pub screens: Vec<Screen>,
+    /// The ordinary surfaces between neighbouring screens; a train may be empty.
+    pub trains: Vec<Vec<Surface>>,
+}
+
+/// One step of a system: from a screen through a train to the next screen.
+#[derive(Clone, Copy, Debug)]
+pub struct Hop<'a> {
+    /// Vacuum wavelength in mm.
+    pub wavelength: f64,
+    /// Where the field is known.
+    pub from: &'a Screen,
+    /// The surfaces between.
+    pub train: &'a [Surface],
+    /// Where the field is wanted.
+    pub to: &'a Screen,
+}
+
+impl System {
+    /// The hops, first to last.
+    pub fn hops(&self) -> impl Iterator<Item = Hop<'_>> {
+        self.trains
+            .iter()
+            .zip(self.screens.windows(2))
+            .map(|(train, pair)| Hop {
+                wavelength: self.wavelength,
+                from: &pair[0],
+                train,
+                to: &pair[1],
+            })
+    }
+
+    /// Vacuum wavenumber 2π/λ in rad/mm.
+    pub fn wavenumber(&self) -> f64 {
+        std::f64::consts::TAU / self.wavelength
+    }
+}
+
+impl Hop<'_> {
+    /// Vacuum wavenumber 2π/λ in rad/mm.
+    pub fn wavenumber(&self) -> f64 {
+        std::f64::consts::TAU / self.wavelength
+    }
+}
