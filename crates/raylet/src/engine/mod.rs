@@ -1,1 +1,3 @@
 //! Who runs which rays.
+
+pub mod walk;

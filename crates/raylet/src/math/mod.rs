@@ -1,5 +1,6 @@
 //! Numbers, no light.
 
 pub mod complex;
+pub mod lanes;
 pub mod real;
 pub mod vec3;

@@ -1,1 +1,8 @@
 //! What happens to waves.
+
+pub mod field;
+pub mod gather;
+pub mod patch;
+pub mod sampling;
+pub mod wavelet;
+pub mod window;

@@ -1,0 +1,422 @@
+//! The one walk of a ray from screen to screen through a train of surfaces.
+
+use crate::math::complex::Symmetric;
+use crate::math::real::{Dual, Real};
+use crate::math::vec3::Vec3;
+use crate::optics::bend::bend;
+use crate::optics::ray::{Loss, Ray};
+use crate::optics::screen::Screen;
+use crate::optics::surface::Surface;
+use crate::optics::system::Hop;
+use crate::wave::wavelet::{Beamlet, Companion, Encounter};
+
+/// A ray where it meets a receiving screen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Landing<T = f64> {
+    /// Position in the screen's plane, in mm.
+    pub at: [T; 2],
+    /// Optical direction cosines (index × cosine) along the screen's axes.
+    pub cosines: [T; 2],
+    /// Optical path from the start, in mm.
+    pub path: T,
+}
+
+/// The ray that leaves a screen at (x, y) with optical direction cosines p along its axes.
+///
+/// # Errors
+/// [`Loss::Evanescent`] when |p| is not below the index.
+#[inline(always)]
+pub fn emit<T: Real>(screen: &Screen, at: [T; 2], p: [T; 2]) -> Result<Ray<T>, Loss> {
+    let n = screen.index;
+    let under = -(p[0] * p[0] + p[1] * p[1]) + n * n;
+    if under.value() <= 0.0 {
+        return Err(Loss::Evanescent);
+    }
+    let local = Vec3::new(p[0], p[1], under.sqrt() * screen.leaves()) * T::constant(1.0 / n);
+    let position = screen
+        .frame
+        .to_global(Vec3::new(at[0], at[1], T::constant(0.0)));
+    Ok(Ray::new(position, screen.frame.turn_out(local)))
+}
+
+/// Takes a ray through a train of surfaces, telling the companion of every flight and bend.
+///
+/// # Errors
+/// How the ray was lost, if it was.
+#[inline(always)]
+pub fn walk<T: Real, C: Companion<T>>(
+    train: &[Surface],
+    mut ray: Ray<T>,
+    companion: &mut C,
+) -> Result<Ray<T>, Loss> {
+    companion.visit(ray.position);
+    for surface in train {
+        // Meet the surface in its own frame.
+        let frame = &surface.frame;
+        let position = frame.to_local(ray.position);
+        let direction = frame.turn_in(ray.direction);
+        let length = surface.shape.meet(position, direction)?;
+        let hit = position + direction * length;
+        if !surface.aperture.contains(hit.x.value(), hit.y.value()) {
+            return Err(Loss::Clipped);
+        }
+        companion.fly(length, surface.index[0]);
+        ray = ray.flown(length, surface.index[0]);
+        companion.visit(ray.position);
+
+        // Its normal there, turned along the ray.
+        let height = surface.shape.height(hit.x, hit.y).ok_or(Loss::Missed)?;
+        let [sx, sy] = height.slope;
+        let up = Vec3::new(-sx, -sy, T::constant(1.0)).unit();
+        let side = if up.dot(direction).value() < 0.0 {
+            -1.0
+        } else {
+            1.0
+        };
+        let normal = up * T::constant(side);
+
+        // Bend.
+        let bent = bend(
+            surface.interface,
+            surface.coating,
+            direction,
+            normal,
+            surface.index,
+        )?;
+        companion.bend(&Encounter {
+            frame,
+            height: &height,
+            normal,
+            side,
+            bent: &bent,
+            index: surface.index,
+        });
+        ray.direction = frame.turn_out(bent.direction);
+    }
+    Ok(ray)
+}
+
+/// Lets a ray fly to the plane of a screen.
+///
+/// # Errors
+/// [`Loss::Missed`] when it runs parallel to the screen or away from the side it should arrive at.
+#[inline(always)]
+pub fn land<T: Real, C: Companion<T>>(
+    screen: &Screen,
+    ray: Ray<T>,
+    companion: &mut C,
+) -> Result<Landing<T>, Loss> {
+    let position = screen.frame.to_local(ray.position);
+    let direction = screen.frame.turn_in(ray.direction);
+    if direction.z.value() * screen.arrives <= 0.0 {
+        return Err(Loss::Missed);
+    }
+    let length = -position.z / direction.z;
+    companion.fly(length, screen.index);
+    let hit = position + direction * length;
+    companion.visit(ray.position + ray.direction * length);
+    let n = screen.index;
+    Ok(Landing {
+        at: [hit.x, hit.y],
+        cosines: [direction.x * n, direction.y * n],
+        path: ray.path + length * n,
+    })
+}
+
+impl Hop<'_> {
+    /// A ray from (x, y) on the first screen along p to the second screen.
+    ///
+    /// # Errors
+    /// How the ray was lost, if it was.
+    #[inline(always)]
+    pub fn trace<T: Real, C: Companion<T>>(
+        &self,
+        at: [T; 2],
+        p: [T; 2],
+        companion: &mut C,
+    ) -> Result<Landing<T>, Loss> {
+        let ray = emit(self.from, at, p)?;
+        let ray = walk(self.train, ray, companion)?;
+        land(self.to, ray, companion)
+    }
+
+    /// The same with a beamlet of width σ (field ∝ exp(−u²/2σ²)): where it lands, and what it has
+    /// become, its curvature on the receiving screen's axes.
+    ///
+    /// # Errors
+    /// How the ray was lost, if it was.
+    #[inline(always)]
+    pub fn carry_beamlet<T: Real>(
+        &self,
+        at: [T; 2],
+        p: [T; 2],
+        q: Symmetric<T>,
+    ) -> Result<(Landing<T>, Beamlet<T>, Symmetric<T>), Loss> {
+        let ray = emit(self.from, at, p)?;
+        let mut beamlet = Beamlet::launch(ray.direction, &self.from.frame, q);
+        let ray = walk(self.train, ray, &mut beamlet)?;
+        let landing = land(self.to, ray, &mut beamlet)?;
+        let curvature = beamlet.land(&self.to.frame);
+        Ok((landing, beamlet, curvature))
+    }
+
+    /// The ray with its Jacobian J = ∂(s, p′)/∂(x, p), rows (s_x, s_y, p′_x, p′_y).
+    ///
+    /// # Errors
+    /// How the ray was lost, if it was.
+    pub fn jacobian(
+        &self,
+        at: [f64; 2],
+        p: [f64; 2],
+    ) -> Result<(Landing<f64>, [[f64; 4]; 4]), Loss> {
+        let start = [Dual::<4>::variable(at[0], 0), Dual::variable(at[1], 1)];
+        let cosines = [Dual::variable(p[0], 2), Dual::variable(p[1], 3)];
+        let landing = self.trace(start, cosines, &mut ())?;
+        let plain = Landing {
+            at: landing.at.map(|v| v.value),
+            cosines: landing.cosines.map(|v| v.value),
+            path: landing.path.value,
+        };
+        let rows = [
+            landing.at[0],
+            landing.at[1],
+            landing.cosines[0],
+            landing.cosines[1],
+        ];
+        Ok((plain, rows.map(|row| row.tangent)))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::math::complex::{Complex, Symmetric};
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::bend::{Coating, Interface};
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::{Act, Screen, Sensor};
+    use crate::optics::shape::{Conic, Shape};
+    use crate::optics::surface::Surface;
+    use crate::optics::system::Hop;
+
+    fn screen(frame: Frame) -> Screen {
+        Screen {
+            name: String::from("screen"),
+            frame,
+            act: Act::Sensor(Sensor {
+                pixels: [1, 1],
+                pitch: [1.0, 1.0],
+            }),
+            index: 1.0,
+            arrives: 1.0,
+        }
+    }
+
+    fn surface(frame: Frame, curvature: f64, interface: Interface, index: [f64; 2]) -> Surface {
+        let conic = Conic {
+            curvature,
+            conic: -0.3,
+        };
+        Surface {
+            shape: Shape::Asphere {
+                base: conic,
+                coefficients: vec![2e-6],
+            },
+            frame,
+            aperture: Aperture::disc(10.0),
+            interface,
+            coating: Coating::Ideal,
+            index,
+        }
+    }
+
+    fn shift(z: f64) -> Vec3 {
+        Vec3::new(0.2, -0.1, z)
+    }
+
+    /// A tilted lens followed by a tilted mirror, between tilted screens.
+    fn with_system<R>(mirror: bool, test: impl Fn(Hop) -> R) -> R {
+        let from = screen(Frame::GLOBAL.tilted([0.1, -0.2, 0.05]));
+        let first = Frame::GLOBAL.moved(shift(8.0)).tilted([0.15, 0.1, 0.0]);
+        let second = Frame::GLOBAL.moved(shift(12.0)).tilted([-0.1, 0.05, 0.3]);
+        let mut train = vec![
+            surface(first, 0.05, Interface::Refract, [1.0, 1.5]),
+            surface(second, -0.04, Interface::Refract, [1.5, 1.0]),
+        ];
+        let mut to = screen(Frame::GLOBAL.moved(shift(40.0)).tilted([0.0, 0.3, 0.0]));
+        if mirror {
+            let fold = Frame::GLOBAL.moved(shift(25.0)).tilted([0.5, 0.0, 0.0]);
+            train.push(surface(fold, -0.02, Interface::Reflect, [1.0, 1.0]));
+            let direction = Vec3::new(0.0, 1.0f64.sin(), -(1.0f64.cos()));
+            let mut frame = Frame::GLOBAL.moved(shift(25.0)).tilted([1.0, 0.2, 0.0]);
+            frame.origin = frame.origin + direction * 30.0;
+            to = screen(frame);
+            to.arrives = -1.0;
+        }
+        let hop = Hop {
+            wavelength: 1e-3,
+            from: &from,
+            train: &train,
+            to: &to,
+        };
+        test(hop)
+    }
+
+    #[test]
+    fn jacobian_is_symplectic() {
+        for mirror in [false, true] {
+            with_system(mirror, |hop| {
+                let (_, j) = hop.jacobian([0.3, -0.4], [0.12, 0.07]).unwrap();
+                // JᵀΩJ = Ω with Ω = [[0, 1], [−1, 0]]: columns paired as (s·p′ − p′·s).
+                for a in 0..4 {
+                    for b in 0..4 {
+                        let omega: f64 = (0..2)
+                            .map(|i| j[i][a] * j[i + 2][b] - j[i + 2][a] * j[i][b])
+                            .sum();
+                        let expected = match (a, b) {
+                            (0, 2) | (1, 3) => 1.0,
+                            (2, 0) | (3, 1) => -1.0,
+                            _ => 0.0,
+                        };
+                        assert!((omega - expected).abs() < 1e-12, "{a} {b} {omega}");
+                    }
+                }
+            });
+        }
+    }
+
+    /// Complex 2×2 helpers for the independent form (A + Bq, C + Dq).
+    type Matrix = [[Complex64; 2]; 2];
+
+    fn block(j: &[[f64; 4]; 4], row: usize, q: Complex64) -> Matrix {
+        std::array::from_fn(|a| std::array::from_fn(|b| q * j[row + a][2 + b] + j[row + a][b]))
+    }
+
+    fn determinant(m: &Matrix) -> Complex64 {
+        m[0][0] * m[1][1] - m[0][1] * m[1][0]
+    }
+
+    #[test]
+    fn beamlet_agrees_with_the_jacobian() {
+        for mirror in [false, true] {
+            with_system(mirror, |hop| {
+                let (at, p) = ([0.3, -0.4], [0.12, 0.07]);
+                let q = Complex64::new(0.0, 0.21);
+                let start = Symmetric {
+                    xx: Complex::new(0.0, 0.21),
+                    xy: Complex::new(0.0, 0.0),
+                    yy: Complex::new(0.0, 0.21),
+                };
+                let (landing, beamlet, g) = hop.carry_beamlet(at, p, start).unwrap();
+                let (_, j) = hop.jacobian(at, p).unwrap();
+                let (m, n) = (block(&j, 0, q), block(&j, 2, q));
+                let d = determinant(&m);
+                // G = (C + Dq)(A + Bq)⁻¹.
+                let inverse = [[m[1][1] / d, -m[0][1] / d], [-m[1][0] / d, m[0][0] / d]];
+                let product =
+                    |a: usize, b: usize| n[a][0] * inverse[0][b] + n[a][1] * inverse[1][b];
+                let scale = product(0, 0).norm();
+                for (ours, theirs) in [
+                    (g.xx, product(0, 0)),
+                    (g.xy, product(0, 1)),
+                    (g.xy, product(1, 0)),
+                    (g.yy, product(1, 1)),
+                ] {
+                    assert!((ours.value() - theirs).norm() < 1e-10 * scale);
+                }
+                // |a|² |det(A + Bq)| keeps the power: with ideal coatings in one medium it equals
+                // cos₁/cos₂, the cosines to the two screens.
+                let cos = |p: [f64; 2]| (1.0 - p[0] * p[0] - p[1] * p[1]).sqrt();
+                let power = beamlet.amplitude.value().norm_sqr() * d.norm();
+                assert!((power - cos(p) / cos(landing.cosines)).abs() < 1e-10);
+            });
+        }
+    }
+
+    #[test]
+    fn parabola_and_ellipse_bring_every_path_to_one_length() {
+        // A parabolic mirror focuses collimated light, an ellipsoid one focus into the other.
+        let plane = screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, -30.0)));
+        let focus = |z: f64| {
+            let mut s = screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)));
+            s.arrives = -1.0;
+            s
+        };
+        let mirror = |radius: f64, conic: f64| Surface {
+            shape: Shape::Conic(Conic {
+                curvature: 1.0 / radius,
+                conic,
+            }),
+            frame: Frame::GLOBAL,
+            aperture: Aperture::OPEN,
+            interface: Interface::Reflect,
+            coating: Coating::Ideal,
+            index: [1.0, 1.0],
+        };
+        let train = [mirror(-80.0, -1.0)];
+        let to = focus(-40.0);
+        let hop = Hop {
+            wavelength: 1e-3,
+            from: &plane,
+            train: &train,
+            to: &to,
+        };
+        for x in [0.0, 3.0, 11.0] {
+            let landing = hop.trace([x, 0.5 * x], [0.0, 0.0], &mut ()).unwrap();
+            assert!(landing.at[0].hypot(landing.at[1]) < 1e-12);
+            assert!((landing.path - 70.0).abs() < 1e-12);
+        }
+        // Ellipse with semi-axes a, b: R = b²/a, κ = −e², foci at a(1 ∓ e) from the vertex.
+        let (a, e) = (50.0, 0.6f64);
+        let train = [mirror(-a * (1.0 - e * e), -e * e)];
+        let source = screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, -a * (1.0 - e))));
+        let to = focus(-a * (1.0 + e));
+        let hop = Hop {
+            wavelength: 1e-3,
+            from: &source,
+            train: &train,
+            to: &to,
+        };
+        for p in [0.0, 0.2, 0.5] {
+            let landing = hop.trace([0.0, 0.0], [p, -0.3 * p], &mut ()).unwrap();
+            assert!(landing.at[0].hypot(landing.at[1]) < 1e-12, "{landing:?}");
+            assert!((landing.path - 2.0 * a).abs() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn sphere_is_stigmatic_at_its_aplanatic_points() {
+        // Light in glass n aimed at R·(1 + n)/n … leaves as if from the conjugate at R·(1 + n).
+        let (n, radius) = (1.5, -20.0);
+        let surface = Surface {
+            shape: Shape::Conic(Conic {
+                curvature: 1.0 / radius,
+                conic: 0.0,
+            }),
+            frame: Frame::GLOBAL,
+            aperture: Aperture::OPEN,
+            interface: Interface::Refract,
+            coating: Coating::Ideal,
+            index: [n, 1.0],
+        };
+        // Object at distance R(1 + 1/n) before the vertex; its virtual image at R(1 + n).
+        let mut from = screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, radius * (1.0 + 1.0 / n))));
+        from.index = n;
+        let to = screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, radius * (1.0 + n))));
+        let train = [surface];
+        let hop = Hop {
+            wavelength: 1e-3,
+            from: &from,
+            train: &train,
+            to: &to,
+        };
+        let axis = hop.trace([0.0, 0.0], [0.0, 0.0], &mut ()).unwrap();
+        for p in [0.1, 0.5, 0.9] {
+            let landing = hop.trace([0.0, 0.0], [p, 0.3 * p], &mut ()).unwrap();
+            assert!(landing.at[0].hypot(landing.at[1]) < 1e-12);
+            assert!((landing.path - axis.path).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,186 @@
+//! Beamlets: the Gaussian wavelet that a ray carries, in the ray's own frame.
+//!
+//! A beamlet is exp(ik[path + p·u + ½ uᵀGu]) with complex curvature G, kept as a tensor across the ray.
+//! In this form its amplitude has no cosine factors, whatever the tilts and the number of mirrors
+//! (Greynolds, Proc. SPIE 560, 33, 1985; Arnaud, Appl. Opt. 24, 538, 1985).
+
+use crate::math::complex::{Complex, Symmetric};
+use crate::math::real::Real;
+use crate::math::vec3::Vec3;
+use crate::optics::bend::Bent;
+use crate::optics::frame::Frame;
+use crate::optics::shape::Height;
+
+/// What a walk tells about one surface it meets.
+pub struct Encounter<'a, T> {
+    /// The surface's frame.
+    pub frame: &'a Frame,
+    /// Height and derivatives at the hit, in the surface's frame.
+    pub height: &'a Height<T>,
+    /// Unit normal along the incoming ray, in the surface's frame.
+    pub normal: Vec3<T>,
+    /// +1 when that normal points to the surface's +z, else −1.
+    pub side: f64,
+    /// The new direction, in the surface's frame.
+    pub bent: &'a Bent<T>,
+    /// Index before and after.
+    pub index: [f64; 2],
+}
+
+/// What travels along with a ray.
+pub trait Companion<T: Real> {
+    /// The ray flies `length` mm through a medium.
+    fn fly(&mut self, length: T, index: f64);
+    /// The ray is bent at a surface.
+    fn bend(&mut self, encounter: &Encounter<T>);
+    /// The ray stands at a global point, at its start and after each flight.
+    fn visit(&mut self, _point: Vec3<T>) {}
+}
+
+/// Nothing travels along.
+impl<T: Real> Companion<T> for () {
+    #[inline(always)]
+    fn fly(&mut self, _length: T, _index: f64) {}
+    #[inline(always)]
+    fn bend(&mut self, _encounter: &Encounter<T>) {}
+}
+
+/// A beamlet's amplitude and curvature.
+#[derive(Clone, Copy, Debug)]
+pub struct Beamlet<T = f64> {
+    /// Complex amplitude, one at the start.
+    pub amplitude: Complex<T>,
+    /// G⊥ along `across` and direction × across, in 1/mm (vacuum wavenumber convention).
+    pub curvature: Symmetric<T>,
+    /// First transverse axis, global, orthogonal to the ray.
+    pub across: Vec3<T>,
+    /// The ray's unit direction, global.
+    direction: Vec3<T>,
+}
+
+impl<T: Real> Beamlet<T> {
+    /// The beamlet that stands on a screen with curvature `q` (1/mm) along the screen's x and y axes:
+    /// G⊥ = P⁻ᵀ q P⁻¹, P_ab = e_a · axis_b.
+    #[inline(always)]
+    pub fn launch(direction: Vec3<T>, screen: &Frame, q: Symmetric<T>) -> Self {
+        let x = Vec3::constant(screen.x);
+        let y = Vec3::constant(screen.y);
+        let across = (x + direction * -direction.dot(x)).unit();
+        let along = direction.cross(across);
+        let p = [[across.dot(x), across.dot(y)], [along.dot(x), along.dot(y)]];
+        Self {
+            amplitude: Complex::one(),
+            curvature: q.congruent(inverse(p)),
+            across,
+            direction,
+        }
+    }
+
+    /// The curvature along a receiving screen's axes, G = PᵀG⊥P.
+    #[inline(always)]
+    pub fn land(&self, screen: &Frame) -> Symmetric<T> {
+        let x = Vec3::constant(screen.x);
+        let y = Vec3::constant(screen.y);
+        let along = self.direction.cross(self.across);
+        self.curvature.congruent([
+            [self.across.dot(x), self.across.dot(y)],
+            [along.dot(x), along.dot(y)],
+        ])
+    }
+}
+
+impl<T: Real> Companion<T> for Beamlet<T> {
+    #[inline(always)]
+    fn fly(&mut self, length: T, index: f64) {
+        let (curvature, root) = self.curvature.fly(length * (1.0 / index));
+        self.curvature = curvature;
+        self.amplitude = self.amplitude * root;
+    }
+
+    /// H = P₁ᵀG⊥P₁ + (n₁cos χ₁ − n₂cos χ₂)S on tangent axes, then G⊥′ = P₂⁻ᵀHP₂⁻¹ across the new ray.
+    #[inline(always)]
+    fn bend(&mut self, e: &Encounter<T>) {
+        let across = e.frame.turn_in(self.across);
+        let along = e.frame.turn_in(self.direction).cross(across);
+
+        // Tangent axes follow the old transverse axis, so nothing is singular at normal incidence.
+        let t1 = (across + e.normal * -across.dot(e.normal)).unit();
+        let t2 = e.normal.cross(t1);
+        let before = [
+            [across.dot(t1), across.dot(t2)],
+            [along.dot(t1), along.dot(t2)],
+        ];
+        let mut h = self.curvature.congruent(before);
+
+        // The second fundamental form of the height along the normal, weighted by the index step.
+        let [sx, sy] = e.height.slope;
+        let scale = T::constant(e.side) / (sx * sx + sy * sy + 1.0).sqrt();
+        let step = (e.bent.cosine_in * e.index[0] - e.bent.cosine_out * e.index[1]) * scale;
+        let [xx, xy, yy] = e.height.bend;
+        let form = |a: Vec3<T>, b: Vec3<T>| {
+            (xx * a.x * b.x + xy * (a.x * b.y + a.y * b.x) + yy * a.y * b.y) * step
+        };
+        h.xx.re = h.xx.re + form(t1, t1);
+        h.xy.re = h.xy.re + form(t1, t2);
+        h.yy.re = h.yy.re + form(t2, t2);
+
+        // Across the new ray.
+        let direction = e.bent.direction;
+        let across = (t1 + direction * -direction.dot(t1)).unit();
+        let along = direction.cross(across);
+        let after = [
+            [across.dot(t1), across.dot(t2)],
+            [along.dot(t1), along.dot(t2)],
+        ];
+        self.curvature = h.congruent(inverse(after));
+        self.amplitude = self.amplitude.scale(e.bent.transmission);
+        self.across = e.frame.turn_out(across);
+        self.direction = e.frame.turn_out(direction);
+    }
+}
+
+/// Inverse of a real 2×2 matrix.
+#[inline(always)]
+fn inverse<T: Real>([[a, b], [c, d]]: [[T; 2]; 2]) -> [[T; 2]; 2] {
+    let scale = T::constant(1.0) / (a * d - b * c);
+    [[d * scale, -b * scale], [-c * scale, a * scale]]
+}
+
+/// A beamlet that has reached a screen, ready to be summed: amplitude·exp(ik[p·u + ½uᵀGu]), u = x − s.
+#[derive(Clone, Copy, Debug)]
+pub struct Arrival {
+    /// Where its chief ray lands, in mm, screen coordinates.
+    pub at: [f64; 2],
+    /// Optical direction cosines along the screen's axes.
+    pub cosines: [f64; 2],
+    /// Complex amplitude, coefficient and optical path included.
+    pub amplitude: num_complex::Complex64,
+    /// Curvature along the screen's axes, in 1/mm: xx, xy, yy.
+    pub curvature: [num_complex::Complex64; 3],
+}
+
+impl Arrival {
+    /// Half widths of the box around the footprint where the Gaussian exceeds `threshold`, in mm;
+    /// infinite when the curvature does not decay.
+    #[inline]
+    pub fn footprint(&self, k: f64, threshold: f64) -> [f64; 2] {
+        let [xx, xy, yy] = self.curvature.map(|g| g.im);
+        let determinant = xx * yy - xy * xy;
+        if !(determinant > 0.0 && xx > 0.0) {
+            return [f64::INFINITY; 2];
+        }
+        let reach = -2.0 * threshold.ln() / (k * determinant);
+        [(reach * yy).sqrt(), (reach * xx).sqrt()]
+    }
+
+    /// Half widths, in optical direction cosines, of the beamlet's own angular spread.
+    #[inline]
+    pub fn spread(&self, k: f64, threshold: f64) -> [f64; 2] {
+        let [xx, xy, yy] = self.curvature;
+        let reach = self.footprint(k, threshold);
+        [
+            xx.norm() * reach[0] + xy.norm() * reach[1],
+            xy.norm() * reach[0] + yy.norm() * reach[1],
+        ]
+    }
+}
