@@ -1,3 +1,4 @@
 //! Who runs which rays.
 
+pub mod budget;
 pub mod walk;
