@@ -1,5 +1,8 @@
 //! Numbers, no light.
 
+pub mod chirp;
 pub mod complex;
+mod lines;
+pub mod random;
 pub mod real;
 pub mod vec3;
