@@ -1,0 +1,115 @@
+//! Random numbers as addresses: a pure function of a seed and of where the number is wanted.
+//!
+//! There is no generator and no state, so a replayed, split or resumed calculation draws the same
+//! numbers. The function is Philox4x32-10 (Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as
+//! easy as 1, 2, 3", SC 2011): ten rounds of multiplication that scramble a counter under a key.
+
+/// Scrambles a counter under a key; every counter gives four independent uniform words.
+#[inline]
+pub fn philox(mut key: [u32; 2], counter: [u32; 4]) -> [u32; 4] {
+    let [mut a, mut b, mut c, mut d] = counter;
+    for _ in 0..10 {
+        // Two 32 × 32 → 64 bit products; high halves mix with the other words and the key.
+        let first = u64::from(a) * 0xD251_1F53;
+        let second = u64::from(c) * 0xCD9E_8D57;
+        a = (second >> 32) as u32 ^ b ^ key[0];
+        c = (first >> 32) as u32 ^ d ^ key[1];
+        b = second as u32;
+        d = first as u32;
+        // The key advances by the golden ratio and √3 − 1.
+        key[0] = key[0].wrapping_add(0x9E37_79B9);
+        key[1] = key[1].wrapping_add(0xBB67_AE85);
+    }
+    [a, b, c, d]
+}
+
+/// Two independent numbers, uniform in \[0, 1) with 53 bits each, at the address
+/// \[screen, patch, sample, purpose\].
+///
+/// `purpose` separates numbers that different steps draw for the same sample.
+#[inline]
+pub fn pair(seed: u64, address: [u32; 4]) -> [f64; 2] {
+    let key = [seed as u32, (seed >> 32) as u32];
+    let [a, b, c, d] = philox(key, address);
+    [unit(a, b), unit(c, d)]
+}
+
+/// One number, uniform in \[0, 1) with 53 bits: the first of [`pair`].
+#[inline]
+pub fn uniform(seed: u64, address: [u32; 4]) -> f64 {
+    pair(seed, address)[0]
+}
+
+/// The upper 53 of 64 bits as a fraction.
+#[inline]
+fn unit(low: u32, high: u32) -> f64 {
+    let bits = u64::from(high) << 32 | u64::from(low);
+    (bits >> 11) as f64 * (0.5_f64).powi(53)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::math::random::{pair, philox, uniform};
+
+    #[test]
+    fn known_answers_of_random123() {
+        let ones = u32::MAX;
+        assert_eq!(
+            philox([0; 2], [0; 4]),
+            [0x6627e8d5, 0xe169c58d, 0xbc57ac4c, 0x9b00dbd8]
+        );
+        assert_eq!(
+            philox([ones; 2], [ones; 4]),
+            [0x408f276d, 0x41c83b0e, 0xa20bc7c6, 0x6d5451fd]
+        );
+        assert_eq!(
+            philox(
+                [0xa4093822, 0x299f31d0],
+                [0x243f6a88, 0x85a308d3, 0x13198a2e, 0x03707344]
+            ),
+            [0xd16cfe09, 0x94fdcceb, 0x5001e420, 0x24126ea1]
+        );
+    }
+
+    #[test]
+    fn moments_of_the_uniform_distribution() {
+        // Neighbouring addresses along each of the four axes: mean 1/2, variance 1/12, no correlation,
+        // each within four standard deviations of its own estimate.
+        let count = 200_000;
+        for axis in 0..4 {
+            let [mut mean, mut square, mut mixed, mut lagged] = [0.0; 4];
+            let mut last = 0.0;
+            for i in 0..count {
+                let mut address = [3, 1, 4, 1];
+                address[axis] = i;
+                let [u, v] = pair(5, address).map(|u| u - 0.5);
+                mean += u / f64::from(count);
+                square += u * u / f64::from(count);
+                mixed += u * v / f64::from(count);
+                lagged += u * last / f64::from(count);
+                last = u;
+            }
+            let root = f64::from(count).sqrt();
+            assert!(mean.abs() < 4.0 * (1.0 / 12.0_f64).sqrt() / root);
+            assert!((square - 1.0 / 12.0).abs() < 4.0 * (1.0 / 180.0_f64).sqrt() / root);
+            assert!(mixed.abs() < 4.0 / 12.0 / root);
+            assert!(lagged.abs() < 4.0 / 12.0 / root);
+        }
+    }
+
+    #[test]
+    fn within_the_half_open_interval_and_dependent_on_every_part_of_the_address() {
+        let base = uniform(1, [0; 4]);
+        for bit in 0..64 {
+            assert_ne!(uniform(1 ^ 1 << bit, [0; 4]), base);
+        }
+        for word in 0..4 {
+            for bit in 0..32 {
+                let mut address = [0; 4];
+                address[word] = 1 << bit;
+                let value = uniform(1, address);
+                assert!((0.0..1.0).contains(&value) && value != base);
+            }
+        }
+    }
+}
