@@ -1,1 +1,3 @@
 //! How it is written down.
+
+pub mod catalog;

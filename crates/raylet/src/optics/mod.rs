@@ -2,8 +2,10 @@
 
 pub mod aperture;
 pub mod bend;
+pub mod dispersion;
 pub mod doe;
 pub mod frame;
+pub mod medium;
 pub mod profile;
 pub mod ray;
 pub mod screen;
