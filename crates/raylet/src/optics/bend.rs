@@ -79,7 +79,7 @@ pub fn bend<T: Real>(
 
 /// The field coefficient from the normal optical cosines on both sides (n₁cos χ₁, n₂cos χ₂).
 #[inline(always)]
-fn transmission<T: Real>(coating: Coating, before: T, after: T, ratio: f64) -> T {
+pub fn transmission<T: Real>(coating: Coating, before: T, after: T, ratio: f64) -> T {
     match coating {
         Coating::Unit => T::constant(1.0),
         Coating::Ideal => (before / after).sqrt(),
