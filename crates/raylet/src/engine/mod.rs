@@ -1,4 +1,11 @@
 //! Who runs which rays.
 
+pub mod backend;
 pub mod budget;
+pub mod cpu;
+pub mod fan;
+pub mod plan;
+pub mod settings;
+pub mod simulate;
+pub mod tally;
 pub mod walk;

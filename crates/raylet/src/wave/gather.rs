@@ -75,6 +75,25 @@ impl Canvas {
             .sum()
     }
 
+    /// Whether a beamlet's footprint meets the raster.
+    pub fn meets(&self, arrival: &Arrival, k: f64, threshold: f64) -> bool {
+        let reach = arrival.footprint(k, threshold);
+        (0..2).all(|a| {
+            let low = self.raster.start[a];
+            let high = low + (self.raster.size[a] as f64 - 1.0) * self.raster.pitch[a];
+            arrival.at[a] + reach[a] >= low && arrival.at[a] - reach[a] <= high
+        })
+    }
+
+    /// Whether a point lies within the raster.
+    pub fn contains(&self, point: [f64; 2]) -> bool {
+        (0..2).all(|a| {
+            let low = self.raster.start[a];
+            let high = low + (self.raster.size[a] as f64 - 1.0) * self.raster.pitch[a];
+            (low..=high).contains(&point[a])
+        })
+    }
+
     /// The sum, indexed [y, x].
     pub fn finish(self) -> ndarray::Array2<Complex64> {
         let [nx, ny] = self.raster.size;

@@ -1,0 +1,37 @@
+//! The door between fields and rays: everything that crosses it adds.
+
+use std::ops::Range;
+
+use crate::engine::plan::BeamletPlan;
+use crate::engine::settings::Settings;
+use crate::engine::tally::Tally;
+use crate::optics::system::Hop;
+use crate::wave::field::Field;
+use crate::wave::gather::Canvas;
+
+/// One hop to be carried by beamlets.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// Screens and train.
+    pub hop: Hop<'a>,
+    /// Lattice of the sum.
+    pub plan: &'a BeamletPlan,
+    /// Thresholds.
+    pub settings: &'a Settings,
+}
+
+/// Something that carries fields.
+pub trait Backend {
+    /// Number of patches that a field has.
+    fn patches(&self, job: &Job, from: &Field) -> usize;
+
+    /// Adds what a range of patches brings to the receiving screen.
+    fn carry(
+        &self,
+        job: &Job,
+        from: &Field,
+        patches: Range<usize>,
+        to: &mut Canvas,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Tally;
+}

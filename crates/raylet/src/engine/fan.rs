@@ -1,0 +1,167 @@
+//! A coarse fan of rays: which directions lead to the target, and what the train does to them.
+
+use crate::engine::walk::Landing;
+use crate::optics::ray::Loss;
+use crate::optics::system::Hop;
+
+/// A ray of the fan with its Jacobian ∂(s, p′)/∂(x, p).
+#[derive(Clone, Copy, Debug)]
+pub struct FanRay {
+    /// Where it starts, in mm on the first screen.
+    pub at: [f64; 2],
+    /// Its optical direction cosines there.
+    pub p: [f64; 2],
+    /// Where it lands.
+    pub landing: Landing,
+    /// Rows (s_x, s_y, p′_x, p′_y), columns (x, y, p_x, p_y).
+    pub jacobian: [[f64; 4]; 4],
+}
+
+/// The rays that reach a target.
+#[derive(Clone, Debug, Default)]
+pub struct Fan {
+    /// Rays that land inside the target.
+    pub rays: Vec<FanRay>,
+    /// Bounds of the directions that may reach the target: `[p_x low, p_x high, p_y low, p_y high]`;
+    /// low above high when none does.
+    pub band: [f64; 4],
+    /// Rays traced.
+    pub traced: usize,
+    /// Lost rays by cause, as found.
+    pub lost: Vec<(Loss, usize)>,
+}
+
+/// Positions of the fan along each axis.
+const POSITIONS: usize = 5;
+
+/// Cells are accepted when no larger than this share of the index.
+const COARSEST: f64 = 0.125;
+
+/// Cells whose ray is lost are divided down to this share of the index.
+const FINEST_LOST: f64 = 1.0 / 64.0;
+
+/// Deepest division of the square of directions.
+const DEPTH: usize = 14;
+
+/// A linear landing estimate is trusted to this factor.
+const SAFETY: f64 = 1.5;
+
+/// A square cell of directions.
+#[derive(Clone, Copy)]
+struct Cell {
+    centre: [f64; 2],
+    half: f64,
+    depth: usize,
+}
+
+/// Seeks the directions that lead from the box `from` on the first screen to the box `to` on the second,
+/// dilated by `margin` mm; boxes are `[x_min, x_max, y_min, y_max]` in mm.
+///
+/// The square of all directions is divided like a quadtree wherever a cell's rays, by their Jacobian,
+/// may land on the target, until their landing spread is small against it.
+pub fn explore(hop: &Hop, from: [f64; 4], to: [f64; 4], margin: [f64; 2]) -> Fan {
+    let mut fan = Fan {
+        band: [
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+            f64::INFINITY,
+            f64::NEG_INFINITY,
+        ],
+        ..Fan::default()
+    };
+    let n = hop.from.index;
+    for j in 0..POSITIONS {
+        for i in 0..POSITIONS {
+            let place = |a: usize, i: usize| {
+                let t = i as f64 / (POSITIONS - 1) as f64;
+                from[2 * a] + (from[2 * a + 1] - from[2 * a]) * t
+            };
+            let at = [place(0, i), place(1, j)];
+            let mut stack = vec![Cell {
+                centre: [0.0, 0.0],
+                half: n,
+                depth: 0,
+            }];
+            while let Some(cell) = stack.pop() {
+                if fan.divide(hop, at, cell, to, margin) {
+                    let half = 0.5 * cell.half;
+                    for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+                        stack.push(Cell {
+                            centre: [cell.centre[0] + sx * half, cell.centre[1] + sy * half],
+                            half,
+                            depth: cell.depth + 1,
+                        });
+                    }
+                }
+            }
+        }
+    }
+    fan
+}
+
+impl Fan {
+    /// Looks at one cell; true when it must be divided.
+    fn divide(
+        &mut self,
+        hop: &Hop,
+        at: [f64; 2],
+        cell: Cell,
+        to: [f64; 4],
+        margin: [f64; 2],
+    ) -> bool {
+        // Cells wholly evanescent are dropped, those that cross the rim divided a little.
+        let n = hop.from.index;
+        let nearest = cell.centre.map(|c| (c.abs() - cell.half).max(0.0));
+        if nearest[0].hypot(nearest[1]) >= n {
+            return false;
+        }
+        self.traced += 1;
+        let (landing, jacobian) = match hop.jacobian(at, cell.centre) {
+            Ok(found) => found,
+            Err(loss) => {
+                match self.lost.iter_mut().find(|(cause, _)| *cause == loss) {
+                    Some((_, count)) => *count += 1,
+                    None => self.lost.push((loss, 1)),
+                }
+                return cell.half > FINEST_LOST * n;
+            }
+        };
+
+        // How far the cell's rays land from its central ray, to first order.
+        let mut reaches = true;
+        let mut fine = cell.half <= COARSEST * n;
+        let mut inside = true;
+        for a in 0..2 {
+            let spread = SAFETY * cell.half * (jacobian[a][2].abs() + jacobian[a][3].abs());
+            let (low, high) = (to[2 * a], to[2 * a + 1]);
+            let s = landing.at[a];
+            reaches &= s + spread >= low - margin[a] && s - spread <= high + margin[a];
+            inside &= s >= low && s <= high;
+            fine &= spread <= 0.2 * (high - low) + margin[a];
+        }
+        if !reaches {
+            return cell.half > COARSEST * n;
+        }
+        if !fine && cell.depth < DEPTH {
+            return true;
+        }
+        for a in 0..2 {
+            self.band[2 * a] = self.band[2 * a].min(cell.centre[a] - cell.half);
+            self.band[2 * a + 1] = self.band[2 * a + 1].max(cell.centre[a] + cell.half);
+        }
+        if inside {
+            self.rays.push(FanRay {
+                at,
+                p: cell.centre,
+                landing,
+                jacobian,
+            });
+        }
+        false
+    }
+
+    /// Whether any direction leads to the target.
+    pub fn is_dark(&self) -> bool {
+        self.rays.is_empty()
+    }
+}

@@ -1,0 +1,290 @@
+//! A whole run: from the source through every hop to the sensor.
+
+use std::time::Instant;
+
+use crate::engine::backend::{Backend, Job};
+use crate::engine::cpu::Cpu;
+use crate::engine::plan::{Plan, PlanError, plan};
+use crate::engine::settings::Settings;
+use crate::engine::tally::{Fate, Tally};
+use crate::math::vec3::Vec3;
+use crate::optics::screen::{Act, Screen, Sensor};
+use crate::optics::system::{Hop, System};
+use crate::wave::field::{Axis, Field, Grid};
+use crate::wave::gather::{Canvas, Raster};
+use crate::wave::sampling::{Reach, SamplingError, act, interpolate, plan_grid, plan_raster};
+
+/// Why a run is impossible.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SimulateError {
+    /// A hop has no plan.
+    #[error(transparent)]
+    Plan(#[from] PlanError),
+    /// A screen cannot be sampled.
+    #[error(transparent)]
+    Sampling(#[from] SamplingError),
+    /// The last screen is no sensor.
+    #[error("the last screen is '{0}', expected a sensor")]
+    NoSensor(String),
+    /// Nothing is left of the light.
+    #[error("no light leaves screen '{0}'")]
+    NoLight(String),
+}
+
+/// What one hop did.
+#[derive(Clone, Debug)]
+pub struct HopReport {
+    /// Names of its screens.
+    pub screens: [String; 2],
+    /// Its plan.
+    pub plan: Plan,
+    /// Rays and energy by fate.
+    pub tally: Tally,
+    /// ∫|U|² just before the first screen acted (over its samples), just behind it, and on the second
+    /// screen, in mm² for unit amplitude.
+    pub power: [f64; 3],
+    /// Samples of the field on the first screen, [ny, nx].
+    pub samples: [usize; 2],
+    /// Seconds it took.
+    pub seconds: f64,
+}
+
+/// The result of a run at one wavelength.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Complex field at the sensor's pixel centres.
+    pub field: Field,
+    /// What each hop did.
+    pub hops: Vec<HopReport>,
+}
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a> {
+    /// Index of the hop.
+    pub hop: usize,
+    /// Number of hops.
+    pub hops: usize,
+    /// Name of the screen the hop leads to.
+    pub to: &'a str,
+    /// Share of the hop that is done, 0 to 1.
+    pub done: f64,
+}
+
+/// Directions of the incident light on the first screen: cosines at its centre and the largest |p|.
+pub fn incidence(system: &System) -> ([f64; 2], [f64; 2]) {
+    let screen = &system.screens[0];
+    let cosines = |point: Vec3| {
+        let d = screen.frame.turn_in(system.source.direction(point));
+        [d.x * screen.index, d.y * screen.index]
+    };
+    let centre = cosines(screen.frame.origin);
+    let mut largest = centre.map(f64::abs);
+    if let Some([x0, x1, y0, y1]) = screen.bounds() {
+        for (x, y) in [(x0, y0), (x0, y1), (x1, y0), (x1, y1)] {
+            let p = cosines(screen.frame.to_global(Vec3::new(x, y, 0.0)));
+            largest = [largest[0].max(p[0].abs()), largest[1].max(p[1].abs())];
+        }
+    }
+    (centre, largest)
+}
+
+/// The incident field of the source on a grid of the first screen.
+pub fn illuminate(system: &System, grid: Grid) -> Field {
+    let screen = &system.screens[0];
+    let k = system.wavenumber() * screen.index;
+    let mut field = Field::zeros(grid.clone());
+    ndarray::Zip::indexed(field.values.rows_mut()).par_for_each(|j, mut row| {
+        let y = grid.y.node(j);
+        for (i, value) in row.iter_mut().enumerate() {
+            let point = screen.frame.to_global(Vec3::new(grid.x.node(i), y, 0.0));
+            *value = system.source.field(point, k);
+        }
+    });
+    field
+}
+
+/// The uniform grid of a sensor.
+pub fn sensor_grid(sensor: &Sensor) -> Grid {
+    let axis = |a: usize| Axis::uniform(sensor.pixels[a], sensor.pitch[a], 0.0);
+    Grid {
+        x: axis(0),
+        y: axis(1),
+    }
+}
+
+fn raster_of(grid: &Grid) -> Raster {
+    Raster {
+        start: [grid.x.start, grid.y.start],
+        pitch: [grid.x.pitch, grid.y.pitch],
+        size: [grid.x.len(), grid.y.len()],
+    }
+}
+
+/// The plans of all hops, without running them; `incidence` as the run will meet it.
+///
+/// # Errors
+/// As [`simulate`].
+pub fn plan_all(system: &System, settings: &Settings) -> Result<Vec<Plan>, SimulateError> {
+    let (mut anchor, _) = incidence(system);
+    let mut plans = Vec::new();
+    for hop in system.hops() {
+        plans.push(plan(&hop, anchor, pitch_of(hop.to), settings)?);
+        anchor = chief(&hop, anchor);
+    }
+    Ok(plans)
+}
+
+fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
+    match &screen.act {
+        Act::Sensor(sensor) => Some(sensor.pitch),
+        _ => None,
+    }
+}
+
+/// Direction on the next screen of the ray through the middle of this one; straight on when it is lost.
+fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
+    match hop.trace([0.0, 0.0], anchor, &mut ()) {
+        Ok(landing) => landing.cosines,
+        Err(_) => [0.0, 0.0],
+    }
+}
+
+/// Carries the light of a system to its sensor.
+///
+/// # Errors
+/// When a screen has no edge or needs too many samples, no ray gets through a hop, or no light is left.
+pub fn simulate(
+    system: &System,
+    settings: &Settings,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Outcome, SimulateError> {
+    let (mut anchor, mut arriving) = incidence(system);
+    let mut canvas: Option<(Raster, ndarray::Array2<num_complex::Complex64>)> = None;
+    let mut reports = Vec::new();
+    let hops: Vec<Hop> = system.hops().collect();
+    for (number, hop) in hops.iter().enumerate() {
+        let clock = Instant::now();
+        let plan = plan(hop, anchor, pitch_of(hop.to), settings)?;
+
+        // The field behind the screen, on nodes that resolve what comes and what is wanted.
+        let reach = Reach {
+            arriving,
+            leaving: leaving(&plan),
+        };
+        let grid = plan_grid(hop.from, reach, hop.wavelength, settings.samples_allowed())?;
+        let samples = grid.shape();
+        let mut field = match &canvas {
+            None => illuminate(system, grid),
+            Some((raster, values)) => interpolate(raster, values, &grid),
+        };
+        let before = field.power();
+        act(hop.from, &mut field);
+        let behind = field.power();
+        if behind == 0.0 {
+            return Err(SimulateError::NoLight(hop.from.name.clone()));
+        }
+
+        // Onto the next screen.
+        let raster = match &hop.to.act {
+            Act::Sensor(sensor) => raster_of(&sensor_grid(sensor)),
+            _ => plan_raster(
+                hop.to,
+                arrival_reach(hop, &plan),
+                hop.wavelength,
+                settings.samples_allowed(),
+            )?,
+        };
+        let step = |done: f64| {
+            progress(Progress {
+                hop: number,
+                hops: hops.len(),
+                to: &hop.to.name,
+                done,
+            });
+        };
+        step(0.0);
+        let (values, tally) = carry(hop, &plan, settings, &field, &raster, &step);
+        step(1.0);
+        let area = raster.pitch[0] * raster.pitch[1];
+        let landed = values.iter().map(|u| u.norm_sqr()).sum::<f64>() * area;
+        reports.push(HopReport {
+            screens: [hop.from.name.clone(), hop.to.name.clone()],
+            tally,
+            power: [before, behind, landed],
+            samples,
+            seconds: clock.elapsed().as_secs_f64(),
+            plan,
+        });
+        arriving = arrival_reach(hop, &reports[number].plan);
+        anchor = chief(hop, anchor);
+        canvas = Some((raster, values));
+    }
+
+    let last = system.screens.last();
+    match (last.map(|screen| &screen.act), canvas) {
+        (Some(Act::Sensor(sensor)), Some((_, values))) => Ok(Outcome {
+            field: Field {
+                grid: sensor_grid(sensor),
+                values,
+            },
+            hops: reports,
+        }),
+        _ => Err(SimulateError::NoSensor(
+            last.map(|screen| screen.name.clone()).unwrap_or_default(),
+        )),
+    }
+}
+
+/// Largest |p| that a plan wants behind the screen.
+fn leaving(plan: &Plan) -> [f64; 2] {
+    let bands = match plan {
+        Plan::Free(_, free) => &free.bands,
+        Plan::Beamlets(beamlets) => &beamlets.bands,
+    };
+    [0, 1].map(|a| {
+        let band = &bands[a];
+        let last = band.count.max(1) - 1;
+        band.at(0).abs().max(band.at(last).abs())
+    })
+}
+
+/// Largest |p| of the light that a plan brings to the next screen.
+fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
+    match plan {
+        Plan::Free(..) => leaving(plan).map(|p| p.min(hop.to.index)),
+        Plan::Beamlets(beamlets) => beamlets.arriving,
+    }
+}
+
+fn carry(
+    hop: &Hop,
+    plan: &Plan,
+    settings: &Settings,
+    field: &Field,
+    raster: &Raster,
+    progress: &(dyn Fn(f64) + Sync),
+) -> (ndarray::Array2<num_complex::Complex64>, Tally) {
+    match plan {
+        Plan::Free(free, waves) => {
+            let values = free.carry(field, raster, waves);
+            let area = raster.pitch[0] * raster.pitch[1];
+            let landed = values.iter().map(|u| u.norm_sqr()).sum::<f64>() * area;
+            let mut tally = Tally::default();
+            tally.add_energy(Fate::Arrived, landed);
+            tally.add_energy(Fate::Elsewhere, (field.power() - landed).max(0.0));
+            (values, tally)
+        }
+        Plan::Beamlets(beamlets) => {
+            let job = Job {
+                hop: *hop,
+                plan: beamlets,
+                settings,
+            };
+            let mut canvas = Canvas::new(*raster);
+            let patches = 0..Cpu.patches(&job, field);
+            let tally = Cpu.carry(&job, field, patches, &mut canvas, progress);
+            (canvas.finish(), tally)
+        }
+    }
+}

@@ -1,0 +1,138 @@
+//! What became of the rays and of the energy of a hop.
+
+use crate::optics::ray::Loss;
+
+/// What became of a ray or of a share of the energy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// It reached the target.
+    Arrived,
+    /// It landed beside the target.
+    Outside,
+    /// It was lost on the way.
+    Lost(Loss),
+    /// Its mode was weaker than the threshold and was not followed.
+    Weak,
+    /// Its aberration inside one beamlet is too large for it to be carried.
+    Unresolved,
+    /// Its direction leads nowhere near the target, or is evanescent; it was not followed.
+    Elsewhere,
+}
+
+/// All fates, in the order of reports.
+pub const FATES: [Fate; 10] = [
+    Fate::Arrived,
+    Fate::Outside,
+    Fate::Lost(Loss::Clipped),
+    Fate::Lost(Loss::Missed),
+    Fate::Lost(Loss::TotalReflection),
+    Fate::Lost(Loss::Evanescent),
+    Fate::Lost(Loss::NotConverged),
+    Fate::Weak,
+    Fate::Unresolved,
+    Fate::Elsewhere,
+];
+
+impl Fate {
+    /// The name used in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Fate::Arrived => "arrived",
+            Fate::Outside => "outside",
+            Fate::Lost(Loss::Clipped) => "clipped",
+            Fate::Lost(Loss::Missed) => "missed",
+            Fate::Lost(Loss::TotalReflection) => "total_reflection",
+            Fate::Lost(Loss::Evanescent) => "evanescent",
+            Fate::Lost(Loss::NotConverged) => "not_converged",
+            Fate::Weak => "below_threshold",
+            Fate::Unresolved => "unresolved",
+            Fate::Elsewhere => "elsewhere",
+        }
+    }
+
+    fn place(self) -> usize {
+        FATES.iter().position(|fate| *fate == self).unwrap_or(0)
+    }
+}
+
+/// Rays and energy by fate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    rays: [u64; FATES.len()],
+    energy: [f64; FATES.len()],
+    /// Values evaluated on the receiving screen.
+    pub evaluations: u64,
+    /// Σ|c|²η² and Σ|c|² over the beamlets whose aberration was looked at.
+    pub aberration: [f64; 2],
+    /// Σ|c|²ε₃² over the same beamlets.
+    pub cubic: f64,
+}
+
+impl Tally {
+    /// Counts one ray with its energy.
+    #[inline]
+    pub fn count(&mut self, fate: Fate, energy: f64) {
+        let place = fate.place();
+        self.rays[place] += 1;
+        self.energy[place] += energy;
+    }
+
+    /// Counts energy that no ray carried.
+    pub fn add_energy(&mut self, fate: Fate, energy: f64) {
+        self.energy[fate.place()] += energy;
+    }
+
+    /// Rays of this fate.
+    pub fn rays(&self, fate: Fate) -> u64 {
+        self.rays[fate.place()]
+    }
+
+    /// Rays of every fate.
+    pub fn total_rays(&self) -> u64 {
+        self.rays.iter().sum()
+    }
+
+    /// Energy of this fate as a share of all.
+    pub fn share(&self, fate: Fate) -> f64 {
+        let total: f64 = self.energy.iter().sum();
+        if total > 0.0 {
+            self.energy[fate.place()] / total
+        } else {
+            0.0
+        }
+    }
+
+    /// Adds another tally.
+    pub fn merge(&mut self, other: &Tally) {
+        for i in 0..FATES.len() {
+            self.rays[i] += other.rays[i];
+            self.energy[i] += other.energy[i];
+        }
+        self.evaluations += other.evaluations;
+        self.aberration[0] += other.aberration[0];
+        self.aberration[1] += other.aberration[1];
+        self.cubic += other.cubic;
+    }
+
+    /// η: the estimated relative error of the field from aberration inside beamlets, uncorrected.
+    pub fn eta(&self) -> f64 {
+        ratio(self.aberration[0], self.aberration[1]).sqrt()
+    }
+
+    /// What is left of it after the correction, η(ε₃ + η).
+    pub fn eta_corrected(&self) -> f64 {
+        let eta = self.eta();
+        eta * (ratio(self.cubic, self.aberration[1]).sqrt() + eta)
+    }
+
+    /// √ of the share of the energy in modes below the threshold.
+    pub fn dropped(&self) -> f64 {
+        let kept = self.energy[Fate::Arrived.place()];
+        let dropped = self.energy[Fate::Weak.place()];
+        ratio(dropped, kept + dropped).sqrt()
+    }
+}
+
+fn ratio(a: f64, b: f64) -> f64 {
+    if b > 0.0 { a / b } else { 0.0 }
+}
