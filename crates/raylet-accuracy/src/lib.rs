@@ -1,1 +1,26 @@
-//! Brute-force references.
+//! Brute-force diffraction references that share no code with raylet's rays.
+//!
+//! Scalar waves, time factor exp(−iωt), light going +z varies as exp(+ikz). Lengths are in any
+//! one unit (mm in raylet), arrays are indexed [y, x], and a transverse direction p is the
+//! optical direction cosine (index times cosine), so that a plane wave is
+//! exp(ik(p·x + q z)) with q = √(n² − |p|²) and k = 2π/λ of the vacuum.
+//!
+//! In import order:
+//! [`phase`], [`quadrature`], [`dense`], [`fourier`]: numbers;
+//! [`pixels`]: a plane of box pixels; [`disc`]: a hard disc on a grid and its spectrum;
+//! [`rayleigh_sommerfeld`]: pixels to any points in free space, by direct sum;
+//! [`collins`]: pixels through a paraxial ABCD train, by direct sum;
+
+pub mod phase;
+pub mod quadrature;
+
+pub mod dense;
+pub mod fourier;
+
+pub mod pixels;
+
+pub mod disc;
+
+pub mod rayleigh_sommerfeld;
+
+pub mod collins;
