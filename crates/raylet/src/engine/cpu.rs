@@ -11,7 +11,7 @@ use rayon::prelude::*;
 
 use crate::engine::backend::{Backend, Job};
 use crate::engine::budget::aberration;
-use crate::engine::plan::launch;
+use crate::engine::plan::{TRUSTED_TAIL, launch};
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;
 use crate::wave::field::Field;
@@ -29,9 +29,6 @@ const CHUNK: usize = 1 << 18;
 
 /// One in this many beamlets has its aberration looked at when it is not corrected.
 const ESTIMATE_EVERY: usize = 97;
-
-/// Beamlets with a larger η are not carried unless their chief ray lands on the target.
-const UNRESOLVED: f64 = 0.3;
 
 impl Backend for Cpu {
     fn patches(&self, job: &Job, from: &Field) -> usize {
@@ -159,12 +156,14 @@ fn follow(
     arrival.amplitude *= coefficient;
 
     // The aberration inside the beamlet: made good, or only looked at for the error budget.
-    if job.plan.correct || number.is_multiple_of(ESTIMATE_EVERY) {
+    let beside = !to.contains(arrival.at);
+    let doubtful = beside && job.plan.doubtful_rim;
+    if job.plan.correct || doubtful || number.is_multiple_of(ESTIMATE_EVERY) {
         let energy = coefficient.norm_sqr();
         match aberration(&job.hop, at, p, sigma, k) {
             Some(found) => {
                 let eta = found.eta();
-                if eta > UNRESOLVED && !to.contains(arrival.at) {
+                if beside && eta > TRUSTED_TAIL {
                     return Err(Fate::Unresolved);
                 }
                 if job.plan.correct {
@@ -173,7 +172,7 @@ fn follow(
                 tally.aberration[0] += energy * eta * eta;
                 tally.cubic += energy * found.cubic.min(1.0);
             }
-            None if !to.contains(arrival.at) => return Err(Fate::Unresolved),
+            None if beside => return Err(Fate::Unresolved),
             None => {
                 tally.aberration[0] += energy;
                 tally.cubic += energy;

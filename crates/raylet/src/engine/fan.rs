@@ -22,6 +22,8 @@ pub struct FanRay {
 pub struct Fan {
     /// Rays that land inside the target.
     pub rays: Vec<FanRay>,
+    /// Rays that land beside it, close enough for their footprints to matter.
+    pub rim: Vec<FanRay>,
     /// Bounds of the directions that may reach the target: `[p_x low, p_x high, p_y low, p_y high]`;
     /// low above high when none does.
     pub band: [f64; 4],
@@ -149,13 +151,16 @@ impl Fan {
             self.band[2 * a] = self.band[2 * a].min(cell.centre[a] - cell.half);
             self.band[2 * a + 1] = self.band[2 * a + 1].max(cell.centre[a] + cell.half);
         }
+        let ray = FanRay {
+            at,
+            p: cell.centre,
+            landing,
+            jacobian,
+        };
         if inside {
-            self.rays.push(FanRay {
-                at,
-                p: cell.centre,
-                landing,
-                jacobian,
-            });
+            self.rays.push(ray);
+        } else {
+            self.rim.push(ray);
         }
         false
     }

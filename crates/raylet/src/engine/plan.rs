@@ -35,6 +35,8 @@ pub struct BeamletPlan {
     pub bands: [Band; 2],
     /// Whether each beamlet's aberration is made good.
     pub correct: bool,
+    /// Whether beamlets that land beside the target have tails that cannot be trusted unseen.
+    pub doubtful_rim: bool,
     /// Estimated error from aberration at this σ, uncorrected.
     pub eta: f64,
     /// Estimated error after the correction.
@@ -206,7 +208,20 @@ fn plan_beamlets(
     let margin = [chosen.footprint; 2];
     let wider = explore(hop, from, to, margin);
     chosen.bands = bands(&wider, anchor, hop.wavelength / chosen.period);
+    chosen.doubtful_rim = is_doubtful(hop, &wider, chosen.sigma);
     Ok(chosen)
+}
+
+/// Largest η that a beamlet beside the target may have for its tail on the target to be believed.
+pub const TRUSTED_TAIL: f64 = 0.1;
+
+/// Whether some ray that lands beside the target has more aberration than its tail may have.
+fn is_doubtful(hop: &Hop, fan: &Fan, sigma: f64) -> bool {
+    let stride = fan.rim.len().div_ceil(JUDGES).max(1);
+    fan.rim.iter().step_by(stride).any(|ray| {
+        aberration(hop, ray.at, ray.p, sigma, hop.wavenumber())
+            .is_none_or(|found| found.eta() > TRUSTED_TAIL)
+    })
 }
 
 fn dark(hop: &Hop, fan: &Fan) -> PlanError {
@@ -336,6 +351,7 @@ fn judge(
         period,
         bands,
         correct,
+        doubtful_rim: true,
         eta,
         eta_corrected,
         footprint,
