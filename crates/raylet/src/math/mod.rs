@@ -2,7 +2,10 @@
 
 pub mod chirp;
 pub mod complex;
+mod kaiser;
 mod lines;
+pub mod nufft;
 pub mod random;
 pub mod real;
+mod tiles;
 pub mod vec3;
