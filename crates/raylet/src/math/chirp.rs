@@ -162,11 +162,12 @@ impl Chirp {
         // The chirp at every difference m − i, negative ones wrapped to the end.
         let mut kernel = vec![Complex64::ZERO; length];
         let shift = from.middle() - to.middle();
-        for m in 0..to.count {
-            kernel[m] = quadratic(m as f64 + shift).phasor().conj();
+        let chirp = |difference: f64| quadratic(difference + shift).phasor().conj();
+        for (m, value) in kernel[..to.count].iter_mut().enumerate() {
+            *value = chirp(m as f64);
         }
-        for i in 1..from.count {
-            kernel[length - i] = quadratic(shift - i as f64).phasor().conj();
+        for (i, value) in (1..from.count).zip(kernel.iter_mut().rev()) {
+            *value = chirp(-(i as f64));
         }
         forward.process(&mut kernel);
         Self {
