@@ -362,7 +362,7 @@ mod tests {
 
     use crate::file::chart::Series;
     use crate::file::colour::ColourMap;
-    use crate::file::figure::{Figure, Panel};
+    use crate::file::figure::{BORDER, Figure, Panel};
     use crate::file::layout::{Curve, CurveKind, Label, LayoutScene, RayPath};
 
     /// A figure with every kind of panel.
@@ -440,7 +440,8 @@ mod tests {
         (values[[3, 0]], values[[3, 3]]) = (0.8, 1.0);
         let panel = Panel::image(values, [0.0, 1.0], [0.0, 1.0]).colours(ColourMap::Grey);
         let figure = Figure::new(vec![vec![panel.into()]], "").width(400.0);
-        let plot = figure.place(&figure.rows[0], &figure.sizes()[0], &mut first_row())[0].plot;
+        let mut y = BORDER;
+        let plot = figure.place(&figure.rows[0], &figure.sizes()[0], &mut y)[0].plot;
         let (w, _, bytes) = pixels(&figure.to_png(2.0).unwrap());
 
         // Look into the middle of each corner square.
@@ -454,11 +455,6 @@ mod tests {
         assert_eq!([grey(0.125, 0.875), grey(0.875, 0.875)], [0, 51]);
         // Squares are crisp: the values reach to three device pixels from their border.
         assert_eq!([grey(0.24, 0.125), grey(0.26, 0.125)], [204, 128]);
-    }
-
-    /// Where the first row of an untitled figure starts.
-    fn first_row() -> f64 {
-        crate::file::figure::BORDER
     }
 
     #[test]

@@ -109,18 +109,24 @@ pub fn read_gray(path: impl AsRef<Path>) -> Result<Array2<f64>, ImageError> {
     let mut bytes = vec![0; size.ok_or_else(|| decode(png::DecodingError::LimitsExceeded))?];
     let frame = reader.next_frame(&mut bytes).map_err(decode)?;
 
-    // The file's rows run downwards, ours upwards.
+    Ok(gray_values(&frame, &bytes))
+}
+
+/// Decoded bytes as grey values [y, x] with y upwards.
+fn gray_values(frame: &png::OutputInfo, bytes: &[u8]) -> Array2<f64> {
     let channels = frame.color_type.samples();
     let wide = frame.bit_depth == png::BitDepth::Sixteen;
-    let (nx, ny) = (frame.width as usize, frame.height as usize);
-    let sample = |row: usize, i: usize| match wide {
-        true => {
-            let at = row * frame.line_size + 2 * i;
-            f64::from(u16::from_be_bytes([bytes[at], bytes[at + 1]])) / 65535.0
+    let sample = |row: usize, i: usize| {
+        let row = &bytes[row * frame.line_size..];
+        match wide {
+            true => f64::from(u16::from_be_bytes([row[2 * i], row[2 * i + 1]])) / 65535.0,
+            false => f64::from(row[i]) / 255.0,
         }
-        false => f64::from(bytes[row * frame.line_size + i]) / 255.0,
     };
-    Ok(Array2::from_shape_fn((ny, nx), |(y, x)| {
+
+    // The file's rows run downwards, ours upwards.
+    let (nx, ny) = (frame.width as usize, frame.height as usize);
+    Array2::from_shape_fn((ny, nx), |(y, x)| {
         let c = |k| sample(ny - 1 - y, x * channels + k);
         match channels {
             1 => c(0),
@@ -128,7 +134,7 @@ pub fn read_gray(path: impl AsRef<Path>) -> Result<Array2<f64>, ImageError> {
             3 => luma(c(0), c(1), c(2)),
             _ => luma(c(0), c(1), c(2)) * c(3),
         }
-    }))
+    })
 }
 
 /// Rec. 709 luma of three colour values.

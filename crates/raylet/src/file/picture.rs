@@ -2,11 +2,11 @@
 
 use ndarray::{Array2, CowArray, Ix2};
 
-use crate::file::axis::{Axis, Direction, LengthUnit};
+use crate::file::axis::{Axis, Direction, LengthUnit, TICK_SIZE};
 use crate::file::colour::{ColourMap, ColourScale};
 use crate::file::image::{area_mean, encode_rgb};
 use crate::file::panel::{
-    Aspect, BOTTOM_MARGIN, Content, FigureError, Heading, LABEL_SIZE, Margins, draw_axes, ink,
+    Aspect, BOTTOM_MARGIN, Content, FigureError, Heading, INK, LABEL_SIZE, Margins, draw_axes, ink,
     left_margin,
 };
 use crate::file::svg::{Anchor, Pen, Rect, Svg};
@@ -318,16 +318,15 @@ impl<'a> ImagePanel<'a> {
         };
         let colours: Vec<u8> = bar.scale.ramp(256).into_iter().rev().flatten().collect();
         svg.png(place, &encode_rgb([1, 256], &colours)?);
-        let pen = Pen::line(crate::file::panel::INK, 1.0);
+        let pen = Pen::line(INK, 1.0);
         svg.rect(place, pen);
 
         // Ticks and label as on an axis, on the other side.
-        let size = crate::file::axis::TICK_SIZE;
         for tick in &bar.axis.ticks {
             let at = bar.axis.at(tick.value);
             svg.line([place.right(), at], [place.right() + 4.0, at], pen);
-            let baseline = [place.right() + 7.0, at + 0.36 * size];
-            svg.text(baseline, &tick.label, ink(size, Anchor::Start), false);
+            let baseline = [place.right() + 7.0, at + 0.36 * TICK_SIZE];
+            svg.text(baseline, &tick.label, ink(TICK_SIZE, Anchor::Start), false);
         }
         let x = place.right() + 7.0 + bar.axis.widest() + 6.0 + 0.76 * LABEL_SIZE;
         let middle = [x, plot.y + plot.h / 2.0];
