@@ -1,3 +1,5 @@
 //! How it is written down.
 
 pub mod catalog;
+pub mod fault;
+pub mod origin;
