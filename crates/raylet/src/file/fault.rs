@@ -46,11 +46,7 @@ pub struct Excerpt {
 
 impl Fault {
     /// A fault of a whole file, such as one that cannot be opened.
-    pub fn of_file(
-        file: &Path,
-        found: impl Into<String>,
-        expected: impl Into<String>,
-    ) -> Self {
+    pub fn of_file(file: &Path, found: impl Into<String>, expected: impl Into<String>) -> Self {
         let address = Address {
             file: file.to_path_buf(),
             ..Address::default()
