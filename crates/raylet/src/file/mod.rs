@@ -1,13 +1,30 @@
 //! How it is written down.
 
+pub mod array;
+pub mod arrays;
 pub(crate) mod axis;
 pub mod catalog;
 pub mod chart;
+mod check;
 pub mod colour;
+mod decode;
+pub mod element;
+pub mod fault;
 pub mod figure;
 pub mod image;
 pub(crate) mod label;
+pub mod layer;
 pub mod layout;
+pub mod material;
+mod misfit;
+mod number;
+pub mod origin;
 pub mod panel;
 pub mod picture;
+pub mod scene;
+#[cfg(test)]
+mod scene_test;
+#[cfg(test)]
+mod schema_test;
+pub mod settings;
 pub(crate) mod svg;

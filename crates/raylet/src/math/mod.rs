@@ -2,11 +2,11 @@
 
 pub mod chirp;
 pub mod complex;
-pub mod kaiser;
+mod kaiser;
 pub mod lanes;
-pub mod lines;
+mod lines;
 pub mod nufft;
 pub mod random;
 pub mod real;
-pub mod tiles;
+mod tiles;
 pub mod vec3;

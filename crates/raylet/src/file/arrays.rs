@@ -1,0 +1,204 @@
+//! All the arrays that the layers of a scene name, and the transmissions they make.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::file::array::Array;
+use crate::file::element::Element;
+use crate::file::fault::Fault;
+use crate::file::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
+use crate::file::origin::Origin;
+
+/// Arrays by the path of the field that names their file, such as `element[0].layer[1].phase`. A file
+/// that several fields name is held once.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Arrays {
+    by_field: BTreeMap<String, Arc<Array>>,
+}
+
+impl Arrays {
+    /// Reads every array that the elements name, within `limit` bytes for all of them.
+    ///
+    /// # Errors
+    /// The first array that cannot be used, told at the field that names it.
+    pub fn load(elements: &[Element], origin: &Origin, limit: u64) -> Result<Self, Fault> {
+        let mut loader = Loader {
+            origin,
+            left: limit,
+            by_file: BTreeMap::new(),
+            by_field: BTreeMap::new(),
+        };
+        for (i, element) in elements.iter().enumerate() {
+            if let Element::Doe(doe) = element {
+                loader.layers(&doe.layer, &format!("element[{i}].layer"))?;
+            }
+        }
+        Ok(Self {
+            by_field: loader.by_field,
+        })
+    }
+
+    /// The array of a field, if it names one and is loaded.
+    pub fn get(&self, field: &str) -> Option<&Array> {
+        self.by_field.get(field).map(Arc::as_ref)
+    }
+
+    /// The complex transmission [y, x] of a pixel layer at the path `layer_path`: amplitude times
+    /// exp(i · scale · phase), or the transmission itself, or ones for a blank of known size. Nothing
+    /// when its arrays are not loaded.
+    pub fn transmission(&self, layer: &PixelLayer, layer_path: &str) -> Option<Array2<Complex64>> {
+        let get = |key: &str| self.get(&format!("{layer_path}.{key}"));
+        if layer.transmission.is_some() {
+            return get("transmission").map(complex);
+        }
+
+        // A missing factor is one; a named one must be there.
+        let phase = layer.phase.as_ref().map(|_| get("phase"));
+        let amplitude = layer.amplitude.as_ref().map(|_| get("amplitude"));
+        match (phase, amplitude) {
+            (None, None) => layer
+                .size
+                .map(|[nx, ny]| Array2::from_elem((ny, nx), Complex64::new(1.0, 0.0))),
+            (Some(phase), None) => Some(phases(phase?, layer.phase_scale)),
+            (None, Some(amplitude)) => Some(complex(amplitude?)),
+            (Some(phase), Some(amplitude)) => {
+                Some(phases(phase?, layer.phase_scale) * complex(amplitude?))
+            }
+        }
+    }
+
+    /// The heights [y, x] in µm of a height layer at the path `layer_path`; nothing when not loaded.
+    pub fn heights_um(&self, layer_path: &str) -> Option<&Array2<f64>> {
+        match self.get(&format!("{layer_path}.height_um")) {
+            Some(Array::Real(heights)) => Some(heights),
+            _ => None,
+        }
+    }
+}
+
+/// Any array as complex numbers.
+fn complex(array: &Array) -> Array2<Complex64> {
+    match array {
+        Array::Real(values) => values.mapv(|x| Complex64::new(x, 0.0)),
+        Array::Complex(values) => values.clone(),
+    }
+}
+
+/// exp(i · scale · phase) of a real array.
+fn phases(array: &Array, scale: f64) -> Array2<Complex64> {
+    match array {
+        Array::Real(values) => values.mapv(|phase| Complex64::cis(scale * phase)),
+        Array::Complex(values) => values.mapv(|phase| Complex64::cis(scale * phase.re)),
+    }
+}
+
+/// The state of loading: what is left of the memory, and what is there already.
+struct Loader<'s> {
+    origin: &'s Origin,
+    left: u64,
+    by_file: BTreeMap<(PathBuf, Option<String>, String), Arc<Array>>,
+    by_field: BTreeMap<String, Arc<Array>>,
+}
+
+impl Loader<'_> {
+    /// Loads the arrays of a list of layers at this path.
+    fn layers(&mut self, layers: &[Layer], path: &str) -> Result<(), Fault> {
+        for (i, layer) in layers.iter().enumerate() {
+            let path = format!("{path}[{i}]");
+            match layer {
+                Layer::Pixels(pixels) => self.pixels(pixels, &path)?,
+                Layer::Height(height) => self.height(height, &path)?,
+                Layer::Sum(sum) => self.sum(sum, &path)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn sum(&mut self, sum: &SumLayer, path: &str) -> Result<(), Fault> {
+        for (i, term) in sum.terms.iter().enumerate() {
+            self.layers(term, &format!("{path}.terms[{i}]"))?;
+        }
+        Ok(())
+    }
+
+    fn height(&mut self, layer: &HeightLayer, path: &str) -> Result<(), Fault> {
+        let key = layer.key.as_deref();
+        let array = self.array(&layer.height_um, key, path, "height_um")?;
+        self.require_real(&array, path, "height_um")
+    }
+
+    fn pixels(&mut self, layer: &PixelLayer, path: &str) -> Result<(), Fault> {
+        // All arrays of a layer, and its size where that is given, must agree in shape.
+        let mut shape = layer.size.map(|[nx, ny]| [ny, nx]);
+        let named = [
+            ("phase", &layer.phase),
+            ("amplitude", &layer.amplitude),
+            ("transmission", &layer.transmission),
+        ];
+        for (field, file) in named {
+            let Some(file) = file else { continue };
+            let array = self.array(file, layer.key.as_deref(), path, field)?;
+            if field != "transmission" {
+                self.require_real(&array, path, field)?;
+            }
+            let given = array.shape();
+            match shape {
+                Some(expected) if expected != given => {
+                    let [ny, nx] = given;
+                    let found = format!("{}: {ny} rows of {nx}", file.display());
+                    let [ny, nx] = expected;
+                    let expected = format!("{ny} rows of {nx} as in the rest of the layer");
+                    return Err(self
+                        .origin
+                        .fault(&format!("{path}.{field}"), found, expected));
+                }
+                _ => shape = Some(given),
+            }
+        }
+        Ok(())
+    }
+
+    fn require_real(&self, array: &Array, path: &str, field: &str) -> Result<(), Fault> {
+        match array {
+            Array::Real(_) => Ok(()),
+            Array::Complex(_) => Err(self
+                .origin
+                .fault(
+                    &format!("{path}.{field}"),
+                    "a complex array",
+                    "a real array",
+                )
+                .hint("complex arrays belong under `transmission`")),
+        }
+    }
+
+    /// The array that one field names, read unless it is there already.
+    fn array(
+        &mut self,
+        file: &Path,
+        key: Option<&str>,
+        path: &str,
+        field: &str,
+    ) -> Result<Arc<Array>, Fault> {
+        let file = self.origin.beside(file);
+        let path = format!("{path}.{field}");
+        let identity = (file.clone(), key.map(str::to_owned), field.to_owned());
+        let array = match self.by_file.get(&identity) {
+            Some(array) => Arc::clone(array),
+            None => {
+                let array = Array::read(&file, key, field, self.left)
+                    .map_err(|inner| self.origin.fault_of_file(&path, inner))?;
+                self.left = self.left.saturating_sub(array.bytes());
+                Arc::new(array)
+            }
+        };
+        self.by_file.insert(identity, Arc::clone(&array));
+        self.by_field.insert(path, Arc::clone(&array));
+        Ok(array)
+    }
+}

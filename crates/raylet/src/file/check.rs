@@ -1,0 +1,286 @@
+//! What no single value of a scene shows to be wrong: parts that do not fit together.
+
+use crate::file::element::{Aperture, Element, LensElement, LensSurface};
+use crate::file::fault::Fault;
+use crate::file::layer::{Layer, PixelLayer, SumLayer};
+use crate::file::origin::Origin;
+use crate::optics::shape::Shape;
+
+/// How many radii are looked at where two surfaces of a lens might cross.
+const RADII: usize = 256;
+
+/// Checks the elements of a scene against each other.
+///
+/// # Errors
+/// The first misfit along the axis, with its address.
+pub(crate) fn check_elements(elements: &[Element], origin: &Origin) -> Result<(), Fault> {
+    check_sensor(elements, origin)?;
+    check_names(elements, origin)?;
+    // +1 while light runs towards +z.
+    let mut heading = 1.0;
+    for (i, element) in elements.iter().enumerate() {
+        let place = Place {
+            origin,
+            path: format!("element[{i}]"),
+        };
+        check_element(element, &place, heading)?;
+        if element.reflects() {
+            heading = -heading;
+        }
+        check_thickness(element, &place, heading)?;
+    }
+    Ok(())
+}
+
+/// A part of the file under inspection.
+struct Place<'o> {
+    origin: &'o Origin,
+    path: String,
+}
+
+impl Place<'_> {
+    /// A part of this part, such as `.surface[1]`.
+    fn inner(&self, step: &str) -> Self {
+        Place {
+            origin: self.origin,
+            path: format!("{}{step}", self.path),
+        }
+    }
+
+    /// The refusal of this part.
+    fn refuse<T>(&self, found: impl Into<String>, expected: impl Into<String>) -> Result<T, Fault> {
+        Err(self.origin.fault(&self.path, found, expected))
+    }
+}
+
+/// There must be one sensor, at the end, behind something.
+fn check_sensor(elements: &[Element], origin: &Origin) -> Result<(), Fault> {
+    let mut sensors = (0..)
+        .zip(elements)
+        .filter_map(|(i, element)| matches!(element, Element::Sensor(_)).then_some(i));
+    let last = elements.len().saturating_sub(1);
+    let refuse = |i: usize, found: &str, expected: &str| {
+        Err(origin.fault(&format!("element[{i}].kind"), found, expected))
+    };
+    match (sensors.next(), sensors.next()) {
+        _ if elements.is_empty() => {
+            Err(origin.fault("element", "no elements", "at least one, and a sensor"))
+        }
+        (None, _) => refuse(
+            last,
+            "no sensor",
+            "an element of kind \"sensor\" at the end",
+        ),
+        (_, Some(second)) => refuse(second, "a second sensor", "one sensor"),
+        (Some(0), None) if last == 0 => {
+            refuse(0, "nothing but a sensor", "at least one element before it")
+        }
+        (Some(i), None) if i < last => {
+            refuse(i, "a sensor before other elements", "the sensor at the end")
+        }
+        _ => Ok(()),
+    }
+}
+
+/// No two elements may share a name: reports and holograms find them by it.
+fn check_names(elements: &[Element], origin: &Origin) -> Result<(), Fault> {
+    for (i, element) in elements.iter().enumerate() {
+        let Some(name) = element.name() else { continue };
+        if elements[..i].iter().any(|other| other.name() == Some(name)) {
+            return Err(origin.fault(
+                &format!("element[{i}].name"),
+                format!("the name \"{name}\" again"),
+                "a name of its own",
+            ));
+        }
+    }
+    Ok(())
+}
+
+/// Checks the inside of one element.
+fn check_element(element: &Element, place: &Place<'_>, heading: f64) -> Result<(), Fault> {
+    match element {
+        Element::Doe(doe) => {
+            check_aperture(&doe.aperture, &place.inner(".aperture"))?;
+            check_layers(&doe.layer, &place.inner(".layer"))
+        }
+        Element::Stop(stop) => check_aperture(&stop.aperture, &place.inner(".aperture")),
+        Element::Lens(lens) => check_lens(lens, place, heading),
+        Element::Surface(one) => check_edge(&one.shape(), one.semi_aperture_mm, place),
+        Element::Mirror(one) => check_edge(&one.shape(), one.semi_aperture_mm, place),
+        Element::CoordinateBreak(_) | Element::Sensor(_) => Ok(()),
+    }
+}
+
+/// The distance to the next element must be there and lead the way light runs.
+fn check_thickness(element: &Element, place: &Place<'_>, heading: f64) -> Result<(), Fault> {
+    let free = matches!(element, Element::CoordinateBreak(_) | Element::Sensor(_));
+    if free {
+        return Ok(());
+    }
+    match element.thickness_mm() {
+        None => place.refuse(
+            "no `thickness_mm`",
+            "the distance to the next element's vertex",
+        ),
+        Some(thickness) => check_heading(thickness, &place.inner(".thickness_mm"), heading),
+    }
+}
+
+/// A distance must have the sign of the way light runs.
+fn check_heading(thickness: f64, place: &Place<'_>, heading: f64) -> Result<(), Fault> {
+    if thickness * heading >= 0.0 {
+        return Ok(());
+    }
+    let expected = if heading > 0.0 {
+        "zero or more: no mirror has turned the light back"
+    } else {
+        "zero or less: after an odd number of mirrors light runs towards -z"
+    };
+    place.refuse(thickness.to_string(), expected)
+}
+
+/// An annulus must have an open part.
+fn check_aperture(aperture: &Aperture, place: &Place<'_>) -> Result<(), Fault> {
+    match aperture {
+        Aperture::Annulus(ring) if ring.inner_radius_mm >= ring.outer_radius_mm => {
+            place.inner(".annulus.inner_radius_mm").refuse(
+                ring.inner_radius_mm.to_string(),
+                format!("less than outer_radius_mm = {}", ring.outer_radius_mm),
+            )
+        }
+        _ => Ok(()),
+    }
+}
+
+/// A surface must exist up to its edge.
+fn check_edge(shape: &Shape, semi_aperture: f64, place: &Place<'_>) -> Result<(), Fault> {
+    if shape.height(semi_aperture, 0.0).is_some() {
+        return Ok(());
+    }
+    place.inner(".semi_aperture_mm").refuse(
+        semi_aperture.to_string(),
+        "a radius up to which the surface exists: its conic ends before",
+    )
+}
+
+/// The surfaces of a lens must be complete, exist, and not cross.
+fn check_lens(lens: &LensElement, place: &Place<'_>, heading: f64) -> Result<(), Fault> {
+    let last = lens.surface.len() - 1;
+    if last == 0 {
+        return place.inner(".surface").refuse(
+            "one surface",
+            "at least two; a single one is kind \"surface\"",
+        );
+    }
+    for (i, surface) in lens.surface.iter().enumerate() {
+        let place = place.inner(&format!(".surface[{i}]"));
+        check_edge(&surface.shape(), surface.semi_aperture_mm, &place)?;
+        match lens.surface.get(i + 1) {
+            Some(next) => check_gap(surface, next, &place, heading)?,
+            None => check_last(surface, &place)?,
+        }
+    }
+    Ok(())
+}
+
+/// The last surface of a lens leads back into the ambient medium.
+fn check_last(surface: &LensSurface, place: &Place<'_>) -> Result<(), Fault> {
+    if surface.thickness_mm.is_some() {
+        return place.inner(".thickness_mm").refuse(
+            "a thickness on the last surface",
+            "none here: the way to the next element is the lens's own thickness_mm",
+        );
+    }
+    if surface.glass.is_some() {
+        return place.inner(".glass").refuse(
+            "a glass after the last surface",
+            "none here: the ambient medium follows",
+        );
+    }
+    Ok(())
+}
+
+/// Two neighbouring surfaces of a lens must keep their order within both apertures.
+fn check_gap(
+    surface: &LensSurface,
+    next: &LensSurface,
+    place: &Place<'_>,
+    heading: f64,
+) -> Result<(), Fault> {
+    let Some(thickness) = surface.thickness_mm else {
+        return place.refuse("no `thickness_mm`", "the distance to the next surface");
+    };
+    if surface.glass.is_none() {
+        return place.refuse("no `glass`", "the medium between this surface and the next");
+    }
+    let place = place.inner(".thickness_mm");
+    check_heading(thickness, &place, heading)?;
+
+    // Compare the heights at radii up to the smaller aperture; both exist there.
+    let (front, back) = (surface.shape(), next.shape());
+    let reach = surface.semi_aperture_mm.min(next.semi_aperture_mm);
+    for i in 0..=RADII {
+        let r = reach * i as f64 / RADII as f64;
+        let (Some(a), Some(b)) = (front.height(r, 0.0), back.height(r, 0.0)) else {
+            continue;
+        };
+        if (thickness + b.z - a.z) * heading < 0.0 {
+            return place.refuse(
+                format!(
+                    "{thickness}, with which the next surface crosses this one at r = {r:.4} mm"
+                ),
+                "a thickness that keeps them apart within their apertures",
+            );
+        }
+    }
+    Ok(())
+}
+
+/// Checks every layer of a product.
+fn check_layers(layers: &[Layer], place: &Place<'_>) -> Result<(), Fault> {
+    for (i, layer) in layers.iter().enumerate() {
+        let place = place.inner(&format!("[{i}]"));
+        match layer {
+            Layer::Pixels(pixels) => check_pixels(pixels, &place)?,
+            Layer::Sum(sum) => check_sum(sum, &place)?,
+            _ => {}
+        }
+    }
+    Ok(())
+}
+
+/// A pixel layer needs arrays, or a size, and not two kinds of arrays.
+fn check_pixels(pixels: &PixelLayer, place: &Place<'_>) -> Result<(), Fault> {
+    let parts = pixels.phase.is_some() || pixels.amplitude.is_some();
+    match (&pixels.transmission, parts) {
+        (Some(_), true) => place.inner(".transmission").refuse(
+            "a transmission beside a phase or an amplitude",
+            "either the transmission or its parts",
+        ),
+        (None, false) if pixels.size.is_none() => place.refuse(
+            "no array",
+            "`phase`, `amplitude` or `transmission`, or a `size` for a hologram still to come",
+        ),
+        _ => Ok(()),
+    }
+}
+
+/// A sum needs layers in each term, and as many weights as terms.
+fn check_sum(sum: &SumLayer, place: &Place<'_>) -> Result<(), Fault> {
+    let count = sum.terms.len();
+    if let Some(weights) = sum.weights.as_ref().filter(|w| w.len() != count) {
+        return place.inner(".weights").refuse(
+            format!("{} weights", weights.len()),
+            format!("{count}, one for each term"),
+        );
+    }
+    for (i, term) in sum.terms.iter().enumerate() {
+        let place = place.inner(&format!(".terms[{i}]"));
+        if term.is_empty() {
+            return place.refuse("an empty term", "at least one layer");
+        }
+        check_layers(term, &place)?;
+    }
+    Ok(())
+}

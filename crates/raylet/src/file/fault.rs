@@ -1,0 +1,193 @@
+//! A fault in something the user gave: where it is, what was found there, what was expected.
+
+use std::fmt;
+use std::ops::Range;
+use std::path::{Path, PathBuf};
+
+/// Why an input file was refused, with its address.
+///
+/// Displayed over several lines: the address with the finding and the expectation on the first, then the
+/// offending line of the source with the place underlined, then a hint.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub struct Fault {
+    /// Where the fault is.
+    pub address: Box<Address>,
+    /// What was found there.
+    pub found: String,
+    /// What was expected instead.
+    pub expected: String,
+    /// How it may be repaired, when there is a good guess.
+    pub hint: Option<String>,
+}
+
+/// A place in an input file.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Address {
+    /// The file; empty for a text that came from no file.
+    pub file: PathBuf,
+    /// The path of the field inside it, such as `element[2].surface[0].glass`; may be empty.
+    pub path: String,
+    /// The place in the text, where the file is text.
+    pub excerpt: Option<Excerpt>,
+}
+
+/// A place in a text and the line around it.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Excerpt {
+    /// Line, counted from 1.
+    pub line: usize,
+    /// Column in characters, counted from 1.
+    pub column: usize,
+    /// The whole line.
+    pub text: String,
+    /// How many characters of it are meant, at least 1.
+    pub width: usize,
+}
+
+impl Fault {
+    /// A fault of a whole file, such as one that cannot be opened.
+    pub fn of_file(file: &Path, found: impl Into<String>, expected: impl Into<String>) -> Self {
+        let address = Address {
+            file: file.to_path_buf(),
+            ..Address::default()
+        };
+        Self::at(address, found, expected)
+    }
+
+    /// A fault at an address.
+    pub fn at(address: Address, found: impl Into<String>, expected: impl Into<String>) -> Self {
+        Self {
+            address: Box::new(address),
+            found: found.into(),
+            expected: expected.into(),
+            hint: None,
+        }
+    }
+
+    /// The same fault with a hint for its repair.
+    pub fn hint(self, hint: impl Into<String>) -> Self {
+        Self {
+            hint: Some(hint.into()),
+            ..self
+        }
+    }
+}
+
+impl Excerpt {
+    /// The excerpt of `text` at a range of bytes; a range over several lines is cut after its first.
+    pub fn new(text: &str, range: Range<usize>) -> Self {
+        // Step back to a character boundary, so that no range can split a character.
+        let start = (0..=range.start.min(text.len()))
+            .rev()
+            .find(|&at| text.is_char_boundary(at))
+            .unwrap_or(0);
+        let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
+        let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
+        let line = text[line_start..line_end].trim_end_matches('\r');
+
+        // Count characters, not bytes, for what is shown.
+        let column = text[line_start..start].chars().count();
+        let ahead = text[start..].char_indices();
+        let width = ahead.take_while(|(at, _)| start + at < range.end).count();
+        let room = line.chars().count().saturating_sub(column);
+        Self {
+            line: 1 + text[..start].matches('\n').count(),
+            column: column + 1,
+            text: line.to_owned(),
+            width: width.min(room).max(1),
+        }
+    }
+}
+
+impl fmt::Display for Fault {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(
+            f,
+            "{}: found {}, expected {}",
+            self.address, self.found, self.expected
+        )?;
+        if let Some(excerpt) = &self.address.excerpt {
+            write!(f, "\n{excerpt}")?;
+        }
+        if let Some(hint) = &self.hint {
+            write!(f, "\nhint: {hint}")?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Address {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Editors and terminals make a link of file:line:column.
+        if self.file.as_os_str().is_empty() {
+            write!(f, "input")?;
+        } else {
+            write!(f, "{}", self.file.display())?;
+        }
+        if let Some(excerpt) = &self.excerpt {
+            write!(f, ":{}:{}", excerpt.line, excerpt.column)?;
+        }
+        if !self.path.is_empty() {
+            write!(f, ": {}", self.path)?;
+        }
+        Ok(())
+    }
+}
+
+impl fmt::Display for Excerpt {
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        // Tabs are repeated under the line, so that the mark stands below its text at any tab width.
+        let lead: String = self.text.chars().take(self.column - 1).collect();
+        let lead = lead.replace(|c: char| c != '\t', " ");
+        let number = self.line.to_string();
+        let margin = " ".repeat(number.len());
+        writeln!(f, " {margin} |")?;
+        writeln!(f, " {number} | {}", self.text)?;
+        write!(f, " {margin} | {lead}{}", "^".repeat(self.width))
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::file::fault::{Address, Excerpt, Fault};
+
+    #[test]
+    fn display_underlines_the_place() {
+        let text = "version = 1\n\tpitch_µm = -3 # µm\n";
+        let start = text.find("-3").unwrap_or(0);
+        let address = Address {
+            file: "demo.toml".into(),
+            path: "pitch_µm".into(),
+            excerpt: Some(Excerpt::new(text, start..start + 2)),
+        };
+        let fault = Fault::at(address, "-3", "a positive number").hint("remove the sign");
+        assert_eq!(
+            fault.to_string(),
+            "demo.toml:2:13: pitch_µm: found -3, expected a positive number\n   |\n \
+             2 | \tpitch_µm = -3 # µm\n   | \t           ^^\nhint: remove the sign"
+        );
+    }
+
+    #[test]
+    fn excerpt_survives_any_range() {
+        let text = "a\r\nµ\n";
+        for start in 0..=text.len() + 2 {
+            for end in 0..=text.len() + 2 {
+                let excerpt = Excerpt::new(text, start..end);
+                assert!(excerpt.width >= 1 && excerpt.column >= 1);
+            }
+        }
+        assert_eq!(Excerpt::new(text, 0..4).width, 1);
+    }
+
+    #[test]
+    fn whole_file_has_no_line() {
+        let fault = Fault::of_file(Path::new("a.npy"), "no such file", "a readable file");
+        assert_eq!(
+            fault.to_string(),
+            "a.npy: found no such file, expected a readable file"
+        );
+    }
+}

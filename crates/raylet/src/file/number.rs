@@ -1,0 +1,229 @@
+//! Numbers of a scene file with the ranges they must keep, checked while they are read.
+//!
+//! The functions stand in `#[serde(deserialize_with = "…")]`, so a value out of range is refused at its
+//! own address. Every number is finite already when it comes here, except a radius.
+
+use std::fmt;
+
+use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Unexpected, Visitor};
+
+/// Something made of numbers, all of which must keep the same range.
+pub(crate) trait Numbers {
+    /// Every number in it.
+    fn numbers(&self) -> Vec<f64>;
+}
+
+impl Numbers for f64 {
+    fn numbers(&self) -> Vec<f64> {
+        vec![*self]
+    }
+}
+
+impl Numbers for usize {
+    fn numbers(&self) -> Vec<f64> {
+        vec![*self as f64]
+    }
+}
+
+impl<T: Numbers> Numbers for Option<T> {
+    fn numbers(&self) -> Vec<f64> {
+        self.iter().flat_map(Numbers::numbers).collect()
+    }
+}
+
+impl<T: Numbers, const N: usize> Numbers for [T; N] {
+    fn numbers(&self) -> Vec<f64> {
+        self.iter().flat_map(Numbers::numbers).collect()
+    }
+}
+
+/// Reads numbers that must all keep a range, told in words.
+fn within<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+    words: &str,
+    keeps: impl Fn(f64) -> bool,
+) -> Result<T, D::Error> {
+    let value = T::deserialize(deserializer)?;
+    match value.numbers().into_iter().find(|&number| !keeps(number)) {
+        Some(number) => Err(D::Error::invalid_value(Unexpected::Float(number), &words)),
+        None => Ok(value),
+    }
+}
+
+/// Numbers above zero.
+pub(crate) fn positive<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "a number above zero", |x| x > 0.0)
+}
+
+/// Numbers from zero up.
+pub(crate) fn not_negative<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "zero or more", |x| x >= 0.0)
+}
+
+/// Numbers other than zero.
+pub(crate) fn not_zero<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "a number other than zero", |x| x != 0.0)
+}
+
+/// Refractive indices: from 1 to 10.
+pub(crate) fn index<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "a refractive index from 1 to 10", |x| {
+        (1.0..=10.0).contains(&x)
+    })
+}
+
+/// Shares strictly between zero and one.
+pub(crate) fn share<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "a number between 0 and 1", |x| {
+        0.0 < x && x < 1.0
+    })
+}
+
+/// Angles in degrees within a right angle to both sides.
+pub(crate) fn acute<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "degrees between -90 and 90", |x| {
+        x.abs() < 90.0
+    })
+}
+
+/// A list with at least one item.
+pub(crate) fn not_empty<'de, D: Deserializer<'de>, T: Deserialize<'de>>(
+    deserializer: D,
+) -> Result<Vec<T>, D::Error> {
+    let list = Vec::deserialize(deserializer)?;
+    if list.is_empty() {
+        return Err(D::Error::invalid_length(0, &"at least one"));
+    }
+    Ok(list)
+}
+
+/// A radius of curvature: infinite or finite, never zero or NaN.
+pub(crate) fn radius<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Option<f64>, D::Error> {
+    struct Radius;
+    impl Visitor<'_> for Radius {
+        type Value = f64;
+        fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+            write!(f, "a radius other than zero, or inf for a plane")
+        }
+        fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
+            if value.is_nan() || value == 0.0 {
+                return Err(E::invalid_value(Unexpected::Float(value), &self));
+            }
+            Ok(value)
+        }
+        fn visit_i64<E: Error>(self, value: i64) -> Result<f64, E> {
+            self.visit_f64(value as f64)
+        }
+    }
+    deserializer.deserialize_any(Radius).map(Some)
+}
+
+/// A single value, or a list whose length is checked by the caller.
+struct OneOrList;
+
+impl<'de> Visitor<'de> for OneOrList {
+    type Value = Vec<f64>;
+
+    fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        write!(f, "a number or a list of numbers")
+    }
+
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Vec<f64>, E> {
+        if !value.is_finite() {
+            return Err(E::invalid_value(
+                Unexpected::Float(value),
+                &"a finite number",
+            ));
+        }
+        Ok(vec![value])
+    }
+
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Vec<f64>, E> {
+        Ok(vec![value as f64])
+    }
+
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Vec<f64>, A::Error> {
+        let mut list = Vec::new();
+        while let Some(value) = items.next_element()? {
+            list.push(value);
+        }
+        Ok(list)
+    }
+}
+
+/// A pitch above zero along x and y, given as a pair or as one number for both.
+pub(crate) fn pitch<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
+    let list = deserializer.deserialize_any(OneOrList)?;
+    let pair = match *list.as_slice() {
+        [both] => [both, both],
+        [x, y] => [x, y],
+        _ => {
+            return Err(D::Error::invalid_length(
+                list.len(),
+                &"one number, or two for x and y",
+            ));
+        }
+    };
+    match pair.into_iter().find(|&step| step <= 0.0) {
+        Some(step) => Err(D::Error::invalid_value(
+            Unexpected::Float(step),
+            &"a pitch above zero",
+        )),
+        None => Ok(pair),
+    }
+}
+
+/// One or several wavelengths in µm.
+pub(crate) fn wavelengths<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Vec<f64>, D::Error> {
+    let list = deserializer.deserialize_any(OneOrList)?;
+    if list.is_empty() {
+        return Err(D::Error::invalid_length(0, &"at least one wavelength"));
+    }
+    // A wavelength in nanometres is the likely slip, and it falls out of this range.
+    match list.iter().find(|&&value| !(0.01..=100.0).contains(&value)) {
+        Some(&value) => Err(D::Error::invalid_value(
+            Unexpected::Float(value),
+            &"a wavelength from 0.01 to 100 micrometres",
+        )),
+        None => Ok(list),
+    }
+}
+
+/// The schema of a number or a list of numbers, all above zero.
+pub(crate) fn one_or_list_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({
+        "anyOf": [
+            { "type": "number", "exclusiveMinimum": 0 },
+            { "type": "array", "items": { "type": "number", "exclusiveMinimum": 0 }, "minItems": 1 }
+        ]
+    })
+}
+
+/// The schema of a number or a pair of numbers, all above zero.
+pub(crate) fn one_or_pair_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
+    schemars::json_schema!({
+        "anyOf": [
+            { "type": "number", "exclusiveMinimum": 0 },
+            {
+                "type": "array",
+                "items": { "type": "number", "exclusiveMinimum": 0 },
+                "minItems": 2,
+                "maxItems": 2
+            }
+        ]
+    })
+}

@@ -1,0 +1,239 @@
+//! The scene file: everything that a run needs, in one TOML text with array files beside it.
+
+use std::path::Path;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::file::arrays::Arrays;
+use crate::file::check::check_elements;
+use crate::file::decode::{decode, tagged};
+use crate::file::element::Element;
+use crate::file::fault::Fault;
+use crate::file::layer::Layer;
+use crate::file::material::Material;
+use crate::file::misfit::nearest;
+use crate::file::number::{acute, one_or_list_schema, positive, wavelengths};
+use crate::file::origin::Origin;
+use crate::file::settings::{Hologram, Settings};
+
+/// The version of the format that this program reads.
+pub const VERSION: u32 = 1;
+
+/// A scene of raylet: light, elements along an axis, a sensor, and how to compute it. Lengths are in
+/// the units that the keys name; thicknesses lead from one element to the next.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+#[schemars(title = "raylet scene")]
+pub struct Scene {
+    /// Version of the format: 1.
+    #[schemars(extend("const" = 1))]
+    pub version: u32,
+    /// Title in reports.
+    #[serde(default)]
+    pub title: String,
+    /// Wavelength in vacuum in micrometres: one number or a list.
+    #[serde(deserialize_with = "wavelengths")]
+    #[schemars(schema_with = "one_or_list_schema")]
+    pub wavelength_um: Vec<f64>,
+    /// Medium outside the elements: a catalogue name or { index = … }.
+    #[serde(default = "air")]
+    pub ambient: Material,
+    /// Seed of everything random.
+    #[serde(default = "first_seed")]
+    pub seed: u64,
+    /// Where the light comes from.
+    pub source: Illumination,
+    /// The elements in the order light meets them; the last is the sensor.
+    #[schemars(extend("minItems" = 1))]
+    pub element: Vec<Element>,
+    /// How the scene is computed.
+    #[serde(default)]
+    pub settings: Settings,
+    /// A hologram to be computed for one of the elements.
+    #[serde(default)]
+    pub hologram: Option<Hologram>,
+    /// The text the scene was read from.
+    #[serde(skip)]
+    pub origin: Origin,
+    /// The arrays its layers name; empty until they are loaded.
+    #[serde(skip)]
+    pub arrays: Arrays,
+}
+
+tagged! {
+    /// A coherent source.
+    pub enum Illumination {
+        /// Collimated light of unit amplitude.
+        Plane(PlaneIllumination) = "plane",
+        /// A spherical wave from a point.
+        Point(PointIllumination) = "point",
+    }
+}
+
+/// A plane wave of unit amplitude with phase zero at the first element's vertex.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PlaneIllumination {
+    /// Direction [ax, ay] in degrees: its direction cosines along x and y are sin ax and sin ay.
+    #[serde(default, deserialize_with = "acute")]
+    pub angle_deg: [f64; 2],
+    /// Radius in millimetres of a hard-edged beam on the first element.
+    #[serde(default, deserialize_with = "positive")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub beam_radius_mm: Option<f64>,
+}
+
+/// A spherical wave, of unit amplitude at the first element's vertex.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PointIllumination {
+    /// The luminous point [x, y, z] in millimetres from the first element's vertex; z below zero.
+    pub position_mm: [f64; 3],
+    /// Radius in millimetres of a hard-edged beam on the first element.
+    #[serde(default, deserialize_with = "positive")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub beam_radius_mm: Option<f64>,
+}
+
+fn air() -> Material {
+    Material::Named("air".to_owned())
+}
+
+fn first_seed() -> u64 {
+    1
+}
+
+impl Scene {
+    /// Reads a scene file and every array it names.
+    ///
+    /// # Errors
+    /// The first fault of the file, or of an array file, with its address.
+    pub fn read(path: &Path) -> Result<Self, Fault> {
+        Self::open(path)?.load()
+    }
+
+    /// Reads a scene file without its arrays, which may be still to come.
+    ///
+    /// # Errors
+    /// The first fault of the file, with its address.
+    pub fn open(path: &Path) -> Result<Self, Fault> {
+        Self::from_origin(Origin::read(path)?)
+    }
+
+    /// Reads the text of a scene without its arrays; `path` names it in faults and tells its folder.
+    ///
+    /// # Errors
+    /// The first fault of the text, with its address.
+    pub fn parse(text: &str, path: &Path) -> Result<Self, Fault> {
+        Self::from_origin(Origin::new(text, path))
+    }
+
+    fn from_origin(origin: Origin) -> Result<Self, Fault> {
+        let mut scene: Scene = decode(&origin, i64::from(VERSION))?;
+        scene.origin = origin;
+        scene.check_source()?;
+        check_elements(&scene.element, &scene.origin)?;
+        scene.check_hologram()?;
+        scene.check_memory()?;
+        Ok(scene)
+    }
+
+    /// A point source must lie before the first element.
+    fn check_source(&self) -> Result<(), Fault> {
+        match &self.source {
+            Illumination::Point(point) if point.position_mm[2] >= 0.0 => Err(self.fault(
+                "source.position_mm[2]",
+                point.position_mm[2].to_string(),
+                "less than zero: the point lies before the first element",
+            )),
+            _ => Ok(()),
+        }
+    }
+
+    /// A hologram needs its element, with a pixel layer to write into.
+    fn check_hologram(&self) -> Result<(), Fault> {
+        let Some(hologram) = &self.hologram else {
+            return Ok(());
+        };
+        let named = |element: &&Element| element.name() == Some(&hologram.element);
+        let found = match self.element.iter().find(named) {
+            Some(Element::Doe(doe)) => {
+                if doe.layer.iter().any(|l| matches!(l, Layer::Pixels(_))) {
+                    return Ok(());
+                }
+                "an element without a layer of kind \"pixels\"".to_owned()
+            }
+            Some(_) => "an element that is not of kind \"doe\"".to_owned(),
+            None => format!("\"{}\", which no element is called", hologram.element),
+        };
+        let expected = "the name of a diffractive element with a layer of pixels";
+        let names: Vec<&str> = self.element.iter().filter_map(Element::name).collect();
+        let fault = self.fault("hologram.element", found, expected);
+        Err(match nearest(&hologram.element, &names) {
+            Some(name) if name != hologram.element => {
+                fault.hint(format!("did you mean \"{name}\"?"))
+            }
+            _ => fault,
+        })
+    }
+
+    /// The field on the sensor must fit in memory.
+    fn check_memory(&self) -> Result<(), Fault> {
+        for (i, element) in self.element.iter().enumerate() {
+            let Element::Sensor(sensor) = element else {
+                continue;
+            };
+            let [nx, ny] = sensor.pixels.map(|count| count as f64);
+            let megabytes = nx * ny * self.wavelength_um.len() as f64 * 16e-6;
+            if megabytes > self.settings.memory_limit_mb {
+                return Err(self.fault(
+                    &format!("element[{i}].pixels"),
+                    format!("a field of {megabytes:.0} MB"),
+                    format!(
+                        "at most {} MB (settings.memory_limit_mb)",
+                        self.settings.memory_limit_mb
+                    ),
+                ));
+            }
+        }
+        Ok(())
+    }
+
+    /// The scene with every array that its layers name.
+    ///
+    /// # Errors
+    /// An array that is missing, malformed, not 2-D, of the wrong kind or shape, not finite, or too large
+    /// for `memory_limit_mb`.
+    pub fn load(mut self) -> Result<Self, Fault> {
+        let limit = (self.settings.memory_limit_mb * 1e6) as u64;
+        self.arrays = Arrays::load(&self.element, &self.origin, limit)?;
+        Ok(self)
+    }
+
+    /// A fault of the field at a dotted path such as `element[2].surface[0].glass`, for findings of
+    /// later stages.
+    pub fn fault(
+        &self,
+        path: &str,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Fault {
+        self.origin.fault(path, found, expected)
+    }
+
+    /// The scene as TOML text, with every default written out and without comments.
+    ///
+    /// # Errors
+    /// A number that TOML cannot hold, such as a seed above 2⁶³.
+    pub fn to_toml(&self) -> Result<String, Fault> {
+        toml::to_string(self).map_err(|error| {
+            Fault::of_file(&self.origin.file, error.to_string(), "values TOML can hold")
+        })
+    }
+}
+
+/// The JSON Schema (2020-12) of a scene file, with a description of every key.
+pub fn schema() -> serde_json::Value {
+    schemars::schema_for!(Scene).to_value()
+}

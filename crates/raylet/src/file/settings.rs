@@ -1,0 +1,161 @@
+//! How a scene is to be computed, and the hologram it may ask for.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::file::element::Coating;
+use crate::file::number::{positive, share};
+
+/// How the scene is computed. What is absent is chosen from the scene.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Settings {
+    /// Which method carries the field through the lenses.
+    pub method: Method,
+    /// Relative error of the field that the automatic choices aim at.
+    #[serde(deserialize_with = "share")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub target_error: f64,
+    /// Standard deviation of the window of a beamlet in micrometres.
+    #[serde(deserialize_with = "positive")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub sigma_um: Option<f64>,
+    /// Distance of neighbouring windows, in units of sigma.
+    #[serde(deserialize_with = "positive")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub step: Option<f64>,
+    /// Period of a window's spectrum, in units of sigma.
+    #[serde(deserialize_with = "positive")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub period: Option<f64>,
+    /// Spectral modes below this share of the strongest are left out.
+    #[serde(deserialize_with = "share")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub mode_threshold: Option<f64>,
+    /// A beamlet is cut off where it falls below this share of its peak.
+    #[serde(deserialize_with = "share")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub footprint_threshold: Option<f64>,
+    /// Whether beamlets are corrected beyond their second order.
+    pub correction: Correction,
+    /// Relative error of the nonuniform Fourier transforms.
+    #[serde(deserialize_with = "share")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub nufft_tolerance: Option<f64>,
+    /// How refracting surfaces transmit that have no coating of their own.
+    pub coating: Coating,
+    /// Numbers of the method `paper`.
+    pub paper: Paper,
+    /// The most memory that arrays may take, in units of 10⁶ bytes.
+    #[serde(deserialize_with = "positive")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub memory_limit_mb: f64,
+}
+
+impl Default for Settings {
+    fn default() -> Self {
+        Self {
+            method: Method::default(),
+            target_error: 1e-3,
+            sigma_um: None,
+            step: None,
+            period: None,
+            mode_threshold: None,
+            footprint_threshold: None,
+            correction: Correction::default(),
+            nufft_tolerance: None,
+            coating: Coating::default(),
+            paper: Paper::default(),
+            memory_limit_mb: 4096.0,
+        }
+    }
+}
+
+/// A method that carries the field.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Method {
+    /// The one that promises the target error at the least cost.
+    #[default]
+    Auto,
+    /// Gaussian beamlets with exact second-order phase.
+    Beamlet,
+    /// Plane-wave pieces.
+    Plane,
+    /// Random patches and drawn modes, as first published.
+    Paper,
+}
+
+/// When a correction is applied.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Correction {
+    /// Where the target error needs it.
+    #[default]
+    Auto,
+    /// Always.
+    On,
+    /// Never.
+    Off,
+}
+
+/// Numbers of the method `paper`. What is absent is chosen from the scene.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields, default)]
+pub struct Paper {
+    /// Number of random positions.
+    #[serde(deserialize_with = "positive")]
+    pub rays: Option<usize>,
+    /// Number of modes drawn at each position.
+    #[serde(deserialize_with = "positive")]
+    pub secondary: Option<usize>,
+    /// Width of the square patch in micrometres.
+    #[serde(deserialize_with = "positive")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub patch_um: Option<f64>,
+    /// Width of the padded patch in units of the patch.
+    #[serde(deserialize_with = "positive")]
+    #[schemars(extend("exclusiveMinimum" = 0))]
+    pub padding: Option<f64>,
+    /// Whether contributions carry an obliquity factor.
+    pub obliquity: bool,
+}
+
+/// A hologram to be computed, so that the sensor shows an image.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct Hologram {
+    /// The image wanted on the sensor: a PNG file.
+    pub target: PathBuf,
+    /// Name of the diffractive element that takes the hologram.
+    pub element: String,
+    /// Width and height of the image on the sensor in millimetres.
+    #[serde(deserialize_with = "positive")]
+    pub size_mm: [f64; 2],
+    /// Number of iterations.
+    #[serde(default = "hundred", deserialize_with = "positive")]
+    #[schemars(extend("minimum" = 1))]
+    pub iterations: usize,
+    /// Whether the lenses are replaced by their principal planes while the hologram is sought.
+    #[serde(default = "yes")]
+    pub principal_planes: bool,
+    /// Whether dark and bright are exchanged.
+    #[serde(default)]
+    pub invert: bool,
+    /// Whether the image is mirrored left to right.
+    #[serde(default)]
+    pub flip_x: bool,
+    /// Whether the image is mirrored top to bottom.
+    #[serde(default)]
+    pub flip_y: bool,
+}
+
+fn hundred() -> usize {
+    100
+}
+
+fn yes() -> bool {
+    true
+}
