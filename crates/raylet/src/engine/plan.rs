@@ -372,9 +372,9 @@ impl BeamletPlan {
     }
 }
 
-/// The cheapest plan within half the target error, or else the most accurate one.
+/// The cheapest plan within a quarter of the target error, or else the most accurate one.
 fn choose(candidates: Vec<BeamletPlan>, settings: &Settings) -> BeamletPlan {
-    let limit = 0.5 * settings.target_error;
+    let limit = 0.25 * settings.target_error;
     let best = |by: &dyn Fn(&BeamletPlan) -> f64, from: Vec<BeamletPlan>| {
         from.into_iter().min_by(|a, b| by(a).total_cmp(&by(b)))
     };
@@ -417,11 +417,12 @@ pub fn launch(
         xy: zero,
         yy: q,
     };
-    let (landing, beamlet, g) = hop.carry_beamlet(at, p, start)?;
+    let carried = hop.carry_beamlet(at, p, start)?;
+    let (landing, g) = (carried.landing, carried.curvature);
     Ok(Arrival {
         at: landing.at,
         cosines: landing.cosines,
-        amplitude: beamlet.amplitude.value() * num_complex::Complex64::cis(k * landing.path),
+        amplitude: carried.amplitude.value() * num_complex::Complex64::cis(k * landing.path),
         curvature: [g.xx.value(), g.xy.value(), g.yy.value()],
     })
 }

@@ -1,6 +1,6 @@
 //! The one walk of a ray from screen to screen through a train of surfaces.
 
-use crate::math::complex::Symmetric;
+use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
 use crate::optics::bend::bend;
@@ -19,6 +19,17 @@ pub struct Landing<T = f64> {
     pub cosines: [T; 2],
     /// Optical path from the start, in mm.
     pub path: T,
+}
+
+/// A beamlet where it meets a receiving screen.
+#[derive(Clone, Copy, Debug)]
+pub struct Carried<T = f64> {
+    /// Its chief ray.
+    pub landing: Landing<T>,
+    /// Its amplitude, one at the start; the optical path's phase is not in it.
+    pub amplitude: Complex<T>,
+    /// Its curvature along the screen's axes, in 1/mm.
+    pub curvature: Symmetric<T>,
 }
 
 /// The ray that leaves a screen at (x, y) with optical direction cosines p along its axes.
@@ -140,8 +151,7 @@ impl Hop<'_> {
         land(self.to, ray, companion)
     }
 
-    /// The same with a beamlet of width σ (field ∝ exp(−u²/2σ²)): where it lands, and what it has
-    /// become, its curvature on the receiving screen's axes.
+    /// The same with a beamlet that starts with curvature `q` on the emitting screen's axes.
     ///
     /// # Errors
     /// How the ray was lost, if it was.
@@ -151,13 +161,16 @@ impl Hop<'_> {
         at: [T; 2],
         p: [T; 2],
         q: Symmetric<T>,
-    ) -> Result<(Landing<T>, Beamlet<T>, Symmetric<T>), Loss> {
+    ) -> Result<Carried<T>, Loss> {
         let ray = emit(self.from, at, p)?;
         let mut beamlet = Beamlet::launch(ray.direction, &self.from.frame, q);
         let ray = walk(self.train, ray, &mut beamlet)?;
         let landing = land(self.to, ray, &mut beamlet)?;
-        let curvature = beamlet.land(&self.to.frame);
-        Ok((landing, beamlet, curvature))
+        Ok(Carried {
+            landing,
+            amplitude: beamlet.amplitude,
+            curvature: beamlet.land(&self.to.frame),
+        })
     }
 
     /// The ray with its Jacobian J = ∂(s, p′)/∂(x, p), rows (s_x, s_y, p′_x, p′_y).
@@ -309,7 +322,8 @@ mod tests {
                     xy: Complex::new(0.0, 0.0),
                     yy: Complex::new(0.0, 0.21),
                 };
-                let (landing, beamlet, g) = hop.carry_beamlet(at, p, start).unwrap();
+                let carried = hop.carry_beamlet(at, p, start).unwrap();
+                let (landing, g) = (carried.landing, carried.curvature);
                 let (_, j) = hop.jacobian(at, p).unwrap();
                 let (m, n) = (block(&j, 0, q), block(&j, 2, q));
                 let d = determinant(&m);
@@ -329,7 +343,7 @@ mod tests {
                 // |a|² |det(A + Bq)| keeps the power: with ideal coatings in one medium it equals
                 // cos₁/cos₂, the cosines to the two screens.
                 let cos = |p: [f64; 2]| (1.0 - p[0] * p[0] - p[1] * p[1]).sqrt();
-                let power = beamlet.amplitude.value().norm_sqr() * d.norm();
+                let power = carried.amplitude.value().norm_sqr() * d.norm();
                 assert!((power - cos(p) / cos(landing.cosines)).abs() < 1e-10);
             });
         }

@@ -3,6 +3,7 @@
 pub mod array;
 pub mod arrays;
 pub(crate) mod axis;
+pub mod build;
 pub mod catalog;
 pub mod chart;
 mod check;

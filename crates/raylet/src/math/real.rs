@@ -109,6 +109,10 @@ impl<const N: usize> Sub for Dual<N> {
     }
 }
 
+#[expect(
+    clippy::suspicious_arithmetic_impl,
+    reason = "the rule of differentiation for this operation"
+)]
 impl<const N: usize> Mul for Dual<N> {
     type Output = Self;
     #[inline(always)]
@@ -122,6 +126,10 @@ impl<const N: usize> Mul for Dual<N> {
     }
 }
 
+#[expect(
+    clippy::suspicious_arithmetic_impl,
+    reason = "the rule of differentiation for this operation"
+)]
 impl<const N: usize> Div for Dual<N> {
     type Output = Self;
     #[inline(always)]

@@ -129,7 +129,7 @@ pub fn noll(index: usize) -> (u32, i32) {
     } else {
         2 * (place / 2) + 1
     };
-    let sign = if index % 2 == 0 { 1 } else { -1 };
+    let sign = if index.is_multiple_of(2) { 1 } else { -1 };
     (n as u32, sign * m as i32)
 }
 
@@ -157,7 +157,7 @@ fn zernike<T: Real>(index: usize, x: T, y: T) -> T {
 /// (−1)^s (n−s)! / (s! ((n+m)/2−s)! ((n−m)/2−s)!).
 fn radial_coefficient(n: u32, m: u32, s: u32) -> f64 {
     let factorial = |k: u32| (1..=k).map(f64::from).product::<f64>();
-    let sign = if s % 2 == 0 { 1.0 } else { -1.0 };
+    let sign = if s.is_multiple_of(2) { 1.0 } else { -1.0 };
     sign * factorial(n - s)
         / (factorial(s) * factorial((n + m) / 2 - s) * factorial((n - m) / 2 - s))
 }

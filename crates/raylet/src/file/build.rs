@@ -1,0 +1,455 @@
+//! From a scene to the optical system it describes, one wavelength at a time.
+
+use num_complex::Complex64;
+
+use crate::file::catalog;
+use crate::file::element::{self, Element, LensElement};
+use crate::file::fault::Fault;
+use crate::file::layer::{self, PixelForm as FilePixelForm};
+use crate::file::material::Material;
+use crate::file::scene::{Illumination, Scene};
+use crate::math::vec3::Vec3;
+use crate::optics::aperture::{Aperture, Outline};
+use crate::optics::bend::{Coating, Interface};
+use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use crate::optics::frame::Frame;
+use crate::optics::medium::Medium;
+use crate::optics::profile::Profile;
+use crate::optics::screen::{Act, Screen, Sensor};
+use crate::optics::shape::Shape;
+use crate::optics::source::Source;
+use crate::optics::surface::Surface;
+use crate::optics::system::System;
+
+/// Micrometres in a millimetre.
+const UM: f64 = 1e-3;
+
+/// The system that a scene describes at its `channel`-th wavelength.
+///
+/// # Errors
+/// An unknown glass, a wavelength outside a glass's range, arrays that are not loaded, or pixel grids
+/// of one element that do not share their lattice; told at the field.
+pub fn system(scene: &Scene, channel: usize) -> Result<System, Fault> {
+    let wavelength = scene.wavelength_um[channel] * UM;
+    let ambient = medium(scene, &scene.ambient, "ambient")?;
+    let mut layout = Layout {
+        scene,
+        wavelength,
+        axis: Frame::GLOBAL,
+        towards: 1.0,
+        index: index(scene, &ambient, wavelength, "ambient")?,
+        ambient,
+        screens: Vec::new(),
+        trains: Vec::new(),
+    };
+    for (number, element) in scene.element.iter().enumerate() {
+        layout.place(number, element)?;
+    }
+    let source = layout.source();
+    Ok(System {
+        wavelength,
+        source,
+        screens: layout.screens,
+        trains: layout.trains,
+    })
+}
+
+fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Fault> {
+    match material {
+        Material::Index(constant) => Ok(Medium::constant(constant.index)),
+        Material::Named(name) => catalog::medium(name)
+            .map_err(|error| scene.fault(path, error.to_string(), "a name of the glass catalogue")),
+    }
+}
+
+fn index(scene: &Scene, medium: &Medium, wavelength: f64, path: &str) -> Result<f64, Fault> {
+    medium.index(wavelength).map_err(|error| {
+        scene.fault(
+            path,
+            error.to_string(),
+            "a medium that is known at the scene's wavelengths",
+        )
+    })
+}
+
+/// The axis as it is laid, element by element.
+struct Layout<'a> {
+    scene: &'a Scene,
+    wavelength: f64,
+    axis: Frame,
+    /// +1 while light runs towards the axis's +z, −1 after an odd number of mirrors.
+    towards: f64,
+    /// Index of the medium the light is in.
+    index: f64,
+    ambient: Medium,
+    screens: Vec<Screen>,
+    trains: Vec<Vec<Surface>>,
+}
+
+impl Layout<'_> {
+    /// Places one element and moves the axis on to the next.
+    fn place(&mut self, number: usize, element: &Element) -> Result<(), Fault> {
+        let path = format!("element[{number}]");
+        let [dx, dy] = element.decenter_mm();
+        let moved = self.axis.moved(Vec3::new(dx, dy, 0.0));
+        let frame = moved.tilted(element.tilt_deg().map(f64::to_radians));
+        let name = element.name().map_or_else(|| path.clone(), str::to_owned);
+        let mut along = element.thickness_mm().unwrap_or(0.0);
+        match element {
+            Element::Doe(doe) => {
+                let act = Act::Doe(self.doe(doe, &path)?);
+                self.screen(name, frame, act, &path)?;
+            }
+            Element::Stop(stop) => {
+                let act = Act::Stop(aperture(&stop.aperture));
+                self.screen(name, frame, act, &path)?;
+            }
+            Element::Sensor(sensor) => {
+                let act = Act::Sensor(Sensor {
+                    pixels: sensor.pixels,
+                    pitch: sensor.pitch_um.map(|p| p * UM),
+                });
+                if self.screens.is_empty() {
+                    return Err(self.scene.fault(
+                        &path,
+                        "a sensor as the only element",
+                        "at least one element before the sensor",
+                    ));
+                }
+                self.push_screen(name, frame, act);
+            }
+            Element::Lens(lens) => along += self.lens(lens, frame, &path)?,
+            Element::Surface(surface) => {
+                let glass = surface.glass.as_ref();
+                let after = self.after(glass, &format!("{path}.glass"))?;
+                let disc = surface.semi_aperture_mm;
+                self.surface(surface.shape(), frame, disc, surface.coating, after);
+            }
+            Element::Mirror(mirror) => {
+                self.enter(mirror.semi_aperture_mm, &frame);
+                self.push_surface(Surface {
+                    shape: mirror.shape(),
+                    frame,
+                    aperture: Aperture::disc(mirror.semi_aperture_mm),
+                    interface: Interface::Reflect,
+                    coating: Coating::Ideal,
+                    index: [self.index; 2],
+                });
+            }
+            Element::CoordinateBreak(_) => self.axis = frame,
+        }
+        if element.reflects() {
+            self.towards = -self.towards;
+        }
+        self.axis = self.axis.moved(Vec3::new(0.0, 0.0, along));
+        Ok(())
+    }
+
+    /// The surfaces of a lens; returns its thickness along the axis.
+    fn lens(&mut self, lens: &LensElement, frame: Frame, path: &str) -> Result<f64, Fault> {
+        let mut depth = 0.0;
+        let last = lens.surface.len() - 1;
+        for (number, surface) in lens.surface.iter().enumerate() {
+            let place = format!("{path}.surface[{number}].glass");
+            let glass = surface.glass.as_ref().filter(|_| number < last);
+            let after = self.after(glass, &place)?;
+            let at = frame.moved(Vec3::new(0.0, 0.0, depth));
+            self.surface(
+                surface.shape(),
+                at,
+                surface.semi_aperture_mm,
+                surface.coating,
+                after,
+            );
+            depth += surface.thickness_mm.unwrap_or(0.0);
+        }
+        Ok(depth)
+    }
+
+    /// Index of the medium behind a surface: its glass, or the ambient medium.
+    fn after(&self, glass: Option<&Material>, path: &str) -> Result<f64, Fault> {
+        let medium = match glass {
+            Some(material) => medium(self.scene, material, path)?,
+            None => self.ambient.clone(),
+        };
+        index(self.scene, &medium, self.wavelength, path)
+    }
+
+    fn surface(
+        &mut self,
+        shape: Shape,
+        frame: Frame,
+        radius: f64,
+        coating: Option<element::Coating>,
+        after: f64,
+    ) {
+        self.enter(radius, &frame);
+        let coating = match coating.unwrap_or(self.scene.settings.coating) {
+            element::Coating::Ideal => Coating::Ideal,
+            element::Coating::Fresnel => Coating::Fresnel,
+            element::Coating::Unit => Coating::Unit,
+        };
+        let before = std::mem::replace(&mut self.index, after);
+        self.push_surface(Surface {
+            shape,
+            frame,
+            aperture: Aperture::disc(radius),
+            interface: Interface::Refract,
+            coating,
+            index: [before, after],
+        });
+    }
+
+    /// A stop or element as a screen of its own; it limits the beam itself.
+    fn screen(&mut self, name: String, frame: Frame, act: Act, path: &str) -> Result<(), Fault> {
+        if self.screens.is_empty() && self.beam_radius().is_some() {
+            return Err(self.scene.fault(
+                "source.beam_radius_mm",
+                format!("a beam radius, though the first element ({path}) has an aperture"),
+                "no beam_radius_mm: that element's aperture limits the beam",
+            ));
+        }
+        self.push_screen(name, frame, act);
+        Ok(())
+    }
+
+    /// Where light meets a surface first, an opening of the beam's radius (or the surface's own) stands
+    /// before it: the field has to live on some screen.
+    fn enter(&mut self, radius: f64, frame: &Frame) {
+        if self.screens.is_empty() {
+            let radius = self.beam_radius().unwrap_or(radius);
+            let act = Act::Stop(Aperture::disc(radius));
+            self.push_screen(String::from("entrance"), *frame, act);
+        }
+    }
+
+    fn beam_radius(&self) -> Option<f64> {
+        match &self.scene.source {
+            Illumination::Plane(plane) => plane.beam_radius_mm,
+            Illumination::Point(point) => point.beam_radius_mm,
+        }
+    }
+
+    fn push_screen(&mut self, name: String, frame: Frame, act: Act) {
+        if !self.screens.is_empty() && self.trains.len() < self.screens.len() {
+            self.trains.push(Vec::new());
+        }
+        self.screens.push(Screen {
+            name,
+            frame,
+            act,
+            index: self.index,
+            arrives: self.towards,
+        });
+    }
+
+    fn push_surface(&mut self, surface: Surface) {
+        if self.trains.len() < self.screens.len() {
+            self.trains.push(Vec::new());
+        }
+        if let Some(train) = self.trains.last_mut() {
+            train.push(surface);
+        }
+    }
+
+    /// The source, its phase zero at the first screen's vertex.
+    fn source(&self) -> Source {
+        let origin = self
+            .screens
+            .first()
+            .map_or(Frame::GLOBAL.origin, |s| s.frame.origin);
+        match &self.scene.source {
+            Illumination::Plane(plane) => {
+                let [x, y] = plane.angle_deg.map(|a| a.to_radians().sin());
+                let direction = Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());
+                Source::Plane { direction, origin }
+            }
+            Illumination::Point(point) => {
+                let [x, y, z] = point.position_mm;
+                Source::Point {
+                    position: Vec3::new(x, y, z),
+                    reference: origin,
+                }
+            }
+        }
+    }
+
+    fn doe(&self, doe: &element::DoeElement, path: &str) -> Result<Doe, Fault> {
+        let doe = Doe {
+            layers: self.layers(&doe.layer, &format!("{path}.layer"))?,
+            aperture: aperture(&doe.aperture),
+            reflect: doe.reflect,
+        };
+        let mut lattices = Vec::new();
+        collect_lattices(&doe.layers, &mut lattices);
+        if lattices.windows(2).any(|pair| pair[0] != pair[1]) {
+            return Err(self.scene.fault(
+                &format!("{path}.layer"),
+                "pixel grids of different pitch, size or pixel form in one element",
+                "grids that share their lattice; or two elements at a distance",
+            ));
+        }
+        Ok(doe)
+    }
+
+    fn layers(&self, layers: &[layer::Layer], path: &str) -> Result<Vec<Layer>, Fault> {
+        let one = |(i, layer): (usize, &layer::Layer)| self.layer(layer, &format!("{path}[{i}]"));
+        layers.iter().enumerate().map(one).collect()
+    }
+
+    fn layer(&self, layer: &layer::Layer, path: &str) -> Result<Layer, Fault> {
+        let k = std::f64::consts::TAU / self.wavelength;
+        let missing = || {
+            self.scene.fault(
+                path,
+                "an array that is not loaded",
+                "an array file, or size = [nx, ny]",
+            )
+        };
+        Ok(match layer {
+            layer::Layer::Pixels(pixels) => {
+                let values = self
+                    .scene
+                    .arrays
+                    .transmission(pixels, path)
+                    .ok_or_else(missing)?;
+                grid(pixels.pitch_um, values, pixels.pixel)
+            }
+            layer::Layer::Height(relief) => {
+                let heights = self.scene.arrays.heights_um(path).ok_or_else(missing)?;
+                let place = format!("{path}.glass");
+                let step = self.after(Some(&relief.glass), &place)? - self.index;
+                let values = heights.mapv(|h| Complex64::cis(k * step * h * UM));
+                grid(relief.pitch_um, values, relief.pixel)
+            }
+            layer::Layer::Grating(grating) => {
+                let rate =
+                    std::f64::consts::TAU * f64::from(grating.order) / (grating.period_um * UM);
+                let (sin, cos) = grating.direction_deg.to_radians().sin_cos();
+                Layer::Phase(Profile::Linear {
+                    gradient: [rate * cos, rate * sin],
+                })
+            }
+            layer::Layer::Lens(lens) => {
+                let made_for = lens.wavelength_um.unwrap_or(self.scene.wavelength_um[0]) * UM;
+                Layer::Phase(Profile::Lens {
+                    focal_length: lens.focal_length_mm,
+                    wavenumber: std::f64::consts::TAU * self.index / made_for,
+                })
+            }
+            layer::Layer::Axicon(axicon) => Layer::Phase(Profile::Axicon {
+                slope: -k * self.index * axicon.angle_deg.to_radians().sin(),
+            }),
+            layer::Layer::Vortex(vortex) => Layer::Phase(Profile::Vortex {
+                charge: vortex.charge,
+            }),
+            layer::Layer::Radial(radial) => Layer::Phase(Profile::Radial {
+                radius: radial.norm_radius_mm,
+                coefficients: radial.coefficients.clone(),
+            }),
+            layer::Layer::Zernike(zernike) => Layer::Phase(Profile::Zernike {
+                radius: zernike.norm_radius_mm,
+                coefficients: zernike.coefficients.clone(),
+            }),
+            layer::Layer::Sum(sum) => {
+                let mut terms = Vec::new();
+                for (i, term) in sum.terms.iter().enumerate() {
+                    let weight = sum.weights.as_ref().map_or(1.0, |w| w[i]);
+                    let layers = self.layers(term, &format!("{path}.terms[{i}]"))?;
+                    terms.push((Complex64::new(weight, 0.0), layers));
+                }
+                Layer::Sum(terms)
+            }
+        })
+    }
+}
+
+fn grid(pitch_um: [f64; 2], values: ndarray::Array2<Complex64>, form: FilePixelForm) -> Layer {
+    Layer::Pixels(Pixels {
+        pitch: pitch_um.map(|p| p * UM),
+        values,
+        form: match form {
+            FilePixelForm::Box => PixelForm::Box,
+            FilePixelForm::Point => PixelForm::Point,
+            FilePixelForm::Bilinear => PixelForm::Bilinear,
+        },
+    })
+}
+
+/// Pitch, size and form of every pixel grid among the layers.
+fn collect_lattices(layers: &[Layer], found: &mut Vec<([f64; 2], (usize, usize), PixelForm)>) {
+    for layer in layers {
+        match layer {
+            Layer::Pixels(pixels) => found.push((pixels.pitch, pixels.values.dim(), pixels.form)),
+            Layer::Phase(_) => {}
+            Layer::Sum(terms) => terms
+                .iter()
+                .for_each(|(_, layers)| collect_lattices(layers, found)),
+        }
+    }
+}
+
+fn aperture(aperture: &element::Aperture) -> Aperture {
+    match aperture {
+        element::Aperture::Disc(disc) => Aperture {
+            outline: Outline::Disc {
+                radius: disc.radius_mm,
+            },
+            centre: disc.centre_mm,
+        },
+        element::Aperture::Rectangle(rectangle) => Aperture {
+            outline: Outline::Rectangle {
+                half_x: 0.5 * rectangle.width_mm,
+                half_y: 0.5 * rectangle.height_mm,
+            },
+            centre: rectangle.centre_mm,
+        },
+        element::Aperture::Annulus(annulus) => Aperture {
+            outline: Outline::Annulus {
+                inner: annulus.inner_radius_mm,
+                outer: annulus.outer_radius_mm,
+            },
+            centre: annulus.centre_mm,
+        },
+    }
+}
+
+/// The settings of a run, as a scene states them; what it leaves out keeps the engine's default.
+pub fn settings(scene: &Scene) -> crate::engine::settings::Settings {
+    use crate::engine::settings as engine;
+    use crate::file::settings as file;
+    let given = &scene.settings;
+    let standard = engine::Settings::default();
+    engine::Settings {
+        method: match given.method {
+            file::Method::Auto => engine::Method::Auto,
+            file::Method::Beamlet => engine::Method::Beamlet,
+            file::Method::Plane => engine::Method::Plane,
+            file::Method::Paper => engine::Method::Paper,
+        },
+        target_error: given.target_error,
+        sigma: given.sigma_um.map(|s| s * UM),
+        step: given.step.unwrap_or(standard.step),
+        period: given.period.unwrap_or(standard.period),
+        mode_threshold: given.mode_threshold.unwrap_or(standard.mode_threshold),
+        footprint_threshold: given
+            .footprint_threshold
+            .unwrap_or(standard.footprint_threshold),
+        correction: match given.correction {
+            file::Correction::Auto => engine::Correction::Auto,
+            file::Correction::On => engine::Correction::On,
+            file::Correction::Off => engine::Correction::Off,
+        },
+        padding: standard.padding,
+        nufft_tolerance: given.nufft_tolerance.unwrap_or(standard.nufft_tolerance),
+        paper: engine::Paper {
+            rays: given.paper.rays.unwrap_or(standard.paper.rays),
+            secondary: given.paper.secondary.unwrap_or(standard.paper.secondary),
+            patch: given.paper.patch_um.map(|p| p * UM),
+            padding: given.paper.padding.unwrap_or(standard.paper.padding),
+            obliquity: given.paper.obliquity,
+        },
+        seed: scene.seed,
+        memory_limit: (given.memory_limit_mb * 1e6) as usize,
+    }
+}
