@@ -2,6 +2,7 @@
 
 pub mod chirp;
 pub mod complex;
+mod double;
 mod kaiser;
 pub mod lanes;
 mod lines;
