@@ -14,7 +14,8 @@ use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::gather::{Canvas, Raster};
+use crate::wave::gather::Canvas;
+use crate::wave::raster::Raster;
 use crate::wave::sampling::{Reach, SamplingError, act, interpolate, plan_grid, plan_raster};
 
 /// Why a run is impossible.

@@ -4,6 +4,8 @@ pub mod field;
 pub mod gather;
 pub mod patch;
 pub mod propagate;
+pub mod raster;
 pub mod sampling;
+pub mod stamp;
 pub mod wavelet;
 pub mod window;
