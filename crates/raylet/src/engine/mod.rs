@@ -3,9 +3,11 @@
 pub mod backend;
 pub mod beamlets;
 pub mod budget;
+pub mod census;
 pub mod cpu;
 pub mod fan;
 pub mod plan;
+pub mod rims;
 pub mod settings;
 pub mod simulate;
 pub mod tally;

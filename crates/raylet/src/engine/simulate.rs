@@ -8,6 +8,7 @@ use num_complex::Complex64;
 use crate::engine::backend::{Backend, Job};
 use crate::engine::cpu::Cpu;
 use crate::engine::plan::{Plan, PlanError, plan};
+use crate::engine::rims::with_rims;
 use crate::engine::settings::Settings;
 use crate::engine::tally::{Fate, Tally};
 use crate::math::vec3::Vec3;
@@ -130,6 +131,7 @@ fn raster_of(grid: &Grid) -> Raster {
 /// # Errors
 /// As [`simulate`].
 pub fn plan_all(system: &System, settings: &Settings) -> Result<Vec<Plan>, SimulateError> {
+    let system = &with_rims(system);
     let (mut anchor, _) = incidence(system);
     let mut plans = Vec::new();
     for hop in system.hops() {
@@ -237,6 +239,7 @@ pub fn simulate(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, SimulateError> {
     let sensor = sensor_of(system)?;
+    let system = &with_rims(system);
     let mut light = Arriving::from_source(system);
     let mut reports = Vec::new();
     for (number, hop) in system.hops().enumerate() {
