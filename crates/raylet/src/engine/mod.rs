@@ -3,9 +3,11 @@
 pub mod backend;
 pub mod budget;
 pub mod cpu;
+pub mod eikonal;
 pub mod fan;
 pub mod plan;
 pub mod settings;
 pub mod simulate;
 pub mod tally;
+pub mod tube;
 pub mod walk;

@@ -102,7 +102,7 @@ pub fn plan(
 }
 
 /// The free hop that this hop is, if nothing between its parallel screens has power or an edge.
-fn free_hop(
+pub fn free_hop(
     hop: &Hop,
     from: [f64; 4],
     to: [f64; 4],

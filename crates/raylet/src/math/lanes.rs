@@ -27,19 +27,39 @@ pub fn cis(x: Lanes) -> (Lanes, Lanes) {
         // Reduce to |r| ≤ π/4 and the quadrant, kept as the low bits of a shifted double.
         let shifted = x[i] * std::f64::consts::FRAC_2_PI + ROUND;
         let turns = shifted - ROUND;
-        let quadrant = shifted.to_bits();
         let r = ((x[i] - turns * HALF_PI[0]) - turns * HALF_PI[1]) - turns * HALF_PI[2];
-        let (c, s) = quarter(r);
-
-        // Odd quadrants swap sine and cosine; the signs follow from the two low bits.
-        let odd = quadrant & 1 == 1;
-        let (c, s) = if odd { (s, c) } else { (c, s) };
-        let cos_sign = ((quadrant ^ (quadrant >> 1)) & 1) << 63;
-        let sin_sign = ((quadrant >> 1) & 1) << 63;
-        cos[i] = f64::from_bits(c.to_bits() ^ cos_sign);
-        sin[i] = f64::from_bits(s.to_bits() ^ sin_sign);
+        (cos[i], sin[i]) = turned(r, shifted.to_bits());
     }
     (cos, sin)
+}
+
+/// Cosine and sine of 2πt, to 3e-16 beside the rounding of t itself, for |t| up to 1e14.
+#[inline(always)]
+pub fn cis_turns(t: Lanes) -> (Lanes, Lanes) {
+    let (mut cos, mut sin) = ([0.0; LANES], [0.0; LANES]);
+    for i in 0..LANES {
+        // The distance to the nearest quarter turn is exact.
+        let shifted = 4.0 * t[i] + ROUND;
+        let rest = 4.0 * t[i] - (shifted - ROUND);
+        let r = rest * std::f64::consts::FRAC_PI_2;
+        (cos[i], sin[i]) = turned(r, shifted.to_bits());
+    }
+    (cos, sin)
+}
+
+/// Cosine and sine of r + quadrant·π/2 for |r| ≤ π/4; only the quadrant's two low bits count.
+#[inline(always)]
+fn turned(r: f64, quadrant: u64) -> (f64, f64) {
+    let (c, s) = quarter(r);
+    // Odd quadrants swap sine and cosine; the signs follow from the two low bits.
+    let odd = quadrant & 1 == 1;
+    let (c, s) = if odd { (s, c) } else { (c, s) };
+    let cos_sign = ((quadrant ^ (quadrant >> 1)) & 1) << 63;
+    let sin_sign = ((quadrant >> 1) & 1) << 63;
+    (
+        f64::from_bits(c.to_bits() ^ cos_sign),
+        f64::from_bits(s.to_bits() ^ sin_sign),
+    )
 }
 
 /// Cosine and sine for |r| ≤ π/4: Taylor polynomials of degree 16 and 17.
@@ -97,7 +117,7 @@ pub fn exp(x: Lanes) -> Lanes {
 
 #[cfg(test)]
 mod tests {
-    use crate::math::lanes::{LANES, cis, exp};
+    use crate::math::lanes::{LANES, cis, cis_turns, exp};
 
     #[test]
     fn cis_matches_the_standard_library() {
@@ -110,6 +130,23 @@ mod tests {
                 assert!((sin[i] - lanes[i].sin()).abs() < 3e-16, "sin {}", lanes[i]);
             }
             x += 17.317;
+        }
+    }
+
+    #[test]
+    fn turns_match_the_standard_library() {
+        for step in -3000..3000 {
+            let lanes = std::array::from_fn(|i| f64::from(step) / 97.0 + i as f64 * 0.0137);
+            let (cos, sin) = cis_turns(lanes);
+            let (far_cos, far_sin) = cis_turns(lanes.map(|t| t + 1048576.0));
+            for i in 0..LANES {
+                let x = std::f64::consts::TAU * lanes[i].fract();
+                assert!((cos[i] - x.cos()).abs() < 1e-15, "cos {}", lanes[i]);
+                assert!((sin[i] - x.sin()).abs() < 1e-15, "sin {}", lanes[i]);
+                // A million turns on, only the rounding of the argument shows.
+                assert!((far_cos[i] - cos[i]).abs() < 1e-9);
+                assert!((far_sin[i] - sin[i]).abs() < 1e-9);
+            }
         }
     }
 

@@ -4,6 +4,7 @@ pub mod field;
 pub mod gather;
 pub mod patch;
 pub mod propagate;
+pub mod rayleigh;
 pub mod sampling;
 pub mod wavelet;
 pub mod window;
