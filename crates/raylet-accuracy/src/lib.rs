@@ -10,6 +10,10 @@
 //! [`pixels`]: a plane of box pixels; [`disc`]: a hard disc on a grid and its spectrum;
 //! [`rayleigh_sommerfeld`]: pixels to any points in free space, by direct sum;
 //! [`collins`]: pixels through a paraxial ABCD train, by direct sum;
+//! [`spectrum`]: plane waves on a lattice, through plane-parallel slabs, to sensor points;
+//! [`surface`]: a curved refracting surface's sag and the samples on its aperture;
+//! [`interface`]: plane waves to such a surface and back;
+//! [`mod@bench`]: these joined to a train of small, strongly refracting lenses and pixel planes.
 
 pub mod phase;
 pub mod quadrature;
@@ -24,3 +28,11 @@ pub mod disc;
 pub mod rayleigh_sommerfeld;
 
 pub mod collins;
+
+pub mod spectrum;
+
+pub mod surface;
+
+pub mod interface;
+
+pub mod bench;

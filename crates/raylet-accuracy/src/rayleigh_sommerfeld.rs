@@ -61,7 +61,7 @@ fn sources(pixels: &Pixels, tilt: [f64; 2], wavelength: f64, nodes: usize) -> So
             sources.push(*x, *y, transmission * Complex64::new(c, s) * area);
         }
     }
-    while sources.x.len() % LANES != 0 {
+    while !sources.x.len().is_multiple_of(LANES) {
         sources.push(0.0, 0.0, Complex64::new(0.0, 0.0));
     }
     sources

@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use crate::engine::plan::BeamletPlan;
+use crate::engine::beamlets::BeamletPlan;
 use crate::engine::settings::Settings;
 use crate::engine::tally::Tally;
 use crate::optics::system::Hop;

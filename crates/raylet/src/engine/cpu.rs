@@ -10,8 +10,8 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::engine::backend::{Backend, Job};
+use crate::engine::beamlets::{TRUSTED_TAIL, launch};
 use crate::engine::budget::aberration;
-use crate::engine::plan::{TRUSTED_TAIL, launch};
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;
 use crate::wave::field::Field;

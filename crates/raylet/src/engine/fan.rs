@@ -129,14 +129,25 @@ impl Fan {
             }
         };
 
+        let ray = FanRay {
+            at,
+            p: cell.centre,
+            landing,
+            jacobian,
+        };
+        self.judge(ray, cell, n, to, margin)
+    }
+
+    /// Keeps, divides or drops a cell whose central ray has landed.
+    fn judge(&mut self, ray: FanRay, cell: Cell, n: f64, to: [f64; 4], margin: [f64; 2]) -> bool {
         // How far the cell's rays land from its central ray, to first order.
-        let mut reaches = true;
+        let (mut reaches, mut inside) = (true, true);
         let mut fine = cell.half <= COARSEST * n;
-        let mut inside = true;
         for a in 0..2 {
-            let spread = SAFETY * cell.half * (jacobian[a][2].abs() + jacobian[a][3].abs());
+            let slope = ray.jacobian[a][2].abs() + ray.jacobian[a][3].abs();
+            let spread = SAFETY * cell.half * slope;
             let (low, high) = (to[2 * a], to[2 * a + 1]);
-            let s = landing.at[a];
+            let s = ray.landing.at[a];
             reaches &= s + spread >= low - margin[a] && s - spread <= high + margin[a];
             inside &= s >= low && s <= high;
             fine &= spread <= 0.2 * (high - low) + margin[a];
@@ -147,16 +158,12 @@ impl Fan {
         if !fine && cell.depth < DEPTH {
             return true;
         }
+
+        // A cell of its own: its directions belong to the band.
         for a in 0..2 {
             self.band[2 * a] = self.band[2 * a].min(cell.centre[a] - cell.half);
             self.band[2 * a + 1] = self.band[2 * a + 1].max(cell.centre[a] + cell.half);
         }
-        let ray = FanRay {
-            at,
-            p: cell.centre,
-            landing,
-            jacobian,
-        };
         if inside {
             self.rays.push(ray);
         } else {

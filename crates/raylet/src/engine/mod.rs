@@ -1,6 +1,7 @@
 //! Who runs which rays.
 
 pub mod backend;
+pub mod beamlets;
 pub mod budget;
 pub mod cpu;
 pub mod eikonal;

@@ -2,6 +2,9 @@
 
 use std::time::Instant;
 
+use ndarray::Array2;
+use num_complex::Complex64;
+
 use crate::engine::backend::{Backend, Job};
 use crate::engine::cpu::Cpu;
 use crate::engine::plan::{Plan, PlanError, plan};
@@ -11,7 +14,8 @@ use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::gather::{Canvas, Raster};
+use crate::wave::gather::Canvas;
+use crate::wave::raster::Raster;
 use crate::wave::sampling::{Reach, SamplingError, act, interpolate, plan_grid, plan_raster};
 
 /// Why a run is impossible.
@@ -150,6 +154,79 @@ fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
     }
 }
 
+/// What the light is when it arrives at a screen.
+pub struct Arriving {
+    /// The field as summed before the screen acts; nothing on the first screen, which the source lights.
+    pub sum: Option<(Raster, Array2<Complex64>)>,
+    /// Direction of its chief ray, optical cosines on the screen's axes.
+    pub anchor: [f64; 2],
+    /// Its largest |p| along x and y.
+    pub reach: [f64; 2],
+}
+
+impl Arriving {
+    /// The source's light on the first screen.
+    pub fn from_source(system: &System) -> Self {
+        let (anchor, reach) = incidence(system);
+        Self {
+            sum: None,
+            anchor,
+            reach,
+        }
+    }
+
+    /// The field just behind a screen, on nodes that resolve what arrives and what is wanted behind it,
+    /// and its power before the screen acted.
+    ///
+    /// # Errors
+    /// When the screen cannot be sampled, or lets nothing through.
+    pub fn pass(
+        &self,
+        system: &System,
+        screen: &Screen,
+        leaving: [f64; 2],
+        settings: &Settings,
+    ) -> Result<(Field, f64), SimulateError> {
+        let reach = Reach {
+            arriving: self.reach,
+            leaving,
+        };
+        let grid = plan_grid(screen, reach, system.wavelength, settings.samples_allowed())?;
+        let mut field = match &self.sum {
+            None => illuminate(system, grid),
+            Some((raster, values)) => interpolate(raster, values, &grid),
+        };
+        let before = field.power();
+        act(screen, &mut field);
+        if field.power() == 0.0 {
+            return Err(SimulateError::NoLight(screen.name.clone()));
+        }
+        Ok((field, before))
+    }
+}
+
+/// The raster on which light is summed on a screen: a sensor's own pixels, or one that resolves `reach`.
+///
+/// # Errors
+/// When the screen cannot be sampled.
+pub fn receiving_raster(
+    hop: &Hop,
+    reach: [f64; 2],
+    settings: &Settings,
+) -> Result<Raster, SimulateError> {
+    let allowed = settings.samples_allowed();
+    Ok(match &hop.to.act {
+        Act::Sensor(sensor) => raster_of(&sensor_grid(sensor)),
+        _ => plan_raster(hop.to, reach, hop.wavelength, allowed)?,
+    })
+}
+
+/// ∫|U|² over a raster, in mm² for unit amplitude.
+pub fn power_on(raster: &Raster, values: &Array2<Complex64>) -> f64 {
+    let area = raster.pitch[0] * raster.pitch[1];
+    values.iter().map(|u| u.norm_sqr()).sum::<f64>() * area
+}
+
 /// Carries the light of a system to its sensor.
 ///
 /// # Errors
@@ -159,78 +236,60 @@ pub fn simulate(
     settings: &Settings,
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, SimulateError> {
-    let (mut anchor, mut arriving) = incidence(system);
-    let mut canvas: Option<(Raster, ndarray::Array2<num_complex::Complex64>)> = None;
+    let sensor = sensor_of(system)?;
+    let mut light = Arriving::from_source(system);
     let mut reports = Vec::new();
-    let hops: Vec<Hop> = system.hops().collect();
-    for (number, hop) in hops.iter().enumerate() {
+    for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
-        let plan = plan(hop, anchor, pitch_of(hop.to), settings)?;
-
-        // The field behind the screen, on nodes that resolve what comes and what is wanted.
-        let reach = Reach {
-            arriving,
-            leaving: leaving(&plan),
-        };
-        let grid = plan_grid(hop.from, reach, hop.wavelength, settings.samples_allowed())?;
-        let samples = grid.shape();
-        let mut field = match &canvas {
-            None => illuminate(system, grid),
-            Some((raster, values)) => interpolate(raster, values, &grid),
-        };
-        let before = field.power();
-        act(hop.from, &mut field);
-        let behind = field.power();
-        if behind == 0.0 {
-            return Err(SimulateError::NoLight(hop.from.name.clone()));
-        }
-
-        // Onto the next screen.
-        let raster = match &hop.to.act {
-            Act::Sensor(sensor) => raster_of(&sensor_grid(sensor)),
-            _ => plan_raster(
-                hop.to,
-                arrival_reach(hop, &plan),
-                hop.wavelength,
-                settings.samples_allowed(),
-            )?,
-        };
+        let plan = plan(&hop, light.anchor, pitch_of(hop.to), settings)?;
+        let (field, before) = light.pass(system, hop.from, leaving(&plan), settings)?;
+        let reach = arrival_reach(&hop, &plan);
+        let raster = receiving_raster(&hop, reach, settings)?;
         let step = |done: f64| {
             progress(Progress {
                 hop: number,
-                hops: hops.len(),
+                hops: system.trains.len(),
                 to: &hop.to.name,
                 done,
             });
         };
         step(0.0);
-        let (values, tally) = carry(hop, &plan, settings, &field, &raster, &step);
+        let (values, tally) = carry(&hop, &plan, settings, &field, &raster, &step);
         step(1.0);
-        let area = raster.pitch[0] * raster.pitch[1];
-        let landed = values.iter().map(|u| u.norm_sqr()).sum::<f64>() * area;
         reports.push(HopReport {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
-            tally,
-            power: [before, behind, landed],
-            samples,
-            seconds: clock.elapsed().as_secs_f64(),
             plan,
+            tally,
+            power: [before, field.power(), power_on(&raster, &values)],
+            samples: field.grid.shape(),
+            seconds: clock.elapsed().as_secs_f64(),
         });
-        arriving = arrival_reach(hop, &reports[number].plan);
-        anchor = chief(hop, anchor);
-        canvas = Some((raster, values));
+        light = Arriving {
+            sum: Some((raster, values)),
+            anchor: chief(&hop, light.anchor),
+            reach,
+        };
     }
+    let grid = sensor_grid(sensor);
+    let dark = || (raster_of(&grid), Array2::zeros(grid.shape()));
+    let (_, values) = light.sum.unwrap_or_else(dark);
+    Ok(Outcome {
+        field: Field { grid, values },
+        hops: reports,
+    })
+}
 
-    let last = system.screens.last();
-    match (last.map(|screen| &screen.act), canvas) {
-        (Some(Act::Sensor(sensor)), Some((_, values))) => Ok(Outcome {
-            field: Field {
-                grid: sensor_grid(sensor),
-                values,
-            },
-            hops: reports,
-        }),
-        _ => Err(SimulateError::NoSensor(
+/// The sensor at the end of a system.
+///
+/// # Errors
+/// When the last screen is none.
+pub fn sensor_of(system: &System) -> Result<&Sensor, SimulateError> {
+    match system.screens.last() {
+        Some(Screen {
+            act: Act::Sensor(sensor),
+            ..
+        }) => Ok(sensor),
+        last => Err(SimulateError::NoSensor(
             last.map(|screen| screen.name.clone()).unwrap_or_default(),
         )),
     }
@@ -264,12 +323,11 @@ fn carry(
     field: &Field,
     raster: &Raster,
     progress: &(dyn Fn(f64) + Sync),
-) -> (ndarray::Array2<num_complex::Complex64>, Tally) {
+) -> (Array2<Complex64>, Tally) {
     match plan {
         Plan::Free(free, waves) => {
             let values = free.carry(field, raster, waves);
-            let area = raster.pitch[0] * raster.pitch[1];
-            let landed = values.iter().map(|u| u.norm_sqr()).sum::<f64>() * area;
+            let landed = power_on(raster, &values);
             let mut tally = Tally::default();
             tally.add_energy(Fate::Arrived, landed);
             tally.add_energy(Fate::Elsewhere, (field.power() - landed).max(0.0));

@@ -322,35 +322,6 @@ impl Layout<'_> {
                 let values = heights.mapv(|h| Complex64::cis(k * step * h * UM));
                 grid(relief.pitch_um, values, relief.pixel)
             }
-            layer::Layer::Grating(grating) => {
-                let rate =
-                    std::f64::consts::TAU * f64::from(grating.order) / (grating.period_um * UM);
-                let (sin, cos) = grating.direction_deg.to_radians().sin_cos();
-                Layer::Phase(Profile::Linear {
-                    gradient: [rate * cos, rate * sin],
-                })
-            }
-            layer::Layer::Lens(lens) => {
-                let made_for = lens.wavelength_um.unwrap_or(self.scene.wavelength_um[0]) * UM;
-                Layer::Phase(Profile::Lens {
-                    focal_length: lens.focal_length_mm,
-                    wavenumber: std::f64::consts::TAU * self.index / made_for,
-                })
-            }
-            layer::Layer::Axicon(axicon) => Layer::Phase(Profile::Axicon {
-                slope: -k * self.index * axicon.angle_deg.to_radians().sin(),
-            }),
-            layer::Layer::Vortex(vortex) => Layer::Phase(Profile::Vortex {
-                charge: vortex.charge,
-            }),
-            layer::Layer::Radial(radial) => Layer::Phase(Profile::Radial {
-                radius: radial.norm_radius_mm,
-                coefficients: radial.coefficients.clone(),
-            }),
-            layer::Layer::Zernike(zernike) => Layer::Phase(Profile::Zernike {
-                radius: zernike.norm_radius_mm,
-                coefficients: zernike.coefficients.clone(),
-            }),
             layer::Layer::Sum(sum) => {
                 let mut terms = Vec::new();
                 for (i, term) in sum.terms.iter().enumerate() {
@@ -360,7 +331,47 @@ impl Layout<'_> {
                 }
                 Layer::Sum(terms)
             }
+            _ => Layer::Phase(self.profile(layer)),
         })
+    }
+
+    /// The analytic phase of a layer that is one; zero for the others.
+    fn profile(&self, layer: &layer::Layer) -> Profile {
+        let k = std::f64::consts::TAU / self.wavelength;
+        match layer {
+            layer::Layer::Grating(grating) => {
+                let rate =
+                    std::f64::consts::TAU * f64::from(grating.order) / (grating.period_um * UM);
+                let (sin, cos) = grating.direction_deg.to_radians().sin_cos();
+                Profile::Linear {
+                    gradient: [rate * cos, rate * sin],
+                }
+            }
+            layer::Layer::Lens(lens) => {
+                let made_for = lens.wavelength_um.unwrap_or(self.scene.wavelength_um[0]) * UM;
+                Profile::Lens {
+                    focal_length: lens.focal_length_mm,
+                    wavenumber: std::f64::consts::TAU * self.index / made_for,
+                }
+            }
+            layer::Layer::Axicon(axicon) => Profile::Axicon {
+                slope: -k * self.index * axicon.angle_deg.to_radians().sin(),
+            },
+            layer::Layer::Vortex(vortex) => Profile::Vortex {
+                charge: vortex.charge,
+            },
+            layer::Layer::Radial(radial) => Profile::Radial {
+                radius: radial.norm_radius_mm,
+                coefficients: radial.coefficients.clone(),
+            },
+            layer::Layer::Zernike(zernike) => Profile::Zernike {
+                radius: zernike.norm_radius_mm,
+                coefficients: zernike.coefficients.clone(),
+            },
+            layer::Layer::Pixels(_) | layer::Layer::Height(_) | layer::Layer::Sum(_) => {
+                Profile::Linear { gradient: [0.0; 2] }
+            }
+        }
     }
 }
 

@@ -5,7 +5,6 @@
 //! Fourier transform", IEEE Trans. Audio Electroacoust. 18, 451, 1970). Unlike a fast Fourier transform
 //! it leaves both pitches and both positions free; unlike interpolation it is exact to rounding.
 
-use std::f64::consts::TAU;
 use std::fmt;
 use std::sync::Arc;
 
@@ -13,6 +12,7 @@ use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use rustfft::{Fft, FftPlanner};
 
+use crate::math::double::Double;
 use crate::math::lines::{quick_length, transform_rows};
 
 /// Uniformly spaced points start + i·step, i = 0 … count − 1.
@@ -40,67 +40,6 @@ impl Comb {
     /// The point at that index, to twice the usual precision.
     fn centre(&self) -> Double {
         Double::product(self.step, self.middle()).plus(Double::from(self.start))
-    }
-}
-
-/// A number as the unevaluated sum of two, good for 31 digits: phases of many radians must still be
-/// right to 16 digits after their whole turns are dropped.
-#[derive(Clone, Copy)]
-struct Double {
-    high: f64,
-    low: f64,
-}
-
-impl Double {
-    /// 1/2π.
-    const TURNS_PER_RADIAN: Self = Self {
-        high: 0.15915494309189535,
-        low: -9.839338337591243e-18,
-    };
-
-    fn from(value: f64) -> Self {
-        Self {
-            high: value,
-            low: 0.0,
-        }
-    }
-
-    /// a·b without rounding.
-    fn product(a: f64, b: f64) -> Self {
-        let high = a * b;
-        Self {
-            high,
-            low: a.mul_add(b, -high),
-        }
-    }
-
-    fn times(self, other: Self) -> Self {
-        let exact = Self::product(self.high, other.high);
-        let low = exact.low + (self.high * other.low + self.low * other.high);
-        Self {
-            high: exact.high,
-            low: 0.0,
-        }
-        .plus(Self::from(low))
-    }
-
-    fn plus(self, other: Self) -> Self {
-        // What rounding dropped from the sum of the high parts is recovered exactly (Knuth).
-        let sum = self.high + other.high;
-        let part = sum - self.high;
-        let lost = (self.high - (sum - part)) + (other.high - part);
-        let low = lost + (self.low + other.low);
-        let high = sum + low;
-        Self {
-            high,
-            low: low - (high - sum),
-        }
-    }
-
-    /// exp(2πi·self).
-    fn phasor(self) -> Complex64 {
-        let turns = (self.high - self.high.round()) + self.low;
-        Complex64::cis(TAU * (turns - turns.round()))
     }
 }
 
@@ -159,16 +98,9 @@ impl Chirp {
             .map(|phasor| phasor / length as f64)
             .collect();
 
-        // The chirp at every difference m − i, negative ones wrapped to the end.
-        let mut kernel = vec![Complex64::ZERO; length];
         let shift = from.middle() - to.middle();
         let chirp = |difference: f64| quadratic(difference + shift).phasor().conj();
-        for (m, value) in kernel[..to.count].iter_mut().enumerate() {
-            *value = chirp(m as f64);
-        }
-        for (i, value) in (1..from.count).zip(kernel.iter_mut().rev()) {
-            *value = chirp(-(i as f64));
-        }
+        let mut kernel = wrapped(length, from.count, to.count, chirp);
         forward.process(&mut kernel);
         Self {
             before,
@@ -256,6 +188,23 @@ impl Chirp {
         let length = self.kernel.len() as f64;
         length * length.log2().max(1.0)
     }
+}
+
+/// f(m − i) for every index i of the inputs and m of the outputs, negative differences from the end.
+fn wrapped(
+    length: usize,
+    inputs: usize,
+    outputs: usize,
+    f: impl Fn(f64) -> Complex64,
+) -> Vec<Complex64> {
+    let mut values = vec![Complex64::ZERO; length];
+    for (m, value) in values[..outputs].iter_mut().enumerate() {
+        *value = f(m as f64);
+    }
+    for (i, value) in (1..inputs).zip(values.iter_mut().rev()) {
+        *value = f(-(i as f64));
+    }
+    values
 }
 
 /// The plan of out\[n, m\] = Σⱼᵢ in\[j, i\]·exp(i·scale·(xᵢ·x′ₘ + yⱼ·y′ₙ)): a [`Chirp`] along each axis.

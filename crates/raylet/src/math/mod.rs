@@ -2,6 +2,7 @@
 
 pub mod chirp;
 pub mod complex;
+mod double;
 pub mod jet;
 mod kaiser;
 pub mod lanes;

@@ -17,7 +17,7 @@ const TILE: usize = 16;
 /// What its points touch: the tile and the width of a kernel.
 const REACH: usize = TILE + LANES;
 /// Chunks sorted before they are spread, which bounds the memory in use.
-const BATCH: usize = 32;
+const BATCH: usize = 16;
 
 /// A tile's own buffer: rows of real, then imaginary parts.
 type Buffer = [[[f64; REACH]; 2]; REACH];
@@ -67,7 +67,7 @@ impl Tiles {
 
     /// Number of points sorted at a time: enough that a tile gets a few, few enough for the cache.
     fn chunk(&self) -> usize {
-        (32 * self.count[0] * self.count[1]).clamp(1 << 13, 1 << 17)
+        (32 * self.count[0] * self.count[1]).clamp(1 << 13, 1 << 18)
     }
 
     fn row(&self) -> usize {
@@ -222,23 +222,55 @@ impl Tiles {
         all.for_each_init(buffers, |(placed, keys, ends), (points, out)| {
             let placed = &mut placed[..points.len()];
             self.sort(points, |i| i as u32, Sorted { placed, keys, ends });
-            let (level, width) = (self.level, self.kernel.width);
-            match width {
-                0..=4 => dispatch!(level, simd => {
-                    interpolate_in::<_, f64x4<_>, 1>(simd, self, grid, placed, out)
-                }),
-                5..=8 => dispatch!(level, simd => {
-                    interpolate_in::<_, f64x4<_>, 2>(simd, self, grid, placed, out)
-                }),
-                9..=12 => dispatch!(level, simd => {
-                    interpolate_in::<_, f64x4<_>, 3>(simd, self, grid, placed, out)
-                }),
-                _ => dispatch!(level, simd => {
-                    interpolate_in::<_, f64x8<_>, 2>(simd, self, grid, placed, out)
-                }),
-            }
+            self.interpolate_chunk(grid, placed, ends, out);
         });
         out
+    }
+
+    /// Values of the grid at the sorted points of one chunk.
+    fn interpolate_chunk(
+        &self,
+        grid: &[f64],
+        placed: &[Placed<u32>],
+        ends: &[u32],
+        out: &mut [Complex64],
+    ) {
+        let (level, kernel) = (self.level, &self.kernel);
+        let mut buffer = [[[0.0; REACH]; 2]; REACH];
+        for tile in 0..ends.len() {
+            let piece = piece(placed, ends, tile);
+            if piece.is_empty() {
+                continue;
+            }
+            self.load_buffer(grid, tile, &mut buffer);
+            let buffer = &buffer;
+            match kernel.width {
+                0..=4 => dispatch!(level, simd => {
+                    interpolate_piece::<_, f64x4<_>, 1>(simd, kernel, piece, buffer, out)
+                }),
+                5..=8 => dispatch!(level, simd => {
+                    interpolate_piece::<_, f64x8<_>, 1>(simd, kernel, piece, buffer, out)
+                }),
+                9..=12 => dispatch!(level, simd => {
+                    interpolate_piece::<_, f64x4<_>, 3>(simd, kernel, piece, buffer, out)
+                }),
+                _ => dispatch!(level, simd => {
+                    interpolate_piece::<_, f64x8<_>, 2>(simd, kernel, piece, buffer, out)
+                }),
+            }
+        }
+    }
+
+    /// Copies what the points of a tile touch to a buffer.
+    fn load_buffer(&self, grid: &[f64], tile: usize, buffer: &mut Buffer) {
+        let touched = TILE + self.kernel.width - 1;
+        let (row, column) = (tile / self.count[1] * TILE, tile % self.count[1] * TILE);
+        let rows = grid.chunks_exact(self.row()).skip(row);
+        for (row, parts) in rows.zip(&mut buffer[..touched]) {
+            for (row, part) in row.chunks_exact(self.stride).zip(parts) {
+                part.copy_from_slice(&row[column..][..REACH]);
+            }
+        }
     }
 }
 
@@ -347,31 +379,29 @@ fn spread_piece<S: Simd, V: SimdFloat<S, Element = f64>, const N: usize>(
     }
 }
 
-/// Values of the grid at sorted points, each written to its place before sorting.
+/// Values of the grid at the points of one tile, each written to its place before sorting.
 #[inline(always)]
-fn interpolate_in<S: Simd, V: SimdFloat<S, Element = f64>, const N: usize>(
+fn interpolate_piece<S: Simd, V: SimdFloat<S, Element = f64>, const N: usize>(
     simd: S,
-    tiles: &Tiles,
-    grid: &[f64],
-    placed: &[Placed<u32>],
+    kernel: &Kaiser,
+    piece: &[Placed<u32>],
+    buffer: &Buffer,
     out: &mut [Complex64],
 ) {
-    let (row, stride, width) = (tiles.row(), tiles.stride, tiles.kernel.width);
-    for point in placed {
+    for point in piece {
         let (x, y) = (point.x as u32, point.y as u32);
         let fractions = [point.x - f64::from(x), point.y - f64::from(y)];
-        let (along_x, weights) = taps::<S, V, N>(simd, &tiles.kernel, fractions);
+        let (along_x, weights) = taps::<S, V, N>(simd, kernel, fractions);
 
         // Down the columns first, then along the row.
         let (mut re, mut im) = ([V::splat(simd, 0.0); N], [V::splat(simd, 0.0); N]);
-        let corner = &grid[y as usize * row + x as usize..];
-        for (j, &weight) in weights[..width].iter().enumerate() {
-            let line = &corner[j * row..][..stride + N * V::LEN];
+        let (x, y) = (x as usize % TILE, y as usize % TILE);
+        for ([re_row, im_row], &weight) in buffer[y..y + kernel.width].iter().zip(&weights) {
             let weight = V::splat(simd, weight);
             for n in 0..N {
-                let part = V::from_slice(simd, &line[n * V::LEN..][..V::LEN]);
+                let part = V::from_slice(simd, &re_row[x + n * V::LEN..][..V::LEN]);
                 re[n] = part.mul_add(weight, re[n]);
-                let part = V::from_slice(simd, &line[stride + n * V::LEN..][..V::LEN]);
+                let part = V::from_slice(simd, &im_row[x + n * V::LEN..][..V::LEN]);
                 im[n] = part.mul_add(weight, im[n]);
             }
         }

@@ -10,8 +10,8 @@ use num_complex::Complex64;
 
 use crate::math::chirp::{Chirp2, Comb};
 use crate::wave::field::{Axis, Field};
-use crate::wave::gather::Raster;
 use crate::wave::patch::Band;
+use crate::wave::raster::Raster;
 
 /// A plane-parallel layer of homogeneous medium.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -206,8 +206,8 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::wave::field::{Axis, Field, Grid};
-    use crate::wave::gather::Raster;
     use crate::wave::propagate::{FreeHop, Slab};
+    use crate::wave::raster::Raster;
 
     /// A Gaussian beam has a closed form: the paraxial one, accurate to (λ/πw)² for a wide waist.
     #[test]

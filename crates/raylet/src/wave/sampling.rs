@@ -7,7 +7,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::doe::PixelForm;
 use crate::optics::screen::{Act, Screen};
 use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::gather::Raster;
+use crate::wave::raster::Raster;
 
 /// Why a screen cannot be sampled.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -261,7 +261,7 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::wave::field::{Axis, Grid};
-    use crate::wave::gather::Raster;
+    use crate::wave::raster::Raster;
     use crate::wave::sampling::{gauss_nodes, interpolate};
 
     #[test]
