@@ -1,11 +1,13 @@
 //! Who runs which rays.
 
+pub mod account;
 pub mod backend;
 pub mod beamlets;
 pub mod budget;
 pub mod cpu;
 pub mod fan;
 pub mod plan;
+pub mod reason;
 pub mod settings;
 pub mod simulate;
 pub mod tally;
