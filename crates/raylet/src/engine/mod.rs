@@ -10,5 +10,6 @@ pub mod plan;
 pub mod reason;
 pub mod settings;
 pub mod simulate;
+pub mod sketch;
 pub mod tally;
 pub mod walk;

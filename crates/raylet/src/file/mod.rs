@@ -3,6 +3,7 @@
 pub mod array;
 pub mod arrays;
 pub(crate) mod axis;
+pub mod blame;
 pub mod build;
 pub mod catalog;
 pub mod chart;
@@ -25,6 +26,7 @@ pub mod npz;
 pub mod origin;
 pub mod panel;
 pub mod picture;
+pub mod pictures;
 pub mod prescription;
 pub mod report;
 pub mod results;
@@ -33,5 +35,6 @@ pub mod scene;
 mod scene_test;
 #[cfg(test)]
 mod schema_test;
+pub mod section;
 pub mod settings;
 pub(crate) mod svg;
