@@ -1,5 +1,6 @@
 //! Who runs which rays.
 
+pub mod account;
 pub mod backend;
 pub mod beamlets;
 pub mod budget;
@@ -7,8 +8,10 @@ pub mod cpu;
 pub mod eikonal;
 pub mod fan;
 pub mod plan;
+pub mod reason;
 pub mod settings;
 pub mod simulate;
+pub mod sketch;
 pub mod tally;
 pub mod tube;
 pub mod walk;

@@ -2,6 +2,7 @@
 
 pub mod field;
 pub mod gather;
+pub mod metrics;
 pub mod patch;
 pub mod propagate;
 pub mod raster;
