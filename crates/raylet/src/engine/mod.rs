@@ -9,6 +9,8 @@ pub mod eikonal;
 pub mod fan;
 pub mod plan;
 pub mod reason;
+pub mod reference;
+pub mod route;
 pub mod settings;
 pub mod simulate;
 pub mod sketch;

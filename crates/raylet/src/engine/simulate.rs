@@ -147,7 +147,7 @@ fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
 }
 
 /// Direction on the next screen of the ray through the middle of this one; straight on when it is lost.
-fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
+pub fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
     match hop.trace([0.0, 0.0], anchor, &mut ()) {
         Ok(landing) => landing.cosines,
         Err(_) => [0.0, 0.0],

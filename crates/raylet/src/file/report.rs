@@ -49,7 +49,10 @@ pub struct Report {
 
 /// The settings of a run, in the units of the scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "named and explained in docs/result.md, and as in the scene file")]
+#[expect(
+    missing_docs,
+    reason = "named and explained in docs/result.md, and as in the scene file"
+)]
 pub struct SettingsEntry {
     pub method: String,
     pub target_error: f64,
@@ -68,7 +71,10 @@ pub struct SettingsEntry {
 
 /// The knobs of the paper's method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "named and explained in docs/result.md, and as in the scene file")]
+#[expect(
+    missing_docs,
+    reason = "named and explained in docs/result.md, and as in the scene file"
+)]
 pub struct PaperEntry {
     pub rays: usize,
     pub secondary: usize,
@@ -164,7 +170,10 @@ pub struct BeamletEntry {
 
 /// One number for each fate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fates of the tally, explained in docs/result.md")]
+#[expect(
+    missing_docs,
+    reason = "the fates of the tally, explained in docs/result.md"
+)]
 pub struct Fates<T> {
     pub arrived: T,
     pub outside: T,

@@ -42,10 +42,7 @@ pub fn cis_turns<S: Simd>(t: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
     let quarters = t * splat(4.0);
     let shifted = quarters + splat(ROUND);
     let rest = quarters - (shifted - splat(ROUND));
-    turned(
-        rest * splat(std::f64::consts::FRAC_PI_2),
-        shifted.to_bits(),
-    )
+    turned(rest * splat(std::f64::consts::FRAC_PI_2), shifted.to_bits())
 }
 
 /// Cosine and sine of r + quadrant·π/2 for |r| ≤ π/4; only the quadrant's two low bits count.
