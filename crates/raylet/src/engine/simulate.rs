@@ -73,6 +73,8 @@ pub struct Progress<'a> {
     pub to: &'a str,
     /// Share of the hop that is done, 0 to 1.
     pub done: f64,
+    /// Rays that the hop's plan expects; zero without rays.
+    pub rays: f64,
 }
 
 /// Directions of the incident light on the first screen: cosines at its centre and the largest |p|.
@@ -147,7 +149,7 @@ fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
 }
 
 /// Direction on the next screen of the ray through the middle of this one; straight on when it is lost.
-fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
+pub fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
     match hop.trace([0.0, 0.0], anchor, &mut ()) {
         Ok(landing) => landing.cosines,
         Err(_) => [0.0, 0.0],
@@ -251,6 +253,7 @@ pub fn simulate(
                 hops: system.trains.len(),
                 to: &hop.to.name,
                 done,
+                rays: plan.rays(),
             });
         };
         step(0.0);

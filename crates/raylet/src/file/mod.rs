@@ -24,6 +24,7 @@ mod misfit;
 mod number;
 pub mod npz;
 pub mod origin;
+pub mod output;
 pub mod panel;
 pub mod picture;
 pub mod pictures;
