@@ -1,5 +1,6 @@
 //! What happens to waves.
 
+pub mod collins;
 pub mod field;
 pub mod gather;
 pub mod metrics;
