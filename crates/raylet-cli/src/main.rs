@@ -1,7 +1,13 @@
 //! The `raylet` program: one file per verb, thin.
 
+mod check;
 mod failure;
+mod overrides;
+mod progress;
+mod say;
+mod schema;
 mod simulate;
+mod table;
 
 use std::process::ExitCode;
 
@@ -18,12 +24,16 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Verb {
     Simulate(simulate::Simulate),
+    Check(check::Check),
+    Schema(schema::Schema),
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let outcome = match &arguments.verb {
         Verb::Simulate(verb) => verb.run(),
+        Verb::Check(verb) => verb.run(),
+        Verb::Schema(verb) => verb.run(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

@@ -24,6 +24,8 @@ pub struct BeamletPlan {
     pub period: f64,
     /// Directions along x and y.
     pub bands: [Band; 2],
+    /// Whether σ is the smallest or largest of the widths tried, so that the best may lie beyond.
+    pub at_limit: bool,
     /// Whether each beamlet's aberration is made good.
     pub correct: bool,
     /// Whether beamlets that land beside the target have tails that cannot be trusted unseen.
@@ -89,6 +91,8 @@ impl Planner<'_> {
         };
         let judge = |&sigma: &f64| self.judge(fan, &judges, sigma);
         let mut chosen = choose(widths.iter().map(judge).collect(), self.settings);
+        let ends = [widths.first(), widths.last()];
+        chosen.at_limit = widths.len() > 1 && ends.contains(&Some(&chosen.sigma));
 
         // With the footprint known, take in the directions that only its rim brings to the target.
         let wider = explore(self.hop, self.from, self.to, [chosen.footprint; 2]);
@@ -175,6 +179,7 @@ impl Planner<'_> {
             period,
             bands,
             correct,
+            at_limit: false,
             doubtful_rim: true,
             eta,
             eta_corrected,

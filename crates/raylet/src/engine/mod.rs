@@ -1,6 +1,7 @@
 //! Who runs which rays.
 
 pub mod account;
+pub mod advice;
 pub mod backend;
 pub mod beamlets;
 pub mod budget;

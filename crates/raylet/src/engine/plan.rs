@@ -18,6 +18,16 @@ pub enum Plan {
     Beamlets(BeamletPlan),
 }
 
+impl Plan {
+    /// Rays that the plan expects; zero without rays.
+    pub fn rays(&self) -> f64 {
+        match self {
+            Plan::Free(..) => 0.0,
+            Plan::Beamlets(beamlets) => beamlets.rays,
+        }
+    }
+}
+
 /// Why no plan exists.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {

@@ -73,6 +73,8 @@ pub struct Progress<'a> {
     pub to: &'a str,
     /// Share of the hop that is done, 0 to 1.
     pub done: f64,
+    /// Rays that the hop's plan expects; zero without rays.
+    pub rays: f64,
 }
 
 /// Directions of the incident light on the first screen: cosines at its centre and the largest |p|.
@@ -251,6 +253,7 @@ pub fn simulate(
                 hops: system.trains.len(),
                 to: &hop.to.name,
                 done,
+                rays: plan.rays(),
             });
         };
         step(0.0);

@@ -24,6 +24,7 @@ mod misfit;
 pub mod npz;
 mod number;
 pub mod origin;
+pub mod output;
 pub mod panel;
 pub mod picture;
 pub mod pictures;

@@ -229,23 +229,21 @@ pub struct Metrics {
 }
 
 impl Report {
-    /// The document of a simulation: its systems and outcomes, one of each per wavelength.
-    pub fn of_simulation(
+    /// The document of a run that the program's `verb` made, without the names of its other files.
+    pub fn new(
+        verb: &str,
         scene: &Scene,
         settings: &Settings,
-        runs: &[(System, Outcome)],
+        channels: Vec<Channel>,
         seconds: f64,
     ) -> Self {
-        let channels = runs
-            .iter()
-            .map(|(system, outcome)| Channel::new(system, outcome, settings));
         Self {
             version: VERSION,
-            verb: String::from("simulate"),
+            verb: verb.to_owned(),
             title: scene.title.clone(),
             scene: scene.origin.file.display().to_string(),
             settings: SettingsEntry::new(settings),
-            channels: channels.collect(),
+            channels,
             seconds,
             machine: Machine::here(),
             files: Vec::new(),
@@ -292,7 +290,8 @@ impl SettingsEntry {
 }
 
 impl Channel {
-    fn new(system: &System, outcome: &Outcome, settings: &Settings) -> Self {
+    /// The entry of a simulated wavelength.
+    pub fn new(system: &System, outcome: &Outcome, settings: &Settings) -> Self {
         let hops: Vec<HopEntry> = system
             .hops()
             .zip(&outcome.hops)
