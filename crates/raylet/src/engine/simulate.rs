@@ -7,14 +7,18 @@ use num_complex::Complex64;
 
 use crate::engine::backend::{Backend, Job};
 use crate::engine::cpu::Cpu;
+use crate::engine::paper::{self, Address};
 use crate::engine::plan::{Plan, PlanError, plan};
+use crate::engine::plane;
 use crate::engine::settings::Settings;
 use crate::engine::tally::{Fate, Tally};
+use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::field::{Axis, Field, Grid};
 use crate::wave::gather::{Canvas, Raster};
+use crate::wave::plane::PlaneSum;
 use crate::wave::sampling::{Reach, SamplingError, act, interpolate, plan_grid, plan_raster};
 
 /// Why a run is impossible.
@@ -32,6 +36,9 @@ pub enum SimulateError {
     /// Nothing is left of the light.
     #[error("no light leaves screen '{0}'")]
     NoLight(String),
+    /// The sum of plane waves cannot be planned.
+    #[error(transparent)]
+    Sum(#[from] NufftError),
 }
 
 /// What one hop did.
@@ -253,7 +260,7 @@ pub fn simulate(
             });
         };
         step(0.0);
-        let (values, tally) = carry(&hop, &plan, settings, &field, &raster, &step);
+        let (values, tally) = carry((number, &hop), &plan, settings, &field, &raster, &step)?;
         step(1.0);
         reports.push(HopReport {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
@@ -299,6 +306,8 @@ fn leaving(plan: &Plan) -> [f64; 2] {
     let bands = match plan {
         Plan::Free(_, free) => &free.bands,
         Plan::Beamlets(beamlets) => &beamlets.bands,
+        Plan::Planes(planes) => &planes.bands,
+        Plan::Paper(paper) => &paper.bands,
     };
     [0, 1].map(|a| {
         let band = &bands[a];
@@ -312,18 +321,21 @@ fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
     match plan {
         Plan::Free(..) => leaving(plan).map(|p| p.min(hop.to.index)),
         Plan::Beamlets(beamlets) => beamlets.arriving,
+        Plan::Planes(planes) => planes.arriving,
+        Plan::Paper(paper) => paper.arriving,
     }
 }
 
 fn carry(
-    hop: &Hop,
+    (number, hop): (usize, &Hop),
     plan: &Plan,
     settings: &Settings,
     field: &Field,
     raster: &Raster,
     progress: &(dyn Fn(f64) + Sync),
-) -> (Array2<Complex64>, Tally) {
-    match plan {
+) -> Result<(Array2<Complex64>, Tally), SimulateError> {
+    let planes = || PlaneSum::new(*raster, hop.wavenumber(), settings.nufft_tolerance);
+    Ok(match plan {
         Plan::Free(free, waves) => {
             let values = free.carry(field, raster, waves);
             let landed = power_on(raster, &values);
@@ -343,5 +355,19 @@ fn carry(
             let tally = Cpu.carry(&job, field, patches, &mut canvas, progress);
             (canvas.finish(), tally)
         }
-    }
+        Plan::Planes(plan) => {
+            let mut sum = planes()?;
+            let tally = plane::carry(*hop, plan, settings, field, &mut sum, progress);
+            (sum.finish(), tally)
+        }
+        Plan::Paper(plan) => {
+            let mut sum = planes()?;
+            let address = Address {
+                seed: settings.seed,
+                hop: number as u32,
+            };
+            let tally = paper::carry(*hop, plan, address, field, &mut sum, progress);
+            (sum.finish(), tally)
+        }
+    })
 }
