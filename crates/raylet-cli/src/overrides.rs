@@ -43,7 +43,9 @@ impl Overrides {
             rayon::ThreadPoolBuilder::new()
                 .num_threads(usize::from(threads))
                 .build_global()
-                .map_err(|error| Failure::new(format!("cannot start {threads} threads: {error}")))?;
+                .map_err(|error| {
+                    Failure::new(format!("cannot start {threads} threads: {error}"))
+                })?;
         }
         Ok(())
     }

@@ -164,13 +164,7 @@ fn passes(screen: &Screen, at: [f64; 2]) -> bool {
 }
 
 /// The directions in which a ray goes on from a screen.
-fn leaving(
-    hop: &Hop,
-    ray: &Pencil,
-    k: f64,
-    normal: Vec3,
-    crowded: bool,
-) -> Vec<([f64; 2], Turn)> {
+fn leaving(hop: &Hop, ray: &Pencil, k: f64, normal: Vec3, crowded: bool) -> Vec<([f64; 2], Turn)> {
     let straight = vec![(ray.p, ray.trail.turn)];
     let Act::Doe(doe) = &hop.from.act else {
         return straight;

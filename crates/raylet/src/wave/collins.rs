@@ -10,7 +10,7 @@ use num_complex::Complex64;
 use crate::math::chirp::{Chirp2, Comb};
 use crate::optics::paraxial::Abcd;
 use crate::wave::field::{Axis, Grid};
-use crate::wave::gather::Raster;
+use crate::wave::raster::Raster;
 
 /// Why Collins' integral cannot be taken.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -176,7 +176,7 @@ mod tests {
     use crate::optics::paraxial::Abcd;
     use crate::wave::collins::{Collins, CollinsError};
     use crate::wave::field::{Axis, Grid};
-    use crate::wave::gather::Raster;
+    use crate::wave::raster::Raster;
 
     const WAVELENGTH: f64 = 0.7e-3;
 
