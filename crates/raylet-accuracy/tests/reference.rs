@@ -78,7 +78,7 @@ fn run(system: &System, approach: Approach) -> Result<Reference, ReferenceError>
         approach,
         ..Choice::default()
     };
-    reference(system, &Settings::default(), choice, &|_, _| {})
+    reference(system, &Settings::default(), choice, &|_| {})
 }
 
 /// Relative L2 error.
@@ -206,7 +206,7 @@ fn endless_sums_are_not_begun() {
         approach: Approach::RayleighSommerfeld,
         patience: 1e-6,
     };
-    let refused = reference(&free(at(0.1)), &Settings::default(), choice, &|_, _| {}).unwrap_err();
+    let refused = reference(&free(at(0.1)), &Settings::default(), choice, &|_| {}).unwrap_err();
     assert!(
         matches!(refused, ReferenceError::TooLong { .. }),
         "{refused}"

@@ -22,6 +22,7 @@ struct Shown {
     bar: Option<ProgressBar>,
     steps: f64,
     start: Instant,
+    finished: bool,
 }
 
 impl Meter {
@@ -40,7 +41,7 @@ impl Meter {
         if now.as_ref().is_none_or(|shown| shown.label != label) {
             *now = Some(self.begin(label, progress.rays));
         }
-        let Some(shown) = now.as_ref() else {
+        let Some(shown) = now.as_mut().filter(|shown| !shown.finished) else {
             return;
         };
         if let Some(bar) = &shown.bar {
@@ -54,7 +55,7 @@ impl Meter {
                     eprintln!("{}: {seconds:.2} s", shown.label);
                 }
             }
-            *now = None;
+            shown.finished = true;
         }
     }
 
@@ -76,6 +77,7 @@ impl Meter {
             bar,
             steps,
             start: Instant::now(),
+            finished: false,
         }
     }
 }

@@ -94,18 +94,23 @@ pub(crate) fn trimmed(value: f64) -> f64 {
 }
 
 /// A run in a few lines.
-fn summary(report: &Report, out: &Path) -> String {
+pub(crate) fn summary(report: &Report, out: &Path) -> String {
     let mut text = String::new();
     for channel in &report.channels {
         let wavelength = trimmed(channel.wavelength_um);
+        let error = channel.error.map_or(String::new(), |error| {
+            format!(", expected field error {error:.1e}")
+        });
         let _ = writeln!(
             text,
-            "λ = {wavelength} µm: {} of the light on the sensor, expected field error {:.1e}",
+            "λ = {wavelength} µm: {} of the light on the sensor{error}",
             share(&channel.hops, channel.metrics.power),
-            channel.error
         );
         for hop in &channel.hops {
             let _ = writeln!(text, "  {}", hop_line(hop));
+        }
+        for step in &channel.steps {
+            let _ = writeln!(text, "  {}", step.line());
         }
     }
     let memory = report.machine.peak_memory_mb;
@@ -131,9 +136,9 @@ fn share(hops: &[HopEntry], landed: f64) -> String {
 
 fn hop_line(hop: &HopEntry) -> String {
     let plan = &hop.plan;
-    let rays = match plan.beamlets {
-        Some(_) => format!(", {} rays", hop.rays.arrived),
-        None => String::new(),
+    let rays = match hop.rays.arrived {
+        0 => String::new(),
+        rays => format!(", {rays} rays"),
     };
     format!(
         "{} to {}: {} ({}){rays}, {:.2} s",

@@ -2,8 +2,7 @@
 
 use crate::engine::plan::Plan;
 use crate::engine::settings::Settings;
-use crate::engine::simulate::chief;
-use crate::engine::simulate::incidence;
+use crate::engine::simulate::{chief, incidence};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::doe::Doe;
@@ -11,7 +10,6 @@ use crate::optics::ray::Loss;
 use crate::optics::screen::Act;
 use crate::optics::surface::Surface;
 use crate::optics::system::{Hop, System};
-use crate::wave::patch::Band;
 
 /// One finding about a hop.
 #[derive(Clone, Debug, PartialEq)]
@@ -28,15 +26,19 @@ pub struct Advice {
 const PLACES: usize = 5;
 const DIRECTIONS: usize = 9;
 
+/// Most rays that are followed from one screen on.
+const MOST_PENCILS: usize = 300;
+
 /// Light is small against a target below this share of its width.
 const SMALL: f64 = 0.25;
 
 /// Findings about the hops of a system with these plans.
 pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advice> {
     let (mut anchor, _) = incidence(system);
+    let mut pencils = launch(system);
     let mut list = Vec::new();
     for (number, (hop, plan)) in system.hops().zip(plans).enumerate() {
-        let light = Light::sample(system, &hop, plan, number);
+        let light = Light::follow(&hop, &pencils);
         let mut say = |warning: bool, text: Option<String>| {
             list.extend(text.map(|text| Advice {
                 hop: number,
@@ -61,15 +63,20 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
                 settings.target_error
             );
             say(true, (expected > settings.target_error).then_some(text));
-            let text = "σ is at the end of the widths tried; another may do better (settings.sigma_um)";
+            let text =
+                "σ is at the end of the widths tried; another may do better (settings.sigma_um)";
             say(false, beamlets.at_limit.then(|| text.to_owned()));
         }
         anchor = chief(&hop, anchor);
+        pencils = light.arrived;
     }
     list
 }
 
-/// What a lattice of rays from a screen does.
+/// A ray that stands on a screen.
+type Pencil = ([f64; 2], [f64; 2]);
+
+/// What a hop does to the rays that stand on its first screen.
 #[derive(Default)]
 struct Light {
     /// Rays that would land on the target if every surface were large enough, and those of them that
@@ -81,10 +88,12 @@ struct Light {
     /// The box that the rays land in, and how much diffraction by the first screen's edge widens it.
     landings: Option<[f64; 4]>,
     blur: [f64; 2],
+    /// The rays that arrive on the target.
+    arrived: Vec<Pencil>,
 }
 
 impl Light {
-    fn sample(system: &System, hop: &Hop, plan: &Plan, number: usize) -> Self {
+    fn follow(hop: &Hop, pencils: &[Pencil]) -> Self {
         let mut light = Self::default();
         let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
             return light;
@@ -94,36 +103,48 @@ impl Light {
             train: &train,
             ..*hop
         };
-        for at in places(from) {
-            for p in directions(system, hop, plan, number, at) {
-                let Ok((landing, j)) = open.jacobian(at, p) else {
-                    continue;
-                };
-                let [x, y] = landing.at;
-                let [x0, x1, y0, y1] = light.landings.unwrap_or([x, x, y, y]);
-                light.landings = Some([x0.min(x), x1.max(x), y0.min(y), y1.max(y)]);
-                for a in 0..2 {
-                    let width = from[2 * a + 1] - from[2 * a];
-                    let blur = 2.0 * hop.wavelength / width * j[a][2].hypot(j[a][3]);
-                    light.blur[a] = light.blur[a].max(blur);
-                }
-                if x < to[0] || x > to[1] || y < to[2] || y > to[3] {
-                    continue;
-                }
-                light.wanted += 1;
-                match hop.trace(at, p, &mut ()) {
-                    Err(Loss::Clipped) => light.clipped += 1,
-                    Ok(landing) => {
-                        for a in 0..2 {
-                            light.cosines[a] = light.cosines[a].max(landing.cosines[a].abs());
-                        }
+        let stride = pencils.len().div_ceil(MOST_PENCILS).max(1);
+        for &(at, arriving) in pencils.iter().step_by(stride) {
+            for p in leaving(hop, at, arriving) {
+                if let Ok((landing, j)) = open.jacobian(at, p) {
+                    light.widen(landing.at);
+                    for (a, row) in j.iter().take(2).enumerate() {
+                        let width = from[2 * a + 1] - from[2 * a];
+                        let blur = 2.0 * hop.wavelength / width * row[2].hypot(row[3]);
+                        light.blur[a] = light.blur[a].max(blur);
                     }
-                    Err(_) => {}
+                    if inside(to, landing.at) {
+                        light.arrive(hop, at, p);
+                    }
                 }
             }
         }
         light
     }
+
+    fn widen(&mut self, [x, y]: [f64; 2]) {
+        let [x0, x1, y0, y1] = self.landings.unwrap_or([x, x, y, y]);
+        self.landings = Some([x0.min(x), x1.max(x), y0.min(y), y1.max(y)]);
+    }
+
+    /// Notes a ray that lands on the target unless an aperture stops it.
+    fn arrive(&mut self, hop: &Hop, at: [f64; 2], p: [f64; 2]) {
+        self.wanted += 1;
+        match hop.trace(at, p, &mut ()) {
+            Err(Loss::Clipped) => self.clipped += 1,
+            Ok(landing) => {
+                for a in 0..2 {
+                    self.cosines[a] = self.cosines[a].max(landing.cosines[a].abs());
+                }
+                self.arrived.push((landing.at, landing.cosines));
+            }
+            Err(_) => {}
+        }
+    }
+}
+
+fn inside([x0, x1, y0, y1]: [f64; 4], [x, y]: [f64; 2]) -> bool {
+    x0 <= x && x <= x1 && y0 <= y && y <= y1
 }
 
 /// The surface without its edge.
@@ -134,56 +155,40 @@ fn opened(surface: &Surface) -> Surface {
     }
 }
 
-fn places([x0, x1, y0, y1]: [f64; 4]) -> Vec<[f64; 2]> {
-    let place = |i: usize, low: f64, high: f64| {
-        low + (high - low) * (i as f64 + 0.5) / PLACES as f64
+/// The source's rays on a lattice of places across the first screen.
+fn launch(system: &System) -> Vec<Pencil> {
+    let screen = &system.screens[0];
+    let Some([x0, x1, y0, y1]) = screen.bounds() else {
+        return Vec::new();
     };
-    (0..PLACES * PLACES)
-        .map(|n| [place(n % PLACES, x0, x1), place(n / PLACES, y0, y1)])
+    let place =
+        |i: usize, low: f64, high: f64| low + (high - low) * (i as f64 + 0.5) / PLACES as f64;
+    let places =
+        (0..PLACES * PLACES).map(|n| [place(n % PLACES, x0, x1), place(n / PLACES, y0, y1)]);
+    places
+        .map(|at| {
+            let here = screen.frame.to_global(Vec3::new(at[0], at[1], 0.0));
+            let d = screen.frame.turn_in(system.source.direction(here));
+            (at, [d.x * screen.index, d.y * screen.index])
+        })
         .collect()
 }
 
-/// Directions in which light leaves a place: behind a smooth first screen the one direction there is,
-/// behind pixels all that their lattice makes, on later screens all that the plan takes in.
-fn directions(
-    system: &System,
-    hop: &Hop,
-    plan: &Plan,
-    number: usize,
-    at: [f64; 2],
-) -> Vec<[f64; 2]> {
-    if number > 0 {
-        let bands = match plan {
-            Plan::Free(_, free) => &free.bands,
-            Plan::Beamlets(beamlets) => &beamlets.bands,
-        };
-        let ends = |band: &Band| [band.at(0), band.at(band.count.max(1) - 1)];
-        return lattice(ends(&bands[0]), ends(&bands[1]));
-    }
-    let screen = hop.from;
-    let here = screen.frame.to_global(Vec3::new(at[0], at[1], 0.0));
-    let incident = screen.frame.turn_in(system.source.direction(here));
-    let p = [incident.x * screen.index, incident.y * screen.index];
-    let Act::Doe(doe) = &screen.act else {
+/// Directions in which a ray leaves a screen: behind a smooth element the one there is, behind pixels
+/// all that their lattice makes.
+fn leaving(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Vec<[f64; 2]> {
+    let Act::Doe(doe) = &hop.from.act else {
         return vec![p];
     };
     let k = hop.wavenumber();
-    match doe.phase_gradient(at[0], at[1]) {
-        Some([gx, gy]) => vec![[p[0] + gx / k, p[1] + gy / k]],
-        None => {
-            let reach = turning(doe, hop.wavelength);
-            let ends = |a: usize| [p[a] - reach[a], p[a] + reach[a]];
-            lattice(ends(0), ends(1))
-        }
+    if let Some([gx, gy]) = doe.phase_gradient(at[0], at[1]) {
+        return vec![[p[0] + gx / k, p[1] + gy / k]];
     }
-}
-
-fn lattice(x: [f64; 2], y: [f64; 2]) -> Vec<[f64; 2]> {
-    let place = |i: usize, [low, high]: [f64; 2]| {
-        low + (high - low) * i as f64 / (DIRECTIONS - 1) as f64
-    };
+    let reach = turning(doe, hop.wavelength);
+    let place =
+        |i: usize, a: usize| p[a] + reach[a] * (2.0 * i as f64 / (DIRECTIONS - 1) as f64 - 1.0);
     (0..DIRECTIONS * DIRECTIONS)
-        .map(|n| [place(n % DIRECTIONS, x), place(n / DIRECTIONS, y)])
+        .map(|n| [place(n % DIRECTIONS, 0), place(n / DIRECTIONS, 1)])
         .collect()
 }
 
@@ -236,7 +241,10 @@ fn smallness(hop: &Hop, light: &Light) -> Option<String> {
     let to = hop.to.bounds()?;
     let landings = light.landings?;
     let share = [0, 1].map(|a| {
-        let (low, high) = (landings[2 * a] - light.blur[a], landings[2 * a + 1] + light.blur[a]);
+        let (low, high) = (
+            landings[2 * a] - light.blur[a],
+            landings[2 * a + 1] + light.blur[a],
+        );
         let common = high.min(to[2 * a + 1]) - low.max(to[2 * a]);
         common.max(0.0) / (to[2 * a + 1] - to[2 * a])
     });
@@ -260,7 +268,11 @@ fn orders(hop: &Hop, anchor: [f64; 2]) -> Option<String> {
     let turns = [0, 1].map(|a| hop.wavelength / pitch[a]);
     let missed = (0..4).all(|n| {
         let mut p = anchor;
-        p[n / 2] += if n % 2 == 0 { turns[n / 2] } else { -turns[n / 2] };
+        p[n / 2] += if n % 2 == 0 {
+            turns[n / 2]
+        } else {
+            -turns[n / 2]
+        };
         !hop.trace([0.0, 0.0], p, &mut ()).is_ok_and(|landing| {
             let [x, y] = landing.at;
             (to[0]..=to[1]).contains(&x) && (to[2]..=to[3]).contains(&y)

@@ -78,8 +78,7 @@ pub struct Planner<'a> {
 impl Planner<'_> {
     /// Chooses the beamlets, given a fan of rays that reach the target.
     pub fn plan(&self, fan: &Fan) -> BeamletPlan {
-        let stride = fan.rays.len().div_ceil(JUDGES).max(1);
-        let judges: Vec<FanRay> = fan.rays.iter().copied().step_by(stride).collect();
+        let judges = judges(fan);
         let widths: Vec<f64> = match self.settings.sigma {
             Some(sigma) => vec![sigma],
             None => {
@@ -101,7 +100,8 @@ impl Planner<'_> {
         chosen
     }
 
-    fn bands(&self, fan: &Fan, period: f64) -> [Band; 2] {
+    /// The lattice of directions that a fan asks for, at a patch period in mm.
+    pub fn bands(&self, fan: &Fan, period: f64) -> [Band; 2] {
         let p = fan.band.map(|p| if p.is_finite() { p } else { 0.0 });
         let spacing = self.hop.wavelength / period;
         [
@@ -122,7 +122,7 @@ impl Planner<'_> {
 
     /// σ₀ = (k‖∂p′/∂x‖)^{−1/2}, the width whose beamlets spread least behind the train's power, by the
     /// median of the fan; without power √(‖∂s/∂p‖/k), and never more than a quarter of the screen.
-    fn starting_width(&self, judges: &[FanRay]) -> f64 {
+    pub fn starting_width(&self, judges: &[FanRay]) -> f64 {
         let k = self.hop.wavenumber();
         let wavelength = self.hop.wavelength;
         let norm = |ray: &FanRay, row: usize, column: usize| {
@@ -207,7 +207,7 @@ impl Planner<'_> {
 
     /// Half width of the footprints on the target (90 % are smaller), and the largest direction cosines
     /// there, the beamlets' own spread included.
-    fn arrival(&self, judges: &[FanRay], sigma: f64) -> (f64, [f64; 2]) {
+    pub fn arrival(&self, judges: &[FanRay], sigma: f64) -> (f64, [f64; 2]) {
         let k = self.hop.wavenumber();
         let threshold = self.settings.footprint_threshold;
         let mut footprints = Vec::new();
@@ -230,6 +230,12 @@ impl Planner<'_> {
             .unwrap_or(0.0);
         (footprint, arriving.map(|p| p.min(self.hop.to.index)))
     }
+}
+
+/// The rays of a fan on which choices are judged.
+pub fn judges(fan: &Fan) -> Vec<FanRay> {
+    let stride = fan.rays.len().div_ceil(JUDGES).max(1);
+    fan.rays.iter().copied().step_by(stride).collect()
 }
 
 impl BeamletPlan {

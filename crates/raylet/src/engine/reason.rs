@@ -11,6 +11,8 @@ pub fn method_name(plan: &Plan) -> &'static str {
     match plan {
         Plan::Free(..) => "free",
         Plan::Beamlets(_) => "beamlet",
+        Plan::Planes(_) => "plane",
+        Plan::Paper(_) => "paper",
     }
 }
 

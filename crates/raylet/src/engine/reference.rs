@@ -9,7 +9,7 @@ use crate::engine::eikonal::{self, EikonalError, Geometrical};
 use crate::engine::route::{Approach, Route, route};
 use crate::engine::settings::Settings;
 use crate::engine::simulate::{
-    Arriving, SimulateError, chief, power_on, receiving_raster, sensor_grid, sensor_of,
+    Arriving, Progress, SimulateError, chief, power_on, receiving_raster, sensor_grid, sensor_of,
 };
 use crate::math::vec3::Vec3;
 use crate::optics::screen::Screen;
@@ -127,8 +127,7 @@ pub struct Reference {
     pub steps: Vec<Step>,
 }
 
-/// Carries the light of a system to its sensor without beamlets; `progress` is told the number of the hop
-/// and the share of it that is done.
+/// Carries the light of a system to its sensor without beamlets.
 ///
 /// # Errors
 /// When no method applies, the one that was asked for does not, or it would take too long.
@@ -136,7 +135,7 @@ pub fn reference(
     system: &System,
     settings: &Settings,
     choice: Choice,
-    progress: &(dyn Fn(usize, f64) + Sync),
+    progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Reference, ReferenceError> {
     sensor_of(system)?;
     if choice.approach == Approach::Refraction {
@@ -165,7 +164,15 @@ pub fn reference(
     let mut light = Arriving::from_source(system);
     let mut steps = Vec::new();
     for (number, (hop, route)) in system.hops().zip(&routes).enumerate() {
-        let report = |done: f64| progress(number, done);
+        let report = |done: f64| {
+            progress(Progress {
+                hop: number,
+                hops: routes.len(),
+                to: &hop.to.name,
+                done,
+                rays: 0.0,
+            });
+        };
         let (next, step) = carry(system, &hop, route, &light, &settings, choice, &report)?;
         light = next;
         steps.push(step);
@@ -319,20 +326,30 @@ fn shine(
 /// The whole system by the generalised law of refraction.
 fn refraction(
     system: &System,
-    progress: &(dyn Fn(usize, f64) + Sync),
+    progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Reference, ReferenceError> {
     let clock = Instant::now();
-    progress(0, 0.0);
+    let name = |screen: Option<&Screen>| screen.map(|s| s.name.clone()).unwrap_or_default();
+    let screens = [name(system.screens.first()), name(system.screens.last())];
+    let report = |done: f64| {
+        progress(Progress {
+            hop: 0,
+            hops: 1,
+            to: &screens[1],
+            done,
+            rays: 0.0,
+        });
+    };
+    report(0.0);
     let Geometrical {
         field,
         unresolved,
         rays,
         ..
     } = eikonal::carry(system)?;
-    progress(0, 1.0);
-    let name = |screen: Option<&Screen>| screen.map(|s| s.name.clone()).unwrap_or_default();
+    report(1.0);
     let step = Step {
-        screens: [name(system.screens.first()), name(system.screens.last())],
+        screens,
         approach: Approach::Refraction,
         neglects: "diffraction",
         samples: [0, 0],

@@ -46,11 +46,17 @@ pub fn publish(
     mut report: Report,
 ) -> Result<Report, Fault> {
     let refuse = |error: FigureError| {
-        Fault::of_file(target.path(), error.to_string(), "pictures that can be drawn")
+        Fault::of_file(
+            target.path(),
+            error.to_string(),
+            "pictures that can be drawn",
+        )
     };
     let pictures = pictures(scene, systems, &fields).map_err(refuse)?;
     report.files = vec![FIELD_FILE.to_owned()];
-    report.files.extend(pictures.iter().map(|(name, _)| name.clone()));
+    report
+        .files
+        .extend(pictures.iter().map(|(name, _)| name.clone()));
 
     let draft = target.draft()?;
     for (name, bytes) in &pictures {
@@ -76,7 +82,11 @@ fn pictures(
     let Some(first) = systems.first() else {
         return Ok(list);
     };
-    let shown = if systems.len() > MOST_CHANNELS { 1 } else { systems.len() };
+    let shown = if systems.len() > MOST_CHANNELS {
+        1
+    } else {
+        systems.len()
+    };
     for (number, screen) in first.screens.iter().enumerate() {
         let views: Vec<DoeView> = systems[..shown]
             .iter()
@@ -103,7 +113,13 @@ fn pictures(
 /// A file name for an element's picture, of letters that every file system takes; its number where the
 /// name says too little or is taken.
 fn file_name(name: &str, number: usize, taken: &[&str]) -> String {
-    let plain = |c: char| if c.is_alphanumeric() || "-_.".contains(c) { c } else { '-' };
+    let plain = |c: char| {
+        if c.is_alphanumeric() || "-_.".contains(c) {
+            c
+        } else {
+            '-'
+        }
+    };
     let stem: String = name.chars().map(plain).take(80).collect();
     let stem = match name.starts_with("element[") {
         true => number.to_string(),
