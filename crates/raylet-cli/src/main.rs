@@ -1,7 +1,14 @@
 //! The `raylet` program: one file per verb, thin.
 
+mod check;
 mod failure;
+mod overrides;
+mod progress;
+mod reference;
+mod say;
+mod schema;
 mod simulate;
+mod table;
 
 use std::process::ExitCode;
 
@@ -18,12 +25,18 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Verb {
     Simulate(simulate::Simulate),
+    Reference(reference::Reference),
+    Check(check::Check),
+    Schema(schema::Schema),
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let outcome = match &arguments.verb {
         Verb::Simulate(verb) => verb.run(),
+        Verb::Reference(verb) => verb.run(),
+        Verb::Check(verb) => verb.run(),
+        Verb::Schema(verb) => verb.run(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

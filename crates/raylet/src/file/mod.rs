@@ -3,6 +3,7 @@
 pub mod array;
 pub mod arrays;
 pub(crate) mod axis;
+pub mod blame;
 pub mod build;
 pub mod catalog;
 pub mod chart;
@@ -12,20 +13,30 @@ mod decode;
 pub mod element;
 pub mod fault;
 pub mod figure;
+pub mod folder;
 pub mod image;
 pub(crate) mod label;
 pub mod layer;
 pub mod layout;
+pub mod machine;
 pub mod material;
 mod misfit;
+pub mod npz;
 mod number;
 pub mod origin;
+pub mod output;
 pub mod panel;
 pub mod picture;
+pub mod pictures;
+pub mod prescription;
+pub mod report;
+pub mod results;
 pub mod scene;
 #[cfg(test)]
 mod scene_test;
 #[cfg(test)]
 mod schema_test;
+pub mod section;
 pub mod settings;
+pub mod step;
 pub(crate) mod svg;

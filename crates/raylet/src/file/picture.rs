@@ -39,6 +39,7 @@ pub struct ImagePanel<'a> {
     decades: Option<u32>,
     quantity: [String; 2],
     axes: [String; 2],
+    missing: Option<String>,
 }
 
 /// What the values turned out to be.
@@ -92,6 +93,7 @@ impl<'a> ImagePanel<'a> {
             decades: None,
             quantity: [String::new(), String::new()],
             axes: ["x".into(), "y".into()],
+            missing: None,
         }
     }
 
@@ -104,6 +106,12 @@ impl<'a> ImagePanel<'a> {
     /// A smaller line under the title.
     pub fn note(mut self, note: impl Into<String>) -> Self {
         self.notes.push(note.into());
+        self
+    }
+
+    /// What values that are not finite stand for, in place of their count ("" for no note).
+    pub fn missing(mut self, what: impl Into<String>) -> Self {
+        self.missing = Some(what.into());
         self
     }
 
@@ -338,10 +346,12 @@ impl<'a> ImagePanel<'a> {
 impl Content for ImagePanel<'_> {
     fn heading(&self) -> Heading {
         let mut notes = self.notes.clone();
-        match self.found.not_finite {
-            0 => (),
-            1 => notes.push("1 value is not finite (grey)".into()),
-            n => notes.push(format!("{n} values are not finite (grey)")),
+        match (self.found.not_finite, &self.missing) {
+            (0, _) => (),
+            (_, Some(what)) if what.is_empty() => (),
+            (_, Some(what)) => notes.push(format!("grey: {what}")),
+            (1, None) => notes.push("1 value is not finite (grey)".into()),
+            (n, None) => notes.push(format!("{n} values are not finite (grey)")),
         }
         let title = self.title.clone();
         Heading { title, notes }

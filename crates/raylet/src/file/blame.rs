@@ -1,0 +1,107 @@
+//! Faults found while computing, told at the element of the scene they belong to.
+
+use crate::engine::eikonal::EikonalError;
+use crate::engine::plan::PlanError;
+use crate::engine::reference::ReferenceError;
+use crate::engine::simulate::SimulateError;
+use crate::file::fault::Fault;
+use crate::file::scene::Scene;
+use crate::wave::sampling::SamplingError;
+
+/// The fault of a scene that cannot be computed.
+pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
+    let told = error.to_string();
+    let (screen, found, expected) = match error {
+        SimulateError::Plan(PlanError::Dark { to, .. }) => (
+            to,
+            told,
+            String::from("a place that light reaches through the elements before it"),
+        ),
+        SimulateError::Plan(PlanError::Boundless(name))
+        | SimulateError::Sampling(SamplingError::Boundless(name)) => {
+            (name, String::from("no edge"), String::from("an aperture"))
+        }
+        SimulateError::Sampling(SamplingError::TooLarge {
+            screen,
+            needed,
+            needed_y,
+            allowed,
+        }) => {
+            let found = format!("a field of {needed} × {needed_y} samples");
+            let fault = scene.fault(&path_of(scene, screen), found, memory(*allowed, "samples"));
+            return fault.hint("reduce its size, its steepest phase or the directions it takes");
+        }
+        SimulateError::Plan(PlanError::Modes {
+            screen,
+            modes: [nx, ny],
+            allowed,
+        }) => (
+            screen,
+            format!("patches of {nx} × {ny} modes"),
+            memory(*allowed, "modes"),
+        ),
+        SimulateError::NoSensor(name) => (name, told, String::from("a sensor as the last element")),
+        SimulateError::NoLight(name) => (
+            name,
+            told,
+            String::from("an element that lets some light through"),
+        ),
+        SimulateError::Sum(_) => {
+            return scene.fault(
+                "settings.nufft_tolerance",
+                told,
+                "a sum that can be planned",
+            );
+        }
+    };
+    scene.fault(&path_of(scene, screen), found, expected)
+}
+
+fn memory(allowed: usize, what: &str) -> String {
+    format!("at most {allowed} {what} (settings.memory_limit_mb)")
+}
+
+/// The fault of a scene that has no reference, or not the one that was asked for.
+pub fn blame_reference(scene: &Scene, error: &ReferenceError) -> Fault {
+    let here = |screen: &str, expected: &str| {
+        scene.fault(&path_of(scene, screen), error.to_string(), expected)
+    };
+    let other = "a system that the method applies to, or another --method";
+    match error {
+        ReferenceError::Run(error) => blame(scene, error),
+        ReferenceError::NotApplicable { from, .. } => here(from, other),
+        ReferenceError::NoMethod { from, .. } => here(
+            from,
+            "a system that some method without rays applies to; 'raylet simulate' needs none",
+        ),
+        ReferenceError::TooLong { from, .. } => {
+            here(from, "a sum that ends sooner, or a larger --most-hours")
+        }
+        ReferenceError::Refraction(EikonalError::NotSmooth(name)) => here(name, other),
+        ReferenceError::Refraction(EikonalError::Boundless(name)) => here(name, "an aperture"),
+        ReferenceError::Refraction(EikonalError::NoSensor(name)) => {
+            here(name, "a sensor as the last element")
+        }
+        ReferenceError::Refraction(EikonalError::Dark(name)) => {
+            here(name, "an element that sends some light to the sensor")
+        }
+        ReferenceError::Refraction(EikonalError::Focus { .. }) | ReferenceError::Collins(_) => {
+            let last = scene.element.len().saturating_sub(1);
+            scene.fault(&format!("element[{last}]"), error.to_string(), other)
+        }
+    }
+}
+
+/// The path of the element that a screen was made of.
+fn path_of(scene: &Scene, screen: &str) -> String {
+    let named = scene
+        .element
+        .iter()
+        .position(|element| element.name() == Some(screen));
+    match named {
+        Some(number) => format!("element[{number}]"),
+        // Elements without a name give their screens their path; an entrance belongs to the first.
+        None if screen.starts_with("element[") => screen.to_owned(),
+        None => String::from("element[0]"),
+    }
+}

@@ -1,0 +1,203 @@
+//! The pictures of a result: the light on the sensor and the diffractive elements.
+
+use ndarray::{Array2, ArrayView2, Axis};
+use num_complex::Complex64;
+
+use crate::file::colour::ColourMap;
+use crate::file::figure::{Figure, Panel};
+use crate::file::npz::Fields;
+use crate::file::panel::FigureError;
+use crate::optics::doe::{Doe, Layer, PixelForm};
+
+/// Phases are shown where the intensity is above this share of its maximum.
+const PHASE_FLOOR: f64 = 1e-4;
+
+/// Most samples of an element's picture along either axis.
+const MOST_SAMPLES: usize = 1000;
+
+/// Samples along the longer side of an element that has no pixels.
+const SMOOTH_SAMPLES: f64 = 600.0;
+
+/// More channels than this are shown as their sum and the first of them.
+pub const MOST_CHANNELS: usize = 3;
+
+/// Device pixels per pixel of a figure.
+const SCALE: f64 = 1.5;
+
+/// The light on the sensor as PNG: a row of intensity (linear and logarithmic) and phase for each of up to
+/// three wavelengths; for more, the summed intensity and the row of the first.
+///
+/// # Errors
+/// A picture that cannot be drawn.
+pub fn sensor_png(fields: &Fields, title: &str) -> Result<Vec<u8>, FigureError> {
+    let ranges = [edges(&fields.x_mm.to_vec()), edges(&fields.y_mm.to_vec())];
+    let channels = fields.wavelength_um.len();
+    let shown = if channels > MOST_CHANNELS {
+        1
+    } else {
+        channels
+    };
+    let mut rows = Vec::new();
+    if channels > MOST_CHANNELS {
+        let sum = fields.field.mapv(|u| u.norm_sqr()).sum_axis(Axis(0));
+        let place = format!("sum of {channels} wavelengths");
+        rows.push(intensity_panels(&sum, ranges, &place));
+    }
+    for (number, field) in fields.field.outer_iter().take(shown).enumerate() {
+        let place = match channels {
+            1 => String::new(),
+            _ => format!("λ = {} µm", fields.wavelength_um[number]),
+        };
+        let intensity = field.mapv(|u| u.norm_sqr());
+        let mut row = intensity_panels(&intensity, ranges, &place);
+        row.push(phase_panel(field, &intensity, ranges));
+        rows.push(row);
+    }
+    Figure::new(rows, title).width(1500.0).to_png(SCALE)
+}
+
+/// Intensity on a linear and on a logarithmic scale.
+fn intensity_panels(
+    intensity: &Array2<f64>,
+    [xs, ys]: [[f64; 2]; 2],
+    place: &str,
+) -> Vec<Panel<'static>> {
+    let panel = |title: &str| {
+        let panel = Panel::image(intensity.clone(), xs, ys).title(title);
+        if place.is_empty() {
+            panel
+        } else {
+            panel.note(place)
+        }
+    };
+    vec![
+        panel("Intensity").quantity("|U|²", "").into(),
+        panel("Intensity, logarithmic")
+            .quantity("|U|²", "")
+            .log()
+            .into(),
+    ]
+}
+
+/// The phase where there is light enough for it to mean something.
+fn phase_panel(
+    field: ArrayView2<Complex64>,
+    intensity: &Array2<f64>,
+    [xs, ys]: [[f64; 2]; 2],
+) -> Panel<'static> {
+    let floor = PHASE_FLOOR * intensity.fold(0.0, |max: f64, v| max.max(*v));
+    let lit = |u: &Complex64| u.norm_sqr() > floor;
+    let phase = field.mapv(|u| if lit(&u) { u.arg() } else { f64::NAN });
+    Panel::image(phase, xs, ys)
+        .title("Phase")
+        .missing("intensity below 10⁻⁴ of its maximum")
+        .colours(ColourMap::Phase)
+        .quantity("phase", "rad")
+        .into()
+}
+
+/// The outer edges of pixels with these centres, in mm.
+fn edges(centres: &[f64]) -> [f64; 2] {
+    let (first, last) = (centres[0], centres[centres.len() - 1]);
+    let half = match centres.len() {
+        1 => 5e-4,
+        n => 0.5 * (last - first) / (n - 1) as f64,
+    };
+    [first - half, last + half]
+}
+
+/// One wavelength's view of a diffractive element.
+#[derive(Clone, Copy, Debug)]
+pub struct DoeView<'a> {
+    /// The element as it acts at this wavelength.
+    pub doe: &'a Doe,
+    /// The wavelength in micrometres.
+    pub wavelength_um: f64,
+}
+
+/// A diffractive element as PNG: phase and amplitude of its transmission over its opening, a row for
+/// each wavelength; nothing when the element has no edge.
+///
+/// # Errors
+/// A picture that cannot be drawn.
+pub fn doe_png(views: &[DoeView], name: &str) -> Result<Option<Vec<u8>>, FigureError> {
+    let mut rows = Vec::new();
+    for view in views {
+        let Some(bounds) = view.doe.bounds() else {
+            return Ok(None);
+        };
+        rows.push(doe_panels(view, bounds, views.len() > 1));
+    }
+    let figure = Figure::new(rows, format!("Element '{name}'"));
+    figure.to_png(SCALE).map(Some)
+}
+
+/// Phase and amplitude over the opening.
+fn doe_panels(view: &DoeView, bounds: [f64; 4], several: bool) -> Vec<Panel<'static>> {
+    let [x0, x1, y0, y1] = bounds;
+    let [nx, ny] = samples(view.doe, bounds);
+    let steps = [(x1 - x0) / nx as f64, (y1 - y0) / ny as f64];
+    let place = |i: usize, low: f64, step: f64| low + (i as f64 + 0.5) * step;
+    let values = Array2::from_shape_fn((ny, nx), |(j, i)| {
+        let (x, y) = (place(i, x0, steps[0]), place(j, y0, steps[1]));
+        match view.doe.aperture.contains(x, y) {
+            true => view.doe.transmission(x, y),
+            false => Complex64::ZERO,
+        }
+    });
+    let dark = |u: &Complex64| *u == Complex64::ZERO;
+    let phase = values.mapv(|u| if dark(&u) { f64::NAN } else { u.arg() });
+    let mut panel = Panel::image(phase, [x0, x1], [y0, y1])
+        .title("Phase")
+        .missing("no light passes")
+        .colours(ColourMap::Phase)
+        .quantity("phase", "rad");
+    if several {
+        panel = panel.note(format!("λ = {} µm", view.wavelength_um));
+    }
+    if let Some(note) = coarseness(view.doe, bounds, steps) {
+        panel = panel.note(note);
+    }
+    let amplitude = values.mapv(|u| u.norm());
+    let most = amplitude.fold(0.0, |max: f64, v| max.max(*v));
+    let amplitude = Panel::image(amplitude, [x0, x1], [y0, y1])
+        .title("Amplitude")
+        .colours(ColourMap::Grey)
+        .range([0.0, if most > 0.0 { most } else { 1.0 }])
+        .quantity("|t|", "");
+    vec![panel.into(), amplitude.into()]
+}
+
+/// Samples [nx, ny] of a picture of an element: its pixels where they are not too many.
+fn samples(doe: &Doe, [x0, x1, y0, y1]: [f64; 4]) -> [usize; 2] {
+    let sizes = [x1 - x0, y1 - y0];
+    match doe.pixels() {
+        // Interpolated pixels are shown with what lies between them.
+        Some(pixels) => [0, 1].map(|a| {
+            let fine = if pixels.form == PixelForm::Bilinear {
+                4.0
+            } else {
+                1.0
+            };
+            let count = (fine * sizes[a] / pixels.pitch[a]).round();
+            (count as usize).clamp(1, MOST_SAMPLES)
+        }),
+        None => {
+            let longest = sizes[0].max(sizes[1]);
+            sizes.map(|size| (SMOOTH_SAMPLES * size / longest).ceil().max(2.0) as usize)
+        }
+    }
+}
+
+/// A warning where the picture's samples are too far apart for the element.
+fn coarseness(doe: &Doe, bounds: [f64; 4], steps: [f64; 2]) -> Option<String> {
+    let steep = doe.steepest(bounds);
+    let pixels = doe.pixels().map(|pixels| pixels.pitch);
+    let skipped = pixels.is_some_and(|pitch| (0..2).any(|a| steps[a] > 1.01 * pitch[a]));
+    let smooth = doe
+        .layers
+        .iter()
+        .any(|layer| !matches!(layer, Layer::Pixels(_)));
+    let aliased = smooth && (0..2).any(|a| steep[a] * steps[a] > std::f64::consts::PI);
+    (skipped || aliased).then(|| String::from("finer than the picture: only some points are shown"))
+}

@@ -1,0 +1,292 @@
+//! The drawing of a system: its parts cut by a plane, and a few rays.
+
+use crate::engine::sketch::{Trail, Turn, cut, sketch};
+use crate::file::figure::{Figure, Panel};
+use crate::file::layout::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};
+use crate::file::panel::FigureError;
+use crate::file::prescription::{Kind, Part, parts};
+use crate::file::scene::Scene;
+use crate::math::vec3::Vec3;
+use crate::optics::aperture::Outline;
+use crate::optics::bend::Interface;
+use crate::optics::screen::Act;
+use crate::optics::source::Source;
+use crate::optics::system::System;
+
+/// Points along the cut of a part.
+const POINTS: i32 = 1200;
+
+/// Points of a drawn curve.
+const DRAWN: usize = 80;
+
+/// A second panel shows the light alone where it takes less than this share of the parts' height.
+const THIN: f64 = 0.3;
+
+/// Device pixels per pixel of a figure.
+const SCALE: f64 = 1.5;
+
+/// The plane of the drawing: global z to the right, and x or y up.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    up: Vec3,
+    normal: Vec3,
+    name: &'static str,
+}
+
+impl Plane {
+    fn at(&self, point: Vec3) -> [f64; 2] {
+        [point.z, point.dot(self.up)]
+    }
+}
+
+/// The system as PNG, as the light of one wavelength sees it.
+///
+/// # Errors
+/// A picture that cannot be drawn.
+pub fn layout_png(scene: &Scene, system: &System) -> Result<Vec<u8>, FigureError> {
+    let plane = plane_of(system);
+    let parts = parts(scene, system);
+    let trails = sketch(system, plane.normal);
+
+    // Where the light is thin against the parts, a second view shows what it meets.
+    let light = extent(
+        trails
+            .iter()
+            .flat_map(|t| &t.points)
+            .map(|p| plane.at(*p)[1]),
+    );
+    let whole = drawing(&parts, &trails, &plane, None);
+    let all = extent(whole.surfaces.iter().flat_map(|c| &c.points).map(|p| p[1]));
+    let thin = match (light, all) {
+        (Some([a, b]), Some([c, d])) if b - a < THIN * (d - c) => {
+            let room = 0.25 * (b - a).max(1e-3 * (d - c));
+            Some([a - room, b + room])
+        }
+        _ => None,
+    };
+    let panel = |content: LayoutScene, title: &str| -> Vec<Panel<'static>> {
+        vec![
+            Panel::layout(content)
+                .transverse(plane.name)
+                .title(title)
+                .into(),
+        ]
+    };
+    let section = format!("Section through z and {}", plane.name);
+    let mut rows = vec![panel(whole, &section)];
+    if let Some(window) = thin {
+        let close = drawing(&parts, &trails, &plane, Some(window));
+        rows.push(panel(close, "The light, close up"));
+    }
+    let title = match scene.title.as_str() {
+        "" => String::from("Layout"),
+        title => title.to_owned(),
+    };
+    Figure::new(rows, title).to_png(SCALE)
+}
+
+/// The plane, of the two through the z axis, in which more of the system is tilted, shifted or turned.
+fn plane_of(system: &System) -> Plane {
+    let mut score = [0.0f64; 2];
+    let mut add = |v: Vec3, weight: f64| {
+        score[0] += weight * v.x.abs();
+        score[1] += weight * v.y.abs();
+    };
+    let screens = system.screens.iter().map(|s| &s.frame);
+    let surfaces = system.trains.iter().flatten().map(|s| &s.frame);
+    for frame in screens.chain(surfaces) {
+        add(frame.z, 10.0);
+        add(frame.origin, 1.0);
+    }
+    match system.source {
+        Source::Plane { direction, .. } => add(direction, 3.0),
+        Source::Point { position, .. } => add(position, 1.0),
+    }
+    // A smooth phase that turns the light as a whole, such as a grating.
+    for screen in &system.screens {
+        if let Act::Doe(doe) = &screen.act
+            && let Some([gx, gy]) = doe.phase_gradient(0.0, 0.0)
+        {
+            let turned = system.wavelength / std::f64::consts::TAU;
+            add(Vec3::new(gx * turned, gy * turned, 0.0), 3.0);
+        }
+    }
+    let (x, y) = (Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0));
+    if score[0] > score[1] {
+        Plane {
+            up: x,
+            normal: y,
+            name: "x",
+        }
+    } else {
+        Plane {
+            up: y,
+            normal: x,
+            name: "y",
+        }
+    }
+}
+
+/// The range of finite values.
+fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    values.filter(|v| v.is_finite()).fold(None, |range, v| {
+        let [lo, hi] = range.unwrap_or([v, v]);
+        Some([lo.min(v), hi.max(v)])
+    })
+}
+
+/// Everything as plain geometry, within a window of the transverse coordinate if one is given.
+fn drawing(
+    parts: &[Part],
+    trails: &[Trail],
+    plane: &Plane,
+    window: Option<[f64; 2]>,
+) -> LayoutScene {
+    let mut scene = LayoutScene::default();
+    for trail in trails {
+        scene.rays.push(RayPath {
+            points: trail.points.iter().map(|p| plane.at(*p)).collect(),
+            group: match trail.turn {
+                Turn::Straight => 0,
+                Turn::Up => 1,
+                Turn::Down => 2,
+            },
+        });
+    }
+    if trails.iter().any(|trail| trail.turn != Turn::Straight) {
+        scene.ray_groups = ["undeflected", "to the upper side", "to the lower side"]
+            .map(String::from)
+            .to_vec();
+    }
+    let lines: Vec<Vec<[f64; 2]>> = parts.iter().map(|part| line(part, plane, window)).collect();
+    let ambient = parts.first().map_or(1.0, Part::index);
+    for (number, part) in parts.iter().enumerate() {
+        let before = number.checked_sub(1).map(|n| parts[n].frame().origin);
+        scene
+            .surfaces
+            .extend(symbols(part, &lines[number], before, plane));
+        if part.index() != ambient
+            && let Some(next) = lines.get(number + 1)
+        {
+            scene.glass.push(between(&lines[number], next));
+        }
+        scene.labels.extend(label(part, &lines[number]));
+    }
+    scene
+}
+
+/// A part cut by the plane, as points across its opening.
+fn line(part: &Part, plane: &Plane, window: Option<[f64; 2]>) -> Vec<[f64; 2]> {
+    let Some([x0, x1, y0, y1]) = part.bounds() else {
+        return Vec::new();
+    };
+    let frame = part.frame();
+    let u = cut(frame, plane.normal);
+    let middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
+
+    // How far the line through the middle runs inside the box.
+    let half = [0.5 * (x1 - x0), 0.5 * (y1 - y0)];
+    let reach = match round(part) {
+        true => half[0],
+        false => (0..2)
+            .map(|a| half[a] / u[a].abs().max(1e-12))
+            .fold(f64::INFINITY, f64::min),
+    };
+    let all = (0..=POINTS).filter_map(|i| {
+        let t = reach * (2.0 * f64::from(i) / f64::from(POINTS) - 1.0);
+        let (x, y) = (middle[0] + t * u[0], middle[1] + t * u[1]);
+        let height = match part.kind {
+            Kind::Screen(_) => Some(0.0),
+            Kind::Surface(surface) => surface.shape.height(x, y).map(|height| height.z),
+        };
+        height.map(|z| plane.at(frame.to_global(Vec3::new(x, y, z))))
+    });
+    let inside = all.filter(|p| window.is_none_or(|[lo, hi]| p[1] >= lo && p[1] <= hi));
+    thinned(inside.collect())
+}
+
+/// Whether the part's outline is a circle.
+fn round(part: &Part) -> bool {
+    let aperture = match part.kind {
+        Kind::Surface(surface) => surface.aperture,
+        Kind::Screen(screen) => match &screen.act {
+            Act::Stop(aperture) => *aperture,
+            Act::Doe(doe) => doe.aperture,
+            Act::Sensor(_) => return false,
+        },
+    };
+    matches!(
+        aperture.outline,
+        Outline::Disc { .. } | Outline::Annulus { .. }
+    )
+}
+
+/// At most some eighty points of a line, its ends among them.
+fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
+    let Some(last) = points.len().checked_sub(1) else {
+        return points;
+    };
+    let count = DRAWN.min(last.max(1));
+    (0..=count).map(|i| points[i * last / count]).collect()
+}
+
+/// The symbols of a part whose cut is `line`; the part before it stands at `before`.
+fn symbols(part: &Part, line: &[[f64; 2]], before: Option<Vec3>, plane: &Plane) -> Vec<Curve> {
+    if line.len() < 2 {
+        return Vec::new();
+    }
+    let here = plane.at(part.frame().origin);
+    let from = before.map_or([here[0] - 1.0, here[1]], |point| plane.at(point));
+    let travel = [here[0] - from[0], here[1] - from[1]];
+    let (kind, side) = match part.kind {
+        Kind::Surface(surface) if surface.interface == Interface::Reflect => {
+            (CurveKind::Mirror, 1.0)
+        }
+        Kind::Surface(_) => (CurveKind::Surface, 1.0),
+        Kind::Screen(screen) => match &screen.act {
+            Act::Stop(_) => (CurveKind::Stop, 1.0),
+            Act::Sensor(_) => (CurveKind::Sensor, 1.0),
+            Act::Doe(doe) if doe.reflect => (CurveKind::Doe, -1.0),
+            Act::Doe(_) => (CurveKind::Doe, 1.0),
+        },
+    };
+
+    // Symbols with a back and a front have it to the right of their points.
+    let mut points = line.to_vec();
+    let (first, last) = (points[0], points[points.len() - 1]);
+    let right = [last[1] - first[1], first[0] - last[0]];
+    if (right[0] * travel[0] + right[1] * travel[1]) * side < 0.0 {
+        points.reverse();
+    }
+    vec![Curve { points, kind }]
+}
+
+/// The region between two cuts.
+fn between(first: &[[f64; 2]], second: &[[f64; 2]]) -> Polygon {
+    let mut points = first.to_vec();
+    let (Some(end), Some(a), Some(b)) = (first.last(), second.first(), second.last()) else {
+        return Polygon { points };
+    };
+    let distance = |p: &[f64; 2]| (p[0] - end[0]).hypot(p[1] - end[1]);
+    if distance(a) <= distance(b) {
+        points.extend(second);
+    } else {
+        points.extend(second.iter().rev());
+    }
+    Polygon { points }
+}
+
+/// The name of an element at its first part, above it.
+fn label(part: &Part, line: &[[f64; 2]]) -> Option<Label> {
+    let [index, count] = part.surface;
+    if index > 0 {
+        return None;
+    }
+    let text = match (part.named, count) {
+        (true, _) => part.name.clone(),
+        (false, 1) => part.word().to_owned(),
+        (false, _) => String::from("lens"),
+    };
+    let top = line.iter().copied().max_by(|a, b| a[1].total_cmp(&b[1]))?;
+    Some(Label { at: top, text })
+}
