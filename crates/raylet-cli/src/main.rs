@@ -1,5 +1,6 @@
 //! The `raylet` program: one file per verb, thin.
 
+mod compare;
 mod failure;
 mod simulate;
 
@@ -17,12 +18,14 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Verb {
+    Compare(compare::Compare),
     Simulate(simulate::Simulate),
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let outcome = match &arguments.verb {
+        Verb::Compare(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
     };
     match outcome {
