@@ -36,7 +36,7 @@ impl Compare {
             let draft = target.draft()?;
             let text = serde_json::to_string_pretty(&comparison)?;
             draft.write(COMPARISON_FILE, format!("{text}\n").as_bytes())?;
-            let title = format!("A {}, B {}", self.a.display(), self.b.display());
+            let title = format!("A = {}, B = {}", self.a.display(), self.b.display());
             draft.write(PICTURE_FILE, &contrast_png(&a, &b, &title)?)?;
             draft.publish()?;
         }
