@@ -1,6 +1,7 @@
 //! The `raylet` program: one file per verb, thin.
 
 mod check;
+mod compare;
 mod failure;
 mod overrides;
 mod progress;
@@ -24,6 +25,7 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Verb {
+    Compare(compare::Compare),
     Simulate(simulate::Simulate),
     Reference(reference::Reference),
     Check(check::Check),
@@ -33,6 +35,7 @@ enum Verb {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let outcome = match &arguments.verb {
+        Verb::Compare(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Reference(verb) => verb.run(),
         Verb::Check(verb) => verb.run(),

@@ -13,16 +13,20 @@ use crate::file::fault::Fault;
 /// The file by which a folder of results is known.
 pub const RESULT_FILE: &str = "result.json";
 
+/// The file by which a folder of a comparison is known.
+pub const COMPARISON_FILE: &str = "compare.json";
+
 /// The name of a folder that may be written: checked, not yet made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Target {
     path: PathBuf,
+    mark: &'static str,
 }
 
 /// A folder that is being filled. Dropped before [`Draft::publish`], it leaves nothing behind.
 #[derive(Debug)]
 pub struct Draft {
-    target: PathBuf,
+    target: Target,
     draft: TempDir,
 }
 
@@ -33,10 +37,19 @@ impl Target {
     /// # Errors
     /// Something else stands here, or the folder around cannot be written.
     pub fn claim(path: &Path) -> Result<Self, Fault> {
-        check_occupant(path)?;
+        Self::claim_as(path, RESULT_FILE)
+    }
+
+    /// The same for a folder that is known by another file, so that no kind replaces another.
+    ///
+    /// # Errors
+    /// Something else stands here, or the folder around cannot be written.
+    pub fn claim_as(path: &Path, mark: &'static str) -> Result<Self, Fault> {
         let target = Self {
             path: path.to_path_buf(),
+            mark,
         };
+        target.check_occupant()?;
         target.draft()?;
         Ok(target)
     }
@@ -60,9 +73,45 @@ impl Target {
                 Fault::of_file(&around, error.to_string(), expected)
             })?;
         Ok(Draft {
-            target: self.path.clone(),
+            target: self.clone(),
             draft,
         })
+    }
+
+    /// Refuses anything but an empty folder or one of the same kind.
+    fn check_occupant(&self) -> Result<(), Fault> {
+        let path = self.path();
+        let refuse = |found: &str| {
+            Err(Fault::of_file(
+                path,
+                found,
+                format!(
+                    "a new name, an empty folder, or one with a {} to replace",
+                    self.mark
+                ),
+            ))
+        };
+        let kind = match fs::symlink_metadata(path) {
+            Err(error) if error.kind() == io::ErrorKind::NotFound => {
+                return match path.file_name() {
+                    Some(_) => Ok(()),
+                    None => refuse("a path without a name"),
+                };
+            }
+            Err(error) => return refuse(&error.to_string()),
+            Ok(kind) => kind,
+        };
+        if !kind.is_dir() {
+            return refuse("something that is not a folder");
+        }
+        let mut entries = match fs::read_dir(path) {
+            Ok(entries) => entries,
+            Err(error) => return refuse(&error.to_string()),
+        };
+        if path.join(self.mark).is_file() || entries.next().is_none() {
+            return Ok(());
+        }
+        refuse("a folder with other files in it")
     }
 }
 
@@ -78,7 +127,8 @@ impl Draft {
     /// What the file system said.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<(), Fault> {
         let path = self.draft.path().join(name);
-        fs::write(&path, content).map_err(|error| self.refusal(&error, &self.target.join(name)))
+        fs::write(&path, content)
+            .map_err(|error| self.refusal(&error, &self.target.path.join(name)))
     }
 
     /// Gives the folder its name; an earlier result of that name is replaced.
@@ -86,24 +136,25 @@ impl Draft {
     /// # Errors
     /// Something else has come to stand there, or what the file system said; then nothing is changed.
     pub fn publish(self) -> Result<(), Fault> {
-        check_occupant(&self.target)?;
-        let fail = |error: &io::Error| self.refusal(error, &self.target);
+        self.target.check_occupant()?;
+        let path = self.target.path();
+        let fail = |error: &io::Error| self.refusal(error, path);
         open_to_readers(self.draft.path()).map_err(|error| fail(&error))?;
 
         // An earlier result steps aside, and comes back if the new one cannot take its place.
-        let around = around(&self.target);
+        let around = around(path);
         let aside = tempfile::Builder::new()
             .prefix(".raylet-old-")
             .tempdir_in(&around)
             .map_err(|error| fail(&error))?;
         let old = aside.path().join("result");
-        let occupied = self.target.exists();
+        let occupied = path.exists();
         if occupied {
-            fs::rename(&self.target, &old).map_err(|error| fail(&error))?;
+            fs::rename(path, &old).map_err(|error| fail(&error))?;
         }
-        if let Err(error) = fs::rename(self.draft.path(), &self.target) {
+        if let Err(error) = fs::rename(self.draft.path(), path) {
             if occupied {
-                fs::rename(&old, &self.target).map_err(|error| fail(&error))?;
+                fs::rename(&old, path).map_err(|error| fail(&error))?;
             }
             return Err(fail(&error));
         }
@@ -121,38 +172,6 @@ fn around(path: &Path) -> PathBuf {
         Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
         _ => PathBuf::from("."),
     }
-}
-
-/// Refuses anything but an empty folder or a folder of results.
-fn check_occupant(path: &Path) -> Result<(), Fault> {
-    let refuse = |found: &str| {
-        Err(Fault::of_file(
-            path,
-            found,
-            "a new name, an empty folder, or a folder of results to replace",
-        ))
-    };
-    let kind = match fs::symlink_metadata(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => {
-            return match path.file_name() {
-                Some(_) => Ok(()),
-                None => refuse("a path without a name"),
-            };
-        }
-        Err(error) => return refuse(&error.to_string()),
-        Ok(kind) => kind,
-    };
-    if !kind.is_dir() {
-        return refuse("something that is not a folder");
-    }
-    let mut entries = match fs::read_dir(path) {
-        Ok(entries) => entries,
-        Err(error) => return refuse(&error.to_string()),
-    };
-    if path.join(RESULT_FILE).is_file() || entries.next().is_none() {
-        return Ok(());
-    }
-    refuse("a folder with other files in it")
 }
 
 /// Temporary folders are private; results are as open as other new folders.
@@ -176,7 +195,7 @@ fn open_to_readers(_path: &Path) -> io::Result<()> {
 mod tests {
     use std::fs;
 
-    use crate::file::folder::{RESULT_FILE, Target};
+    use crate::file::folder::{COMPARISON_FILE, RESULT_FILE, Target};
 
     #[test]
     fn nothing_shows_before_the_end() {
@@ -221,6 +240,13 @@ mod tests {
         assert!(Target::claim(&file).is_err());
         assert!(Target::claim(&file.join("below")).is_err());
         assert!(Target::claim(&room.path().join("no/where")).is_err());
+
+        // A comparison does not replace results.
+        let results = room.path().join("results");
+        fs::create_dir(&results).unwrap();
+        fs::write(results.join(RESULT_FILE), "{}").unwrap();
+        Target::claim(&results).unwrap();
+        assert!(Target::claim_as(&results, COMPARISON_FILE).is_err());
         assert_eq!(fs::read_to_string(file).unwrap(), "mine");
     }
 }

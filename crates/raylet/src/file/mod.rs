@@ -9,6 +9,8 @@ pub mod catalog;
 pub mod chart;
 mod check;
 pub mod colour;
+pub mod comparison;
+pub mod contrast;
 mod decode;
 pub mod element;
 pub mod fault;

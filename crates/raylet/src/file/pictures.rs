@@ -97,7 +97,7 @@ fn phase_panel(
 }
 
 /// The outer edges of pixels with these centres, in mm.
-fn edges(centres: &[f64]) -> [f64; 2] {
+pub(crate) fn edges(centres: &[f64]) -> [f64; 2] {
     let (first, last) = (centres[0], centres[centres.len() - 1]);
     let half = match centres.len() {
         1 => 5e-4,

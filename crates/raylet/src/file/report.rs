@@ -2,6 +2,7 @@
 //!
 //! Every key is explained in docs/result.md.
 
+use ndarray::ArrayView2;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::account::Account;
@@ -470,17 +471,20 @@ impl Metrics {
     /// The metrics of a field on a sensor.
     pub fn of(field: &Field) -> Self {
         let (x, y) = (field.grid.x.nodes(), field.grid.y.nodes());
-        let intensity = field.intensity();
-        let view = intensity.view();
-        let peak = peak(view);
-        let centre = centroid(view, &x, &y);
-        let radii = centre.and_then(|c| encircled_energy(view, &x, &y, c, &[0.5, 0.8]));
+        Self::of_light(field.intensity().view(), [&x, &y], field.power())
+    }
+
+    /// The metrics of an intensity [y, x] at positions x and y in mm, with this power.
+    pub fn of_light(intensity: ArrayView2<'_, f64>, [x, y]: [&[f64]; 2], power: f64) -> Self {
+        let peak = peak(intensity);
+        let centre = centroid(intensity, x, y);
+        let radii = centre.and_then(|c| encircled_energy(intensity, x, y, c, &[0.5, 0.8]));
         Self {
-            power: field.power(),
+            power,
             peak: peak.map_or(0.0, |peak| peak.value),
             peak_mm: peak.map(|peak| [x[peak.at[1]], y[peak.at[0]]]),
             centroid_mm: centre,
-            fwhm_um: fwhm(view, &x, &y).map(|width| width.map(|w| w * UM)),
+            fwhm_um: fwhm(intensity, x, y).map(|width| width.map(|w| w * UM)),
             encircled_um: radii.map(|r| [r[0] * UM, r[1] * UM]),
         }
     }

@@ -1,0 +1,127 @@
+//! `raylet compare A B`: how alike the fields of two runs are.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use raylet::file::comparison::{Comparison, Likeness, Side};
+use raylet::file::contrast::contrast_png;
+use raylet::file::folder::{COMPARISON_FILE, Target};
+use raylet::file::report::Metrics;
+
+use crate::failure::Failure;
+
+/// The picture of a comparison.
+const PICTURE_FILE: &str = "compare.png";
+
+/// Compares the fields of two runs on one sensor, the second taken as the reference.
+#[derive(Args)]
+pub(crate) struct Compare {
+    /// A folder of results, or a field.npz file.
+    a: PathBuf,
+    /// The reference: a folder of results, or a field.npz file.
+    b: PathBuf,
+    /// Writes compare.json and compare.png into this folder.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+}
+
+impl Compare {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        // What cannot be written is refused before anything is read.
+        let claim = |path: &PathBuf| Target::claim_as(path, COMPARISON_FILE);
+        let target = self.out.as_ref().map(claim).transpose()?;
+        let (a, b) = (Side::read(&self.a)?, Side::read(&self.b)?);
+        let comparison = Comparison::of(&a, &b)?;
+        if let Some(target) = target {
+            let draft = target.draft()?;
+            let text = serde_json::to_string_pretty(&comparison)?;
+            draft.write(COMPARISON_FILE, format!("{text}\n").as_bytes())?;
+            let title = format!("A = {}, B = {}", self.a.display(), self.b.display());
+            draft.write(PICTURE_FILE, &contrast_png(&a, &b, &title)?)?;
+            draft.publish()?;
+        }
+        print!("{}", table(&comparison));
+        Ok(())
+    }
+}
+
+/// The comparison as text: a block for each wavelength, and the total of several.
+fn table(comparison: &Comparison) -> String {
+    let (a, b) = (comparison.a.display(), comparison.b.display());
+    let mut text = format!("A  {a}\nB  {b}  (reference)\n");
+    for channel in &comparison.channels {
+        text += &format!("\nWavelength {} µm\n", channel.wavelength_um);
+        text += &block(&channel.likeness);
+    }
+    if comparison.channels.len() > 1 {
+        text += "\nTotal: intensities added, fields with one factor for all wavelengths\n";
+        text += &block(&comparison.total);
+    }
+    text
+}
+
+/// The numbers of one comparison.
+fn block(likeness: &Likeness) -> String {
+    let factor = likeness.factor.map_or(String::from("-"), |factor| {
+        format!("{:.6} · exp({:+.6} i)", factor.modulus, factor.phase_rad)
+    });
+    let single = [
+        ("intensity correlation (NCC)", fixed(likeness.ncc, 9)),
+        ("unit-sum mean square error", number(likeness.unit_sum_mse)),
+        ("field error ‖A − B‖ / ‖B‖", number(likeness.field_error)),
+        ("with a factor ‖A − cB‖ / ‖A‖", number(likeness.shape_error)),
+        ("the factor c", factor),
+    ];
+    let mut text = String::new();
+    for (name, value) in single {
+        text += &format!("  {name:<30}{value}\n");
+    }
+    text += &format!("  {:<30}{:<26}B\n", "", "A");
+    let rows = spot(&likeness.a).into_iter().zip(spot(&likeness.b));
+    for ((name, a), (_, b)) in rows {
+        text += &format!("  {name:<30}{a:<26}{b}\n");
+    }
+    text
+}
+
+/// The lines about one spot.
+fn spot(metrics: &Metrics) -> [(&'static str, String); 5] {
+    let [width_x, width_y] = metrics.fwhm_um;
+    let pair = |values: Option<[f64; 2]>, number: fn(Option<f64>) -> String| {
+        let [p, q] = [0, 1].map(|k| number(values.map(|values| values[k])));
+        format!("{p}, {q}")
+    };
+    let widths = format!("{}, {}", number(width_x), number(width_y));
+    [
+        ("power (mm²)", number(Some(metrics.power))),
+        ("peak", number(Some(metrics.peak))),
+        (
+            "centroid x, y (mm)",
+            pair(metrics.centroid_mm, |value| fixed(value, 6)),
+        ),
+        ("full width x, y (µm)", widths),
+        ("50 %, 80 % radius (µm)", pair(metrics.encircled_um, number)),
+    ]
+}
+
+/// So many decimals; zero has no sign.
+fn fixed(value: Option<f64>, decimals: i32) -> String {
+    let scale = 10f64.powi(decimals);
+    value.map_or(String::from("-"), |value| {
+        let rounded = (value * scale).round() / scale + 0.0;
+        format!("{rounded:.*}", decimals as usize)
+    })
+}
+
+/// Six digits, with an exponent where they would not fit.
+fn number(value: Option<f64>) -> String {
+    match value {
+        None => String::from("-"),
+        Some(0.0) => String::from("0"),
+        Some(value) if (1e-3..1e5).contains(&value.abs()) => {
+            let digits = 5 - value.abs().log10().floor() as i32;
+            format!("{value:.*}", digits.max(0) as usize)
+        }
+        Some(value) => format!("{value:.5e}"),
+    }
+}

@@ -1,0 +1,157 @@
+//! The picture of a comparison: the light of A and B, and what differs.
+
+use ndarray::{Array2, Axis, Zip};
+
+use crate::file::colour::ColourMap;
+use crate::file::comparison::Side;
+use crate::file::figure::{Figure, Panel};
+use crate::file::npz::Fields;
+use crate::file::panel::FigureError;
+use crate::file::pictures::{MOST_CHANNELS, edges};
+
+/// Decades of the logarithmic rows.
+const DECADES: i32 = 5;
+
+/// Device pixels per pixel of the figure.
+const SCALE: f64 = 1.5;
+
+/// What a pair of rows shows, each [y, x].
+struct Pair {
+    a: Array2<f64>,
+    b: Array2<f64>,
+    /// |U_A − U_B|².
+    residual: Array2<f64>,
+    note: String,
+}
+
+impl Pair {
+    /// The channels of a range, intensities added.
+    fn of(a: &Fields, b: &Fields, channels: std::ops::Range<usize>, note: String) -> Self {
+        let mut pair = Self {
+            a: Array2::zeros((a.y_mm.len(), a.x_mm.len())),
+            b: Array2::zeros((a.y_mm.len(), a.x_mm.len())),
+            residual: Array2::zeros((a.y_mm.len(), a.x_mm.len())),
+            note,
+        };
+        for k in channels {
+            let [u, v] = [a, b].map(|fields| fields.field.index_axis(Axis(0), k));
+            Zip::from(&mut pair.a)
+                .and(u)
+                .for_each(|sum, u| *sum += u.norm_sqr());
+            Zip::from(&mut pair.b)
+                .and(v)
+                .for_each(|sum, v| *sum += v.norm_sqr());
+            let add =
+                |sum: &mut f64, u: &_, v: &_| *sum += num_complex::Complex64::norm_sqr(&(u - v));
+            Zip::from(&mut pair.residual).and(u).and(v).for_each(add);
+        }
+        pair
+    }
+
+    /// Intensities and their difference, then logarithms; all intensities on one scale.
+    fn rows(self, [xs, ys]: [[f64; 2]; 2]) -> [Vec<Panel<'static>>; 2] {
+        let most = self
+            .a
+            .iter()
+            .chain(&self.b)
+            .fold(0.0, |most: f64, v| most.max(*v));
+        let most = if most > 0.0 { most } else { 1.0 };
+        let difference = Panel::image(&self.a - &self.b, xs, ys)
+            .title("Intensity A − B")
+            .colours(ColourMap::Difference)
+            .quantity("|A|² − |B|²", "");
+        let linear = |values: &Array2<f64>, title: &str, quantity: &str| {
+            Panel::image(values.clone(), xs, ys)
+                .title(title)
+                .note(self.note.clone())
+                .quantity(quantity, "")
+                .range([0.0, most])
+        };
+        let logarithmic = |values, title: &str, quantity: &str| {
+            let range = [most * 10f64.powi(-DECADES), most];
+            linear(values, title, quantity).log().range(range).into()
+        };
+        [
+            vec![
+                linear(&self.a, "Intensity A", "|A|²").into(),
+                linear(&self.b, "Intensity B", "|B|²").into(),
+                difference.note(self.note.clone()).into(),
+            ],
+            vec![
+                logarithmic(&self.a, "Intensity A, logarithmic", "|A|²"),
+                logarithmic(&self.b, "Intensity B, logarithmic", "|B|²"),
+                logarithmic(&self.residual, "Field error, logarithmic", "|A − B|²"),
+            ],
+        ]
+    }
+}
+
+/// The comparison of two fields on one grid as PNG: two rows for each of up to three wavelengths; for more,
+/// those of the sum.
+///
+/// # Errors
+/// A picture that cannot be drawn.
+pub fn contrast_png(a: &Side, b: &Side, title: &str) -> Result<Vec<u8>, FigureError> {
+    let (a, b) = (&a.fields, &b.fields);
+    let ranges = [edges(&a.x_mm.to_vec()), edges(&a.y_mm.to_vec())];
+    let count = a.wavelength_um.len();
+    let pairs: Vec<Pair> = match count <= MOST_CHANNELS {
+        true => (0..count)
+            .map(|k| Pair::of(a, b, k..k + 1, format!("λ = {} µm", a.wavelength_um[k])))
+            .collect(),
+        false => vec![Pair::of(
+            a,
+            b,
+            0..count,
+            format!("sum of {count} wavelengths"),
+        )],
+    };
+    let rows = pairs
+        .into_iter()
+        .flat_map(|pair| pair.rows(ranges))
+        .collect();
+    Figure::new(rows, title).width(1500.0).to_png(SCALE)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::PathBuf;
+
+    use ndarray::{Array1, Array3};
+    use num_complex::Complex64;
+
+    use crate::file::comparison::Side;
+    use crate::file::contrast::{Pair, contrast_png};
+    use crate::file::npz::Fields;
+
+    fn side(channels: usize, value: Complex64) -> Side {
+        Side {
+            path: PathBuf::from("field.npz"),
+            fields: Fields {
+                field: Array3::from_elem((channels, 4, 5), value),
+                x_mm: Array1::linspace(-0.2, 0.2, 5),
+                y_mm: Array1::linspace(-0.15, 0.15, 4),
+                wavelength_um: Array1::linspace(0.5, 0.6, channels),
+            },
+        }
+    }
+
+    #[test]
+    fn sums_and_residuals() {
+        let [a, b] = [Complex64::new(1.0, 2.0), Complex64::new(3.0, 1.0)].map(|u| side(4, u));
+        let pair = Pair::of(&a.fields, &b.fields, 0..4, String::new());
+        assert_eq!(pair.a[[3, 4]], 20.0);
+        assert_eq!(pair.b[[0, 0]], 40.0);
+        assert_eq!(pair.residual[[1, 2]], 20.0);
+    }
+
+    #[test]
+    fn every_kind_of_field_has_a_picture() {
+        let lit = Complex64::new(0.0, 2.0);
+        for (channels, a, b) in [(1, lit, lit), (5, lit, Complex64::ZERO)] {
+            contrast_png(&side(channels, a), &side(channels, b), "A and B").unwrap();
+        }
+        let dark = side(2, Complex64::ZERO);
+        contrast_png(&dark, &dark, "dark").unwrap();
+    }
+}
