@@ -9,7 +9,7 @@ use crate::file::scene::Scene;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Outline;
 use crate::optics::bend::Interface;
-use crate::optics::screen::Act;
+use crate::optics::screen::{Act, Screen};
 use crate::optics::source::Source;
 use crate::optics::system::System;
 
@@ -115,7 +115,7 @@ fn plane_of(system: &System) -> Plane {
     if score[0] > score[1] {
         Plane {
             up: x,
-            normal: y,
+            normal: y * -1.0,
             name: "x",
         }
     } else {
@@ -258,7 +258,30 @@ fn symbols(part: &Part, line: &[[f64; 2]], before: Option<Vec3>, plane: &Plane) 
     if (right[0] * travel[0] + right[1] * travel[1]) * side < 0.0 {
         points.reverse();
     }
-    vec![Curve { points, kind }]
+    openings(part, points, plane)
+        .into_iter()
+        .map(|points| Curve { points, kind })
+        .collect()
+}
+
+/// The parts of a cut that are open: two for a ring.
+fn openings(part: &Part, points: Vec<[f64; 2]>, plane: &Plane) -> Vec<Vec<[f64; 2]>> {
+    let Kind::Screen(Screen {
+        frame,
+        act: Act::Stop(aperture),
+        ..
+    }) = part.kind
+    else {
+        return vec![points];
+    };
+    let Outline::Annulus { inner, .. } = aperture.outline else {
+        return vec![points];
+    };
+    let [x, y] = aperture.centre;
+    let middle = plane.at(frame.to_global(Vec3::new(x, y, 0.0)));
+    let blocked = |p: &[f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]) < inner;
+    let runs = points.split(blocked).filter(|run| run.len() > 1);
+    runs.map(<[_]>::to_vec).collect()
 }
 
 /// The region between two cuts.
