@@ -36,3 +36,6 @@ pub mod surface;
 pub mod interface;
 
 pub mod bench;
+
+pub mod problems;
+pub mod strong;

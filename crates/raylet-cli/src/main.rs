@@ -4,6 +4,7 @@ mod check;
 mod failure;
 mod overrides;
 mod progress;
+mod reference;
 mod say;
 mod schema;
 mod simulate;
@@ -24,6 +25,7 @@ struct Arguments {
 #[derive(Subcommand)]
 enum Verb {
     Simulate(simulate::Simulate),
+    Reference(reference::Reference),
     Check(check::Check),
     Schema(schema::Schema),
 }
@@ -32,6 +34,7 @@ fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let outcome = match &arguments.verb {
         Verb::Simulate(verb) => verb.run(),
+        Verb::Reference(verb) => verb.run(),
         Verb::Check(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
     };

@@ -39,14 +39,17 @@ impl Overrides {
                 MethodName::Paper => Method::Paper,
             };
         }
-        if let Some(threads) = self.threads {
-            rayon::ThreadPoolBuilder::new()
-                .num_threads(usize::from(threads))
-                .build_global()
-                .map_err(|error| {
-                    Failure::new(format!("cannot start {threads} threads: {error}"))
-                })?;
-        }
-        Ok(())
+        start_threads(self.threads)
     }
+}
+
+/// Starts the threads that the user asked for.
+pub(crate) fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
+    if let Some(threads) = threads {
+        rayon::ThreadPoolBuilder::new()
+            .num_threads(usize::from(threads))
+            .build_global()
+            .map_err(|error| Failure::new(format!("cannot start {threads} threads: {error}")))?;
+    }
+    Ok(())
 }

@@ -93,7 +93,7 @@ fn carry_all(
 }
 
 /// A run in a few lines.
-fn summary(report: &Report, out: &Path) -> String {
+pub(crate) fn summary(report: &Report, out: &Path) -> String {
     let mut text = String::new();
     for channel in &report.channels {
         let wavelength = channel.wavelength_um;
@@ -107,6 +107,9 @@ fn summary(report: &Report, out: &Path) -> String {
         );
         for hop in &channel.hops {
             let _ = writeln!(text, "  {}", hop_line(hop));
+        }
+        for step in &channel.steps {
+            let _ = writeln!(text, "  {}", step.line());
         }
     }
     let memory = report.machine.peak_memory_mb;

@@ -190,18 +190,23 @@ impl Planner<'_> {
         }
     }
 
-    /// η uncorrected and corrected: mean squares over the judges; a judge whose neighbours are lost
-    /// counts in full.
+    /// η uncorrected and corrected: root mean squares over the better half of the judges. The
+    /// rest, grazing rays or rays whose neighbours are lost, carry little light or none, and what they
+    /// do carry is in the tally of the run.
     fn errors(&self, judges: &[FanRay], sigma: f64) -> (f64, f64) {
         let k = self.hop.wavenumber();
-        let (mut eta, mut cubic) = (0.0, 0.0);
-        for ray in judges {
-            let found = aberration(self.hop, ray.at, ray.p, sigma, k);
-            eta += found.map_or(1.0, |a| a.eta().powi(2));
-            cubic += found.map_or(1.0, |a| a.cubic.min(1.0));
-        }
-        let count = judges.len() as f64;
-        let (eta, cubic) = ((eta / count).sqrt(), (cubic / count).sqrt());
+        let mut found: Vec<(f64, f64)> = judges
+            .iter()
+            .filter_map(|ray| aberration(self.hop, ray.at, ray.p, sigma, k))
+            .map(|a| (a.eta().powi(2), a.cubic.min(1.0)))
+            .collect();
+        found.resize(judges.len(), (1.0, 1.0));
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        found.truncate(judges.len().div_ceil(2));
+        let mean = |part: fn(&(f64, f64)) -> f64| {
+            (found.iter().map(part).sum::<f64>() / found.len() as f64).sqrt()
+        };
+        let (eta, cubic) = (mean(|f| f.0), mean(|f| f.1));
         (eta, eta * (cubic + eta))
     }
 

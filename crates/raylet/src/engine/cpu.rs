@@ -11,7 +11,8 @@ use rayon::prelude::*;
 
 use crate::engine::backend::{Backend, Job};
 use crate::engine::beamlets::{TRUSTED_TAIL, launch};
-use crate::engine::budget::aberration;
+use crate::engine::budget::{Aberration, aberration};
+use crate::engine::census::Census;
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;
 use crate::wave::field::Field;
@@ -55,13 +56,13 @@ impl Backend for Cpu {
             job.plan.period,
         );
 
-        // The strongest mode of all patches sets the threshold, also for a part of them.
-        let strongest = (0..cutter.count())
+        // What all patches hold decides which modes are too weak, also for a part of them.
+        let census = (0..cutter.count())
             .into_par_iter()
             .filter_map(|index| cutter.cut(from, index))
-            .map(|spectrum| peak(&spectrum))
-            .reduce(|| 0.0, f64::max);
-        let floor = strongest * job.settings.mode_threshold;
+            .map(|spectrum| Census::of(spectrum.coefficients.iter()))
+            .reduce(Census::default, Census::merge);
+        let floor = census.floor(job.settings);
 
         let chunk = (CHUNK / (bx.count * by.count).max(1)).max(1);
         let total = patches.len().max(1);
@@ -96,32 +97,29 @@ fn positions(job: &Job, from: &Field) -> [Positions; 2] {
     [axis(&from.grid.x), axis(&from.grid.y)]
 }
 
-fn peak(spectrum: &Spectrum) -> f64 {
-    let square = |c: &Complex64| c.norm_sqr();
-    spectrum
-        .coefficients
-        .iter()
-        .map(square)
-        .fold(0.0, f64::max)
-        .sqrt()
-}
-
 /// The beamlets of one patch that reach the target.
 fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arrival>, Tally) {
-    let [bx, by] = &job.plan.bands;
     let mut tally = Tally::default();
     let mut arrivals = Vec::new();
     let mut within = 0.0;
+    let mut aberrations = PatchAberration::new(job, spectrum.centre);
     for ((my, mx), c) in spectrum.coefficients.indexed_iter() {
         let energy = c.norm_sqr();
         within += energy;
-        if energy < floor * floor || energy == 0.0 {
+        if energy < floor || energy == 0.0 {
             tally.add_energy(Fate::Weak, energy);
             continue;
         }
-        let p = [bx.at(mx), by.at(my)];
-        let number = my * bx.count + mx;
-        let fate = match follow(job, spectrum.centre, p, *c, number, to, &mut tally) {
+        let mode = [mx, my];
+        let fate = match follow(
+            job,
+            spectrum.centre,
+            mode,
+            *c,
+            to,
+            &mut aberrations,
+            &mut tally,
+        ) {
             Ok(arrival) => {
                 arrivals.push(arrival);
                 Fate::Arrived
@@ -138,18 +136,19 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
 fn follow(
     job: &Job,
     at: [f64; 2],
-    p: [f64; 2],
+    mode: [usize; 2],
     coefficient: Complex64,
-    number: usize,
     to: &Canvas,
+    aberrations: &mut PatchAberration,
     tally: &mut Tally,
 ) -> Result<Arrival, Fate> {
     let k = job.hop.wavenumber();
-    let sigma = job.plan.sigma;
+    let [bx, by] = &job.plan.bands;
+    let p = [bx.at(mode[0]), by.at(mode[1])];
     if p[0].hypot(p[1]) >= job.hop.from.index {
         return Err(Fate::Lost(Loss::Evanescent));
     }
-    let mut arrival = launch(&job.hop, at, p, sigma).map_err(Fate::Lost)?;
+    let mut arrival = launch(&job.hop, at, p, job.plan.sigma).map_err(Fate::Lost)?;
     if !to.meets(&arrival, k, job.settings.footprint_threshold) {
         return Err(Fate::Outside);
     }
@@ -158,27 +157,83 @@ fn follow(
     // The aberration inside the beamlet: made good, or only looked at for the error budget.
     let beside = !to.contains(arrival.at);
     let doubtful = beside && job.plan.doubtful_rim;
-    if job.plan.correct || doubtful || number.is_multiple_of(ESTIMATE_EVERY) {
-        let energy = coefficient.norm_sqr();
-        match aberration(&job.hop, at, p, sigma, k) {
-            Some(found) => {
-                let eta = found.eta();
-                if beside && eta > TRUSTED_TAIL {
-                    return Err(Fate::Unresolved);
-                }
-                if job.plan.correct {
-                    arrival.amplitude *= found.correction();
-                }
-                tally.aberration[0] += energy * eta * eta;
-                tally.cubic += energy * found.cubic.min(1.0);
-            }
-            None if beside => return Err(Fate::Unresolved),
-            None => {
-                tally.aberration[0] += energy;
-                tally.cubic += energy;
-            }
-        }
-        tally.aberration[1] += energy;
+    let number = mode[1] * bx.count + mode[0];
+    if !(job.plan.correct || doubtful || number.is_multiple_of(ESTIMATE_EVERY)) {
+        return Ok(arrival);
+    }
+    let found = aberrations.at(mode);
+    if beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
+        return Err(Fate::Unresolved);
+    }
+    let energy = coefficient.norm_sqr();
+    let eta = found.map_or(1.0, |found| found.eta());
+    tally.aberration[0] += energy * eta * eta;
+    tally.aberration[1] += energy;
+    tally.cubic += energy * found.map_or(1.0, |found| found.cubic.min(1.0));
+    if let Some(found) = found
+        && job.plan.correct
+    {
+        arrival.amplitude *= found.correction();
     }
     Ok(arrival)
+}
+
+/// Modes between neighbouring nodes of the aberration's interpolation.
+const NODE_SPACING: usize = 4;
+
+/// The aberration of a patch's beamlets, found on a coarse lattice of its modes and interpolated: it is
+/// a smooth function of direction.
+struct PatchAberration<'a> {
+    job: &'a Job<'a>,
+    centre: [f64; 2],
+    nodes: std::collections::HashMap<[usize; 2], Option<Aberration>>,
+}
+
+impl<'a> PatchAberration<'a> {
+    fn new(job: &'a Job<'a>, centre: [f64; 2]) -> Self {
+        Self {
+            job,
+            centre,
+            nodes: std::collections::HashMap::new(),
+        }
+    }
+
+    /// At one mode: bilinear between four nodes, or by its own rays where a node has none.
+    fn at(&mut self, mode: [usize; 2]) -> Option<Aberration> {
+        let low = mode.map(|m| m - m % NODE_SPACING);
+        let t = mode.map(|m| (m % NODE_SPACING) as f64 / NODE_SPACING as f64);
+        let (mut cubic, mut quartic) = (0.0, 0.0);
+        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
+            let weight = |d: usize, t: f64| if d == 1 { t } else { 1.0 - t };
+            let share = weight(dx, t[0]) * weight(dy, t[1]);
+            if share == 0.0 {
+                continue;
+            }
+            let node = [low[0] + dx * NODE_SPACING, low[1] + dy * NODE_SPACING];
+            match self.node(node) {
+                Some(found) => {
+                    cubic += share * found.cubic;
+                    quartic += share * found.quartic;
+                }
+                None => return self.look(mode),
+            }
+        }
+        Some(Aberration { cubic, quartic })
+    }
+
+    fn node(&mut self, mode: [usize; 2]) -> Option<Aberration> {
+        if let Some(known) = self.nodes.get(&mode) {
+            return *known;
+        }
+        let found = self.look(mode);
+        self.nodes.insert(mode, found);
+        found
+    }
+
+    fn look(&self, mode: [usize; 2]) -> Option<Aberration> {
+        let [bx, by] = &self.job.plan.bands;
+        let p = [bx.at(mode[0]), by.at(mode[1])];
+        let hop = &self.job.hop;
+        aberration(hop, self.centre, p, self.job.plan.sigma, hop.wavenumber())
+    }
 }

@@ -180,7 +180,7 @@ fn dark(hop: &Hop, fan: &Fan) -> PlanError {
 }
 
 /// The free hop that this hop is, if nothing between its parallel screens has power or an edge.
-fn free_hop(
+pub fn free_hop(
     hop: &Hop,
     from: [f64; 4],
     to: [f64; 4],

@@ -10,6 +10,7 @@ use crate::engine::cpu::Cpu;
 use crate::engine::paper::{self, Address};
 use crate::engine::plan::{Plan, PlanError, plan};
 use crate::engine::plane;
+use crate::engine::rims::with_rims;
 use crate::engine::settings::Settings;
 use crate::engine::tally::{Fate, Tally};
 use crate::math::nufft::NufftError;
@@ -139,6 +140,7 @@ fn raster_of(grid: &Grid) -> Raster {
 /// # Errors
 /// As [`simulate`].
 pub fn plan_all(system: &System, settings: &Settings) -> Result<Vec<Plan>, SimulateError> {
+    let system = &with_rims(system);
     let (mut anchor, _) = incidence(system);
     let mut plans = Vec::new();
     for hop in system.hops() {
@@ -247,6 +249,7 @@ pub fn simulate(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, SimulateError> {
     let sensor = sensor_of(system)?;
+    let system = &with_rims(system);
     let mut light = Arriving::from_source(system);
     let mut reports = Vec::new();
     for (number, hop) in system.hops().enumerate() {

@@ -1,6 +1,8 @@
 //! Faults found while computing, told at the element of the scene they belong to.
 
+use crate::engine::eikonal::EikonalError;
 use crate::engine::plan::PlanError;
+use crate::engine::reference::ReferenceError;
 use crate::engine::simulate::SimulateError;
 use crate::file::fault::Fault;
 use crate::file::scene::Scene;
@@ -67,6 +69,37 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
 
 fn memory(allowed: usize, what: &str) -> String {
     format!("at most {allowed} {what} (settings.memory_limit_mb)")
+}
+
+/// The fault of a scene that has no reference, or not the one that was asked for.
+pub fn blame_reference(scene: &Scene, error: &ReferenceError) -> Fault {
+    let here = |screen: &str, expected: &str| {
+        scene.fault(&path_of(scene, screen), error.to_string(), expected)
+    };
+    let other = "a system that the method applies to, or another --method";
+    match error {
+        ReferenceError::Run(error) => blame(scene, error),
+        ReferenceError::NotApplicable { from, .. } => here(from, other),
+        ReferenceError::NoMethod { from, .. } => here(
+            from,
+            "a system that some method without rays applies to; 'raylet simulate' needs none",
+        ),
+        ReferenceError::TooLong { from, .. } => {
+            here(from, "a sum that ends sooner, or a larger --most-hours")
+        }
+        ReferenceError::Refraction(EikonalError::NotSmooth(name)) => here(name, other),
+        ReferenceError::Refraction(EikonalError::Boundless(name)) => here(name, "an aperture"),
+        ReferenceError::Refraction(EikonalError::NoSensor(name)) => {
+            here(name, "a sensor as the last element")
+        }
+        ReferenceError::Refraction(EikonalError::Dark(name)) => {
+            here(name, "an element that sends some light to the sensor")
+        }
+        ReferenceError::Refraction(EikonalError::Focus { .. }) | ReferenceError::Collins(_) => {
+            let last = scene.element.len().saturating_sub(1);
+            scene.fault(&format!("element[{last}]"), error.to_string(), other)
+        }
+    }
 }
 
 /// The path of the element that a screen was made of.

@@ -38,4 +38,5 @@ mod scene_test;
 mod schema_test;
 pub mod section;
 pub mod settings;
+pub mod step;
 pub(crate) mod svg;

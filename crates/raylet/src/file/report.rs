@@ -8,11 +8,13 @@ use crate::engine::account::Account;
 use crate::engine::beamlets::BeamletPlan;
 use crate::engine::plan::Plan;
 use crate::engine::reason::{method_name, reason};
+use crate::engine::reference::Reference;
 use crate::engine::settings::{Correction, Method, Settings};
 use crate::engine::simulate::{HopReport, Outcome};
 use crate::engine::tally::{Fate, Tally};
 use crate::file::machine::Machine;
 use crate::file::scene::Scene;
+use crate::file::step::StepEntry;
 use crate::optics::ray::Loss;
 use crate::optics::system::{Hop, System};
 use crate::wave::field::Field;
@@ -98,6 +100,9 @@ pub struct Channel {
     pub wavelength_um: f64,
     /// Its hops from screen to screen.
     pub hops: Vec<HopEntry>,
+    /// The steps of a reference, which has no hops.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<StepEntry>,
     /// Expected relative error of the complex field: the root of the hops' squares; none where one of
     /// them has none.
     pub error: Option<f64>,
@@ -342,7 +347,19 @@ impl Channel {
             wavelength_um: micrometres(system.wavelength),
             error: squares.map(f64::sqrt),
             hops,
+            steps: Vec::new(),
             metrics: Metrics::of(&outcome.field),
+        }
+    }
+
+    /// The entry of a wavelength's reference.
+    pub fn of_reference(system: &System, reference: &Reference) -> Self {
+        Self {
+            wavelength_um: system.wavelength * UM,
+            error: None,
+            hops: Vec::new(),
+            steps: reference.steps.iter().map(StepEntry::new).collect(),
+            metrics: Metrics::of(&reference.field),
         }
     }
 }

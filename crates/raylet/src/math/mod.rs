@@ -4,6 +4,7 @@ pub mod chirp;
 pub mod complex;
 mod double;
 pub mod draw;
+pub mod jet;
 mod kaiser;
 pub mod lanes;
 mod lines;

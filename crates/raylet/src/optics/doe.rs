@@ -76,6 +76,18 @@ impl Doe {
         Some(sum)
     }
 
+    /// The analytic phases whose sum is this element's phase; nothing when pixels or sums take part.
+    pub fn profiles(&self) -> Option<Vec<&Profile>> {
+        let mut profiles = Vec::new();
+        for layer in &self.layers {
+            match layer {
+                Layer::Phase(profile) => profiles.push(profile),
+                Layer::Pixels(_) | Layer::Sum(_) => return None,
+            }
+        }
+        Some(profiles)
+    }
+
     /// The largest gradient of the analytic phases along x and y over a box, in rad/mm, by sampling.
     pub fn steepest(&self, bounds: [f64; 4]) -> [f64; 2] {
         let mut steepest = [0.0f64; 2];

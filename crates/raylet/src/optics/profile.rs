@@ -2,6 +2,7 @@
 //!
 //! A profile φ multiplies the field by exp(+iφ) and bends a ray by ∇φ/k in optical direction cosines.
 
+use crate::math::jet::Jet;
 use crate::math::real::{Dual, Real};
 
 /// A smooth phase φ(x, y) in radians over the element's own plane, x and y in mm.
@@ -71,6 +72,24 @@ impl Profile {
                 let phase = self.smooth(Dual::<2>::variable(x, 0), Dual::variable(y, 1));
                 phase.tangent
             }
+        }
+    }
+
+    /// The second derivatives (xx, xy, yy) of the phase in rad/mm²; zero at the singular centre of a
+    /// vortex or axicon.
+    pub fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
+        let square = x * x + y * y;
+        match self {
+            Profile::Vortex { .. } | Profile::Axicon { .. } if square == 0.0 => [0.0; 3],
+            Profile::Vortex { charge } => {
+                let rate = f64::from(*charge) / (square * square);
+                [
+                    2.0 * x * y * rate,
+                    (y * y - x * x) * rate,
+                    -2.0 * x * y * rate,
+                ]
+            }
+            _ => self.smooth(Jet::variable(x, 0), Jet::variable(y, 1)).bend,
         }
     }
 
@@ -195,6 +214,18 @@ mod tests {
             let scale = 1.0 + gx.hypot(gy);
             assert!((gx - dx).abs() < 1e-7 * scale, "{profile:?}");
             assert!((gy - dy).abs() < 1e-7 * scale, "{profile:?}");
+
+            // Second derivatives against differences of the first.
+            let along_x = (profile.gradient(x + h, y), profile.gradient(x - h, y));
+            let along_y = (profile.gradient(x, y + h), profile.gradient(x, y - h));
+            let expected = [
+                (along_x.0[0] - along_x.1[0]) / (2.0 * h),
+                (along_x.0[1] - along_x.1[1]) / (2.0 * h),
+                (along_y.0[1] - along_y.1[1]) / (2.0 * h),
+            ];
+            for (ours, theirs) in profile.hessian(x, y).iter().zip(expected) {
+                assert!((ours - theirs).abs() < 1e-7 * scale, "{profile:?}");
+            }
         }
     }
 

@@ -2,6 +2,7 @@
 
 use num_complex::Complex64;
 
+use crate::math::real::Real;
 use crate::math::vec3::Vec3;
 
 /// A coherent source.
@@ -44,10 +45,10 @@ impl Source {
     }
 
     /// The unit direction of the light at a global point.
-    pub fn direction(&self, point: Vec3) -> Vec3 {
+    pub fn direction<T: Real>(&self, point: Vec3<T>) -> Vec3<T> {
         match self {
-            Source::Plane { direction, .. } => *direction,
-            Source::Point { position, .. } => (point - *position).unit(),
+            Source::Plane { direction, .. } => Vec3::constant(*direction),
+            Source::Point { position, .. } => (point - Vec3::constant(*position)).unit(),
         }
     }
 }

@@ -8,6 +8,7 @@ pub mod patch;
 pub mod plane;
 pub mod propagate;
 pub mod raster;
+pub mod rayleigh;
 pub mod sampling;
 pub mod stamp;
 pub mod tile;

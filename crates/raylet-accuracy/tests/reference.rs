@@ -1,0 +1,214 @@
+//! References against each other and against the sums that share no code with the library.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::reference::{Choice, Reference, ReferenceError, reference};
+use raylet::engine::route::Approach;
+use raylet::engine::settings::Settings;
+use raylet::math::random::uniform;
+use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::Aperture;
+use raylet::optics::bend::{Coating, Interface};
+use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::frame::Frame;
+use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::shape::{Conic, Shape};
+use raylet::optics::source::Source;
+use raylet::optics::surface::Surface;
+use raylet::optics::system::System;
+use raylet_accuracy::pixels::Pixels as Boxes;
+use raylet_accuracy::rayleigh_sommerfeld::rayleigh_sommerfeld;
+
+const WAVELENGTH: f64 = 1e-3;
+const CELLS: usize = 60;
+const PITCH: f64 = 0.5e-3;
+
+fn transmission() -> Array2<Complex64> {
+    Array2::from_shape_fn((CELLS, CELLS), |(j, i)| {
+        Complex64::cis(std::f64::consts::TAU * uniform(3, [j as u32, i as u32, 0, 0]))
+    })
+}
+
+fn screen(name: &str, frame: Frame, act: Act) -> Screen {
+    Screen {
+        name: name.to_owned(),
+        frame,
+        act,
+        index: 1.0,
+        arrives: 1.0,
+    }
+}
+
+fn at(z: f64) -> Frame {
+    Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z))
+}
+
+/// Random half-wave pixels, lit at 10°, and a sensor.
+fn free(sensor: Frame) -> System {
+    let doe = Doe {
+        layers: vec![Layer::Pixels(Pixels {
+            pitch: [PITCH; 2],
+            values: transmission(),
+            form: PixelForm::Box,
+        })],
+        aperture: Aperture::OPEN,
+        reflect: false,
+    };
+    let pixels = Sensor {
+        pixels: [30, 30],
+        pitch: [1.2e-3; 2],
+    };
+    let x = 10f64.to_radians().sin();
+    System {
+        wavelength: WAVELENGTH,
+        source: Source::Plane {
+            direction: Vec3::new(x, 0.0, (1.0 - x * x).sqrt()),
+            origin: Vec3::new(0.0, 0.0, 0.0),
+        },
+        screens: vec![
+            screen("hologram", Frame::GLOBAL, Act::Doe(doe)),
+            screen("sensor", sensor, Act::Sensor(pixels)),
+        ],
+        trains: vec![vec![]],
+    }
+}
+
+fn run(system: &System, approach: Approach) -> Result<Reference, ReferenceError> {
+    let choice = Choice {
+        approach,
+        ..Choice::default()
+    };
+    reference(system, &Settings::default(), choice, &|_| {})
+}
+
+/// Relative L2 error.
+fn error(ours: &Array2<Complex64>, exact: &[Complex64]) -> f64 {
+    let norm: f64 = exact.iter().map(|u| u.norm_sqr()).sum();
+    let off: f64 = ours
+        .iter()
+        .zip(exact)
+        .map(|(a, b)| (a - b).norm_sqr())
+        .sum();
+    (off / norm).sqrt()
+}
+
+/// The sum that shares no code, with six Gauss nodes a pixel.
+fn exact(system: &System) -> Vec<Complex64> {
+    let frame = &system.screens[1].frame;
+    let place = |i: usize| (i as f64 - 14.5) * 1.2e-3;
+    let points: Vec<[f64; 3]> = (0..900)
+        .map(|n| {
+            let p = frame.to_global(Vec3::new(place(n % 30), place(n / 30), 0.0));
+            [p.x, p.y, p.z]
+        })
+        .collect();
+    let pixels = Boxes {
+        pitch: PITCH,
+        transmission: transmission(),
+    };
+    let tilt = [10f64.to_radians().sin(), 0.0];
+    rayleigh_sommerfeld(&pixels, tilt, WAVELENGTH, 6, &points)
+}
+
+#[test]
+fn angular_spectrum_and_direct_sum_meet_the_exact_sum() {
+    // Half-wave random pixels send light along the screen; the plane waves' period cuts what lands far
+    // away, which matters most at half the width behind them.
+    for (z, bound) in [(0.03, 6e-4), (0.12, 1.5e-4)] {
+        let system = free(at(z));
+        let exact = exact(&system);
+        let spectrum = run(&system, Approach::AngularSpectrum).unwrap();
+        let spectrum = error(&spectrum.field.values, &exact);
+        assert!(spectrum < bound, "{z}: {spectrum:e}");
+        let sum = run(&system, Approach::RayleighSommerfeld).unwrap();
+        let sum = error(&sum.field.values, &exact);
+        assert!(sum < 1e-7, "{z}: {sum:e}");
+    }
+}
+
+#[test]
+fn tilted_sensor_is_summed_directly() {
+    let system = free(at(0.08).tilted([0.3, -0.5, 0.2]));
+    let ours = run(&system, Approach::Auto).unwrap();
+    assert_eq!(ours.steps[0].approach, Approach::RayleighSommerfeld);
+    let error = error(&ours.field.values, &exact(&system));
+    assert!(error < 1e-7, "{error:e}");
+
+    let refused = run(&system, Approach::AngularSpectrum)
+        .unwrap_err()
+        .to_string();
+    assert!(
+        refused.contains("not parallel") && refused.contains("'sensor'"),
+        "{refused}"
+    );
+}
+
+/// A stop between two free hops changes nothing when it is wide: two fields passed on against one.
+#[test]
+fn chained_hops_agree_with_one() {
+    let mut system = free(at(0.12));
+    let exact = exact(&system);
+    let stop = Act::Stop(Aperture::disc(0.25));
+    system.screens.insert(1, screen("stop", at(0.05), stop));
+    system.trains.push(vec![]);
+    let ours = run(&system, Approach::Auto).unwrap();
+    assert_eq!(ours.steps.len(), 2);
+    let error = error(&ours.field.values, &exact);
+    assert!(error < 6e-4, "{error:e}");
+}
+
+#[test]
+fn lenses_go_by_collins_and_the_rest_is_refused_with_reasons() {
+    let mut system = free(at(30.0));
+    let surface = |frame: Frame| Surface {
+        shape: Shape::Conic(Conic {
+            curvature: 1.0 / 25.0,
+            conic: 0.0,
+        }),
+        frame,
+        aperture: Aperture::disc(5.0),
+        interface: Interface::Refract,
+        coating: Coating::Ideal,
+        index: [1.0, 1.0001],
+    };
+    system.trains[0] = vec![surface(at(10.0))];
+    system.screens[1].index = 1.0001;
+    let ours = run(&system, Approach::Auto).unwrap();
+    assert_eq!(ours.steps[0].approach, Approach::Collins);
+
+    // Out of centre nothing is left for pixels.
+    system.trains[0][0].frame.origin.x = 1.0;
+    let refused = run(&system, Approach::Auto).unwrap_err().to_string();
+    for part in [
+        "'hologram'",
+        "'sensor'",
+        "plates",
+        "stand between",
+        "off the axis",
+        "pixels",
+    ] {
+        assert!(refused.contains(part), "{refused}");
+    }
+    for approach in [
+        Approach::AngularSpectrum,
+        Approach::RayleighSommerfeld,
+        Approach::Collins,
+        Approach::Refraction,
+    ] {
+        let refused = run(&system, approach).unwrap_err().to_string();
+        assert!(refused.contains("does not apply"), "{refused}");
+    }
+}
+
+#[test]
+fn endless_sums_are_not_begun() {
+    let choice = Choice {
+        approach: Approach::RayleighSommerfeld,
+        patience: 1e-6,
+    };
+    let refused = reference(&free(at(0.1)), &Settings::default(), choice, &|_| {}).unwrap_err();
+    assert!(
+        matches!(refused, ReferenceError::TooLong { .. }),
+        "{refused}"
+    );
+}

@@ -1,0 +1,125 @@
+//! `raylet reference SCENE`: the same outputs by a method that needs no rays, where one applies.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use clap::{Args, ValueEnum};
+use raylet::engine::reference::{Choice, PADDING, reference};
+use raylet::engine::route::Approach;
+use raylet::engine::settings::Settings;
+use raylet::engine::simulate::Progress;
+use raylet::file::blame::blame_reference;
+use raylet::file::build;
+use raylet::file::folder::Target;
+use raylet::file::output::{gather, publish};
+use raylet::file::report::{Channel, Report};
+use raylet::file::scene::Scene;
+use raylet::optics::system::System;
+use raylet::wave::field::Field;
+
+use crate::failure::Failure;
+use crate::overrides::start_threads;
+use crate::progress::Meter;
+use crate::say::say;
+use crate::simulate::{build_all, summary, trimmed};
+
+/// Carries the light of a scene to its sensor by a method that needs no rays, to compare with.
+#[derive(Args)]
+pub(crate) struct Reference {
+    /// The scene file.
+    scene: PathBuf,
+    /// Folder for the results; named after the scene unless told otherwise. An earlier result there is
+    /// replaced, anything else is left alone.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    /// How the light is carried.
+    #[arg(long, value_enum, default_value_t = MethodName::Auto)]
+    method: MethodName,
+    /// Longest direct sum in hours that is begun.
+    #[arg(long, value_name = "HOURS", default_value_t = 3.0)]
+    most_hours: f64,
+    /// Threads to use; all processors unless told otherwise. Results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+#[derive(Clone, Copy, ValueEnum)]
+enum MethodName {
+    /// The first of the others that applies, hop by hop.
+    Auto,
+    /// Plane waves: parallel screens with at most plane-parallel plates between.
+    AngularSpectrum,
+    /// Direct sum over all nodes: nothing between the screens, at any tilt.
+    RayleighSommerfeld,
+    /// Ray matrices: centred lenses, without their aberrations and rims.
+    Collins,
+    /// One ray per pixel by the generalised law of refraction: smooth elements, no diffraction.
+    Gsl,
+}
+
+impl MethodName {
+    fn approach(self) -> Approach {
+        match self {
+            MethodName::Auto => Approach::Auto,
+            MethodName::AngularSpectrum => Approach::AngularSpectrum,
+            MethodName::RayleighSommerfeld => Approach::RayleighSommerfeld,
+            MethodName::Collins => Approach::Collins,
+            MethodName::Gsl => Approach::Refraction,
+        }
+    }
+}
+
+impl Reference {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        let clock = Instant::now();
+        let scene = Scene::read(&self.scene)?;
+        let settings = Settings {
+            padding: PADDING,
+            ..build::settings(&scene)
+        };
+        start_threads(self.threads)?;
+        let out = self.out.clone().unwrap_or_else(|| default_out(&self.scene));
+        let target = Target::claim(&out)?;
+
+        // All systems are built before the first is run, so that faults show at once.
+        let systems = build_all(&scene)?;
+        let (channels, fields) = self.carry_all(&scene, &systems, &settings)?;
+        let fields = gather(&systems, &fields);
+        let seconds = clock.elapsed().as_secs_f64();
+        let report = Report::new("reference", &scene, &settings, channels, seconds);
+        let report = publish(&target, &scene, &systems, fields, report)?;
+        say(&summary(&report, &out))
+    }
+
+    fn carry_all(
+        &self,
+        scene: &Scene,
+        systems: &[System],
+        settings: &Settings,
+    ) -> Result<(Vec<Channel>, Vec<Field>), Failure> {
+        let choice = Choice {
+            approach: self.method.approach(),
+            patience: 3600.0 * self.most_hours,
+        };
+        let meter = Meter::new();
+        let (mut channels, mut fields) = (Vec::new(), Vec::new());
+        for system in systems {
+            let run = match systems.len() {
+                1 => String::new(),
+                _ => format!("λ = {} µm, ", trimmed(system.wavelength * 1e3)),
+            };
+            let note = |progress: Progress| meter.note(&run, progress);
+            let found = reference(system, settings, choice, &note)
+                .map_err(|error| blame_reference(scene, &error))?;
+            channels.push(Channel::of_reference(system, &found));
+            fields.push(found.field);
+        }
+        Ok((channels, fields))
+    }
+}
+
+/// The scene's name with "-reference" in the current folder.
+fn default_out(scene: &Path) -> PathBuf {
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    PathBuf::from(format!("{stem}-reference"))
+}
