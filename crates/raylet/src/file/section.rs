@@ -258,30 +258,30 @@ fn symbols(part: &Part, line: &[[f64; 2]], before: Option<Vec3>, plane: &Plane) 
     if (right[0] * travel[0] + right[1] * travel[1]) * side < 0.0 {
         points.reverse();
     }
-    openings(part, points, plane)
-        .into_iter()
-        .map(|points| Curve { points, kind })
-        .collect()
+    let mut curves: Vec<Curve> = obstruction(part, &points, plane).into_iter().collect();
+    curves.push(Curve { points, kind });
+    curves
 }
 
-/// The parts of a cut that are open: two for a ring.
-fn openings(part: &Part, points: Vec<[f64; 2]>, plane: &Plane) -> Vec<Vec<[f64; 2]>> {
+/// The obstruction in the middle of a ring.
+fn obstruction(part: &Part, points: &[[f64; 2]], plane: &Plane) -> Option<Curve> {
     let Kind::Screen(Screen {
         frame,
         act: Act::Stop(aperture),
         ..
     }) = part.kind
     else {
-        return vec![points];
+        return None;
     };
     let Outline::Annulus { inner, .. } = aperture.outline else {
-        return vec![points];
+        return None;
     };
     let [x, y] = aperture.centre;
     let middle = plane.at(frame.to_global(Vec3::new(x, y, 0.0)));
-    let blocked = |p: &[f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]) < inner;
-    let runs = points.split(blocked).filter(|run| run.len() > 1);
-    runs.map(<[_]>::to_vec).collect()
+    let blocked = |p: &&[f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]) < inner;
+    let points: Vec<[f64; 2]> = points.iter().filter(blocked).copied().collect();
+    let kind = CurveKind::Surface;
+    (points.len() > 1).then_some(Curve { points, kind })
 }
 
 /// The region between two cuts.
