@@ -11,7 +11,7 @@ use raylet::engine::settings::Settings;
 use raylet::file::blame::blame;
 use raylet::file::build;
 use raylet::file::prescription::{Part, parts};
-use raylet::file::report::PlanEntry;
+use raylet::file::report::{PlanEntry, micrometres};
 use raylet::file::scene::Scene;
 use raylet::optics::paraxial::Cardinal;
 use raylet::optics::system::System;
@@ -19,7 +19,7 @@ use raylet::optics::system::System;
 use crate::failure::Failure;
 use crate::overrides::Overrides;
 use crate::say::say;
-use crate::simulate::{build_all, trimmed};
+use crate::simulate::build_all;
 use crate::table::table;
 
 /// Validates a scene and shows the system, the plan and warnings, without running it.
@@ -41,7 +41,7 @@ impl Check {
             let _ = writeln!(text, "{}", scene.title);
         }
         for system in &build_all(&scene)? {
-            let _ = writeln!(text, "λ = {} µm", trimmed(system.wavelength * 1e3));
+            let _ = writeln!(text, "λ = {} µm", micrometres(system.wavelength));
             text += &prescription(&scene, system);
             text += &paraxial(system);
             text += &plan(&scene, system, &settings)?;
@@ -193,7 +193,7 @@ fn hop_lines(entry: &PlanEntry, forecast: &Forecast) -> String {
     let [[ny, nx], [my, mx]] = [forecast.samples, forecast.sums];
     let _ = writeln!(
         text,
-        "    {nx} × {ny} samples to {mx} × {my}, about {:.0} MB for both fields",
+        "    {nx} × {ny} samples to {mx} × {my}, about {:.0} MB",
         forecast.bytes() as f64 * 1e-6
     );
     text

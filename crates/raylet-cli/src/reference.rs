@@ -12,7 +12,7 @@ use raylet::file::blame::blame_reference;
 use raylet::file::build;
 use raylet::file::folder::Target;
 use raylet::file::output::{gather, publish};
-use raylet::file::report::{Channel, Report};
+use raylet::file::report::{Channel, Report, micrometres};
 use raylet::file::scene::Scene;
 use raylet::optics::system::System;
 use raylet::wave::field::Field;
@@ -21,7 +21,7 @@ use crate::failure::Failure;
 use crate::overrides::start_threads;
 use crate::progress::Meter;
 use crate::say::say;
-use crate::simulate::{build_all, summary, trimmed};
+use crate::simulate::{build_all, summary};
 
 /// Carries the light of a scene to its sensor by a method that needs no rays, to compare with.
 #[derive(Args)]
@@ -106,7 +106,7 @@ impl Reference {
         for system in systems {
             let run = match systems.len() {
                 1 => String::new(),
-                _ => format!("λ = {} µm, ", trimmed(system.wavelength * 1e3)),
+                _ => format!("λ = {} µm, ", micrometres(system.wavelength)),
             };
             let note = |progress: Progress| meter.note(&run, progress);
             let found = reference(system, settings, choice, &note)

@@ -9,9 +9,10 @@ use raylet::engine::settings::Settings;
 use raylet::engine::simulate::simulate;
 use raylet::file::blame::blame;
 use raylet::file::build;
+use raylet::file::fault::Fault;
 use raylet::file::folder::Target;
 use raylet::file::output::{gather, publish};
-use raylet::file::report::{Channel, HopEntry, Report};
+use raylet::file::report::{Channel, HopEntry, Report, micrometres};
 use raylet::file::scene::Scene;
 use raylet::optics::system::System;
 use raylet::wave::field::Field;
@@ -41,6 +42,10 @@ impl Simulate {
         let mut settings = build::settings(&scene);
         self.overrides.apply(&mut settings)?;
         let out = self.out.clone().unwrap_or_else(|| default_out(&self.scene));
+        if out.file_name().is_none() {
+            let expected = "the name of a folder";
+            return Err(Fault::of_file(&out, "a path without a name", expected).into());
+        }
         let target = Target::claim(&out)?;
 
         // All systems are built before the first is run, so that faults show at once.
@@ -77,7 +82,7 @@ fn carry_all(
     for system in systems {
         let run = match systems.len() {
             1 => String::new(),
-            _ => format!("λ = {} µm, ", trimmed(system.wavelength * 1e3)),
+            _ => format!("λ = {} µm, ", micrometres(system.wavelength)),
         };
         let outcome = simulate(system, settings, &|progress| meter.note(&run, progress))
             .map_err(|error| blame(scene, &error))?;
@@ -87,17 +92,11 @@ fn carry_all(
     Ok((channels, fields))
 }
 
-/// A number without the noise of its last digits.
-pub(crate) fn trimmed(value: f64) -> f64 {
-    let text = format!("{value:.10}");
-    text.parse().unwrap_or(value)
-}
-
 /// A run in a few lines.
 pub(crate) fn summary(report: &Report, out: &Path) -> String {
     let mut text = String::new();
     for channel in &report.channels {
-        let wavelength = trimmed(channel.wavelength_um);
+        let wavelength = channel.wavelength_um;
         let error = channel.error.map_or(String::new(), |error| {
             format!(", expected field error {error:.1e}")
         });

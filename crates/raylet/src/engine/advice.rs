@@ -29,8 +29,8 @@ const DIRECTIONS: usize = 9;
 /// Most rays that are followed from one screen on.
 const MOST_PENCILS: usize = 300;
 
-/// Light is small against a target below this share of its width.
-const SMALL: f64 = 0.25;
+/// Light is small against a target below this share of its width, in per cent.
+const SMALL: f64 = 25.0;
 
 /// Findings about the hops of a system with these plans.
 pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advice> {
@@ -48,7 +48,9 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
         };
         say(true, clipping(&light));
         say(true, aliasing(&hop, &light));
-        say(false, smallness(&hop, &light));
+        if let Some((warning, text)) = smallness(&hop, &light) {
+            say(warning, Some(text));
+        }
         say(false, orders(&hop, anchor));
         if let Plan::Beamlets(beamlets) = plan {
             let [eta, left] = [beamlets.eta, beamlets.eta_corrected];
@@ -236,25 +238,28 @@ fn round(value: f64) -> f64 {
     (value * 1e9).round() * 1e-9
 }
 
-/// A target much larger than the light on it.
-fn smallness(hop: &Hop, light: &Light) -> Option<String> {
+/// A target that the light misses, or that is much larger than the light.
+fn smallness(hop: &Hop, light: &Light) -> Option<(bool, String)> {
     let to = hop.to.bounds()?;
     let landings = light.landings?;
-    let share = [0, 1].map(|a| {
+    let name = &hop.to.name;
+    let [x, y] = [0, 1].map(|a| {
         let (low, high) = (
             landings[2 * a] - light.blur[a],
             landings[2 * a + 1] + light.blur[a],
         );
         let common = high.min(to[2 * a + 1]) - low.max(to[2 * a]);
-        common.max(0.0) / (to[2 * a + 1] - to[2 * a])
+        100.0 * common.max(0.0) / (to[2 * a + 1] - to[2 * a])
     });
-    (share[0] < SMALL && share[1] < SMALL).then(|| {
-        format!(
-            "'{}' is much larger than the light, which covers about {:.0} % × {:.0} % of it",
-            hop.to.name,
-            100.0 * share[0],
-            100.0 * share[1]
-        )
+    if x == 0.0 || y == 0.0 {
+        let text = format!("by rays, all light lands beside '{name}'; only diffraction reaches it");
+        return Some((true, text));
+    }
+    (x < SMALL && y < SMALL).then(|| {
+        let text = format!(
+            "'{name}' is much larger than the light, which covers about {x:.0} % × {y:.0} % of it"
+        );
+        (false, text)
     })
 }
 

@@ -20,11 +20,16 @@ pub struct Forecast {
 }
 
 impl Forecast {
-    /// Bytes of the fields on both screens, twice over: as they are summed and as they are kept.
+    /// Bytes of the largest arrays: the fields on both screens, as they are summed and as they are kept,
+    /// and the plane waves of a free hop, before and after the transfer.
     pub fn bytes(&self) -> usize {
         let count = |[ny, nx]: [usize; 2]| nx.saturating_mul(ny);
-        let samples = count(self.samples).saturating_add(count(self.sums));
-        samples.saturating_mul(2 * size_of::<num_complex::Complex64>())
+        let waves = match &self.plan {
+            Plan::Free(_, free) => count([0, 1].map(|a| free.bands[a].count)),
+            _ => 0,
+        };
+        let values = count(self.samples) + count(self.sums) + waves;
+        values.saturating_mul(2 * size_of::<num_complex::Complex64>())
     }
 }
 

@@ -76,6 +76,21 @@ pub enum PlanError {
         /// Modes allowed altogether.
         allowed: usize,
     },
+    /// A free hop needs more plane waves than allowed.
+    #[error(
+        "from '{from}' to '{to}' it takes {directions:?} plane waves, more than the {allowed} allowed; \
+         reduce the size of a screen, or raise memory_limit_mb"
+    )]
+    Directions {
+        /// Emitting screen.
+        from: String,
+        /// Receiving screen.
+        to: String,
+        /// Plane waves along x and y.
+        directions: [usize; 2],
+        /// Plane waves allowed altogether.
+        allowed: usize,
+    },
 }
 
 /// Plans a hop whose incident light has direction `anchor` on the first screen; `pitch` is the distance
@@ -99,6 +114,7 @@ pub fn plan(
         && let Some(free) = free_hop(hop, from, to, anchor, settings)
     {
         let plan = free.plan(from, to);
+        check_directions(hop, &plan, settings)?;
         return Ok(Plan::Free(free, plan));
     }
     let fan = explore(hop, from, to, [0.0; 2]);
@@ -118,6 +134,21 @@ pub fn plan(
         Method::Plane => Ok(Plan::Planes(PlanePlan::new(&planner, &fan))),
         Method::Paper => paper(&planner),
     }
+}
+
+/// The plane waves of a free hop and one intermediate array must fit in memory.
+fn check_directions(hop: &Hop, plan: &FreePlan, settings: &Settings) -> Result<(), PlanError> {
+    let directions = [plan.bands[0].count, plan.bands[1].count];
+    let allowed = settings.memory_limit / (2 * size_of::<num_complex::Complex64>());
+    if directions[0].saturating_mul(directions[1]) <= allowed {
+        return Ok(());
+    }
+    Err(PlanError::Directions {
+        from: hop.from.name.clone(),
+        to: hop.to.name.clone(),
+        directions,
+        allowed,
+    })
 }
 
 /// The source paper's plan, if one spectrum at a time fits the memory.

@@ -40,6 +40,16 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
             format!("patches of {nx} × {ny} modes"),
             memory(*allowed, "modes"),
         ),
+        SimulateError::Plan(PlanError::Directions {
+            from,
+            directions: [nx, ny],
+            allowed,
+            ..
+        }) => (
+            from,
+            format!("{nx} × {ny} plane waves behind it"),
+            memory(*allowed, "plane waves"),
+        ),
         SimulateError::NoSensor(name) => (name, told, String::from("a sensor as the last element")),
         SimulateError::NoLight(name) => (
             name,

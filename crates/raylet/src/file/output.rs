@@ -7,7 +7,7 @@ use crate::file::folder::Target;
 use crate::file::npz::Fields;
 use crate::file::panel::FigureError;
 use crate::file::pictures::{DoeView, MOST_CHANNELS, doe_png, sensor_png};
-use crate::file::report::Report;
+use crate::file::report::{Report, micrometres};
 use crate::file::results::{FIELD_FILE, ResultFolder};
 use crate::file::scene::Scene;
 use crate::file::section::layout_png;
@@ -29,7 +29,7 @@ pub fn gather(systems: &[System], fields: &[Field]) -> Fields {
         field: all,
         x_mm: Array1::from(x),
         y_mm: Array1::from(y),
-        wavelength_um: systems.iter().map(|s| s.wavelength * 1e3).collect(),
+        wavelength_um: systems.iter().map(|s| micrometres(s.wavelength)).collect(),
     }
 }
 
@@ -93,7 +93,7 @@ fn pictures(
             .filter_map(|system| match &system.screens[number].act {
                 Act::Doe(doe) => Some(DoeView {
                     doe,
-                    wavelength_um: system.wavelength * 1e3,
+                    wavelength_um: micrometres(system.wavelength),
                 }),
                 _ => None,
             })

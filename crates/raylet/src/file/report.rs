@@ -28,6 +28,11 @@ pub const VERSION: u32 = 1;
 /// Micrometres in a millimetre.
 const UM: f64 = 1e3;
 
+/// A wavelength in micrometres, to 1e-12 µm, so that it reads as the scene states it.
+pub fn micrometres(wavelength: f64) -> f64 {
+    (wavelength * 1e15).round() / 1e12
+}
+
 /// A whole run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Report {
@@ -340,7 +345,7 @@ impl Channel {
         let totals = hops.iter().map(|hop| hop.error.map(|error| error.total));
         let squares: Option<f64> = totals.map(|total| Some(total?.powi(2))).sum();
         Self {
-            wavelength_um: system.wavelength * UM,
+            wavelength_um: micrometres(system.wavelength),
             error: squares.map(f64::sqrt),
             hops,
             steps: Vec::new(),

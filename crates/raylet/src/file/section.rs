@@ -9,7 +9,7 @@ use crate::file::scene::Scene;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Outline;
 use crate::optics::bend::Interface;
-use crate::optics::screen::Act;
+use crate::optics::screen::{Act, Screen};
 use crate::optics::source::Source;
 use crate::optics::system::System;
 
@@ -115,7 +115,7 @@ fn plane_of(system: &System) -> Plane {
     if score[0] > score[1] {
         Plane {
             up: x,
-            normal: y,
+            normal: y * -1.0,
             name: "x",
         }
     } else {
@@ -258,7 +258,30 @@ fn symbols(part: &Part, line: &[[f64; 2]], before: Option<Vec3>, plane: &Plane) 
     if (right[0] * travel[0] + right[1] * travel[1]) * side < 0.0 {
         points.reverse();
     }
-    vec![Curve { points, kind }]
+    let mut curves: Vec<Curve> = obstruction(part, &points, plane).into_iter().collect();
+    curves.push(Curve { points, kind });
+    curves
+}
+
+/// The obstruction in the middle of a ring.
+fn obstruction(part: &Part, points: &[[f64; 2]], plane: &Plane) -> Option<Curve> {
+    let Kind::Screen(Screen {
+        frame,
+        act: Act::Stop(aperture),
+        ..
+    }) = part.kind
+    else {
+        return None;
+    };
+    let Outline::Annulus { inner, .. } = aperture.outline else {
+        return None;
+    };
+    let [x, y] = aperture.centre;
+    let middle = plane.at(frame.to_global(Vec3::new(x, y, 0.0)));
+    let blocked = |p: &&[f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]) < inner;
+    let points: Vec<[f64; 2]> = points.iter().filter(blocked).copied().collect();
+    let kind = CurveKind::Surface;
+    (points.len() > 1).then_some(Curve { points, kind })
 }
 
 /// The region between two cuts.

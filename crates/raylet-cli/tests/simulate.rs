@@ -1,0 +1,242 @@
+//! `raylet simulate` as a user runs it: complete results, the same for any number of threads, whole or
+//! not at all.
+
+mod stage;
+
+use std::collections::BTreeSet;
+use std::fs;
+use std::path::Path;
+
+use raylet::file::results::ResultFolder;
+
+use crate::stage::{SCENE, Stage, complaint, names};
+
+fn is_png(path: &Path) -> bool {
+    let decoder = png::Decoder::new(std::io::BufReader::new(fs::File::open(path).unwrap()));
+    let mut reader = decoder.read_info().unwrap();
+    let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
+    let frame = reader.next_frame(&mut bytes).unwrap();
+    let first = bytes[0];
+    frame.width >= 600 && bytes.iter().any(|b| *b != first)
+}
+
+#[test]
+fn results_are_complete() {
+    let stage = Stage::new(SCENE);
+    let output = stage.raylet(&["simulate", "scene.toml"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    let out = stage.join("scene-out");
+    let files = [
+        "doe-pixels.png",
+        "field.npz",
+        "layout.png",
+        "result.json",
+        "sensor.png",
+    ];
+    assert_eq!(names(&out), files);
+    for picture in files.iter().filter(|name| name.ends_with(".png")) {
+        assert!(is_png(&out.join(picture)), "{picture}");
+    }
+
+    // The numbers agree with each other.
+    let ResultFolder { report, fields } = ResultFolder::read(&out).unwrap();
+    assert_eq!(fields.field.dim(), (1, 40, 48));
+    assert_eq!(fields.wavelength_um.to_vec(), [0.7]);
+    assert!((fields.x_mm[1] - fields.x_mm[0] - 5e-3).abs() < 1e-15);
+    let sum: f64 = fields.field.iter().map(|u| u.norm_sqr()).sum();
+    let channel = &report.channels[0];
+    assert!((channel.metrics.power - sum * 25e-6).abs() < 1e-12 * sum);
+    assert!((channel.hops[0].power.landed - channel.metrics.power).abs() < 1e-12);
+    assert!(channel.hops[0].rays.arrived > 0);
+    assert!(
+        channel
+            .error
+            .is_some_and(|error| error > 0.0 && error < 0.05)
+    );
+    assert_eq!(report.files.len(), 4);
+    assert_eq!(
+        report.machine.peak_memory_mb.is_some(),
+        cfg!(target_os = "linux")
+    );
+
+    // What is said: numbers on standard output, plain lines of progress on standard error.
+    let said = String::from_utf8(output.stdout.clone()).unwrap();
+    assert!(
+        said.contains("scene-out") && said.contains("of the light"),
+        "{said}"
+    );
+    assert_eq!(
+        complaint(&output).matches("hop 1 of 1 to 'camera'").count(),
+        1
+    );
+}
+
+#[test]
+fn every_key_is_documented() {
+    let stage = Stage::new(SCENE);
+    let output = stage.raylet(&["simulate", "scene.toml", "--method", "plane"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    let text = fs::read_to_string(stage.join("scene-out/result.json")).unwrap();
+    let mut keys = BTreeSet::new();
+    collect(&serde_json::from_str(&text).unwrap(), &mut keys);
+    // The other methods' plans are null in this run.
+    for key in [
+        "step_um",
+        "footprint_um",
+        "corrected",
+        "expected_seconds",
+        "positions",
+        "side_um",
+    ] {
+        keys.insert(String::from(key));
+    }
+    let book = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs/result.md");
+    let book = fs::read_to_string(book).unwrap();
+    assert!(keys.len() > 60);
+    for key in keys {
+        assert!(
+            book.contains(&format!("`{key}`")),
+            "docs/result.md lacks `{key}`"
+        );
+    }
+}
+
+fn collect(value: &serde_json::Value, keys: &mut BTreeSet<String>) {
+    match value {
+        serde_json::Value::Object(map) => {
+            for (key, inner) in map {
+                keys.insert(key.clone());
+                collect(inner, keys);
+            }
+        }
+        serde_json::Value::Array(list) => list.iter().for_each(|inner| collect(inner, keys)),
+        _ => {}
+    }
+}
+
+#[test]
+fn threads_do_not_change_a_bit() {
+    let stage = Stage::new(SCENE);
+    for method in ["auto", "plane", "paper"] {
+        let run = |threads: &str| {
+            let arguments = [
+                "simulate",
+                "scene.toml",
+                "--out",
+                "o",
+                "--method",
+                method,
+                "--threads",
+                threads,
+            ];
+            let output = stage.raylet(&arguments);
+            assert!(output.status.success(), "{}", complaint(&output));
+            assert_eq!(
+                ResultFolder::read(&stage.join("o"))
+                    .unwrap()
+                    .report
+                    .machine
+                    .threads
+                    .to_string(),
+                threads
+            );
+            fs::read(stage.join("o/field.npz")).unwrap()
+        };
+        assert!(run("1") == run("2"), "{method}");
+    }
+}
+
+#[test]
+fn wavelengths_share_one_folder() {
+    let scene = SCENE.replace(
+        "wavelength_um = 0.7",
+        "wavelength_um = [0.7, 0.45, 0.5, 0.6]",
+    );
+    let stage = Stage::new(&scene);
+    let output = stage.raylet(&["simulate", "scene.toml"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    let folder = ResultFolder::read(&stage.join("scene-out")).unwrap();
+    assert_eq!(folder.fields.field.dim(), (4, 40, 48));
+    assert_eq!(folder.fields.wavelength_um.to_vec(), [0.7, 0.45, 0.5, 0.6]);
+    assert_eq!(folder.report.channels.len(), 4);
+    assert!(is_png(&stage.join("scene-out/sensor.png")));
+}
+
+#[test]
+fn earlier_results_are_replaced_and_failures_change_nothing() {
+    let stage = Stage::new(SCENE);
+    let run = || stage.raylet(&["simulate", "scene.toml", "--out", "out"]);
+    assert!(run().status.success());
+    fs::write(stage.join("out/stale.txt"), "").unwrap();
+    assert!(run().status.success());
+    assert!(!stage.join("out/stale.txt").exists());
+
+    // A failing run leaves the earlier result as it was, and nothing beside it.
+    let before = fs::read(stage.join("out/result.json")).unwrap();
+    let dark = SCENE.replace("pitch_um = 5\n", "pitch_um = 5\ndecenter_mm = [300, 0]\n");
+    fs::write(stage.join("scene.toml"), dark).unwrap();
+    let output = run();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(
+        complaint(&output).contains("scene.toml:"),
+        "{}",
+        complaint(&output)
+    );
+    assert_eq!(fs::read(stage.join("out/result.json")).unwrap(), before);
+    assert_eq!(stage.names(), ["out", "phase.npy", "scene.toml"]);
+}
+
+#[test]
+fn check_and_schema_tell_without_running() {
+    let stage = Stage::new(SCENE);
+    let output = stage.raylet(&["check", "scene.toml"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    let said = String::from_utf8(output.stdout).unwrap();
+    for piece in [
+        "N-BK7",
+        "1.513064",
+        "focal length",
+        "beamlet (1 curved surface",
+        "pixel lattice of 'pixels'",
+        " rays",
+        " MB",
+    ] {
+        assert!(said.contains(piece), "{piece} not in\n{said}");
+    }
+    let output = stage.raylet(&["schema"]);
+    let schema: serde_json::Value = serde_json::from_slice(&output.stdout).unwrap();
+    assert_eq!(schema["title"], "raylet scene");
+    assert_eq!(stage.names(), ["phase.npy", "scene.toml"]);
+}
+
+#[test]
+fn check_warns_of_what_may_surprise() {
+    let cases = [
+        ("pitch_um = 5\n", "pitch_um = 45\n", "coarser than"),
+        (
+            "semi_aperture_mm = 1\n",
+            "semi_aperture_mm = 0.1\n",
+            "clear apertures",
+        ),
+        (
+            "pixels = [48, 40]",
+            "pixels = [4800, 4000]",
+            "much larger than the light",
+        ),
+        (
+            "[source]",
+            "settings.sigma_um = 30\n[source]",
+            "aberration inside beamlets",
+        ),
+    ];
+    for (from, to, warning) in cases {
+        let stage = Stage::new(&SCENE.replace(from, to));
+        let output = stage.raylet(&["check", "scene.toml"]);
+        let said = String::from_utf8(output.stdout.clone()).unwrap();
+        assert!(output.status.success(), "{to}{}", complaint(&output));
+        assert!(
+            said.contains(warning),
+            "{to} should tell '{warning}':\n{said}"
+        );
+    }
+}
