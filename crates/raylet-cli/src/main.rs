@@ -1,8 +1,14 @@
 //! The `raylet` program: one file per verb, thin.
 
+mod check;
 mod compare;
 mod failure;
+mod overrides;
+mod progress;
+mod say;
+mod schema;
 mod simulate;
+mod table;
 
 use std::process::ExitCode;
 
@@ -18,15 +24,19 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Verb {
-    Compare(compare::Compare),
     Simulate(simulate::Simulate),
+    Compare(compare::Compare),
+    Check(check::Check),
+    Schema(schema::Schema),
 }
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let outcome = match &arguments.verb {
-        Verb::Compare(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
+        Verb::Compare(verb) => verb.run(),
+        Verb::Check(verb) => verb.run(),
+        Verb::Schema(verb) => verb.run(),
     };
     match outcome {
         Ok(()) => ExitCode::SUCCESS,

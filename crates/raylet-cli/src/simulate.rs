@@ -1,29 +1,144 @@
 //! `raylet simulate SCENE`: the field on the sensor, with pictures and numbers.
 
-use std::path::PathBuf;
+use std::fmt::Write;
+use std::path::{Path, PathBuf};
+use std::time::Instant;
 
 use clap::Args;
+use raylet::engine::settings::Settings;
 use raylet::engine::simulate::simulate;
+use raylet::file::blame::blame;
 use raylet::file::build;
+use raylet::file::folder::Target;
+use raylet::file::output::{gather, publish};
+use raylet::file::report::{Channel, HopEntry, Report};
 use raylet::file::scene::Scene;
+use raylet::optics::system::System;
+use raylet::wave::field::Field;
 
 use crate::failure::Failure;
+use crate::overrides::Overrides;
+use crate::progress::Meter;
+use crate::say::say;
 
 /// Carries the light of a scene to its sensor.
 #[derive(Args)]
 pub(crate) struct Simulate {
     /// The scene file.
     scene: PathBuf,
+    /// Folder for the results; named after the scene unless told otherwise. An earlier result there is
+    /// replaced, anything else is left alone.
+    #[arg(long, value_name = "DIR")]
+    out: Option<PathBuf>,
+    #[command(flatten)]
+    overrides: Overrides,
 }
 
 impl Simulate {
     pub(crate) fn run(&self) -> Result<(), Failure> {
+        let clock = Instant::now();
         let scene = Scene::read(&self.scene)?;
-        let settings = build::settings(&scene);
-        for channel in 0..scene.wavelength_um.len() {
-            let system = build::system(&scene, channel)?;
-            simulate(&system, &settings, &|_| {})?;
-        }
-        Ok(())
+        let mut settings = build::settings(&scene);
+        self.overrides.apply(&mut settings)?;
+        let out = self.out.clone().unwrap_or_else(|| default_out(&self.scene));
+        let target = Target::claim(&out)?;
+
+        // All systems are built before the first is run, so that faults show at once.
+        let systems = build_all(&scene)?;
+        let (channels, fields) = carry_all(&scene, &systems, &settings)?;
+        let fields = gather(&systems, &fields);
+        let seconds = clock.elapsed().as_secs_f64();
+        let report = Report::new("simulate", &scene, &settings, channels, seconds);
+        let report = publish(&target, &scene, &systems, fields, report)?;
+        say(&summary(&report, &out))
     }
+}
+
+/// The scene's name with "-out" in the current folder.
+pub(crate) fn default_out(scene: &Path) -> PathBuf {
+    let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
+    PathBuf::from(format!("{stem}-out"))
+}
+
+/// The system of every wavelength.
+pub(crate) fn build_all(scene: &Scene) -> Result<Vec<System>, Failure> {
+    (0..scene.wavelength_um.len())
+        .map(|channel| Ok(build::system(scene, channel)?))
+        .collect()
+}
+
+fn carry_all(
+    scene: &Scene,
+    systems: &[System],
+    settings: &Settings,
+) -> Result<(Vec<Channel>, Vec<Field>), Failure> {
+    let meter = Meter::new();
+    let (mut channels, mut fields) = (Vec::new(), Vec::new());
+    for system in systems {
+        let run = match systems.len() {
+            1 => String::new(),
+            _ => format!("λ = {} µm, ", trimmed(system.wavelength * 1e3)),
+        };
+        let outcome = simulate(system, settings, &|progress| meter.note(&run, progress))
+            .map_err(|error| blame(scene, &error))?;
+        channels.push(Channel::new(system, &outcome, settings));
+        fields.push(outcome.field);
+    }
+    Ok((channels, fields))
+}
+
+/// A number without the noise of its last digits.
+pub(crate) fn trimmed(value: f64) -> f64 {
+    let text = format!("{value:.10}");
+    text.parse().unwrap_or(value)
+}
+
+/// A run in a few lines.
+fn summary(report: &Report, out: &Path) -> String {
+    let mut text = String::new();
+    for channel in &report.channels {
+        let wavelength = trimmed(channel.wavelength_um);
+        let error = channel.error.map_or(String::new(), |error| {
+            format!(", expected field error {error:.1e}")
+        });
+        let _ = writeln!(
+            text,
+            "λ = {wavelength} µm: {} of the light on the sensor{error}",
+            share(&channel.hops, channel.metrics.power),
+        );
+        for hop in &channel.hops {
+            let _ = writeln!(text, "  {}", hop_line(hop));
+        }
+    }
+    let memory = report.machine.peak_memory_mb;
+    let memory = memory.map_or(String::new(), |mb| format!(", {mb:.0} MB"));
+    let _ = writeln!(
+        text,
+        "{:.2} s on {} threads{memory}; results in {}:",
+        report.seconds,
+        report.machine.threads,
+        out.display()
+    );
+    let _ = writeln!(text, "  result.json, {}", report.files.join(", "));
+    text
+}
+
+/// The part of the light behind the first screen that the sensor receives.
+fn share(hops: &[HopEntry], landed: f64) -> String {
+    match hops.first() {
+        Some(first) => format!("{:.2} %", 100.0 * landed / first.power.behind),
+        None => format!("{landed:.4e} mm²"),
+    }
+}
+
+fn hop_line(hop: &HopEntry) -> String {
+    let plan = &hop.plan;
+    let rays = match hop.rays.arrived {
+        0 => String::new(),
+        rays => format!(", {rays} rays"),
+    };
+    format!(
+        "{} to {}: {} ({}){rays}, {:.2} s",
+        plan.from, plan.to, plan.method, plan.why, hop.seconds
+    )
 }

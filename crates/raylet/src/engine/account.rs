@@ -30,14 +30,15 @@ const WINDOWS: [(f64, f64); 5] = [
 const FREE: [(f64, f64); 2] = [(4.0, 3e-4), (6.0, 1e-4)];
 
 impl Account {
-    /// The account of a hop that was carried by `plan` with this tally.
-    pub fn of(plan: &Plan, tally: &Tally, settings: &Settings) -> Self {
+    /// The account of a hop that was carried by `plan` with this tally; nothing for methods whose errors
+    /// are not foretold.
+    pub fn of(plan: &Plan, tally: &Tally, settings: &Settings) -> Option<Self> {
         match plan {
-            Plan::Free(free, _) => Self {
+            Plan::Free(free, _) => Some(Self {
                 windows: interpolated(&FREE, free.padding),
                 ..Self::default()
-            },
-            Plan::Beamlets(beamlets) => Self {
+            }),
+            Plan::Beamlets(beamlets) => Some(Self {
                 aberration: if beamlets.correct {
                     tally.eta_corrected()
                 } else {
@@ -45,7 +46,8 @@ impl Account {
                 },
                 windows: window_error(settings.step, settings.period),
                 dropped: tally.dropped(),
-            },
+            }),
+            Plan::Planes(_) | Plan::Paper(_) => None,
         }
     }
 

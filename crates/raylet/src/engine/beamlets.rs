@@ -24,6 +24,8 @@ pub struct BeamletPlan {
     pub period: f64,
     /// Directions along x and y.
     pub bands: [Band; 2],
+    /// Whether σ is the smallest or largest of the widths tried, so that the best may lie beyond.
+    pub at_limit: bool,
     /// Whether each beamlet's aberration is made good.
     pub correct: bool,
     /// Whether beamlets that land beside the target have tails that cannot be trusted unseen.
@@ -76,8 +78,7 @@ pub struct Planner<'a> {
 impl Planner<'_> {
     /// Chooses the beamlets, given a fan of rays that reach the target.
     pub fn plan(&self, fan: &Fan) -> BeamletPlan {
-        let stride = fan.rays.len().div_ceil(JUDGES).max(1);
-        let judges: Vec<FanRay> = fan.rays.iter().copied().step_by(stride).collect();
+        let judges = judges(fan);
         let widths: Vec<f64> = match self.settings.sigma {
             Some(sigma) => vec![sigma],
             None => {
@@ -89,6 +90,8 @@ impl Planner<'_> {
         };
         let judge = |&sigma: &f64| self.judge(fan, &judges, sigma);
         let mut chosen = choose(widths.iter().map(judge).collect(), self.settings);
+        let ends = [widths.first(), widths.last()];
+        chosen.at_limit = widths.len() > 1 && ends.contains(&Some(&chosen.sigma));
 
         // With the footprint known, take in the directions that only its rim brings to the target.
         let wider = explore(self.hop, self.from, self.to, [chosen.footprint; 2]);
@@ -97,7 +100,8 @@ impl Planner<'_> {
         chosen
     }
 
-    fn bands(&self, fan: &Fan, period: f64) -> [Band; 2] {
+    /// The lattice of directions that a fan asks for, at a patch period in mm.
+    pub fn bands(&self, fan: &Fan, period: f64) -> [Band; 2] {
         let p = fan.band.map(|p| if p.is_finite() { p } else { 0.0 });
         let spacing = self.hop.wavelength / period;
         [
@@ -118,7 +122,7 @@ impl Planner<'_> {
 
     /// σ₀ = (k‖∂p′/∂x‖)^{−1/2}, the width whose beamlets spread least behind the train's power, by the
     /// median of the fan; without power √(‖∂s/∂p‖/k), and never more than a quarter of the screen.
-    fn starting_width(&self, judges: &[FanRay]) -> f64 {
+    pub fn starting_width(&self, judges: &[FanRay]) -> f64 {
         let k = self.hop.wavenumber();
         let wavelength = self.hop.wavelength;
         let norm = |ray: &FanRay, row: usize, column: usize| {
@@ -175,6 +179,7 @@ impl Planner<'_> {
             period,
             bands,
             correct,
+            at_limit: false,
             doubtful_rim: true,
             eta,
             eta_corrected,
@@ -202,7 +207,7 @@ impl Planner<'_> {
 
     /// Half width of the footprints on the target (90 % are smaller), and the largest direction cosines
     /// there, the beamlets' own spread included.
-    fn arrival(&self, judges: &[FanRay], sigma: f64) -> (f64, [f64; 2]) {
+    pub fn arrival(&self, judges: &[FanRay], sigma: f64) -> (f64, [f64; 2]) {
         let k = self.hop.wavenumber();
         let threshold = self.settings.footprint_threshold;
         let mut footprints = Vec::new();
@@ -225,6 +230,12 @@ impl Planner<'_> {
             .unwrap_or(0.0);
         (footprint, arriving.map(|p| p.min(self.hop.to.index)))
     }
+}
+
+/// The rays of a fan on which choices are judged.
+pub fn judges(fan: &Fan) -> Vec<FanRay> {
+    let stride = fan.rays.len().div_ceil(JUDGES).max(1);
+    fan.rays.iter().copied().step_by(stride).collect()
 }
 
 impl BeamletPlan {

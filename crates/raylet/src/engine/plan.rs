@@ -2,11 +2,14 @@
 
 use crate::engine::beamlets::{BeamletPlan, Planner};
 use crate::engine::fan::{Fan, explore};
+use crate::engine::paper::PaperPlan;
+use crate::engine::plane::PlanePlan;
 use crate::engine::settings::{Method, Settings};
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::bend::Interface;
 use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
+use crate::wave::patch::Band;
 use crate::wave::propagate::{FreeHop, FreePlan, Slab};
 
 /// How one hop is carried.
@@ -16,6 +19,32 @@ pub enum Plan {
     Free(FreeHop, FreePlan),
     /// By beamlets.
     Beamlets(BeamletPlan),
+    /// By plane wavelets with prefactor.
+    Planes(PlanePlan),
+    /// As the source paper does.
+    Paper(PaperPlan),
+}
+
+impl Plan {
+    /// The lattice of directions along x and y.
+    pub fn bands(&self) -> &[Band; 2] {
+        match self {
+            Plan::Free(_, free) => &free.bands,
+            Plan::Beamlets(beamlets) => &beamlets.bands,
+            Plan::Planes(planes) => &planes.bands,
+            Plan::Paper(paper) => &paper.bands,
+        }
+    }
+
+    /// Rays that the plan expects; zero without rays.
+    pub fn rays(&self) -> f64 {
+        match self {
+            Plan::Free(..) => 0.0,
+            Plan::Beamlets(beamlets) => beamlets.rays,
+            Plan::Planes(planes) => planes.rays,
+            Plan::Paper(paper) => paper.positions as f64 * paper.secondary as f64,
+        }
+    }
 }
 
 /// Why no plan exists.
@@ -34,13 +63,26 @@ pub enum PlanError {
     /// A screen has no edge.
     #[error("screen '{0}' has no edge; give its element an aperture")]
     Boundless(String),
+    /// The spectrum of one patch would be larger than allowed.
+    #[error(
+        "a patch of screen '{screen}' has {modes:?} modes, more than the {allowed} allowed; reduce \
+         paper.patch_um or paper.padding, or raise memory_limit_mb"
+    )]
+    Modes {
+        /// Emitting screen.
+        screen: String,
+        /// Modes along x and y.
+        modes: [usize; 2],
+        /// Modes allowed altogether.
+        allowed: usize,
+    },
 }
 
 /// Plans a hop whose incident light has direction `anchor` on the first screen; `pitch` is the distance
 /// of sample points on the target when it is known.
 ///
 /// # Errors
-/// When a screen has no edge, or no ray reaches the target.
+/// When a screen has no edge, no ray reaches the target, or a patch has too many modes.
 pub fn plan(
     hop: &Hop,
     anchor: [f64; 2],
@@ -71,7 +113,26 @@ pub fn plan(
         pitch,
         settings,
     };
-    Ok(Plan::Beamlets(planner.plan(&fan)))
+    match settings.method {
+        Method::Auto | Method::Beamlet => Ok(Plan::Beamlets(planner.plan(&fan))),
+        Method::Plane => Ok(Plan::Planes(PlanePlan::new(&planner, &fan))),
+        Method::Paper => paper(&planner),
+    }
+}
+
+/// The source paper's plan, if one spectrum at a time fits the memory.
+fn paper(planner: &Planner) -> Result<Plan, PlanError> {
+    let plan = PaperPlan::new(planner);
+    let modes = [plan.bands[0].count, plan.bands[1].count];
+    let allowed = planner.settings.samples_allowed();
+    if modes[0].saturating_mul(modes[1]) > allowed {
+        return Err(PlanError::Modes {
+            screen: planner.hop.from.name.clone(),
+            modes,
+            allowed,
+        });
+    }
+    Ok(Plan::Paper(plan))
 }
 
 fn dark(hop: &Hop, fan: &Fan) -> PlanError {

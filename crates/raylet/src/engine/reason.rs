@@ -11,6 +11,8 @@ pub fn method_name(plan: &Plan) -> &'static str {
     match plan {
         Plan::Free(..) => "free",
         Plan::Beamlets(_) => "beamlet",
+        Plan::Planes(_) => "plane",
+        Plan::Paper(_) => "paper",
     }
 }
 
@@ -34,7 +36,10 @@ fn obstacle(hop: &Hop) -> String {
     let mirrors = count(&|s| s.interface == Interface::Reflect);
     let plural = |n: usize| if n == 1 { "" } else { "s" };
     if curved > 0 {
-        return format!("{curved} curved surface{} between the screens", plural(curved));
+        return format!(
+            "{curved} curved surface{} between the screens",
+            plural(curved)
+        );
     }
     if mirrors > 0 {
         return format!("{mirrors} mirror{} between the screens", plural(mirrors));

@@ -68,6 +68,11 @@ pub struct Paper {
     pub patch: Option<f64>,
     /// Period of a patch over its side.
     pub padding: f64,
+    /// How far the lattice of modes goes, in bands of the pixels' FFT: 1 is that band itself, ±λ/2h for
+    /// pixels of width h; more take in the higher orders of the pixels, as far as they propagate.
+    pub orders: usize,
+    /// Whether positions are drawn on the aperture itself instead: its rim is then covered too thinly.
+    pub inside: bool,
     /// Whether each wavelet is multiplied by the cosine ⟨n, d⟩ at the sensor.
     pub obliquity: bool,
 }
@@ -90,6 +95,8 @@ impl Default for Settings {
                 secondary: 1000,
                 patch: None,
                 padding: 2.0,
+                orders: 1,
+                inside: false,
                 obliquity: false,
             },
             seed: 1,

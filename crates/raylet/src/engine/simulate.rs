@@ -7,14 +7,18 @@ use num_complex::Complex64;
 
 use crate::engine::backend::{Backend, Job};
 use crate::engine::cpu::Cpu;
+use crate::engine::paper::{self, Address};
 use crate::engine::plan::{Plan, PlanError, plan};
+use crate::engine::plane;
 use crate::engine::settings::Settings;
 use crate::engine::tally::{Fate, Tally};
+use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::field::{Axis, Field, Grid};
 use crate::wave::gather::Canvas;
+use crate::wave::plane::PlaneSum;
 use crate::wave::raster::Raster;
 use crate::wave::sampling::{Reach, SamplingError, act, interpolate, plan_grid, plan_raster};
 
@@ -33,6 +37,9 @@ pub enum SimulateError {
     /// Nothing is left of the light.
     #[error("no light leaves screen '{0}'")]
     NoLight(String),
+    /// The sum of plane waves cannot be planned.
+    #[error(transparent)]
+    Sum(#[from] NufftError),
 }
 
 /// What one hop did.
@@ -73,6 +80,8 @@ pub struct Progress<'a> {
     pub to: &'a str,
     /// Share of the hop that is done, 0 to 1.
     pub done: f64,
+    /// Rays that the hop's plan expects; zero without rays.
+    pub rays: f64,
 }
 
 /// Directions of the incident light on the first screen: cosines at its centre and the largest |p|.
@@ -139,7 +148,8 @@ pub fn plan_all(system: &System, settings: &Settings) -> Result<Vec<Plan>, Simul
     Ok(plans)
 }
 
-fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
+/// Distance of sample points on a screen that is a sensor, in mm.
+pub fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
     match &screen.act {
         Act::Sensor(sensor) => Some(sensor.pitch),
         _ => None,
@@ -147,7 +157,7 @@ fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
 }
 
 /// Direction on the next screen of the ray through the middle of this one; straight on when it is lost.
-fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
+pub fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
     match hop.trace([0.0, 0.0], anchor, &mut ()) {
         Ok(landing) => landing.cosines,
         Err(_) => [0.0, 0.0],
@@ -251,10 +261,11 @@ pub fn simulate(
                 hops: system.trains.len(),
                 to: &hop.to.name,
                 done,
+                rays: plan.rays(),
             });
         };
         step(0.0);
-        let (values, tally) = carry(&hop, &plan, settings, &field, &raster, &step);
+        let (values, tally) = carry((number, &hop), &plan, settings, &field, &raster, &step)?;
         step(1.0);
         reports.push(HopReport {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
@@ -296,11 +307,8 @@ pub fn sensor_of(system: &System) -> Result<&Sensor, SimulateError> {
 }
 
 /// Largest |p| that a plan wants behind the screen.
-fn leaving(plan: &Plan) -> [f64; 2] {
-    let bands = match plan {
-        Plan::Free(_, free) => &free.bands,
-        Plan::Beamlets(beamlets) => &beamlets.bands,
-    };
+pub fn leaving(plan: &Plan) -> [f64; 2] {
+    let bands = plan.bands();
     [0, 1].map(|a| {
         let band = &bands[a];
         let last = band.count.max(1) - 1;
@@ -309,22 +317,25 @@ fn leaving(plan: &Plan) -> [f64; 2] {
 }
 
 /// Largest |p| of the light that a plan brings to the next screen.
-fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
+pub fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
     match plan {
         Plan::Free(..) => leaving(plan).map(|p| p.min(hop.to.index)),
         Plan::Beamlets(beamlets) => beamlets.arriving,
+        Plan::Planes(planes) => planes.arriving,
+        Plan::Paper(paper) => paper.arriving,
     }
 }
 
 fn carry(
-    hop: &Hop,
+    (number, hop): (usize, &Hop),
     plan: &Plan,
     settings: &Settings,
     field: &Field,
     raster: &Raster,
     progress: &(dyn Fn(f64) + Sync),
-) -> (Array2<Complex64>, Tally) {
-    match plan {
+) -> Result<(Array2<Complex64>, Tally), SimulateError> {
+    let planes = || PlaneSum::new(*raster, hop.wavenumber(), settings.nufft_tolerance);
+    Ok(match plan {
         Plan::Free(free, waves) => {
             let values = free.carry(field, raster, waves);
             let landed = power_on(raster, &values);
@@ -344,5 +355,19 @@ fn carry(
             let tally = Cpu.carry(&job, field, patches, &mut canvas, progress);
             (canvas.finish(), tally)
         }
-    }
+        Plan::Planes(plan) => {
+            let mut sum = planes()?;
+            let tally = plane::carry(*hop, plan, settings, field, &mut sum, progress);
+            (sum.finish(), tally)
+        }
+        Plan::Paper(plan) => {
+            let mut sum = planes()?;
+            let address = Address {
+                seed: settings.seed,
+                hop: number as u32,
+            };
+            let tally = paper::carry(*hop, plan, address, field, &mut sum, progress);
+            (sum.finish(), tally)
+        }
+    })
 }

@@ -3,6 +3,7 @@
 //! Behind a stop a ray goes straight on; behind a smooth element it takes the direction of the local phase
 //! gradient; behind pixels it goes straight on and, aimed, towards both sides of the next screen.
 
+use crate::engine::advice::turning;
 use crate::engine::walk::Landing;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
@@ -163,13 +164,7 @@ fn passes(screen: &Screen, at: [f64; 2]) -> bool {
 }
 
 /// The directions in which a ray goes on from a screen.
-fn leaving(
-    hop: &Hop,
-    ray: &Pencil,
-    k: f64,
-    normal: Vec3,
-    crowded: bool,
-) -> Vec<([f64; 2], Turn)> {
+fn leaving(hop: &Hop, ray: &Pencil, k: f64, normal: Vec3, crowded: bool) -> Vec<([f64; 2], Turn)> {
     let straight = vec![(ray.p, ray.trail.turn)];
     let Act::Doe(doe) = &hop.from.act else {
         return straight;
@@ -187,22 +182,11 @@ fn leaving(
     list
 }
 
-/// How far an element can turn light along x and y, in optical direction cosines: half the lattice order
-/// of its pixels and its steepest analytic phase.
-fn band(doe: &Doe, wavelength: f64) -> [f64; 2] {
-    let steep = doe.bounds().map_or([0.0; 2], |bounds| doe.steepest(bounds));
-    let pixels = doe.pixels().map(|pixels| pixels.pitch);
-    [0, 1].map(|a| {
-        let smooth = steep[a] * wavelength / std::f64::consts::TAU;
-        smooth + pixels.map_or(0.0, |pitch| 0.5 * wavelength / pitch[a])
-    })
-}
-
 /// A direction within the element's band that leads to one side of the next screen, as far out as it can.
 fn aimed(hop: &Hop, doe: &Doe, ray: &Pencil, side: f64, normal: Vec3) -> Option<[f64; 2]> {
     let [x0, x1, y0, y1] = hop.to.bounds()?;
     let u = cut(&hop.to.frame, normal);
-    let limit = band(doe, hop.wavelength);
+    let limit = turning(doe, hop.wavelength);
     let within = |p: [f64; 2]| (0..2).all(|a| (p[a] - ray.p[a]).abs() <= limit[a] + 1e-9);
     AIMS.iter().find_map(|share| {
         let t = side * share;

@@ -458,6 +458,8 @@ pub fn settings(scene: &Scene) -> crate::engine::settings::Settings {
             secondary: given.paper.secondary.unwrap_or(standard.paper.secondary),
             patch: given.paper.patch_um.map(|p| p * UM),
             padding: given.paper.padding.unwrap_or(standard.paper.padding),
+            orders: given.paper.orders.unwrap_or(standard.paper.orders),
+            inside: given.paper.inside,
             obliquity: given.paper.obliquity,
         },
         seed: scene.seed,

@@ -32,7 +32,11 @@ const SCALE: f64 = 1.5;
 pub fn sensor_png(fields: &Fields, title: &str) -> Result<Vec<u8>, FigureError> {
     let ranges = [edges(&fields.x_mm.to_vec()), edges(&fields.y_mm.to_vec())];
     let channels = fields.wavelength_um.len();
-    let shown = if channels > MOST_CHANNELS { 1 } else { channels };
+    let shown = if channels > MOST_CHANNELS {
+        1
+    } else {
+        channels
+    };
     let mut rows = Vec::new();
     if channels > MOST_CHANNELS {
         let sum = fields.field.mapv(|u| u.norm_sqr()).sum_axis(Axis(0));
@@ -68,7 +72,10 @@ fn intensity_panels(
     };
     vec![
         panel("Intensity").quantity("|U|²", "").into(),
-        panel("Intensity, logarithmic").quantity("|U|²", "").log().into(),
+        panel("Intensity, logarithmic")
+            .quantity("|U|²", "")
+            .log()
+            .into(),
     ]
 }
 
@@ -167,7 +174,11 @@ fn samples(doe: &Doe, [x0, x1, y0, y1]: [f64; 4]) -> [usize; 2] {
     match doe.pixels() {
         // Interpolated pixels are shown with what lies between them.
         Some(pixels) => [0, 1].map(|a| {
-            let fine = if pixels.form == PixelForm::Bilinear { 4.0 } else { 1.0 };
+            let fine = if pixels.form == PixelForm::Bilinear {
+                4.0
+            } else {
+                1.0
+            };
             let count = (fine * sizes[a] / pixels.pitch[a]).round();
             (count as usize).clamp(1, MOST_SAMPLES)
         }),
@@ -183,8 +194,10 @@ fn coarseness(doe: &Doe, bounds: [f64; 4], steps: [f64; 2]) -> Option<String> {
     let steep = doe.steepest(bounds);
     let pixels = doe.pixels().map(|pixels| pixels.pitch);
     let skipped = pixels.is_some_and(|pitch| (0..2).any(|a| steps[a] > 1.01 * pitch[a]));
-    let smooth = doe.layers.iter().any(|layer| !matches!(layer, Layer::Pixels(_)));
+    let smooth = doe
+        .layers
+        .iter()
+        .any(|layer| !matches!(layer, Layer::Pixels(_)));
     let aliased = smooth && (0..2).any(|a| steep[a] * steps[a] > std::f64::consts::PI);
-    (skipped || aliased)
-        .then(|| String::from("finer than the picture: only some points are shown"))
+    (skipped || aliased).then(|| String::from("finer than the picture: only some points are shown"))
 }

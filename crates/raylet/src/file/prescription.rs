@@ -131,7 +131,9 @@ pub fn parts<'a>(scene: &Scene, system: &'a System) -> Vec<Part<'a>> {
         let media = match element {
             Element::CoordinateBreak(_) => continue,
             Element::Lens(lens) => lens_media(lens, &ambient),
-            Element::Surface(surface) => vec![surface.glass.as_ref().map_or(ambient.clone(), medium_name)],
+            Element::Surface(surface) => {
+                vec![surface.glass.as_ref().map_or(ambient.clone(), medium_name)]
+            }
             _ => vec![medium.clone()],
         };
         let count = media.len();
@@ -141,7 +143,9 @@ pub fn parts<'a>(scene: &Scene, system: &'a System) -> Vec<Part<'a>> {
             };
             medium = after;
             list.push(Part {
-                name: element.name().map_or_else(|| format!("element[{number}]"), str::to_owned),
+                name: element
+                    .name()
+                    .map_or_else(|| format!("element[{number}]"), str::to_owned),
                 named: element.name().is_some(),
                 element: Some(number),
                 surface: [index, count],

@@ -6,6 +6,7 @@ use ndarray::ArrayView2;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::account::Account;
+use crate::engine::beamlets::BeamletPlan;
 use crate::engine::plan::Plan;
 use crate::engine::reason::{method_name, reason};
 use crate::engine::settings::{Correction, Method, Settings};
@@ -50,7 +51,10 @@ pub struct Report {
 
 /// The settings of a run, in the units of the scene file.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "named and explained in docs/result.md, and as in the scene file")]
+#[expect(
+    missing_docs,
+    reason = "named and explained in docs/result.md, and as in the scene file"
+)]
 pub struct SettingsEntry {
     pub method: String,
     pub target_error: f64,
@@ -69,12 +73,17 @@ pub struct SettingsEntry {
 
 /// The knobs of the paper's method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "named and explained in docs/result.md, and as in the scene file")]
+#[expect(
+    missing_docs,
+    reason = "named and explained in docs/result.md, and as in the scene file"
+)]
 pub struct PaperEntry {
     pub rays: usize,
     pub secondary: usize,
     pub patch_um: Option<f64>,
     pub padding: f64,
+    pub orders: usize,
+    pub inside: bool,
     pub obliquity: bool,
 }
 
@@ -85,8 +94,9 @@ pub struct Channel {
     pub wavelength_um: f64,
     /// Its hops from screen to screen.
     pub hops: Vec<HopEntry>,
-    /// Expected relative error of the complex field: the root of the hops' squares.
-    pub error: f64,
+    /// Expected relative error of the complex field: the root of the hops' squares; none where one of
+    /// them has none.
+    pub error: Option<f64>,
     /// What the sensor shows.
     pub metrics: Metrics,
 }
@@ -106,8 +116,8 @@ pub struct HopEntry {
     pub evaluations: u64,
     /// ∫|U|² in mm² for unit amplitude.
     pub power: Power,
-    /// Expected error by cause.
-    pub error: ErrorEntry,
+    /// Expected error by cause; none for methods whose errors are not foretold.
+    pub error: Option<ErrorEntry>,
     /// Aberration inside beamlets, before and after correction.
     pub aberration: [f64; 2],
     /// Seconds it took.
@@ -127,8 +137,38 @@ pub struct PlanEntry {
     pub why: String,
     /// Directions along x and y.
     pub directions: [Directions; 2],
+    /// Rays that the plan expected.
+    pub expected_rays: f64,
     /// The lattice of beamlets, where there are any.
     pub beamlets: Option<BeamletEntry>,
+    /// The lattice of plane wavelets, where there are any.
+    pub planes: Option<PlaneEntry>,
+    /// What is drawn by the paper's method, where it is used.
+    pub paper: Option<DrawEntry>,
+}
+
+/// The lattice of a sum of plane wavelets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlaneEntry {
+    /// Width σ of the windows in micrometres.
+    pub sigma_um: f64,
+    /// Distance of windows along x and y in micrometres.
+    pub steps_um: [f64; 2],
+    /// Period of a patch in micrometres.
+    pub period_um: f64,
+}
+
+/// What the paper's method draws in a hop.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DrawEntry {
+    /// Random positions.
+    pub positions: usize,
+    /// Modes drawn at each.
+    pub secondary: usize,
+    /// Side of the patch in micrometres.
+    pub side_um: f64,
+    /// Its period in micrometres.
+    pub period_um: f64,
 }
 
 /// The directions of plane waves along one axis, as optical direction cosines.
@@ -155,8 +195,6 @@ pub struct BeamletEntry {
     pub footprint_um: f64,
     /// Whether the aberration inside beamlets was made good.
     pub corrected: bool,
-    /// Rays that the plan expected.
-    pub expected_rays: f64,
     /// Seconds on one core that the plan expected.
     pub expected_seconds: f64,
     /// The error from aberration inside beamlets that the plan expected.
@@ -165,7 +203,10 @@ pub struct BeamletEntry {
 
 /// One number for each fate.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-#[expect(missing_docs, reason = "the fates of the tally, explained in docs/result.md")]
+#[expect(
+    missing_docs,
+    reason = "the fates of the tally, explained in docs/result.md"
+)]
 pub struct Fates<T> {
     pub arrived: T,
     pub outside: T,
@@ -221,23 +262,21 @@ pub struct Metrics {
 }
 
 impl Report {
-    /// The document of a simulation: its systems and outcomes, one of each per wavelength.
-    pub fn of_simulation(
+    /// The document of a run that the program's `verb` made, without the names of its other files.
+    pub fn new(
+        verb: &str,
         scene: &Scene,
         settings: &Settings,
-        runs: &[(System, Outcome)],
+        channels: Vec<Channel>,
         seconds: f64,
     ) -> Self {
-        let channels = runs
-            .iter()
-            .map(|(system, outcome)| Channel::new(system, outcome, settings));
         Self {
             version: VERSION,
-            verb: String::from("simulate"),
+            verb: verb.to_owned(),
             title: scene.title.clone(),
             scene: scene.origin.file.display().to_string(),
             settings: SettingsEntry::new(settings),
-            channels: channels.collect(),
+            channels,
             seconds,
             machine: Machine::here(),
             files: Vec::new(),
@@ -275,6 +314,8 @@ impl SettingsEntry {
                 secondary: settings.paper.secondary,
                 patch_um: settings.paper.patch.map(|patch| patch * UM),
                 padding: settings.paper.padding,
+                orders: settings.paper.orders,
+                inside: settings.paper.inside,
                 obliquity: settings.paper.obliquity,
             },
             seed: settings.seed,
@@ -284,16 +325,18 @@ impl SettingsEntry {
 }
 
 impl Channel {
-    fn new(system: &System, outcome: &Outcome, settings: &Settings) -> Self {
+    /// The entry of a simulated wavelength.
+    pub fn new(system: &System, outcome: &Outcome, settings: &Settings) -> Self {
         let hops: Vec<HopEntry> = system
             .hops()
             .zip(&outcome.hops)
             .map(|(hop, report)| HopEntry::new(&hop, report, settings))
             .collect();
-        let squares: f64 = hops.iter().map(|hop| hop.error.total.powi(2)).sum();
+        let totals = hops.iter().map(|hop| hop.error.map(|error| error.total));
+        let squares: Option<f64> = totals.map(|total| Some(total?.powi(2))).sum();
         Self {
             wavelength_um: system.wavelength * UM,
-            error: squares.sqrt(),
+            error: squares.map(f64::sqrt),
             hops,
             metrics: Metrics::of(&outcome.field),
         }
@@ -316,12 +359,12 @@ impl HopEntry {
                 behind,
                 landed,
             },
-            error: ErrorEntry {
+            error: account.map(|account| ErrorEntry {
                 aberration: account.aberration,
                 windows: account.windows,
                 dropped: account.dropped,
                 total: account.total(),
-            },
+            }),
             aberration: [Tally::eta, Tally::eta_corrected].map(|estimate| estimate(tally)),
             seconds: report.seconds,
         }
@@ -331,29 +374,51 @@ impl HopEntry {
 impl PlanEntry {
     /// The entry of a hop's plan.
     pub fn new(hop: &Hop, plan: &Plan, settings: &Settings) -> Self {
-        let (bands, beamlets) = match plan {
-            Plan::Free(_, free) => (&free.bands, None),
-            Plan::Beamlets(plan) => {
-                let entry = BeamletEntry {
-                    sigma_um: plan.sigma * UM,
-                    step_um: plan.step * UM,
-                    period_um: plan.period * UM,
-                    footprint_um: plan.footprint * UM,
-                    corrected: plan.correct,
-                    expected_rays: plan.rays,
-                    expected_seconds: plan.seconds,
-                    expected_error: plan.expected_error(),
-                };
-                (&plan.bands, Some(entry))
-            }
-        };
-        Self {
+        let bands = plan.bands();
+        let mut entry = Self {
             from: hop.from.name.clone(),
             to: hop.to.name.clone(),
             method: method_name(plan).to_owned(),
             why: reason(hop, plan, settings),
             directions: [Directions::of(&bands[0]), Directions::of(&bands[1])],
-            beamlets,
+            expected_rays: plan.rays(),
+            beamlets: None,
+            planes: None,
+            paper: None,
+        };
+        match plan {
+            Plan::Free(..) => {}
+            Plan::Beamlets(plan) => entry.beamlets = Some(BeamletEntry::new(plan)),
+            Plan::Planes(plan) => {
+                entry.planes = Some(PlaneEntry {
+                    sigma_um: plan.sigma * UM,
+                    steps_um: plan.step.map(|step| step * UM),
+                    period_um: plan.period * UM,
+                });
+            }
+            Plan::Paper(plan) => {
+                entry.paper = Some(DrawEntry {
+                    positions: plan.positions,
+                    secondary: plan.secondary,
+                    side_um: plan.side * UM,
+                    period_um: plan.period * UM,
+                });
+            }
+        }
+        entry
+    }
+}
+
+impl BeamletEntry {
+    fn new(plan: &BeamletPlan) -> Self {
+        Self {
+            sigma_um: plan.sigma * UM,
+            step_um: plan.step * UM,
+            period_um: plan.period * UM,
+            footprint_um: plan.footprint * UM,
+            corrected: plan.correct,
+            expected_seconds: plan.seconds,
+            expected_error: plan.expected_error(),
         }
     }
 }

@@ -49,7 +49,12 @@ pub fn layout_png(scene: &Scene, system: &System) -> Result<Vec<u8>, FigureError
     let trails = sketch(system, plane.normal);
 
     // Where the light is thin against the parts, a second view shows what it meets.
-    let light = extent(trails.iter().flat_map(|t| &t.points).map(|p| plane.at(*p)[1]));
+    let light = extent(
+        trails
+            .iter()
+            .flat_map(|t| &t.points)
+            .map(|p| plane.at(*p)[1]),
+    );
     let whole = drawing(&parts, &trails, &plane, None);
     let all = extent(whole.surfaces.iter().flat_map(|c| &c.points).map(|p| p[1]));
     let thin = match (light, all) {
@@ -60,7 +65,12 @@ pub fn layout_png(scene: &Scene, system: &System) -> Result<Vec<u8>, FigureError
         _ => None,
     };
     let panel = |content: LayoutScene, title: &str| -> Vec<Panel<'static>> {
-        vec![Panel::layout(content).transverse(plane.name).title(title).into()]
+        vec![
+            Panel::layout(content)
+                .transverse(plane.name)
+                .title(title)
+                .into(),
+        ]
     };
     let section = format!("Section through z and {}", plane.name);
     let mut rows = vec![panel(whole, &section)];
@@ -152,7 +162,9 @@ fn drawing(
     let ambient = parts.first().map_or(1.0, Part::index);
     for (number, part) in parts.iter().enumerate() {
         let before = number.checked_sub(1).map(|n| parts[n].frame().origin);
-        scene.surfaces.extend(symbols(part, &lines[number], before, plane));
+        scene
+            .surfaces
+            .extend(symbols(part, &lines[number], before, plane));
         if part.index() != ambient
             && let Some(next) = lines.get(number + 1)
         {
@@ -203,7 +215,10 @@ fn round(part: &Part) -> bool {
             Act::Sensor(_) => return false,
         },
     };
-    matches!(aperture.outline, Outline::Disc { .. } | Outline::Annulus { .. })
+    matches!(
+        aperture.outline,
+        Outline::Disc { .. } | Outline::Annulus { .. }
+    )
 }
 
 /// At most some eighty points of a line, its ends among them.
@@ -216,12 +231,7 @@ fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
 }
 
 /// The symbols of a part whose cut is `line`; the part before it stands at `before`.
-fn symbols(
-    part: &Part,
-    line: &[[f64; 2]],
-    before: Option<Vec3>,
-    plane: &Plane,
-) -> Vec<Curve> {
+fn symbols(part: &Part, line: &[[f64; 2]], before: Option<Vec3>, plane: &Plane) -> Vec<Curve> {
     if line.len() < 2 {
         return Vec::new();
     }

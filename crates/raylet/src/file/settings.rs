@@ -119,6 +119,11 @@ pub struct Paper {
     #[serde(deserialize_with = "positive")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub padding: Option<f64>,
+    /// How many bands of the pixels' Fourier transform the modes span.
+    #[serde(deserialize_with = "positive")]
+    pub orders: Option<usize>,
+    /// Whether positions are drawn on the aperture alone, without its surroundings.
+    pub inside: bool,
     /// Whether contributions carry an obliquity factor.
     pub obliquity: bool,
 }

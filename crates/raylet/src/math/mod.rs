@@ -3,6 +3,7 @@
 pub mod chirp;
 pub mod complex;
 mod double;
+pub mod draw;
 mod kaiser;
 pub mod lanes;
 mod lines;

@@ -6,6 +6,7 @@ pub mod dispersion;
 pub mod doe;
 pub mod frame;
 pub mod medium;
+pub mod paraxial;
 pub mod profile;
 pub mod ray;
 pub mod screen;

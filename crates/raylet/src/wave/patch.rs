@@ -5,6 +5,7 @@
 
 use ndarray::{Array2, ArrayView2, s};
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::wave::field::{Axis, Field};
 use crate::wave::window::Positions;
@@ -87,6 +88,19 @@ pub struct Spectrum {
     pub energy: f64,
 }
 
+/// A strip of patches, one above the other, transformed along x: what they share of their spectra.
+pub struct Strip {
+    /// Index of the position along x.
+    index: usize,
+    /// A row per node along y, a column per direction along x.
+    waves: Array2<Complex64>,
+    /// Parseval's sum along x of each node along y, without the period.
+    energy: Vec<f64>,
+}
+
+/// Rows that are transformed together: the unit of parallel work on a strip.
+const STRIP_ROWS: usize = 64;
+
 impl Patches {
     /// Plans the spectra of fields on the grid (x, y), for windows on the given positions and
     /// directions in the given bands; `k` is the vacuum wavenumber, `period` the patch period P in mm.
@@ -135,6 +149,55 @@ impl Patches {
         })
     }
 
+    /// The numbers of patches along x and y.
+    pub fn shape(&self) -> [usize; 2] {
+        [self.x.rows.len(), self.y.rows.len()]
+    }
+
+    /// The strip of patches with this index along x. With many overlapping patches above each other,
+    /// their spectra cost less this way than one by one.
+    pub fn strip(&self, field: &Field, index: usize) -> Strip {
+        let (range, matrix, weights) = &self.x.rows[index];
+        let view = field.values.slice(s![.., range.start..range.end]);
+        let mut waves = Array2::zeros((view.nrows(), matrix.nrows()));
+        let mut energy = vec![0.0; view.nrows()];
+        let shares = node_shares(&self.grid[0], range.start, weights);
+        waves
+            .axis_chunks_iter_mut(ndarray::Axis(0), STRIP_ROWS)
+            .into_par_iter()
+            .zip(energy.par_chunks_mut(STRIP_ROWS))
+            .zip(view.axis_chunks_iter(ndarray::Axis(0), STRIP_ROWS))
+            .for_each(|((mut waves, energy), rows)| {
+                waves.assign(&rows.dot(&matrix.t()));
+                for (total, row) in energy.iter_mut().zip(rows.outer_iter()) {
+                    *total = row.iter().zip(&shares).map(|(u, a)| u.norm_sqr() * a).sum();
+                }
+            });
+        Strip {
+            index,
+            waves,
+            energy,
+        }
+    }
+
+    /// The spectrum of the patch of a strip with this index along y; nothing when the field is dark
+    /// there.
+    pub fn cut_strip(&self, strip: &Strip, index: usize) -> Option<Spectrum> {
+        let (range, matrix, weights) = &self.y.rows[index];
+        let shares = node_shares(&self.grid[1], range.start, weights);
+        let lines = &strip.energy[range.clone()];
+        let energy: f64 = lines.iter().zip(&shares).map(|(line, b)| line * b).sum();
+        if energy == 0.0 {
+            return None;
+        }
+        let waves = strip.waves.slice(s![range.start..range.end, ..]);
+        Some(Spectrum {
+            centre: [self.x.positions.at(strip.index), self.y.positions.at(index)],
+            coefficients: matrix.dot(&waves),
+            energy: energy / (self.period * self.period),
+        })
+    }
+
     /// Parseval's sum of the windowed patch.
     fn energy(
         &self,
@@ -142,13 +205,8 @@ impl Patches {
         (x0, wx): (usize, &[f64]),
         (y0, wy): (usize, &[f64]),
     ) -> f64 {
-        // The analysis weights hold the node's length once; |ĝU|²·length needs weight²/length.
         let [x, y] = &self.grid;
-        let share = |axis: &Axis, start: usize, w: &[f64]| -> Vec<f64> {
-            let node = |(i, w): (usize, &f64)| w * w / axis.weight(start + i);
-            w.iter().enumerate().map(node).collect()
-        };
-        let (along_x, along_y) = (share(x, x0, wx), share(y, y0, wy));
+        let (along_x, along_y) = (node_shares(x, x0, wx), node_shares(y, y0, wy));
         let mut total = 0.0;
         for (row, b) in view.outer_iter().zip(&along_y) {
             let line: f64 = row
@@ -160,6 +218,13 @@ impl Patches {
         }
         total / (self.period * self.period)
     }
+}
+
+/// What the intensity at each node of a window weighs in Parseval's sum: the analysis weights hold the
+/// node's length once, |ĝU|²·length needs weight²/length.
+fn node_shares(axis: &Axis, start: usize, weights: &[f64]) -> Vec<f64> {
+    let node = |(i, w): (usize, &f64)| w * w / axis.weight(start + i);
+    weights.iter().enumerate().map(node).collect()
 }
 
 #[cfg(test)]
@@ -208,5 +273,16 @@ mod tests {
             worst = worst.max((sum - field.values[[j, i]]).norm());
         }
         assert!(worst < 3e-4, "{worst:e}");
+
+        // Strips give the same spectra.
+        let [nx, ny] = patches.shape();
+        for (jx, jy) in [(0, 0), (2, 5), (nx - 1, ny - 2)] {
+            let one = patches.cut(&field, jy * nx + jx).unwrap();
+            let other = patches.cut_strip(&patches.strip(&field, jx), jy).unwrap();
+            let off = (&one.coefficients - &other.coefficients).mapv(|c| c.norm_sqr());
+            assert!(off.sum() < 1e-28 * one.energy, "{:e}", off.sum());
+            assert!((one.energy - other.energy).abs() < 1e-14 * one.energy);
+            assert_eq!(one.centre, other.centre);
+        }
     }
 }

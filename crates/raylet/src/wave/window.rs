@@ -1,9 +1,19 @@
 //! Gaussian windows on a regular lattice of positions, divided by their actual coverage.
 //!
 //! Analysis window ĝⱼ = gⱼ / Σₗ gₗ², synthesis window gⱼ, so that Σⱼ ĝⱼ gⱼ = 1 at every node: no density
-//! constant is needed and its ripple is gone. Both factors are separable, so one axis at a time.
+//! constant is needed and its ripple is gone. Wavelets without a window of their own are put together
+//! from wⱼ = gⱼ / Σₗ gₗ instead, Σⱼ wⱼ = 1. All factors are separable, so one axis at a time.
 
 use crate::wave::field::Axis;
+
+/// What patches are put together with again.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Synthesis {
+    /// Each with its own window gⱼ: beamlets.
+    Window,
+    /// Each as it is: plane waves.
+    Plain,
+}
 
 /// The positions of the windows along one axis.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,6 +28,8 @@ pub struct Positions {
     pub sigma: f64,
     /// Half the length beyond which a window is cut, in mm.
     pub reach: f64,
+    /// How the coverage is divided out.
+    pub synthesis: Synthesis,
 }
 
 impl Positions {
@@ -33,6 +45,15 @@ impl Positions {
             count,
             sigma,
             reach,
+            synthesis: Synthesis::Window,
+        }
+    }
+
+    /// The same positions for patches that are put together without windows.
+    pub fn plain(self) -> Self {
+        Self {
+            synthesis: Synthesis::Plain,
+            ..self
         }
     }
 
@@ -50,15 +71,19 @@ impl Positions {
         (-0.5 * u * u / (self.sigma * self.sigma)).exp()
     }
 
-    /// Σₗ gₗ(x)².
+    /// Σₗ gₗ(x)², or Σₗ gₗ(x) for patches put together without windows.
     fn coverage(&self, x: f64) -> f64 {
         let first = ((x - self.reach - self.start) / self.step).ceil().max(0.0) as usize;
         let last = ((x + self.reach - self.start) / self.step).floor();
         let last = (last.max(0.0) as usize).min(self.count - 1);
-        (first..=last).map(|l| self.window(l, x).powi(2)).sum()
+        let power = match self.synthesis {
+            Synthesis::Window => 2,
+            Synthesis::Plain => 1,
+        };
+        (first..=last).map(|l| self.window(l, x).powi(power)).sum()
     }
 
-    /// The nodes inside the `index`-th window as a range, and ĝⱼ times the node's length at each.
+    /// The nodes inside the `index`-th window as a range, and ĝⱼ (or wⱼ) times the node's length at each.
     pub fn analysis(&self, axis: &Axis, index: usize) -> (std::ops::Range<usize>, Vec<f64>) {
         let centre = self.at(index);
         let q = axis.offsets.len();
@@ -96,6 +121,22 @@ mod tests {
             for (i, w) in range.zip(weights) {
                 let u = (axis.node(i) - positions.at(j)) / 0.5;
                 sum[i] += w / 0.1 * (-0.5 * u * u).exp();
+            }
+        }
+        for total in sum {
+            assert!((total - 1.0).abs() < 1e-14);
+        }
+    }
+
+    #[test]
+    fn plain_windows_sum_to_one() {
+        let axis = Axis::gauss(40, 0.25, -0.2, 2);
+        let positions = Positions::cover(axis.edges(), 0.5, 0.45, 2.2).plain();
+        let mut sum = vec![0.0; axis.len()];
+        for j in 0..positions.count {
+            let (range, weights) = positions.analysis(&axis, j);
+            for (i, w) in range.zip(weights) {
+                sum[i] += w / axis.weight(i);
             }
         }
         for total in sum {

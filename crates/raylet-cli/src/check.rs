@@ -1,0 +1,200 @@
+//! `raylet check SCENE`: what a scene says, what a run would do, and what may surprise.
+
+use std::fmt::Write;
+use std::path::PathBuf;
+
+use clap::Args;
+use raylet::engine::advice::advice;
+use raylet::engine::forecast::{Forecast, forecast};
+use raylet::engine::plan::Plan;
+use raylet::engine::settings::Settings;
+use raylet::file::blame::blame;
+use raylet::file::build;
+use raylet::file::prescription::{Part, parts};
+use raylet::file::report::PlanEntry;
+use raylet::file::scene::Scene;
+use raylet::optics::paraxial::Cardinal;
+use raylet::optics::system::System;
+
+use crate::failure::Failure;
+use crate::overrides::Overrides;
+use crate::say::say;
+use crate::simulate::{build_all, trimmed};
+use crate::table::table;
+
+/// Validates a scene and shows the system, the plan and warnings, without running it.
+#[derive(Args)]
+pub(crate) struct Check {
+    /// The scene file.
+    scene: PathBuf,
+    #[command(flatten)]
+    overrides: Overrides,
+}
+
+impl Check {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        let scene = Scene::read(&self.scene)?;
+        let mut settings = build::settings(&scene);
+        self.overrides.apply(&mut settings)?;
+        let mut text = String::new();
+        if !scene.title.is_empty() {
+            let _ = writeln!(text, "{}", scene.title);
+        }
+        for system in &build_all(&scene)? {
+            let _ = writeln!(text, "λ = {} µm", trimmed(system.wavelength * 1e3));
+            text += &prescription(&scene, system);
+            text += &paraxial(system);
+            text += &plan(&scene, system, &settings)?;
+        }
+        say(&text)
+    }
+}
+
+/// The parts of the system as a table.
+fn prescription(scene: &Scene, system: &System) -> String {
+    let head = [
+        "element",
+        "what",
+        "x mm",
+        "y mm",
+        "z mm",
+        "radius mm",
+        "semi-aperture mm",
+        "behind",
+        "index",
+        "tilt °",
+    ];
+    let list = parts(scene, system);
+    let rows: Vec<Vec<String>> = list.iter().map(row).collect();
+    format!("\n{}\n", table(&head, &rows, &[2, 3, 4, 5, 6, 8]))
+}
+
+fn row(part: &Part) -> Vec<String> {
+    let at = part.frame().origin;
+    let [tilt_x, tilt_y] = part.tilt_deg().map(fixed);
+    vec![
+        part.name.clone(),
+        part.word().to_owned(),
+        fixed(at.x),
+        fixed(at.y),
+        fixed(at.z),
+        part.radius().map_or(String::from("∞"), fixed),
+        part.bounds().map_or(String::from("∞"), semi_aperture),
+        part.medium.clone(),
+        format!("{:.6}", part.index()),
+        match (tilt_x.as_str(), tilt_y.as_str()) {
+            ("0", "0") => String::new(),
+            _ => format!("x {tilt_x}, y {tilt_y}"),
+        },
+    ]
+}
+
+/// A length to a nanometre and never a negative zero.
+fn fixed(value: f64) -> String {
+    let text = format!("{value:.6}");
+    let text = text.trim_end_matches('0').trim_end_matches('.');
+    if text == "-0" { "0" } else { text }.to_owned()
+}
+
+/// Half the size of an opening.
+fn semi_aperture([x0, x1, y0, y1]: [f64; 4]) -> String {
+    let (x, y) = (fixed(0.5 * (x1 - x0)), fixed(0.5 * (y1 - y0)));
+    if x == y { x } else { format!("{x} × {y}") }
+}
+
+/// Focal length, back focal distance, principal planes and numerical aperture of every train with power.
+fn paraxial(system: &System) -> String {
+    let mut text = String::new();
+    for hop in system.hops().filter(|hop| !hop.train.is_empty()) {
+        let between = format!("{} to {}", hop.from.name, hop.to.name);
+        let line = match Cardinal::of_hop(&hop) {
+            Ok(Some(cardinal)) => {
+                let aperture = hop.from.bounds().map_or(String::new(), |[x0, x1, y0, y1]| {
+                    let radius = 0.5 * (x1 - x0).max(y1 - y0);
+                    let na = cardinal.numerical_aperture(radius);
+                    format!(
+                        ", image-space NA {na:.4} at a beam radius of {} mm",
+                        fixed(radius)
+                    )
+                });
+                format!(
+                    "focal length {} mm, back focal distance {} mm, principal planes {} mm from the \
+                     first and {} mm from the last vertex{aperture}",
+                    fixed(cardinal.focal_length()),
+                    fixed(cardinal.back_focus()),
+                    fixed(cardinal.front_principal_plane()),
+                    fixed(cardinal.rear_principal_plane()),
+                )
+            }
+            Ok(None) => String::from("no power"),
+            Err(error) => format!("no paraxial data: {error}"),
+        };
+        let _ = writeln!(text, "  {between}: {line}");
+    }
+    text
+}
+
+/// What a run would do hop by hop, and what there is to say about it.
+fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, Failure> {
+    let hops = forecast(system, settings).map_err(|error| blame(scene, &error))?;
+    let plans: Vec<Plan> = hops.iter().map(|hop| hop.plan.clone()).collect();
+    let findings = advice(system, &plans, settings);
+    let mut text = String::from("\n");
+    for (number, (hop, forecast)) in system.hops().zip(&hops).enumerate() {
+        text += &hop_lines(&PlanEntry::new(&hop, &forecast.plan, settings), forecast);
+        for finding in findings.iter().filter(|finding| finding.hop == number) {
+            let mark = if finding.warning { "warning" } else { "note" };
+            let _ = writeln!(text, "    {mark}: {}", finding.text);
+        }
+    }
+    text.push('\n');
+    Ok(text)
+}
+
+fn hop_lines(entry: &PlanEntry, forecast: &Forecast) -> String {
+    let mut text = format!(
+        "  {} to {}: {} ({})\n",
+        entry.from, entry.to, entry.method, entry.why
+    );
+    let [x, y] = entry.directions;
+    let _ = writeln!(
+        text,
+        "    {} × {} directions, p_x {:.4} to {:.4}, p_y {:.4} to {:.4}",
+        x.count, y.count, x.lowest, x.highest, y.lowest, y.highest
+    );
+    if let Some(plan) = &entry.beamlets {
+        let correction = if plan.corrected { "with" } else { "without" };
+        let _ = writeln!(
+            text,
+            "    windows of σ = {:.2} µm, {:.2} µm apart, period {:.2} µm; footprint {:.1} µm; \
+             {correction} correction",
+            plan.sigma_um, plan.step_um, plan.period_um, plan.footprint_um
+        );
+        let _ = writeln!(
+            text,
+            "    {:.2e} rays, about {:.1} s on one core; aberration inside beamlets {:.1e}",
+            entry.expected_rays, plan.expected_seconds, plan.expected_error
+        );
+    }
+    if let Some(plan) = &entry.planes {
+        let _ = writeln!(
+            text,
+            "    {:.2e} rays; windows of σ = {:.2} µm, {:.2} × {:.2} µm apart, period {:.2} µm",
+            entry.expected_rays, plan.sigma_um, plan.steps_um[0], plan.steps_um[1], plan.period_um
+        );
+    }
+    if let Some(plan) = &entry.paper {
+        let _ = writeln!(
+            text,
+            "    {} random positions with {} drawn modes each, patches of {:.2} µm, period {:.2} µm",
+            plan.positions, plan.secondary, plan.side_um, plan.period_um
+        );
+    }
+    let [[ny, nx], [my, mx]] = [forecast.samples, forecast.sums];
+    let _ = writeln!(
+        text,
+        "    {nx} × {ny} samples to {mx} × {my}, about {:.0} MB for both fields",
+        forecast.bytes() as f64 * 1e-6
+    );
+    text
+}

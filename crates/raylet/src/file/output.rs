@@ -1,0 +1,147 @@
+//! Everything that a run leaves behind, as one folder.
+
+use ndarray::{Array1, Array3, Axis};
+
+use crate::file::fault::Fault;
+use crate::file::folder::Target;
+use crate::file::npz::Fields;
+use crate::file::panel::FigureError;
+use crate::file::pictures::{DoeView, MOST_CHANNELS, doe_png, sensor_png};
+use crate::file::report::Report;
+use crate::file::results::{FIELD_FILE, ResultFolder};
+use crate::file::scene::Scene;
+use crate::file::section::layout_png;
+use crate::optics::screen::Act;
+use crate::optics::system::System;
+use crate::wave::field::Field;
+
+/// The fields of all channels, which share the sensor's grid.
+pub fn gather(systems: &[System], fields: &[Field]) -> Fields {
+    let (x, y) = match fields.first() {
+        Some(field) => (field.grid.x.nodes(), field.grid.y.nodes()),
+        None => (Vec::new(), Vec::new()),
+    };
+    let mut all = Array3::zeros((fields.len(), y.len(), x.len()));
+    for (mut slice, field) in all.axis_iter_mut(Axis(0)).zip(fields) {
+        slice.assign(&field.values);
+    }
+    Fields {
+        field: all,
+        x_mm: Array1::from(x),
+        y_mm: Array1::from(y),
+        wavelength_um: systems.iter().map(|s| s.wavelength * 1e3).collect(),
+    }
+}
+
+/// Draws the pictures of a run and writes them with its fields and its document; returns the document as
+/// written, which names the files. The systems are one per wavelength.
+///
+/// # Errors
+/// A picture that cannot be drawn, or a folder that cannot be written; then nothing is left behind.
+pub fn publish(
+    target: &Target,
+    scene: &Scene,
+    systems: &[System],
+    fields: Fields,
+    mut report: Report,
+) -> Result<Report, Fault> {
+    let refuse = |error: FigureError| {
+        Fault::of_file(
+            target.path(),
+            error.to_string(),
+            "pictures that can be drawn",
+        )
+    };
+    let pictures = pictures(scene, systems, &fields).map_err(refuse)?;
+    report.files = vec![FIELD_FILE.to_owned()];
+    report
+        .files
+        .extend(pictures.iter().map(|(name, _)| name.clone()));
+
+    let draft = target.draft()?;
+    for (name, bytes) in &pictures {
+        draft.write(name, bytes)?;
+    }
+    let folder = ResultFolder { report, fields };
+    folder.write(&draft)?;
+    draft.publish()?;
+    Ok(folder.report)
+}
+
+/// The pictures of a run, by file name.
+fn pictures(
+    scene: &Scene,
+    systems: &[System],
+    fields: &Fields,
+) -> Result<Vec<(String, Vec<u8>)>, FigureError> {
+    let title = match scene.title.as_str() {
+        "" => "Sensor",
+        title => title,
+    };
+    let mut list = vec![(String::from("sensor.png"), sensor_png(fields, title)?)];
+    let Some(first) = systems.first() else {
+        return Ok(list);
+    };
+    let shown = if systems.len() > MOST_CHANNELS {
+        1
+    } else {
+        systems.len()
+    };
+    for (number, screen) in first.screens.iter().enumerate() {
+        let views: Vec<DoeView> = systems[..shown]
+            .iter()
+            .filter_map(|system| match &system.screens[number].act {
+                Act::Doe(doe) => Some(DoeView {
+                    doe,
+                    wavelength_um: system.wavelength * 1e3,
+                }),
+                _ => None,
+            })
+            .collect();
+        if views.is_empty() {
+            continue;
+        }
+        if let Some(png) = doe_png(&views, &screen.name)? {
+            let taken: Vec<&str> = list.iter().map(|(name, _)| name.as_str()).collect();
+            list.push((file_name(&screen.name, number, &taken), png));
+        }
+    }
+    list.push((String::from("layout.png"), layout_png(scene, first)?));
+    Ok(list)
+}
+
+/// A file name for an element's picture, of letters that every file system takes; its number where the
+/// name says too little or is taken.
+fn file_name(name: &str, number: usize, taken: &[&str]) -> String {
+    let plain = |c: char| {
+        if c.is_alphanumeric() || "-_.".contains(c) {
+            c
+        } else {
+            '-'
+        }
+    };
+    let stem: String = name.chars().map(plain).take(80).collect();
+    let stem = match name.starts_with("element[") {
+        true => number.to_string(),
+        false => stem,
+    };
+    let file = format!("doe-{stem}.png");
+    let folded = file.to_lowercase();
+    match taken.iter().any(|other| other.to_lowercase() == folded) {
+        true => format!("doe-{stem}-{number}.png"),
+        false => file,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::file::output::file_name;
+
+    #[test]
+    fn file_names_are_plain_and_distinct() {
+        assert_eq!(file_name("LA1131-A", 0, &[]), "doe-LA1131-A.png");
+        assert_eq!(file_name("../a b/c", 0, &[]), "doe-..-a-b-c.png");
+        assert_eq!(file_name("element[3]", 1, &[]), "doe-1.png");
+        assert_eq!(file_name("A", 2, &["doe-a.png"]), "doe-A-2.png");
+    }
+}

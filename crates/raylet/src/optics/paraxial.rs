@@ -1,0 +1,482 @@
+//! Paraxial optics of centred trains: ray matrices, focal lengths, principal planes.
+//!
+//! Rays near the axis are a height y (mm) and an optical direction cosine p = n·sin u. In these variables
+//! every centred train, refracting or reflecting, between any two media, is one real matrix of
+//! determinant one (Goodman, "General principles of geometric optics", Handbook of Optics I, 1995).
+
+use crate::math::vec3::Vec3;
+use crate::optics::bend::Interface;
+use crate::optics::frame::Frame;
+use crate::optics::screen::Screen;
+use crate::optics::surface::Surface;
+use crate::optics::system::{Hop, System};
+
+/// Vertices may lie this far (mm) from the axis, and axes differ by this much, and count as centred.
+const CENTRED: f64 = 1e-9;
+
+/// Below this power times thickness a train counts as afocal, relative to its own curvatures.
+const AFOCAL: f64 = 1e-13;
+
+/// Why a train has no ray matrix.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ParaxialError {
+    /// A part's axis is not the optical axis.
+    #[error("{part} is tilted; paraxial optics needs every part square to one axis")]
+    Tilted {
+        /// The part.
+        part: String,
+    },
+    /// A part's vertex is off the optical axis.
+    #[error("{part} is {offset_mm} mm off the axis; paraxial optics needs centred parts")]
+    Decentred {
+        /// The part.
+        part: String,
+        /// Distance of its vertex from the axis in mm.
+        offset_mm: f64,
+    },
+    /// A screen's x axis is not parallel to that of the screen before.
+    #[error("{part} is turned about the axis; paraxial optics needs screens with parallel x axes")]
+    Turned {
+        /// The part.
+        part: String,
+    },
+}
+
+/// The ray matrix of a centred train, (y′, p′) = ((a, b), (c, d))·(y, p), and its length.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Abcd {
+    /// ∂y′/∂y.
+    pub a: f64,
+    /// ∂y′/∂p in mm: the reduced distance; zero between an object and its image.
+    pub b: f64,
+    /// ∂p′/∂y in 1/mm: minus the power.
+    pub c: f64,
+    /// ∂p′/∂p.
+    pub d: f64,
+    /// Optical path along the axis in mm.
+    pub path: f64,
+}
+
+impl Abcd {
+    /// No train at all.
+    pub const IDENTITY: Abcd = Abcd {
+        a: 1.0,
+        b: 0.0,
+        c: 0.0,
+        d: 1.0,
+        path: 0.0,
+    };
+
+    /// This train, then a flight of `distance` mm in a medium; negative distances fly back.
+    pub fn drift(self, distance: f64, index: f64) -> Self {
+        self.then(Abcd {
+            b: distance / index,
+            path: distance * index,
+            ..Self::IDENTITY
+        })
+    }
+
+    /// This train, then a thin element of power `power` in 1/mm (1/f of a thin lens in air).
+    pub fn bend(self, power: f64) -> Self {
+        self.then(Abcd {
+            c: -power,
+            ..Self::IDENTITY
+        })
+    }
+
+    /// This train, then another.
+    pub fn then(self, next: Abcd) -> Self {
+        Self {
+            a: next.a * self.a + next.b * self.c,
+            b: next.a * self.b + next.b * self.d,
+            c: next.c * self.a + next.d * self.c,
+            d: next.c * self.b + next.d * self.d,
+            path: self.path + next.path,
+        }
+    }
+
+    /// From screen to screen.
+    ///
+    /// # Errors
+    /// When a surface or the second screen is tilted, off the first screen's axis, or turned.
+    pub fn between(hop: &Hop) -> Result<Self, ParaxialError> {
+        let mut axis = Walk::from(hop.from);
+        for (number, surface) in hop.train.iter().enumerate() {
+            axis.pass(surface, number)?;
+        }
+        axis.reach(&hop.to.frame, hop.to.index, || screen_name(hop.to))?;
+        if !hop.from.frame.is_parallel(&hop.to.frame) {
+            let part = screen_name(hop.to);
+            return Err(ParaxialError::Turned { part });
+        }
+        Ok(axis.matrix)
+    }
+
+    /// From screen to screen with the train replaced by a thin lens of the same focal length at the first
+    /// vertex: the approximation that ignores principal planes, for comparison.
+    ///
+    /// # Errors
+    /// As [`Abcd::between`].
+    pub fn between_as_thin_lens(hop: &Hop) -> Result<Self, ParaxialError> {
+        let whole = Self::between(hop)?;
+        let (Some(lens), Some(first)) = (Cardinal::of_hop(hop)?, hop.train.first()) else {
+            return Ok(whole);
+        };
+        let before = (first.frame.origin - hop.from.frame.origin).norm();
+        let behind = (hop.to.frame.origin - first.frame.origin).norm();
+        Ok(Self::IDENTITY
+            .drift(before, lens.index[0])
+            .bend(lens.power())
+            .drift(behind, lens.index[1]))
+    }
+}
+
+/// The first-order properties of a train with power. Positions are distances in mm along the light's
+/// path, positive downstream.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Cardinal {
+    /// From the first vertex to the last.
+    pub matrix: Abcd,
+    /// Refractive index before the first and behind the last surface.
+    pub index: [f64; 2],
+}
+
+impl Cardinal {
+    /// Of the train of a hop; nothing without surfaces or without power.
+    ///
+    /// # Errors
+    /// When a surface is tilted or off the screen's axis.
+    pub fn of_hop(hop: &Hop) -> Result<Option<Self>, ParaxialError> {
+        let mut lens = Lens::new(Walk::from(hop.from));
+        for (number, surface) in hop.train.iter().enumerate() {
+            lens.pass(surface, number)?;
+        }
+        Ok(lens.cardinal())
+    }
+
+    /// Of all surfaces of a system together, as if its diffractive elements were flat plates or plane
+    /// mirrors; nothing without surfaces or without power.
+    ///
+    /// # Errors
+    /// When a surface or screen is tilted or off the first screen's axis.
+    pub fn of_system(system: &System) -> Result<Option<Self>, ParaxialError> {
+        let Some(first) = system.screens.first() else {
+            return Ok(None);
+        };
+        let mut lens = Lens::new(Walk::from(first));
+        let mut number = 0;
+        for hop in system.hops() {
+            for surface in hop.train {
+                lens.pass(surface, number)?;
+                number += 1;
+            }
+            lens.pass_screen(hop.to)?;
+        }
+        Ok(lens.cardinal())
+    }
+
+    /// 1/f in 1/mm.
+    pub fn power(&self) -> f64 {
+        -self.matrix.c
+    }
+
+    /// Effective focal length in mm: 1/power. The distance from the rear principal plane to the rear
+    /// focus is this times the index there.
+    pub fn focal_length(&self) -> f64 {
+        -1.0 / self.matrix.c
+    }
+
+    /// Front focus from the first vertex.
+    pub fn front_focus(&self) -> f64 {
+        self.index[0] * self.matrix.d / self.matrix.c
+    }
+
+    /// Rear focus from the last vertex: the back focal distance.
+    pub fn back_focus(&self) -> f64 {
+        -self.index[1] * self.matrix.a / self.matrix.c
+    }
+
+    /// Front principal plane from the first vertex.
+    pub fn front_principal_plane(&self) -> f64 {
+        self.index[0] * (self.matrix.d - 1.0) / self.matrix.c
+    }
+
+    /// Rear principal plane from the last vertex.
+    pub fn rear_principal_plane(&self) -> f64 {
+        self.index[1] * (1.0 - self.matrix.a) / self.matrix.c
+    }
+
+    /// The paraxial image, from the last vertex, of an axial point `object` mm from the first vertex
+    /// (negative upstream, −∞ for collimated light); infinite when the image is.
+    pub fn image(&self, object: f64) -> f64 {
+        let Abcd { a, b, c, d, .. } = self.matrix;
+        if object.is_infinite() {
+            return self.back_focus();
+        }
+        // A ray from the point has y = −(object/n)·p at the first vertex.
+        let reduced = -object / self.index[0];
+        -self.index[1] * (a * reduced + b) / (c * reduced + d)
+    }
+
+    /// Numerical aperture n·sin u in the image space of collimated light of this radius (mm).
+    pub fn numerical_aperture(&self, radius: f64) -> f64 {
+        // The rear principal plane is a sphere about the focus: sin u = radius/f, as Abbe's condition has it.
+        (radius * self.matrix.c).abs()
+    }
+}
+
+/// A walk along the axis.
+struct Walk {
+    at: Vec3,
+    towards: Vec3,
+    matrix: Abcd,
+}
+
+impl Walk {
+    /// From a screen, the way light leaves it.
+    fn from(screen: &Screen) -> Self {
+        Self {
+            at: screen.frame.origin,
+            towards: screen.frame.z * screen.leaves(),
+            matrix: Abcd::IDENTITY,
+        }
+    }
+
+    /// On to a vertex that must lie on the axis, square to it.
+    fn reach(
+        &mut self,
+        frame: &Frame,
+        index: f64,
+        part: impl Fn() -> String,
+    ) -> Result<(), ParaxialError> {
+        let along = self.towards.dot(frame.z);
+        if (frame.z - self.towards * along.signum()).norm() > CENTRED {
+            return Err(ParaxialError::Tilted { part: part() });
+        }
+        let way = frame.origin - self.at;
+        let distance = way.dot(self.towards);
+        let offset_mm = (way - self.towards * distance).norm();
+        if offset_mm > CENTRED {
+            let part = part();
+            return Err(ParaxialError::Decentred { part, offset_mm });
+        }
+        self.at = frame.origin;
+        self.matrix = self.matrix.drift(distance, index);
+        Ok(())
+    }
+
+    /// To a surface and through it, or back from it.
+    fn pass(&mut self, surface: &Surface, number: usize) -> Result<(), ParaxialError> {
+        self.reach(&surface.frame, surface.index[0], || surface_name(number))?;
+        // The curvature as the light sees it: positive when the centre lies downstream.
+        let curvature = surface
+            .shape
+            .height(0.0, 0.0)
+            .map_or(0.0, |height| height.bend[0]);
+        let seen = curvature * self.towards.dot(surface.frame.z).signum();
+        let [before, after] = surface.index;
+        match surface.interface {
+            Interface::Refract => self.matrix = self.matrix.bend((after - before) * seen),
+            Interface::Reflect => {
+                self.matrix = self.matrix.bend(-2.0 * before * seen);
+                self.towards = self.towards * -1.0;
+            }
+        }
+        Ok(())
+    }
+}
+
+/// A walk that counts from the first vertex to the last.
+struct Lens {
+    walk: Walk,
+    /// The matrix up to the last surface, the largest power of one surface, and the outer indices.
+    found: Option<(Abcd, f64, [f64; 2])>,
+}
+
+impl Lens {
+    fn new(walk: Walk) -> Self {
+        Self { walk, found: None }
+    }
+
+    fn pass(&mut self, surface: &Surface, number: usize) -> Result<(), ParaxialError> {
+        let [before, after] = surface.index;
+        if self.found.is_none() {
+            // What was flown before the first vertex does not count.
+            self.walk
+                .reach(&surface.frame, before, || surface_name(number))?;
+            self.walk.matrix = Abcd::IDENTITY;
+        }
+        let old = self.walk.matrix;
+        self.walk.pass(surface, number)?;
+        let step = (self.walk.matrix.c - old.c).abs();
+        let (_, largest, index) = self.found.unwrap_or((old, 0.0, [before, after]));
+        self.found = Some((self.walk.matrix, largest.max(step), [index[0], after]));
+        Ok(())
+    }
+
+    fn pass_screen(&mut self, screen: &Screen) -> Result<(), ParaxialError> {
+        self.walk
+            .reach(&screen.frame, screen.index, || screen_name(screen))?;
+        self.walk.towards = screen.frame.z * screen.leaves();
+        Ok(())
+    }
+
+    fn cardinal(&self) -> Option<Cardinal> {
+        let (matrix, largest, index) = self.found?;
+        (matrix.c.abs() > AFOCAL * largest).then_some(Cardinal { matrix, index })
+    }
+}
+
+fn surface_name(number: usize) -> String {
+    format!("surface {}", number + 1)
+}
+
+fn screen_name(screen: &Screen) -> String {
+    format!("screen '{}'", screen.name)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::bend::{Coating, Interface};
+    use crate::optics::frame::Frame;
+    use crate::optics::paraxial::{Abcd, Cardinal, ParaxialError};
+    use crate::optics::screen::{Act, Screen};
+    use crate::optics::shape::{Conic, Shape};
+    use crate::optics::surface::Surface;
+    use crate::optics::system::Hop;
+
+    /// N-BK7 at 0.7 µm.
+    const GLASS: f64 = 1.513063997196;
+
+    fn screen(z: f64, arrives: f64) -> Screen {
+        Screen {
+            name: String::from("screen"),
+            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
+            act: Act::Stop(Aperture::disc(0.63)),
+            index: 1.0,
+            arrives,
+        }
+    }
+
+    fn surface(z: f64, radius: f64, index: [f64; 2]) -> Surface {
+        let conic = Conic {
+            curvature: 1.0 / radius,
+            conic: 0.0,
+        };
+        Surface {
+            shape: Shape::Conic(conic),
+            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
+            aperture: Aperture::disc(12.7),
+            interface: Interface::Refract,
+            coating: Coating::Ideal,
+            index,
+        }
+    }
+
+    fn la1131() -> Vec<Surface> {
+        vec![
+            surface(3.0, 25.8, [1.0, GLASS]),
+            surface(8.3, f64::INFINITY, [GLASS, 1.0]),
+        ]
+    }
+
+    fn hop<'a>(from: &'a Screen, train: &'a [Surface], to: &'a Screen) -> Hop<'a> {
+        Hop {
+            wavelength: 0.7e-3,
+            from,
+            train,
+            to,
+        }
+    }
+
+    #[test]
+    fn plano_convex_lens_of_the_catalogue() {
+        let (from, to, train) = (screen(0.0, 1.0), screen(53.0, 1.0), la1131());
+        let lens = Cardinal::of_hop(&hop(&from, &train, &to)).unwrap().unwrap();
+        assert!((lens.focal_length() - 25.8 / (GLASS - 1.0)).abs() < 1e-12);
+        assert!((lens.focal_length() - 50.286).abs() < 5e-4);
+        assert!((lens.back_focus() - 46.783).abs() < 5e-4);
+        // Convex side first: the front principal plane touches the vertex, the rear one lies t/n inside.
+        assert!(lens.front_principal_plane().abs() < 1e-12);
+        assert!((lens.rear_principal_plane() + 5.3 / GLASS).abs() < 1e-12);
+        assert!((lens.front_focus() + lens.focal_length()).abs() < 1e-12);
+        assert!((lens.numerical_aperture(0.63) - 0.63 / 50.286).abs() < 1e-6);
+        assert!((lens.image(f64::NEG_INFINITY) - lens.back_focus()).abs() < 1e-12);
+        // A point two focal lengths before the front principal plane is imaged as far behind the rear one.
+        let twice = 2.0 * lens.focal_length();
+        let image = lens.image(lens.front_principal_plane() - twice);
+        assert!((image - (lens.rear_principal_plane() + twice)).abs() < 1e-11);
+    }
+
+    #[test]
+    fn thick_lens_obeys_the_lens_makers_formula() {
+        let (from, to) = (screen(0.0, 1.0), screen(90.0, 1.0));
+        for (r1, r2, t, n) in [(40.0, -55.0, 7.0, 1.7), (-30.0, 80.0, 4.0, 1.6)] {
+            let train = [surface(10.0, r1, [1.0, n]), surface(10.0 + t, r2, [n, 1.0])];
+            let lens = Cardinal::of_hop(&hop(&from, &train, &to)).unwrap().unwrap();
+            let power = (n - 1.0) * (1.0 / r1 - 1.0 / r2 + (n - 1.0) * t / (n * r1 * r2));
+            assert!((lens.power() - power).abs() < 1e-15);
+            let back = (1.0 - (n - 1.0) * t / (n * r1)) / power;
+            assert!((lens.back_focus() - back).abs() < 1e-11);
+        }
+    }
+
+    #[test]
+    fn matrices_have_determinant_one_and_mirrors_focus() {
+        // A concave mirror of radius 80 after 100 mm, its focus 40 mm back.
+        let (from, to) = (screen(0.0, 1.0), screen(60.0, -1.0));
+        let mirror = Surface {
+            interface: Interface::Reflect,
+            ..surface(100.0, -80.0, [1.0, 1.0])
+        };
+        let matrix = Abcd::between(&hop(&from, &[mirror], &to)).unwrap();
+        assert!(matrix.a.abs() < 1e-14 && (matrix.b - 40.0).abs() < 1e-12);
+        assert!((matrix.path - 140.0).abs() < 1e-12);
+        let to = screen(53.0, 1.0);
+        let train = la1131();
+        for matrix in [matrix, Abcd::between(&hop(&from, &train, &to)).unwrap()] {
+            assert!((matrix.a * matrix.d - matrix.b * matrix.c - 1.0).abs() < 1e-13);
+        }
+    }
+
+    #[test]
+    fn thin_lens_stands_at_the_first_vertex() {
+        let (from, to, train) = (screen(0.0, 1.0), screen(53.0, 1.0), la1131());
+        let hop = hop(&from, &train, &to);
+        let f = 25.8 / (GLASS - 1.0);
+        let thin = Abcd::between_as_thin_lens(&hop).unwrap();
+        assert!((thin.a - (1.0 - 50.0 / f)).abs() < 1e-14);
+        assert!((thin.b - (3.0 * (1.0 - 50.0 / f) + 50.0)).abs() < 1e-12);
+        // The same with its principal planes: the glass is t/n long for the light, not t.
+        let true_one = Abcd::between(&hop).unwrap();
+        assert!((true_one.a - (1.0 - (44.7 + 5.3 / GLASS) / f)).abs() < 1e-14);
+    }
+
+    #[test]
+    fn what_is_not_centred_is_refused() {
+        let (from, to) = (screen(0.0, 1.0), screen(53.0, 1.0));
+        let refused = |change: &dyn Fn(&mut Surface)| {
+            let mut train = la1131();
+            change(&mut train[1]);
+            Abcd::between(&hop(&from, &train, &to)).unwrap_err()
+        };
+        let tilted = refused(&|s| s.frame = s.frame.tilted([1e-3, 0.0, 0.0]));
+        assert_eq!(
+            tilted,
+            ParaxialError::Tilted {
+                part: String::from("surface 2")
+            }
+        );
+        let moved = refused(&|s| s.frame = s.frame.moved(Vec3::new(0.1, 0.0, 0.0)));
+        assert!(matches!(moved, ParaxialError::Decentred { offset_mm, .. }
+            if (offset_mm - 0.1).abs() < 1e-12));
+        let turned = Screen {
+            frame: to.frame.tilted([0.0, 0.0, 0.1]),
+            ..to.clone()
+        };
+        let error = Abcd::between(&hop(&from, &[], &turned)).unwrap_err();
+        assert!(matches!(error, ParaxialError::Turned { .. }));
+    }
+}

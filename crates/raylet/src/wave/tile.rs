@@ -1,0 +1,215 @@
+//! Square patches of a field with sharp edges, anywhere on it, and their plane waves.
+//!
+//! The field inside a square about x_c, with zeros around it up to a period P, is expanded as
+//! U = Σₘ cₘ e^{ik pₘ·(x−x_c)} on a lattice of optical direction cosines. A node of the field belongs to
+//! the patch or does not, so that patches at random positions cover every node by their exact share.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::math::chirp::{Chirp, Comb};
+use crate::wave::field::{Axis, Field};
+use crate::wave::patch::Band;
+
+/// The transform along one axis, for a fixed number of cells; one chirp for each node of a cell.
+struct AxisTile {
+    axis: Axis,
+    band: Band,
+    cells: usize,
+    chirps: Vec<Chirp>,
+    half: f64,
+    k: f64,
+    period: f64,
+}
+
+/// The plan that cuts square patches out of fields on one grid.
+pub struct TileCutter {
+    x: AxisTile,
+    y: AxisTile,
+}
+
+/// Where a patch begins along an axis, and what its nodes weigh.
+struct Placed {
+    /// Index of its first cell; cells outside of the field are dark.
+    first: i64,
+    /// Weights of its nodes, zero outside.
+    weights: Vec<f64>,
+    /// By which each mode is multiplied after the transform.
+    phases: Vec<Complex64>,
+}
+
+impl AxisTile {
+    fn new(axis: &Axis, band: &Band, k: f64, side: f64, period: f64) -> Self {
+        let cells = (side / axis.pitch).ceil() as usize + 1;
+        let directions = Comb {
+            start: band.at(0),
+            step: band.spacing,
+            count: band.count,
+        };
+        let chirp = |offset: &f64| {
+            let nodes = Comb {
+                start: *offset,
+                step: axis.pitch,
+                count: cells,
+            };
+            Chirp::new(nodes, directions, -k)
+        };
+        Self {
+            axis: axis.clone(),
+            band: *band,
+            cells,
+            chirps: axis.offsets.iter().map(chirp).collect(),
+            half: 0.5 * side,
+            k,
+            period,
+        }
+    }
+
+    fn place(&self, centre: f64) -> Placed {
+        let axis = &self.axis;
+        let edge = axis.start - 0.5 * axis.pitch;
+        let first = ((centre - self.half - edge) / axis.pitch).floor();
+        let origin = axis.start + first * axis.pitch;
+        let weights = (0..self.cells * axis.offsets.len())
+            .map(|i| {
+                let (cell, g) = (i / axis.offsets.len(), i % axis.offsets.len());
+                let inside = (0..axis.cells as i64).contains(&(first as i64 + cell as i64));
+                let node = origin + cell as f64 * axis.pitch + axis.offsets[g];
+                if inside && (node - centre).abs() <= self.half {
+                    axis.weights[g] / self.period
+                } else {
+                    0.0
+                }
+            })
+            .collect();
+        let phases = (0..self.band.count)
+            .map(|m| Complex64::cis(-self.k * self.band.at(m) * (origin - centre)))
+            .collect();
+        Placed {
+            first: first as i64,
+            weights,
+            phases,
+        }
+    }
+
+    /// Adds to `out` the modes of one line of nodes, read by index within the patch.
+    fn transform(
+        &self,
+        placed: &Placed,
+        node: impl Fn(usize) -> Complex64,
+        out: &mut [Complex64],
+        buffers: &mut [Vec<Complex64>; 2],
+    ) {
+        let nodes = self.axis.offsets.len();
+        let [line, scratch] = buffers;
+        for (g, chirp) in self.chirps.iter().enumerate() {
+            line.clear();
+            line.extend((0..self.cells).map(|cell| {
+                let i = cell * nodes + g;
+                match placed.weights[i] {
+                    0.0 => Complex64::ZERO,
+                    weight => node(i) * weight,
+                }
+            }));
+            chirp.apply(line, out, scratch);
+        }
+        for (out, phase) in out.iter_mut().zip(&placed.phases) {
+            *out *= phase;
+        }
+    }
+}
+
+impl TileCutter {
+    /// Plans patches of `side` × `side` mm with period `period` mm out of fields on the grid (x, y), onto
+    /// directions in the given bands; `k` is the vacuum wavenumber.
+    pub fn new(
+        [x, y]: [&Axis; 2],
+        bands: &[Band; 2],
+        k: f64,
+        [side, period]: [f64; 2],
+    ) -> TileCutter {
+        TileCutter {
+            x: AxisTile::new(x, &bands[0], k, side, period),
+            y: AxisTile::new(y, &bands[1], k, side, period),
+        }
+    }
+
+    /// The coefficients cₘ of the patch about a point, indexed [m_y, m_x] over the bands.
+    pub fn cut(&self, field: &Field, centre: [f64; 2]) -> Array2<Complex64> {
+        let (px, py) = (self.x.place(centre[0]), self.y.place(centre[1]));
+        let nodes = [&self.x, &self.y].map(|axis| axis.axis.offsets.len());
+        let start = [px.first * nodes[0] as i64, py.first * nodes[1] as i64];
+        let mut buffers = [Vec::new(), Vec::new()];
+
+        // Along x on the rows that the patch has, then along y.
+        let mut rows: Array2<Complex64> = Array2::zeros((py.weights.len(), self.x.band.count));
+        for (j, mut out) in rows.outer_iter_mut().enumerate() {
+            if py.weights[j] == 0.0 {
+                continue;
+            }
+            let row = field.values.row((start[1] + j as i64) as usize);
+            let node = |i: usize| row[(start[0] + i as i64) as usize];
+            if let Some(out) = out.as_slice_mut() {
+                self.x.transform(&px, node, out, &mut buffers);
+            }
+        }
+        let mut modes = Array2::zeros((self.y.band.count, self.x.band.count));
+        let mut column = vec![Complex64::ZERO; self.y.band.count];
+        for m in 0..self.x.band.count {
+            column.fill(Complex64::ZERO);
+            let node = |i: usize| rows[[i, m]];
+            self.y.transform(&py, node, &mut column, &mut buffers);
+            for (mode, value) in modes.column_mut(m).iter_mut().zip(&column) {
+                *mode = *value;
+            }
+        }
+        modes
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::wave::field::{Axis, Field, Grid};
+    use crate::wave::patch::Band;
+    use crate::wave::tile::TileCutter;
+
+    /// Patches inside, across an edge and around a corner, against the sum as written.
+    #[test]
+    fn coefficients_match_the_direct_sum() {
+        let k = std::f64::consts::TAU;
+        let (x, y) = (Axis::gauss(20, 0.5, 0.3, 2), Axis::gauss(16, 0.6, -0.2, 3));
+        let mut field = Field::zeros(Grid {
+            x: x.clone(),
+            y: y.clone(),
+        });
+        for ((j, i), value) in field.values.indexed_iter_mut() {
+            *value = Complex64::cis((7 * i * i + 3 * j * i + j) as f64);
+        }
+        let (side, period) = (3.3, 8.0);
+        let bands = [
+            Band::between(0.1, 1.0 / period, -0.9, 0.8),
+            Band::between(0.0, 1.0 / period, -0.7, 0.95),
+        ];
+        let cutter = TileCutter::new([&x, &y], &bands, k, [side, period]);
+        for centre in [[0.37, -0.81], [5.2, 1.0], [-5.9, -6.0]] {
+            let modes = cutter.cut(&field, centre);
+            let (mut error, mut norm) = (0.0, 0.0);
+            for ((my, mx), mode) in modes.indexed_iter() {
+                let p = [bands[0].at(mx), bands[1].at(my)];
+                let mut exact = Complex64::ZERO;
+                for ((j, i), u) in field.values.indexed_iter() {
+                    let (dx, dy) = (x.node(i) - centre[0], y.node(j) - centre[1]);
+                    if dx.abs() <= 0.5 * side && dy.abs() <= 0.5 * side {
+                        let weight = x.weight(i) * y.weight(j) / (period * period);
+                        exact += u * Complex64::from_polar(weight, -k * (p[0] * dx + p[1] * dy));
+                    }
+                }
+                error += (mode - exact).norm_sqr();
+                norm += exact.norm_sqr();
+            }
+            assert!((error / norm).sqrt() < 1e-12, "{:e}", (error / norm).sqrt());
+        }
+    }
+}
