@@ -9,6 +9,8 @@ use raylet::file::folder::{COMPARISON_FILE, Target};
 use raylet::file::report::Metrics;
 
 use crate::failure::Failure;
+use crate::say::say;
+use crate::table::table;
 
 /// The picture of a comparison.
 const PICTURE_FILE: &str = "compare.png";
@@ -40,13 +42,12 @@ impl Compare {
             draft.write(PICTURE_FILE, &contrast_png(&a, &b, &title)?)?;
             draft.publish()?;
         }
-        print!("{}", table(&comparison));
-        Ok(())
+        say(&text(&comparison))
     }
 }
 
 /// The comparison as text: a block for each wavelength, and the total of several.
-fn table(comparison: &Comparison) -> String {
+fn text(comparison: &Comparison) -> String {
     let (a, b) = (comparison.a.display(), comparison.b.display());
     let mut text = format!("A  {a}\nB  {b}  (reference)\n");
     for channel in &comparison.channels {
@@ -76,12 +77,11 @@ fn block(likeness: &Likeness) -> String {
     for (name, value) in single {
         text += &format!("  {name:<30}{value}\n");
     }
-    text += &format!("  {:<30}{:<26}B\n", "", "A");
-    let rows = spot(&likeness.a).into_iter().zip(spot(&likeness.b));
-    for ((name, a), (_, b)) in rows {
-        text += &format!("  {name:<30}{a:<26}{b}\n");
-    }
-    text
+    let both = spot(&likeness.a).into_iter().zip(spot(&likeness.b));
+    let rows: Vec<_> = both
+        .map(|((name, a), (_, b))| vec![format!("{name:<28}"), a, b])
+        .collect();
+    text + &table(&["", "A", "B"], &rows, &[])
 }
 
 /// The lines about one spot.

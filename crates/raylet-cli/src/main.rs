@@ -25,9 +25,9 @@ struct Arguments {
 
 #[derive(Subcommand)]
 enum Verb {
-    Compare(compare::Compare),
     Simulate(simulate::Simulate),
     Reference(reference::Reference),
+    Compare(compare::Compare),
     Check(check::Check),
     Schema(schema::Schema),
 }
@@ -35,9 +35,9 @@ enum Verb {
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
     let outcome = match &arguments.verb {
-        Verb::Compare(verb) => verb.run(),
         Verb::Simulate(verb) => verb.run(),
         Verb::Reference(verb) => verb.run(),
+        Verb::Compare(verb) => verb.run(),
         Verb::Check(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
     };

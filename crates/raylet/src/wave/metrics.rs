@@ -403,7 +403,7 @@ mod tests {
             let share = total / (intensity.sum() * pitch * pitch);
             let fractions: Vec<f64> = cases.iter().map(|c| c.0 * share).collect();
             let radii = encircled_energy(intensity.view(), &x, &x, centre, &fractions).unwrap();
-            for (radius, (fraction, exact)) in radii.iter().zip(cases) {
+            for (radius, (_, exact)) in radii.iter().zip(cases) {
                 worst = worst.max((radius / exact - 1.0).abs());
             }
         }
