@@ -7,6 +7,7 @@ use num_complex::Complex64;
 use raylet::engine::plan::Plan;
 use raylet::engine::settings::{Method, Paper, Settings};
 use raylet::engine::simulate::simulate;
+use raylet::math::chirp::{Chirp2, Comb};
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
@@ -149,39 +150,75 @@ fn paper(rays: usize, secondary: usize, patch: f64, padding: f64, orders: usize)
     }
 }
 
+/// What the source paper compares with: one sample per pixel, padded twice, its FFT's modes only.
+fn spectrum_of_points(values: &Array2<Complex64>, z: f64, points: Comb) -> Array2<Complex64> {
+    let (n, k) = (values.nrows(), std::f64::consts::TAU / WAVELENGTH);
+    let pixels = Comb {
+        start: -0.5 * (n as f64 - 1.0) * PITCH,
+        step: PITCH,
+        count: n,
+    };
+    let spacing = WAVELENGTH / (2.0 * n as f64 * PITCH);
+    let modes = Comb {
+        start: -(n as f64) * spacing,
+        step: spacing,
+        count: 2 * n,
+    };
+    let mut waves = Chirp2::new(pixels, pixels, modes, modes, -k).apply(values.view());
+    for ((j, i), wave) in waves.indexed_iter_mut() {
+        let q = (1.0 - modes.at(i).powi(2) - modes.at(j).powi(2)).sqrt();
+        *wave *= Complex64::cis(k * q * z) / (4.0 * (n * n) as f64);
+    }
+    Chirp2::new(modes, modes, points, points, k).apply(waves.view())
+}
+
 fn free() {
+    let (z, count, pitch) = (1.26, 50, 2.0 * PITCH);
     for (name, values) in [
         ("random pixels", random_phase(100)),
         ("grains of 4", smooth_phase(100, 4)),
     ] {
-        let system = system(vec![doe(values.clone()), sensor(1.26, 100)], vec![]);
-        let axis: Vec<f64> = (0..100).map(|i| (i as f64 - 49.5) * PITCH).collect();
-        let mut points = Vec::new();
-        for y in &axis {
-            for x in &axis {
-                points.push([*x, *y, 1.26]);
-            }
+        let mut screens = vec![doe(values.clone()), sensor(z, count)];
+        if let Act::Sensor(sensor) = &mut screens[1].act {
+            sensor.pitch = [pitch; 2];
         }
+        let points = Comb {
+            start: -0.5 * (count as f64 - 1.0) * pitch,
+            step: pitch,
+            count,
+        };
+        let everywhere: Vec<[f64; 3]> = (0..count * count)
+            .map(|i| [points.at(i % count), points.at(i / count), z])
+            .collect();
         let pixels = Boxes {
             pitch: PITCH,
-            transmission: values,
+            transmission: values.clone(),
         };
-        let exact = rayleigh_sommerfeld(&pixels, [0.0; 2], WAVELENGTH, 4, &points);
-        let exact = Array2::from_shape_vec((100, 100), exact).unwrap();
-        println!("free space, {name}");
-        report("auto", &system, &with(Method::Auto), &exact);
-        report("beamlet", &system, &with(Method::Beamlet), &exact);
-        report("plane", &system, &with(Method::Plane), &exact);
-        for orders in [1, 3] {
-            for (rays, secondary) in [(128, 8000), (512, 8000), (2048, 8000)] {
-                let label = format!("paper {rays} x {secondary}, orders {orders}");
-                report(
-                    &label,
-                    &system,
-                    &paper(rays, secondary, 0.63, 2.0, orders),
-                    &exact,
-                );
-            }
+        let exact = rayleigh_sommerfeld(&pixels, [0.0; 2], WAVELENGTH, 10, &everywhere);
+        let exact = Array2::from_shape_vec((count, count), exact).unwrap();
+        println!("free space, {name}, against box pixels");
+        let boxes = system(screens.clone(), vec![]);
+        report("beamlet", &boxes, &with(Method::Beamlet), &exact);
+        for (rays, orders) in [(128, 1), (2048, 1), (128, 3), (2048, 3), (64, 9)] {
+            let label = format!("paper {rays} x 8000, orders {orders}");
+            report(
+                &label,
+                &boxes,
+                &paper(rays, 8000, 0.63, 2.0, orders),
+                &exact,
+            );
+        }
+        println!("free space, {name}, one sample per pixel, against the FFT's modes");
+        if let Act::Doe(doe) = &mut screens[0].act
+            && let Layer::Pixels(pixels) = &mut doe.layers[0]
+        {
+            pixels.form = PixelForm::Point;
+        }
+        let exact = spectrum_of_points(&values, z, points);
+        let samples = system(screens, vec![]);
+        for rays in [128, 512, 2048, 8192] {
+            let label = format!("paper {rays} x 8000");
+            report(&label, &samples, &paper(rays, 8000, 0.63, 2.0, 1), &exact);
         }
     }
 }

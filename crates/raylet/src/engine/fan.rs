@@ -150,7 +150,7 @@ impl Fan {
             let s = ray.landing.at[a];
             reaches &= s + spread >= low - margin[a] && s - spread <= high + margin[a];
             inside &= s >= low && s <= high;
-            fine &= spread <= 0.2 * (high - low) + margin[a];
+            fine &= spread <= 0.2 * (high - low) + 0.25 * margin[a];
         }
         if !reaches {
             return cell.half > COARSEST * n;

@@ -50,6 +50,11 @@ pub struct PlanePlan {
 /// Windows are cut at this many σ: their tails there are below 1e-4.
 const REACH: f64 = 4.5;
 
+/// Margin and fade in footprints of a beamlet, behind power. Measured on a hologram and a lens: half a
+/// margin costs five times the error, twice the fade twice the rays for no smaller one.
+const MARGIN: f64 = 0.8;
+const FADE: f64 = 0.3;
+
 /// Rays of a chunk: the unit of the sum.
 const CHUNK: usize = 1 << 19;
 
@@ -111,7 +116,7 @@ impl PlanePlan {
         let free = px.max(py);
 
         let (period, margin, fade) = if damped < free {
-            (damped, footprint, [0.5 * footprint; 2])
+            (damped, MARGIN * footprint, [FADE * footprint; 2])
         } else {
             (free, window, width.map(|w| w + 2.0 * window))
         };
