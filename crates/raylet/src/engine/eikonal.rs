@@ -41,7 +41,7 @@ pub enum EikonalError {
          diffraction limits the field"
     )]
     Focus {
-        /// The largest Fresnel number of a lit pixel.
+        /// The largest Fresnel number of a ray on the sensor.
         fresnel: f64,
     },
 }
@@ -77,6 +77,14 @@ struct Share {
     fresnel: f64,
 }
 
+/// What one row of cells lights.
+struct Row {
+    shares: Vec<Share>,
+    rays: u64,
+    /// Largest Fresnel number of a cell's corner that lands on the sensor.
+    fresnel: Option<f64>,
+}
+
 /// Carries the light of a system of smooth elements to its sensor.
 ///
 /// # Errors
@@ -90,17 +98,17 @@ pub fn carry(system: &System) -> Result<Geometrical, EikonalError> {
     let aim = Aim::new(system, &grid, bounds);
 
     // Row by row of cells; rows are added in order, so the sum has the same bits for any threads.
-    let rows: Vec<(Vec<Share>, u64)> = (0..CELLS).into_par_iter().map(|j| aim.row(j)).collect();
+    let rows: Vec<Row> = (0..CELLS).into_par_iter().map(|j| aim.row(j)).collect();
     let mut field = Field::zeros(grid);
     let mut worst = ndarray::Array2::from_elem(field.values.raw_dim(), f64::INFINITY);
-    let (mut rays, mut best) = (0, 0.0f64);
-    for (shares, traced) in rows {
-        rays += traced;
-        for share in shares {
+    let (mut rays, mut best) = (0, None::<f64>);
+    for row in rows {
+        rays += row.rays;
+        best = row.fresnel.map(|n| best.map_or(n, |m| m.max(n))).or(best);
+        for share in row.shares {
             let [i, j] = share.pixel;
             field.values[[j, i]] += share.value;
             worst[[j, i]] = share.fresnel.min(worst[[j, i]]);
-            best = best.max(share.fresnel);
         }
     }
 
@@ -115,11 +123,12 @@ pub fn carry(system: &System) -> Result<Geometrical, EikonalError> {
             fresnel = fresnel.min(*worst);
         }
     }
-    if lit == 0 {
-        return Err(EikonalError::Dark(first.name.clone()));
-    }
     if lit == unresolved {
-        return Err(EikonalError::Focus { fresnel: best });
+        // Where rays do land on the sensor, they are so close that they miss every pixel's centre.
+        return Err(match best {
+            Some(fresnel) => EikonalError::Focus { fresnel },
+            None => EikonalError::Dark(first.name.clone()),
+        });
     }
     Ok(Geometrical {
         field,
@@ -204,8 +213,8 @@ impl<'a> Aim<'a> {
         ]
     }
 
-    /// Everything that one row of cells lights, and the rays it took.
-    fn row(&self, j: usize) -> (Vec<Share>, u64) {
+    /// Everything that one row of cells lights.
+    fn row(&self, j: usize) -> Row {
         let corners = [j, j + 1].map(|j| {
             (0..=CELLS)
                 .map(|i| {
@@ -214,6 +223,22 @@ impl<'a> Aim<'a> {
                 })
                 .collect::<Vec<_>>()
         });
+        let on_sensor = |(_, tube): &&([f64; 2], Tube)| {
+            [&self.grid.x, &self.grid.y]
+                .iter()
+                .zip(tube.at)
+                .all(|(axis, s)| {
+                    let [low, high] = axis.edges();
+                    (low..=high).contains(&s)
+                })
+        };
+        let fresnel = corners
+            .iter()
+            .flatten()
+            .flatten()
+            .filter(on_sensor)
+            .map(|(_, tube)| tube.fresnel_number(self.half, self.system.wavelength))
+            .reduce(f64::max);
         let mut rays = 2 * (CELLS as u64 + 1);
         let mut shares = Vec::new();
         for i in 0..CELLS {
@@ -228,7 +253,11 @@ impl<'a> Aim<'a> {
                 }
             }
         }
-        (shares, rays)
+        Row {
+            shares,
+            rays,
+            fresnel,
+        }
     }
 
     /// The pixels that a cell may light: the box about what every corner's tube says of all corners.

@@ -12,7 +12,7 @@ use crate::engine::simulate::{
     Arriving, Progress, SimulateError, chief, power_on, receiving_raster, sensor_grid, sensor_of,
 };
 use crate::math::vec3::Vec3;
-use crate::optics::screen::Screen;
+use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 use crate::wave::collins::{Collins, CollinsError};
 use crate::wave::field::Field;
@@ -22,8 +22,10 @@ use crate::wave::rayleigh::{Emitters, PAIRS_PER_SECOND};
 /// Period of a reference's free hop over the sum of the half widths of screen and target.
 pub const PADDING: f64 = 8.0;
 
-/// Directions that a reference's sampling resolves, over those that reach the target.
-const FINENESS: f64 = 1.5;
+/// Directions that a reference's sampling resolves, over those that reach the target: of pixels, whose
+/// Gauss nodes converge fast, and of open areas, whose hard edges alias slowly.
+const PIXEL_FINENESS: f64 = 1.5;
+const EDGE_FINENESS: f64 = 8.0;
 
 /// What a user may choose about a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -237,7 +239,8 @@ fn carry(
     let clock = Instant::now();
     let [from, to] = outlines(hop)?;
     let (leaving, arriving) = route.reach(hop, from, to);
-    let finer = leaving.map(|p| FINENESS * p);
+    let fineness = fineness(hop.from);
+    let finer = leaving.map(|p| (fineness * p).min((PIXEL_FINENESS * p).max(2.0 * hop.from.index)));
     let (field, before) = light.pass(system, hop.from, finer, settings)?;
     let raster = receiving_raster(hop, arriving, settings)?;
     progress(0.0);
@@ -275,6 +278,14 @@ fn carry(
         reach: arriving,
     };
     Ok((next, step))
+}
+
+/// How much finer than the target needs a screen is sampled.
+fn fineness(screen: &Screen) -> f64 {
+    match &screen.act {
+        Act::Doe(doe) if doe.pixels().is_some() => PIXEL_FINENESS,
+        Act::Doe(_) | Act::Stop(_) | Act::Sensor(_) => EDGE_FINENESS,
+    }
 }
 
 /// Points of a direct sum between two notes of progress.

@@ -120,19 +120,20 @@ pub fn route(
         Approach::Collins => collins(),
         Approach::Refraction => Err(String::from("it carries whole systems, not single hops")),
         Approach::Auto => {
-            let mut reasons = Vec::new();
-            let tries: [(Approach, &dyn Fn() -> Result<Route, String>); 3] = [
-                (Approach::AngularSpectrum, &spectrum),
-                (Approach::RayleighSommerfeld, &sum),
-                (Approach::Collins, &collins),
-            ];
-            for (approach, attempt) in tries {
-                match attempt() {
-                    Ok(route) => return Ok(route),
-                    Err(reason) => reasons.push(format!("{}: {reason}", approach.name())),
-                }
-            }
-            Err(reasons.join("; "))
+            let told =
+                |approach: Approach, reason: String| format!("{}: {reason}", approach.name());
+            let first = match spectrum() {
+                Ok(route) => return Ok(route),
+                Err(reason) => told(Approach::AngularSpectrum, reason),
+            };
+            let second = match sum() {
+                Ok(route) => return Ok(route),
+                Err(reason) => told(Approach::RayleighSommerfeld, reason),
+            };
+            collins().map_err(|reason| {
+                let third = told(Approach::Collins, reason);
+                [first, second, third].join("; ")
+            })
         }
     }
 }

@@ -77,10 +77,6 @@ impl Sub for Jet {
     }
 }
 
-#[expect(
-    clippy::suspicious_arithmetic_impl,
-    reason = "the rule of differentiation for this operation"
-)]
 impl Mul for Jet {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
@@ -98,10 +94,6 @@ impl Mul for Jet {
     }
 }
 
-#[expect(
-    clippy::suspicious_arithmetic_impl,
-    reason = "a quotient is a product with the inverse"
-)]
 impl Div for Jet {
     type Output = Self;
     fn div(self, other: Self) -> Self {
