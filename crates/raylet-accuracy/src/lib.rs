@@ -39,3 +39,5 @@ pub mod bench;
 
 pub mod problems;
 pub mod strong;
+
+pub mod suite;

@@ -1,0 +1,151 @@
+//! The list of problems of the accuracy report, whole or in reduced form.
+
+use raylet::engine::settings::Settings;
+use raylet::optics::bend::Coating;
+use raylet::optics::system::System;
+
+use crate::collins::{Abcd, collins};
+use crate::pixels::Pixels;
+use crate::problems::{
+    Problem, axis, checkerboard, doe, face, grating_pixels, plane_wave, random_pixels, sensor,
+};
+use crate::rayleigh_sommerfeld::rayleigh_sommerfeld;
+use crate::strong::{FULL, QUICK, after_lens, before_lens, between_lenses};
+
+/// Index of N-BK7 at 0.7 µm.
+const BK7: f64 = 1.513_063_997_196;
+
+/// All problems; the reduced list leaves out the slow ones and computes coarser references.
+pub fn problems(reduced: bool) -> Vec<Problem> {
+    let effort = if reduced { QUICK } else { FULL };
+    let mut list = Vec::new();
+    let distances: &[f64] = if reduced {
+        &[120.0]
+    } else {
+        &[30.0, 120.0, 400.0]
+    };
+    for &z in distances {
+        for tilt in [0.0, 10.0] {
+            list.push(free_space(
+                "random λ/2 pixels",
+                random_pixels(120, 0.5),
+                z,
+                tilt,
+            ));
+        }
+        list.push(free_space(
+            "checkerboard of λ/2 pixels",
+            checkerboard(120, 0.5),
+            z,
+            0.0,
+        ));
+    }
+    for convex_first in [true, false] {
+        for back in [44.7, 40.0] {
+            list.push(catalogue_lens(convex_first, back));
+        }
+    }
+    if !reduced {
+        let random = || random_pixels(30, 2.0);
+        list.push(before_lens("random 2λ pixels", random(), 375.0, effort));
+        list.push(before_lens("random 2λ pixels", random(), 250.0, effort));
+        list.push(before_lens(
+            "grating of sine 0.25",
+            grating_pixels(120, 0.5, 0.25),
+            375.0,
+            effort,
+        ));
+        list.push(after_lens(
+            "random 2λ pixels",
+            random(),
+            40.0,
+            50.0,
+            200.0,
+            effort,
+        ));
+        list.push(between_lenses(
+            "random 2λ pixels",
+            random(),
+            40.0,
+            20.0,
+            180.0,
+            effort,
+        ));
+    }
+    list
+}
+
+/// 60λ of pixels in free space, against the direct sum over box pixels.
+fn free_space(name: &str, pixels: Pixels, z: f64, degrees: f64) -> Problem {
+    let (count, pitch) = (40, 1.7);
+    let tilt = [degrees.to_radians().sin(), 0.0];
+    Problem {
+        name: format!("{name}, {z}λ of free space, light at {degrees}°"),
+        reference: "Rayleigh–Sommerfeld, direct sum",
+        limit: 1e-3,
+        system: System {
+            wavelength: 1.0,
+            source: plane_wave(tilt),
+            screens: vec![doe(0.0, &pixels), sensor(z, count, pitch)],
+            trains: vec![vec![]],
+        },
+        settings: Settings::default(),
+        exact: Box::new(move || {
+            let at = axis(count, pitch);
+            let row = |y: &f64| at.iter().map(|x| [*x, *y, z]).collect::<Vec<_>>();
+            let points: Vec<[f64; 3]> = at.iter().flat_map(row).collect();
+            let field = rayleigh_sommerfeld(&pixels, tilt, 1.0, 4, &points);
+            ndarray::Array2::from_shape_fn((count, count), |(j, i)| field[j * count + i])
+        }),
+    }
+}
+
+/// A hologram of random 12.6 µm cells in a disc, through the LA1131-A, against Collins' integral: in
+/// its focus and out of it, convex or plane side first. In mm, at 0.7 µm.
+fn catalogue_lens(convex_first: bool, back: f64) -> Problem {
+    let (wavelength, pitch, count) = (0.7e-3, 6.3e-3, 100);
+    let mut pixels = random_pixels(count, pitch);
+    let coarse = random_pixels(count / 2, 2.0 * pitch);
+    for ((j, i), value) in pixels.transmission.indexed_iter_mut() {
+        let middle = 0.5 * (count as f64 - 1.0);
+        let inside = (i as f64 - middle).hypot(j as f64 - middle) <= 0.5 * count as f64;
+        *value = coarse.transmission[[j / 2, i / 2]] * f64::from(inside);
+    }
+    let (radius, plane) = (25.8, f64::INFINITY);
+    let surface = |z, radius, index| face(z, radius, 12.7, Coating::Ideal, index);
+    let (radii, power) = if convex_first {
+        ([radius, plane], [(BK7 - 1.0) / radius, 0.0])
+    } else {
+        ([plane, -radius], [0.0, (BK7 - 1.0) / radius])
+    };
+    let train = vec![
+        surface(3.0, radii[0], [1.0, BK7]),
+        surface(8.3, radii[1], [BK7, 1.0]),
+    ];
+    let abcd = Abcd::identity()
+        .drift(3.0, 1.0)
+        .refract(power[0])
+        .drift(5.3, BK7)
+        .refract(power[1])
+        .drift(back, 1.0);
+    let side = if convex_first { "convex" } else { "plane" };
+    Problem {
+        name: format!("hologram, LA1131-A {side} side first, sensor {back} mm behind it"),
+        reference: "Collins, direct sum",
+        limit: 1e-2,
+        system: System {
+            wavelength,
+            source: plane_wave([0.0; 2]),
+            screens: vec![doe(0.0, &pixels), sensor(8.3 + back, 128, pitch)],
+            trains: vec![train],
+        },
+        settings: Settings::default(),
+        exact: Box::new(move || {
+            let at = axis(128, pitch);
+            match collins(&pixels, [0.0; 2], wavelength, abcd, 4, [&at, &at]) {
+                Ok(field) => field,
+                Err(_) => unreachable!("no sensor of this suite stands in an image of the pixels"),
+            }
+        }),
+    }
+}
