@@ -1,6 +1,6 @@
 //! Measures raylet against references that share no code with its rays, and prints `docs/accuracy.md`.
 //!
-//! `cargo run --release -p raylet-accuracy -- [--reduced] > docs/accuracy.md`
+//! `cargo run --release -p raylet-accuracy -- [--reduced] [--only WORDS] > docs/accuracy.md`
 
 use std::process::ExitCode;
 
@@ -23,7 +23,14 @@ fn main() -> ExitCode {
     );
     println!("|---|---|---|---|---|---|---|---|---|");
     let mut within = true;
+    let only = std::env::args().skip_while(|word| word != "--only").nth(1);
     for problem in problems(reduced) {
+        if only
+            .as_ref()
+            .is_some_and(|only| !problem.name.contains(only))
+        {
+            continue;
+        }
         match problem.measure() {
             Ok(m) => {
                 within &= m.absolute <= problem.limit;

@@ -113,7 +113,7 @@ pub fn plan(
     if settings.method == Method::Auto
         && let Some(free) = free_hop(hop, from, to, anchor, settings)
     {
-        let plan = free.plan(from, to);
+        let (free, plan) = widest(free, from, to);
         check_directions(hop, &plan, settings)?;
         return Ok(Plan::Free(free, plan));
     }
@@ -134,6 +134,28 @@ pub fn plan(
         Method::Plane => Ok(Plan::Planes(PlanePlan::new(&planner, &fan))),
         Method::Paper => paper(&planner),
     }
+}
+
+/// Plane waves that cost little: a free hop whose period may grow takes the widest one within them.
+const CHEAP_DIRECTIONS: usize = 3_000_000;
+
+/// Periods tried in turn, over the sum of the half widths.
+const PADDINGS: [f64; 3] = [12.0, 8.0, 6.0];
+
+/// The free hop with the widest period that is cheap, or with its own.
+fn widest(free: FreeHop, from: [f64; 4], to: [f64; 4]) -> (FreeHop, FreePlan) {
+    for padding in PADDINGS {
+        let wider = FreeHop {
+            padding: padding.max(free.padding),
+            ..free.clone()
+        };
+        let plan = wider.plan(from, to);
+        if plan.bands[0].count.saturating_mul(plan.bands[1].count) <= CHEAP_DIRECTIONS {
+            return (wider, plan);
+        }
+    }
+    let plan = free.plan(from, to);
+    (free, plan)
 }
 
 /// The plane waves of a free hop and one intermediate array must fit in memory.

@@ -49,6 +49,10 @@ pub struct FreePlan {
     pub span: [f64; 2],
     /// Lattice of directions along each axis.
     pub bands: [Band; 2],
+    /// Σ thickness/index of the slabs, in mm.
+    pub depth: f64,
+    /// Vacuum wavelength in mm.
+    pub wavelength: f64,
 }
 
 impl FreeHop {
@@ -87,6 +91,8 @@ impl FreeHop {
             period: [x.0, y.0],
             span: [x.1, y.1],
             bands: [x.2, y.2],
+            depth: self.slabs.iter().map(|s| s.thickness.abs() / s.index).sum(),
+            wavelength,
         }
     }
 
@@ -127,7 +133,7 @@ impl FreeHop {
             offset[0] += slab.thickness.abs() * p[0] / q;
             offset[1] += slab.thickness.abs() * p[1] / q;
         }
-        let keep = |a: usize| taper(offset[a].abs(), plan.span[a], plan.period[a]);
+        let keep = |a: usize| taper(offset[a].abs(), plan, a);
         Complex64::from_polar(size * keep(0) * keep(1), self.k * path)
     }
 
@@ -176,11 +182,16 @@ impl FreeHop {
     }
 }
 
-/// The weight of a plane wave by its landing offset L: one up to W, zero from P − W, where its first
-/// periodic copy reaches the target, a C² step between.
-fn taper(landing: f64, span: f64, period: f64) -> f64 {
-    let t = ((landing - span) / (period - 2.0 * span)).clamp(0.0, 1.0);
-    1.0 - t * t * t * (10.0 - 15.0 * t + 6.0 * t * t)
+/// The weight of a plane wave by its landing offset L: one up to a little beyond W, zero from P − W,
+/// where its first periodic copy reaches the target, a C³ step between. The step is even in the cosine
+/// D/√(D² + L²) rather than in L, which would crowd the grazing directions.
+fn taper(landing: f64, plan: &FreePlan, axis: usize) -> f64 {
+    let (span, period, depth) = (plan.span[axis], plan.period[axis], plan.depth);
+    let cosine = |l: f64| depth / depth.hypot(l);
+    let inside = span + (1.5 * (plan.wavelength * depth).sqrt()).min(0.25 * (period - 2.0 * span));
+    let (full, none) = (cosine(inside), cosine(period - span));
+    let t = ((full - cosine(landing)) / (full - none)).clamp(0.0, 1.0);
+    1.0 - t.powi(4) * (35.0 - t * (84.0 - t * (70.0 - 20.0 * t)))
 }
 
 /// The comb of a cell's `g`-th nodes.
