@@ -3,6 +3,7 @@
 mod check;
 mod compare;
 mod failure;
+mod hologram;
 mod overrides;
 mod progress;
 mod reference;
@@ -29,6 +30,7 @@ enum Verb {
     Reference(reference::Reference),
     Compare(compare::Compare),
     Check(check::Check),
+    Hologram(hologram::Hologram),
     Schema(schema::Schema),
 }
 
@@ -39,6 +41,7 @@ fn main() -> ExitCode {
         Verb::Reference(verb) => verb.run(),
         Verb::Compare(verb) => verb.run(),
         Verb::Check(verb) => verb.run(),
+        Verb::Hologram(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
     };
     match outcome {

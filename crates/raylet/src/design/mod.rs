@@ -1,1 +1,4 @@
 //! What should change.
+
+pub mod hologram;
+pub mod target;

@@ -16,6 +16,7 @@ pub mod element;
 pub mod fault;
 pub mod figure;
 pub mod folder;
+pub mod hologram;
 pub mod image;
 pub(crate) mod label;
 pub mod layer;

@@ -1,0 +1,95 @@
+//! `raylet hologram SCENE`: the phase with which the sensor shows a picture.
+
+use std::io::IsTerminal;
+use std::path::PathBuf;
+use std::time::Instant;
+
+use clap::Args;
+use indicatif::{ProgressBar, ProgressStyle};
+use raylet::design::hologram::{Score, design};
+use raylet::file::hologram::commission;
+use raylet::file::scene::Scene;
+
+use crate::failure::Failure;
+use crate::overrides::start_threads;
+use crate::say::say;
+
+/// Computes the phase hologram that a scene asks for, on its paraxial train.
+#[derive(Args)]
+pub(crate) struct Hologram {
+    /// The scene file, with a table [hologram].
+    scene: PathBuf,
+    /// The .npy file for the phase in radians, float64 [y, x]; the one that the scene names unless told
+    /// otherwise. An earlier file is replaced.
+    #[arg(long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// Number of iterations, in place of the scene's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    iterations: Option<u32>,
+    /// Replace the lenses by one thin lens at the first vertex, for comparison.
+    #[arg(long)]
+    naive: bool,
+    /// Threads to use; all processors unless told otherwise. Results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+impl Hologram {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        let clock = Instant::now();
+        start_threads(self.threads)?;
+        let scene = Scene::open(&self.scene)?;
+        let mut wanted = commission(&scene, self.naive)?;
+        if let Some(iterations) = self.iterations {
+            wanted.task.iterations = iterations as usize;
+        }
+        let Some(file) = self.out.as_ref().or(wanted.file.as_ref()) else {
+            return Err(Failure::new(
+                "no file for the phase: expected --out FILE, or `phase` in the scene's pixel layer",
+            ));
+        };
+        if file.extension().is_none_or(|extension| extension != "npy") {
+            return Err(Failure::new(format!(
+                "{}: expected a file name ending in .npy",
+                file.display()
+            )));
+        }
+
+        let bar = bar(wanted.task.iterations as u64);
+        let found = design(&wanted.task, &mut |score| {
+            bar.set_position(score.iteration as u64);
+            bar.set_message(format!("NCC {:.4}", score.ncc));
+        });
+        bar.finish_and_clear();
+        let found = found.map_err(|error| wanted.blame(&scene, &error))?;
+        wanted.write(&found.phase, file)?;
+        let seconds = clock.elapsed().as_secs_f64();
+        let written = file.display();
+        let summary = summary(&found.score);
+        say(&format!("{summary}\n{seconds:.2} s; phase in {written}\n"))
+    }
+}
+
+fn summary(score: &Score) -> String {
+    format!(
+        "after {} iterations, on the paraxial train: NCC {:.4} with the softened picture ({:.4} over \
+         the whole sensor), {:.1} % of the light in it",
+        score.iteration,
+        score.ncc,
+        score.ncc_sensor,
+        100.0 * score.efficiency
+    )
+}
+
+/// A bar on a terminal, nothing elsewhere.
+fn bar(iterations: u64) -> ProgressBar {
+    if !std::io::stderr().is_terminal() {
+        return ProgressBar::hidden();
+    }
+    let bar = ProgressBar::new(iterations);
+    let template = "hologram [{bar:30}] {percent:>3} %  {msg}  {eta} left";
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        bar.set_style(style.progress_chars("=> "));
+    }
+    bar
+}

@@ -1,0 +1,114 @@
+//! Holograms designed on the paraxial train, looked at through the real lens.
+
+use std::fs;
+use std::path::Path;
+
+use raylet::design::hologram::{Hologram, design};
+use raylet::engine::settings::Settings;
+use raylet::engine::simulate::{Outcome, sensor_grid, simulate};
+use raylet::file::build;
+use raylet::file::hologram::commission;
+use raylet::file::scene::Scene;
+use raylet::optics::screen::Act;
+use raylet::optics::system::System;
+use raylet::wave::metrics::ncc;
+use raylet::wave::raster::Raster;
+
+/// What the sensor shows: NCC with the softened picture over the whole sensor and within the picture's
+/// outline, with the sharp picture within the outline, and the share of the light within the outline.
+#[derive(Debug)]
+struct Seen {
+    sensor: f64,
+    picture: f64,
+    sharp: f64,
+    efficiency: f64,
+}
+
+/// Designs the hologram of a scene, writes it, reads the scene with it, and carries the light to a sensor
+/// `distance` mm behind the lens.
+fn seen(name: &str, naive: bool, distance: &str) -> (Hologram, Seen) {
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let room = tempfile::tempdir().unwrap();
+    for file in [name, "photograph.png", "smiley.png"] {
+        fs::copy(scenes.join(file), room.path().join(file)).unwrap();
+    }
+    let path = room.path().join(name);
+    let wanted = commission(&Scene::open(&path).unwrap(), naive).unwrap();
+    let found = design(&wanted.task, &mut |_| {}).unwrap();
+    let file = wanted.file.clone().unwrap();
+    assert!(!file.exists());
+    wanted.write(&found.phase, &file).unwrap();
+
+    let text = fs::read_to_string(&path).unwrap();
+    let place = "thickness_mm = 44.7";
+    assert!(text.contains(place));
+    fs::write(
+        &path,
+        text.replace(place, &format!("thickness_mm = {distance}")),
+    )
+    .unwrap();
+    let system = build::system(&Scene::read(&path).unwrap(), 0).unwrap();
+    let outcome = simulate(&system, &Settings::default(), &|_| {}).unwrap();
+    let seen = look(&system, &outcome, &found);
+    println!(
+        "{name}, naive {naive}, {distance} mm: {:?}, {seen:?}",
+        found.score
+    );
+    (found, seen)
+}
+
+fn look(system: &System, outcome: &Outcome, found: &Hologram) -> Seen {
+    let intensity = outcome.field.intensity();
+    let Act::Sensor(sensor) = &system.screens[1].act else {
+        panic!("the second screen is the sensor");
+    };
+    let grid = sensor_grid(sensor);
+    let raster = Raster {
+        start: [grid.x.start, grid.y.start],
+        pitch: sensor.pitch,
+        size: sensor.pixels,
+    };
+    let soft = found.target.on(&raster);
+    let inside = found.target.inside(&raster);
+    let inside = inside.mapv(|inside| f64::from(u8::from(inside)));
+    let mut sharp = found.target.clone();
+    sharp.blur = [0.0; 2];
+    let within = &intensity * &inside;
+    let area = raster.pitch[0] * raster.pitch[1];
+    Seen {
+        sensor: ncc(intensity.view(), soft.view()).unwrap(),
+        picture: ncc(within.view(), (&soft * &inside).view()).unwrap(),
+        sharp: ncc(within.view(), sharp.on(&raster).view()).unwrap(),
+        efficiency: within.sum() * area / outcome.hops[0].power[1],
+    }
+}
+
+#[test]
+fn photograph_comes_through_the_real_lens() {
+    let (found, seen) = seen("hologram_through_lens.toml", false, "44.7");
+    assert!(seen.sensor > 0.998 && seen.picture > 0.998, "{seen:?}");
+    assert!(seen.sharp > 0.995, "{seen:?}");
+    assert!((seen.efficiency - found.score.efficiency).abs() < 1e-3);
+}
+
+#[test]
+fn principal_planes_matter() {
+    // The paraxial scores hardly differ; the real lens tells the designs apart.
+    let (with, through) = seen("smiley_through_lens.toml", false, "44.7");
+    let (without, astray) = seen("smiley_through_lens.toml", true, "44.7");
+    assert!((with.score.ncc - without.score.ncc).abs() < 1e-3);
+    assert!(through.sensor > 0.994, "{through:?}");
+    assert!(astray.sensor < 0.81, "{astray:?}");
+
+    // What was designed for a thin lens at the vertex, 50 mm before the sensor, is right where the rear
+    // principal plane, 5.3 mm / 1.513064 inside, is 50 mm before it.
+    let (again, moved) = seen("smiley_through_lens.toml", true, "46.49717");
+    assert_eq!(again.score, without.score);
+    assert!((moved.sensor - without.score.ncc).abs() < 1e-4, "{moved:?}");
+}
+
+#[test]
+fn photograph_without_principal_planes_is_worse() {
+    let (_, seen) = seen("hologram_through_lens.toml", true, "44.7");
+    assert!(seen.sensor < 0.94, "{seen:?}");
+}
