@@ -14,7 +14,7 @@ use raylet::optics::surface::Surface;
 use raylet::optics::system::Hop;
 use raylet::wave::collins::Collins;
 use raylet::wave::field::{Axis, Grid};
-use raylet::wave::gather::Raster;
+use raylet::wave::raster::Raster;
 use raylet_accuracy::collins::{Abcd as Direct, collins};
 use raylet_accuracy::pixels::Pixels;
 

@@ -14,6 +14,9 @@ const LONGEST_FUNCTION: usize = 60;
 /// Names that say nothing.
 const EMPTY_NAMES: [&str; 4] = ["utils", "common", "helpers", "misc"];
 
+/// Layer and file of a source.
+type Place = (String, String);
+
 fn sources(folder: &Path) -> Vec<PathBuf> {
     let mut files = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
@@ -53,7 +56,7 @@ fn code(path: &Path) -> String {
 }
 
 /// (layer, file) of a library source, and those that it names.
-fn imports(path: &Path) -> Option<((String, String), BTreeSet<(String, String)>)> {
+fn imports(path: &Path) -> Option<(Place, BTreeSet<Place>)> {
     let mut parts: Vec<String> = path
         .iter()
         .rev()
@@ -104,7 +107,7 @@ fn layers_look_only_down() {
 
 #[test]
 fn no_ring_inside_a_layer() {
-    let mut graph: BTreeMap<(String, String), BTreeSet<(String, String)>> = BTreeMap::new();
+    let mut graph: BTreeMap<Place, BTreeSet<Place>> = BTreeMap::new();
     for path in library() {
         if let Some((node, named)) = imports(&path) {
             let same = named
