@@ -17,7 +17,7 @@ use crate::say::say;
 /// Computes the phase hologram that a scene asks for, on its paraxial train.
 #[derive(Args)]
 pub(crate) struct Hologram {
-    /// The scene file, with a table [hologram].
+    /// The scene file, with a table `[hologram]`.
     scene: PathBuf,
     /// The .npy file for the phase in radians, float64 [y, x]; the one that the scene names unless told
     /// otherwise. An earlier file is replaced.
