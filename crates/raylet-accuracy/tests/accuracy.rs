@@ -1,5 +1,13 @@
 //! The reduced accuracy suite: every problem within its bound.
 
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::settings::Settings;
+use raylet::engine::simulate::simulate;
+use raylet::optics::bend::Coating;
+use raylet::optics::system::System;
+use raylet_accuracy::pixels::Pixels;
+use raylet_accuracy::problems::{doe, face, plane_wave, sensor};
 use raylet_accuracy::suite::problems;
 
 #[test]
@@ -14,4 +22,31 @@ fn reduced_suite_stays_within_its_bounds() {
         );
         assert!(measured.ncc > 0.9999, "{}: {measured:?}", problem.name);
     }
+}
+
+/// With ideal coatings and a sensor that collects everything, all the energy of a soft beam arrives.
+#[test]
+fn a_collected_beam_keeps_its_energy() {
+    let (pitch, index) = (6.3e-3, 1.513_063_997_196);
+    let beam = |j: usize, i: usize| {
+        let (x, y) = ((i as f64 - 99.5) * pitch, (j as f64 - 99.5) * pitch);
+        Complex64::new((-(x * x + y * y) / 0.0625).exp(), 0.0)
+    };
+    let pixels = Pixels {
+        pitch,
+        transmission: Array2::from_shape_fn((200, 200), |(j, i)| beam(j, i)),
+    };
+    let surface = |z, radius, index| face(z, radius, 12.7, Coating::Ideal, index);
+    let system = System {
+        wavelength: 0.7e-3,
+        source: plane_wave([0.0; 2]),
+        screens: vec![doe(0.0, &pixels), sensor(53.0, 128, pitch)],
+        trains: vec![vec![
+            surface(3.0, 25.8, [1.0, index]),
+            surface(8.3, f64::INFINITY, [index, 1.0]),
+        ]],
+    };
+    let outcome = simulate(&system, &Settings::default(), &|_| {}).unwrap();
+    let [_, behind, landed] = outcome.hops[0].power;
+    assert!((landed / behind - 1.0).abs() < 5e-3, "{landed} of {behind}");
 }

@@ -47,6 +47,11 @@ const PIXEL_TOLERANCE: f64 = 3e-5;
 /// Sampling above the Nyquist rate for fields without pixels.
 const OVERSAMPLING: f64 = 1.3;
 
+/// Hard edges on a uniform grid are in error by the square of the pitch, so where cells are few they are
+/// made finer, up to this factor, as long as they stay within this number along an axis.
+const EDGE_FINENESS: f64 = 4.0;
+const EDGE_CELLS: f64 = 800.0;
+
 /// Plans the nodes of a screen: the pixels of its element with enough Gauss nodes each, or a uniform
 /// grid over its opening fine enough for what arrives, what the element adds and what is wanted.
 ///
@@ -80,7 +85,8 @@ pub fn plan_grid(
         None => {
             let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
             let finest = wavelength / (OVERSAMPLING * total(a).max(1e-3));
-            let cells = ((high - low) / finest).ceil().max(16.0);
+            let needed = ((high - low) / finest).max(16.0);
+            let cells = (needed * EDGE_FINENESS).min(EDGE_CELLS).max(needed).ceil();
             Axis::uniform(cells as usize, (high - low) / cells, 0.5 * (low + high))
         }
     };
