@@ -20,6 +20,7 @@ pub mod route;
 pub mod settings;
 pub mod simulate;
 pub mod sketch;
+pub mod survey;
 pub mod tally;
 pub mod tube;
 pub mod walk;

@@ -12,13 +12,15 @@ use crate::engine::plan::{Plan, PlanError, plan};
 use crate::engine::plane;
 use crate::engine::rims::with_rims;
 use crate::engine::settings::Settings;
-use crate::engine::tally::{Fate, Tally};
+use crate::engine::survey::survey;
+use crate::engine::tally::{FATES, Fate, Tally};
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::field::{Axis, Field, Grid};
 use crate::wave::gather::Canvas;
+use crate::wave::patch::Band;
 use crate::wave::plane::PlaneSum;
 use crate::wave::raster::Raster;
 use crate::wave::sampling::{Reach, SamplingError, act, interpolate, plan_grid, plan_raster};
@@ -187,6 +189,14 @@ impl Arriving {
         }
     }
 
+    /// The light on any grid of the screen, before the screen acts.
+    pub fn on(&self, system: &System, grid: Grid) -> Field {
+        match &self.sum {
+            None => illuminate(system, grid),
+            Some((raster, values)) => interpolate(raster, values, &grid),
+        }
+    }
+
     /// The field just behind a screen, on nodes that resolve what arrives and what is wanted behind it,
     /// and its power before the screen acted.
     ///
@@ -204,10 +214,7 @@ impl Arriving {
             leaving,
         };
         let grid = plan_grid(screen, reach, system.wavelength, settings.samples_allowed())?;
-        let mut field = match &self.sum {
-            None => illuminate(system, grid),
-            Some((raster, values)) => interpolate(raster, values, &grid),
-        };
+        let mut field = self.on(system, grid);
         let before = field.power();
         act(screen, &mut field);
         if field.power() == 0.0 {
@@ -268,7 +275,8 @@ pub fn simulate(
             });
         };
         step(0.0);
-        let (values, tally) = carry((number, &hop), &plan, settings, &field, &raster, &step)?;
+        let (values, mut tally) = carry((number, &hop), &plan, settings, &field, &raster, &step)?;
+        tally.divide_elsewhere(unfollowed(system, &hop, &plan, &light));
         step(1.0);
         reports.push(HopReport {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
@@ -327,6 +335,27 @@ pub fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
         Plan::Planes(planes) => planes.arriving,
         Plan::Paper(paper) => paper.arriving,
     }
+}
+
+/// Energy by fate, in proportion, of the light that a plan does not follow.
+fn unfollowed(system: &System, hop: &Hop, plan: &Plan, light: &Arriving) -> [f64; FATES.len()] {
+    let behind = |grid: Grid| {
+        let mut field = light.on(system, grid);
+        act(hop.from, &mut field);
+        field
+    };
+    if let Plan::Free(..) = plan {
+        // All light is carried; what arrives is known, and the rest is what goes elsewhere.
+        let mut energy = survey(hop, &behind, &|_| true);
+        energy[Fate::Elsewhere.place()] = 0.0;
+        return energy;
+    }
+    let beyond = |band: &Band, p: f64| {
+        let half = 0.5 * band.spacing;
+        p < band.at(0) - half || p > band.at(band.count.max(1) - 1) + half
+    };
+    let [bx, by] = plan.bands();
+    survey(hop, &behind, &|p| beyond(bx, p[0]) || beyond(by, p[1]))
 }
 
 fn carry(
