@@ -12,7 +12,9 @@ use crate::engine::tally::{FATES, Fate};
 use crate::math::random::pair;
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
+use crate::wave::curved::CurvedPatches;
 use crate::wave::field::{Axis, Field, Grid};
+use crate::wave::heights::Heights;
 use crate::wave::patch::{Band, Patches, Spectrum};
 use crate::wave::window::{Positions, Synthesis};
 
@@ -115,19 +117,31 @@ impl Lens {
             start: self.axis.start + at[a],
             ..self.axis.clone()
         };
+        let there = Grid {
+            x: moved(0),
+            y: moved(1),
+        };
         let here = Field {
-            values: light(Grid {
-                x: moved(0),
-                y: moved(1),
-            })
-            .values,
+            values: light(there.clone()).values,
             grid: Grid {
                 x: self.axis.clone(),
                 y: self.axis.clone(),
             },
         };
+        let spectrum = match hop.from.is_plane() {
+            true => self.patches.cut(&here, self.middle),
+            false => CurvedPatches {
+                patches: &self.patches,
+                screen: hop.from,
+                heights: &Heights::on(hop.from, &there),
+                origin: at,
+                bands: [&self.band; 2],
+                k: hop.wavenumber(),
+            }
+            .cut(&here, self.middle),
+        };
         let mut energy = [0.0; FATES.len()];
-        if let Some(spectrum) = self.patches.cut(&here, self.middle) {
+        if let Some(spectrum) = spectrum {
             self.spread(hop, at, &spectrum, unfollowed, &mut energy);
         }
         energy
@@ -203,6 +217,7 @@ mod tests {
             frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
             act,
             index: 1.0,
+            shape: Shape::Plane,
             arrives: 1.0,
         }
     }
