@@ -38,6 +38,8 @@ pub mod interface;
 pub mod bench;
 
 pub mod problems;
+
+pub mod mirror;
 pub mod strong;
 
 pub mod suite;

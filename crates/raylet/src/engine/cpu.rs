@@ -133,15 +133,7 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
             continue;
         }
         let mode = [mx, my];
-        let fate = match follow(
-            job,
-            &seat,
-            mode,
-            *c,
-            to,
-            &mut aberrations,
-            &mut tally,
-        ) {
+        let fate = match follow(job, &seat, mode, *c, to, &mut aberrations, &mut tally) {
             Ok(arrival) => {
                 arrivals.push(arrival);
                 Fate::Arrived

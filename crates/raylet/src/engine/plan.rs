@@ -72,7 +72,9 @@ pub enum PlanError {
         causes: String,
     },
     /// Plane waves and the source paper's method start from planes.
-    #[error("method '{method}' does not start from curved screens such as '{screen}'; use beamlet or auto")]
+    #[error(
+        "method '{method}' does not start from curved screens such as '{screen}'; use beamlet or auto"
+    )]
     Curved {
         /// The method.
         method: &'static str,
@@ -132,7 +134,12 @@ pub fn plan(
     if settings.method == Method::Auto
         && let Some(free) = free_hop(hop, from, to, anchor, settings)
     {
-        let (free, plan) = widest(free, from, to);
+        let layers = if hop.from.is_plane() && hop.to.is_plane() {
+            1
+        } else {
+            CURVED_LAYERS
+        };
+        let (free, plan) = widest(free, from, to, CHEAP_DIRECTIONS / layers);
         check_directions(hop, &plan, settings)?;
         return Ok(Plan::Free(free, plan));
     }
@@ -169,18 +176,21 @@ pub fn plan(
 /// Plane waves that cost little: a free hop whose period may grow takes the widest one within them.
 const CHEAP_DIRECTIONS: usize = 3_000_000;
 
+/// Transforms that a curved screen asks for, roughly.
+const CURVED_LAYERS: usize = 20;
+
 /// Periods tried in turn, over the sum of the half widths.
 const PADDINGS: [f64; 3] = [12.0, 8.0, 6.0];
 
 /// The free hop with the widest period that is cheap, or with its own.
-fn widest(free: FreeHop, from: [f64; 4], to: [f64; 4]) -> (FreeHop, FreePlan) {
+fn widest(free: FreeHop, from: [f64; 4], to: [f64; 4], cheap: usize) -> (FreeHop, FreePlan) {
     for padding in PADDINGS {
         let wider = FreeHop {
             padding: padding.max(free.padding),
             ..free.clone()
         };
         let plan = wider.plan(from, to);
-        if plan.bands[0].count.saturating_mul(plan.bands[1].count) <= CHEAP_DIRECTIONS {
+        if plan.bands[0].count.saturating_mul(plan.bands[1].count) <= cheap {
             return (wider, plan);
         }
     }

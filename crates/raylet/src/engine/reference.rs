@@ -17,8 +17,8 @@ use crate::optics::system::{Hop, System};
 use crate::wave::collins::{Collins, CollinsError};
 use crate::wave::field::Field;
 use crate::wave::raster::Raster;
-use crate::wave::sheets::Sheets;
 use crate::wave::rayleigh::{Emitters, PAIRS_PER_SECOND};
+use crate::wave::sheets::Sheets;
 
 /// Period of a reference's free hop over the sum of the half widths of screen and target.
 pub const PADDING: f64 = 8.0;

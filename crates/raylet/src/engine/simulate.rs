@@ -354,4 +354,3 @@ fn unfollowed(system: &System, hop: &Hop, plan: &Plan, light: &Arriving) -> [f64
     let [bx, by] = plan.bands();
     survey(hop, &behind, &|p| beyond(bx, p[0]) || beyond(by, p[1]))
 }
-

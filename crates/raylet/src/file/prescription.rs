@@ -67,6 +67,7 @@ impl Part<'_> {
                 (Interface::Refract, Shape::Conic(conic)) if conic.conic == 0.0 => "sphere",
                 (Interface::Refract, Shape::Conic(_)) => "conic",
                 (Interface::Refract, Shape::Asphere { .. }) => "asphere",
+                (Interface::Refract, Shape::Freeform { .. }) => "freeform",
             },
         }
     }
@@ -79,7 +80,7 @@ impl Part<'_> {
         match &surface.shape {
             Shape::Plane => None,
             Shape::Conic(conic) => Some(conic.curvature),
-            Shape::Asphere { base, .. } => Some(base.curvature),
+            Shape::Asphere { base, .. } | Shape::Freeform { base, .. } => Some(base.curvature),
         }
         .filter(|curvature| *curvature != 0.0)
         .map(|curvature| 1.0 / curvature)

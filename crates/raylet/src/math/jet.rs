@@ -6,29 +6,30 @@ use crate::math::real::Real;
 
 /// f, its slopes f_x, f_y and its bends f_xx, f_xy, f_yy.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jet {
+pub struct Jet<T = f64> {
     /// The number.
-    pub value: f64,
+    pub value: T,
     /// First derivatives (x, y).
-    pub slope: [f64; 2],
+    pub slope: [T; 2],
     /// Second derivatives (xx, xy, yy).
-    pub bend: [f64; 3],
+    pub bend: [T; 3],
 }
 
-impl Jet {
+impl<T: Real> Jet<T> {
     /// The `index`-th of the two inputs.
-    pub fn variable(value: f64, index: usize) -> Self {
-        let mut slope = [0.0; 2];
-        slope[index] = 1.0;
+    pub fn variable(value: T, index: usize) -> Self {
+        let zero = T::constant(0.0);
+        let mut slope = [zero; 2];
+        slope[index] = T::constant(1.0);
         Self {
             value,
             slope,
-            bend: [0.0; 3],
+            bend: [zero; 3],
         }
     }
 
     /// A scalar function of this number, given its value and first two derivatives there.
-    fn chain(self, value: f64, first: f64, second: f64) -> Self {
+    fn chain(self, value: T, first: T, second: T) -> Self {
         let ([x, y], [xx, xy, yy]) = (self.slope, self.bend);
         Self {
             value,
@@ -42,24 +43,29 @@ impl Jet {
     }
 }
 
-impl Real for Jet {
+impl<T: Real> Real for Jet<T> {
     fn constant(value: f64) -> Self {
         Self {
-            value,
-            slope: [0.0; 2],
-            bend: [0.0; 3],
+            value: T::constant(value),
+            slope: [T::constant(0.0); 2],
+            bend: [T::constant(0.0); 3],
         }
     }
     fn value(self) -> f64 {
-        self.value
+        self.value.value()
     }
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
-        self.chain(root, 0.5 / root, -0.25 / (root * self.value))
+        let half = T::constant(0.5) / root;
+        self.chain(root, half, half * -0.5 / self.value)
+    }
+    fn exp(self) -> Self {
+        let power = self.value.exp();
+        self.chain(power, power, power)
     }
 }
 
-impl Add for Jet {
+impl<T: Real> Add for Jet<T> {
     type Output = Self;
     fn add(self, other: Self) -> Self {
         Self {
@@ -70,14 +76,14 @@ impl Add for Jet {
     }
 }
 
-impl Sub for Jet {
+impl<T: Real> Sub for Jet<T> {
     type Output = Self;
     fn sub(self, other: Self) -> Self {
         self + -other
     }
 }
 
-impl Mul for Jet {
+impl<T: Real> Mul for Jet<T> {
     type Output = Self;
     fn mul(self, other: Self) -> Self {
         let (f, [fx, fy], [fxx, fxy, fyy]) = (self.value, self.slope, self.bend);
@@ -86,48 +92,48 @@ impl Mul for Jet {
             value: f * g,
             slope: [fx * g + f * gx, fy * g + f * gy],
             bend: [
-                fxx * g + 2.0 * fx * gx + f * gxx,
+                fxx * g + fx * gx * 2.0 + f * gxx,
                 fxy * g + fx * gy + fy * gx + f * gxy,
-                fyy * g + 2.0 * fy * gy + f * gyy,
+                fyy * g + fy * gy * 2.0 + f * gyy,
             ],
         }
     }
 }
 
-impl Div for Jet {
+impl<T: Real> Div for Jet<T> {
     type Output = Self;
     fn div(self, other: Self) -> Self {
-        let inverse = 1.0 / other.value;
+        let inverse = T::constant(1.0) / other.value;
         let square = inverse * inverse;
-        self * other.chain(inverse, -square, 2.0 * square * inverse)
+        self * other.chain(inverse, -square, square * inverse * 2.0)
     }
 }
 
-impl Neg for Jet {
+impl<T: Real> Neg for Jet<T> {
     type Output = Self;
     fn neg(self) -> Self {
-        self.chain(-self.value, -1.0, 0.0)
+        self.chain(-self.value, T::constant(-1.0), T::constant(0.0))
     }
 }
 
-impl Add<f64> for Jet {
+impl<T: Real> Add<f64> for Jet<T> {
     type Output = Self;
     fn add(self, other: f64) -> Self {
-        self.chain(self.value + other, 1.0, 0.0)
+        self.chain(self.value + other, T::constant(1.0), T::constant(0.0))
     }
 }
 
-impl Sub<f64> for Jet {
+impl<T: Real> Sub<f64> for Jet<T> {
     type Output = Self;
     fn sub(self, other: f64) -> Self {
-        self.chain(self.value - other, 1.0, 0.0)
+        self.chain(self.value - other, T::constant(1.0), T::constant(0.0))
     }
 }
 
-impl Mul<f64> for Jet {
+impl<T: Real> Mul<f64> for Jet<T> {
     type Output = Self;
     fn mul(self, other: f64) -> Self {
-        self.chain(self.value * other, other, 0.0)
+        self.chain(self.value * other, T::constant(other), T::constant(0.0))
     }
 }
 
@@ -137,7 +143,7 @@ mod tests {
     use crate::math::real::{Dual, Real};
 
     fn formula<T: Real>(x: T, y: T) -> T {
-        (x * y * y + (x / y).sqrt() - y * 3.0) / (T::constant(2.0) - -x)
+        (x * y * y + (x / y).sqrt() - y * 3.0 + (x * y).exp()) / (T::constant(2.0) - -x)
     }
 
     #[test]

@@ -24,6 +24,8 @@ pub trait Real:
     fn value(self) -> f64;
     /// The positive square root.
     fn sqrt(self) -> Self;
+    /// The exponential.
+    fn exp(self) -> Self;
 }
 
 impl Real for f64 {
@@ -38,6 +40,10 @@ impl Real for f64 {
     #[inline(always)]
     fn sqrt(self) -> Self {
         f64::sqrt(self)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        f64::exp(self)
     }
 }
 
@@ -84,6 +90,11 @@ impl<const N: usize> Real for Dual<N> {
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         self.chain(root, 0.5 / root)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        let power = self.value.exp();
+        self.chain(power, power)
     }
 }
 

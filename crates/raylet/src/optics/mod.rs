@@ -5,6 +5,7 @@ pub mod bend;
 pub mod dispersion;
 pub mod doe;
 pub mod frame;
+pub mod freeform;
 pub mod medium;
 pub mod paraxial;
 pub mod profile;

@@ -1,8 +1,8 @@
 //! Screens: where a field lives, and what acts on it there.
 
+use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::doe::Doe;
-use crate::math::vec3::Vec3;
 use crate::optics::frame::Frame;
 use crate::optics::shape::{Height, Shape};
 

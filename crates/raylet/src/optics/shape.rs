@@ -2,6 +2,7 @@
 
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
+use crate::optics::freeform::Term;
 use crate::optics::ray::Loss;
 
 /// The shape of a surface in its own frame; the vertex is the origin and the normal there is z.
@@ -17,6 +18,13 @@ pub enum Shape {
         base: Conic,
         /// Coefficients of r⁴, r⁶, r⁸, … in mm⁻³, mm⁻⁵, mm⁻⁷, …
         coefficients: Vec<f64>,
+    },
+    /// A conic plus terms of any kind.
+    Freeform {
+        /// The conic below the terms.
+        base: Conic,
+        /// What is added to it.
+        terms: Vec<Term>,
     },
 }
 
@@ -60,6 +68,10 @@ impl Shape {
             Shape::Asphere { base, coefficients } => {
                 base.height(x, y).map(|h| add_powers(h, coefficients, x, y))
             }
+            Shape::Freeform { base, terms } => {
+                let below = base.height(x, y)?;
+                Some(terms.iter().fold(below, |h, term| term.add(h, x, y)))
+            }
         }
     }
 
@@ -75,17 +87,21 @@ impl Shape {
                 Ok(-position.z / direction.z)
             }
             Shape::Conic(conic) => conic.meet(position, direction),
-            Shape::Asphere { .. } => self.meet_by_newton(position, direction),
+            Shape::Asphere { base, .. } | Shape::Freeform { base, .. } => {
+                self.meet_by_newton(base, position, direction)
+            }
         }
     }
 
     /// Newton's method on F = z − height(x, y), in plain numbers, then one more step in `T`: at a root
     /// that step carries exactly the derivatives of the implicit function and adds nothing else.
-    fn meet_by_newton<T: Real>(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
+    fn meet_by_newton<T: Real>(
+        &self,
+        base: &Conic,
+        position: Vec3<T>,
+        direction: Vec3<T>,
+    ) -> Result<T, Loss> {
         let (p, d) = (position.value(), direction.value());
-        let Shape::Asphere { base, .. } = self else {
-            return Err(Loss::NotConverged);
-        };
         let mut length = base.meet(p, d).or_else(|_| Shape::Plane.meet(p, d))?;
         let mut converged = false;
         for _ in 0..NEWTON_STEPS {
@@ -197,6 +213,7 @@ fn add_powers<T: Real>(base: Height<T>, coefficients: &[f64], x: T, y: T) -> Hei
 #[cfg(test)]
 mod tests {
     use crate::math::vec3::Vec3;
+    use crate::optics::freeform::Term;
     use crate::optics::shape::{Conic, Shape};
 
     fn shapes() -> Vec<Shape> {
@@ -214,6 +231,14 @@ mod tests {
             Shape::Asphere {
                 base,
                 coefficients: vec![1e-5, -2e-8, 3e-11],
+            },
+            Shape::Freeform {
+                base,
+                terms: vec![Term::Gaussian {
+                    height: -0.4,
+                    centre: [1.0, 2.0],
+                    sigma: 5.0,
+                }],
             },
         ]
     }

@@ -44,7 +44,9 @@ impl CurvedPatches<'_> {
         let view = field.values.slice(s![place.y.clone(), place.x.clone()]);
         let energy = self.patches.energy_of(view, index);
         let [x, y] = place.centre;
-        let here = self.screen.height([x + self.origin[0], y + self.origin[1]])?;
+        let here = self
+            .screen
+            .height([x + self.origin[0], y + self.origin[1]])?;
         if energy == 0.0 {
             return None;
         }

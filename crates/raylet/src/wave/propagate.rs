@@ -9,6 +9,7 @@
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
+use crate::math::braid::Braid2;
 use crate::math::chirp::{Chirp2, Comb};
 use crate::wave::field::{Axis, Field, Grid};
 use crate::wave::heights::{Heights, Stack, normal_cosines};
@@ -141,7 +142,8 @@ impl FreeHop {
 
     /// Carries a field to the raster of the receiving plane.
     pub fn carry(&self, field: &Field, target: &Raster, plan: &FreePlan) -> Array2<Complex64> {
-        let mut waves = self.spread(field.values.view(), &field.grid, plan);
+        let braid = self.braid(&field.grid, plan);
+        let mut waves = self.spread(&braid, field.values.view(), &field.grid, plan);
         self.cross(&mut waves, plan);
         self.land(&waves, target, plan)
     }
@@ -161,15 +163,18 @@ impl FreeHop {
         let [band_x, band_y] = &plan.bands;
         let normal = |p: [f64; 2]| leaves * self.normal(p);
         let stack = self.stack(field, heights, leaves, plan);
+        let braid = self.braid(&field.grid, plan);
         let mut waves: Array2<Complex64> = Array2::zeros((band_y.count, band_x.count));
         for (number, level) in stack.levels.at.iter().enumerate() {
             // What this level holds of the field, and of the field times the slopes.
             let held = level_part(&stack, number, field, heights);
             let part = |weight: Option<&Array2<f64>>| match weight {
-                None => self.spread(held.view(), &field.grid, plan),
+                None => self.spread(&braid, held.view(), &field.grid, plan),
                 Some(slope) => {
-                    let tilted = ndarray::Zip::from(&held).and(slope).par_map_collect(|u, s| u * s);
-                    self.spread(tilted.view(), &field.grid, plan)
+                    let tilted = ndarray::Zip::from(&held)
+                        .and(slope)
+                        .par_map_collect(|u, s| u * s);
+                    self.spread(&braid, tilted.view(), &field.grid, plan)
                 }
             };
             let [sx, sy] = &heights.slope;
@@ -214,32 +219,35 @@ impl FreeHop {
         Stack::new(range, cosines, self.k)
     }
 
-    /// Field to plane waves: c(p) = 1/P² Σ U e^{−ik p·x} dA, one comb per node of the cells.
+    /// Field to plane waves, c(p) = 1/P² Σ U e^{−ik p·x} dA.
     fn spread(
         &self,
+        braid: &Braid2,
         values: ArrayView2<Complex64>,
         grid: &Grid,
         plan: &FreePlan,
     ) -> Array2<Complex64> {
-        let [band_x, band_y] = &plan.bands;
-        let mut waves: Array2<Complex64> = Array2::zeros((band_y.count, band_x.count));
-        for gy in 0..grid.y.offsets.len() {
-            for gx in 0..grid.x.offsets.len() {
-                let step = (grid.y.offsets.len() as isize, grid.x.offsets.len() as isize);
-                let comb = values.slice(ndarray::s![gy..;step.0, gx..;step.1]);
-                let chirp = Chirp2::new(
-                    node_comb(&grid.y, gy),
-                    node_comb(&grid.x, gx),
-                    band_comb(band_y),
-                    band_comb(band_x),
-                    -self.k,
-                );
-                let area = plan.period[0] * plan.period[1];
-                let weight = grid.x.weights[gx] * grid.y.weights[gy] / area;
-                waves.scaled_add(Complex64::new(weight, 0.0), &chirp.apply(comb));
+        let area = plan.period[0] * plan.period[1];
+        let mut weighted = values.to_owned();
+        ndarray::Zip::indexed(weighted.rows_mut()).par_for_each(|j, mut row| {
+            let along_y = grid.y.weight(j) / area;
+            for (i, value) in row.iter_mut().enumerate() {
+                *value *= grid.x.weight(i) * along_y;
             }
-        }
-        waves
+        });
+        braid.apply(weighted.view())
+    }
+
+    /// The transforms from the nodes of a grid to a plan's directions.
+    fn braid(&self, grid: &Grid, plan: &FreePlan) -> Braid2 {
+        let [band_x, band_y] = &plan.bands;
+        let combs = |axis: &Axis| -> Vec<Comb> {
+            (0..axis.offsets.len())
+                .map(|g| node_comb(axis, g))
+                .collect()
+        };
+        let (y, x) = (combs(&grid.y), combs(&grid.x));
+        Braid2::new(&y, &x, band_comb(band_y), band_comb(band_x), -self.k)
     }
 
     /// Each wave crosses the slabs.

@@ -16,7 +16,9 @@ pub enum SamplingError {
     #[error("screen '{0}' has no edge; give its element an aperture")]
     Boundless(String),
     /// A curved screen exists nowhere within its edge.
-    #[error("the surface of screen '{0}' does not exist within its edge; make its aperture smaller")]
+    #[error(
+        "the surface of screen '{0}' does not exist within its edge; make its aperture smaller"
+    )]
     Absent(String),
     /// The grid would be larger than allowed.
     #[error(
@@ -81,9 +83,8 @@ pub fn plan_grid(
         .relief()
         .ok_or_else(|| SamplingError::Absent(screen.name.clone()))?;
     let swing = swing(screen, reach);
-    let total = |a: usize| {
-        reach.arriving[a] + slope[a] + reach.leaving[a] + relief.slope[a] * swing
-    };
+    let total =
+        |a: usize| reach.arriving[a] + slope[a] + reach.leaving[a] + relief.slope[a] * swing;
 
     let axis = |a: usize| match doe.and_then(|doe| doe.pixels()) {
         Some(pixels) => {

@@ -39,7 +39,10 @@ impl Sheets {
             .collect();
         match &self.stack {
             Some(stack) => stack.merge(&sheets, &Heights::on(screen, grid)),
-            None => sheets.into_iter().next().unwrap_or_else(|| Field::zeros(grid.clone())),
+            None => sheets
+                .into_iter()
+                .next()
+                .unwrap_or_else(|| Field::zeros(grid.clone())),
         }
     }
 

@@ -1,0 +1,138 @@
+//! Exact Fourier sums from interleaved combs: grids whose cells hold the same few nodes each.
+
+use ndarray::{Array2, ArrayView2, s};
+use num_complex::Complex64;
+
+use crate::math::chirp::{Chirp, Comb};
+use crate::math::lines::transform_rows;
+
+/// The plan of out\[n, m\] = Σⱼᵢ in\[j, i\]·exp(i·scale·(xᵢ·x′ₘ + yⱼ·y′ₙ)), where the points xᵢ of one axis
+/// are several combs dealt out in turn: point i belongs to comb i mod (number of combs).
+#[derive(Clone, Debug)]
+pub struct Braid2 {
+    x: Vec<Chirp>,
+    y: Vec<Chirp>,
+    to: [usize; 2],
+}
+
+impl Braid2 {
+    /// Plans sums from the combs of each axis, all of one length, to the grid `to_y` × `to_x`.
+    pub fn new(from_y: &[Comb], from_x: &[Comb], to_y: Comb, to_x: Comb, scale: f64) -> Self {
+        let plan = |combs: &[Comb], to: Comb| {
+            let one = |comb: &Comb| Chirp::new(*comb, to, scale);
+            combs.iter().map(one).collect()
+        };
+        Self {
+            x: plan(from_x, to_x),
+            y: plan(from_y, to_y),
+            to: [to_y.count, to_x.count],
+        }
+    }
+
+    /// The sums over `input`, shape \[points of y, points of x\]. The same bits for any number of threads.
+    ///
+    /// # Panics
+    /// If `input` has another shape.
+    pub fn apply(&self, input: ArrayView2<'_, Complex64>) -> Array2<Complex64> {
+        // Along x every row is summed by its combs, along y every column of what that gives.
+        let mut middle: Array2<Complex64> = Array2::zeros([input.nrows(), self.to[1]]);
+        for (g, chirp) in self.x.iter().enumerate() {
+            let strand = input.slice(s![.., g..;self.x.len()]);
+            transform_rows(strand, middle.view_mut(), |a, b, s| chirp.apply(a, b, s));
+        }
+        let mut out = Array2::zeros(self.to);
+        for (g, chirp) in self.y.iter().enumerate() {
+            let strand = middle.slice(s![g..;self.y.len(), ..]).reversed_axes();
+            let columns = out.view_mut().reversed_axes();
+            transform_rows(strand, columns, |a, b, s| chirp.apply(a, b, s));
+        }
+        out
+    }
+
+    /// The conjugate transpose: from the grid back to the `points` \[y, x\] of the interleaved combs.
+    ///
+    /// # Panics
+    /// If `out_bar` has another shape than the grid.
+    pub fn apply_adjoint(
+        &self,
+        out_bar: ArrayView2<'_, Complex64>,
+        points: [usize; 2],
+    ) -> Array2<Complex64> {
+        // out += y-sums of middle
+        let mut middle_bar: Array2<Complex64> = Array2::zeros([points[0], self.to[1]]);
+        for (g, chirp) in self.y.iter().enumerate() {
+            let strand = middle_bar.slice_mut(s![g..;self.y.len(), ..]);
+            transform_rows(
+                out_bar.reversed_axes(),
+                strand.reversed_axes(),
+                |a, b, s| {
+                    chirp.apply_adjoint(a, b, s);
+                },
+            );
+        }
+        // middle += x-sums of input
+        let mut input_bar = Array2::zeros(points);
+        for (g, chirp) in self.x.iter().enumerate() {
+            let strand = input_bar.slice_mut(s![.., g..;self.x.len()]);
+            transform_rows(middle_bar.view(), strand, |a, b, s| {
+                chirp.apply_adjoint(a, b, s);
+            });
+        }
+        input_bar
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::math::braid::Braid2;
+    use crate::math::chirp::Comb;
+    use crate::math::random;
+
+    fn comb(start: f64, step: f64, count: usize) -> Comb {
+        Comb { start, step, count }
+    }
+
+    fn noise(shape: [usize; 2], purpose: u32) -> Array2<Complex64> {
+        Array2::from_shape_fn(shape, |(j, i)| {
+            let [re, im] = random::pair(7, [j as u32, i as u32, 0, purpose]);
+            Complex64::new(re - 0.5, im - 0.5)
+        })
+    }
+
+    fn braid() -> (Braid2, [Vec<Comb>; 2], [Comb; 2]) {
+        let y = vec![comb(-1.0, 0.5, 4), comb(-0.75, 0.5, 4)];
+        let x = vec![comb(-2.0, 1.0, 5), comb(-1.7, 1.0, 5), comb(-1.4, 1.0, 5)];
+        let to = [comb(-0.3, 0.1, 7), comb(-0.5, 0.07, 6)];
+        (Braid2::new(&y, &x, to[0], to[1], 9.0), [y, x], to)
+    }
+
+    #[test]
+    fn sums_are_those_written() {
+        let (braid, [y, x], to) = braid();
+        let input = noise([8, 15], 1);
+        let found = braid.apply(input.view());
+        for ((n, m), value) in found.indexed_iter() {
+            let mut sum = Complex64::ZERO;
+            for ((j, i), u) in input.indexed_iter() {
+                let (a, b) = (y[j % 2].at(j / 2), x[i % 3].at(i / 3));
+                sum += u * Complex64::cis(9.0 * (a * to[0].at(n) + b * to[1].at(m)));
+            }
+            assert!((value - sum).norm() < 1e-12);
+        }
+    }
+
+    #[test]
+    fn apply_dot_product() {
+        let (braid, ..) = braid();
+        let (a, b) = (noise([8, 15], 2), noise([7, 6], 3));
+        let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {
+            a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+        };
+        let there = inner(&b, &braid.apply(a.view()));
+        let back = inner(&braid.apply_adjoint(b.view(), [8, 15]), &a);
+        assert!((there - back).norm() < 1e-13 * there.norm());
+    }
+}
