@@ -7,6 +7,7 @@ use std::time::Instant;
 use clap::Args;
 use indicatif::ProgressBar;
 use raylet::design::hologram::{Score, design};
+use raylet::file::fault::Fault;
 use raylet::file::hologram::commission;
 use raylet::file::phase_file::PhaseFile;
 use raylet::file::scene::Scene;
@@ -46,9 +47,8 @@ impl Hologram {
             wanted.task.iterations = iterations as usize;
         }
         let Some(file) = self.out.as_ref().or(wanted.file.as_ref()) else {
-            return Err(Failure::new(
-                "no file for the phase: expected --out FILE, or `phase` in the scene's pixel layer",
-            ));
+            let expected = "--out FILE, or `phase` in the scene's layer of pixels";
+            return Err(Fault::of_file(&self.scene, "no file for the phase", expected).into());
         };
         // A place that cannot be written is told before the work begins.
         let file = PhaseFile::claim(file)?;

@@ -15,6 +15,9 @@ pub const RESULT_FILE: &str = "result.json";
 /// The file by which a folder of a comparison is known.
 pub const COMPARISON_FILE: &str = "compare.json";
 
+/// The picture of a comparison.
+pub const COMPARISON_PICTURE: &str = "compare.png";
+
 /// The name of a folder that may be written: checked, not yet made.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Target {
@@ -99,14 +102,28 @@ impl Target {
         if !kind.is_dir() {
             return refuse("something that is not a folder");
         }
-        let mut entries = match fs::read_dir(path) {
-            Ok(entries) => entries,
-            Err(error) => return refuse(&error.to_string()),
-        };
-        if path.join(self.mark).is_file() || entries.next().is_none() {
-            return Ok(());
+        match self.stranger() {
+            Ok(None) => Ok(()),
+            Ok(Some(name)) => refuse(&format!("a folder with other files in it, such as {name}")),
+            Err(error) => refuse(&error.to_string()),
         }
-        refuse("a folder with other files in it")
+    }
+
+    /// Something in the folder that no earlier run says it wrote. Hidden files, which file managers leave,
+    /// do not count.
+    fn stranger(&self) -> io::Result<Option<String>> {
+        let text = fs::read_to_string(self.path.join(self.mark)).unwrap_or_default();
+        let document: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        let mut known = vec![COMPARISON_PICTURE, self.mark];
+        let files = document.get("files").and_then(|files| files.as_array());
+        known.extend(files.into_iter().flatten().filter_map(|file| file.as_str()));
+        for entry in fs::read_dir(&self.path)? {
+            let name = entry?.file_name().to_string_lossy().into_owned();
+            if !name.starts_with('.') && !known.contains(&name.as_str()) {
+                return Ok(Some(name));
+            }
+        }
+        Ok(None)
     }
 }
 
@@ -159,7 +176,8 @@ mod tests {
         // A second result replaces the first as a whole.
         for name in ["first", "second"] {
             let draft = Target::claim(&out).unwrap().draft().unwrap();
-            draft.write(RESULT_FILE, b"{}").unwrap();
+            let document = format!("{{\"files\": [\"{name}\"]}}");
+            draft.write(RESULT_FILE, document.as_bytes()).unwrap();
             draft.write(name, b"").unwrap();
             draft.publish().unwrap();
             assert!(out.join(name).exists());
@@ -176,7 +194,10 @@ mod tests {
         Target::claim(&out).unwrap();
         fs::write(out.join("diary.txt"), "mine").unwrap();
         let fault = Target::claim(&out).unwrap_err().to_string();
-        assert!(fault.contains("other files"), "{fault}");
+        assert!(
+            fault.contains("other files") && fault.contains("diary.txt"),
+            "{fault}"
+        );
         let file = out.join("diary.txt");
         assert!(Target::claim(&file).is_err());
         assert!(Target::claim(&file.join("below")).is_err());
@@ -190,7 +211,13 @@ mod tests {
         fs::create_dir(&results).unwrap();
         fs::write(results.join(RESULT_FILE), "{}").unwrap();
         Target::claim(&results).unwrap();
+        fs::write(results.join(".DS_Store"), "").unwrap();
+        Target::claim(&results).unwrap();
         assert!(Target::claim_as(&results, COMPARISON_FILE).is_err());
         assert_eq!(fs::read_to_string(file).unwrap(), "mine");
+
+        // Nor do results replace what a user has put beside earlier ones.
+        fs::write(results.join("notes.txt"), "").unwrap();
+        assert!(Target::claim(&results).is_err());
     }
 }

@@ -3,6 +3,7 @@
 //! A hidden folder stands beside the place that is meant, or beside the first of its folders that is not
 //! there yet, so that the last step is a rename. A program that is told to end can sweep all of them away.
 
+use std::error::Error;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -48,7 +49,10 @@ impl Hidden {
             .tempdir_in(&around)
             .map_err(|error| {
                 // The whole message names the hidden folder, which says nothing to the user.
-                let found = error.kind().to_string();
+                let found = match error.source() {
+                    Some(inner) => inner.to_string(),
+                    None => error.to_string(),
+                };
                 Fault::of_file(&around, found, "a folder that can be written")
             })?
             .keep();
