@@ -7,7 +7,7 @@ use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use ndarray::{Array1, Array3, Ix1, Ix3};
-use ndarray_npy::{NpzReader, NpzWriter};
+use ndarray_npy::{NpzReader, NpzWriter, ReadNpzError};
 use num_complex::Complex64;
 
 use crate::file::fault::Fault;
@@ -61,10 +61,10 @@ impl Fields {
             Fault::of_file(path, error.to_string(), "a field.npz that can be read")
         })?;
         let mut archive = NpzReader::new(BufReader::new(file)).map_err(|error| {
-            Fault::of_file(path, error.to_string(), "an archive made by numpy.savez")
+            Fault::of_file(path, plain(&error), "an archive made by numpy.savez")
         })?;
-        let refuse = |name: &str, error: ndarray_npy::ReadNpzError, expected: &str| {
-            Fault::of_file(path, format!("array `{name}`: {error}"), expected)
+        let refuse = |name: &str, error: ReadNpzError, expected: &str| {
+            Fault::of_file(path, format!("array `{name}`: {}", plain(&error)), expected)
         };
         let field = archive
             .by_name::<ndarray::OwnedRepr<Complex64>, Ix3>("field")
@@ -123,6 +123,14 @@ impl Fields {
             ));
         }
         Ok(())
+    }
+}
+
+/// What went wrong, without the names of the readers it went through.
+fn plain(error: &ReadNpzError) -> String {
+    match error {
+        ReadNpzError::Zip(error) => error.to_string(),
+        ReadNpzError::Npy(error) => error.to_string(),
     }
 }
 
