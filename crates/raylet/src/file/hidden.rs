@@ -3,7 +3,6 @@
 //! A hidden folder stands beside the place that is meant, or beside the first of its folders that is not
 //! there yet, so that the last step is a rename. A program that is told to end can sweep all of them away.
 
-use std::error::Error;
 use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
@@ -48,11 +47,9 @@ impl Hidden {
             .prefix(".raylet-")
             .tempdir_in(&around)
             .map_err(|error| {
-                // The whole message names the hidden folder, which says nothing to the user.
-                let found = match error.source() {
-                    Some(inner) => inner.to_string(),
-                    None => error.to_string(),
-                };
+                // The name of the hidden folder, at the end, says nothing to the user.
+                let told = error.to_string();
+                let found = told.split(" at path ").next().unwrap_or_default();
                 Fault::of_file(&around, found, "a folder that can be written")
             })?
             .keep();
