@@ -109,6 +109,7 @@ pub fn screen(name: &str, z: f64, act: Act) -> Screen {
         frame: at(z),
         act,
         index: 1.0,
+        shape: Shape::Plane,
         arrives: 1.0,
     }
 }

@@ -36,6 +36,7 @@ fn screen(name: &str, frame: Frame, act: Act) -> Screen {
         frame,
         act,
         index: 1.0,
+        shape: Shape::Plane,
         arrives: 1.0,
     }
 }

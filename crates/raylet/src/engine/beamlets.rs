@@ -5,8 +5,8 @@
 
 use crate::engine::budget::aberration;
 use crate::engine::fan::{Fan, FanRay, explore};
+use crate::engine::seat::Seat;
 use crate::engine::settings::{Correction, Settings};
-use crate::math::complex::{Complex, Symmetric};
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
 use crate::wave::patch::Band;
@@ -278,17 +278,21 @@ fn choose(candidates: Vec<BeamletPlan>, settings: &Settings) -> BeamletPlan {
 ///
 /// # Errors
 /// How its chief ray was lost, if it was.
-#[inline]
 pub fn launch(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64) -> Result<Arrival, Loss> {
+    launch_from(&Seat::new(hop.from, at)?, hop, p, sigma)
+}
+
+/// The same from a seat that is known.
+///
+/// # Errors
+/// How its chief ray was lost, if it was.
+#[inline]
+pub fn launch_from(seat: &Seat, hop: &Hop, p: [f64; 2], sigma: f64) -> Result<Arrival, Loss> {
     let k = hop.wavenumber();
-    let zero = Complex::new(0.0, 0.0);
-    let q = Complex::new(0.0, 1.0 / (k * sigma * sigma));
-    let start = Symmetric {
-        xx: q,
-        xy: zero,
-        yy: q,
-    };
-    let carried = hop.carry_beamlet(at, p, start)?;
+    let start = seat.window(sigma, k);
+    let carried = seat
+        .hop(hop)
+        .carry_beamlet(seat.at(), seat.cosines(p)?, start)?;
     let (landing, g) = (carried.landing, carried.curvature);
     Ok(Arrival {
         at: landing.at,

@@ -6,6 +6,7 @@
 
 use num_complex::Complex64;
 
+use crate::engine::seat::Seat;
 use crate::engine::walk::Landing;
 use crate::optics::system::Hop;
 
@@ -78,6 +79,9 @@ fn symplectic(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 /// Aberration inside the beamlet of width `sigma` about the ray that leaves (x, y) along p; nothing when
 /// the ray or one of its neighbours is lost. `k` is the vacuum wavenumber.
 pub fn aberration(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64, k: f64) -> Option<Aberration> {
+    // Positions and cosines on the plane that touches the screen are canonical variables.
+    let seat = Seat::new(hop.from, at).ok()?;
+    let (hop, at, p) = (&seat.hop(hop), seat.at(), seat.cosines(p).ok()?);
     let (centre, jacobian) = hop.jacobian(at, p).ok()?;
     let centre = phase_point(&centre);
     let scale = [sigma, sigma, 1.0 / (k * sigma), 1.0 / (k * sigma)];

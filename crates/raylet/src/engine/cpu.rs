@@ -10,13 +10,16 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::engine::backend::{Backend, Job};
-use crate::engine::beamlets::{TRUSTED_TAIL, launch};
+use crate::engine::beamlets::{TRUSTED_TAIL, launch_from};
 use crate::engine::budget::{Aberration, aberration};
 use crate::engine::census::Census;
+use crate::engine::seat::Seat;
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;
+use crate::wave::curved::CurvedPatches;
 use crate::wave::field::Field;
 use crate::wave::gather::Canvas;
+use crate::wave::heights::Heights;
 use crate::wave::patch::{Patches, Spectrum};
 use crate::wave::wavelet::Arrival;
 use crate::wave::window::Positions;
@@ -56,10 +59,25 @@ impl Backend for Cpu {
             job.plan.period,
         );
 
+        // Patches of a curved screen are cut on its true surface.
+        let heights = Heights::on(job.hop.from, &from.grid);
+        let curved = CurvedPatches {
+            patches: &cutter,
+            screen: job.hop.from,
+            heights: &heights,
+            origin: [0.0; 2],
+            bands: [bx, by],
+            k,
+        };
+        let cut = |index: usize| match job.hop.from.is_plane() {
+            true => cutter.cut(from, index),
+            false => curved.cut(from, index),
+        };
+
         // What all patches hold decides which modes are too weak, also for a part of them.
         let census = (0..cutter.count())
             .into_par_iter()
-            .filter_map(|index| cutter.cut(from, index))
+            .filter_map(&cut)
             .map(|spectrum| Census::of(spectrum.coefficients.iter()))
             .reduce(Census::default, Census::merge);
         let floor = census.floor(job.settings);
@@ -73,7 +91,7 @@ impl Backend for Cpu {
             let last = (first + chunk).min(patches.end);
             let parts: Vec<(Vec<Arrival>, Tally)> = (first..last)
                 .into_par_iter()
-                .filter_map(|index| cutter.cut(from, index))
+                .filter_map(&cut)
                 .map(|spectrum| spread(job, &spectrum, floor, to))
                 .collect();
             let mut arrivals = Vec::new();
@@ -102,6 +120,10 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
     let mut tally = Tally::default();
     let mut arrivals = Vec::new();
     let mut within = 0.0;
+    let Ok(seat) = Seat::new(job.hop.from, spectrum.centre) else {
+        tally.add_energy(Fate::Lost(Loss::Missed), spectrum.energy);
+        return (arrivals, tally);
+    };
     let mut aberrations = PatchAberration::new(job, spectrum.centre);
     for ((my, mx), c) in spectrum.coefficients.indexed_iter() {
         let energy = c.norm_sqr();
@@ -113,7 +135,7 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
         let mode = [mx, my];
         let fate = match follow(
             job,
-            spectrum.centre,
+            &seat,
             mode,
             *c,
             to,
@@ -135,7 +157,7 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
 /// Follows one beamlet to the target.
 fn follow(
     job: &Job,
-    at: [f64; 2],
+    seat: &Seat,
     mode: [usize; 2],
     coefficient: Complex64,
     to: &Canvas,
@@ -145,10 +167,7 @@ fn follow(
     let k = job.hop.wavenumber();
     let [bx, by] = &job.plan.bands;
     let p = [bx.at(mode[0]), by.at(mode[1])];
-    if p[0].hypot(p[1]) >= job.hop.from.index {
-        return Err(Fate::Lost(Loss::Evanescent));
-    }
-    let mut arrival = launch(&job.hop, at, p, job.plan.sigma).map_err(Fate::Lost)?;
+    let mut arrival = launch_from(seat, &job.hop, p, job.plan.sigma).map_err(Fate::Lost)?;
     if !to.meets(&arrival, k, job.settings.footprint_threshold) {
         return Err(Fate::Outside);
     }

@@ -403,6 +403,7 @@ mod tests {
             frame: at(z),
             act,
             index: 1.0,
+            shape: Shape::Plane,
             arrives: 1.0,
         }
     }

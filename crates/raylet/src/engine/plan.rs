@@ -36,6 +36,17 @@ impl Plan {
         }
     }
 
+    /// The same plan to a target `offset` mm further along the second screen's z axis.
+    pub fn moved(&self, offset: f64) -> Plan {
+        let mut plan = self.clone();
+        if let Plan::Free(free, _) = &mut plan
+            && let Some(last) = free.slabs.last_mut()
+        {
+            last.thickness += offset;
+        }
+        plan
+    }
+
     /// Rays that the plan expects; zero without rays.
     pub fn rays(&self) -> f64 {
         match self {
@@ -59,6 +70,14 @@ pub enum PlanError {
         to: String,
         /// How the rays of the fan were lost.
         causes: String,
+    },
+    /// Plane waves and the source paper's method start from planes.
+    #[error("method '{method}' does not start from curved screens such as '{screen}'; use beamlet or auto")]
+    Curved {
+        /// The method.
+        method: &'static str,
+        /// Emitting screen.
+        screen: String,
     },
     /// A screen has no edge.
     #[error("screen '{0}' has no edge; give its element an aperture")]
@@ -116,6 +135,17 @@ pub fn plan(
         let (free, plan) = widest(free, from, to);
         check_directions(hop, &plan, settings)?;
         return Ok(Plan::Free(free, plan));
+    }
+    let method = match settings.method {
+        Method::Plane => Some("plane"),
+        Method::Paper => Some("paper"),
+        Method::Auto | Method::Beamlet => None,
+    };
+    if let Some(method) = method
+        && !hop.from.is_plane()
+    {
+        let screen = hop.from.name.clone();
+        return Err(PlanError::Curved { method, screen });
     }
     let fan = explore(hop, from, to, [0.0; 2]);
     if fan.is_dark() {
@@ -213,7 +243,15 @@ pub fn free_hop(
     if !frame.is_parallel(&hop.to.frame) || hop.from.leaves() != hop.to.arrives {
         return None;
     }
+    // A curved screen must lie on its side of what follows, and not be so deep that rays are cheaper.
     let target = frame.to_local(hop.to.frame.origin);
+    let next = hop
+        .train
+        .first()
+        .map_or(target.z, |surface| frame.to_local(surface.frame.origin).z);
+    if !clears(hop, next, target.z) {
+        return None;
+    }
     let mut slabs = Vec::new();
     let mut depth = 0.0;
     for surface in hop.train {
@@ -253,6 +291,23 @@ pub fn free_hop(
         anchor,
         padding: settings.padding.max(4.0),
     })
+}
+
+/// Deepest relief of a curved screen that is taken apart into levels, in wavelengths.
+const DEEPEST: f64 = 60.0;
+
+/// Whether curved screens keep clear of the first plane behind the first one, at `next`, and of each
+/// other, and are shallow.
+fn clears(hop: &Hop, next: f64, target: f64) -> bool {
+    let (Some(from), Some(to)) = (hop.from.relief(), hop.to.relief()) else {
+        return false;
+    };
+    let deepest = DEEPEST * hop.wavelength;
+    let leaves = hop.from.leaves();
+    let front = if leaves > 0.0 { from.high } else { -from.low };
+    let back = if leaves > 0.0 { to.low } else { -to.high };
+    let shallow = from.high - from.low <= deepest && to.high - to.low <= deepest;
+    shallow && front <= leaves * next && front <= leaves * target + back
 }
 
 /// Whether an aperture is open all over a box that stands at `origin` in its coordinates.

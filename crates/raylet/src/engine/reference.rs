@@ -9,7 +9,7 @@ use crate::engine::eikonal::{self, EikonalError, Geometrical};
 use crate::engine::route::{Approach, Route, route};
 use crate::engine::settings::Settings;
 use crate::engine::simulate::{
-    Arriving, Progress, SimulateError, chief, power_on, receiving_raster, sensor_grid, sensor_of,
+    Arriving, Progress, SimulateError, chief, receiving_raster, sensor_grid, sensor_of,
 };
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen};
@@ -17,6 +17,7 @@ use crate::optics::system::{Hop, System};
 use crate::wave::collins::{Collins, CollinsError};
 use crate::wave::field::Field;
 use crate::wave::raster::Raster;
+use crate::wave::sheets::Sheets;
 use crate::wave::rayleigh::{Emitters, PAIRS_PER_SECOND};
 
 /// Period of a reference's free hop over the sum of the half widths of screen and target.
@@ -191,7 +192,7 @@ pub fn reference(
     }
     let grid = sensor_grid(sensor_of(system)?);
     let values = match light.sum {
-        Some((_, values)) => values,
+        Some(sheets) => sheets.into_middle(),
         None => Array2::zeros(grid.shape()),
     };
     Ok(Reference {
@@ -271,7 +272,7 @@ fn carry(
         }
     };
     progress(1.0);
-    let landed = power_on(&raster, &values);
+    let landed = raster.power(&values);
     let step = Step {
         screens: [hop.from.name.clone(), hop.to.name.clone()],
         approach: route.approach(),
@@ -283,7 +284,7 @@ fn carry(
         seconds: clock.elapsed().as_secs_f64(),
     };
     let next = Arriving {
-        sum: Some((raster, values)),
+        sum: Some(Sheets::plane(raster, values)),
         anchor: chief(hop, light.anchor),
         reach: arriving,
     };

@@ -12,6 +12,7 @@ use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::bend::Interface;
 use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
+use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::optics::system::{Hop, System};
 
@@ -69,6 +70,7 @@ fn rim_of(hop: &Hop, number: usize) -> Option<Screen> {
         frame: surface.frame.moved(Vec3::new(0.0, 0.0, sag)),
         act: Act::Stop(surface.aperture),
         index: after,
+        shape: Shape::Plane,
         arrives: hop.from.leaves(),
     })
 }

@@ -3,25 +3,22 @@
 use std::time::Instant;
 
 use ndarray::Array2;
-use num_complex::Complex64;
 
-use crate::engine::backend::{Backend, Job};
-use crate::engine::cpu::Cpu;
-use crate::engine::paper::{self, Address};
+use crate::engine::carry::Run;
 use crate::engine::plan::{Plan, PlanError, plan};
-use crate::engine::plane;
 use crate::engine::rims::with_rims;
 use crate::engine::settings::Settings;
-use crate::engine::tally::{Fate, Tally};
+use crate::engine::survey::survey;
+use crate::engine::tally::{FATES, Fate, Tally};
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::gather::Canvas;
-use crate::wave::plane::PlaneSum;
+use crate::wave::patch::Band;
 use crate::wave::raster::Raster;
-use crate::wave::sampling::{Reach, SamplingError, act, interpolate, plan_grid, plan_raster};
+use crate::wave::sampling::{Reach, SamplingError, act, plan_grid, plan_raster};
+use crate::wave::sheets::Sheets;
 
 /// Why a run is impossible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -111,7 +108,9 @@ pub fn illuminate(system: &System, grid: Grid) -> Field {
     ndarray::Zip::indexed(field.values.rows_mut()).par_for_each(|j, mut row| {
         let y = grid.y.node(j);
         for (i, value) in row.iter_mut().enumerate() {
-            let point = screen.frame.to_global(Vec3::new(grid.x.node(i), y, 0.0));
+            let x = grid.x.node(i);
+            let z = screen.height([x, y]).map_or(0.0, |here| here.z);
+            let point = screen.frame.to_global(Vec3::new(x, y, z));
             *value = system.source.field(point, k);
         }
     });
@@ -169,7 +168,7 @@ pub fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
 /// What the light is when it arrives at a screen.
 pub struct Arriving {
     /// The field as summed before the screen acts; nothing on the first screen, which the source lights.
-    pub sum: Option<(Raster, Array2<Complex64>)>,
+    pub sum: Option<Sheets>,
     /// Direction of its chief ray, optical cosines on the screen's axes.
     pub anchor: [f64; 2],
     /// Its largest |p| along x and y.
@@ -184,6 +183,14 @@ impl Arriving {
             sum: None,
             anchor,
             reach,
+        }
+    }
+
+    /// The light on any grid of the screen, before the screen acts.
+    pub fn on(&self, system: &System, screen: &Screen, grid: Grid) -> Field {
+        match &self.sum {
+            None => illuminate(system, grid),
+            Some(sheets) => sheets.on(screen, &grid),
         }
     }
 
@@ -204,10 +211,7 @@ impl Arriving {
             leaving,
         };
         let grid = plan_grid(screen, reach, system.wavelength, settings.samples_allowed())?;
-        let mut field = match &self.sum {
-            None => illuminate(system, grid),
-            Some((raster, values)) => interpolate(raster, values, &grid),
-        };
+        let mut field = self.on(system, screen, grid);
         let before = field.power();
         act(screen, &mut field);
         if field.power() == 0.0 {
@@ -231,12 +235,6 @@ pub fn receiving_raster(
         Act::Sensor(sensor) => raster_of(&sensor_grid(sensor)),
         _ => plan_raster(hop.to, reach, hop.wavelength, allowed)?,
     })
-}
-
-/// ∫|U|² over a raster, in mm² for unit amplitude.
-pub fn power_on(raster: &Raster, values: &Array2<Complex64>) -> f64 {
-    let area = raster.pitch[0] * raster.pitch[1];
-    values.iter().map(|u| u.norm_sqr()).sum::<f64>() * area
 }
 
 /// Carries the light of a system to its sensor.
@@ -268,25 +266,32 @@ pub fn simulate(
             });
         };
         step(0.0);
-        let (values, tally) = carry((number, &hop), &plan, settings, &field, &raster, &step)?;
+        let run = Run {
+            number,
+            hop,
+            plan: &plan,
+            settings,
+        };
+        let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
+        tally.divide_elsewhere(unfollowed(system, &hop, &plan, &light));
         step(1.0);
         reports.push(HopReport {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
             plan,
             tally,
-            power: [before, field.power(), power_on(&raster, &values)],
+            power: [before, field.power(), sheets.power()],
             samples: field.grid.shape(),
             seconds: clock.elapsed().as_secs_f64(),
         });
         light = Arriving {
-            sum: Some((raster, values)),
+            sum: Some(sheets),
             anchor: chief(&hop, light.anchor),
             reach,
         };
     }
     let grid = sensor_grid(sensor);
-    let dark = || (raster_of(&grid), Array2::zeros(grid.shape()));
-    let (_, values) = light.sum.unwrap_or_else(dark);
+    let dark = || Array2::zeros(grid.shape());
+    let values = light.sum.map_or_else(dark, Sheets::into_middle);
     Ok(Outcome {
         field: Field { grid, values },
         hops: reports,
@@ -329,48 +334,24 @@ pub fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
     }
 }
 
-fn carry(
-    (number, hop): (usize, &Hop),
-    plan: &Plan,
-    settings: &Settings,
-    field: &Field,
-    raster: &Raster,
-    progress: &(dyn Fn(f64) + Sync),
-) -> Result<(Array2<Complex64>, Tally), SimulateError> {
-    let planes = || PlaneSum::new(*raster, hop.wavenumber(), settings.nufft_tolerance);
-    Ok(match plan {
-        Plan::Free(free, waves) => {
-            let values = free.carry(field, raster, waves);
-            let landed = power_on(raster, &values);
-            let mut tally = Tally::default();
-            tally.add_energy(Fate::Arrived, landed);
-            tally.add_energy(Fate::Elsewhere, (field.power() - landed).max(0.0));
-            (values, tally)
-        }
-        Plan::Beamlets(beamlets) => {
-            let job = Job {
-                hop: *hop,
-                plan: beamlets,
-                settings,
-            };
-            let mut canvas = Canvas::new(*raster);
-            let patches = 0..Cpu.patches(&job, field);
-            let tally = Cpu.carry(&job, field, patches, &mut canvas, progress);
-            (canvas.finish(), tally)
-        }
-        Plan::Planes(plan) => {
-            let mut sum = planes()?;
-            let tally = plane::carry(*hop, plan, settings, field, &mut sum, progress);
-            (sum.finish(), tally)
-        }
-        Plan::Paper(plan) => {
-            let mut sum = planes()?;
-            let address = Address {
-                seed: settings.seed,
-                hop: number as u32,
-            };
-            let tally = paper::carry(*hop, plan, address, field, &mut sum, progress);
-            (sum.finish(), tally)
-        }
-    })
+/// Energy by fate, in proportion, of the light that a plan does not follow.
+fn unfollowed(system: &System, hop: &Hop, plan: &Plan, light: &Arriving) -> [f64; FATES.len()] {
+    let behind = |grid: Grid| {
+        let mut field = light.on(system, hop.from, grid);
+        act(hop.from, &mut field);
+        field
+    };
+    if let Plan::Free(..) = plan {
+        // All light is carried; what arrives is known, and the rest is what goes elsewhere.
+        let mut energy = survey(hop, &behind, &|_| true);
+        energy[Fate::Elsewhere.place()] = 0.0;
+        return energy;
+    }
+    let beyond = |band: &Band, p: f64| {
+        let half = 0.5 * band.spacing;
+        p < band.at(0) - half || p > band.at(band.count.max(1) - 1) + half
+    };
+    let [bx, by] = plan.bands();
+    survey(hop, &behind, &|p| beyond(bx, p[0]) || beyond(by, p[1]))
 }
+

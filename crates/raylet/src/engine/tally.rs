@@ -15,7 +15,7 @@ pub enum Fate {
     Weak,
     /// Its aberration inside one beamlet is too large for it to be carried.
     Unresolved,
-    /// Its direction leads nowhere near the target, or is evanescent; it was not followed.
+    /// It was not followed, and a survey could not tell why it would be lost.
     Elsewhere,
 }
 
@@ -50,7 +50,8 @@ impl Fate {
         }
     }
 
-    fn place(self) -> usize {
+    /// Its place in [`FATES`].
+    pub fn place(self) -> usize {
         FATES.iter().position(|fate| *fate == self).unwrap_or(0)
     }
 }
@@ -80,6 +81,19 @@ impl Tally {
     /// Counts energy that no ray carried.
     pub fn add_energy(&mut self, fate: Fate, energy: f64) {
         self.energy[fate.place()] += energy;
+    }
+
+    /// Divides the energy of [`Fate::Elsewhere`] among fates in the given proportion; without one it
+    /// stays where it is.
+    pub fn divide_elsewhere(&mut self, proportion: [f64; FATES.len()]) {
+        let total: f64 = proportion.iter().sum();
+        if total <= 0.0 {
+            return;
+        }
+        let energy = std::mem::take(&mut self.energy[Fate::Elsewhere.place()]);
+        for (sum, part) in self.energy.iter_mut().zip(proportion) {
+            *sum += energy * part / total;
+        }
     }
 
     /// Rays of this fate.

@@ -259,6 +259,7 @@ mod tests {
             frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
             act,
             index: 1.0,
+            shape: Shape::Plane,
             arrives: 1.0,
         }
     }

@@ -32,10 +32,11 @@ pub struct Carried<T = f64> {
     pub curvature: Symmetric<T>,
 }
 
-/// The ray that leaves a screen at (x, y) with optical direction cosines p along its axes.
+/// The ray that leaves a screen above (x, y) with optical direction cosines p along its axes.
 ///
 /// # Errors
-/// [`Loss::Evanescent`] when |p| is not below the index.
+/// [`Loss::Evanescent`] when |p| is not below the index; [`Loss::Missed`] where a curved screen does not
+/// exist, or when the ray would leave on its wrong side.
 #[inline(always)]
 pub fn emit<T: Real>(screen: &Screen, at: [T; 2], p: [T; 2]) -> Result<Ray<T>, Loss> {
     let n = screen.index;
@@ -44,9 +45,17 @@ pub fn emit<T: Real>(screen: &Screen, at: [T; 2], p: [T; 2]) -> Result<Ray<T>, L
         return Err(Loss::Evanescent);
     }
     let local = Vec3::new(p[0], p[1], under.sqrt() * screen.leaves()) * T::constant(1.0 / n);
-    let position = screen
-        .frame
-        .to_global(Vec3::new(at[0], at[1], T::constant(0.0)));
+    let mut z = T::constant(0.0);
+    if !screen.is_plane() {
+        let height = screen.shape.height(at[0], at[1]).ok_or(Loss::Missed)?;
+        let [sx, sy] = height.slope;
+        let lift = local.z - local.x * sx - local.y * sy;
+        if lift.value() * screen.leaves() <= 0.0 {
+            return Err(Loss::Missed);
+        }
+        z = height.z;
+    }
+    let position = screen.frame.to_global(Vec3::new(at[0], at[1], z));
     Ok(Ray::new(position, screen.frame.turn_out(local)))
 }
 
@@ -107,7 +116,7 @@ pub fn walk<T: Real, C: Companion<T>>(
     Ok(ray)
 }
 
-/// Lets a ray fly to the plane of a screen.
+/// Lets a ray fly to a screen.
 ///
 /// # Errors
 /// [`Loss::Missed`] when it runs parallel to the screen or away from the side it should arrive at.
@@ -122,7 +131,7 @@ pub fn land<T: Real, C: Companion<T>>(
     if direction.z.value() * screen.arrives <= 0.0 {
         return Err(Loss::Missed);
     }
-    let length = -position.z / direction.z;
+    let length = screen.shape.meet(position, direction)?;
     companion.fly(length, screen.index);
     let hit = position + direction * length;
     companion.visit(ray.position + ray.direction * length);
@@ -223,6 +232,7 @@ mod tests {
                 pitch: [1.0, 1.0],
             }),
             index: 1.0,
+            shape: Shape::Plane,
             arrives: 1.0,
         }
     }

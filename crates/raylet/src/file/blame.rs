@@ -50,6 +50,16 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
             format!("{nx} × {ny} plane waves behind it"),
             memory(*allowed, "plane waves"),
         ),
+        SimulateError::Plan(PlanError::Curved { method, screen }) => (
+            screen,
+            format!("a curved element, and the method {method}"),
+            String::from("the method beamlet or auto, or a plane element"),
+        ),
+        SimulateError::Sampling(SamplingError::Absent(name)) => (
+            name,
+            told,
+            String::from("an aperture inside which the surface exists"),
+        ),
         SimulateError::NoSensor(name) => (name, told, String::from("a sensor as the last element")),
         SimulateError::NoLight(name) => (
             name,

@@ -239,6 +239,7 @@ impl Layout<'_> {
             frame,
             act,
             index: self.index,
+            shape: Shape::Plane,
             arrives: self.towards,
         });
     }

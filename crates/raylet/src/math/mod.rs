@@ -1,5 +1,6 @@
 //! Numbers, no light.
 
+pub mod chebyshev;
 pub mod chirp;
 pub mod complex;
 mod double;

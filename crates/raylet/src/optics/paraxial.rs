@@ -356,6 +356,7 @@ mod tests {
             frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
             act: Act::Stop(Aperture::disc(0.63)),
             index: 1.0,
+            shape: Shape::Plane,
             arrives,
         }
     }

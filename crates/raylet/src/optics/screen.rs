@@ -2,15 +2,19 @@
 
 use crate::optics::aperture::Aperture;
 use crate::optics::doe::Doe;
+use crate::math::vec3::Vec3;
 use crate::optics::frame::Frame;
+use crate::optics::shape::{Height, Shape};
 
-/// A plane on which the complex field is known.
+/// A surface on which the complex field is known.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Screen {
     /// Name shown to users.
     pub name: String,
     /// Its place; the field is a function of its local x and y.
     pub frame: Frame,
+    /// Its height over the local plane, z = s(x, y).
+    pub shape: Shape,
     /// What acts there.
     pub act: Act,
     /// Refractive index around it.
@@ -39,6 +43,29 @@ pub struct Sensor {
     pub pitch: [f64; 2],
 }
 
+/// How far a screen departs from its local plane.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Relief {
+    /// Lowest z, in mm.
+    pub low: f64,
+    /// Highest z, in mm.
+    pub high: f64,
+    /// Largest |∂z/∂x| and |∂z/∂y|.
+    pub slope: [f64; 2],
+}
+
+impl Relief {
+    /// A plane's.
+    pub const FLAT: Relief = Relief {
+        low: 0.0,
+        high: 0.0,
+        slope: [0.0; 2],
+    };
+}
+
+/// Intervals along each axis in which a relief is looked at.
+const RELIEF: usize = 64;
+
 impl Screen {
     /// +1 when light leaves towards the local +z, −1 when it leaves towards −z.
     pub fn leaves(&self) -> f64 {
@@ -46,6 +73,74 @@ impl Screen {
             Act::Doe(doe) if doe.reflect => -self.arrives,
             _ => self.arrives,
         }
+    }
+
+    /// Whether the screen is a plane.
+    pub fn is_plane(&self) -> bool {
+        self.shape == Shape::Plane
+    }
+
+    /// Height and slope over the local plane; nothing where the surface does not exist.
+    pub fn height(&self, [x, y]: [f64; 2]) -> Option<Height> {
+        self.shape.height(x, y)
+    }
+
+    /// The plane that touches the screen above (x, y), as an open screen that light crosses: its z axis is
+    /// the normal, its x axis lies above the local x axis.
+    pub fn tangent(&self, at: [f64; 2]) -> Option<Screen> {
+        let height = self.height(at)?;
+        let [sx, sy] = height.slope;
+        let x = Vec3::new(1.0, 0.0, sx).unit();
+        let z = Vec3::new(-sx, -sy, 1.0).unit();
+        let frame = Frame {
+            origin: self.frame.to_global(Vec3::new(at[0], at[1], height.z)),
+            x: self.frame.turn_out(x),
+            y: self.frame.turn_out(z.cross(x)),
+            z: self.frame.turn_out(z),
+        };
+        Some(Screen {
+            name: String::new(),
+            frame,
+            shape: Shape::Plane,
+            act: Act::Stop(Aperture::OPEN),
+            index: self.index,
+            arrives: self.leaves(),
+        })
+    }
+
+    /// Lowest and highest z over the part that matters, and the largest |slope| along x and y; from a
+    /// grid of points, widened by what may lie between them.
+    pub fn relief(&self) -> Option<Relief> {
+        let [x0, x1, y0, y1] = self.bounds()?;
+        let mut relief = Relief::FLAT;
+        if self.is_plane() {
+            return Some(relief);
+        }
+        (relief.low, relief.high) = (f64::INFINITY, f64::NEG_INFINITY);
+        let place = |low: f64, high: f64, i: usize| low + (high - low) * i as f64 / RELIEF as f64;
+        let mut steepest = 0.0f64;
+        for j in 0..=RELIEF {
+            for i in 0..=RELIEF {
+                let Some(here) = self.height([place(x0, x1, i), place(y0, y1, j)]) else {
+                    continue;
+                };
+                relief.low = relief.low.min(here.z);
+                relief.high = relief.high.max(here.z);
+                let bend = here.bend.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+                steepest = steepest.max(bend);
+                for a in 0..2 {
+                    relief.slope[a] = relief.slope[a].max(here.slope[a].abs());
+                }
+            }
+        }
+        if relief.low > relief.high {
+            return None;
+        }
+        let between = 0.5 * (x1 - x0).max(y1 - y0) / RELIEF as f64;
+        relief.low -= steepest * between * between;
+        relief.high += steepest * between * between;
+        relief.slope = relief.slope.map(|s| s + steepest * between);
+        Some(relief)
     }
 
     /// The part of the screen that matters, `[x_min, x_max, y_min, y_max]` in mm: the opening of a stop

@@ -1,8 +1,10 @@
 //! What happens to waves.
 
 pub mod collins;
+pub mod curved;
 pub mod field;
 pub mod gather;
+pub mod heights;
 pub mod metrics;
 pub mod patch;
 pub mod plane;
@@ -10,6 +12,7 @@ pub mod propagate;
 pub mod raster;
 pub mod rayleigh;
 pub mod sampling;
+pub mod sheets;
 pub mod stamp;
 pub mod tile;
 pub mod wavelet;

@@ -78,6 +78,16 @@ pub struct Patches {
     period: f64,
 }
 
+/// Where a patch lies: its centre in mm, and the nodes under its window.
+pub struct Place {
+    /// The centre, on the screen.
+    pub centre: [f64; 2],
+    /// Nodes along x.
+    pub x: std::ops::Range<usize>,
+    /// Nodes along y.
+    pub y: std::ops::Range<usize>,
+}
+
 /// One patch: where it is and what plane waves it holds.
 pub struct Spectrum {
     /// Its centre on the screen, in mm.
@@ -119,6 +129,35 @@ impl Patches {
         }
     }
 
+    /// Where the patch with this index lies.
+    pub fn place(&self, index: usize) -> Place {
+        let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
+        Place {
+            centre: [self.x.positions.at(jx), self.y.positions.at(jy)],
+            x: self.x.rows[jx].0.clone(),
+            y: self.y.rows[jy].0.clone(),
+        }
+    }
+
+    /// The windowed Fourier sums of values at the nodes of a patch.
+    pub fn transform(&self, view: ArrayView2<Complex64>, index: usize) -> Array2<Complex64> {
+        let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
+        let (ex, ey) = (&self.x.rows[jx].1, &self.y.rows[jy].1);
+        // c = Ey · U · Exᵀ, the smaller side first.
+        if ey.nrows() * view.ncols() < ex.nrows() * view.nrows() {
+            ey.dot(&view).dot(&ex.t())
+        } else {
+            ey.dot(&view.dot(&ex.t()))
+        }
+    }
+
+    /// Parseval's sum of the values at the nodes of a patch: [`Spectrum::energy`].
+    pub fn energy_of(&self, view: ArrayView2<Complex64>, index: usize) -> f64 {
+        let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
+        let ((x, _, wx), (y, _, wy)) = (&self.x.rows[jx], &self.y.rows[jy]);
+        self.energy(view, (x.start, wx), (y.start, wy))
+    }
+
     /// Number of patches.
     pub fn count(&self) -> usize {
         self.x.rows.len() * self.y.rows.len()
@@ -126,25 +165,15 @@ impl Patches {
 
     /// The spectrum of the patch with this index (x fastest); nothing when the field is dark there.
     pub fn cut(&self, field: &Field, index: usize) -> Option<Spectrum> {
-        let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
-        let (range_x, ex, wx) = &self.x.rows[jx];
-        let (range_y, ey, wy) = &self.y.rows[jy];
-        let view = field
-            .values
-            .slice(s![range_y.start..range_y.end, range_x.start..range_x.end]);
-        let energy = self.energy(view, (range_x.start, wx), (range_y.start, wy));
+        let place = self.place(index);
+        let view = field.values.slice(s![place.y.clone(), place.x.clone()]);
+        let energy = self.energy_of(view, index);
         if energy == 0.0 {
             return None;
         }
-        // c = Ey · U · Exᵀ, the smaller side first.
-        let coefficients = if ey.nrows() * range_x.len() < ex.nrows() * range_y.len() {
-            ey.dot(&view).dot(&ex.t())
-        } else {
-            ey.dot(&view.dot(&ex.t()))
-        };
         Some(Spectrum {
-            centre: [self.x.positions.at(jx), self.y.positions.at(jy)],
-            coefficients,
+            centre: place.centre,
+            coefficients: self.transform(view, index),
             energy,
         })
     }

@@ -1,15 +1,17 @@
-//! Hops that need no rays: from a plane to a parallel plane through homogeneous or plane-parallel media.
+//! Hops that need no rays: from a plane or curved screen to a parallel plane, through homogeneous or
+//! plane-parallel media.
 //!
 //! Band-limited angular spectrum. The plane waves of a period P much larger than both screens are summed
 //! with the pixel's own spectrum (the nodes integrate the box pixels), and a taper over landing offsets
 //! removes the directions whose periodic copies would reach the target (after Matsushima and Shimobaba,
 //! Opt. Express 17, 19662, 2009, who cut where this tapers).
 
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
 use crate::math::chirp::{Chirp2, Comb};
-use crate::wave::field::{Axis, Field};
+use crate::wave::field::{Axis, Field, Grid};
+use crate::wave::heights::{Heights, Stack, normal_cosines};
 use crate::wave::patch::Band;
 use crate::wave::raster::Raster;
 
@@ -139,14 +141,92 @@ impl FreeHop {
 
     /// Carries a field to the raster of the receiving plane.
     pub fn carry(&self, field: &Field, target: &Raster, plan: &FreePlan) -> Array2<Complex64> {
-        // Field to plane waves: c(p) = 1/P² Σ U e^{−ik p·x} dA, one comb per node of the cells.
+        let mut waves = self.spread(field.values.view(), &field.grid, plan);
+        self.cross(&mut waves, plan);
+        self.land(&waves, target, plan)
+    }
+
+    /// The same from a curved screen, along whose local z axis light leaves with the sign `leaves`: Weyl's
+    /// sum over the true surface,
+    /// c(p) = 1/P² Σ U e^{−ik(p·x ± q s)} N·(p, ±q)/(±q) dA with N = (−∇s, 1),
+    /// the surface taken apart into levels.
+    pub fn carry_curved(
+        &self,
+        field: &Field,
+        heights: &Heights,
+        leaves: f64,
+        target: &Raster,
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
+        let [band_x, band_y] = &plan.bands;
+        let normal = |p: [f64; 2]| leaves * self.normal(p);
+        let stack = self.stack(field, heights, leaves, plan);
+        let mut waves: Array2<Complex64> = Array2::zeros((band_y.count, band_x.count));
+        for (number, level) in stack.levels.at.iter().enumerate() {
+            // What this level holds of the field, and of the field times the slopes.
+            let held = level_part(&stack, number, field, heights);
+            let part = |weight: Option<&Array2<f64>>| match weight {
+                None => self.spread(held.view(), &field.grid, plan),
+                Some(slope) => {
+                    let tilted = ndarray::Zip::from(&held).and(slope).par_map_collect(|u, s| u * s);
+                    self.spread(tilted.view(), &field.grid, plan)
+                }
+            };
+            let [sx, sy] = &heights.slope;
+            let (flat, along_x, along_y) = (part(None), part(Some(sx)), part(Some(sy)));
+            ndarray::Zip::indexed(&mut waves)
+                .and(&flat)
+                .and(&along_x)
+                .and(&along_y)
+                .par_for_each(|(j, i), wave, flat, along_x, along_y| {
+                    let p = [band_x.at(i), band_y.at(j)];
+                    let q = normal(p);
+                    if q != 0.0 {
+                        let lifted = flat - (along_x * p[0] + along_y * p[1]) / q;
+                        *wave += lifted * Complex64::cis(-self.k * q * level);
+                    }
+                });
+        }
+        self.cross(&mut waves, plan);
+        self.land(&waves, target, plan)
+    }
+
+    /// The normal cosine in the first medium; zero when evanescent.
+    fn normal(&self, p: [f64; 2]) -> f64 {
+        let n = self.slabs.first().map_or(1.0, |slab| slab.index);
+        (n * n - p[0] * p[0] - p[1] * p[1]).max(0.0).sqrt()
+    }
+
+    /// The levels of a curved screen that all directions of a plan ask for.
+    pub fn stack(&self, field: &Field, heights: &Heights, leaves: f64, plan: &FreePlan) -> Stack {
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for (z, value) in heights.z.iter().zip(&field.values) {
+            if value.norm_sqr() > 0.0 {
+                range = [range[0].min(*z), range[1].max(*z)];
+            }
+        }
+        let [x, y] = &plan.bands;
+        let ends = |band: &Band| [band.at(0), band.at(band.count.max(1) - 1)];
+        let ([x0, x1], [y0, y1]) = (ends(x), ends(y));
+        let n = self.slabs.first().map_or(1.0, |slab| slab.index);
+        let mut cosines = normal_cosines([x0, x1, y0, y1], n).map(|q| leaves * q);
+        cosines.sort_by(f64::total_cmp);
+        Stack::new(range, cosines, self.k)
+    }
+
+    /// Field to plane waves: c(p) = 1/P² Σ U e^{−ik p·x} dA, one comb per node of the cells.
+    fn spread(
+        &self,
+        values: ArrayView2<Complex64>,
+        grid: &Grid,
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
         let [band_x, band_y] = &plan.bands;
         let mut waves: Array2<Complex64> = Array2::zeros((band_y.count, band_x.count));
-        let grid = &field.grid;
         for gy in 0..grid.y.offsets.len() {
             for gx in 0..grid.x.offsets.len() {
                 let step = (grid.y.offsets.len() as isize, grid.x.offsets.len() as isize);
-                let comb = field.values.slice(ndarray::s![gy..;step.0, gx..;step.1]);
+                let comb = values.slice(ndarray::s![gy..;step.0, gx..;step.1]);
                 let chirp = Chirp2::new(
                     node_comb(&grid.y, gy),
                     node_comb(&grid.x, gx),
@@ -154,18 +234,30 @@ impl FreeHop {
                     band_comb(band_x),
                     -self.k,
                 );
-                let weight = grid.x.weights[gx] * grid.y.weights[gy];
+                let area = plan.period[0] * plan.period[1];
+                let weight = grid.x.weights[gx] * grid.y.weights[gy] / area;
                 waves.scaled_add(Complex64::new(weight, 0.0), &chirp.apply(comb));
             }
         }
+        waves
+    }
 
-        // Each wave crosses the slabs.
-        let area = plan.period[0] * plan.period[1];
-        ndarray::Zip::indexed(&mut waves).par_for_each(|(j, i), wave| {
-            *wave *= self.transfer([band_x.at(i), band_y.at(j)], plan) / area;
+    /// Each wave crosses the slabs.
+    fn cross(&self, waves: &mut Array2<Complex64>, plan: &FreePlan) {
+        let [band_x, band_y] = &plan.bands;
+        ndarray::Zip::indexed(waves).par_for_each(|(j, i), wave| {
+            *wave *= self.transfer([band_x.at(i), band_y.at(j)], plan);
         });
+    }
 
-        // Plane waves to the target's points, in the emitting plane's coordinates.
+    /// Plane waves to the target's points, in the emitting plane's coordinates.
+    fn land(
+        &self,
+        waves: &Array2<Complex64>,
+        target: &Raster,
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
+        let [band_x, band_y] = &plan.bands;
         let points = |a: usize| Comb {
             start: target.start[a] + self.offset[a],
             step: target.pitch[a],
@@ -180,6 +272,13 @@ impl FreeHop {
         );
         chirp.apply(waves.view())
     }
+}
+
+/// What one level holds of a field on a curved screen.
+fn level_part(stack: &Stack, number: usize, field: &Field, heights: &Heights) -> Array2<Complex64> {
+    ndarray::Zip::from(&field.values)
+        .and(&heights.z)
+        .par_map_collect(|value, z| stack.part(*value, *z, number))
 }
 
 /// The weight of a plane wave by its landing offset L: one up to a little beyond W, zero from P − W,

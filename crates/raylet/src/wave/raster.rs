@@ -1,5 +1,8 @@
 //! Uniform grids of sample points.
 
+use ndarray::Array2;
+use num_complex::Complex64;
+
 /// A uniform grid of sample points: x = start + i·pitch, likewise y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Raster {
@@ -9,4 +12,12 @@ pub struct Raster {
     pub pitch: [f64; 2],
     /// Number of columns and rows.
     pub size: [usize; 2],
+}
+
+impl Raster {
+    /// ∫|U|² over the raster, in mm² for unit amplitude.
+    pub fn power(&self, values: &Array2<Complex64>) -> f64 {
+        let area = self.pitch[0] * self.pitch[1];
+        values.iter().map(|u| u.norm_sqr()).sum::<f64>() * area
+    }
 }

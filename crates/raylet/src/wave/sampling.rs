@@ -15,6 +15,9 @@ pub enum SamplingError {
     /// The screen has no edge, so there is no finite field on it.
     #[error("screen '{0}' has no edge; give its element an aperture")]
     Boundless(String),
+    /// A curved screen exists nowhere within its edge.
+    #[error("the surface of screen '{0}' does not exist within its edge; make its aperture smaller")]
+    Absent(String),
     /// The grid would be larger than allowed.
     #[error(
         "the field on screen '{screen}' needs {needed} × {needed_y} samples, more than the {allowed} \
@@ -74,7 +77,13 @@ pub fn plan_grid(
         doe.steepest(bounds)
             .map(|g| g * wavelength / std::f64::consts::TAU)
     });
-    let total = |a: usize| reach.arriving[a] + slope[a] + reach.leaving[a];
+    let relief = screen
+        .relief()
+        .ok_or_else(|| SamplingError::Absent(screen.name.clone()))?;
+    let swing = swing(screen, reach);
+    let total = |a: usize| {
+        reach.arriving[a] + slope[a] + reach.leaving[a] + relief.slope[a] * swing
+    };
 
     let axis = |a: usize| match doe.and_then(|doe| doe.pixels()) {
         Some(pixels) => {
@@ -104,6 +113,17 @@ pub fn plan_grid(
         });
     }
     Ok(grid)
+}
+
+/// How much the normal cosine of light changes at a screen, at most: on a curved screen this times its
+/// slope is a phase rate.
+fn swing(screen: &Screen, reach: Reach) -> f64 {
+    let n = screen.index;
+    if screen.leaves() != screen.arrives {
+        return 2.0 * n;
+    }
+    let least = |p: [f64; 2]| (n * n - p[0] * p[0] - p[1] * p[1]).max(0.0).sqrt();
+    n - least(reach.arriving).min(least(reach.leaving))
 }
 
 /// The nodes along one axis of a pixel grid; `frequency` is the largest spatial frequency in 1/mm that

@@ -1,0 +1,96 @@
+//! The place on a screen from which beamlets leave: on a curved screen the plane that touches it there.
+
+use crate::math::complex::{Complex, Symmetric};
+use crate::optics::ray::Loss;
+use crate::optics::screen::Screen;
+use crate::optics::system::Hop;
+
+/// A point of a screen with the plane that touches it.
+pub struct Seat {
+    /// The touching plane of a curved screen; nothing on a plane one.
+    plane: Option<Screen>,
+    /// The point, in mm on that plane.
+    at: [f64; 2],
+    /// The plane's axes x, y, z along the screen's own.
+    axes: [[f64; 3]; 3],
+    index: f64,
+    leaves: f64,
+}
+
+impl Seat {
+    /// The seat above (x, y) of a screen.
+    ///
+    /// # Errors
+    /// [`Loss::Missed`] where a curved screen does not exist.
+    #[inline]
+    pub fn new(screen: &Screen, at: [f64; 2]) -> Result<Self, Loss> {
+        let mut seat = Self {
+            plane: None,
+            at,
+            axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
+            index: screen.index,
+            leaves: screen.leaves(),
+        };
+        if !screen.is_plane() {
+            let plane = screen.tangent(at).ok_or(Loss::Missed)?;
+            let own = |axis| {
+                let v = screen.frame.turn_in(axis);
+                [v.x, v.y, v.z]
+            };
+            seat.axes = [plane.frame.x, plane.frame.y, plane.frame.z].map(own);
+            seat.at = [0.0; 2];
+            seat.plane = Some(plane);
+        }
+        Ok(seat)
+    }
+
+    /// The hop as it begins here.
+    #[inline]
+    pub fn hop<'a>(&'a self, hop: &Hop<'a>) -> Hop<'a> {
+        Hop {
+            from: self.plane.as_ref().unwrap_or(hop.from),
+            ..*hop
+        }
+    }
+
+    /// The point on the plane of [`Seat::hop`], in mm.
+    #[inline]
+    pub fn at(&self) -> [f64; 2] {
+        self.at
+    }
+
+    /// A direction's optical cosines along the screen's axes, turned to the axes of the plane.
+    ///
+    /// # Errors
+    /// [`Loss::Evanescent`] when it does not propagate, [`Loss::Missed`] when it leaves on the wrong side.
+    #[inline]
+    pub fn cosines(&self, p: [f64; 2]) -> Result<[f64; 2], Loss> {
+        let under = self.index * self.index - p[0] * p[0] - p[1] * p[1];
+        if under <= 0.0 {
+            return Err(Loss::Evanescent);
+        }
+        if self.plane.is_none() {
+            return Ok(p);
+        }
+        let d = [p[0], p[1], under.sqrt() * self.leaves];
+        let along = |a: [f64; 3]| a[0] * d[0] + a[1] * d[1] + a[2] * d[2];
+        if along(self.axes[2]) * self.leaves <= 0.0 {
+            return Err(Loss::Missed);
+        }
+        Ok([along(self.axes[0]), along(self.axes[1])])
+    }
+
+    /// The curvature with which a beamlet starts, whose Gaussian has width σ on the screen's local plane:
+    /// (i/kσ²)·AᵀA, A = ∂(x, y)/∂u on the plane's axes.
+    #[inline]
+    pub fn window(&self, sigma: f64, k: f64) -> Symmetric<f64> {
+        let [[ax, ay, _], [bx, by, _], _] = self.axes;
+        let size = 1.0 / (k * sigma * sigma);
+        let imaginary = |v: f64| Complex::new(0.0, size * v);
+        Symmetric {
+            xx: imaginary(ax * ax + ay * ay),
+            xy: imaginary(ax * bx + ay * by),
+            yy: imaginary(bx * bx + by * by),
+        }
+    }
+}

@@ -1,0 +1,156 @@
+//! Patches of a field on a curved screen and their plane waves.
+//!
+//! Over a patch the field is expanded in plane waves of space, taken on the true surface:
+//! ĝⱼ U(X) = Σₘ cₘ e^{ik dₘ·(X−Xⱼ)}, d = (p, ±q) on the screen's axes, p on the lattice of the local plane.
+//! A plane wave meets a surface of slope ∇s with the tangential rate p ± q∇s, so a lattice cell of
+//! directions weighs N·d/q with N = (−∇s, 1): the factor of Rayleigh–Sommerfeld's first integral. The
+//! factor e^{∓ikq(s−sⱼ)} depends on direction and place; few levels of s separate the two.
+
+use ndarray::{Array2, ArrayView2, s};
+use num_complex::Complex64;
+
+use crate::optics::screen::Screen;
+use crate::wave::field::Field;
+use crate::wave::heights::{Heights, Stack, normal_cosines};
+use crate::wave::patch::{Band, Patches, Spectrum};
+
+/// What turns a field on a curved screen into patch spectra.
+pub struct CurvedPatches<'a> {
+    /// The plan of the local plane's transforms.
+    pub patches: &'a Patches,
+    /// The screen.
+    pub screen: &'a Screen,
+    /// Its heights at the field's nodes.
+    pub heights: &'a Heights,
+    /// Where the origin of the field's grid stands on the screen, in mm.
+    pub origin: [f64; 2],
+    /// Directions along x and y.
+    pub bands: [&'a Band; 2],
+    /// Vacuum wavenumber in rad/mm.
+    pub k: f64,
+}
+
+/// The surface at the centre of a patch.
+struct Centre {
+    z: f64,
+    slope: [f64; 2],
+}
+
+impl CurvedPatches<'_> {
+    /// The spectrum of the patch with this index (x fastest); nothing when the field is dark there, or
+    /// the screen does not exist at its centre.
+    pub fn cut(&self, field: &Field, index: usize) -> Option<Spectrum> {
+        let place = self.patches.place(index);
+        let view = field.values.slice(s![place.y.clone(), place.x.clone()]);
+        let energy = self.patches.energy_of(view, index);
+        let [x, y] = place.centre;
+        let here = self.screen.height([x + self.origin[0], y + self.origin[1]])?;
+        if energy == 0.0 {
+            return None;
+        }
+        let centre = Centre {
+            z: here.z,
+            slope: here.slope,
+        };
+        let z = self
+            .heights
+            .z
+            .slice(s![place.y.clone(), place.x.clone()])
+            .mapv(|z| z - centre.z);
+        let stack = self.stack(&z, view);
+        let weighted = self.weigh(view, [&place.x, &place.y], &centre);
+        let mut coefficients = Array2::zeros((self.bands[1].count, self.bands[0].count));
+        for (number, part) in self.parts(&stack, &weighted, &z).iter().enumerate() {
+            let level = stack.levels.at[number];
+            let waves = self.patches.transform(part.view(), index);
+            ndarray::Zip::indexed(&mut coefficients)
+                .and(&waves)
+                .for_each(|(my, mx), c: &mut Complex64, wave| {
+                    let p = [self.bands[0].at(mx), self.bands[1].at(my)];
+                    *c += wave * Complex64::cis(-self.k * self.normal(p) * level);
+                });
+        }
+        self.finish(&mut coefficients, &centre);
+        Some(Spectrum {
+            centre: place.centre,
+            coefficients,
+            energy,
+        })
+    }
+
+    /// The cosine along the local z axis of a direction, with its sign; zero when evanescent.
+    fn normal(&self, p: [f64; 2]) -> f64 {
+        let n = self.screen.index;
+        self.screen.leaves() * (n * n - p[0] * p[0] - p[1] * p[1]).max(0.0).sqrt()
+    }
+
+    /// Levels between the lit heights of a patch, for all its directions.
+    fn stack(&self, z: &Array2<f64>, view: ArrayView2<Complex64>) -> Stack {
+        let mut range = [f64::INFINITY, f64::NEG_INFINITY];
+        for (z, value) in z.iter().zip(&view) {
+            if value.norm_sqr() > 0.0 {
+                range = [range[0].min(*z), range[1].max(*z)];
+            }
+        }
+        let ends = |band: &Band| [band.at(0), band.at(band.count.max(1) - 1)];
+        let ([x0, x1], [y0, y1]) = (ends(self.bands[0]), ends(self.bands[1]));
+        let cosines = normal_cosines([x0, x1, y0, y1], self.screen.index);
+        let leaves = self.screen.leaves();
+        let mut signed = cosines.map(|q| leaves * q);
+        signed.sort_by(f64::total_cmp);
+        Stack::new(range, signed, self.k)
+    }
+
+    /// The field times N·d at each node over N·d at the centre, for the middle direction: what differs
+    /// between directions is of second order.
+    fn weigh(
+        &self,
+        view: ArrayView2<Complex64>,
+        [x, y]: [&std::ops::Range<usize>; 2],
+        centre: &Centre,
+    ) -> Array2<Complex64> {
+        let middle = |band: &Band| 0.5 * (band.at(0) + band.at(band.count.max(1) - 1));
+        let p = [0, 1].map(|a| middle(self.bands[a]));
+        let q = self.normal(p);
+        let lift = |slope: [f64; 2]| q - slope[0] * p[0] - slope[1] * p[1];
+        let at_centre = lift(centre.slope);
+        let [sx, sy] = &self.heights.slope;
+        Array2::from_shape_fn(view.dim(), |(j, i)| {
+            let node = [y.start + j, x.start + i];
+            view[[j, i]] * (lift([sx[node], sy[node]]) / at_centre)
+        })
+    }
+
+    /// What each level holds of the field.
+    fn parts(
+        &self,
+        stack: &Stack,
+        field: &Array2<Complex64>,
+        z: &Array2<f64>,
+    ) -> Vec<Array2<Complex64>> {
+        let mut parts = vec![Array2::zeros(field.dim()); stack.len()];
+        let (mut shares, mut values) = (vec![0.0; stack.len()], vec![Complex64::ZERO; stack.len()]);
+        for (node, value) in field.indexed_iter() {
+            if *value == Complex64::ZERO {
+                continue;
+            }
+            stack.split(*value, z[node], &mut shares, &mut values);
+            for (part, value) in parts.iter_mut().zip(&values) {
+                part[node] = *value;
+            }
+        }
+        parts
+    }
+
+    /// The weight N·d/q of each direction; zero for those that leave on the wrong side.
+    fn finish(&self, coefficients: &mut Array2<Complex64>, centre: &Centre) {
+        let [sx, sy] = centre.slope;
+        for ((my, mx), c) in coefficients.indexed_iter_mut() {
+            let p = [self.bands[0].at(mx), self.bands[1].at(my)];
+            let q = self.normal(p);
+            let lift = q - sx * p[0] - sy * p[1];
+            let leaving = q != 0.0 && lift / q > 0.0;
+            *c *= if leaving { lift / q } else { 0.0 };
+        }
+    }
+}

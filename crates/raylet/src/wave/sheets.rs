@@ -1,0 +1,56 @@
+//! Light as it was summed before a screen: on the screen's plane, or on levels around a curved screen.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::optics::screen::Screen;
+use crate::wave::field::{Field, Grid};
+use crate::wave::heights::{Heights, Stack};
+use crate::wave::raster::Raster;
+use crate::wave::sampling::interpolate;
+
+/// Fields on parallel planes at the levels of a screen, all on the same raster.
+#[derive(Clone, Debug)]
+pub struct Sheets {
+    /// The planes' sample points.
+    pub raster: Raster,
+    /// The levels, of a curved screen; a plane screen has its own plane only.
+    pub stack: Option<Stack>,
+    /// The field on each level, indexed [y, x].
+    pub values: Vec<Array2<Complex64>>,
+}
+
+impl Sheets {
+    /// The field of a plane screen.
+    pub fn plane(raster: Raster, values: Array2<Complex64>) -> Self {
+        Self {
+            raster,
+            stack: None,
+            values: vec![values],
+        }
+    }
+
+    /// The field on the screen itself at the nodes of a grid.
+    pub fn on(&self, screen: &Screen, grid: &Grid) -> Field {
+        let sheets: Vec<Field> = self
+            .values
+            .iter()
+            .map(|values| interpolate(&self.raster, values, grid))
+            .collect();
+        match &self.stack {
+            Some(stack) => stack.merge(&sheets, &Heights::on(screen, grid)),
+            None => sheets.into_iter().next().unwrap_or_else(|| Field::zeros(grid.clone())),
+        }
+    }
+
+    /// ∫|U|² on the middle level, in mm² for unit amplitude.
+    pub fn power(&self) -> f64 {
+        self.raster.power(&self.values[self.values.len() / 2])
+    }
+
+    /// The field on the middle level.
+    pub fn into_middle(mut self) -> Array2<Complex64> {
+        let middle = self.values.len() / 2;
+        self.values.swap_remove(middle)
+    }
+}
