@@ -84,7 +84,7 @@ fn whenever_it_is_interrupted_results_are_whole_or_absent() {
     let whole = clock.elapsed();
 
     // Moments from the start to a little after the end.
-    let moments = 40;
+    let moments = 20;
     for moment in 0..moments {
         if stage.join("a").exists() && moment % 2 == 0 {
             fs::remove_dir_all(stage.join("a")).unwrap();
