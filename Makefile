@@ -9,7 +9,6 @@ RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
 	cargo build --release --package raylet-cli
-	@mkdir -p $(dir $(OUT))
 	$(RAYLET) hologram $(SCENE)
 	$(RAYLET) check $(SCENE)
 	$(RAYLET) simulate $(SCENE) --out $(OUT)

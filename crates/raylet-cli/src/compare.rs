@@ -5,15 +5,12 @@ use std::path::PathBuf;
 use clap::Args;
 use raylet::file::comparison::{Comparison, Likeness, Side};
 use raylet::file::contrast::contrast_png;
-use raylet::file::folder::{COMPARISON_FILE, Target};
+use raylet::file::folder::{COMPARISON_FILE, COMPARISON_PICTURE, Target};
 use raylet::file::report::Metrics;
 
 use crate::failure::Failure;
 use crate::say::say;
 use crate::table::table;
-
-/// The picture of a comparison.
-const PICTURE_FILE: &str = "compare.png";
 
 /// Compares the fields of two runs on one sensor, the second taken as the reference.
 #[derive(Args)]
@@ -39,7 +36,7 @@ impl Compare {
             let text = serde_json::to_string_pretty(&comparison)?;
             draft.write(COMPARISON_FILE, format!("{text}\n").as_bytes())?;
             let title = format!("A = {}, B = {}", self.a.display(), self.b.display());
-            draft.write(PICTURE_FILE, &contrast_png(&a, &b, &title)?)?;
+            draft.write(COMPARISON_PICTURE, &contrast_png(&a, &b, &title)?)?;
             draft.publish()?;
         }
         say(&text(&comparison))

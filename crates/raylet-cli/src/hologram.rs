@@ -5,13 +5,16 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use clap::Args;
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::ProgressBar;
 use raylet::design::hologram::{Score, design};
+use raylet::file::fault::Fault;
 use raylet::file::hologram::commission;
+use raylet::file::phase_file::PhaseFile;
 use raylet::file::scene::Scene;
 
 use crate::failure::Failure;
 use crate::overrides::start_threads;
+use crate::progress::dress;
 use crate::say::say;
 
 /// Computes the phase hologram that a scene asks for, on its paraxial train.
@@ -44,16 +47,11 @@ impl Hologram {
             wanted.task.iterations = iterations as usize;
         }
         let Some(file) = self.out.as_ref().or(wanted.file.as_ref()) else {
-            return Err(Failure::new(
-                "no file for the phase: expected --out FILE, or `phase` in the scene's pixel layer",
-            ));
+            let expected = "--out FILE, or `phase` in the scene's layer of pixels";
+            return Err(Fault::of_file(&self.scene, "no file for the phase", expected).into());
         };
-        if file.extension().is_none_or(|extension| extension != "npy") {
-            return Err(Failure::new(format!(
-                "{}: expected a file name ending in .npy",
-                file.display()
-            )));
-        }
+        // A place that cannot be written is told before the work begins.
+        let file = PhaseFile::claim(file)?;
 
         let bar = bar(wanted.task.iterations as u64);
         let found = design(&wanted.task, &mut |score| {
@@ -62,9 +60,9 @@ impl Hologram {
         });
         bar.finish_and_clear();
         let found = found.map_err(|error| wanted.blame(&scene, &error))?;
-        wanted.write(&found.phase, file)?;
+        wanted.write(&found.phase, &file)?;
         let seconds = clock.elapsed().as_secs_f64();
-        let written = file.display();
+        let written = file.path().display();
         let summary = summary(&found.score);
         say(&format!("{summary}\n{seconds:.2} s; phase in {written}\n"))
     }
@@ -87,9 +85,6 @@ fn bar(iterations: u64) -> ProgressBar {
         return ProgressBar::hidden();
     }
     let bar = ProgressBar::new(iterations);
-    let template = "hologram [{bar:30}] {percent:>3} %  {msg}  {eta} left";
-    if let Ok(style) = ProgressStyle::with_template(template) {
-        bar.set_style(style.progress_chars("=> "));
-    }
+    dress(&bar, "hologram [{bar:30}] {percent:>3} %  {msg}  {left}");
     bar
 }

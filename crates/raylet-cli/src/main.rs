@@ -4,6 +4,7 @@ mod check;
 mod compare;
 mod failure;
 mod hologram;
+mod interrupt;
 mod overrides;
 mod progress;
 mod reference;
@@ -15,6 +16,9 @@ mod table;
 use std::process::ExitCode;
 
 use clap::{Parser, Subcommand};
+
+use crate::failure::Failure;
+use crate::say::complain;
 
 /// Simulates and designs optics made of lenses, mirrors and diffractive elements.
 #[derive(Parser)]
@@ -36,19 +40,22 @@ enum Verb {
 
 fn main() -> ExitCode {
     let arguments = Arguments::parse();
-    let outcome = match &arguments.verb {
+    match interrupt::watch().and_then(|()| run(&arguments.verb)) {
+        Ok(()) => ExitCode::SUCCESS,
+        Err(failure) => {
+            complain(&format!("error: {failure}"));
+            ExitCode::from(2)
+        }
+    }
+}
+
+fn run(verb: &Verb) -> Result<(), Failure> {
+    match verb {
         Verb::Simulate(verb) => verb.run(),
         Verb::Reference(verb) => verb.run(),
         Verb::Compare(verb) => verb.run(),
         Verb::Check(verb) => verb.run(),
         Verb::Hologram(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
-    };
-    match outcome {
-        Ok(()) => ExitCode::SUCCESS,
-        Err(failure) => {
-            eprintln!("error: {failure}");
-            ExitCode::from(2)
-        }
     }
 }

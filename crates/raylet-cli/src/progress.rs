@@ -1,11 +1,14 @@
 //! How far a run has come: a bar on a terminal, plain lines elsewhere. Both go to standard error.
 
+use std::fmt::Write;
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
 use std::time::Instant;
 
-use indicatif::{ProgressBar, ProgressStyle};
+use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use raylet::engine::simulate::Progress;
+
+use crate::say::complain;
 
 /// Steps of a bar without rays.
 const STEPS: f64 = 1000.0;
@@ -52,7 +55,7 @@ impl Meter {
                 Some(bar) => bar.finish_and_clear(),
                 None => {
                     let seconds = shown.start.elapsed().as_secs_f64();
-                    eprintln!("{}: {seconds:.2} s", shown.label);
+                    complain(&format!("{}: {seconds:.2} s", shown.label));
                 }
             }
             shown.finished = true;
@@ -62,13 +65,12 @@ impl Meter {
     fn begin(&self, label: String, rays: f64) -> Shown {
         let steps = if rays >= 1.0 { rays } else { STEPS };
         let bar = self.terminal.then(|| {
-            let rate = if rays >= 1.0 { "{per_sec} rays" } else { "" };
-            let template =
-                format!("{{prefix}} [{{bar:30}}] {{percent:>3}} %  {rate}  {{eta}} left");
+            let rate = if rays >= 1.0 { "{rays}" } else { "" };
             let bar = ProgressBar::new(steps as u64);
-            if let Ok(style) = ProgressStyle::with_template(&template) {
-                bar.set_style(style.progress_chars("=> "));
-            }
+            dress(
+                &bar,
+                &format!("{{prefix}} [{{bar:30}}] {{percent:>3}} %  {rate}{{left}}"),
+            );
             bar.set_prefix(label.clone());
             bar
         });
@@ -79,5 +81,24 @@ impl Meter {
             start: Instant::now(),
             finished: false,
         }
+    }
+}
+
+/// Gives a bar its looks. `{rays}` and `{left}` stay empty until a rate is known.
+pub(crate) fn dress(bar: &ProgressBar, template: &str) {
+    let known = |state: &ProgressState| state.pos() > 0 && state.per_sec() > 0.0;
+    let rays = move |state: &ProgressState, line: &mut dyn Write| {
+        if known(state) {
+            let _ = write!(line, "{:.0} rays/s  ", state.per_sec());
+        }
+    };
+    let left = move |state: &ProgressState, line: &mut dyn Write| {
+        if known(state) {
+            let _ = write!(line, "{:#} left", HumanDuration(state.eta()));
+        }
+    };
+    if let Ok(style) = ProgressStyle::with_template(template) {
+        let style = style.with_key("rays", rays).with_key("left", left);
+        bar.set_style(style.progress_chars("=> "));
     }
 }

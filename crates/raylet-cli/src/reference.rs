@@ -36,7 +36,8 @@ pub(crate) struct Reference {
     #[arg(long, value_enum, default_value_t = MethodName::Auto)]
     method: MethodName,
     /// Longest direct sum in hours that is begun.
-    #[arg(long, value_name = "HOURS", default_value_t = 3.0)]
+    #[arg(long, value_name = "HOURS", default_value_t = 3.0, value_parser = hours)]
+    #[arg(allow_negative_numbers = true)]
     most_hours: f64,
     /// Threads to use; all processors unless told otherwise. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -122,4 +123,12 @@ impl Reference {
 fn default_out(scene: &Path) -> PathBuf {
     let stem = scene.file_stem().unwrap_or_default().to_string_lossy();
     PathBuf::from(format!("{stem}-reference"))
+}
+
+/// A span of time on the command line.
+fn hours(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(hours) if hours >= 0.0 => Ok(hours),
+        _ => Err(String::from("expected a number of hours, not negative")),
+    }
 }

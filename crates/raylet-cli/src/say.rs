@@ -1,4 +1,4 @@
-//! What the program says on standard output.
+//! What the program says: answers on standard output, the rest on standard error.
 
 use std::io::{ErrorKind, Write};
 
@@ -13,4 +13,9 @@ pub(crate) fn say(text: &str) -> Result<(), Failure> {
         ))),
         _ => Ok(()),
     }
+}
+
+/// Writes a line on standard error; where nobody can hear it, nobody is told.
+pub(crate) fn complain(line: &str) {
+    let _ = writeln!(std::io::stderr(), "{line}");
 }

@@ -9,7 +9,6 @@ use raylet::engine::settings::Settings;
 use raylet::engine::simulate::simulate;
 use raylet::file::blame::blame;
 use raylet::file::build;
-use raylet::file::fault::Fault;
 use raylet::file::folder::Target;
 use raylet::file::output::{gather, publish};
 use raylet::file::report::{Channel, HopEntry, Report, micrometres};
@@ -42,10 +41,6 @@ impl Simulate {
         let mut settings = build::settings(&scene);
         self.overrides.apply(&mut settings)?;
         let out = self.out.clone().unwrap_or_else(|| default_out(&self.scene));
-        if out.file_name().is_none() {
-            let expected = "the name of a folder";
-            return Err(Fault::of_file(&out, "a path without a name", expected).into());
-        }
         let target = Target::claim(&out)?;
 
         // All systems are built before the first is run, so that faults show at once.

@@ -1,9 +1,11 @@
 //! Bad input at the command line: one message with an address, exit code 2, nothing written.
 
+mod refusal;
 mod stage;
 
 use std::fs;
 
+use crate::refusal::none_of;
 use crate::stage::{SCENE, Stage, complaint};
 
 /// A change to the scene, and what the message must say.
@@ -139,57 +141,9 @@ fn scenes_are_refused_at_the_right_place() {
         let stage = Stage::new(&SCENE.replacen(from, to, 1));
         let dark = ndarray::Array2::<f64>::zeros((30, 30));
         ndarray_npy::write_npy(stage.join("dark.npy"), &dark).unwrap();
-        let before = stage.names();
-        let output = stage.raylet(&["simulate", "scene.toml"]);
-        let told = complaint(&output);
-        let fine = output.status.code() == Some(2)
-            && told.matches("error:").count() == 1
-            && told.contains("expected")
-            && !told.contains("panicked")
-            && says.iter().all(|piece| told.contains(piece))
-            && output.stdout.is_empty()
-            && stage.names() == before;
-        if !fine {
-            wrong.push(format!("{to}: {:?} in\n{told}", output.status.code()));
-        }
+        wrong.push(refusal::wrong(&stage, &["simulate", "scene.toml"], says));
     }
-    assert!(wrong.is_empty(), "{}", wrong.join("\n"));
-}
-
-#[test]
-fn folders_that_cannot_be_written_are_refused() {
-    let stage = Stage::new(SCENE);
-    fs::create_dir(stage.join("foreign")).unwrap();
-    fs::write(stage.join("foreign/diary.txt"), "mine").unwrap();
-    let before = stage.names();
-    for (out, says) in [
-        ("foreign", "other files"),
-        ("foreign/diary.txt", "not a folder"),
-        ("phase.npy/out", "phase.npy"),
-        ("no/where", "no"),
-        ("/proc/out", "/proc"),
-        ("..", "without a name"),
-        (".", "without a name"),
-    ] {
-        let output = stage.raylet(&["simulate", "scene.toml", "--out", out]);
-        let told = complaint(&output);
-        assert_eq!(output.status.code(), Some(2), "{out}: {told}");
-        assert!(
-            told.starts_with("error: ") && told.contains(says),
-            "{out}: {told}"
-        );
-        assert!(
-            told.contains("expected") && !told.contains("panicked"),
-            "{told}"
-        );
-        // The run had not begun.
-        assert!(!told.contains("hop"), "{told}");
-    }
-    assert_eq!(stage.names(), before);
-    assert_eq!(
-        fs::read_to_string(stage.join("foreign/diary.txt")).unwrap(),
-        "mine"
-    );
+    none_of(wrong);
 }
 
 #[test]

@@ -167,9 +167,16 @@ fn earlier_results_are_replaced_and_failures_change_nothing() {
     let stage = Stage::new(SCENE);
     let run = || stage.raylet(&["simulate", "scene.toml", "--out", "out"]);
     assert!(run().status.success());
-    fs::write(stage.join("out/stale.txt"), "").unwrap();
     assert!(run().status.success());
-    assert!(!stage.join("out/stale.txt").exists());
+
+    // What a user has put there since is not lost.
+    let notes = stage.join("out/notes.txt");
+    fs::write(&notes, "mine").unwrap();
+    let output = run();
+    assert_eq!(output.status.code(), Some(2));
+    assert!(complaint(&output).contains("such as notes.txt"));
+    assert_eq!(fs::read_to_string(&notes).unwrap(), "mine");
+    fs::remove_file(&notes).unwrap();
 
     // A failing run leaves the earlier result as it was, and nothing beside it.
     let before = fs::read(stage.join("out/result.json")).unwrap();

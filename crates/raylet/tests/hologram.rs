@@ -8,6 +8,7 @@ use raylet::engine::settings::Settings;
 use raylet::engine::simulate::{Outcome, sensor_grid, simulate};
 use raylet::file::build;
 use raylet::file::hologram::commission;
+use raylet::file::phase_file::PhaseFile;
 use raylet::file::scene::Scene;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
@@ -37,7 +38,8 @@ fn seen(name: &str, naive: bool, distance: &str) -> (Hologram, Seen) {
     let found = design(&wanted.task, &mut |_| {}).unwrap();
     let file = wanted.file.clone().unwrap();
     assert!(!file.exists());
-    wanted.write(&found.phase, &file).unwrap();
+    let claimed = PhaseFile::claim(&file).unwrap();
+    wanted.write(&found.phase, &claimed).unwrap();
 
     let text = fs::read_to_string(&path).unwrap();
     let place = "thickness_mm = 44.7";

@@ -82,8 +82,8 @@ pub enum ReferenceError {
     },
     /// A direct sum would take too long.
     #[error(
-        "the direct sum from '{from}' to '{to}' has {pairs:.2e} pairs, about {hours:.1} hours on this \
-         machine, more than the {allowed:.1} allowed; use fewer sensor pixels or a smaller element"
+        "the direct sum from '{from}' to '{to}' has {pairs:.2e} pairs, about {} on this machine, more than \
+         the {} allowed; use fewer sensor pixels or a smaller element", span(*hours), span(*allowed)
     )]
     TooLong {
         /// First screen of the hop.
@@ -97,6 +97,16 @@ pub enum ReferenceError {
         /// Hours allowed.
         allowed: f64,
     },
+}
+
+/// A span of hours in the unit that suits it.
+fn span(hours: f64) -> String {
+    let (value, unit) = match hours * 60.0 {
+        minutes if minutes >= 60.0 => (hours, "hours"),
+        minutes if minutes >= 1.0 => (minutes, "minutes"),
+        minutes => (60.0 * minutes, "seconds"),
+    };
+    format!("{value:.1} {unit}")
 }
 
 /// What one step of a reference did.

@@ -160,6 +160,27 @@ impl Loader<'_> {
                 _ => shape = Some(given),
             }
         }
+        self.blank(layer, path)
+    }
+
+    /// A layer of known size without arrays takes memory too.
+    fn blank(&mut self, layer: &PixelLayer, path: &str) -> Result<(), Fault> {
+        let named = [&layer.phase, &layer.amplitude, &layer.transmission];
+        let Some([nx, ny]) = layer
+            .size
+            .filter(|_| named.iter().all(|file| file.is_none()))
+        else {
+            return Ok(());
+        };
+        let bytes = (nx as u64).saturating_mul(ny as u64).saturating_mul(16);
+        if bytes > self.left {
+            let megabytes = bytes.div_ceil(1_000_000);
+            let found = format!("{ny} rows of {nx} that take {megabytes} MB");
+            let left = self.left / 1_000_000;
+            let expected = format!("at most {left} MB (settings.memory_limit_mb)");
+            return Err(self.origin.fault(&format!("{path}.size"), found, expected));
+        }
+        self.left -= bytes;
         Ok(())
     }
 

@@ -4,6 +4,9 @@ use std::fmt;
 use std::ops::Range;
 use std::path::{Path, PathBuf};
 
+/// Longest part of a line that is shown, in characters.
+const WIDEST: usize = 160;
+
 /// Why an input file was refused, with its address.
 ///
 /// Displayed over several lines: the address with the finding and the expectation on the first, then the
@@ -134,16 +137,37 @@ impl fmt::Display for Address {
     }
 }
 
+impl Excerpt {
+    /// The part of the line that is shown: how many characters before the place, and the text. Of a long
+    /// line this is what stands around the place.
+    fn shown(&self) -> (usize, String) {
+        let before = self.column - 1;
+        let skipped = before.saturating_sub(WIDEST / 2);
+        let skipped = if before < WIDEST - 1 { 0 } else { skipped };
+        let mut text: Vec<char> = self.text.chars().skip(skipped).take(WIDEST).collect();
+        let cut = skipped + text.len() < self.text.chars().count();
+        if let Some(first) = text.first_mut().filter(|_| skipped > 0) {
+            *first = '…';
+        }
+        if let Some(last) = text.last_mut().filter(|_| cut) {
+            *last = '…';
+        }
+        (before - skipped, text.into_iter().collect())
+    }
+}
+
 impl fmt::Display for Excerpt {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         // Tabs are repeated under the line, so that the mark stands below its text at any tab width.
-        let lead: String = self.text.chars().take(self.column - 1).collect();
+        let (before, text) = self.shown();
+        let lead: String = text.chars().take(before).collect();
         let lead = lead.replace(|c: char| c != '\t', " ");
         let number = self.line.to_string();
         let margin = " ".repeat(number.len());
+        let marks = self.width.min(text.chars().count().saturating_sub(before));
         writeln!(f, " {margin} |")?;
-        writeln!(f, " {number} | {}", self.text)?;
-        write!(f, " {margin} | {lead}{}", "^".repeat(self.width))
+        writeln!(f, " {number} | {text}")?;
+        write!(f, " {margin} | {lead}{}", "^".repeat(marks.max(1)))
     }
 }
 
@@ -180,6 +204,25 @@ mod tests {
             }
         }
         assert_eq!(Excerpt::new(text, 0..4).width, 1);
+    }
+
+    #[test]
+    fn long_lines_are_cut_around_the_place() {
+        let text = "x".repeat(5000);
+        for (start, end) in [
+            (0, 5000),
+            (150, 151),
+            (158, 170),
+            (2500, 2503),
+            (4999, 5000),
+        ] {
+            let told = Excerpt::new(&text, start..end).to_string();
+            let lines: Vec<&str> = told.lines().collect();
+            assert_eq!(lines.len(), 3);
+            assert!(lines.iter().all(|line| line.chars().count() <= 165));
+            let (shown, marks) = (lines[1].chars().count(), lines[2].chars().count());
+            assert!(marks <= shown && lines[2].contains('^'), "{told}");
+        }
     }
 
     #[test]

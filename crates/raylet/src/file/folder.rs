@@ -6,15 +6,17 @@ use std::fs;
 use std::io;
 use std::path::{Path, PathBuf};
 
-use tempfile::TempDir;
-
 use crate::file::fault::Fault;
+use crate::file::hidden::{Hidden, unwritable};
 
 /// The file by which a folder of results is known.
 pub const RESULT_FILE: &str = "result.json";
 
 /// The file by which a folder of a comparison is known.
 pub const COMPARISON_FILE: &str = "compare.json";
+
+/// The picture of a comparison.
+pub const COMPARISON_PICTURE: &str = "compare.png";
 
 /// The name of a folder that may be written: checked, not yet made.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -27,15 +29,15 @@ pub struct Target {
 #[derive(Debug)]
 pub struct Draft {
     target: Target,
-    draft: TempDir,
+    draft: Hidden,
 }
 
 impl Target {
     /// Checks that a folder of results may be written here: nothing is here, or an empty folder, or an
-    /// earlier result, and the folder around it can be written. Nothing is left on the disk.
+    /// earlier result, and the folder around it can be written or made. Nothing is left on the disk.
     ///
     /// # Errors
-    /// Something else stands here, or the folder around cannot be written.
+    /// A path without a name, something else that stands here, or a folder around that cannot be written.
     pub fn claim(path: &Path) -> Result<Self, Fault> {
         Self::claim_as(path, RESULT_FILE)
     }
@@ -43,12 +45,11 @@ impl Target {
     /// The same for a folder that is known by another file, so that no kind replaces another.
     ///
     /// # Errors
-    /// Something else stands here, or the folder around cannot be written.
+    /// The same.
     pub fn claim_as(path: &Path, mark: &'static str) -> Result<Self, Fault> {
-        let target = Self {
-            path: path.to_path_buf(),
-            mark,
-        };
+        // A slash at the end would make a link of the same name seem the folder it leads to.
+        let path = path.components().collect();
+        let target = Self { path, mark };
         target.check_occupant()?;
         target.draft()?;
         Ok(target)
@@ -64,14 +65,10 @@ impl Target {
     /// # Errors
     /// The folder around cannot be written.
     pub fn draft(&self) -> Result<Draft, Fault> {
-        let around = around(&self.path);
-        let draft = tempfile::Builder::new()
-            .prefix(".raylet-")
-            .tempdir_in(&around)
-            .map_err(|error| {
-                let expected = "an existing folder that can be written";
-                Fault::of_file(&around, error.to_string(), expected)
-            })?;
+        let draft = Hidden::beside(&self.path)?;
+        draft
+            .make_folder()
+            .map_err(|error| unwritable(&self.path, &error))?;
         Ok(Draft {
             target: self.clone(),
             draft,
@@ -91,104 +88,65 @@ impl Target {
                 ),
             ))
         };
+        if path.file_name().is_none() {
+            return refuse("a path without a name");
+        }
         let kind = match fs::symlink_metadata(path) {
-            Err(error) if error.kind() == io::ErrorKind::NotFound => {
-                return match path.file_name() {
-                    Some(_) => Ok(()),
-                    None => refuse("a path without a name"),
-                };
-            }
+            Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(()),
             Err(error) => return refuse(&error.to_string()),
             Ok(kind) => kind,
         };
+        if kind.is_symlink() {
+            return refuse("a symbolic link");
+        }
         if !kind.is_dir() {
             return refuse("something that is not a folder");
         }
-        let mut entries = match fs::read_dir(path) {
-            Ok(entries) => entries,
-            Err(error) => return refuse(&error.to_string()),
-        };
-        if path.join(self.mark).is_file() || entries.next().is_none() {
-            return Ok(());
+        match self.stranger() {
+            Ok(None) => Ok(()),
+            Ok(Some(name)) => refuse(&format!("a folder with other files in it, such as {name}")),
+            Err(error) => refuse(&error.to_string()),
         }
-        refuse("a folder with other files in it")
+    }
+
+    /// Something in the folder that no earlier run says it wrote. Hidden files, which file managers leave,
+    /// do not count.
+    fn stranger(&self) -> io::Result<Option<String>> {
+        let text = fs::read_to_string(self.path.join(self.mark)).unwrap_or_default();
+        let document: serde_json::Value = serde_json::from_str(&text).unwrap_or_default();
+        let mut known = vec![COMPARISON_PICTURE, self.mark];
+        let files = document.get("files").and_then(|files| files.as_array());
+        known.extend(files.into_iter().flatten().filter_map(|file| file.as_str()));
+        for entry in fs::read_dir(&self.path)? {
+            let name = entry?.file_name().to_string_lossy().into_owned();
+            if !name.starts_with('.') && !known.contains(&name.as_str()) {
+                return Ok(Some(name));
+            }
+        }
+        Ok(None)
     }
 }
 
 impl Draft {
-    /// Where files are written for now.
-    pub fn path(&self) -> &Path {
-        self.draft.path()
-    }
-
     /// Writes one file.
     ///
     /// # Errors
     /// What the file system said.
     pub fn write(&self, name: &str, content: &[u8]) -> Result<(), Fault> {
-        let path = self.draft.path().join(name);
-        fs::write(&path, content)
-            .map_err(|error| self.refusal(&error, &self.target.path.join(name)))
+        self.draft
+            .write(Some(name), content)
+            .map_err(|error| unwritable(&self.target.path.join(name), &error))
     }
 
-    /// Gives the folder its name; an earlier result of that name is replaced.
+    /// Gives the folder its name, in folders that are made where they are missing; an earlier result of
+    /// that name is replaced.
     ///
     /// # Errors
     /// Something else has come to stand there, or what the file system said; then nothing is changed.
     pub fn publish(self) -> Result<(), Fault> {
-        self.target.check_occupant()?;
-        let path = self.target.path();
-        let fail = |error: &io::Error| self.refusal(error, path);
-        open_to_readers(self.draft.path()).map_err(|error| fail(&error))?;
-
-        // An earlier result steps aside, and comes back if the new one cannot take its place.
-        let around = around(path);
-        let aside = tempfile::Builder::new()
-            .prefix(".raylet-old-")
-            .tempdir_in(&around)
-            .map_err(|error| fail(&error))?;
-        let old = aside.path().join("result");
-        let occupied = path.exists();
-        if occupied {
-            fs::rename(path, &old).map_err(|error| fail(&error))?;
-        }
-        if let Err(error) = fs::rename(self.draft.path(), path) {
-            if occupied {
-                fs::rename(&old, path).map_err(|error| fail(&error))?;
-            }
-            return Err(fail(&error));
-        }
-        Ok(())
+        let Self { target, draft } = self;
+        draft.reveal(target.path(), || target.check_occupant())
     }
-
-    fn refusal(&self, error: &io::Error, path: &Path) -> Fault {
-        Fault::of_file(path, error.to_string(), "a place that can be written")
-    }
-}
-
-/// The folder that a path lies in.
-fn around(path: &Path) -> PathBuf {
-    match path.parent() {
-        Some(parent) if !parent.as_os_str().is_empty() => parent.to_path_buf(),
-        _ => PathBuf::from("."),
-    }
-}
-
-/// Temporary folders are private; results are as open as other new folders.
-#[cfg(unix)]
-fn open_to_readers(path: &Path) -> io::Result<()> {
-    use std::os::unix::fs::PermissionsExt;
-    // A new folder inside shows what the user's mask allows.
-    let sample = path.join("mode");
-    fs::create_dir(&sample)?;
-    let mode = fs::metadata(&sample)?.permissions().mode();
-    fs::remove_dir(&sample)?;
-    fs::set_permissions(path, fs::Permissions::from_mode(mode))
-}
-
-#[cfg(not(unix))]
-fn open_to_readers(_path: &Path) -> io::Result<()> {
-    Ok(())
 }
 
 #[cfg(test)]
@@ -218,7 +176,8 @@ mod tests {
         // A second result replaces the first as a whole.
         for name in ["first", "second"] {
             let draft = Target::claim(&out).unwrap().draft().unwrap();
-            draft.write(RESULT_FILE, b"{}").unwrap();
+            let document = format!("{{\"files\": [\"{name}\"]}}");
+            draft.write(RESULT_FILE, document.as_bytes()).unwrap();
             draft.write(name, b"").unwrap();
             draft.publish().unwrap();
             assert!(out.join(name).exists());
@@ -235,18 +194,30 @@ mod tests {
         Target::claim(&out).unwrap();
         fs::write(out.join("diary.txt"), "mine").unwrap();
         let fault = Target::claim(&out).unwrap_err().to_string();
-        assert!(fault.contains("other files"), "{fault}");
+        assert!(
+            fault.contains("other files") && fault.contains("diary.txt"),
+            "{fault}"
+        );
         let file = out.join("diary.txt");
         assert!(Target::claim(&file).is_err());
         assert!(Target::claim(&file.join("below")).is_err());
-        assert!(Target::claim(&room.path().join("no/where")).is_err());
+        for nameless in [".", "..", "/", "", "out/.."] {
+            let fault = Target::claim(nameless.as_ref()).unwrap_err().to_string();
+            assert!(fault.contains("without a name"), "{nameless}: {fault}");
+        }
 
         // A comparison does not replace results.
         let results = room.path().join("results");
         fs::create_dir(&results).unwrap();
         fs::write(results.join(RESULT_FILE), "{}").unwrap();
         Target::claim(&results).unwrap();
+        fs::write(results.join(".DS_Store"), "").unwrap();
+        Target::claim(&results).unwrap();
         assert!(Target::claim_as(&results, COMPARISON_FILE).is_err());
         assert_eq!(fs::read_to_string(file).unwrap(), "mine");
+
+        // Nor do results replace what a user has put beside earlier ones.
+        fs::write(results.join("notes.txt"), "").unwrap();
+        assert!(Target::claim(&results).is_err());
     }
 }

@@ -1,10 +1,8 @@
 //! The hologram that a scene asks for: what is given, what is sought, and where it is written.
 
-use std::io::Write;
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 
 use ndarray::Array2;
-use ndarray_npy::WriteNpyExt;
 use num_complex::Complex64;
 
 use crate::design::hologram::{HologramError, Task};
@@ -17,6 +15,7 @@ use crate::file::element::Element;
 use crate::file::fault::Fault;
 use crate::file::image::read_gray;
 use crate::file::layer::{Layer, PixelLayer};
+use crate::file::phase_file::PhaseFile;
 use crate::file::scene::Scene;
 use crate::file::settings::Hologram;
 use crate::optics::paraxial::Abcd;
@@ -117,45 +116,14 @@ impl Commission {
         scene.fault(path, error.to_string(), expected)
     }
 
-    /// Writes phases in radians as the scene will read them: divided by `phase_scale`, float64 [y, x], in
-    /// a .npy file that appears whole or not at all.
+    /// Writes phases in radians as the scene will read them: divided by `phase_scale`.
     ///
     /// # Errors
     /// What the file system said.
-    pub fn write(&self, phase: &Array2<f64>, file: &Path) -> Result<(), Fault> {
-        let refuse = |found: String| Fault::of_file(file, found, "a place that can be written");
-        let mut bytes = Vec::new();
-        (phase / self.phase_scale)
-            .write_npy(&mut bytes)
-            .map_err(|error| refuse(error.to_string()))?;
-        let around = match file.parent() {
-            Some(parent) if !parent.as_os_str().is_empty() => parent,
-            _ => Path::new("."),
-        };
-        let mut builder = tempfile::Builder::new();
-        open_to_readers(builder.prefix(".raylet-"));
-        let mut draft = builder
-            .tempfile_in(around)
-            .map_err(|error| refuse(error.to_string()))?;
-        draft
-            .write_all(&bytes)
-            .map_err(|error| refuse(error.to_string()))?;
-        draft
-            .persist(file)
-            .map_err(|error| refuse(error.to_string()))?;
-        Ok(())
+    pub fn write(&self, phase: &Array2<f64>, file: &PhaseFile) -> Result<(), Fault> {
+        file.write(&(phase / self.phase_scale))
     }
 }
-
-/// Temporary files are private; results are as open as other new files.
-#[cfg(unix)]
-fn open_to_readers(builder: &mut tempfile::Builder) {
-    use std::os::unix::fs::PermissionsExt;
-    builder.permissions(std::fs::Permissions::from_mode(0o666));
-}
-
-#[cfg(not(unix))]
-fn open_to_readers(_builder: &mut tempfile::Builder) {}
 
 /// Where the hologram goes: the number of the element and its pixel layer as the scene has it.
 struct Place {
@@ -271,6 +239,7 @@ mod tests {
     use crate::file::fault::Fault;
     use crate::file::hologram::{Commission, commission};
     use crate::file::image::write_gray16;
+    use crate::file::phase_file::PhaseFile;
     use crate::file::scene::Scene;
 
     const SCENE: &str = r#"version = 1
@@ -400,12 +369,11 @@ size_mm = [0.4, 0.2]
         let room = tempfile::tempdir().unwrap();
         let file = room.path().join("phase.npy");
         for phase in [array![[1.0, -2.0]], array![[0.5], [3.0]]] {
-            asked_for.write(&phase, &file).unwrap();
+            let claimed = PhaseFile::claim(&file).unwrap();
+            asked_for.write(&phase, &claimed).unwrap();
             let read = Array::read(&file, None, "phase", 1000).unwrap();
             assert_eq!(read, Array::Real(phase / 2.0));
         }
         assert_eq!(fs::read_dir(room.path()).unwrap().count(), 1);
-        let nowhere = room.path().join("none/phase.npy");
-        assert!(asked_for.write(&array![[1.0]], &nowhere).is_err());
     }
 }

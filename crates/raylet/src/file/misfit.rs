@@ -92,7 +92,8 @@ fn found(unexpected: &Unexpected<'_>) -> String {
         Unexpected::Bool(value) => value.to_string(),
         Unexpected::Unsigned(value) => value.to_string(),
         Unexpected::Signed(value) => value.to_string(),
-        Unexpected::Float(value) => value.to_string(),
+        // With its point or exponent, so that 1e9 does not look like a whole number.
+        Unexpected::Float(value) => format!("{value:?}"),
         Unexpected::Str(value) => format!("the string \"{value}\""),
         Unexpected::Seq => "a list".to_owned(),
         Unexpected::Map => "a table".to_owned(),

@@ -7,10 +7,13 @@ use std::io::{BufReader, Cursor};
 use std::path::Path;
 
 use ndarray::{Array1, Array3, Ix1, Ix3};
-use ndarray_npy::{NpzReader, NpzWriter};
+use ndarray_npy::{NpzReader, NpzWriter, ReadNpzError};
 use num_complex::Complex64;
 
 use crate::file::fault::Fault;
+
+/// Parts of amplitudes lie below it.
+const LARGEST: f64 = 1e100;
 
 /// The fields of all channels on one grid of sample points.
 #[derive(Clone, Debug, PartialEq)]
@@ -58,10 +61,10 @@ impl Fields {
             Fault::of_file(path, error.to_string(), "a field.npz that can be read")
         })?;
         let mut archive = NpzReader::new(BufReader::new(file)).map_err(|error| {
-            Fault::of_file(path, error.to_string(), "an archive made by numpy.savez")
+            Fault::of_file(path, plain(&error), "an archive made by numpy.savez")
         })?;
-        let refuse = |name: &str, error: ndarray_npy::ReadNpzError, expected: &str| {
-            Fault::of_file(path, format!("array `{name}`: {error}"), expected)
+        let refuse = |name: &str, error: ReadNpzError, expected: &str| {
+            Fault::of_file(path, format!("array `{name}`: {}", plain(&error)), expected)
         };
         let field = archive
             .by_name::<ndarray::OwnedRepr<Complex64>, Ix3>("field")
@@ -102,13 +105,32 @@ impl Fields {
                 ));
             }
         }
-        if let Some((at, value)) = self.field.indexed_iter().find(|(_, u)| !u.is_finite()) {
+        for wavelength in &self.wavelength_um {
+            if !(wavelength.is_finite() && *wavelength > 0.0) {
+                return Err((
+                    format!("{wavelength} in `wavelength_um`"),
+                    String::from("finite wavelengths above zero"),
+                ));
+            }
+        }
+
+        // Squares and their sums stay finite.
+        let usable = |u: &Complex64| u.re.abs() < LARGEST && u.im.abs() < LARGEST;
+        if let Some((at, value)) = self.field.indexed_iter().find(|(_, u)| !usable(u)) {
             return Err((
                 format!("{value} at {at:?} of `field`"),
-                String::from("finite values only"),
+                format!("finite values below {LARGEST:e}"),
             ));
         }
         Ok(())
+    }
+}
+
+/// What went wrong, without the names of the readers it went through.
+fn plain(error: &ReadNpzError) -> String {
+    match error {
+        ReadNpzError::Zip(error) => error.to_string(),
+        ReadNpzError::Npy(error) => error.to_string(),
     }
 }
 
@@ -154,8 +176,15 @@ mod tests {
         falling.y_mm = Array1::linspace(1.0, -1.0, 3);
         assert!(told(&falling).contains("y_mm"));
         let mut broken = fields();
-        broken.field[[1, 2, 3]].im = f64::NAN;
-        assert!(told(&broken).contains("(1, 2, 3)"));
+        for value in [f64::NAN, f64::INFINITY, -1e200] {
+            broken.field[[1, 2, 3]].im = value;
+            assert!(told(&broken).contains("(1, 2, 3)"));
+        }
+        for value in [f64::NAN, 0.0, -0.5] {
+            let mut colourless = fields();
+            colourless.wavelength_um[1] = value;
+            assert!(told(&colourless).contains("`wavelength_um`"));
+        }
 
         // Not an archive, and none at all.
         std::fs::write(&path, "text").unwrap();
