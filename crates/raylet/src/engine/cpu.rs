@@ -49,40 +49,13 @@ impl Backend for Cpu {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Tally {
         let k = job.hop.wavenumber();
-        let [bx, by] = &job.plan.bands;
-        let [px, py] = positions(job, from);
-        let cutter = Patches::new(
-            [&from.grid.x, &from.grid.y],
-            [&px, &py],
-            [bx, by],
-            k,
-            job.plan.period,
-        );
-
-        // Patches of a curved screen are cut on its true surface.
-        let heights = Heights::on(job.hop.from, &from.grid);
-        let curved = CurvedPatches {
-            patches: &cutter,
-            screen: job.hop.from,
-            heights: &heights,
-            origin: [0.0; 2],
-            bands: [bx, by],
-            k,
-        };
-        let cut = |index: usize| match job.hop.from.is_plane() {
-            true => cutter.cut(from, index),
-            false => curved.cut(from, index),
-        };
+        let cutter = Cutter::new(job, from);
 
         // What all patches hold decides which modes are too weak, also for a part of them.
-        let census = (0..cutter.count())
-            .into_par_iter()
-            .filter_map(&cut)
-            .map(|spectrum| Census::of(spectrum.coefficients.iter()))
-            .reduce(Census::default, Census::merge);
-        let floor = census.floor(job.settings);
+        let kept = cutter.keep();
+        let floor = cutter.census(&kept).floor(job.settings);
 
-        let chunk = (CHUNK / (bx.count * by.count).max(1)).max(1);
+        let chunk = (CHUNK / cutter.modes().max(1)).max(1);
         let total = patches.len().max(1);
         let mut tally = Tally::default();
         let mut done = 0;
@@ -91,8 +64,7 @@ impl Backend for Cpu {
             let last = (first + chunk).min(patches.end);
             let parts: Vec<(Vec<Arrival>, Tally)> = (first..last)
                 .into_par_iter()
-                .filter_map(&cut)
-                .map(|spectrum| spread(job, &spectrum, floor, to))
+                .filter_map(|index| cutter.with(&kept, index, |s| spread(job, s, floor, to)))
                 .collect();
             let mut arrivals = Vec::new();
             for (part, counts) in parts {
@@ -104,6 +76,81 @@ impl Backend for Cpu {
             progress(done as f64 / total as f64);
         }
         tally
+    }
+}
+
+/// What cuts the field of a job into patches: on a curved screen on its true surface.
+struct Cutter<'a> {
+    job: &'a Job<'a>,
+    field: &'a Field,
+    patches: Patches,
+    heights: Option<Heights>,
+}
+
+/// The spectra of all patches, where they fit into memory.
+type Kept = Option<Vec<Option<Spectrum>>>;
+
+impl<'a> Cutter<'a> {
+    fn new(job: &'a Job<'a>, field: &'a Field) -> Self {
+        let [px, py] = positions(job, field);
+        let [bx, by] = &job.plan.bands;
+        let axes = [&field.grid.x, &field.grid.y];
+        let k = job.hop.wavenumber();
+        let from = job.hop.from;
+        Self {
+            job,
+            field,
+            patches: Patches::new(axes, [&px, &py], [bx, by], k, job.plan.period),
+            heights: (!from.is_plane()).then(|| Heights::on(from, &field.grid)),
+        }
+    }
+
+    /// Number of modes of a patch.
+    fn modes(&self) -> usize {
+        let [bx, by] = &self.job.plan.bands;
+        bx.count * by.count
+    }
+
+    /// The spectrum of one patch.
+    fn cut(&self, index: usize) -> Option<Spectrum> {
+        let Some(heights) = &self.heights else {
+            return self.patches.cut(self.field, index);
+        };
+        let [bx, by] = &self.job.plan.bands;
+        let curved = CurvedPatches {
+            patches: &self.patches,
+            screen: self.job.hop.from,
+            heights,
+            origin: [0.0; 2],
+            bands: [bx, by],
+            k: self.job.hop.wavenumber(),
+        };
+        curved.cut(self.field, index)
+    }
+
+    /// All spectra, if they fit: they are looked at twice.
+    fn keep(&self) -> Kept {
+        let needed = self.patches.count().saturating_mul(self.modes());
+        (needed <= self.job.settings.samples_allowed()).then(|| {
+            let all = (0..self.patches.count()).into_par_iter();
+            all.map(|index| self.cut(index)).collect()
+        })
+    }
+
+    /// What is made of the spectrum of one patch, kept or cut anew.
+    fn with<T>(&self, kept: &Kept, index: usize, then: impl FnOnce(&Spectrum) -> T) -> Option<T> {
+        match kept {
+            Some(all) => all[index].as_ref().map(then),
+            None => self.cut(index).as_ref().map(then),
+        }
+    }
+
+    fn census(&self, kept: &Kept) -> Census {
+        let count = |spectrum: &Spectrum| Census::of(spectrum.coefficients.iter());
+        (0..self.patches.count())
+            .into_par_iter()
+            .filter_map(|index| self.with(kept, index, count))
+            .reduce(Census::default, Census::merge)
     }
 }
 
