@@ -10,9 +10,10 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::engine::backend::{Backend, Job};
-use crate::engine::beamlets::{TRUSTED_TAIL, launch_from};
+use crate::engine::beamlets::{MARGIN, TRUSTED_TAIL, launch_from};
 use crate::engine::budget::{Aberration, aberration};
 use crate::engine::census::Census;
+use crate::engine::fan::reach;
 use crate::engine::seat::Seat;
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;
@@ -55,7 +56,7 @@ impl Backend for Cpu {
         let kept = cutter.keep();
         let floor = cutter.census(&kept).floor(job.settings);
 
-        let chunk = (CHUNK / cutter.modes().max(1)).max(1);
+        let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
         let total = patches.len().max(1);
         let mut tally = Tally::default();
         let mut done = 0;
@@ -105,16 +106,27 @@ impl<'a> Cutter<'a> {
         }
     }
 
-    /// Number of modes of a patch.
-    fn modes(&self) -> usize {
+    /// Most modes of a patch.
+    fn most_modes(&self) -> usize {
         let [bx, by] = &self.job.plan.bands;
         bx.count * by.count
     }
 
+    /// The directions of one patch that may lead to the target, as indices in the bands.
+    fn modes(&self, index: usize) -> Option<[Range<usize>; 2]> {
+        let hop = &self.job.hop;
+        let margin = [MARGIN * self.job.plan.footprint; 2];
+        let at = self.patches.place(index).centre;
+        let [x0, x1, y0, y1] = reach(hop, at, hop.to.bounds()?, margin)?;
+        let [bx, by] = &self.job.plan.bands;
+        Some([bx.within(x0, x1), by.within(y0, y1)])
+    }
+
     /// The spectrum of one patch.
     fn cut(&self, index: usize) -> Option<Spectrum> {
+        let modes = self.modes(index)?;
         let Some(heights) = &self.heights else {
-            return self.patches.cut(self.field, index);
+            return self.patches.cut_within(self.field, index, &modes);
         };
         let [bx, by] = &self.job.plan.bands;
         let curved = CurvedPatches {
@@ -125,12 +137,12 @@ impl<'a> Cutter<'a> {
             bands: [bx, by],
             k: self.job.hop.wavenumber(),
         };
-        curved.cut(self.field, index)
+        curved.cut_within(self.field, index, &modes)
     }
 
     /// All spectra, if they fit: they are looked at twice.
     fn keep(&self) -> Kept {
-        let needed = self.patches.count().saturating_mul(self.modes());
+        let needed = self.patches.count().saturating_mul(self.most_modes());
         (needed <= self.job.settings.samples_allowed()).then(|| {
             let all = (0..self.patches.count()).into_par_iter();
             all.map(|index| self.cut(index)).collect()
@@ -179,7 +191,7 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
             tally.add_energy(Fate::Weak, energy);
             continue;
         }
-        let mode = [mx, my];
+        let mode = [spectrum.first[0] + mx, spectrum.first[1] + my];
         let fate = match follow(job, &seat, mode, *c, to, &mut aberrations, &mut tally) {
             Ok(arrival) => {
                 arrivals.push(arrival);
