@@ -46,8 +46,17 @@ fn centred(i: usize, count: usize, pitch: f64) -> f64 {
     (i as f64 - 0.5 * (count as f64 - 1.0)) * pitch
 }
 
-/// The element, the mirror `before` behind it and the sensor `behind` along the reflected chief ray.
-fn system(before: f64, behind: f64) -> System {
+fn screen(name: &str, frame: Frame, act: Act, arrives: f64) -> Screen {
+    Screen {
+        name: name.to_owned(),
+        frame,
+        act,
+        index: 1.0,
+        arrives,
+    }
+}
+
+fn element() -> Act {
     let values = Array2::from_shape_fn((PIXELS, PIXELS), |(j, i)| {
         let [x, y] = [i, j].map(|i| centred(i, PIXELS, PITCH));
         profile(x, PERIODS[0]) * profile(y, PERIODS[1])
@@ -57,22 +66,15 @@ fn system(before: f64, behind: f64) -> System {
         values,
         form: PixelForm::Box,
     };
-    let screen = |name: &str, frame: Frame, act: Act, arrives: f64| Screen {
-        name: name.to_owned(),
-        frame,
-        act,
-        index: 1.0,
-        arrives,
-    };
-    let element = Act::Doe(Doe {
+    Act::Doe(Doe {
         layers: vec![Layer::Pixels(pixels)],
         aperture: Aperture::OPEN,
         reflect: false,
-    });
-    let sensor = Act::Sensor(Sensor {
-        pixels: [POINTS; 2],
-        pitch: [SPACING; 2],
-    });
+    })
+}
+
+/// The element, the mirror `before` behind it and the sensor `behind` along the reflected chief ray.
+fn system(before: f64, behind: f64) -> System {
     let vertex = Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, before));
     let mirror = Surface {
         shape: Shape::Conic(Conic {
@@ -88,6 +90,10 @@ fn system(before: f64, behind: f64) -> System {
     // The reflected chief ray runs against the z axis of a frame turned by twice the angle.
     let turned = vertex.tilted([0.0, 2.0 * ANGLE, 0.0]);
     let end = turned.moved(Vec3::new(0.0, 0.0, -behind));
+    let sensor = Act::Sensor(Sensor {
+        pixels: [POINTS; 2],
+        pitch: [SPACING; 2],
+    });
     System {
         wavelength: WAVELENGTH,
         source: Source::Plane {
@@ -95,7 +101,7 @@ fn system(before: f64, behind: f64) -> System {
             origin: Vec3::new(0.0, 0.0, 0.0),
         },
         screens: vec![
-            screen("element", Frame::GLOBAL, element, 1.0),
+            screen("element", Frame::GLOBAL, element(), 1.0),
             screen("sensor", end, sensor, -1.0),
         ],
         trains: vec![vec![mirror]],
