@@ -3,7 +3,8 @@
 //! Over a patch the field is expanded in plane waves of space, taken on the true surface:
 //! ĝⱼ U(X) = Σₘ cₘ e^{ik dₘ·(X−Xⱼ)}, d = (p, ±q) on the screen's axes, p on the lattice of the local plane.
 //! A plane wave meets a surface of slope ∇s with the tangential rate p ± q∇s, so a lattice cell of
-//! directions weighs N·d/q with N = (−∇s, 1): the factor of Rayleigh–Sommerfeld's first integral. The
+//! directions weighs N·d/q with N = (−∇s, 1): the factor of Rayleigh–Sommerfeld's first integral. N is
+//! taken at the centre of the patch: its change over the patch is odd and cancels between neighbours. The
 //! factor e^{∓ikq(s−sⱼ)} depends on direction and place; few levels of s separate the two.
 
 use std::ops::Range;
@@ -72,9 +73,8 @@ impl CurvedPatches<'_> {
             .slice(s![place.y.clone(), place.x.clone()])
             .mapv(|z| z - centre.z);
         let stack = self.stack(&z, view, modes);
-        let weighted = self.weigh(view, [&place.x, &place.y], &centre, modes);
         let mut coefficients = Array2::zeros((modes[1].len(), modes[0].len()));
-        for (number, part) in self.parts(&stack, &weighted, &z).iter().enumerate() {
+        for (number, part) in self.parts(&stack, view, &z).iter().enumerate() {
             let level = stack.levels.at[number];
             let waves = self.patches.transform(part.view(), index, modes);
             ndarray::Zip::indexed(&mut coefficients)
@@ -131,32 +131,11 @@ impl CurvedPatches<'_> {
         Stack::new(range, signed, self.k)
     }
 
-    /// The field times N·d at each node over N·d at the centre, for the middle direction: what differs
-    /// between directions is of second order.
-    fn weigh(
-        &self,
-        view: ArrayView2<Complex64>,
-        [x, y]: [&Range<usize>; 2],
-        centre: &Centre,
-        modes: &[Range<usize>; 2],
-    ) -> Array2<Complex64> {
-        let [x0, x1, y0, y1] = self.ends(modes);
-        let p = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
-        let q = self.normal(p);
-        let lift = |slope: [f64; 2]| q - slope[0] * p[0] - slope[1] * p[1];
-        let at_centre = lift(centre.slope);
-        let [sx, sy] = &self.heights.slope;
-        Array2::from_shape_fn(view.dim(), |(j, i)| {
-            let node = [y.start + j, x.start + i];
-            view[[j, i]] * (lift([sx[node], sy[node]]) / at_centre)
-        })
-    }
-
     /// What each level holds of the field.
     fn parts(
         &self,
         stack: &Stack,
-        field: &Array2<Complex64>,
+        field: ArrayView2<Complex64>,
         z: &Array2<f64>,
     ) -> Vec<Array2<Complex64>> {
         let mut parts = vec![Array2::zeros(field.dim()); stack.len()];
