@@ -1,3 +1,5 @@
+//! How far raylet is off on curved diffractive mirrors, by both of its methods.
+
 use raylet::engine::settings::{Method, Settings};
 use raylet_accuracy::mirror::{Bench, Coat};
 fn main() {

@@ -36,13 +36,17 @@ pub enum Coat {
     Random(f64),
 }
 
-/// Light going −z on to a square diffractive mirror of width `width`, and back to a sensor `distance`
-/// above its vertex plane, moved aside by `aside`.
+/// Light going −z on to a square diffractive mirror, and back to a sensor above it.
 pub struct Bench {
+    /// What the mirror adds to the light.
     pub coat: Coat,
+    /// Width of the square mirror.
     pub width: f64,
+    /// Height of the sensor over the mirror's vertex plane.
     pub distance: f64,
+    /// Points along each axis of the sensor.
     pub points: usize,
+    /// Their distance.
     pub pitch: f64,
 }
 

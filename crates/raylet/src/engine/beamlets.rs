@@ -56,6 +56,9 @@ const WIDTHS: std::ops::RangeInclusive<i32> = -6..=4;
 /// Rays of the fan on which each width is judged.
 const JUDGES: usize = 300;
 
+/// Footprints beyond the target within which directions are followed, in typical footprints.
+pub const MARGIN: f64 = 1.5;
+
 /// Largest η that a beamlet beside the target may have for its tail on the target to be believed.
 pub const TRUSTED_TAIL: f64 = 0.1;
 
@@ -93,8 +96,12 @@ impl Planner<'_> {
         let ends = [widths.first(), widths.last()];
         chosen.at_limit = widths.len() > 1 && ends.contains(&Some(&chosen.sigma));
 
-        // With the footprint known, take in the directions that only its rim brings to the target.
-        let wider = explore(self.hop, self.from, self.to, [chosen.footprint; 2]);
+        // With the footprint known, take in the directions that only its rim brings to the target, from
+        // all places that have a patch.
+        let beside = 0.5 * chosen.period;
+        let [x0, x1, y0, y1] = self.from;
+        let places = [x0 - beside, x1 + beside, y0 - beside, y1 + beside];
+        let wider = explore(self.hop, places, self.to, [MARGIN * chosen.footprint; 2]);
         chosen.bands = self.bands(&wider, chosen.period);
         chosen.doubtful_rim = self.is_doubtful(&wider, chosen.sigma);
         chosen

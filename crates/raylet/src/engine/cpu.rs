@@ -10,9 +10,10 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::engine::backend::{Backend, Job};
-use crate::engine::beamlets::{TRUSTED_TAIL, launch_from};
+use crate::engine::beamlets::{MARGIN, TRUSTED_TAIL, launch_from};
 use crate::engine::budget::{Aberration, aberration};
 use crate::engine::census::Census;
+use crate::engine::fan::reach;
 use crate::engine::seat::Seat;
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;
@@ -49,40 +50,13 @@ impl Backend for Cpu {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Tally {
         let k = job.hop.wavenumber();
-        let [bx, by] = &job.plan.bands;
-        let [px, py] = positions(job, from);
-        let cutter = Patches::new(
-            [&from.grid.x, &from.grid.y],
-            [&px, &py],
-            [bx, by],
-            k,
-            job.plan.period,
-        );
-
-        // Patches of a curved screen are cut on its true surface.
-        let heights = Heights::on(job.hop.from, &from.grid);
-        let curved = CurvedPatches {
-            patches: &cutter,
-            screen: job.hop.from,
-            heights: &heights,
-            origin: [0.0; 2],
-            bands: [bx, by],
-            k,
-        };
-        let cut = |index: usize| match job.hop.from.is_plane() {
-            true => cutter.cut(from, index),
-            false => curved.cut(from, index),
-        };
+        let cutter = Cutter::new(job, from);
 
         // What all patches hold decides which modes are too weak, also for a part of them.
-        let census = (0..cutter.count())
-            .into_par_iter()
-            .filter_map(&cut)
-            .map(|spectrum| Census::of(spectrum.coefficients.iter()))
-            .reduce(Census::default, Census::merge);
-        let floor = census.floor(job.settings);
+        let kept = cutter.keep();
+        let floor = cutter.census(&kept).floor(job.settings);
 
-        let chunk = (CHUNK / (bx.count * by.count).max(1)).max(1);
+        let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
         let total = patches.len().max(1);
         let mut tally = Tally::default();
         let mut done = 0;
@@ -91,8 +65,7 @@ impl Backend for Cpu {
             let last = (first + chunk).min(patches.end);
             let parts: Vec<(Vec<Arrival>, Tally)> = (first..last)
                 .into_par_iter()
-                .filter_map(&cut)
-                .map(|spectrum| spread(job, &spectrum, floor, to))
+                .filter_map(|index| cutter.with(&kept, index, |s| spread(job, s, floor, to)))
                 .collect();
             let mut arrivals = Vec::new();
             for (part, counts) in parts {
@@ -104,6 +77,92 @@ impl Backend for Cpu {
             progress(done as f64 / total as f64);
         }
         tally
+    }
+}
+
+/// What cuts the field of a job into patches: on a curved screen on its true surface.
+struct Cutter<'a> {
+    job: &'a Job<'a>,
+    field: &'a Field,
+    patches: Patches,
+    heights: Option<Heights>,
+}
+
+/// The spectra of all patches, where they fit into memory.
+type Kept = Option<Vec<Option<Spectrum>>>;
+
+impl<'a> Cutter<'a> {
+    fn new(job: &'a Job<'a>, field: &'a Field) -> Self {
+        let [px, py] = positions(job, field);
+        let [bx, by] = &job.plan.bands;
+        let axes = [&field.grid.x, &field.grid.y];
+        let k = job.hop.wavenumber();
+        let from = job.hop.from;
+        Self {
+            job,
+            field,
+            patches: Patches::new(axes, [&px, &py], [bx, by], k, job.plan.period),
+            heights: (!from.is_plane()).then(|| Heights::on(from, &field.grid)),
+        }
+    }
+
+    /// Most modes of a patch.
+    fn most_modes(&self) -> usize {
+        let [bx, by] = &self.job.plan.bands;
+        bx.count * by.count
+    }
+
+    /// The directions of one patch that may lead to the target, as indices in the bands.
+    fn modes(&self, index: usize) -> Option<[Range<usize>; 2]> {
+        let hop = &self.job.hop;
+        let margin = [MARGIN * self.job.plan.footprint; 2];
+        let at = self.patches.place(index).centre;
+        let [x0, x1, y0, y1] = reach(hop, at, hop.to.bounds()?, margin)?;
+        let [bx, by] = &self.job.plan.bands;
+        Some([bx.within(x0, x1), by.within(y0, y1)])
+    }
+
+    /// The spectrum of one patch.
+    fn cut(&self, index: usize) -> Option<Spectrum> {
+        let modes = self.modes(index)?;
+        let Some(heights) = &self.heights else {
+            return self.patches.cut_within(self.field, index, &modes);
+        };
+        let [bx, by] = &self.job.plan.bands;
+        let curved = CurvedPatches {
+            patches: &self.patches,
+            screen: self.job.hop.from,
+            heights,
+            origin: [0.0; 2],
+            bands: [bx, by],
+            k: self.job.hop.wavenumber(),
+        };
+        curved.cut_within(self.field, index, &modes)
+    }
+
+    /// All spectra, if they fit: they are looked at twice.
+    fn keep(&self) -> Kept {
+        let needed = self.patches.count().saturating_mul(self.most_modes());
+        (needed <= self.job.settings.samples_allowed()).then(|| {
+            let all = (0..self.patches.count()).into_par_iter();
+            all.map(|index| self.cut(index)).collect()
+        })
+    }
+
+    /// What is made of the spectrum of one patch, kept or cut anew.
+    fn with<T>(&self, kept: &Kept, index: usize, then: impl FnOnce(&Spectrum) -> T) -> Option<T> {
+        match kept {
+            Some(all) => all[index].as_ref().map(then),
+            None => self.cut(index).as_ref().map(then),
+        }
+    }
+
+    fn census(&self, kept: &Kept) -> Census {
+        let count = |spectrum: &Spectrum| Census::of(spectrum.coefficients.iter());
+        (0..self.patches.count())
+            .into_par_iter()
+            .filter_map(|index| self.with(kept, index, count))
+            .reduce(Census::default, Census::merge)
     }
 }
 
@@ -132,7 +191,7 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
             tally.add_energy(Fate::Weak, energy);
             continue;
         }
-        let mode = [mx, my];
+        let mode = [spectrum.first[0] + mx, spectrum.first[1] + my];
         let fate = match follow(job, &seat, mode, *c, to, &mut aberrations, &mut tally) {
             Ok(arrival) => {
                 arrivals.push(arrival);

@@ -45,6 +45,9 @@ const FINEST_LOST: f64 = 1.0 / 64.0;
 /// Deepest division of the square of directions.
 const DEPTH: usize = 14;
 
+/// Directions closer to grazing are left out: their landing spreads without bound.
+const STEEPEST: f64 = 0.995;
+
 /// A linear landing estimate is trusted to this factor.
 const SAFETY: f64 = 1.5;
 
@@ -62,46 +65,58 @@ struct Cell {
 /// The square of all directions is divided like a quadtree wherever a cell's rays, by their Jacobian,
 /// may land on the target, until their landing spread is small against it.
 pub fn explore(hop: &Hop, from: [f64; 4], to: [f64; 4], margin: [f64; 2]) -> Fan {
-    let mut fan = Fan {
-        band: [
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-            f64::INFINITY,
-            f64::NEG_INFINITY,
-        ],
-        ..Fan::default()
-    };
-    let n = hop.from.index;
+    let mut fan = Fan::empty();
     for j in 0..POSITIONS {
         for i in 0..POSITIONS {
             let place = |a: usize, i: usize| {
                 let t = i as f64 / (POSITIONS - 1) as f64;
                 from[2 * a] + (from[2 * a + 1] - from[2 * a]) * t
             };
-            let at = [place(0, i), place(1, j)];
-            let mut stack = vec![Cell {
-                centre: [0.0, 0.0],
-                half: n,
-                depth: 0,
-            }];
-            while let Some(cell) = stack.pop() {
-                if fan.divide(hop, at, cell, to, margin) {
-                    let half = 0.5 * cell.half;
-                    for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-                        stack.push(Cell {
-                            centre: [cell.centre[0] + sx * half, cell.centre[1] + sy * half],
-                            half,
-                            depth: cell.depth + 1,
-                        });
-                    }
-                }
-            }
+            fan.seek(hop, [place(0, i), place(1, j)], to, margin);
         }
     }
     fan
 }
 
+/// The directions `[p_x low, p_x high, p_y low, p_y high]` that lead from one point to the box `to`,
+/// dilated by `margin` mm; nothing when none does.
+pub fn reach(hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) -> Option<[f64; 4]> {
+    let mut fan = Fan::empty();
+    fan.seek(hop, at, to, margin);
+    (fan.band[0] <= fan.band[1]).then_some(fan.band)
+}
+
 impl Fan {
+    fn empty() -> Self {
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        Self {
+            band: [none[0], none[1], none[0], none[1]],
+            ..Self::default()
+        }
+    }
+
+    /// Divides the square of directions from one point.
+    fn seek(&mut self, hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) {
+        let mut stack = vec![Cell {
+            centre: [0.0, 0.0],
+            half: hop.from.index,
+            depth: 0,
+        }];
+        while let Some(cell) = stack.pop() {
+            if !self.divide(hop, at, cell, to, margin) {
+                continue;
+            }
+            let half = 0.5 * cell.half;
+            for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+                stack.push(Cell {
+                    centre: [cell.centre[0] + sx * half, cell.centre[1] + sy * half],
+                    half,
+                    depth: cell.depth + 1,
+                });
+            }
+        }
+    }
+
     /// Looks at one cell; true when it must be divided.
     fn divide(
         &mut self,
@@ -114,7 +129,7 @@ impl Fan {
         // Cells wholly evanescent are dropped, those that cross the rim divided a little.
         let n = hop.from.index;
         let nearest = cell.centre.map(|c| (c.abs() - cell.half).max(0.0));
-        if nearest[0].hypot(nearest[1]) >= n {
+        if nearest[0].hypot(nearest[1]) >= STEEPEST * n {
             return false;
         }
         self.traced += 1;
@@ -141,7 +156,7 @@ impl Fan {
     /// Keeps, divides or drops a cell whose central ray has landed.
     fn judge(&mut self, ray: FanRay, cell: Cell, n: f64, to: [f64; 4], margin: [f64; 2]) -> bool {
         // How far the cell's rays land from its central ray, to first order.
-        let (mut reaches, mut inside) = (true, true);
+        let (mut reaches, mut inside, mut near) = (true, true, true);
         let mut fine = cell.half <= COARSEST * n;
         for a in 0..2 {
             let slope = ray.jacobian[a][2].abs() + ray.jacobian[a][3].abs();
@@ -150,6 +165,7 @@ impl Fan {
             let s = ray.landing.at[a];
             reaches &= s + spread >= low - margin[a] && s - spread <= high + margin[a];
             inside &= s >= low && s <= high;
+            near &= s + margin[a] >= 2.0 * low - high && s - margin[a] <= 2.0 * high - low;
             fine &= spread <= 0.2 * (high - low) + 0.25 * margin[a];
         }
         if !reaches {
@@ -157,6 +173,9 @@ impl Fan {
         }
         if !fine && cell.depth < DEPTH {
             return true;
+        }
+        if !fine && !near {
+            return false;
         }
 
         // A cell of its own: its directions belong to the band.

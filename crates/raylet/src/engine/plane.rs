@@ -6,9 +6,10 @@
 //! it is the cheap choice for large screens and nearly unit magnification; beamlets need fewer rays.
 //!
 //! Two lattices have copies that must not reach the target: windows `step` apart send copies
-//! λ/(C·step) beside the target; a patch period P sends copies P/D away when there is no power, and is
-//! damped by the windows' overlap as exp(−P²/4σ²) when there is. The aberration inside one wavelet is
-//! not made good: where a beamlet plan asks for the correction, beamlets are more accurate.
+//! λ/(C·step) beside the target; a patch period P sends copies P/D away when there is no power, and
+//! where there is they are damped by the windows' overlap as exp(−P²/2(σ² + (μ/kσ)²)), μ an eigenvalue
+//! of C⁻¹D along which the copy lies. The aberration inside one wavelet is not made good: where a beamlet
+//! plan asks for the correction, beamlets are more accurate.
 
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -66,6 +67,8 @@ struct Blocks {
     c: [[f64; 2]; 2],
     /// |∂p′/∂p|.
     d: [[f64; 2]; 2],
+    /// The largest eigenvalue of C⁻¹D, in mm; infinite when some direction has no power.
+    reach: f64,
 }
 
 impl Blocks {
@@ -81,8 +84,21 @@ impl Blocks {
             a: block(0, 0),
             c: block(2, 0),
             d: block(2, 2),
+            reach: judges.iter().map(reach).fold(0.0, f64::max),
         }
     }
+}
+
+/// The largest eigenvalue of C⁻¹D of one ray, by modulus; the matrix is symmetric as J is symplectic.
+fn reach(ray: &FanRay) -> f64 {
+    let [_, _, [a, b, p, q], [c, d, r, s]] = ray.jacobian;
+    let determinant = a * d - b * c;
+    if determinant == 0.0 {
+        return f64::INFINITY;
+    }
+    let (xx, xy, yy) = (d * p - b * r, d * q - b * s, a * s - c * q);
+    let (mean, half) = (0.5 * (xx + yy), 0.5 * (xx - yy));
+    (mean.abs() + half.hypot(xy)) / determinant.abs()
 }
 
 /// Σ_a m_ab·s_a for both b.
@@ -102,9 +118,8 @@ impl PlanePlan {
         let [x0, x1, y0, y1] = planner.to;
         let width = [x1 - x0, y1 - y0];
 
-        // With power, copies by the period are damped: by exp(−P²/4σ²) at σ = (k‖C‖)^{−1/2}.
-        let power = blocks.c.as_flattened().iter().copied().fold(0.0, f64::max);
-        let inverse = 1.0 / (hop.wavenumber() * power * sigma).max(f64::MIN_POSITIVE);
+        // With power, copies by the period are damped, least where C⁻¹D is largest.
+        let inverse = blocks.reach / (hop.wavenumber() * sigma);
         let damped = settings.period * sigma.hypot(inverse) * std::f64::consts::FRAC_1_SQRT_2;
         let (footprint, _) = planner.arrival(&judges, sigma);
 

@@ -15,7 +15,6 @@ use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::patch::Band;
 use crate::wave::raster::Raster;
 use crate::wave::sampling::{Reach, SamplingError, act, plan_grid, plan_raster};
 use crate::wave::sheets::Sheets;
@@ -273,7 +272,7 @@ pub fn simulate(
             settings,
         };
         let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
-        tally.divide_elsewhere(unfollowed(system, &hop, &plan, &light));
+        tally.divide_elsewhere(unfollowed(system, &hop, &light));
         step(1.0);
         reports.push(HopReport {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
@@ -335,22 +334,14 @@ pub fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
 }
 
 /// Energy by fate, in proportion, of the light that a plan does not follow.
-fn unfollowed(system: &System, hop: &Hop, plan: &Plan, light: &Arriving) -> [f64; FATES.len()] {
+fn unfollowed(system: &System, hop: &Hop, light: &Arriving) -> [f64; FATES.len()] {
     let behind = |grid: Grid| {
         let mut field = light.on(system, hop.from, grid);
         act(hop.from, &mut field);
         field
     };
-    if let Plan::Free(..) = plan {
-        // All light is carried; what arrives is known, and the rest is what goes elsewhere.
-        let mut energy = survey(hop, &behind, &|_| true);
-        energy[Fate::Elsewhere.place()] = 0.0;
-        return energy;
-    }
-    let beyond = |band: &Band, p: f64| {
-        let half = 0.5 * band.spacing;
-        p < band.at(0) - half || p > band.at(band.count.max(1) - 1) + half
-    };
-    let [bx, by] = plan.bands();
-    survey(hop, &behind, &|p| beyond(bx, p[0]) || beyond(by, p[1]))
+    // What is followed leads to the screen; what lands there is no part of the rest.
+    let mut energy = survey(hop, &behind);
+    energy[Fate::Elsewhere.place()] = 0.0;
+    energy
 }

@@ -40,14 +40,11 @@ struct Lens {
     middle: usize,
 }
 
-/// Energy by fate of the light that `unfollowed` takes for its own, in units that only compare.
+/// Energy by fate in units that only compare; what lands on the second screen is [`Fate::Elsewhere`], for
+/// there is no reason why it should not have been followed.
 ///
 /// `light` is the field just behind the first screen, on any grid.
-pub fn survey(
-    hop: &Hop,
-    light: &(dyn Fn(Grid) -> Field + Sync),
-    unfollowed: &(dyn Fn([f64; 2]) -> bool + Sync),
-) -> [f64; FATES.len()] {
+pub fn survey(hop: &Hop, light: &(dyn Fn(Grid) -> Field + Sync)) -> [f64; FATES.len()] {
     let mut energy = [0.0; FATES.len()];
     let Some([x0, x1, y0, y1]) = hop.from.bounds() else {
         return energy;
@@ -63,7 +60,7 @@ pub fn survey(
                 x0 + (x1 - x0) * share(place % PLACES, u),
                 y0 + (y1 - y0) * share(place / PLACES, v),
             ];
-            lens.look(hop, at, light, unfollowed)
+            lens.look(hop, at, light)
         })
         .collect();
     for part in parts {
@@ -110,7 +107,6 @@ impl Lens {
         hop: &Hop,
         at: [f64; 2],
         light: &(dyn Fn(Grid) -> Field + Sync),
-        unfollowed: &(dyn Fn([f64; 2]) -> bool + Sync),
     ) -> [f64; FATES.len()] {
         // The patch keeps its values and takes the coordinates of the plan.
         let moved = |a: usize| Axis {
@@ -142,7 +138,7 @@ impl Lens {
         };
         let mut energy = [0.0; FATES.len()];
         if let Some(spectrum) = spectrum {
-            self.spread(hop, at, &spectrum, unfollowed, &mut energy);
+            self.spread(hop, at, &spectrum, &mut energy);
         }
         energy
     }
@@ -152,7 +148,6 @@ impl Lens {
         hop: &Hop,
         at: [f64; 2],
         spectrum: &Spectrum,
-        unfollowed: &(dyn Fn([f64; 2]) -> bool + Sync),
         energy: &mut [f64; FATES.len()],
     ) {
         let n = hop.from.index;
@@ -163,9 +158,7 @@ impl Lens {
                 continue;
             }
             propagating += c.norm_sqr();
-            if unfollowed(p) {
-                energy[fate(hop, at, p).place()] += c.norm_sqr();
-            }
+            energy[fate(hop, at, p).place()] += c.norm_sqr();
         }
         let rest = (spectrum.energy - propagating).max(0.0);
         energy[Fate::Lost(Loss::Evanescent).place()] += rest;
@@ -263,7 +256,7 @@ mod tests {
             act(&from, &mut field);
             field
         };
-        let energy = survey(&hop, &light, &|_| true);
+        let energy = survey(&hop, &light);
         let total: f64 = energy.iter().sum();
         let share = |fate: Fate| energy[fate.place()] / total;
         let order = |m: f64| 2.0 * (2.0 / (std::f64::consts::PI * m)).powi(2);

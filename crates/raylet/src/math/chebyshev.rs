@@ -19,7 +19,7 @@ impl Levels {
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         let count = count(rate * half, tolerance);
         let angle = |i: usize| std::f64::consts::PI * (i as f64 + 0.5) / count as f64;
-        let sign = |i: usize| if i % 2 == 0 { 1.0 } else { -1.0 };
+        let sign = |i: usize| if i.is_multiple_of(2) { 1.0 } else { -1.0 };
         Self {
             at: (0..count).map(|i| middle - half * angle(i).cos()).collect(),
             weights: (0..count).map(|i| sign(i) * angle(i).sin()).collect(),

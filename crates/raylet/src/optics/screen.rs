@@ -1,7 +1,7 @@
 //! Screens: where a field lives, and what acts on it there.
 
 use crate::math::vec3::Vec3;
-use crate::optics::aperture::Aperture;
+use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::doe::Doe;
 use crate::optics::frame::Frame;
 use crate::optics::shape::{Height, Shape};
@@ -73,6 +73,16 @@ impl Screen {
             Act::Doe(doe) if doe.reflect => -self.arrives,
             _ => self.arrives,
         }
+    }
+
+    /// Whether the part that matters ends at the edges of [`Screen::bounds`].
+    pub fn is_rectangular(&self) -> bool {
+        let outline = match &self.act {
+            Act::Stop(aperture) => aperture.outline,
+            Act::Doe(doe) => doe.aperture.outline,
+            Act::Sensor(_) => return true,
+        };
+        matches!(outline, Outline::Rectangle { .. })
     }
 
     /// Whether the screen is a plane.

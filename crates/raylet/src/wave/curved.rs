@@ -3,8 +3,11 @@
 //! Over a patch the field is expanded in plane waves of space, taken on the true surface:
 //! ĝⱼ U(X) = Σₘ cₘ e^{ik dₘ·(X−Xⱼ)}, d = (p, ±q) on the screen's axes, p on the lattice of the local plane.
 //! A plane wave meets a surface of slope ∇s with the tangential rate p ± q∇s, so a lattice cell of
-//! directions weighs N·d/q with N = (−∇s, 1): the factor of Rayleigh–Sommerfeld's first integral. The
+//! directions weighs N·d/q with N = (−∇s, 1): the factor of Rayleigh–Sommerfeld's first integral. N is
+//! taken at the centre of the patch: its change over the patch is odd and cancels between neighbours. The
 //! factor e^{∓ikq(s−sⱼ)} depends on direction and place; few levels of s separate the two.
+
+use std::ops::Range;
 
 use ndarray::{Array2, ArrayView2, s};
 use num_complex::Complex64;
@@ -40,6 +43,16 @@ impl CurvedPatches<'_> {
     /// The spectrum of the patch with this index (x fastest); nothing when the field is dark there, or
     /// the screen does not exist at its centre.
     pub fn cut(&self, field: &Field, index: usize) -> Option<Spectrum> {
+        self.cut_within(field, index, &self.patches.modes())
+    }
+
+    /// The same, of some directions only, given by their indices along x and y.
+    pub fn cut_within(
+        &self,
+        field: &Field,
+        index: usize,
+        modes: &[Range<usize>; 2],
+    ) -> Option<Spectrum> {
         let place = self.patches.place(index);
         let view = field.values.slice(s![place.y.clone(), place.x.clone()]);
         let energy = self.patches.energy_of(view, index);
@@ -59,25 +72,37 @@ impl CurvedPatches<'_> {
             .z
             .slice(s![place.y.clone(), place.x.clone()])
             .mapv(|z| z - centre.z);
-        let stack = self.stack(&z, view);
-        let weighted = self.weigh(view, [&place.x, &place.y], &centre);
-        let mut coefficients = Array2::zeros((self.bands[1].count, self.bands[0].count));
-        for (number, part) in self.parts(&stack, &weighted, &z).iter().enumerate() {
+        let stack = self.stack(&z, view, modes);
+        let mut coefficients = Array2::zeros((modes[1].len(), modes[0].len()));
+        for (number, part) in self.parts(&stack, view, &z).iter().enumerate() {
             let level = stack.levels.at[number];
-            let waves = self.patches.transform(part.view(), index);
+            let waves = self.patches.transform(part.view(), index, modes);
             ndarray::Zip::indexed(&mut coefficients)
                 .and(&waves)
                 .for_each(|(my, mx), c: &mut Complex64, wave| {
-                    let p = [self.bands[0].at(mx), self.bands[1].at(my)];
+                    let p = self.direction(modes, [mx, my]);
                     *c += wave * Complex64::cis(-self.k * self.normal(p) * level);
                 });
         }
-        self.finish(&mut coefficients, &centre);
+        self.finish(&mut coefficients, &centre, modes);
         Some(Spectrum {
             centre: place.centre,
+            first: [modes[0].start, modes[1].start],
             coefficients,
             energy,
         })
+    }
+
+    /// The direction cosines of a mode, counted from the first of `modes`.
+    fn direction(&self, modes: &[Range<usize>; 2], mode: [usize; 2]) -> [f64; 2] {
+        [0, 1].map(|a| self.bands[a].at(modes[a].start + mode[a]))
+    }
+
+    /// The first and last direction cosines along both axes, `[x, x, y, y]`.
+    fn ends(&self, modes: &[Range<usize>; 2]) -> [f64; 4] {
+        let last = [0, 1].map(|a| modes[a].len().max(1) - 1);
+        let ([x0, y0], [x1, y1]) = (self.direction(modes, [0; 2]), self.direction(modes, last));
+        [x0, x1, y0, y1]
     }
 
     /// The cosine along the local z axis of a direction, with its sign; zero when evanescent.
@@ -87,47 +112,30 @@ impl CurvedPatches<'_> {
     }
 
     /// Levels between the lit heights of a patch, for all its directions.
-    fn stack(&self, z: &Array2<f64>, view: ArrayView2<Complex64>) -> Stack {
+    fn stack(
+        &self,
+        z: &Array2<f64>,
+        view: ArrayView2<Complex64>,
+        modes: &[Range<usize>; 2],
+    ) -> Stack {
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for (z, value) in z.iter().zip(&view) {
             if value.norm_sqr() > 0.0 {
                 range = [range[0].min(*z), range[1].max(*z)];
             }
         }
-        let ends = |band: &Band| [band.at(0), band.at(band.count.max(1) - 1)];
-        let ([x0, x1], [y0, y1]) = (ends(self.bands[0]), ends(self.bands[1]));
-        let cosines = normal_cosines([x0, x1, y0, y1], self.screen.index);
+        let cosines = normal_cosines(self.ends(modes), self.screen.index);
         let leaves = self.screen.leaves();
         let mut signed = cosines.map(|q| leaves * q);
         signed.sort_by(f64::total_cmp);
         Stack::new(range, signed, self.k)
     }
 
-    /// The field times N·d at each node over N·d at the centre, for the middle direction: what differs
-    /// between directions is of second order.
-    fn weigh(
-        &self,
-        view: ArrayView2<Complex64>,
-        [x, y]: [&std::ops::Range<usize>; 2],
-        centre: &Centre,
-    ) -> Array2<Complex64> {
-        let middle = |band: &Band| 0.5 * (band.at(0) + band.at(band.count.max(1) - 1));
-        let p = [0, 1].map(|a| middle(self.bands[a]));
-        let q = self.normal(p);
-        let lift = |slope: [f64; 2]| q - slope[0] * p[0] - slope[1] * p[1];
-        let at_centre = lift(centre.slope);
-        let [sx, sy] = &self.heights.slope;
-        Array2::from_shape_fn(view.dim(), |(j, i)| {
-            let node = [y.start + j, x.start + i];
-            view[[j, i]] * (lift([sx[node], sy[node]]) / at_centre)
-        })
-    }
-
     /// What each level holds of the field.
     fn parts(
         &self,
         stack: &Stack,
-        field: &Array2<Complex64>,
+        field: ArrayView2<Complex64>,
         z: &Array2<f64>,
     ) -> Vec<Array2<Complex64>> {
         let mut parts = vec![Array2::zeros(field.dim()); stack.len()];
@@ -145,10 +153,15 @@ impl CurvedPatches<'_> {
     }
 
     /// The weight N·d/q of each direction; zero for those that leave on the wrong side.
-    fn finish(&self, coefficients: &mut Array2<Complex64>, centre: &Centre) {
+    fn finish(
+        &self,
+        coefficients: &mut Array2<Complex64>,
+        centre: &Centre,
+        modes: &[Range<usize>; 2],
+    ) {
         let [sx, sy] = centre.slope;
         for ((my, mx), c) in coefficients.indexed_iter_mut() {
-            let p = [self.bands[0].at(mx), self.bands[1].at(my)];
+            let p = self.direction(modes, [mx, my]);
             let q = self.normal(p);
             let lift = q - sx * p[0] - sy * p[1];
             let leaving = q != 0.0 && lift / q > 0.0;

@@ -3,6 +3,8 @@
 //! The field under a window is expanded in plane waves of its period P,
 //! ĝⱼ U = Σₘ cₘ e^{ik pₘ·(x−xⱼ)}, on a lattice of optical direction cosines pₘ = anchor + m·λ/P.
 
+use std::ops::Range;
+
 use ndarray::{Array2, ArrayView2, s};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -36,6 +38,14 @@ impl Band {
         }
     }
 
+    /// The indices of this band's directions within [low, high].
+    pub fn within(&self, low: f64, high: f64) -> Range<usize> {
+        let part = Self::between(self.anchor, self.spacing, low, high);
+        let clip = |m: i64| (m - self.first).clamp(0, self.count as i64) as usize;
+        let first = clip(part.first);
+        first..clip(part.first + part.count as i64).max(first)
+    }
+
     /// The optical direction cosine of the `index`-th direction of the band.
     #[inline]
     pub fn at(&self, index: usize) -> f64 {
@@ -46,7 +56,7 @@ impl Band {
 /// The windowed Fourier sums of every position along one axis: a row per direction, a column per node.
 struct AxisSpectra {
     positions: Positions,
-    rows: Vec<(std::ops::Range<usize>, Array2<Complex64>, Vec<f64>)>,
+    rows: Vec<(Range<usize>, Array2<Complex64>, Vec<f64>)>,
 }
 
 impl AxisSpectra {
@@ -83,16 +93,18 @@ pub struct Place {
     /// The centre, on the screen.
     pub centre: [f64; 2],
     /// Nodes along x.
-    pub x: std::ops::Range<usize>,
+    pub x: Range<usize>,
     /// Nodes along y.
-    pub y: std::ops::Range<usize>,
+    pub y: Range<usize>,
 }
 
 /// One patch: where it is and what plane waves it holds.
 pub struct Spectrum {
     /// Its centre on the screen, in mm.
     pub centre: [f64; 2],
-    /// Coefficients cₘ, indexed [m_y, m_x] over the bands.
+    /// Indices in the bands, along x and y, of the first direction.
+    pub first: [usize; 2],
+    /// Coefficients cₘ, indexed [m_y, m_x] from there on.
     pub coefficients: Array2<Complex64>,
     /// ∫|ĝⱼU|² dA / P²: what Σₘ|cₘ|² over *all* lattice directions would be.
     pub energy: f64,
@@ -139,10 +151,16 @@ impl Patches {
         }
     }
 
-    /// The windowed Fourier sums of values at the nodes of a patch.
-    pub fn transform(&self, view: ArrayView2<Complex64>, index: usize) -> Array2<Complex64> {
+    /// The windowed Fourier sums of values at the nodes of a patch, for some directions.
+    pub fn transform(
+        &self,
+        view: ArrayView2<Complex64>,
+        index: usize,
+        [mx, my]: &[Range<usize>; 2],
+    ) -> Array2<Complex64> {
         let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
-        let (ex, ey) = (&self.x.rows[jx].1, &self.y.rows[jy].1);
+        let ex = self.x.rows[jx].1.slice(s![mx.clone(), ..]);
+        let ey = self.y.rows[jy].1.slice(s![my.clone(), ..]);
         // c = Ey · U · Exᵀ, the smaller side first.
         if ey.nrows() * view.ncols() < ex.nrows() * view.nrows() {
             ey.dot(&view).dot(&ex.t())
@@ -165,6 +183,22 @@ impl Patches {
 
     /// The spectrum of the patch with this index (x fastest); nothing when the field is dark there.
     pub fn cut(&self, field: &Field, index: usize) -> Option<Spectrum> {
+        self.cut_within(field, index, &self.modes())
+    }
+
+    /// All directions, as indices along x and y.
+    pub fn modes(&self) -> [Range<usize>; 2] {
+        let count = |axis: &AxisSpectra| axis.rows.first().map_or(0, |row| row.1.nrows());
+        [0..count(&self.x), 0..count(&self.y)]
+    }
+
+    /// The same, of some directions only, given by their indices along x and y.
+    pub fn cut_within(
+        &self,
+        field: &Field,
+        index: usize,
+        modes: &[Range<usize>; 2],
+    ) -> Option<Spectrum> {
         let place = self.place(index);
         let view = field.values.slice(s![place.y.clone(), place.x.clone()]);
         let energy = self.energy_of(view, index);
@@ -173,7 +207,8 @@ impl Patches {
         }
         Some(Spectrum {
             centre: place.centre,
-            coefficients: self.transform(view, index),
+            first: [modes[0].start, modes[1].start],
+            coefficients: self.transform(view, index, modes),
             energy,
         })
     }
@@ -222,6 +257,7 @@ impl Patches {
         let waves = strip.waves.slice(s![range.start..range.end, ..]);
         Some(Spectrum {
             centre: [self.x.positions.at(strip.index), self.y.positions.at(index)],
+            first: [0; 2],
             coefficients: matrix.dot(&waves),
             energy: energy / (self.period * self.period),
         })

@@ -57,6 +57,9 @@ const OVERSAMPLING: f64 = 1.3;
 const EDGE_FINENESS: f64 = 4.0;
 const EDGE_CELLS: f64 = 800.0;
 
+/// Uniform samples for which one cell of Gauss nodes stands.
+const GAUSS_CELL: f64 = 2.0;
+
 /// Plans the nodes of a screen: the pixels of its element with enough Gauss nodes each, or a uniform
 /// grid over its opening fine enough for what arrives, what the element adds and what is wanted.
 ///
@@ -96,8 +99,16 @@ pub fn plan_grid(
             let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
             let finest = wavelength / (OVERSAMPLING * total(a).max(1e-3));
             let needed = ((high - low) / finest).max(16.0);
+            let middle = 0.5 * (low + high);
+            if screen.is_rectangular() {
+                // Its edges are those of the outer cells, which Gauss nodes integrate as they are.
+                let cells = (needed / GAUSS_CELL).ceil();
+                let pitch = (high - low) / cells;
+                let nodes = gauss_nodes(total(a) / wavelength * pitch);
+                return Axis::gauss(cells as usize, pitch, middle, nodes);
+            }
             let cells = (needed * EDGE_FINENESS).min(EDGE_CELLS).max(needed).ceil();
-            Axis::uniform(cells as usize, (high - low) / cells, 0.5 * (low + high))
+            Axis::uniform(cells as usize, (high - low) / cells, middle)
         }
     };
     let grid = Grid {
