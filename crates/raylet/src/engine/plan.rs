@@ -6,7 +6,7 @@ use crate::engine::light::Light;
 use crate::engine::paper::PaperPlan;
 use crate::engine::plane::PlanePlan;
 use crate::engine::settings::{Method, Settings};
-use crate::optics::aperture::{Aperture, Outline};
+use crate::optics::aperture::Aperture;
 use crate::optics::bend::Interface;
 use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
@@ -341,14 +341,7 @@ fn clears(hop: &Hop, next: f64, target: f64) -> bool {
 
 /// Whether an aperture is open all over a box that stands at `origin` in its coordinates.
 fn holds(aperture: &Aperture, origin: crate::math::vec3::Vec3, bounds: [f64; 4]) -> bool {
-    if aperture.outline == Outline::Open {
-        return true;
-    }
-    if let Outline::Annulus { .. } = aperture.outline {
-        return false;
-    }
-    let corners = [(0, 2), (0, 3), (1, 2), (1, 3)];
-    corners
-        .iter()
-        .all(|&(i, j)| aperture.contains(bounds[i] + origin.x, bounds[j] + origin.y))
+    let [x0, x1, y0, y1] = bounds;
+    let open = aperture.coverage(x0 + origin.x, x1 + origin.x, y0 + origin.y, y1 + origin.y);
+    open > 1.0 - 1e-12
 }

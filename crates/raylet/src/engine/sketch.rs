@@ -123,7 +123,8 @@ fn launch(system: &System, screen: &Screen, normal: Vec3) -> Vec<Pencil> {
     let places = PLACES.map(|t| [middle[0] + t * half[0], middle[1] + t * half[1]]);
     let open = places.into_iter().filter(|at| passes(screen, *at));
     open.map(|at| {
-        let here = screen.frame.to_global(Vec3::new(at[0], at[1], 0.0));
+        let lift = screen.height(at).map_or(0.0, |height| height.z);
+        let here = screen.frame.to_global(Vec3::new(at[0], at[1], lift));
         let direction = system.source.direction(here);
         let start = match system.source {
             Source::Point { position, .. } if (here - position).norm() < 10.0 * stub => position,
