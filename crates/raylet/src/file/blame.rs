@@ -12,15 +12,8 @@ use crate::wave::sampling::SamplingError;
 pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
     let told = error.to_string();
     let (screen, found, expected) = match error {
-        SimulateError::Plan(PlanError::Dark { to, .. }) => (
-            to,
-            told,
-            String::from("a place that light reaches through the elements before it"),
-        ),
-        SimulateError::Plan(PlanError::Boundless(name))
-        | SimulateError::Sampling(SamplingError::Boundless(name)) => {
-            (name, String::from("no edge"), String::from("an aperture"))
-        }
+        SimulateError::Plan(error) => plan_words(error),
+        SimulateError::Sampling(SamplingError::Boundless(name)) => no_edge(name),
         SimulateError::Sampling(SamplingError::TooLarge {
             screen,
             needed,
@@ -31,30 +24,6 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
             let fault = scene.fault(&path_of(scene, screen), found, memory(*allowed, "samples"));
             return fault.hint("reduce its size, its steepest phase or the directions it takes");
         }
-        SimulateError::Plan(PlanError::Modes {
-            screen,
-            modes: [nx, ny],
-            allowed,
-        }) => (
-            screen,
-            format!("patches of {nx} × {ny} modes"),
-            memory(*allowed, "modes"),
-        ),
-        SimulateError::Plan(PlanError::Directions {
-            from,
-            directions: [nx, ny],
-            allowed,
-            ..
-        }) => (
-            from,
-            format!("{nx} × {ny} plane waves behind it"),
-            memory(*allowed, "plane waves"),
-        ),
-        SimulateError::Plan(PlanError::Curved { method, screen }) => (
-            screen,
-            format!("a curved element, and the method {method}"),
-            String::from("the method beamlet or auto, or a plane element"),
-        ),
         SimulateError::Sampling(SamplingError::Absent(name)) => (
             name,
             told,
@@ -75,6 +44,47 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
         }
     };
     scene.fault(&path_of(scene, screen), found, expected)
+}
+
+/// The screen that cannot be planned, what was found there and what was expected.
+fn plan_words(error: &PlanError) -> (&String, String, String) {
+    match error {
+        PlanError::Dark { to, .. } => (
+            to,
+            error.to_string(),
+            String::from("a place that light reaches through the elements before it"),
+        ),
+        PlanError::Boundless(name) => no_edge(name),
+        PlanError::Modes {
+            screen,
+            modes: [nx, ny],
+            allowed,
+        } => (
+            screen,
+            format!("patches of {nx} × {ny} modes"),
+            memory(*allowed, "modes"),
+        ),
+        PlanError::Directions {
+            from,
+            directions: [nx, ny],
+            allowed,
+            ..
+        } => (
+            from,
+            format!("{nx} × {ny} plane waves behind it"),
+            memory(*allowed, "plane waves"),
+        ),
+        PlanError::Curved { method, screen } => (
+            screen,
+            format!("a curved element, and the method {method}"),
+            String::from("the method beamlet or auto, or a plane element"),
+        ),
+    }
+}
+
+/// A screen without an edge.
+fn no_edge(name: &String) -> (&String, String, String) {
+    (name, String::from("no edge"), String::from("an aperture"))
 }
 
 fn memory(allowed: usize, what: &str) -> String {
