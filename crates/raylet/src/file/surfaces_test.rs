@@ -5,10 +5,12 @@ use std::path::Path;
 use ndarray::Array2;
 use ndarray_npy::write_npy;
 
+use crate::engine::sketch::sketch;
 use crate::file::build::system;
 use crate::file::prescription::parts;
 use crate::file::scene::Scene;
 use crate::file::section::layout_png;
+use crate::math::vec3::Vec3;
 use crate::optics::aperture::Outline;
 use crate::optics::doe::Layer;
 use crate::optics::profile::Profile;
@@ -337,5 +339,39 @@ fn a_toroid_of_coddingtons_radii_folds_light_into_one_focus() {
         // Collimated light: where it lands does not depend on where it starts, and y = f p.
         assert!(j[0][0].abs() < 1e-13 && j[1][1].abs() < 1e-13, "{j:?}");
         assert!((j[0][2].abs() - f).abs() < 1e-11 && (j[1][3].abs() - f).abs() < 1e-11);
+    }
+}
+
+#[test]
+fn sketched_rays_follow_a_curved_element() {
+    // A reflecting parabola of radius 40 whose diffractive lens of 60 mm adds to its own power:
+    // 1/f = 1/20 + 1/60 on the axis, f = 15.
+    let text = r#"version = 1
+wavelength_um = 0.5
+source = { kind = "plane" }
+[[element]]
+kind = "doe"
+thickness_mm = -15
+reflect = true
+radius_mm = -40
+conic = -1
+aperture = { disc = { radius_mm = 0.1 } }
+layer = [{ kind = "lens", focal_length_mm = 60 }]
+[[element]]
+kind = "sensor"
+pixels = [8, 8]
+pitch_um = 100
+"#;
+    let scene = parse(text).unwrap_or_else(|fault| panic!("{fault}"));
+    let system = system(&scene, 0).unwrap_or_else(|fault| panic!("{fault}"));
+    let trails = sketch(&system, Vec3::new(1.0, 0.0, 0.0));
+    assert_eq!(trails.len(), 5);
+    for trail in trails {
+        let end = trail.points[trail.points.len() - 1];
+        // The aberration of the third order is below y³/f² = 5e-6.
+        assert!(
+            trail.arrived && (end.z + 15.0).abs() < 1e-12 && end.y.abs() < 5e-6,
+            "{end:?}"
+        );
     }
 }
