@@ -11,6 +11,7 @@ pub mod cpu;
 pub mod eikonal;
 pub mod fan;
 pub mod forecast;
+pub mod light;
 pub mod paper;
 pub mod plan;
 pub mod plane;

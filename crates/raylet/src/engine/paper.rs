@@ -127,7 +127,7 @@ fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
     [0, 1].map(|a| {
         let orders = planner.settings.paper.orders.max(1) as f64;
         let half = 0.5 * orders * hop.wavelength / pixels.pitch[a];
-        let centre = planner.anchor[a];
+        let centre = planner.light.anchor[a];
         let (low, high) = ((centre - half).max(-n), (centre + half).min(n));
         // Like an FFT's, the band holds one of its two ends.
         let spacing = hop.wavelength / period;

@@ -2,6 +2,7 @@
 
 use crate::engine::beamlets::{BeamletPlan, Planner};
 use crate::engine::fan::{Fan, explore};
+use crate::engine::light::Light;
 use crate::engine::paper::PaperPlan;
 use crate::engine::plane::PlanePlan;
 use crate::engine::settings::{Method, Settings};
@@ -45,6 +46,24 @@ impl Plan {
             last.thickness += offset;
         }
         plan
+    }
+
+    /// The light that it brings to the second screen.
+    pub fn light(&self, hop: &Hop, light: Light) -> Light {
+        let usual = match self {
+            Plan::Free(..) => light.behind(hop.from, hop.wavelength).usual(),
+            Plan::Beamlets(beamlets) => beamlets.usual,
+            Plan::Planes(planes) => planes.arriving,
+            Plan::Paper(paper) => paper.arriving,
+        };
+        let anchor = match hop.trace([0.0, 0.0], light.anchor, &mut ()) {
+            Ok(landing) => landing.cosines,
+            Err(_) => [0.0, 0.0],
+        };
+        Light {
+            anchor,
+            usual: usual.map(|p| p.min(hop.to.index)),
+        }
     }
 
     /// Rays that the plan expects; zero without rays.
@@ -114,14 +133,14 @@ pub enum PlanError {
     },
 }
 
-/// Plans a hop whose incident light has direction `anchor` on the first screen; `pitch` is the distance
-/// of sample points on the target when it is known.
+/// Plans a hop that begins with `light` on the first screen; `pitch` is the distance of sample points on
+/// the target when it is known.
 ///
 /// # Errors
 /// When a screen has no edge, no ray reaches the target, or a patch has too many modes.
 pub fn plan(
     hop: &Hop,
-    anchor: [f64; 2],
+    light: Light,
     pitch: Option<[f64; 2]>,
     settings: &Settings,
 ) -> Result<Plan, PlanError> {
@@ -132,7 +151,7 @@ pub fn plan(
     };
     let (from, to) = (bounds(hop.from)?, bounds(hop.to)?);
     if settings.method == Method::Auto
-        && let Some(free) = free_hop(hop, from, to, anchor, settings)
+        && let Some(free) = free_hop(hop, from, to, light.anchor, settings)
     {
         let layers = if hop.from.is_plane() && hop.to.is_plane() {
             1
@@ -162,7 +181,7 @@ pub fn plan(
         hop,
         from,
         to,
-        anchor,
+        light,
         pitch,
         settings,
     };

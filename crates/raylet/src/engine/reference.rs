@@ -6,6 +6,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::eikonal::{self, EikonalError, Geometrical};
+use crate::engine::light::Light;
 use crate::engine::route::{Approach, Route, route};
 use crate::engine::settings::Settings;
 use crate::engine::simulate::{
@@ -216,7 +217,7 @@ fn routes(
     settings: &Settings,
     approach: Approach,
 ) -> Result<Vec<Route>, ReferenceError> {
-    let mut anchor = Arriving::from_source(system).anchor;
+    let mut anchor = Arriving::from_source(system).brief.anchor;
     let mut routes = Vec::new();
     for hop in system.hops() {
         let found = route(&hop, approach, anchor, outlines(&hop)?, settings);
@@ -285,7 +286,10 @@ fn carry(
     };
     let next = Arriving {
         sum: Some(Sheets::plane(raster, values)),
-        anchor: chief(hop, light.anchor),
+        brief: Light {
+            anchor: chief(hop, light.brief.anchor),
+            usual: arriving,
+        },
         reach: arriving,
     };
     Ok((next, step))
