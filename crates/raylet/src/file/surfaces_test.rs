@@ -5,10 +5,12 @@ use std::path::Path;
 use ndarray::Array2;
 use ndarray_npy::write_npy;
 
+use crate::engine::sketch::sketch;
 use crate::file::build::system;
 use crate::file::prescription::parts;
 use crate::file::scene::Scene;
 use crate::file::section::layout_png;
+use crate::math::vec3::Vec3;
 use crate::optics::aperture::Outline;
 use crate::optics::doe::Layer;
 use crate::optics::profile::Profile;
@@ -256,15 +258,16 @@ fn grids_of_heights_are_checked_once_they_are_loaded() {
     );
 }
 
-#[test]
-fn a_plane_mirror_between_coordinate_breaks_folds_the_axis() {
-    let text = r#"version = 1
+/// A stop, then a mirror that folds the axis by 90° about x, then a sensor `reach` mm beside it.
+fn folded(mirror: &str, reach: f64) -> Scene {
+    let text = format!(
+        r#"version = 1
 wavelength_um = 0.5
-source = { kind = "plane" }
+source = {{ kind = "plane" }}
 [[element]]
 kind = "stop"
 thickness_mm = 10
-aperture = { disc = { radius_mm = 1 } }
+aperture = {{ disc = {{ radius_mm = 1 }} }}
 [[element]]
 kind = "coordinate_break"
 tilt_deg = [45, 0, 0]
@@ -272,16 +275,23 @@ tilt_deg = [45, 0, 0]
 kind = "mirror"
 thickness_mm = 0
 semi_aperture_mm = 3
+{mirror}
 [[element]]
 kind = "coordinate_break"
 tilt_deg = [45, 0, 0]
-thickness_mm = -7
+thickness_mm = -{reach}
 [[element]]
 kind = "sensor"
 pixels = [8, 8]
 pitch_um = 100
-"#;
-    let scene = parse(text).unwrap_or_else(|fault| panic!("{fault}"));
+"#
+    );
+    parse(&text).unwrap_or_else(|fault| panic!("{fault}"))
+}
+
+#[test]
+fn a_plane_mirror_between_coordinate_breaks_folds_the_axis() {
+    let scene = folded("", 7.0);
     let system = system(&scene, 0).unwrap_or_else(|fault| panic!("{fault}"));
     // The axis is turned by 90° about x: the sensor stands 7 mm beside the mirror, facing it.
     let sensor = system.screens[1].frame;
@@ -307,5 +317,61 @@ pitch_um = 100
             assert!((landing.at[0] - straight[0]).abs() < 1e-12);
             assert!((landing.at[1] - straight[1]).abs() < 1e-12, "{landing:?}");
         }
+    }
+}
+
+#[test]
+fn a_toroid_of_coddingtons_radii_folds_light_into_one_focus() {
+    // At an angle of incidence i a mirror has 1/f = 2/(R cos i) in the plane of incidence and
+    // 1/f = 2 cos i/R across it (Coddington).
+    let (f, cos) = (50.0, 0.5f64.sqrt());
+    let [tangential, sagittal] = [2.0 * f / cos, 2.0 * f * cos];
+    let shape = format!(
+        "shape = {{ kind = 'toroid', radius_mm = -{tangential}, rotation_radius_mm = -{sagittal} }}"
+    );
+    let scene = folded(&shape, f);
+    let system = system(&scene, 0).unwrap_or_else(|fault| panic!("{fault}"));
+    for hop in system.hops() {
+        let (landing, j) = hop
+            .jacobian([0.0; 2], [0.0; 2])
+            .unwrap_or_else(|loss| panic!("{loss:?}"));
+        assert!(landing.at[0].hypot(landing.at[1]) < 1e-12);
+        // Collimated light: where it lands does not depend on where it starts, and y = f p.
+        assert!(j[0][0].abs() < 1e-13 && j[1][1].abs() < 1e-13, "{j:?}");
+        assert!((j[0][2].abs() - f).abs() < 1e-11 && (j[1][3].abs() - f).abs() < 1e-11);
+    }
+}
+
+#[test]
+fn sketched_rays_follow_a_curved_element() {
+    // A reflecting parabola of radius 40 whose diffractive lens of 60 mm adds to its own power:
+    // 1/f = 1/20 + 1/60 on the axis, f = 15.
+    let text = r#"version = 1
+wavelength_um = 0.5
+source = { kind = "plane" }
+[[element]]
+kind = "doe"
+thickness_mm = -15
+reflect = true
+radius_mm = -40
+conic = -1
+aperture = { disc = { radius_mm = 0.1 } }
+layer = [{ kind = "lens", focal_length_mm = 60 }]
+[[element]]
+kind = "sensor"
+pixels = [8, 8]
+pitch_um = 100
+"#;
+    let scene = parse(text).unwrap_or_else(|fault| panic!("{fault}"));
+    let system = system(&scene, 0).unwrap_or_else(|fault| panic!("{fault}"));
+    let trails = sketch(&system, Vec3::new(1.0, 0.0, 0.0));
+    assert_eq!(trails.len(), 5);
+    for trail in trails {
+        let end = trail.points[trail.points.len() - 1];
+        // The aberration of the third order is below y³/f² = 5e-6.
+        assert!(
+            trail.arrived && (end.z + 15.0).abs() < 1e-12 && end.y.abs() < 5e-6,
+            "{end:?}"
+        );
     }
 }
