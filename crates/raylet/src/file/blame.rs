@@ -108,7 +108,9 @@ pub fn blame_reference(scene: &Scene, error: &ReferenceError) -> Fault {
         ReferenceError::TooLong { from, .. } => {
             here(from, "a sum that ends sooner, or a larger --most-hours")
         }
-        ReferenceError::Refraction(EikonalError::NotSmooth(name)) => here(name, other),
+        ReferenceError::Refraction(EikonalError::NotSmooth(name) | EikonalError::Curved(name)) => {
+            here(name, other)
+        }
         ReferenceError::Refraction(EikonalError::Boundless(name)) => here(name, "an aperture"),
         ReferenceError::Refraction(EikonalError::NoSensor(name)) => {
             here(name, "a sensor as the last element")
