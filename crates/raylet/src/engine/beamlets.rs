@@ -56,6 +56,9 @@ const VALUE_SECONDS: f64 = 6e-10;
 /// The widths tried, σ₀·2^{j/4}.
 const WIDTHS: std::ops::RangeInclusive<i32> = -6..=4;
 
+/// Share of the light on which each width is judged.
+const TRUSTED_SHARE: f64 = 0.95;
+
 /// Rays of the fan on which each width is judged.
 const JUDGES: usize = 300;
 
@@ -212,16 +215,26 @@ impl Planner<'_> {
     }
 
     /// η uncorrected and corrected: root mean squares over the judges, weighted by the light that goes
-    /// their way. A ray whose neighbours are lost counts as wholly wrong.
+    /// their way. The worst few are left out: grazing rays or rays whose neighbours are lost, to which the
+    /// envelope may give more light than they have; what they do carry is in the tally of the run.
     fn errors(&self, judges: &[FanRay], sigma: f64) -> (f64, f64) {
         let k = self.hop.wavenumber();
-        let (mut total, mut eta, mut cubic) = (0.0, 0.0, 0.0);
-        for ray in judges {
+        let look = |ray: &FanRay| {
             let found = aberration(self.hop, ray.at, ray.p, sigma, k);
-            let weight = self.weight(ray);
+            let [eta, cubic] = found.map_or([1.0; 2], |f| [f.eta().powi(2), f.cubic.min(1.0)]);
+            (eta, cubic, self.weight(ray))
+        };
+        let mut found: Vec<_> = judges.iter().map(look).collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let enough = TRUSTED_SHARE * found.iter().map(|f| f.2).sum::<f64>();
+        let (mut total, mut eta, mut cubic) = (0.0, 0.0, 0.0);
+        for (e, c, weight) in found {
             total += weight;
-            eta += weight * found.map_or(1.0, |found| found.eta().powi(2));
-            cubic += weight * found.map_or(1.0, |found| found.cubic.min(1.0));
+            eta += weight * e;
+            cubic += weight * c;
+            if total >= enough {
+                break;
+            }
         }
         let (eta, cubic) = ((eta / total).sqrt(), (cubic / total).sqrt());
         (eta, eta * (cubic + eta))
