@@ -12,6 +12,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::frame::Frame;
 use raylet::optics::screen::{Act, Screen};
+use raylet::optics::shape::Shape;
 use raylet::optics::system::Hop;
 use raylet::wave::field::{Axis, Field, Grid};
 use raylet::wave::patch::Band;
@@ -42,6 +43,7 @@ fn screen(z: f64) -> Screen {
         frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
         act: Act::Stop(Aperture::OPEN),
         index: 1.0,
+        shape: Shape::Plane,
         arrives: 1.0,
     }
 }

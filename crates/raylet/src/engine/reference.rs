@@ -17,6 +17,7 @@ use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 use crate::wave::collins::{Collins, CollinsError};
 use crate::wave::field::Field;
+use crate::wave::heights::Heights;
 use crate::wave::raster::Raster;
 use crate::wave::rayleigh::{Emitters, PAIRS_PER_SECOND};
 use crate::wave::sheets::Sheets;
@@ -314,7 +315,12 @@ fn shine(
     choice: Choice,
     progress: &dyn Fn(f64),
 ) -> Result<(Array2<Complex64>, f64), ReferenceError> {
-    let emitters = Emitters::new(field);
+    // The first screen as its own light sees it: it leaves towards +z.
+    let leaves = hop.from.leaves();
+    let mut heights = Heights::on(hop.from, &field.grid);
+    heights.z *= leaves;
+    heights.slope.iter_mut().for_each(|slope| *slope *= leaves);
+    let emitters = Emitters::new(field, &heights);
     let [nx, ny] = raster.size;
     let pairs = emitters.len() as f64 * (nx * ny) as f64;
     let seconds = pairs / (PAIRS_PER_SECOND * rayon::current_num_threads() as f64);
@@ -328,7 +334,7 @@ fn shine(
         });
     }
 
-    // The second screen's points as the first screen sees them; only |z| counts.
+    // The second screen's points likewise.
     let points: Vec<[f64; 3]> = (0..nx * ny)
         .map(|n| {
             let [x, y] = [n % nx, n / nx];
@@ -336,7 +342,7 @@ fn shine(
             let y = raster.start[1] + y as f64 * raster.pitch[1];
             let global = hop.to.frame.to_global(Vec3::new(x, y, 0.0));
             let local = hop.from.frame.to_local(global);
-            [local.x, local.y, local.z * hop.from.leaves()]
+            [local.x, local.y, local.z * leaves]
         })
         .collect();
     let wavelength = hop.wavelength / hop.from.index;

@@ -42,6 +42,7 @@ pub(crate) fn screen(frame: Frame, index: f64, arrives: f64) -> Screen {
         frame,
         act: Act::Stop(Aperture::OPEN),
         index,
+        shape: Shape::Plane,
         arrives,
     }
 }
