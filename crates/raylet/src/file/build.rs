@@ -3,7 +3,9 @@
 use num_complex::Complex64;
 
 use crate::file::catalog;
-use crate::file::element::{self, Element, LensElement, ParaxialLens};
+use crate::file::element::{
+    self, Element, LensElement, MirrorElement, ParaxialLens, SensorElement,
+};
 use crate::file::fault::Fault;
 use crate::file::layer::{self, PixelForm as FilePixelForm};
 use crate::file::material::Material;
@@ -113,20 +115,7 @@ impl Layout<'_> {
                 let act = Act::Stop(stop.aperture.optics());
                 self.screen(name, frame, act, &path)?;
             }
-            Element::Sensor(sensor) => {
-                let act = Act::Sensor(Sensor {
-                    pixels: sensor.pixels,
-                    pitch: sensor.pitch_um.map(|p| p * UM),
-                });
-                if self.screens.is_empty() {
-                    return Err(self.scene.fault(
-                        &path,
-                        "a sensor as the only element",
-                        "at least one element before the sensor",
-                    ));
-                }
-                self.push_screen(name, frame, act);
-            }
+            Element::Sensor(sensor) => self.sensor(name, frame, sensor, &path)?,
             Element::Lens(lens) => along += self.lens(lens, frame, &path)?,
             Element::Surface(surface) => {
                 let glass = surface.glass.as_ref();
@@ -135,24 +124,49 @@ impl Layout<'_> {
                 let rim = surface.rim().optics();
                 self.surface(shape, frame, rim, surface.coating, after);
             }
-            Element::Mirror(mirror) => {
-                let aperture = mirror.rim().optics();
-                self.enter(&aperture, &frame);
-                self.push_surface(Surface {
-                    shape: self.shape(&mirror.sag(), &path)?,
-                    frame,
-                    aperture,
-                    interface: Interface::Reflect,
-                    coating: Coating::Ideal,
-                    index: [self.index; 2],
-                });
-            }
+            Element::Mirror(mirror) => self.mirror(mirror, frame, &path)?,
             Element::CoordinateBreak(_) => self.axis = frame,
         }
         if element.reflects() {
             self.towards = -self.towards;
         }
         self.axis = self.axis.moved(Vec3::new(0.0, 0.0, along));
+        Ok(())
+    }
+
+    fn sensor(
+        &mut self,
+        name: String,
+        frame: Frame,
+        sensor: &SensorElement,
+        path: &str,
+    ) -> Result<(), Fault> {
+        if self.screens.is_empty() {
+            return Err(self.scene.fault(
+                path,
+                "a sensor as the only element",
+                "at least one element before the sensor",
+            ));
+        }
+        let act = Act::Sensor(Sensor {
+            pixels: sensor.pixels,
+            pitch: sensor.pitch_um.map(|p| p * UM),
+        });
+        self.push_screen(name, frame, act);
+        Ok(())
+    }
+
+    fn mirror(&mut self, mirror: &MirrorElement, frame: Frame, path: &str) -> Result<(), Fault> {
+        let aperture = mirror.rim().optics();
+        self.enter(&aperture, &frame);
+        self.push_surface(Surface {
+            shape: self.shape(&mirror.sag(), path)?,
+            frame,
+            aperture,
+            interface: Interface::Reflect,
+            coating: Coating::Ideal,
+            index: [self.index; 2],
+        });
         Ok(())
     }
 

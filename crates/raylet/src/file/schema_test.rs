@@ -4,6 +4,7 @@ use serde_json::Value;
 
 use crate::file::scene::schema;
 use crate::file::scene_test::{SCENE, altered};
+use crate::file::surfaces_test;
 
 /// Whether a value fits a schema, in the few words of JSON Schema that ours uses.
 fn fits(schema: &Value, value: &Value, root: &Value) -> bool {
@@ -88,6 +89,28 @@ fn schema_tells_good_scenes_from_bad_ones() {
         ("thickness_mm = 3.0", "thickness_mm = \"3 mm\""),
     ] {
         assert!(!fits(&schema, &json(&altered(from, to)), &schema), "{to}");
+    }
+}
+
+#[test]
+fn schema_knows_every_shape_and_aperture() {
+    let schema = schema();
+    assert!(fits(&schema, &json(surfaces_test::SCENE), &schema));
+    for (from, to) in [
+        ("kind = \"biconic\"", "kind = \"biconc\""),
+        ("rotation_radius_mm", "rotation_mm"),
+        ("straight_along = \"x\"", "straight_along = \"z\""),
+        ("x = 2, height_um = 5", "x = 2"),
+        ("sides = 6", "side = 6"),
+        ("blocked = [{ disc", "blocked = [{ disk"),
+        ("focal_length_mm = 80\n", ""),
+    ] {
+        let text = surfaces_test::SCENE;
+        assert!(text.contains(from), "{from}");
+        assert!(
+            !fits(&schema, &json(&text.replacen(from, to, 1)), &schema),
+            "{to}"
+        );
     }
 }
 

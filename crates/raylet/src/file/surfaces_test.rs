@@ -18,7 +18,7 @@ use crate::optics::screen::Act;
 use crate::optics::shape::Shape;
 
 /// A scene with one of every shape and aperture.
-const SCENE: &str = r#"version = 1
+pub(crate) const SCENE: &str = r#"version = 1
 wavelength_um = 0.5
 source = { kind = "plane" }
 
