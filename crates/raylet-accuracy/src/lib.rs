@@ -13,6 +13,7 @@
 //! [`spectrum`]: plane waves on a lattice, through plane-parallel slabs, to sensor points;
 //! [`surface`]: a curved refracting surface's sag and the samples on its aperture;
 //! [`interface`]: plane waves to such a surface and back;
+//! [`mirror`]: diffractive mirrors on a Gaussian bump, by direct sum over the true surface;
 //! [`mod@bench`]: these joined to a train of small, strongly refracting lenses and pixel planes.
 
 pub mod phase;
@@ -40,6 +41,7 @@ pub mod bench;
 pub mod problems;
 
 pub mod mirror;
+
 pub mod strong;
 
 pub mod suite;

@@ -204,11 +204,11 @@ impl Bench {
             trains: vec![vec![]],
         };
         let by = match settings.method {
-            Method::Beamlet => "beamlets",
-            _ => "levels",
+            Method::Beamlet => "by beamlets",
+            _ => "without rays",
         };
         Problem {
-            name: format!("{name} on a Gaussian bump, by {by}"),
+            name: format!("{name} on a Gaussian bump (radius 506λ), {by}"),
             reference: "Rayleigh–Sommerfeld on the true surface",
             limit: 3e-3,
             system,

@@ -1,10 +1,11 @@
 //! The list of problems of the accuracy report, whole or in reduced form.
 
-use raylet::engine::settings::Settings;
+use raylet::engine::settings::{Method, Settings};
 use raylet::optics::bend::Coating;
 use raylet::optics::system::System;
 
 use crate::collins::{Abcd, collins};
+use crate::mirror::{self, Coat};
 use crate::pixels::Pixels;
 use crate::problems::{
     Problem, axis, checkerboard, doe, face, grating_pixels, plane_wave, random_amplitude,
@@ -54,6 +55,16 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
             list.push(catalogue_lens(convex_first, back));
         }
     }
+    for (name, coat) in [
+        ("random 2λ pixels", Coat::Random(2.0)),
+        ("bare mirror", Coat::Bare),
+        ("phase of a lens", Coat::Focus(250.0)),
+        ("phases of two lenses, added", Coat::TwoFoci(0.08, 250.0)),
+    ] {
+        if !reduced || coat == Coat::Random(2.0) {
+            list.extend(bump(name, coat));
+        }
+    }
     if !reduced {
         let random = || random_pixels(30, 2.0);
         // Another part of the same noise.
@@ -100,6 +111,25 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
         ));
     }
     list
+}
+
+/// A mirror 160λ wide on a Gaussian bump, seen 250λ away: without rays, and by beamlets.
+fn bump(name: &str, coat: Coat) -> [Problem; 2] {
+    let nodes = if let Coat::Random(_) = coat { 6 } else { 4 };
+    [Method::Auto, Method::Beamlet].map(|method| {
+        let settings = Settings {
+            method,
+            ..Settings::default()
+        };
+        let bench = mirror::Bench {
+            coat,
+            width: 160.0,
+            distance: 250.0,
+            points: 24,
+            pitch: 1.3,
+        };
+        bench.problem(name, settings, nodes)
+    })
 }
 
 /// Pixels that are dark but for these columns, and as many rows about the middle.
