@@ -63,7 +63,11 @@ impl Hologram {
         wanted.write(&found.phase, &file)?;
         let seconds = clock.elapsed().as_secs_f64();
         let written = file.path().display();
-        let summary = summary(&found.score);
+        let mut summary = summary(&found.score);
+        if scene.wavelength_um.len() > 1 {
+            let first = scene.wavelength_um[0];
+            summary += &format!("\nfor λ = {first} µm, the first of the scene's wavelengths");
+        }
         say(&format!("{summary}\n{seconds:.2} s; phase in {written}\n"))
     }
 }

@@ -55,6 +55,10 @@ pub fn commission(scene: &Scene, naive: bool) -> Result<Commission, Fault> {
     let (at, hop, sensor) = last_hop(scene, hologram, &system)?;
 
     let element = format!("element[{}]", place.element);
+    if !hop.from.is_plane() {
+        let expected = "a plane element: holograms are designed on the paraxial train";
+        return Err(scene.fault(&element, "a curved element", expected));
+    }
     let train = match naive || !hologram.principal_planes {
         true => Abcd::between_as_thin_lens(&hop),
         false => Abcd::between(&hop),
