@@ -6,7 +6,9 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::paper::{Address, PaperPlan, carry};
+use raylet::engine::paper::carry;
+use raylet::engine::paper_plan::{Address, PaperPlan};
+use raylet::engine::settings::{Density, Positions, Sag, Sampler};
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
@@ -92,7 +94,14 @@ fn estimate(field: &Field, plan: &PaperPlan, seed: u64) -> Array2<Complex64> {
 fn plan(positions: usize, secondary: usize, half: f64) -> PaperPlan {
     PaperPlan {
         positions,
+        rule: Positions::Dilated,
+        cells: [positions, 1],
+        coverage: false,
         secondary,
+        density: Density::Amplitude,
+        sampler: Sampler::Multinomial,
+        sag: Sag::True,
+        along: 1.0,
         area: [-half, half, -half, half],
         side: PATCH as f64 * PITCH,
         period: PERIOD as f64 * PITCH,
