@@ -88,10 +88,32 @@ impl Facet {
         p[0] * self.axes[0].z + p[1] * self.axes[1].z + q * self.leaves * self.axes[2].z
     }
 
-    /// The modes of the patch here with the field as it stands on the touching plane: the height over it
-    /// is ignored.
-    pub fn cut_flat(&self, cutter: &TileCutter, field: &Field) -> Array2<Complex64> {
-        cutter.cut_nodes(self.at, self.carrier, |node| field.values[node])
+    /// The modes of the patch here on a plane screen.
+    pub fn cut_plane(&self, cutter: &TileCutter, field: &Field) -> Array2<Complex64> {
+        cutter.cut(field, self.at)
+    }
+
+    /// The modes of the patch as if it were the touching plane: light of normal cosine `along` has the
+    /// phase there that it would have, and leaves from there.
+    pub fn cut_tangent(
+        &self,
+        cutter: &TileCutter,
+        field: &Field,
+        heights: &Heights,
+        [along, k]: [f64; 2],
+    ) -> Array2<Complex64> {
+        cutter.cut_nodes(self.at, self.carrier, |node| {
+            let over = self.over(field, heights, node);
+            field.values[node] * Complex64::cis(-k * along * over)
+        })
+    }
+
+    /// The height of a node over the touching plane, along the screen's z axis.
+    #[inline]
+    fn over(&self, field: &Field, heights: &Heights, [j, i]: [usize; 2]) -> f64 {
+        let dx = field.grid.x.node(i) - self.at[0];
+        let dy = field.grid.y.node(j) - self.at[1];
+        heights.z[[j, i]] - self.z - self.slope[0] * dx - self.slope[1] * dy
     }
 
     /// The modes with the field on the true surface, Σ U e^{−ik(f·Δ + q h)} with the height h over the
@@ -105,10 +127,7 @@ impl Facet {
         k: f64,
     ) -> Array2<Complex64> {
         let nodes = cutter.nodes(self.at);
-        let over = |[j, i]: [usize; 2]| {
-            let (dx, dy) = (field.grid.x.node(i) - self.at[0], field.grid.y.node(j) - self.at[1]);
-            heights.z[[j, i]] - self.z - self.slope[0] * dx - self.slope[1] * dy
-        };
+        let over = |node| self.over(field, heights, node);
         let lifts = self.lifts(bands);
         let stack = Stack::new(range(field, &nodes, over), ends(&lifts), k);
         let mut modes = Array2::zeros((bands[1].count, bands[0].count));

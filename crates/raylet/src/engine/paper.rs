@@ -200,10 +200,14 @@ impl<'a> Carrier<'a> {
         };
         let (k, bands) = (self.hop.wavenumber(), &self.plan.bands);
         let spectrum = match &self.heights {
-            Some(heights) if self.plan.sag == Sag::True => {
-                facet.cut_true(&self.cutter, &self.field, heights, bands, k)
-            }
-            _ => facet.cut_flat(&self.cutter, &self.field),
+            None => facet.cut_plane(&self.cutter, &self.field),
+            Some(heights) => match self.plan.sag {
+                Sag::True => facet.cut_true(&self.cutter, &self.field, heights, bands, k),
+                Sag::Tangent => {
+                    let light = [self.plan.along, k];
+                    facet.cut_tangent(&self.cutter, &self.field, heights, light)
+                }
+            },
         };
         let (hop, start) = facet.start(&self.hop);
         for drawn in self.draw(&spectrum, &facet, patch) {
