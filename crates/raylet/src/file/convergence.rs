@@ -215,7 +215,10 @@ fn ways() -> [Way; 3] {
 #[cfg(test)]
 mod tests {
     use crate::design::patterns::metalens;
-    use crate::file::convergence::Convergence;
+    use crate::engine::settings::{Density, Sampler};
+    use crate::engine::simulate::simulate;
+    use crate::file::convergence::{Convergence, settings};
+    use crate::wave::metrics::field_error;
 
     /// The error of independent draws is their law, once rare strong modes are drawn at all; without
     /// replacement it is less.
@@ -233,7 +236,15 @@ mod tests {
         for (with, without) in found.ways[1].errors.iter().zip(&found.ways[2].errors) {
             assert!(without[1] < with[1]);
         }
-        assert!(found.floor < 0.05);
+
+        // What all modes lack are the copies of a period of twice the patch; wider ones lack less.
+        let width = 0.03;
+        let mut wide = settings(width, Density::Amplitude, Sampler::All, 1);
+        wide.paper.padding = 8.0;
+        let wide = simulate(&system, &wide, &|_| {}).unwrap().field.values;
+        let floor = field_error(wide.view(), found.fields[0].view()).unwrap();
+        println!("{floor:e} with a period of eight times the patch");
+        assert!(floor < 0.3 * found.floor);
         assert!(found.png("Metalens").unwrap().starts_with(b"\x89PNG"));
     }
 }
