@@ -183,6 +183,15 @@ pub fn random_pixels(count: usize, pitch: f64) -> Pixels {
     }
 }
 
+/// `count`² pixels of random amplitude, 0 to 1, and random phase.
+pub fn random_amplitude(count: usize, pitch: f64) -> Pixels {
+    let mut pixels = random_pixels(count, pitch);
+    for ((j, i), value) in pixels.transmission.indexed_iter_mut() {
+        *value *= uniform(11, [j as u32, i as u32, 0, 0]);
+    }
+    pixels
+}
+
 /// `count`² pixels of phase 0 and π in turn.
 pub fn checkerboard(count: usize, pitch: f64) -> Pixels {
     Pixels {

@@ -6,7 +6,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::settings::Settings;
-use raylet::optics::aperture::Aperture;
+use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::bend::Coating;
 use raylet::optics::screen::Act;
 use raylet::optics::surface::Surface;
@@ -177,6 +177,97 @@ pub fn between_lenses(
             steps.extend(LENS.convex_first());
             steps.push(Step::Drift(back));
             exact(effort, Source::Disc(beam, [0.0; 2]), &steps)
+        }),
+    }
+}
+
+/// Two planes of pixels in free space.
+pub fn two_screens(first: Pixels, second: Pixels, gap: f64, back: f64, effort: Effort) -> Problem {
+    Problem {
+        name: format!("random pixels, random pixels {gap}λ on, sensor {back}λ on"),
+        reference: "plane waves, pixel by pixel",
+        limit: 5e-3,
+        system: System {
+            wavelength: 1.0,
+            source: plane_wave([0.0; 2]),
+            screens: vec![
+                doe(0.0, &first),
+                doe(gap, &second),
+                sensor(gap + back, SENSOR.0, SENSOR.1),
+            ],
+            trains: vec![vec![], vec![]],
+        },
+        settings: Settings::default(),
+        exact: Box::new(move || {
+            let steps = [Step::Drift(gap), Step::Pixels(&second), Step::Drift(back)];
+            exact(effort, Source::Pixels(&first, [0.0; 2]), &steps)
+        }),
+    }
+}
+
+/// Pixels, the lens, pixels `gap` behind it, the sensor.
+pub fn around_lens(first: Pixels, second: Pixels, gap: f64, back: f64, effort: Effort) -> Problem {
+    let depth = LENS.gap_before + LENS.thickness + gap;
+    Problem {
+        name: format!("random pixels, lens, random pixels {gap}λ behind it, sensor {back}λ on"),
+        reference: "surface integrals",
+        limit: 2e-2,
+        system: System {
+            wavelength: 1.0,
+            source: plane_wave([0.0; 2]),
+            screens: vec![
+                doe(0.0, &first),
+                doe(depth, &second),
+                sensor(depth + back, SENSOR.0, SENSOR.1),
+            ],
+            trains: vec![lens(LENS.gap_before), vec![]],
+        },
+        settings: Settings::default(),
+        exact: Box::new(move || {
+            let mut steps = LENS.convex_first();
+            steps.extend([Step::Drift(gap), Step::Pixels(&second), Step::Drift(back)]);
+            exact(effort, Source::Pixels(&first, [0.0; 2]), &steps)
+        }),
+    }
+}
+
+/// Pixels, the lens, a rectangular opening `gap` behind it that stands aside, the sensor.
+pub fn stopped(pixels: Pixels, gap: f64, back: f64, effort: Effort) -> Problem {
+    let depth = LENS.gap_before + LENS.thickness + gap;
+    // Open from −10λ to 50λ along x and −22λ to 22λ along y; as pixels of 2λ for the reference.
+    let opening = Aperture {
+        outline: Outline::Rectangle {
+            half_x: 30.0,
+            half_y: 22.0,
+        },
+        centre: [20.0, 0.0],
+    };
+    let open = |j: usize, i: usize| (20..50).contains(&i) && (14..36).contains(&j);
+    let mask = Pixels {
+        pitch: 2.0,
+        transmission: Array2::from_shape_fn((50, 50), |(j, i)| {
+            Complex64::new(f64::from(u8::from(open(j, i))), 0.0)
+        }),
+    };
+    Problem {
+        name: format!("random pixels, lens, off-centre stop {gap}λ behind it, sensor {back}λ on"),
+        reference: "surface integrals",
+        limit: 3e-3,
+        system: System {
+            wavelength: 1.0,
+            source: plane_wave([0.0; 2]),
+            screens: vec![
+                doe(0.0, &pixels),
+                screen("stop", depth, Act::Stop(opening)),
+                sensor(depth + back, SENSOR.0, SENSOR.1),
+            ],
+            trains: vec![lens(LENS.gap_before), vec![]],
+        },
+        settings: Settings::default(),
+        exact: Box::new(move || {
+            let mut steps = LENS.convex_first();
+            steps.extend([Step::Drift(gap), Step::Pixels(&mask), Step::Drift(back)]);
+            exact(effort, Source::Pixels(&pixels, [0.0; 2]), &steps)
         }),
     }
 }

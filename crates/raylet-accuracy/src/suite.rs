@@ -7,10 +7,13 @@ use raylet::optics::system::System;
 use crate::collins::{Abcd, collins};
 use crate::pixels::Pixels;
 use crate::problems::{
-    Problem, axis, checkerboard, doe, face, grating_pixels, plane_wave, random_pixels, sensor,
+    Problem, axis, checkerboard, doe, face, grating_pixels, plane_wave, random_amplitude,
+    random_pixels, sensor,
 };
 use crate::rayleigh_sommerfeld::rayleigh_sommerfeld;
-use crate::strong::{FULL, QUICK, after_lens, before_lens, between_lenses};
+use crate::strong::{
+    FULL, QUICK, after_lens, around_lens, before_lens, between_lenses, stopped, two_screens,
+};
 
 /// Index of N-BK7 at 0.7 µm.
 const BK7: f64 = 1.513_063_997_196;
@@ -40,6 +43,12 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
             0.0,
         ));
     }
+    list.push(free_space(
+        "random amplitude and phase, λ/2 pixels",
+        random_amplitude(120, 0.5),
+        120.0,
+        0.0,
+    ));
     for convex_first in [true, false] {
         for back in [44.7, 40.0] {
             list.push(catalogue_lens(convex_first, back));
@@ -47,6 +56,15 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
     }
     if !reduced {
         let random = || random_pixels(30, 2.0);
+        // Another part of the same noise.
+        let other = || {
+            let noise = random_pixels(60, 2.0);
+            let part = noise.transmission.slice(ndarray::s![30.., 30..]);
+            Pixels {
+                transmission: part.to_owned(),
+                ..noise
+            }
+        };
         list.push(before_lens("random 2λ pixels", random(), 375.0, effort));
         list.push(before_lens("random 2λ pixels", random(), 250.0, effort));
         list.push(before_lens(
@@ -55,6 +73,15 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
             375.0,
             effort,
         ));
+        list.push(before_lens(
+            "random 2λ pixels, 40λ off the axis",
+            aside(random_pixels(60, 2.0), 20..50),
+            250.0,
+            effort,
+        ));
+        list.push(two_screens(random(), other(), 200.0, 120.0, effort));
+        list.push(around_lens(random(), other(), 40.0, 120.0, effort));
+        list.push(stopped(random(), 40.0, 120.0, effort));
         list.push(after_lens(
             "random 2λ pixels",
             random(),
@@ -73,6 +100,17 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
         ));
     }
     list
+}
+
+/// Pixels that are dark but for these columns, and as many rows about the middle.
+fn aside(mut pixels: Pixels, columns: std::ops::Range<usize>) -> Pixels {
+    let rows = 15..45;
+    for ((j, i), value) in pixels.transmission.indexed_iter_mut() {
+        if !(columns.contains(&i) && rows.contains(&j)) {
+            *value = num_complex::Complex64::ZERO;
+        }
+    }
+    pixels
 }
 
 /// 60λ of pixels in free space, against the direct sum over box pixels.

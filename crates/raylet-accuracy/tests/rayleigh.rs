@@ -3,6 +3,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::wave::field::{Axis, Field, Grid};
+use raylet::wave::heights::Heights;
 use raylet::wave::rayleigh::Emitters;
 use raylet_accuracy::pixels::Pixels;
 use raylet_accuracy::rayleigh_sommerfeld::rayleigh_sommerfeld;
@@ -35,7 +36,7 @@ fn both_direct_sums_agree_to_rounding() {
         transmission,
     };
     let theirs = rayleigh_sommerfeld(&pixels, tilt, wavelength, 4, &points);
-    let ours = Emitters::new(&field).shine(&points, wavelength);
+    let ours = Emitters::new(&field, &Heights::flat(&field.grid)).shine(&points, wavelength);
     let norm: f64 = theirs.iter().map(|u| u.norm_sqr()).sum();
     let off: f64 = ours
         .iter()

@@ -78,7 +78,7 @@ fn row(part: &Part) -> Vec<String> {
         fixed(at.x),
         fixed(at.y),
         fixed(at.z),
-        part.radius().map_or(String::from("∞"), fixed),
+        radii(part.radii()),
         part.bounds().map_or(String::from("∞"), semi_aperture),
         part.medium.clone(),
         format!("{:.6}", part.index()),
@@ -94,6 +94,12 @@ fn fixed(value: f64) -> String {
     let text = format!("{value:.6}");
     let text = text.trim_end_matches('0').trim_end_matches('.');
     if text == "-0" { "0" } else { text }.to_owned()
+}
+
+/// One radius, or that along x × that along y; ∞ where a part is straight.
+fn radii(radii: [Option<f64>; 2]) -> String {
+    let [x, y] = radii.map(|radius| radius.map_or(String::from("∞"), fixed));
+    if x == y { x } else { format!("{x} × {y}") }
 }
 
 /// Half the size of an opening.

@@ -2,6 +2,7 @@
 
 use num_complex::Complex64;
 use raylet::wave::field::{Axis, Field, Grid};
+use raylet::wave::heights::Heights;
 use raylet::wave::rayleigh::Emitters;
 
 fn main() {
@@ -11,7 +12,7 @@ fn main() {
         y: axis,
     });
     field.values.fill(Complex64::ONE);
-    let emitters = Emitters::new(&field);
+    let emitters = Emitters::new(&field, &Heights::flat(&field.grid));
     let points: Vec<[f64; 3]> = (0..8192)
         .map(|i| [1e-4 * f64::from(i), 0.01, 40.0])
         .collect();

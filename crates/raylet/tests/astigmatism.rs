@@ -52,6 +52,7 @@ fn screen(name: &str, frame: Frame, act: Act, arrives: f64) -> Screen {
         frame,
         act,
         index: 1.0,
+        shape: Shape::Plane,
         arrives,
     }
 }

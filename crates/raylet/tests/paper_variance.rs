@@ -48,6 +48,7 @@ fn screen(z: f64) -> Screen {
         act: Act::Stop(Aperture::OPEN),
         shape: Shape::Plane,
         index: 1.0,
+        shape: Shape::Plane,
         arrives: 1.0,
     }
 }

@@ -36,6 +36,7 @@ fn screen(frame: Frame, arrives: f64) -> Screen {
         frame,
         act: Act::Stop(Aperture::OPEN),
         index: 1.0,
+        shape: Shape::Plane,
         arrives,
     }
 }

@@ -5,6 +5,7 @@
 
 use crate::engine::budget::aberration;
 use crate::engine::fan::{Fan, FanRay, explore};
+use crate::engine::light::{Light, weighted_quantile};
 use crate::engine::seat::Seat;
 use crate::engine::settings::{Correction, Settings};
 use crate::optics::ray::Loss;
@@ -38,6 +39,8 @@ pub struct BeamletPlan {
     pub footprint: f64,
     /// Largest optical direction cosines on the receiving screen, along x and y.
     pub arriving: [f64; 2],
+    /// |p| on the receiving screen below which most of the light stays, along x and y.
+    pub usual: [f64; 2],
     /// Rays that the plan expects.
     pub rays: f64,
     /// Seconds on one core that it expects.
@@ -52,6 +55,9 @@ const VALUE_SECONDS: f64 = 6e-10;
 
 /// The widths tried, σ₀·2^{j/4}.
 const WIDTHS: std::ops::RangeInclusive<i32> = -6..=4;
+
+/// Share of the light on which each width is judged.
+const TRUSTED_SHARE: f64 = 0.95;
 
 /// Rays of the fan on which each width is judged.
 const JUDGES: usize = 300;
@@ -70,8 +76,8 @@ pub struct Planner<'a> {
     pub from: [f64; 4],
     /// The wanted part of the second screen.
     pub to: [f64; 4],
-    /// Direction of the incident light.
-    pub anchor: [f64; 2],
+    /// The incident light.
+    pub light: Light,
     /// Distance of sample points on the target, when it is known.
     pub pitch: Option<[f64; 2]>,
     /// Thresholds and aims.
@@ -112,8 +118,8 @@ impl Planner<'_> {
         let p = fan.band.map(|p| if p.is_finite() { p } else { 0.0 });
         let spacing = self.hop.wavelength / period;
         [
-            Band::between(self.anchor[0], spacing, p[0], p[1]),
-            Band::between(self.anchor[1], spacing, p[2], p[3]),
+            Band::between(self.light.anchor[0], spacing, p[0], p[1]),
+            Band::between(self.light.anchor[1], spacing, p[2], p[3]),
         ]
     }
 
@@ -160,7 +166,11 @@ impl Planner<'_> {
     fn judge(&self, fan: &Fan, judges: &[FanRay], sigma: f64) -> BeamletPlan {
         let settings = self.settings;
         let (eta, eta_corrected) = self.errors(judges, sigma);
-        let (footprint, arriving) = self.arrival(judges, sigma);
+        let Arrived {
+            footprint,
+            largest: arriving,
+            usual,
+        } = self.arrival(judges, sigma);
         let correct = match settings.correction {
             Correction::On => true,
             Correction::Off => false,
@@ -192,56 +202,83 @@ impl Planner<'_> {
             eta_corrected,
             footprint,
             arriving,
+            usual,
             rays,
             seconds: rays * (BEAMLET_SECONDS + estimate + values * VALUE_SECONDS),
         }
     }
 
-    /// η uncorrected and corrected: root mean squares over the better half of the judges. The
-    /// rest, grazing rays or rays whose neighbours are lost, carry little light or none, and what they
-    /// do carry is in the tally of the run.
+    /// The weight of a judge: how much light goes its way.
+    fn weight(&self, ray: &FanRay) -> f64 {
+        let envelope = self.light.behind(self.hop.from, self.hop.wavelength);
+        envelope.weight(ray.p) * ray.area
+    }
+
+    /// η uncorrected and corrected: root mean squares over the judges, weighted by the light that goes
+    /// their way. The worst few are left out: grazing rays or rays whose neighbours are lost, to which the
+    /// envelope may give more light than they have; what they do carry is in the tally of the run.
     fn errors(&self, judges: &[FanRay], sigma: f64) -> (f64, f64) {
         let k = self.hop.wavenumber();
-        let mut found: Vec<(f64, f64)> = judges
-            .iter()
-            .filter_map(|ray| aberration(self.hop, ray.at, ray.p, sigma, k))
-            .map(|a| (a.eta().powi(2), a.cubic.min(1.0)))
-            .collect();
-        found.resize(judges.len(), (1.0, 1.0));
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        found.truncate(judges.len().div_ceil(2));
-        let mean = |part: fn(&(f64, f64)) -> f64| {
-            (found.iter().map(part).sum::<f64>() / found.len() as f64).sqrt()
+        let look = |ray: &FanRay| {
+            let found = aberration(self.hop, ray.at, ray.p, sigma, k);
+            let [eta, cubic] = found.map_or([1.0; 2], |f| [f.eta().powi(2), f.cubic.min(1.0)]);
+            (eta, cubic, self.weight(ray))
         };
-        let (eta, cubic) = (mean(|f| f.0), mean(|f| f.1));
+        let mut found: Vec<_> = judges.iter().map(look).collect();
+        found.sort_by(|a, b| a.0.total_cmp(&b.0));
+        let enough = TRUSTED_SHARE * found.iter().map(|f| f.2).sum::<f64>();
+        let (mut total, mut eta, mut cubic) = (0.0, 0.0, 0.0);
+        for (e, c, weight) in found {
+            total += weight;
+            eta += weight * e;
+            cubic += weight * c;
+            if total >= enough {
+                break;
+            }
+        }
+        let (eta, cubic) = ((eta / total).sqrt(), (cubic / total).sqrt());
         (eta, eta * (cubic + eta))
     }
 
-    /// Half width of the footprints on the target (90 % are smaller), and the largest direction cosines
-    /// there, the beamlets' own spread included.
-    pub fn arrival(&self, judges: &[FanRay], sigma: f64) -> (f64, [f64; 2]) {
+    /// What arrives: half width of the footprints on the target, of which 95 % of the light has smaller
+    /// ones, and direction cosines there, the beamlets' own spread included.
+    pub fn arrival(&self, judges: &[FanRay], sigma: f64) -> Arrived {
         let k = self.hop.wavenumber();
         let threshold = self.settings.footprint_threshold;
         let mut footprints = Vec::new();
-        let mut arriving = [0.0f64; 2];
+        let mut cosines = [Vec::new(), Vec::new()];
+        let mut largest = [0.0f64; 2];
         for ray in judges {
             let Ok(arrival) = launch(self.hop, ray.at, ray.p, sigma) else {
                 continue;
             };
+            let weight = self.weight(ray);
             let [x, y] = arrival.footprint(k, threshold);
-            footprints.push(x.max(y));
+            footprints.push((x.max(y), weight));
             let spread = arrival.spread(k, threshold);
             for a in 0..2 {
-                arriving[a] = arriving[a].max(arrival.cosines[a].abs() + spread[a]);
+                let p = arrival.cosines[a].abs() + spread[a];
+                largest[a] = largest[a].max(p);
+                cosines[a].push((p, weight));
             }
         }
-        footprints.sort_by(f64::total_cmp);
-        let footprint = footprints
-            .get(footprints.len() * 9 / 10)
-            .copied()
-            .unwrap_or(0.0);
-        (footprint, arriving.map(|p| p.min(self.hop.to.index)))
+        let n = self.hop.to.index;
+        Arrived {
+            footprint: weighted_quantile(footprints, 0.95),
+            largest: largest.map(|p| p.min(n)),
+            usual: cosines.map(|list| weighted_quantile(list, 0.95).min(n)),
+        }
     }
+}
+
+/// What a width brings to the target.
+pub struct Arrived {
+    /// Half width of a typical footprint, in mm.
+    pub footprint: f64,
+    /// Largest |p|.
+    pub largest: [f64; 2],
+    /// |p| below which most of the light stays.
+    pub usual: [f64; 2],
 }
 
 /// The rays of a fan on which choices are judged.

@@ -25,6 +25,9 @@ pub enum EikonalError {
          transmissions, whose phase has no gradient; expected analytic phases only"
     )]
     NotSmooth(String),
+    /// An element stands on a curved surface.
+    #[error("the generalised law of refraction is here for plane elements; '{0}' is curved")]
+    Curved(String),
     /// The first screen has no edge.
     #[error("screen '{0}' has no edge; give its element an aperture")]
     Boundless(String),
@@ -142,14 +145,18 @@ pub fn carry(system: &System) -> Result<Geometrical, EikonalError> {
 /// Whether every element of a system has a smooth phase.
 ///
 /// # Errors
-/// [`EikonalError::NotSmooth`] with the first that has not.
+/// [`EikonalError::NotSmooth`] with the first that has not, [`EikonalError::Curved`] with the first that is
+/// no plane.
 pub fn check_smooth(system: &System) -> Result<(), EikonalError> {
     let rough = system.screens.iter().find(|screen| match &screen.act {
         Act::Doe(doe) => doe.profiles().is_none(),
         Act::Stop(_) | Act::Sensor(_) => false,
     });
-    match rough {
-        Some(screen) => Err(EikonalError::NotSmooth(screen.name.clone())),
+    if let Some(screen) = rough {
+        return Err(EikonalError::NotSmooth(screen.name.clone()));
+    }
+    match system.screens.iter().find(|screen| !screen.is_plane()) {
+        Some(screen) => Err(EikonalError::Curved(screen.name.clone())),
         None => Ok(()),
     }
 }

@@ -11,6 +11,8 @@ pub struct FanRay {
     pub at: [f64; 2],
     /// Its optical direction cosines there.
     pub p: [f64; 2],
+    /// The area of directions that it stands for.
+    pub area: f64,
     /// Where it lands.
     pub landing: Landing,
     /// Rows (s_x, s_y, p′_x, p′_y), columns (x, y, p_x, p_y).
@@ -147,6 +149,7 @@ impl Fan {
         let ray = FanRay {
             at,
             p: cell.centre,
+            area: 4.0 * cell.half * cell.half,
             landing,
             jacobian,
         };

@@ -1,9 +1,10 @@
 //! What a run will take: plans, samples and memory of every hop, without running it.
 
+use crate::engine::light::Light;
 use crate::engine::plan::{Plan, plan};
 use crate::engine::settings::Settings;
 use crate::engine::simulate::{
-    SimulateError, arrival_reach, chief, incidence, leaving, pitch_of, receiving_raster,
+    SimulateError, arrival_reach, incidence, leaving, pitch_of, receiving_raster,
 };
 use crate::optics::system::System;
 use crate::wave::sampling::{Reach, plan_grid};
@@ -38,10 +39,14 @@ impl Forecast {
 /// # Errors
 /// As [`simulate`](crate::engine::simulate::simulate), but for light that is found to be absent.
 pub fn forecast(system: &System, settings: &Settings) -> Result<Vec<Forecast>, SimulateError> {
-    let (mut anchor, mut arriving) = incidence(system);
+    let (anchor, mut arriving) = incidence(system);
+    let mut light = Light {
+        anchor,
+        usual: arriving,
+    };
     let mut list = Vec::new();
     for hop in system.hops() {
-        let plan = plan(&hop, anchor, pitch_of(hop.to), settings)?;
+        let plan = plan(&hop, light, pitch_of(hop.to), settings)?;
         let reach = Reach {
             arriving,
             leaving: leaving(&plan),
@@ -54,7 +59,7 @@ pub fn forecast(system: &System, settings: &Settings) -> Result<Vec<Forecast>, S
         )?;
         arriving = arrival_reach(&hop, &plan);
         let [nx, ny] = receiving_raster(&hop, arriving, settings)?.size;
-        anchor = chief(&hop, anchor);
+        light = plan.light(&hop, light);
         list.push(Forecast {
             plan,
             samples: grid.shape(),

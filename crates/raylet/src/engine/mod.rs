@@ -12,6 +12,7 @@ pub mod eikonal;
 pub mod facet;
 pub mod fan;
 pub mod forecast;
+pub mod light;
 pub mod paper;
 pub mod paper_plan;
 pub mod plan;

@@ -2,10 +2,15 @@
 
 use crate::engine::beamlets::{BeamletPlan, Planner};
 use crate::engine::fan::{Fan, explore};
+<<<<<<< HEAD
 use crate::engine::paper_plan::PaperPlan;
+=======
+use crate::engine::light::Light;
+use crate::engine::paper::PaperPlan;
+>>>>>>> 8333b77b4923591607561439240606a87410cc36
 use crate::engine::plane::PlanePlan;
 use crate::engine::settings::{Method, Settings};
-use crate::optics::aperture::{Aperture, Outline};
+use crate::optics::aperture::Aperture;
 use crate::optics::bend::Interface;
 use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
@@ -45,6 +50,24 @@ impl Plan {
             last.thickness += offset;
         }
         plan
+    }
+
+    /// The light that it brings to the second screen.
+    pub fn light(&self, hop: &Hop, light: Light) -> Light {
+        let usual = match self {
+            Plan::Free(..) => light.behind(hop.from, hop.wavelength).usual(),
+            Plan::Beamlets(beamlets) => beamlets.usual,
+            Plan::Planes(planes) => planes.arriving,
+            Plan::Paper(paper) => paper.arriving,
+        };
+        let anchor = match hop.trace([0.0, 0.0], light.anchor, &mut ()) {
+            Ok(landing) => landing.cosines,
+            Err(_) => [0.0, 0.0],
+        };
+        Light {
+            anchor,
+            usual: usual.map(|p| p.min(hop.to.index)),
+        }
     }
 
     /// Rays that the plan expects; zero without rays.
@@ -114,14 +137,14 @@ pub enum PlanError {
     },
 }
 
-/// Plans a hop whose incident light has direction `anchor` on the first screen; `pitch` is the distance
-/// of sample points on the target when it is known.
+/// Plans a hop that begins with `light` on the first screen; `pitch` is the distance of sample points on
+/// the target when it is known.
 ///
 /// # Errors
 /// When a screen has no edge, no ray reaches the target, or a patch has too many modes.
 pub fn plan(
     hop: &Hop,
-    anchor: [f64; 2],
+    light: Light,
     pitch: Option<[f64; 2]>,
     settings: &Settings,
 ) -> Result<Plan, PlanError> {
@@ -132,7 +155,7 @@ pub fn plan(
     };
     let (from, to) = (bounds(hop.from)?, bounds(hop.to)?);
     if settings.method == Method::Auto
-        && let Some(free) = free_hop(hop, from, to, anchor, settings)
+        && let Some(free) = free_hop(hop, from, to, light.anchor, settings)
     {
         let layers = if hop.from.is_plane() && hop.to.is_plane() {
             1
@@ -156,7 +179,7 @@ pub fn plan(
         hop,
         from,
         to,
-        anchor,
+        light,
         pitch,
         settings,
     };
@@ -316,14 +339,7 @@ fn clears(hop: &Hop, next: f64, target: f64) -> bool {
 
 /// Whether an aperture is open all over a box that stands at `origin` in its coordinates.
 fn holds(aperture: &Aperture, origin: crate::math::vec3::Vec3, bounds: [f64; 4]) -> bool {
-    if aperture.outline == Outline::Open {
-        return true;
-    }
-    if let Outline::Annulus { .. } = aperture.outline {
-        return false;
-    }
-    let corners = [(0, 2), (0, 3), (1, 2), (1, 3)];
-    corners
-        .iter()
-        .all(|&(i, j)| aperture.contains(bounds[i] + origin.x, bounds[j] + origin.y))
+    let [x0, x1, y0, y1] = bounds;
+    let open = aperture.coverage(x0 + origin.x, x1 + origin.x, y0 + origin.y, y1 + origin.y);
+    open > 1.0 - 1e-12
 }

@@ -121,7 +121,7 @@ impl PlanePlan {
         // With power, copies by the period are damped, least where C⁻¹D is largest.
         let inverse = blocks.reach / (hop.wavenumber() * sigma);
         let damped = settings.period * sigma.hypot(inverse) * std::f64::consts::FRAC_1_SQRT_2;
-        let (footprint, _) = planner.arrival(&judges, sigma);
+        let footprint = planner.arrival(&judges, sigma).footprint;
 
         // Without, they must pass beside the target; directions fade out before they do.
         let spread = blocks.a.map(|row| row[0] + row[1]);

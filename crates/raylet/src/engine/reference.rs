@@ -6,6 +6,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::eikonal::{self, EikonalError, Geometrical};
+use crate::engine::light::Light;
 use crate::engine::route::{Approach, Route, route};
 use crate::engine::settings::Settings;
 use crate::engine::simulate::{
@@ -16,6 +17,7 @@ use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 use crate::wave::collins::{Collins, CollinsError};
 use crate::wave::field::Field;
+use crate::wave::heights::Heights;
 use crate::wave::raster::Raster;
 use crate::wave::rayleigh::{Emitters, PAIRS_PER_SECOND};
 use crate::wave::sheets::Sheets;
@@ -216,7 +218,7 @@ fn routes(
     settings: &Settings,
     approach: Approach,
 ) -> Result<Vec<Route>, ReferenceError> {
-    let mut anchor = Arriving::from_source(system).anchor;
+    let mut anchor = Arriving::from_source(system).brief.anchor;
     let mut routes = Vec::new();
     for hop in system.hops() {
         let found = route(&hop, approach, anchor, outlines(&hop)?, settings);
@@ -285,7 +287,10 @@ fn carry(
     };
     let next = Arriving {
         sum: Some(Sheets::plane(raster, values)),
-        anchor: chief(hop, light.anchor),
+        brief: Light {
+            anchor: chief(hop, light.brief.anchor),
+            usual: arriving,
+        },
         reach: arriving,
     };
     Ok((next, step))
@@ -310,7 +315,12 @@ fn shine(
     choice: Choice,
     progress: &dyn Fn(f64),
 ) -> Result<(Array2<Complex64>, f64), ReferenceError> {
-    let emitters = Emitters::new(field);
+    // The first screen as its own light sees it: it leaves towards +z.
+    let leaves = hop.from.leaves();
+    let mut heights = Heights::on(hop.from, &field.grid);
+    heights.z *= leaves;
+    heights.slope.iter_mut().for_each(|slope| *slope *= leaves);
+    let emitters = Emitters::new(field, &heights);
     let [nx, ny] = raster.size;
     let pairs = emitters.len() as f64 * (nx * ny) as f64;
     let seconds = pairs / (PAIRS_PER_SECOND * rayon::current_num_threads() as f64);
@@ -324,7 +334,7 @@ fn shine(
         });
     }
 
-    // The second screen's points as the first screen sees them; only |z| counts.
+    // The second screen's points likewise.
     let points: Vec<[f64; 3]> = (0..nx * ny)
         .map(|n| {
             let [x, y] = [n % nx, n / nx];
@@ -332,7 +342,7 @@ fn shine(
             let y = raster.start[1] + y as f64 * raster.pitch[1];
             let global = hop.to.frame.to_global(Vec3::new(x, y, 0.0));
             let local = hop.from.frame.to_local(global);
-            [local.x, local.y, local.z * hop.from.leaves()]
+            [local.x, local.y, local.z * leaves]
         })
         .collect();
     let wavelength = hop.wavelength / hop.from.index;

@@ -53,12 +53,16 @@ pub fn with_rims(system: &System) -> System {
 }
 
 /// The screen in the plane of a surface's rim, if the rim is a centred disc of affordable size on a
-/// refracting surface.
+/// refracting surface of revolution.
 fn rim_of(hop: &Hop, number: usize) -> Option<Screen> {
     let surface = &hop.train[number];
     let Outline::Disc { radius } = surface.aperture.outline else {
         return None;
     };
+    // Only then does the rim lie in a plane.
+    if surface.aperture.centre != [0.0; 2] || !surface.shape.is_round() {
+        return None;
+    }
     let after = surface.index[1];
     let samples = 2.0 * radius * 3.0 * after / hop.wavelength;
     if surface.interface != Interface::Refract || samples > AFFORDABLE {
@@ -68,7 +72,7 @@ fn rim_of(hop: &Hop, number: usize) -> Option<Screen> {
     Some(Screen {
         name: format!("rim {} behind {}", number + 1, hop.from.name),
         frame: surface.frame.moved(Vec3::new(0.0, 0.0, sag)),
-        act: Act::Stop(surface.aperture),
+        act: Act::Stop(surface.aperture.clone()),
         index: after,
         shape: Shape::Plane,
         arrives: hop.from.leaves(),

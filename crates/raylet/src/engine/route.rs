@@ -107,7 +107,19 @@ pub fn route(
 ) -> Result<Route, String> {
     let spectrum = || angular_spectrum(hop, anchor, from, to, settings);
     let sum = || sight(hop, from, to).map(Route::RayleighSommerfeld);
+    if !hop.to.is_plane() {
+        return Err(format!(
+            "'{}' is curved, and light is summed on planes",
+            hop.to.name
+        ));
+    }
+    let curved = !hop.from.is_plane();
+    let only_sums = || Err(format!("'{}' is curved", hop.from.name));
+    let spectrum = || if curved { only_sums() } else { spectrum() };
     let collins = || {
+        if curved {
+            return only_sums();
+        }
         let train = Abcd::between(hop).map_err(|error| error.to_string())?;
         match train.b == 0.0 {
             true => Err(String::from("the train images one screen onto the other")),
@@ -206,7 +218,8 @@ fn stations(screen: &Screen, [x0, x1, y0, y1]: [f64; 4]) -> Vec<Vec3> {
     (0..STATIONS * STATIONS)
         .map(|n| {
             let (x, y) = (along(x0, x1, n % STATIONS), along(y0, y1, n / STATIONS));
-            screen.frame.to_global(Vec3::new(x, y, 0.0))
+            let z = screen.height([x, y]).map_or(0.0, |here| here.z);
+            screen.frame.to_global(Vec3::new(x, y, z))
         })
         .collect()
 }

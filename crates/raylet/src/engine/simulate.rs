@@ -5,6 +5,7 @@ use std::time::Instant;
 use ndarray::Array2;
 
 use crate::engine::carry::Run;
+use crate::engine::light::Light;
 use crate::engine::plan::{Plan, PlanError, plan};
 use crate::engine::rims::with_rims;
 use crate::engine::settings::Settings;
@@ -139,11 +140,13 @@ fn raster_of(grid: &Grid) -> Raster {
 /// As [`simulate`].
 pub fn plan_all(system: &System, settings: &Settings) -> Result<Vec<Plan>, SimulateError> {
     let system = &with_rims(system);
-    let (mut anchor, _) = incidence(system);
+    let (anchor, usual) = incidence(system);
+    let mut light = Light { anchor, usual };
     let mut plans = Vec::new();
     for hop in system.hops() {
-        plans.push(plan(&hop, anchor, pitch_of(hop.to), settings)?);
-        anchor = chief(&hop, anchor);
+        let plan = plan(&hop, light, pitch_of(hop.to), settings)?;
+        light = plan.light(&hop, light);
+        plans.push(plan);
     }
     Ok(plans)
 }
@@ -168,8 +171,8 @@ pub fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
 pub struct Arriving {
     /// The field as summed before the screen acts; nothing on the first screen, which the source lights.
     pub sum: Option<Sheets>,
-    /// Direction of its chief ray, optical cosines on the screen's axes.
-    pub anchor: [f64; 2],
+    /// Its directions, roughly.
+    pub brief: Light,
     /// Its largest |p| along x and y.
     pub reach: [f64; 2],
 }
@@ -180,7 +183,10 @@ impl Arriving {
         let (anchor, reach) = incidence(system);
         Self {
             sum: None,
-            anchor,
+            brief: Light {
+                anchor,
+                usual: reach,
+            },
             reach,
         }
     }
@@ -251,7 +257,7 @@ pub fn simulate(
     let mut reports = Vec::new();
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
-        let plan = plan(&hop, light.anchor, pitch_of(hop.to), settings)?;
+        let plan = plan(&hop, light.brief, pitch_of(hop.to), settings)?;
         let (field, before) = light.pass(system, hop.from, leaving(&plan), settings)?;
         let reach = arrival_reach(&hop, &plan);
         let raster = receiving_raster(&hop, reach, settings)?;
@@ -274,6 +280,7 @@ pub fn simulate(
         let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
         tally.divide_elsewhere(unfollowed(system, &hop, &light));
         step(1.0);
+        let brief = plan.light(&hop, light.brief);
         reports.push(HopReport {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
             plan,
@@ -284,7 +291,7 @@ pub fn simulate(
         });
         light = Arriving {
             sum: Some(sheets),
-            anchor: chief(&hop, light.anchor),
+            brief,
             reach,
         };
     }

@@ -123,7 +123,8 @@ fn launch(system: &System, screen: &Screen, normal: Vec3) -> Vec<Pencil> {
     let places = PLACES.map(|t| [middle[0] + t * half[0], middle[1] + t * half[1]]);
     let open = places.into_iter().filter(|at| passes(screen, *at));
     open.map(|at| {
-        let here = screen.frame.to_global(Vec3::new(at[0], at[1], 0.0));
+        let lift = screen.height(at).map_or(0.0, |height| height.z);
+        let here = screen.frame.to_global(Vec3::new(at[0], at[1], lift));
         let direction = system.source.direction(here);
         let start = match system.source {
             Source::Point { position, .. } if (here - position).norm() < 10.0 * stub => position,
@@ -165,21 +166,47 @@ fn passes(screen: &Screen, at: [f64; 2]) -> bool {
 
 /// The directions in which a ray goes on from a screen.
 fn leaving(hop: &Hop, ray: &Pencil, k: f64, normal: Vec3, crowded: bool) -> Vec<([f64; 2], Turn)> {
-    let straight = vec![(ray.p, ray.trail.turn)];
     let Act::Doe(doe) = &hop.from.act else {
-        return straight;
+        return vec![(ray.p, ray.trail.turn)];
     };
-    if let Some([gx, gy]) = doe.phase_gradient(ray.at[0], ray.at[1]) {
-        return vec![([ray.p[0] + gx / k, ray.p[1] + gy / k], ray.trail.turn)];
+    let gradient = doe.phase_gradient(ray.at[0], ray.at[1]);
+    let kick = gradient.unwrap_or_default().map(|g| g / k);
+    let Some(p) = bent(hop.from, ray, kick) else {
+        return Vec::new();
+    };
+    let mut list = vec![(p, ray.trail.turn)];
+    if gradient.is_some() || crowded {
+        return list;
     }
-    if crowded {
-        return straight;
-    }
-    let mut list = straight;
+    let ray = &Pencil {
+        p,
+        at: ray.at,
+        trail: ray.trail.clone(),
+    };
     for (side, turn) in [(1.0, Turn::Up), (-1.0, Turn::Down)] {
         list.extend(aimed(hop, doe, ray, side, normal).map(|p| (p, turn)));
     }
     list
+}
+
+/// The direction behind an element that adds `kick` to the optical cosines along its surface: what is
+/// tangential is kept and kicked, what is normal follows, backwards from a mirror.
+fn bent(screen: &Screen, ray: &Pencil, kick: [f64; 2]) -> Option<[f64; 2]> {
+    let [sx, sy] = screen.height(ray.at)?.slope;
+    let up = Vec3::new(-sx, -sy, 1.0).unit();
+    let [px, py] = ray.p;
+    let n = screen.index;
+    let along = (n * n - px * px - py * py).max(0.0).sqrt() * screen.arrives;
+    let tangential = |v: Vec3| v - up * v.dot(up);
+    let whole = Vec3::new(px, py, along);
+    let kept = tangential(whole) + tangential(Vec3::new(kick[0], kick[1], 0.0));
+    let under = n * n - kept.dot(kept);
+    if under <= 0.0 {
+        return None;
+    }
+    let turned = screen.arrives * screen.leaves();
+    let out = kept + up * (under.sqrt() * whole.dot(up).signum() * turned);
+    Some([out.x, out.y])
 }
 
 /// A direction within the element's band that leads to one side of the next screen, as far out as it can.

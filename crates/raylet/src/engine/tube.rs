@@ -51,8 +51,8 @@ impl Tube {
 /// The aperture of a screen.
 pub fn opening(screen: &Screen) -> Aperture {
     match &screen.act {
-        Act::Stop(aperture) => *aperture,
-        Act::Doe(doe) => doe.aperture,
+        Act::Stop(aperture) => aperture.clone(),
+        Act::Doe(doe) => doe.aperture.clone(),
         Act::Sensor(_) => Aperture::OPEN,
     }
 }

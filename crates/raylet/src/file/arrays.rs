@@ -12,6 +12,9 @@ use crate::file::element::Element;
 use crate::file::fault::Fault;
 use crate::file::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
 use crate::file::origin::Origin;
+use crate::file::sag::{GridShape, Sag, Shape};
+use crate::math::spline::FEWEST;
+use crate::optics::shape as optics;
 
 /// Arrays by the path of the field that names their file, such as `element[0].layer[1].phase`. A file
 /// that several fields name is held once.
@@ -35,6 +38,11 @@ impl Arrays {
         for (i, element) in elements.iter().enumerate() {
             if let Element::Doe(doe) = element {
                 loader.layers(&doe.layer, &format!("element[{i}].layer"))?;
+            }
+            for (place, sag) in element.sags() {
+                if let Some(Shape::Grid(grid)) = sag.shape {
+                    loader.grid(grid, &format!("element[{i}]{place}.shape"))?;
+                }
             }
         }
         Ok(Self {
@@ -71,9 +79,14 @@ impl Arrays {
         }
     }
 
-    /// The heights [y, x] in µm of a height layer at the path `layer_path`; nothing when not loaded.
-    pub fn heights_um(&self, layer_path: &str) -> Option<&Array2<f64>> {
-        match self.get(&format!("{layer_path}.height_um")) {
+    /// The shape that the keys of a surface at a path describe; nothing when its array is not loaded.
+    pub fn shape(&self, sag: &Sag<'_>, path: &str) -> Option<optics::Shape> {
+        sag.optics(self.heights_um(&format!("{path}.shape")))
+    }
+
+    /// The heights [y, x] in µm of a height layer or grid at a path; nothing when not loaded.
+    pub fn heights_um(&self, path: &str) -> Option<&Array2<f64>> {
+        match self.get(&format!("{path}.height_um")) {
             Some(Array::Real(heights)) => Some(heights),
             _ => None,
         }
@@ -130,6 +143,19 @@ impl Loader<'_> {
         let key = layer.key.as_deref();
         let array = self.array(&layer.height_um, key, path, "height_um")?;
         self.require_real(&array, path, "height_um")
+    }
+
+    fn grid(&mut self, grid: &GridShape, path: &str) -> Result<(), Fault> {
+        let array = self.array(&grid.height_um, grid.key.as_deref(), path, "height_um")?;
+        self.require_real(&array, path, "height_um")?;
+        let [ny, nx] = array.shape();
+        if ny < FEWEST || nx < FEWEST {
+            let found = format!("{}: {ny} rows of {nx}", grid.height_um.display());
+            let expected = format!("at least {FEWEST} rows of {FEWEST} for a spline");
+            let field = format!("{path}.height_um");
+            return Err(self.origin.fault(&field, found, expected));
+        }
+        Ok(())
     }
 
     fn pixels(&mut self, layer: &PixelLayer, path: &str) -> Result<(), Fault> {

@@ -11,70 +11,81 @@ use crate::wave::sampling::SamplingError;
 /// The fault of a scene that cannot be computed.
 pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
     let told = error.to_string();
+    match error {
+        SimulateError::Plan(error) => blame_plan(scene, error),
+        SimulateError::Sampling(error) => blame_sampling(scene, error),
+        SimulateError::NoSensor(name) => {
+            scene.fault(&path_of(scene, name), told, "a sensor as the last element")
+        }
+        SimulateError::NoLight(name) => {
+            let expected = "an element that lets some light through";
+            scene.fault(&path_of(scene, name), told, expected)
+        }
+        SimulateError::Sum(_) => {
+            let expected = "a sum that can be planned";
+            scene.fault("settings.nufft_tolerance", told, expected)
+        }
+    }
+}
+
+fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
     let (screen, found, expected) = match error {
-        SimulateError::Plan(PlanError::Dark { to, .. }) => (
+        PlanError::Dark { to, .. } => (
             to,
-            told,
+            error.to_string(),
             String::from("a place that light reaches through the elements before it"),
         ),
-        SimulateError::Plan(PlanError::Boundless(name))
-        | SimulateError::Sampling(SamplingError::Boundless(name)) => {
-            (name, String::from("no edge"), String::from("an aperture"))
-        }
-        SimulateError::Sampling(SamplingError::TooLarge {
-            screen,
-            needed,
-            needed_y,
-            allowed,
-        }) => {
-            let found = format!("a field of {needed} × {needed_y} samples");
-            let fault = scene.fault(&path_of(scene, screen), found, memory(*allowed, "samples"));
-            return fault.hint("reduce its size, its steepest phase or the directions it takes");
-        }
-        SimulateError::Plan(PlanError::Modes {
+        PlanError::Boundless(name) => return without_edge(scene, name),
+        PlanError::Modes {
             screen,
             modes: [nx, ny],
             allowed,
-        }) => (
+        } => (
             screen,
             format!("patches of {nx} × {ny} modes"),
             memory(*allowed, "modes"),
         ),
-        SimulateError::Plan(PlanError::Directions {
+        PlanError::Directions {
             from,
             directions: [nx, ny],
             allowed,
             ..
-        }) => (
+        } => (
             from,
             format!("{nx} × {ny} plane waves behind it"),
             memory(*allowed, "plane waves"),
         ),
-        SimulateError::Plan(PlanError::Curved { method, screen }) => (
+        PlanError::Curved { method, screen } => (
             screen,
             format!("a curved element, and the method {method}"),
             String::from("the method beamlet or auto, or a plane element"),
         ),
-        SimulateError::Sampling(SamplingError::Absent(name)) => (
-            name,
-            told,
-            String::from("an aperture inside which the surface exists"),
-        ),
-        SimulateError::NoSensor(name) => (name, told, String::from("a sensor as the last element")),
-        SimulateError::NoLight(name) => (
-            name,
-            told,
-            String::from("an element that lets some light through"),
-        ),
-        SimulateError::Sum(_) => {
-            return scene.fault(
-                "settings.nufft_tolerance",
-                told,
-                "a sum that can be planned",
-            );
-        }
     };
     scene.fault(&path_of(scene, screen), found, expected)
+}
+
+fn blame_sampling(scene: &Scene, error: &SamplingError) -> Fault {
+    match error {
+        SamplingError::Boundless(name) => without_edge(scene, name),
+        SamplingError::TooLarge {
+            screen,
+            needed,
+            needed_y,
+            allowed,
+        } => {
+            let found = format!("a field of {needed} × {needed_y} samples");
+            let fault = scene.fault(&path_of(scene, screen), found, memory(*allowed, "samples"));
+            fault.hint("reduce its size, its steepest phase or the directions it takes")
+        }
+        SamplingError::Absent(name) => {
+            let expected = "an aperture inside which the surface exists";
+            scene.fault(&path_of(scene, name), error.to_string(), expected)
+        }
+    }
+}
+
+fn without_edge(scene: &Scene, name: &str) -> Fault {
+    scene.fault(&path_of(scene, name), "no edge", "an aperture")
 }
 
 fn memory(allowed: usize, what: &str) -> String {
@@ -97,7 +108,9 @@ pub fn blame_reference(scene: &Scene, error: &ReferenceError) -> Fault {
         ReferenceError::TooLong { from, .. } => {
             here(from, "a sum that ends sooner, or a larger --most-hours")
         }
-        ReferenceError::Refraction(EikonalError::NotSmooth(name)) => here(name, other),
+        ReferenceError::Refraction(EikonalError::NotSmooth(name) | EikonalError::Curved(name)) => {
+            here(name, other)
+        }
         ReferenceError::Refraction(EikonalError::Boundless(name)) => here(name, "an aperture"),
         ReferenceError::Refraction(EikonalError::NoSensor(name)) => {
             here(name, "a sensor as the last element")

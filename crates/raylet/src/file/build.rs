@@ -3,13 +3,16 @@
 use num_complex::Complex64;
 
 use crate::file::catalog;
-use crate::file::element::{self, Element, LensElement};
+use crate::file::element::{
+    self, Element, LensElement, MirrorElement, ParaxialLens, SensorElement,
+};
 use crate::file::fault::Fault;
 use crate::file::layer::{self, PixelForm as FilePixelForm};
 use crate::file::material::Material;
+use crate::file::sag::Sag;
 use crate::file::scene::{Illumination, Scene};
 use crate::math::vec3::Vec3;
-use crate::optics::aperture::{Aperture, Outline};
+use crate::optics::aperture::Aperture;
 use crate::optics::bend::{Coating, Interface};
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use crate::optics::frame::Frame;
@@ -99,43 +102,29 @@ impl Layout<'_> {
             Element::Doe(doe) => {
                 let act = Act::Doe(self.doe(doe, &path)?);
                 self.screen(name, frame, act, &path)?;
+                let shape = self.shape(&doe.sag(), &path)?;
+                if let Some(screen) = self.screens.last_mut() {
+                    screen.shape = shape;
+                }
             }
-            Element::Stop(stop) => {
-                let act = Act::Stop(aperture(&stop.aperture));
+            Element::ParaxialLens(lens) => {
+                let act = Act::Doe(self.paraxial_lens(lens));
                 self.screen(name, frame, act, &path)?;
             }
-            Element::Sensor(sensor) => {
-                let act = Act::Sensor(Sensor {
-                    pixels: sensor.pixels,
-                    pitch: sensor.pitch_um.map(|p| p * UM),
-                });
-                if self.screens.is_empty() {
-                    return Err(self.scene.fault(
-                        &path,
-                        "a sensor as the only element",
-                        "at least one element before the sensor",
-                    ));
-                }
-                self.push_screen(name, frame, act);
+            Element::Stop(stop) => {
+                let act = Act::Stop(stop.aperture.optics());
+                self.screen(name, frame, act, &path)?;
             }
+            Element::Sensor(sensor) => self.sensor(name, frame, sensor, &path)?,
             Element::Lens(lens) => along += self.lens(lens, frame, &path)?,
             Element::Surface(surface) => {
                 let glass = surface.glass.as_ref();
                 let after = self.after(glass, &format!("{path}.glass"))?;
-                let disc = surface.semi_aperture_mm;
-                self.surface(surface.shape(), frame, disc, surface.coating, after);
+                let shape = self.shape(&surface.sag(), &path)?;
+                let rim = surface.rim().optics();
+                self.surface(shape, frame, rim, surface.coating, after);
             }
-            Element::Mirror(mirror) => {
-                self.enter(mirror.semi_aperture_mm, &frame);
-                self.push_surface(Surface {
-                    shape: mirror.shape(),
-                    frame,
-                    aperture: Aperture::disc(mirror.semi_aperture_mm),
-                    interface: Interface::Reflect,
-                    coating: Coating::Ideal,
-                    index: [self.index; 2],
-                });
-            }
+            Element::Mirror(mirror) => self.mirror(mirror, frame, &path)?,
             Element::CoordinateBreak(_) => self.axis = frame,
         }
         if element.reflects() {
@@ -145,22 +134,53 @@ impl Layout<'_> {
         Ok(())
     }
 
+    fn sensor(
+        &mut self,
+        name: String,
+        frame: Frame,
+        sensor: &SensorElement,
+        path: &str,
+    ) -> Result<(), Fault> {
+        if self.screens.is_empty() {
+            return Err(self.scene.fault(
+                path,
+                "a sensor as the only element",
+                "at least one element before the sensor",
+            ));
+        }
+        let act = Act::Sensor(Sensor {
+            pixels: sensor.pixels,
+            pitch: sensor.pitch_um.map(|p| p * UM),
+        });
+        self.push_screen(name, frame, act);
+        Ok(())
+    }
+
+    fn mirror(&mut self, mirror: &MirrorElement, frame: Frame, path: &str) -> Result<(), Fault> {
+        let aperture = mirror.rim().optics();
+        self.enter(&aperture, &frame);
+        self.push_surface(Surface {
+            shape: self.shape(&mirror.sag(), path)?,
+            frame,
+            aperture,
+            interface: Interface::Reflect,
+            coating: Coating::Ideal,
+            index: [self.index; 2],
+        });
+        Ok(())
+    }
+
     /// The surfaces of a lens; returns its thickness along the axis.
     fn lens(&mut self, lens: &LensElement, frame: Frame, path: &str) -> Result<f64, Fault> {
         let mut depth = 0.0;
         let last = lens.surface.len() - 1;
         for (number, surface) in lens.surface.iter().enumerate() {
-            let place = format!("{path}.surface[{number}].glass");
+            let path = format!("{path}.surface[{number}]");
             let glass = surface.glass.as_ref().filter(|_| number < last);
-            let after = self.after(glass, &place)?;
+            let after = self.after(glass, &format!("{path}.glass"))?;
             let at = frame.moved(Vec3::new(0.0, 0.0, depth));
-            self.surface(
-                surface.shape(),
-                at,
-                surface.semi_aperture_mm,
-                surface.coating,
-                after,
-            );
+            let shape = self.shape(&surface.sag(), &path)?;
+            self.surface(shape, at, surface.rim().optics(), surface.coating, after);
             depth += surface.thickness_mm.unwrap_or(0.0);
         }
         Ok(depth)
@@ -175,15 +195,26 @@ impl Layout<'_> {
         index(self.scene, &medium, self.wavelength, path)
     }
 
+    /// The shape of a surface at a path.
+    fn shape(&self, sag: &Sag<'_>, path: &str) -> Result<Shape, Fault> {
+        self.scene.arrays.shape(sag, path).ok_or_else(|| {
+            self.scene.fault(
+                &format!("{path}.shape.height_um"),
+                "an array that is not loaded",
+                "an array file",
+            )
+        })
+    }
+
     fn surface(
         &mut self,
         shape: Shape,
         frame: Frame,
-        radius: f64,
+        aperture: Aperture,
         coating: Option<element::Coating>,
         after: f64,
     ) {
-        self.enter(radius, &frame);
+        self.enter(&aperture, &frame);
         let coating = match coating.unwrap_or(self.scene.settings.coating) {
             element::Coating::Ideal => Coating::Ideal,
             element::Coating::Fresnel => Coating::Fresnel,
@@ -193,7 +224,7 @@ impl Layout<'_> {
         self.push_surface(Surface {
             shape,
             frame,
-            aperture: Aperture::disc(radius),
+            aperture,
             interface: Interface::Refract,
             coating,
             index: [before, after],
@@ -215,10 +246,10 @@ impl Layout<'_> {
 
     /// Where light meets a surface first, an opening of the beam's radius (or the surface's own) stands
     /// before it: the field has to live on some screen.
-    fn enter(&mut self, radius: f64, frame: &Frame) {
+    fn enter(&mut self, own: &Aperture, frame: &Frame) {
         if self.screens.is_empty() {
-            let radius = self.beam_radius().unwrap_or(radius);
-            let act = Act::Stop(Aperture::disc(radius));
+            let beam = self.beam_radius().map(Aperture::disc);
+            let act = Act::Stop(beam.unwrap_or_else(|| own.clone()));
             self.push_screen(String::from("entrance"), *frame, act);
         }
     }
@@ -278,7 +309,7 @@ impl Layout<'_> {
     fn doe(&self, doe: &element::DoeElement, path: &str) -> Result<Doe, Fault> {
         let doe = Doe {
             layers: self.layers(&doe.layer, &format!("{path}.layer"))?,
-            aperture: aperture(&doe.aperture),
+            aperture: doe.aperture.optics(),
             reflect: doe.reflect,
         };
         let mut lattices = Vec::new();
@@ -291,6 +322,19 @@ impl Layout<'_> {
             ));
         }
         Ok(doe)
+    }
+
+    /// The ideal phase for collimated light along the axis, at this wavelength.
+    fn paraxial_lens(&self, lens: &ParaxialLens) -> Doe {
+        let phase = Profile::Lens {
+            focal_length: lens.focal_length_mm,
+            wavenumber: std::f64::consts::TAU * self.index / self.wavelength,
+        };
+        Doe {
+            layers: vec![Layer::Phase(phase)],
+            aperture: lens.aperture.optics(),
+            reflect: false,
+        }
     }
 
     fn layers(&self, layers: &[layer::Layer], path: &str) -> Result<Vec<Layer>, Fault> {
@@ -398,31 +442,6 @@ fn collect_lattices(layers: &[Layer], found: &mut Vec<([f64; 2], (usize, usize),
                 .iter()
                 .for_each(|(_, layers)| collect_lattices(layers, found)),
         }
-    }
-}
-
-fn aperture(aperture: &element::Aperture) -> Aperture {
-    match aperture {
-        element::Aperture::Disc(disc) => Aperture {
-            outline: Outline::Disc {
-                radius: disc.radius_mm,
-            },
-            centre: disc.centre_mm,
-        },
-        element::Aperture::Rectangle(rectangle) => Aperture {
-            outline: Outline::Rectangle {
-                half_x: 0.5 * rectangle.width_mm,
-                half_y: 0.5 * rectangle.height_mm,
-            },
-            centre: rectangle.centre_mm,
-        },
-        element::Aperture::Annulus(annulus) => Aperture {
-            outline: Outline::Annulus {
-                inner: annulus.inner_radius_mm,
-                outer: annulus.outer_radius_mm,
-            },
-            centre: annulus.centre_mm,
-        },
     }
 }
 

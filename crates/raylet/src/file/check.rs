@@ -1,19 +1,28 @@
 //! What no single value of a scene shows to be wrong: parts that do not fit together.
 
-use crate::file::element::{Aperture, Element, LensElement, LensSurface};
+use crate::file::arrays::Arrays;
+use crate::file::element::{Element, LensElement, LensSurface};
 use crate::file::fault::Fault;
 use crate::file::layer::{Layer, PixelLayer, SumLayer};
+use crate::file::opening::Rim;
 use crate::file::origin::Origin;
-use crate::optics::shape::Shape;
+use crate::file::place::Place;
+use crate::file::sag::{Sag, check_extent};
 
-/// How many radii are looked at where two surfaces of a lens might cross.
+/// How many radii, in how many directions, are looked at where two surfaces of a lens might cross.
 const RADII: usize = 256;
+const DIRECTIONS: usize = 16;
 
-/// Checks the elements of a scene against each other.
+/// Checks the elements of a scene against each other. Surfaces whose array is not loaded yet are passed
+/// over.
 ///
 /// # Errors
 /// The first misfit along the axis, with its address.
-pub(crate) fn check_elements(elements: &[Element], origin: &Origin) -> Result<(), Fault> {
+pub(crate) fn check_elements(
+    elements: &[Element],
+    arrays: &Arrays,
+    origin: &Origin,
+) -> Result<(), Fault> {
     check_sensor(elements, origin)?;
     check_names(elements, origin)?;
     // +1 while light runs towards +z.
@@ -23,34 +32,13 @@ pub(crate) fn check_elements(elements: &[Element], origin: &Origin) -> Result<()
             origin,
             path: format!("element[{i}]"),
         };
-        check_element(element, &place, heading)?;
+        check_element(element, arrays, &place, heading)?;
         if element.reflects() {
             heading = -heading;
         }
         check_thickness(element, &place, heading)?;
     }
     Ok(())
-}
-
-/// A part of the file under inspection.
-struct Place<'o> {
-    origin: &'o Origin,
-    path: String,
-}
-
-impl Place<'_> {
-    /// A part of this part, such as `.surface[1]`.
-    fn inner(&self, step: &str) -> Self {
-        Place {
-            origin: self.origin,
-            path: format!("{}{step}", self.path),
-        }
-    }
-
-    /// The refusal of this part.
-    fn refuse<T>(&self, found: impl Into<String>, expected: impl Into<String>) -> Result<T, Fault> {
-        Err(self.origin.fault(&self.path, found, expected))
-    }
 }
 
 /// There must be one sensor, at the end, behind something.
@@ -98,17 +86,43 @@ fn check_names(elements: &[Element], origin: &Origin) -> Result<(), Fault> {
 }
 
 /// Checks the inside of one element.
-fn check_element(element: &Element, place: &Place<'_>, heading: f64) -> Result<(), Fault> {
+fn check_element(
+    element: &Element,
+    arrays: &Arrays,
+    place: &Place<'_>,
+    heading: f64,
+) -> Result<(), Fault> {
     match element {
         Element::Doe(doe) => {
-            check_aperture(&doe.aperture, &place.inner(".aperture"))?;
+            doe.aperture.check(&place.inner(".aperture"))?;
+            let aperture = Rim {
+                semi_aperture_mm: None,
+                aperture: Some(&doe.aperture),
+            };
+            check_surface(&doe.sag(), &aperture, arrays, place)?;
             check_layers(&doe.layer, &place.inner(".layer"))
         }
-        Element::Stop(stop) => check_aperture(&stop.aperture, &place.inner(".aperture")),
-        Element::Lens(lens) => check_lens(lens, place, heading),
-        Element::Surface(one) => check_edge(&one.shape(), one.semi_aperture_mm, place),
-        Element::Mirror(one) => check_edge(&one.shape(), one.semi_aperture_mm, place),
+        Element::Stop(stop) => stop.aperture.check(&place.inner(".aperture")),
+        Element::ParaxialLens(lens) => lens.aperture.check(&place.inner(".aperture")),
+        Element::Lens(lens) => check_lens(lens, arrays, place, heading),
+        Element::Surface(one) => check_surface(&one.sag(), &one.rim(), arrays, place),
+        Element::Mirror(one) => check_surface(&one.sag(), &one.rim(), arrays, place),
         Element::CoordinateBreak(_) | Element::Sensor(_) => Ok(()),
+    }
+}
+
+/// A surface must be described in one way, and exist up to its edge.
+fn check_surface(
+    sag: &Sag<'_>,
+    rim: &Rim<'_>,
+    arrays: &Arrays,
+    place: &Place<'_>,
+) -> Result<(), Fault> {
+    sag.check(place)?;
+    rim.check(place)?;
+    match arrays.shape(sag, &place.path) {
+        Some(shape) => check_extent(&shape, &rim.optics(), rim.key(), place),
+        None => Ok(()),
     }
 }
 
@@ -140,32 +154,13 @@ fn check_heading(thickness: f64, place: &Place<'_>, heading: f64) -> Result<(), 
     place.refuse(thickness.to_string(), expected)
 }
 
-/// An annulus must have an open part.
-fn check_aperture(aperture: &Aperture, place: &Place<'_>) -> Result<(), Fault> {
-    match aperture {
-        Aperture::Annulus(ring) if ring.inner_radius_mm >= ring.outer_radius_mm => {
-            place.inner(".annulus.inner_radius_mm").refuse(
-                ring.inner_radius_mm.to_string(),
-                format!("less than outer_radius_mm = {}", ring.outer_radius_mm),
-            )
-        }
-        _ => Ok(()),
-    }
-}
-
-/// A surface must exist up to its edge.
-fn check_edge(shape: &Shape, semi_aperture: f64, place: &Place<'_>) -> Result<(), Fault> {
-    if shape.height(semi_aperture, 0.0).is_some() {
-        return Ok(());
-    }
-    place.inner(".semi_aperture_mm").refuse(
-        semi_aperture.to_string(),
-        "a radius up to which the surface exists: its conic ends before",
-    )
-}
-
 /// The surfaces of a lens must be complete, exist, and not cross.
-fn check_lens(lens: &LensElement, place: &Place<'_>, heading: f64) -> Result<(), Fault> {
+fn check_lens(
+    lens: &LensElement,
+    arrays: &Arrays,
+    place: &Place<'_>,
+    heading: f64,
+) -> Result<(), Fault> {
     let last = lens.surface.len() - 1;
     if last == 0 {
         return place.inner(".surface").refuse(
@@ -173,13 +168,21 @@ fn check_lens(lens: &LensElement, place: &Place<'_>, heading: f64) -> Result<(),
             "at least two; a single one is kind \"surface\"",
         );
     }
+    let part = |i: usize| place.inner(&format!(".surface[{i}]"));
     for (i, surface) in lens.surface.iter().enumerate() {
-        let place = place.inner(&format!(".surface[{i}]"));
-        check_edge(&surface.shape(), surface.semi_aperture_mm, &place)?;
+        check_surface(&surface.sag(), &surface.rim(), arrays, &part(i))?;
         match lens.surface.get(i + 1) {
-            Some(next) => check_gap(surface, next, &place, heading)?,
-            None => check_last(surface, &place)?,
+            Some(_) => check_gap(surface, &part(i), heading)?,
+            None => check_last(surface, &part(i))?,
         }
+    }
+    for i in 0..last {
+        check_order(
+            [&lens.surface[i], &lens.surface[i + 1]],
+            arrays,
+            [&part(i), &part(i + 1)],
+            heading,
+        )?;
     }
     Ok(())
 }
@@ -201,32 +204,46 @@ fn check_last(surface: &LensSurface, place: &Place<'_>) -> Result<(), Fault> {
     Ok(())
 }
 
-/// Two neighbouring surfaces of a lens must keep their order within both apertures.
-fn check_gap(
-    surface: &LensSurface,
-    next: &LensSurface,
-    place: &Place<'_>,
-    heading: f64,
-) -> Result<(), Fault> {
+/// Between two surfaces of a lens there must be a distance and a glass.
+fn check_gap(surface: &LensSurface, place: &Place<'_>, heading: f64) -> Result<(), Fault> {
     let Some(thickness) = surface.thickness_mm else {
         return place.refuse("no `thickness_mm`", "the distance to the next surface");
     };
     if surface.glass.is_none() {
         return place.refuse("no `glass`", "the medium between this surface and the next");
     }
-    let place = place.inner(".thickness_mm");
-    check_heading(thickness, &place, heading)?;
+    check_heading(thickness, &place.inner(".thickness_mm"), heading)
+}
 
-    // Compare the heights at radii up to the smaller aperture; both exist there.
-    let (front, back) = (surface.shape(), next.shape());
-    let reach = surface.semi_aperture_mm.min(next.semi_aperture_mm);
-    for i in 0..=RADII {
+/// Two neighbouring surfaces of a lens must keep their order within both apertures.
+fn check_order(
+    surfaces: [&LensSurface; 2],
+    arrays: &Arrays,
+    places: [&Place<'_>; 2],
+    heading: f64,
+) -> Result<(), Fault> {
+    let shape = |i: usize| arrays.shape(&surfaces[i].sag(), &places[i].path);
+    let (Some(front), Some(back)) = (shape(0), shape(1)) else {
+        return Ok(());
+    };
+    let apertures = surfaces.map(|surface| surface.rim().optics());
+    let reach = |i: usize| {
+        let bounds = apertures[i].bounds().unwrap_or_default();
+        bounds.into_iter().fold(0.0f64, |a, b| a.max(b.abs()))
+    };
+    let (reach, thickness) = (
+        reach(0).min(reach(1)),
+        surfaces[0].thickness_mm.unwrap_or(0.0),
+    );
+    for (i, j) in (0..=RADII).flat_map(|i| (0..DIRECTIONS).map(move |j| (i, j))) {
         let r = reach * i as f64 / RADII as f64;
-        let (Some(a), Some(b)) = (front.height(r, 0.0), back.height(r, 0.0)) else {
+        let (sin, cos) = (std::f64::consts::TAU * j as f64 / DIRECTIONS as f64).sin_cos();
+        let (x, y) = (r * cos, r * sin);
+        let (Some(a), Some(b)) = (front.height(x, y), back.height(x, y)) else {
             continue;
         };
         if (thickness + b.z - a.z) * heading < 0.0 {
-            return place.refuse(
+            return places[0].inner(".thickness_mm").refuse(
                 format!(
                     "{thickness}, with which the next surface crosses this one at r = {r:.4} mm"
                 ),

@@ -16,6 +16,9 @@ use crate::optics::system::System;
 use crate::wave::metrics::{field_error, unit_sum_mse};
 use crate::wave::tile::TileCutter;
 
+/// Squared errors below this are rounding: all modes were drawn.
+const ROUNDING: f64 = 1e-20;
+
 /// One way to draw modes, and what it gave.
 #[derive(Clone, Debug)]
 pub struct Way {
@@ -44,7 +47,7 @@ pub struct Convergence {
     pub rays: u64,
     /// Seconds for them.
     pub seconds: f64,
-    /// Fields on the sensor: the angular spectrum, then the most and the least draws ∝ |c|.
+    /// Fields on the sensor: the angular spectrum, then the most and the least draws proportional to |c|.
     pub fields: [Array2<Complex64>; 3],
     /// Half width of the sensor in mm.
     half: f64,
@@ -166,9 +169,10 @@ impl Convergence {
     pub fn png(&self, title: &str) -> Result<Vec<u8>, FigureError> {
         let mut series: Vec<Series> = Vec::new();
         for way in &self.ways {
-            series.push(Series::line(way.name, way.errors.clone()));
+            let told = way.errors.iter().filter(|error| error[1] > ROUNDING);
+            series.push(Series::line(way.name, told.copied()));
         }
-        for (way, name) in self.ways.iter().zip(["law, uniform", "law, ∝ |c|"]) {
+        for (way, name) in self.ways.iter().zip(["law, uniform", "law, proportional to |c|"]) {
             if let Some(law) = &way.law {
                 series.push(Series::dashed(name, law.clone()));
             }
@@ -183,8 +187,8 @@ impl Convergence {
         let most = self.ways[1].errors.last().map_or(0.0, |e| e[0]);
         let names = [
             String::from("Angular spectrum"),
-            format!("{most} draws ∝ |c|"),
-            format!("{least} draws ∝ |c|"),
+            format!("{most} draws proportional to |c|"),
+            format!("{least} draws proportional to |c|"),
         ];
         let range = [-self.half, self.half];
         let images = self.fields.iter().zip(names).map(|(field, name)| {
@@ -207,8 +211,8 @@ fn ways() -> [Way; 3] {
     let independent = || Some(Vec::new());
     [
         way("uniform", Density::Uniform, Sampler::Multinomial, independent()),
-        way("∝ |c|", Density::Amplitude, Sampler::Multinomial, independent()),
-        way("∝ |c|, systematic", Density::Amplitude, Sampler::Systematic, None),
+        way("proportional to |c|", Density::Amplitude, Sampler::Multinomial, independent()),
+        way("proportional to |c|, systematic", Density::Amplitude, Sampler::Systematic, None),
     ]
 }
 

@@ -28,15 +28,18 @@ pub mod material;
 mod misfit;
 pub mod npz;
 mod number;
+pub mod opening;
 pub mod origin;
 pub mod output;
 pub mod panel;
 pub mod phase_file;
 pub mod picture;
 pub mod pictures;
+mod place;
 pub mod prescription;
 pub mod report;
 pub mod results;
+pub mod sag;
 pub mod scene;
 #[cfg(test)]
 mod scene_test;
@@ -45,4 +48,7 @@ mod schema_test;
 pub mod section;
 pub mod settings;
 pub mod step;
+#[cfg(test)]
+mod surfaces_test;
 pub(crate) mod svg;
+mod table;

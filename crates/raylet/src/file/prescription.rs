@@ -3,6 +3,7 @@
 use crate::file::element::{Element, LensElement};
 use crate::file::material::Material;
 use crate::file::scene::Scene;
+use crate::optics::aperture::Aperture;
 use crate::optics::bend::Interface;
 use crate::optics::frame::Frame;
 use crate::optics::screen::{Act, Screen};
@@ -67,23 +68,41 @@ impl Part<'_> {
                 (Interface::Refract, Shape::Conic(conic)) if conic.conic == 0.0 => "sphere",
                 (Interface::Refract, Shape::Conic(_)) => "conic",
                 (Interface::Refract, Shape::Asphere { .. }) => "asphere",
+                (Interface::Refract, Shape::Biconic(two)) => {
+                    let flat = two.x.curvature == 0.0 || two.y.curvature == 0.0;
+                    if flat { "cylinder" } else { "biconic" }
+                }
+                (Interface::Refract, Shape::Toroid(_)) => "toroid",
                 (Interface::Refract, Shape::Freeform { .. }) => "freeform",
             },
         }
     }
 
-    /// Its radius of curvature at the vertex in mm; none for planes.
-    pub fn radius(&self) -> Option<f64> {
-        let Kind::Surface(surface) = self.kind else {
-            return None;
-        };
-        match &surface.shape {
-            Shape::Plane => None,
-            Shape::Conic(conic) => Some(conic.curvature),
-            Shape::Asphere { base, .. } | Shape::Freeform { base, .. } => Some(base.curvature),
+    /// Its shape.
+    pub fn shape(&self) -> &Shape {
+        match self.kind {
+            Kind::Screen(screen) => &screen.shape,
+            Kind::Surface(surface) => &surface.shape,
         }
-        .filter(|curvature| *curvature != 0.0)
-        .map(|curvature| 1.0 / curvature)
+    }
+
+    /// The part of it that is open; none for a sensor.
+    pub fn aperture(&self) -> Option<&Aperture> {
+        match self.kind {
+            Kind::Surface(surface) => Some(&surface.aperture),
+            Kind::Screen(screen) => match &screen.act {
+                Act::Stop(aperture) => Some(aperture),
+                Act::Doe(doe) => Some(&doe.aperture),
+                Act::Sensor(_) => None,
+            },
+        }
+    }
+
+    /// Its radii of curvature at the vertex along x and y in mm; none where it is straight.
+    pub fn radii(&self) -> [Option<f64>; 2] {
+        let height = self.shape().height(0.0, 0.0);
+        let [x, _, y] = height.map_or([0.0; 3], |height| height.bend);
+        [x, y].map(|curvature| (curvature != 0.0).then(|| 1.0 / curvature))
     }
 
     /// The part that is used, `[x_min, x_max, y_min, y_max]` in mm in its own frame; none without an edge.
@@ -227,7 +246,7 @@ pitch_um = 10
         let parts = parts(&scene, &system);
         let told: Vec<_> = parts
             .iter()
-            .map(|p| (p.name.as_str(), p.word(), p.medium.as_str(), p.radius()))
+            .map(|p| (p.name.as_str(), p.word(), p.medium.as_str(), p.radii()[1]))
             .collect();
         assert_eq!(
             told,

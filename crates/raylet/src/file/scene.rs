@@ -133,7 +133,7 @@ impl Scene {
         let mut scene: Scene = decode(&origin, i64::from(VERSION))?;
         scene.origin = origin;
         scene.check_source()?;
-        check_elements(&scene.element, &scene.origin)?;
+        check_elements(&scene.element, &scene.arrays, &scene.origin)?;
         scene.check_hologram()?;
         scene.check_memory()?;
         Ok(scene)
@@ -204,10 +204,12 @@ impl Scene {
     ///
     /// # Errors
     /// An array that is missing, malformed, not 2-D, of the wrong kind or shape, not finite, or too large
-    /// for `memory_limit_mb`.
+    /// for `memory_limit_mb`; or a surface made of one that does not fit the rest.
     pub fn load(mut self) -> Result<Self, Fault> {
         let limit = (self.settings.memory_limit_mb * 1e6) as u64;
         self.arrays = Arrays::load(&self.element, &self.origin, limit)?;
+        // Surfaces of heights can only be checked now.
+        check_elements(&self.element, &self.arrays, &self.origin)?;
         Ok(self)
     }
 

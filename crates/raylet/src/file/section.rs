@@ -7,9 +7,8 @@ use crate::file::panel::FigureError;
 use crate::file::prescription::{Kind, Part, parts};
 use crate::file::scene::Scene;
 use crate::math::vec3::Vec3;
-use crate::optics::aperture::Outline;
 use crate::optics::bend::Interface;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::Act;
 use crate::optics::source::Source;
 use crate::optics::system::System;
 
@@ -158,7 +157,7 @@ fn drawing(
             .map(String::from)
             .to_vec();
     }
-    let lines: Vec<Vec<[f64; 2]>> = parts.iter().map(|part| line(part, plane, window)).collect();
+    let lines: Vec<Vec<Place>> = parts.iter().map(|part| line(part, plane, window)).collect();
     let ambient = parts.first().map_or(1.0, Part::index);
     for (number, part) in parts.iter().enumerate() {
         let before = number.checked_sub(1).map(|n| parts[n].frame().origin);
@@ -175,8 +174,16 @@ fn drawing(
     scene
 }
 
-/// A part cut by the plane, as points across its opening.
-fn line(part: &Part, plane: &Plane, window: Option<[f64; 2]>) -> Vec<[f64; 2]> {
+/// A place on the cut of a part.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    at: [f64; 2],
+    /// Whether light may pass (or turn back) there.
+    open: bool,
+}
+
+/// A part cut by the plane, as places from one end of its opening to the other.
+fn line(part: &Part, plane: &Plane, window: Option<[f64; 2]>) -> Vec<Place> {
     let Some([x0, x1, y0, y1]) = part.bounds() else {
         return Vec::new();
     };
@@ -186,52 +193,38 @@ fn line(part: &Part, plane: &Plane, window: Option<[f64; 2]>) -> Vec<[f64; 2]> {
 
     // How far the line through the middle runs inside the box.
     let half = [0.5 * (x1 - x0), 0.5 * (y1 - y0)];
-    let reach = match round(part) {
-        true => half[0],
-        false => (0..2)
-            .map(|a| half[a] / u[a].abs().max(1e-12))
-            .fold(f64::INFINITY, f64::min),
-    };
+    let reach = (0..2)
+        .map(|a| half[a] / u[a].abs().max(1e-12))
+        .fold(f64::INFINITY, f64::min);
     let all = (0..=POINTS).filter_map(|i| {
         let t = reach * (2.0 * f64::from(i) / f64::from(POINTS) - 1.0);
         let (x, y) = (middle[0] + t * u[0], middle[1] + t * u[1]);
-        let height = match part.kind {
-            Kind::Screen(_) => Some(0.0),
-            Kind::Surface(surface) => surface.shape.height(x, y).map(|height| height.z),
-        };
-        height.map(|z| plane.at(frame.to_global(Vec3::new(x, y, z))))
+        let height = part.shape().height(x, y)?;
+        let at = plane.at(frame.to_global(Vec3::new(x, y, height.z)));
+        let open = part.aperture().is_none_or(|a| a.contains(x, y));
+        Some(Place { at, open })
     });
-    let inside = all.filter(|p| window.is_none_or(|[lo, hi]| p[1] >= lo && p[1] <= hi));
-    thinned(inside.collect())
+    let shown = |p: &Place| window.is_none_or(|[lo, hi]| p.at[1] >= lo && p.at[1] <= hi);
+    let places: Vec<Place> = all.filter(shown).collect();
+    let ends = [
+        places.iter().position(|p| p.open),
+        places.iter().rposition(|p| p.open),
+    ];
+    match ends {
+        [Some(first), Some(last)] => thinned(&places[first..=last]),
+        _ => Vec::new(),
+    }
 }
 
-/// Whether the part's outline is a circle.
-fn round(part: &Part) -> bool {
-    let aperture = match part.kind {
-        Kind::Surface(surface) => surface.aperture,
-        Kind::Screen(screen) => match &screen.act {
-            Act::Stop(aperture) => *aperture,
-            Act::Doe(doe) => doe.aperture,
-            Act::Sensor(_) => return false,
-        },
-    };
-    matches!(
-        aperture.outline,
-        Outline::Disc { .. } | Outline::Annulus { .. }
-    )
-}
-
-/// At most some eighty points of a line, its ends among them.
-fn thinned(points: Vec<[f64; 2]>) -> Vec<[f64; 2]> {
-    let Some(last) = points.len().checked_sub(1) else {
-        return points;
-    };
+/// At most some eighty places of a line, its ends among them.
+fn thinned(places: &[Place]) -> Vec<Place> {
+    let last = places.len() - 1;
     let count = DRAWN.min(last.max(1));
-    (0..=count).map(|i| points[i * last / count]).collect()
+    (0..=count).map(|i| places[i * last / count]).collect()
 }
 
 /// The symbols of a part whose cut is `line`; the part before it stands at `before`.
-fn symbols(part: &Part, line: &[[f64; 2]], before: Option<Vec3>, plane: &Plane) -> Vec<Curve> {
+fn symbols(part: &Part, line: &[Place], before: Option<Vec3>, plane: &Plane) -> Vec<Curve> {
     if line.len() < 2 {
         return Vec::new();
     }
@@ -252,41 +245,41 @@ fn symbols(part: &Part, line: &[[f64; 2]], before: Option<Vec3>, plane: &Plane) 
     };
 
     // Symbols with a back and a front have it to the right of their points.
-    let mut points = line.to_vec();
-    let (first, last) = (points[0], points[points.len() - 1]);
+    let mut places = line.to_vec();
+    let (first, last) = (places[0].at, places[places.len() - 1].at);
     let right = [last[1] - first[1], first[0] - last[0]];
     if (right[0] * travel[0] + right[1] * travel[1]) * side < 0.0 {
-        points.reverse();
+        places.reverse();
     }
-    let mut curves: Vec<Curve> = obstruction(part, &points, plane).into_iter().collect();
-    curves.push(Curve { points, kind });
-    curves
+
+    // A stop is drawn by its ends and by what stands inside; other parts where they are open.
+    if kind == CurveKind::Stop {
+        let mut curves = runs(&places, false, CurveKind::Surface);
+        let points = points(&places);
+        curves.push(Curve { points, kind });
+        return curves;
+    }
+    runs(&places, true, kind)
 }
 
-/// The obstruction in the middle of a ring.
-fn obstruction(part: &Part, points: &[[f64; 2]], plane: &Plane) -> Option<Curve> {
-    let Kind::Screen(Screen {
-        frame,
-        act: Act::Stop(aperture),
-        ..
-    }) = part.kind
-    else {
-        return None;
-    };
-    let Outline::Annulus { inner, .. } = aperture.outline else {
-        return None;
-    };
-    let [x, y] = aperture.centre;
-    let middle = plane.at(frame.to_global(Vec3::new(x, y, 0.0)));
-    let blocked = |p: &&[f64; 2]| (p[0] - middle[0]).hypot(p[1] - middle[1]) < inner;
-    let points: Vec<[f64; 2]> = points.iter().filter(blocked).copied().collect();
-    let kind = CurveKind::Surface;
-    (points.len() > 1).then_some(Curve { points, kind })
+/// The curves along which a part is open, or is not.
+fn runs(places: &[Place], open: bool, kind: CurveKind) -> Vec<Curve> {
+    let stretches = places.split(|place| place.open != open);
+    stretches
+        .filter(|stretch| stretch.len() > 1)
+        .map(points)
+        .map(|points| Curve { points, kind })
+        .collect()
+}
+
+fn points(places: &[Place]) -> Vec<[f64; 2]> {
+    places.iter().map(|place| place.at).collect()
 }
 
 /// The region between two cuts.
-fn between(first: &[[f64; 2]], second: &[[f64; 2]]) -> Polygon {
-    let mut points = first.to_vec();
+fn between(first: &[Place], second: &[Place]) -> Polygon {
+    let (first, second) = (points(first), points(second));
+    let mut points = first.clone();
     let (Some(end), Some(a), Some(b)) = (first.last(), second.first(), second.last()) else {
         return Polygon { points };
     };
@@ -300,7 +293,7 @@ fn between(first: &[[f64; 2]], second: &[[f64; 2]]) -> Polygon {
 }
 
 /// The name of an element at its first part, above it.
-fn label(part: &Part, line: &[[f64; 2]]) -> Option<Label> {
+fn label(part: &Part, line: &[Place]) -> Option<Label> {
     let [index, count] = part.surface;
     if index > 0 {
         return None;
@@ -310,6 +303,8 @@ fn label(part: &Part, line: &[[f64; 2]]) -> Option<Label> {
         (false, 1) => part.word().to_owned(),
         (false, _) => String::from("lens"),
     };
-    let top = line.iter().copied().max_by(|a, b| a[1].total_cmp(&b[1]))?;
+    let top = points(line)
+        .into_iter()
+        .max_by(|a, b| a[1].total_cmp(&b[1]))?;
     Some(Label { at: top, text })
 }

@@ -14,5 +14,6 @@ mod lines;
 pub mod nufft;
 pub mod random;
 pub mod real;
+pub mod spline;
 mod tiles;
 pub mod vec3;

@@ -1,8 +1,12 @@
-//! Sag terms without rotational symmetry, each written once as a formula for z(x, y).
+//! Sag terms that are added to a conic, each written once as a formula for z(x, y).
+
+use std::sync::Arc;
 
 use crate::math::jet::Jet;
 use crate::math::real::Real;
-use crate::optics::shape::Height;
+use crate::optics::height::Height;
+use crate::optics::profile::zernikes;
+use crate::optics::sag_grid::SagGrid;
 
 /// A term that is added to the height of a surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,25 +20,38 @@ pub enum Term {
         /// σ, in mm.
         sigma: f64,
     },
+    /// All powers of the radius: coefficients of r, r², r³, … in 1, mm⁻¹, mm⁻², … At the tip that an r
+    /// term makes the slope counts as zero.
+    Powers(Vec<f64>),
+    /// z = Σ a (x/ρ)ⁱ (y/ρ)ʲ.
+    Polynomial {
+        /// Normalising radius ρ in mm.
+        radius: f64,
+        /// Exponents i and j with the coefficient a in mm.
+        terms: Vec<([u32; 2], f64)>,
+    },
+    /// z = Σ aⱼ Zⱼ(x/ρ, y/ρ), Noll's order and normalisation.
+    Zernike {
+        /// Normalising radius ρ in mm.
+        radius: f64,
+        /// Coefficients in mm of Z₁, Z₂, …
+        coefficients: Vec<f64>,
+    },
+    /// Heights on a grid with a spline between them; nothing outside it.
+    Grid(Arc<SagGrid>),
 }
 
 impl Term {
-    /// Adds the term to a height.
+    /// Adds the term to a height; nothing where the term does not exist.
     #[inline(always)]
-    pub fn add<T: Real>(&self, height: Height<T>, x: T, y: T) -> Height<T> {
-        let jet = self.sag(Jet::variable(x, 0), Jet::variable(y, 1));
-        let [sx, sy] = height.slope;
-        let [xx, xy, yy] = height.bend;
-        Height {
-            z: height.z + jet.value,
-            slope: [sx + jet.slope[0], sy + jet.slope[1]],
-            bend: [xx + jet.bend[0], xy + jet.bend[1], yy + jet.bend[2]],
-        }
+    pub fn add<T: Real>(&self, height: Height<T>, x: T, y: T) -> Option<Height<T>> {
+        let jet = self.sag(Jet::variable(x, 0), Jet::variable(y, 1))?;
+        Some(height.plus(jet))
     }
 
     /// z(x, y).
     #[inline(always)]
-    fn sag<T: Real>(&self, x: T, y: T) -> T {
+    fn sag<T: Real>(&self, x: T, y: T) -> Option<T> {
         match self {
             Term::Gaussian {
                 height,
@@ -42,8 +59,114 @@ impl Term {
                 sigma,
             } => {
                 let (u, v) = (x - centre[0], y - centre[1]);
-                ((u * u + v * v) * (-0.5 / (sigma * sigma))).exp() * *height
+                Some(((u * u + v * v) * (-0.5 / (sigma * sigma))).exp() * *height)
             }
+            Term::Powers(coefficients) => Some(powers(coefficients, x, y)),
+            Term::Polynomial { radius, terms } => {
+                let (x, y) = (x * (1.0 / radius), y * (1.0 / radius));
+                let add =
+                    |sum: T, ([i, j], a): &([u32; 2], f64)| sum + power(x, *i) * power(y, *j) * *a;
+                Some(terms.iter().fold(T::constant(0.0), add))
+            }
+            Term::Zernike {
+                radius,
+                coefficients,
+            } => Some(zernikes(
+                coefficients,
+                x * (1.0 / radius),
+                y * (1.0 / radius),
+            )),
+            Term::Grid(grid) => grid.sag(x, y),
+        }
+    }
+}
+
+/// Σ aᵢ rⁱ with i from 1: even powers as a polynomial in r², odd ones as r times another.
+fn powers<T: Real>(coefficients: &[f64], x: T, y: T) -> T {
+    let u = x * x + y * y;
+    let r = if u.value() > 0.0 {
+        u.sqrt()
+    } else {
+        T::constant(0.0)
+    };
+    let (mut odd, mut even) = (T::constant(0.0), T::constant(0.0));
+    for pair in coefficients.chunks(2).rev() {
+        odd = odd * u + pair[0];
+        even = even * u + pair.get(1).copied().unwrap_or(0.0);
+    }
+    r * odd + u * even
+}
+
+/// A whole power of a number.
+fn power<T: Real>(base: T, exponent: u32) -> T {
+    (0..exponent).fold(T::constant(1.0), |product, _| product * base)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::optics::conic::Conic;
+    use crate::optics::freeform::Term;
+    use crate::optics::height::Height;
+
+    const PLACES: [(f64, f64); 4] = [(0.0, 0.0), (1.5, -0.5), (-2.0, 2.5), (0.0, 3.0)];
+
+    fn at(term: &Term, x: f64, y: f64) -> Height {
+        term.add(Height::flat(), x, y).unwrap()
+    }
+
+    #[test]
+    fn polynomials_make_the_parabola_and_the_powers_they_should() {
+        let curvature = 0.08;
+        let parabola = Conic {
+            curvature,
+            conic: -1.0,
+        };
+        // z = c r²/2, with a normalising radius of 2 that makes the coefficients four times as large.
+        let a = 4.0 * 0.5 * curvature;
+        let polynomial = Term::Polynomial {
+            radius: 2.0,
+            terms: vec![([2, 0], a), ([0, 2], a)],
+        };
+        let powers = Term::Powers(vec![0.0, 0.5 * curvature]);
+        for (x, y) in PLACES {
+            let exact = parabola.height(x, y).unwrap();
+            for term in [&polynomial, &powers] {
+                let height = at(term, x, y);
+                assert!((height.z - exact.z).abs() < 1e-15);
+                assert!((height.bend[0] - exact.bend[0]).abs() < 1e-15);
+            }
+        }
+        let mixed = Term::Polynomial {
+            radius: 1.0,
+            terms: vec![([3, 1], 0.5)],
+        };
+        assert!((at(&mixed, 2.0, -3.0).z + 12.0).abs() < 1e-14);
+    }
+
+    #[test]
+    fn odd_powers_are_cones_and_cubes_and_finite_on_the_axis() {
+        let term = Term::Powers(vec![0.1, 0.0, 0.02, 0.0, -0.003]);
+        let (x, y) = (1.2f64, -1.6f64);
+        let expected = 0.1 * 2.0 + 0.02 * 8.0 - 0.003 * 32.0;
+        assert!((at(&term, x, y).z - expected).abs() < 1e-15);
+        let tip = at(&term, 0.0, 0.0);
+        assert_eq!((tip.z, tip.slope, tip.bend), (0.0, [0.0; 2], [0.0; 3]));
+        // A cube's bends vanish at its centre: 3r + 3x²/r along x.
+        let cube = at(&Term::Powers(vec![0.0, 0.0, 1.0]), 1e-9, 0.0);
+        assert!((cube.bend[0] - 6e-9).abs() < 1e-20 && (cube.bend[2] - 3e-9).abs() < 1e-20);
+    }
+
+    #[test]
+    fn defocus_is_noll_four() {
+        // Z₄ = √3 (2ρ² − 1).
+        let term = Term::Zernike {
+            radius: 2.0,
+            coefficients: vec![0.0, 0.0, 0.0, 0.01],
+        };
+        for (x, y) in PLACES {
+            let square = (x * x + y * y) / 4.0;
+            let expected = 0.01 * 3.0f64.sqrt() * (2.0 * square - 1.0);
+            assert!((at(&term, x, y).z - expected).abs() < 1e-15);
         }
     }
 }

@@ -2,16 +2,21 @@
 
 pub mod aperture;
 pub mod bend;
+pub mod conic;
 pub mod dispersion;
 pub mod doe;
 pub mod frame;
 pub mod freeform;
+pub mod height;
 pub mod medium;
 pub mod paraxial;
+pub mod polygon;
 pub mod profile;
 pub mod ray;
+pub mod sag_grid;
 pub mod screen;
 pub mod shape;
 pub mod source;
 pub mod surface;
 pub mod system;
+pub mod toric;

@@ -17,6 +17,9 @@ const CENTRED: f64 = 1e-9;
 /// Below this power times thickness a train counts as afocal, relative to its own curvatures.
 const AFOCAL: f64 = 1e-13;
 
+/// Curvatures at a vertex may differ by this share and count as one.
+const ROUND: f64 = 1e-9;
+
 /// Why a train has no ray matrix.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum ParaxialError {
@@ -33,6 +36,14 @@ pub enum ParaxialError {
         part: String,
         /// Distance of its vertex from the axis in mm.
         offset_mm: f64,
+    },
+    /// A surface has two curvatures at its vertex.
+    #[error(
+        "{part} is curved differently along x and y; paraxial optics needs surfaces of revolution"
+    )]
+    Astigmatic {
+        /// The part.
+        part: String,
     },
     /// A screen's x axis is not parallel to that of the screen before.
     #[error("{part} is turned about the axis; paraxial optics needs screens with parallel x axes")]
@@ -98,7 +109,8 @@ impl Abcd {
     /// From screen to screen.
     ///
     /// # Errors
-    /// When a surface or the second screen is tilted, off the first screen's axis, or turned.
+    /// When a surface or the second screen is tilted, off the first screen's axis, or turned, or a surface
+    /// is astigmatic.
     pub fn between(hop: &Hop) -> Result<Self, ParaxialError> {
         let mut axis = Walk::from(hop.from);
         for (number, surface) in hop.train.iter().enumerate() {
@@ -145,7 +157,7 @@ impl Cardinal {
     /// Of the train of a hop; nothing without surfaces or without power.
     ///
     /// # Errors
-    /// When a surface is tilted or off the screen's axis.
+    /// When a surface is tilted, off the screen's axis, or astigmatic.
     pub fn of_hop(hop: &Hop) -> Result<Option<Self>, ParaxialError> {
         let mut lens = Lens::new(Walk::from(hop.from));
         for (number, surface) in hop.train.iter().enumerate() {
@@ -269,10 +281,15 @@ impl Walk {
     fn pass(&mut self, surface: &Surface, number: usize) -> Result<(), ParaxialError> {
         self.reach(&surface.frame, surface.index[0], || surface_name(number))?;
         // The curvature as the light sees it: positive when the centre lies downstream.
-        let curvature = surface
+        let bend = surface
             .shape
             .height(0.0, 0.0)
-            .map_or(0.0, |height| height.bend[0]);
+            .map_or([0.0; 3], |height| height.bend);
+        let [curvature, twist, other] = bend;
+        if (curvature - other).abs().max(twist.abs()) > ROUND * curvature.abs().max(other.abs()) {
+            let part = surface_name(number);
+            return Err(ParaxialError::Astigmatic { part });
+        }
         let seen = curvature * self.towards.dot(surface.frame.z).signum();
         let [before, after] = surface.index;
         match surface.interface {
@@ -346,6 +363,7 @@ mod tests {
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
+    use crate::optics::toric::Biconic;
 
     /// N-BK7 at 0.7 µm.
     const GLASS: f64 = 1.513063997196;
@@ -473,6 +491,18 @@ mod tests {
         let moved = refused(&|s| s.frame = s.frame.moved(Vec3::new(0.1, 0.0, 0.0)));
         assert!(matches!(moved, ParaxialError::Decentred { offset_mm, .. }
             if (offset_mm - 0.1).abs() < 1e-12));
+        let toric = refused(&|s| {
+            let flat = Conic {
+                curvature: 0.0,
+                conic: 0.0,
+            };
+            let y = Conic {
+                curvature: 0.02,
+                ..flat
+            };
+            s.shape = Shape::Biconic(Biconic { x: flat, y });
+        });
+        assert!(matches!(toric, ParaxialError::Astigmatic { .. }));
         let turned = Screen {
             frame: to.frame.tilted([0.0, 0.0, 0.1]),
             ..to.clone()

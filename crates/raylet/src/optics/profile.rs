@@ -119,16 +119,7 @@ impl Profile {
             Profile::Zernike {
                 radius,
                 coefficients,
-            } => {
-                let (x, y) = (x * (1.0 / radius), y * (1.0 / radius));
-                let mut sum = T::constant(0.0);
-                for (index, a) in coefficients.iter().enumerate() {
-                    if *a != 0.0 {
-                        sum = sum + zernike(index + 1, x, y) * *a;
-                    }
-                }
-                sum
-            }
+            } => zernikes(coefficients, x * (1.0 / radius), y * (1.0 / radius)),
         }
     }
 }
@@ -150,6 +141,17 @@ pub fn noll(index: usize) -> (u32, i32) {
     };
     let sign = if index.is_multiple_of(2) { 1 } else { -1 };
     (n as u32, sign * m as i32)
+}
+
+/// Σ aⱼ Zⱼ(x, y) with the coefficients of Z₁, Z₂, … in Noll's order and normalisation.
+pub fn zernikes<T: Real>(coefficients: &[f64], x: T, y: T) -> T {
+    let mut sum = T::constant(0.0);
+    for (index, a) in coefficients.iter().enumerate() {
+        if *a != 0.0 {
+            sum = sum + zernike(index + 1, x, y) * *a;
+        }
+    }
+    sum
 }
 
 /// The Noll-normalised Zernike polynomial at (x, y) in units of the normalising radius.

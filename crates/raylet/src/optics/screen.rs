@@ -78,8 +78,8 @@ impl Screen {
     /// Whether the part that matters ends at the edges of [`Screen::bounds`].
     pub fn is_rectangular(&self) -> bool {
         let outline = match &self.act {
-            Act::Stop(aperture) => aperture.outline,
-            Act::Doe(doe) => doe.aperture.outline,
+            Act::Stop(aperture) => &aperture.outline,
+            Act::Doe(doe) => &doe.aperture.outline,
             Act::Sensor(_) => return true,
         };
         matches!(outline, Outline::Rectangle { .. })

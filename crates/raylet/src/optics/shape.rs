@@ -2,8 +2,13 @@
 
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
+use crate::optics::conic::add_powers;
 use crate::optics::freeform::Term;
 use crate::optics::ray::Loss;
+use crate::optics::toric::{Biconic, Toroid};
+
+pub use crate::optics::conic::Conic;
+pub use crate::optics::height::Height;
 
 /// The shape of a surface in its own frame; the vertex is the origin and the normal there is z.
 #[derive(Clone, Debug, PartialEq)]
@@ -19,6 +24,10 @@ pub enum Shape {
         /// Coefficients of r⁴, r⁶, r⁸, … in mm⁻³, mm⁻⁵, mm⁻⁷, …
         coefficients: Vec<f64>,
     },
+    /// A conic along x and another along y; a cylinder when one of them is a line.
+    Biconic(Biconic),
+    /// A curve along y turned about an axis parallel to y.
+    Toroid(Toroid),
     /// A conic plus terms of any kind.
     Freeform {
         /// The conic below the terms.
@@ -28,55 +37,47 @@ pub enum Shape {
     },
 }
 
-/// A sphere or conic of revolution.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Conic {
-    /// Curvature 1/R in 1/mm; positive when the centre lies at larger z.
-    pub curvature: f64,
-    /// Conic constant κ: 0 sphere, −1 paraboloid, below −1 hyperboloid.
-    pub conic: f64,
-}
+/// Newton steps allowed when a ray seeks a surface.
+const NEWTON_STEPS: usize = 60;
 
-/// Height of a surface at one point with its first and second derivatives.
-#[derive(Clone, Copy, Debug)]
-pub struct Height<T = f64> {
-    /// z in mm.
-    pub z: T,
-    /// ∂z/∂x, ∂z/∂y.
-    pub slope: [T; 2],
-    /// ∂²z/∂x², ∂²z/∂x∂y, ∂²z/∂y² in 1/mm.
-    pub bend: [T; 3],
-}
-
-/// Newton steps allowed when a ray seeks an asphere.
-const NEWTON_STEPS: usize = 24;
+/// Times a step is halved before the surface counts as out of reach.
+const HALVINGS: usize = 40;
 
 impl Shape {
     /// Height and derivatives at (x, y); nothing where the surface does not exist.
     #[inline(always)]
     pub fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
         match self {
-            Shape::Plane => {
-                let zero = T::constant(0.0);
-                Some(Height {
-                    z: zero,
-                    slope: [zero; 2],
-                    bend: [zero; 3],
-                })
-            }
+            Shape::Plane => Some(Height::flat()),
             Shape::Conic(conic) => conic.height(x, y),
             Shape::Asphere { base, coefficients } => {
                 base.height(x, y).map(|h| add_powers(h, coefficients, x, y))
             }
+            Shape::Biconic(biconic) => biconic.height(x, y),
+            Shape::Toroid(toroid) => toroid.height(x, y),
             Shape::Freeform { base, terms } => {
                 let below = base.height(x, y)?;
-                Some(terms.iter().fold(below, |h, term| term.add(h, x, y)))
+                terms.iter().try_fold(below, |h, term| term.add(h, x, y))
+            }
+        }
+    }
+
+    /// Whether it looks the same from every direction about its axis.
+    pub fn is_round(&self) -> bool {
+        match self {
+            Shape::Plane | Shape::Conic(_) | Shape::Asphere { .. } => true,
+            Shape::Biconic(_) | Shape::Toroid(_) => false,
+            Shape::Freeform { terms, .. } => {
+                terms.iter().all(|term| matches!(term, Term::Powers(_)))
             }
         }
     }
 
     /// The distance along a ray (local position and unit direction) to the surface, which may be
     /// negative.
+    ///
+    /// # Errors
+    /// [`Loss::Missed`] when they do not meet.
     #[inline(always)]
     pub fn meet<T: Real>(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
         match self {
@@ -88,159 +89,130 @@ impl Shape {
             }
             Shape::Conic(conic) => conic.meet(position, direction),
             Shape::Asphere { base, .. } | Shape::Freeform { base, .. } => {
-                self.meet_by_newton(base, position, direction)
+                self.meet_near(base, position, direction)
             }
+            Shape::Biconic(biconic) => self.meet_near(&biconic.mean(), position, direction),
+            Shape::Toroid(toroid) => self.meet_near(&toroid.mean(), position, direction),
         }
     }
 
-    /// Newton's method on F = z − height(x, y), in plain numbers, then one more step in `T`: at a root
-    /// that step carries exactly the derivatives of the implicit function and adds nothing else.
-    fn meet_by_newton<T: Real>(
+    /// Seeks the surface from where the ray meets a conic near it, or else the vertex plane, or else from
+    /// the ray's point nearest the vertex; in plain numbers, then by one more Newton step in `T`: at a
+    /// root that step carries exactly the derivatives of the implicit function and adds nothing else.
+    fn meet_near<T: Real>(
         &self,
-        base: &Conic,
+        near: &Conic,
         position: Vec3<T>,
         direction: Vec3<T>,
     ) -> Result<T, Loss> {
         let (p, d) = (position.value(), direction.value());
-        let mut length = base.meet(p, d).or_else(|_| Shape::Plane.meet(p, d))?;
-        let mut converged = false;
-        for _ in 0..NEWTON_STEPS {
-            let at = p + d * length;
-            let h = self.height(at.x, at.y).ok_or(Loss::Missed)?;
-            let slope = d.z - h.slope[0] * d.x - h.slope[1] * d.y;
-            let step = (at.z - h.z) / slope;
-            if !step.is_finite() {
-                return Err(Loss::Missed);
-            }
-            length -= step;
-            if step.abs() <= 1e-14 * (1.0 + length.abs()) {
-                converged = true;
-                break;
-            }
-        }
-        if !converged {
-            return Err(Loss::NotConverged);
-        }
+        let length = (near.meet(p, d).and_then(|start| self.seek(p, d, start)))
+            .or_else(|_| self.seek(p, d, Shape::Plane.meet(p, d)?))
+            .or_else(|_| self.seek(p, d, -p.dot(d)))?;
         let length = T::constant(length);
         let at = position + direction * length;
         let h = self.height(at.x, at.y).ok_or(Loss::Missed)?;
         let slope = direction.z - h.slope[0] * direction.x - h.slope[1] * direction.y;
         Ok(length - (at.z - h.z) / slope)
     }
-}
 
-impl Conic {
-    #[inline(always)]
-    fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
-        let c = self.curvature;
-        let k = (1.0 + self.conic) * c * c;
-        let square = x * x + y * y;
-        let under = square * -k + 1.0;
-        if under.value() <= 0.0 {
-            return None;
-        }
-        // With φ = √(1 − (1+κ)c²r²): slope c·x/φ, second derivatives c/φ·δ + (1+κ)c³·xx/φ³.
-        let root = under.sqrt();
-        let one_over = T::constant(1.0) / root;
-        let first = one_over * c;
-        let second = one_over * one_over * one_over * (k * c);
-        Some(Height {
-            z: square * c / (root + 1.0),
-            slope: [x * first, y * first],
-            bend: [
-                first + x * x * second,
-                x * y * second,
-                first + y * y * second,
-            ],
-        })
-    }
-
-    /// Closed form: the root of a L² + 2 b L + e = 0 that belongs to the sheet through the vertex.
-    #[inline(always)]
-    fn meet<T: Real>(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
-        // Starting from the point nearest the vertex keeps the equation free of cancellation.
-        let near = -position.dot(direction);
-        let r = position + direction * near;
-        let c = self.curvature;
-        let kappa = self.conic;
-        let a = (direction.z * direction.z * kappa + 1.0) * c;
-        let b = (r.dot(direction) + r.z * direction.z * kappa) * c - direction.z;
-        let e = (r.dot(r) + r.z * r.z * kappa) * c - r.z * 2.0;
-        let under = b * b - a * e;
-        if under.value() < 0.0 {
-            return Err(Loss::Missed);
-        }
-        let root = under.sqrt();
-        let root = if direction.z.value() < 0.0 {
-            -root
-        } else {
-            root
+    /// Newton's method on F = z − height(x, y) along a ray. A step that does not bring the ray nearer to
+    /// the surface, or leads to where there is none, is halved; where no part of it helps, the ray passes
+    /// by.
+    fn seek(&self, p: Vec3, d: Vec3, start: f64) -> Result<f64, Loss> {
+        let gap = |length: f64| {
+            let at = p + d * length;
+            let h = self.height(at.x, at.y)?;
+            let slope = d.z - h.slope[0] * d.x - h.slope[1] * d.y;
+            Some((at.z - h.z, slope))
         };
-        let length = e / (root - b);
-        let z = r.z + direction.z * length;
-        let on_sheet = 1.0 - (1.0 + kappa) * c * z.value() > 0.0;
-        if !length.value().is_finite() || !on_sheet {
-            return Err(Loss::Missed);
+        let mut length = start;
+        let (mut f, mut slope) = gap(length).ok_or(Loss::Missed)?;
+        for _ in 0..NEWTON_STEPS {
+            let step = f / slope;
+            let rounding = 4.0 * f64::EPSILON * (p.norm() + length.abs());
+            if f.abs() <= rounding || step.abs() <= 1e-14 * (1.0 + length.abs()) {
+                return Ok(length);
+            }
+            let share = (0..HALVINGS).find_map(|halvings| {
+                let share = 0.5f64.powi(halvings as i32);
+                let next = gap(length - step * share)?;
+                (next.0.abs() < f.abs()).then_some((share, next))
+            });
+            let Some((share, next)) = share else {
+                return Err(Loss::Missed);
+            };
+            length -= step * share;
+            (f, slope) = next;
         }
-        Ok(near + length)
-    }
-}
-
-/// Adds Σ aᵢ r^{2i+4} to a height.
-#[inline(always)]
-fn add_powers<T: Real>(base: Height<T>, coefficients: &[f64], x: T, y: T) -> Height<T> {
-    // With u = r² the sum is f(u) = u²·(a₀ + a₁u + …); Horner's rule for f and its two derivatives.
-    let u = x * x + y * y;
-    let zero = T::constant(0.0);
-    let (mut f, mut df, mut ddf) = (zero, zero, zero);
-    let powers = coefficients.iter().rev().copied().chain([0.0, 0.0]);
-    for a in powers {
-        ddf = ddf * u + df * 2.0;
-        df = df * u + f;
-        f = f * u + a;
-    }
-    Height {
-        z: base.z + f,
-        slope: [base.slope[0] + x * df * 2.0, base.slope[1] + y * df * 2.0],
-        bend: [
-            base.bend[0] + df * 2.0 + x * x * ddf * 4.0,
-            base.bend[1] + x * y * ddf * 4.0,
-            base.bend[2] + df * 2.0 + y * y * ddf * 4.0,
-        ],
+        Err(Loss::NotConverged)
     }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::sync::Arc;
+
+    use ndarray::Array2;
+
+    use crate::math::real::{Dual, Real};
     use crate::math::vec3::Vec3;
     use crate::optics::freeform::Term;
+    use crate::optics::ray::Loss;
+    use crate::optics::sag_grid::SagGrid;
     use crate::optics::shape::{Conic, Shape};
+    use crate::optics::toric::{Biconic, Toroid};
 
     fn shapes() -> Vec<Shape> {
         let base = Conic {
             curvature: 0.04,
             conic: -0.7,
         };
-        vec![
+        let sphere = Conic {
+            curvature: -0.05,
+            conic: 0.0,
+        };
+        let heights = Array2::from_shape_fn((41, 41), |(j, i)| {
+            0.02 * (0.3 * i as f64).sin() * (0.2 * j as f64).cos()
+        });
+        let terms = vec![
+            Term::Gaussian {
+                height: -0.4,
+                centre: [1.0, 2.0],
+                sigma: 5.0,
+            },
+            Term::Powers(vec![0.03, 1e-3, -1e-4, 1e-5]),
+            Term::Polynomial {
+                radius: 5.0,
+                terms: vec![([1, 0], 0.02), ([2, 1], -0.1), ([0, 3], 0.05)],
+            },
+            Term::Zernike {
+                radius: 8.0,
+                coefficients: (0..15).map(|j| 0.02 / f64::from(1 + j)).collect(),
+            },
+            Term::Grid(Arc::new(SagGrid::new(&heights, [0.5, 0.55]).unwrap())),
+        ];
+        let mut shapes = vec![
             Shape::Plane,
-            Shape::Conic(Conic {
-                curvature: -0.05,
-                conic: 0.0,
-            }),
+            Shape::Conic(sphere),
             Shape::Conic(base),
             Shape::Asphere {
                 base,
                 coefficients: vec![1e-5, -2e-8, 3e-11],
             },
-            Shape::Freeform {
-                base,
-                terms: vec![Term::Gaussian {
-                    height: -0.4,
-                    centre: [1.0, 2.0],
-                    sigma: 5.0,
-                }],
-            },
-        ]
+            Shape::Biconic(Biconic { x: base, y: sphere }),
+            Shape::Toroid(Toroid {
+                rotation: 0.03,
+                curve: sphere,
+                coefficients: vec![1e-5, -2e-8],
+            }),
+        ];
+        shapes.extend(terms.iter().map(|term| Shape::Freeform {
+            base,
+            terms: vec![term.clone()],
+        }));
+        shapes.push(Shape::Freeform { base, terms });
+        shapes
     }
 
     #[test]
@@ -254,12 +226,8 @@ mod tests {
             let dxx = (at(x + h, y).slope[0] - at(x - h, y).slope[0]) / (2.0 * h);
             let dxy = (at(x, y + h).slope[0] - at(x, y - h).slope[0]) / (2.0 * h);
             let dyy = (at(x, y + h).slope[1] - at(x, y - h).slope[1]) / (2.0 * h);
-            for (exact, difference) in here
-                .slope
-                .iter()
-                .chain(&here.bend)
-                .zip([dx, dy, dxx, dxy, dyy])
-            {
+            let exact = here.slope.iter().chain(&here.bend);
+            for (exact, difference) in exact.zip([dx, dy, dxx, dxy, dyy]) {
                 assert!((exact - difference).abs() < 1e-9, "{shape:?}");
             }
         }
@@ -272,15 +240,91 @@ mod tests {
                 Vec3::new(0.1, -0.2, 1.0).unit(),
                 Vec3::new(0.1, 0.3, -1.0).unit(),
             ] {
-                let position = Vec3::new(1.0, 2.0, -500.0 * direction.z);
-                let position = position + direction * 0.0;
-                let length = shape.meet(position, direction);
-                let Ok(length) = length else { continue };
+                // From far away to within half a millimetre of (1, 2) on the vertex plane.
+                let position = Vec3::new(1.0, 2.0, 0.0) + direction * -500.0;
+                let length = shape.meet(position, direction).unwrap();
                 let hit = position + direction * length;
                 let height = shape.height(hit.x, hit.y).unwrap();
-                assert!((height.z - hit.z).abs() < 2e-13, "{shape:?}");
+                assert!((height.z - hit.z).abs() < 5e-13, "{shape:?}");
             }
         }
+    }
+
+    #[test]
+    fn derivatives_of_the_meeting_match_differences() {
+        let meet = |shape: &Shape, x: f64, p: f64| {
+            let direction = Vec3::new(p, 0.1, 1.0).unit();
+            shape.meet(Vec3::new(x, -2.0, -7.0), direction).unwrap()
+        };
+        let h = 1e-5;
+        for shape in shapes() {
+            let [x, p] = [Dual::<2>::variable(1.3, 0), Dual::variable(-0.2, 1)];
+            let direction = Vec3::new(p, Dual::constant(0.1), Dual::constant(1.0)).unit();
+            let position = Vec3::new(x, Dual::constant(-2.0), Dual::constant(-7.0));
+            let ours = shape.meet(position, direction).unwrap().tangent;
+            let dx = meet(&shape, 1.3 + h, -0.2) - meet(&shape, 1.3 - h, -0.2);
+            let dp = meet(&shape, 1.3, -0.2 + h) - meet(&shape, 1.3, -0.2 - h);
+            for (ours, difference) in ours.into_iter().zip([dx, dp]) {
+                assert!((ours - difference / (2.0 * h)).abs() < 1e-7, "{shape:?}");
+            }
+        }
+    }
+
+    /// Rays from a disc of radius 14 in front of a surface of radius 10, steep ones among them: those
+    /// that meet the conic must meet the equal biconic or toroid at the same place, the others miss both.
+    #[test]
+    fn steep_rays_meet_or_miss_as_they_meet_or_miss_the_conic() {
+        let sphere = Conic {
+            curvature: 0.1,
+            conic: 0.0,
+        };
+        let twins = [
+            Shape::Biconic(Biconic {
+                x: sphere,
+                y: sphere,
+            }),
+            Shape::Toroid(Toroid {
+                rotation: 0.1,
+                curve: sphere,
+                coefficients: vec![],
+            }),
+            Shape::Freeform {
+                base: sphere,
+                terms: vec![],
+            },
+        ];
+        let (mut met, mut missed) = (0, 0);
+        let step = |i: i32| f64::from(i) / 7.0;
+        for (a, b, c, d) in (0..9 * 9 * 9 * 9).map(|n: i32| {
+            let digit = |place: i32| n / 9i32.pow(place as u32) % 9 - 4;
+            (digit(0), digit(1), digit(2), digit(3))
+        }) {
+            let position = Vec3::new(14.0 * step(a), 14.0 * step(b), -4.0);
+            let direction = Vec3::new(step(c), step(d), 1.0).unit();
+            let exact = sphere.meet(position, direction);
+            // Next to the equator the slope is infinite and no digit of the length is worth much.
+            if exact.is_ok_and(|length| position.z + direction.z * length > 9.9) {
+                continue;
+            }
+            for twin in &twins {
+                match (twin.meet(position, direction), exact) {
+                    (Ok(ours), Ok(exact)) => {
+                        // A ray that only touches the ball meets it to half the digits.
+                        assert!((ours - exact).abs() < 1e-6, "{ours} {exact}");
+                        let hit = position + direction * ours;
+                        let z = sphere.height(hit.x, hit.y).unwrap().z;
+                        assert!((z - hit.z).abs() < 1e-13);
+                        met += 1;
+                    }
+                    (Err(loss), Err(_)) => {
+                        assert_eq!(loss, Loss::Missed);
+                        missed += 1;
+                    }
+                    (ours, exact) => panic!("{ours:?} {exact:?} {position:?} {direction:?}"),
+                }
+            }
+        }
+        assert!(met > 1000 && missed > 1000, "{met} {missed}");
     }
 
     #[test]

@@ -17,13 +17,18 @@ pub struct Heights {
 }
 
 impl Heights {
-    /// Those of a screen.
-    pub fn on(screen: &Screen, grid: &Grid) -> Self {
+    /// Those of a plane.
+    pub fn flat(grid: &Grid) -> Self {
         let shape = grid.shape();
-        let mut heights = Self {
+        Self {
             z: Array2::zeros(shape),
             slope: [Array2::zeros(shape), Array2::zeros(shape)],
-        };
+        }
+    }
+
+    /// Those of a screen.
+    pub fn on(screen: &Screen, grid: &Grid) -> Self {
+        let mut heights = Self::flat(grid);
         if screen.is_plane() {
             return heights;
         }

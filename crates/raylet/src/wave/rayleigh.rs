@@ -1,8 +1,10 @@
-//! First Rayleigh–Sommerfeld integral by direct sum: from a plane to any points in front of it.
+//! First Rayleigh–Sommerfeld integral by direct sum: from a plane or curved screen to any points in front
+//! of it.
 //!
-//!   U(P) = (1/2π) ∫ U(x) (z/r) (1/r − ik) e^{ikr}/r dA
+//!   U(P) = (1/2π) ∫ U(X) (N·(P−X)/r) (1/r − ik) e^{ikr}/r dx dy,  N = (−∇s, 1),
 //!
-//! with r the distance and z the height of P over the plane (Goodman, Introduction to Fourier Optics,
+//! with X = (x, y, s) and r = |P−X|; over a plane N·(P−X) is the height of P. Over a curved screen the
+//! integral is Kirchhoff's approximation, good to about 1/kR (Goodman, Introduction to Fourier Optics,
 //! section 3.5). No approximation but the quadrature of the field's own nodes, so tilted planes and
 //! scattered points cost nothing extra; every node meets every point.
 
@@ -12,59 +14,84 @@ use rayon::prelude::*;
 
 use crate::math::lanes::{LANES, cis_turns};
 use crate::wave::field::Field;
+use crate::wave::heights::Heights;
 
 /// Node–point pairs per second that one core sums; shapes predictions only.
 pub const PAIRS_PER_SECOND: f64 = 1.5e8;
 
 /// The lit nodes of a field, in columns padded to a multiple of eight with nodes of no amplitude.
 ///
-/// The columns hold x, y in mm and the amplitude times the node's area in mm².
+/// The columns hold x, y, z in mm, the slopes ∂z/∂x, ∂z/∂y and the amplitude times the node's area over
+/// the local plane in mm².
 pub struct Emitters {
     x: Vec<f64>,
     y: Vec<f64>,
+    z: Vec<f64>,
+    slope_x: Vec<f64>,
+    slope_y: Vec<f64>,
     re: Vec<f64>,
     im: Vec<f64>,
     lit: usize,
 }
 
+/// One node of a lit screen.
+#[derive(Clone, Copy, Debug, Default)]
+pub struct Emitter {
+    /// x, y and height over the local plane, in mm.
+    pub at: [f64; 3],
+    /// Slopes of the screen there.
+    pub slope: [f64; 2],
+    /// Field times the node's area over the local plane, in mm².
+    pub strength: Complex64,
+}
+
 impl Emitters {
-    /// The nodes of a field that are not dark.
-    pub fn new(field: &Field) -> Self {
+    /// The nodes of a field that are not dark, on a screen with these heights.
+    pub fn new(field: &Field, heights: &Heights) -> Self {
         let grid = &field.grid;
+        let [sx, sy] = &heights.slope;
         let lit = field
             .values
             .indexed_iter()
             .filter(|(_, u)| **u != Complex64::ZERO);
-        Self::of_nodes(lit.map(|((j, i), value)| {
-            let area = grid.x.weight(i) * grid.y.weight(j);
-            (grid.x.node(i), grid.y.node(j), value * area)
+        Self::of_nodes(lit.map(|((j, i), value)| Emitter {
+            at: [grid.x.node(i), grid.y.node(j), heights.z[[j, i]]],
+            slope: [sx[[j, i]], sy[[j, i]]],
+            strength: value * (grid.x.weight(i) * grid.y.weight(j)),
         }))
     }
 
-    /// Emitters at (x, y) in mm, of strength field × area in mm².
-    pub fn of_nodes(nodes: impl Iterator<Item = (f64, f64, Complex64)>) -> Self {
+    /// These emitters.
+    pub fn of_nodes(nodes: impl Iterator<Item = Emitter>) -> Self {
         let mut emitters = Self {
             x: Vec::new(),
             y: Vec::new(),
+            z: Vec::new(),
+            slope_x: Vec::new(),
+            slope_y: Vec::new(),
             re: Vec::new(),
             im: Vec::new(),
             lit: 0,
         };
-        for (x, y, strength) in nodes {
-            emitters.push(x, y, strength);
+        for node in nodes {
+            emitters.push(node);
         }
         emitters.lit = emitters.x.len();
         while !emitters.x.len().is_multiple_of(LANES) {
-            emitters.push(0.0, 0.0, Complex64::ZERO);
+            emitters.push(Emitter::default());
         }
         emitters
     }
 
-    fn push(&mut self, x: f64, y: f64, strength: Complex64) {
+    fn push(&mut self, node: Emitter) {
+        let [x, y, z] = node.at;
         self.x.push(x);
         self.y.push(y);
-        self.re.push(strength.re);
-        self.im.push(strength.im);
+        self.z.push(z);
+        self.slope_x.push(node.slope[0]);
+        self.slope_y.push(node.slope[1]);
+        self.re.push(node.strength.re);
+        self.im.push(node.strength.im);
     }
 
     /// Number of lit nodes; a sum costs this many pairs per point.
@@ -77,7 +104,7 @@ impl Emitters {
         self.lit == 0
     }
 
-    /// The field at points (x, y, z > 0) over the plane, in mm, in a medium where light has the given
+    /// The field at points (x, y, z) in front of the screen, in mm, in a medium where light has the given
     /// `wavelength` (vacuum wavelength over index, mm). The same bits for any number of threads.
     pub fn shine(&self, points: &[[f64; 3]], wavelength: f64) -> Vec<Complex64> {
         let level = Level::new();
@@ -93,28 +120,28 @@ impl Emitters {
         let splat = |v: f64| f64x8::splat(simd, v);
         let k = splat(std::f64::consts::TAU / wavelength);
         let [per_wavelength, one] = [1.0 / wavelength, 1.0].map(splat);
-        let (px, py, height) = (splat(px), splat(py), splat(pz * pz));
+        let (px, py, pz) = (splat(px), splat(py), splat(pz));
         let (mut re, mut im) = (splat(0.0), splat(0.0));
-        let columns = self.x.chunks_exact(LANES).zip(self.y.chunks_exact(LANES));
-        let strengths = self.re.chunks_exact(LANES).zip(self.im.chunks_exact(LANES));
-        for ((x, y), (strength_re, strength_im)) in columns.zip(strengths) {
-            let dx = px - f64x8::from_slice(simd, x);
-            let dy = py - f64x8::from_slice(simd, y);
-            let distance = (dx * dx + dy * dy + height).sqrt();
+        for first in (0..self.x.len()).step_by(LANES) {
+            let column = |values: &[f64]| f64x8::from_slice(simd, &values[first..first + LANES]);
+            let dx = px - column(&self.x);
+            let dy = py - column(&self.y);
+            let dz = pz - column(&self.z);
+            let distance = (dx * dx + dy * dy + dz * dz).sqrt();
             let inverse = one / distance;
             let (cos, sin) = cis_turns(distance * per_wavelength);
 
-            // e^{ikr} (1/r − ik)/r², times the node's strength.
-            let falloff = inverse * inverse;
+            // N·(P−X) e^{ikr} (1/r − ik)/r², times the node's strength.
+            let lift = dz - column(&self.slope_x) * dx - column(&self.slope_y) * dy;
+            let falloff = lift * inverse * inverse;
             let kernel_re = falloff * (cos * inverse + sin * k);
             let kernel_im = falloff * (sin * inverse - cos * k);
-            let strength_re = f64x8::from_slice(simd, strength_re);
-            let strength_im = f64x8::from_slice(simd, strength_im);
+            let (strength_re, strength_im) = (column(&self.re), column(&self.im));
             re += kernel_re * strength_re - kernel_im * strength_im;
             im += kernel_re * strength_im + kernel_im * strength_re;
         }
         let total = |sum: f64x8<S>| sum.as_array().iter().sum::<f64>();
-        Complex64::new(total(re), total(im)) * (pz / std::f64::consts::TAU)
+        Complex64::new(total(re), total(im)) / std::f64::consts::TAU
     }
 }
 
@@ -123,7 +150,7 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::wave::field::Axis;
-    use crate::wave::rayleigh::Emitters;
+    use crate::wave::rayleigh::{Emitter, Emitters};
 
     /// A uniformly lit disc: Gauss nodes along the radius, equal steps around.
     fn disc(radius: f64) -> Emitters {
@@ -134,7 +161,11 @@ mod tests {
             let r = rings.node(ring);
             let (sin, cos) = (std::f64::consts::TAU * spoke as f64 / spokes as f64).sin_cos();
             let area = r * rings.weight(ring) * std::f64::consts::TAU / spokes as f64;
-            (r * cos, r * sin, Complex64::new(area, 0.0))
+            Emitter {
+                at: [r * cos, r * sin, 0.0],
+                slope: [0.0; 2],
+                strength: Complex64::new(area, 0.0),
+            }
         });
         Emitters::of_nodes(nodes)
     }
@@ -151,6 +182,36 @@ mod tests {
             let error = (field - exact).norm();
             assert!(error < 1e-12 + 2e-16 * k * z, "{z}: {error:e}");
         }
+    }
+
+    /// Light that converges from a spherical cap to its centre: on the axis every node is as far away, and
+    /// N·(P−X)/r dA is the cap's own area R²dΩ, so U = (1/R − ik)e^{ikR}R·(1 − cos θ) for amplitude one.
+    #[test]
+    fn a_cap_shines_into_its_centre() {
+        let (wavelength, radius, half) = (1.0, 300.0f64, 90.0f64);
+        let k = std::f64::consts::TAU / wavelength;
+        let rings = Axis::gauss(200, half / 200.0, 0.5 * half, 4);
+        let nodes = (0..rings.len() * 24).map(|n| {
+            let (ring, spoke) = (n / 24, n % 24);
+            let r = rings.node(ring);
+            let (sin, cos) = (std::f64::consts::TAU * spoke as f64 / 24.0).sin_cos();
+            let depth = (radius * radius - r * r).sqrt();
+            Emitter {
+                at: [r * cos, r * sin, radius - depth],
+                slope: [r * cos / depth, r * sin / depth],
+                strength: Complex64::new(
+                    r * rings.weight(ring) * std::f64::consts::TAU / 24.0,
+                    0.0,
+                ),
+            }
+        });
+        let field = Emitters::of_nodes(nodes).shine(&[[0.0, 0.0, radius]], wavelength)[0];
+        let open = 1.0 - (1.0 - (half / radius).powi(2)).sqrt();
+        let exact = Complex64::new(1.0 / radius, -k) * Complex64::cis(k * radius) * radius * open;
+        assert!(
+            (field - exact).norm() < 1e-9 * exact.norm(),
+            "{field} {exact}"
+        );
     }
 
     #[test]

@@ -169,9 +169,9 @@ fn gauss_nodes(cycles: f64) -> usize {
 /// Multiplies an arriving field by the screen's transmission; open areas are weighted exactly.
 pub fn act(screen: &Screen, field: &mut Field) {
     let (doe, aperture) = match &screen.act {
-        Act::Doe(doe) => (Some(doe), doe.aperture),
-        Act::Stop(aperture) => (None, *aperture),
-        Act::Sensor(_) => (None, Aperture::OPEN),
+        Act::Doe(doe) => (Some(doe), &doe.aperture),
+        Act::Stop(aperture) => (None, aperture),
+        Act::Sensor(_) => (None, &Aperture::OPEN),
     };
     let grid = field.grid.clone();
     let spans: Vec<[f64; 2]> = (0..grid.x.len()).map(|i| grid.x.span(i)).collect();

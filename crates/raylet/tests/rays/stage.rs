@@ -43,6 +43,7 @@ pub(crate) fn screen(frame: Frame, index: f64, arrives: f64) -> Screen {
         shape: Shape::Plane,
         act: Act::Stop(Aperture::OPEN),
         index,
+        shape: Shape::Plane,
         arrives,
     }
 }

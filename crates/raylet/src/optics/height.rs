@@ -1,0 +1,49 @@
+//! The height of a surface over its local plane, with derivatives.
+
+use crate::math::jet::Jet;
+use crate::math::real::Real;
+
+/// Height of a surface at one point with its first and second derivatives.
+#[derive(Clone, Copy, Debug)]
+pub struct Height<T = f64> {
+    /// z in mm.
+    pub z: T,
+    /// ∂z/∂x, ∂z/∂y.
+    pub slope: [T; 2],
+    /// ∂²z/∂x², ∂²z/∂x∂y, ∂²z/∂y² in 1/mm.
+    pub bend: [T; 3],
+}
+
+impl<T: Real> Height<T> {
+    /// The local plane's own.
+    #[inline(always)]
+    pub fn flat() -> Self {
+        let zero = T::constant(0.0);
+        Self {
+            z: zero,
+            slope: [zero; 2],
+            bend: [zero; 3],
+        }
+    }
+
+    /// This height with that of a formula on top of it.
+    #[inline(always)]
+    pub fn plus(self, jet: Jet<T>) -> Self {
+        Self {
+            z: self.z + jet.value,
+            slope: std::array::from_fn(|i| self.slope[i] + jet.slope[i]),
+            bend: std::array::from_fn(|i| self.bend[i] + jet.bend[i]),
+        }
+    }
+}
+
+impl<T> From<Jet<T>> for Height<T> {
+    #[inline(always)]
+    fn from(jet: Jet<T>) -> Self {
+        Self {
+            z: jet.value,
+            slope: jet.slope,
+            bend: jet.bend,
+        }
+    }
+}
