@@ -16,7 +16,10 @@ fn main() {
     let system = System {
         wavelength: 0.7e-3,
         source: plane_wave([0.0; 2]),
-        screens: vec![doe(0.0, &random_pixels(200, PITCH)), sensor(53.0, 200, PITCH)],
+        screens: vec![
+            doe(0.0, &random_pixels(200, PITCH)),
+            sensor(53.0, 200, PITCH),
+        ],
         trains: vec![vec![
             surface(3.0, 25.8, [1.0, index]),
             surface(8.3, f64::INFINITY, [index, 1.0]),

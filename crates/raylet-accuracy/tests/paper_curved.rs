@@ -44,7 +44,10 @@ fn error(exact: &Array2<Complex64>, patch: f64, sag: Sag) -> [f64; 2] {
     let outcome = simulate(&problem.system, &problem.settings, &|_| {}).unwrap();
     let ours = outcome.field.values;
     let (ours, exact) = (ours.view(), exact.view());
-    [field_error(ours, exact).unwrap(), shape_error(ours, exact).unwrap().error]
+    [
+        field_error(ours, exact).unwrap(),
+        shape_error(ours, exact).unwrap().error,
+    ]
 }
 
 #[test]

@@ -136,9 +136,10 @@ fn block(task: &Task, found: &Convergence) -> String {
 
 /// The same as a document.
 fn entry(task: &Task, found: &Convergence) -> serde_json::Value {
-    let ways = found.ways.iter().map(|way| {
-        json!({ "drawn": way.name, "errors": way.errors, "law": way.law })
-    });
+    let ways = found
+        .ways
+        .iter()
+        .map(|way| json!({ "drawn": way.name, "errors": way.errors, "law": way.law }));
     json!({
         "name": task.name,
         "title": task.title,

@@ -17,7 +17,10 @@ fn figure_three_in_seconds() {
     let text = String::from_utf8(output.stdout).unwrap();
     let errors = String::from_utf8(output.stderr).unwrap();
     assert!(output.status.success(), "{errors}");
-    assert!(text.contains("Metalens") && text.contains("Siemens"), "{text}");
+    assert!(
+        text.contains("Metalens") && text.contains("Siemens"),
+        "{text}"
+    );
     let document = fs::read_to_string(room.path().join("fig3/paper.json")).unwrap();
     let document: serde_json::Value = serde_json::from_str(&document).unwrap();
     for (place, name) in ["metalens", "star"].iter().enumerate() {

@@ -48,7 +48,6 @@ fn screen(z: f64) -> Screen {
         act: Act::Stop(Aperture::OPEN),
         shape: Shape::Plane,
         index: 1.0,
-        shape: Shape::Plane,
         arrives: 1.0,
     }
 }
@@ -209,8 +208,16 @@ fn drawn_modes_of_a_patch_have_the_variance_of_their_law() {
     let exact = patch(&field, [first; 2]);
     let points = exact.values.len() as f64;
     for (density, sum, draws) in [
-        (Density::Amplitude, exact.sizes.powi(2), [(4, 4000), (64, 2000)]),
-        (Density::Uniform, exact.modes * exact.squares, [(4, 4000), (64, 2000)]),
+        (
+            Density::Amplitude,
+            exact.sizes.powi(2),
+            [(4, 4000), (64, 2000)],
+        ),
+        (
+            Density::Uniform,
+            exact.modes * exact.squares,
+            [(4, 4000), (64, 2000)],
+        ),
     ] {
         let law = sum * points - square(&exact.values);
         for (secondary, seeds) in draws {
@@ -345,9 +352,15 @@ fn standard_error_is_the_spread_of_repeated_runs() {
             ..plan(positions, secondary, half)
         };
         let runs: Vec<_> = (0..40).map(|seed| run(&field, &plan, seed)).collect();
-        let mean = runs.iter().fold(Array2::<Complex64>::zeros((6, 7)), |sum, run| sum + &run.0);
+        let mean = runs
+            .iter()
+            .fold(Array2::<Complex64>::zeros((6, 7)), |sum, run| sum + &run.0);
         let mean = mean.mapv(|v| v / 40.0);
-        let spread: f64 = runs.iter().map(|run| square(&(&run.0 - &mean))).sum::<f64>() / 39.0;
+        let spread: f64 = runs
+            .iter()
+            .map(|run| square(&(&run.0 - &mean)))
+            .sum::<f64>()
+            / 39.0;
         let ratios: Vec<f64> = runs
             .iter()
             .filter_map(|(values, tally)| {

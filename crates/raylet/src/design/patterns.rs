@@ -143,7 +143,10 @@ mod tests {
         let system = metalens(50, 0.1, 1e-3);
         let k = system.wavenumber();
         let z = system.screens[1].frame.origin.z;
-        let field = simulate(&system, &Settings::default(), &|_| {}).unwrap().field.values;
+        let field = simulate(&system, &Settings::default(), &|_| {})
+            .unwrap()
+            .field
+            .values;
         let mut sum = 0.0;
         for j in 0..100 {
             for i in 0..100 {
@@ -160,7 +163,10 @@ mod tests {
     #[test]
     fn hologram_shows_the_star() {
         let system = star_hologram(64, 0.7, 1e-3);
-        let field = simulate(&system, &Settings::default(), &|_| {}).unwrap().field.values;
+        let field = simulate(&system, &Settings::default(), &|_| {})
+            .unwrap()
+            .field
+            .values;
         let like = ncc(field.mapv(|u| u.norm_sqr()).view(), star(128).view()).unwrap();
         // Developed speckle alone would score 0.7 of a perfect star, a flat square about 0.56.
         assert!((0.62..0.9).contains(&like), "{like}");

@@ -68,7 +68,13 @@ impl Facet {
     pub fn start<'a>(&'a self, hop: &Hop<'a>) -> (Hop<'a>, [f64; 2]) {
         match &self.plane {
             None => (*hop, self.at),
-            Some(plane) => (Hop { from: plane, ..*hop }, [0.0; 2]),
+            Some(plane) => (
+                Hop {
+                    from: plane,
+                    ..*hop
+                },
+                [0.0; 2],
+            ),
         }
     }
 
@@ -84,7 +90,9 @@ impl Facet {
 
     /// Cosine of a mode along the screen's own z axis, with its sign.
     fn lift(&self, p: [f64; 2]) -> f64 {
-        let q = (self.index * self.index - p[0] * p[0] - p[1] * p[1]).max(0.0).sqrt();
+        let q = (self.index * self.index - p[0] * p[0] - p[1] * p[1])
+            .max(0.0)
+            .sqrt();
         p[0] * self.axes[0].z + p[1] * self.axes[1].z + q * self.leaves * self.axes[2].z
     }
 
@@ -165,7 +173,11 @@ fn range(field: &Field, nodes: &[Range<usize>; 2], of: impl Fn([usize; 2]) -> f6
             }
         }
     }
-    if range[0] <= range[1] { range } else { [0.0; 2] }
+    if range[0] <= range[1] {
+        range
+    } else {
+        [0.0; 2]
+    }
 }
 
 /// Smallest and largest value but zero.

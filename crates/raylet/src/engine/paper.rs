@@ -36,35 +36,7 @@ const LARGEST_CHUNK: usize = 1 << 22;
 /// Batches whose differences tell the standard error.
 const BATCHES: usize = 16;
 
-<<<<<<< HEAD
 /// A drawn mode: its indices, its amplitude over the number of draws, and its share of the energy.
-=======
-/// The modes of a patch: those of the FFT of its pixels, as many bands of it as asked for; without
-/// pixels those that lead to the target. Never beyond the index.
-fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
-    let hop = planner.hop;
-    let pixels = match &hop.from.act {
-        Act::Doe(doe) => doe.pixels(),
-        Act::Stop(_) | Act::Sensor(_) => None,
-    };
-    let Some(pixels) = pixels else {
-        let fan = explore(hop, planner.from, planner.to, [side; 2]);
-        return planner.bands(&fan, period);
-    };
-    let n = hop.from.index;
-    [0, 1].map(|a| {
-        let orders = planner.settings.paper.orders.max(1) as f64;
-        let half = 0.5 * orders * hop.wavelength / pixels.pitch[a];
-        let centre = planner.light.anchor[a];
-        let (low, high) = ((centre - half).max(-n), (centre + half).min(n));
-        // Like an FFT's, the band holds one of its two ends.
-        let spacing = hop.wavelength / period;
-        Band::between(centre, spacing, low, high - 1e-9 * spacing)
-    })
-}
-
-/// A drawn mode: its indices, how often it was drawn, and its share of the patch's field.
->>>>>>> 8333b77b4923591607561439240606a87410cc36
 struct Drawn {
     mode: [usize; 2],
     amplitude: Complex64,
@@ -136,7 +108,11 @@ impl Spread {
     /// Takes note of one batch, given what was summed before and after it.
     fn add(&mut self, before: &Array2<Complex64>, after: &Array2<Complex64>) {
         self.count += 1;
-        self.squares += before.iter().zip(after).map(|(b, a)| (a - b).norm_sqr()).sum::<f64>();
+        self.squares += before
+            .iter()
+            .zip(after)
+            .map(|(b, a)| (a - b).norm_sqr())
+            .sum::<f64>();
         self.total = after.iter().map(|a| a.norm_sqr()).sum();
     }
 

@@ -76,7 +76,7 @@ impl PaperPlan {
                 (cells[0] * cells[1], cells)
             }
         };
-        let [px, py] = planner.anchor;
+        let [px, py] = planner.light.anchor;
         let n = hop.from.index;
         let plan = Self {
             positions,
@@ -184,7 +184,10 @@ impl PaperPlan {
 
 /// Columns and rows of about `count` cells, as square as they can be.
 fn grid([x0, x1, y0, y1]: [f64; 4], count: usize) -> [usize; 2] {
-    let columns = (count as f64 * (x1 - x0) / (y1 - y0)).sqrt().round().max(1.0);
+    let columns = (count as f64 * (x1 - x0) / (y1 - y0))
+        .sqrt()
+        .round()
+        .max(1.0);
     let rows = (count as f64 / columns).round().max(1.0);
     [columns as usize, rows as usize]
 }
@@ -210,7 +213,7 @@ fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
         let n = hop.from.index + spare[a];
         let orders = planner.settings.paper.orders.max(1) as f64;
         let half = 0.5 * orders * hop.wavelength / pixels.pitch[a];
-        let centre = planner.anchor[a];
+        let centre = planner.light.anchor[a];
         let (low, high) = ((centre - half).max(-n), (centre + half).min(n));
         // Like an FFT's, the band holds one of its two ends.
         let spacing = hop.wavelength / period;
@@ -221,7 +224,11 @@ fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
 /// How much the rates on a screen may differ from direction cosines: its slope times the change of the
 /// normal cosine there.
 fn spare(screen: &Screen) -> [f64; 2] {
-    let change = if screen.leaves() == screen.arrives { 1.0 } else { 2.0 };
+    let change = if screen.leaves() == screen.arrives {
+        1.0
+    } else {
+        2.0
+    };
     let slope = screen.relief().map_or([0.0; 2], |relief| relief.slope);
     slope.map(|s| s * change * screen.index)
 }

@@ -2,12 +2,8 @@
 
 use crate::engine::beamlets::{BeamletPlan, Planner};
 use crate::engine::fan::{Fan, explore};
-<<<<<<< HEAD
-use crate::engine::paper_plan::PaperPlan;
-=======
 use crate::engine::light::Light;
-use crate::engine::paper::PaperPlan;
->>>>>>> 8333b77b4923591607561439240606a87410cc36
+use crate::engine::paper_plan::PaperPlan;
 use crate::engine::plane::PlanePlan;
 use crate::engine::settings::{Method, Settings};
 use crate::optics::aperture::Aperture;

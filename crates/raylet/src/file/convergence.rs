@@ -78,7 +78,8 @@ fn sums(system: &System, plan: &PaperPlan) -> Result<[f64; 3], SimulateError> {
     let (field, _) = light.pass(system, screen, cosines, &Settings::default())?;
     let axes = [&field.grid.x, &field.grid.y];
     let sizes = [plan.side, plan.period];
-    let spectrum = TileCutter::new(axes, &plan.bands, system.wavenumber(), sizes).cut(&field, [0.0; 2]);
+    let spectrum =
+        TileCutter::new(axes, &plan.bands, system.wavenumber(), sizes).cut(&field, [0.0; 2]);
     let [bx, by] = &plan.bands;
     let mut sums = [0.0; 3];
     for ((my, mx), c) in spectrum.indexed_iter() {
@@ -109,7 +110,12 @@ impl Convergence {
         let Some(hop) = system.hops().next() else {
             return Err(SimulateError::NoSensor(String::new()));
         };
-        let planned = plan(&hop, [0.0; 2], pitch_of(hop.to), &all)?;
+        let planned = plan(
+            &hop,
+            Arriving::from_source(system).brief,
+            pitch_of(hop.to),
+            &all,
+        )?;
         let [sizes, squares, modes] = match &planned {
             Plan::Paper(plan) => sums(system, plan)?,
             _ => [0.0; 3],
@@ -172,7 +178,11 @@ impl Convergence {
             let told = way.errors.iter().filter(|error| error[1] > ROUNDING);
             series.push(Series::line(way.name, told.copied()));
         }
-        for (way, name) in self.ways.iter().zip(["law, uniform", "law, proportional to |c|"]) {
+        for (way, name) in self
+            .ways
+            .iter()
+            .zip(["law, uniform", "law, proportional to |c|"])
+        {
             if let Some(law) = &way.law {
                 series.push(Series::dashed(name, law.clone()));
             }
@@ -210,9 +220,24 @@ fn ways() -> [Way; 3] {
     };
     let independent = || Some(Vec::new());
     [
-        way("uniform", Density::Uniform, Sampler::Multinomial, independent()),
-        way("proportional to |c|", Density::Amplitude, Sampler::Multinomial, independent()),
-        way("proportional to |c|, systematic", Density::Amplitude, Sampler::Systematic, None),
+        way(
+            "uniform",
+            Density::Uniform,
+            Sampler::Multinomial,
+            independent(),
+        ),
+        way(
+            "proportional to |c|",
+            Density::Amplitude,
+            Sampler::Multinomial,
+            independent(),
+        ),
+        way(
+            "proportional to |c|, systematic",
+            Density::Amplitude,
+            Sampler::Systematic,
+            None,
+        ),
     ]
 }
 
@@ -233,10 +258,17 @@ mod tests {
         for way in &found.ways {
             println!("{} {:?} {:?}", way.name, way.errors, way.law);
             if let Some(law) = &way.law {
-                assert!((way.errors[2][1] / law[2][1] - 1.0).abs() < 0.2, "{}", way.name);
+                assert!(
+                    (way.errors[2][1] / law[2][1] - 1.0).abs() < 0.2,
+                    "{}",
+                    way.name
+                );
             }
         }
-        println!("{} modes, {:e} off the angular spectrum", found.modes, found.floor);
+        println!(
+            "{} modes, {:e} off the angular spectrum",
+            found.modes, found.floor
+        );
         for (with, without) in found.ways[1].errors.iter().zip(&found.ways[2].errors) {
             assert!(without[1] < with[1]);
         }

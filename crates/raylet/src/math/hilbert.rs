@@ -41,10 +41,13 @@ mod tests {
             sorted.sort_unstable();
             assert_eq!(sorted, (0..side * side).collect::<Vec<_>>());
             for pair in order.windows(2) {
-                let apart = |of: fn(usize, usize) -> usize| {
-                    of(pair[0], side).abs_diff(of(pair[1], side))
-                };
-                assert_eq!(apart(|c, n| c % n) + apart(|c, n| c / n), 1, "{side} {pair:?}");
+                let apart =
+                    |of: fn(usize, usize) -> usize| of(pair[0], side).abs_diff(of(pair[1], side));
+                assert_eq!(
+                    apart(|c, n| c % n) + apart(|c, n| c / n),
+                    1,
+                    "{side} {pair:?}"
+                );
             }
         }
     }

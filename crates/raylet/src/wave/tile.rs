@@ -196,7 +196,8 @@ impl TileCutter {
         let mut column = vec![Complex64::ZERO; self.y.band.count];
         for m in 0..self.x.band.count {
             column.fill(Complex64::ZERO);
-            self.y.transform(&py, |i| rows[[i, m]], &mut column, &mut buffers);
+            self.y
+                .transform(&py, |i| rows[[i, m]], &mut column, &mut buffers);
             for (mode, value) in modes.column_mut(m).iter_mut().zip(&column) {
                 *mode = *value;
             }

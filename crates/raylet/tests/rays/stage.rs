@@ -40,7 +40,6 @@ pub(crate) fn screen(frame: Frame, index: f64, arrives: f64) -> Screen {
     Screen {
         name: String::from("screen"),
         frame,
-        shape: Shape::Plane,
         act: Act::Stop(Aperture::OPEN),
         index,
         shape: Shape::Plane,
