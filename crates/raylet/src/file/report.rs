@@ -183,7 +183,7 @@ pub struct PlaneEntry {
 pub struct DrawEntry {
     /// Positions of patches.
     pub positions: usize,
-    /// Modes drawn at each.
+    /// Modes drawn, or followed, at each.
     pub secondary: usize,
     /// Side of the patch in micrometres.
     pub side_um: f64,
@@ -461,7 +461,7 @@ impl PlanEntry {
             Plan::Paper(plan) => {
                 entry.paper = Some(DrawEntry {
                     positions: plan.positions,
-                    secondary: plan.secondary,
+                    secondary: (plan.rays() / plan.positions.max(1) as f64) as usize,
                     side_um: plan.side * UM,
                     period_um: plan.period * UM,
                 });

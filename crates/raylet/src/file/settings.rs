@@ -105,7 +105,7 @@ pub enum Correction {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Paper {
-    /// Number of random positions.
+    /// Number of positions; grids take the nearest that fills them.
     #[serde(deserialize_with = "positive")]
     pub rays: Option<usize>,
     /// Number of modes drawn at each position.
