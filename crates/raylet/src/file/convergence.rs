@@ -94,77 +94,107 @@ fn square(a: &Array2<Complex64>) -> f64 {
     a.iter().map(|u| u.norm_sqr()).sum()
 }
 
+/// One element, and its patch with all modes.
+struct Element<'a> {
+    system: &'a System,
+    width: f64,
+    whole: Array2<Complex64>,
+    /// Σ|c|, Σ|c|² and the number of modes.
+    sums: [f64; 3],
+}
+
+impl<'a> Element<'a> {
+    fn new(system: &'a System) -> Result<Self, SimulateError> {
+        let bounds = system.screens[0].bounds().unwrap_or_default();
+        let width = bounds[1] - bounds[0];
+        let all = settings(width, Density::Amplitude, Sampler::All, 1);
+        let mut sums = [0.0; 3];
+        for hop in system.hops() {
+            let light = Arriving::from_source(system).brief;
+            if let Plan::Paper(planned) = plan(&hop, light, pitch_of(hop.to), &all)? {
+                sums = self::sums(system, &planned)?;
+            }
+        }
+        Ok(Self {
+            system,
+            width,
+            whole: simulate(system, &all, &|_| {})?.field.values,
+            sums,
+        })
+    }
+
+    /// Fills in the errors of one way with so many draws, and its law; the last field, and all rays.
+    fn follow(
+        &self,
+        way: &mut Way,
+        count: usize,
+        seeds: u64,
+    ) -> Result<(Array2<Complex64>, u64), SimulateError> {
+        let norm = square(&self.whole);
+        let (mut sum, mut rays, mut last) = (0.0, 0, self.whole.clone());
+        for seed in 0..seeds {
+            let settings = Settings {
+                seed,
+                ..settings(self.width, way.density, way.sampler, count)
+            };
+            let outcome = simulate(self.system, &settings, &|_| {})?;
+            rays += outcome.hops[0].tally.total_rays();
+            last = outcome.field.values;
+            sum += square(&(&last - &self.whole)) / norm;
+        }
+        way.errors.push([count as f64, sum / seeds as f64]);
+
+        // (Σ|c|²/π − |V|²)/N at every point, over the mean of |V|².
+        let [sizes, squares, modes] = self.sums;
+        let spread = match way.density {
+            Density::Amplitude => sizes * sizes,
+            Density::Uniform => modes * squares,
+        };
+        let points = self.whole.len() as f64;
+        if let Some(law) = &mut way.law {
+            law.push([count as f64, (spread * points / norm - 1.0) / count as f64]);
+        }
+        Ok((last, rays))
+    }
+}
+
 impl Convergence {
     /// Measures with each of `draws`, the mean of `seeds` repetitions each.
     ///
     /// # Errors
-    /// As [`simulate`]; the system must be two screens with nothing between.
+    /// As [`simulate`].
     pub fn measure(system: &System, draws: &[usize], seeds: u64) -> Result<Self, SimulateError> {
         let clock = Instant::now();
-        let bounds = system.screens[0].bounds().unwrap_or_default();
-        let width = bounds[1] - bounds[0];
-        let run = |settings: &Settings| simulate(system, settings, &|_| {});
-        let all = settings(width, Density::Amplitude, Sampler::All, 1);
-        let whole = run(&all)?.field.values;
-        let truth = run(&Settings::default())?.field.values;
-        let Some(hop) = system.hops().next() else {
-            return Err(SimulateError::NoSensor(String::new()));
-        };
-        let planned = plan(
-            &hop,
-            Arriving::from_source(system).brief,
-            pitch_of(hop.to),
-            &all,
-        )?;
-        let [sizes, squares, modes] = match &planned {
-            Plan::Paper(plan) => sums(system, plan)?,
-            _ => [0.0; 3],
-        };
+        let element = Element::new(system)?;
+        let truth = simulate(system, &Settings::default(), &|_| {})?
+            .field
+            .values;
 
-        // Each way with each number of draws.
-        let (norm, points) = (square(&whole), whole.len() as f64);
+        // Each way with each number of draws; the paper's own way is shown.
         let mut rays = 0;
         let mut shown = [truth.clone(), truth.clone(), truth.clone()];
-        let ways = ways().map(|way| -> Result<Way, SimulateError> {
-            let mut way = way;
-            for &count in draws {
-                let mut sum = 0.0;
-                for seed in 0..seeds {
-                    let settings = Settings {
-                        seed,
-                        ..settings(width, way.density, way.sampler, count)
-                    };
-                    let outcome = run(&settings)?;
-                    rays += outcome.hops[0].tally.total_rays();
-                    let field = outcome.field.values;
-                    sum += square(&(&field - &whole)) / norm;
-                    if way.law.is_some() && way.density == Density::Amplitude {
-                        shown[if count == draws[0] { 2 } else { 1 }] = field;
-                    }
-                }
-                way.errors.push([count as f64, sum / seeds as f64]);
-                let spread = match way.density {
-                    Density::Amplitude => sizes * sizes,
-                    Density::Uniform => modes * squares,
-                };
-                if let Some(law) = &mut way.law {
-                    law.push([count as f64, (spread * points / norm - 1.0) / count as f64]);
+        let mut ways = ways();
+        for (number, way) in ways.iter_mut().enumerate() {
+            for (place, count) in draws.iter().enumerate() {
+                let (field, followed) = element.follow(way, *count, seeds)?;
+                rays += followed;
+                if number == PAPER {
+                    shown[if place == 0 { 2 } else { 1 }] = field;
                 }
             }
-            Ok(way)
-        });
-        let [a, b, c] = ways;
+        }
+        let whole = element.whole;
         let bright = |u: &Array2<Complex64>| u.mapv(|u| u.norm_sqr());
         Ok(Self {
-            ways: [a?, b?, c?],
-            modes: modes as usize,
+            ways,
+            modes: element.sums[2] as usize,
             floor: field_error(whole.view(), truth.view()).unwrap_or(f64::NAN),
             floor_mse: unit_sum_mse(bright(&whole).view(), bright(&truth).view())
                 .unwrap_or(f64::NAN),
             rays,
             seconds: clock.elapsed().as_secs_f64(),
             fields: shown,
-            half: 0.5 * width,
+            half: 0.5 * element.width,
         })
     }
 
@@ -208,6 +238,9 @@ impl Convergence {
         Figure::new(vec![vec![chart.into()], images.collect()], title).to_png(1.5)
     }
 }
+
+/// The place of the paper's way among them.
+const PAPER: usize = 1;
 
 /// The ways that are compared.
 fn ways() -> [Way; 3] {
