@@ -171,15 +171,17 @@ fn carried(system: &System, method: Method) -> Array2<Complex64> {
 
 /// An element far before the mirror has two real images; one between the two foci a real one in the
 /// plane of incidence and a virtual one across it. Collins' integral leaves out the mirror's aberrations,
-/// which grow with the beam: the last number is what they were found to do.
+/// which grow with the beam: the first limit is what they were found to do. The second one holds between
+/// the two methods: it is wider in the last case, where the sensor sees a small part of a beam whose
+/// beamlets are wider than the sensor, so that their cut tails weigh more.
 #[test]
 fn fields_around_astigmatic_images_have_the_right_sign() {
-    for (before, behind, signs, limit) in [
-        (48.0, 12.0, [1.0, 1.0], 4e-3),
-        (48.0, 34.0, [-1.0, 1.0], 4e-3),
-        (48.0, 68.0, [-1.0, -1.0], 3e-3),
-        (22.0, 45.0, [1.0, 1.0], 2e-3),
-        (22.0, 80.0, [-1.0, 1.0], 1.2e-2),
+    for (before, behind, signs, [limit, close]) in [
+        (48.0, 12.0, [1.0, 1.0], [4e-3, 1.5e-3]),
+        (48.0, 34.0, [-1.0, 1.0], [4e-3, 1.5e-3]),
+        (48.0, 68.0, [-1.0, -1.0], [3e-3, 1.5e-3]),
+        (22.0, 45.0, [1.0, 1.0], [2e-3, 1.5e-3]),
+        (22.0, 80.0, [-1.0, 1.0], [1.2e-2, 4e-3]),
     ] {
         assert_eq!(images(before, behind).map(f64::signum), signs);
         let system = system(before, behind);
@@ -192,7 +194,7 @@ fn fields_around_astigmatic_images_have_the_right_sign() {
             "{before} mm, {behind} mm: beamlets {beamlet:.2e}, planes {plane:.2e}, apart {apart:.2e}"
         );
         assert!(beamlet < limit && plane < limit, "{before} mm, {behind} mm");
-        assert!(apart < 2e-3, "{before} mm, {behind} mm: {apart:.2e}");
+        assert!(apart < close, "{before} mm, {behind} mm: {apart:.2e}");
     }
 }
 

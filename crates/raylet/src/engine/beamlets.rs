@@ -57,13 +57,13 @@ const VALUE_SECONDS: f64 = 6e-10;
 const WIDTHS: std::ops::RangeInclusive<i32> = -6..=4;
 
 /// Share of the light on which each width is judged.
-const TRUSTED_SHARE: f64 = 0.95;
+const TRUSTED_SHARE: f64 = 0.98;
 
 /// Rays of the fan on which each width is judged.
 const JUDGES: usize = 300;
 
 /// Footprints beyond the target within which directions are followed, in typical footprints.
-pub const MARGIN: f64 = 1.5;
+pub const MARGIN: f64 = 2.5;
 
 /// Largest η that a beamlet beside the target may have for its tail on the target to be believed.
 pub const TRUSTED_TAIL: f64 = 0.1;
