@@ -192,7 +192,7 @@ fn hop_lines(entry: &PlanEntry, forecast: &Forecast) -> String {
     if let Some(plan) = &entry.paper {
         let _ = writeln!(
             text,
-            "    {} random positions with {} drawn modes each, patches of {:.2} µm, period {:.2} µm",
+            "    {} positions with {} modes each, patches of {:.2} µm, period {:.2} µm",
             plan.positions, plan.secondary, plan.side_um, plan.period_um
         );
     }

@@ -6,6 +6,7 @@ mod failure;
 mod hologram;
 mod interrupt;
 mod overrides;
+mod paper;
 mod progress;
 mod reference;
 mod say;
@@ -36,6 +37,7 @@ enum Verb {
     Check(check::Check),
     Hologram(hologram::Hologram),
     Schema(schema::Schema),
+    Paper(paper::Paper),
 }
 
 fn main() -> ExitCode {
@@ -57,5 +59,6 @@ fn run(verb: &Verb) -> Result<(), Failure> {
         Verb::Check(verb) => verb.run(),
         Verb::Hologram(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
+        Verb::Paper(verb) => verb.run(),
     }
 }

@@ -1,12 +1,16 @@
 //! The source paper's estimate of a field: unbiased in free space, with the variance that theory gives.
 //!
-//! Of a patch's modes cₘ, N are drawn with probability π ∝ |c| and weighted c/(Nπ). The estimate's mean
-//! squared error at a point is (Σ|c|²/π − |Σ c e|²)/N = ((Σ|c|)² − |V|²)/N, V the patch's field there.
-//! K patches at random positions add the variance of V from patch to patch.
+//! Of a patch's modes cₘ, N are drawn with probability π and weighted c/(Nπ). The estimate's mean squared
+//! error at a point is (Σ|c|²/π − |V|²)/N, V the patch's field there: ((Σ|c|)² − |V|²)/N for π ∝ |c|,
+//! (KΣ|c|² − |V|²)/N for π alike for K modes. Patches at random positions add the variance of V from
+//! patch to patch.
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::paper::{Address, PaperPlan, carry};
+use raylet::engine::paper::carry;
+use raylet::engine::paper_plan::{Address, PaperPlan};
+use raylet::engine::settings::{Density, Positions, Sag, Sampler};
+use raylet::engine::tally::Tally;
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
@@ -42,8 +46,8 @@ fn screen(z: f64) -> Screen {
         name: String::from("screen"),
         frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
         act: Act::Stop(Aperture::OPEN),
-        index: 1.0,
         shape: Shape::Plane,
+        index: 1.0,
         arrives: 1.0,
     }
 }
@@ -61,16 +65,16 @@ fn field() -> Field {
     field
 }
 
-fn band() -> Band {
+fn band(period: usize) -> Band {
     let (spacing, half) = (
-        WAVELENGTH / (PERIOD as f64 * PITCH),
+        WAVELENGTH / (period as f64 * PITCH),
         0.5 * WAVELENGTH / PITCH,
     );
     Band::between(0.0, spacing, -half, half - 1e-9 * spacing)
 }
 
-/// The library's estimate at the raster's points.
-fn estimate(field: &Field, plan: &PaperPlan, seed: u64) -> Array2<Complex64> {
+/// The library's estimate at the raster's points, and its tally.
+fn run(field: &Field, plan: &PaperPlan, seed: u64) -> (Array2<Complex64>, Tally) {
     let (from, to) = (screen(0.0), screen(DISTANCE));
     let hop = Hop {
         wavelength: WAVELENGTH,
@@ -79,41 +83,53 @@ fn estimate(field: &Field, plan: &PaperPlan, seed: u64) -> Array2<Complex64> {
         to: &to,
     };
     let mut sum = PlaneSum::new(RASTER, K, 1e-9).unwrap();
-    carry(
-        hop,
-        plan,
-        Address { seed, hop: 0 },
-        field,
-        &mut sum,
-        &|_| {},
-    );
-    sum.finish()
+    let address = Address { seed, hop: 0 };
+    let tally = carry(hop, plan, address, field, &mut sum, &|_| {});
+    (sum.finish(), tally)
+}
+
+fn estimate(field: &Field, plan: &PaperPlan, seed: u64) -> Array2<Complex64> {
+    run(field, plan, seed).0
 }
 
 /// `positions` patches in the middle `area` of the field, `secondary` modes of each.
 fn plan(positions: usize, secondary: usize, half: f64) -> PaperPlan {
     PaperPlan {
         positions,
+        rule: Positions::Dilated,
+        cells: [positions, 1],
+        coverage: false,
         secondary,
+        density: Density::Amplitude,
+        sampler: Sampler::Multinomial,
+        sag: Sag::True,
+        along: 1.0,
         area: [-half, half, -half, half],
         side: PATCH as f64 * PITCH,
         period: PERIOD as f64 * PITCH,
-        bands: [band(); 2],
+        bands: [band(PERIOD); 2],
         obliquity: false,
         arriving: [1.0; 2],
     }
 }
 
-/// What one patch is: Σ|c| over its modes, and its field at the raster's points, all by direct sums.
+/// What one patch is: Σ|c| and Σ|c|² over its modes, how many they are, and its field at the raster's
+/// points, all by direct sums.
 struct Exact {
     sizes: f64,
+    squares: f64,
+    modes: f64,
     values: Array2<Complex64>,
 }
 
 /// The patch whose first sample is that of the given indices, which may lie outside of the field.
-fn patch(field: &Field, [first_x, first_y]: [i64; 2]) -> Exact {
+fn patch(field: &Field, first: [i64; 2]) -> Exact {
+    patch_of_period(field, first, PERIOD)
+}
+
+fn patch_of_period(field: &Field, [first_x, first_y]: [i64; 2], period: usize) -> Exact {
     let inside = |i: i64| (0..FIELD as i64).contains(&i);
-    let band = band();
+    let band = band(period);
     let along = |first: i64, m: usize| -> Vec<(usize, Complex64)> {
         (first..first + PATCH as i64)
             .filter(|i| inside(*i))
@@ -126,6 +142,8 @@ fn patch(field: &Field, [first_x, first_y]: [i64; 2]) -> Exact {
     let [nx, ny] = RASTER.size;
     let mut exact = Exact {
         sizes: 0.0,
+        squares: 0.0,
+        modes: (band.count * band.count) as f64,
         values: Array2::zeros((ny, nx)),
     };
     for my in 0..band.count {
@@ -138,8 +156,9 @@ fn patch(field: &Field, [first_x, first_y]: [i64; 2]) -> Exact {
                     c += field.values[[*j, *i]] * a * b;
                 }
             }
-            c /= (PERIOD * PERIOD) as f64;
+            c /= (period * period) as f64;
             exact.sizes += c.norm();
+            exact.squares += c.norm_sqr();
             let [px, py] = [band.at(mx), band.at(my)];
             let q = (1.0 - px * px - py * py).sqrt();
             for ((j, i), value) in exact.values.indexed_iter_mut() {
@@ -174,29 +193,184 @@ fn measured(
     [mse / count, square(&mean) / (count * count)]
 }
 
-/// One patch at a fixed place: positions are drawn from an area too small to matter.
+/// Half width of an area for positions too small to matter, and the share by which one patch counts.
+const FIXED: f64 = 1e-9;
+
+fn fixed_share() -> f64 {
+    (2.0 * FIXED).powi(2) / (PATCH as f64 * PITCH).powi(2)
+}
+
+/// One patch at a fixed place, for both densities.
 #[test]
 fn drawn_modes_of_a_patch_have_the_variance_of_their_law() {
     let field = field();
     let first = (FIELD - PATCH) as i64 / 2;
     let exact = patch(&field, [first; 2]);
-    let half = 1e-9f64;
-    let share = (2.0 * half).powi(2) / (PATCH as f64 * PITCH).powi(2);
-    let law = exact.sizes.powi(2) * exact.values.len() as f64 - square(&exact.values);
-    for (secondary, seeds) in [(4, 4000), (64, 2000)] {
-        let plan = plan(1, secondary, half);
-        let [mse, bias] = measured(&field, &plan, 1.0 / share, &exact.values, seeds);
-        let ratio = mse * secondary as f64 / law;
+    let points = exact.values.len() as f64;
+    for (density, sum, draws) in [
+        (
+            Density::Amplitude,
+            exact.sizes.powi(2),
+            [(4, 4000), (64, 2000)],
+        ),
+        (
+            Density::Uniform,
+            exact.modes * exact.squares,
+            [(4, 4000), (64, 2000)],
+        ),
+    ] {
+        let law = sum * points - square(&exact.values);
+        for (secondary, seeds) in draws {
+            let plan = PaperPlan {
+                density,
+                ..plan(1, secondary, FIXED)
+            };
+            let scale = 1.0 / fixed_share();
+            let [mse, bias] = measured(&field, &plan, scale, &exact.values, seeds);
+            let ratio = mse * secondary as f64 / law;
+            println!(
+                "{density:?}, {secondary} modes: N·MSE over its law {ratio:.4}, bias² over MSE {:.2e}",
+                bias / mse
+            );
+            assert!((ratio - 1.0).abs() < 0.05, "{secondary}: {ratio}");
+            // The mean of the seeds is off by what chance leaves, one part in `seeds`, and no more.
+            assert!(
+                bias / mse < 2.0 / seeds as f64,
+                "{secondary}: {bias:e} of {mse:e}"
+            );
+        }
+    }
+}
+
+/// Half and a quarter of a patch's modes without replacement: unbiased, and better than with it.
+#[test]
+fn modes_drawn_without_replacement_err_less() {
+    let field = field();
+    let first = (FIELD - PATCH) as i64 / 2;
+    let exact = patch(&field, [first; 2]);
+    for (secondary, gain) in [(64, 1.7), (128, 3.5)] {
+        let [with, without] = [Sampler::Multinomial, Sampler::Systematic].map(|sampler| {
+            let plan = PaperPlan {
+                sampler,
+                ..plan(1, secondary, FIXED)
+            };
+            measured(&field, &plan, 1.0 / fixed_share(), &exact.values, 2000)
+        });
         println!(
-            "{secondary} modes: N·MSE over its law {ratio:.4}, bias² over MSE {:.2e}",
-            bias / mse
+            "{secondary} of {} modes: {:.3} times less, bias² over MSE {:.2e}",
+            exact.modes,
+            with[0] / without[0],
+            without[1] / without[0]
         );
-        assert!((ratio - 1.0).abs() < 0.05, "{secondary}: {ratio}");
-        // The mean of the seeds is off by what chance leaves, one part in `seeds`, and no more.
-        assert!(
-            bias / mse < 2.0 / seeds as f64,
-            "{secondary}: {bias:e} of {mse:e}"
-        );
+        assert!(with[0] / without[0] > gain);
+        assert!(without[1] / without[0] < 1e-3);
+    }
+}
+
+/// As many draws without replacement as there are modes are all modes; the lattice has no copies of the
+/// raster within its period but the patch itself, so that the sum is the patch's field.
+#[test]
+fn all_modes_are_the_patch() {
+    let field = field();
+    let first = (FIELD - PATCH) as i64 / 2;
+    let exact = patch(&field, [first; 2]);
+    let modes = exact.modes as usize;
+    for (sampler, density, secondary) in [
+        (Sampler::All, Density::Amplitude, 1),
+        (Sampler::Systematic, Density::Amplitude, modes),
+        (Sampler::Systematic, Density::Uniform, modes + 5),
+    ] {
+        let plan = PaperPlan {
+            sampler,
+            density,
+            ..plan(1, secondary, FIXED)
+        };
+        let whole = PaperPlan {
+            sampler: Sampler::All,
+            ..plan.clone()
+        };
+        let (ours, all) = (estimate(&field, &plan, 5), estimate(&field, &whole, 6));
+        let apart = (square(&(&ours - &all)) / square(&all)).sqrt();
+        let scaled = ours.mapv(|v| v / fixed_share());
+        let error = (square(&(scaled - &exact.values)) / square(&exact.values)).sqrt();
+        println!("{sampler:?} {density:?}: {apart:.1e} from all modes, {error:.1e} from the sum");
+        assert!(apart < 1e-12);
+        assert!(error < 1e-8);
+    }
+}
+
+/// Tiles side by side, jittered patches and random ones with what covers each node divided out: all give
+/// the field of the whole aperture, which each node enters once.
+#[test]
+fn divided_coverage_leaves_the_field_itself() {
+    let field = field();
+    let period = 8 * PERIOD;
+    let mut whole = Array2::zeros((6, 7));
+    for first in [[0, 0], [0, 8], [8, 0], [8, 8]] {
+        whole += &patch_of_period(&field, first, period).values;
+    }
+    let at = |rule, cells: [usize; 2], half| PaperPlan {
+        rule,
+        cells,
+        sampler: Sampler::All,
+        period: period as f64 * PITCH,
+        bands: [band(period); 2],
+        ..plan(cells[0] * cells[1], 1, half)
+    };
+    let half = 0.5 * FIELD as f64 * PITCH;
+    let dilated = half + 0.5 * PATCH as f64 * PITCH;
+    // On one lattice copies add up like the patches; coverage that differs from place to place shows.
+    for (rule, cells, half, coverage, low, high) in [
+        (Positions::Grid, [2, 2], half, false, 0.0, 1e-10),
+        (Positions::Grid, [3, 3], half, true, 0.0, 1e-10),
+        (Positions::Jittered, [6, 6], dilated, true, 0.0, 1e-10),
+        (Positions::Dilated, [150, 1], dilated, true, 0.0, 1e-10),
+        (Positions::Grid, [3, 3], half, false, 0.3, 0.6),
+    ] {
+        let plan = PaperPlan {
+            coverage,
+            ..at(rule, cells, half)
+        };
+        let error = (square(&(estimate(&field, &plan, 2) - &whole)) / square(&whole)).sqrt();
+        println!("{rule:?} {cells:?}, divided {coverage}: {error:.1e}");
+        assert!((low..high).contains(&error), "{error}");
+    }
+}
+
+/// What a run says of its standard error, against the spread of its repetitions.
+#[test]
+fn standard_error_is_the_spread_of_repeated_runs() {
+    let field = field();
+    let half = 0.5 * (FIELD + PATCH) as f64 * PITCH;
+    for (positions, secondary, sampler) in [
+        (400, 50, Sampler::Multinomial),
+        (1003, 20, Sampler::Systematic),
+        (2000, 1, Sampler::All),
+    ] {
+        let plan = PaperPlan {
+            sampler,
+            ..plan(positions, secondary, half)
+        };
+        let runs: Vec<_> = (0..40).map(|seed| run(&field, &plan, seed)).collect();
+        let mean = runs
+            .iter()
+            .fold(Array2::<Complex64>::zeros((6, 7)), |sum, run| sum + &run.0);
+        let mean = mean.mapv(|v| v / 40.0);
+        let spread: f64 = runs
+            .iter()
+            .map(|run| square(&(&run.0 - &mean)))
+            .sum::<f64>()
+            / 39.0;
+        let ratios: Vec<f64> = runs
+            .iter()
+            .filter_map(|(values, tally)| {
+                Some(tally.standard_error()? * square(values).sqrt() / spread.sqrt())
+            })
+            .collect();
+        let [least, most] = [f64::min, f64::max].map(|f| ratios.iter().copied().reduce(f).unwrap());
+        println!("{positions} × {secondary}, {sampler:?}: told over true {least:.2} to {most:.2}");
+        assert_eq!(ratios.len(), 40);
+        assert!(least > 1.0 / 1.5 && most < 1.5);
     }
 }
 

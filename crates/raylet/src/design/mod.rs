@@ -1,4 +1,5 @@
 //! What should change.
 
 pub mod hologram;
+pub mod patterns;
 pub mod target;

@@ -5,7 +5,8 @@ use num_complex::Complex64;
 
 use crate::engine::backend::{Backend, Job};
 use crate::engine::cpu::Cpu;
-use crate::engine::paper::{self, Address};
+use crate::engine::paper;
+use crate::engine::paper_plan::Address;
 use crate::engine::plan::Plan;
 use crate::engine::plane;
 use crate::engine::settings::Settings;

@@ -3,7 +3,7 @@
 use crate::engine::beamlets::{BeamletPlan, Planner};
 use crate::engine::fan::{Fan, explore};
 use crate::engine::light::Light;
-use crate::engine::paper::PaperPlan;
+use crate::engine::paper_plan::PaperPlan;
 use crate::engine::plane::PlanePlan;
 use crate::engine::settings::{Method, Settings};
 use crate::optics::aperture::Aperture;
@@ -72,7 +72,7 @@ impl Plan {
             Plan::Free(..) => 0.0,
             Plan::Beamlets(beamlets) => beamlets.rays,
             Plan::Planes(planes) => planes.rays,
-            Plan::Paper(paper) => paper.positions as f64 * paper.secondary as f64,
+            Plan::Paper(paper) => paper.rays(),
         }
     }
 }
@@ -90,7 +90,7 @@ pub enum PlanError {
         /// How the rays of the fan were lost.
         causes: String,
     },
-    /// Plane waves and the source paper's method start from planes.
+    /// Plane wavelets start from planes.
     #[error(
         "method '{method}' does not start from curved screens such as '{screen}'; use beamlet or auto"
     )]
@@ -162,15 +162,9 @@ pub fn plan(
         check_directions(hop, &plan, settings)?;
         return Ok(Plan::Free(free, plan));
     }
-    let method = match settings.method {
-        Method::Plane => Some("plane"),
-        Method::Paper => Some("paper"),
-        Method::Auto | Method::Beamlet => None,
-    };
-    if let Some(method) = method
-        && !hop.from.is_plane()
-    {
+    if settings.method == Method::Plane && !hop.from.is_plane() {
         let screen = hop.from.name.clone();
+        let method = "plane";
         return Err(PlanError::Curved { method, screen });
     }
     let fan = explore(hop, from, to, [0.0; 2]);

@@ -57,12 +57,58 @@ pub struct Settings {
     pub memory_limit: usize,
 }
 
+/// Where the patches of [`Method::Paper`] stand. Apertures count as the boxes that hold them.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Positions {
+    /// Uniformly random on the aperture itself: its rim is covered too thinly.
+    Inside,
+    /// Uniformly random on the aperture dilated by half a patch, which covers all of it alike.
+    #[default]
+    Dilated,
+    /// One at random in each cell of a grid over the dilated aperture.
+    Jittered,
+    /// In the middle of each cell of a grid over the aperture itself.
+    Grid,
+}
+
+/// With which probability a mode of [`Method::Paper`] is drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Density {
+    /// In proportion to |c|.
+    #[default]
+    Amplitude,
+    /// Alike for all modes that propagate.
+    Uniform,
+}
+
+/// How modes of [`Method::Paper`] are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Sampler {
+    /// Independently, with replacement; equal draws become one ray.
+    #[default]
+    Multinomial,
+    /// Without replacement, at equal distances of summed probability along Hilbert's curve.
+    Systematic,
+    /// Not at all: every mode is followed.
+    All,
+}
+
+/// What [`Method::Paper`] makes of the height of a curved screen over the plane that touches a patch.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Sag {
+    /// Nothing: the patch is taken to be that plane.
+    Tangent,
+    /// Each mode's coefficient has its phase.
+    #[default]
+    True,
+}
+
 /// The knobs of the source paper's method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Paper {
-    /// Incident rays: random positions on the aperture dilated by half a patch.
+    /// Incident rays: positions of patches. Grids take the nearest number that fills them.
     pub rays: usize,
-    /// Secondary rays drawn per incident ray, with probability ∝ |c|.
+    /// Secondary rays drawn per incident ray.
     pub secondary: usize,
     /// Side of the square patch, in mm; a quarter of the screen when absent.
     pub patch: Option<f64>,
@@ -71,10 +117,37 @@ pub struct Paper {
     /// How far the lattice of modes goes, in bands of the pixels' FFT: 1 is that band itself, ±λ/2h for
     /// pixels of width h; more take in the higher orders of the pixels, as far as they propagate.
     pub orders: usize,
-    /// Whether positions are drawn on the aperture itself instead: its rim is then covered too thinly.
-    pub inside: bool,
+    /// Where patches stand.
+    pub positions: Positions,
+    /// Whether the field is divided by the number of patches that cover it, instead of by the number
+    /// expected.
+    pub coverage: bool,
+    /// Which modes are drawn more often.
+    pub density: Density,
+    /// How they are drawn.
+    pub sampler: Sampler,
+    /// What is made of the height of a curved screen.
+    pub sag: Sag,
     /// Whether each wavelet is multiplied by the cosine ⟨n, d⟩ at the sensor.
     pub obliquity: bool,
+}
+
+impl Default for Paper {
+    fn default() -> Self {
+        Self {
+            rays: 1000,
+            secondary: 1000,
+            patch: None,
+            padding: 2.0,
+            orders: 1,
+            positions: Positions::default(),
+            coverage: false,
+            density: Density::default(),
+            sampler: Sampler::default(),
+            sag: Sag::default(),
+            obliquity: false,
+        }
+    }
 }
 
 impl Default for Settings {
@@ -90,15 +163,7 @@ impl Default for Settings {
             correction: Correction::Auto,
             padding: 4.0,
             nufft_tolerance: 1e-6,
-            paper: Paper {
-                rays: 1000,
-                secondary: 1000,
-                patch: None,
-                padding: 2.0,
-                orders: 1,
-                inside: false,
-                obliquity: false,
-            },
+            paper: Paper::default(),
             seed: 1,
             memory_limit: 4 << 30,
         }

@@ -67,6 +67,8 @@ pub struct Tally {
     pub aberration: [f64; 2],
     /// Σ|c|²ε₃² over the same beamlets.
     pub cubic: f64,
+    /// Σ variance and Σ|U|² over the receiving screen, where rays were drawn at random.
+    pub sampling: Option<[f64; 2]>,
 }
 
 impl Tally {
@@ -137,6 +139,13 @@ impl Tally {
     pub fn eta_corrected(&self) -> f64 {
         let eta = self.eta();
         eta * (ratio(self.cubic, self.aberration[1]).sqrt() + eta)
+    }
+
+    /// Standard error of the field from what was drawn at random, relative to the field as it came out:
+    /// near one where that is all noise.
+    pub fn standard_error(&self) -> Option<f64> {
+        self.sampling
+            .map(|[variance, square]| ratio(variance.max(0.0), square).sqrt())
     }
 
     /// √ of the share of the energy in modes below the threshold.

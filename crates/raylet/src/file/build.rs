@@ -473,16 +473,45 @@ pub fn settings(scene: &Scene) -> crate::engine::settings::Settings {
         },
         padding: standard.padding,
         nufft_tolerance: given.nufft_tolerance.unwrap_or(standard.nufft_tolerance),
-        paper: engine::Paper {
-            rays: given.paper.rays.unwrap_or(standard.paper.rays),
-            secondary: given.paper.secondary.unwrap_or(standard.paper.secondary),
-            patch: given.paper.patch_um.map(|p| p * UM),
-            padding: given.paper.padding.unwrap_or(standard.paper.padding),
-            orders: given.paper.orders.unwrap_or(standard.paper.orders),
-            inside: given.paper.inside,
-            obliquity: given.paper.obliquity,
-        },
+        paper: paper(&given.paper, standard.paper),
         seed: scene.seed,
         memory_limit: (given.memory_limit_mb * 1e6) as usize,
+    }
+}
+
+/// The knobs of the method `paper`.
+fn paper(
+    given: &crate::file::settings::Paper,
+    standard: crate::engine::settings::Paper,
+) -> crate::engine::settings::Paper {
+    use crate::engine::settings as engine;
+    use crate::file::settings as file;
+    engine::Paper {
+        rays: given.rays.unwrap_or(standard.rays),
+        secondary: given.secondary.unwrap_or(standard.secondary),
+        patch: given.patch_um.map(|p| p * UM),
+        padding: given.padding.unwrap_or(standard.padding),
+        orders: given.orders.unwrap_or(standard.orders),
+        positions: match given.positions {
+            file::Positions::Inside => engine::Positions::Inside,
+            file::Positions::Dilated => engine::Positions::Dilated,
+            file::Positions::Jittered => engine::Positions::Jittered,
+            file::Positions::Grid => engine::Positions::Grid,
+        },
+        coverage: given.coverage,
+        density: match given.density {
+            file::Density::Amplitude => engine::Density::Amplitude,
+            file::Density::Uniform => engine::Density::Uniform,
+        },
+        sampler: match given.sampler {
+            file::Sampler::Multinomial => engine::Sampler::Multinomial,
+            file::Sampler::Systematic => engine::Sampler::Systematic,
+            file::Sampler::All => engine::Sampler::All,
+        },
+        sag: match given.sag {
+            file::Sag::Tangent => engine::Sag::Tangent,
+            file::Sag::True => engine::Sag::True,
+        },
+        obliquity: given.obliquity,
     }
 }

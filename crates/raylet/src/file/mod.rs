@@ -11,6 +11,7 @@ mod check;
 pub mod colour;
 pub mod comparison;
 pub mod contrast;
+pub mod convergence;
 mod decode;
 pub mod element;
 pub mod fault;

@@ -10,7 +10,9 @@ use crate::engine::beamlets::BeamletPlan;
 use crate::engine::plan::Plan;
 use crate::engine::reason::{method_name, reason};
 use crate::engine::reference::Reference;
-use crate::engine::settings::{Correction, Method, Settings};
+use crate::engine::settings::{
+    Correction, Density, Method, Paper, Positions, Sag, Sampler, Settings,
+};
 use crate::engine::simulate::{HopReport, Outcome};
 use crate::engine::tally::{Fate, Tally};
 use crate::file::machine::Machine;
@@ -90,7 +92,11 @@ pub struct PaperEntry {
     pub patch_um: Option<f64>,
     pub padding: f64,
     pub orders: usize,
-    pub inside: bool,
+    pub positions: String,
+    pub coverage: bool,
+    pub density: String,
+    pub sampler: String,
+    pub sag: String,
     pub obliquity: bool,
 }
 
@@ -128,6 +134,10 @@ pub struct HopEntry {
     pub power: Power,
     /// Expected error by cause; none for methods whose errors are not foretold.
     pub error: Option<ErrorEntry>,
+    /// Standard error of the field from what was drawn at random, relative to the field; none where
+    /// nothing was, or positions are not independent. It knows of no bias.
+    #[serde(default)]
+    pub standard_error: Option<f64>,
     /// Aberration inside beamlets, before and after correction.
     pub aberration: [f64; 2],
     /// Seconds it took.
@@ -171,9 +181,9 @@ pub struct PlaneEntry {
 /// What the paper's method draws in a hop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct DrawEntry {
-    /// Random positions.
+    /// Positions of patches.
     pub positions: usize,
-    /// Modes drawn at each.
+    /// Modes drawn, or followed, at each.
     pub secondary: usize,
     /// Side of the patch in micrometres.
     pub side_um: f64,
@@ -319,17 +329,46 @@ impl SettingsEntry {
             .to_owned(),
             padding: settings.padding,
             nufft_tolerance: settings.nufft_tolerance,
-            paper: PaperEntry {
-                rays: settings.paper.rays,
-                secondary: settings.paper.secondary,
-                patch_um: settings.paper.patch.map(|patch| patch * UM),
-                padding: settings.paper.padding,
-                orders: settings.paper.orders,
-                inside: settings.paper.inside,
-                obliquity: settings.paper.obliquity,
-            },
+            paper: PaperEntry::new(&settings.paper),
             seed: settings.seed,
             memory_limit_mb: settings.memory_limit as f64 * 1e-6,
+        }
+    }
+}
+
+impl PaperEntry {
+    fn new(paper: &Paper) -> Self {
+        Self {
+            rays: paper.rays,
+            secondary: paper.secondary,
+            patch_um: paper.patch.map(|patch| patch * UM),
+            padding: paper.padding,
+            orders: paper.orders,
+            positions: match paper.positions {
+                Positions::Inside => "inside",
+                Positions::Dilated => "dilated",
+                Positions::Jittered => "jittered",
+                Positions::Grid => "grid",
+            }
+            .to_owned(),
+            coverage: paper.coverage,
+            density: match paper.density {
+                Density::Amplitude => "amplitude",
+                Density::Uniform => "uniform",
+            }
+            .to_owned(),
+            sampler: match paper.sampler {
+                Sampler::Multinomial => "multinomial",
+                Sampler::Systematic => "systematic",
+                Sampler::All => "all",
+            }
+            .to_owned(),
+            sag: match paper.sag {
+                Sag::Tangent => "tangent",
+                Sag::True => "true",
+            }
+            .to_owned(),
+            obliquity: paper.obliquity,
         }
     }
 }
@@ -387,6 +426,7 @@ impl HopEntry {
                 dropped: account.dropped,
                 total: account.total(),
             }),
+            standard_error: tally.standard_error(),
             aberration: [Tally::eta, Tally::eta_corrected].map(|estimate| estimate(tally)),
             seconds: report.seconds,
         }
@@ -421,7 +461,7 @@ impl PlanEntry {
             Plan::Paper(plan) => {
                 entry.paper = Some(DrawEntry {
                     positions: plan.positions,
-                    secondary: plan.secondary,
+                    secondary: (plan.rays() / plan.positions.max(1) as f64) as usize,
                     side_um: plan.side * UM,
                     period_um: plan.period * UM,
                 });

@@ -167,6 +167,12 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("kind = \"grating\"", "kind = \"grid\"", &["demo.toml:24:13: element[0].layer[1].terms[0][0].kind", "`grating`"]),
     ("method = \"beamlet\"", "method = \"beam\"", &["demo.toml:70:10: settings.method", "did you mean `beamlet`?"]),
     ("{ rays = 1000 }", "{ ray = 1000 }", &["demo.toml:72:11: settings.paper.ray", "did you mean `rays`?"]),
+    ("{ rays = 1000 }", "{ positions = \"random\" }", &["demo.toml:72:23: settings.paper.positions", "random", "`jittered`"]),
+    ("{ rays = 1000 }", "{ coverage = 1 }", &["demo.toml:72:22: settings.paper.coverage", "found 1"]),
+    ("{ rays = 1000 }", "{ density = \"uniforn\" }", &["demo.toml:72:21: settings.paper.density", "did you mean `uniform`?"]),
+    ("{ rays = 1000 }", "{ sampler = \"sistematic\" }", &["demo.toml:72:21: settings.paper.sampler", "did you mean `systematic`?"]),
+    ("{ rays = 1000 }", "{ sag = \"flat\" }", &["demo.toml:72:17: settings.paper.sag", "`tangent`"]),
+    ("{ rays = 1000 }", "{ inside = true }", &["demo.toml:72:11: settings.paper.inside", "unknown key"]),
     ("glass = { index = 1.5 }", "glass = { indx = 1.5 }", &["demo.toml:51:11: element[3].glass.indx", "did you mean `index`?"]),
     ("[settings]", "[setings]", &["demo.toml:69:2: setings", "did you mean `settings`?"]),
     // Types and lengths.

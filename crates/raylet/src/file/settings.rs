@@ -105,7 +105,7 @@ pub enum Correction {
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
 pub struct Paper {
-    /// Number of random positions.
+    /// Number of positions; grids take the nearest that fills them.
     #[serde(deserialize_with = "positive")]
     pub rays: Option<usize>,
     /// Number of modes drawn at each position.
@@ -122,10 +122,68 @@ pub struct Paper {
     /// How many bands of the pixels' Fourier transform the modes span.
     #[serde(deserialize_with = "positive")]
     pub orders: Option<usize>,
-    /// Whether positions are drawn on the aperture alone, without its surroundings.
-    pub inside: bool,
+    /// How positions are chosen.
+    pub positions: Positions,
+    /// Whether the field is divided by the number of patches that cover it, not by the number expected.
+    pub coverage: bool,
+    /// Which modes are drawn more often.
+    pub density: Density,
+    /// How modes are drawn.
+    pub sampler: Sampler,
+    /// What a patch of a curved element makes of its height.
+    pub sag: Sag,
     /// Whether contributions carry an obliquity factor.
     pub obliquity: bool,
+}
+
+/// How positions of the method `paper` are chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Positions {
+    /// At random on the aperture alone, whose rim is then covered too thinly.
+    Inside,
+    /// At random on the aperture and half a patch around it.
+    #[default]
+    Dilated,
+    /// One at random in each cell of a grid over the same.
+    Jittered,
+    /// A regular grid over the aperture.
+    Grid,
+}
+
+/// Which modes the method `paper` draws more often.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Density {
+    /// The stronger ones, in proportion to their amplitude.
+    #[default]
+    Amplitude,
+    /// None.
+    Uniform,
+}
+
+/// How the method `paper` draws modes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Sampler {
+    /// Independently, with replacement.
+    #[default]
+    Multinomial,
+    /// Without replacement, evenly along a curve through all modes.
+    Systematic,
+    /// All of them, whatever `secondary` is.
+    All,
+}
+
+/// What a patch of the method `paper` makes of the height of a curved element over its tangent plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Sag {
+    /// Nothing.
+    Tangent,
+    /// The phase that it has for each mode.
+    #[default]
+    True,
 }
 
 /// A hologram to be computed, so that the sensor shows an image.

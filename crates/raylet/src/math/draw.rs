@@ -1,4 +1,4 @@
-//! Drawing from a list of weights, with replacement.
+//! Drawing from a list of weights, with and without replacement.
 
 /// How often each of `weights` is drawn in as many independent draws as there are `numbers`, with
 /// probability proportional to the weight: (index, count), ascending, only those drawn at all.
@@ -33,9 +33,62 @@ pub fn draw(weights: &[f64], numbers: &mut [f64]) -> Vec<(usize, u32)> {
     drawn
 }
 
+/// Probabilities min(1, const·weight) that add up to `count`; one for every positive weight when there
+/// are no more than that.
+pub fn inclusion(weights: &[f64], count: usize) -> Vec<f64> {
+    let positive = weights.iter().filter(|w| **w > 0.0).count();
+    if positive <= count {
+        return weights
+            .iter()
+            .map(|w| if *w > 0.0 { 1.0 } else { 0.0 })
+            .collect();
+    }
+
+    // Those that reach one are certain; what they leave is shared by the others, until none more does.
+    let mut scale = 0.0;
+    loop {
+        let (mut certain, mut rest) = (0, 0.0);
+        for weight in weights {
+            if scale * weight >= 1.0 {
+                certain += 1;
+            } else {
+                rest += weight;
+            }
+        }
+        let next = (count - certain.min(count)) as f64 / rest;
+        if next <= scale {
+            return weights.iter().map(|w| (scale * w).min(1.0)).collect();
+        }
+        scale = next;
+    }
+}
+
+/// Systematic sampling without replacement (Madow, Ann. Math. Stat. 20, 333, 1949): the indices whose
+/// share of the summed `probabilities`, taken in `order`, holds one of the points offset, offset + 1, ….
+/// An index is among them with its own probability; those of probability one always are.
+pub fn systematic(probabilities: &[f64], order: &[usize], offset: f64) -> Vec<usize> {
+    let mut sum = 0.0;
+    let mut next = offset;
+    let mut drawn = Vec::new();
+    for index in order {
+        // Certain ones stand aside, so that rounding cannot lose them.
+        let probability = probabilities[*index];
+        if probability >= 1.0 {
+            drawn.push(*index);
+            continue;
+        }
+        sum += probability;
+        if sum > next {
+            drawn.push(*index);
+            next += 1.0;
+        }
+    }
+    drawn
+}
+
 #[cfg(test)]
 mod tests {
-    use crate::math::draw::draw;
+    use crate::math::draw::{draw, inclusion, systematic};
     use crate::math::random::uniform;
 
     #[test]
@@ -62,5 +115,37 @@ mod tests {
         assert!(draw(&[0.0, 0.0], &mut [0.3, 0.4]).is_empty());
         assert!(draw(&[], &mut [0.3]).is_empty());
         assert_eq!(draw(&[1.0, 1e-30], &mut [0.999_999_999]), [(0, 1)]);
+    }
+
+    #[test]
+    fn inclusion_is_proportional_up_to_one() {
+        let weights = [5.0, 0.0, 1.0, 1.0, 40.0, 2.0];
+        // 40 and then 5 are certain; one draw is left for 1 + 1 + 2.
+        let p = inclusion(&weights, 3);
+        for (ours, theirs) in p.iter().zip([1.0, 0.0, 0.25, 0.25, 1.0, 0.5]) {
+            assert!((ours - theirs).abs() < 1e-15, "{p:?}");
+        }
+        assert_eq!(inclusion(&weights, 5), [1.0, 0.0, 1.0, 1.0, 1.0, 1.0]);
+        assert_eq!(inclusion(&weights, 9), inclusion(&weights, 5));
+        assert_eq!(inclusion(&[0.0], 2), [0.0]);
+    }
+
+    #[test]
+    fn systematic_draws_are_distinct_and_keep_their_probabilities() {
+        let weights: Vec<f64> = (0..40).map(|i| uniform(4, [i, 0, 0, 0]).powi(3)).collect();
+        let p = inclusion(&weights, 12);
+        assert!((p.iter().sum::<f64>() - 12.0).abs() < 1e-12);
+        let order: Vec<usize> = (0..40).map(|i| (i * 7) % 40).collect();
+        let mut counts = [0u32; 40];
+        let runs = 100_000;
+        for run in 0..runs {
+            let drawn = systematic(&p, &order, uniform(5, [run, 0, 0, 0]));
+            assert_eq!(drawn.len(), 12);
+            drawn.iter().for_each(|index| counts[*index] += 1);
+        }
+        for (count, p) in counts.iter().zip(&p) {
+            let spread = (f64::from(runs) * p * (1.0 - p)).sqrt();
+            assert!((f64::from(*count) - f64::from(runs) * p).abs() <= 4.0 * spread);
+        }
     }
 }

@@ -108,6 +108,11 @@ impl PlaneSum {
         self.values.len()
     }
 
+    /// The sum so far, indexed [y, x].
+    pub fn values(&self) -> &Array2<Complex64> {
+        &self.values
+    }
+
     /// The sum, indexed [y, x].
     pub fn finish(self) -> Array2<Complex64> {
         self.values

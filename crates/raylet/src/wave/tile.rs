@@ -4,6 +4,8 @@
 //! U = Σₘ cₘ e^{ik pₘ·(x−x_c)} on a lattice of optical direction cosines. A node of the field belongs to
 //! the patch or does not, so that patches at random positions cover every node by their exact share.
 
+use std::ops::Range;
+
 use ndarray::Array2;
 use num_complex::Complex64;
 
@@ -32,8 +34,8 @@ pub struct TileCutter {
 struct Placed {
     /// Index of its first cell; cells outside of the field are dark.
     first: i64,
-    /// Weights of its nodes, zero outside.
-    weights: Vec<f64>,
+    /// Weights of its nodes with the carrier taken out, zero outside.
+    weights: Vec<Complex64>,
     /// By which each mode is multiplied after the transform.
     phases: Vec<Complex64>,
 }
@@ -65,21 +67,39 @@ impl AxisTile {
         }
     }
 
-    fn place(&self, centre: f64) -> Placed {
+    /// Number of nodes below a point; those closer to it than rounding are not.
+    fn below(&self, point: f64) -> usize {
+        let limit = point - 1e-9 * self.axis.pitch;
+        let (mut low, mut high) = (0, self.axis.len());
+        while low < high {
+            let middle = (low + high) / 2;
+            if self.axis.node(middle) < limit {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
+    /// The nodes of the patch about a point; patches side by side share none.
+    fn range(&self, centre: f64) -> Range<usize> {
+        self.below(centre - self.half)..self.below(centre + self.half)
+    }
+
+    fn place(&self, centre: f64, carrier: f64) -> Placed {
         let axis = &self.axis;
         let edge = axis.start - 0.5 * axis.pitch;
         let first = ((centre - self.half - edge) / axis.pitch).floor();
         let origin = axis.start + first * axis.pitch;
+        let (range, before) = (self.range(centre), first as i64 * axis.offsets.len() as i64);
         let weights = (0..self.cells * axis.offsets.len())
-            .map(|i| {
-                let (cell, g) = (i / axis.offsets.len(), i % axis.offsets.len());
-                let inside = (0..axis.cells as i64).contains(&(first as i64 + cell as i64));
-                let node = origin + cell as f64 * axis.pitch + axis.offsets[g];
-                if inside && (node - centre).abs() <= self.half {
-                    axis.weights[g] / self.period
-                } else {
-                    0.0
-                }
+            .map(|i| match usize::try_from(before + i as i64) {
+                Ok(index) if range.contains(&index) => Complex64::from_polar(
+                    axis.weight(index) / self.period,
+                    -self.k * carrier * (axis.node(index) - centre),
+                ),
+                _ => Complex64::ZERO,
             })
             .collect();
         let phases = (0..self.band.count)
@@ -106,10 +126,11 @@ impl AxisTile {
             line.clear();
             line.extend((0..self.cells).map(|cell| {
                 let i = cell * nodes + g;
-                match placed.weights[i] {
-                    0.0 => Complex64::ZERO,
-                    weight => node(i) * weight,
+                let weight = placed.weights[i];
+                if weight == Complex64::ZERO {
+                    return weight;
                 }
+                node(i) * weight
             }));
             chirp.apply(line, out, scratch);
         }
@@ -134,9 +155,27 @@ impl TileCutter {
         }
     }
 
+    /// The nodes along x and along y that the patch about a point has.
+    pub fn nodes(&self, centre: [f64; 2]) -> [Range<usize>; 2] {
+        [self.x.range(centre[0]), self.y.range(centre[1])]
+    }
+
     /// The coefficients cₘ of the patch about a point, indexed [m_y, m_x] over the bands.
     pub fn cut(&self, field: &Field, centre: [f64; 2]) -> Array2<Complex64> {
-        let (px, py) = (self.x.place(centre[0]), self.y.place(centre[1]));
+        self.cut_nodes(centre, [0.0; 2], |node| field.values[node])
+    }
+
+    /// The same of the values that `node` gives by index [y, x], on the bands moved by `carrier`.
+    pub fn cut_nodes(
+        &self,
+        centre: [f64; 2],
+        carrier: [f64; 2],
+        node: impl Fn([usize; 2]) -> Complex64,
+    ) -> Array2<Complex64> {
+        let (px, py) = (
+            self.x.place(centre[0], carrier[0]),
+            self.y.place(centre[1], carrier[1]),
+        );
         let nodes = [&self.x, &self.y].map(|axis| axis.axis.offsets.len());
         let start = [px.first * nodes[0] as i64, py.first * nodes[1] as i64];
         let mut buffers = [Vec::new(), Vec::new()];
@@ -144,21 +183,21 @@ impl TileCutter {
         // Along x on the rows that the patch has, then along y.
         let mut rows: Array2<Complex64> = Array2::zeros((py.weights.len(), self.x.band.count));
         for (j, mut out) in rows.outer_iter_mut().enumerate() {
-            if py.weights[j] == 0.0 {
+            if py.weights[j] == Complex64::ZERO {
                 continue;
             }
-            let row = field.values.row((start[1] + j as i64) as usize);
-            let node = |i: usize| row[(start[0] + i as i64) as usize];
+            let row = (start[1] + j as i64) as usize;
+            let along = |i: usize| node([row, (start[0] + i as i64) as usize]);
             if let Some(out) = out.as_slice_mut() {
-                self.x.transform(&px, node, out, &mut buffers);
+                self.x.transform(&px, along, out, &mut buffers);
             }
         }
         let mut modes = Array2::zeros((self.y.band.count, self.x.band.count));
         let mut column = vec![Complex64::ZERO; self.y.band.count];
         for m in 0..self.x.band.count {
             column.fill(Complex64::ZERO);
-            let node = |i: usize| rows[[i, m]];
-            self.y.transform(&py, node, &mut column, &mut buffers);
+            self.y
+                .transform(&py, |i| rows[[i, m]], &mut column, &mut buffers);
             for (mode, value) in modes.column_mut(m).iter_mut().zip(&column) {
                 *mode = *value;
             }

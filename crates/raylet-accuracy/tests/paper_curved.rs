@@ -1,0 +1,62 @@
+//! The source paper's method on a curved diffractive mirror: its patches stand for the planes that touch
+//! the mirror, and their error grows with them; with the height of the mirror it does not.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
+use raylet::engine::simulate::simulate;
+use raylet::wave::metrics::{field_error, shape_error};
+use raylet_accuracy::mirror::{Bench, Coat};
+
+/// Random pixels of 1.6 wavelengths on a Gaussian bump, whose smallest radius of curvature is 506 λ.
+fn bench() -> Bench {
+    Bench {
+        coat: Coat::Random(1.6),
+        width: 120.0,
+        distance: 250.0,
+        points: 16,
+        pitch: 1.9,
+    }
+}
+
+/// Every mode of patches side by side, or nearly so, with what covers each place divided out: nothing is
+/// left to chance. Periods keep the copies off the sensor; orders take in what the pixels' edges bend
+/// towards it.
+fn error(exact: &Array2<Complex64>, patch: f64, sag: Sag) -> [f64; 2] {
+    let across = (120.0 / patch).ceil() as usize;
+    let settings = Settings {
+        method: Method::Paper,
+        nufft_tolerance: 1e-9,
+        paper: Paper {
+            rays: across * across,
+            patch: Some(patch),
+            padding: 410.0 / patch,
+            orders: 2,
+            positions: Positions::Grid,
+            coverage: true,
+            sampler: Sampler::All,
+            sag,
+            ..Paper::default()
+        },
+        ..Settings::default()
+    };
+    let problem = bench().problem("random", settings, 6);
+    let outcome = simulate(&problem.system, &problem.settings, &|_| {}).unwrap();
+    let ours = outcome.field.values;
+    let (ours, exact) = (ours.view(), exact.view());
+    [
+        field_error(ours, exact).unwrap(),
+        shape_error(ours, exact).unwrap().error,
+    ]
+}
+
+#[test]
+fn tangent_patches_err_with_their_size_and_true_ones_do_not() {
+    let exact = bench().exact(6);
+    for (patch, low, high) in [(25.0, 0.5, 0.65), (50.0, 0.9, 1.0), (100.0, 0.95, 1.0)] {
+        let [tangent, whole] = [Sag::Tangent, Sag::True].map(|sag| error(&exact, patch, sag));
+        println!("{patch} wavelengths: tangent {tangent:.3?}, with the height {whole:.4?}");
+        assert!((low..high).contains(&tangent[1]));
+        assert!(whole[0] < 6e-3);
+    }
+}
