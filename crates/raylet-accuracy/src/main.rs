@@ -14,8 +14,8 @@ fn main() -> ExitCode {
          complex field on the sensor: absolute (nothing fitted, not even a phase), and of shape (after \
          the best complex factor). NCC is the normalised cross-correlation of the intensities. The \
          references are in `crates/raylet-accuracy`; their own convergence is shown by its tests and \
-         its `convergence` example. raylet runs with its default settings; its own estimate is of \
-         aberration inside beamlets and dropped modes.\n",
+         its `convergence` example. raylet runs with its default settings; its own estimate is \
+         what it prints as the expected field error.\n",
         if reduced { " -- --reduced" } else { "" }
     );
     println!(

@@ -2,6 +2,7 @@
 
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
+use raylet::engine::account::Account;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::{Outcome, SimulateError, simulate};
 use raylet::math::random::uniform;
@@ -43,7 +44,7 @@ pub struct Measured {
     pub shape: f64,
     /// Normalised cross-correlation of the intensities.
     pub ncc: f64,
-    /// raylet's own estimate of its error, from the tallies.
+    /// What raylet says its error is.
     pub estimate: f64,
     /// Rays followed.
     pub rays: u64,
@@ -60,11 +61,16 @@ impl Problem {
         let clock = std::time::Instant::now();
         let outcome = simulate(&self.system, &self.settings, &|_| {})?;
         let seconds = clock.elapsed().as_secs_f64();
-        Ok(measured(&outcome, &(self.exact)(), seconds))
+        Ok(measured(&outcome, &self.settings, &(self.exact)(), seconds))
     }
 }
 
-fn measured(outcome: &Outcome, exact: &Array2<Complex64>, seconds: f64) -> Measured {
+fn measured(
+    outcome: &Outcome,
+    settings: &Settings,
+    exact: &Array2<Complex64>,
+    seconds: f64,
+) -> Measured {
     let ours = &outcome.field.values;
     let power = |a: &Array2<Complex64>| a.iter().map(|u| u.norm_sqr()).sum::<f64>();
     let overlap: Complex64 = ours.iter().zip(exact).map(|(a, b)| a.conj() * b).sum();
@@ -78,11 +84,8 @@ fn measured(outcome: &Outcome, exact: &Array2<Complex64>, seconds: f64) -> Measu
     let sum = |a: &Array2<f64>, b: &Array2<f64>| (a * b).sum();
     let (mut squares, mut rays) = (0.0, 0);
     for hop in &outcome.hops {
-        let corrected = match &hop.plan {
-            raylet::engine::plan::Plan::Beamlets(plan) if plan.correct => hop.tally.eta_corrected(),
-            _ => hop.tally.eta(),
-        };
-        squares += corrected.powi(2) + hop.tally.dropped().powi(2);
+        let account = Account::of(&hop.plan, &hop.tally, settings);
+        squares += account.map_or(0.0, |account| account.total().powi(2));
         rays += hop.tally.total_rays();
     }
     Measured {

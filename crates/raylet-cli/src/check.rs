@@ -7,6 +7,7 @@ use clap::Args;
 use raylet::engine::advice::advice;
 use raylet::engine::forecast::{Forecast, forecast};
 use raylet::engine::plan::Plan;
+use raylet::engine::rims::with_rims;
 use raylet::engine::settings::Settings;
 use raylet::file::blame::blame;
 use raylet::file::build;
@@ -142,6 +143,8 @@ fn paraxial(system: &System) -> String {
 
 /// What a run would do hop by hop, and what there is to say about it.
 fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, Failure> {
+    // As it will be run: rims that become screens have hops of their own.
+    let system = &with_rims(system);
     let hops = forecast(system, settings).map_err(|error| blame(scene, &error))?;
     let plans: Vec<Plan> = hops.iter().map(|hop| hop.plan.clone()).collect();
     let findings = advice(system, &plans, settings);

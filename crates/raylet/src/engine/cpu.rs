@@ -124,8 +124,10 @@ impl<'a> Cutter<'a> {
 
     /// The spectrum of one patch.
     fn cut(&self, index: usize) -> Option<Spectrum> {
-        let modes = self.modes(index)?;
-        let Some(heights) = &self.heights else {
+        // A patch from which nothing reaches the target has no modes to follow, but its energy counts.
+        let modes = self.modes(index).unwrap_or([0..0, 0..0]);
+        let dark = modes.iter().any(Range::is_empty);
+        let Some(heights) = self.heights.as_ref().filter(|_| !dark) else {
             return self.patches.cut_within(self.field, index, &modes);
         };
         let [bx, by] = &self.job.plan.bands;

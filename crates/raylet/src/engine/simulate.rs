@@ -10,7 +10,7 @@ use crate::engine::plan::{Plan, PlanError, plan};
 use crate::engine::rims::with_rims;
 use crate::engine::settings::Settings;
 use crate::engine::survey::survey;
-use crate::engine::tally::{FATES, Fate, Tally};
+use crate::engine::tally::{FATES, Tally};
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
@@ -35,6 +35,9 @@ pub enum SimulateError {
     /// Nothing is left of the light.
     #[error("no light leaves screen '{0}'")]
     NoLight(String),
+    /// A field came out that is no number.
+    #[error("the field on screen '{0}' is not finite")]
+    NotFinite(String),
     /// The sum of plane waves cannot be planned.
     #[error(transparent)]
     Sum(#[from] NufftError),
@@ -278,7 +281,10 @@ pub fn simulate(
             settings,
         };
         let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
-        tally.divide_elsewhere(unfollowed(system, &hop, &light));
+        if !sheets.power().is_finite() {
+            return Err(SimulateError::NotFinite(hop.to.name.clone()));
+        }
+        tally.divide_elsewhere(surveyed(system, &hop, &light));
         step(1.0);
         let brief = plan.light(&hop, light.brief);
         reports.push(HopReport {
@@ -340,15 +346,12 @@ pub fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
     }
 }
 
-/// Energy by fate, in proportion, of the light that a plan does not follow.
-fn unfollowed(system: &System, hop: &Hop, light: &Arriving) -> [f64; FATES.len()] {
+/// Energy by fate, in proportion, of all light behind the first screen.
+fn surveyed(system: &System, hop: &Hop, light: &Arriving) -> [f64; FATES.len()] {
     let behind = |grid: Grid| {
         let mut field = light.on(system, hop.from, grid);
         act(hop.from, &mut field);
         field
     };
-    // What is followed leads to the screen; what lands there is no part of the rest.
-    let mut energy = survey(hop, &behind);
-    energy[Fate::Elsewhere.place()] = 0.0;
-    energy
+    survey(hop, &behind)
 }

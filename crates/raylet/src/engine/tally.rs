@@ -85,17 +85,26 @@ impl Tally {
         self.energy[fate.place()] += energy;
     }
 
-    /// Divides the energy of [`Fate::Elsewhere`] among fates in the given proportion; without one it
-    /// stays where it is.
-    pub fn divide_elsewhere(&mut self, proportion: [f64; FATES.len()]) {
-        let total: f64 = proportion.iter().sum();
-        if total <= 0.0 {
+    /// Divides the energy of [`Fate::Elsewhere`] by a survey of all light: each way of being lost gets what
+    /// its share of the survey lacks so far, and the rest landed outside. Without a survey it stays where it
+    /// is.
+    pub fn divide_elsewhere(&mut self, survey: [f64; FATES.len()]) {
+        let surveyed: f64 = survey.iter().sum();
+        if surveyed <= 0.0 {
             return;
         }
+        let total: f64 = self.energy.iter().sum();
         let energy = std::mem::take(&mut self.energy[Fate::Elsewhere.place()]);
-        for (sum, part) in self.energy.iter_mut().zip(proportion) {
-            *sum += energy * part / total;
+        let lacking: [f64; FATES.len()] = std::array::from_fn(|i| match FATES[i] {
+            Fate::Lost(_) => (total * survey[i] / surveyed - self.energy[i]).max(0.0),
+            _ => 0.0,
+        });
+        let lost: f64 = lacking.iter().sum();
+        let given = lost.min(energy);
+        for (sum, part) in self.energy.iter_mut().zip(lacking) {
+            *sum += if lost > 0.0 { part * given / lost } else { 0.0 };
         }
+        self.energy[Fate::Outside.place()] += energy - given;
     }
 
     /// Rays of this fate.

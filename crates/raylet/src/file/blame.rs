@@ -21,6 +21,10 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
             let expected = "an element that lets some light through";
             scene.fault(&path_of(scene, name), told, expected)
         }
+        SimulateError::NotFinite(name) => {
+            let expected = "a system whose field is finite; please report this one";
+            scene.fault(&path_of(scene, name), told, expected)
+        }
         SimulateError::Sum(_) => {
             let expected = "a sum that can be planned";
             scene.fault("settings.nufft_tolerance", told, expected)

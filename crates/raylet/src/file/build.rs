@@ -48,7 +48,7 @@ pub fn system(scene: &Scene, channel: usize) -> Result<System, Fault> {
     for (number, element) in scene.element.iter().enumerate() {
         layout.place(number, element)?;
     }
-    let source = layout.source();
+    let source = layout.source()?;
     Ok(System {
         wavelength,
         source,
@@ -285,7 +285,10 @@ impl Layout<'_> {
     }
 
     /// The source, its phase zero at the first screen's vertex.
-    fn source(&self) -> Source {
+    ///
+    /// # Errors
+    /// Angles that no direction has.
+    fn source(&self) -> Result<Source, Fault> {
         let origin = self
             .screens
             .first()
@@ -293,15 +296,21 @@ impl Layout<'_> {
         match &self.scene.source {
             Illumination::Plane(plane) => {
                 let [x, y] = plane.angle_deg.map(|a| a.to_radians().sin());
-                let direction = Vec3::new(x, y, (1.0 - x * x - y * y).max(0.0).sqrt());
-                Source::Plane { direction, origin }
+                let under = 1.0 - x * x - y * y;
+                if under <= 0.0 {
+                    let found = format!("direction cosines {x:.3} and {y:.3}");
+                    let expected = "angles whose sines' squares add up to less than one";
+                    return Err(self.scene.fault("source.angle_deg", found, expected));
+                }
+                let direction = Vec3::new(x, y, under.sqrt());
+                Ok(Source::Plane { direction, origin })
             }
             Illumination::Point(point) => {
                 let [x, y, z] = point.position_mm;
-                Source::Point {
+                Ok(Source::Point {
                     position: Vec3::new(x, y, z),
                     reference: origin,
-                }
+                })
             }
         }
     }

@@ -10,6 +10,7 @@ use crate::engine::beamlets::BeamletPlan;
 use crate::engine::plan::Plan;
 use crate::engine::reason::{method_name, reason};
 use crate::engine::reference::Reference;
+use crate::engine::rims::with_rims;
 use crate::engine::settings::{
     Correction, Density, Method, Paper, Positions, Sag, Sampler, Settings,
 };
@@ -376,7 +377,8 @@ impl PaperEntry {
 impl Channel {
     /// The entry of a simulated wavelength.
     pub fn new(system: &System, outcome: &Outcome, settings: &Settings) -> Self {
-        let hops: Vec<HopEntry> = system
+        // As it was run: rims that are screens have hops of their own.
+        let hops: Vec<HopEntry> = with_rims(system)
             .hops()
             .zip(&outcome.hops)
             .map(|(hop, report)| HopEntry::new(&hop, report, settings))

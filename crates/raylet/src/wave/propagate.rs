@@ -294,6 +294,10 @@ fn level_part(stack: &Stack, number: usize, field: &Field, heights: &Heights) ->
 /// D/√(D² + L²) rather than in L, which would crowd the grazing directions.
 fn taper(landing: f64, plan: &FreePlan, axis: usize) -> f64 {
     let (span, period, depth) = (plan.span[axis], plan.period[axis], plan.depth);
+    // Over no distance nothing moves, and no copy arrives.
+    if depth == 0.0 {
+        return 1.0;
+    }
     let cosine = |l: f64| depth / depth.hypot(l);
     let inside = span + (1.5 * (plan.wavelength * depth).sqrt()).min(0.25 * (period - 2.0 * span));
     let (full, none) = (cosine(inside), cosine(period - span));
@@ -326,6 +330,41 @@ mod tests {
     use crate::wave::field::{Axis, Field, Grid};
     use crate::wave::propagate::{FreeHop, Slab};
     use crate::wave::raster::Raster;
+
+    /// Over no distance a field that propagates arrives as it is.
+    #[test]
+    fn no_distance_changes_nothing() {
+        let axis = Axis::uniform(60, 0.2, 0.0);
+        let mut field = Field::zeros(Grid {
+            x: axis.clone(),
+            y: axis.clone(),
+        });
+        for ((j, i), value) in field.values.indexed_iter_mut() {
+            let (x, y) = (axis.node(i), axis.node(j));
+            *value = Complex64::from_polar((-(x * x + y * y) / 4.0).exp(), 0.5 * x);
+        }
+        let hop = FreeHop {
+            k: std::f64::consts::TAU,
+            slabs: vec![Slab {
+                index: 1.0,
+                thickness: 0.0,
+                exit: None,
+            }],
+            offset: [0.0; 2],
+            anchor: [0.0; 2],
+            padding: 4.0,
+        };
+        let raster = Raster {
+            start: [axis.node(0); 2],
+            pitch: [0.2; 2],
+            size: [60; 2],
+        };
+        let plan = hop.plan([-6.0, 6.0, -6.0, 6.0], [-6.0, 6.0, -6.0, 6.0]);
+        let carried = hop.carry(&field, &raster, &plan);
+        for (there, here) in carried.iter().zip(&field.values) {
+            assert!((there - here).norm() < 1e-6, "{there} {here}");
+        }
+    }
 
     /// A Gaussian beam has a closed form: the paraxial one, accurate to (λ/πw)² for a wide waist.
     #[test]
