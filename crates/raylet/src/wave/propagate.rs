@@ -341,7 +341,7 @@ mod tests {
         });
         for ((j, i), value) in field.values.indexed_iter_mut() {
             let (x, y) = (axis.node(i), axis.node(j));
-            *value = Complex64::from_polar((-(x * x + y * y) / 4.0).exp(), 0.5 * x);
+            *value = Complex64::from_polar((-(x * x + y * y) / 2.0).exp(), 0.5 * x);
         }
         let hop = FreeHop {
             k: std::f64::consts::TAU,
