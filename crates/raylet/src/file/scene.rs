@@ -207,10 +207,39 @@ impl Scene {
     /// for `memory_limit_mb`; or a surface made of one that does not fit the rest.
     pub fn load(mut self) -> Result<Self, Fault> {
         let limit = (self.settings.memory_limit_mb * 1e6) as u64;
-        self.arrays = Arrays::load(&self.element, &self.origin, limit)?;
+        let arrays = Arrays::load(&self.element, &self.origin, limit);
+        self.arrays = arrays.map_err(|fault| match self.awaits_hologram() {
+            true => {
+                let file = self.origin.file.display();
+                fault.hint(format!(
+                    "the phase is still to be computed: raylet hologram {file}"
+                ))
+            }
+            false => fault,
+        })?;
         // Surfaces of heights can only be checked now.
         check_elements(&self.element, &self.arrays, &self.origin)?;
         Ok(self)
+    }
+
+    /// Whether a file is missing that the scene's own hologram is to fill.
+    fn awaits_hologram(&self) -> bool {
+        let Some(hologram) = &self.hologram else {
+            return false;
+        };
+        let missing = |layer: &Layer| match layer {
+            Layer::Pixels(pixels) => pixels
+                .phase
+                .as_ref()
+                .is_some_and(|file| !self.origin.beside(file).exists()),
+            _ => false,
+        };
+        self.element.iter().any(|element| match element {
+            Element::Doe(doe) => {
+                doe.name.as_ref() == Some(&hologram.element) && doe.layer.iter().any(missing)
+            }
+            _ => false,
+        })
     }
 
     /// A fault of the field at a dotted path such as `element[2].surface[0].glass`, for findings of

@@ -280,14 +280,16 @@ fn points(places: &[Place]) -> Vec<[f64; 2]> {
 fn between(first: &[Place], second: &[Place]) -> Polygon {
     let (first, second) = (points(first), points(second));
     let mut points = first.clone();
-    let (Some(end), Some(a), Some(b)) = (first.last(), second.first(), second.last()) else {
-        return Polygon { points };
+    let chord = |line: &[[f64; 2]]| match (line.first(), line.last()) {
+        (Some(a), Some(b)) => [b[0] - a[0], b[1] - a[1]],
+        _ => [0.0; 2],
     };
-    let distance = |p: &[f64; 2]| (p[0] - end[0]).hypot(p[1] - end[1]);
-    if distance(a) <= distance(b) {
-        points.extend(second);
-    } else {
+    // The way back runs along the second cut against the first one's direction, so that sides do not cross.
+    let ([ax, ay], [bx, by]) = (chord(&first), chord(&second));
+    if ax * bx + ay * by > 0.0 {
         points.extend(second.iter().rev());
+    } else {
+        points.extend(second);
     }
     Polygon { points }
 }
@@ -307,4 +309,25 @@ fn label(part: &Part, line: &[Place]) -> Option<Label> {
         .into_iter()
         .max_by(|a, b| a[1].total_cmp(&b[1]))?;
     Some(Label { at: top, text })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::file::section::{Place, between};
+    use crate::optics::polygon::{area, crosses_itself};
+
+    /// A thick tilted plate seen close up, each face drawn either way: its sides never cross.
+    #[test]
+    fn glass_between_tilted_faces_does_not_cross_itself() {
+        let cut = |ends: [[f64; 2]; 2]| ends.map(|at| Place { at, open: true });
+        let (front, back) = (
+            [[9.55, -0.77], [10.35, 0.58]],
+            [[11.85, -0.77], [12.65, 0.58]],
+        );
+        for back in [back, [back[1], back[0]]] {
+            let region = between(&cut(front), &cut(back)).points;
+            assert!(!crosses_itself(&region), "{region:?}");
+            assert!((area(&region).abs() - 2.3 * 1.35).abs() < 1e-12);
+        }
+    }
 }
