@@ -3,6 +3,7 @@
 mod check;
 mod compare;
 mod failure;
+mod fig3;
 mod hologram;
 mod interrupt;
 mod overrides;
