@@ -14,6 +14,7 @@
 //! [`surface`]: a curved refracting surface's sag and the samples on its aperture;
 //! [`interface`]: plane waves to such a surface and back;
 //! [`mirror`]: diffractive mirrors on a Gaussian bump, by direct sum over the true surface;
+//! [`direct`]: samples anywhere in space and the sum over them; [`tilted`], [`fold`]: what is tilted or folded;
 //! [`mod@bench`]: these joined to a train of small, strongly refracting lenses and pixel planes.
 
 pub mod phase;
@@ -42,6 +43,14 @@ pub mod problems;
 
 pub mod mirror;
 
+pub mod direct;
+
 pub mod strong;
+
+pub mod tilted;
+
+pub mod fold;
+
+pub mod slanted;
 
 pub mod suite;

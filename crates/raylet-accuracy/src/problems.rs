@@ -61,16 +61,11 @@ impl Problem {
         let clock = std::time::Instant::now();
         let outcome = simulate(&self.system, &self.settings, &|_| {})?;
         let seconds = clock.elapsed().as_secs_f64();
-        Ok(measured(&outcome, &self.settings, &(self.exact)(), seconds))
+        Ok(measured(&outcome, &(self.exact)(), seconds))
     }
 }
 
-fn measured(
-    outcome: &Outcome,
-    settings: &Settings,
-    exact: &Array2<Complex64>,
-    seconds: f64,
-) -> Measured {
+fn measured(outcome: &Outcome, exact: &Array2<Complex64>, seconds: f64) -> Measured {
     let ours = &outcome.field.values;
     let power = |a: &Array2<Complex64>| a.iter().map(|u| u.norm_sqr()).sum::<f64>();
     let overlap: Complex64 = ours.iter().zip(exact).map(|(a, b)| a.conj() * b).sum();
@@ -84,7 +79,7 @@ fn measured(
     let sum = |a: &Array2<f64>, b: &Array2<f64>| (a * b).sum();
     let (mut squares, mut rays) = (0.0, 0);
     for hop in &outcome.hops {
-        let account = Account::of(&hop.plan, &hop.tally, settings);
+        let account = Account::of(&hop.plan, &hop.tally);
         squares += account.map_or(0.0, |account| account.total().powi(2));
         rays += hop.tally.total_rays();
     }
@@ -193,6 +188,30 @@ pub fn random_amplitude(count: usize, pitch: f64) -> Pixels {
         *value *= uniform(11, [j as u32, i as u32, 0, 0]);
     }
     pixels
+}
+
+/// Pixels of pitch one, `count`² of them, with random light whose sines stay below about 0.15: narrow
+/// Gaussian beams about the middle, added.
+pub fn smooth_random(count: usize) -> Pixels {
+    let (width, beams) = (6.0, 40);
+    let draw = |beam: u32, part: u32| uniform(13, [beam, part, 0, 0]) - 0.5;
+    let at = axis(count, 1.0);
+    let beam = |beam: u32, y: f64, x: f64| {
+        let [x0, y0] = [0, 1].map(|part| 0.5 * count as f64 * draw(beam, part));
+        let [px, py] = [2, 3].map(|part| 0.14 * draw(beam, part));
+        let (dx, dy) = (x - x0, y - y0);
+        let size = (-(dx * dx + dy * dy) / (2.0 * width * width)).exp();
+        Complex64::from_polar(
+            size,
+            std::f64::consts::TAU * (px * dx + py * dy + draw(beam, 4)),
+        )
+    };
+    Pixels {
+        pitch: 1.0,
+        transmission: Array2::from_shape_fn((count, count), |(j, i)| {
+            (0..beams).map(|number| beam(number, at[j], at[i])).sum()
+        }),
+    }
 }
 
 /// `count`² pixels of phase 0 and π in turn.

@@ -12,12 +12,19 @@ use crate::problems::{
     random_pixels, sensor,
 };
 use crate::rayleigh_sommerfeld::rayleigh_sommerfeld;
+use crate::slanted::{slanted, tilted_planes};
 use crate::strong::{
-    FULL, QUICK, after_lens, around_lens, before_lens, between_lenses, stopped, two_screens,
+    Effort, FULL, QUICK, after_lens, around_lens, before_lens, between_lenses, stopped, two_screens,
 };
 
 /// Index of N-BK7 at 0.7 µm.
 const BK7: f64 = 1.513_063_997_196;
+
+/// For tilted glass the sensor needs a longer period; its points are few.
+const SLANTED: Effort = Effort {
+    period: 400.0,
+    density: 3.0,
+};
 
 /// All problems; the reduced list leaves out the slow ones and computes coarser references.
 pub fn problems(reduced: bool) -> Vec<Problem> {
@@ -65,8 +72,9 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
             list.extend(bump(name, coat));
         }
     }
+    let random = || random_pixels(30, 2.0);
+    list.push(before_lens("random 2λ pixels", random(), 250.0, effort));
     if !reduced {
-        let random = || random_pixels(30, 2.0);
         // Another part of the same noise.
         let other = || {
             let noise = random_pixels(60, 2.0);
@@ -77,7 +85,6 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
             }
         };
         list.push(before_lens("random 2λ pixels", random(), 375.0, effort));
-        list.push(before_lens("random 2λ pixels", random(), 250.0, effort));
         list.push(before_lens(
             "grating of sine 0.25",
             grating_pixels(120, 0.5, 0.25),
@@ -109,6 +116,10 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
             180.0,
             effort,
         ));
+    }
+    list.extend(tilted_planes());
+    if !reduced {
+        list.extend(slanted(SLANTED));
     }
     list
 }

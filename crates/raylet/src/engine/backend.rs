@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use crate::engine::beamlets::BeamletPlan;
+use crate::engine::beyond::Beyond;
 use crate::engine::settings::Settings;
 use crate::engine::tally::Tally;
 use crate::optics::system::Hop;
@@ -18,6 +19,8 @@ pub struct Job<'a> {
     pub plan: &'a BeamletPlan,
     /// Thresholds.
     pub settings: &'a Settings,
+    /// Where its light goes next.
+    pub beyond: &'a Beyond<'a>,
 }
 
 /// Something that carries fields.

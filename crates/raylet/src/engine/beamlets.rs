@@ -3,9 +3,11 @@
 //! The width is chosen by real rays: their aberration inside one beamlet, as a function of σ, against
 //! the work that σ asks for.
 
+use crate::engine::beyond::Beyond;
 use crate::engine::budget::aberration;
 use crate::engine::fan::{Fan, FanRay, explore};
 use crate::engine::light::{Light, weighted_quantile};
+use crate::engine::ripple::window_error;
 use crate::engine::seat::Seat;
 use crate::engine::settings::{Correction, Settings};
 use crate::optics::ray::Loss;
@@ -35,6 +37,8 @@ pub struct BeamletPlan {
     pub eta: f64,
     /// Estimated error after the correction.
     pub eta_corrected: f64,
+    /// Mean cubic phase ε₃ inside beamlets, in rad.
+    pub cubic: f64,
     /// Half width of a typical footprint on the target, in mm.
     pub footprint: f64,
     /// Largest optical direction cosines on the receiving screen, along x and y.
@@ -55,6 +59,12 @@ const VALUE_SECONDS: f64 = 6e-10;
 
 /// The widths tried, σ₀·2^{j/4}.
 const WIDTHS: std::ops::RangeInclusive<i32> = -6..=4;
+
+/// The distances of windows tried, in σ.
+const STEPS: [f64; 5] = [1.1, 1.25, 1.5, 1.75, 2.0];
+
+/// What light counts that misses the sensor further on.
+const UNWANTED: f64 = 1e-6;
 
 /// Share of the light on which each width is judged.
 const TRUSTED_SHARE: f64 = 0.98;
@@ -80,6 +90,8 @@ pub struct Planner<'a> {
     pub light: Light,
     /// Distance of sample points on the target, when it is known.
     pub pitch: Option<[f64; 2]>,
+    /// Where the light goes behind the second screen.
+    pub beyond: &'a Beyond<'a>,
     /// Thresholds and aims.
     pub settings: &'a Settings,
 }
@@ -98,7 +110,7 @@ impl Planner<'_> {
             }
         };
         let judge = |&sigma: &f64| self.judge(fan, &judges, sigma);
-        let mut chosen = choose(widths.iter().map(judge).collect(), self.settings);
+        let mut chosen = choose(widths.iter().flat_map(judge).collect(), self.settings);
         let ends = [widths.first(), widths.last()];
         chosen.at_limit = widths.len() > 1 && ends.contains(&Some(&chosen.sigma));
 
@@ -162,10 +174,10 @@ impl Planner<'_> {
         start.min(largest).max(1.5 * wavelength)
     }
 
-    /// What a width would give: its error on the judges, and its cost.
-    fn judge(&self, fan: &Fan, judges: &[FanRay], sigma: f64) -> BeamletPlan {
+    /// What a width would give, with windows at each distance: its error on the judges, and its cost.
+    fn judge(&self, fan: &Fan, judges: &[FanRay], sigma: f64) -> Vec<BeamletPlan> {
         let settings = self.settings;
-        let (eta, eta_corrected) = self.errors(judges, sigma);
+        let [eta, eta_corrected, cubic] = self.errors(judges, sigma);
         let Arrived {
             footprint,
             largest: arriving,
@@ -178,21 +190,23 @@ impl Planner<'_> {
         };
 
         // Cost: positions × directions, each traced once and summed over its footprint.
-        let period = settings.period * sigma;
-        let step = settings.step * sigma;
+        let period = settings.patch_period() * sigma;
         let bands = self.bands(fan, period);
-        let positions = |a: usize| {
-            let edges = [self.from[2 * a], self.from[2 * a + 1]];
-            Positions::cover(edges, sigma, step, 0.5 * period).count
+        let rays = |step: f64| {
+            let positions = |a: usize| {
+                let edges = [self.from[2 * a], self.from[2 * a + 1]];
+                Positions::cover(edges, sigma, step, 0.5 * period).count
+            };
+            (positions(0) * positions(1) * bands[0].count * bands[1].count) as f64
         };
-        let rays = (positions(0) * positions(1) * bands[0].count * bands[1].count) as f64;
         let nyquist = arriving.map(|p| self.hop.wavelength / (3.0 * p.max(1e-3)));
         let spacing = self.pitch.unwrap_or(nyquist);
         let values = std::f64::consts::PI * footprint * footprint / (spacing[0] * spacing[1]);
         let estimate = if correct { ESTIMATE_SECONDS } else { 0.0 };
-        BeamletPlan {
+        let each = BEAMLET_SECONDS + estimate + values * VALUE_SECONDS;
+        let at = |step: f64| BeamletPlan {
             sigma,
-            step,
+            step: step * sigma,
             period,
             bands,
             correct,
@@ -200,51 +214,59 @@ impl Planner<'_> {
             doubtful_rim: true,
             eta,
             eta_corrected,
+            cubic,
             footprint,
             arriving,
             usual,
-            rays,
-            seconds: rays * (BEAMLET_SECONDS + estimate + values * VALUE_SECONDS),
-        }
+            rays: rays(step),
+            seconds: rays(step) * each,
+        };
+        let given = settings.step.map(|step| vec![step]);
+        let steps = given.unwrap_or_else(|| STEPS.to_vec());
+        steps.into_iter().map(at).collect()
     }
 
-    /// The weight of a judge: how much light goes its way.
+    /// The weight of a judge: how much light goes its way, if that light is wanted.
     fn weight(&self, ray: &FanRay) -> f64 {
         let envelope = self.light.behind(self.hop.from, self.hop.wavelength);
-        envelope.weight(ray.p) * ray.area
+        let wanted = self.beyond.is_wanted(ray.landing.at, ray.landing.cosines);
+        let share = if wanted { 1.0 } else { UNWANTED };
+        envelope.weight(ray.p) * ray.area * share
     }
 
-    /// η uncorrected and corrected: root mean squares over the judges, weighted by the light that goes
+    /// η uncorrected and corrected, and ε₃: root mean squares over the judges, weighted by the light that goes
     /// their way. The worst few are left out: grazing rays or rays whose neighbours are lost, to which the
     /// envelope may give more light than they have; what they do carry is in the tally of the run.
-    fn errors(&self, judges: &[FanRay], sigma: f64) -> (f64, f64) {
+    fn errors(&self, judges: &[FanRay], sigma: f64) -> [f64; 3] {
         let k = self.hop.wavenumber();
         let look = |ray: &FanRay| {
             let found = aberration(self.hop, ray.at, ray.p, sigma, k);
-            let [eta, cubic] = found.map_or([1.0; 2], |f| [f.eta().powi(2), f.cubic.min(1.0)]);
-            (eta, cubic, self.weight(ray))
+            let squares = found.map_or([1.0; 3], |f| {
+                [f.eta().powi(2), f.left().powi(2), f.cubic.min(1.0)]
+            });
+            (squares, self.weight(ray))
         };
         let mut found: Vec<_> = judges.iter().map(look).collect();
-        found.sort_by(|a, b| a.0.total_cmp(&b.0));
-        let enough = TRUSTED_SHARE * found.iter().map(|f| f.2).sum::<f64>();
-        let (mut total, mut eta, mut cubic) = (0.0, 0.0, 0.0);
-        for (e, c, weight) in found {
+        found.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
+        let enough = TRUSTED_SHARE * found.iter().map(|f| f.1).sum::<f64>();
+        let (mut total, mut sums) = (0.0, [0.0; 3]);
+        for (squares, weight) in found {
             total += weight;
-            eta += weight * e;
-            cubic += weight * c;
+            for (sum, square) in sums.iter_mut().zip(squares) {
+                *sum += weight * square;
+            }
             if total >= enough {
                 break;
             }
         }
-        let (eta, cubic) = ((eta / total).sqrt(), (cubic / total).sqrt());
-        (eta, eta * (cubic + eta))
+        sums.map(|sum| (sum / total).sqrt())
     }
 
     /// What arrives: half width of the footprints on the target, of which 95 % of the light has smaller
     /// ones, and direction cosines there, the beamlets' own spread included.
     pub fn arrival(&self, judges: &[FanRay], sigma: f64) -> Arrived {
         let k = self.hop.wavenumber();
-        let threshold = self.settings.footprint_threshold;
+        let threshold = self.settings.footprint_edge();
         let mut footprints = Vec::new();
         let mut cosines = [Vec::new(), Vec::new()];
         let mut largest = [0.0f64; 2];
@@ -288,31 +310,39 @@ pub fn judges(fan: &Fan) -> Vec<FanRay> {
 }
 
 impl BeamletPlan {
-    /// The error to expect from aberration inside beamlets, with the correction if it is applied.
+    /// The error to expect from aberration inside beamlets, with the correction if it is applied, and from
+    /// windows and period.
     pub fn expected_error(&self) -> f64 {
-        if self.correct {
+        let left = if self.correct {
             self.eta_corrected
         } else {
             self.eta
-        }
+        };
+        left.hypot(self.window_error(self.cubic))
+    }
+
+    /// The error to expect from windows and period alone, for the cubic phase `cubic` (rad).
+    pub fn window_error(&self, cubic: f64) -> f64 {
+        window_error(self.step / self.sigma, self.period / self.sigma, cubic)
     }
 }
 
-/// The cheapest plan within a quarter of the target error, or else the most accurate one.
+/// Share of the target error that aberration and windows may have.
+const SHARE: f64 = 0.5;
+
+/// A plan is as accurate as the best one within this factor.
+const ALIKE: f64 = 1.5;
+
+/// The cheapest plan within its share of the target error, or else of those as accurate as the best.
 fn choose(candidates: Vec<BeamletPlan>, settings: &Settings) -> BeamletPlan {
-    let limit = 0.25 * settings.target_error;
-    let best = |by: &dyn Fn(&BeamletPlan) -> f64, from: Vec<BeamletPlan>| {
-        from.into_iter().min_by(|a, b| by(a).total_cmp(&by(b)))
-    };
-    let (good, rest): (Vec<_>, Vec<_>) = candidates
+    let errors = candidates.iter().map(BeamletPlan::expected_error);
+    let least = errors.fold(f64::INFINITY, f64::min);
+    let limit = (SHARE * settings.target_error).max(ALIKE * least);
+    let cheapest = candidates
         .into_iter()
-        .partition(|c| c.expected_error() <= limit);
-    let chosen = if good.is_empty() {
-        best(&BeamletPlan::expected_error, rest)
-    } else {
-        best(&|c| c.seconds, good)
-    };
-    match chosen {
+        .filter(|plan| plan.expected_error() <= limit)
+        .min_by(|a, b| a.seconds.total_cmp(&b.seconds));
+    match cheapest {
         Some(plan) => plan,
         None => unreachable!("at least one width is always judged"),
     }

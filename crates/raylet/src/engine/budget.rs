@@ -19,16 +19,30 @@ pub struct Aberration {
     pub quartic: f64,
 }
 
+/// Largest η that is made good.
+const CORRECTABLE: f64 = 0.15;
+
+/// What the correction leaves, over η(ε₃ + η): between 2 and 5 behind tilted sensors and rims.
+const LEFT: f64 = 3.0;
+
 impl Aberration {
     /// η of one beamlet: the modulus of what the correction changes, √((½ε₃²)² + (3m₄)²), at most 1.
     pub fn eta(&self) -> f64 {
         (0.5 * self.cubic).hypot(3.0 * self.quartic).min(1.0)
     }
 
-    /// The factor exp(½ε₃² − 3i m₄) for the beamlet's amplitude; one where η exceeds 0.15, because
-    /// there the expansion does not hold.
+    /// What the correction leaves of it, some η(ε₃ + η); all of it where there is none.
+    pub fn left(&self) -> f64 {
+        let eta = self.eta();
+        if eta > CORRECTABLE {
+            return eta;
+        }
+        (LEFT * eta * (self.cubic.sqrt() + eta)).min(eta)
+    }
+
+    /// The factor exp(½ε₃² − 3i m₄) for the beamlet's amplitude; one where the expansion does not hold.
     pub fn correction(&self) -> Complex64 {
-        if self.eta() > 0.15 {
+        if self.eta() > CORRECTABLE {
             return Complex64::ONE;
         }
         Complex64::from_polar((0.5 * self.cubic).exp(), -3.0 * self.quartic)

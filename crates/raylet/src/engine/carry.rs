@@ -4,6 +4,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::backend::{Backend, Job};
+use crate::engine::beyond::Beyond;
 use crate::engine::cpu::Cpu;
 use crate::engine::paper;
 use crate::engine::paper_plan::Address;
@@ -35,6 +36,8 @@ pub struct Run<'a> {
     pub plan: &'a Plan,
     /// Thresholds.
     pub settings: &'a Settings,
+    /// Where its light goes next.
+    pub beyond: &'a Beyond<'a>,
 }
 
 impl Run<'_> {
@@ -105,6 +108,7 @@ impl Run<'_> {
                     hop,
                     plan,
                     settings,
+                    beyond: self.beyond,
                 };
                 let mut canvas = Canvas::new(*raster);
                 let patches = 0..Cpu.patches(&job, field);

@@ -48,7 +48,7 @@ impl Census {
     /// The energy below which modes are left out: the threshold's share of the strongest, or less, so
     /// that what is left out stays within a third of the target error.
     pub fn floor(&self, settings: &Settings) -> f64 {
-        let ceiling = self.strongest * settings.mode_threshold.powi(2);
+        let ceiling = self.strongest * settings.weakest_mode().powi(2);
         // The middle of a class [2ᵉ, 2ᵉ⁺¹) stands for its modes.
         let lower = |class: usize| f64::from_bits((class as u64) << 52);
         let energy = |class: usize| self.counts[class] as f64 * 1.5 * lower(class);

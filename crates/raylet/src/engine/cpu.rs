@@ -72,7 +72,7 @@ impl Backend for Cpu {
                 arrivals.extend(part);
                 tally.merge(&counts);
             }
-            tally.evaluations += to.add(&arrivals, k, job.settings.footprint_threshold);
+            tally.evaluations += to.add(&arrivals, k, job.settings.footprint_edge());
             done = last - patches.start;
             progress(done as f64 / total as f64);
         }
@@ -221,7 +221,8 @@ fn follow(
     let [bx, by] = &job.plan.bands;
     let p = [bx.at(mode[0]), by.at(mode[1])];
     let mut arrival = launch_from(seat, &job.hop, p, job.plan.sigma).map_err(Fate::Lost)?;
-    if !to.meets(&arrival, k, job.settings.footprint_threshold) {
+    let edge = job.settings.footprint_edge();
+    if !to.meets(&arrival, k, edge) {
         return Err(Fate::Outside);
     }
     arrival.amplitude *= coefficient;
@@ -237,11 +238,9 @@ fn follow(
     if beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
         return Err(Fate::Unresolved);
     }
-    let energy = coefficient.norm_sqr();
-    let eta = found.map_or(1.0, |found| found.eta());
-    tally.aberration[0] += energy * eta * eta;
-    tally.aberration[1] += energy;
-    tally.cubic += energy * found.map_or(1.0, |found| found.cubic.min(1.0));
+    if job.beyond.is_wanted(arrival.at, arrival.cosines) {
+        tally.look(found, coefficient.norm_sqr() * to.share(&arrival, k, edge));
+    }
     if let Some(found) = found
         && job.plan.correct
     {

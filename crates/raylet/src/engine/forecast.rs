@@ -1,11 +1,10 @@
 //! What a run will take: plans, samples and memory of every hop, without running it.
 
+use crate::engine::beyond::Beyond;
 use crate::engine::light::Light;
 use crate::engine::plan::{Plan, plan};
 use crate::engine::settings::Settings;
-use crate::engine::simulate::{
-    SimulateError, arrival_reach, incidence, leaving, pitch_of, receiving_raster,
-};
+use crate::engine::simulate::{SimulateError, arrival_reach, incidence, leaving, receiving_raster};
 use crate::optics::system::System;
 use crate::wave::sampling::{Reach, plan_grid};
 
@@ -45,8 +44,9 @@ pub fn forecast(system: &System, settings: &Settings) -> Result<Vec<Forecast>, S
         usual: arriving,
     };
     let mut list = Vec::new();
-    for hop in system.hops() {
-        let plan = plan(&hop, light, pitch_of(hop.to), settings)?;
+    let settings = &settings.shared(system.trains.len());
+    for (number, hop) in system.hops().enumerate() {
+        let plan = plan(&hop, light, &Beyond::of(system, number), settings)?;
         let reach = Reach {
             arriving,
             leaving: leaving(&plan),

@@ -1,6 +1,7 @@
 //! The plan of a hop: which method carries it, and how.
 
 use crate::engine::beamlets::{BeamletPlan, Planner};
+use crate::engine::beyond::Beyond;
 use crate::engine::fan::{Fan, explore};
 use crate::engine::light::Light;
 use crate::engine::paper_plan::PaperPlan;
@@ -8,6 +9,7 @@ use crate::engine::plane::PlanePlan;
 use crate::engine::settings::{Method, Settings};
 use crate::optics::aperture::Aperture;
 use crate::optics::bend::Interface;
+use crate::optics::screen::{Act, Screen};
 use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
 use crate::wave::patch::Band;
@@ -133,17 +135,17 @@ pub enum PlanError {
     },
 }
 
-/// Plans a hop that begins with `light` on the first screen; `pitch` is the distance of sample points on
-/// the target when it is known.
+/// Plans a hop that begins with `light` on the first screen and whose light goes on `beyond`.
 ///
 /// # Errors
 /// When a screen has no edge, no ray reaches the target, or a patch has too many modes.
 pub fn plan(
     hop: &Hop,
     light: Light,
-    pitch: Option<[f64; 2]>,
+    beyond: &Beyond,
     settings: &Settings,
 ) -> Result<Plan, PlanError> {
+    let pitch = pitch_of(hop.to);
     let bounds = |screen: &crate::optics::screen::Screen| {
         screen
             .bounds()
@@ -177,12 +179,21 @@ pub fn plan(
         to,
         light,
         pitch,
+        beyond,
         settings,
     };
     match settings.method {
         Method::Auto | Method::Beamlet => Ok(Plan::Beamlets(planner.plan(&fan))),
         Method::Plane => Ok(Plan::Planes(PlanePlan::new(&planner, &fan))),
         Method::Paper => paper(&planner),
+    }
+}
+
+/// Distance of sample points on a screen that is a sensor, in mm.
+fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
+    match &screen.act {
+        Act::Sensor(sensor) => Some(sensor.pitch),
+        _ => None,
     }
 }
 

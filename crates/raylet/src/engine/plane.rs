@@ -59,6 +59,9 @@ const FADE: f64 = 0.3;
 /// Rays of a chunk: the unit of the sum.
 const CHUNK: usize = 1 << 19;
 
+/// Distance of windows in σ where it is not given.
+const STEP: f64 = 1.5;
+
 /// What the train does to the judges: the largest entries of the blocks of their Jacobians.
 struct Blocks {
     /// |∂s/∂x|.
@@ -120,7 +123,8 @@ impl PlanePlan {
 
         // With power, copies by the period are damped, least where C⁻¹D is largest.
         let inverse = blocks.reach / (hop.wavenumber() * sigma);
-        let damped = settings.period * sigma.hypot(inverse) * std::f64::consts::FRAC_1_SQRT_2;
+        let damped =
+            settings.patch_period() * sigma.hypot(inverse) * std::f64::consts::FRAC_1_SQRT_2;
         let footprint = planner.arrival(&judges, sigma).footprint;
 
         // Without, they must pass beside the target; directions fade out before they do.
@@ -137,7 +141,7 @@ impl PlanePlan {
         };
         let apart = [0, 1].map(|a| width[a] + 2.0 * (margin + fade[a]));
         let alias = columns(blocks.c, apart);
-        let step = alias.map(|c| (settings.step * sigma).min(hop.wavelength / c));
+        let step = alias.map(|c| (settings.step.unwrap_or(STEP) * sigma).min(hop.wavelength / c));
         Self {
             sigma,
             step,
@@ -223,7 +227,7 @@ pub fn carry(
         patches,
         floor: 0.0,
     };
-    carrier.floor = carrier.strongest() * settings.mode_threshold;
+    carrier.floor = carrier.strongest() * settings.weakest_mode();
     carrier.run(to, progress)
 }
 

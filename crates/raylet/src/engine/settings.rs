@@ -35,14 +35,14 @@ pub struct Settings {
     pub target_error: f64,
     /// Beamlet width σ in mm, where the field is exp(−u²/2σ²); chosen by the planner when absent.
     pub sigma: Option<f64>,
-    /// Distance of windows in σ.
-    pub step: f64,
-    /// Period of a patch in σ.
-    pub period: f64,
-    /// Modes weaker than this share of the strongest are dropped.
-    pub mode_threshold: f64,
-    /// Footprints end where the Gaussian falls below this.
-    pub footprint_threshold: f64,
+    /// Distance of windows in σ; chosen by the planner when absent.
+    pub step: Option<f64>,
+    /// Period of a patch in σ; chosen from the target error when absent.
+    pub period: Option<f64>,
+    /// Modes weaker than this share of the strongest are dropped; chosen from the target error when absent.
+    pub mode_threshold: Option<f64>,
+    /// Footprints end where the Gaussian falls below this; chosen from the target error when absent.
+    pub footprint_threshold: Option<f64>,
     /// Correction of the aberration inside a beamlet.
     pub correction: Correction,
     /// Period of a free hop over the sum of the half widths of screen and target; at least 4.
@@ -156,10 +156,10 @@ impl Default for Settings {
             method: Method::Auto,
             target_error: 1e-3,
             sigma: None,
-            step: 1.5,
-            period: 6.0,
-            mode_threshold: 1e-3,
-            footprint_threshold: 1e-3,
+            step: None,
+            period: None,
+            mode_threshold: None,
+            footprint_threshold: None,
             correction: Correction::Auto,
             padding: 4.0,
             nufft_tolerance: 1e-6,
@@ -170,7 +170,40 @@ impl Default for Settings {
     }
 }
 
+/// Largest share of the target error that the period of a patch may cost.
+const PERIOD_SHARE: f64 = 0.25;
+
+/// The thresholds are the target error, but never more than this.
+const COARSEST: f64 = 1e-3;
+
 impl Settings {
+    /// The period of a patch in σ: as given, or the one whose error 2e^{−P²/4σ²} is a quarter of the
+    /// target.
+    pub fn patch_period(&self) -> f64 {
+        let chosen = || 2.0 * (2.0 / (PERIOD_SHARE * self.target_error)).ln().sqrt();
+        self.period.unwrap_or_else(chosen)
+    }
+
+    /// The settings of each of so many hops, whose errors add in squares to the target.
+    pub fn shared(&self, hops: usize) -> Self {
+        Self {
+            target_error: self.target_error / (hops.max(1) as f64).sqrt(),
+            ..self.clone()
+        }
+    }
+
+    /// The share of the strongest mode below which modes are dropped.
+    pub fn weakest_mode(&self) -> f64 {
+        self.mode_threshold
+            .unwrap_or(self.target_error.min(COARSEST))
+    }
+
+    /// The share of its peak at which a footprint ends.
+    pub fn footprint_edge(&self) -> f64 {
+        self.footprint_threshold
+            .unwrap_or(self.target_error.min(COARSEST))
+    }
+
     /// Complex samples that one array may have: an eighth of the memory limit.
     pub fn samples_allowed(&self) -> usize {
         self.memory_limit / (8 * size_of::<num_complex::Complex64>())

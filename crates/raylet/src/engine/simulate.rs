@@ -4,10 +4,11 @@ use std::time::Instant;
 
 use ndarray::Array2;
 
+use crate::engine::beyond::Beyond;
 use crate::engine::carry::Run;
 use crate::engine::light::Light;
 use crate::engine::plan::{Plan, PlanError, plan};
-use crate::engine::rims::with_rims;
+use crate::engine::rims::{edge_error, with_rims};
 use crate::engine::settings::Settings;
 use crate::engine::survey::survey;
 use crate::engine::tally::{FATES, Tally};
@@ -143,23 +144,16 @@ fn raster_of(grid: &Grid) -> Raster {
 /// As [`simulate`].
 pub fn plan_all(system: &System, settings: &Settings) -> Result<Vec<Plan>, SimulateError> {
     let system = &with_rims(system);
+    let settings = &settings.shared(system.trains.len());
     let (anchor, usual) = incidence(system);
     let mut light = Light { anchor, usual };
     let mut plans = Vec::new();
-    for hop in system.hops() {
-        let plan = plan(&hop, light, pitch_of(hop.to), settings)?;
+    for (number, hop) in system.hops().enumerate() {
+        let plan = plan(&hop, light, &Beyond::of(system, number), settings)?;
         light = plan.light(&hop, light);
         plans.push(plan);
     }
     Ok(plans)
-}
-
-/// Distance of sample points on a screen that is a sensor, in mm.
-pub fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
-    match &screen.act {
-        Act::Sensor(sensor) => Some(sensor.pitch),
-        _ => None,
-    }
 }
 
 /// Direction on the next screen of the ray through the middle of this one; straight on when it is lost.
@@ -255,12 +249,15 @@ pub fn simulate(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Outcome, SimulateError> {
     let sensor = sensor_of(system)?;
-    let system = &with_rims(system);
+    let original = system;
+    let system = &with_rims(original);
+    let settings = &settings.shared(system.trains.len());
     let mut light = Arriving::from_source(system);
     let mut reports = Vec::new();
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
-        let plan = plan(&hop, light.brief, pitch_of(hop.to), settings)?;
+        let beyond = &Beyond::of(system, number);
+        let plan = plan(&hop, light.brief, beyond, settings)?;
         let (field, before) = light.pass(system, hop.from, leaving(&plan), settings)?;
         let reach = arrival_reach(&hop, &plan);
         let raster = receiving_raster(&hop, reach, settings)?;
@@ -279,12 +276,14 @@ pub fn simulate(
             hop,
             plan: &plan,
             settings,
+            beyond,
         };
         let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
         if !sheets.power().is_finite() {
             return Err(SimulateError::NotFinite(hop.to.name.clone()));
         }
         tally.divide_elsewhere(surveyed(system, &hop, &light));
+        tally.edge = edge_error(original, hop.from, 1.0 - field.power() / before);
         step(1.0);
         let brief = plan.light(&hop, light.brief);
         reports.push(HopReport {

@@ -1,5 +1,6 @@
 //! What became of the rays and of the energy of a hop.
 
+use crate::engine::budget::Aberration;
 use crate::optics::ray::Loss;
 
 /// What became of a ray or of a share of the energy.
@@ -56,6 +57,28 @@ impl Fate {
     }
 }
 
+/// Sums of squares over beamlets, weighted by energy.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Aberrations {
+    /// Σ of the weights.
+    pub energy: f64,
+    /// Σ η².
+    pub plain: f64,
+    /// Σ of the square of what the correction leaves of η.
+    pub left: f64,
+    /// Σ ε₃².
+    pub cubic: f64,
+}
+
+impl Aberrations {
+    fn merge(&mut self, other: &Self) {
+        self.energy += other.energy;
+        self.plain += other.plain;
+        self.left += other.left;
+        self.cubic += other.cubic;
+    }
+}
+
 /// Rays and energy by fate.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Tally {
@@ -63,10 +86,10 @@ pub struct Tally {
     energy: [f64; FATES.len()],
     /// Values evaluated on the receiving screen.
     pub evaluations: u64,
-    /// Σ|c|²η² and Σ|c|² over the beamlets whose aberration was looked at.
-    pub aberration: [f64; 2],
-    /// Σ|c|²ε₃² over the same beamlets.
-    pub cubic: f64,
+    /// Over the beamlets whose aberration was looked at, by what each brings to the target.
+    pub aberration: Aberrations,
+    /// The error to expect from the rim where the hop begins, if it begins at one.
+    pub edge: f64,
     /// Σ variance and Σ|U|² over the receiving screen, where rays were drawn at random.
     pub sampling: Option<[f64; 2]>,
 }
@@ -117,6 +140,20 @@ impl Tally {
         self.rays.iter().sum()
     }
 
+    /// Takes note of the aberration of a beamlet that brings `energy` to the target; nothing when it is not
+    /// known because neighbouring rays are lost.
+    #[inline]
+    pub fn look(&mut self, found: Option<Aberration>, energy: f64) {
+        let [eta, left, cubic] = match found {
+            Some(found) => [found.eta(), found.left(), found.cubic.min(1.0)],
+            None => [1.0; 3],
+        };
+        self.aberration.energy += energy;
+        self.aberration.plain += energy * eta * eta;
+        self.aberration.left += energy * left * left;
+        self.aberration.cubic += energy * cubic;
+    }
+
     /// Energy of this fate as a share of all.
     pub fn share(&self, fate: Fate) -> f64 {
         let total: f64 = self.energy.iter().sum();
@@ -134,20 +171,22 @@ impl Tally {
             self.energy[i] += other.energy[i];
         }
         self.evaluations += other.evaluations;
-        self.aberration[0] += other.aberration[0];
-        self.aberration[1] += other.aberration[1];
-        self.cubic += other.cubic;
+        self.aberration.merge(&other.aberration);
     }
 
     /// η: the estimated relative error of the field from aberration inside beamlets, uncorrected.
     pub fn eta(&self) -> f64 {
-        ratio(self.aberration[0], self.aberration[1]).sqrt()
+        ratio(self.aberration.plain, self.aberration.energy).sqrt()
     }
 
-    /// What is left of it after the correction, η(ε₃ + η).
+    /// What is left of it after the correction.
     pub fn eta_corrected(&self) -> f64 {
-        let eta = self.eta();
-        eta * (ratio(self.cubic, self.aberration[1]).sqrt() + eta)
+        ratio(self.aberration.left, self.aberration.energy).sqrt()
+    }
+
+    /// ε₃: the root mean square cubic phase inside beamlets, in rad.
+    pub fn cubic_phase(&self) -> f64 {
+        ratio(self.aberration.cubic, self.aberration.energy).sqrt()
     }
 
     /// Standard error of the field from what was drawn at random, relative to the field as it came out:

@@ -469,12 +469,10 @@ pub fn settings(scene: &Scene) -> crate::engine::settings::Settings {
         },
         target_error: given.target_error,
         sigma: given.sigma_um.map(|s| s * UM),
-        step: given.step.unwrap_or(standard.step),
-        period: given.period.unwrap_or(standard.period),
-        mode_threshold: given.mode_threshold.unwrap_or(standard.mode_threshold),
-        footprint_threshold: given
-            .footprint_threshold
-            .unwrap_or(standard.footprint_threshold),
+        step: given.step,
+        period: given.period,
+        mode_threshold: given.mode_threshold,
+        footprint_threshold: given.footprint_threshold,
         correction: match given.correction {
             file::Correction::Auto => engine::Correction::Auto,
             file::Correction::On => engine::Correction::On,

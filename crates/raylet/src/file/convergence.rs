@@ -5,10 +5,11 @@ use std::time::Instant;
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::engine::beyond::Beyond;
 use crate::engine::paper_plan::PaperPlan;
 use crate::engine::plan::{Plan, plan};
 use crate::engine::settings::{Density, Method, Paper, Positions, Sampler, Settings};
-use crate::engine::simulate::{Arriving, SimulateError, leaving, pitch_of, simulate};
+use crate::engine::simulate::{Arriving, SimulateError, leaving, simulate};
 use crate::file::chart::Series;
 use crate::file::figure::{Figure, Panel};
 use crate::file::panel::FigureError;
@@ -111,7 +112,7 @@ impl<'a> Element<'a> {
         let mut sums = [0.0; 3];
         for hop in system.hops() {
             let light = Arriving::from_source(system).brief;
-            if let Plan::Paper(planned) = plan(&hop, light, pitch_of(hop.to), &all)? {
+            if let Plan::Paper(planned) = plan(&hop, light, &Beyond::default(), &all)? {
                 sums = self::sums(system, &planned)?;
             }
         }

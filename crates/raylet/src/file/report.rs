@@ -69,7 +69,7 @@ pub struct SettingsEntry {
     pub method: String,
     pub target_error: f64,
     pub sigma_um: Option<f64>,
-    pub step: f64,
+    pub step: Option<f64>,
     pub period: f64,
     pub mode_threshold: f64,
     pub footprint_threshold: f64,
@@ -261,6 +261,8 @@ pub struct ErrorEntry {
     pub windows: f64,
     /// Modes below the threshold.
     pub dropped: f64,
+    /// Rims of curved surfaces that cut light.
+    pub rims: f64,
     /// The root of the sum of squares.
     pub total: f64,
 }
@@ -319,9 +321,9 @@ impl SettingsEntry {
             target_error: settings.target_error,
             sigma_um: settings.sigma.map(|sigma| sigma * UM),
             step: settings.step,
-            period: settings.period,
-            mode_threshold: settings.mode_threshold,
-            footprint_threshold: settings.footprint_threshold,
+            period: settings.patch_period(),
+            mode_threshold: settings.weakest_mode(),
+            footprint_threshold: settings.footprint_edge(),
             correction: match settings.correction {
                 Correction::Auto => "auto",
                 Correction::On => "on",
@@ -409,7 +411,7 @@ impl Channel {
 impl HopEntry {
     fn new(hop: &Hop, report: &HopReport, settings: &Settings) -> Self {
         let tally = &report.tally;
-        let account = Account::of(&report.plan, tally, settings);
+        let account = Account::of(&report.plan, tally);
         let [before, behind, landed] = report.power;
         Self {
             plan: PlanEntry::new(hop, &report.plan, settings),
@@ -426,6 +428,7 @@ impl HopEntry {
                 aberration: account.aberration,
                 windows: account.windows,
                 dropped: account.dropped,
+                rims: account.rims,
                 total: account.total(),
             }),
             standard_error: tally.standard_error(),

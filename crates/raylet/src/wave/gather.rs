@@ -81,6 +81,23 @@ impl Canvas {
         })
     }
 
+    /// How much of a beamlet's energy falls on the raster, roughly: all of it when its ray lands there, else
+    /// the tail of the Gaussian beyond the edge.
+    pub fn share(&self, arrival: &Arrival, k: f64, threshold: f64) -> f64 {
+        let reach = arrival.footprint(k, threshold);
+        let widths = (2.0 * (1.0 / threshold).ln()).sqrt();
+        let along = |a: usize| {
+            let low = self.raster.start[a];
+            let high = low + (self.raster.size[a] as f64 - 1.0) * self.raster.pitch[a];
+            let beyond = (low - arrival.at[a]).max(arrival.at[a] - high);
+            if beyond <= 0.0 {
+                return 1.0;
+            }
+            0.5 * (-(beyond * widths / reach[a]).powi(2)).exp()
+        };
+        along(0) * along(1)
+    }
+
     /// Whether a point lies within the raster.
     pub fn contains(&self, point: [f64; 2]) -> bool {
         (0..2).all(|a| {
