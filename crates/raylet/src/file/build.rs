@@ -519,6 +519,7 @@ fn paper(
         },
         sag: match given.sag {
             file::Sag::Tangent => engine::Sag::Tangent,
+            file::Sag::Incident => engine::Sag::Incident,
             file::Sag::True => engine::Sag::True,
         },
         obliquity: given.obliquity,

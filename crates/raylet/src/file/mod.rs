@@ -12,6 +12,7 @@ pub mod colour;
 pub mod comparison;
 pub mod contrast;
 pub mod convergence;
+pub mod covering;
 mod decode;
 pub mod element;
 pub mod fault;
