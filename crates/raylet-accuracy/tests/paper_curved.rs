@@ -56,7 +56,10 @@ const SIZES: [f64; 3] = [25.0, 50.0, 100.0];
 #[test]
 fn tangent_patches_err_with_their_size_and_true_ones_do_not() {
     let exact = bench().exact(6);
-    for (patch, [low, high]) in SIZES.into_iter().zip([[0.5, 0.65], [0.9, 1.0], [0.95, 1.0]]) {
+    for (patch, [low, high]) in SIZES
+        .into_iter()
+        .zip([[0.5, 0.65], [0.9, 1.0], [0.95, 1.0]])
+    {
         let [tangent, whole] = [Sag::Tangent, Sag::True].map(|sag| error(&exact, patch, 1.0, sag));
         println!("{patch} wavelengths: tangent {tangent:.3?}, with the height {whole:.4?}");
         assert!((low..high).contains(&tangent[1]));

@@ -52,7 +52,10 @@ fn the_phase_is_told_beside_the_angle() {
     };
     assert!(with("\"tangent\"", "\"incident\"").contains("0.97 rad"));
     assert!(!with("\"tangent\"", "\"true\"").contains("warning: patches"));
-    let shape = SCENE.lines().find(|line| line.starts_with("shape")).unwrap();
+    let shape = SCENE
+        .lines()
+        .find(|line| line.starts_with("shape"))
+        .unwrap();
     assert!(!with(shape, "").contains("warning: patches"));
     assert!(!with("patch_um = 25", "patch_um = 10").contains("warning: patches"));
 }

@@ -53,7 +53,10 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
             say(warning, Some(text));
         }
         say(false, orders(&hop, anchor));
-        say(true, Flatness::of(&hop, plan).and_then(|flat| flat.warning()));
+        say(
+            true,
+            Flatness::of(&hop, plan).and_then(|flat| flat.warning()),
+        );
         if let Plan::Beamlets(beamlets) = plan {
             let [eta, left] = [beamlets.eta, beamlets.eta_corrected];
             let text = format!(

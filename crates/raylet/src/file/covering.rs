@@ -141,11 +141,7 @@ fn planned(system: &System, settings: &Settings) -> Result<PaperPlan, SimulateEr
 }
 
 /// The field behind the element, and the hop with this period.
-fn frame(
-    system: &System,
-    width: f64,
-    period: f64,
-) -> Result<(Field, PeriodicHop), SimulateError> {
+fn frame(system: &System, width: f64, period: f64) -> Result<(Field, PeriodicHop), SimulateError> {
     let settings = settings(width, period, WHOLE, 1);
     let plan = planned(system, &settings)?;
     let bands = plan.bands;
@@ -205,12 +201,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Likeness and field error of so many patches against the whole in the same frame.
-    fn judge(
-        &mut self,
-        side: f64,
-        rule: Rule,
-        rays: usize,
-    ) -> Result<[f64; 2], SimulateError> {
+    fn judge(&mut self, side: f64, rule: Rule, rays: usize) -> Result<[f64; 2], SimulateError> {
         let mut means = [0.0; 2];
         for seed in 1..=SEEDS {
             let field = self.sum(side, rule, rays, seed)?;
@@ -277,11 +268,7 @@ fn padding(system: &System, periods: &[f64]) -> Result<Vec<[f64; 3]>, SimulateEr
         let sum = hop.carry(field.values.view());
         let like = ncc(intensity(&sum).view(), intensity(&truth).view());
         let error = field_error(sum.view(), truth.view());
-        found.push([
-            ratio,
-            like.unwrap_or(f64::NAN),
-            error.unwrap_or(f64::NAN),
-        ]);
+        found.push([ratio, like.unwrap_or(f64::NAN), error.unwrap_or(f64::NAN)]);
     }
     Ok(found)
 }
