@@ -70,8 +70,8 @@ pub struct Conformal {
 pub struct Window {
     /// Its middle on the x axis, in mm.
     pub x: f64,
-    /// Samples along each axis.
-    pub pixels: usize,
+    /// Samples along x and y.
+    pub pixels: [usize; 2],
     /// Their distance in mm.
     pub pitch: f64,
 }
@@ -225,9 +225,9 @@ fn element(values: Array2<Complex64>, pitch: f64, outline: Outline) -> Doe {
 }
 
 /// An element of this shape, lit along −z, and a sensor above it.
-fn mirror(shape: Shape, element: Doe, place: Vec3, pixels: usize, pitch: f64) -> System {
+fn mirror(shape: Shape, element: Doe, place: Vec3, pixels: [usize; 2], pitch: f64) -> System {
     let sensor = Sensor {
-        pixels: [pixels; 2],
+        pixels,
         pitch: [pitch; 2],
     };
     let screen = |name: &str, origin: Vec3, shape: Shape, act: Act, arrives: f64| Screen {
@@ -271,7 +271,7 @@ pub fn spherical_patch(width: usize, radius: f64, points: usize) -> System {
     let place = Vec3::new(0.0, 0.0, side);
     let pitch = 0.5 * side / points as f64;
     let element = element(values, 2.0 * WAVELENGTH, outline);
-    mirror(shape, element, place, points, pitch)
+    mirror(shape, element, place, [points; 2], pitch)
 }
 
 #[cfg(test)]
@@ -287,7 +287,7 @@ mod tests {
         };
         let window = Window {
             x: 0.0,
-            pixels: 4,
+            pixels: [4; 2],
             pitch: 1e-3,
         };
         let radius = |substrate| {

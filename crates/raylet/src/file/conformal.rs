@@ -2,7 +2,7 @@
 
 use std::time::Instant;
 
-use ndarray::Array2;
+use ndarray::{Array2, s};
 use num_complex::Complex64;
 
 use crate::design::conformal::{Conformal, Show, Window};
@@ -10,15 +10,14 @@ use crate::engine::reference::{Choice, ReferenceError, reference};
 use crate::engine::route::Approach;
 use crate::engine::settings::{Method, Paper, Positions, Sag, Settings};
 use crate::engine::simulate::{SimulateError, simulate};
-use crate::optics::system::System;
-use crate::wave::field::{Axis, Field};
+use crate::wave::field::{Axis, Field, Grid};
 use crate::wave::metrics::{field_error, fwhm, ncc, peak, shape_error};
 
 /// Samples along each axis of a window about a focus, and their distance in mm.
-const FOCUS: [f64; 2] = [41.0, 1e-4];
+const FOCUS: (usize, f64) = (41, 1e-4);
 
 /// Samples along each axis of the window of the letter, and their distance at full size in mm.
-const LETTER: [f64; 2] = [63.0, 2.6e-3];
+const LETTER: (usize, f64) = (63, 2.6e-3);
 
 /// Side of a patch in mm at full size, and its period over its side: 201 of 401 pixels.
 const SIDE: f64 = 0.1005;
@@ -87,17 +86,49 @@ pub struct Comparison {
     pub outcomes: Vec<Outcome>,
 }
 
-/// The windows of the sensor that are looked at.
-fn windows(mirror: &Conformal) -> Vec<Window> {
-    let window = |x: f64, [pixels, pitch]: [f64; 2]| Window {
-        x,
-        pixels: pixels as usize,
-        pitch,
-    };
+/// The windows of the sensor that are looked at, and one that holds them at its ends.
+fn windows(mirror: &Conformal) -> (Vec<Window>, Window) {
     match mirror.show {
-        Show::Foci => mirror.foci().map(|x| window(x, FOCUS)).to_vec(),
-        Show::Letter => vec![window(0.0, [LETTER[0], LETTER[1] * mirror.scale])],
+        Show::Foci => {
+            let (pixels, pitch) = FOCUS;
+            let [left, right] = mirror.foci();
+            let window = |x: f64| Window {
+                x,
+                pixels: [pixels; 2],
+                pitch,
+            };
+            let strip = Window {
+                pixels: [((right - left) / pitch).round() as usize + pixels, pixels],
+                ..window(0.0)
+            };
+            (vec![window(left), window(right)], strip)
+        }
+        Show::Letter => {
+            let window = Window {
+                x: 0.0,
+                pixels: [LETTER.0; 2],
+                pitch: LETTER.1 * mirror.scale,
+            };
+            (vec![window], window)
+        }
     }
+}
+
+/// The fields at both ends of a strip as those of windows; all of it where it is one window.
+fn ends(strip: Field, windows: &[Window]) -> Vec<Field> {
+    let (count, pitch) = (windows[0].pixels[0], windows[0].pitch);
+    if windows.len() == 1 {
+        return vec![strip];
+    }
+    let last = strip.values.ncols() - count;
+    let part = |first: usize| Field {
+        grid: Grid {
+            x: Axis::uniform(count, pitch, 0.0),
+            y: strip.grid.y.clone(),
+        },
+        values: strip.values.slice(s![.., first..first + count]).to_owned(),
+    };
+    vec![part(0), part(last)]
 }
 
 /// The settings of a way.
@@ -113,6 +144,7 @@ fn settings(mirror: &Conformal, way: Way, draws: Draws) -> Settings {
             patch: Some(SIDE * mirror.scale),
             padding: PADDING,
             positions: Positions::Dilated,
+            coverage: true,
             sag,
             ..Paper::default()
         },
@@ -120,21 +152,29 @@ fn settings(mirror: &Conformal, way: Way, draws: Draws) -> Settings {
     }
 }
 
-/// The field in one window, and the work it took.
-fn carry(system: &System, settings: &Settings, way: Way) -> Result<(Field, f64), ReferenceError> {
-    if way == Way::Exact {
-        let choice = Choice {
-            approach: Approach::RayleighSommerfeld,
-            ..Choice::default()
-        };
-        let exact = reference(system, settings, choice, &|_| {})?;
-        let work = exact.steps.iter().map(|step| step.work).sum();
-        return Ok((exact.field, work));
+/// The fields in the windows, and the work they took.
+fn carry(mirror: &Conformal, way: Way, draws: Draws) -> Result<(Vec<Field>, f64), ReferenceError> {
+    let settings = settings(mirror, way, draws);
+    let (windows, strip) = windows(mirror);
+    if way != Way::Exact {
+        let outcome = simulate(&mirror.system(strip), &settings, &|_| {})?;
+        let rays = outcome.hops.iter().map(|hop| hop.tally.total_rays());
+        let rays = rays.sum::<u64>() as f64;
+        return Ok((ends(outcome.field, &windows), rays));
     }
-    let outcome = simulate(system, settings, &|_| {})?;
-    let rays = outcome.hops.iter().map(|hop| hop.tally.total_rays());
-    let rays = rays.sum::<u64>() as f64;
-    Ok((outcome.field, rays))
+
+    // Point by point: only where it is looked at.
+    let choice = Choice {
+        approach: Approach::RayleighSommerfeld,
+        ..Choice::default()
+    };
+    let (mut fields, mut pairs) = (Vec::new(), 0.0);
+    for window in windows {
+        let exact = reference(&mirror.system(window), &settings, choice, &|_| {})?;
+        pairs += exact.steps.iter().map(|step| step.work).sum::<f64>();
+        fields.push(exact.field);
+    }
+    Ok((fields, pairs))
 }
 
 /// Peak of a window along x and y in the window's own coordinates, by a parabola through the largest sample
@@ -199,20 +239,10 @@ impl Comparison {
     /// # Errors
     /// As [`reference`].
     pub fn measure(mirror: Conformal, draws: Draws, ways: &[Way]) -> Result<Self, ReferenceError> {
-        let systems: Vec<System> = windows(&mirror)
-            .into_iter()
-            .map(|window| mirror.system(window))
-            .collect();
         let mut outcomes: Vec<Outcome> = Vec::new();
         for &way in [Way::Exact].iter().chain(ways) {
             let clock = Instant::now();
-            let settings = settings(&mirror, way, draws);
-            let (mut fields, mut work) = (Vec::new(), 0.0);
-            for system in &systems {
-                let (field, more) = carry(system, &settings, way)?;
-                fields.push(field);
-                work += more;
-            }
+            let (fields, work) = carry(&mirror, way, draws)?;
             let ours = joined(&fields);
             let exact = outcomes
                 .first()
@@ -249,7 +279,7 @@ impl Comparison {
     pub fn overview(mirror: &Conformal, pixels: usize) -> Result<Field, SimulateError> {
         let system = mirror.system(Window {
             x: 0.0,
-            pixels,
+            pixels: [pixels; 2],
             pitch: mirror.width() / pixels as f64,
         });
         Ok(simulate(&system, &Settings::default(), &|_| {})?.field)

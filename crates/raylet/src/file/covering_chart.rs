@@ -53,7 +53,7 @@ impl Covering {
             Series::line(rule.0, told)
         });
         let needed = Panel::lines(needed.collect())
-            .title("Incident rays for NCC 0.99 ('inside' never gets there)")
+            .title("Incident rays for NCC 0.99, where it is reached")
             .x_axis("side of the patch", "λ")
             .y_axis("incident rays", "")
             .log_y();

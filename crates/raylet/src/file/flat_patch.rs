@@ -126,17 +126,16 @@ impl FlatPatches {
                 here.map(|bent| [bent.side, value(bent)]).collect()
             };
             over_side.push(Series::line(
-                &format!("plane, R = {radius:.0} λ"),
+                &format!("R = {radius:.0} λ"),
                 of(|bent| bent.tangent[0]),
             ));
             bounds.push(Series::dashed(
-                &format!("arcsin(D/2R), R = {radius:.0} λ"),
+                &format!("R = {radius:.0} λ"),
                 of(|bent| bent.angle),
             ));
-            over_side.push(Series::dots("", of(|bent| bent.whole[0])));
         }
         let errors = Panel::lines(over_side)
-            .title("Error of the field; dots: with the height of the surface")
+            .title("Error of the field of flat patches")
             .x_axis("side D of the patch", "λ")
             .y_axis("relative error of the field", "")
             .log_x()
