@@ -237,7 +237,7 @@ impl Comparison {
     /// Carries the light in every way, the direct integral first.
     ///
     /// # Errors
-    /// As [`reference`].
+    /// As [`reference()`].
     pub fn measure(mirror: Conformal, draws: Draws, ways: &[Way]) -> Result<Self, ReferenceError> {
         let mut outcomes: Vec<Outcome> = Vec::new();
         for &way in [Way::Exact].iter().chain(ways) {

@@ -72,7 +72,7 @@ impl FlatPatches {
     /// Rayleigh–Sommerfeld sum over the sphere.
     ///
     /// # Errors
-    /// As [`reference`].
+    /// As [`reference()`].
     pub fn measure(sides: &[usize], radii: &[f64]) -> Result<Self, ReferenceError> {
         let clock = Instant::now();
         let (mut found, mut rays) = (Vec::new(), 0);
