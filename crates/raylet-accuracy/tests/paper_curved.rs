@@ -19,11 +19,11 @@ fn bench() -> Bench {
     }
 }
 
-/// Every mode of patches side by side, or nearly so, with what covers each place divided out: nothing is
-/// left to chance. Periods keep the copies off the sensor; orders take in what the pixels' edges bend
+/// Every mode of patches side by side, or `overlap` times as dense, with what covers each place divided out:
+/// nothing is left to chance. Periods keep the copies off the sensor; orders take in what the pixels' edges bend
 /// towards it.
-fn error(exact: &Array2<Complex64>, patch: f64, sag: Sag) -> [f64; 2] {
-    let across = (120.0 / patch).ceil() as usize;
+fn error(exact: &Array2<Complex64>, patch: f64, overlap: f64, sag: Sag) -> [f64; 2] {
+    let across = ((120.0 / patch).ceil() * overlap) as usize;
     let settings = Settings {
         method: Method::Paper,
         nufft_tolerance: 1e-9,
@@ -50,13 +50,38 @@ fn error(exact: &Array2<Complex64>, patch: f64, sag: Sag) -> [f64; 2] {
     ]
 }
 
+/// Patches of 25, 50 and 100 wavelengths.
+const SIZES: [f64; 3] = [25.0, 50.0, 100.0];
+
 #[test]
 fn tangent_patches_err_with_their_size_and_true_ones_do_not() {
     let exact = bench().exact(6);
-    for (patch, low, high) in [(25.0, 0.5, 0.65), (50.0, 0.9, 1.0), (100.0, 0.95, 1.0)] {
-        let [tangent, whole] = [Sag::Tangent, Sag::True].map(|sag| error(&exact, patch, sag));
+    for (patch, [low, high]) in SIZES
+        .into_iter()
+        .zip([[0.5, 0.65], [0.9, 1.0], [0.95, 1.0]])
+    {
+        let [tangent, whole] = [Sag::Tangent, Sag::True].map(|sag| error(&exact, patch, 1.0, sag));
         println!("{patch} wavelengths: tangent {tangent:.3?}, with the height {whole:.4?}");
         assert!((low..high).contains(&tangent[1]));
         assert!(whole[0] < 6e-3);
+    }
+}
+
+/// How large the error of a plane is depends on what it is asked for: half the phase where the light that
+/// comes meets the true surface, and of what overlapping patches have in common only a factor is left.
+#[test]
+fn overlap_and_the_incident_light_decide_about_planes() {
+    let exact = bench().exact(6);
+    let expected = [
+        (Sag::Tangent, 2.0, [0.32, 0.92, 0.97]),
+        (Sag::Incident, 1.0, [0.31, 0.83, 0.95]),
+        (Sag::Incident, 2.0, [0.15, 0.65, 0.97]),
+    ];
+    for (sag, overlap, expected) in expected {
+        for (patch, expected) in SIZES.into_iter().zip(expected) {
+            let [_, shape] = error(&exact, patch, overlap, sag);
+            println!("{sag:?}, {overlap} times as dense, {patch} wavelengths: {shape:.3}");
+            assert!((shape - expected).abs() < 0.01);
+        }
     }
 }

@@ -3,7 +3,9 @@
 mod check;
 mod compare;
 mod failure;
+mod fig2;
 mod fig3;
+mod fig6;
 mod hologram;
 mod interrupt;
 mod overrides;

@@ -6,7 +6,9 @@ use clap::{Args, ValueEnum};
 use raylet::file::folder::Target;
 
 use crate::failure::Failure;
+use crate::fig2::fig2;
 use crate::fig3::fig3;
+use crate::fig6::fig6;
 use crate::overrides::start_threads;
 use crate::say::say;
 
@@ -30,8 +32,12 @@ pub(crate) struct Paper {
 /// The studies, by the paper's figures.
 #[derive(Clone, Copy, ValueEnum)]
 enum Name {
+    /// Patches that cover a hologram, by rules of position; periods; flat patches on a curved mirror.
+    Fig2,
     /// Error against secondary rays of one patch: a metalens and a hologram of a Siemens star.
     Fig3,
+    /// A conformal diffractive mirror that shows two foci or a letter, on two substrates.
+    Fig6,
 }
 
 /// The file by which the folder of a study is known.
@@ -54,7 +60,9 @@ impl Paper {
         let claim = |path: &PathBuf| Target::claim_as(path, STUDY_FILE);
         let target = self.out.as_ref().map(claim).transpose()?;
         let study = match self.name {
+            Name::Fig2 => fig2(self.quick),
             Name::Fig3 => fig3(self.quick),
+            Name::Fig6 => fig6(self.quick),
         }?;
         if let Some(target) = target {
             let draft = target.draft()?;

@@ -102,6 +102,10 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
         );
         for hop in &channel.hops {
             let _ = writeln!(text, "  {}", hop_line(hop));
+            let drawn = hop.plan.paper.as_ref();
+            if let Some(warning) = drawn.and_then(|paper| paper.warning.as_ref()) {
+                let _ = writeln!(text, "    warning: {warning}");
+            }
         }
         for step in &channel.steps {
             let _ = writeln!(text, "  {}", step.line());

@@ -3,6 +3,24 @@
 use std::fs;
 use std::process::Command;
 
+/// The document of a quick study, whose pictures have these names.
+fn study(name: &str, pictures: &[&str]) -> serde_json::Value {
+    let room = tempfile::tempdir().unwrap();
+    let output = Command::new(env!("CARGO_BIN_EXE_raylet"))
+        .current_dir(room.path())
+        .args(["paper", name, "--quick", "--out", "out"])
+        .output()
+        .unwrap();
+    let errors = String::from_utf8(output.stderr).unwrap();
+    assert!(output.status.success(), "{errors}");
+    for picture in pictures {
+        let file = room.path().join(format!("out/{picture}.png"));
+        assert!(fs::read(file).unwrap().starts_with(b"\x89PNG"));
+    }
+    let document = fs::read_to_string(room.path().join("out/paper.json")).unwrap();
+    serde_json::from_str(&document).unwrap()
+}
+
 #[test]
 fn figure_three_in_seconds() {
     let room = tempfile::tempdir().unwrap();
@@ -41,4 +59,35 @@ fn figure_three_in_seconds() {
     let refused = run(&["paper", "fig9"]);
     assert_eq!(refused.status.code(), Some(2));
     assert!(String::from_utf8(refused.stderr).unwrap().contains("fig3"));
+}
+
+#[test]
+fn figure_two_in_seconds() {
+    let document = study("fig2", &["patches", "rays", "curvature"]);
+
+    // A flat patch errs, one with the height hardly; dividing by the coverage needs the fewest rays.
+    for bent in document["flat_patches"].as_array().unwrap() {
+        let error = |way: &str| bent[way][0].as_f64().unwrap();
+        assert!(error("with_height") < error("incident"), "{bent}");
+        assert!(error("incident") < error("tangent"), "{bent}");
+    }
+    let rays = |number: usize| document["needs"][number]["rays"].as_u64().unwrap();
+    for side in 0..3 {
+        let [dilated, jittered, divided] = [1, 2, 3].map(|rule| rays(3 * rule + side));
+        assert!(divided < jittered && jittered < dilated);
+    }
+}
+
+#[test]
+fn figure_six_in_seconds() {
+    let names = ["foci_flat", "letter_flat", "foci_curved", "letter_curved"];
+    let document = study("fig6", &names);
+    for (place, name) in names.iter().enumerate() {
+        let mirror = &document["mirrors"][place];
+        assert_eq!(mirror["name"], *name);
+        let error = |way: usize| mirror["outcomes"][way]["field_error"].as_f64().unwrap();
+        let ways = mirror["outcomes"].as_array().unwrap().len();
+        assert!(error(1) < 1e-4, "{name}: {}", error(1));
+        assert!(error(2) > error(ways - 1), "{name}");
+    }
 }

@@ -1,5 +1,6 @@
 //! What a planner sees that a user may want to know before a run.
 
+use crate::engine::flatness::Flatness;
 use crate::engine::plan::Plan;
 use crate::engine::settings::Settings;
 use crate::engine::simulate::{chief, incidence};
@@ -52,6 +53,10 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
             say(warning, Some(text));
         }
         say(false, orders(&hop, anchor));
+        say(
+            true,
+            Flatness::of(&hop, plan).and_then(|flat| flat.warning()),
+        );
         if let Plan::Beamlets(beamlets) = plan {
             let [eta, left] = [beamlets.eta, beamlets.eta_corrected];
             let text = format!(

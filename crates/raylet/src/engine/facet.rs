@@ -116,6 +116,11 @@ impl Facet {
         })
     }
 
+    /// The modes of the patch as if its light left the touching plane, with the field of the true surface.
+    pub fn cut_incident(&self, cutter: &TileCutter, field: &Field) -> Array2<Complex64> {
+        cutter.cut_nodes(self.at, self.carrier, |node| field.values[node])
+    }
+
     /// The height of a node over the touching plane, along the screen's z axis.
     #[inline]
     fn over(&self, field: &Field, heights: &Heights, [j, i]: [usize; 2]) -> f64 {

@@ -12,6 +12,7 @@ pub mod cpu;
 pub mod eikonal;
 pub mod facet;
 pub mod fan;
+pub mod flatness;
 pub mod forecast;
 pub mod light;
 pub mod paper;

@@ -96,6 +96,37 @@ pub fn carry(
     tally
 }
 
+/// The number of patches over each node of a grid of this shape; the last row and column lie beyond it.
+pub fn cover(
+    hop: &Hop,
+    plan: &PaperPlan,
+    address: Address,
+    cutter: &TileCutter,
+    [ny, nx]: [usize; 2],
+) -> Array2<i64> {
+    let mut cover = Array2::<i64>::zeros((ny + 1, nx + 1));
+    for patch in 0..plan.positions {
+        let at = plan.place(patch as u32, address);
+        if Facet::new(hop.from, at, plan.along).is_none() {
+            continue;
+        }
+        // A rectangle as the second difference of what it adds.
+        let [x, y] = cutter.nodes(at);
+        for (j, i, step) in [
+            (y.start, x.start, 1),
+            (y.start, x.end, -1),
+            (y.end, x.start, -1),
+            (y.end, x.end, 1),
+        ] {
+            cover[[j, i]] += step;
+        }
+    }
+    for axis in [0, 1] {
+        cover.accumulate_axis_inplace(ndarray::Axis(axis), |before, here| *here += before);
+    }
+    cover
+}
+
 /// Sums over equal, independent batches.
 #[derive(Default)]
 struct Spread {
@@ -153,27 +184,8 @@ impl<'a> Carrier<'a> {
 
     /// Divides the field by the number of patches over each node; what none covers stays dark.
     fn divide(&mut self) {
-        let [ny, nx] = self.field.grid.shape();
-        let mut cover = Array2::<i64>::zeros((ny + 1, nx + 1));
-        for patch in 0..self.plan.positions {
-            let at = self.plan.place(patch as u32, self.address);
-            if Facet::new(self.hop.from, at, self.plan.along).is_none() {
-                continue;
-            }
-            // A rectangle as the second difference of what it adds.
-            let [x, y] = self.cutter.nodes(at);
-            for (j, i, step) in [
-                (y.start, x.start, 1),
-                (y.start, x.end, -1),
-                (y.end, x.start, -1),
-                (y.end, x.end, 1),
-            ] {
-                cover[[j, i]] += step;
-            }
-        }
-        for axis in [0, 1] {
-            cover.accumulate_axis_inplace(ndarray::Axis(axis), |before, here| *here += before);
-        }
+        let shape = self.field.grid.shape();
+        let cover = cover(&self.hop, self.plan, self.address, &self.cutter, shape);
         for ((j, i), value) in self.field.values.indexed_iter_mut() {
             *value /= cover[[j, i]].max(1) as f64;
         }
@@ -207,6 +219,7 @@ impl<'a> Carrier<'a> {
             None => facet.cut_plane(&self.cutter, &self.field),
             Some(heights) => match self.plan.sag {
                 Sag::True => facet.cut_true(&self.cutter, &self.field, heights, bands, k),
+                Sag::Incident => facet.cut_incident(&self.cutter, &self.field),
                 Sag::Tangent => {
                     let light = [self.plan.along, k];
                     facet.cut_tangent(&self.cutter, &self.field, heights, light)

@@ -96,8 +96,10 @@ pub enum Sampler {
 /// What [`Method::Paper`] makes of the height of a curved screen over the plane that touches a patch.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Sag {
-    /// Nothing: the patch is taken to be that plane.
+    /// Nothing: the patch is taken to be that plane, for the light that comes and for the light that goes.
     Tangent,
+    /// The light that comes meets the screen where it is; the light that goes leaves the plane.
+    Incident,
     /// Each mode's coefficient has its phase.
     #[default]
     True,

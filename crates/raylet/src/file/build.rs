@@ -517,6 +517,7 @@ fn paper(
         },
         sag: match given.sag {
             file::Sag::Tangent => engine::Sag::Tangent,
+            file::Sag::Incident => engine::Sag::Incident,
             file::Sag::True => engine::Sag::True,
         },
         obliquity: given.obliquity,

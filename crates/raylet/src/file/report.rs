@@ -7,6 +7,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::engine::account::Account;
 use crate::engine::beamlets::BeamletPlan;
+use crate::engine::flatness::Flatness;
 use crate::engine::plan::Plan;
 use crate::engine::reason::{method_name, reason};
 use crate::engine::reference::Reference;
@@ -190,6 +191,8 @@ pub struct DrawEntry {
     pub side_um: f64,
     /// Its period in micrometres.
     pub period_um: f64,
+    /// What is wrong with patches that ignore the height of a curved screen.
+    pub warning: Option<String>,
 }
 
 /// The directions of plane waves along one axis, as optical direction cosines.
@@ -368,6 +371,7 @@ impl PaperEntry {
             .to_owned(),
             sag: match paper.sag {
                 Sag::Tangent => "tangent",
+                Sag::Incident => "incident",
                 Sag::True => "true",
             }
             .to_owned(),
@@ -453,6 +457,7 @@ impl PlanEntry {
             planes: None,
             paper: None,
         };
+        let warning = Flatness::of(hop, plan).and_then(|flat| flat.warning());
         match plan {
             Plan::Free(..) => {}
             Plan::Beamlets(plan) => entry.beamlets = Some(BeamletEntry::new(plan)),
@@ -469,6 +474,7 @@ impl PlanEntry {
                     secondary: (plan.rays() / plan.positions.max(1) as f64) as usize,
                     side_um: plan.side * UM,
                     period_um: plan.period * UM,
+                    warning,
                 });
             }
         }

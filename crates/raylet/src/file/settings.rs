@@ -181,6 +181,8 @@ pub enum Sampler {
 pub enum Sag {
     /// Nothing.
     Tangent,
+    /// The phase that it has for the light that comes, not for the light that goes.
+    Incident,
     /// The phase that it has for each mode.
     #[default]
     True,

@@ -47,3 +47,17 @@ impl<T> From<Jet<T>> for Height<T> {
         }
     }
 }
+
+impl Height {
+    /// The larger of the two principal curvatures, without its sign, in 1/mm.
+    pub fn sharpest(&self) -> f64 {
+        // Half the trace and the determinant of g⁻¹H/√det g, with the metric g = 1 + ∇s∇sᵀ and the second
+        // derivatives H.
+        let ([sx, sy], [xx, xy, yy]) = (self.slope, self.bend);
+        let det = 1.0 + sx * sx + sy * sy;
+        let trace = xx * (1.0 + sy * sy) - 2.0 * xy * sx * sy + yy * (1.0 + sx * sx);
+        let mean = 0.5 * trace / (det * det.sqrt());
+        let product = (xx * yy - xy * xy) / (det * det);
+        mean.abs() + (mean * mean - product).max(0.0).sqrt()
+    }
+}

@@ -153,6 +153,21 @@ impl Screen {
         Some(relief)
     }
 
+    /// The smallest radius of curvature over the part that matters, in mm, from a grid of points; nothing
+    /// for a plane.
+    pub fn smallest_radius(&self) -> Option<f64> {
+        let [x0, x1, y0, y1] = self.bounds()?;
+        let place = |low: f64, high: f64, i: usize| low + (high - low) * i as f64 / RELIEF as f64;
+        let mut sharpest = 0.0f64;
+        for n in 0..(RELIEF + 1) * (RELIEF + 1) {
+            let [i, j] = [n % (RELIEF + 1), n / (RELIEF + 1)];
+            if let Some(here) = self.height([place(x0, x1, i), place(y0, y1, j)]) {
+                sharpest = sharpest.max(here.sharpest());
+            }
+        }
+        (sharpest > 0.0).then(|| 1.0 / sharpest)
+    }
+
     /// The part of the screen that matters, `[x_min, x_max, y_min, y_max]` in mm: the opening of a stop
     /// or element, the outline of a sensor; nothing when it has no edge.
     pub fn bounds(&self) -> Option<[f64; 4]> {

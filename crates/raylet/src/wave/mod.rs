@@ -7,6 +7,7 @@ pub mod gather;
 pub mod heights;
 pub mod metrics;
 pub mod patch;
+pub mod periodic;
 pub mod plane;
 pub mod propagate;
 pub mod raster;

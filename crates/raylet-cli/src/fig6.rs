@@ -1,0 +1,138 @@
+//! Figure 6 of the source paper, forward: a conformal diffractive mirror with conjugate phases.
+
+use raylet::design::conformal::{Conformal, Show, Substrate};
+use raylet::engine::settings::Sag;
+use raylet::file::conformal::{Comparison, Draws, Outcome, Way};
+use raylet::file::machine::Machine;
+use serde_json::json;
+
+use crate::failure::Failure;
+use crate::paper::Study;
+use crate::table::table;
+
+/// Samples along each axis of the picture of the whole sensor.
+const OVERVIEW: usize = 250;
+const QUICK_OVERVIEW: usize = 100;
+
+/// Measures both substrates with both things to show.
+pub(crate) fn fig6(quick: bool) -> Result<Study, Failure> {
+    let mut study = Study::default();
+    let mut entries = Vec::new();
+    for substrate in [Substrate::Bumps, Substrate::Bump] {
+        for show in [Show::Foci, Show::Letter] {
+            let mirror = Conformal {
+                substrate,
+                show,
+                scale: if quick { 0.06 } else { 1.0 },
+            };
+            let found = Comparison::measure(mirror, draws(quick), &ways(substrate))?;
+            let [name, title] = names(&mirror);
+            let pixels = if quick { QUICK_OVERVIEW } else { OVERVIEW };
+            let overview = Comparison::overview(&mirror, pixels)?;
+            let picture = found.png(&title, &overview)?;
+            study.pictures.push((format!("{name}.png"), picture));
+            study.text += &block(&title, &found);
+            entries.push(entry(&name, &found));
+        }
+    }
+    study.document = json!({ "mirrors": entries, "machine": Machine::here() });
+    Ok(study)
+}
+
+/// As many rays as the paper draws, a fifteenth of its positions: what covers each place is divided out.
+fn draws(quick: bool) -> Draws {
+    match quick {
+        true => Draws {
+            rays: 50,
+            secondary: 500,
+        },
+        false => Draws {
+            rays: 200,
+            secondary: 60_000,
+        },
+    }
+}
+
+/// What is compared; on the nearly flat substrate the ways between planes and the height tell little.
+fn ways(substrate: Substrate) -> Vec<Way> {
+    let mut ways = vec![Way::Default, Way::Paper(Sag::Tangent)];
+    if substrate == Substrate::Bump {
+        ways.push(Way::Paper(Sag::Incident));
+    }
+    ways.push(Way::Paper(Sag::True));
+    ways
+}
+
+/// A name for files and a title.
+fn names(mirror: &Conformal) -> [String; 2] {
+    let (shown, what) = match mirror.show {
+        Show::Foci => ("foci", "Two foci"),
+        Show::Letter => ("letter", "An S"),
+    };
+    let (made, on) = match mirror.substrate {
+        Substrate::Bumps => ("flat", "a nearly flat substrate"),
+        Substrate::Bump => ("curved", "a substrate of smallest radius 506 λ"),
+    };
+    let size = match mirror.scale {
+        1.0 => String::new(),
+        scale => format!(", at {scale} of the full size"),
+    };
+    [
+        format!("{shown}_{made}"),
+        format!("{what} by a mirror on {on}{size}"),
+    ]
+}
+
+/// The numbers of one mirror as text.
+fn block(title: &str, found: &Comparison) -> String {
+    let row = |outcome: &Outcome| {
+        let um = |length: f64| format!("{:.2}", 1e3 * length);
+        let foci = outcome.foci.map(|foci| foci.map(um));
+        let shown = match (foci, outcome.letter) {
+            (Some([apart, x, y]), _) => format!("{apart} µm apart, FWHM {x} × {y} µm"),
+            (None, Some(like)) => format!("NCC {like:.3}"),
+            (None, None) => String::from("no foci"),
+        };
+        let [all, shape] = outcome.errors.map(|error| match outcome.way {
+            Way::Exact => String::new(),
+            _ => format!("{error:.2e}"),
+        });
+        vec![
+            outcome.way.name().to_owned(),
+            shown,
+            all,
+            shape,
+            format!("{:.4}", outcome.like),
+            format!("{:.2e}", outcome.work),
+            format!("{:.1}", outcome.seconds),
+        ]
+    };
+    let rows: Vec<Vec<String>> = found.outcomes.iter().map(row).collect();
+    let head = [
+        "by",
+        "shown",
+        "field error",
+        "of its shape",
+        "NCC",
+        "rays or pairs",
+        "s",
+    ];
+    format!("{title}\n{}\n", table(&head, &rows, &[2, 3, 4, 5, 6]))
+}
+
+/// The same as a document.
+fn entry(name: &str, found: &Comparison) -> serde_json::Value {
+    let outcomes = found.outcomes.iter().map(|outcome| {
+        json!({
+            "by": outcome.way.name(),
+            "field_error": outcome.errors[0],
+            "shape_error": outcome.errors[1],
+            "ncc": outcome.like,
+            "separation_and_fwhm_um": outcome.foci.map(|foci| foci.map(|length| 1e3 * length)),
+            "ncc_with_letter": outcome.letter,
+            "rays_or_pairs": outcome.work,
+            "seconds": outcome.seconds,
+        })
+    });
+    json!({ "name": name, "outcomes": outcomes.collect::<Vec<_>>() })
+}
