@@ -129,14 +129,6 @@ pub fn sensor_grid(sensor: &Sensor) -> Grid {
     }
 }
 
-fn raster_of(grid: &Grid) -> Raster {
-    Raster {
-        start: [grid.x.start, grid.y.start],
-        pitch: [grid.x.pitch, grid.y.pitch],
-        size: [grid.x.len(), grid.y.len()],
-    }
-}
-
 /// The plans of all hops, without running them; `incidence` as the run will meet it.
 ///
 /// # Errors
@@ -240,7 +232,7 @@ pub fn receiving_raster(
 ) -> Result<Raster, SimulateError> {
     let allowed = settings.samples_allowed();
     Ok(match &hop.to.act {
-        Act::Sensor(sensor) => raster_of(&sensor_grid(sensor)),
+        Act::Sensor(sensor) => Raster::of(sensor),
         _ => plan_raster(hop.to, reach, hop.wavelength, allowed)?,
     })
 }

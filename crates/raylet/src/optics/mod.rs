@@ -2,6 +2,7 @@
 
 pub mod aperture;
 pub mod bend;
+pub mod bundle;
 pub mod conic;
 pub mod dispersion;
 pub mod doe;
