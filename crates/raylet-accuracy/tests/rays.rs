@@ -184,7 +184,7 @@ fn beamlets_of_a_lattice_match_rayleigh_and_sommerfeld() {
     };
     for tilt in [[0.0, 0.0], [10f64.to_radians().sin(), 0.0]] {
         let arriving = collimated(&lattice(half, 1.5 * sigma), tilt);
-        assert!(free.error(&arriving, tilt, settings, true) < 3e-3);
+        assert!(free.error(&arriving, tilt, settings, true) < 2e-3);
     }
     let step = 1.25 * sigma;
     let jitter = |(i, [x, y]): (usize, [f64; 2])| {
@@ -197,7 +197,7 @@ fn beamlets_of_a_lattice_match_rayleigh_and_sommerfeld() {
         .map(jitter)
         .collect();
     let arriving = collimated(&places, [0.0; 2]);
-    assert!(free.error(&arriving, [0.0; 2], settings, true) < 3e-3);
+    assert!(free.error(&arriving, [0.0; 2], settings, true) < 2e-3);
 }
 
 /// Plain plane waves are right in free space, with Gaussian windows that add up to one and with squares
@@ -212,7 +212,7 @@ fn plane_waves_of_a_lattice_match_rayleigh_and_sommerfeld() {
         ..Scattering::waves(5.0, 180.0)
     };
     let arriving = collimated(&lattice(24.0 + 17.5, 8.3), [0.0; 2]);
-    assert!(free.error(&arriving, [0.0; 2], settings, false) < 3e-3);
+    assert!(free.error(&arriving, [0.0; 2], settings, false) < 1e-3);
     let squares = Scattering {
         towards: Some([-0.85, 0.85, -0.85, 0.85]),
         threshold: 0.0,
@@ -301,6 +301,6 @@ fn curved_mirror_matches_the_sum_over_its_surface() {
             .unwrap();
         let error = field_error(ours.view(), exact.view()).unwrap();
         println!("{coat:?}: {} rays, error {error:.1e}", secondary.len());
-        assert!(error < 1e-2);
+        assert!(error < 3e-3);
     }
 }

@@ -274,7 +274,7 @@ fn beamlets_of_a_foreign_tracer_match_a_run() {
         "{} rays by beamlets: {error:.1e} from a run",
         secondary.len()
     );
-    assert!(error < 1e-3);
+    assert!(error < 1e-5);
 }
 
 /// The same by plane waves with prefactor: places so close that copies, λf/step away, pass beside the sensor
@@ -315,7 +315,7 @@ fn plane_waves_of_a_foreign_tracer_match_a_run() {
         "{} rays by plane waves: {error:.1e} from a run",
         secondary.len()
     );
-    assert!(error < 1e-2);
+    assert!(error < 3e-4);
 }
 
 /// Light that an ideal lens has bent arrives at random pixels in the same plane. With the curvature of its
@@ -362,5 +362,5 @@ fn converging_light_needs_its_curvature() {
         field_error(beamlets.view(), own.view()).unwrap()
     });
     println!("with its curvature {with:.1e}, without {without:.1e}");
-    assert!(with < 2e-3 && without > 0.05);
+    assert!(with < 2e-4 && without > 0.1);
 }

@@ -91,7 +91,7 @@ impl<'a> Scatter<'a> {
         // The element on nodes that resolve what arrives and what may leave.
         let reach = Reach {
             arriving: arriving(&hits, curvature, &settings),
-            leaving: [screen.index; 2],
+            leaving: leaving(screen, &settings),
         };
         let grid = plan_grid(screen, reach, wavelength, settings.samples)?;
         let transmission = imprint(screen, &grid);
@@ -371,6 +371,13 @@ fn share(hits: &[Hit], grid: &Grid, settings: &Scattering) -> Array2<f64> {
             sum.mapv(|sum| if sum > 0.0 { 1.0 / sum } else { 0.0 })
         }
     }
+}
+
+/// Largest |p| of the light that is wanted behind the element, along x and y.
+fn leaving(screen: &Screen, settings: &Scattering) -> [f64; 2] {
+    let n = screen.index;
+    let [x0, x1, y0, y1] = settings.towards.unwrap_or([-n, n, -n, n]);
+    [x0.abs().max(x1.abs()), y0.abs().max(y1.abs())].map(|p| p.min(n))
 }
 
 /// Largest |p| of the arriving light along x and y, curvature over half a period included.
