@@ -66,6 +66,9 @@ pub struct HopReport {
 pub struct Outcome {
     /// Complex field at the sensor's pixel centres.
     pub field: Field,
+    /// Standard error of the field at each of them, indexed [y, x], where the last hop drew rays at random:
+    /// what that hop adds. Its real and imaginary parts each have this over √2.
+    pub standard_error: Option<Array2<f64>>,
     /// What each hop did.
     pub hops: Vec<HopReport>,
 }
@@ -249,7 +252,7 @@ pub fn simulate(
     let sensor = sensor_of(system)?;
     let system = &with_rims(system);
     let mut light = Arriving::from_source(system);
-    let mut reports = Vec::new();
+    let (mut reports, mut standard_error) = (Vec::new(), None);
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
         let plan = plan(&hop, light.brief, pitch_of(hop.to), settings)?;
@@ -276,6 +279,7 @@ pub fn simulate(
         if !sheets.power().is_finite() {
             return Err(SimulateError::NotFinite(hop.to.name.clone()));
         }
+        standard_error = tally.noise.take();
         tally.divide_elsewhere(surveyed(system, &hop, &light));
         step(1.0);
         let brief = plan.light(&hop, light.brief);
@@ -293,13 +297,19 @@ pub fn simulate(
             reach,
         };
     }
-    let grid = sensor_grid(sensor);
-    let dark = || Array2::zeros(grid.shape());
-    let values = light.sum.map_or_else(dark, Sheets::into_middle);
     Ok(Outcome {
-        field: Field { grid, values },
+        field: on_sensor(sensor, light.sum),
+        standard_error,
         hops: reports,
     })
+}
+
+/// The field at the pixel centres of a sensor; dark when no light was summed there.
+fn on_sensor(sensor: &Sensor, sum: Option<Sheets>) -> Field {
+    let grid = sensor_grid(sensor);
+    let dark = || Array2::zeros(grid.shape());
+    let values = sum.map_or_else(dark, Sheets::into_middle);
+    Field { grid, values }
 }
 
 /// The sensor at the end of a system.

@@ -21,3 +21,4 @@ pub mod source;
 pub mod surface;
 pub mod system;
 pub mod toric;
+pub mod unroll;

@@ -54,7 +54,7 @@ impl Beams {
         ] {
             check_length(field, found, hits.len(), "position")?;
         }
-        check_finite("jacobian", rays.jacobian.iter().map(|j| flat(j)))?;
+        check_finite("jacobian", rays.jacobian.iter().map(flat))?;
         check_window(rays.window)?;
         check_finite("cosine", rays.cosine.iter().map(|c| [*c]))?;
         let mut beams = Self::default();

@@ -56,7 +56,7 @@ pub fn pixels_bar(
                 pixels = Some((own.values.dim(), own.pitch));
                 own.values.fill(Complex64::ONE);
             }
-            Layer::Pixels(_) | Layer::Sum(_) => return Err(fault()),
+            Layer::Pixels(_) | Layer::Sum(_) | Layer::Unrolled(..) => return Err(fault()),
         }
     }
     let ((ny, nx), pitch) = pixels.ok_or_else(fault)?;
