@@ -81,7 +81,7 @@ fn gratings_turn_light_by_their_period_along_the_surface() {
     for (shape, lines) in cases {
         for [x, y] in [[6.0, 0.0], [10.0, 0.0], [3.0, 4.0], [-5.0, 2.0]] {
             // A small opening about the place: the element is sampled as a whole.
-            let mut element = screen(shape.clone(), vec![grating.clone()], 0.1);
+            let mut element = screen(shape.clone(), vec![grating.clone()], 0.065);
             if let Act::Doe(doe) = &mut element.act {
                 doe.aperture.centre = [x, y];
             }
@@ -94,6 +94,7 @@ fn gratings_turn_light_by_their_period_along_the_surface() {
             };
             let settings = Scattering {
                 coverage: Coverage::Area(1.0),
+                towards: Some([-0.2, 0.9, -0.5, 0.5]),
                 ..Scattering::beamlets(0.02)
             };
             let scatter = Scatter::new(&element, wavelength, rays, None, settings).unwrap();
@@ -225,7 +226,7 @@ fn pixels_lie_where_hand_made_projections_put_them() {
     let ours = simulate(&system, &Settings::default(), &|_| {}).unwrap();
     let error = field_error(ours.field.values.view(), exact.view()).unwrap();
     println!("unrolled pixels on a sphere: error {error:.1e}");
-    assert!(error < 2e-2);
+    assert!(error < 3e-3);
 }
 
 const SCENE: &str = r#"version = 1
