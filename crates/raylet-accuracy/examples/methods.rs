@@ -262,10 +262,10 @@ fn lens() {
         let paraxial = collins(&pixels, [0.0; 2], WAVELENGTH, abcd, 4, [&axis, &axis]).unwrap();
         println!("lens, {name}: reference is a fine beamlet sum, then Collins");
         let fine = Settings {
-            step: 1.25,
-            period: 7.0,
-            mode_threshold: 1e-4,
-            footprint_threshold: 1e-5,
+            step: Some(1.25),
+            period: Some(7.0),
+            mode_threshold: Some(1e-4),
+            footprint_threshold: Some(1e-5),
             sigma: Some(0.06),
             ..with(Method::Beamlet)
         };

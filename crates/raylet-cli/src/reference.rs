@@ -88,7 +88,7 @@ impl Reference {
         let fields = gather(&systems, &fields);
         let seconds = clock.elapsed().as_secs_f64();
         let report = Report::new("reference", &scene, &settings, channels, seconds);
-        let report = publish(&target, &scene, &systems, fields, report)?;
+        let report = publish(&target, &scene, &systems, (fields, &[]), report)?;
         say(&summary(&report, &out))
     }
 

@@ -10,7 +10,7 @@ use raylet::engine::simulate::simulate;
 use raylet::file::blame::blame;
 use raylet::file::build;
 use raylet::file::folder::Target;
-use raylet::file::output::{gather, publish};
+use raylet::file::output::{StandardError, gather, publish};
 use raylet::file::report::{Channel, HopEntry, Report, micrometres};
 use raylet::file::scene::Scene;
 use raylet::optics::system::System;
@@ -45,11 +45,15 @@ impl Simulate {
 
         // All systems are built before the first is run, so that faults show at once.
         let systems = build_all(&scene)?;
-        let (channels, fields) = carry_all(&scene, &systems, &settings)?;
+        let Carried {
+            channels,
+            fields,
+            errors,
+        } = carry_all(&scene, &systems, &settings)?;
         let fields = gather(&systems, &fields);
         let seconds = clock.elapsed().as_secs_f64();
         let report = Report::new("simulate", &scene, &settings, channels, seconds);
-        let report = publish(&target, &scene, &systems, fields, report)?;
+        let report = publish(&target, &scene, &systems, (fields, &errors), report)?;
         say(&summary(&report, &out))
     }
 }
@@ -67,13 +71,18 @@ pub(crate) fn build_all(scene: &Scene) -> Result<Vec<System>, Failure> {
         .collect()
 }
 
-fn carry_all(
-    scene: &Scene,
-    systems: &[System],
-    settings: &Settings,
-) -> Result<(Vec<Channel>, Vec<Field>), Failure> {
+/// What came out of all wavelengths.
+#[derive(Default)]
+struct Carried {
+    channels: Vec<Channel>,
+    fields: Vec<Field>,
+    /// Where rays were drawn at random.
+    errors: Vec<StandardError>,
+}
+
+fn carry_all(scene: &Scene, systems: &[System], settings: &Settings) -> Result<Carried, Failure> {
     let meter = Meter::new();
-    let (mut channels, mut fields) = (Vec::new(), Vec::new());
+    let mut carried = Carried::default();
     for system in systems {
         let run = match systems.len() {
             1 => String::new(),
@@ -81,10 +90,12 @@ fn carry_all(
         };
         let outcome = simulate(system, settings, &|progress| meter.note(&run, progress))
             .map_err(|error| blame(scene, &error))?;
-        channels.push(Channel::new(system, &outcome, settings));
-        fields.push(outcome.field);
+        let channel = Channel::new(system, &outcome, settings);
+        carried.channels.push(channel);
+        carried.fields.push(outcome.field);
+        carried.errors.extend(outcome.standard_error);
     }
-    Ok((channels, fields))
+    Ok(carried)
 }
 
 /// A run in a few lines.

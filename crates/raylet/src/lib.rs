@@ -10,3 +10,8 @@ pub mod file;
 pub mod math;
 pub mod optics;
 pub mod wave;
+
+/// The examples of the user guide, run as tests.
+#[cfg(doctest)]
+#[doc = include_str!("../../../docs/rays.md")]
+pub struct Guide;

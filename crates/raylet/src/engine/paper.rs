@@ -92,7 +92,10 @@ pub fn carry(
             spread.add(&before, to.values());
         }
     }
-    tally.sampling = spread.sums(plan.positions as f64 / size as f64);
+    if let Some((variance, square)) = spread.finish(plan.positions as f64 / size as f64) {
+        tally.sampling = Some([variance.sum(), square]);
+        tally.noise = Some(variance.mapv(|v| v.max(0.0).sqrt()));
+    }
     tally
 }
 
@@ -131,29 +134,35 @@ pub fn cover(
 #[derive(Default)]
 struct Spread {
     count: usize,
-    squares: f64,
-    total: f64,
+    /// Σ|f|² of the batches f, and |F|² of their sum, at each sample.
+    sums: Option<[Array2<f64>; 2]>,
 }
 
 impl Spread {
     /// Takes note of one batch, given what was summed before and after it.
     fn add(&mut self, before: &Array2<Complex64>, after: &Array2<Complex64>) {
         self.count += 1;
-        self.squares += before
-            .iter()
-            .zip(after)
-            .map(|(b, a)| (a - b).norm_sqr())
-            .sum::<f64>();
-        self.total = after.iter().map(|a| a.norm_sqr()).sum();
+        let zeros = || [0; 2].map(|_| Array2::zeros(after.raw_dim()));
+        let [squares, total] = self.sums.get_or_insert_with(zeros);
+        ndarray::Zip::from(squares)
+            .and(total)
+            .and(before)
+            .and(after)
+            .for_each(|square, total, b, a| {
+                *square += (a - b).norm_sqr();
+                *total = a.norm_sqr();
+            });
     }
 
-    /// Σ variance and Σ|U|² over the screen, of the sum over `batches` of them: Σ|f − F/B|² over B
-    /// batches f of sum F has the mean (B − 1)·var(f).
-    fn sums(&self, batches: f64) -> Option<[f64; 2]> {
+    /// Variance of the field at each sample, and Σ|U|², of the sum over `batches` of them: Σ|f − F/B|² over
+    /// B batches f of sum F has the mean (B − 1)·var(f).
+    fn finish(self, batches: f64) -> Option<(Array2<f64>, f64)> {
         let count = self.count as f64;
-        let each = (self.squares - self.total / count) / (count - 1.0);
+        let [squares, total] = self.sums.filter(|_| count > 1.0)?;
         let size = batches / count;
-        (self.count > 1).then_some([each * batches, self.total * size * size])
+        let square = total.sum() * size * size;
+        let each = (squares - total / count) / (count - 1.0);
+        Some((each * batches, square))
     }
 }
 

@@ -67,6 +67,9 @@ pub struct HopReport {
 pub struct Outcome {
     /// Complex field at the sensor's pixel centres.
     pub field: Field,
+    /// Standard error of the field at each of them, indexed [y, x], where the last hop drew rays at random:
+    /// what that hop adds. Its real and imaginary parts each have this over √2.
+    pub standard_error: Option<Array2<f64>>,
     /// What each hop did.
     pub hops: Vec<HopReport>,
 }
@@ -84,6 +87,18 @@ pub struct Progress<'a> {
     pub done: f64,
     /// Rays that the hop's plan expects; zero without rays.
     pub rays: f64,
+}
+
+impl<'a> Progress<'a> {
+    fn of(system: &'a System, hop: usize, plan: &Plan, done: f64) -> Self {
+        Self {
+            hop,
+            hops: system.trains.len(),
+            to: &system.screens[hop + 1].name,
+            done,
+            rays: plan.rays(),
+        }
+    }
 }
 
 /// Directions of the incident light on the first screen: cosines at its centre and the largest |p|.
@@ -127,14 +142,6 @@ pub fn sensor_grid(sensor: &Sensor) -> Grid {
     Grid {
         x: axis(0),
         y: axis(1),
-    }
-}
-
-fn raster_of(grid: &Grid) -> Raster {
-    Raster {
-        start: [grid.x.start, grid.y.start],
-        pitch: [grid.x.pitch, grid.y.pitch],
-        size: [grid.x.len(), grid.y.len()],
     }
 }
 
@@ -234,7 +241,7 @@ pub fn receiving_raster(
 ) -> Result<Raster, SimulateError> {
     let allowed = settings.samples_allowed();
     Ok(match &hop.to.act {
-        Act::Sensor(sensor) => raster_of(&sensor_grid(sensor)),
+        Act::Sensor(sensor) => Raster::of(sensor),
         _ => plan_raster(hop.to, reach, hop.wavelength, allowed)?,
     })
 }
@@ -253,7 +260,7 @@ pub fn simulate(
     let system = &with_rims(original);
     let settings = &settings.shared(system.trains.len());
     let mut light = Arriving::from_source(system);
-    let mut reports = Vec::new();
+    let (mut reports, mut standard_error) = (Vec::new(), None);
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
         let beyond = &Beyond::of(system, number);
@@ -261,15 +268,7 @@ pub fn simulate(
         let (field, before) = light.pass(system, hop.from, leaving(&plan), settings)?;
         let reach = arrival_reach(&hop, &plan);
         let raster = receiving_raster(&hop, reach, settings)?;
-        let step = |done: f64| {
-            progress(Progress {
-                hop: number,
-                hops: system.trains.len(),
-                to: &hop.to.name,
-                done,
-                rays: plan.rays(),
-            });
-        };
+        let step = |done: f64| progress(Progress::of(system, number, &plan, done));
         step(0.0);
         let run = Run {
             number,
@@ -282,6 +281,7 @@ pub fn simulate(
         if !sheets.power().is_finite() {
             return Err(SimulateError::NotFinite(hop.to.name.clone()));
         }
+        standard_error = tally.noise.take();
         tally.divide_elsewhere(surveyed(system, &hop, &light));
         tally.edge = edge_error(original, hop.from, 1.0 - field.power() / before);
         step(1.0);
@@ -300,13 +300,19 @@ pub fn simulate(
             reach,
         };
     }
-    let grid = sensor_grid(sensor);
-    let dark = || Array2::zeros(grid.shape());
-    let values = light.sum.map_or_else(dark, Sheets::into_middle);
     Ok(Outcome {
-        field: Field { grid, values },
+        field: on_sensor(sensor, light.sum),
+        standard_error,
         hops: reports,
     })
+}
+
+/// The field at the pixel centres of a sensor; dark when no light was summed there.
+fn on_sensor(sensor: &Sensor, sum: Option<Sheets>) -> Field {
+    let grid = sensor_grid(sensor);
+    let dark = || Array2::zeros(grid.shape());
+    let values = sum.map_or_else(dark, Sheets::into_middle);
+    Field { grid, values }
 }
 
 /// The sensor at the end of a system.

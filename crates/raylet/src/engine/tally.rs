@@ -1,5 +1,7 @@
 //! What became of the rays and of the energy of a hop.
 
+use ndarray::Array2;
+
 use crate::engine::budget::Aberration;
 use crate::optics::ray::Loss;
 
@@ -92,6 +94,9 @@ pub struct Tally {
     pub edge: f64,
     /// Σ variance and Σ|U|² over the receiving screen, where rays were drawn at random.
     pub sampling: Option<[f64; 2]>,
+    /// Standard error of the field at each sample of the receiving screen, indexed [y, x], where rays were
+    /// drawn at random.
+    pub noise: Option<Array2<f64>>,
 }
 
 impl Tally {

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use crate::file::catalog;
 use crate::file::element::{
-    self, Element, LensElement, MirrorElement, ParaxialLens, SensorElement,
+    self, Coordinates, Element, LensElement, MirrorElement, ParaxialLens, SensorElement,
 };
 use crate::file::fault::Fault;
 use crate::file::layer::{self, PixelForm as FilePixelForm};
@@ -23,6 +23,7 @@ use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::surface::Surface;
 use crate::optics::system::System;
+use crate::optics::unroll::Unroll;
 
 /// Micrometres in a millimetre.
 const UM: f64 = 1e-3;
@@ -100,9 +101,9 @@ impl Layout<'_> {
         let mut along = element.thickness_mm().unwrap_or(0.0);
         match element {
             Element::Doe(doe) => {
-                let act = Act::Doe(self.doe(doe, &path)?);
-                self.screen(name, frame, act, &path)?;
                 let shape = self.shape(&doe.sag(), &path)?;
+                let act = Act::Doe(self.doe(doe, &shape, &path)?);
+                self.screen(name, frame, act, &path)?;
                 if let Some(screen) = self.screens.last_mut() {
                     screen.shape = shape;
                 }
@@ -315,9 +316,13 @@ impl Layout<'_> {
         }
     }
 
-    fn doe(&self, doe: &element::DoeElement, path: &str) -> Result<Doe, Fault> {
+    fn doe(&self, doe: &element::DoeElement, shape: &Shape, path: &str) -> Result<Doe, Fault> {
+        let layers = self.layers(&doe.layer, &format!("{path}.layer"))?;
         let doe = Doe {
-            layers: self.layers(&doe.layer, &format!("{path}.layer"))?,
+            layers: match doe.coordinates {
+                Coordinates::Projected => layers,
+                Coordinates::Surface => vec![self.unrolled(layers, shape, path)?],
+            },
             aperture: doe.aperture.optics(),
             reflect: doe.reflect,
         };
@@ -331,6 +336,28 @@ impl Layout<'_> {
             ));
         }
         Ok(doe)
+    }
+
+    /// Layers on the own coordinates of a surface.
+    fn unrolled(&self, layers: Vec<Layer>, shape: &Shape, path: &str) -> Result<Layer, Fault> {
+        let place = format!("{path}.coordinates");
+        let mut lattices = Vec::new();
+        collect_lattices(&layers, &mut lattices);
+        if lattices
+            .iter()
+            .any(|(_, _, form)| *form == PixelForm::Point)
+        {
+            let found = "\"surface\" with pixels that are points";
+            let expected = "pixel = \"box\" or \"bilinear\", or coordinates = \"projected\"";
+            return Err(self.scene.fault(&place, found, expected));
+        }
+        let own = Unroll::of(shape).ok_or_else(|| {
+            let found = "\"surface\" on a surface that is curved in two ways";
+            let expected = "a surface of revolution about its own axis or a cylinder, or coordinates = \
+                            \"projected\"";
+            self.scene.fault(&place, found, expected)
+        })?;
+        Ok(Layer::Unrolled(Box::new(own), layers))
     }
 
     /// The ideal phase for collimated light along the axis, at this wavelength.
@@ -450,6 +477,7 @@ fn collect_lattices(layers: &[Layer], found: &mut Vec<([f64; 2], (usize, usize),
             Layer::Sum(terms) => terms
                 .iter()
                 .for_each(|(_, layers)| collect_lattices(layers, found)),
+            Layer::Unrolled(_, layers) => collect_lattices(layers, found),
         }
     }
 }

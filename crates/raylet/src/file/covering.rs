@@ -8,13 +8,12 @@ use std::time::Instant;
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 
+use crate::engine::beyond::Beyond;
 use crate::engine::paper::cover;
 use crate::engine::paper_plan::{Address, PaperPlan};
 use crate::engine::plan::{Plan, plan};
 use crate::engine::settings::{Method, Paper, Positions, Sampler, Settings};
-use crate::engine::simulate::{
-    Arriving, SimulateError, leaving, pitch_of, receiving_raster, simulate,
-};
+use crate::engine::simulate::{Arriving, SimulateError, leaving, receiving_raster, simulate};
 use crate::optics::system::System;
 use crate::wave::field::Field;
 use crate::wave::metrics::{field_error, ncc};
@@ -134,7 +133,7 @@ fn planned(system: &System, settings: &Settings) -> Result<PaperPlan, SimulateEr
     let light = Arriving::from_source(system).brief;
     let mut hops = system.hops();
     let hop = hops.next().ok_or(SimulateError::NoSensor(String::new()))?;
-    match plan(&hop, light, pitch_of(hop.to), settings)? {
+    match plan(&hop, light, &Beyond::default(), settings)? {
         Plan::Paper(plan) => Ok(plan),
         _ => Err(SimulateError::NoSensor(hop.to.name.clone())),
     }

@@ -43,8 +43,10 @@ table! {
         /// Whether light goes on by reflection.
         #[serde(default)]
         pub reflect: bool,
-        /// Factors of the complex transmission; phases add. They are functions of the element's local x
-        /// and y.
+        /// What the layers are functions of.
+        #[serde(default)]
+        pub coordinates: Coordinates,
+        /// Factors of the complex transmission; phases add.
         #[serde(deserialize_with = "not_empty")]
         #[schemars(extend("minItems" = 1))]
         pub layer: Vec<Layer>,
@@ -135,6 +137,20 @@ table! {
         #[schemars(schema_with = "one_or_pair_schema")]
         pub pitch_um: [f64; 2],
     }
+}
+
+/// What the layers of a diffractive element on a curved surface are functions of. The aperture is always
+/// over local x and y.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Coordinates {
+    /// Local x and y: the element as it looks along its axis.
+    #[default]
+    Projected,
+    /// Lengths along the surface: on a surface of revolution the radius is the length of the meridian from
+    /// the vertex and the azimuth stays; on a cylinder the length along the curve from the vertex line takes
+    /// the place of its x or y. Other surfaces have none.
+    Surface,
 }
 
 /// How much of the field a refracting surface transmits.

@@ -1,6 +1,10 @@
 //! Everything that a run leaves behind, as one folder.
 
-use ndarray::{Array1, Array3, Axis};
+use std::io::Cursor;
+use std::path::Path;
+
+use ndarray::{Array1, Array2, Array3, Axis, stack};
+use ndarray_npy::WriteNpyExt;
 
 use crate::file::fault::Fault;
 use crate::file::folder::Target;
@@ -33,8 +37,29 @@ pub fn gather(systems: &[System], fields: &[Field]) -> Fields {
     }
 }
 
-/// Draws the pictures of a run and writes them with its fields and its document; returns the document as
-/// written, which names the files. The systems are one per wavelength.
+/// The standard error of a field at each sample, indexed [y, x].
+pub type StandardError = Array2<f64>;
+
+/// The file that holds the standard errors.
+const NOISE_FILE: &str = "standard_error.npy";
+
+/// Standard errors of the fields of all channels as a .npy file, float64 [channel, y, x].
+fn noise_npy(errors: &[StandardError]) -> Result<Vec<u8>, Fault> {
+    let refuse = |told: String| {
+        let expected = "arrays that can be written";
+        Fault::of_file(Path::new(NOISE_FILE), told, expected)
+    };
+    let views: Vec<_> = errors.iter().map(|error| error.view()).collect();
+    let all = stack(Axis(0), &views).map_err(|error| refuse(error.to_string()))?;
+    let mut file = Cursor::new(Vec::new());
+    all.write_npy(&mut file)
+        .map_err(|error| refuse(error.to_string()))?;
+    Ok(file.into_inner())
+}
+
+/// Draws the pictures of a run and writes them with its fields, their standard errors where there is one for
+/// every channel, and its document; returns the document as written, which names the files. The systems are
+/// one per wavelength.
 ///
 /// # Errors
 /// A picture that cannot be drawn, or a folder that cannot be written; then nothing is left behind.
@@ -42,7 +67,7 @@ pub fn publish(
     target: &Target,
     scene: &Scene,
     systems: &[System],
-    fields: Fields,
+    (fields, errors): (Fields, &[StandardError]),
     mut report: Report,
 ) -> Result<Report, Fault> {
     let refuse = |error: FigureError| {
@@ -59,6 +84,10 @@ pub fn publish(
         .extend(pictures.iter().map(|(name, _)| name.clone()));
 
     let draft = target.draft()?;
+    if !errors.is_empty() && errors.len() == systems.len() {
+        report.files.push(NOISE_FILE.to_owned());
+        draft.write(NOISE_FILE, &noise_npy(errors)?)?;
+    }
     for (name, bytes) in &pictures {
         draft.write(name, bytes)?;
     }

@@ -8,7 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::file::arrays::Arrays;
 use crate::file::check::check_elements;
 use crate::file::decode::{decode, tagged};
-use crate::file::element::Element;
+use crate::file::element::{Coordinates, Element};
 use crate::file::fault::Fault;
 use crate::file::layer::Layer;
 use crate::file::material::Material;
@@ -158,6 +158,10 @@ impl Scene {
         };
         let named = |element: &&Element| element.name() == Some(&hologram.element);
         let found = match self.element.iter().find(named) {
+            Some(Element::Doe(doe)) if doe.coordinates == Coordinates::Surface => {
+                "an element with coordinates = \"surface\", for which holograms are not designed"
+                    .to_owned()
+            }
             Some(Element::Doe(doe)) => {
                 if doe.layer.iter().any(|l| matches!(l, Layer::Pixels(_))) {
                     return Ok(());

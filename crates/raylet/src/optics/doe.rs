@@ -5,6 +5,7 @@ use num_complex::Complex64;
 
 use crate::optics::aperture::Aperture;
 use crate::optics::profile::Profile;
+use crate::optics::unroll::Unroll;
 
 /// A thin element that multiplies the field by a complex transmission (or reflection).
 #[derive(Clone, Debug, PartialEq)]
@@ -26,7 +27,14 @@ pub enum Layer {
     Phase(Profile),
     /// A weighted sum of transmissions, each a product of layers.
     Sum(Vec<(Complex64, Vec<Layer>)>),
+    /// A product of layers given on the surface's own coordinates instead of its local x and y; dark where
+    /// the surface does not exist.
+    Unrolled(Box<Unroll>, Vec<Layer>),
 }
+
+/// Orders of the spectrum of unrolled pixels that their sampling resolves: their edges lie anywhere between
+/// the samples.
+const PIXEL_ORDERS: f64 = 8.0;
 
 /// What a pixel's value means between the pixel centres.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
@@ -57,7 +65,26 @@ impl Doe {
         product(&self.layers, x, y)
     }
 
-    /// The pixel grid that sets this element's sampling, if it has one: the first of its layers.
+    /// The transmission of a small cell about (x, y), given as its spans: that of the point, with the mean over
+    /// the cell of unrolled pixels, whose edges lie anywhere in it.
+    pub fn transmission_over(&self, [x, y]: [f64; 2], spans: [[f64; 2]; 2]) -> Complex64 {
+        let mut total = Complex64::ONE;
+        for layer in &self.layers {
+            total *= match layer {
+                Layer::Unrolled(own, layers) => {
+                    let edged =
+                        |layer: &&Layer| first_pixels(std::slice::from_ref(*layer)).is_some();
+                    let (edged, smooth): (Vec<&Layer>, Vec<&Layer>) =
+                        layers.iter().partition(edged);
+                    unrolled(own, smooth, [x, y]) * mean(own, &edged, spans)
+                }
+                layer => product([layer], x, y),
+            };
+        }
+        total
+    }
+
+    /// The pixel grid over x and y that sets this element's sampling, if it has one: the first of its layers.
     pub fn pixels(&self) -> Option<&Pixels> {
         first_pixels(&self.layers)
     }
@@ -65,24 +92,17 @@ impl Doe {
     /// The gradient of the phase in rad/mm where it is smooth, from the analytic layers; nothing when
     /// pixels or sums take part, whose phase has no gradient of this kind.
     pub fn phase_gradient(&self, x: f64, y: f64) -> Option<[f64; 2]> {
-        let mut sum = [0.0; 2];
-        for layer in &self.layers {
-            let Layer::Phase(profile) = layer else {
-                return None;
-            };
-            let gradient = profile.gradient(x, y);
-            sum = [sum[0] + gradient[0], sum[1] + gradient[1]];
-        }
-        Some(sum)
+        gradient(&self.layers, x, y)
     }
 
-    /// The analytic phases whose sum is this element's phase; nothing when pixels or sums take part.
+    /// The analytic phases over x and y whose sum is this element's phase; nothing when other layers take
+    /// part.
     pub fn profiles(&self) -> Option<Vec<&Profile>> {
         let mut profiles = Vec::new();
         for layer in &self.layers {
             match layer {
                 Layer::Phase(profile) => profiles.push(profile),
-                Layer::Pixels(_) | Layer::Sum(_) => return None,
+                Layer::Pixels(_) | Layer::Sum(_) | Layer::Unrolled(..) => return None,
             }
         }
         Some(profiles)
@@ -156,7 +176,39 @@ impl Pixels {
     }
 }
 
-fn product(layers: &[Layer], x: f64, y: f64) -> Complex64 {
+/// Points along each axis of a cell over which unrolled pixels are averaged.
+const PARTS: u32 = 8;
+
+/// The product of layers on a surface's own coordinates, at a point over x and y.
+fn unrolled<'a, L>(own: &Unroll, layers: L, at: [f64; 2]) -> Complex64
+where
+    L: IntoIterator<Item = &'a Layer>,
+{
+    let dark = Complex64::ZERO;
+    own.at(at).map_or(dark, |[u, v]| product(layers, u, v))
+}
+
+/// Its mean over a cell; one without layers.
+fn mean(own: &Unroll, layers: &[&Layer], [[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> Complex64 {
+    if layers.is_empty() {
+        return Complex64::ONE;
+    }
+    let place =
+        |low: f64, high: f64, i: u32| low + (high - low) * (f64::from(i) + 0.5) / f64::from(PARTS);
+    let mut sum = Complex64::ZERO;
+    for j in 0..PARTS {
+        for i in 0..PARTS {
+            let at = [place(x0, x1, i), place(y0, y1, j)];
+            sum += unrolled(own, layers.iter().copied(), at);
+        }
+    }
+    sum / f64::from(PARTS * PARTS)
+}
+
+fn product<'a, L>(layers: L, x: f64, y: f64) -> Complex64
+where
+    L: IntoIterator<Item = &'a Layer>,
+{
     let mut total = Complex64::ONE;
     for layer in layers {
         total *= match layer {
@@ -166,6 +218,7 @@ fn product(layers: &[Layer], x: f64, y: f64) -> Complex64 {
                 .iter()
                 .map(|(weight, layers)| weight * product(layers, x, y))
                 .sum(),
+            Layer::Unrolled(own, layers) => unrolled(own, layers, [x, y]),
         };
     }
     total
@@ -174,9 +227,43 @@ fn product(layers: &[Layer], x: f64, y: f64) -> Complex64 {
 fn first_pixels(layers: &[Layer]) -> Option<&Pixels> {
     layers.iter().find_map(|layer| match layer {
         Layer::Pixels(pixels) => Some(pixels),
-        Layer::Phase(_) => None,
+        Layer::Phase(_) | Layer::Unrolled(..) => None,
         Layer::Sum(terms) => terms.iter().find_map(|(_, layers)| first_pixels(layers)),
     })
+}
+
+/// The gradient of the phase of analytic layers; nothing when pixels or sums take part.
+fn gradient(layers: &[Layer], x: f64, y: f64) -> Option<[f64; 2]> {
+    let mut sum = [0.0; 2];
+    for layer in layers {
+        let here = match layer {
+            Layer::Phase(profile) => profile.gradient(x, y),
+            Layer::Unrolled(own, layers) => {
+                let [u, v] = own.at([x, y])?;
+                let [gu, gv] = gradient(layers, u, v)?;
+                let [[ux, uy], [vx, vy]] = own.derivative([x, y])?;
+                [gu * ux + gv * vx, gu * uy + gv * vy]
+            }
+            Layer::Pixels(_) | Layer::Sum(_) => return None,
+        };
+        sum = [sum[0] + here[0], sum[1] + here[1]];
+    }
+    Some(sum)
+}
+
+/// What [`slopes`] are of layers on a surface's own coordinates, over x and y. Pixels among them have no
+/// sampling of their own, so their orders count.
+fn unrolled_slopes(own: &Unroll, layers: &[Layer], [x, y]: [f64; 2]) -> [f64; 2] {
+    let (Some([u, v]), Some(d)) = (own.at([x, y]), own.derivative([x, y])) else {
+        return [0.0; 2];
+    };
+    let mut along = slopes(layers, u, v);
+    if let Some(pixels) = first_pixels(layers) {
+        for (slope, pitch) in along.iter_mut().zip(pixels.pitch) {
+            *slope += PIXEL_ORDERS * std::f64::consts::TAU / pitch;
+        }
+    }
+    [0, 1].map(|a| along[0] * d[0][a].abs() + along[1] * d[1][a].abs())
 }
 
 /// Bounds on |∂φ/∂x| and |∂φ/∂y|: gradients of multiplied layers add, of summed terms the largest counts.
@@ -190,6 +277,7 @@ fn slopes(layers: &[Layer], x: f64, y: f64) -> [f64; 2] {
                 let term = slopes(layers, x, y);
                 [most[0].max(term[0]), most[1].max(term[1])]
             }),
+            Layer::Unrolled(own, layers) => unrolled_slopes(own, layers, [x, y]),
         };
         total = [total[0] + here[0], total[1] + here[1]];
     }

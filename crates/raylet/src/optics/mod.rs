@@ -2,6 +2,7 @@
 
 pub mod aperture;
 pub mod bend;
+pub mod bundle;
 pub mod conic;
 pub mod dispersion;
 pub mod doe;
@@ -20,3 +21,4 @@ pub mod source;
 pub mod surface;
 pub mod system;
 pub mod toric;
+pub mod unroll;

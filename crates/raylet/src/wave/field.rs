@@ -81,6 +81,21 @@ impl Axis {
         [low, low + self.cells as f64 * self.pitch]
     }
 
+    /// Number of nodes below a point; those closer to it than rounding are not.
+    pub fn below(&self, point: f64) -> usize {
+        let limit = point - 1e-9 * self.pitch;
+        let (mut low, mut high) = (0, self.len());
+        while low < high {
+            let middle = (low + high) / 2;
+            if self.node(middle) < limit {
+                low = middle + 1;
+            } else {
+                high = middle;
+            }
+        }
+        low
+    }
+
     /// All node positions, in mm.
     pub fn nodes(&self) -> Vec<f64> {
         (0..self.len()).map(|i| self.node(i)).collect()

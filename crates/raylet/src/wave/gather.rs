@@ -7,9 +7,8 @@ use fearless_simd::{Level, Simd, dispatch};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::math::lanes::LANES;
 use crate::wave::raster::Raster;
-use crate::wave::stamp::{Rows, Stamp};
+use crate::wave::stamp::{Moments, Rows, Stamp};
 use crate::wave::wavelet::Arrival;
 
 /// Rows of a band: the unit of parallel work.
@@ -33,28 +32,16 @@ impl Canvas {
     /// An empty sum on a raster.
     pub fn new(raster: Raster) -> Self {
         let [nx, ny] = raster.size;
-        let stride = nx + LANES;
         let bands = (0..ny.div_ceil(BAND_ROWS))
             .map(|b| {
                 let first_row = b * BAND_ROWS;
-                let count = BAND_ROWS.min(ny - first_row);
-                Band {
-                    first_row,
-                    rows: Rows {
-                        re: vec![0.0; count * stride],
-                        im: vec![0.0; count * stride],
-                        stride,
-                        count,
-                        raster: Raster {
-                            start: [
-                                raster.start[0],
-                                raster.start[1] + first_row as f64 * raster.pitch[1],
-                            ],
-                            size: [nx, count],
-                            ..raster
-                        },
-                    },
-                }
+                let above = first_row as f64 * raster.pitch[1];
+                let rows = Rows::zeros(Raster {
+                    start: [raster.start[0], raster.start[1] + above],
+                    size: [nx, BAND_ROWS.min(ny - first_row)],
+                    ..raster
+                });
+                Band { first_row, rows }
             })
             .collect();
         Self { raster, bands }
@@ -69,6 +56,36 @@ impl Canvas {
                 |band| dispatch!(level, simd => fill(simd, &mut band.rows, arrivals, k, threshold)),
             )
             .sum()
+    }
+
+    /// The conjugate transpose of [`Canvas::add`]: for each beamlet, with its amplitude taken for one, what
+    /// the canvas holds times its conjugate, summed over its footprint; the first of the moments is the
+    /// cotangent of the amplitude when the canvas holds the cotangent of the sum.
+    pub fn add_adjoint(&self, arrivals: &[Arrival], k: f64, threshold: f64) -> Vec<Moments> {
+        let level = Level::new();
+        let limit = -2.0 * threshold.ln() / k;
+        arrivals
+            .par_iter()
+            .map(|arrival| {
+                let mut total = [Complex64::ZERO; 6];
+                for band in &self.bands {
+                    let part = dispatch!(level, simd => read(simd, &band.rows, arrival, k, limit));
+                    total.iter_mut().zip(part).for_each(|(t, p)| *t += p);
+                }
+                total
+            })
+            .collect()
+    }
+
+    /// A canvas that holds these values, indexed [y, x].
+    pub fn holding(raster: Raster, values: &ndarray::Array2<Complex64>) -> Self {
+        let mut canvas = Self::new(raster);
+        for ((j, i), value) in values.indexed_iter() {
+            let band = &mut canvas.bands[j / BAND_ROWS];
+            let at = (j - band.first_row) * band.rows.stride + i;
+            (band.rows.re[at], band.rows.im[at]) = (value.re, value.im);
+        }
+        canvas
     }
 
     /// Whether a beamlet's footprint meets the raster.
@@ -137,6 +154,15 @@ fn fill<S: Simd>(
     evaluations
 }
 
+/// What one band gives back to a beamlet.
+#[inline(always)]
+fn read<S: Simd>(simd: S, rows: &Rows, arrival: &Arrival, k: f64, limit: f64) -> Moments {
+    match Stamp::new(arrival, rows, limit) {
+        Some(stamp) => stamp.press_adjoint(simd, rows, k),
+        None => [Complex64::ZERO; 6],
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use num_complex::Complex64;
@@ -192,6 +218,55 @@ mod tests {
             norm += exact.norm_sqr();
         }
         assert!((error / norm).sqrt() < 2e-9, "{:e}", (error / norm).sqrt());
+    }
+
+    /// Σ conj(ȳ)·y is the same as Σ conj(amplitudē)·amplitude, and moments match their formulas.
+    #[test]
+    fn add_dot_product() {
+        let k = std::f64::consts::TAU;
+        let raster = Raster {
+            start: [-20.0, -21.0],
+            pitch: [0.31, 0.43],
+            size: [131, 97],
+        };
+        let bar = ndarray::Array2::from_shape_fn((97, 131), |(j, i)| {
+            let t = (j * 131 + i) as f64 * 0.618_033_988_7;
+            Complex64::new(t.fract() - 0.5, (3.7 * t).fract() - 0.5)
+        });
+        let mut canvas = Canvas::new(raster);
+        canvas.add(&arrivals(), k, 1e-3);
+        let sum = canvas.finish();
+        let moments = Canvas::holding(raster, &bar).add_adjoint(&arrivals(), k, 1e-3);
+        let forward: Complex64 = bar.iter().zip(&sum).map(|(a, b)| a.conj() * b).sum();
+        let back: Complex64 = moments
+            .iter()
+            .zip(&arrivals())
+            .map(|(m, arrival)| m[0].conj() * arrival.amplitude)
+            .sum();
+        let size = (bar.iter().map(|v| v.norm_sqr()).sum::<f64>()
+            * sum.iter().map(|v| v.norm_sqr()).sum::<f64>())
+        .sqrt();
+        assert!((forward - back).norm() < 1e-14 * size, "{forward} {back}");
+
+        // The moments as written, over footprints wide enough.
+        let moments = Canvas::holding(raster, &bar).add_adjoint(&arrivals(), k, 1e-12);
+        for (found, a) in moments.iter().zip(&arrivals()) {
+            let mut exact = [Complex64::ZERO; 6];
+            for ((j, i), bar) in bar.indexed_iter() {
+                let u = -20.0 + 0.31 * i as f64 - a.at[0];
+                let v = -21.0 + 0.43 * j as f64 - a.at[1];
+                let [xx, xy, yy] = a.curvature;
+                let bend = 0.5 * (xx * u * u + xy * 2.0 * u * v + yy * v * v);
+                let linear = a.cosines[0] * u + a.cosines[1] * v;
+                let part = (Complex64::i() * k * (bend + linear)).exp().conj() * bar;
+                for (e, power) in exact.iter_mut().zip([1.0, u, v, u * u, u * v, v * v]) {
+                    *e += part * power;
+                }
+            }
+            for (found, exact) in found.iter().zip(exact) {
+                assert!((found - exact).norm() < 1e-8, "{found} {exact}");
+            }
+        }
     }
 
     #[test]

@@ -1,10 +1,14 @@
 //! What happens to waves.
 
+pub mod beams;
+pub mod collect;
 pub mod collins;
+pub mod cover;
 pub mod curved;
 pub mod field;
 pub mod gather;
 pub mod heights;
+pub mod imprint;
 pub mod metrics;
 pub mod patch;
 pub mod periodic;
@@ -14,6 +18,7 @@ pub mod raster;
 pub mod rayleigh;
 pub mod sampling;
 pub mod sheets;
+pub mod spot;
 pub mod stamp;
 pub mod tile;
 pub mod wavelet;

@@ -74,24 +74,64 @@ impl PlaneSum {
         if waves.is_empty() {
             return;
         }
-        // Mode zero of the transform is the sample in the middle.
-        let (raster, k) = (self.raster, self.k);
-        let middle = [0, 1].map(|a| {
-            let half = (raster.size[a] / 2) as f64;
-            raster.start[a] + half * raster.pitch[a]
-        });
-        let (points, strengths): (Vec<[f64; 2]>, Vec<Complex64>) = waves
+        let (points, phases) = self.places(waves);
+        let strengths: Vec<Complex64> = waves
+            .par_iter()
+            .zip(&phases)
+            .map(|(wave, phase)| wave.amplitude * phase)
+            .collect();
+        self.transform.type1(&points, &strengths, &mut self.values);
+    }
+
+    /// The conjugate transpose of [`PlaneSum::add`] for waves of amplitude one, and the same of values times
+    /// distances: given cotangents of the samples, indexed [y, x], Σ conj(W)·bar, and that with the bar
+    /// times u and v, (u, v) = x − at, for each wave W.
+    pub fn add_adjoint(&self, bar: &Array2<Complex64>, waves: &[PlaneWave]) -> Vec<[Complex64; 3]> {
+        let (points, phases) = self.places(waves);
+        let middle = self.middle();
+        let [nx, ny] = self.raster.size;
+        let away = |a: usize, index: usize| {
+            let half = [nx / 2, ny / 2][a] as f64;
+            (index as f64 - half) * self.raster.pitch[a]
+        };
+        let mut along = [bar.clone(), bar.clone()];
+        for (a, part) in along.iter_mut().enumerate() {
+            for ((j, i), value) in part.indexed_iter_mut() {
+                *value *= away(a, [i, j][a]);
+            }
+        }
+        // values += type1(strengths), strengths = amplitude·phase
+        let [x, y] = along.map(|part| self.transform.type2(part.view(), &points));
+        let one = self.transform.type2(bar.view(), &points);
+        (0..waves.len())
+            .map(|i| {
+                let back = phases[i].conj();
+                let one = one[i] * back;
+                let [dx, dy] = [0, 1].map(|a| middle[a] - waves[i].at[a]);
+                [one, x[i] * back + one * dx, y[i] * back + one * dy]
+            })
+            .collect()
+    }
+
+    /// The sample that is mode zero of the transform.
+    fn middle(&self) -> [f64; 2] {
+        [0, 1].map(|a| {
+            let half = (self.raster.size[a] / 2) as f64;
+            self.raster.start[a] + half * self.raster.pitch[a]
+        })
+    }
+
+    /// Angles per sample of waves, and their phases at the sample in the middle.
+    fn places(&self, waves: &[PlaneWave]) -> (Vec<[f64; 2]>, Vec<Complex64>) {
+        let (pitch, k, middle) = (self.raster.pitch, self.k, self.middle());
+        waves
             .par_iter()
             .map(|wave| {
-                let turn = [0, 1].map(|a| k * raster.pitch[a] * wave.cosines[a]);
+                let turn = [0, 1].map(|a| k * pitch[a] * wave.cosines[a]);
                 let along = |a: usize| wave.cosines[a] * (middle[a] - wave.at[a]);
-                (
-                    turn,
-                    wave.amplitude * Complex64::cis(k * (along(0) + along(1))),
-                )
+                (turn, Complex64::cis(k * (along(0) + along(1))))
             })
-            .unzip();
-        self.transform.type1(&points, &strengths, &mut self.values);
+            .unzip()
     }
 
     /// Whether a point lies within the raster.
@@ -121,11 +161,26 @@ impl PlaneSum {
 
 #[cfg(test)]
 mod tests {
+    use ndarray::Array2;
     use num_complex::Complex64;
 
     use crate::math::random::pair;
     use crate::wave::plane::{PlaneSum, PlaneWave};
     use crate::wave::raster::Raster;
+
+    fn waves() -> Vec<PlaneWave> {
+        (0..200)
+            .map(|i| {
+                let draw = |what| pair(5, [i, what, 0, 0]).map(|u| u - 0.5);
+                let [re, im] = draw(2);
+                PlaneWave {
+                    at: draw(0).map(|u| 80.0 * u),
+                    cosines: draw(1).map(|u| 1.8 * u),
+                    amplitude: Complex64::new(re, im),
+                }
+            })
+            .collect()
+    }
 
     #[test]
     fn sum_matches_the_formula_beyond_the_nyquist_band() {
@@ -136,17 +191,7 @@ mod tests {
             pitch: [2.0, 2.6],
             size: [31, 24],
         };
-        let waves: Vec<PlaneWave> = (0..200)
-            .map(|i| {
-                let draw = |what| pair(5, [i, what, 0, 0]).map(|u| u - 0.5);
-                let [re, im] = draw(2);
-                PlaneWave {
-                    at: draw(0).map(|u| 80.0 * u),
-                    cosines: draw(1).map(|u| 1.8 * u),
-                    amplitude: Complex64::new(re, im),
-                }
-            })
-            .collect();
+        let waves = waves();
         let mut sum = PlaneSum::new(raster, k, 1e-11).unwrap();
         sum.add(&waves[..70]);
         sum.add(&waves[70..]);
@@ -163,5 +208,50 @@ mod tests {
             norm += exact.norm_sqr();
         }
         assert!((error / norm).sqrt() < 2e-11, "{:e}", (error / norm).sqrt());
+    }
+    #[test]
+    fn add_dot_product() {
+        let k = std::f64::consts::TAU;
+        let raster = Raster {
+            start: [3.0, -40.0],
+            pitch: [2.0, 2.6],
+            size: [31, 24],
+        };
+        let bar = Array2::from_shape_fn((24, 31), |(j, i)| {
+            let [re, im] = pair(6, [i as u32, j as u32, 0, 0]);
+            Complex64::new(re - 0.5, im - 0.5)
+        });
+        let mut sum = PlaneSum::new(raster, k, 1e-6).unwrap();
+        sum.add(&waves());
+        let back = sum.add_adjoint(&bar, &waves());
+        let forward: Complex64 = bar
+            .iter()
+            .zip(sum.values())
+            .map(|(a, b)| a.conj() * b)
+            .sum();
+        let reverse: Complex64 = back
+            .iter()
+            .zip(waves())
+            .map(|(back, wave)| back[0].conj() * wave.amplitude)
+            .sum();
+        let norm = |values: &Array2<Complex64>| values.iter().map(|v| v.norm_sqr()).sum::<f64>();
+        let size = (norm(&bar) * norm(sum.values())).sqrt();
+        assert!((forward - reverse).norm() < 1e-13 * size);
+
+        // The distances as written, at the tolerance of the transform.
+        for (found, wave) in back.iter().zip(waves()).take(20) {
+            let mut exact = [Complex64::ZERO; 3];
+            for ((j, i), bar) in bar.indexed_iter() {
+                let u = 3.0 + 2.0 * i as f64 - wave.at[0];
+                let v = -40.0 + 2.6 * j as f64 - wave.at[1];
+                let part = bar * Complex64::cis(-k * (wave.cosines[0] * u + wave.cosines[1] * v));
+                for (e, power) in exact.iter_mut().zip([1.0, u, v]) {
+                    *e += part * power;
+                }
+            }
+            for (found, exact) in found.iter().zip(exact) {
+                assert!((found - exact).norm() < 1e-3, "{found} {exact}");
+            }
+        }
     }
 }

@@ -3,6 +3,8 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::optics::screen::Sensor;
+
 /// A uniform grid of sample points: x = start + i·pitch, likewise y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Raster {
@@ -15,6 +17,16 @@ pub struct Raster {
 }
 
 impl Raster {
+    /// The pixel centres of a sensor.
+    pub fn of(sensor: &Sensor) -> Self {
+        let first = |a: usize| -0.5 * (sensor.pixels[a] as f64 - 1.0) * sensor.pitch[a];
+        Self {
+            start: [first(0), first(1)],
+            pitch: sensor.pitch,
+            size: sensor.pixels,
+        }
+    }
+
     /// ∫|U|² over the raster, in mm² for unit amplitude.
     pub fn power(&self, values: &Array2<Complex64>) -> f64 {
         let area = self.pitch[0] * self.pitch[1];

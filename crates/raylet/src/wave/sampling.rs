@@ -180,7 +180,9 @@ pub fn act(screen: &Screen, field: &mut Field) {
         for (i, value) in row.iter_mut().enumerate() {
             let open = aperture.coverage(spans[i][0], spans[i][1], y0, y1);
             let through = match doe {
-                Some(doe) if open > 0.0 => doe.transmission(grid.x.node(i), y),
+                Some(doe) if open > 0.0 => {
+                    doe.transmission_over([grid.x.node(i), y], [spans[i], [y0, y1]])
+                }
                 _ => Complex64::ONE,
             };
             *value *= through * open;

@@ -25,6 +25,25 @@ pub struct Rows {
     pub raster: Raster,
 }
 
+impl Rows {
+    /// Dark rows of a raster.
+    pub fn zeros(raster: Raster) -> Self {
+        let [nx, count] = raster.size;
+        let stride = nx + LANES;
+        Self {
+            re: vec![0.0; count * stride],
+            im: vec![0.0; count * stride],
+            stride,
+            count,
+            raster,
+        }
+    }
+}
+
+/// Σ conj(B)·value over the samples that a beamlet B of unit amplitude touches, times 1, u, v, u², uv, v²
+/// with (u, v) = x − s.
+pub type Moments = [Complex64; 6];
+
 /// A beamlet about to be added to some rows.
 pub struct Stamp<'a> {
     arrival: &'a Arrival,
@@ -84,6 +103,45 @@ impl<'a> Stamp<'a> {
         evaluations
     }
 
+    /// The conjugate transpose of [`Stamp::press`] for a beamlet of unit amplitude, and the same of its
+    /// values times powers of the distance.
+    #[inline(always)]
+    pub fn press_adjoint<S: Simd>(&self, simd: S, rows: &Rows, k: f64) -> Moments {
+        let [xx, _, _] = self.arrival.curvature;
+        let [hx, hy] = rows.raster.pitch;
+        let bend = Complex64::new(-k * xx.im, k * xx.re) * (hx * hx);
+        let chirp = Chirp::new(simd, bend);
+        let mut moments = [Complex64::ZERO; 6];
+        let mut block = self.span[0];
+        while block < self.span[1] {
+            let heads = self.heads(simd, &rows.raster, block, k);
+            for l in 0..LANES.min(self.span[1] - block) {
+                let (low, high) = (heads.low[l] as usize, heads.high[l] as usize);
+                if low >= high {
+                    continue;
+                }
+                let value = Complex64::new(heads.value[0][l], heads.value[1][l]);
+                let ratio = Complex64::new(heads.ratio[0][l], heads.ratio[1][l]);
+                let at = (block + l) * rows.stride + low;
+                let end = at + (high - low).next_multiple_of(LANES);
+                // row += amplitude·(value, value·ratio, …)
+                let row = (&rows.re[at..end], &rows.im[at..end]);
+                let u = rows.raster.start[0] + low as f64 * hx - self.arrival.at[0];
+                let [one, first, second] = chirp.read(simd, row, [value, ratio], [u, hx]);
+                let v = rows.raster.start[1] + (block + l) as f64 * hy - self.arrival.at[1];
+                for (moment, part) in
+                    moments
+                        .iter_mut()
+                        .zip([one, first, one * v, second, first * v, one * (v * v)])
+                {
+                    *moment += part;
+                }
+            }
+            block += LANES;
+        }
+        moments
+    }
+
     /// Column range, first value and first ratio of eight rows.
     #[inline(always)]
     fn heads<S: Simd>(&self, simd: S, raster: &Raster, block: usize, k: f64) -> Heads {
@@ -133,14 +191,17 @@ struct Heads {
     ratio: [Lanes; 2],
 }
 
+/// Real and imaginary parts of eight numbers.
+type Pair<S> = (f64x8<S>, f64x8<S>);
+
 /// Powers of the constant ρ by which the ratio of neighbours changes.
 struct Chirp<S: Simd> {
     /// ρ^{l(l−1)/2}.
-    triangle: (f64x8<S>, f64x8<S>),
+    triangle: Pair<S>,
     /// ρ^{28+8l}: from the first ratio to the ratio over eight columns.
-    leap: (f64x8<S>, f64x8<S>),
+    leap: Pair<S>,
     /// ρ^{64}.
-    step: (f64x8<S>, f64x8<S>),
+    step: Pair<S>,
 }
 
 impl<S: Simd> Chirp<S> {
@@ -160,9 +221,9 @@ impl<S: Simd> Chirp<S> {
         }
     }
 
-    /// Adds the chirped values that start at `value` with first ratio `ratio` to a row.
+    /// The first eight chirped values, and their ratios over eight columns.
     #[inline(always)]
-    fn run(&self, simd: S, row: (&mut [f64], &mut [f64]), value: Complex64, ratio: Complex64) {
+    fn start(&self, simd: S, value: Complex64, ratio: Complex64) -> (Pair<S>, Pair<S>) {
         // Eight neighbours value·ratioˡ·ρ^{l(l−1)/2}, and their ratios over eight columns,
         // ratio⁸·ρ^{28+8l}.
         let squared = ratio * ratio;
@@ -183,8 +244,16 @@ impl<S: Simd> Chirp<S> {
         let (lr, li) = self.leap;
         let er = f64x8::splat(simd, eighth.re);
         let ei = f64x8::splat(simd, eighth.im);
-        let (mut vr, mut vi) = (pr * tr - pi * ti, pr * ti + pi * tr);
-        let (mut rr, mut ri) = (er * lr - ei * li, er * li + ei * lr);
+        (
+            (pr * tr - pi * ti, pr * ti + pi * tr),
+            (er * lr - ei * li, er * li + ei * lr),
+        )
+    }
+
+    /// Adds the chirped values that start at `value` with first ratio `ratio` to a row.
+    #[inline(always)]
+    fn run(&self, simd: S, row: (&mut [f64], &mut [f64]), value: Complex64, ratio: Complex64) {
+        let ((mut vr, mut vi), (mut rr, mut ri)) = self.start(simd, value, ratio);
 
         // Two complex multiplications per value.
         let (sr, si) = self.step;
@@ -198,10 +267,96 @@ impl<S: Simd> Chirp<S> {
     }
 }
 
+impl<S: Simd> Chirp<S> {
+    /// Σ of a row times the conjugates of the values that [`Chirp::run`] would add to it, times 1, u, u²
+    /// where u starts at `place[0]` and grows by `place[1]`.
+    #[inline(always)]
+    fn read(
+        &self,
+        simd: S,
+        row: (&[f64], &[f64]),
+        [value, ratio]: [Complex64; 2],
+        [start, pitch]: [f64; 2],
+    ) -> [Complex64; 3] {
+        let ((mut vr, mut vi), (mut rr, mut ri)) = self.start(simd, value, ratio);
+        let (sr, si) = self.step;
+        let lane = f64x8::from_slice(simd, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        let mut u = lane * f64x8::splat(simd, pitch) + f64x8::splat(simd, start);
+        let leap = f64x8::splat(simd, LANES as f64 * pitch);
+        let zero = f64x8::splat(simd, 0.0);
+        let mut sums = [(zero, zero); 3];
+        for (re, im) in row.0.chunks_exact(LANES).zip(row.1.chunks_exact(LANES)) {
+            let (re, im) = (f64x8::from_slice(simd, re), f64x8::from_slice(simd, im));
+            // re + i·im += v
+            let mut part = (vr * re + vi * im, vr * im - vi * re);
+            for sum in &mut sums {
+                *sum = (sum.0 + part.0, sum.1 + part.1);
+                part = (part.0 * u, part.1 * u);
+            }
+            u += leap;
+            (vr, vi) = (vr * rr - vi * ri, vr * ri + vi * rr);
+            (rr, ri) = (rr * sr - ri * si, rr * si + ri * sr);
+        }
+        let total = |sum: f64x8<S>| sum.as_array().iter().sum::<f64>();
+        sums.map(|(re, im)| Complex64::new(total(re), total(im)))
+    }
+}
+
 /// exp(a + ib) of eight pairs.
 #[inline(always)]
 fn polar<S: Simd>(a: f64x8<S>, b: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
     let size = exp(a);
     let (cos, sin) = cis(b);
     (size * cos, size * sin)
+}
+
+#[cfg(test)]
+mod tests {
+    use fearless_simd::{Level, dispatch};
+    use num_complex::Complex64;
+
+    use crate::wave::raster::Raster;
+    use crate::wave::stamp::{Rows, Stamp};
+    use crate::wave::wavelet::Arrival;
+
+    #[test]
+    fn press_dot_product() {
+        let arrival = Arrival {
+            at: [1.3, -0.4],
+            cosines: [0.1, -0.3],
+            amplitude: Complex64::new(0.3, -0.8),
+            curvature: [
+                Complex64::new(0.02, 0.03),
+                Complex64::new(-0.01, 0.005),
+                Complex64::new(0.01, 0.02),
+            ],
+        };
+        let raster = Raster {
+            start: [-9.0, -11.0],
+            pitch: [0.4, 0.5],
+            size: [50, 45],
+        };
+        let (mut rows, mut bar) = (Rows::zeros(raster), Rows::zeros(raster));
+        for j in 0..45 {
+            for i in 0..50 {
+                let t = ((j * 50 + i) as f64 * 0.618_033_988_7).fract();
+                (bar.re[j * bar.stride + i], bar.im[j * bar.stride + i]) =
+                    (t - 0.5, (5.0 * t).sin());
+            }
+        }
+        let (k, level) = (std::f64::consts::TAU, Level::new());
+        let stamp = Stamp::new(&arrival, &rows, 2.0).unwrap();
+        dispatch!(level, simd => stamp.press(simd, &mut rows, k));
+        let back = dispatch!(level, simd => stamp.press_adjoint(simd, &bar, k))[0];
+        let mut forward = Complex64::ZERO;
+        for at in 0..rows.re.len() {
+            let value = Complex64::new(rows.re[at], rows.im[at]);
+            forward += Complex64::new(bar.re[at], -bar.im[at]) * value;
+        }
+        let reverse = back.conj() * arrival.amplitude;
+        assert!(
+            (forward - reverse).norm() < 1e-14 * 100.0,
+            "{forward} {reverse}"
+        );
+    }
 }

@@ -67,24 +67,9 @@ impl AxisTile {
         }
     }
 
-    /// Number of nodes below a point; those closer to it than rounding are not.
-    fn below(&self, point: f64) -> usize {
-        let limit = point - 1e-9 * self.axis.pitch;
-        let (mut low, mut high) = (0, self.axis.len());
-        while low < high {
-            let middle = (low + high) / 2;
-            if self.axis.node(middle) < limit {
-                low = middle + 1;
-            } else {
-                high = middle;
-            }
-        }
-        low
-    }
-
     /// The nodes of the patch about a point; patches side by side share none.
     fn range(&self, centre: f64) -> Range<usize> {
-        self.below(centre - self.half)..self.below(centre + self.half)
+        self.axis.below(centre - self.half)..self.axis.below(centre + self.half)
     }
 
     fn place(&self, centre: f64, carrier: f64) -> Placed {

@@ -1,0 +1,223 @@
+//! What goes into and comes out of a scattering: the same for any ranges and threads, unit directions, and
+//! one clear error for every wrong array.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use raylet::engine::scatter::Scatter;
+use raylet::engine::scattering::{Coverage, Scattering};
+use raylet::engine::secondary::Secondary;
+use raylet::math::random::uniform;
+use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::Aperture;
+use raylet::optics::bundle::Rays;
+use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::frame::Frame;
+use raylet::optics::screen::{Act, Screen};
+use raylet::optics::shape::{Conic, Shape};
+
+const COUNT: usize = 12;
+
+fn noise(count: usize, salt: u64) -> Vec<Complex64> {
+    let draw = |i: usize, part| uniform(salt, [i as u32, part, 0, 0]) - 0.5;
+    (0..count)
+        .map(|i| Complex64::new(draw(i, 0), draw(i, 1)))
+        .collect()
+}
+
+/// A tilted reflecting element, plane or curved, of these pixels.
+fn screen(curvature: f64, values: &[Complex64]) -> Screen {
+    let pixels = Pixels {
+        pitch: [1.5, 1.5],
+        values: Array2::from_shape_vec((COUNT, COUNT), values.to_vec()).unwrap(),
+        form: PixelForm::Box,
+    };
+    Screen {
+        name: String::from("mirror"),
+        frame: Frame::GLOBAL
+            .moved(Vec3::new(1.0, 2.0, 30.0))
+            .tilted([0.2, -0.1, 0.3]),
+        shape: if curvature == 0.0 {
+            Shape::Plane
+        } else {
+            Shape::Conic(Conic {
+                curvature,
+                conic: 0.0,
+            })
+        },
+        act: Act::Doe(Doe {
+            layers: vec![Layer::Pixels(pixels)],
+            aperture: Aperture::OPEN,
+            reflect: true,
+        }),
+        index: 1.0,
+        arrives: 1.0,
+    }
+}
+
+/// Rays on a screen, in columns.
+struct Columns {
+    position: Vec<[f64; 3]>,
+    direction: Vec<[f64; 3]>,
+    path: Vec<f64>,
+    weight: Vec<Complex64>,
+    curvature: Vec<[f64; 3]>,
+}
+
+impl Columns {
+    fn on(screen: &Screen) -> Self {
+        let places = (0..49).map(|i| [3.0 * f64::from(i % 7) - 9.0, 3.0 * f64::from(i / 7) - 9.1]);
+        let position = places.map(|[x, y]| {
+            let z = screen.height([x, y]).unwrap().z;
+            let v = screen.frame.to_global(Vec3::new(x, y, z));
+            [v.x, v.y, v.z]
+        });
+        Self {
+            position: position.collect(),
+            direction: vec![[0.0, 0.0, 1.0]; 49],
+            path: (0..49).map(f64::from).collect(),
+            weight: noise(49, 3),
+            curvature: vec![[0.01, 0.002, -0.005]; 49],
+        }
+    }
+
+    fn rays(&self) -> Rays<'_> {
+        Rays {
+            position: &self.position,
+            direction: &self.direction,
+            path: &self.path,
+            weight: &self.weight,
+        }
+    }
+}
+
+fn settings() -> Scattering {
+    Scattering {
+        threshold: 1e-2,
+        ..Scattering::beamlets(2.0)
+    }
+}
+
+fn plan<'a>(screen: &'a Screen, columns: &'a Columns, settings: Scattering) -> Scatter<'a> {
+    Scatter::new(
+        screen,
+        1.0,
+        columns.rays(),
+        Some(&columns.curvature),
+        settings,
+    )
+    .unwrap()
+}
+
+#[test]
+fn ranges_and_threads_change_nothing() {
+    let screen = screen(0.01, &noise(COUNT * COUNT, 1));
+    let columns = Columns::on(&screen);
+    let plan = plan(&screen, &columns, settings());
+    let whole = plan.scatter(0..49);
+    let mut parts = Secondary::default();
+    for range in [0..20, 20..21, 21..60] {
+        parts.append(plan.scatter(range));
+    }
+    parts.dropped = whole.dropped;
+    assert_eq!(whole, parts);
+    assert!(
+        whole.dropped > 0.0 && whole.dropped < 0.1,
+        "{}",
+        whole.dropped
+    );
+    let pool = rayon::ThreadPoolBuilder::new()
+        .num_threads(3)
+        .build()
+        .unwrap();
+    assert_eq!(whole, pool.install(|| plan.scatter(0..49)));
+    assert!(plan.unevenness() < 1.6, "{}", plan.unevenness());
+
+    // Each ray leaves from its place to the side of reflection, as a unit vector.
+    let axis = screen.frame.z;
+    for i in 0..whole.len() {
+        let [x, y, z] = whole.direction[i];
+        let d = Vec3::new(x, y, z);
+        assert!((d.norm() - 1.0).abs() < 1e-14 && d.dot(axis) < 0.2);
+        assert_eq!(whole.path[i], columns.path[whole.parent[i]]);
+        let (at, from) = (whole.position[i], columns.position[whole.parent[i]]);
+        assert!((0..3).all(|c| (at[c] - from[c]).abs() < 1e-12));
+    }
+}
+
+/// What `change` does to good rays is told in these words.
+fn fault(change: impl Fn(&mut Columns, &mut Scattering)) -> String {
+    let screen = screen(0.0, &noise(COUNT * COUNT, 1));
+    let mut columns = Columns::on(&screen);
+    let mut settings = settings();
+    change(&mut columns, &mut settings);
+    let curvature = Some(&columns.curvature[..]);
+    let plan = Scatter::new(&screen, 1.0, columns.rays(), curvature, settings);
+    plan.err().map(|e| e.to_string()).unwrap_or_default()
+}
+
+#[test]
+fn bad_input_is_one_clear_error() {
+    let told = |text: String, words: [&str; 3]| {
+        assert!(words.iter().all(|word| text.contains(word)), "{text}");
+    };
+    told(
+        fault(|c, _| c.path.truncate(40)),
+        ["path", "40", "expected 49"],
+    );
+    told(
+        fault(|c, _| c.curvature.truncate(2)),
+        ["curvature", "2", "expected 49"],
+    );
+    told(
+        fault(|c, _| c.weight[5].im = f64::NAN),
+        ["weight[5]", "NaN", "finite"],
+    );
+    told(
+        fault(|c, _| c.direction[7] = [0.0; 3]),
+        ["direction[7]", "length 0", "unit vector"],
+    );
+    told(
+        fault(|c, _| c.position[8][2] += 0.5),
+        [
+            "position[8]",
+            "off the surface of screen 'mirror'",
+            "at most",
+        ],
+    );
+    told(
+        fault(|c, _| c.direction[9] = [0.0, 0.0, -1.0]),
+        ["direction[9]", "cosine -0.9", "sign 1"],
+    );
+    told(
+        fault(|_, s| *s = Scattering::beamlets(-1.0)),
+        ["window sigma", "-1", "positive"],
+    );
+    told(
+        fault(|_, s| s.coverage = Coverage::Area(0.0)),
+        ["area of a ray", "0", "positive"],
+    );
+    told(fault(|_, s| s.threshold = 2.0), ["threshold", "2", "share"]);
+    told(
+        fault(|_, s| s.samples = 100),
+        ["screen 'mirror'", "samples", "100"],
+    );
+    assert_eq!(fault(|_, _| {}), "");
+}
+
+#[test]
+fn foreign_rays_have_no_transpose() {
+    let screen = screen(0.0, &noise(COUNT * COUNT, 1));
+    let columns = Columns::on(&screen);
+    let plan = plan(&screen, &columns, settings());
+    let mut secondary = plan.scatter(0..2);
+    let found = plan.weigh_adjoint(&secondary, &[]).unwrap_err();
+    assert!(found.to_string().contains("weight_bar has 0 entries"));
+    secondary.parent[0] = 49;
+    assert!(
+        plan.weigh(&secondary)
+            .unwrap_err()
+            .to_string()
+            .contains("parent is 49")
+    );
+}

@@ -1,0 +1,289 @@
+//! Elements given on the own coordinates of a curved surface: gratings obey the grating equation with their
+//! period along the surface, and pixels lie where hand-made projections put them.
+
+use std::path::Path;
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::scatter::Scatter;
+use raylet::engine::scattering::{Coverage, Scattering};
+use raylet::engine::settings::Settings;
+use raylet::engine::simulate::simulate;
+use raylet::file::build;
+use raylet::file::scene::Scene;
+use raylet::math::random::uniform;
+use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::{Aperture, Outline};
+use raylet::optics::bundle::Rays;
+use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::frame::Frame;
+use raylet::optics::profile::Profile;
+use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::shape::{Conic, Shape};
+use raylet::optics::source::Source;
+use raylet::optics::system::System;
+use raylet::optics::toric::Biconic;
+use raylet::optics::unroll::Unroll;
+use raylet::wave::metrics::field_error;
+use raylet::wave::rayleigh::{Emitter, Emitters};
+
+fn conic(curvature: f64) -> Conic {
+    Conic {
+        curvature,
+        conic: 0.0,
+    }
+}
+
+fn screen(shape: Shape, layers: Vec<Layer>, half: f64) -> Screen {
+    let own = Unroll::of(&shape).unwrap();
+    Screen {
+        name: String::from("element"),
+        frame: Frame::GLOBAL,
+        shape,
+        act: Act::Doe(Doe {
+            layers: vec![Layer::Unrolled(Box::new(own), layers)],
+            aperture: Aperture {
+                outline: Outline::Rectangle {
+                    half_x: half,
+                    half_y: half,
+                },
+                centre: [0.0; 2],
+            },
+            reflect: false,
+        }),
+        index: 1.0,
+        arrives: 1.0,
+    }
+}
+
+/// How many lines of a grating lie before (x, y), times their period.
+type Lines<'a> = &'a dyn Fn(f64, f64) -> f64;
+
+/// Light along z meets a grating at a few places; the mean direction of its patch's light is the input's
+/// tangential part plus λ times the surface gradient of the number of lines, found by walking on the surface.
+#[test]
+fn gratings_turn_light_by_their_period_along_the_surface() {
+    let (wavelength, period, radius) = (0.7e-3, 5e-3, 20.0);
+    let grating = Layer::Phase(Profile::Linear {
+        gradient: [std::f64::consts::TAU / period, 0.0],
+    });
+    let cylinder = Shape::Biconic(Biconic {
+        x: conic(1.0 / radius),
+        y: conic(0.0),
+    });
+    let arc = |t: f64| radius * (t / radius).asin();
+    let on_sphere = move |x: f64, y: f64| arc(x.hypot(y)) * x / x.hypot(y);
+    let on_cylinder = move |x: f64, _: f64| arc(x);
+    let cases: [(Shape, Lines); 2] = [
+        (Shape::Conic(conic(1.0 / radius)), &on_sphere),
+        (cylinder, &on_cylinder),
+    ];
+    for (shape, lines) in cases {
+        for [x, y] in [[6.0, 0.0], [10.0, 0.0], [3.0, 4.0], [-5.0, 2.0]] {
+            // A small opening about the place: the element is sampled as a whole.
+            let mut element = screen(shape.clone(), vec![grating.clone()], 0.065);
+            if let Act::Doe(doe) = &mut element.act {
+                doe.aperture.centre = [x, y];
+            }
+            let here = element.height([x, y]).unwrap();
+            let rays = Rays {
+                position: &[[x, y, here.z]],
+                direction: &[[0.0, 0.0, 1.0]],
+                path: &[0.0],
+                weight: &[Complex64::ONE],
+            };
+            let settings = Scattering {
+                coverage: Coverage::Area(1.0),
+                towards: Some([-0.2, 0.9, -0.5, 0.5]),
+                ..Scattering::beamlets(0.02)
+            };
+            let scatter = Scatter::new(&element, wavelength, rays, None, settings).unwrap();
+            let secondary = scatter.scatter(0..1);
+            let (mut mean, mut total) = (Vec3::new(0.0, 0.0, 0.0), 0.0);
+            for (weight, [a, b, c]) in secondary.weight.iter().zip(&secondary.direction) {
+                mean = mean + Vec3::new(*a, *b, *c) * weight.norm_sqr();
+                total += weight.norm_sqr();
+            }
+            let mean = mean * (1.0 / total);
+
+            // Tangents over x and y, and how fast the lines pass along each.
+            let h = 1e-5;
+            let rate = [
+                (lines(x + h, y) - lines(x - h, y)) / (2.0 * h),
+                (lines(x, y + h) - lines(x, y - h)) / (2.0 * h),
+            ];
+            let [sx, sy] = here.slope;
+            for (tangent, rate) in [
+                (Vec3::new(1.0, 0.0, sx), rate[0]),
+                (Vec3::new(0.0, 1.0, sy), rate[1]),
+            ] {
+                let expected = tangent.z + wavelength / period * rate;
+                let off = (mean.dot(tangent) - expected).abs();
+                assert!(off < 1e-4, "{x} {y}: {off:e}");
+            }
+            // On the meridian itself the period is the plain one.
+            if y == 0.0 {
+                let along = Vec3::new(1.0, 0.0, sx).unit();
+                let off = mean.dot(along) - along.z - wavelength / period;
+                assert!(off.abs() < 1e-4, "{x}: {off:e}");
+            }
+        }
+    }
+}
+
+const COUNT: usize = 24;
+const PITCH: f64 = 2.0;
+const RADIUS: f64 = 120.0;
+
+fn pixels() -> Array2<Complex64> {
+    Array2::from_shape_fn((COUNT, COUNT), |(j, i)| {
+        Complex64::cis(std::f64::consts::TAU * uniform(5, [i as u32, j as u32, 0, 0]))
+    })
+}
+
+/// The pixel of a sphere's point, projected by hand.
+fn by_hand(values: &Array2<Complex64>, x: f64, y: f64) -> Complex64 {
+    let r = x.hypot(y).max(1e-12);
+    let stretch = RADIUS * (r / RADIUS).asin() / r;
+    let place = |t: f64| (t * stretch / PITCH + 0.5 * COUNT as f64).floor();
+    let (i, j) = (place(x), place(y));
+    let inside = |t: f64| (0.0..COUNT as f64).contains(&t);
+    if inside(i) && inside(j) {
+        values[[j as usize, i as usize]]
+    } else {
+        Complex64::ZERO
+    }
+}
+
+/// The transmission at every point, and the field 150 wavelengths behind against a direct sum over means of
+/// cells so small that the pixels' edges hardly matter.
+#[test]
+fn pixels_lie_where_hand_made_projections_put_them() {
+    let values = pixels();
+    let layer = Layer::Pixels(Pixels {
+        pitch: [PITCH; 2],
+        values: values.clone(),
+        form: PixelForm::Box,
+    });
+    let half = 0.5 * COUNT as f64 * PITCH;
+    let element = screen(Shape::Conic(conic(1.0 / RADIUS)), vec![layer], half);
+    let Act::Doe(doe) = &element.act else {
+        unreachable!()
+    };
+    let fine = 800;
+    let step = 2.0 * half / fine as f64;
+    let place = |i: usize| -half + step * (i as f64 + 0.5);
+    let mut nodes = Vec::new();
+    for j in 0..fine {
+        for i in 0..fine {
+            let (x, y) = (place(i), place(j));
+            let exact = by_hand(&values, x, y);
+            assert_eq!(doe.transmission(x, y), exact);
+            let parts = 6;
+            let mut mean = Complex64::ZERO;
+            for part in 0..parts * parts {
+                let [a, b] = [part % parts, part / parts]
+                    .map(|p| step * ((f64::from(p) + 0.5) / f64::from(parts) - 0.5));
+                mean += by_hand(&values, x + a, y + b) / f64::from(parts * parts);
+            }
+            let z = RADIUS - (RADIUS * RADIUS - x * x - y * y).sqrt();
+            let slope = [x, y].map(|t| t / (RADIUS - z));
+            let light = Complex64::cis(std::f64::consts::TAU * z);
+            nodes.push(Emitter {
+                at: [x, y, z],
+                slope,
+                strength: mean * light * (step * step),
+            });
+        }
+    }
+    let (count, pitch, distance) = (16, 1.9, 150.0);
+    let along = |i: usize| (i as f64 - 0.5 * (count as f64 - 1.0)) * pitch;
+    let points: Vec<[f64; 3]> = (0..count * count)
+        .map(|i| [along(i % count), along(i / count), distance])
+        .collect();
+    let exact = Emitters::of_nodes(nodes.into_iter()).shine(&points, 1.0);
+    let exact = Array2::from_shape_vec((count, count), exact).unwrap();
+    let sensor = Screen {
+        name: String::from("sensor"),
+        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, distance)),
+        shape: Shape::Plane,
+        act: Act::Sensor(Sensor {
+            pixels: [count; 2],
+            pitch: [pitch; 2],
+        }),
+        index: 1.0,
+        arrives: 1.0,
+    };
+    let system = System {
+        wavelength: 1.0,
+        source: Source::Plane {
+            direction: Vec3::new(0.0, 0.0, 1.0),
+            origin: Vec3::new(0.0, 0.0, 0.0),
+        },
+        screens: vec![element, sensor],
+        trains: vec![vec![]],
+    };
+    let ours = simulate(&system, &Settings::default(), &|_| {}).unwrap();
+    let error = field_error(ours.field.values.view(), exact.view()).unwrap();
+    println!("unrolled pixels on a sphere: error {error:.1e}");
+    assert!(error < 3e-3);
+}
+
+const SCENE: &str = r#"version = 1
+title = "A grating ruled along a sphere"
+wavelength_um = 0.7
+[source]
+kind = "plane"
+[[element]]
+kind = "doe"
+name = "grating"
+radius_mm = 20
+coordinates = "surface"
+thickness_mm = 30
+aperture = { disc = { radius_mm = 1 } }
+[[element.layer]]
+kind = "grating"
+period_um = 20
+[[element]]
+kind = "sensor"
+pixels = [8, 8]
+pitch_um = 10
+"#;
+
+fn told(text: &str) -> String {
+    let scene = Scene::parse(text, Path::new("demo.toml"));
+    let built = scene.and_then(|scene| build::system(&scene, 0).map(|_| ()));
+    built
+        .err()
+        .map(|fault| fault.to_string())
+        .unwrap_or_default()
+}
+
+#[test]
+fn scenes_choose_coordinates() {
+    let scene = Scene::parse(SCENE, Path::new("demo.toml")).unwrap();
+    let system = build::system(&scene, 0).unwrap();
+    let Act::Doe(doe) = &system.screens[0].act else {
+        unreachable!()
+    };
+    // Where the sphere is tilted by 30° its lines are closer by cos 30° over x.
+    let [gx, _] = doe.phase_gradient(10.0, 0.0).unwrap();
+    let expected = std::f64::consts::TAU / 20e-3 / 0.75f64.sqrt();
+    assert!((gx - expected).abs() < 1e-9 * expected);
+
+    let both = "shape = { kind = \"biconic\", radius_x_mm = 20, radius_y_mm = -30 }";
+    let text = told(&SCENE.replace("radius_mm = 20\n", &format!("{both}\n")));
+    let words = [
+        "coordinates",
+        "curved in two ways",
+        "surface of revolution",
+        "projected",
+    ];
+    assert!(words.iter().all(|word| text.contains(word)), "{text}");
+    let text = told(&SCENE.replace("\"surface\"", "\"polar\""));
+    assert!(
+        text.contains("coordinates") && text.contains("projected"),
+        "{text}"
+    );
+    assert_eq!(told(SCENE), "");
+}
