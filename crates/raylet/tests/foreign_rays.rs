@@ -237,10 +237,10 @@ fn run(element: &Screen, sensor: &Screen) -> Array2<Complex64> {
         method: Method::Beamlet,
         correction: Correction::Off,
         sigma: Some(SIGMA),
-        step: 1.25,
-        period: 7.0,
-        mode_threshold: 1e-4,
-        footprint_threshold: 1e-4,
+        step: Some(1.25),
+        period: Some(7.0),
+        mode_threshold: Some(1e-4),
+        footprint_threshold: Some(1e-4),
         ..Settings::default()
     };
     let system = lit(element.clone(), train, sensor);
