@@ -9,6 +9,9 @@ use crate::failure::Failure;
 use crate::fig3::fig3;
 use crate::overrides::start_threads;
 use crate::say::say;
+use crate::system1::system1;
+use crate::system2::system2;
+use crate::system3::system3;
 
 /// Does a study of the source paper again: numbers on standard output, and pictures of them.
 #[derive(Args)]
@@ -32,6 +35,12 @@ pub(crate) struct Paper {
 enum Name {
     /// Error against secondary rays of one patch: a metalens and a hologram of a Siemens star.
     Fig3,
+    /// Figure 4, system 1: a grating and a lens.
+    System1,
+    /// Figure 4, system 2: a hologram in free space.
+    System2,
+    /// Figure 4, system 3: a hologram and a lens.
+    System3,
 }
 
 /// The file by which the folder of a study is known.
@@ -55,6 +64,9 @@ impl Paper {
         let target = self.out.as_ref().map(claim).transpose()?;
         let study = match self.name {
             Name::Fig3 => fig3(self.quick),
+            Name::System1 => system1(self.quick),
+            Name::System2 => system2(self.quick),
+            Name::System3 => system3(self.quick),
         }?;
         if let Some(target) = target {
             let draft = target.draft()?;

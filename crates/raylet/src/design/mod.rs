@@ -1,5 +1,8 @@
 //! What should change.
 
 pub mod hologram;
+pub mod near;
 pub mod patterns;
+pub mod problems;
+pub mod smiley;
 pub mod target;

@@ -54,6 +54,8 @@ struct Carrier<'a> {
     cutter: TileCutter,
     /// Modes along Hilbert's curve.
     order: Vec<usize>,
+    /// Which modes propagate from a plane screen, where it is the same everywhere.
+    propagates: Option<Vec<bool>>,
     share: f64,
 }
 
@@ -94,6 +96,14 @@ pub fn carry(
     }
     tally.sampling = spread.sums(plan.positions as f64 / size as f64);
     tally
+}
+
+/// Which modes of a patch propagate, row by row.
+fn propagating(plan: &PaperPlan, facet: &Facet) -> Vec<bool> {
+    let [bx, by] = &plan.bands;
+    let row =
+        |my: usize| (0..bx.count).map(move |mx| facet.cosines([bx.at(mx), by.at(my)]).is_some());
+    (0..by.count).flat_map(row).collect()
 }
 
 /// Sums over equal, independent batches.
@@ -143,6 +153,9 @@ impl<'a> Carrier<'a> {
             heights: (!hop.from.is_plane()).then(|| Heights::on(hop.from, &field.grid)),
             cutter,
             order,
+            propagates: Facet::new(hop.from, [0.0; 2], plan.along)
+                .filter(|_| hop.from.is_plane())
+                .map(|facet| propagating(plan, &facet)),
             share: plan.share(),
         };
         if plan.coverage {
@@ -238,16 +251,21 @@ impl<'a> Carrier<'a> {
 
     /// Draws modes that propagate; equal draws become one ray.
     fn draw(&self, spectrum: &Array2<Complex64>, facet: &Facet, patch: u32) -> Vec<Drawn> {
-        let [bx, by] = &self.plan.bands;
-        let weight = |((my, mx), c): ((usize, usize), &Complex64)| match self.plan.density {
-            _ if facet.cosines([bx.at(mx), by.at(my)]).is_none() => 0.0,
-            Density::Amplitude => c.norm(),
+        let own = match &self.propagates {
+            Some(_) => Vec::new(),
+            None => propagating(self.plan, facet),
+        };
+        let weight = |(c, propagates): (&Complex64, &bool)| match self.plan.density {
+            _ if !propagates => 0.0,
+            Density::Amplitude => c.norm_sqr().sqrt(),
             Density::Uniform => 1.0,
         };
-        let weights: Vec<f64> = spectrum.indexed_iter().map(weight).collect();
+        let propagates = self.propagates.as_ref().unwrap_or(&own);
+        let weights: Vec<f64> = spectrum.iter().zip(propagates).map(weight).collect();
         // A mode's amplitude is c over the number of times that it is expected, for each time drawn.
+        let columns = self.plan.bands[0].count;
         let drawn = |index: usize, times: f64| {
-            let mode = [index / bx.count, index % bx.count];
+            let mode = [index / columns, index % columns];
             let c = spectrum[mode];
             Drawn {
                 mode,
@@ -271,7 +289,7 @@ impl<'a> Carrier<'a> {
             }
             Sampler::Multinomial => {
                 let each = weights.iter().sum::<f64>() / self.plan.secondary as f64;
-                draw(&weights, &mut self.numbers(patch))
+                draw(&weights, &self.numbers(patch))
                     .into_iter()
                     .map(|(index, count)| drawn(index, f64::from(count) * each / weights[index]))
                     .collect()

@@ -52,3 +52,4 @@ pub mod step;
 mod surfaces_test;
 pub(crate) mod svg;
 mod table;
+pub mod trial;
