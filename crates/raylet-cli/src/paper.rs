@@ -12,6 +12,7 @@ use crate::say::say;
 use crate::system1::system1;
 use crate::system2::system2;
 use crate::system3::system3;
+use crate::systems::clear;
 
 /// Does a study of the source paper again: numbers on standard output, and pictures of them.
 #[derive(Args)]
@@ -22,7 +23,8 @@ pub(crate) struct Paper {
     /// Smaller elements and fewer repetitions: seconds instead of minutes.
     #[arg(long)]
     quick: bool,
-    /// Writes paper.json and the pictures into this folder.
+    /// Writes paper.json and the pictures into this folder. A system that is stopped goes on where it was when
+    /// asked again; until then what it has is kept in DIR.parts.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Threads to use; all processors unless told otherwise. Results do not depend on it.
@@ -62,11 +64,13 @@ impl Paper {
         start_threads(self.threads)?;
         let claim = |path: &PathBuf| Target::claim_as(path, STUDY_FILE);
         let target = self.out.as_ref().map(claim).transpose()?;
+        // Where a study keeps what it has, to go on with if it is stopped.
+        let keep = self.out.as_ref().map(|out| out.with_extension("parts"));
         let study = match self.name {
             Name::Fig3 => fig3(self.quick),
-            Name::System1 => system1(self.quick),
-            Name::System2 => system2(self.quick),
-            Name::System3 => system3(self.quick),
+            Name::System1 => system1(self.quick, keep.as_deref()),
+            Name::System2 => system2(self.quick, keep.as_deref()),
+            Name::System3 => system3(self.quick, keep.as_deref()),
         }?;
         if let Some(target) = target {
             let draft = target.draft()?;
@@ -77,6 +81,7 @@ impl Paper {
             draft.write(STUDY_FILE, format!("{document}\n").as_bytes())?;
             draft.publish()?;
         }
+        keep.iter().try_for_each(|keep| clear(keep))?;
         say(&study.text)
     }
 }

@@ -2,6 +2,7 @@
 
 use std::fmt::Write;
 use std::ops::Range;
+use std::path::Path;
 use std::time::Instant;
 
 use raylet::design::problems::{GRATING_SENSOR, READINGS, Window, grating};
@@ -61,7 +62,7 @@ impl Sizes {
     }
 }
 
-pub(crate) fn system1(quick: bool) -> Result<Study, Failure> {
+pub(crate) fn system1(quick: bool, keep: Option<&Path>) -> Result<Study, Failure> {
     let sizes = Sizes::new(quick);
     let smooth = grating(sizes.radius, false, sizes.sensor);
     let exact = geometrical(
@@ -89,7 +90,13 @@ pub(crate) fn system1(quick: bool) -> Result<Study, Failure> {
             padding: PADDING,
             ..Paper::default()
         };
-        trials.push(in_parts(name, &pixels, &paper, sizes.parts, &mut |_| {})?);
+        trials.push(in_parts(
+            name,
+            &pixels,
+            &paper,
+            (sizes.parts, keep),
+            &mut |_| {},
+        )?);
     }
     trials.push(once("default: beamlets", &smooth, &Settings::default())?);
 

@@ -1,6 +1,7 @@
 //! System 2 of the source paper: a hologram close to its sensor, nothing between.
 
 use std::f64::consts::TAU;
+use std::path::Path;
 use std::time::Instant;
 
 use ndarray::{Array2, Zip};
@@ -23,7 +24,7 @@ use crate::systems::{Board, Rod, by_paper, in_parts, once};
 /// Periods of the angular spectrum over the hologram: the paper's, and one whose copies are far.
 const PADDINGS: [usize; 2] = [2, 8];
 
-pub(crate) fn system2(quick: bool) -> Result<Study, Failure> {
+pub(crate) fn system2(quick: bool, keep: Option<&Path>) -> Result<Study, Failure> {
     // Pixels along each side of hologram and sensor.
     let count = if quick { 40 } else { 100 };
     let wanted = smiley(count);
@@ -57,7 +58,7 @@ pub(crate) fn system2(quick: bool) -> Result<Study, Failure> {
         },
     ];
     let mut trials = vec![wide.clone(), real.clone()];
-    trials.extend(ways(&points, quick)?);
+    trials.extend(ways(&points, quick, keep)?);
     trials.push(once(
         "default: free hop, box pixels",
         &boxes,
@@ -125,7 +126,7 @@ fn directly(boxes: &System) -> Result<Trial, Failure> {
 }
 
 /// The paper's method: with all modes, by its code of the whole element, by its code of patches, by its text.
-fn ways(points: &System, quick: bool) -> Result<Vec<Trial>, Failure> {
+fn ways(points: &System, quick: bool, keep: Option<&Path>) -> Result<Vec<Trial>, Failure> {
     let width = points.screens[0].bounds().map_or(0.0, |b| b[1] - b[0]);
     let whole = |sampler, secondary| Paper {
         rays: 1,
@@ -147,7 +148,9 @@ fn ways(points: &System, quick: bool) -> Result<Vec<Trial>, Failure> {
     let draws = share(1 << 21);
     let code = patches(share(16_384), 10_000, 0.5 * width, 3.92);
     let text = patches(128, if quick { 1000 } else { 8000 }, width, 2.0);
-    let by = |name: &str, paper: Paper, parts| in_parts(name, points, &paper, parts, &mut |_| {});
+    let by = |name: &str, paper: Paper, parts| {
+        in_parts(name, points, &paper, (parts, keep), &mut |_| {})
+    };
     Ok(vec![
         once("paper's method, whole element, all modes", points, &all)?,
         by(

@@ -1,5 +1,6 @@
 //! System 3 of the source paper: a hologram before a plano-convex lens.
 
+use std::path::Path;
 use std::time::Instant;
 
 use ndarray::Array2;
@@ -64,7 +65,7 @@ struct Design {
     curves: [Series; 2],
 }
 
-pub(crate) fn system3(quick: bool) -> Result<Study, Failure> {
+pub(crate) fn system3(quick: bool, keep: Option<&Path>) -> Result<Study, Failure> {
     let sizes = Sizes::new(quick);
     let wanted = smiley(COUNT);
     let mut board = Board::default();
@@ -77,7 +78,7 @@ pub(crate) fn system3(quick: bool) -> Result<Study, Failure> {
             format!("system3-{}.npy", ["thin", "principal"][number]),
             npy(&phase)?,
         ));
-        let design = carried(name, &phase, &sizes, positions, &wanted)?;
+        let design = carried(name, &phase, (&sizes, positions, keep), &wanted)?;
         for trial in &design.trials {
             let rods = [Rod {
                 name: "default: beamlets",
@@ -129,8 +130,7 @@ fn found(sizes: &Sizes, thin: bool) -> Result<Array2<f64>, Failure> {
 fn carried(
     name: &str,
     phase: &Array2<f64>,
-    sizes: &Sizes,
-    positions: usize,
+    (sizes, positions, keep): (&Sizes, usize, Option<&Path>),
     wanted: &Array2<f64>,
 ) -> Result<Design, Failure> {
     let (points, boxes) = (
@@ -165,7 +165,7 @@ fn carried(
         &named("paper's method"),
         &points,
         &patches,
-        sizes.parts,
+        (sizes.parts, keep),
         &mut |so_far| {
             let draws = so_far.cost.draws;
             let shown = light(so_far.field.view());

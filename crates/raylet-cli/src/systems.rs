@@ -1,10 +1,13 @@
 //! What the studies of the source paper's three systems share: ways side by side, as a table and a document.
 
+use std::path::Path;
+
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use raylet::engine::repeat::Repeats;
 use raylet::engine::settings::{Method, Paper, Settings};
 use raylet::engine::simulate::Progress;
+use raylet::file::partial::PartialFile;
 use raylet::file::trial::{Match, Trial, light};
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
@@ -15,6 +18,9 @@ use crate::failure::Failure;
 use crate::paper::Study;
 use crate::progress::Meter;
 use crate::table::table;
+
+/// Extension of the files of unfinished runs.
+const KEPT: &str = "npz";
 
 /// A field to compare with, and its name.
 pub(crate) struct Rod<'a> {
@@ -58,22 +64,27 @@ pub(crate) fn once(name: &str, system: &System, settings: &Settings) -> Result<T
 }
 
 /// A run of the paper's method in so many parts, which share its positions; `seen` hears of what there is after
-/// each.
+/// each. With a folder to keep them in, a run that was stopped goes on with the parts that it has.
 pub(crate) fn in_parts(
     name: &str,
     system: &System,
     paper: &Paper,
-    parts: usize,
+    (parts, keep): (usize, Option<&Path>),
     seen: &mut dyn FnMut(&Trial),
 ) -> Result<Trial, Failure> {
-    let meter = Meter::new();
-    let label = format!("{name}, ");
+    let (meter, label) = (Meter::new(), format!("{name}, "));
     let settings = by_paper(Paper {
         rays: paper.rays.div_ceil(parts),
         ..paper.clone()
     });
-    let mut repeats = Repeats::new(shape(system));
-    for part in 0..parts {
+    let kept = keep.map(|folder| {
+        let letters = name.chars().filter(char::is_ascii_alphanumeric);
+        let file = folder.join(format!("{}.{KEPT}", letters.collect::<String>()));
+        PartialFile::new(&file, &format!("{name} {parts} {settings:?}"))
+    });
+    let before = kept.as_ref().and_then(PartialFile::read);
+    let mut repeats = before.unwrap_or_else(|| Repeats::new(shape(system)));
+    for part in repeats.parts..parts {
         // One meter for all parts.
         let whole = |progress: Progress| {
             let done = (part as f64 + progress.done) / parts as f64;
@@ -89,8 +100,27 @@ pub(crate) fn in_parts(
         };
         repeats.add(system, &settings, &whole)?;
         seen(&Trial::of_parts(name, &repeats));
+        if let Some(kept) = &kept {
+            kept.write(&repeats)?;
+        }
     }
     Ok(Trial::of_parts(name, &repeats))
+}
+
+/// Removes what [`in_parts`] kept in a folder, and the folder if nothing else is in it.
+pub(crate) fn clear(folder: &Path) -> Result<(), Failure> {
+    let Ok(entries) = std::fs::read_dir(folder) else {
+        return Ok(());
+    };
+    for entry in entries {
+        let path = entry?.path();
+        if path.extension().is_some_and(|extension| extension == KEPT) {
+            std::fs::remove_file(path)?;
+        }
+    }
+    // A folder with other things in it stays.
+    let _ = std::fs::remove_dir(folder);
+    Ok(())
 }
 
 /// Samples [ny, nx] of a system's sensor.

@@ -32,6 +32,7 @@ pub mod opening;
 pub mod origin;
 pub mod output;
 pub mod panel;
+pub mod partial;
 pub mod phase_file;
 pub mod picture;
 pub mod pictures;

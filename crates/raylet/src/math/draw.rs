@@ -26,7 +26,7 @@ pub fn draw(weights: &[f64], numbers: &[f64]) -> Vec<(usize, u32)> {
     limits[last] = f64::INFINITY;
 
     // The first index that numbers of each of many equal intervals may draw: from there it is a step or two.
-    let intervals = limits.len().next_power_of_two();
+    let intervals = limits.len().min(numbers.len()).next_power_of_two();
     let mut first = Vec::with_capacity(intervals);
     let mut index = 0;
     for interval in 0..intervals {
