@@ -65,78 +65,86 @@ impl Sizes {
 pub(crate) fn system1(quick: bool, keep: Option<&Path>) -> Result<Study, Failure> {
     let sizes = Sizes::new(quick);
     let smooth = grating(sizes.radius, false, sizes.sensor);
-    let exact = geometrical(
-        "rays, by density of directions",
-        &smooth,
-        &sizes,
-        Strength::Density,
-    )?;
-    let equal = geometrical(
-        "rays of equal strength (paper's reference)",
-        &smooth,
-        &sizes,
-        Strength::Equal,
-    )?;
+    let named = [
+        ("rays, by density of directions", Strength::Density),
+        (
+            "rays of equal strength (paper's reference)",
+            Strength::Equal,
+        ),
+    ];
     let mut trials = Vec::new();
-    for (name, positions) in ["paper's method, text", "paper's method, code"]
-        .iter()
-        .zip(sizes.positions)
-    {
-        let pixels = grating(sizes.radius, true, sizes.sensor);
+    for (name, strength) in named {
+        trials.push(geometrical(name, &smooth, &sizes, strength)?);
+    }
+
+    // The default method on the part about the peak alone is quick; on all of the sensor it is the last.
+    let part = about_peak(&trials[0], &sizes);
+    let near = grating(sizes.radius, false, window(&part, sizes.sensor));
+    let near = once("default: beamlets, part alone", &near, &Settings::default())?;
+    trials.extend(drawn(&sizes, keep)?);
+    trials.push(once("default: beamlets", &smooth, &Settings::default())?);
+    let board = compared(&trials, &near, &part, sizes.sensor);
+    let notes = readings(&sizes)?;
+    let picture = picture(&trials, &part, &sizes)?;
+    let title = "System 1: a grating of 30 rad/mm and the LA1131-A";
+    Ok(board.study(title, &notes, vec![(String::from("system1.png"), picture)]))
+}
+
+/// The paper's method with the numbers of its text and of its code, on pixels.
+fn drawn(sizes: &Sizes, keep: Option<&Path>) -> Result<Vec<Trial>, Failure> {
+    let pixels = grating(sizes.radius, true, sizes.sensor);
+    let names = ["paper's method, text", "paper's method, code"];
+    let runs = names.iter().zip(sizes.positions).map(|(name, rays)| {
         let paper = Paper {
-            rays: positions,
+            rays,
             secondary: sizes.draws,
             patch: Some(PATCH),
             padding: PADDING,
             ..Paper::default()
         };
-        trials.push(in_parts(
-            name,
-            &pixels,
-            &paper,
-            (sizes.parts, keep),
-            &mut |_| {},
-        )?);
-    }
-    trials.push(once("default: beamlets", &smooth, &Settings::default())?);
+        in_parts(name, &pixels, &paper, (sizes.parts, keep), &mut |_| {})
+    });
+    runs.collect()
+}
 
-    // Everything on the part of the sensor about the peak, then on all of it.
-    let part = about_peak(&exact, &sizes);
+/// Everything against both references, of which the first is the truth: on the part about the peak, then on all
+/// of the sensor.
+fn compared(trials: &[Trial], near: &Trial, part: &[Range<usize>; 2], sensor: Window) -> Board {
     let crop = |trial: &Trial| trial.cropped(part.clone());
+    let fields = [crop(&trials[0]).field, crop(&trials[1]).field];
+    let rod = |name, field| Rod { name, field };
+    let rods = [
+        rod("density, about the peak", fields[0].view()),
+        rod("equal, about the peak", fields[1].view()),
+    ];
+    let whole = [rod("density, all pixels", trials[0].field.view())];
     let mut board = Board::default();
-    let whole = [&exact, &equal].into_iter().chain(&trials);
-    for trial in whole {
-        let (near, near_rods) = (crop(trial), [crop(&exact).field, crop(&equal).field]);
-        let rods = [
-            Rod {
-                name: "density, about the peak",
-                field: near_rods[0].view(),
-            },
-            Rod {
-                name: "equal, about the peak",
-                field: near_rods[1].view(),
-            },
-        ];
-        board.add(&near, &rods, None);
-        board.note_peak(trial.peak().map(|at| place(at, sizes.sensor)));
+    for trial in trials {
+        board.add(&crop(trial), &rods, None);
+        board.note_peak(trial.peak().map(|at| place(at, sensor)));
         let all = Trial {
             name: format!("{}, all pixels", trial.name),
             ..trial.clone()
         };
-        board.add(
-            &all,
-            &[Rod {
-                name: "density, all pixels",
-                field: exact.field.view(),
-            }],
-            None,
-        );
+        board.add(&all, &whole, None);
     }
-    let notes = readings(&sizes)?;
-    let shown: Vec<&Trial> = [&exact, &equal].into_iter().chain(&trials).collect();
-    let picture = picture(&shown, &part, &sizes)?;
-    let title = "System 1: a grating of 30 rad/mm and the LA1131-A";
-    Ok(board.study(title, &notes, vec![(String::from("system1.png"), picture)]))
+    board.add(near, &rods, None);
+    board
+}
+
+/// A part of a sensor as a sensor of its own.
+fn window(part: &[Range<usize>; 2], sensor: Window) -> Window {
+    let ends = [part[0].start, part[1].start].map(|i| i as f64);
+    let count = part[0].len();
+    let middle = |a: usize, start: f64| {
+        let from_middle = start + 0.5 * (count as f64 - sensor.count as f64);
+        sensor.middle[a] + from_middle * sensor.pitch
+    };
+    Window {
+        middle: [middle(0, ends[1]), middle(1, ends[0])],
+        count,
+        pitch: sensor.pitch,
+    }
 }
 
 /// The sum of one ray for each cell of the grating.
@@ -197,7 +205,7 @@ fn readings(sizes: &Sizes) -> Result<String, Failure> {
 }
 
 /// The light about the peak by every way, then all of the sensor.
-fn picture(trials: &[&Trial], part: &[Range<usize>; 2], sizes: &Sizes) -> Result<Vec<u8>, Failure> {
+fn picture(trials: &[Trial], part: &[Range<usize>; 2], sizes: &Sizes) -> Result<Vec<u8>, Failure> {
     let half = 0.5 * sizes.sensor.pitch;
     let edge = |a: usize, range: &Range<usize>| {
         let at = |i: usize| 1e-3 * place([i; 2], sizes.sensor)[a];

@@ -30,4 +30,5 @@ pub mod sketch;
 pub mod survey;
 pub mod tally;
 pub mod tube;
+pub mod volley;
 pub mod walk;

@@ -14,10 +14,11 @@ use crate::engine::facet::Facet;
 use crate::engine::paper_plan::{Address, PaperPlan};
 use crate::engine::settings::{Density, Sag, Sampler};
 use crate::engine::tally::{Fate, Tally};
+use crate::engine::volley::trace_all;
+use crate::engine::walk::Landing;
 use crate::math::draw::{draw, inclusion, systematic};
 use crate::math::hilbert::hilbert_order;
 use crate::math::random::{pair, uniform};
-use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
 use crate::wave::field::Field;
 use crate::wave::heights::Heights;
@@ -227,14 +228,16 @@ impl<'a> Carrier<'a> {
             },
         };
         let (hop, start) = facet.start(&self.hop);
-        for drawn in self.draw(&spectrum, &facet, patch) {
-            let [my, mx] = drawn.mode;
-            let Some(p) = facet.cosines([bands[0].at(mx), bands[1].at(my)]) else {
-                continue;
-            };
-            let fate = match self.follow(&hop, start, p) {
-                Ok(mut wave) => {
-                    wave.amplitude *= drawn.amplitude * self.share;
+        let drawn = self.draw(&spectrum, &facet, patch);
+        let directions: Vec<[f64; 2]> = drawn
+            .iter()
+            .map(|drawn| [bands[0].at(drawn.mode[1]), bands[1].at(drawn.mode[0])])
+            .map(|rates| facet.cosines(rates).unwrap_or(rates))
+            .collect();
+        for (drawn, landing) in drawn.iter().zip(trace_all(&hop, start, &directions)) {
+            let fate = match landing {
+                Ok(landing) => {
+                    let wave = self.wave(&landing, drawn.amplitude * self.share);
                     waves.push(wave);
                     if to.contains(wave.at) {
                         Fate::Arrived
@@ -289,7 +292,7 @@ impl<'a> Carrier<'a> {
             }
             Sampler::Multinomial => {
                 let each = weights.iter().sum::<f64>() / self.plan.secondary as f64;
-                draw(&weights, &self.numbers(patch))
+                draw(&weights, &mut self.numbers(patch))
                     .into_iter()
                     .map(|(index, count)| drawn(index, f64::from(count) * each / weights[index]))
                     .collect()
@@ -306,21 +309,20 @@ impl<'a> Carrier<'a> {
             .collect()
     }
 
-    /// Follows one ray to the receiving screen, wherever it lands.
-    fn follow(&self, hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Result<PlaneWave, Loss> {
-        let landing = hop.trace(at, p, &mut ())?;
-        let phase = Complex64::cis(hop.wavenumber() * landing.path);
+    /// What a ray brings to the receiving screen, wherever it lands.
+    fn wave(&self, landing: &Landing, amplitude: Complex64) -> PlaneWave {
+        let phase = Complex64::cis(self.hop.wavenumber() * landing.path);
         let [px, py] = landing.cosines;
-        let n = hop.to.index;
+        let n = self.hop.to.index;
         let size = if self.plan.obliquity {
             (1.0 - (px * px + py * py) / (n * n)).max(0.0).sqrt()
         } else {
             1.0
         };
-        Ok(PlaneWave {
+        PlaneWave {
             at: landing.at,
             cosines: landing.cosines,
-            amplitude: phase * size,
-        })
+            amplitude: phase * size * amplitude,
+        }
     }
 }

@@ -3,49 +3,34 @@
 /// How often each of `weights` is drawn in as many independent draws as there are `numbers`, with
 /// probability proportional to the weight: (index, count), ascending, only those drawn at all.
 ///
-/// `numbers` are uniform in \[0, 1). Without positive weights nothing is drawn.
-pub fn draw(weights: &[f64], numbers: &[f64]) -> Vec<(usize, u32)> {
+/// `numbers` are uniform in \[0, 1) and are sorted on the way. Without positive weights nothing is drawn.
+pub fn draw(weights: &[f64], numbers: &mut [f64]) -> Vec<(usize, u32)> {
     let total: f64 = weights.iter().sum();
-    let Some(last) = weights.iter().rposition(|w| *w > 0.0) else {
-        return Vec::new();
-    };
     if total.is_nan() || total <= 0.0 {
         return Vec::new();
     }
-
-    // An index is drawn by the numbers below its share of the running sum. Rounding may leave the last number
-    // above the last of these; it belongs to the last weight.
-    let mut sum = 0.0;
-    let mut limits: Vec<f64> = weights[..=last]
-        .iter()
-        .map(|weight| {
-            sum += weight;
+    numbers.sort_unstable_by(f64::total_cmp);
+    let mut drawn: Vec<(usize, u32)> = Vec::new();
+    let (mut sum, mut next) = (0.0, 0);
+    let last = weights.iter().rposition(|w| *w > 0.0).unwrap_or(0);
+    for (index, weight) in weights.iter().enumerate() {
+        sum += weight;
+        // Rounding may leave the last number above the last partial sum; it belongs to the last weight.
+        let limit = if index == last {
+            f64::INFINITY
+        } else {
             sum / total
-        })
-        .collect();
-    limits[last] = f64::INFINITY;
-
-    // The first index that numbers of each of many equal intervals may draw: from there it is a step or two.
-    let intervals = limits.len().min(numbers.len()).next_power_of_two();
-    let mut first = Vec::with_capacity(intervals);
-    let mut index = 0;
-    for interval in 0..intervals {
-        let least = interval as f64 / intervals as f64;
-        while limits[index] <= least {
-            index += 1;
+        };
+        let count = numbers[next..].iter().take_while(|u| **u < limit).count();
+        if count > 0 {
+            drawn.push((index, count as u32));
+            next += count;
         }
-        first.push(index as u32);
-    }
-    let mut counts = vec![0u32; limits.len()];
-    for number in numbers {
-        let mut index = first[(number * intervals as f64) as usize] as usize;
-        while limits[index] <= *number {
-            index += 1;
+        if next == numbers.len() {
+            break;
         }
-        counts[index] += 1;
     }
-    let drawn = counts.into_iter().enumerate();
-    drawn.filter(|(_, count)| *count > 0).collect()
+    drawn
 }
 
 /// Probabilities min(1, const·weight) that add up to `count`; one for every positive weight when there
@@ -110,8 +95,8 @@ mod tests {
     fn counts_follow_the_weights() {
         let weights = [0.0, 3.0, 1.0, 0.0, 6.0, 0.0];
         let count = 200_000u32;
-        let numbers: Vec<f64> = (0..count).map(|i| uniform(9, [i, 0, 0, 0])).collect();
-        let drawn = draw(&weights, &numbers);
+        let mut numbers: Vec<f64> = (0..count).map(|i| uniform(9, [i, 0, 0, 0])).collect();
+        let drawn = draw(&weights, &mut numbers);
         assert_eq!(
             drawn.iter().map(|d| d.0).collect::<Vec<_>>(),
             [1, 2, 4],
@@ -127,9 +112,9 @@ mod tests {
 
     #[test]
     fn nothing_is_drawn_from_nothing() {
-        assert!(draw(&[0.0, 0.0], &[0.3, 0.4]).is_empty());
-        assert!(draw(&[], &[0.3]).is_empty());
-        assert_eq!(draw(&[1.0, 1e-30], &[0.999_999_999]), [(0, 1)]);
+        assert!(draw(&[0.0, 0.0], &mut [0.3, 0.4]).is_empty());
+        assert!(draw(&[], &mut [0.3]).is_empty());
+        assert_eq!(draw(&[1.0, 1e-30], &mut [0.999_999_999]), [(0, 1)]);
     }
 
     #[test]

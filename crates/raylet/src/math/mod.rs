@@ -13,6 +13,7 @@ mod kaiser;
 pub mod lanes;
 mod lines;
 pub mod nufft;
+pub mod pack;
 pub mod random;
 pub mod real;
 pub mod spline;
