@@ -12,7 +12,7 @@ use crate::say::say;
 use crate::system1::system1;
 use crate::system2::system2;
 use crate::system3::system3;
-use crate::systems::clear;
+use crate::systems::{Effort, clear};
 
 /// Does a study of the source paper again: numbers on standard output, and pictures of them.
 #[derive(Args)]
@@ -27,6 +27,10 @@ pub(crate) struct Paper {
     /// asked again; until then what it has is kept in DIR.parts.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Does only so many of the parts (20 or fewer) of each long random run of a system, for a first look. The
+    /// parts are kept in DIR.parts, and asked for more the run goes on from them.
+    #[arg(long, value_name = "N", requires = "out", value_parser = clap::value_parser!(u16).range(1..))]
+    parts: Option<u16>,
     /// Threads to use; all processors unless told otherwise. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -66,11 +70,16 @@ impl Paper {
         let target = self.out.as_ref().map(claim).transpose()?;
         // Where a study keeps what it has, to go on with if it is stopped.
         let keep = self.out.as_ref().map(|out| out.with_extension("parts"));
+        let effort = Effort {
+            quick: self.quick,
+            keep: keep.as_deref(),
+            most: self.parts.map_or(usize::MAX, usize::from),
+        };
         let study = match self.name {
             Name::Fig3 => fig3(self.quick),
-            Name::System1 => system1(self.quick, keep.as_deref()),
-            Name::System2 => system2(self.quick, keep.as_deref()),
-            Name::System3 => system3(self.quick, keep.as_deref()),
+            Name::System1 => system1(effort),
+            Name::System2 => system2(effort),
+            Name::System3 => system3(effort),
         }?;
         if let Some(target) = target {
             let draft = target.draft()?;
@@ -81,7 +90,9 @@ impl Paper {
             draft.write(STUDY_FILE, format!("{document}\n").as_bytes())?;
             draft.publish()?;
         }
-        keep.iter().try_for_each(|keep| clear(keep))?;
+        if self.parts.is_none() {
+            keep.iter().try_for_each(|keep| clear(keep))?;
+        }
         say(&study.text)
     }
 }

@@ -2,18 +2,17 @@
 
 use std::fmt::Write;
 use std::ops::Range;
-use std::path::Path;
 use std::time::Instant;
 
 use raylet::design::problems::{GRATING_SENSOR, READINGS, Window, grating};
 use raylet::engine::directions::{Strength, sum_of_directions};
-use raylet::engine::settings::{Paper, Settings};
+use raylet::engine::settings::{Method, Paper, Settings};
 use raylet::file::trial::{Cost, Shown, Trial, figure, light};
 use raylet::optics::system::System;
 
 use crate::failure::Failure;
 use crate::paper::Study;
-use crate::systems::{Board, Rod, in_parts, once};
+use crate::systems::{Board, Effort, Rod, in_parts, once};
 
 /// Patch of the paper in mm, and its period over that: 40 pixels, padded to 156.
 const PATCH: f64 = 40.0 * 6.3e-3;
@@ -62,8 +61,8 @@ impl Sizes {
     }
 }
 
-pub(crate) fn system1(quick: bool, keep: Option<&Path>) -> Result<Study, Failure> {
-    let sizes = Sizes::new(quick);
+pub(crate) fn system1(effort: Effort) -> Result<Study, Failure> {
+    let sizes = Sizes::new(effort.quick);
     let smooth = grating(sizes.radius, false, sizes.sensor);
     let named = [
         ("rays, by density of directions", Strength::Density),
@@ -77,21 +76,26 @@ pub(crate) fn system1(quick: bool, keep: Option<&Path>) -> Result<Study, Failure
         trials.push(geometrical(name, &smooth, &sizes, strength)?);
     }
 
-    // The default method on the part about the peak alone is quick; on all of the sensor it is the last.
+    // The default method on the part about the peak; on all pixels plane wavelets, whose cost does not grow
+    // with them.
     let part = about_peak(&trials[0], &sizes);
     let near = grating(sizes.radius, false, window(&part, sizes.sensor));
-    let near = once("default: beamlets, part alone", &near, &Settings::default())?;
-    trials.extend(drawn(&sizes, keep)?);
-    trials.push(once("default: beamlets", &smooth, &Settings::default())?);
+    let near = once("default: beamlets", &near, &Settings::default())?;
+    trials.extend(drawn(&sizes, effort)?);
+    let planes = Settings {
+        method: Method::Plane,
+        ..Settings::default()
+    };
+    trials.push(once("plane wavelets", &smooth, &planes)?);
     let board = compared(&trials, &near, &part, sizes.sensor);
     let notes = readings(&sizes)?;
-    let picture = picture(&trials, &part, &sizes)?;
+    let picture = picture(&trials, &near, &part, &sizes)?;
     let title = "System 1: a grating of 30 rad/mm and the LA1131-A";
     Ok(board.study(title, &notes, vec![(String::from("system1.png"), picture)]))
 }
 
 /// The paper's method with the numbers of its text and of its code, on pixels.
-fn drawn(sizes: &Sizes, keep: Option<&Path>) -> Result<Vec<Trial>, Failure> {
+fn drawn(sizes: &Sizes, effort: Effort) -> Result<Vec<Trial>, Failure> {
     let pixels = grating(sizes.radius, true, sizes.sensor);
     let names = ["paper's method, text", "paper's method, code"];
     let runs = names.iter().zip(sizes.positions).map(|(name, rays)| {
@@ -102,7 +106,7 @@ fn drawn(sizes: &Sizes, keep: Option<&Path>) -> Result<Vec<Trial>, Failure> {
             padding: PADDING,
             ..Paper::default()
         };
-        in_parts(name, &pixels, &paper, (sizes.parts, keep), &mut |_| {})
+        in_parts(name, &pixels, &paper, (sizes.parts, effort), &mut |_| {})
     });
     runs.collect()
 }
@@ -205,7 +209,12 @@ fn readings(sizes: &Sizes) -> Result<String, Failure> {
 }
 
 /// The light about the peak by every way, then all of the sensor.
-fn picture(trials: &[Trial], part: &[Range<usize>; 2], sizes: &Sizes) -> Result<Vec<u8>, Failure> {
+fn picture(
+    trials: &[Trial],
+    near: &Trial,
+    part: &[Range<usize>; 2],
+    sizes: &Sizes,
+) -> Result<Vec<u8>, Failure> {
     let half = 0.5 * sizes.sensor.pitch;
     let edge = |a: usize, range: &Range<usize>| {
         let at = |i: usize| 1e-3 * place([i; 2], sizes.sensor)[a];
@@ -218,8 +227,16 @@ fn picture(trials: &[Trial], part: &[Range<usize>; 2], sizes: &Sizes) -> Result<
         values: light(trial.cropped(part.clone()).field.view()),
         edges: [edge(0, &part[1]), edge(1, &part[0])],
     };
-    let near = trials.iter().map(|trial| shown(trial, part)).collect();
+    let alone = Shown {
+        values: light(near.field.view()),
+        ..shown(&trials[0], part)
+    };
+    let mut close: Vec<Shown> = trials.iter().map(|trial| shown(trial, part)).collect();
+    close.push(Shown {
+        title: near.name.clone(),
+        ..alone
+    });
     let far = trials.iter().map(|trial| shown(trial, &all)).collect();
     let title = "System 1: about the peak, and the whole sensor";
-    Ok(figure(title, vec![near, far], Vec::new())?)
+    Ok(figure(title, vec![close, far], Vec::new())?)
 }

@@ -1,7 +1,6 @@
 //! System 2 of the source paper: a hologram close to its sensor, nothing between.
 
 use std::f64::consts::TAU;
-use std::path::Path;
 use std::time::Instant;
 
 use ndarray::{Array2, Zip};
@@ -19,14 +18,14 @@ use raylet::optics::system::System;
 
 use crate::failure::Failure;
 use crate::paper::Study;
-use crate::systems::{Board, Rod, by_paper, in_parts, once};
+use crate::systems::{Board, Effort, Rod, by_paper, in_parts, once};
 
 /// Periods of the angular spectrum over the hologram: the paper's, and one whose copies are far.
 const PADDINGS: [usize; 2] = [2, 8];
 
-pub(crate) fn system2(quick: bool, keep: Option<&Path>) -> Result<Study, Failure> {
+pub(crate) fn system2(effort: Effort) -> Result<Study, Failure> {
     // Pixels along each side of hologram and sensor.
-    let count = if quick { 40 } else { 100 };
+    let count = if effort.quick { 40 } else { 100 };
     let wanted = smiley(count);
     let task = NearTask {
         wavelength: WAVELENGTH,
@@ -34,7 +33,7 @@ pub(crate) fn system2(quick: bool, keep: Option<&Path>) -> Result<Study, Failure
         distance: NEAR,
         amplitude: open(count),
         wanted: wanted.clone(),
-        iterations: if quick { 40 } else { 500 },
+        iterations: if effort.quick { 40 } else { 500 },
     };
     let (phase, _) = design(&task, &mut |_, _| {});
     let points = near_hologram(&phase, PixelForm::Point);
@@ -58,7 +57,7 @@ pub(crate) fn system2(quick: bool, keep: Option<&Path>) -> Result<Study, Failure
         },
     ];
     let mut trials = vec![wide.clone(), real.clone()];
-    trials.extend(ways(&points, quick, keep)?);
+    trials.extend(ways(&points, effort)?);
     trials.push(once(
         "default: free hop, box pixels",
         &boxes,
@@ -126,7 +125,7 @@ fn directly(boxes: &System) -> Result<Trial, Failure> {
 }
 
 /// The paper's method: with all modes, by its code of the whole element, by its code of patches, by its text.
-fn ways(points: &System, quick: bool, keep: Option<&Path>) -> Result<Vec<Trial>, Failure> {
+fn ways(points: &System, effort: Effort) -> Result<Vec<Trial>, Failure> {
     let width = points.screens[0].bounds().map_or(0.0, |b| b[1] - b[0]);
     let whole = |sampler, secondary| Paper {
         rays: 1,
@@ -143,13 +142,13 @@ fn ways(points: &System, quick: bool, keep: Option<&Path>) -> Result<Vec<Trial>,
         padding,
         ..Paper::default()
     };
-    let share = |count: usize| if quick { count / 64 } else { count };
+    let share = |count: usize| if effort.quick { count / 64 } else { count };
     let all = by_paper(whole(Sampler::All, 1));
     let draws = share(1 << 21);
     let code = patches(share(16_384), 10_000, 0.5 * width, 3.92);
-    let text = patches(128, if quick { 1000 } else { 8000 }, width, 2.0);
+    let text = patches(128, if effort.quick { 1000 } else { 8000 }, width, 2.0);
     let by = |name: &str, paper: Paper, parts| {
-        in_parts(name, points, &paper, (parts, keep), &mut |_| {})
+        in_parts(name, points, &paper, (parts, effort), &mut |_| {})
     };
     Ok(vec![
         once("paper's method, whole element, all modes", points, &all)?,

@@ -1,6 +1,5 @@
 //! System 3 of the source paper: a hologram before a plano-convex lens.
 
-use std::path::Path;
 use std::time::Instant;
 
 use ndarray::Array2;
@@ -22,7 +21,7 @@ use raylet::wave::metrics::ncc;
 
 use crate::failure::Failure;
 use crate::paper::Study;
-use crate::systems::{Board, Rod, by_paper, in_parts, once};
+use crate::systems::{Board, Effort, Rod, by_paper, in_parts, once};
 
 /// Pixels along each side of hologram and sensor.
 const COUNT: usize = 200;
@@ -65,8 +64,8 @@ struct Design {
     curves: [Series; 2],
 }
 
-pub(crate) fn system3(quick: bool, keep: Option<&Path>) -> Result<Study, Failure> {
-    let sizes = Sizes::new(quick);
+pub(crate) fn system3(effort: Effort) -> Result<Study, Failure> {
+    let sizes = Sizes::new(effort.quick);
     let wanted = smiley(COUNT);
     let mut board = Board::default();
     let mut designs = Vec::new();
@@ -78,7 +77,7 @@ pub(crate) fn system3(quick: bool, keep: Option<&Path>) -> Result<Study, Failure
             format!("system3-{}.npy", ["thin", "principal"][number]),
             npy(&phase)?,
         ));
-        let design = carried(name, &phase, (&sizes, positions, keep), &wanted)?;
+        let design = carried(name, &phase, (&sizes, positions, effort), &wanted)?;
         for trial in &design.trials {
             let rods = [Rod {
                 name: "default: beamlets",
@@ -130,7 +129,7 @@ fn found(sizes: &Sizes, thin: bool) -> Result<Array2<f64>, Failure> {
 fn carried(
     name: &str,
     phase: &Array2<f64>,
-    (sizes, positions, keep): (&Sizes, usize, Option<&Path>),
+    (sizes, positions, effort): (&Sizes, usize, Effort),
     wanted: &Array2<f64>,
 ) -> Result<Design, Failure> {
     let (points, boxes) = (
@@ -165,7 +164,7 @@ fn carried(
         &named("paper's method"),
         &points,
         &patches,
-        (sizes.parts, keep),
+        (sizes.parts, effort),
         &mut |so_far| {
             let draws = so_far.cost.draws;
             let shown = light(so_far.field.view());

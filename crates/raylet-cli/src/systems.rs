@@ -63,13 +63,24 @@ pub(crate) fn once(name: &str, system: &System, settings: &Settings) -> Result<T
     })?)
 }
 
+/// How much of a study is done.
+#[derive(Clone, Copy)]
+pub(crate) struct Effort<'a> {
+    /// Everything small.
+    pub(crate) quick: bool,
+    /// Where the parts of long runs are kept.
+    pub(crate) keep: Option<&'a Path>,
+    /// Most parts of a run.
+    pub(crate) most: usize,
+}
+
 /// A run of the paper's method in so many parts, which share its positions; `seen` hears of what there is after
 /// each. With a folder to keep them in, a run that was stopped goes on with the parts that it has.
 pub(crate) fn in_parts(
     name: &str,
     system: &System,
     paper: &Paper,
-    (parts, keep): (usize, Option<&Path>),
+    (parts, effort): (usize, Effort),
     seen: &mut dyn FnMut(&Trial),
 ) -> Result<Trial, Failure> {
     let (meter, label) = (Meter::new(), format!("{name}, "));
@@ -77,14 +88,14 @@ pub(crate) fn in_parts(
         rays: paper.rays.div_ceil(parts),
         ..paper.clone()
     });
-    let kept = keep.map(|folder| {
+    let kept = effort.keep.map(|folder| {
         let letters = name.chars().filter(char::is_ascii_alphanumeric);
         let file = folder.join(format!("{}.{KEPT}", letters.collect::<String>()));
         PartialFile::new(&file, &format!("{name} {parts} {settings:?}"))
     });
     let before = kept.as_ref().and_then(PartialFile::read);
     let mut repeats = before.unwrap_or_else(|| Repeats::new(shape(system)));
-    for part in repeats.parts..parts {
+    for part in repeats.parts..parts.min(effort.most) {
         // One meter for all parts.
         let whole = |progress: Progress| {
             let done = (part as f64 + progress.done) / parts as f64;

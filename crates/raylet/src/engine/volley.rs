@@ -79,7 +79,7 @@ mod tests {
                 pair(2, [i, 0, 0, 0]).map(|u| reach * (u - 0.5))
             })
             .collect();
-        let at = [0.1, -0.2];
+        let at = [11.0, -0.2];
         let together = trace_all(&hop, at, &directions);
         assert_eq!(together.len(), directions.len());
         let mut lost = 0;
