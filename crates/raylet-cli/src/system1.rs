@@ -208,7 +208,7 @@ fn readings(sizes: &Sizes) -> Result<String, Failure> {
     Ok(text)
 }
 
-/// The light about the peak by every way, then all of the sensor.
+/// The light about the peak by every way.
 fn picture(
     trials: &[Trial],
     near: &Trial,
@@ -220,23 +220,15 @@ fn picture(
         let at = |i: usize| 1e-3 * place([i; 2], sizes.sensor)[a];
         [at(range.start) - half, at(range.end - 1) + half]
     };
-    let all = [0..sizes.sensor.count, 0..sizes.sensor.count];
-    let shown = |trial: &Trial, part: &[Range<usize>; 2]| Shown {
+    let shown = |trial: &Trial| Shown {
         title: trial.name.clone(),
         note: String::new(),
-        values: light(trial.cropped(part.clone()).field.view()),
+        values: light(trial.field.view()),
         edges: [edge(0, &part[1]), edge(1, &part[0])],
     };
-    let alone = Shown {
-        values: light(near.field.view()),
-        ..shown(&trials[0], part)
-    };
-    let mut close: Vec<Shown> = trials.iter().map(|trial| shown(trial, part)).collect();
-    close.push(Shown {
-        title: near.name.clone(),
-        ..alone
-    });
-    let far = trials.iter().map(|trial| shown(trial, &all)).collect();
-    let title = "System 1: about the peak, and the whole sensor";
-    Ok(figure(title, vec![close, far], Vec::new())?)
+    let cropped: Vec<Trial> = trials.iter().map(|t| t.cropped(part.clone())).collect();
+    let all: Vec<Shown> = cropped.iter().chain([near]).map(shown).collect();
+    let (upper, lower) = all.split_at(all.len() / 2);
+    let rows = vec![upper.to_vec(), lower.to_vec()];
+    Ok(figure("System 1: about the peak", rows, Vec::new())?)
 }
