@@ -169,7 +169,7 @@ fn carried(
             let draws = so_far.cost.draws;
             let shown = light(so_far.field.view());
             let score = ncc(shown.view(), wanted.view());
-            let error = Match::of(so_far.field.view(), ours.field.view()).field_error;
+            let error = Match::of(so_far.field.view(), ours.field.view()).shape_error;
             likeness.push([draws, score.unwrap_or(f64::NAN)]);
             errors.push([draws, error.unwrap_or(f64::NAN)]);
         },
@@ -220,6 +220,6 @@ fn picture(wanted: &Array2<f64>, designs: Vec<Design>) -> Result<Vec<u8>, Failur
         errors.push(error);
     }
     let title = "System 3: intensity on the sensor";
-    let curves = vec![("NCC with the picture", scores), ("field error", errors)];
+    let curves = vec![("NCC with the picture", scores), ("shape error", errors)];
     Ok(figure(title, rows, curves)?)
 }
