@@ -15,6 +15,10 @@ mod reference;
 mod say;
 mod schema;
 mod simulate;
+mod system1;
+mod system2;
+mod system3;
+mod systems;
 mod table;
 
 use std::process::ExitCode;

@@ -11,6 +11,10 @@ use crate::fig3::fig3;
 use crate::fig6::fig6;
 use crate::overrides::start_threads;
 use crate::say::say;
+use crate::system1::system1;
+use crate::system2::system2;
+use crate::system3::system3;
+use crate::systems::{Effort, clear};
 
 /// Does a study of the source paper again: numbers on standard output, and pictures of them.
 #[derive(Args)]
@@ -21,9 +25,14 @@ pub(crate) struct Paper {
     /// Smaller elements and fewer repetitions: seconds instead of minutes.
     #[arg(long)]
     quick: bool,
-    /// Writes paper.json and the pictures into this folder.
+    /// Writes paper.json and the pictures into this folder. A system that is stopped goes on where it was when
+    /// asked again; until then what it has is kept in DIR.parts.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// Does only so many of the parts (20 or fewer) of each long random run of a system, for a first look. The
+    /// parts are kept in DIR.parts, and asked for more the run goes on from them.
+    #[arg(long, value_name = "N", requires = "out", value_parser = clap::value_parser!(u16).range(1..))]
+    parts: Option<u16>,
     /// Threads to use; all processors unless told otherwise. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
@@ -38,6 +47,12 @@ enum Name {
     Fig3,
     /// A conformal diffractive mirror that shows two foci or a letter, on two substrates.
     Fig6,
+    /// Figure 4, system 1: a grating and a lens.
+    System1,
+    /// Figure 4, system 2: a hologram in free space.
+    System2,
+    /// Figure 4, system 3: a hologram and a lens.
+    System3,
 }
 
 /// The file by which the folder of a study is known.
@@ -59,10 +74,20 @@ impl Paper {
         start_threads(self.threads)?;
         let claim = |path: &PathBuf| Target::claim_as(path, STUDY_FILE);
         let target = self.out.as_ref().map(claim).transpose()?;
+        // Where a study keeps what it has, to go on with if it is stopped.
+        let keep = self.out.as_ref().map(|out| out.with_extension("parts"));
+        let effort = Effort {
+            quick: self.quick,
+            keep: keep.as_deref(),
+            most: self.parts.map_or(usize::MAX, usize::from),
+        };
         let study = match self.name {
             Name::Fig2 => fig2(self.quick),
             Name::Fig3 => fig3(self.quick),
             Name::Fig6 => fig6(self.quick),
+            Name::System1 => system1(effort),
+            Name::System2 => system2(effort),
+            Name::System3 => system3(effort),
         }?;
         if let Some(target) = target {
             let draft = target.draft()?;
@@ -72,6 +97,9 @@ impl Paper {
             let document = serde_json::to_string_pretty(&study.document)?;
             draft.write(STUDY_FILE, format!("{document}\n").as_bytes())?;
             draft.publish()?;
+        }
+        if self.parts.is_none() {
+            keep.iter().try_for_each(|keep| clear(keep))?;
         }
         say(&study.text)
     }

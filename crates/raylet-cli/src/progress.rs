@@ -3,12 +3,15 @@
 use std::fmt::Write;
 use std::io::IsTerminal;
 use std::sync::{Mutex, PoisonError};
-use std::time::Instant;
+use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
 use raylet::engine::simulate::Progress;
 
 use crate::say::complain;
+
+/// Time between lines where there is no bar.
+const PATIENCE: Duration = Duration::from_secs(60);
 
 /// Steps of a bar without rays.
 const STEPS: f64 = 1000.0;
@@ -25,6 +28,10 @@ struct Shown {
     bar: Option<ProgressBar>,
     steps: f64,
     start: Instant,
+    /// How far it was then.
+    before: f64,
+    /// When the last line was written.
+    told: Instant,
     finished: bool,
 }
 
@@ -42,13 +49,17 @@ impl Meter {
         let Progress { hop, hops, to, .. } = progress;
         let label = format!("{run}hop {} of {hops} to '{to}'", hop + 1);
         if now.as_ref().is_none_or(|shown| shown.label != label) {
-            *now = Some(self.begin(label, progress.rays));
+            *now = Some(self.begin(label, progress));
         }
         let Some(shown) = now.as_mut().filter(|shown| !shown.finished) else {
             return;
         };
         if let Some(bar) = &shown.bar {
             bar.set_position((progress.done * shown.steps) as u64);
+        }
+        if shown.bar.is_none() && shown.told.elapsed() > PATIENCE {
+            shown.told = Instant::now();
+            complain(&shown.line(progress));
         }
         if progress.done >= 1.0 {
             match &shown.bar {
@@ -62,7 +73,7 @@ impl Meter {
         }
     }
 
-    fn begin(&self, label: String, rays: f64) -> Shown {
+    fn begin(&self, label: String, Progress { done, rays, .. }: Progress) -> Shown {
         let steps = if rays >= 1.0 { rays } else { STEPS };
         let bar = self.terminal.then(|| {
             let rate = if rays >= 1.0 { "{rays}" } else { "" };
@@ -79,8 +90,29 @@ impl Meter {
             bar,
             steps,
             start: Instant::now(),
+            before: done,
+            told: Instant::now(),
             finished: false,
         }
+    }
+}
+
+impl Shown {
+    /// How far it is, as a line.
+    fn line(&self, Progress { done, rays, .. }: Progress) -> String {
+        let seconds = self.start.elapsed().as_secs_f64();
+        let since = (done - self.before).max(1e-6);
+        let left = Duration::from_secs_f64((seconds * (1.0 - done) / since).max(0.0));
+        let rate = match rays >= 1.0 {
+            true => format!(", {:.2e} rays/s", rays * since / seconds),
+            false => String::new(),
+        };
+        format!(
+            "{}: {:.0} %{rate}, {:#} left",
+            self.label,
+            100.0 * done,
+            HumanDuration(left)
+        )
     }
 }
 

@@ -91,3 +91,45 @@ fn figure_six_in_seconds() {
         assert!(error(2) > error(ways - 1), "{name}");
     }
 }
+
+/// The systems at small size: references, the paper's method and the default one, a picture, and nothing left of
+/// the parts.
+#[test]
+fn systems_in_seconds() {
+    let room = tempfile::tempdir().unwrap();
+    for (name, ways) in [("system1", 11), ("system2", 8), ("system3", 10)] {
+        let output = Command::new(env!("CARGO_BIN_EXE_raylet"))
+            .current_dir(room.path())
+            .args(["paper", name, "--quick", "--out", name])
+            .output()
+            .unwrap();
+        let errors = String::from_utf8(output.stderr).unwrap();
+        assert!(output.status.success(), "{errors}");
+        let folder = room.path().join(name);
+        let document = fs::read_to_string(folder.join("paper.json")).unwrap();
+        let document: serde_json::Value = serde_json::from_str(&document).unwrap();
+        assert_eq!(document["ways"].as_array().unwrap().len(), ways);
+        for file in document["files"].as_array().unwrap() {
+            assert!(folder.join(file.as_str().unwrap()).is_file());
+        }
+        assert!(!room.path().join(format!("{name}.parts")).exists());
+
+        // The default method against its reference; the picture of the right design through the lens.
+        let like = |way: usize, against: usize| {
+            document["ways"][way]["matches"][against]["match"]["field_error"]
+                .as_f64()
+                .unwrap()
+        };
+        match name {
+            "system1" => assert!(like(8, 0) < 2e-2 && like(10, 0) < 1e-3, "{document}"),
+            "system2" => assert!(like(7, 2) < 2e-3, "{document}"),
+            _ => {
+                let picture = |way: usize| document["ways"][way]["ncc_with_picture"].as_f64();
+                assert!(
+                    picture(0).unwrap() < 0.8 && picture(5).unwrap() > 0.95,
+                    "{document}"
+                );
+            }
+        }
+    }
+}

@@ -244,3 +244,150 @@ mod transforms {
             .bench_local(|| plan.apply(input.view()));
     }
 }
+
+/// One position of the source paper's method: a patch of 100 pixels of a hologram of 200, padded twice, 10⁴
+/// of its 40 000 modes drawn, behind it a lens and 200 × 200 sensor pixels.
+mod paper {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+    use raylet::design::problems::{PITCH, WAVELENGTH, lens_hologram};
+    use raylet::engine::settings::{Method, Paper, Settings};
+    use raylet::engine::simulate::simulate;
+    use raylet::math::draw::draw;
+    use raylet::math::random::{pair, uniform};
+    use raylet::optics::doe::PixelForm;
+    use raylet::optics::system::System;
+    use raylet::wave::field::{Axis, Field, Grid};
+    use raylet::wave::patch::Band;
+    use raylet::wave::plane::{PlaneSum, PlaneWave};
+    use raylet::wave::raster::Raster;
+    use raylet::wave::tile::TileCutter;
+
+    use crate::{Bencher, ItemsCount, black_box};
+
+    const COUNT: usize = 200;
+    const DRAWS: u32 = 10_000;
+
+    fn wavenumber() -> f64 {
+        std::f64::consts::TAU / WAVELENGTH
+    }
+
+    fn phases() -> Array2<f64> {
+        Array2::from_shape_fn((COUNT, COUNT), |(j, i)| {
+            std::f64::consts::TAU * uniform(5, [j as u32, i as u32, 0, 0])
+        })
+    }
+
+    fn system() -> System {
+        lens_hologram(&phases(), PixelForm::Point)
+    }
+
+    fn bands() -> [Band; 2] {
+        let half = 0.5 * WAVELENGTH / PITCH;
+        let spacing = WAVELENGTH / (COUNT as f64 * PITCH);
+        [Band::between(0.0, spacing, -half, half - 1e-9 * spacing); 2]
+    }
+
+    /// The field and the plan that cuts it.
+    fn cutter() -> (Field, TileCutter) {
+        let axis = Axis::uniform(COUNT, PITCH, 0.0);
+        let field = Field {
+            values: phases().mapv(Complex64::cis),
+            grid: Grid {
+                x: axis.clone(),
+                y: axis,
+            },
+        };
+        let side = 100.0 * PITCH;
+        let axes = [&field.grid.x, &field.grid.y];
+        let cutter = TileCutter::new(axes, &bands(), wavenumber(), [side, 2.0 * side]);
+        (field, cutter)
+    }
+
+    /// The modes of a patch. Item: a patch.
+    #[divan::bench(max_time = 2)]
+    fn cut(bencher: Bencher) {
+        let (field, cutter) = cutter();
+        bencher
+            .counter(ItemsCount::new(1u32))
+            .bench_local(|| cutter.cut(&field, black_box([0.0123, -0.0456])));
+    }
+
+    /// Drawing with replacement, the random numbers included. Item: a draw.
+    #[divan::bench(max_time = 2)]
+    fn drawing(bencher: Bencher) {
+        let (field, cutter) = cutter();
+        let modes = cutter.cut(&field, [0.0; 2]);
+        let weights: Vec<f64> = modes.iter().map(|c| c.norm()).collect();
+        bencher.counter(ItemsCount::new(DRAWS)).bench_local(|| {
+            let mut numbers: Vec<f64> = (0..DRAWS / 2)
+                .flat_map(|sample| pair(3, [0, 0, sample, 0]))
+                .collect();
+            draw(&weights, &mut numbers)
+        });
+    }
+
+    /// The plane waves of every fourth mode of a patch.
+    fn waves() -> Vec<PlaneWave> {
+        let system = system();
+        let (bands, mut waves) = (bands(), Vec::new());
+        for hop in system.hops() {
+            for n in 0..DRAWS as usize {
+                let p = [bands[0].at(4 * n % COUNT), bands[1].at(4 * n / COUNT)];
+                if let Ok(landing) = hop.trace([0.1, 0.2], p, &mut ()) {
+                    waves.push(PlaneWave {
+                        at: landing.at,
+                        cosines: landing.cosines,
+                        amplitude: Complex64::cis(wavenumber() * landing.path),
+                    });
+                }
+            }
+        }
+        waves
+    }
+
+    /// Rays through the lens. Item: a ray.
+    #[divan::bench(max_time = 2)]
+    fn rays(bencher: Bencher) {
+        bencher.counter(ItemsCount::new(DRAWS)).bench_local(waves);
+    }
+
+    /// The sum of their plane waves on the sensor, fifty positions at a time. Item: a ray.
+    #[divan::bench(max_time = 2)]
+    fn sum(bencher: Bencher) {
+        let waves = waves();
+        let waves: Vec<PlaneWave> = (0..50).flat_map(|_| waves.clone()).collect();
+        let raster = Raster {
+            start: [-99.5 * PITCH; 2],
+            pitch: [PITCH; 2],
+            size: [COUNT; 2],
+        };
+        bencher
+            .counter(ItemsCount::new(waves.len()))
+            .with_inputs(|| PlaneSum::new(raster, wavenumber(), 1e-6))
+            .bench_local_values(|sum| {
+                if let Ok(mut sum) = sum {
+                    sum.add(&waves);
+                }
+            });
+    }
+
+    /// Everything, two hundred positions. Item: a draw.
+    #[divan::bench(max_time = 6)]
+    fn whole(bencher: Bencher) {
+        let system = system();
+        let settings = Settings {
+            method: Method::Paper,
+            paper: Paper {
+                rays: 200,
+                secondary: DRAWS as usize,
+                patch: Some(100.0 * PITCH),
+                ..Paper::default()
+            },
+            ..Settings::default()
+        };
+        bencher
+            .counter(ItemsCount::new(200 * DRAWS))
+            .bench_local(|| simulate(&system, &settings, &|_| {}).is_ok());
+    }
+}

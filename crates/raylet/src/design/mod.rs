@@ -2,5 +2,8 @@
 
 pub mod conformal;
 pub mod hologram;
+pub mod near;
 pub mod patterns;
+pub mod problems;
+pub mod smiley;
 pub mod target;

@@ -14,10 +14,11 @@ use crate::engine::facet::Facet;
 use crate::engine::paper_plan::{Address, PaperPlan};
 use crate::engine::settings::{Density, Sag, Sampler};
 use crate::engine::tally::{Fate, Tally};
+use crate::engine::volley::trace_all;
+use crate::engine::walk::Landing;
 use crate::math::draw::{draw, inclusion, systematic};
 use crate::math::hilbert::hilbert_order;
 use crate::math::random::{pair, uniform};
-use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
 use crate::wave::field::Field;
 use crate::wave::heights::Heights;
@@ -54,6 +55,8 @@ struct Carrier<'a> {
     cutter: TileCutter,
     /// Modes along Hilbert's curve.
     order: Vec<usize>,
+    /// Which modes propagate from a plane screen, where it is the same everywhere.
+    propagates: Option<Vec<bool>>,
     share: f64,
 }
 
@@ -130,6 +133,14 @@ pub fn cover(
     cover
 }
 
+/// Which modes of a patch propagate, row by row.
+fn propagating(plan: &PaperPlan, facet: &Facet) -> Vec<bool> {
+    let [bx, by] = &plan.bands;
+    let row =
+        |my: usize| (0..bx.count).map(move |mx| facet.cosines([bx.at(mx), by.at(my)]).is_some());
+    (0..by.count).flat_map(row).collect()
+}
+
 /// Sums over equal, independent batches.
 #[derive(Default)]
 struct Spread {
@@ -183,6 +194,9 @@ impl<'a> Carrier<'a> {
             heights: (!hop.from.is_plane()).then(|| Heights::on(hop.from, &field.grid)),
             cutter,
             order,
+            propagates: Facet::new(hop.from, [0.0; 2], plan.along)
+                .filter(|_| hop.from.is_plane())
+                .map(|facet| propagating(plan, &facet)),
             share: plan.share(),
         };
         if plan.coverage {
@@ -236,14 +250,16 @@ impl<'a> Carrier<'a> {
             },
         };
         let (hop, start) = facet.start(&self.hop);
-        for drawn in self.draw(&spectrum, &facet, patch) {
-            let [my, mx] = drawn.mode;
-            let Some(p) = facet.cosines([bands[0].at(mx), bands[1].at(my)]) else {
-                continue;
-            };
-            let fate = match self.follow(&hop, start, p) {
-                Ok(mut wave) => {
-                    wave.amplitude *= drawn.amplitude * self.share;
+        let drawn = self.draw(&spectrum, &facet, patch);
+        let directions: Vec<[f64; 2]> = drawn
+            .iter()
+            .map(|drawn| [bands[0].at(drawn.mode[1]), bands[1].at(drawn.mode[0])])
+            .map(|rates| facet.cosines(rates).unwrap_or(rates))
+            .collect();
+        for (drawn, landing) in drawn.iter().zip(trace_all(&hop, start, &directions)) {
+            let fate = match landing {
+                Ok(landing) => {
+                    let wave = self.wave(&landing, drawn.amplitude * self.share);
                     waves.push(wave);
                     if to.contains(wave.at) {
                         Fate::Arrived
@@ -260,16 +276,21 @@ impl<'a> Carrier<'a> {
 
     /// Draws modes that propagate; equal draws become one ray.
     fn draw(&self, spectrum: &Array2<Complex64>, facet: &Facet, patch: u32) -> Vec<Drawn> {
-        let [bx, by] = &self.plan.bands;
-        let weight = |((my, mx), c): ((usize, usize), &Complex64)| match self.plan.density {
-            _ if facet.cosines([bx.at(mx), by.at(my)]).is_none() => 0.0,
-            Density::Amplitude => c.norm(),
+        let own = match &self.propagates {
+            Some(_) => Vec::new(),
+            None => propagating(self.plan, facet),
+        };
+        let weight = |(c, propagates): (&Complex64, &bool)| match self.plan.density {
+            _ if !propagates => 0.0,
+            Density::Amplitude => c.norm_sqr().sqrt(),
             Density::Uniform => 1.0,
         };
-        let weights: Vec<f64> = spectrum.indexed_iter().map(weight).collect();
+        let propagates = self.propagates.as_ref().unwrap_or(&own);
+        let weights: Vec<f64> = spectrum.iter().zip(propagates).map(weight).collect();
         // A mode's amplitude is c over the number of times that it is expected, for each time drawn.
+        let columns = self.plan.bands[0].count;
         let drawn = |index: usize, times: f64| {
-            let mode = [index / bx.count, index % bx.count];
+            let mode = [index / columns, index % columns];
             let c = spectrum[mode];
             Drawn {
                 mode,
@@ -310,21 +331,20 @@ impl<'a> Carrier<'a> {
             .collect()
     }
 
-    /// Follows one ray to the receiving screen, wherever it lands.
-    fn follow(&self, hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Result<PlaneWave, Loss> {
-        let landing = hop.trace(at, p, &mut ())?;
-        let phase = Complex64::cis(hop.wavenumber() * landing.path);
+    /// What a ray brings to the receiving screen, wherever it lands.
+    fn wave(&self, landing: &Landing, amplitude: Complex64) -> PlaneWave {
+        let phase = Complex64::cis(self.hop.wavenumber() * landing.path);
         let [px, py] = landing.cosines;
-        let n = hop.to.index;
+        let n = self.hop.to.index;
         let size = if self.plan.obliquity {
             (1.0 - (px * px + py * py) / (n * n)).max(0.0).sqrt()
         } else {
             1.0
         };
-        Ok(PlaneWave {
+        PlaneWave {
             at: landing.at,
             cosines: landing.cosines,
-            amplitude: phase * size,
-        })
+            amplitude: phase * size * amplitude,
+        }
     }
 }

@@ -215,9 +215,10 @@ fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
         let half = 0.5 * orders * hop.wavelength / pixels.pitch[a];
         let centre = planner.light.anchor[a];
         let (low, high) = ((centre - half).max(-n), (centre + half).min(n));
-        // Like an FFT's, the band holds one of its two ends.
+        // Like an FFT's, the band holds one of its two ends, whichever way rounding goes.
         let spacing = hop.wavelength / period;
-        Band::between(centre, spacing, low, high - 1e-9 * spacing)
+        let [low, high] = [low, high].map(|p| p - 1e-9 * spacing);
+        Band::between(centre, spacing, low, high)
     })
 }
 

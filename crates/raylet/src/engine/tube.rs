@@ -33,6 +33,10 @@ pub struct Tube {
     pub spread: [[f64; 2]; 2],
     /// ∂s/∂p, p the direction behind the first screen, in mm.
     pub throw: [[f64; 2]; 2],
+    /// ∂p′/∂x: how directions spread here, in 1/mm.
+    pub turn: [[f64; 2]; 2],
+    /// ∂p′/∂p.
+    pub swing: [[f64; 2]; 2],
 }
 
 impl Tube {
@@ -100,6 +104,8 @@ pub fn trace(system: &System, start: [f64; 2]) -> Result<Tube, Loss> {
         foci: neighbours.foci,
         spread,
         throw: at.map(|s| [s.tangent[2], s.tangent[3]]),
+        turn: p.map(|p| [p.tangent[0], p.tangent[1]]),
+        swing: p.map(|p| [p.tangent[2], p.tangent[3]]),
     })
 }
 
@@ -206,7 +212,7 @@ fn foci_between(from: Vec3<Number>, to: Vec3<Number>) -> i32 {
     i32::from(low < 0.0) + i32::from(high < 0.0)
 }
 
-type Matrix = [[f64; 2]; 2];
+pub(crate) type Matrix = [[f64; 2]; 2];
 
 pub(crate) fn determinant(m: Matrix) -> f64 {
     m[0][0] * m[1][1] - m[0][1] * m[1][0]
@@ -222,7 +228,14 @@ pub(crate) fn inverse(m: Matrix) -> Option<Matrix> {
         .then_some(inverse)
 }
 
-fn product(a: Matrix, b: Matrix) -> Matrix {
+/// Positive less negative eigenvalues of −aᵀb, real for the matrices of ray tubes.
+pub(crate) fn signature(a: Matrix, b: Matrix) -> i32 {
+    let transposed = [[a[0][0], a[1][0]], [a[0][1], a[1][1]]];
+    let (low, high) = eigenvalues(product(transposed, b));
+    -(low.signum() + high.signum()) as i32
+}
+
+pub(crate) fn product(a: Matrix, b: Matrix) -> Matrix {
     std::array::from_fn(|i| std::array::from_fn(|j| a[i][0] * b[0][j] + a[i][1] * b[1][j]))
 }
 

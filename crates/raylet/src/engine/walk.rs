@@ -41,7 +41,7 @@ pub struct Carried<T = f64> {
 pub fn emit<T: Real>(screen: &Screen, at: [T; 2], p: [T; 2]) -> Result<Ray<T>, Loss> {
     let n = screen.index;
     let under = -(p[0] * p[0] + p[1] * p[1]) + n * n;
-    if under.value() <= 0.0 {
+    if under.any(|under| under <= 0.0) {
         return Err(Loss::Evanescent);
     }
     let local = Vec3::new(p[0], p[1], under.sqrt() * screen.leaves()) * T::constant(1.0 / n);
@@ -50,7 +50,7 @@ pub fn emit<T: Real>(screen: &Screen, at: [T; 2], p: [T; 2]) -> Result<Ray<T>, L
         let height = screen.shape.height(at[0], at[1]).ok_or(Loss::Missed)?;
         let [sx, sy] = height.slope;
         let lift = local.z - local.x * sx - local.y * sy;
-        if lift.value() * screen.leaves() <= 0.0 {
+        if lift.any(|lift| lift * screen.leaves() <= 0.0) {
             return Err(Loss::Missed);
         }
         z = height.z;
@@ -77,7 +77,10 @@ pub fn walk<T: Real, C: Companion<T>>(
         let direction = frame.turn_in(ray.direction);
         let length = surface.shape.meet(position, direction)?;
         let hit = position + direction * length;
-        if !surface.aperture.contains(hit.x.value(), hit.y.value()) {
+        if hit
+            .x
+            .any_pair(hit.y, |x, y| !surface.aperture.contains(x, y))
+        {
             return Err(Loss::Clipped);
         }
         companion.fly(length, surface.index[0]);
@@ -88,12 +91,8 @@ pub fn walk<T: Real, C: Companion<T>>(
         let height = surface.shape.height(hit.x, hit.y).ok_or(Loss::Missed)?;
         let [sx, sy] = height.slope;
         let up = Vec3::new(-sx, -sy, T::constant(1.0)).unit();
-        let side = if up.dot(direction).value() < 0.0 {
-            -1.0
-        } else {
-            1.0
-        };
-        let normal = up * T::constant(side);
+        let side = T::constant(1.0).along(up.dot(direction));
+        let normal = up * side;
 
         // Bend.
         let bent = bend(
@@ -107,7 +106,7 @@ pub fn walk<T: Real, C: Companion<T>>(
             frame,
             height: &height,
             normal,
-            side,
+            side: side.value(),
             bent: &bent,
             index: surface.index,
         });
@@ -128,7 +127,7 @@ pub fn land<T: Real, C: Companion<T>>(
 ) -> Result<Landing<T>, Loss> {
     let position = screen.frame.to_local(ray.position);
     let direction = screen.frame.turn_in(ray.direction);
-    if direction.z.value() * screen.arrives <= 0.0 {
+    if direction.z.any(|z| z * screen.arrives <= 0.0) {
         return Err(Loss::Missed);
     }
     let length = screen.shape.meet(position, direction)?;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use ndarray::Array2;
-use ndarray_npy::WriteNpyExt;
+use ndarray_npy::{WriteNpyError, WriteNpyExt};
 
 use crate::file::fault::Fault;
 use crate::file::hidden::{Hidden, unwritable};
@@ -45,16 +45,24 @@ impl PhaseFile {
     /// # Errors
     /// What the file system said.
     pub fn write(&self, phase: &Array2<f64>) -> Result<(), Fault> {
-        let mut bytes = Vec::new();
-        phase
-            .write_npy(&mut bytes)
-            .map_err(|error| unwritable(&self.path, &std::io::Error::other(error)))?;
+        let bytes =
+            npy(phase).map_err(|error| unwritable(&self.path, &std::io::Error::other(error)))?;
         let hidden = Hidden::beside(&self.path)?;
         hidden
             .write(None, &bytes)
             .map_err(|error| unwritable(&self.path, &error))?;
         hidden.reveal(&self.path, || refuse_folder(&self.path))
     }
+}
+
+/// The bytes of a .npy file of float64 [y, x].
+///
+/// # Errors
+/// What the packing said.
+pub fn npy(phase: &Array2<f64>) -> Result<Vec<u8>, WriteNpyError> {
+    let mut bytes = Vec::new();
+    phase.write_npy(&mut bytes)?;
+    Ok(bytes)
 }
 
 fn refuse_folder(path: &Path) -> Result<(), Fault> {

@@ -26,6 +26,21 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// The exponential.
     fn exp(self) -> Self;
+    /// Whether a test holds of this number and another: of any pair of them, where there are several.
+    #[inline(always)]
+    fn any_pair(self, other: Self, test: impl Fn(f64, f64) -> bool) -> bool {
+        test(self.value(), other.value())
+    }
+    /// The same of this number alone.
+    #[inline(always)]
+    fn any(self, test: impl Fn(f64) -> bool) -> bool {
+        self.any_pair(self, |value, _| test(value))
+    }
+    /// This number, with its sign changed where another is negative.
+    #[inline(always)]
+    fn along(self, other: Self) -> Self {
+        if other.value() < 0.0 { -self } else { self }
+    }
 }
 
 impl Real for f64 {

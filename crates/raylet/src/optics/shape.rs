@@ -82,7 +82,7 @@ impl Shape {
     pub fn meet<T: Real>(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
         match self {
             Shape::Plane => {
-                if direction.z.value() == 0.0 {
+                if direction.z.any(|z| z == 0.0) {
                     return Err(Loss::Missed);
                 }
                 Ok(-position.z / direction.z)

@@ -10,15 +10,40 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::math::chirp::{Chirp, Comb};
+use crate::math::fitting::Fitting;
 use crate::wave::field::{Axis, Field};
 use crate::wave::patch::Band;
 
-/// The transform along one axis, for a fixed number of cells; one chirp for each node of a cell.
+/// Sums from the same node of every cell to the modes.
+enum Sums {
+    /// Where the lattice of modes is that of a transform of the cells.
+    Fitting(Fitting),
+    /// Everywhere else.
+    Chirp(Chirp),
+}
+
+impl Sums {
+    fn new(nodes: Comb, directions: Comb, scale: f64) -> Self {
+        match Fitting::new(nodes, directions, scale) {
+            Some(fitting) => Sums::Fitting(fitting),
+            None => Sums::Chirp(Chirp::new(nodes, directions, scale)),
+        }
+    }
+
+    fn apply(&self, input: &[Complex64], out: &mut [Complex64], scratch: &mut Vec<Complex64>) {
+        match self {
+            Sums::Fitting(fitting) => fitting.apply(input, out, scratch),
+            Sums::Chirp(chirp) => chirp.apply(input, out, scratch),
+        }
+    }
+}
+
+/// The transform along one axis, for a fixed number of cells; sums for each node of a cell.
 struct AxisTile {
     axis: Axis,
     band: Band,
     cells: usize,
-    chirps: Vec<Chirp>,
+    sums: Vec<Sums>,
     half: f64,
     k: f64,
     period: f64,
@@ -48,19 +73,19 @@ impl AxisTile {
             step: band.spacing,
             count: band.count,
         };
-        let chirp = |offset: &f64| {
+        let sums = |offset: &f64| {
             let nodes = Comb {
                 start: *offset,
                 step: axis.pitch,
                 count: cells,
             };
-            Chirp::new(nodes, directions, -k)
+            Sums::new(nodes, directions, -k)
         };
         Self {
             axis: axis.clone(),
             band: *band,
             cells,
-            chirps: axis.offsets.iter().map(chirp).collect(),
+            sums: axis.offsets.iter().map(sums).collect(),
             half: 0.5 * side,
             k,
             period,
@@ -107,7 +132,7 @@ impl AxisTile {
     ) {
         let nodes = self.axis.offsets.len();
         let [line, scratch] = buffers;
-        for (g, chirp) in self.chirps.iter().enumerate() {
+        for (g, sums) in self.sums.iter().enumerate() {
             line.clear();
             line.extend((0..self.cells).map(|cell| {
                 let i = cell * nodes + g;
@@ -117,7 +142,7 @@ impl AxisTile {
                 }
                 node(i) * weight
             }));
-            chirp.apply(line, out, scratch);
+            sums.apply(line, out, scratch);
         }
         for (out, phase) in out.iter_mut().zip(&placed.phases) {
             *out *= phase;

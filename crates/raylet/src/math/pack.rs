@@ -1,0 +1,129 @@
+//! Several plain numbers in one formula: eight rays at once.
+//!
+//! Inside `fearless_simd::dispatch!` its loops become the machine's own vectors. No fused multiply-add is used,
+//! so that every number has the bits that it would have alone.
+
+use std::ops::{Add, Div, Mul, Neg, Sub};
+
+use crate::math::real::Real;
+
+/// How many numbers a pack holds.
+pub const PACKED: usize = 8;
+
+/// Eight numbers. Its value is the first of them; decisions are taken for all or not at all.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Pack(pub [f64; PACKED]);
+
+impl Pack {
+    #[inline(always)]
+    fn each(mut self, of: impl Fn(f64) -> f64) -> Self {
+        for number in &mut self.0 {
+            *number = of(*number);
+        }
+        self
+    }
+
+    #[inline(always)]
+    fn with(mut self, other: Self, of: impl Fn(f64, f64) -> f64) -> Self {
+        for (number, other) in self.0.iter_mut().zip(&other.0) {
+            *number = of(*number, *other);
+        }
+        self
+    }
+}
+
+impl Real for Pack {
+    #[inline(always)]
+    fn constant(value: f64) -> Self {
+        Self([value; PACKED])
+    }
+    #[inline(always)]
+    fn value(self) -> f64 {
+        self.0[0]
+    }
+    #[inline(always)]
+    fn sqrt(self) -> Self {
+        self.each(f64::sqrt)
+    }
+    #[inline(always)]
+    fn exp(self) -> Self {
+        self.each(f64::exp)
+    }
+    #[inline(always)]
+    fn any_pair(self, other: Self, test: impl Fn(f64, f64) -> bool) -> bool {
+        // Without a jump for each number.
+        let mut any = false;
+        for (number, other) in self.0.iter().zip(&other.0) {
+            any |= test(*number, *other);
+        }
+        any
+    }
+    #[inline(always)]
+    fn along(self, other: Self) -> Self {
+        self.with(other, |a, b| if b < 0.0 { -a } else { a })
+    }
+}
+
+impl Add for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: Self) -> Self {
+        self.with(other, |a, b| a + b)
+    }
+}
+
+impl Sub for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: Self) -> Self {
+        self.with(other, |a, b| a - b)
+    }
+}
+
+impl Mul for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: Self) -> Self {
+        self.with(other, |a, b| a * b)
+    }
+}
+
+impl Div for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn div(self, other: Self) -> Self {
+        self.with(other, |a, b| a / b)
+    }
+}
+
+impl Neg for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn neg(self) -> Self {
+        self.each(|a| -a)
+    }
+}
+
+impl Add<f64> for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn add(self, other: f64) -> Self {
+        self.each(|a| a + other)
+    }
+}
+
+impl Sub<f64> for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn sub(self, other: f64) -> Self {
+        self.each(|a| a - other)
+    }
+}
+
+impl Mul<f64> for Pack {
+    type Output = Self;
+    #[inline(always)]
+    fn mul(self, other: f64) -> Self {
+        self.each(|a| a * other)
+    }
+}

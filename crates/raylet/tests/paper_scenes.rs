@@ -1,0 +1,86 @@
+//! The scenes in scenes/paper are the problems of the paper's studies.
+
+use std::path::{Path, PathBuf};
+
+use raylet::design::problems::{GRATING_SENSOR, grating, lens_hologram, near_hologram};
+use raylet::engine::settings::{Positions, Sampler};
+use raylet::file::build;
+use raylet::file::scene::Scene;
+use raylet::optics::doe::PixelForm;
+use raylet::optics::screen::Act;
+use raylet::optics::system::System;
+
+fn scene(name: &str) -> PathBuf {
+    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../scenes/paper/{name}.toml"))
+}
+
+/// Places, shapes, indices, sensor: everything but the element itself.
+fn compare(ours: &System, theirs: &System) {
+    assert!((ours.wavelength - theirs.wavelength).abs() < 1e-15);
+    for (a, b) in ours.screens.iter().zip(&theirs.screens) {
+        assert!((a.frame.origin - b.frame.origin).norm() < 1e-12);
+        assert_eq!(a.bounds().is_some(), b.bounds().is_some());
+        for (p, q) in a.bounds().unwrap().iter().zip(b.bounds().unwrap()) {
+            assert!((p - q).abs() < 1e-12, "{} {p} {q}", a.name);
+        }
+    }
+    for (a, b) in ours.trains[0].iter().zip(&theirs.trains[0]) {
+        assert!((a.frame.origin - b.frame.origin).norm() < 1e-12);
+        assert_eq!((&a.shape, &a.aperture), (&b.shape, &b.aperture));
+        assert_eq!(a.index, b.index);
+    }
+    assert_eq!(ours.trains[0].len(), theirs.trains[0].len());
+}
+
+#[test]
+fn system1_is_the_grating() {
+    let scene = Scene::read(&scene("system1")).unwrap();
+    let (ours, theirs) = (
+        build::system(&scene, 0).unwrap(),
+        grating(12.7, false, GRATING_SENSOR),
+    );
+    compare(&ours, &theirs);
+    let slope = |system: &System| match &system.screens[0].act {
+        Act::Doe(doe) => doe.phase_gradient(1.0, 2.0).unwrap(),
+        _ => panic!("no element"),
+    };
+    for (p, q) in slope(&ours).iter().zip(slope(&theirs)) {
+        assert!((p - q).abs() < 1e-9, "{p} {q}");
+    }
+    let paper = build::settings(&scene).paper;
+    assert_eq!((paper.rays, paper.secondary), (1_640_000, 1000));
+}
+
+#[test]
+fn system2_is_the_near_hologram() {
+    let scene = Scene::read(&scene("system2")).unwrap();
+    let ours = build::system(&scene, 0).unwrap();
+    let phase = match &ours.screens[0].act {
+        Act::Doe(doe) => doe.pixels().unwrap().values.mapv(|u| u.arg()),
+        _ => panic!("no element"),
+    };
+    assert_eq!(phase.dim(), (100, 100));
+    compare(&ours, &near_hologram(&phase, PixelForm::Box));
+    let paper = build::settings(&scene).paper;
+    assert_eq!(paper.positions, Positions::Grid);
+    assert_eq!((paper.rays, paper.secondary), (1, 1 << 21));
+}
+
+#[test]
+fn system3_is_the_hologram_and_the_lens() {
+    // Its phase is computed by `raylet hologram`; here it is blank.
+    let scene = Scene::open(&scene("system3")).unwrap();
+    let hologram = scene.hologram.clone().unwrap();
+    assert_eq!(hologram.size_mm, [1.26; 2]);
+    let task = raylet::file::hologram::commission(&scene, false)
+        .unwrap()
+        .task;
+    let blank = lens_hologram(&ndarray::Array2::zeros((200, 200)), PixelForm::Point);
+    let hop = blank.hops().next().unwrap();
+    let train = raylet::optics::paraxial::Abcd::between(&hop).unwrap();
+    assert!((task.train.a - train.a).abs() < 1e-12 && (task.train.b - train.b).abs() < 1e-9);
+    assert_eq!(task.incident.dim(), (200, 200));
+    let paper = build::settings(&scene).paper;
+    assert_eq!((paper.rays, paper.secondary), (400_000, 10_000));
+    assert_eq!(paper.sampler, Sampler::Multinomial);
+}
