@@ -181,7 +181,7 @@ fn hop_lines(entry: &PlanEntry, forecast: &Forecast) -> String {
         );
         let _ = writeln!(
             text,
-            "    {:.2e} rays, about {:.1} s on one core; aberration inside beamlets {:.1e}",
+            "    {:.2e} rays, about {:.1} s on one core; aberration and windows {:.1e}",
             entry.expected_rays, plan.expected_seconds, plan.expected_error
         );
     }

@@ -233,7 +233,7 @@ fn check_warns_of_what_may_surprise() {
         (
             "[source]",
             "settings.sigma_um = 30\n[source]",
-            "aberration inside beamlets",
+            "aberration inside beamlets and their windows",
         ),
     ];
     for (from, to, warning) in cases {

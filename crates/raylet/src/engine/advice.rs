@@ -65,8 +65,8 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
             say(false, beamlets.correct.then_some(text));
             let expected = beamlets.expected_error();
             let text = format!(
-                "aberration inside beamlets is expected to cost {expected:.1e}, more than the \
-                 target error {:.1e}",
+                "aberration inside beamlets and their windows are expected to cost {expected:.1e}, \
+                 more than the target error {:.1e}",
                 settings.target_error
             );
             say(true, (expected > settings.target_error).then_some(text));
