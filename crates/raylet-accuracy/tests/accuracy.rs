@@ -8,6 +8,7 @@ use raylet::optics::bend::Coating;
 use raylet::optics::system::System;
 use raylet_accuracy::pixels::Pixels;
 use raylet_accuracy::problems::{doe, face, plane_wave, sensor};
+use raylet_accuracy::slanted::tilted_planes;
 use raylet_accuracy::suite::problems;
 
 #[test]
@@ -22,6 +23,28 @@ fn reduced_suite_stays_within_its_bounds() {
         );
         assert!(measured.ncc > 0.9999, "{}: {measured:?}", problem.name);
     }
+}
+
+/// A run meets the error that is asked for, and tells its own error within a factor of two; what it plans is
+/// what it does.
+#[test]
+fn the_target_error_is_met_and_told() {
+    let mut problem = tilted_planes().swap_remove(0);
+    let mut before = f64::INFINITY;
+    for target in [1e-2, 1e-3, 3e-4] {
+        problem.settings.target_error = target;
+        let found = problem.measure().unwrap();
+        assert!(found.absolute < target, "{target}: {found:?}");
+        assert!(found.estimate < 1.1 * target, "{target}: {found:?}");
+        let told = found.estimate / found.absolute;
+        assert!((0.5..3.0).contains(&told), "{target}: {found:?}");
+        assert!(found.absolute < before, "{target}: {found:?}");
+        before = found.absolute;
+    }
+    let outcome = simulate(&problem.system, &problem.settings, &|_| {}).unwrap();
+    let done = outcome.hops[0].tally.total_rays() as f64;
+    let planned = outcome.hops[0].plan.rays();
+    assert!((0.3..3.0).contains(&(planned / done)), "{planned} {done}");
 }
 
 /// With ideal coatings and a sensor that collects everything, all the energy of a soft beam arrives.

@@ -195,7 +195,7 @@ impl Planner<'_> {
         let rays = |step: f64| {
             let positions = |a: usize| {
                 let edges = [self.from[2 * a], self.from[2 * a + 1]];
-                Positions::cover(edges, sigma, step, 0.5 * period).count
+                Positions::cover(edges, sigma, step * sigma, 0.5 * period).count
             };
             (positions(0) * positions(1) * bands[0].count * bands[1].count) as f64
         };
