@@ -92,7 +92,7 @@ pub fn slanted(effort: Effort) -> Vec<Problem> {
             ..straight.clone()
         },
         Setup {
-            name: "random 2λ pixels, decentred lens whose rim cuts a third, sensor 120λ behind it",
+            name: "random 2λ pixels, decentred lens with 54 % of the light within its rim, sensor 120λ behind it",
             glass: far,
             ..straight
         },
