@@ -123,11 +123,11 @@ impl Glass {
         }
         let lattice = Lattice::new(1.0, effort.period, 1.0);
         let glass = surface_to_plane(&field, &surface, lattice, self.index, 6.0);
-        self.to_points(glass, points)
+        self.behind_glass(glass, points)
     }
 
     /// The field at points behind it, from its plane waves at the first vertex.
-    fn to_points(&self, glass: Spectrum, points: &[Vec3]) -> Vec<Complex64> {
+    fn behind_glass(&self, glass: Spectrum, points: &[Vec3]) -> Vec<Complex64> {
         // The points in the frame of the first face, about a plane through their middle.
         let local: Vec<Vec3> = points.iter().map(|p| self.frame.to_local(*p)).collect();
         let deep = local.iter().map(|p| p.z).sum::<f64>() / local.len() as f64;
