@@ -232,7 +232,7 @@ fn check_warns_of_what_may_surprise() {
         ),
         (
             "[source]",
-            "settings.sigma_um = 30\n[source]",
+            "settings.period = 4\n[source]",
             "aberration inside beamlets and their windows",
         ),
     ];
