@@ -2,6 +2,9 @@
 
 use std::ops::Range;
 
+use ndarray::Array2;
+use num_complex::Complex64;
+
 use crate::engine::beamlets::BeamletPlan;
 use crate::engine::beyond::Beyond;
 use crate::engine::settings::Settings;
@@ -37,4 +40,16 @@ pub trait Backend {
         to: &mut Canvas,
         progress: &(dyn Fn(f64) + Sync),
     ) -> Tally;
+
+    /// The conjugate transpose of [`Backend::carry`] with respect to the field: adds what a range of patches
+    /// gives back to the nodes of `from`, whose values only tell which modes were too weak.
+    fn carry_adjoint(
+        &self,
+        job: &Job,
+        from: &Field,
+        patches: Range<usize>,
+        to_bar: &Canvas,
+        from_bar: &mut Array2<Complex64>,
+        progress: &(dyn Fn(f64) + Sync),
+    );
 }

@@ -13,6 +13,11 @@ pub struct Beyond<'a> {
 }
 
 impl<'a> Beyond<'a> {
+    /// Nothing is known of what lies behind: all light is wanted.
+    pub fn none() -> &'static Beyond<'static> {
+        const { &Beyond { hops: Vec::new() } }
+    }
+
     /// What lies behind hop `number` of a system.
     pub fn of(system: &'a System, number: usize) -> Self {
         let behind = system.hops().skip(number + 1);

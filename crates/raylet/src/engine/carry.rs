@@ -63,11 +63,7 @@ impl Run<'_> {
         let stack = stack(to, reach, self.hop.wavenumber());
         let (mut values, mut tally) = (Vec::new(), Tally::default());
         for (number, level) in stack.levels.at.iter().enumerate() {
-            let plane = Screen {
-                frame: to.frame.moved(Vec3::new(0.0, 0.0, *level)),
-                shape: Shape::Plane,
-                ..to.clone()
-            };
+            let plane = level_of(to, *level);
             let plan = self.plan.moved(*level);
             let run = Run {
                 hop: Hop {
@@ -91,6 +87,73 @@ impl Run<'_> {
             values,
         };
         Ok((sheets, tally))
+    }
+
+    /// The levels around the second screen on which [`Run::carry`] sums light; nothing for a plane one.
+    pub fn stack(&self, reach: [f64; 2]) -> Option<Stack> {
+        let to = self.hop.to;
+        (!to.is_plane()).then(|| stack(to, reach, self.hop.wavenumber()))
+    }
+
+    /// The conjugate transpose of [`Run::carry`]: from the levels of the second screen, one array each, to the
+    /// nodes of `field`. Plane wavelets and the source paper's method have none yet.
+    pub fn carry_adjoint(
+        &self,
+        field: &Field,
+        raster: Raster,
+        reach: [f64; 2],
+        sheets_bar: &[Array2<Complex64>],
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Array2<Complex64> {
+        let to = self.hop.to;
+        let mut total: Array2<Complex64> = Array2::zeros(field.values.dim());
+        if to.is_plane() {
+            self.carry_to_plane_adjoint(field, &raster, &sheets_bar[0], &mut total, progress);
+            return total;
+        }
+        let stack = stack(to, reach, self.hop.wavenumber());
+        for (level, bar) in stack.levels.at.iter().zip(sheets_bar) {
+            let plane = level_of(to, *level);
+            let plan = self.plan.moved(*level);
+            let run = Run {
+                hop: Hop {
+                    to: &plane,
+                    ..self.hop
+                },
+                plan: &plan,
+                ..*self
+            };
+            run.carry_to_plane_adjoint(field, &raster, bar, &mut total, progress);
+        }
+        total
+    }
+
+    fn carry_to_plane_adjoint(
+        &self,
+        field: &Field,
+        raster: &Raster,
+        bar: &Array2<Complex64>,
+        total: &mut Array2<Complex64>,
+        progress: &(dyn Fn(f64) + Sync),
+    ) {
+        let (hop, settings) = (self.hop, self.settings);
+        match self.plan {
+            Plan::Free(free, waves) => {
+                *total += &carry_free_adjoint(&hop, (free, waves), field, raster, bar);
+            }
+            Plan::Beamlets(plan) => {
+                let job = Job {
+                    hop,
+                    plan,
+                    settings,
+                    beyond: self.beyond,
+                };
+                let canvas = Canvas::holding(*raster, bar);
+                let patches = 0..Cpu.patches(&job, field);
+                Cpu.carry_adjoint(&job, field, patches, &canvas, total, progress);
+            }
+            Plan::Planes(_) | Plan::Paper(_) => {}
+        }
     }
 
     fn carry_to_plane(
@@ -133,6 +196,15 @@ impl Run<'_> {
     }
 }
 
+/// One of the planes on which light is summed around a curved screen.
+fn level_of(to: &Screen, level: f64) -> Screen {
+    Screen {
+        frame: to.frame.moved(Vec3::new(0.0, 0.0, level)),
+        shape: Shape::Plane,
+        ..to.clone()
+    }
+}
+
 /// The levels on which light is summed around a curved screen.
 fn stack(to: &Screen, reach: [f64; 2], k: f64) -> Stack {
     let relief = to.relief().unwrap_or(crate::optics::screen::Relief::FLAT);
@@ -161,4 +233,22 @@ fn carry_free(
     tally.add_energy(Fate::Arrived, landed);
     tally.add_energy(Fate::Elsewhere, (field.power() - landed).max(0.0));
     (values, tally)
+}
+
+/// The conjugate transpose of [`carry_free`].
+fn carry_free_adjoint(
+    hop: &Hop,
+    (free, plan): (&FreeHop, &FreePlan),
+    field: &Field,
+    raster: &Raster,
+    bar: &Array2<Complex64>,
+) -> Array2<Complex64> {
+    match hop.from.is_plane() {
+        true => free.carry_adjoint(bar, raster, &field.grid, plan),
+        false => {
+            let heights = Heights::on(hop.from, &field.grid);
+            let surface = (field, &heights, hop.from.leaves());
+            free.carry_curved_adjoint(bar, raster, surface, plan)
+        }
+    }
 }

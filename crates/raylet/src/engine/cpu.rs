@@ -6,12 +6,13 @@
 
 use std::ops::Range;
 
+use ndarray::{Array2, s};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::engine::aim::{PatchAberration, aim};
 use crate::engine::backend::{Backend, Job};
-use crate::engine::beamlets::{MARGIN, TRUSTED_TAIL, launch_from};
-use crate::engine::budget::{Aberration, aberration};
+use crate::engine::beamlets::MARGIN;
 use crate::engine::census::Census;
 use crate::engine::fan::reach;
 use crate::engine::seat::Seat;
@@ -78,6 +79,62 @@ impl Backend for Cpu {
         }
         tally
     }
+
+    fn carry_adjoint(
+        &self,
+        job: &Job,
+        from: &Field,
+        patches: Range<usize>,
+        to_bar: &Canvas,
+        from_bar: &mut Array2<Complex64>,
+        progress: &(dyn Fn(f64) + Sync),
+    ) {
+        let k = job.hop.wavenumber();
+        let cutter = Cutter::new(job, from);
+        let (mut kept, mut floor) = (None, 0.0);
+        if job.settings.weakest_mode() > 0.0 {
+            kept = cutter.keep();
+            floor = cutter.census(&kept).floor(job.settings);
+        }
+
+        let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
+        let total = patches.len().max(1);
+        let mut done = 0;
+        while done < patches.len() {
+            // The beamlets of the way there, traced again.
+            let first = patches.start + done;
+            let last = (first + chunk).min(patches.end);
+            let aims: Vec<Aims> = (first..last)
+                .into_par_iter()
+                .filter_map(|index| aims(&cutter, &kept, index, floor, to_bar))
+                .collect();
+
+            // canvas += amplitude·coefficient·beamlet
+            let bars: Vec<Array2<Complex64>> = aims
+                .par_iter()
+                .map(|aims| {
+                    let edge = job.settings.footprint_edge();
+                    let moments = to_bar.add_adjoint(&aims.arrivals, k, edge);
+                    let mut bar = Array2::zeros([aims.modes[1].len(), aims.modes[0].len()]);
+                    for ((place, arrival), moments) in
+                        aims.places.iter().zip(&aims.arrivals).zip(&moments)
+                    {
+                        bar[*place] = arrival.amplitude.conj() * moments[0];
+                    }
+                    cutter.cut_adjoint(aims.index, &aims.modes, &bar)
+                })
+                .collect();
+
+            // Patches overlap: one after the other.
+            for (aims, bar) in aims.iter().zip(&bars) {
+                let place = cutter.patches.place(aims.index);
+                let mut part = from_bar.slice_mut(s![place.y, place.x]);
+                part += bar;
+            }
+            done = last - patches.start;
+            progress(done as f64 / total as f64);
+        }
+    }
 }
 
 /// What cuts the field of a job into patches: on a curved screen on its true surface.
@@ -130,16 +187,37 @@ impl<'a> Cutter<'a> {
         let Some(heights) = self.heights.as_ref().filter(|_| !dark) else {
             return self.patches.cut_within(self.field, index, &modes);
         };
+        self.curved(heights).cut_within(self.field, index, &modes)
+    }
+
+    /// The conjugate transpose of [`Cutter::cut`]: from some modes of a patch to the nodes under its window.
+    fn cut_adjoint(
+        &self,
+        index: usize,
+        modes: &[Range<usize>; 2],
+        bar: &Array2<Complex64>,
+    ) -> Array2<Complex64> {
+        let place = self.patches.place(index);
+        let nowhere = || Array2::zeros([place.y.len(), place.x.len()]);
+        match &self.heights {
+            None => self.patches.transform_adjoint(bar.view(), index, modes),
+            Some(heights) => self
+                .curved(heights)
+                .cut_adjoint(self.field, index, modes, bar)
+                .unwrap_or_else(nowhere),
+        }
+    }
+
+    fn curved<'b>(&'b self, heights: &'b Heights) -> CurvedPatches<'b> {
         let [bx, by] = &self.job.plan.bands;
-        let curved = CurvedPatches {
+        CurvedPatches {
             patches: &self.patches,
             screen: self.job.hop.from,
             heights,
             origin: [0.0; 2],
             bands: [bx, by],
             k: self.job.hop.wavenumber(),
-        };
-        curved.cut_within(self.field, index, &modes)
+        }
     }
 
     /// All spectra, if they fit: they are looked at twice.
@@ -217,94 +295,63 @@ fn follow(
     aberrations: &mut PatchAberration,
     tally: &mut Tally,
 ) -> Result<Arrival, Fate> {
-    let k = job.hop.wavenumber();
-    let [bx, by] = &job.plan.bands;
-    let p = [bx.at(mode[0]), by.at(mode[1])];
-    let mut arrival = launch_from(seat, &job.hop, p, job.plan.sigma).map_err(Fate::Lost)?;
-    let edge = job.settings.footprint_edge();
-    if !to.meets(&arrival, k, edge) {
-        return Err(Fate::Outside);
+    let number = mode[1] * job.plan.bands[0].count + mode[0];
+    let look = number.is_multiple_of(ESTIMATE_EVERY);
+    let aimed = aim(job, seat, mode, to, aberrations, look)?;
+    let mut arrival = aimed.arrival;
+    if aimed.looked && job.beyond.is_wanted(arrival.at, arrival.cosines) {
+        let share = to.share(
+            &arrival,
+            job.hop.wavenumber(),
+            job.settings.footprint_edge(),
+        );
+        tally.look(aimed.found, coefficient.norm_sqr() * share);
     }
     arrival.amplitude *= coefficient;
-
-    // The aberration inside the beamlet: made good, or only looked at for the error budget.
-    let beside = !to.contains(arrival.at);
-    let doubtful = beside && job.plan.doubtful_rim;
-    let number = mode[1] * bx.count + mode[0];
-    if !(job.plan.correct || doubtful || number.is_multiple_of(ESTIMATE_EVERY)) {
-        return Ok(arrival);
-    }
-    let found = aberrations.at(mode);
-    if beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
-        return Err(Fate::Unresolved);
-    }
-    if job.beyond.is_wanted(arrival.at, arrival.cosines) {
-        tally.look(found, coefficient.norm_sqr() * to.share(&arrival, k, edge));
-    }
-    if let Some(found) = found
-        && job.plan.correct
-    {
-        arrival.amplitude *= found.correction();
-    }
     Ok(arrival)
 }
 
-/// Modes between neighbouring nodes of the aberration's interpolation.
-const NODE_SPACING: usize = 4;
-
-/// The aberration of a patch's beamlets, found on a coarse lattice of its modes and interpolated: it is
-/// a smooth function of direction.
-struct PatchAberration<'a> {
-    job: &'a Job<'a>,
-    centre: [f64; 2],
-    nodes: std::collections::HashMap<[usize; 2], Option<Aberration>>,
+/// The beamlets of one patch that reach the target, in the order of their modes.
+struct Aims {
+    index: usize,
+    modes: [Range<usize>; 2],
+    /// Each beamlet's place among the modes, [my, mx].
+    places: Vec<[usize; 2]>,
+    arrivals: Vec<Arrival>,
 }
 
-impl<'a> PatchAberration<'a> {
-    fn new(job: &'a Job<'a>, centre: [f64; 2]) -> Self {
-        Self {
-            job,
-            centre,
-            nodes: std::collections::HashMap::new(),
-        }
-    }
-
-    /// At one mode: bilinear between four nodes, or by its own rays where a node has none.
-    fn at(&mut self, mode: [usize; 2]) -> Option<Aberration> {
-        let low = mode.map(|m| m - m % NODE_SPACING);
-        let t = mode.map(|m| (m % NODE_SPACING) as f64 / NODE_SPACING as f64);
-        let (mut cubic, mut quartic) = (0.0, 0.0);
-        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let weight = |d: usize, t: f64| if d == 1 { t } else { 1.0 - t };
-            let share = weight(dx, t[0]) * weight(dy, t[1]);
-            if share == 0.0 {
+/// All beamlets of one patch of coefficient one that reach the target, without those that the way there left
+/// out as too weak.
+fn aims(cutter: &Cutter, kept: &Kept, index: usize, floor: f64, to: &Canvas) -> Option<Aims> {
+    let job = cutter.job;
+    let modes = cutter.modes(index)?;
+    let centre = cutter.patches.place(index).centre;
+    let seat = Seat::new(job.hop.from, centre).ok()?;
+    let mut aberrations = PatchAberration::new(job, centre);
+    let weak = |place: [usize; 2]| {
+        let energy = |spectrum: &Spectrum| spectrum.coefficients[place].norm_sqr();
+        floor > 0.0
+            && cutter
+                .with(kept, index, energy)
+                .is_none_or(|energy| energy < floor)
+    };
+    let mut aims = Aims {
+        index,
+        places: Vec::new(),
+        arrivals: Vec::new(),
+        modes,
+    };
+    for my in 0..aims.modes[1].len() {
+        for mx in 0..aims.modes[0].len() {
+            let mode = [aims.modes[0].start + mx, aims.modes[1].start + my];
+            if weak([my, mx]) {
                 continue;
             }
-            let node = [low[0] + dx * NODE_SPACING, low[1] + dy * NODE_SPACING];
-            match self.node(node) {
-                Some(found) => {
-                    cubic += share * found.cubic;
-                    quartic += share * found.quartic;
-                }
-                None => return self.look(mode),
+            if let Ok(aimed) = aim(job, &seat, mode, to, &mut aberrations, false) {
+                aims.places.push([my, mx]);
+                aims.arrivals.push(aimed.arrival);
             }
         }
-        Some(Aberration { cubic, quartic })
     }
-
-    fn node(&mut self, mode: [usize; 2]) -> Option<Aberration> {
-        if let Some(known) = self.nodes.get(&mode) {
-            return *known;
-        }
-        let found = self.look(mode);
-        self.nodes.insert(mode, found);
-        found
-    }
-
-    fn look(&self, mode: [usize; 2]) -> Option<Aberration> {
-        let [bx, by] = &self.job.plan.bands;
-        let p = [bx.at(mode[0]), by.at(mode[1])];
-        let hop = &self.job.hop;
-        aberration(hop, self.centre, p, self.job.plan.sigma, hop.wavenumber())
-    }
+    Some(aims)
 }

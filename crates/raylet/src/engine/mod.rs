@@ -2,8 +2,10 @@
 
 pub mod account;
 pub mod advice;
+pub mod aim;
 pub mod backend;
 pub mod beamlets;
+pub mod bench;
 pub mod beyond;
 pub mod budget;
 pub mod carry;

@@ -254,7 +254,9 @@ fn carry(
     let (leaving, arriving) = route.reach(hop, from, to);
     let fineness = fineness(hop.from);
     let finer = leaving.map(|p| (fineness * p).min((PIXEL_FINENESS * p).max(2.0 * hop.from.index)));
-    let (field, before) = light.pass(system, hop.from, finer, settings)?;
+    let (arrived, field) = light.pass(system, hop.from, finer, settings)?;
+    let before = arrived.power();
+    drop(arrived);
     let raster = receiving_raster(hop, arriving, settings)?;
     progress(0.0);
     let (values, work, neglects) = match route {

@@ -203,8 +203,8 @@ impl Arriving {
         }
     }
 
-    /// The field just behind a screen, on nodes that resolve what arrives and what is wanted behind it,
-    /// and its power before the screen acted.
+    /// The field just before and just behind a screen, on nodes that resolve what arrives and what is wanted
+    /// behind it.
     ///
     /// # Errors
     /// When the screen cannot be sampled, or lets nothing through.
@@ -214,19 +214,19 @@ impl Arriving {
         screen: &Screen,
         leaving: [f64; 2],
         settings: &Settings,
-    ) -> Result<(Field, f64), SimulateError> {
+    ) -> Result<(Field, Field), SimulateError> {
         let reach = Reach {
             arriving: self.reach,
             leaving,
         };
         let grid = plan_grid(screen, reach, system.wavelength, settings.samples_allowed())?;
-        let mut field = self.on(system, screen, grid);
-        let before = field.power();
-        act(screen, &mut field);
-        if field.power() == 0.0 {
+        let arrived = self.on(system, screen, grid);
+        let mut behind = arrived.clone();
+        act(screen, &mut behind);
+        if behind.power() == 0.0 {
             return Err(SimulateError::NoLight(screen.name.clone()));
         }
-        Ok((field, before))
+        Ok((arrived, behind))
     }
 }
 
@@ -265,7 +265,9 @@ pub fn simulate(
         let clock = Instant::now();
         let beyond = &Beyond::of(system, number);
         let plan = plan(&hop, light.brief, beyond, settings)?;
-        let (field, before) = light.pass(system, hop.from, leaving(&plan), settings)?;
+        let (arrived, field) = light.pass(system, hop.from, leaving(&plan), settings)?;
+        let before = arrived.power();
+        drop(arrived);
         let reach = arrival_reach(&hop, &plan);
         let raster = receiving_raster(&hop, reach, settings)?;
         let step = |done: f64| progress(Progress::of(system, number, &plan, done));

@@ -76,7 +76,7 @@ fn sums(system: &System, plan: &PaperPlan) -> Result<[f64; 3], SimulateError> {
     let light = Arriving::from_source(system);
     let screen = &system.screens[0];
     let cosines = leaving(&Plan::Paper(plan.clone()));
-    let (field, _) = light.pass(system, screen, cosines, &Settings::default())?;
+    let (_, field) = light.pass(system, screen, cosines, &Settings::default())?;
     let axes = [&field.grid.x, &field.grid.y];
     let sizes = [plan.side, plan.period];
     let spectrum =

@@ -146,7 +146,7 @@ fn frame(system: &System, width: f64, period: f64) -> Result<(Field, PeriodicHop
     let bands = plan.bands;
     let light = Arriving::from_source(system);
     let screen = &system.screens[0];
-    let (field, _) = light.pass(system, screen, leaving(&Plan::Paper(plan)), &settings)?;
+    let (_, field) = light.pass(system, screen, leaving(&Plan::Paper(plan)), &settings)?;
     let distance = system.screens[1].frame.origin.z - screen.frame.origin.z;
     let mut hops = system.hops();
     let hop = hops.next().ok_or(SimulateError::NoSensor(String::new()))?;

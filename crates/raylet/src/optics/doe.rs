@@ -68,25 +68,60 @@ impl Doe {
     /// The transmission of a small cell about (x, y), given as its spans: that of the point, with the mean over
     /// the cell of unrolled pixels, whose edges lie anywhere in it.
     pub fn transmission_over(&self, [x, y]: [f64; 2], spans: [[f64; 2]; 2]) -> Complex64 {
-        let mut total = Complex64::ONE;
-        for layer in &self.layers {
-            total *= match layer {
-                Layer::Unrolled(own, layers) => {
-                    let edged =
-                        |layer: &&Layer| first_pixels(std::slice::from_ref(*layer)).is_some();
-                    let (edged, smooth): (Vec<&Layer>, Vec<&Layer>) =
-                        layers.iter().partition(edged);
-                    unrolled(own, smooth, [x, y]) * mean(own, &edged, spans)
-                }
-                layer => product([layer], x, y),
-            };
-        }
-        total
+        let factors = self.layers.iter().map(|layer| over(layer, [x, y], spans));
+        factors.product()
     }
 
     /// The pixel grid over x and y that sets this element's sampling, if it has one: the first of its layers.
     pub fn pixels(&self) -> Option<&Pixels> {
         first_pixels(&self.layers)
+    }
+
+    /// The pixels that a design may change: those of the first layer that is a pixel grid, over x and y or on
+    /// the surface's own coordinates. Pixels inside sums are none of them.
+    pub fn free_pixels(&self) -> Option<&Pixels> {
+        self.layers.iter().find_map(own_pixels)
+    }
+
+    /// The same, to be changed.
+    pub fn free_pixels_mut(&mut self) -> Option<&mut Pixels> {
+        let own = |layer: &&mut Layer| own_pixels(layer).is_some();
+        match self.layers.iter_mut().find(own)? {
+            Layer::Pixels(pixels) => Some(pixels),
+            Layer::Unrolled(_, layers) => layers.iter_mut().find_map(|layer| match layer {
+                Layer::Pixels(pixels) => Some(pixels),
+                _ => None,
+            }),
+            Layer::Phase(_) | Layer::Sum(_) => None,
+        }
+    }
+
+    /// Tells, for a small cell about (x, y), of each pixel of [`Doe::free_pixels`] that takes part in
+    /// [`Doe::transmission_over`] there, and of its derivative with respect to that pixel's value.
+    pub fn tell_pixels(
+        &self,
+        at: [f64; 2],
+        spans: [[f64; 2]; 2],
+        tell: &mut impl FnMut([usize; 2], Complex64),
+    ) {
+        let own = |layer: &Layer| own_pixels(layer).is_some();
+        let Some(place) = self.layers.iter().position(own) else {
+            return;
+        };
+        let others = |layer: &(usize, &Layer)| layer.0 != place;
+        let rest = self.layers.iter().enumerate().filter(others);
+        let factor: Complex64 = rest.map(|(_, layer)| over(layer, at, spans)).product();
+        match &self.layers[place] {
+            Layer::Pixels(pixels) => {
+                for (pixel, share) in pixels.shares(at[0], at[1]) {
+                    tell(pixel, factor * share);
+                }
+            }
+            Layer::Unrolled(own, layers) => {
+                tell_unrolled((own, layers), factor, at, spans, tell);
+            }
+            Layer::Phase(_) | Layer::Sum(_) => {}
+        }
     }
 
     /// The gradient of the phase in rad/mm where it is smooth, from the analytic layers; nothing when
@@ -141,30 +176,33 @@ impl Doe {
 impl Pixels {
     /// The transmission at (x, y); zero outside the grid.
     pub fn at(&self, x: f64, y: f64) -> Complex64 {
+        let part = |(pixel, share)| self.values[pixel] * share;
+        self.shares(x, y).map(part).sum()
+    }
+
+    /// The pixels that take part in the transmission at (x, y), with their shares; none outside the grid.
+    fn shares(&self, x: f64, y: f64) -> impl Iterator<Item = ([usize; 2], f64)> {
         let (ny, nx) = self.values.dim();
         let u = x / self.pitch[0] + 0.5 * nx as f64;
         let v = y / self.pitch[1] + 0.5 * ny as f64;
-        if !(u >= 0.0 && v >= 0.0 && u < nx as f64 && v < ny as f64) {
-            return Complex64::ZERO;
-        }
-        match self.form {
-            PixelForm::Box | PixelForm::Point => self.values[[v as usize, u as usize]],
-            PixelForm::Bilinear => self.between(u - 0.5, v - 0.5),
-        }
-    }
+        let inside = u >= 0.0 && v >= 0.0 && u < nx as f64 && v < ny as f64;
 
-    /// Bilinear interpolation at fractional indices, held constant beyond the outer centres.
-    fn between(&self, u: f64, v: f64) -> Complex64 {
-        let (ny, nx) = self.values.dim();
-        let split = |t: f64, n: usize| {
-            let t = t.clamp(0.0, (n - 1) as f64);
-            let low = (t as usize).min(n.saturating_sub(2));
-            (low, (low + 1).min(n - 1), t - low as f64)
+        // Bilinear interpolation is held constant beyond the outer centres.
+        let split = |t: f64, n: usize| match self.form {
+            PixelForm::Box | PixelForm::Point => [(t as usize, 1.0), (0, 0.0)],
+            PixelForm::Bilinear => {
+                let t = (t - 0.5).clamp(0.0, (n - 1) as f64);
+                let low = (t as usize).min(n.saturating_sub(2));
+                let above = t - low as f64;
+                [(low, 1.0 - above), ((low + 1).min(n - 1), above)]
+            }
         };
-        let (x0, x1, a) = split(u, nx);
-        let (y0, y1, b) = split(v, ny);
-        let row = |y: usize| self.values[[y, x0]] * (1.0 - a) + self.values[[y, x1]] * a;
-        row(y0) * (1.0 - b) + row(y1) * b
+        let columns = split(u, nx);
+        let pairs = split(v, ny).into_iter().flat_map(move |(row, b)| {
+            let along = columns.into_iter();
+            along.map(move |(column, a)| ([row, column], a * b))
+        });
+        pairs.filter(move |(_, share)| inside && *share != 0.0)
     }
 
     /// The grid's outline `[x_min, x_max, y_min, y_max]` in mm.
@@ -189,20 +227,77 @@ where
 }
 
 /// Its mean over a cell; one without layers.
-fn mean(own: &Unroll, layers: &[&Layer], [[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> Complex64 {
+fn mean(own: &Unroll, layers: &[&Layer], spans: [[f64; 2]; 2]) -> Complex64 {
     if layers.is_empty() {
         return Complex64::ONE;
     }
-    let place =
-        |low: f64, high: f64, i: u32| low + (high - low) * (f64::from(i) + 0.5) / f64::from(PARTS);
-    let mut sum = Complex64::ZERO;
-    for j in 0..PARTS {
-        for i in 0..PARTS {
-            let at = [place(x0, x1, i), place(y0, y1, j)];
-            sum += unrolled(own, layers.iter().copied(), at);
+    let value = |at| unrolled(own, layers.iter().copied(), at);
+    parts(spans).map(value).sum::<Complex64>() / f64::from(PARTS * PARTS)
+}
+
+/// Points spread over a cell.
+fn parts([[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> impl Iterator<Item = [f64; 2]> {
+    let place = move |low: f64, high: f64, i: u32| {
+        low + (high - low) * (f64::from(i) + 0.5) / f64::from(PARTS)
+    };
+    (0..PARTS).flat_map(move |j| (0..PARTS).map(move |i| [place(x0, x1, i), place(y0, y1, j)]))
+}
+
+/// The transmission of one layer in a small cell: see [`Doe::transmission_over`].
+fn over(layer: &Layer, at: [f64; 2], spans: [[f64; 2]; 2]) -> Complex64 {
+    match layer {
+        Layer::Unrolled(own, layers) => {
+            let (edged, smooth): (Vec<&Layer>, Vec<&Layer>) = layers.iter().partition(is_edged);
+            unrolled(own, smooth, at) * mean(own, &edged, spans)
+        }
+        layer => product([layer], at[0], at[1]),
+    }
+}
+
+/// Whether a layer has pixels.
+fn is_edged(layer: &&Layer) -> bool {
+    first_pixels(std::slice::from_ref(*layer)).is_some()
+}
+
+/// The pixels of a layer that are not inside a sum.
+fn own_pixels(layer: &Layer) -> Option<&Pixels> {
+    match layer {
+        Layer::Pixels(pixels) => Some(pixels),
+        Layer::Unrolled(_, layers) => layers.iter().find_map(|layer| match layer {
+            Layer::Pixels(pixels) => Some(pixels),
+            _ => None,
+        }),
+        Layer::Phase(_) | Layer::Sum(_) => None,
+    }
+}
+
+/// [`Doe::tell_pixels`] for pixels on a surface's own coordinates, beside a factor.
+fn tell_unrolled(
+    (own, layers): (&Unroll, &[Layer]),
+    factor: Complex64,
+    at: [f64; 2],
+    spans: [[f64; 2]; 2],
+    tell: &mut impl FnMut([usize; 2], Complex64),
+) {
+    let (edged, smooth): (Vec<&Layer>, Vec<&Layer>) = layers.iter().partition(is_edged);
+    let place = edged.iter().position(|layer| own_pixels(layer).is_some());
+    let (Some(place), factor) = (place, factor * unrolled(own, smooth, at)) else {
+        return;
+    };
+    let others: Vec<&Layer> = (edged.iter().enumerate())
+        .filter(|(i, _)| *i != place)
+        .map(|(_, layer)| *layer)
+        .collect();
+    let Layer::Pixels(pixels) = edged[place] else {
+        return;
+    };
+    for part in parts(spans) {
+        let Some([u, v]) = own.at(part) else { continue };
+        let beside = factor * product(others.iter().copied(), u, v) / f64::from(PARTS * PARTS);
+        for (pixel, share) in pixels.shares(u, v) {
+            tell(pixel, beside * share);
         }
     }
-    sum / f64::from(PARTS * PARTS)
 }
 
 fn product<'a, L>(layers: L, x: f64, y: f64) -> Complex64

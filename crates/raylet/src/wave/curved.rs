@@ -15,7 +15,7 @@ use num_complex::Complex64;
 use crate::optics::screen::Screen;
 use crate::wave::field::Field;
 use crate::wave::heights::{Heights, Stack, normal_cosines};
-use crate::wave::patch::{Band, Patches, Spectrum};
+use crate::wave::patch::{Band, Patches, Place, Spectrum};
 
 /// What turns a field on a curved screen into patch spectra.
 pub struct CurvedPatches<'a> {
@@ -67,11 +67,7 @@ impl CurvedPatches<'_> {
             z: here.z,
             slope: here.slope,
         };
-        let z = self
-            .heights
-            .z
-            .slice(s![place.y.clone(), place.x.clone()])
-            .mapv(|z| z - centre.z);
+        let z = self.above(&centre, &place);
         let stack = self.stack(&z, view, modes);
         let mut coefficients = Array2::zeros((modes[1].len(), modes[0].len()));
         for (number, part) in self.parts(&stack, view, &z).iter().enumerate() {
@@ -91,6 +87,63 @@ impl CurvedPatches<'_> {
             coefficients,
             energy,
         })
+    }
+
+    /// The conjugate transpose of [`CurvedPatches::cut_within`]: from the coefficients to the nodes of the
+    /// patch, [y, x]. `field` is that of the way there: its levels are those of the lit nodes, and dark nodes
+    /// stay dark.
+    pub fn cut_adjoint(
+        &self,
+        field: &Field,
+        index: usize,
+        modes: &[Range<usize>; 2],
+        coefficients_bar: &Array2<Complex64>,
+    ) -> Option<Array2<Complex64>> {
+        let place = self.patches.place(index);
+        let view = field.values.slice(s![place.y.clone(), place.x.clone()]);
+        let [x, y] = place.centre;
+        let here = self
+            .screen
+            .height([x + self.origin[0], y + self.origin[1]])?;
+        let centre = Centre {
+            z: here.z,
+            slope: here.slope,
+        };
+        let z = self.above(&centre, &place);
+        let stack = self.stack(&z, view, modes);
+
+        // c *= N·d/q
+        let mut bar = coefficients_bar.clone();
+        self.finish(&mut bar, &centre, modes);
+        let mut values_bar: Array2<Complex64> = Array2::zeros(view.dim());
+        for (number, level) in stack.levels.at.iter().enumerate() {
+            // c += wave·e^{−ikq·level}
+            let mut waves_bar = bar.clone();
+            for ((my, mx), wave) in waves_bar.indexed_iter_mut() {
+                let p = self.direction(modes, [mx, my]);
+                *wave *= Complex64::cis(self.k * self.normal(p) * level);
+            }
+            // wave = transform of part, part = share of value
+            let part_bar = self
+                .patches
+                .transform_adjoint(waves_bar.view(), index, modes);
+            ndarray::Zip::from(&mut values_bar)
+                .and(&part_bar)
+                .and(&z)
+                .and(view)
+                .for_each(|bar, part_bar, z, value| {
+                    if *value != Complex64::ZERO {
+                        *bar += stack.part_adjoint(*part_bar, *z, number);
+                    }
+                });
+        }
+        Some(values_bar)
+    }
+
+    /// Heights of the nodes of a patch above its centre.
+    fn above(&self, centre: &Centre, place: &Place) -> Array2<f64> {
+        let z = self.heights.z.slice(s![place.y.clone(), place.x.clone()]);
+        z.mapv(|z| z - centre.z)
     }
 
     /// The direction cosines of a mode, counted from the first of `modes`.

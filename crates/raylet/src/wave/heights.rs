@@ -95,6 +95,19 @@ impl Stack {
         merged
     }
 
+    /// The conjugate transpose of [`Stack::merge`]: what each level gets back.
+    pub fn merge_adjoint(&self, merged_bar: &Field, heights: &Heights) -> Vec<Field> {
+        let level = |number: usize| {
+            let mut bar = merged_bar.clone();
+            ndarray::Zip::from(&mut bar.values)
+                .and(&heights.z)
+                // value += sheet·turn
+                .par_for_each(|bar, z| *bar = self.part(*bar, *z, number));
+            bar
+        };
+        (0..self.len()).map(level).collect()
+    }
+
     /// What the field at one height puts on one level.
     #[inline]
     pub fn part(&self, value: Complex64, z: f64, number: usize) -> Complex64 {
@@ -103,6 +116,13 @@ impl Stack {
         }
         let turn = -self.carrier * (z - self.levels.at[number]);
         value * Complex64::from_polar(self.levels.share(z, number), turn)
+    }
+
+    /// The conjugate transpose of [`Stack::part`].
+    #[inline]
+    pub fn part_adjoint(&self, part_bar: Complex64, z: f64, number: usize) -> Complex64 {
+        let turn = self.carrier * (z - self.levels.at[number]);
+        part_bar * Complex64::from_polar(self.levels.share(z, number), turn)
     }
 
     /// What the field at one height puts on each level, so that Σ U e^{−iκ′z} over heights, for every κ′

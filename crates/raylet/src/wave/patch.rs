@@ -169,6 +169,27 @@ impl Patches {
         }
     }
 
+    /// The conjugate transpose of [`Patches::transform`]: from some directions of a patch to its nodes.
+    pub fn transform_adjoint(
+        &self,
+        waves_bar: ArrayView2<Complex64>,
+        index: usize,
+        [mx, my]: &[Range<usize>; 2],
+    ) -> Array2<Complex64> {
+        let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
+        let ex = self.x.rows[jx].1.slice(s![mx.clone(), ..]);
+        let ey = self.y.rows[jy].1.slice(s![my.clone(), ..]);
+        // c = Ey · U · Exᵀ: Ū = Eyᴴ · c̄ · Ex*, as the conjugate of what needs no conjugate matrices.
+        let bar = waves_bar.mapv(|c| c.conj());
+        let mut values_bar = if ey.ncols() * bar.ncols() < ex.ncols() * bar.nrows() {
+            ey.t().dot(&bar).dot(&ex)
+        } else {
+            ey.t().dot(&bar.dot(&ex))
+        };
+        values_bar.par_mapv_inplace(|u| u.conj());
+        values_bar
+    }
+
     /// Parseval's sum of the values at the nodes of a patch: [`Spectrum::energy`].
     pub fn energy_of(&self, view: ArrayView2<Complex64>, index: usize) -> f64 {
         let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());

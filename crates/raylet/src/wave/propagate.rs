@@ -196,6 +196,72 @@ impl FreeHop {
         self.land(&waves, target, plan)
     }
 
+    /// The conjugate transpose of [`FreeHop::carry`]: from the target's points to the nodes of a grid.
+    pub fn carry_adjoint(
+        &self,
+        target_bar: &Array2<Complex64>,
+        target: &Raster,
+        grid: &Grid,
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
+        let mut waves_bar = self.land_adjoint(target_bar, target, plan);
+        self.cross_adjoint(&mut waves_bar, plan);
+        self.spread_adjoint(&self.braid(grid, plan), &waves_bar, grid, plan)
+    }
+
+    /// The conjugate transpose of [`FreeHop::carry_curved`]. `field` is that of the way there: its levels are
+    /// those of the lit nodes, and dark nodes stay dark.
+    pub fn carry_curved_adjoint(
+        &self,
+        target_bar: &Array2<Complex64>,
+        target: &Raster,
+        (field, heights, leaves): (&Field, &Heights, f64),
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
+        let mut waves_bar = self.land_adjoint(target_bar, target, plan);
+        self.cross_adjoint(&mut waves_bar, plan);
+        let [band_x, band_y] = &plan.bands;
+        let stack = self.stack(field, heights, leaves, plan);
+        let braid = self.braid(&field.grid, plan);
+        let mut values_bar: Array2<Complex64> = Array2::zeros(field.values.dim());
+        for (number, level) in stack.levels.at.iter().enumerate() {
+            // wave += (flat − (along_x p_x + along_y p_y)/q)·e^{−ikq·level}
+            let back = |weight: &(dyn Fn([f64; 2], f64) -> f64 + Sync)| {
+                let mut part_bar = waves_bar.clone();
+                ndarray::Zip::indexed(&mut part_bar).par_for_each(|(j, i), wave| {
+                    let p = [band_x.at(i), band_y.at(j)];
+                    let q = leaves * self.normal(p);
+                    let factor = if q == 0.0 { 0.0 } else { weight(p, q) };
+                    *wave *= Complex64::from_polar(factor, self.k * q * level);
+                });
+                self.spread_adjoint(&braid, &part_bar, &field.grid, plan)
+            };
+            let flat = back(&|_, _| 1.0);
+            let along_x = back(&|p, q| -p[0] / q);
+            let along_y = back(&|p, q| -p[1] / q);
+
+            // What the level holds is a share of the value; tilted parts are that times a slope.
+            let [sx, sy] = &heights.slope;
+            let mut held_bar = flat;
+            ndarray::Zip::from(&mut held_bar)
+                .and(&along_x)
+                .and(&along_y)
+                .and(sx)
+                .and(sy)
+                .par_for_each(|bar, x, y, sx, sy| *bar += x * sx + y * sy);
+            ndarray::Zip::from(&mut values_bar)
+                .and(&held_bar)
+                .and(&heights.z)
+                .and(&field.values)
+                .par_for_each(|bar, held, z, value| {
+                    if *value != Complex64::ZERO {
+                        *bar += stack.part_adjoint(*held, *z, number);
+                    }
+                });
+        }
+        values_bar
+    }
+
     /// The normal cosine in the first medium; zero when evanescent.
     fn normal(&self, p: [f64; 2]) -> f64 {
         let n = self.slabs.first().map_or(1.0, |slab| slab.index);
@@ -238,6 +304,25 @@ impl FreeHop {
         braid.apply(weighted.view())
     }
 
+    /// The conjugate transpose of [`FreeHop::spread`].
+    fn spread_adjoint(
+        &self,
+        braid: &Braid2,
+        waves_bar: &Array2<Complex64>,
+        grid: &Grid,
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
+        let area = plan.period[0] * plan.period[1];
+        let mut values_bar = braid.apply_adjoint(waves_bar.view(), grid.shape());
+        ndarray::Zip::indexed(values_bar.rows_mut()).par_for_each(|j, mut row| {
+            let along_y = grid.y.weight(j) / area;
+            for (i, bar) in row.iter_mut().enumerate() {
+                *bar *= grid.x.weight(i) * along_y;
+            }
+        });
+        values_bar
+    }
+
     /// The transforms from the nodes of a grid to a plan's directions.
     fn braid(&self, grid: &Grid, plan: &FreePlan) -> Braid2 {
         let [band_x, band_y] = &plan.bands;
@@ -258,6 +343,14 @@ impl FreeHop {
         });
     }
 
+    /// The conjugate transpose of [`FreeHop::cross`].
+    fn cross_adjoint(&self, waves_bar: &mut Array2<Complex64>, plan: &FreePlan) {
+        let [band_x, band_y] = &plan.bands;
+        ndarray::Zip::indexed(waves_bar).par_for_each(|(j, i), wave| {
+            *wave *= self.transfer([band_x.at(i), band_y.at(j)], plan).conj();
+        });
+    }
+
     /// Plane waves to the target's points, in the emitting plane's coordinates.
     fn land(
         &self,
@@ -265,20 +358,34 @@ impl FreeHop {
         target: &Raster,
         plan: &FreePlan,
     ) -> Array2<Complex64> {
+        self.points(target, plan).apply(waves.view())
+    }
+
+    /// The conjugate transpose of [`FreeHop::land`].
+    fn land_adjoint(
+        &self,
+        target_bar: &Array2<Complex64>,
+        target: &Raster,
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
+        self.points(target, plan).apply_adjoint(target_bar.view())
+    }
+
+    /// The transform from a plan's directions to the target's points.
+    fn points(&self, target: &Raster, plan: &FreePlan) -> Chirp2 {
         let [band_x, band_y] = &plan.bands;
         let points = |a: usize| Comb {
             start: target.start[a] + self.offset[a],
             step: target.pitch[a],
             count: target.size[a],
         };
-        let chirp = Chirp2::new(
+        Chirp2::new(
             band_comb(band_y),
             band_comb(band_x),
             points(1),
             points(0),
             self.k,
-        );
-        chirp.apply(waves.view())
+        )
     }
 }
 

@@ -2,9 +2,10 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::optics::aperture::Aperture;
-use crate::optics::doe::PixelForm;
+use crate::optics::doe::{Doe, PixelForm};
 use crate::optics::screen::{Act, Screen};
 use crate::wave::field::{Axis, Field, Grid};
 use crate::wave::raster::Raster;
@@ -174,20 +175,68 @@ pub fn act(screen: &Screen, field: &mut Field) {
         Act::Sensor(_) => (None, &Aperture::OPEN),
     };
     let grid = field.grid.clone();
-    let spans: Vec<[f64; 2]> = (0..grid.x.len()).map(|i| grid.x.span(i)).collect();
+    let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
     ndarray::Zip::indexed(field.values.rows_mut()).par_for_each(|j, mut row| {
-        let (y, [y0, y1]) = (grid.y.node(j), grid.y.span(j));
         for (i, value) in row.iter_mut().enumerate() {
-            let open = aperture.coverage(spans[i][0], spans[i][1], y0, y1);
-            let through = match doe {
-                Some(doe) if open > 0.0 => {
-                    doe.transmission_over([grid.x.node(i), y], [spans[i], [y0, y1]])
-                }
-                _ => Complex64::ONE,
-            };
-            *value *= through * open;
+            let at = [grid.x.node(i), grid.y.node(j)];
+            *value *= through(doe, aperture, at, [spans_x[i], spans_y[j]]);
         }
     });
+}
+
+/// The conjugate transpose of [`act`] with respect to the arriving field, in place; and, from the field
+/// that arrived, the cotangent of the transmission of the pixels of the element's first pixel layer, [y, x].
+pub fn act_adjoint(screen: &Screen, arrived: &Field, bar: &mut Field) -> Option<Array2<Complex64>> {
+    let (doe, aperture) = match &screen.act {
+        Act::Doe(doe) => (Some(doe), &doe.aperture),
+        Act::Stop(aperture) => (None, aperture),
+        Act::Sensor(_) => (None, &Aperture::OPEN),
+    };
+    let grid = arrived.grid.clone();
+    let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
+
+    // The pixels, a row of nodes at a time: value = arrived·open·t, t linear in each pixel.
+    let pixels_bar = doe.and_then(|doe| {
+        let mut total = Array2::zeros(doe.free_pixels()?.values.dim());
+        for (j, row) in bar.values.outer_iter().enumerate() {
+            for (i, bar) in row.iter().enumerate() {
+                let cell = [spans_x[i], spans_y[j]];
+                let open = aperture.coverage(cell[0][0], cell[0][1], cell[1][0], cell[1][1]);
+                let weight = bar * arrived.values[[j, i]].conj() * open;
+                if weight != Complex64::ZERO {
+                    let mut add =
+                        |pixel: [usize; 2], by: Complex64| total[pixel] += weight * by.conj();
+                    doe.tell_pixels([grid.x.node(i), grid.y.node(j)], cell, &mut add);
+                }
+            }
+        }
+        Some(total)
+    });
+
+    // The field: value = arrived·(open·t).
+    ndarray::Zip::indexed(bar.values.rows_mut()).par_for_each(|j, mut row| {
+        for (i, value) in row.iter_mut().enumerate() {
+            let cell = [spans_x[i], spans_y[j]];
+            let at = [grid.x.node(i), grid.y.node(j)];
+            *value *= through(doe, aperture, at, cell).conj();
+        }
+    });
+    pixels_bar
+}
+
+/// What each node of an axis stands for.
+fn spans(axis: &Axis) -> Vec<[f64; 2]> {
+    (0..axis.len()).map(|i| axis.span(i)).collect()
+}
+
+/// What a small cell about a point lets through.
+fn through(doe: Option<&Doe>, aperture: &Aperture, at: [f64; 2], cell: [[f64; 2]; 2]) -> Complex64 {
+    let open = aperture.coverage(cell[0][0], cell[0][1], cell[1][0], cell[1][1]);
+    let through = match doe {
+        Some(doe) if open > 0.0 => doe.transmission_over(at, cell),
+        _ => Complex64::ONE,
+    };
+    through * open
 }
 
 /// The raster on which an arriving field is summed before it meets a screen: over the screen's opening
@@ -254,6 +303,43 @@ pub fn interpolate(raster: &Raster, values: &Array2<Complex64>, grid: &Grid) -> 
     });
     field
 }
+
+/// The conjugate transpose of [`interpolate`]: from the nodes of a grid to a raster.
+pub fn interpolate_adjoint(raster: &Raster, field_bar: &Field) -> Array2<Complex64> {
+    let grid = &field_bar.grid;
+    let along_x = taps(&grid.x, raster.start[0], raster.pitch[0], raster.size[0]);
+    let along_y = taps(&grid.y, raster.start[1], raster.pitch[1], raster.size[1]);
+    // out += w·row, a strip of columns at a time
+    let mut rows_bar: Array2<Complex64> = Array2::zeros((raster.size[1], grid.x.len()));
+    let columns = ndarray::Axis(1);
+    rows_bar
+        .axis_chunks_iter_mut(columns, STRIP)
+        .into_par_iter()
+        .zip(field_bar.values.axis_chunks_iter(columns, STRIP))
+        .for_each(|(mut rows_bar, bar)| {
+            for ((first, weights), bar) in along_y.iter().zip(bar.rows()) {
+                for (t, w) in weights.iter().enumerate() {
+                    let mut row = rows_bar.row_mut(first + t);
+                    row.scaled_add(Complex64::new(*w, 0.0), &bar);
+                }
+            }
+        });
+    // value = Σ u·w
+    let mut values_bar = Array2::zeros((raster.size[1], raster.size[0]));
+    ndarray::Zip::from(values_bar.rows_mut())
+        .and(rows_bar.rows())
+        .par_for_each(|mut values_bar, row| {
+            for (bar, (first, weights)) in row.iter().zip(&along_x) {
+                for (t, w) in weights.iter().enumerate() {
+                    values_bar[first + t] += bar * w;
+                }
+            }
+        });
+    values_bar
+}
+
+/// Columns that one thread takes at a time.
+const STRIP: usize = 64;
 
 /// First raster index and weights for each node of an axis.
 fn taps(axis: &Axis, start: f64, pitch: f64, size: usize) -> Vec<(usize, Vec<f64>)> {

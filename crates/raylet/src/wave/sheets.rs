@@ -7,7 +7,7 @@ use crate::optics::screen::Screen;
 use crate::wave::field::{Field, Grid};
 use crate::wave::heights::{Heights, Stack};
 use crate::wave::raster::Raster;
-use crate::wave::sampling::interpolate;
+use crate::wave::sampling::{interpolate, interpolate_adjoint};
 
 /// Fields on parallel planes at the levels of a screen, all on the same raster.
 #[derive(Clone, Debug)]
@@ -43,6 +43,20 @@ impl Sheets {
                 .into_iter()
                 .next()
                 .unwrap_or_else(|| Field::zeros(grid.clone())),
+        }
+    }
+
+    /// The conjugate transpose of [`Sheets::on`]: from the field on the screen to the sheets, whose values do
+    /// not matter.
+    pub fn on_adjoint(&self, screen: &Screen, field_bar: &Field) -> Vec<Array2<Complex64>> {
+        let back = |bar: &Field| interpolate_adjoint(&self.raster, bar);
+        match &self.stack {
+            Some(stack) => {
+                let heights = Heights::on(screen, &field_bar.grid);
+                let levels = stack.merge_adjoint(field_bar, &heights);
+                levels.iter().map(back).collect()
+            }
+            None => vec![back(field_bar)],
         }
     }
 

@@ -1,0 +1,53 @@
+//! The way back is the transpose of the way there.
+
+use num_complex::Complex64;
+use raylet::engine::bench::Bench;
+use raylet::optics::screen::Act;
+use raylet::optics::system::System;
+
+use crate::stage::{cases, noise};
+
+/// The system with other pixels on one of its screens.
+pub(crate) fn with_pixels(system: &System, number: usize, purpose: u32) -> System {
+    let mut changed = system.clone();
+    if let Act::Doe(doe) = &mut changed.screens[number].act
+        && let Some(pixels) = doe.free_pixels_mut()
+    {
+        let (ny, nx) = pixels.values.dim();
+        pixels.values = noise([ny, nx], purpose);
+    }
+    changed
+}
+
+/// The field is linear in each element: Σ Ū* U(v) = Σ v̄* v for any pixels v.
+#[test]
+fn chain_dot_product() {
+    for case in cases() {
+        let bench = Bench::new(&case.system, &case.settings).unwrap();
+        let trace = bench.forward(&case.system).unwrap();
+        let (ny, nx) = trace.field.values.dim();
+        let field_bar = noise([ny, nx], 40);
+        let gradient = bench.adjoint(&case.system, &trace, &field_bar).unwrap();
+        let mut elements = 0;
+        for (number, bar) in gradient.pixels.iter().enumerate() {
+            let Some(bar) = bar else { continue };
+            elements += 1;
+            let changed = with_pixels(&case.system, number, 50);
+            let field = bench.forward(&changed).unwrap().field.values;
+            let pixels = noise([bar.nrows(), bar.ncols()], 50);
+            let forward: Complex64 = field_bar
+                .iter()
+                .zip(&field)
+                .map(|(a, b)| a.conj() * b)
+                .sum();
+            let back: Complex64 = bar.iter().zip(&pixels).map(|(a, b)| a.conj() * b).sum();
+            let norm = |list: &ndarray::Array2<Complex64>| {
+                list.iter().map(|v| v.norm_sqr()).sum::<f64>().sqrt()
+            };
+            let error = (forward - back).norm() / (norm(&field_bar) * norm(&field));
+            println!("{}, element {number}: {error:.1e}", case.name);
+            assert!(error < 1e-12, "{}, element {number}: {error:e}", case.name);
+        }
+        assert!(elements > 0, "{}", case.name);
+    }
+}

@@ -1,0 +1,4 @@
+//! Gradients through whole systems: the transpose of the chain, differences of losses, independent adjoints.
+
+mod chain;
+mod stage;

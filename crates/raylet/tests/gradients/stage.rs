@@ -1,0 +1,189 @@
+//! Small systems in wavelengths, with every kind of hop between them.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::settings::{Method, Settings};
+use raylet::math::random::uniform;
+use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::Aperture;
+use raylet::optics::bend::{Coating, Interface};
+use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::frame::Frame;
+use raylet::optics::freeform::Term;
+use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::shape::{Conic, Shape};
+use raylet::optics::source::Source;
+use raylet::optics::surface::Surface;
+use raylet::optics::system::System;
+
+/// A system and how it is carried.
+pub(crate) struct Case {
+    pub(crate) name: &'static str,
+    pub(crate) system: System,
+    pub(crate) settings: Settings,
+}
+
+pub(crate) fn noise(shape: [usize; 2], purpose: u32) -> Array2<Complex64> {
+    Array2::from_shape_fn(shape, |(j, i)| {
+        let value = |part| uniform(11, [j as u32, i as u32, part, purpose]) - 0.5;
+        Complex64::new(value(0), value(1))
+    })
+}
+
+pub(crate) fn screen(z: f64, act: Act) -> Screen {
+    Screen {
+        name: format!("at {z}"),
+        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
+        shape: Shape::Plane,
+        act,
+        index: 1.0,
+        arrives: 1.0,
+    }
+}
+
+/// Random phases on square pixels.
+pub(crate) fn pixels(count: usize, pitch: f64, purpose: u32, form: PixelForm) -> Act {
+    let phase = |value: Complex64| Complex64::cis(12.0 * value.re);
+    Act::Doe(Doe {
+        layers: vec![Layer::Pixels(Pixels {
+            pitch: [pitch; 2],
+            values: noise([count, count], purpose).mapv(phase),
+            form,
+        })],
+        aperture: Aperture::OPEN,
+        reflect: false,
+    })
+}
+
+pub(crate) fn sensor(count: usize, pitch: f64) -> Act {
+    Act::Sensor(Sensor {
+        pixels: [count; 2],
+        pitch: [pitch; 2],
+    })
+}
+
+pub(crate) fn face(z: f64, curvature: f64, index: [f64; 2]) -> Surface {
+    Surface {
+        shape: Shape::Conic(Conic {
+            curvature,
+            conic: -0.4,
+        }),
+        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
+        aperture: Aperture::disc(190.0),
+        interface: Interface::Refract,
+        coating: Coating::Fresnel,
+        index,
+    }
+}
+
+pub(crate) fn lit(screens: Vec<Screen>, trains: Vec<Vec<Surface>>) -> System {
+    System {
+        wavelength: 1.0,
+        source: Source::Plane {
+            direction: Vec3::new(0.05, -0.02, 1.0).unit(),
+            origin: Vec3::new(0.0, 0.0, 0.0),
+        },
+        screens,
+        trains,
+    }
+}
+
+/// A bump that only light of some wavelengths' path difference notices.
+pub(crate) fn bump() -> Shape {
+    Shape::Freeform {
+        base: Conic {
+            curvature: 0.0,
+            conic: 0.0,
+        },
+        terms: vec![Term::Gaussian {
+            height: 2.0,
+            centre: [3.0, -2.0],
+            sigma: 25.0,
+        }],
+    }
+}
+
+/// What is kept does not depend on the field, so that it is linear in each element.
+pub(crate) fn exact() -> Settings {
+    Settings {
+        mode_threshold: Some(0.0),
+        ..Settings::default()
+    }
+}
+
+pub(crate) fn lens() -> Vec<Surface> {
+    vec![
+        face(40.0, 1.0 / 150.0, [1.0, 1.5]),
+        face(80.0, -1.0 / 250.0, [1.5, 1.0]),
+    ]
+}
+
+/// Every kind of hop: free between planes, from and to curved screens; beamlets from planes, from curved
+/// screens, through rims, to tilted screens; one and two elements.
+pub(crate) fn cases() -> Vec<Case> {
+    let case = |name, system, settings| Case {
+        name,
+        system,
+        settings,
+    };
+    let pixel = |purpose| pixels(10, 4.0, purpose, PixelForm::Box);
+    let free = lit(
+        vec![screen(0.0, pixel(1)), screen(100.0, sensor(24, 2.0))],
+        vec![vec![]],
+    );
+    let behind_lens = lit(
+        vec![screen(0.0, pixel(2)), screen(330.0, sensor(24, 2.0))],
+        vec![lens()],
+    );
+
+    // A small lens whose rim cuts light, and a tilted sensor.
+    let mut rimmed = behind_lens.clone();
+    for surface in &mut rimmed.trains[0] {
+        surface.aperture = Aperture::disc(28.0);
+    }
+    rimmed.screens[1].frame = rimmed.screens[1].frame.tilted([0.2, -0.1, 0.0]);
+
+    let mut mirror = screen(0.0, pixels(20, 2.0, 3, PixelForm::Bilinear));
+    mirror.shape = bump();
+    let Act::Doe(doe) = &mut mirror.act else {
+        unreachable!("it is an element")
+    };
+    doe.reflect = true;
+    let mut back = screen(-90.0, sensor(24, 2.0));
+    back.arrives = -1.0;
+    let curved = lit(vec![mirror, back], vec![vec![]]);
+
+    let mut second = screen(90.0, pixel(5));
+    second.shape = bump();
+    let two = lit(
+        vec![
+            screen(0.0, pixel(4)),
+            second,
+            screen(200.0, sensor(24, 2.0)),
+        ],
+        vec![vec![], vec![]],
+    );
+    let mut between = screen(330.0, pixels(12, 3.0, 7, PixelForm::Box));
+    between.shape = bump();
+    let lens_between = lit(
+        vec![
+            screen(0.0, pixel(6)),
+            between,
+            screen(430.0, sensor(24, 2.0)),
+        ],
+        vec![lens(), vec![]],
+    );
+    let by_beamlets = Settings {
+        method: Method::Beamlet,
+        ..exact()
+    };
+    vec![
+        case("free", free, exact()),
+        case("lens", behind_lens, exact()),
+        case("rims and a tilt", rimmed, exact()),
+        case("curved mirror", curved.clone(), exact()),
+        case("curved mirror by beamlets", curved, by_beamlets),
+        case("two elements, one curved", two, exact()),
+        case("lens between elements", lens_between, exact()),
+    ]
+}
