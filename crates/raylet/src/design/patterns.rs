@@ -75,7 +75,7 @@ pub fn star_hologram(width: usize, aperture: f64, wavelength: f64) -> System {
         size: [count; 2],
     };
     let plan = hop.plan(bounds, bounds);
-    let arrived = hop.carry(&image, &raster, &plan);
+    let arrived = hop.carry(&image, None, &raster, &plan);
     system(arrived.mapv(|u| Complex64::cis(-u.arg())), z, wavelength)
 }
 

@@ -6,6 +6,7 @@ use crate::engine::beamlets::{TRUSTED_TAIL, launch_from};
 use crate::engine::budget::{Aberration, aberration};
 use crate::engine::seat::Seat;
 use crate::engine::tally::Fate;
+use crate::optics::ray::Loss;
 use crate::wave::gather::Canvas;
 use crate::wave::wavelet::Arrival;
 
@@ -19,13 +20,40 @@ pub struct Aimed {
     pub found: Option<Aberration>,
 }
 
+/// Where the beamlets of a patch leave.
+pub struct Seats {
+    /// On the hop that was planned.
+    seat: Seat,
+    /// On the hop itself, if it is another one.
+    moved: Option<Seat>,
+}
+
+impl Seats {
+    /// The seat above (x, y) of the first screen of a job.
+    ///
+    /// # Errors
+    /// [`Loss::Missed`] where a curved screen does not exist.
+    pub fn new(job: &Job, at: [f64; 2]) -> Result<Self, Loss> {
+        let moved = job.planned.map(|_| Seat::new(job.hop.from, at));
+        Ok(Self {
+            seat: Seat::new(job.chooser().from, at)?,
+            moved: moved.transpose()?,
+        })
+    }
+
+    /// The seat on the hop itself.
+    pub fn seat(&self) -> &Seat {
+        self.moved.as_ref().unwrap_or(&self.seat)
+    }
+}
+
 /// Aims one beamlet; with `look` its aberration is looked at even if nothing depends on it.
 ///
 /// # Errors
 /// Its fate when it does not reach the target, or cannot be believed there.
 pub fn aim(
     job: &Job,
-    seat: &Seat,
+    Seats { seat, moved }: &Seats,
     mode: [usize; 2],
     to: &Canvas,
     aberrations: &mut PatchAberration,
@@ -34,18 +62,23 @@ pub fn aim(
     let k = job.hop.wavenumber();
     let [bx, by] = &job.plan.bands;
     let p = [bx.at(mode[0]), by.at(mode[1])];
-    let mut arrival = launch_from(seat, &job.hop, p, job.plan.sigma).map_err(Fate::Lost)?;
+    let planned = job.chooser();
+    let mut arrival = launch_from(seat, planned, p, job.plan.sigma).map_err(Fate::Lost)?;
     if !to.meets(&arrival, k, job.settings.footprint_edge()) {
         return Err(Fate::Outside);
     }
 
-    // The aberration inside the beamlet: made good, or only looked at for the error budget.
+    // The aberration inside the beamlet: made good, or a reason to leave it out, or only looked at for the
+    // error budget, which changes nothing.
     let beside = !to.contains(arrival.at);
-    let doubtful = beside && job.plan.doubtful_rim;
-    let looked = job.plan.correct || doubtful || look;
+    let judged = job.plan.correct || (beside && job.plan.doubtful_rim);
+    let looked = judged || look;
     let found = if looked { aberrations.at(mode) } else { None };
-    if looked && beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
+    if judged && beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
         return Err(Fate::Unresolved);
+    }
+    if let Some(moved) = moved {
+        arrival = launch_from(moved, &job.hop, p, job.plan.sigma).map_err(Fate::Lost)?;
     }
     if let Some(found) = found
         && job.plan.correct
@@ -115,7 +148,7 @@ impl<'a> PatchAberration<'a> {
     fn look(&self, mode: [usize; 2]) -> Option<Aberration> {
         let [bx, by] = &self.job.plan.bands;
         let p = [bx.at(mode[0]), by.at(mode[1])];
-        let hop = &self.job.hop;
+        let hop = self.job.chooser();
         aberration(hop, self.centre, p, self.job.plan.sigma, hop.wavenumber())
     }
 }

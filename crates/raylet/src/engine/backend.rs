@@ -8,6 +8,7 @@ use num_complex::Complex64;
 use crate::engine::beamlets::BeamletPlan;
 use crate::engine::beyond::Beyond;
 use crate::engine::settings::Settings;
+use crate::engine::sway::Neighbours;
 use crate::engine::tally::Tally;
 use crate::optics::system::Hop;
 use crate::wave::field::Field;
@@ -18,12 +19,32 @@ use crate::wave::gather::Canvas;
 pub struct Job<'a> {
     /// Screens and train.
     pub hop: Hop<'a>,
+    /// The hop that was planned, if `hop` is a slightly changed one: by it beamlets are chosen and corrected,
+    /// so that what is differentiated is smooth.
+    pub planned: Option<Hop<'a>>,
     /// Lattice of the sum.
     pub plan: &'a BeamletPlan,
     /// Thresholds.
     pub settings: &'a Settings,
     /// Where its light goes next.
     pub beyond: &'a Beyond<'a>,
+}
+
+impl<'a> Job<'a> {
+    /// The hop by which beamlets are chosen.
+    pub fn chooser(&self) -> &Hop<'a> {
+        self.planned.as_ref().unwrap_or(&self.hop)
+    }
+}
+
+/// What the way back through a hop adds to.
+pub struct Back<'a> {
+    /// Cotangent of the field at the nodes of the first screen, [y, x].
+    pub from_bar: &'a mut Array2<Complex64>,
+    /// How the hop changes with each parameter.
+    pub neighbours: &'a [Neighbours<'a>],
+    /// Derivative with respect to each of them.
+    pub parameters: &'a mut [f64],
 }
 
 /// Something that carries fields.
@@ -41,15 +62,15 @@ pub trait Backend {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Tally;
 
-    /// The conjugate transpose of [`Backend::carry`] with respect to the field: adds what a range of patches
-    /// gives back to the nodes of `from`, whose values only tell which modes were too weak.
+    /// The conjugate transpose of [`Backend::carry`]: adds what a range of patches gives back. The values of
+    /// `from` only tell which modes were too weak, and what the parameters act on.
     fn carry_adjoint(
         &self,
         job: &Job,
         from: &Field,
         patches: Range<usize>,
         to_bar: &Canvas,
-        from_bar: &mut Array2<Complex64>,
+        back: &mut Back,
         progress: &(dyn Fn(f64) + Sync),
     );
 }

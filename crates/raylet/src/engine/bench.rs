@@ -7,23 +7,64 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::engine::backend::Back;
 use crate::engine::beyond::Beyond;
 use crate::engine::carry::Run;
-use crate::engine::plan::Plan;
+use crate::engine::light::Light;
+use crate::engine::plan::{Plan, along, plan};
 use crate::engine::rims::with_rims;
-use crate::engine::settings::Settings;
+use crate::engine::settings::{Method, Settings};
 use crate::engine::simulate::{
-    Arriving, SimulateError, arrival_reach, leaving, plan_all, receiving_raster, sensor_of,
+    Arriving, SimulateError, arrival_reach, illuminate, incidence, leaving, receiving_raster,
+    sensor_grid, sensor_of,
 };
+use crate::engine::sway::{Neighbours, Variation};
+use crate::optics::screen::Screen;
 use crate::optics::system::{Hop, System};
 use crate::wave::field::Field;
 use crate::wave::raster::Raster;
-use crate::wave::sampling::act_adjoint;
+use crate::wave::sampling::{act, act_adjoint};
 use crate::wave::sheets::Sheets;
+
+/// Why a system cannot be differentiated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BenchError {
+    /// It cannot be simulated.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+    /// Its neighbours are other systems.
+    #[error(
+        "with parameter {0} a little smaller or larger the system has other parts, as when a rim begins to \
+         cut light: it has no derivative there"
+    )]
+    Parts(usize),
+    /// The surface of a screen changes.
+    #[error(
+        "parameter {parameter} changes the surface of screen '{screen}'; only its place and its element may \
+         change"
+    )]
+    Substrate {
+        /// Index of the parameter.
+        parameter: usize,
+        /// Name of the screen.
+        screen: String,
+    },
+    /// A method without gradients.
+    #[error("gradients go through free hops and beamlets; method '{0}' has none")]
+    Method(&'static str),
+    /// The system is no longer like the one that was planned.
+    #[error(
+        "between '{0}' and '{1}' the system is not free any more as when it was planned; let the method be \
+         beamlet"
+    )]
+    Moved(String, String),
+}
 
 /// The frozen choices of a system: how each hop is carried.
 #[derive(Clone, Debug)]
 pub struct Bench {
+    /// What was planned, with a screen at every rim: by it beamlets are chosen and corrected.
+    planned: System,
     settings: Settings,
     plans: Vec<Plan>,
 }
@@ -49,9 +90,8 @@ pub struct Trace {
 impl Trace {
     /// ∫|U|² of the light that arrived at the first screen, over its nodes, in mm² for unit amplitude.
     pub fn incident_power(&self) -> f64 {
-        self.screens
-            .first()
-            .map_or(0.0, |first| first.arrived.power())
+        let first = self.screens.first();
+        first.map_or(0.0, |first| first.arrived.power())
     }
 }
 
@@ -61,18 +101,57 @@ pub struct Gradient {
     /// For each screen, of the transmission of its pixels, [y, x]: ∂L/∂Re t + i ∂L/∂Im t; nothing where there
     /// are none.
     pub pixels: Vec<Option<Array2<Complex64>>>,
+    /// ∂L/∂q for each parameter.
+    pub parameters: Vec<f64>,
 }
 
 impl Bench {
-    /// Plans every hop of a system.
+    /// Plans every hop of a system, so that it may vary.
     ///
     /// # Errors
-    /// As [`plan_all`].
-    pub fn new(system: &System, settings: &Settings) -> Result<Self, SimulateError> {
+    /// As [`crate::engine::simulate::simulate`]; when a variation is no neighbour of the system.
+    pub fn new(
+        system: &System,
+        variations: &[Variation],
+        settings: &Settings,
+    ) -> Result<Self, BenchError> {
+        match settings.method {
+            Method::Plane => return Err(BenchError::Method("plane")),
+            Method::Paper => return Err(BenchError::Method("paper")),
+            Method::Auto | Method::Beamlet => {}
+        }
         sensor_of(system)?;
-        let plans = plan_all(system, settings)?;
-        let settings = settings.shared(plans.len());
-        Ok(Self { settings, plans })
+        let system = &with_rims(system);
+        let variations = &rimmed(system, variations)?;
+        let settings = settings.shared(system.trains.len());
+        let (anchor, usual) = incidence(system);
+        let mut light = Light { anchor, usual };
+        let mut plans = Vec::new();
+        for (number, hop) in system.hops().enumerate() {
+            let beyond = &Beyond::of(system, number);
+            let mut chosen = plan(&hop, light, beyond, &settings).map_err(SimulateError::from)?;
+            let stays = |free| {
+                neighbours(variations, number)
+                    .iter()
+                    .all(|n| is_free(free, n))
+            };
+            if let Plan::Free(free, _) = &chosen
+                && !stays(free)
+            {
+                let by_beamlets = Settings {
+                    method: Method::Beamlet,
+                    ..settings.clone()
+                };
+                chosen = plan(&hop, light, beyond, &by_beamlets).map_err(SimulateError::from)?;
+            }
+            light = chosen.light(&hop, light);
+            plans.push(chosen);
+        }
+        Ok(Self {
+            planned: system.clone(),
+            settings,
+            plans,
+        })
     }
 
     /// The plans, hop by hop.
@@ -83,16 +162,18 @@ impl Bench {
     /// Carries the light of a system with the same screens and trains as the one that was planned.
     ///
     /// # Errors
-    /// As [`crate::engine::simulate::simulate`].
-    pub fn forward(&self, system: &System) -> Result<Trace, SimulateError> {
+    /// As [`crate::engine::simulate::simulate`]; when the system is not like the one that was planned.
+    pub fn forward(&self, system: &System) -> Result<Trace, BenchError> {
         let system = &with_rims(system);
+        let plans = self.plans_for(system)?;
         let mut light = Arriving::from_source(system);
         let mut screens = Vec::new();
         for (number, hop) in system.hops().enumerate() {
-            let (run, raster, reach) = self.run(number, hop)?;
+            let (run, raster, reach) = self.run(number, hop, &plans)?;
             let leaving = leaving(run.plan);
             let (arrived, behind) = light.pass(system, hop.from, leaving, &self.settings)?;
-            let (sheets, _) = run.carry(&behind, raster, reach, &|_| ())?;
+            let carried = run.carry(&behind, raster, reach, &|_| ());
+            let (sheets, _) = carried.map_err(SimulateError::from)?;
             screens.push(Passed { arrived, behind });
             light = Arriving {
                 sum: Some(sheets),
@@ -100,7 +181,7 @@ impl Bench {
                 reach,
             };
         }
-        let grid = crate::engine::simulate::sensor_grid(sensor_of(system)?);
+        let grid = sensor_grid(sensor_of(system)?);
         let values = match light.sum {
             Some(sheets) => sheets.into_middle(),
             None => Array2::zeros(grid.shape()),
@@ -119,39 +200,72 @@ impl Bench {
     pub fn adjoint(
         &self,
         system: &System,
+        variations: &[Variation],
         trace: &Trace,
         field_bar: &Array2<Complex64>,
-    ) -> Result<Gradient, SimulateError> {
+    ) -> Result<Gradient, BenchError> {
         let system = &with_rims(system);
+        let variations = &rimmed(system, variations)?;
+        let plans = self.plans_for(system)?;
         let hops: Vec<Hop> = system.hops().collect();
-        let mut pixels = vec![None; hops.len()];
+        let mut gradient = Gradient {
+            pixels: vec![None; hops.len()],
+            parameters: vec![0.0; variations.len()],
+        };
         let mut sheets_bar = vec![field_bar.clone()];
         for (number, hop) in hops.iter().enumerate().rev() {
-            let (run, raster, reach) = self.run(number, *hop)?;
+            let (run, raster, reach) = self.run(number, *hop, &plans)?;
             let passed = &trace.screens[number];
 
             // field behind the screen -> sheets of the next
-            let behind_bar = run.carry_adjoint(&passed.behind, raster, reach, &sheets_bar, &|_| ());
-            let mut bar = Field {
-                grid: passed.behind.grid.clone(),
-                values: behind_bar,
+            let mut bar = Field::zeros(passed.behind.grid.clone());
+            let mut back = Back {
+                from_bar: &mut bar.values,
+                neighbours: &neighbours(variations, number),
+                parameters: &mut gradient.parameters,
             };
+            run.carry_adjoint(&passed.behind, raster, reach, &sheets_bar, &mut back);
 
             // arrived -> behind
-            pixels[number] = act_adjoint(hop.from, &passed.arrived, &mut bar);
+            for (total, variation) in gradient.parameters.iter_mut().zip(variations) {
+                *total += pull_act(variation, number, passed, &bar);
+            }
+            gradient.pixels[number] = act_adjoint(hop.from, &passed.arrived, &mut bar);
 
-            // sheets of this screen -> arrived
+            // sheets of this screen, or the source -> arrived
             if number > 0 {
-                let (before, raster, reach) = self.run(number - 1, hops[number - 1])?;
+                let (before, raster, reach) = self.run(number - 1, hops[number - 1], &plans)?;
                 let sheets = Sheets {
                     raster,
                     stack: before.stack(reach),
                     values: Vec::new(),
                 };
                 sheets_bar = sheets.on_adjoint(hop.from, &bar);
+            } else {
+                for (total, variation) in gradient.parameters.iter_mut().zip(variations) {
+                    *total += pull_light(variation, passed, &bar);
+                }
             }
         }
-        Ok(Gradient { pixels })
+        Ok(gradient)
+    }
+
+    /// The plans for a system that has changed a little: free hops have its distances.
+    fn plans_for(&self, system: &System) -> Result<Vec<Plan>, BenchError> {
+        let update = |(plan, hop): (&Plan, Hop)| match plan {
+            Plan::Free(free, waves) => match along(free, &hop) {
+                Some(free) => Ok(Plan::Free(free, *waves)),
+                None => Err(BenchError::Moved(
+                    hop.from.name.clone(),
+                    hop.to.name.clone(),
+                )),
+            },
+            other => Ok(other.clone()),
+        };
+        if self.plans.len() != system.trains.len() {
+            return Err(BenchError::Parts(0));
+        }
+        self.plans.iter().zip(system.hops()).map(update).collect()
     }
 
     /// A hop with its plan, the raster on which it is summed, and how steep light arrives there.
@@ -159,17 +273,129 @@ impl Bench {
         &'a self,
         number: usize,
         hop: Hop<'a>,
-    ) -> Result<(Run<'a>, Raster, [f64; 2]), SimulateError> {
-        let plan = &self.plans[number];
+        plans: &'a [Plan],
+    ) -> Result<(Run<'a>, Raster, [f64; 2]), BenchError> {
+        let plan = &plans[number];
         let reach = arrival_reach(&hop, plan);
         let raster = receiving_raster(&hop, reach, &self.settings)?;
+        let planned = self.planned.hops().nth(number);
         let run = Run {
             number,
             hop,
+            planned: planned.filter(|planned| !planned.is_same(&hop)),
             plan,
             settings: &self.settings,
             beyond: Beyond::none(),
         };
         Ok((run, raster, reach))
     }
+}
+
+/// The variations with a screen at every rim, as the system has them.
+fn rimmed(system: &System, variations: &[Variation]) -> Result<Vec<Variation>, BenchError> {
+    let mut list = Vec::new();
+    for (parameter, variation) in variations.iter().enumerate() {
+        let [below, above] = [&variation.below, &variation.above].map(with_rims);
+        for other in [&below, &above] {
+            let trains = other.trains.iter().zip(&system.trains);
+            let alike = other.trains.len() == system.trains.len()
+                && trains.into_iter().all(|(a, b)| a.len() == b.len());
+            if !alike {
+                return Err(BenchError::Parts(parameter));
+            }
+            for (screen, here) in other.screens.iter().zip(&system.screens) {
+                if screen.shape != here.shape {
+                    let screen = here.name.clone();
+                    return Err(BenchError::Substrate { parameter, screen });
+                }
+            }
+        }
+        list.push(Variation {
+            below,
+            above,
+            distance: variation.distance,
+        });
+    }
+    Ok(list)
+}
+
+/// One hop of all variations.
+fn neighbours(variations: &[Variation], number: usize) -> Vec<Neighbours<'_>> {
+    let mut list = Vec::new();
+    for variation in variations {
+        let pair = (
+            variation.below.hops().nth(number),
+            variation.above.hops().nth(number),
+        );
+        if let (Some(below), Some(above)) = pair {
+            list.push(Neighbours {
+                below,
+                above,
+                distance: variation.distance,
+            });
+        }
+    }
+    list
+}
+
+/// Whether both neighbours of a free hop are free.
+fn is_free(free: &crate::wave::propagate::FreeHop, neighbours: &Neighbours) -> bool {
+    along(free, &neighbours.below).is_some() && along(free, &neighbours.above).is_some()
+}
+
+/// d(value)/dq from the values a little below and above: through the logarithm, whose steps a phase makes
+/// evenly, unless one of them is dark.
+fn rate(below: Complex64, here: Complex64, above: Complex64, distance: f64) -> Complex64 {
+    if below == Complex64::ZERO || above == Complex64::ZERO {
+        return (above - below) / distance;
+    }
+    here * (above / below).ln() / distance
+}
+
+/// The derivative that the light of the source brings on the first screen, when that or the source moves.
+fn pull_light(variation: &Variation, passed: &Passed, arrived_bar: &Field) -> f64 {
+    let (below, above) = (&variation.below, &variation.above);
+    let still = below.source == above.source
+        && below.screens[0].frame == above.screens[0].frame
+        && below.screens[0].index == above.screens[0].index;
+    if still {
+        return 0.0;
+    }
+    let light = |system: &System| illuminate(system, passed.arrived.grid.clone());
+    pull_rate(
+        [light(below), light(above)],
+        &passed.arrived,
+        arrived_bar,
+        variation.distance,
+    )
+}
+
+/// The derivative that an element brings whose transmission changes.
+fn pull_act(variation: &Variation, number: usize, passed: &Passed, behind_bar: &Field) -> f64 {
+    let [below, above] = [&variation.below, &variation.above].map(|s| &s.screens[number]);
+    if below.act == above.act {
+        return 0.0;
+    }
+    let behind = |screen: &Screen| {
+        let mut field = passed.arrived.clone();
+        act(screen, &mut field);
+        field
+    };
+    pull_rate(
+        [behind(below), behind(above)],
+        &passed.behind,
+        behind_bar,
+        variation.distance,
+    )
+}
+
+/// Re Σ bar*·d(field)/dq.
+fn pull_rate([below, above]: [Field; 2], here: &Field, bar: &Field, distance: f64) -> f64 {
+    let terms = below.values.iter().zip(&above.values);
+    let terms = terms.zip(here.values.iter().zip(&bar.values));
+    let each =
+        |((below, above), (here, bar)): ((&Complex64, &Complex64), (&Complex64, &Complex64))| {
+            (bar.conj() * rate(*below, *here, *above, distance)).re
+        };
+    terms.map(each).sum()
 }

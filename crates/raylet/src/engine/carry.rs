@@ -3,14 +3,15 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::backend::{Backend, Job};
+use crate::engine::backend::{Back, Backend, Job};
 use crate::engine::beyond::Beyond;
 use crate::engine::cpu::Cpu;
 use crate::engine::paper;
 use crate::engine::paper_plan::Address;
-use crate::engine::plan::Plan;
+use crate::engine::plan::{Plan, along};
 use crate::engine::plane;
 use crate::engine::settings::Settings;
+use crate::engine::sway::Neighbours;
 use crate::engine::tally::{Fate, Tally};
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
@@ -32,6 +33,8 @@ pub struct Run<'a> {
     pub number: usize,
     /// Screens and train.
     pub hop: Hop<'a>,
+    /// The hop that was planned, if `hop` is a slightly changed one.
+    pub planned: Option<Hop<'a>>,
     /// How it is carried.
     pub plan: &'a Plan,
     /// Thresholds.
@@ -63,16 +66,9 @@ impl Run<'_> {
         let stack = stack(to, reach, self.hop.wavenumber());
         let (mut values, mut tally) = (Vec::new(), Tally::default());
         for (number, level) in stack.levels.at.iter().enumerate() {
-            let plane = level_of(to, *level);
+            let planes = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = Run {
-                hop: Hop {
-                    to: &plane,
-                    ..self.hop
-                },
-                plan: &plan,
-                ..*self
-            };
+            let run = self.to_planes(&planes, &plan);
             let before = number as f64 / stack.len() as f64;
             let part = |done: f64| progress(before + done / stack.len() as f64);
             let (sheet, counts) = run.carry_to_plane(field, &raster, &part)?;
@@ -89,6 +85,27 @@ impl Run<'_> {
         Ok((sheets, tally))
     }
 
+    /// One level of the second screen, and of the planned one if it is another.
+    fn planes(&self, level: f64) -> (Screen, Option<Screen>) {
+        let planned = self.planned.map(|planned| level_of(planned.to, level));
+        (level_of(self.hop.to, level), planned)
+    }
+
+    /// The same run to a level.
+    fn to_planes<'b>(&'b self, planes: &'b (Screen, Option<Screen>), plan: &'b Plan) -> Run<'b> {
+        let (plane, planned) = planes;
+        let planned = self.planned.zip(planned.as_ref());
+        Run {
+            hop: Hop {
+                to: plane,
+                ..self.hop
+            },
+            planned: planned.map(|(hop, to)| Hop { to, ..hop }),
+            plan,
+            ..*self
+        }
+    }
+
     /// The levels around the second screen on which [`Run::carry`] sums light; nothing for a plane one.
     pub fn stack(&self, reach: [f64; 2]) -> Option<Stack> {
         let to = self.hop.to;
@@ -96,36 +113,40 @@ impl Run<'_> {
     }
 
     /// The conjugate transpose of [`Run::carry`]: from the levels of the second screen, one array each, to the
-    /// nodes of `field`. Plane wavelets and the source paper's method have none yet.
+    /// nodes of `field`, and to the parameters of the hop.
     pub fn carry_adjoint(
         &self,
         field: &Field,
         raster: Raster,
         reach: [f64; 2],
         sheets_bar: &[Array2<Complex64>],
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Array2<Complex64> {
+        back: &mut Back,
+    ) {
         let to = self.hop.to;
-        let mut total: Array2<Complex64> = Array2::zeros(field.values.dim());
         if to.is_plane() {
-            self.carry_to_plane_adjoint(field, &raster, &sheets_bar[0], &mut total, progress);
-            return total;
+            return self.carry_to_plane_adjoint(field, &raster, &sheets_bar[0], back);
         }
         let stack = stack(to, reach, self.hop.wavenumber());
         for (level, bar) in stack.levels.at.iter().zip(sheets_bar) {
-            let plane = level_of(to, *level);
+            let planes = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = Run {
-                hop: Hop {
-                    to: &plane,
-                    ..self.hop
-                },
-                plan: &plan,
-                ..*self
+            let run = self.to_planes(&planes, &plan);
+
+            // The neighbours' planes at the same level.
+            let pairs: Vec<[Screen; 2]> = back
+                .neighbours
+                .iter()
+                .map(|n| [level_of(n.below.to, *level), level_of(n.above.to, *level)])
+                .collect();
+            let level = back.neighbours.iter().zip(&pairs);
+            let neighbours: Vec<Neighbours> = level.map(|(n, pair)| at_level(n, pair)).collect();
+            let mut back = Back {
+                from_bar: back.from_bar,
+                neighbours: &neighbours,
+                parameters: back.parameters,
             };
-            run.carry_to_plane_adjoint(field, &raster, bar, &mut total, progress);
+            run.carry_to_plane_adjoint(field, &raster, bar, &mut back);
         }
-        total
     }
 
     fn carry_to_plane_adjoint(
@@ -133,24 +154,24 @@ impl Run<'_> {
         field: &Field,
         raster: &Raster,
         bar: &Array2<Complex64>,
-        total: &mut Array2<Complex64>,
-        progress: &(dyn Fn(f64) + Sync),
+        back: &mut Back,
     ) {
         let (hop, settings) = (self.hop, self.settings);
         match self.plan {
             Plan::Free(free, waves) => {
-                *total += &carry_free_adjoint(&hop, (free, waves), field, raster, bar);
+                carry_free_adjoint(&hop, (free, waves), field, (raster, bar), back);
             }
             Plan::Beamlets(plan) => {
                 let job = Job {
                     hop,
+                    planned: self.planned,
                     plan,
                     settings,
                     beyond: self.beyond,
                 };
                 let canvas = Canvas::holding(*raster, bar);
                 let patches = 0..Cpu.patches(&job, field);
-                Cpu.carry_adjoint(&job, field, patches, &canvas, total, progress);
+                Cpu.carry_adjoint(&job, field, patches, &canvas, back, &|_| ());
             }
             Plan::Planes(_) | Plan::Paper(_) => {}
         }
@@ -169,6 +190,7 @@ impl Run<'_> {
             Plan::Beamlets(plan) => {
                 let job = Job {
                     hop,
+                    planned: self.planned,
                     plan,
                     settings,
                     beyond: self.beyond,
@@ -205,6 +227,21 @@ fn level_of(to: &Screen, level: f64) -> Screen {
     }
 }
 
+/// The neighbours of a hop that lead to other screens.
+fn at_level<'a>(neighbours: &Neighbours<'a>, [below, above]: &'a [Screen; 2]) -> Neighbours<'a> {
+    Neighbours {
+        below: Hop {
+            to: below,
+            ..neighbours.below
+        },
+        above: Hop {
+            to: above,
+            ..neighbours.above
+        },
+        distance: neighbours.distance,
+    }
+}
+
 /// The levels on which light is summed around a curved screen.
 fn stack(to: &Screen, reach: [f64; 2], k: f64) -> Stack {
     let relief = to.relief().unwrap_or(crate::optics::screen::Relief::FLAT);
@@ -221,13 +258,9 @@ fn carry_free(
     field: &Field,
     raster: &Raster,
 ) -> (Array2<Complex64>, Tally) {
-    let values = match hop.from.is_plane() {
-        true => free.carry(field, raster, plan),
-        false => {
-            let heights = Heights::on(hop.from, &field.grid);
-            free.carry_curved(field, &heights, hop.from.leaves(), raster, plan)
-        }
-    };
+    let heights = heights(hop, field);
+    let surface = heights.as_ref().map(|heights| (heights, hop.from.leaves()));
+    let values = free.carry(field, surface, raster, plan);
     let landed = raster.power(&values);
     let mut tally = Tally::default();
     tally.add_energy(Fate::Arrived, landed);
@@ -240,15 +273,23 @@ fn carry_free_adjoint(
     hop: &Hop,
     (free, plan): (&FreeHop, &FreePlan),
     field: &Field,
-    raster: &Raster,
-    bar: &Array2<Complex64>,
-) -> Array2<Complex64> {
-    match hop.from.is_plane() {
-        true => free.carry_adjoint(bar, raster, &field.grid, plan),
-        false => {
-            let heights = Heights::on(hop.from, &field.grid);
-            let surface = (field, &heights, hop.from.leaves());
-            free.carry_curved_adjoint(bar, raster, surface, plan)
-        }
+    (raster, bar): (&Raster, &Array2<Complex64>),
+    back: &mut Back,
+) {
+    // A parameter that would tilt a screen is planned with rays, so that every neighbour is free as well.
+    let neighbour = |hop: &Hop| along(free, hop).unwrap_or_else(|| free.clone());
+    let pair = |n: &Neighbours| ([neighbour(&n.below), neighbour(&n.above)], n.distance);
+    let neighbours: Vec<([FreeHop; 2], f64)> = back.neighbours.iter().map(pair).collect();
+    let heights = heights(hop, field);
+    let surface = heights.as_ref().map(|heights| (heights, hop.from.leaves()));
+    let bars = free.carry_adjoint(bar, raster, (field, surface), plan, &neighbours);
+    *back.from_bar += &bars.0;
+    for (total, part) in back.parameters.iter_mut().zip(bars.1) {
+        *total += part;
     }
+}
+
+/// The heights of a curved first screen at the nodes of a field; nothing for a plane one.
+fn heights(hop: &Hop, field: &Field) -> Option<Heights> {
+    (!hop.from.is_plane()).then(|| Heights::on(hop.from, &field.grid))
 }

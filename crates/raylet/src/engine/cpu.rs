@@ -10,12 +10,12 @@ use ndarray::{Array2, s};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::aim::{PatchAberration, aim};
-use crate::engine::backend::{Backend, Job};
+use crate::engine::aim::{PatchAberration, Seats, aim};
+use crate::engine::backend::{Back, Backend, Job};
 use crate::engine::beamlets::MARGIN;
 use crate::engine::census::Census;
 use crate::engine::fan::reach;
-use crate::engine::seat::Seat;
+use crate::engine::sway::{BLOCK, Neighbours, SwayingHop, pull};
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;
 use crate::wave::curved::CurvedPatches;
@@ -23,6 +23,7 @@ use crate::wave::field::Field;
 use crate::wave::gather::Canvas;
 use crate::wave::heights::Heights;
 use crate::wave::patch::{Patches, Spectrum};
+use crate::wave::stamp::Moments;
 use crate::wave::wavelet::Arrival;
 use crate::wave::window::Positions;
 
@@ -86,11 +87,12 @@ impl Backend for Cpu {
         from: &Field,
         patches: Range<usize>,
         to_bar: &Canvas,
-        from_bar: &mut Array2<Complex64>,
+        back: &mut Back,
         progress: &(dyn Fn(f64) + Sync),
     ) {
         let k = job.hop.wavenumber();
         let cutter = Cutter::new(job, from);
+        let sways = sways(job, back.neighbours);
         let (mut kept, mut floor) = (None, 0.0);
         if job.settings.weakest_mode() > 0.0 {
             kept = cutter.keep();
@@ -110,7 +112,7 @@ impl Backend for Cpu {
                 .collect();
 
             // canvas += amplitude·coefficient·beamlet
-            let bars: Vec<Array2<Complex64>> = aims
+            let bars: Vec<(Array2<Complex64>, Vec<f64>)> = aims
                 .par_iter()
                 .map(|aims| {
                     let edge = job.settings.footprint_edge();
@@ -121,15 +123,19 @@ impl Backend for Cpu {
                     {
                         bar[*place] = arrival.amplitude.conj() * moments[0];
                     }
-                    cutter.cut_adjoint(aims.index, &aims.modes, &bar)
+                    let pulled = pulled(&cutter, &kept, aims, &sways, &moments);
+                    (cutter.cut_adjoint(aims.index, &aims.modes, &bar), pulled)
                 })
                 .collect();
 
             // Patches overlap: one after the other.
-            for (aims, bar) in aims.iter().zip(&bars) {
+            for (aims, (bar, pulled)) in aims.iter().zip(&bars) {
                 let place = cutter.patches.place(aims.index);
-                let mut part = from_bar.slice_mut(s![place.y, place.x]);
+                let mut part = back.from_bar.slice_mut(s![place.y, place.x]);
                 part += bar;
+                for (total, part) in back.parameters.iter_mut().zip(pulled) {
+                    *total += part;
+                }
             }
             done = last - patches.start;
             progress(done as f64 / total as f64);
@@ -171,7 +177,7 @@ impl<'a> Cutter<'a> {
 
     /// The directions of one patch that may lead to the target, as indices in the bands.
     fn modes(&self, index: usize) -> Option<[Range<usize>; 2]> {
-        let hop = &self.job.hop;
+        let hop = self.job.chooser();
         let margin = [MARGIN * self.job.plan.footprint; 2];
         let at = self.patches.place(index).centre;
         let [x0, x1, y0, y1] = reach(hop, at, hop.to.bounds()?, margin)?;
@@ -259,7 +265,7 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
     let mut tally = Tally::default();
     let mut arrivals = Vec::new();
     let mut within = 0.0;
-    let Ok(seat) = Seat::new(job.hop.from, spectrum.centre) else {
+    let Ok(seats) = Seats::new(job, spectrum.centre) else {
         tally.add_energy(Fate::Lost(Loss::Missed), spectrum.energy);
         return (arrivals, tally);
     };
@@ -272,7 +278,7 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
             continue;
         }
         let mode = [spectrum.first[0] + mx, spectrum.first[1] + my];
-        let fate = match follow(job, &seat, mode, *c, to, &mut aberrations, &mut tally) {
+        let fate = match follow(job, &seats, mode, *c, to, &mut aberrations, &mut tally) {
             Ok(arrival) => {
                 arrivals.push(arrival);
                 Fate::Arrived
@@ -288,7 +294,7 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
 /// Follows one beamlet to the target.
 fn follow(
     job: &Job,
-    seat: &Seat,
+    seats: &Seats,
     mode: [usize; 2],
     coefficient: Complex64,
     to: &Canvas,
@@ -297,7 +303,7 @@ fn follow(
 ) -> Result<Arrival, Fate> {
     let number = mode[1] * job.plan.bands[0].count + mode[0];
     let look = number.is_multiple_of(ESTIMATE_EVERY);
-    let aimed = aim(job, seat, mode, to, aberrations, look)?;
+    let aimed = aim(job, seats, mode, to, aberrations, look)?;
     let mut arrival = aimed.arrival;
     if aimed.looked && job.beyond.is_wanted(arrival.at, arrival.cosines) {
         let share = to.share(
@@ -311,9 +317,51 @@ fn follow(
     Ok(arrival)
 }
 
+/// The hop with its parameters, a block at a time.
+fn sways<'a>(job: &Job<'a>, neighbours: &[Neighbours<'a>]) -> Vec<SwayingHop<'a>> {
+    let blocks = neighbours.chunks(BLOCK);
+    blocks
+        .map(|block| SwayingHop::new(job.hop, block))
+        .collect()
+}
+
+/// The derivatives with respect to all parameters that one patch brings.
+fn pulled(
+    cutter: &Cutter,
+    kept: &Kept,
+    aims: &Aims,
+    sways: &[SwayingHop],
+    moments: &[Moments],
+) -> Vec<f64> {
+    let mut total = vec![0.0; BLOCK * sways.len()];
+    let (plan, k) = (cutter.job.plan, cutter.job.hop.wavenumber());
+    let [bx, by] = &plan.bands;
+    let mut add = |spectrum: &Spectrum| {
+        for ((place, arrival), moments) in aims.places.iter().zip(&aims.arrivals).zip(moments) {
+            let amplitude = arrival.amplitude * spectrum.coefficients[*place];
+            if amplitude == Complex64::ZERO {
+                continue;
+            }
+            let [x, y] = [0, 1].map(|a| aims.modes[a].start + place[1 - a]);
+            let p = [bx.at(x), by.at(y)];
+            for (sway, total) in sways.iter().zip(total.chunks_mut(BLOCK)) {
+                if let Ok(carried) = sway.carry(aims.seats.seat(), p, plan.sigma) {
+                    let parts = pull(&carried, amplitude, moments, k);
+                    total.iter_mut().zip(parts).for_each(|(t, part)| *t += part);
+                }
+            }
+        }
+    };
+    if !sways.is_empty() {
+        cutter.with(kept, aims.index, &mut add);
+    }
+    total
+}
+
 /// The beamlets of one patch that reach the target, in the order of their modes.
 struct Aims {
     index: usize,
+    seats: Seats,
     modes: [Range<usize>; 2],
     /// Each beamlet's place among the modes, [my, mx].
     places: Vec<[usize; 2]>,
@@ -326,7 +374,7 @@ fn aims(cutter: &Cutter, kept: &Kept, index: usize, floor: f64, to: &Canvas) -> 
     let job = cutter.job;
     let modes = cutter.modes(index)?;
     let centre = cutter.patches.place(index).centre;
-    let seat = Seat::new(job.hop.from, centre).ok()?;
+    let seats = Seats::new(job, centre).ok()?;
     let mut aberrations = PatchAberration::new(job, centre);
     let weak = |place: [usize; 2]| {
         let energy = |spectrum: &Spectrum| spectrum.coefficients[place].norm_sqr();
@@ -337,6 +385,7 @@ fn aims(cutter: &Cutter, kept: &Kept, index: usize, floor: f64, to: &Canvas) -> 
     };
     let mut aims = Aims {
         index,
+        seats,
         places: Vec::new(),
         arrivals: Vec::new(),
         modes,
@@ -347,7 +396,7 @@ fn aims(cutter: &Cutter, kept: &Kept, index: usize, floor: f64, to: &Canvas) -> 
             if weak([my, mx]) {
                 continue;
             }
-            if let Ok(aimed) = aim(job, &seat, mode, to, &mut aberrations, false) {
+            if let Ok(aimed) = aim(job, &aims.seats, mode, to, &mut aberrations, false) {
                 aims.places.push([my, mx]);
                 aims.arrivals.push(aimed.arrival);
             }

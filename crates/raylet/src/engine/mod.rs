@@ -36,6 +36,7 @@ pub mod settings;
 pub mod simulate;
 pub mod sketch;
 pub mod survey;
+pub mod sway;
 pub mod tally;
 pub mod tube;
 pub mod volley;

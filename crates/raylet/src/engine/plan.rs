@@ -11,6 +11,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::bend::Interface;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::shape::Shape;
+use crate::optics::surface::Surface;
 use crate::optics::system::Hop;
 use crate::wave::patch::Band;
 use crate::wave::propagate::{FreeHop, FreePlan, Slab};
@@ -286,22 +287,45 @@ pub fn free_hop(
     if !clears(hop, next, target.z) {
         return None;
     }
+    let open = |surface: &Surface| {
+        let seen = |point| surface.frame.to_local(point);
+        holds(&surface.aperture, seen(frame.origin), from)
+            && holds(&surface.aperture, seen(hop.to.frame.origin), to)
+    };
+    if !hop.train.iter().all(open) {
+        return None;
+    }
+    Some(FreeHop {
+        k: hop.wavenumber(),
+        slabs: slabs(hop)?,
+        offset: [target.x, target.y],
+        anchor,
+        padding: settings.padding.max(4.0),
+    })
+}
+
+/// A free hop with the slabs and the offset of another hop of the same kind; nothing when that has power or
+/// is tilted.
+pub fn along(free: &FreeHop, hop: &Hop) -> Option<FreeHop> {
+    let frame = &hop.from.frame;
+    let target = frame.to_local(hop.to.frame.origin);
+    let slabs = slabs(hop).filter(|_| frame.is_parallel(&hop.to.frame))?;
+    Some(FreeHop {
+        slabs,
+        offset: [target.x, target.y],
+        ..free.clone()
+    })
+}
+
+/// The media between parallel screens, when only planes parallel to them part these.
+fn slabs(hop: &Hop) -> Option<Vec<Slab>> {
+    let frame = &hop.from.frame;
     let mut slabs = Vec::new();
     let mut depth = 0.0;
     for surface in hop.train {
         let plane = surface.shape == Shape::Plane
             && surface.interface == Interface::Refract
-            && (surface.frame.z - frame.z).norm() < 1e-12
-            && holds(
-                &surface.aperture,
-                surface.frame.to_local(frame.origin),
-                from,
-            )
-            && holds(
-                &surface.aperture,
-                surface.frame.to_local(hop.to.frame.origin),
-                to,
-            );
+            && (surface.frame.z - frame.z).norm() < 1e-12;
         if !plane {
             return None;
         }
@@ -313,18 +337,13 @@ pub fn free_hop(
         });
         depth = z;
     }
+    let target = frame.to_local(hop.to.frame.origin);
     slabs.push(Slab {
         index: hop.to.index,
         thickness: target.z - depth,
         exit: None,
     });
-    Some(FreeHop {
-        k: hop.wavenumber(),
-        slabs,
-        offset: [target.x, target.y],
-        anchor,
-        padding: settings.padding.max(4.0),
-    })
+    Some(slabs)
 }
 
 /// Deepest relief of a curved screen that is taken apart into levels, in wavelengths.

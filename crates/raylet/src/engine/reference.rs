@@ -262,7 +262,7 @@ fn carry(
     let (values, work, neglects) = match route {
         Route::AngularSpectrum(free, plan) => {
             let waves = plan.bands[0].count * plan.bands[1].count;
-            (free.carry(&field, &raster, plan), waves as f64, "")
+            (free.carry(&field, None, &raster, plan), waves as f64, "")
         }
         Route::RayleighSommerfeld(_) => {
             let (values, pairs) = shine(hop, &field, &raster, choice, progress)?;

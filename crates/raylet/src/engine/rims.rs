@@ -6,7 +6,7 @@
 //! forward), cut there with exactly weighted edges, and sent on. Rims of larger lenses cut by chief ray:
 //! their diffraction is a far smaller share of the light, and what they cut is in the tally.
 
-use crate::engine::walk::{emit, walk};
+use crate::engine::walk::{Stand, emit, walk};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::bend::Interface;
@@ -121,7 +121,7 @@ fn cuts(hop: &Hop, number: usize) -> bool {
     for (j, i) in pairs(POSITIONS) {
         let at = [place(i, x0, x1), place(j, y0, y1)];
         for (m, n) in pairs(DIRECTIONS) {
-            let Ok(ray) = emit(hop.from, at, [slope(n), slope(m)]) else {
+            let Ok(ray) = emit(&Stand::still(hop.from), at, [slope(n), slope(m)]) else {
                 continue;
             };
             let Ok(ray) = walk(&hop.train[..number], ray, &mut ()) else {

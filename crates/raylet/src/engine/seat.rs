@@ -1,6 +1,8 @@
 //! The place on a screen from which beamlets leave: on a curved screen the plane that touches it there.
 
 use crate::math::complex::{Complex, Symmetric};
+use crate::math::vec3::Vec3;
+use crate::optics::frame::Frame;
 use crate::optics::ray::Loss;
 use crate::optics::screen::Screen;
 use crate::optics::system::Hop;
@@ -51,6 +53,18 @@ impl Seat {
             from: self.plane.as_ref().unwrap_or(hop.from),
             ..*hop
         }
+    }
+
+    /// The touching plane's frame on the axes of its screen; nothing on a plane screen.
+    pub fn frame_on(&self, screen: &Screen) -> Option<Frame> {
+        let plane = self.plane.as_ref()?;
+        let [x, y, z] = self.axes.map(|[x, y, z]| Vec3::new(x, y, z));
+        Some(Frame {
+            origin: screen.frame.to_local(plane.frame.origin),
+            x,
+            y,
+            z,
+        })
     }
 
     /// The point on the plane of [`Seat::hop`], in mm.

@@ -275,6 +275,7 @@ pub fn simulate(
         let run = Run {
             number,
             hop,
+            planned: None,
             plan: &plan,
             settings,
             beyond,

@@ -8,6 +8,7 @@ use crate::engine::walk::Landing;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
 use crate::optics::doe::Doe;
+use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::source::Source;
@@ -94,8 +95,8 @@ struct Pencil {
 struct Steps(Vec<Vec3>);
 
 impl<T: Real> Companion<T> for Steps {
-    fn fly(&mut self, _length: T, _index: f64) {}
-    fn bend(&mut self, _encounter: &Encounter<T>) {}
+    fn fly(&mut self, _length: T, _index: T) {}
+    fn bend<A: Axes<T>>(&mut self, _encounter: &Encounter<T, A>) {}
     fn visit(&mut self, point: Vec3<T>) {
         self.0.push(point.value());
     }

@@ -8,6 +8,7 @@ use crate::engine::walk::Landing;
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
+use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
@@ -160,13 +161,13 @@ impl Default for Neighbours {
 }
 
 impl Companion<Number> for Neighbours {
-    fn fly(&mut self, length: Number, _index: f64) {
+    fn fly(&mut self, length: Number, _index: Number) {
         self.forwards = length.value >= 0.0;
     }
 
-    fn bend(&mut self, encounter: &Encounter<Number>) {
+    fn bend<A: Axes<Number>>(&mut self, encounter: &Encounter<Number, A>) {
         let bent = encounter.bent;
-        let [before, after] = encounter.index;
+        let [before, after] = encounter.index.map(|n| n.value);
         let ideal = before * bent.cosine_in.value / (after * bent.cosine_out.value.abs());
         self.transmission *= bent.transmission.value / ideal.sqrt();
     }

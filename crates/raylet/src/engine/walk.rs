@@ -4,9 +4,10 @@ use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
 use crate::optics::bend::bend;
+use crate::optics::frame::{Axes, Frame};
 use crate::optics::ray::{Loss, Ray};
 use crate::optics::screen::Screen;
-use crate::optics::surface::Surface;
+use crate::optics::surface::Face;
 use crate::optics::system::Hop;
 use crate::wave::wavelet::{Beamlet, Companion, Encounter};
 
@@ -32,19 +33,45 @@ pub struct Carried<T = f64> {
     pub curvature: Symmetric<T>,
 }
 
+/// A screen as a ray of numbers `T` meets it.
+pub struct Stand<'a, T, A> {
+    /// The screen as it is.
+    pub screen: &'a Screen,
+    /// Where it stands.
+    pub axes: &'a A,
+    /// Refractive index around it.
+    pub index: T,
+}
+
+impl<'a, T: Real> Stand<'a, T, Frame> {
+    /// A screen that stands still.
+    #[inline(always)]
+    pub fn still(screen: &'a Screen) -> Self {
+        Self {
+            screen,
+            axes: &screen.frame,
+            index: T::constant(screen.index),
+        }
+    }
+}
+
 /// The ray that leaves a screen above (x, y) with optical direction cosines p along its axes.
 ///
 /// # Errors
 /// [`Loss::Evanescent`] when |p| is not below the index; [`Loss::Missed`] where a curved screen does not
 /// exist, or when the ray would leave on its wrong side.
 #[inline(always)]
-pub fn emit<T: Real>(screen: &Screen, at: [T; 2], p: [T; 2]) -> Result<Ray<T>, Loss> {
-    let n = screen.index;
-    let under = -(p[0] * p[0] + p[1] * p[1]) + n * n;
+pub fn emit<T: Real, A: Axes<T>>(
+    from: &Stand<T, A>,
+    at: [T; 2],
+    p: [T; 2],
+) -> Result<Ray<T>, Loss> {
+    let (screen, n) = (from.screen, from.index);
+    let under = n * n - (p[0] * p[0] + p[1] * p[1]);
     if under.any(|under| under <= 0.0) {
         return Err(Loss::Evanescent);
     }
-    let local = Vec3::new(p[0], p[1], under.sqrt() * screen.leaves()) * T::constant(1.0 / n);
+    let local = Vec3::new(p[0], p[1], under.sqrt() * screen.leaves()) * (T::constant(1.0) / n);
     let mut z = T::constant(0.0);
     if !screen.is_plane() {
         let height = screen.shape.height(at[0], at[1]).ok_or(Loss::Missed)?;
@@ -55,8 +82,8 @@ pub fn emit<T: Real>(screen: &Screen, at: [T; 2], p: [T; 2]) -> Result<Ray<T>, L
         }
         z = height.z;
     }
-    let position = screen.frame.to_global(Vec3::new(at[0], at[1], z));
-    Ok(Ray::new(position, screen.frame.turn_out(local)))
+    let position = from.axes.to_global(Vec3::new(at[0], at[1], z));
+    Ok(Ray::new(position, from.axes.turn_out(local)))
 }
 
 /// Takes a ray through a train of surfaces, telling the companion of every flight and bend.
@@ -64,18 +91,18 @@ pub fn emit<T: Real>(screen: &Screen, at: [T; 2], p: [T; 2]) -> Result<Ray<T>, L
 /// # Errors
 /// How the ray was lost, if it was.
 #[inline(always)]
-pub fn walk<T: Real, C: Companion<T>>(
-    train: &[Surface],
+pub fn walk<T: Real, F: Face<T>, C: Companion<T>>(
+    train: &[F],
     mut ray: Ray<T>,
     companion: &mut C,
 ) -> Result<Ray<T>, Loss> {
     companion.visit(ray.position);
-    for surface in train {
+    for face in train {
         // Meet the surface in its own frame.
-        let frame = &surface.frame;
+        let (surface, frame, index) = (face.surface(), face.axes(), face.index());
         let position = frame.to_local(ray.position);
         let direction = frame.turn_in(ray.direction);
-        let length = surface.shape.meet(position, direction)?;
+        let length = face.meet(position, direction)?;
         let hit = position + direction * length;
         if hit
             .x
@@ -83,32 +110,26 @@ pub fn walk<T: Real, C: Companion<T>>(
         {
             return Err(Loss::Clipped);
         }
-        companion.fly(length, surface.index[0]);
-        ray = ray.flown(length, surface.index[0]);
+        companion.fly(length, index[0]);
+        ray = ray.flown(length, index[0]);
         companion.visit(ray.position);
 
         // Its normal there, turned along the ray.
-        let height = surface.shape.height(hit.x, hit.y).ok_or(Loss::Missed)?;
+        let height = face.height(hit.x, hit.y).ok_or(Loss::Missed)?;
         let [sx, sy] = height.slope;
         let up = Vec3::new(-sx, -sy, T::constant(1.0)).unit();
         let side = T::constant(1.0).along(up.dot(direction));
         let normal = up * side;
 
         // Bend.
-        let bent = bend(
-            surface.interface,
-            surface.coating,
-            direction,
-            normal,
-            surface.index,
-        )?;
+        let bent = bend(surface.interface, surface.coating, direction, normal, index)?;
         companion.bend(&Encounter {
             frame,
             height: &height,
             normal,
             side: side.value(),
             bent: &bent,
-            index: surface.index,
+            index,
         });
         ray.direction = frame.turn_out(bent.direction);
     }
@@ -120,25 +141,50 @@ pub fn walk<T: Real, C: Companion<T>>(
 /// # Errors
 /// [`Loss::Missed`] when it runs parallel to the screen or away from the side it should arrive at.
 #[inline(always)]
-pub fn land<T: Real, C: Companion<T>>(
-    screen: &Screen,
+pub fn land<T: Real, A: Axes<T>, C: Companion<T>>(
+    to: &Stand<T, A>,
     ray: Ray<T>,
     companion: &mut C,
 ) -> Result<Landing<T>, Loss> {
-    let position = screen.frame.to_local(ray.position);
-    let direction = screen.frame.turn_in(ray.direction);
+    let screen = to.screen;
+    let position = to.axes.to_local(ray.position);
+    let direction = to.axes.turn_in(ray.direction);
     if direction.z.any(|z| z * screen.arrives <= 0.0) {
         return Err(Loss::Missed);
     }
     let length = screen.shape.meet(position, direction)?;
-    companion.fly(length, screen.index);
+    let n = to.index;
+    companion.fly(length, n);
     let hit = position + direction * length;
     companion.visit(ray.position + ray.direction * length);
-    let n = screen.index;
     Ok(Landing {
         at: [hit.x, hit.y],
         cosines: [direction.x * n, direction.y * n],
         path: ray.path + length * n,
+    })
+}
+
+/// Takes a beamlet that starts above (x, y) along p, with curvature `q` on the emitting screen's axes, through
+/// a train to a screen.
+///
+/// # Errors
+/// How the ray was lost, if it was.
+#[inline(always)]
+pub fn carry_beamlet<T: Real, A: Axes<T>, F: Face<T>, B: Axes<T>>(
+    from: &Stand<T, A>,
+    train: &[F],
+    to: &Stand<T, B>,
+    (at, p): ([T; 2], [T; 2]),
+    q: Symmetric<T>,
+) -> Result<Carried<T>, Loss> {
+    let ray = emit(from, at, p)?;
+    let mut beamlet = Beamlet::launch(ray.direction, from.axes, q);
+    let ray = walk(train, ray, &mut beamlet)?;
+    let landing = land(to, ray, &mut beamlet)?;
+    Ok(Carried {
+        landing,
+        amplitude: beamlet.amplitude,
+        curvature: beamlet.land(to.axes),
     })
 }
 
@@ -154,9 +200,9 @@ impl Hop<'_> {
         p: [T; 2],
         companion: &mut C,
     ) -> Result<Landing<T>, Loss> {
-        let ray = emit(self.from, at, p)?;
+        let ray = emit(&Stand::still(self.from), at, p)?;
         let ray = walk(self.train, ray, companion)?;
-        land(self.to, ray, companion)
+        land(&Stand::still(self.to), ray, companion)
     }
 
     /// The same with a beamlet that starts with curvature `q` on the emitting screen's axes.
@@ -170,15 +216,8 @@ impl Hop<'_> {
         p: [T; 2],
         q: Symmetric<T>,
     ) -> Result<Carried<T>, Loss> {
-        let ray = emit(self.from, at, p)?;
-        let mut beamlet = Beamlet::launch(ray.direction, &self.from.frame, q);
-        let ray = walk(self.train, ray, &mut beamlet)?;
-        let landing = land(self.to, ray, &mut beamlet)?;
-        Ok(Carried {
-            landing,
-            amplitude: beamlet.amplitude,
-            curvature: beamlet.land(&self.to.frame),
-        })
+        let (from, to) = (Stand::still(self.from), Stand::still(self.to));
+        carry_beamlet(&from, self.train, &to, (at, p), q)
     }
 
     /// The ray with its Jacobian J = ∂(s, p′)/∂(x, p), rows (s_x, s_y, p′_x, p′_y).

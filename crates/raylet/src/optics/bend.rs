@@ -48,7 +48,7 @@ pub fn bend<T: Real>(
     coating: Coating,
     direction: Vec3<T>,
     normal: Vec3<T>,
-    [before, after]: [f64; 2],
+    [before, after]: [T; 2],
 ) -> Result<Bent<T>, Loss> {
     let cosine_in = direction.dot(normal);
     match interface {
@@ -62,13 +62,13 @@ pub fn bend<T: Real>(
             // Snell's law in vector form; the tangential part of the optical direction is kept.
             let ratio = before / after;
             let tangential = direction + normal * -cosine_in;
-            let under = tangential.dot(tangential) * (-ratio * ratio) + 1.0;
+            let under = tangential.dot(tangential) * -(ratio * ratio) + 1.0;
             if under.any(|under| under <= 0.0) {
                 return Err(Loss::TotalReflection);
             }
             let cosine_out = under.sqrt();
             Ok(Bent {
-                direction: tangential * T::constant(ratio) + normal * cosine_out,
+                direction: tangential * ratio + normal * cosine_out,
                 cosine_in,
                 cosine_out,
                 transmission: transmission(coating, cosine_in * before, cosine_out * after, ratio),
@@ -79,14 +79,14 @@ pub fn bend<T: Real>(
 
 /// The field coefficient from the normal optical cosines on both sides (n₁cos χ₁, n₂cos χ₂).
 #[inline(always)]
-pub fn transmission<T: Real>(coating: Coating, before: T, after: T, ratio: f64) -> T {
+pub fn transmission<T: Real>(coating: Coating, before: T, after: T, ratio: T) -> T {
     match coating {
         Coating::Unit => T::constant(1.0),
         Coating::Ideal => (before / after).sqrt(),
         Coating::Fresnel => {
             // s: 2n₁c₁/(n₁c₁+n₂c₂); p: 2n₁c₁/(n₂c₁+n₁c₂), with the optical cosines a = n₁c₁, b = n₂c₂.
             let s = before * 2.0 / (before + after);
-            let p = before * 2.0 / (before * (1.0 / ratio) + after * ratio);
+            let p = before * 2.0 / (before / ratio + after * ratio);
             ((s * s + p * p) * 0.5).sqrt()
         }
     }

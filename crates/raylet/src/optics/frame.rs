@@ -92,6 +92,43 @@ impl Frame {
     }
 }
 
+/// Local axes and an origin, as a ray of numbers `T` sees them: those of a [`Frame`], or of one that moves.
+pub trait Axes<T: Real> {
+    /// The local x and y axes, global.
+    fn across(&self) -> [Vec3<T>; 2];
+    /// A global direction in local components.
+    fn turn_in(&self, v: Vec3<T>) -> Vec3<T>;
+    /// A local direction in global components.
+    fn turn_out(&self, v: Vec3<T>) -> Vec3<T>;
+    /// A global point in local coordinates.
+    fn to_local(&self, point: Vec3<T>) -> Vec3<T>;
+    /// A local point in global coordinates.
+    fn to_global(&self, point: Vec3<T>) -> Vec3<T>;
+}
+
+impl<T: Real> Axes<T> for Frame {
+    #[inline(always)]
+    fn across(&self) -> [Vec3<T>; 2] {
+        [Vec3::constant(self.x), Vec3::constant(self.y)]
+    }
+    #[inline(always)]
+    fn turn_in(&self, v: Vec3<T>) -> Vec3<T> {
+        Frame::turn_in(self, v)
+    }
+    #[inline(always)]
+    fn turn_out(&self, v: Vec3<T>) -> Vec3<T> {
+        Frame::turn_out(self, v)
+    }
+    #[inline(always)]
+    fn to_local(&self, point: Vec3<T>) -> Vec3<T> {
+        Frame::to_local(self, point)
+    }
+    #[inline(always)]
+    fn to_global(&self, point: Vec3<T>) -> Vec3<T> {
+        Frame::to_global(self, point)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use crate::math::vec3::Vec3;

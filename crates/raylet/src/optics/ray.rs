@@ -26,7 +26,7 @@ impl<T: Real> Ray<T> {
 
     /// The ray after flying `length` mm in a medium of the given index; negative lengths fly back.
     #[inline(always)]
-    pub fn flown(self, length: T, index: f64) -> Self {
+    pub fn flown(self, length: T, index: T) -> Self {
         Self {
             position: self.position + self.direction * length,
             path: self.path + length * index,

@@ -1,9 +1,12 @@
 //! A prescription row: shape, place, clear aperture, and what happens to light there.
 
+use crate::math::real::Real;
+use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::bend::{Coating, Interface};
-use crate::optics::frame::Frame;
-use crate::optics::shape::Shape;
+use crate::optics::frame::{Axes, Frame};
+use crate::optics::ray::Loss;
+use crate::optics::shape::{Height, Shape};
 
 /// One refracting or reflecting surface at one wavelength.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,4 +23,47 @@ pub struct Surface {
     pub coating: Coating,
     /// Refractive index before and after it.
     pub index: [f64; 2],
+}
+
+/// A surface as a ray of numbers `T` meets it: one that stands still, or one that moves and bends.
+pub trait Face<T: Real> {
+    /// Its axes.
+    type Axes: Axes<T>;
+    /// The surface as it is.
+    fn surface(&self) -> &Surface;
+    /// Where it stands.
+    fn axes(&self) -> &Self::Axes;
+    /// Refractive index before and after it.
+    fn index(&self) -> [T; 2];
+    /// Height and derivatives at (x, y); nothing where the surface does not exist.
+    fn height(&self, x: T, y: T) -> Option<Height<T>>;
+    /// The distance along a ray (local position and unit direction) to it.
+    ///
+    /// # Errors
+    /// [`Loss::Missed`] when they do not meet.
+    fn meet(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss>;
+}
+
+impl<T: Real> Face<T> for Surface {
+    type Axes = Frame;
+    #[inline(always)]
+    fn surface(&self) -> &Surface {
+        self
+    }
+    #[inline(always)]
+    fn axes(&self) -> &Frame {
+        &self.frame
+    }
+    #[inline(always)]
+    fn index(&self) -> [T; 2] {
+        self.index.map(T::constant)
+    }
+    #[inline(always)]
+    fn height(&self, x: T, y: T) -> Option<Height<T>> {
+        self.shape.height(x, y)
+    }
+    #[inline(always)]
+    fn meet(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
+        self.shape.meet(position, direction)
+    }
 }

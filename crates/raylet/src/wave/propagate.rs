@@ -6,7 +6,7 @@
 //! removes the directions whose periodic copies would reach the target (after Matsushima and Shimobaba,
 //! Opt. Express 17, 19662, 2009, who cut where this tapers).
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array1, Array2, ArrayView2};
 use num_complex::Complex64;
 
 use crate::math::braid::Braid2;
@@ -42,6 +42,10 @@ pub struct FreeHop {
     /// Period P over W, the sum of the half widths of screen and target; at least 4.
     pub padding: f64,
 }
+
+/// A curved screen under a field: its heights at the nodes, and the sign with which light leaves along its
+/// local z axis. Nothing for a plane.
+pub type Surface<'a> = Option<(&'a Heights, f64)>;
 
 /// What a free hop will do: its directions along x and y.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -113,8 +117,9 @@ impl FreeHop {
         Some(total)
     }
 
-    /// Transfer of the plane wave (p, q): phase of the slabs, interfaces, taper; zero when evanescent.
-    fn transfer(&self, p: [f64; 2], plan: &FreePlan) -> Complex64 {
+    /// What the plane wave (p, q) meets: its optical path through the slabs, and what interfaces and taper
+    /// leave of it; nothing when it is evanescent.
+    fn crossing(&self, p: [f64; 2], plan: &FreePlan) -> Option<(f64, f64)> {
         let square = p[0] * p[0] + p[1] * p[1];
         let (mut path, mut size) = (0.0, 1.0);
         let mut offset = [0.0; 2];
@@ -122,7 +127,7 @@ impl FreeHop {
         for (i, slab) in self.slabs.iter().enumerate() {
             let under = slab.index * slab.index - square;
             if under <= 0.0 {
-                return Complex64::ZERO;
+                return None;
             }
             let q = under.sqrt();
             if i > 0
@@ -137,33 +142,81 @@ impl FreeHop {
             offset[1] += slab.thickness.abs() * p[1] / q;
         }
         let keep = |a: usize| taper(offset[a].abs(), plan, a);
-        Complex64::from_polar(size * keep(0) * keep(1), self.k * path)
+        Some((path, size * keep(0) * keep(1)))
     }
 
-    /// Carries a field to the raster of the receiving plane.
-    pub fn carry(&self, field: &Field, target: &Raster, plan: &FreePlan) -> Array2<Complex64> {
-        let braid = self.braid(&field.grid, plan);
-        let mut waves = self.spread(&braid, field.values.view(), &field.grid, plan);
+    /// Transfer of the plane wave (p, q): phase of the slabs, interfaces, taper; zero when evanescent.
+    fn transfer(&self, p: [f64; 2], plan: &FreePlan) -> Complex64 {
+        let crossing = self.crossing(p, plan);
+        crossing.map_or(Complex64::ZERO, |(path, size)| {
+            Complex64::from_polar(size, self.k * path)
+        })
+    }
+
+    /// The difference of two hops' logarithms of transfer, landing offset included.
+    fn log_ratio(below: &Self, above: &Self, p: [f64; 2], plan: &FreePlan) -> Complex64 {
+        let (Some(low), Some(high)) = (below.crossing(p, plan), above.crossing(p, plan)) else {
+            return Complex64::ZERO;
+        };
+        if low.1 <= 0.0 || high.1 <= 0.0 {
+            return Complex64::ZERO;
+        }
+        let shift = |a: usize| p[a] * (above.offset[a] - below.offset[a]);
+        let path = high.0 - low.0 + shift(0) + shift(1);
+        Complex64::new((high.1 / low.1).ln(), below.k * path)
+    }
+
+    /// Carries a field to the raster of the receiving plane. From a curved screen, along whose local z axis
+    /// light leaves with a sign, by Weyl's sum over the true surface,
+    /// c(p) = 1/P² Σ U e^{−ik(p·x ± q s)} N·(p, ±q)/(±q) dA with N = (−∇s, 1),
+    /// the surface taken apart into levels.
+    pub fn carry(
+        &self,
+        field: &Field,
+        surface: Surface,
+        target: &Raster,
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
+        let mut waves = self.leave(field, surface, plan);
         self.cross(&mut waves, plan);
         self.land(&waves, target, plan)
     }
 
-    /// The same from a curved screen, along whose local z axis light leaves with the sign `leaves`: Weyl's
-    /// sum over the true surface,
-    /// c(p) = 1/P² Σ U e^{−ik(p·x ± q s)} N·(p, ±q)/(±q) dA with N = (−∇s, 1),
-    /// the surface taken apart into levels.
-    pub fn carry_curved(
+    /// The conjugate transpose of [`FreeHop::carry`], from the target's points to the nodes of the field; and
+    /// the derivative with respect to each parameter, known by the hops a little below and above and the
+    /// distance of its values. Dark nodes of a curved screen stay dark; without neighbours the derivative is
+    /// nothing.
+    pub fn carry_adjoint(
         &self,
-        field: &Field,
-        heights: &Heights,
-        leaves: f64,
+        target_bar: &Array2<Complex64>,
         target: &Raster,
+        (field, surface): (&Field, Surface),
         plan: &FreePlan,
-    ) -> Array2<Complex64> {
+        neighbours: &[([FreeHop; 2], f64)],
+    ) -> (Array2<Complex64>, Vec<f64>) {
+        let mut waves_bar = self.land_adjoint(target_bar, target, plan);
+        self.cross_adjoint(&mut waves_bar, plan);
+        let mut parameters = Vec::new();
+        if !neighbours.is_empty() {
+            let waves = self.leave(field, surface, plan);
+            let along = |pair: &([FreeHop; 2], f64)| pull(pair, &waves, &waves_bar, plan);
+            parameters = neighbours.iter().map(along).collect();
+        }
+        (
+            self.leave_adjoint(&waves_bar, (field, surface), plan),
+            parameters,
+        )
+    }
+
+    /// Field to plane waves.
+    fn leave(&self, field: &Field, surface: Surface, plan: &FreePlan) -> Array2<Complex64> {
+        let braid = self.braid(&field.grid, plan);
+        let Some((heights, leaves)) = surface else {
+            return self.spread(&braid, field.values.view(), &field.grid, plan);
+        };
         let [band_x, band_y] = &plan.bands;
         let normal = |p: [f64; 2]| leaves * self.normal(p);
         let stack = self.stack(field, heights, leaves, plan);
-        let braid = self.braid(&field.grid, plan);
         let mut waves: Array2<Complex64> = Array2::zeros((band_y.count, band_x.count));
         for (number, level) in stack.levels.at.iter().enumerate() {
             // What this level holds of the field, and of the field times the slopes.
@@ -192,37 +245,22 @@ impl FreeHop {
                     }
                 });
         }
-        self.cross(&mut waves, plan);
-        self.land(&waves, target, plan)
+        waves
     }
 
-    /// The conjugate transpose of [`FreeHop::carry`]: from the target's points to the nodes of a grid.
-    pub fn carry_adjoint(
+    /// The conjugate transpose of [`FreeHop::leave`].
+    fn leave_adjoint(
         &self,
-        target_bar: &Array2<Complex64>,
-        target: &Raster,
-        grid: &Grid,
+        waves_bar: &Array2<Complex64>,
+        (field, surface): (&Field, Surface),
         plan: &FreePlan,
     ) -> Array2<Complex64> {
-        let mut waves_bar = self.land_adjoint(target_bar, target, plan);
-        self.cross_adjoint(&mut waves_bar, plan);
-        self.spread_adjoint(&self.braid(grid, plan), &waves_bar, grid, plan)
-    }
-
-    /// The conjugate transpose of [`FreeHop::carry_curved`]. `field` is that of the way there: its levels are
-    /// those of the lit nodes, and dark nodes stay dark.
-    pub fn carry_curved_adjoint(
-        &self,
-        target_bar: &Array2<Complex64>,
-        target: &Raster,
-        (field, heights, leaves): (&Field, &Heights, f64),
-        plan: &FreePlan,
-    ) -> Array2<Complex64> {
-        let mut waves_bar = self.land_adjoint(target_bar, target, plan);
-        self.cross_adjoint(&mut waves_bar, plan);
+        let braid = self.braid(&field.grid, plan);
+        let Some((heights, leaves)) = surface else {
+            return self.spread_adjoint(&braid, waves_bar, &field.grid, plan);
+        };
         let [band_x, band_y] = &plan.bands;
         let stack = self.stack(field, heights, leaves, plan);
-        let braid = self.braid(&field.grid, plan);
         let mut values_bar: Array2<Complex64> = Array2::zeros(field.values.dim());
         for (number, level) in stack.levels.at.iter().enumerate() {
             // wave += (flat − (along_x p_x + along_y p_y)/q)·e^{−ikq·level}
@@ -389,6 +427,25 @@ impl FreeHop {
     }
 }
 
+/// The derivative of a loss along one parameter, from the waves that leave and the cotangent of them: that of
+/// wave·transfer is its transfer's logarithmic derivative.
+fn pull(
+    ([below, above], distance): &([FreeHop; 2], f64),
+    waves: &Array2<Complex64>,
+    waves_bar: &Array2<Complex64>,
+    plan: &FreePlan,
+) -> f64 {
+    let [band_x, band_y] = &plan.bands;
+    let mut rows = Array1::zeros(waves.nrows());
+    ndarray::Zip::indexed(&mut rows).par_for_each(|j, row: &mut f64| {
+        for (i, (wave, bar)) in waves.row(j).iter().zip(waves_bar.row(j)).enumerate() {
+            let ratio = FreeHop::log_ratio(below, above, [band_x.at(i), band_y.at(j)], plan);
+            *row += (bar.conj() * wave * ratio).re;
+        }
+    });
+    rows.sum() / distance
+}
+
 /// What one level holds of a field on a curved screen.
 fn level_part(stack: &Stack, number: usize, field: &Field, heights: &Heights) -> Array2<Complex64> {
     ndarray::Zip::from(&field.values)
@@ -467,7 +524,7 @@ mod tests {
             size: [60; 2],
         };
         let plan = hop.plan([-6.0, 6.0, -6.0, 6.0], [-6.0, 6.0, -6.0, 6.0]);
-        let carried = hop.carry(&field, &raster, &plan);
+        let carried = hop.carry(&field, None, &raster, &plan);
         for (there, here) in carried.iter().zip(&field.values) {
             assert!((there - here).norm() < 1e-6, "{there} {here}");
         }
@@ -504,7 +561,7 @@ mod tests {
             size: [41, 41],
         };
         let plan = hop.plan([-0.6, 0.6, -0.6, 0.6], [-0.4, 0.4, -0.4, 0.4]);
-        let carried = hop.carry(&field, &raster, &plan);
+        let carried = hop.carry(&field, None, &raster, &plan);
         let q = Complex64::new(1.0, z / (0.5 * k * waist * waist));
         let (mut error, mut norm) = (0.0, 0.0);
         for ((j, i), value) in carried.indexed_iter() {

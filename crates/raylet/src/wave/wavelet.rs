@@ -8,13 +8,13 @@ use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
 use crate::optics::bend::Bent;
-use crate::optics::frame::Frame;
+use crate::optics::frame::Axes;
 use crate::optics::shape::Height;
 
 /// What a walk tells about one surface it meets.
-pub struct Encounter<'a, T> {
+pub struct Encounter<'a, T, A> {
     /// The surface's frame.
-    pub frame: &'a Frame,
+    pub frame: &'a A,
     /// Height and derivatives at the hit, in the surface's frame.
     pub height: &'a Height<T>,
     /// Unit normal along the incoming ray, in the surface's frame.
@@ -24,15 +24,15 @@ pub struct Encounter<'a, T> {
     /// The new direction, in the surface's frame.
     pub bent: &'a Bent<T>,
     /// Index before and after.
-    pub index: [f64; 2],
+    pub index: [T; 2],
 }
 
 /// What travels along with a ray.
 pub trait Companion<T: Real> {
     /// The ray flies `length` mm through a medium.
-    fn fly(&mut self, length: T, index: f64);
+    fn fly(&mut self, length: T, index: T);
     /// The ray is bent at a surface.
-    fn bend(&mut self, encounter: &Encounter<T>);
+    fn bend<A: Axes<T>>(&mut self, encounter: &Encounter<T, A>);
     /// The ray stands at a global point, at its start and after each flight.
     fn visit(&mut self, _point: Vec3<T>) {}
 }
@@ -40,9 +40,9 @@ pub trait Companion<T: Real> {
 /// Nothing travels along.
 impl<T: Real> Companion<T> for () {
     #[inline(always)]
-    fn fly(&mut self, _length: T, _index: f64) {}
+    fn fly(&mut self, _length: T, _index: T) {}
     #[inline(always)]
-    fn bend(&mut self, _encounter: &Encounter<T>) {}
+    fn bend<A: Axes<T>>(&mut self, _encounter: &Encounter<T, A>) {}
 }
 
 /// A beamlet's amplitude and curvature.
@@ -62,9 +62,8 @@ impl<T: Real> Beamlet<T> {
     /// The beamlet that stands on a screen with curvature `q` (1/mm) along the screen's x and y axes:
     /// G⊥ = P⁻ᵀ q P⁻¹, P_ab = e_a · axis_b.
     #[inline(always)]
-    pub fn launch(direction: Vec3<T>, screen: &Frame, q: Symmetric<T>) -> Self {
-        let x = Vec3::constant(screen.x);
-        let y = Vec3::constant(screen.y);
+    pub fn launch<A: Axes<T>>(direction: Vec3<T>, screen: &A, q: Symmetric<T>) -> Self {
+        let [x, y] = screen.across();
         let across = (x + direction * -direction.dot(x)).unit();
         let along = direction.cross(across);
         let p = [[across.dot(x), across.dot(y)], [along.dot(x), along.dot(y)]];
@@ -78,9 +77,8 @@ impl<T: Real> Beamlet<T> {
 
     /// The curvature along a receiving screen's axes, G = PᵀG⊥P.
     #[inline(always)]
-    pub fn land(&self, screen: &Frame) -> Symmetric<T> {
-        let x = Vec3::constant(screen.x);
-        let y = Vec3::constant(screen.y);
+    pub fn land<A: Axes<T>>(&self, screen: &A) -> Symmetric<T> {
+        let [x, y] = screen.across();
         let along = self.direction.cross(self.across);
         self.curvature.congruent([
             [self.across.dot(x), self.across.dot(y)],
@@ -91,15 +89,15 @@ impl<T: Real> Beamlet<T> {
 
 impl<T: Real> Companion<T> for Beamlet<T> {
     #[inline(always)]
-    fn fly(&mut self, length: T, index: f64) {
-        let (curvature, root) = self.curvature.fly(length * (1.0 / index));
+    fn fly(&mut self, length: T, index: T) {
+        let (curvature, root) = self.curvature.fly(length / index);
         self.curvature = curvature;
         self.amplitude = self.amplitude * root;
     }
 
     /// H = P₁ᵀG⊥P₁ + (n₁cos χ₁ − n₂cos χ₂)S on tangent axes, then G⊥′ = P₂⁻ᵀHP₂⁻¹ across the new ray.
     #[inline(always)]
-    fn bend(&mut self, e: &Encounter<T>) {
+    fn bend<A: Axes<T>>(&mut self, e: &Encounter<T, A>) {
         let across = e.frame.turn_in(self.across);
         let along = e.frame.turn_in(self.direction).cross(across);
 

@@ -23,11 +23,13 @@ pub(crate) fn with_pixels(system: &System, number: usize, purpose: u32) -> Syste
 #[test]
 fn chain_dot_product() {
     for case in cases() {
-        let bench = Bench::new(&case.system, &case.settings).unwrap();
+        let bench = Bench::new(&case.system, &[], &case.settings).unwrap();
         let trace = bench.forward(&case.system).unwrap();
         let (ny, nx) = trace.field.values.dim();
         let field_bar = noise([ny, nx], 40);
-        let gradient = bench.adjoint(&case.system, &trace, &field_bar).unwrap();
+        let gradient = bench
+            .adjoint(&case.system, &[], &trace, &field_bar)
+            .unwrap();
         let mut elements = 0;
         for (number, bar) in gradient.pixels.iter().enumerate() {
             let Some(bar) = bar else { continue };

@@ -1,4 +1,5 @@
 //! Gradients through whole systems: the transpose of the chain, differences of losses, independent adjoints.
 
 mod chain;
+mod differences;
 mod stage;

@@ -98,7 +98,7 @@ pub(crate) fn bump() -> Shape {
         terms: vec![Term::Gaussian {
             height: 2.0,
             centre: [3.0, -2.0],
-            sigma: 25.0,
+            sigma: 15.0,
         }],
     }
 }
@@ -126,30 +126,39 @@ pub(crate) fn cases() -> Vec<Case> {
         system,
         settings,
     };
-    let pixel = |purpose| pixels(10, 4.0, purpose, PixelForm::Box);
+    let pixel = |purpose| pixels(7, 4.0, purpose, PixelForm::Box);
     let free = lit(
-        vec![screen(0.0, pixel(1)), screen(100.0, sensor(24, 2.0))],
+        vec![screen(0.0, pixel(1)), screen(100.0, sensor(12, 2.0))],
         vec![vec![]],
     );
     let behind_lens = lit(
-        vec![screen(0.0, pixel(2)), screen(330.0, sensor(24, 2.0))],
+        vec![screen(0.0, pixel(2)), screen(330.0, sensor(12, 2.0))],
         vec![lens()],
     );
 
     // A small lens whose rim cuts light, and a tilted sensor.
-    let mut rimmed = behind_lens.clone();
+    let mut rimmed = lit(
+        vec![
+            screen(0.0, pixels(6, 4.0, 8, PixelForm::Box)),
+            screen(200.0, sensor(10, 2.0)),
+        ],
+        vec![vec![
+            face(25.0, 1.0 / 60.0, [1.0, 1.5]),
+            face(38.0, -1.0 / 90.0, [1.5, 1.0]),
+        ]],
+    );
     for surface in &mut rimmed.trains[0] {
-        surface.aperture = Aperture::disc(28.0);
+        surface.aperture = Aperture::disc(12.0);
     }
     rimmed.screens[1].frame = rimmed.screens[1].frame.tilted([0.2, -0.1, 0.0]);
 
-    let mut mirror = screen(0.0, pixels(20, 2.0, 3, PixelForm::Bilinear));
+    let mut mirror = screen(0.0, pixels(12, 2.0, 3, PixelForm::Bilinear));
     mirror.shape = bump();
     let Act::Doe(doe) = &mut mirror.act else {
         unreachable!("it is an element")
     };
     doe.reflect = true;
-    let mut back = screen(-90.0, sensor(24, 2.0));
+    let mut back = screen(-90.0, sensor(12, 2.0));
     back.arrives = -1.0;
     let curved = lit(vec![mirror, back], vec![vec![]]);
 
@@ -159,17 +168,17 @@ pub(crate) fn cases() -> Vec<Case> {
         vec![
             screen(0.0, pixel(4)),
             second,
-            screen(200.0, sensor(24, 2.0)),
+            screen(200.0, sensor(12, 2.0)),
         ],
         vec![vec![], vec![]],
     );
-    let mut between = screen(330.0, pixels(12, 3.0, 7, PixelForm::Box));
+    let mut between = screen(330.0, pixels(8, 3.0, 7, PixelForm::Box));
     between.shape = bump();
     let lens_between = lit(
         vec![
             screen(0.0, pixel(6)),
             between,
-            screen(430.0, sensor(24, 2.0)),
+            screen(430.0, sensor(12, 2.0)),
         ],
         vec![lens(), vec![]],
     );

@@ -1,0 +1,280 @@
+//! Gradients against central differences of the loss itself.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::bench::Bench;
+use raylet::engine::settings::{Correction, Settings};
+use raylet::engine::sway::Variation;
+use raylet::math::vec3::Vec3;
+use raylet::optics::screen::Act;
+use raylet::optics::shape::{Conic, Shape};
+use raylet::optics::system::System;
+
+use crate::stage::{Case, cases, noise};
+
+/// A smooth real function of the field, and its cotangent there: Σ w|U|² + Re Σ v* U with random w and v, so that
+/// modulus and phase both count.
+fn loss(field: &Array2<Complex64>) -> (f64, Array2<Complex64>) {
+    let (ny, nx) = field.dim();
+    let (w, v) = (noise([ny, nx], 60).mapv(|w| w.re), noise([ny, nx], 61));
+    let mut value = 0.0;
+    for ((u, w), v) in field.iter().zip(&w).zip(&v) {
+        value += w * u.norm_sqr() + (v.conj() * u).re;
+    }
+    let bar = Array2::from_shape_fn((ny, nx), |at| 2.0 * w[at] * field[at] + v[at]);
+    (value, bar)
+}
+
+/// A parameter of a system: its name, its step, and the system with the parameter that much larger.
+type Parameter = (&'static str, f64, Box<dyn Fn(&System, f64) -> System>);
+
+fn on_surface(
+    index: usize,
+    change: impl Fn(&mut Conic, f64) + 'static,
+) -> Box<dyn Fn(&System, f64) -> System> {
+    Box::new(move |system, by| {
+        let mut changed = system.clone();
+        if let Shape::Conic(conic) = &mut changed.trains[0][index].shape {
+            change(conic, by);
+        }
+        changed
+    })
+}
+
+/// Everything behind a surface of the first train moves: its thickness.
+fn thickness(index: usize) -> Box<dyn Fn(&System, f64) -> System> {
+    Box::new(move |system, by| {
+        let mut changed = system.clone();
+        let further = |frame: raylet::optics::frame::Frame| {
+            let mut frame = frame;
+            frame.origin.z += by;
+            frame
+        };
+        for surface in changed.trains[0].iter_mut().skip(index) {
+            surface.frame = further(surface.frame);
+        }
+        for screen in changed.screens.iter_mut().skip(1) {
+            screen.frame = further(screen.frame);
+        }
+        changed
+    })
+}
+
+fn screen(index: usize, offset: Vec3, tilt: [f64; 3]) -> Box<dyn Fn(&System, f64) -> System> {
+    Box::new(move |system, by| {
+        let mut changed = system.clone();
+        let frame = &mut changed.screens[index].frame;
+        *frame = frame.moved(offset * by).tilted(tilt.map(|t| t * by));
+        changed
+    })
+}
+
+fn lens_parameters() -> Vec<Parameter> {
+    let pose = |offset: Vec3, tilt: [f64; 3]| -> Box<dyn Fn(&System, f64) -> System> {
+        Box::new(move |system, by| {
+            let mut changed = system.clone();
+            for surface in &mut changed.trains[0] {
+                surface.frame = surface
+                    .frame
+                    .moved(offset * by)
+                    .tilted(tilt.map(|t| t * by));
+            }
+            changed
+        })
+    };
+    let index = |system: &System, by: f64| {
+        let mut changed = system.clone();
+        changed.trains[0][0].index[1] += by;
+        changed.trains[0][1].index[0] += by;
+        changed
+    };
+    vec![
+        (
+            "curvature",
+            2e-6,
+            on_surface(0, |conic, by| conic.curvature += by),
+        ),
+        ("conic", 2e-2, on_surface(1, |conic, by| conic.conic += by)),
+        ("thickness", 1e-3, thickness(1)),
+        ("index", 1e-5, Box::new(index)),
+        ("decentre", 1e-3, pose(Vec3::new(1.0, 0.0, 0.0), [0.0; 3])),
+        (
+            "tilt",
+            1e-4,
+            pose(Vec3::new(0.0, 0.0, 0.0), [1.0, 0.0, 0.0]),
+        ),
+        (
+            "sensor",
+            1e-3,
+            screen(1, Vec3::new(0.0, 0.0, 1.0), [0.0; 3]),
+        ),
+        (
+            "sensor tilt",
+            5e-5,
+            screen(1, Vec3::new(0.0, 0.0, 0.0), [0.3, 1.0, 0.2]),
+        ),
+        (
+            "element shift",
+            1e-3,
+            screen(0, Vec3::new(0.4, 0.3, 1.0), [0.0; 3]),
+        ),
+        (
+            "element tilt",
+            5e-5,
+            screen(0, Vec3::new(0.0, 0.0, 0.0), [0.5, -1.0, 0.7]),
+        ),
+    ]
+}
+
+fn pose_parameters(last: usize) -> Vec<Parameter> {
+    vec![
+        (
+            "distance",
+            1e-3,
+            screen(last, Vec3::new(0.0, 0.0, 1.0), [0.0; 3]),
+        ),
+        (
+            "shift",
+            1e-3,
+            screen(last, Vec3::new(1.0, -0.5, 0.0), [0.0; 3]),
+        ),
+        (
+            "tilt",
+            1e-4,
+            screen(last, Vec3::new(0.0, 0.0, 0.0), [0.6, 1.0, 0.0]),
+        ),
+        (
+            "element",
+            1e-3,
+            screen(0, Vec3::new(0.2, 0.4, 1.0), [0.0; 3]),
+        ),
+    ]
+}
+
+/// Footprints wide enough that no value jumps at their edge, and no correction, which is held constant.
+fn smooth(case: &Case) -> Settings {
+    Settings {
+        footprint_threshold: Some(1e-8),
+        correction: Correction::Off,
+        ..case.settings.clone()
+    }
+}
+
+/// Fourth-order central difference at zero.
+fn slope(at: &dyn Fn(f64) -> f64, h: f64) -> f64 {
+    (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h)
+}
+
+/// The gradient with respect to parameters, each found from neighbours a hundredth of its
+/// step away, times its step.
+fn gradient(case: &Case, parameters: &[Parameter]) -> (Bench, Vec<f64>) {
+    let neighbour = |(_, step, change): &Parameter| Variation {
+        below: change(&case.system, -0.01 * step),
+        above: change(&case.system, 0.01 * step),
+        distance: 0.02,
+    };
+    let variations: Vec<Variation> = parameters.iter().map(neighbour).collect();
+    let bench = Bench::new(&case.system, &variations, &smooth(case)).unwrap();
+    let trace = bench.forward(&case.system).unwrap();
+    let (_, bar) = loss(&trace.field.values);
+    let gradient = bench.adjoint(&case.system, &variations, &trace, &bar);
+    (bench, gradient.unwrap().parameters)
+}
+
+/// Every parameter of a lens, of its pose, and of the screens before and behind it, one by one.
+#[test]
+fn lens_and_pose_match_differences() {
+    let case = cases()
+        .into_iter()
+        .find(|case| case.name == "lens")
+        .unwrap();
+    let parameters = lens_parameters();
+    let (bench, found) = gradient(&case, &parameters);
+    for ((name, step, change), found) in parameters.iter().zip(&found) {
+        let value = |by: f64| {
+            let trace = bench.forward(&change(&case.system, by * step)).unwrap();
+            loss(&trace.field.values).0
+        };
+        let slope = slope(&value, 1.0);
+        let error = (found - slope).abs() / slope.abs();
+        println!("{name}: {found:.9e} against {slope:.9e}: {error:.1e}");
+        assert!(
+            error < 1e-6,
+            "{name}: {found:e} against {slope:e}, {error:e} apart"
+        );
+    }
+}
+
+/// All parameters of the other systems at once, each as far as its step.
+#[test]
+fn whole_systems_match_differences() {
+    for case in cases() {
+        let parameters = match case.name {
+            "lens" => continue,
+            "rims and a tilt" | "lens between elements" => lens_parameters(),
+            _ => pose_parameters(1),
+        };
+        let (bench, found) = gradient(&case, &parameters);
+        let value = |by: f64| {
+            let move_on =
+                |system: System, (_, step, change): &Parameter| change(&system, by * step);
+            let moved = parameters.iter().fold(case.system.clone(), move_on);
+            loss(&bench.forward(&moved).unwrap().field.values).0
+        };
+        let (slope, found) = (slope(&value, 1.0), found.iter().sum::<f64>());
+        let error = (found - slope).abs() / slope.abs();
+        println!(
+            "{}: {found:.9e} against {slope:.9e}: {error:.1e}",
+            case.name
+        );
+        assert!(
+            error < 1e-6,
+            "{}: {found:e} against {slope:e}, {error:e} apart",
+            case.name
+        );
+    }
+}
+
+/// Phases and amplitudes of the pixels of each element, along a pattern.
+#[test]
+fn pixels_match_differences() {
+    for case in cases() {
+        let bench = Bench::new(&case.system, &[], &smooth(&case)).unwrap();
+        let trace = bench.forward(&case.system).unwrap();
+        let (_, bar) = loss(&trace.field.values);
+        let gradient = bench.adjoint(&case.system, &[], &trace, &bar).unwrap();
+        for (number, bar) in gradient.pixels.iter().enumerate() {
+            let Some(bar) = bar else { continue };
+            for (name, unit) in [("phase", Complex64::I), ("amplitude", Complex64::ONE)] {
+                // Pixel by pixel log t moves on by a pattern times the unit.
+                let pattern = |at: (usize, usize)| (at.0 * 7 + at.1 * 3) as f64 % 5.0 - 2.0;
+                let value = |by: f64| {
+                    let mut changed = case.system.clone();
+                    for (at, value) in pixels_of(&mut changed, number).indexed_iter_mut() {
+                        *value *= (unit * pattern(at) * by).exp();
+                    }
+                    loss(&bench.forward(&changed).unwrap().field.values).0
+                };
+                let mut found = 0.0;
+                for (at, value) in pixels_of(&mut case.system.clone(), number).indexed_iter() {
+                    found += (bar[at].conj() * unit * pattern(at) * value).re;
+                }
+                let slope = slope(&value, 2e-3);
+                let error = (found - slope).abs() / slope.abs();
+                println!("{}, {name} of element {number}: {error:.1e}", case.name);
+                assert!(
+                    error < 1e-7,
+                    "{}, {name} of element {number}: {error:e}",
+                    case.name
+                );
+            }
+        }
+    }
+}
+
+fn pixels_of(system: &mut System, number: usize) -> &mut Array2<Complex64> {
+    match &mut system.screens[number].act {
+        Act::Doe(doe) => &mut doe.free_pixels_mut().unwrap().values,
+        _ => panic!("screen {number} is no element"),
+    }
+}
