@@ -6,4 +6,5 @@ pub mod near;
 pub mod patterns;
 pub mod problems;
 pub mod smiley;
+pub mod start;
 pub mod target;
