@@ -391,3 +391,44 @@ mod paper {
             .bench_local(|| simulate(&system, &settings, &|_| {}).is_ok());
     }
 }
+
+/// Optimisers of designs.
+mod design {
+    use raylet::design::lbfgs::{Lbfgs, LbfgsSettings};
+    use raylet::design::space::Space;
+
+    use crate::{Bencher, ItemsCount};
+
+    /// Σ cₖ(cosh xₖ − 1) and its gradient.
+    fn function(point: &[f64]) -> (f64, Vec<f64>) {
+        let factor = |i: usize| 1.0 + (i % 97) as f64;
+        let terms = point.iter().enumerate();
+        let value = terms.clone().map(|(i, x)| factor(i) * (x.cosh() - 1.0));
+        (
+            value.sum(),
+            terms.map(|(i, x)| factor(i) * x.sinh()).collect(),
+        )
+    }
+
+    /// What L-BFGS itself takes for an iteration with twenty steps remembered. Item: a parameter.
+    #[divan::bench(args = [40_000, 500_000], max_time = 3)]
+    fn lbfgs(bencher: Bencher, count: usize) {
+        let start = (0..count).map(|i| [-1.2, 1.0][i % 2] + 1e-3 * (i as f64).sin());
+        let (space, settings) = (Space::free(count), LbfgsSettings::default());
+        let Ok(mut search) = Lbfgs::new(start.collect(), space, settings) else {
+            return;
+        };
+        for _ in 0..30 {
+            let (value, gradient) = function(search.point());
+            search.tell(value, &gradient);
+        }
+        let (value, gradient) = function(search.point());
+        bencher
+            .counter(ItemsCount::new(count))
+            .with_inputs(|| search.clone())
+            .bench_local_values(|mut search| {
+                search.tell(value, &gradient);
+                search
+            });
+    }
+}

@@ -10,6 +10,7 @@
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 
+use crate::design::start::Spreading;
 use crate::design::target::Target;
 use crate::optics::paraxial::Abcd;
 use crate::wave::collins::{Collins, CollinsError};
@@ -260,18 +261,17 @@ impl Bench {
 
     /// The first field on the element: every ray of it meets the sensor at its own place, enlarged.
     fn start(&self, task: &Task) -> Array2<Complex64> {
-        let k = std::f64::consts::TAU / task.wavelength;
-        let Abcd { a, b, .. } = task.train;
-        let (ny, nx) = self.amplitude.dim();
-        let lens = |axis: usize, count: usize, i: usize| {
-            let x = (i as f64 - 0.5 * (count as f64 - 1.0)) * task.pitch[axis];
-            let most = 0.5 * task.wavelength * b.abs() / task.pitch[axis];
-            let spread = (0.5 * SPREAD * self.target.size[axis]).min(most);
-            0.5 * k * (spread / self.radius[axis] - a) / b * x * x
+        let spreading = Spreading {
+            wavelength: task.wavelength,
+            train: task.train,
+            pitch: task.pitch,
+            lit: self.radius,
+            spread: self.target.size.map(|size| 0.5 * SPREAD * size),
         };
-        Array2::from_shape_fn((ny, nx), |(j, i)| {
-            Complex64::from_polar(self.amplitude[[j, i]], lens(0, nx, i) + lens(1, ny, j))
-        })
+        let phase = spreading.phase(self.amplitude.dim());
+        Zip::from(&self.amplitude)
+            .and(&phase)
+            .map_collect(|amplitude, phase| Complex64::from_polar(*amplitude, *phase))
     }
 
     /// The field on the design raster.
