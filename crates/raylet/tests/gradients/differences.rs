@@ -91,7 +91,7 @@ fn lens_parameters() -> Vec<Parameter> {
     vec![
         (
             "curvature",
-            2e-6,
+            2e-7,
             on_surface(0, |conic, by| conic.curvature += by),
         ),
         ("conic", 2e-2, on_surface(1, |conic, by| conic.conic += by)),
@@ -100,7 +100,7 @@ fn lens_parameters() -> Vec<Parameter> {
         ("decentre", 1e-3, pose(Vec3::new(1.0, 0.0, 0.0), [0.0; 3])),
         (
             "tilt",
-            1e-4,
+            2e-5,
             pose(Vec3::new(0.0, 0.0, 0.0), [1.0, 0.0, 0.0]),
         ),
         (
@@ -154,7 +154,7 @@ fn pose_parameters(last: usize) -> Vec<Parameter> {
 /// Footprints wide enough that no value jumps at their edge, and no correction, which is held constant.
 fn smooth(case: &Case) -> Settings {
     Settings {
-        footprint_threshold: Some(1e-8),
+        footprint_threshold: Some(1e-11),
         correction: Correction::Off,
         ..case.settings.clone()
     }

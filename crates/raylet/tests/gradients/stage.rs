@@ -139,8 +139,8 @@ pub(crate) fn cases() -> Vec<Case> {
     // A small lens whose rim cuts light, and a tilted sensor.
     let mut rimmed = lit(
         vec![
-            screen(0.0, pixels(6, 4.0, 8, PixelForm::Box)),
-            screen(200.0, sensor(10, 2.0)),
+            screen(0.0, pixels(4, 4.0, 8, PixelForm::Box)),
+            screen(200.0, sensor(6, 2.0)),
         ],
         vec![vec![
             face(25.0, 1.0 / 60.0, [1.0, 1.5]),
