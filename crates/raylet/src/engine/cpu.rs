@@ -11,9 +11,9 @@ use rayon::prelude::*;
 
 use crate::engine::backend::{Backend, Job};
 use crate::engine::beamlets::{MARGIN, TRUSTED_TAIL, launch_from};
-use crate::engine::budget::{Aberration, aberration};
 use crate::engine::census::Census;
 use crate::engine::fan::reach;
+use crate::engine::look::Looks;
 use crate::engine::seat::Seat;
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;
@@ -31,9 +31,6 @@ pub struct Cpu;
 
 /// Directions of a chunk of patches.
 const CHUNK: usize = 1 << 18;
-
-/// One in this many beamlets has its aberration looked at when it is not corrected.
-const ESTIMATE_EVERY: usize = 97;
 
 impl Backend for Cpu {
     fn patches(&self, job: &Job, from: &Field) -> usize {
@@ -54,7 +51,11 @@ impl Backend for Cpu {
 
         // What all patches hold decides which modes are too weak, also for a part of them.
         let kept = cutter.keep();
-        let floor = cutter.census(&kept).floor(job.settings);
+        let census = cutter.census(&kept);
+        let strength = Strength {
+            floor: census.floor(job.settings),
+            total: census.total(),
+        };
 
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
         let total = patches.len().max(1);
@@ -65,7 +66,9 @@ impl Backend for Cpu {
             let last = (first + chunk).min(patches.end);
             let parts: Vec<(Vec<Arrival>, Tally)> = (first..last)
                 .into_par_iter()
-                .filter_map(|index| cutter.with(&kept, index, |s| spread(job, s, floor, to)))
+                .filter_map(|index| {
+                    cutter.with(&kept, index, |s| spread(job, (index, s), strength, to))
+                })
                 .collect();
             let mut arrivals = Vec::new();
             for (part, counts) in parts {
@@ -176,8 +179,22 @@ fn positions(job: &Job, from: &Field) -> [Positions; 2] {
     [axis(&from.grid.x), axis(&from.grid.y)]
 }
 
-/// The beamlets of one patch that reach the target.
-fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arrival>, Tally) {
+/// What the modes of all patches hold.
+#[derive(Clone, Copy)]
+struct Strength {
+    /// The energy below which modes are left out.
+    floor: f64,
+    /// The energy of all.
+    total: f64,
+}
+
+/// The beamlets of one patch, given with its number, that reach the target.
+fn spread(
+    job: &Job,
+    (patch, spectrum): (usize, &Spectrum),
+    strength: Strength,
+    to: &Canvas,
+) -> (Vec<Arrival>, Tally) {
     let mut tally = Tally::default();
     let mut arrivals = Vec::new();
     let mut within = 0.0;
@@ -185,16 +202,16 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
         tally.add_energy(Fate::Lost(Loss::Missed), spectrum.energy);
         return (arrivals, tally);
     };
-    let mut aberrations = PatchAberration::new(job, spectrum.centre);
+    let mut looks = Looks::new(job, patch, spectrum.centre, strength.total);
     for ((my, mx), c) in spectrum.coefficients.indexed_iter() {
         let energy = c.norm_sqr();
         within += energy;
-        if energy < floor || energy == 0.0 {
+        if energy < strength.floor || energy == 0.0 {
             tally.add_energy(Fate::Weak, energy);
             continue;
         }
         let mode = [spectrum.first[0] + mx, spectrum.first[1] + my];
-        let fate = match follow(job, &seat, mode, *c, to, &mut aberrations, &mut tally) {
+        let fate = match follow(job, &seat, mode, *c, to, &mut looks, &mut tally) {
             Ok(arrival) => {
                 arrivals.push(arrival);
                 Fate::Arrived
@@ -214,7 +231,7 @@ fn follow(
     mode: [usize; 2],
     coefficient: Complex64,
     to: &Canvas,
-    aberrations: &mut PatchAberration,
+    looks: &mut Looks,
     tally: &mut Tally,
 ) -> Result<Arrival, Fate> {
     let k = job.hop.wavenumber();
@@ -229,17 +246,20 @@ fn follow(
 
     // The aberration inside the beamlet: made good, or only looked at for the error budget.
     let beside = !to.contains(arrival.at);
-    let doubtful = beside && job.plan.doubtful_rim;
-    let number = mode[1] * bx.count + mode[0];
-    if !(job.plan.correct || doubtful || number.is_multiple_of(ESTIMATE_EVERY)) {
-        return Ok(arrival);
-    }
-    let found = aberrations.at(mode);
-    if beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
+    let energy = coefficient.norm_sqr();
+    let needed = job.plan.correct || (beside && job.plan.doubtful_rim);
+    let (found, stands_for) = match needed {
+        true => (looks.between(mode), 1.0),
+        false => match looks.drawn(mode, energy) {
+            Some(stands_for) => (looks.at(mode), stands_for),
+            None => return Ok(arrival),
+        },
+    };
+    if needed && beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
         return Err(Fate::Unresolved);
     }
     if job.beyond.is_wanted(arrival.at, arrival.cosines) {
-        tally.look(found, coefficient.norm_sqr() * to.share(&arrival, k, edge));
+        tally.look(found, stands_for * energy * to.share(&arrival, k, edge));
     }
     if let Some(found) = found
         && job.plan.correct
@@ -247,64 +267,4 @@ fn follow(
         arrival.amplitude *= found.correction();
     }
     Ok(arrival)
-}
-
-/// Modes between neighbouring nodes of the aberration's interpolation.
-const NODE_SPACING: usize = 4;
-
-/// The aberration of a patch's beamlets, found on a coarse lattice of its modes and interpolated: it is
-/// a smooth function of direction.
-struct PatchAberration<'a> {
-    job: &'a Job<'a>,
-    centre: [f64; 2],
-    nodes: std::collections::HashMap<[usize; 2], Option<Aberration>>,
-}
-
-impl<'a> PatchAberration<'a> {
-    fn new(job: &'a Job<'a>, centre: [f64; 2]) -> Self {
-        Self {
-            job,
-            centre,
-            nodes: std::collections::HashMap::new(),
-        }
-    }
-
-    /// At one mode: bilinear between four nodes, or by its own rays where a node has none.
-    fn at(&mut self, mode: [usize; 2]) -> Option<Aberration> {
-        let low = mode.map(|m| m - m % NODE_SPACING);
-        let t = mode.map(|m| (m % NODE_SPACING) as f64 / NODE_SPACING as f64);
-        let (mut cubic, mut quartic) = (0.0, 0.0);
-        for (dx, dy) in [(0, 0), (1, 0), (0, 1), (1, 1)] {
-            let weight = |d: usize, t: f64| if d == 1 { t } else { 1.0 - t };
-            let share = weight(dx, t[0]) * weight(dy, t[1]);
-            if share == 0.0 {
-                continue;
-            }
-            let node = [low[0] + dx * NODE_SPACING, low[1] + dy * NODE_SPACING];
-            match self.node(node) {
-                Some(found) => {
-                    cubic += share * found.cubic;
-                    quartic += share * found.quartic;
-                }
-                None => return self.look(mode),
-            }
-        }
-        Some(Aberration { cubic, quartic })
-    }
-
-    fn node(&mut self, mode: [usize; 2]) -> Option<Aberration> {
-        if let Some(known) = self.nodes.get(&mode) {
-            return *known;
-        }
-        let found = self.look(mode);
-        self.nodes.insert(mode, found);
-        found
-    }
-
-    fn look(&self, mode: [usize; 2]) -> Option<Aberration> {
-        let [bx, by] = &self.job.plan.bands;
-        let p = [bx.at(mode[0]), by.at(mode[1])];
-        let hop = &self.job.hop;
-        aberration(hop, self.centre, p, self.job.plan.sigma, hop.wavenumber())
-    }
 }
