@@ -1,10 +1,7 @@
 //! Bad input for every kind of surface, opening, layer, break and knob: one message with file, line and field.
 
-mod refusal;
-mod stage;
-
-use crate::refusal::none_of;
-use crate::stage::Stage;
+use crate::refusal::{self, none_of};
+use crate::stage::{self, Stage};
 
 /// A scene of an element, some light and a sensor.
 const SCENE: &str = r#"version = 1
