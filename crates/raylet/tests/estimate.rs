@@ -77,8 +77,9 @@ fn lens(lit: f64, slope: f64, rim: f64) -> System {
     }
 }
 
-/// A grating sends its light into few modes; what its edge scatters to the rim of the lens is not known well
-/// but is next to nothing. Looking at a few beamlets tells what looking at all of them does.
+/// A grating sends its light into few modes of each patch, and the rim of its lens stops neighbours of some of
+/// these beamlets. Looking at a few, drawn by energy, tells what looking at all does; one mode in 97 of every
+/// patch told 6e-4 instead of 0.2.
 #[test]
 fn few_looks_tell_what_all_do() {
     let eta = |correction: Correction| {
