@@ -17,6 +17,9 @@ use crate::strong::{
     Effort, FULL, QUICK, after_lens, around_lens, before_lens, between_lenses, stopped, two_screens,
 };
 
+/// The reference that is itself an approximation.
+pub const COLLINS: &str = "Collins, direct sum";
+
 /// Index of N-BK7 at 0.7 µm.
 const BK7: f64 = 1.513_063_997_196;
 
@@ -210,7 +213,7 @@ fn catalogue_lens(convex_first: bool, back: f64) -> Problem {
     let side = if convex_first { "convex" } else { "plane" };
     Problem {
         name: format!("hologram, LA1131-A {side} side first, sensor {back} mm behind it"),
-        reference: "Collins, direct sum",
+        reference: COLLINS,
         limit: 1e-2,
         system: System {
             wavelength,

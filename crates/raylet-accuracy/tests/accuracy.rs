@@ -73,3 +73,21 @@ fn a_collected_beam_keeps_its_energy() {
     let [_, behind, landed] = outcome.hops[0].power;
     assert!((landed / behind - 1.0).abs() < 5e-3, "{landed} of {behind}");
 }
+
+/// Without rays a run tells its error within a factor of two, whether it is 1e-3 of half-wave pixels close by or
+/// 1e-7 farther off.
+#[test]
+fn free_hops_tell_their_error() {
+    let (mut least, mut most) = (f64::INFINITY, 0.0f64);
+    for problem in problems(false) {
+        if !problem.name.contains("λ of free space, light") {
+            continue;
+        }
+        let found = problem.measure().unwrap();
+        let told = found.estimate / found.absolute;
+        assert!((0.5..2.0).contains(&told), "{}: {found:?}", problem.name);
+        least = least.min(found.absolute);
+        most = most.max(found.absolute);
+    }
+    assert!(least < 1e-6 && most > 5e-4, "{least} {most}");
+}

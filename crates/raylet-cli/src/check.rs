@@ -13,6 +13,7 @@ use raylet::file::blame::blame;
 use raylet::file::build;
 use raylet::file::prescription::{Part, parts};
 use raylet::file::report::{PlanEntry, micrometres};
+use raylet::file::rim::RimEntry;
 use raylet::file::scene::Scene;
 use raylet::optics::paraxial::Cardinal;
 use raylet::optics::system::System;
@@ -144,13 +145,17 @@ fn paraxial(system: &System) -> String {
 /// What a run would do hop by hop, and what there is to say about it.
 fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, Failure> {
     // As it will be run: rims that become screens have hops of their own.
-    let system = &with_rims(system);
+    let rimmed = with_rims(system, settings);
+    let system = &rimmed.system;
     let hops = forecast(system, settings).map_err(|error| blame(scene, &error))?;
     let plans: Vec<Plan> = hops.iter().map(|hop| hop.plan.clone()).collect();
     let findings = advice(system, &plans, settings);
     let mut text = String::from("\n");
     for (number, (hop, forecast)) in system.hops().zip(&hops).enumerate() {
         text += &hop_lines(&PlanEntry::new(&hop, &forecast.plan, settings), forecast);
+        for rim in rimmed.rims.iter().filter(|rim| rim.hop == number) {
+            let _ = writeln!(text, "    {}", RimEntry::new(rim).line());
+        }
         for finding in findings.iter().filter(|finding| finding.hop == number) {
             let mark = if finding.warning { "warning" } else { "note" };
             let _ = writeln!(text, "    {mark}: {}", finding.text);

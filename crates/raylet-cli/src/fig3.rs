@@ -32,7 +32,7 @@ pub(crate) fn fig3(quick: bool) -> Result<Study, Failure> {
         let name = format!("{}.png", task.name);
         study.pictures.push((name, found.png(&task.title)?));
     }
-    study.document = entries.into();
+    study.document = serde_json::json!({ "tasks": entries });
     Ok(study)
 }
 

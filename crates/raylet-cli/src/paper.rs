@@ -63,7 +63,7 @@ const STUDY_FILE: &str = "paper.json";
 pub(crate) struct Study {
     /// For standard output.
     pub(crate) text: String,
-    /// The same as a document.
+    /// The same as a document: a table.
     pub(crate) document: serde_json::Value,
     /// Names and contents of its pictures.
     pub(crate) pictures: Vec<(String, Vec<u8>)>,
@@ -94,7 +94,11 @@ impl Paper {
             for (name, picture) in &study.pictures {
                 draft.write(name, picture)?;
             }
-            let document = serde_json::to_string_pretty(&study.document)?;
+            // By these names the folder is known again.
+            let names: Vec<&String> = study.pictures.iter().map(|(name, _)| name).collect();
+            let mut document = study.document;
+            document["files"] = serde_json::json!(names);
+            let document = serde_json::to_string_pretty(&document)?;
             draft.write(STUDY_FILE, format!("{document}\n").as_bytes())?;
             draft.publish()?;
         }

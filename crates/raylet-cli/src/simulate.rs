@@ -90,7 +90,7 @@ fn carry_all(scene: &Scene, systems: &[System], settings: &Settings) -> Result<C
         };
         let outcome = simulate(system, settings, &|progress| meter.note(&run, progress))
             .map_err(|error| blame(scene, &error))?;
-        let channel = Channel::new(system, &outcome, settings);
+        let channel = Channel::new(&outcome, settings);
         carried.channels.push(channel);
         carried.fields.push(outcome.field);
         carried.errors.extend(outcome.standard_error);
@@ -115,6 +115,9 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
             let _ = writeln!(text, "  {}", hop_line(hop));
             let drawn = hop.plan.paper.as_ref();
             if let Some(warning) = drawn.and_then(|paper| paper.warning.as_ref()) {
+                let _ = writeln!(text, "    warning: {warning}");
+            }
+            for warning in hop.rims.iter().filter_map(|rim| rim.warning.as_ref()) {
                 let _ = writeln!(text, "    warning: {warning}");
             }
         }

@@ -1,5 +1,6 @@
 //! Bad input at the command line: one message with an address, exit code 2, nothing written.
 
+mod elements;
 mod refusal;
 mod stage;
 

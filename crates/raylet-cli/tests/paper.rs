@@ -42,18 +42,35 @@ fn figure_three_in_seconds() {
     let document = fs::read_to_string(room.path().join("fig3/paper.json")).unwrap();
     let document: serde_json::Value = serde_json::from_str(&document).unwrap();
     for (place, name) in ["metalens", "star"].iter().enumerate() {
-        assert_eq!(document[place]["name"], *name);
+        assert_eq!(document["tasks"][place]["name"], *name);
         let picture = fs::read(room.path().join(format!("fig3/{name}.png"))).unwrap();
         assert!(picture.starts_with(b"\x89PNG"));
 
         // The last of three numbers of draws: uniform is worst, systematic best.
         let error = |way: usize| {
-            document[place]["ways"][way]["errors"][2][1]
+            document["tasks"][place]["ways"][way]["errors"][2][1]
                 .as_f64()
                 .unwrap()
         };
         assert!(error(2) < error(1) && error(1) < error(0), "{text}");
     }
+
+    // Done again into the same folder it takes the place of the first; another study's files are in the way.
+    assert_eq!(
+        document["files"],
+        serde_json::json!(["metalens.png", "star.png"])
+    );
+    let again = run(&["paper", "fig3", "--quick", "--out", "fig3"]);
+    let errors = String::from_utf8(again.stderr).unwrap();
+    assert!(again.status.success(), "{errors}");
+    fs::write(room.path().join("fig3/notes.txt"), "mine").unwrap();
+    let refused = run(&["paper", "fig3", "--quick", "--out", "fig3"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        String::from_utf8(refused.stderr)
+            .unwrap()
+            .contains("notes.txt")
+    );
 
     // No study is called so.
     let refused = run(&["paper", "fig9"]);

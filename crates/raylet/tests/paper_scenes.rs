@@ -2,6 +2,7 @@
 
 use std::path::{Path, PathBuf};
 
+use num_complex::Complex64;
 use raylet::design::problems::{GRATING_SENSOR, grating, lens_hologram, near_hologram};
 use raylet::engine::settings::{Positions, Sampler};
 use raylet::file::build;
@@ -83,4 +84,44 @@ fn system3_is_the_hologram_and_the_lens() {
     let paper = build::settings(&scene).paper;
     assert_eq!((paper.rays, paper.secondary), (400_000, 10_000));
     assert_eq!(paper.sampler, Sampler::Multinomial);
+}
+
+/// Each of the two waves undoes the phase k(h − |F − X|) from the true surface to its focus.
+#[test]
+fn figure_6_has_its_two_foci() {
+    let scene = Scene::read(&scene("fig6_foci")).unwrap();
+    let system = build::system(&scene, 0).unwrap();
+    let mirror = &system.screens[0];
+    let Act::Doe(doe) = &mirror.act else {
+        panic!("no element");
+    };
+    let sensor = system.screens[1].frame.origin;
+    assert!((mirror.smallest_radius().unwrap() - 0.5059).abs() < 1e-4);
+    assert!((sensor.z + 0.2505).abs() < 1e-12 && doe.reflect);
+    let k = std::f64::consts::TAU / 1e-3;
+    let wanted = |x: f64, y: f64| -> Complex64 {
+        let h = -mirror.height([x, y]).unwrap().z;
+        let to = |f: f64| ((f - x).powi(2) + y * y + (0.2505 - h).powi(2)).sqrt();
+        [-0.05, 0.05]
+            .map(|f| Complex64::cis(k * (h - to(f))))
+            .iter()
+            .sum()
+    };
+    let points = (0..400).map(|n| (f64::from(n % 20) - 9.5, f64::from(n / 20) - 9.5));
+    let inside = points
+        .map(|(i, j)| (0.012 * i, 0.012 * j))
+        .filter(|(x, y)| x.hypot(*y) < 0.124);
+    let pairs: Vec<_> = inside
+        .map(|(x, y)| (doe.transmission(x, y), wanted(x, y)))
+        .collect();
+    assert!(pairs.len() > 250);
+
+    // But for one phase that is the same all over.
+    let overlap: Complex64 = pairs.iter().map(|(a, b)| a.conj() * b).sum();
+    let turn = Complex64::cis(overlap.arg());
+    let worst = pairs
+        .iter()
+        .map(|(a, b)| (a * turn - b).norm())
+        .fold(0.0, f64::max);
+    assert!(worst < 3e-3, "{worst:e}");
 }

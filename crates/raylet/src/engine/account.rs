@@ -9,16 +9,16 @@ use crate::engine::tally::Tally;
 pub struct Account {
     /// Aberration inside beamlets, what the correction leaves of it.
     pub aberration: f64,
-    /// Windows and period of the patches; without rays, the period of the free hop.
+    /// Windows and period of the patches; without rays, what the free hop's period, taper and levels cost.
     pub windows: f64,
     /// Modes below the threshold.
     pub dropped: f64,
-    /// The rim of a curved surface where the hop begins.
+    /// The rim of a curved surface where the hop begins, and rims that cut light ray by ray.
     pub rims: f64,
 }
 
-/// Field error of a free hop whose period is 4 and 6 times the sum of half widths: the largest measured
-/// but for half-wave pixels close by.
+/// Field error of a free hop that no direct sum checks, whose period is 4 and 6 times the sum of half widths:
+/// the largest measured but for half-wave pixels close by.
 const FREE: [(f64, f64); 2] = [(4.0, 3e-4), (6.0, 1e-4)];
 
 impl Account {
@@ -27,7 +27,9 @@ impl Account {
     pub fn of(plan: &Plan, tally: &Tally) -> Option<Self> {
         match plan {
             Plan::Free(free, _) => Some(Self {
-                windows: interpolated(&FREE, free.padding),
+                windows: tally
+                    .spots
+                    .unwrap_or_else(|| interpolated(&FREE, free.padding)),
                 rims: tally.edge,
                 ..Self::default()
             }),

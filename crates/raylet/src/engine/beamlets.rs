@@ -45,14 +45,14 @@ pub struct BeamletPlan {
     pub arriving: [f64; 2],
     /// |p| on the receiving screen below which most of the light stays, along x and y.
     pub usual: [f64; 2],
-    /// Rays that the plan expects.
+    /// Rays that the plan expects to follow.
     pub rays: f64,
     /// Seconds on one core that it expects.
     pub seconds: f64,
 }
 
 /// Measured on one core of a 3 GHz processor: seconds per beamlet traced, per ray of the aberration
-/// estimate, and per value summed. They only shape predictions and the choice between equal errors.
+/// estimate, and per value summed. They only shape the choice between equal errors.
 const BEAMLET_SECONDS: f64 = 4e-7;
 const ESTIMATE_SECONDS: f64 = 7e-6;
 const VALUE_SECONDS: f64 = 6e-10;
@@ -103,7 +103,7 @@ impl Planner<'_> {
         let widths: Vec<f64> = match self.settings.sigma {
             Some(sigma) => vec![sigma],
             None => {
-                let start = self.starting_width(&judges);
+                let start = starting_width(self.hop, self.from, &judges);
                 WIDTHS
                     .map(|j| start * 2f64.powf(0.25 * f64::from(j)))
                     .collect()
@@ -122,6 +122,10 @@ impl Planner<'_> {
         let wider = explore(self.hop, places, self.to, [MARGIN * chosen.footprint; 2]);
         chosen.bands = self.bands(&wider, chosen.period);
         chosen.doubtful_rim = self.is_doubtful(&wider, chosen.sigma);
+
+        // What was enough to choose is told more closely.
+        let work = self.workload(&chosen, self.spacing(chosen.arriving));
+        (chosen.rays, chosen.seconds) = (work.rays, work.seconds);
         chosen
     }
 
@@ -143,35 +147,6 @@ impl Planner<'_> {
             aberration(self.hop, ray.at, ray.p, sigma, k)
                 .is_none_or(|found| found.eta() > TRUSTED_TAIL)
         })
-    }
-
-    /// σ₀ = (k‖∂p′/∂x‖)^{−1/2}, the width whose beamlets spread least behind the train's power, by the
-    /// median of the fan; without power √(‖∂s/∂p‖/k), and never more than a quarter of the screen.
-    pub fn starting_width(&self, judges: &[FanRay]) -> f64 {
-        let k = self.hop.wavenumber();
-        let wavelength = self.hop.wavelength;
-        let norm = |ray: &FanRay, row: usize, column: usize| {
-            let j = &ray.jacobian;
-            let squares = (0..2).flat_map(|a| (0..2).map(move |b| j[row + a][column + b].powi(2)));
-            (0.5 * squares.sum::<f64>()).sqrt()
-        };
-        let median = |row: usize, column: usize| {
-            let mut values: Vec<f64> = judges.iter().map(|ray| norm(ray, row, column)).collect();
-            values.sort_by(f64::total_cmp);
-            values[values.len() / 2]
-        };
-        let (power, throw) = (median(2, 0), median(0, 2));
-        let by_power = (k * power).powf(-0.5);
-        let by_throw = (throw / k).sqrt().max(3.0 * wavelength);
-        let [x0, x1, y0, y1] = self.from;
-        let largest = 0.25 * (x1 - x0).max(y1 - y0);
-        let powered = power * throw > 1e-3;
-        let start = if powered {
-            by_power
-        } else {
-            by_power.min(by_throw)
-        };
-        start.min(largest).max(1.5 * wavelength)
     }
 
     /// What a width would give, with windows at each distance: its error on the judges, and its cost.
@@ -199,8 +174,7 @@ impl Planner<'_> {
             };
             (positions(0) * positions(1) * bands[0].count * bands[1].count) as f64
         };
-        let nyquist = arriving.map(|p| self.hop.wavelength / (3.0 * p.max(1e-3)));
-        let spacing = self.pitch.unwrap_or(nyquist);
+        let spacing = self.spacing(arriving);
         let values = std::f64::consts::PI * footprint * footprint / (spacing[0] * spacing[1]);
         let estimate = if correct { ESTIMATE_SECONDS } else { 0.0 };
         let each = BEAMLET_SECONDS + estimate + values * VALUE_SECONDS;
@@ -226,8 +200,14 @@ impl Planner<'_> {
         steps.into_iter().map(at).collect()
     }
 
+    /// Distance of the points summed on the target, where light has these largest cosines.
+    fn spacing(&self, arriving: [f64; 2]) -> [f64; 2] {
+        let nyquist = arriving.map(|p| self.hop.wavelength / (3.0 * p.max(1e-3)));
+        self.pitch.unwrap_or(nyquist)
+    }
+
     /// The weight of a judge: how much light goes its way, if that light is wanted.
-    fn weight(&self, ray: &FanRay) -> f64 {
+    pub fn weight(&self, ray: &FanRay) -> f64 {
         let envelope = self.light.behind(self.hop.from, self.hop.wavelength);
         let wanted = self.beyond.is_wanted(ray.landing.at, ray.landing.cosines);
         let share = if wanted { 1.0 } else { UNWANTED };
@@ -291,6 +271,35 @@ impl Planner<'_> {
             usual: cosines.map(|list| weighted_quantile(list, 0.95).min(n)),
         }
     }
+}
+
+/// σ₀ = (k‖∂p′/∂x‖)^{−1/2}, the width whose beamlets spread least behind the train's power, by the
+/// median of the fan; without power √(‖∂s/∂p‖/k), and never more than a quarter of the screen.
+pub fn starting_width(hop: &Hop, from: [f64; 4], judges: &[FanRay]) -> f64 {
+    let k = hop.wavenumber();
+    let wavelength = hop.wavelength;
+    let norm = |ray: &FanRay, row: usize, column: usize| {
+        let j = &ray.jacobian;
+        let squares = (0..2).flat_map(|a| (0..2).map(move |b| j[row + a][column + b].powi(2)));
+        (0.5 * squares.sum::<f64>()).sqrt()
+    };
+    let median = |row: usize, column: usize| {
+        let mut values: Vec<f64> = judges.iter().map(|ray| norm(ray, row, column)).collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let (power, throw) = (median(2, 0), median(0, 2));
+    let by_power = (k * power).powf(-0.5);
+    let by_throw = (throw / k).sqrt().max(3.0 * wavelength);
+    let [x0, x1, y0, y1] = from;
+    let largest = 0.25 * (x1 - x0).max(y1 - y0);
+    let powered = power * throw > 1e-3;
+    let start = if powered {
+        by_power
+    } else {
+        by_power.min(by_throw)
+    };
+    start.min(largest).max(1.5 * wavelength)
 }
 
 /// What a width brings to the target.

@@ -12,7 +12,7 @@ use crate::engine::beyond::Beyond;
 use crate::engine::carry::Run;
 use crate::engine::light::Light;
 use crate::engine::plan::{Plan, along, plan};
-use crate::engine::rims::with_rims;
+use crate::engine::rims::{Rimmed, with_rims};
 use crate::engine::settings::{Method, Settings};
 use crate::engine::simulate::{
     Arriving, SimulateError, arrival_reach, illuminate, incidence, leaving, receiving_raster,
@@ -63,8 +63,8 @@ pub enum BenchError {
 /// The frozen choices of a system: how each hop is carried.
 #[derive(Clone, Debug)]
 pub struct Bench {
-    /// What was planned, with a screen at every rim: by it beamlets are chosen and corrected.
-    planned: System,
+    /// What was planned, with screens at rims: by it beamlets are chosen and corrected.
+    planned: Rimmed,
     settings: Settings,
     plans: Vec<Plan>,
 }
@@ -121,8 +121,9 @@ impl Bench {
             Method::Auto | Method::Beamlet => {}
         }
         sensor_of(system)?;
-        let system = &with_rims(system);
-        let variations = &rimmed(system, variations)?;
+        let planned = with_rims(system, settings);
+        let system = &planned.system;
+        let variations = &rimmed(&planned, variations)?;
         let settings = settings.shared(system.trains.len());
         let (anchor, usual) = incidence(system);
         let mut light = Light { anchor, usual };
@@ -148,7 +149,7 @@ impl Bench {
             plans.push(chosen);
         }
         Ok(Self {
-            planned: system.clone(),
+            planned,
             settings,
             plans,
         })
@@ -164,7 +165,7 @@ impl Bench {
     /// # Errors
     /// As [`crate::engine::simulate::simulate`]; when the system is not like the one that was planned.
     pub fn forward(&self, system: &System) -> Result<Trace, BenchError> {
-        let system = &with_rims(system);
+        let system = &self.planned.like(system);
         let plans = self.plans_for(system)?;
         let mut light = Arriving::from_source(system);
         let mut screens = Vec::new();
@@ -204,8 +205,8 @@ impl Bench {
         trace: &Trace,
         field_bar: &Array2<Complex64>,
     ) -> Result<Gradient, BenchError> {
-        let system = &with_rims(system);
-        let variations = &rimmed(system, variations)?;
+        let system = &self.planned.like(system);
+        let variations = &rimmed(&self.planned, variations)?;
         let plans = self.plans_for(system)?;
         let hops: Vec<Hop> = system.hops().collect();
         let mut gradient = Gradient {
@@ -278,7 +279,7 @@ impl Bench {
         let plan = &plans[number];
         let reach = arrival_reach(&hop, plan);
         let raster = receiving_raster(&hop, reach, &self.settings)?;
-        let planned = self.planned.hops().nth(number);
+        let planned = self.planned.system.hops().nth(number);
         let run = Run {
             number,
             hop,
@@ -292,10 +293,12 @@ impl Bench {
 }
 
 /// The variations with a screen at every rim, as the system has them.
-fn rimmed(system: &System, variations: &[Variation]) -> Result<Vec<Variation>, BenchError> {
+fn rimmed(planned: &Rimmed, variations: &[Variation]) -> Result<Vec<Variation>, BenchError> {
+    let system = &planned.system;
     let mut list = Vec::new();
     for (parameter, variation) in variations.iter().enumerate() {
-        let [below, above] = [&variation.below, &variation.above].map(with_rims);
+        let [below, above] =
+            [&variation.below, &variation.above].map(|system| planned.like(system));
         for other in [&below, &above] {
             let trains = other.trains.iter().zip(&system.trains);
             let alike = other.trains.len() == system.trains.len()

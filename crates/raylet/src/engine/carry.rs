@@ -11,6 +11,7 @@ use crate::engine::paper_plan::Address;
 use crate::engine::plan::{Plan, along};
 use crate::engine::plane;
 use crate::engine::settings::Settings;
+use crate::engine::spot_check::Spots;
 use crate::engine::sway::Neighbours;
 use crate::engine::tally::{Fate, Tally};
 use crate::math::nufft::NufftError;
@@ -58,7 +59,8 @@ impl Run<'_> {
     ) -> Result<(Sheets, Tally), NufftError> {
         let to = self.hop.to;
         if to.is_plane() {
-            let (values, tally) = self.carry_to_plane(field, &raster, progress)?;
+            let (values, mut tally) = self.carry_to_plane(field, &raster, progress)?;
+            tally.spots = self.spots(field, &raster, &values);
             return Ok((Sheets::plane(raster, values), tally));
         }
 
@@ -72,10 +74,11 @@ impl Run<'_> {
             let before = number as f64 / stack.len() as f64;
             let part = |done: f64| progress(before + done / stack.len() as f64);
             let (sheet, counts) = run.carry_to_plane(field, &raster, &part)?;
-            values.push(sheet);
             if number == stack.len() / 2 {
                 tally = counts;
+                tally.spots = run.spots(field, &raster, &sheet);
             }
+            values.push(sheet);
         }
         let sheets = Sheets {
             raster,
@@ -175,6 +178,21 @@ impl Run<'_> {
             }
             Plan::Planes(_) | Plan::Paper(_) => {}
         }
+    }
+
+    /// The error of a free hop at a few points of what it brought.
+    fn spots(&self, field: &Field, raster: &Raster, values: &Array2<Complex64>) -> Option<f64> {
+        let Plan::Free(free, _) = self.plan else {
+            return None;
+        };
+        let spots = Spots {
+            hop: &self.hop,
+            free,
+            field,
+            raster,
+            values,
+        };
+        spots.error(self.settings.seed)
     }
 
     fn carry_to_plane(

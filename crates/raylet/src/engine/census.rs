@@ -45,24 +45,35 @@ impl Census {
         self
     }
 
+    /// The energy of all modes, to the width of a class.
+    pub fn total(&self) -> f64 {
+        (0..CLASSES - 1).map(|class| self.energy(class)).sum()
+    }
+
+    /// The energy of a class: the middle of [2ᵉ, 2ᵉ⁺¹) stands for its modes.
+    fn energy(&self, class: usize) -> f64 {
+        self.counts[class] as f64 * 1.5 * lower(class)
+    }
+
     /// The energy below which modes are left out: the threshold's share of the strongest, or less, so
     /// that what is left out stays within a third of the target error.
     pub fn floor(&self, settings: &Settings) -> f64 {
         let ceiling = self.strongest * settings.weakest_mode().powi(2);
-        // The middle of a class [2ᵉ, 2ᵉ⁺¹) stands for its modes.
-        let lower = |class: usize| f64::from_bits((class as u64) << 52);
-        let energy = |class: usize| self.counts[class] as f64 * 1.5 * lower(class);
-        let total: f64 = (0..CLASSES - 1).map(energy).sum();
-        let budget = total * (settings.target_error / 3.0).powi(2);
+        let budget = self.total() * (settings.target_error / 3.0).powi(2);
         let mut left_out = 0.0;
         for class in 1..CLASSES - 1 {
-            left_out += energy(class);
+            left_out += self.energy(class);
             if left_out > budget || lower(class) >= ceiling {
                 return lower(class).min(ceiling);
             }
         }
         ceiling
     }
+}
+
+/// The lowest energy of a class.
+fn lower(class: usize) -> f64 {
+    f64::from_bits((class as u64) << 52)
 }
 
 #[cfg(test)]

@@ -10,11 +10,12 @@ use ndarray::{Array2, s};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::aim::{PatchAberration, Seats, aim};
+use crate::engine::aim::{Seats, aim};
 use crate::engine::backend::{Back, Backend, Job};
 use crate::engine::beamlets::MARGIN;
 use crate::engine::census::Census;
 use crate::engine::fan::reach;
+use crate::engine::look::Looks;
 use crate::engine::sway::{BLOCK, Neighbours, SwayingHop, pull};
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;
@@ -33,9 +34,6 @@ pub struct Cpu;
 
 /// Directions of a chunk of patches.
 const CHUNK: usize = 1 << 18;
-
-/// One in this many beamlets has its aberration looked at when it is not corrected.
-const ESTIMATE_EVERY: usize = 97;
 
 impl Backend for Cpu {
     fn patches(&self, job: &Job, from: &Field) -> usize {
@@ -56,7 +54,11 @@ impl Backend for Cpu {
 
         // What all patches hold decides which modes are too weak, also for a part of them.
         let kept = cutter.keep();
-        let floor = cutter.census(&kept).floor(job.settings);
+        let census = cutter.census(&kept);
+        let strength = Strength {
+            floor: census.floor(job.settings),
+            total: census.total(),
+        };
 
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
         let total = patches.len().max(1);
@@ -67,7 +69,9 @@ impl Backend for Cpu {
             let last = (first + chunk).min(patches.end);
             let parts: Vec<(Vec<Arrival>, Tally)> = (first..last)
                 .into_par_iter()
-                .filter_map(|index| cutter.with(&kept, index, |s| spread(job, s, floor, to)))
+                .filter_map(|index| {
+                    cutter.with(&kept, index, |s| spread(job, (index, s), strength, to))
+                })
                 .collect();
             let mut arrivals = Vec::new();
             for (part, counts) in parts {
@@ -260,8 +264,22 @@ fn positions(job: &Job, from: &Field) -> [Positions; 2] {
     [axis(&from.grid.x), axis(&from.grid.y)]
 }
 
-/// The beamlets of one patch that reach the target.
-fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arrival>, Tally) {
+/// What the modes of all patches hold.
+#[derive(Clone, Copy)]
+struct Strength {
+    /// The energy below which modes are left out.
+    floor: f64,
+    /// The energy of all.
+    total: f64,
+}
+
+/// The beamlets of one patch, given with its number, that reach the target.
+fn spread(
+    job: &Job,
+    (patch, spectrum): (usize, &Spectrum),
+    strength: Strength,
+    to: &Canvas,
+) -> (Vec<Arrival>, Tally) {
     let mut tally = Tally::default();
     let mut arrivals = Vec::new();
     let mut within = 0.0;
@@ -269,16 +287,16 @@ fn spread(job: &Job, spectrum: &Spectrum, floor: f64, to: &Canvas) -> (Vec<Arriv
         tally.add_energy(Fate::Lost(Loss::Missed), spectrum.energy);
         return (arrivals, tally);
     };
-    let mut aberrations = PatchAberration::new(job, spectrum.centre);
+    let mut looks = Looks::new(job, patch, spectrum.centre, strength.total);
     for ((my, mx), c) in spectrum.coefficients.indexed_iter() {
         let energy = c.norm_sqr();
         within += energy;
-        if energy < floor || energy == 0.0 {
+        if energy < strength.floor || energy == 0.0 {
             tally.add_energy(Fate::Weak, energy);
             continue;
         }
         let mode = [spectrum.first[0] + mx, spectrum.first[1] + my];
-        let fate = match follow(job, &seats, mode, *c, to, &mut aberrations, &mut tally) {
+        let fate = match follow(job, &seats, mode, *c, to, &mut looks, &mut tally) {
             Ok(arrival) => {
                 arrivals.push(arrival);
                 Fate::Arrived
@@ -298,20 +316,24 @@ fn follow(
     mode: [usize; 2],
     coefficient: Complex64,
     to: &Canvas,
-    aberrations: &mut PatchAberration,
+    looks: &mut Looks,
     tally: &mut Tally,
 ) -> Result<Arrival, Fate> {
-    let number = mode[1] * job.plan.bands[0].count + mode[0];
-    let look = number.is_multiple_of(ESTIMATE_EVERY);
-    let aimed = aim(job, seats, mode, to, aberrations, look)?;
+    let aimed = aim(job, seats, mode, to, looks)?;
     let mut arrival = aimed.arrival;
-    if aimed.looked && job.beyond.is_wanted(arrival.at, arrival.cosines) {
-        let share = to.share(
-            &arrival,
-            job.hop.wavenumber(),
-            job.settings.footprint_edge(),
-        );
-        tally.look(aimed.found, coefficient.norm_sqr() * share);
+    let energy = coefficient.norm_sqr();
+    let seen = match aimed.needed {
+        true => Some((aimed.found, 1.0)),
+        false => {
+            let drawn = looks.drawn(mode, energy);
+            drawn.map(|stands_for| (looks.at(mode), stands_for))
+        }
+    };
+    if let Some((found, stands_for)) = seen
+        && job.beyond.is_wanted(arrival.at, arrival.cosines)
+    {
+        let (k, edge) = (job.hop.wavenumber(), job.settings.footprint_edge());
+        tally.look(found, stands_for * energy * to.share(&arrival, k, edge));
     }
     arrival.amplitude *= coefficient;
     Ok(arrival)
@@ -375,7 +397,7 @@ fn aims(cutter: &Cutter, kept: &Kept, index: usize, floor: f64, to: &Canvas) -> 
     let modes = cutter.modes(index)?;
     let centre = cutter.patches.place(index).centre;
     let seats = Seats::new(job, centre).ok()?;
-    let mut aberrations = PatchAberration::new(job, centre);
+    let mut looks = Looks::new(job, index, centre, f64::INFINITY);
     let weak = |place: [usize; 2]| {
         let energy = |spectrum: &Spectrum| spectrum.coefficients[place].norm_sqr();
         floor > 0.0
@@ -396,7 +418,7 @@ fn aims(cutter: &Cutter, kept: &Kept, index: usize, floor: f64, to: &Canvas) -> 
             if weak([my, mx]) {
                 continue;
             }
-            if let Ok(aimed) = aim(job, &aims.seats, mode, to, &mut aberrations, false) {
+            if let Ok(aimed) = aim(job, &aims.seats, mode, to, &mut looks) {
                 aims.places.push([my, mx]);
                 aims.arrivals.push(aimed.arrival);
             }

@@ -53,6 +53,16 @@ impl Envelope {
         along(0) * along(1)
     }
 
+    /// The cosines that light may have along an axis where a patch's own window widens its directions by
+    /// `window`: all of them where details of the element widen them more.
+    pub fn range(&self, axis: usize, window: f64) -> [f64; 2] {
+        let half = match self.tail[axis] > window {
+            true => f64::INFINITY,
+            false => self.flat[axis] + window,
+        };
+        [self.centre[axis] - half, self.centre[axis] + half]
+    }
+
     /// |p| along x and y below which most of the light stays.
     pub fn usual(&self) -> [f64; 2] {
         [0, 1].map(|a| self.centre[a].abs() + self.flat[a] + 2.0 * self.tail[a])

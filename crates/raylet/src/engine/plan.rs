@@ -109,7 +109,7 @@ pub enum PlanError {
     /// The spectrum of one patch would be larger than allowed.
     #[error(
         "a patch of screen '{screen}' has {modes:?} modes, more than the {allowed} allowed; reduce \
-         paper.patch_um or paper.padding, or raise memory_limit_mb"
+         sigma_um, or of the paper's method patch_um or padding, or raise memory_limit_mb"
     )]
     Modes {
         /// Emitting screen.
@@ -117,6 +117,19 @@ pub enum PlanError {
         /// Modes along x and y.
         modes: [usize; 2],
         /// Modes allowed altogether.
+        allowed: usize,
+    },
+    /// There would be more patches than fit into memory.
+    #[error(
+        "screen '{screen}' takes {patches:?} patches, more than the {allowed} allowed; raise sigma_um or \
+         memory_limit_mb"
+    )]
+    Patches {
+        /// Emitting screen.
+        screen: String,
+        /// Patches along x and y.
+        patches: [usize; 2],
+        /// Patches allowed altogether.
         allowed: usize,
     },
     /// A free hop needs more plane waves than allowed.
@@ -184,10 +197,53 @@ pub fn plan(
         settings,
     };
     match settings.method {
-        Method::Auto | Method::Beamlet => Ok(Plan::Beamlets(planner.plan(&fan))),
-        Method::Plane => Ok(Plan::Planes(PlanePlan::new(&planner, &fan))),
+        Method::Auto | Method::Beamlet => {
+            let plan = planner.plan(&fan);
+            check_patches(&planner, plan.sigma, [plan.step; 2], &plan.bands)?;
+            Ok(Plan::Beamlets(plan))
+        }
+        Method::Plane => {
+            let plan = PlanePlan::new(&planner, &fan);
+            check_patches(&planner, plan.sigma, plan.step, &plan.bands)?;
+            Ok(Plan::Planes(plan))
+        }
         Method::Paper => paper(&planner),
     }
+}
+
+/// The patches must be few enough to be numbered in memory, and one spectrum must fit.
+fn check_patches(
+    planner: &Planner,
+    sigma: f64,
+    step: [f64; 2],
+    bands: &[Band; 2],
+) -> Result<(), PlanError> {
+    let allowed = planner.settings.samples_allowed();
+    let screen = || planner.hop.from.name.clone();
+    let fits = |[x, y]: [usize; 2]| x.saturating_mul(y) <= allowed;
+    let modes = [bands[0].count, bands[1].count];
+    if !fits(modes) {
+        let screen = screen();
+        return Err(PlanError::Modes {
+            screen,
+            modes,
+            allowed,
+        });
+    }
+    let along = |a: usize| {
+        let length = planner.from[2 * a + 1] - planner.from[2 * a] + sigma;
+        (length / step[a]) as usize
+    };
+    let patches = [along(0), along(1)];
+    if !fits(patches) {
+        let screen = screen();
+        return Err(PlanError::Patches {
+            screen,
+            patches,
+            allowed,
+        });
+    }
+    Ok(())
 }
 
 /// Distance of sample points on a screen that is a sensor, in mm.

@@ -14,7 +14,7 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::beamlets::{Planner, judges, launch};
+use crate::engine::beamlets::{Planner, judges, launch, starting_width};
 use crate::engine::fan::{Fan, FanRay, explore};
 use crate::engine::settings::Settings;
 use crate::engine::tally::{Fate, Tally};
@@ -116,7 +116,7 @@ impl PlanePlan {
         let judges = judges(fan);
         let sigma = settings
             .sigma
-            .unwrap_or_else(|| planner.starting_width(&judges));
+            .unwrap_or_else(|| starting_width(planner.hop, planner.from, &judges));
         let blocks = Blocks::new(&judges);
         let [x0, x1, y0, y1] = planner.to;
         let width = [x1 - x0, y1 - y0];

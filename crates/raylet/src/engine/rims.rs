@@ -1,55 +1,176 @@
-//! Rims of small lenses that cut light: they become screens.
+//! Rims of surfaces inside a train: which cut light, and what becomes of them.
 //!
-//! A hard edge diffracts, and rays accepted or refused one by one do not. So where a rim cuts light and
-//! the lens is small enough for its whole opening to be sampled, the field is summed on the plane of the
-//! rim, in the medium behind the surface, reached by free flight (backward where the rim bulges
-//! forward), cut there with exactly weighted edges, and sent on. Rims of larger lenses cut by chief ray:
-//! their diffraction is a far smaller share of the light, and what they cut is in the tally.
+//! A hard edge diffracts, and rays accepted or refused one by one do not. So a rim that cuts light becomes a
+//! screen where the surface is small enough for its whole opening to be sampled: the field is summed on the
+//! plane of the rim, in the medium behind the surface, reached by free flight (backward where the rim bulges
+//! forward), cut there with exactly weighted edges, and sent on. A rim counts when the root of the share of
+//! energy that it cuts, of what would land on the target, is more than half the target error: a safe bound of
+//! the error of leaving it out. Rims of larger surfaces cut by chief ray whatever they cut, and what that costs
+//! is in the error account.
 
-use crate::engine::walk::{Stand, emit, walk};
+use crate::engine::beamlets::{launch, starting_width};
+use crate::engine::fan::FanRay;
+use crate::engine::pencil::{Pencil, launch_all, leave_all};
+use crate::engine::ripple::interpolated;
+use crate::engine::settings::Settings;
+use crate::math::erfc::erfc;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::bend::Interface;
-use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::optics::system::{Hop, System};
+use crate::wave::wavelet::Arrival;
 
 /// Most samples along a rim's diameter, at λ/(3n).
 const AFFORDABLE: f64 = 1000.0;
 
-/// Share of the rays that a rim must cut to count.
-const NOTABLE: f64 = 0.01;
+/// Share of the target error that a rim which is left out may cost.
+const SHARE: f64 = 0.5;
 
-/// The system with a screen at every rim that cuts light and is small enough.
-pub fn with_rims(system: &System) -> System {
-    let mut expanded = System {
+/// Field error of light cut ray by ray over the share of its energy that the edge cuts; measured behind stops
+/// of a few tens of wavelengths. Below the first entry it falls in proportion.
+const CUT: [(f64, f64); 6] = [
+    (0.011, 5e-3),
+    (0.016, 0.018),
+    (0.023, 0.045),
+    (0.04, 0.11),
+    (0.07, 0.2),
+    (0.13, 0.31),
+];
+
+/// What becomes of a rim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Treatment {
+    /// It is a screen, and diffracts.
+    Screen,
+    /// It cuts too little to matter; what meets it is cut ray by ray.
+    Ignored,
+    /// It cuts light ray by ray, without diffraction, though it matters.
+    ByRay,
+}
+
+/// The rim of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rim {
+    /// Its name: that of its screen, if it is one.
+    pub name: String,
+    /// The hop in which its surface stands, of the system in which rims that matter are screens.
+    pub hop: usize,
+    /// Share of the energy on its way to the target that it cuts, by beamlets along rays of the source.
+    pub cut: f64,
+    /// What becomes of it.
+    pub treatment: Treatment,
+}
+
+impl Rim {
+    /// √cut, which the error of leaving the rim out does not exceed.
+    pub fn bound(&self) -> f64 {
+        self.cut.sqrt()
+    }
+
+    /// The error to expect of a rim that cuts ray by ray though it matters; zero of others.
+    pub fn error(&self) -> f64 {
+        match self.treatment {
+            Treatment::Screen | Treatment::Ignored => 0.0,
+            Treatment::ByRay => interpolated(&CUT, self.cut) * (self.cut / CUT[0].0).min(1.0),
+        }
+    }
+}
+
+/// A system in which rims that matter are screens, as it is run.
+#[derive(Clone, Debug)]
+pub struct Rimmed {
+    /// The system.
+    pub system: System,
+    /// The rims of all its surfaces that have one, along the way of the light.
+    pub rims: Vec<Rim>,
+    /// What the rim of each surface of the system as it was given cuts, hop by hop.
+    cuts: Vec<Vec<f64>>,
+    /// The root of what a rim cuts above which it matters.
+    limit: f64,
+}
+
+/// The system with a screen at every rim that matters and is small enough.
+pub fn with_rims(system: &System, settings: &Settings) -> Rimmed {
+    let mut light = launch_all(system);
+    let cuts = system
+        .hops()
+        .map(|hop| cut_shares(&hop, &mut light, settings));
+    rimmed(system, cuts.collect(), SHARE * settings.target_error)
+}
+
+/// The system with a screen at each rim of which the shares tell that it matters.
+fn rimmed(system: &System, cuts: Vec<Vec<f64>>, limit: f64) -> Rimmed {
+    let empty = System {
         screens: vec![],
         trains: vec![],
         ..system.clone()
     };
-    for hop in system.hops() {
-        expanded.screens.push(hop.from.clone());
+    let mut rimmed = Rimmed {
+        system: empty,
+        rims: Vec::new(),
+        cuts,
+        limit,
+    };
+    for (number, hop) in system.hops().enumerate() {
+        let cuts = rimmed.cuts.get(number).cloned().unwrap_or_default();
+        rimmed.add(&hop, &cuts);
+    }
+    rimmed.system.screens.extend(system.screens.last().cloned());
+    rimmed
+}
+
+impl Rimmed {
+    /// A slightly changed system with screens at the same rims.
+    pub fn like(&self, system: &System) -> System {
+        rimmed(system, self.cuts.clone(), self.limit).system
+    }
+
+    /// Adds a hop whose rims cut these shares of the energy.
+    fn add(&mut self, hop: &Hop, cuts: &[f64]) {
+        self.system.screens.push(hop.from.clone());
         let mut train = Vec::new();
-        for (number, surface) in hop.train.iter().enumerate() {
-            let rim = rim_of(&hop, number).filter(|_| cuts(&hop, number));
-            match rim {
+        for (number, (surface, &cut)) in hop.train.iter().zip(cuts).enumerate() {
+            let matters = cut.sqrt() > self.limit;
+            let screen = rim_of(hop, number).filter(|_| matters);
+            if surface.aperture.outline != Outline::Open {
+                self.rims.push(Rim {
+                    name: name_of(hop, number),
+                    hop: self.system.trains.len(),
+                    cut,
+                    treatment: match (&screen, matters) {
+                        (Some(_), _) => Treatment::Screen,
+                        (None, true) => Treatment::ByRay,
+                        (None, false) => Treatment::Ignored,
+                    },
+                });
+            }
+            match screen {
                 Some(screen) => {
-                    train.push(Surface {
-                        aperture: Aperture::OPEN,
-                        ..surface.clone()
-                    });
-                    expanded.trains.push(std::mem::take(&mut train));
-                    expanded.screens.push(screen);
+                    train.push(opened(surface));
+                    self.system.trains.push(std::mem::take(&mut train));
+                    self.system.screens.push(screen);
                 }
                 None => train.push(surface.clone()),
             }
         }
-        expanded.trains.push(train);
+        self.system.trains.push(train);
     }
-    expanded.screens.extend(system.screens.last().cloned());
-    expanded
+}
+
+/// The surface without its edge.
+fn opened(surface: &Surface) -> Surface {
+    Surface {
+        aperture: Aperture::OPEN,
+        ..surface.clone()
+    }
+}
+
+/// What a rim is called.
+fn name_of(hop: &Hop, number: usize) -> String {
+    format!("rim {} behind {}", number + 1, hop.from.name)
 }
 
 /// The screen in the plane of a surface's rim, if the rim is a centred disc of affordable size on a
@@ -70,7 +191,7 @@ fn rim_of(hop: &Hop, number: usize) -> Option<Screen> {
     }
     let sag = surface.shape.height(radius, 0.0)?.z;
     Some(Screen {
-        name: format!("rim {} behind {}", number + 1, hop.from.name),
+        name: name_of(hop, number),
         frame: surface.frame.moved(Vec3::new(0.0, 0.0, sag)),
         act: Act::Stop(surface.aperture.clone()),
         index: after,
@@ -102,41 +223,107 @@ pub fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
     EDGE * slope.unwrap_or(0.0) * cut.max(0.0).sqrt()
 }
 
-/// Positions and directions tried along each axis.
-const POSITIONS: i32 = 5;
-const DIRECTIONS: i32 = 24;
+/// The share of the energy on its way to the target that each surface's rim cuts; `light` becomes what
+/// arrives on the next screen.
+fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<f64> {
+    let leaving = leave_all(hop, light);
+    light.clear();
+    let none = vec![0.0; hop.train.len()];
+    let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
+        return none;
+    };
 
-/// Whether a surface's rim cuts a notable share of the rays that come as far as the surface, from the
-/// whole of the first screen in all directions.
-fn cuts(hop: &Hop, number: usize) -> bool {
-    let Some([x0, x1, y0, y1]) = hop.from.bounds() else {
-        return false;
+    // The rays that would land on the target if nothing had an edge, and those of them that do.
+    let train: Vec<Surface> = hop.train.iter().map(opened).collect();
+    let open = Hop {
+        train: &train,
+        ..*hop
     };
-    let place = |i: i32, low: f64, high: f64| {
-        low + (high - low) * (f64::from(i) + 0.5) / f64::from(POSITIONS)
-    };
-    let slope =
-        |i: i32| hop.from.index * ((2.0 * f64::from(i) + 1.0) / f64::from(DIRECTIONS) - 1.0);
-    let (mut through, mut cut) = (0, 0);
-    for (j, i) in pairs(POSITIONS) {
-        let at = [place(i, x0, x1), place(j, y0, y1)];
-        for (m, n) in pairs(DIRECTIONS) {
-            let Ok(ray) = emit(&Stand::still(hop.from), at, [slope(n), slope(m)]) else {
-                continue;
-            };
-            let Ok(ray) = walk(&hop.train[..number], ray, &mut ()) else {
-                continue;
-            };
-            match walk(&hop.train[number..=number], ray, &mut ()) {
-                Ok(_) => through += 1,
-                Err(Loss::Clipped | Loss::Missed) => cut += 1,
-                Err(_) => {}
-            }
-        }
+    let rays: Vec<FanRay> = leaving.iter().filter_map(|p| land(&open, p, to)).collect();
+    light.extend(rays.iter().filter_map(|ray| arrive(hop, ray)));
+    if rays.is_empty() {
+        return none;
     }
-    f64::from(cut) > NOTABLE * f64::from(through + cut)
+
+    // The mean share of beamlets along them that each rim cuts.
+    let start = || starting_width(hop, from, &rays);
+    let sigma = settings.sigma.unwrap_or_else(start);
+    let total: f64 = rays.iter().map(|ray| ray.area).sum();
+    let share = |(number, surface): (usize, &Surface)| {
+        if surface.aperture.outline == Outline::Open {
+            return 0.0;
+        }
+        let cut =
+            |ray: &FanRay| ray.area * clipped(&open, (number, surface), (ray.at, ray.p), sigma);
+        rays.iter().map(cut).sum::<f64>() / total
+    };
+    hop.train.iter().enumerate().map(share).collect()
 }
 
-fn pairs(count: i32) -> impl Iterator<Item = (i32, i32)> {
-    (0..count).flat_map(move |j| (0..count).map(move |i| (j, i)))
+/// The ray with its Jacobian, if it lands in the box `to`; its area is the energy it stands for.
+fn land(open: &Hop, pencil: &Pencil, to: [f64; 4]) -> Option<FanRay> {
+    let Pencil { at, p, energy } = *pencil;
+    let (landing, jacobian) = open.jacobian(at, p).ok()?;
+    let inside = |a: usize| (to[2 * a]..=to[2 * a + 1]).contains(&landing.at[a]);
+    (inside(0) && inside(1)).then_some(FanRay {
+        at,
+        p,
+        area: energy,
+        landing,
+        jacobian,
+    })
+}
+
+/// What a ray is on the next screen, unless an edge stops it.
+fn arrive(hop: &Hop, ray: &FanRay) -> Option<Pencil> {
+    let landing = hop.trace(ray.at, ray.p, &mut ()).ok()?;
+    Some(Pencil {
+        at: landing.at,
+        p: landing.cosines,
+        energy: ray.area,
+    })
+}
+
+/// A ray by its place and cosines on the first screen.
+type Start = ([f64; 2], [f64; 2]);
+
+/// The share of a beamlet's energy that the rim of a surface cuts: ½ erfc(d/w), d the depth of its ray inside
+/// the edge and w the half width of its energy at 1/e, the wider one.
+fn clipped(open: &Hop, (number, surface): (usize, &Surface), start: Start, sigma: f64) -> f64 {
+    let Some(arrival) = at_rim(open, (number, surface), start, sigma) else {
+        return 0.0;
+    };
+    let [wx, wy] = arrival.footprint(open.wavenumber(), (-0.5f64).exp());
+    let depth = surface.aperture.depth(arrival.at[0], arrival.at[1]);
+    0.5 * erfc(depth / wx.max(wy))
+}
+
+/// A beamlet where its ray crosses the plane of a surface's rim, before the surface.
+fn at_rim(
+    open: &Hop,
+    (number, surface): (usize, &Surface),
+    (at, p): Start,
+    sigma: f64,
+) -> Option<Arrival> {
+    let sag = |[x, y]: [f64; 2]| surface.shape.height(x, y).map(|here| here.z);
+    let edge = surface.aperture.rim();
+    let depth = edge.first().copied().and_then(sag).unwrap_or(0.0);
+    let cross = |arrives: f64| {
+        let plane = Screen {
+            name: String::new(),
+            frame: surface.frame.moved(Vec3::new(0.0, 0.0, depth)),
+            act: Act::Stop(Aperture::OPEN),
+            index: surface.index[0],
+            shape: Shape::Plane,
+            arrives,
+        };
+        let hop = Hop {
+            train: &open.train[..number],
+            to: &plane,
+            ..*open
+        };
+        launch(&hop, at, p, sigma).ok()
+    };
+    // Behind mirrors light may come from either side.
+    cross(1.0).or_else(|| cross(-1.0))
 }

@@ -8,7 +8,7 @@ use crate::engine::beyond::Beyond;
 use crate::engine::carry::Run;
 use crate::engine::light::Light;
 use crate::engine::plan::{Plan, PlanError, plan};
-use crate::engine::rims::{edge_error, with_rims};
+use crate::engine::rims::{Rim, Rimmed, edge_error, with_rims};
 use crate::engine::settings::Settings;
 use crate::engine::survey::survey;
 use crate::engine::tally::{FATES, Tally};
@@ -72,6 +72,8 @@ pub struct Outcome {
     pub standard_error: Option<Array2<f64>>,
     /// What each hop did.
     pub hops: Vec<HopReport>,
+    /// The system as it was run, with a screen at every rim that matters, and all rims.
+    pub rimmed: Rimmed,
 }
 
 /// How far a run has come.
@@ -119,6 +121,12 @@ pub fn incidence(system: &System) -> ([f64; 2], [f64; 2]) {
     (centre, largest)
 }
 
+/// The error to expect from the rims that cut light ray by ray in a hop.
+fn cut_by_ray(rims: &[Rim], hop: usize) -> f64 {
+    let here = rims.iter().filter(|rim| rim.hop == hop);
+    here.map(Rim::error).fold(0.0, f64::hypot)
+}
+
 /// The incident field of the source on a grid of the first screen.
 pub fn illuminate(system: &System, grid: Grid) -> Field {
     let screen = &system.screens[0];
@@ -150,7 +158,7 @@ pub fn sensor_grid(sensor: &Sensor) -> Grid {
 /// # Errors
 /// As [`simulate`].
 pub fn plan_all(system: &System, settings: &Settings) -> Result<Vec<Plan>, SimulateError> {
-    let system = &with_rims(system);
+    let system = &with_rims(system, settings).system;
     let settings = &settings.shared(system.trains.len());
     let (anchor, usual) = incidence(system);
     let mut light = Light { anchor, usual };
@@ -257,7 +265,8 @@ pub fn simulate(
 ) -> Result<Outcome, SimulateError> {
     let sensor = sensor_of(system)?;
     let original = system;
-    let system = &with_rims(original);
+    let rimmed = with_rims(original, settings);
+    let system = &rimmed.system;
     let settings = &settings.shared(system.trains.len());
     let mut light = Arriving::from_source(system);
     let (mut reports, mut standard_error) = (Vec::new(), None);
@@ -286,7 +295,8 @@ pub fn simulate(
         }
         standard_error = tally.noise.take();
         tally.divide_elsewhere(surveyed(system, &hop, &light));
-        tally.edge = edge_error(original, hop.from, 1.0 - field.power() / before);
+        tally.edge = edge_error(original, hop.from, 1.0 - field.power() / before)
+            .hypot(cut_by_ray(&rimmed.rims, number));
         step(1.0);
         let brief = plan.light(&hop, light.brief);
         reports.push(HopReport {
@@ -307,6 +317,7 @@ pub fn simulate(
         field: on_sensor(sensor, light.sum),
         standard_error,
         hops: reports,
+        rimmed,
     })
 }
 

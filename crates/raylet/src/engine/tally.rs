@@ -90,8 +90,11 @@ pub struct Tally {
     pub evaluations: u64,
     /// Over the beamlets whose aberration was looked at, by what each brings to the target.
     pub aberration: Aberrations,
-    /// The error to expect from the rim where the hop begins, if it begins at one.
+    /// The error to expect from rims: from that where the hop begins, if it begins at one, and from those
+    /// whose light was cut ray by ray.
     pub edge: f64,
+    /// The error of a free hop, measured at a few points, where a direct sum can tell.
+    pub spots: Option<f64>,
     /// Σ variance and Σ|U|² over the receiving screen, where rays were drawn at random.
     pub sampling: Option<[f64; 2]>,
     /// Standard error of the field at each sample of the receiving screen, indexed [y, x], where rays were

@@ -53,11 +53,21 @@ impl Array {
     /// A file that cannot be read, another format, no such array, an array that is not 2-D, is empty, has
     /// elements that are no numbers, is larger than the limit, cut short, or not finite.
     pub fn read(path: &Path, key: Option<&str>, usual: &str, limit: u64) -> Result<Self, Fault> {
+        if path.file_name().is_none() {
+            return Err(Fault::of_file(path, "no file name", "a .npy or .npz file"));
+        }
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         let file = File::open(path)
             .map_err(|error| Fault::of_file(path, error.to_string(), "a readable array file"))?;
         match extension.to_ascii_lowercase().as_str() {
-            "npy" => read_array(io::BufReader::new(file), path, limit),
+            "npy" => match key {
+                Some(key) => Err(Fault::of_file(
+                    path,
+                    format!("the key `{key}` for a .npy file"),
+                    "no key: such a file holds one array",
+                )),
+                None => read_array(io::BufReader::new(file), path, limit),
+            },
             "npz" => read_member(file, path, key, usual, limit),
             _ => Err(Fault::of_file(
                 path,

@@ -49,6 +49,15 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
             format!("patches of {nx} × {ny} modes"),
             memory(*allowed, "modes"),
         ),
+        PlanError::Patches {
+            screen,
+            patches: [nx, ny],
+            allowed,
+        } => (
+            screen,
+            format!("{nx} × {ny} patches"),
+            memory(*allowed, "patches"),
+        ),
         PlanError::Directions {
             from,
             directions: [nx, ny],
@@ -65,7 +74,12 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
             String::from("the method beamlet or auto, or a plane element"),
         ),
     };
-    scene.fault(&path_of(scene, screen), found, expected)
+    // A width that was asked for is more likely wrong than the element.
+    let patches = matches!(error, PlanError::Modes { .. } | PlanError::Patches { .. });
+    match scene.settings.sigma_um {
+        Some(_) if patches => scene.fault("settings.sigma_um", found, expected),
+        _ => scene.fault(&path_of(scene, screen), found, expected),
+    }
 }
 
 fn blame_sampling(scene: &Scene, error: &SamplingError) -> Fault {

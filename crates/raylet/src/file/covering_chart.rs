@@ -38,7 +38,8 @@ impl Covering {
             let curves = self.curves.iter().filter(|curve| curve.side == *side);
             let series = curves.map(|curve| {
                 let points = curve.points.iter().map(|[count, like, _]| [*count, *like]);
-                Series::line(curve.rule, points)
+                // The legend of the chart below serves these too, where lines leave no room for it.
+                Series::line("", points)
             });
             Panel::lines(series.collect())
                 .title(format!("Patches of {side:.0} λ"))

@@ -16,7 +16,7 @@ use toml::Spanned;
 use toml::de::{DeArray, DeString, DeTable, DeValue};
 
 use crate::file::fault::Fault;
-use crate::file::misfit::Misfit;
+use crate::file::misfit::{Misfit, one_of};
 use crate::file::origin::Origin;
 
 /// The name under which an enum asks to be chosen by the `kind` key of its table; see [`tagged!`].
@@ -292,7 +292,11 @@ impl<'de> Deserializer<'de> for Value<'de> {
                 self.unexpected(),
                 &"a table with a `kind`",
             )),
-            _ => Err(Misfit::invalid_type(self.unexpected(), &visitor)),
+            // Told by its names, not by the name that Rust has for it.
+            _ => Err(Misfit::invalid_type(
+                self.unexpected(),
+                &one_of(variants).as_str(),
+            )),
         }
     }
 

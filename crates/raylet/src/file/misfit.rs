@@ -61,7 +61,7 @@ impl Misfit {
 }
 
 /// "one of `a`, `b`, `c`", or "`a`" alone.
-fn one_of(names: &[&str]) -> String {
+pub(crate) fn one_of(names: &[&str]) -> String {
     let quoted: Vec<String> = names.iter().map(|name| format!("`{name}`")).collect();
     match quoted.as_slice() {
         [] => "nothing".to_owned(),
@@ -107,7 +107,8 @@ fn expected(expectation: &dyn Expected) -> String {
     match text.as_str() {
         "f64" => "a number".to_owned(),
         "u8" | "u32" | "u64" | "usize" => "a whole number, not negative".to_owned(),
-        "i32" | "i64" => "a whole number".to_owned(),
+        "i32" => format!("a whole number from {} to {}", i32::MIN, i32::MAX),
+        "i64" => "a whole number".to_owned(),
         "a boolean" => "true or false".to_owned(),
         "a sequence" => "a list".to_owned(),
         "path string" => "a file name".to_owned(),

@@ -45,6 +45,7 @@ mod place;
 pub mod prescription;
 pub mod report;
 pub mod results;
+pub mod rim;
 pub mod sag;
 pub mod scene;
 #[cfg(test)]

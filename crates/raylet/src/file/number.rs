@@ -64,6 +64,49 @@ pub(crate) fn not_negative<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numb
     within(deserializer, "zero or more", |x| x >= 0.0)
 }
 
+/// Counts from one to a thousand million: more rays than anybody waits for, and fewer than addresses.
+pub(crate) fn count<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "from 1 to 1000000000", |x| {
+        (1.0..=1e9).contains(&x)
+    })
+}
+
+/// Factors from one up.
+pub(crate) fn from_one<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "one or more", |x| x >= 1.0)
+}
+
+/// Distances of windows in units of their width: farther apart they no longer cover what lies between.
+pub(crate) fn step<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "a number above zero, up to 3", |x| {
+        0.0 < x && x <= 3.0
+    })
+}
+
+/// Periods of windows in units of their width: a shorter one cuts the window itself.
+pub(crate) fn period<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "from 2 to 100", |x| {
+        (2.0..=100.0).contains(&x)
+    })
+}
+
+/// Tolerances of Fourier sums.
+pub(crate) fn tolerance<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "from 1e-13 to 0.1", |x| {
+        (1e-13..=0.1).contains(&x)
+    })
+}
+
 /// Numbers other than zero.
 pub(crate) fn not_zero<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
@@ -133,41 +176,44 @@ pub(crate) fn radius<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Optio
 /// A single value, or a list whose length is checked by the caller.
 struct OneOrList;
 
+/// What was given, and whether as a list.
+type Given = (Vec<f64>, bool);
+
 impl<'de> Visitor<'de> for OneOrList {
-    type Value = Vec<f64>;
+    type Value = Given;
 
     fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "a number or a list of numbers")
     }
 
-    fn visit_f64<E: Error>(self, value: f64) -> Result<Vec<f64>, E> {
+    fn visit_f64<E: Error>(self, value: f64) -> Result<Given, E> {
         if !value.is_finite() {
             return Err(E::invalid_value(
                 Unexpected::Float(value),
                 &"a finite number",
             ));
         }
-        Ok(vec![value])
+        Ok((vec![value], false))
     }
 
-    fn visit_i64<E: Error>(self, value: i64) -> Result<Vec<f64>, E> {
-        Ok(vec![value as f64])
+    fn visit_i64<E: Error>(self, value: i64) -> Result<Given, E> {
+        Ok((vec![value as f64], false))
     }
 
-    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Vec<f64>, A::Error> {
+    fn visit_seq<A: SeqAccess<'de>>(self, mut items: A) -> Result<Given, A::Error> {
         let mut list = Vec::new();
         while let Some(value) = items.next_element()? {
             list.push(value);
         }
-        Ok(list)
+        Ok((list, true))
     }
 }
 
 /// A pitch above zero along x and y, given as a pair or as one number for both.
 pub(crate) fn pitch<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
-    let list = deserializer.deserialize_any(OneOrList)?;
+    let (list, listed) = deserializer.deserialize_any(OneOrList)?;
     let pair = match *list.as_slice() {
-        [both] => [both, both],
+        [both] if !listed => [both, both],
         [x, y] => [x, y],
         _ => {
             return Err(D::Error::invalid_length(
@@ -189,7 +235,7 @@ pub(crate) fn pitch<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 
 pub(crate) fn wavelengths<'de, D: Deserializer<'de>>(
     deserializer: D,
 ) -> Result<Vec<f64>, D::Error> {
-    let list = deserializer.deserialize_any(OneOrList)?;
+    let (list, _) = deserializer.deserialize_any(OneOrList)?;
     if list.is_empty() {
         return Err(D::Error::invalid_length(0, &"at least one wavelength"));
     }

@@ -11,13 +11,13 @@ use crate::engine::flatness::Flatness;
 use crate::engine::plan::Plan;
 use crate::engine::reason::{method_name, reason};
 use crate::engine::reference::Reference;
-use crate::engine::rims::with_rims;
 use crate::engine::settings::{
     Correction, Density, Method, Paper, Positions, Sag, Sampler, Settings,
 };
 use crate::engine::simulate::{HopReport, Outcome};
 use crate::engine::tally::{Fate, Tally};
 use crate::file::machine::Machine;
+use crate::file::rim::RimEntry;
 use crate::file::scene::Scene;
 use crate::file::step::StepEntry;
 use crate::optics::ray::Loss;
@@ -142,6 +142,9 @@ pub struct HopEntry {
     pub standard_error: Option<f64>,
     /// Aberration inside beamlets, before and after correction.
     pub aberration: [f64; 2],
+    /// The rims of its surfaces; the last of them may be the screen where it ends.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rims: Vec<RimEntry>,
     /// Seconds it took.
     pub seconds: f64,
 }
@@ -382,13 +385,17 @@ impl PaperEntry {
 
 impl Channel {
     /// The entry of a simulated wavelength.
-    pub fn new(system: &System, outcome: &Outcome, settings: &Settings) -> Self {
+    pub fn new(outcome: &Outcome, settings: &Settings) -> Self {
         // As it was run: rims that are screens have hops of their own.
-        let hops: Vec<HopEntry> = with_rims(system)
+        let system = &outcome.rimmed.system;
+        let mut hops: Vec<HopEntry> = system
             .hops()
             .zip(&outcome.hops)
             .map(|(hop, report)| HopEntry::new(&hop, report, settings))
             .collect();
+        for rim in &outcome.rimmed.rims {
+            hops[rim.hop].rims.push(RimEntry::new(rim));
+        }
         let totals = hops.iter().map(|hop| hop.error.map(|error| error.total));
         let squares: Option<f64> = totals.map(|total| Some(total?.powi(2))).sum();
         Self {
@@ -437,6 +444,7 @@ impl HopEntry {
             }),
             standard_error: tally.standard_error(),
             aberration: [Tally::eta, Tally::eta_corrected].map(|estimate| estimate(tally)),
+            rims: Vec::new(),
             seconds: report.seconds,
         }
     }

@@ -349,7 +349,8 @@ pub(crate) fn check_extent(
     place: &Place<'_>,
 ) -> Result<(), Fault> {
     let points = aperture.rim().into_iter().chain(aperture.inside());
-    let gap = { points }.find(|[x, y]| shape.height(*x, *y).is_none());
+    let exists = |[x, y]: &[f64; 2]| shape.height(*x, *y).is_some_and(|here| here.z.is_finite());
+    let gap = { points }.find(|point| !exists(point));
     let Some([x, y]) = gap else {
         return Ok(());
     };

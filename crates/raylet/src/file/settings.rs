@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::file::element::Coating;
-use crate::file::number::{positive, share};
+use crate::file::number::{count, from_one, period, positive, share, step, tolerance};
 
 /// How the scene is computed. What is absent is chosen from the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -22,13 +22,13 @@ pub struct Settings {
     #[serde(deserialize_with = "positive")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub sigma_um: Option<f64>,
-    /// Distance of neighbouring windows, in units of sigma.
-    #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    /// Distance of neighbouring windows, in units of sigma; at most 3.
+    #[serde(deserialize_with = "step")]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 3))]
     pub step: Option<f64>,
-    /// Period of a window's spectrum, in units of sigma.
-    #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    /// Period of a window's spectrum, in units of sigma, from 2 to 100.
+    #[serde(deserialize_with = "period")]
+    #[schemars(extend("minimum" = 2, "maximum" = 100))]
     pub period: Option<f64>,
     /// Spectral modes below this share of the strongest are left out.
     #[serde(deserialize_with = "share")]
@@ -40,9 +40,9 @@ pub struct Settings {
     pub footprint_threshold: Option<f64>,
     /// Whether beamlets are corrected beyond their second order.
     pub correction: Correction,
-    /// Relative error of the nonuniform Fourier transforms.
-    #[serde(deserialize_with = "share")]
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    /// Relative error of the nonuniform Fourier transforms, from 1e-13 to 0.1.
+    #[serde(deserialize_with = "tolerance")]
+    #[schemars(extend("minimum" = 1e-13, "maximum" = 0.1))]
     pub nufft_tolerance: Option<f64>,
     /// How refracting surfaces transmit that have no coating of their own.
     pub coating: Coating,
@@ -106,21 +106,24 @@ pub enum Correction {
 #[serde(deny_unknown_fields, default)]
 pub struct Paper {
     /// Number of positions; grids take the nearest that fills them.
-    #[serde(deserialize_with = "positive")]
+    #[serde(deserialize_with = "count")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub rays: Option<usize>,
     /// Number of modes drawn at each position.
-    #[serde(deserialize_with = "positive")]
+    #[serde(deserialize_with = "count")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub secondary: Option<usize>,
     /// Width of the square patch in micrometres.
     #[serde(deserialize_with = "positive")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub patch_um: Option<f64>,
     /// Width of the padded patch in units of the patch.
-    #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[serde(deserialize_with = "from_one")]
+    #[schemars(extend("minimum" = 1))]
     pub padding: Option<f64>,
     /// How many bands of the pixels' Fourier transform the modes span.
-    #[serde(deserialize_with = "positive")]
+    #[serde(deserialize_with = "count")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub orders: Option<usize>,
     /// How positions are chosen.
     pub positions: Positions,

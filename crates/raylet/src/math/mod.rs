@@ -6,6 +6,7 @@ pub mod chirp;
 pub mod complex;
 mod double;
 pub mod draw;
+pub mod erfc;
 pub mod fitting;
 pub mod hilbert;
 pub mod jet;

@@ -127,6 +127,28 @@ impl Aperture {
         }
     }
 
+    /// How far inside the edge a point lies, in mm; negative outside, infinite without an edge. Beyond the
+    /// corners of a rectangle, and where an obstruction meets the edge of its opening, it is the larger of the
+    /// distances to their sides.
+    pub fn depth(&self, x: f64, y: f64) -> f64 {
+        let (x, y) = (x - self.centre[0], y - self.centre[1]);
+        match &self.outline {
+            Outline::Open => f64::INFINITY,
+            Outline::Disc { radius } => radius - x.hypot(y),
+            Outline::Annulus { inner, outer } => (outer - x.hypot(y)).min(x.hypot(y) - inner),
+            Outline::Rectangle { half_x, half_y } => (half_x - x.abs()).min(half_y - y.abs()),
+            Outline::Polygon { corners } => {
+                let sign = if polygon::contains(corners, x, y) {
+                    1.0
+                } else {
+                    -1.0
+                };
+                sign * polygon::distance(corners, x, y)
+            }
+            Outline::Blocked { open, by } => open.depth(x, y).min(-by.depth(x, y)),
+        }
+    }
+
     /// The bounding box `[x_min, x_max, y_min, y_max]`, or nothing when there is no edge.
     pub fn bounds(&self) -> Option<[f64; 4]> {
         let [x0, x1, y0, y1] = match &self.outline {
@@ -288,6 +310,54 @@ mod tests {
     use std::f64::consts::PI;
 
     use crate::optics::aperture::{Aperture, Outline};
+
+    /// The depth changes sign where `contains` does, and a step of that length outward reaches the edge.
+    #[test]
+    fn depth_is_the_distance_to_the_edge() {
+        let ring = Outline::Annulus {
+            inner: 0.4,
+            outer: 1.4,
+        };
+        let oblong = Outline::Rectangle {
+            half_x: 1.2,
+            half_y: 0.7,
+        };
+        let shapes = [
+            Aperture::disc(1.3),
+            Aperture {
+                outline: ring,
+                centre: [0.2, -0.1],
+            },
+            Aperture {
+                outline: oblong,
+                centre: [-0.1, 0.0],
+            },
+            Aperture::regular_polygon(5, 1.4, 0.3, [0.0, 0.1]),
+            Aperture::disc(1.3).blocked(Aperture::disc(0.3)),
+        ];
+        for shape in &shapes {
+            for n in 0..400 {
+                let (x, y) = (
+                    f64::from(n % 20) * 0.17 - 1.6,
+                    f64::from(n / 20) * 0.17 - 1.6,
+                );
+                let depth = shape.depth(x, y);
+                assert_eq!(depth >= 0.0, shape.contains(x, y), "{shape:?} {x} {y}");
+                if depth <= 0.0 {
+                    continue;
+                }
+                // All of a disc of that radius is inside, and some of one a little larger is not.
+                let around = |r: f64| {
+                    let turn = |i: i32| f64::from(i) * PI / 500.0;
+                    (0..1000).all(|i| shape.contains(x + r * turn(i).cos(), y + r * turn(i).sin()))
+                };
+                assert!(
+                    around(0.999 * depth) && !around(1.01 * depth),
+                    "{shape:?} {x} {y}"
+                );
+            }
+        }
+    }
 
     #[test]
     fn coverage_adds_up_to_the_area() {

@@ -8,6 +8,17 @@ pub fn contains(corners: &[[f64; 2]], x: f64, y: f64) -> bool {
     sides(corners).filter(|side| crosses(*side)).count() % 2 == 1
 }
 
+/// The distance from a point to the nearest side.
+pub fn distance(corners: &[[f64; 2]], x: f64, y: f64) -> f64 {
+    let to_side = |[[x0, y0], [x1, y1]]: [[f64; 2]; 2]| {
+        let (dx, dy) = (x1 - x0, y1 - y0);
+        let along = ((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy);
+        let t = along.clamp(0.0, 1.0);
+        (x - x0 - t * dx).hypot(y - y0 - t * dy)
+    };
+    sides(corners).map(to_side).fold(f64::INFINITY, f64::min)
+}
+
 /// The area common to a polygon and the box `[x0, x1] × [y0, y1]`, exactly.
 pub fn area_within(corners: &[[f64; 2]], x0: f64, x1: f64, y0: f64, y1: f64) -> f64 {
     // The signed areas between each side and the bottom of the box add up to it.

@@ -1,0 +1,60 @@
+//! What a report says of the rim of a surface.
+
+use serde::{Deserialize, Serialize};
+
+use crate::engine::rims::{Rim, Treatment};
+
+/// The rim of a surface in a hop.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct RimEntry {
+    /// Its name.
+    pub name: String,
+    /// What becomes of it: `screen`, `ignored` or `by ray`.
+    pub treatment: String,
+    /// Root of the share that it cuts of the energy on its way to the second screen, which the error of
+    /// leaving it out does not exceed.
+    pub bound: f64,
+    /// The error to expect of cutting it ray by ray.
+    pub error: f64,
+    /// What is wrong with that.
+    pub warning: Option<String>,
+}
+
+impl RimEntry {
+    /// The entry of a rim.
+    pub fn new(rim: &Rim) -> Self {
+        let treatment = match rim.treatment {
+            Treatment::Screen => "screen",
+            Treatment::Ignored => "ignored",
+            Treatment::ByRay => "by ray",
+        };
+        let warning = (rim.treatment == Treatment::ByRay).then(|| {
+            format!(
+                "{} cuts {:.1e} of the energy ray by ray, without diffraction, for it is too large, or no \
+                 centred disc, to be a screen; about {:.1e} of the field is wrong",
+                rim.name,
+                rim.cut,
+                rim.error()
+            )
+        });
+        Self {
+            name: rim.name.clone(),
+            treatment: treatment.to_owned(),
+            bound: rim.bound(),
+            error: rim.error(),
+            warning,
+        }
+    }
+
+    /// The entry in a line.
+    pub fn line(&self) -> String {
+        let Self { name, bound, .. } = self;
+        match (&self.warning, self.treatment.as_str()) {
+            (Some(warning), _) => format!("warning: {warning}"),
+            (None, "screen") => {
+                format!("{name}: a screen; left out it might cost {bound:.1e} of the field")
+            }
+            (None, _) => format!("{name}: left out, {bound:.1e} of the field at most"),
+        }
+    }
+}
