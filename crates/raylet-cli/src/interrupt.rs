@@ -1,6 +1,19 @@
 //! What happens when the program is told to end: nothing half-written stays behind.
 
+use std::sync::atomic::{AtomicBool, Ordering};
+
 use crate::failure::Failure;
+
+/// Whether the program was told to end while it does a step that it finishes first.
+pub(crate) static WANTED: AtomicBool = AtomicBool::new(false);
+
+/// Whether it finishes its step first.
+static PATIENT: AtomicBool = AtomicBool::new(false);
+
+/// From now on the first request to end waits for a step to be done (`true`), or does not.
+pub(crate) fn wait_for_step(patient: bool) {
+    PATIENT.store(patient, Ordering::Relaxed);
+}
 
 /// From now on Ctrl-C and a request to terminate sweep away unfinished folders before the program ends,
 /// with the exit code that shells expect, 128 and the number of the signal.
@@ -14,7 +27,11 @@ pub(crate) fn watch() -> Result<(), Failure> {
 
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     std::thread::spawn(move || {
-        if let Some(signal) = signals.forever().next() {
+        for signal in signals.forever() {
+            if PATIENT.load(Ordering::Relaxed) && !WANTED.swap(true, Ordering::Relaxed) {
+                complain("\nstopping after this step; once more ends at once");
+                continue;
+            }
             let _standstill = abandon();
             complain("\ninterrupted");
             std::process::exit(128 + signal);

@@ -2,6 +2,7 @@
 
 mod check;
 mod compare;
+mod design;
 mod failure;
 mod fig2;
 mod fig3;
@@ -43,6 +44,7 @@ enum Verb {
     Compare(compare::Compare),
     Check(check::Check),
     Hologram(hologram::Hologram),
+    Design(design::Design),
     Schema(schema::Schema),
     Paper(paper::Paper),
 }
@@ -65,6 +67,7 @@ fn run(verb: &Verb) -> Result<(), Failure> {
         Verb::Compare(verb) => verb.run(),
         Verb::Check(verb) => verb.run(),
         Verb::Hologram(verb) => verb.run(),
+        Verb::Design(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
         Verb::Paper(verb) => verb.run(),
     }

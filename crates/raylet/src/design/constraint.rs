@@ -78,6 +78,11 @@ impl Constraints {
         self.blocks.coarse()
     }
 
+    /// Whether what is made depends on the share of the iterations done.
+    pub fn hardens(&self) -> bool {
+        self.relief.is_some_and(|relief| relief.hardens())
+    }
+
     /// The element, `share` of the iterations done (0 to 1: how hard soft levels are).
     pub fn make(&self, parameters: ArrayView2<'_, f64>, share: f64) -> Made {
         let asked = match &self.blur {
@@ -133,6 +138,44 @@ impl Constraints {
             Some(blur) => blur.soften_adjoint(bar.view()),
             None => bar,
         }
+    }
+
+    /// Parameters whose blocks have the mean direction of these phases of pixels.
+    pub fn block_phases(&self, phase: ArrayView2<'_, f64>) -> Array2<f64> {
+        let part = |of: fn(f64) -> f64| self.blocks.spread_adjoint(phase.mapv(of).view());
+        let (cos, sin) = (part(f64::cos), part(f64::sin));
+        Zip::from(&sin)
+            .and(&cos)
+            .map_collect(|sin, cos| sin.atan2(*cos))
+    }
+
+    /// The transmission of each pixel for light to which the element gives `ratio` times its phase.
+    pub fn transmission_at(&self, made: &Made, ratio: f64) -> Array2<Complex64> {
+        if ratio == 1.0 {
+            return made.transmission.clone();
+        }
+        let transmit = |phase: &f64| self.fill.transmit(ratio * phase);
+        Zip::from(&made.phase).par_map_collect(transmit)
+    }
+
+    /// The cotangent of the parameters from that of [`Constraints::transmission_at`].
+    pub fn transmission_adjoint(
+        &self,
+        made: &Made,
+        ratio: f64,
+        transmission_bar: ArrayView2<'_, Complex64>,
+    ) -> Array2<f64> {
+        if ratio == 1.0 {
+            return self.make_adjoint(made, transmission_bar, None);
+        }
+        // transmission = fill(ratio·phase)
+        let transmit =
+            |phase: &f64, bar: &Complex64| ratio * self.fill.transmit_adjoint(ratio * phase, *bar);
+        let phase_bar = Zip::from(&made.phase)
+            .and(transmission_bar)
+            .par_map_collect(transmit);
+        let none = Array2::zeros(made.phase.dim());
+        self.make_adjoint(made, none.view(), Some(phase_bar.view()))
     }
 
     /// The element to be exported: what the last iteration saw.

@@ -118,6 +118,12 @@ impl Relief {
         self.factor
     }
 
+    /// Whether the levels grow harder with the share of the iterations done.
+    pub fn hardens(&self) -> bool {
+        self.levels
+            .is_some_and(|levels| levels.hardening == Hardening::Annealed)
+    }
+
     /// The phases that can be made, where they do not wrap: bounds for parameters.
     pub fn bounds(&self) -> Option<[f64; 2]> {
         let end = self.factor * self.highest;

@@ -45,3 +45,18 @@ fn inked(x: f64, y: f64) -> bool {
     };
     head || eye(38.5) || eye(61.5) || smile || tick(1.0) || tick(-1.0)
 }
+/// A square picture enlarged to another number of pixels along its side by bilinear interpolation, corner pixels
+/// onto corner pixels.
+pub fn enlarged(picture: &Array2<f64>, side: usize) -> Array2<f64> {
+    let last = picture.nrows() - 1;
+    let split = |i: usize| {
+        let place = i as f64 * last as f64 / (side.max(2) - 1) as f64;
+        let low = (place as usize).min(last.saturating_sub(1));
+        (low, (low + 1).min(last), place - low as f64)
+    };
+    Array2::from_shape_fn((side, side), |(j, i)| {
+        let ((y0, y1, b), (x0, x1, a)) = (split(j), split(i));
+        let row = |y: usize| picture[[y, x0]] * (1.0 - a) + picture[[y, x1]] * a;
+        row(y0) * (1.0 - b) + row(y1) * b
+    })
+}

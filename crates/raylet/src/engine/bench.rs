@@ -248,6 +248,9 @@ impl Bench {
                 }
             }
         }
+        // Of the screens of the system as it was given only.
+        let own = self.planned.own.iter();
+        gradient.pixels = own.map(|at| gradient.pixels[*at].take()).collect();
         Ok(gradient)
     }
 

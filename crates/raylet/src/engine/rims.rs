@@ -90,6 +90,8 @@ pub struct Rimmed {
     cuts: Vec<Vec<f64>>,
     /// The root of what a rim cuts above which it matters.
     limit: f64,
+    /// Where the screens of the system as it was given stand among those of [`Rimmed::system`].
+    pub own: Vec<usize>,
 }
 
 /// The system with a screen at every rim that matters and is small enough.
@@ -113,6 +115,7 @@ fn rimmed(system: &System, cuts: Vec<Vec<f64>>, limit: f64) -> Rimmed {
         rims: Vec::new(),
         cuts,
         limit,
+        own: Vec::new(),
     };
     for (number, hop) in system.hops().enumerate() {
         let cuts = rimmed.cuts.get(number).cloned().unwrap_or_default();
@@ -130,6 +133,7 @@ impl Rimmed {
 
     /// Adds a hop whose rims cut these shares of the energy.
     fn add(&mut self, hop: &Hop, cuts: &[f64]) {
+        self.own.push(self.system.screens.len());
         self.system.screens.push(hop.from.clone());
         let mut train = Vec::new();
         for (number, (surface, &cut)) in hop.train.iter().zip(cuts).enumerate() {

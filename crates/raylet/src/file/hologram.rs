@@ -45,10 +45,7 @@ pub struct Commission {
 /// No `[hologram]`, a pixel layer of unknown size, a picture or array that cannot be read, elements
 /// between hologram and sensor that are neither lens nor mirror, or a train that is not centred.
 pub fn commission(scene: &Scene, naive: bool) -> Result<Commission, Fault> {
-    let Some(hologram) = &scene.hologram else {
-        let expected = "a table [hologram] with target, element and size_mm";
-        return Err(scene.fault("hologram", "no hologram", expected));
-    };
+    let hologram = asked(scene)?;
     let (blank, place) = blanked(scene, hologram)?;
     let blank = blank.load()?;
     let system = build::system(&blank, 0)?;
@@ -82,6 +79,17 @@ pub fn commission(scene: &Scene, naive: bool) -> Result<Commission, Fault> {
         file: file.map(|file| scene.origin.beside(file)),
         phase_scale: place.layer.phase_scale,
         element,
+    })
+}
+
+/// What the scene says about its hologram.
+///
+/// # Errors
+/// No `[hologram]`.
+pub(crate) fn asked(scene: &Scene) -> Result<&Hologram, Fault> {
+    scene.hologram.as_ref().ok_or_else(|| {
+        let expected = "a table [hologram] with target, element and size_mm";
+        scene.fault("hologram", "no hologram", expected)
     })
 }
 
@@ -130,13 +138,13 @@ impl Commission {
 }
 
 /// Where the hologram goes: the number of the element and its pixel layer as the scene has it.
-struct Place {
-    element: usize,
-    layer: PixelLayer,
+pub(crate) struct Place {
+    pub(crate) element: usize,
+    pub(crate) layer: PixelLayer,
 }
 
 /// The scene with the hologram's layer made blank, so that its phase file need not exist.
-fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Place), Fault> {
+pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Place), Fault> {
     let mut blank = scene.clone();
     for (element, entry) in blank.element.iter_mut().enumerate() {
         let Element::Doe(doe) = entry else { continue };
@@ -165,7 +173,7 @@ fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Place), Fault> 
 }
 
 /// The picture, the way round that the scene wants it.
-fn target(scene: &Scene, hologram: &Hologram) -> Result<Target, Fault> {
+pub(crate) fn target(scene: &Scene, hologram: &Hologram) -> Result<Target, Fault> {
     let file = scene.origin.beside(&hologram.target);
     let mut image = read_gray(&file).map_err(|error| {
         scene.fault(

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use crate::file::arrays::Arrays;
 use crate::file::check::check_elements;
 use crate::file::decode::{decode, tagged};
+use crate::file::design::Design;
 use crate::file::element::{Coordinates, Element};
 use crate::file::fault::Fault;
 use crate::file::layer::Layer;
@@ -53,6 +54,9 @@ pub struct Scene {
     /// A hologram to be computed for one of the elements.
     #[serde(default)]
     pub hologram: Option<Hologram>,
+    /// A design by gradients through the real system.
+    #[serde(default)]
+    pub design: Option<Design>,
     /// The text the scene was read from.
     #[serde(skip)]
     pub origin: Origin,

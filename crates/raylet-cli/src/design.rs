@@ -1,0 +1,319 @@
+//! `raylet design SCENE`: phases and numbers found by gradients through the real system.
+
+use std::path::{Path, PathBuf};
+use std::sync::atomic::Ordering;
+use std::time::{Duration, Instant};
+
+use clap::Args;
+use indicatif::{HumanDuration, ProgressBar};
+use raylet::design::project::Look;
+use raylet::design::run::{Run, State};
+use raylet::design::step::Step;
+use raylet::file::checkpoint::{Checkpoints, Restored};
+use raylet::file::design_chart::{DesignChart, Row};
+use raylet::file::fault::Fault;
+use raylet::file::hidden::unwritable;
+use raylet::file::phase_file::PhaseFile;
+use raylet::file::project::{Brief, brief};
+use raylet::file::scene::Scene;
+use raylet::wave::metrics::ncc;
+use serde::{Deserialize, Serialize};
+
+use crate::failure::Failure;
+use crate::interrupt::{WANTED, wait_for_step};
+use crate::overrides::start_threads;
+use crate::progress::dress;
+use crate::say::{complain, say};
+
+/// Designs what a scene's [design] asks for: phases of pixels and numbers of the system.
+#[derive(Args)]
+pub(crate) struct Design {
+    /// The scene file, with tables `[hologram]` and `[design]`.
+    scene: PathBuf,
+    /// The folder for pictures, checkpoints and the course of the design.
+    #[arg(long, value_name = "DIR", default_value = "out/design")]
+    out: PathBuf,
+    /// Go on from the last checkpoint in the folder, as if never stopped.
+    #[arg(long)]
+    resume: bool,
+    /// Number of iterations, in place of the scene's.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
+    iterations: Option<u32>,
+    /// Threads to use; all processors unless told otherwise. Results do not depend on it.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+/// What a checkpoint holds.
+#[derive(Serialize, Deserialize)]
+struct Saved {
+    state: State,
+    rows: Vec<Row>,
+}
+
+/// A design being run.
+struct Course<'a> {
+    scene: &'a Scene,
+    brief: &'a Brief,
+    out: &'a Path,
+    checkpoints: Checkpoints,
+    rows: Vec<Row>,
+}
+
+impl Design {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        let clock = Instant::now();
+        start_threads(self.threads)?;
+        let mut scene = Scene::open(&self.scene)?;
+        if let (Some(design), Some(iterations)) = (&mut scene.design, self.iterations) {
+            design.iterations = iterations as usize;
+        }
+        let brief = brief(&scene)?;
+        let file = claim(&scene, &brief)?;
+        let mut course = Course {
+            checkpoints: Checkpoints::within(&self.out, &scene.to_toml()?),
+            scene: &scene,
+            brief: &brief,
+            out: &self.out,
+            rows: Vec::new(),
+        };
+        let mut run = self.start(&brief, &mut course)?;
+        let stopped = course.follow(&mut run)?;
+        course.save(&run)?;
+        if stopped {
+            let told = format!(
+                "stopped after {} iterations; the same command with --resume goes on",
+                run.iteration()
+            );
+            return Ok(complain(&told));
+        }
+        let look = run.finish().map_err(|error| course.refuse(&error))?;
+        course.publish(&run, &look, &file)?;
+        say(&format!(
+            "{}\n{:.1} s\n",
+            course.summary(&run, &look, &file),
+            clock.elapsed().as_secs_f64()
+        ))
+    }
+
+    /// The run from its start, or from the last checkpoint.
+    fn start<'b>(&self, brief: &'b Brief, course: &mut Course) -> Result<Run<'b>, Failure> {
+        let iterations = brief.design.iterations;
+        let run = if self.resume {
+            let Restored {
+                state: saved,
+                older,
+            } = course.checkpoints.read::<Saved>()?;
+            if older {
+                complain("the newest checkpoint is torn; going on from the one before it");
+            }
+            course.rows = saved.rows;
+            Run::resume(&brief.project, saved.state, iterations)
+        } else {
+            Run::new(&brief.project, brief.search.clone(), iterations)
+        };
+        Ok(run.map_err(|error| course.refuse(&error))?)
+    }
+}
+
+/// The file that the scene names for the phase: a place that cannot be written is told before the work begins.
+fn claim(scene: &Scene, brief: &Brief) -> Result<PhaseFile, Failure> {
+    let Some(file) = &brief.file else {
+        let expected = "`phase` in the layer of pixels that is designed";
+        return Err(Fault::of_file(&scene.origin.file, "no file for the phase", expected).into());
+    };
+    Ok(PhaseFile::claim(file)?)
+}
+
+impl Course<'_> {
+    /// Goes on until the iterations are done, or the user stops it; tells whether it was stopped.
+    fn follow(&mut self, run: &mut Run) -> Result<bool, Failure> {
+        let iterations = self.brief.design.iterations;
+        let bar = ProgressBar::new(iterations as u64);
+        if !std::io::IsTerminal::is_terminal(&std::io::stderr()) {
+            bar.set_draw_target(indicatif::ProgressDrawTarget::hidden());
+        }
+        dress(&bar, "design [{bar:30}] {pos}/{len}  {msg}  {left}");
+        let (clock, before) = (Instant::now(), run.iteration());
+        let mut told = Instant::now();
+        wait_for_step(true);
+        while !run.is_done() {
+            let found = run.step().map_err(|error| self.refuse(&error))?;
+            if found.step == Step::Trial {
+                continue;
+            }
+            let row = self.row(run, &found.look, found.slope);
+            self.rows.push(row);
+            bar.set_position(run.iteration() as u64);
+            bar.set_message(line(&row));
+            if bar.is_hidden() && told.elapsed() > PATIENCE {
+                told = Instant::now();
+                let done = (run.iteration() - before).max(1) as f64;
+                let left = clock
+                    .elapsed()
+                    .mul_f64((iterations - run.iteration()) as f64 / done);
+                complain(&format!(
+                    "iteration {}: {}, {:#} left",
+                    row.iteration,
+                    line(&row),
+                    HumanDuration(left)
+                ));
+            }
+            if run.iteration().is_multiple_of(self.brief.design.checkpoint) && !run.is_done() {
+                self.save(run)?;
+                self.draw(run, &found.look)?;
+            }
+            if WANTED.load(Ordering::Relaxed) {
+                bar.finish_and_clear();
+                return Ok(!run.is_done());
+            }
+        }
+        bar.finish_and_clear();
+        wait_for_step(false);
+        Ok(false)
+    }
+
+    fn row(&self, run: &Run, look: &Look, slope: f64) -> Row {
+        let [ncc, efficiency] = self.scores(look);
+        Row {
+            iteration: run.iteration(),
+            evaluations: run.state.evaluations,
+            loss: look.value,
+            ncc,
+            efficiency,
+            slope,
+        }
+    }
+
+    /// NCC and efficiency, means of all channels.
+    fn scores(&self, look: &Look) -> [f64; 2] {
+        let area = self.brief.pixel_area;
+        let mut sums = [0.0; 2];
+        for (intensity, power) in look.intensities.iter().zip(&look.powers) {
+            sums[0] += ncc(intensity.view(), self.brief.picture.view()).unwrap_or(0.0);
+            sums[1] += (intensity * &self.brief.window).sum() * area / power;
+        }
+        sums.map(|sum| sum / look.intensities.len().max(1) as f64)
+    }
+
+    fn save(&self, run: &Run) -> Result<(), Failure> {
+        let saved = Saved {
+            state: run.state.clone(),
+            rows: self.rows.clone(),
+        };
+        Ok(self.checkpoints.write(&saved)?)
+    }
+
+    /// The picture of how far it is.
+    fn draw(&self, run: &Run, look: &Look) -> Result<(), Failure> {
+        let made = self.brief.project.make(run.best(), 1.0);
+        let title = match self.scene.title.as_str() {
+            "" => "Design",
+            title => title,
+        };
+        let chart = DesignChart {
+            title,
+            rows: &self.rows,
+            made: &made[0],
+            element: self.brief.element_half,
+            wanted: &self.brief.picture,
+            intensity: &look.intensities[0],
+            sensor: self.brief.sensor_half,
+        };
+        let file = self.out.join("design.png");
+        let png = chart.png().map_err(|error| {
+            Fault::of_file(&file, error.to_string(), "a picture that can be drawn")
+        })?;
+        Ok(write(&file, &png)?)
+    }
+
+    /// Leaves the phase, the numbers, the picture and the course.
+    fn publish(&self, run: &Run, look: &Look, file: &PhaseFile) -> Result<(), Failure> {
+        let made = self.brief.project.make(run.best(), 1.0);
+        file.write(&(&made[0].phase / self.brief.phase_scale))?;
+        self.draw(run, look)?;
+        let mut course = String::from("iteration,evaluations,loss,ncc,efficiency,gradient\n");
+        for row in &self.rows {
+            course += &format!(
+                "{},{},{:e},{:.6},{:.6},{:e}\n",
+                row.iteration, row.evaluations, row.loss, row.ncc, row.efficiency, row.slope
+            );
+        }
+        write(&self.out.join("course.csv"), course.as_bytes())?;
+        if !self.brief.project.numbers.is_empty() {
+            let designed = self.brief.scene_at(self.scene, run.best())?;
+            write(&self.designed(), designed.to_toml()?.as_bytes())?;
+        }
+        Ok(())
+    }
+
+    /// Where a scene with designed numbers goes: beside the scene, so that the files it names are found.
+    fn designed(&self) -> PathBuf {
+        self.scene.origin.file.with_extension("designed.toml")
+    }
+
+    fn summary(&self, run: &Run, look: &Look, file: &PhaseFile) -> String {
+        let [ncc, efficiency] = self.scores(look);
+        let mut told = format!(
+            "after {} iterations, {} evaluations, through the real system: NCC {ncc:.4} over the sensor, {:.1} % of the \
+             light in the picture's outline\nphase in {}, course and picture in {}",
+            run.iteration(),
+            run.state.evaluations,
+            100.0 * efficiency,
+            file.path().display(),
+            self.out.display()
+        );
+        if let Some(stop) = run.state.stop {
+            told += &format!("\nthe search ended by itself: {}", reason(stop));
+        }
+        let numbers = &run.best()[self.brief.project.numbers_from()..];
+        for (number, value) in self.brief.project.numbers.iter().zip(numbers) {
+            told += &format!("\n{}: {} -> {value}", number.name, number.start);
+        }
+        if !numbers.is_empty() {
+            told += &format!(
+                "\nscene with these numbers in {}",
+                self.designed().display()
+            );
+        }
+        told
+    }
+
+    fn refuse(&self, error: &dyn std::fmt::Display) -> Fault {
+        let expected = "a system that light gets through";
+        self.scene.fault("design", error.to_string(), expected)
+    }
+}
+
+/// Time between lines where there is no bar.
+const PATIENCE: Duration = Duration::from_secs(10);
+
+fn line(row: &Row) -> String {
+    format!(
+        "loss {:.5}  NCC {:.4}  light {:.1} %  gradient {:.1e}",
+        row.loss,
+        row.ncc,
+        100.0 * row.efficiency,
+        row.slope
+    )
+}
+
+fn reason(stop: raylet::design::step::Stop) -> &'static str {
+    use raylet::design::step::Stop;
+    match stop {
+        Stop::Flat => "the gradient vanishes",
+        Stop::Still => "the loss changes no more",
+        Stop::Stuck => "nothing downhill is better",
+        Stop::NotFinite => "the loss is not a number",
+    }
+}
+
+fn write(file: &Path, bytes: &[u8]) -> Result<(), Fault> {
+    let refuse = |error| unwritable(file, &error);
+    if let Some(folder) = file.parent() {
+        std::fs::create_dir_all(folder).map_err(refuse)?;
+    }
+    let fresh = file.with_extension("fresh");
+    std::fs::write(&fresh, bytes).map_err(refuse)?;
+    std::fs::rename(&fresh, file).map_err(refuse)
+}

@@ -1,0 +1,277 @@
+//! A design: which numbers are free, and how good what they make is, with the gradient.
+//!
+//! One flat vector holds the parameters of the pixels of each element that is designed, then the numbers of
+//! the system (curvatures, distances, tilts, anything). Every channel, a wavelength or a field, sends light
+//! through the system made from them; the losses of what their sensors see add up.
+
+use ndarray::{Array2, ArrayView2};
+use num_complex::Complex64;
+
+use crate::design::constraint::{Constraints, Made};
+use crate::design::loss::Loss;
+use crate::engine::bench::{Bench, BenchError, Trace};
+use crate::engine::settings::Settings;
+use crate::engine::sway::Variation;
+use crate::optics::screen::Act;
+use crate::optics::system::System;
+
+/// One coherent run that a design looks at.
+pub struct Channel {
+    /// What is made of the intensity at the sensor's pixels, [y, x].
+    pub loss: Box<dyn Loss>,
+    /// The factor of its loss.
+    pub weight: f64,
+    /// The phase that an element gives this channel's light over the one it is designed for: λ₀/λ times the
+    /// ratio of index steps for heights, 1 for phases that do not depend on the wavelength.
+    pub ratio: f64,
+}
+
+/// An element whose pixels are designed.
+pub struct Element {
+    /// Its screen in the systems.
+    pub screen: usize,
+    /// What can be made of its parameters.
+    pub constraints: Constraints,
+}
+
+/// A number of the system that is designed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Number {
+    /// What it is called.
+    pub name: String,
+    /// Its value at the start.
+    pub start: f64,
+    /// By how much it changes between the neighbours that tell its derivative.
+    pub step: f64,
+}
+
+/// Makes the system of a channel from the numbers; the designed pixels may have any value.
+pub type Rig = Box<dyn Fn(usize, &[f64]) -> Result<System, String> + Send + Sync>;
+
+/// Everything that a design is.
+pub struct Project {
+    /// The systems.
+    pub rig: Rig,
+    /// What light is sent through them.
+    pub channels: Vec<Channel>,
+    /// The elements that are designed.
+    pub elements: Vec<Element>,
+    /// The numbers that are designed.
+    pub numbers: Vec<Number>,
+    /// How light is carried.
+    pub settings: Settings,
+}
+
+/// Why a design cannot go on.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ProjectError {
+    /// A system cannot be carried or differentiated.
+    #[error(transparent)]
+    Bench(#[from] BenchError),
+    /// The numbers make no system.
+    #[error("{0}")]
+    System(String),
+    /// An element that is not there.
+    #[error("screen {0} has no pixels to design")]
+    Pixels(usize),
+    /// A loss for another sensor.
+    #[error("a loss for {wanted:?} pixels (rows, columns) on a sensor of {found:?}")]
+    Shape {
+        /// What the loss expects.
+        wanted: (usize, usize),
+        /// What the sensor has.
+        found: (usize, usize),
+    },
+}
+
+/// What a point of a design is like.
+pub struct Look {
+    /// The sum of the losses.
+    pub value: f64,
+    /// Its derivative with respect to each parameter.
+    pub gradient: Vec<f64>,
+    /// |U|² at the sensor's pixels for each channel, [y, x].
+    pub intensities: Vec<Array2<f64>>,
+    /// ∫|U|² just behind the first screen of each channel, in mm² for unit amplitude.
+    pub powers: Vec<f64>,
+}
+
+/// The frozen plans of all channels, made about some values of the numbers.
+pub struct Plans {
+    benches: Vec<Bench>,
+}
+
+impl Project {
+    /// Number of parameters: of all elements, then the numbers.
+    pub fn len(&self) -> usize {
+        self.numbers_from() + self.numbers.len()
+    }
+
+    /// Whether nothing is free.
+    pub fn is_empty(&self) -> bool {
+        self.len() == 0
+    }
+
+    /// Where the numbers begin among the parameters.
+    pub fn numbers_from(&self) -> usize {
+        self.elements.iter().map(Element::count).sum()
+    }
+
+    /// What each element is made of at a point; `share` of the iterations are done.
+    pub fn make(&self, point: &[f64], share: f64) -> Vec<Made> {
+        let mut from = 0;
+        let make = |element: &Element| {
+            let shape = element.constraints.free();
+            let part = &point[from..from + element.count()];
+            from += element.count();
+            let view = ArrayView2::from_shape(shape, part);
+            match view {
+                Ok(view) => element.constraints.make(view, share),
+                Err(_) => unreachable!("the part has the element's shape"),
+            }
+        };
+        self.elements.iter().map(make).collect()
+    }
+
+    /// The system of a channel at a point, from what its elements are made of.
+    ///
+    /// # Errors
+    /// When the numbers make no system, or an element is not there.
+    pub fn system(
+        &self,
+        channel: usize,
+        made: &[Made],
+        numbers: &[f64],
+    ) -> Result<System, ProjectError> {
+        let mut system = (self.rig)(channel, numbers).map_err(ProjectError::System)?;
+        let ratio = self.channels[channel].ratio;
+        for (element, made) in self.elements.iter().zip(made) {
+            let screen = system.screens.get_mut(element.screen);
+            let pixels = screen.and_then(|screen| match &mut screen.act {
+                Act::Doe(doe) => doe.free_pixels_mut(),
+                Act::Stop(_) | Act::Sensor(_) => None,
+            });
+            let Some(pixels) = pixels else {
+                return Err(ProjectError::Pixels(element.screen));
+            };
+            pixels.values = element.constraints.transmission_at(made, ratio);
+        }
+        Ok(system)
+    }
+
+    /// Plans every channel about a point.
+    ///
+    /// # Errors
+    /// When a system cannot be made, carried or differentiated there.
+    pub fn plan(&self, point: &[f64], share: f64) -> Result<Plans, ProjectError> {
+        let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
+        let bench = |channel: usize| {
+            let system = self.system(channel, &made, numbers)?;
+            let variations = self.variations(channel, &made, numbers)?;
+            Ok(Bench::new(&system, &variations, &self.settings)?)
+        };
+        let benches = (0..self.channels.len()).map(bench);
+        Ok(Plans {
+            benches: benches.collect::<Result<_, ProjectError>>()?,
+        })
+    }
+
+    /// Value and gradient at a point, `share` of the iterations done.
+    ///
+    /// # Errors
+    /// As [`Project::plan`].
+    pub fn look(&self, plans: &Plans, point: &[f64], share: f64) -> Result<Look, ProjectError> {
+        let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
+        let mut look = Look {
+            value: 0.0,
+            gradient: vec![0.0; self.len()],
+            intensities: Vec::new(),
+            powers: Vec::new(),
+        };
+        for (number, (channel, bench)) in self.channels.iter().zip(&plans.benches).enumerate() {
+            let system = self.system(number, &made, numbers)?;
+            let trace = bench.forward(&system)?;
+            let intensity = trace.field.intensity();
+            if channel.loss.shape() != intensity.dim() {
+                let (wanted, found) = (channel.loss.shape(), intensity.dim());
+                return Err(ProjectError::Shape { wanted, found });
+            }
+
+            // I = |U|²: Ū = 2ĪU.
+            let verdict = channel.loss.look(intensity.view());
+            look.value += channel.weight * verdict.value;
+            let scale = 2.0 * channel.weight;
+            let mut field_bar = trace.field.values.clone();
+            field_bar.zip_mut_with(&verdict.bar, |u, bar| *u *= scale * bar);
+            let variations = self.variations(number, &made, numbers)?;
+            let gradient = bench.adjoint(&system, &variations, &trace, &field_bar)?;
+            self.gather(&made, channel.ratio, &gradient.pixels, &mut look.gradient);
+            let from = self.numbers_from();
+            for (total, part) in look.gradient[from..].iter_mut().zip(&gradient.parameters) {
+                *total += part;
+            }
+            look.powers.push(power_behind(&trace));
+            look.intensities.push(intensity);
+        }
+        Ok(look)
+    }
+
+    /// Adds what the pixels of all elements give back to their parameters.
+    fn gather(
+        &self,
+        made: &[Made],
+        ratio: f64,
+        pixels: &[Option<Array2<Complex64>>],
+        gradient: &mut [f64],
+    ) {
+        let mut from = 0;
+        for (element, made) in self.elements.iter().zip(made) {
+            if let Some(Some(bar)) = pixels.get(element.screen) {
+                let back = element
+                    .constraints
+                    .transmission_adjoint(made, ratio, bar.view());
+                let part = &mut gradient[from..from + element.count()];
+                part.iter_mut()
+                    .zip(&back)
+                    .for_each(|(total, part)| *total += part);
+            }
+            from += element.count();
+        }
+    }
+
+    /// The neighbours that tell the derivatives with respect to the numbers.
+    fn variations(
+        &self,
+        channel: usize,
+        made: &[Made],
+        numbers: &[f64],
+    ) -> Result<Vec<Variation>, ProjectError> {
+        let neighbour = |i: usize, by: f64| {
+            let mut moved = numbers.to_vec();
+            moved[i] += by;
+            self.system(channel, made, &moved)
+        };
+        let variation = |(i, number): (usize, &Number)| {
+            Ok(Variation {
+                below: neighbour(i, -number.step)?,
+                above: neighbour(i, number.step)?,
+                distance: 2.0 * number.step,
+            })
+        };
+        self.numbers.iter().enumerate().map(variation).collect()
+    }
+}
+
+impl Element {
+    /// Number of its parameters.
+    pub fn count(&self) -> usize {
+        let (rows, columns) = self.constraints.free();
+        rows * columns
+    }
+}
+
+/// ∫|U|² just behind the first screen.
+fn power_behind(trace: &Trace) -> f64 {
+    let first = trace.screens.first();
+    first.map_or(0.0, |first| first.behind.power())
+}

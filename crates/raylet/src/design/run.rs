@@ -1,0 +1,162 @@
+//! A design under way: one evaluation after another, with everything that going on later needs.
+
+use serde::{Deserialize, Serialize};
+
+use crate::design::exact;
+use crate::design::optimizer::Optimizer;
+use crate::design::project::{Look, Plans, Project, ProjectError};
+use crate::design::step::{Step, Stop};
+
+/// Everything of a run that its next steps depend on.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct State {
+    /// The search.
+    pub search: Optimizer,
+    /// The point about which light was planned.
+    #[serde(with = "exact::list")]
+    planned: Vec<f64>,
+    /// Share of the iterations done, as the constraints see it; it grows in stages.
+    #[serde(with = "exact::number")]
+    share: f64,
+    /// Evaluations done.
+    pub evaluations: usize,
+    /// Why the search is over, if it is.
+    pub stop: Option<Stop>,
+}
+
+/// A design under way.
+pub struct Run<'p> {
+    project: &'p Project,
+    /// Iterations wanted.
+    iterations: usize,
+    /// Where it is.
+    pub state: State,
+    plans: Plans,
+}
+
+/// What one evaluation found.
+pub struct Found {
+    /// What the design is like there.
+    pub look: Look,
+    /// What the search makes of it.
+    pub step: Step,
+    /// |gradient|, each part times its parameter's scale left out.
+    pub slope: f64,
+}
+
+/// Stages in which soft levels harden; the last ones are hard.
+const STAGES: usize = 32;
+const HARD: f64 = 0.9;
+
+/// Iterations after which light is planned anew when numbers of the system change.
+const FRESH: usize = 10;
+
+impl<'p> Run<'p> {
+    /// A run from the start of a search.
+    ///
+    /// # Errors
+    /// When light cannot be planned there.
+    pub fn new(
+        project: &'p Project,
+        search: Optimizer,
+        iterations: usize,
+    ) -> Result<Self, ProjectError> {
+        let planned = search.point().to_vec();
+        let state = State {
+            search,
+            planned,
+            share: 0.0,
+            evaluations: 0,
+            stop: None,
+        };
+        Self::resume(project, state, iterations)
+    }
+
+    /// A run that goes on where it was.
+    ///
+    /// # Errors
+    /// When light cannot be planned there.
+    pub fn resume(
+        project: &'p Project,
+        state: State,
+        iterations: usize,
+    ) -> Result<Self, ProjectError> {
+        let plans = project.plan(&state.planned, state.share)?;
+        Ok(Self {
+            project,
+            iterations,
+            state,
+            plans,
+        })
+    }
+
+    /// Iterations done.
+    pub fn iteration(&self) -> usize {
+        self.state.search.iteration()
+    }
+
+    /// Whether nothing is left to do.
+    pub fn is_done(&self) -> bool {
+        self.state.stop.is_some() || self.iteration() >= self.iterations
+    }
+
+    /// The best point so far, at which what is made is what is to be exported.
+    pub fn best(&self) -> &[f64] {
+        let search = &self.state.search;
+        search.best().map_or(search.point(), |(point, _)| point)
+    }
+
+    /// Looks at the point the search asks for, and goes on.
+    ///
+    /// # Errors
+    /// When light cannot be carried there.
+    pub fn step(&mut self) -> Result<Found, ProjectError> {
+        let state = &mut self.state;
+        let look = self
+            .project
+            .look(&self.plans, state.search.point(), state.share)?;
+        let step = state.search.tell(look.value, &look.gradient);
+        state.evaluations += 1;
+        if let Step::Finished(stop) = step {
+            state.stop = Some(stop);
+        }
+        let slope = look.gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+        if step == Step::Accepted {
+            self.settle()?;
+        }
+        Ok(Found { look, step, slope })
+    }
+
+    /// After an iteration: harder levels, and fresh plans where the system has changed.
+    fn settle(&mut self) -> Result<(), ProjectError> {
+        let done = self.iteration();
+        let state = &mut self.state;
+        let stage = (self.iterations / STAGES).max(1);
+        let share = (done / stage * stage) as f64 / (HARD * self.iterations as f64);
+        let hardens = self
+            .project
+            .elements
+            .iter()
+            .any(|e| e.constraints.hardens());
+        if hardens && share.min(1.0) != state.share {
+            state.share = share.min(1.0);
+            state.search.refresh(true);
+        }
+        if !self.project.numbers.is_empty() && done.is_multiple_of(FRESH) {
+            state.planned = state.search.point().to_vec();
+            self.plans = self.project.plan(&state.planned, state.share)?;
+            state.search.refresh(false);
+        }
+        Ok(())
+    }
+
+    /// The best point as it will be made: levels hard, light planned about it.
+    ///
+    /// # Errors
+    /// When light cannot be planned or carried there.
+    pub fn finish(&self) -> Result<Look, ProjectError> {
+        let point = self.best();
+        let plans = self.project.plan(point, 1.0)?;
+        self.project.look(&plans, point, 1.0)
+    }
+}
