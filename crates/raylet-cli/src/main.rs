@@ -7,6 +7,7 @@ mod failure;
 mod fig2;
 mod fig3;
 mod fig6;
+mod gradcheck;
 mod hologram;
 mod interrupt;
 mod overrides;
@@ -45,6 +46,7 @@ enum Verb {
     Check(check::Check),
     Hologram(hologram::Hologram),
     Design(design::Design),
+    Gradcheck(gradcheck::Gradcheck),
     Schema(schema::Schema),
     Paper(paper::Paper),
 }
@@ -68,6 +70,7 @@ fn run(verb: &Verb) -> Result<(), Failure> {
         Verb::Check(verb) => verb.run(),
         Verb::Hologram(verb) => verb.run(),
         Verb::Design(verb) => verb.run(),
+        Verb::Gradcheck(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
         Verb::Paper(verb) => verb.run(),
     }

@@ -216,6 +216,21 @@ impl Project {
         Ok(look)
     }
 
+    /// The value alone.
+    ///
+    /// # Errors
+    /// As [`Project::look`].
+    pub fn value(&self, plans: &Plans, point: &[f64], share: f64) -> Result<f64, ProjectError> {
+        let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
+        let mut value = 0.0;
+        for (number, (channel, bench)) in self.channels.iter().zip(&plans.benches).enumerate() {
+            let trace = bench.forward(&self.system(number, &made, numbers)?)?;
+            let intensity = trace.field.intensity();
+            value += channel.weight * channel.loss.look(intensity.view()).value;
+        }
+        Ok(value)
+    }
+
     /// Adds what the pixels of all elements give back to their parameters.
     fn gather(
         &self,

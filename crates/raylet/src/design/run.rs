@@ -15,6 +15,8 @@ pub struct State {
     /// The point about which light was planned.
     #[serde(with = "exact::list")]
     planned: Vec<f64>,
+    /// Iterations that were done then.
+    planned_after: usize,
     /// Share of the iterations done, as the constraints see it; it grows in stages.
     #[serde(with = "exact::number")]
     share: f64,
@@ -65,6 +67,7 @@ impl<'p> Run<'p> {
         let state = State {
             search,
             planned,
+            planned_after: 0,
             share: 0.0,
             evaluations: 0,
             stop: None,
@@ -142,7 +145,8 @@ impl<'p> Run<'p> {
             state.share = share.min(1.0);
             state.search.refresh(true);
         }
-        if !self.project.numbers.is_empty() && done.is_multiple_of(FRESH) {
+        if !self.project.numbers.is_empty() && done >= state.planned_after + FRESH {
+            state.planned_after = done;
             state.planned = state.search.point().to_vec();
             self.plans = self.project.plan(&state.planned, state.share)?;
             state.search.refresh(false);

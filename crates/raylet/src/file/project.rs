@@ -128,11 +128,7 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
             ratio: scene.wavelength_um[0] / scene.wavelength_um[index],
         })
     };
-    let settings = Settings {
-        // What is kept may not depend on the phases that are sought.
-        mode_threshold: Some(0.0),
-        ..build::settings(scene)
-    };
+    let settings = settings(scene, !numbers.is_empty());
     let project = Project {
         rig: Box::new(rig),
         channels: (0..count).map(channel).collect::<Result<_, Fault>>()?,
@@ -175,6 +171,21 @@ impl Brief {
         with_numbers(scene, &self.addresses, values)
     }
 }
+
+/// How light is carried: what is kept may not depend on the phases that are sought, and where the system
+/// changes, footprints end so far out that no value jumps.
+fn settings(scene: &Scene, changing: bool) -> Settings {
+    let mut settings = build::settings(scene);
+    settings.mode_threshold = Some(0.0);
+    if changing {
+        let edge = settings.footprint_edge().min(SMOOTH);
+        settings.footprint_threshold = Some(edge);
+    }
+    settings
+}
+
+/// Where footprints end when the system changes.
+const SMOOTH: f64 = 1e-7;
 
 /// The screen of an element by its name, and the rows and columns of its pixels.
 fn pixels_of(system: &System, name: &str) -> (usize, (usize, usize)) {

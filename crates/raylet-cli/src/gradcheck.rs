@@ -1,0 +1,101 @@
+//! `raylet gradcheck SCENE`: whether the gradients of a design are those of its loss.
+
+use std::path::PathBuf;
+
+use clap::Args;
+use raylet::design::project::{Plans, Project};
+use raylet::file::fault::Fault;
+use raylet::file::project::brief;
+use raylet::file::scene::Scene;
+use raylet::math::random::uniform;
+
+use crate::failure::Failure;
+use crate::overrides::start_threads;
+use crate::say::say;
+
+/// Compares the gradient of a scene's design with differences of its loss.
+#[derive(Args)]
+pub(crate) struct Gradcheck {
+    /// The scene file, with tables `[hologram]` and `[design]`.
+    scene: PathBuf,
+    /// Threads to use; all processors unless told otherwise.
+    #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
+    threads: Option<u16>,
+}
+
+/// Random directions along which all pixels change.
+const DIRECTIONS: u32 = 3;
+
+/// Change of a phase in rad, for differences.
+const TURN: f64 = 1e-3;
+
+impl Gradcheck {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        start_threads(self.threads)?;
+        let scene = Scene::open(&self.scene)?;
+        let brief = brief(&scene)?;
+        let project = &brief.project;
+        let refuse = |error: &dyn std::fmt::Display| -> Fault {
+            scene.fault(
+                "design",
+                error.to_string(),
+                "a system that light gets through",
+            )
+        };
+        let point = brief.search.point();
+        let plans = project.plan(point, 0.0).map_err(|error| refuse(&error))?;
+        let look = project
+            .look(&plans, point, 0.0)
+            .map_err(|error| refuse(&error))?;
+
+        // Each line: a direction of the parameters, a step, and the two slopes.
+        let mut table = format!(
+            "loss {:.9e}\n{:<44} {:>16} {:>16} {:>9}\n",
+            look.value, "along", "gradient", "differences", "apart"
+        );
+        let pixels = project.numbers_from();
+        let mut lines: Vec<(String, Vec<f64>, f64)> = (0..DIRECTIONS)
+            .map(|number| {
+                let along = |i: usize| match i < pixels {
+                    true => uniform(scene.seed, [i as u32, number, 0, CHECK]) - 0.5,
+                    false => 0.0,
+                };
+                let name = format!("all pixels, random direction {}", number + 1);
+                (name, (0..project.len()).map(along).collect(), TURN)
+            })
+            .collect();
+        for (i, number) in project.numbers.iter().enumerate() {
+            let mut along = vec![0.0; project.len()];
+            along[pixels + i] = 1.0;
+            lines.push((number.name.clone(), along, number.step));
+        }
+        for (name, along, step) in lines {
+            let slope: f64 = along.iter().zip(&look.gradient).map(|(a, g)| a * g).sum();
+            let found = differences(project, &plans, (point, &along), step)
+                .map_err(|error| refuse(&error))?;
+            let apart = (slope - found).abs() / found.abs().max(f64::MIN_POSITIVE);
+            table += &format!("{name:<44} {slope:>16.9e} {found:>16.9e} {apart:>9.1e}\n");
+        }
+        table += "differences are of fourth order, through the same plans; their own rounding is about 1e-9\n";
+        say(&table)
+    }
+}
+
+/// What random directions are drawn for.
+const CHECK: u32 = 0x4348_4543;
+
+/// The slope of the loss along a direction by fourth-order central differences.
+fn differences(
+    project: &Project,
+    plans: &Plans,
+    (point, along): (&[f64], &[f64]),
+    step: f64,
+) -> Result<f64, raylet::design::project::ProjectError> {
+    let at = |by: f64| {
+        let moved: Vec<f64> = point.iter().zip(along).map(|(p, a)| p + by * a).collect();
+        project.value(plans, &moved, 0.0)
+    };
+    let near = at(step)? - at(-step)?;
+    let far = at(2.0 * step)? - at(-2.0 * step)?;
+    Ok((8.0 * near - far) / (12.0 * step))
+}

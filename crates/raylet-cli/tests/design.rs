@@ -1,0 +1,166 @@
+//! `raylet design`: what it finds, and that nothing is lost when it is stopped.
+
+mod stage;
+
+use std::fs;
+use std::process::{Command, Stdio};
+use std::thread::sleep;
+use std::time::{Duration, Instant};
+
+use ndarray::Array2;
+
+use crate::stage::{SCENE, Stage, complaint};
+
+/// The small scene with a picture of two dots and a bar, sought with a variable distance.
+fn stage(design: &str) -> Stage {
+    let sized = SCENE.replace(
+        "phase = \"phase.npy\"",
+        "phase = \"found.npy\"\nsize = [30, 30]",
+    );
+    let asked =
+        "[hologram]\ntarget = \"picture.png\"\nelement = \"pixels\"\nsize_mm = [0.2, 0.2]\n";
+    let stage = Stage::new(&format!("{sized}{asked}[design]\n{design}"));
+    let picture = Array2::from_shape_fn((20, 20), |(j, i)| {
+        let dot = |y: usize, x: usize| j.abs_diff(y) < 3 && i.abs_diff(x) < 3;
+        f64::from(u8::from(
+            dot(13, 5) || dot(13, 14) || (j == 5 && i.abs_diff(10) < 7),
+        ))
+    });
+    raylet::file::image::write_gray16(stage.join("picture.png"), picture.view(), [0.0, 1.0])
+        .unwrap();
+    stage
+}
+
+/// The number behind a word in what the program said.
+fn number(text: &str, word: &str) -> f64 {
+    let rest = text.split(word).nth(1).unwrap();
+    rest.split_whitespace().next().unwrap().parse().unwrap()
+}
+
+#[test]
+fn phases_are_found_and_simulate_agrees() {
+    let stage = stage("iterations = 30\n");
+    let run = stage.raylet(&["design", "scene.toml", "--out", "course"]);
+    assert!(run.status.success(), "{}", complaint(&run));
+    let said = String::from_utf8(run.stdout).unwrap();
+    assert!(number(&said, "NCC ") > 0.85, "{said}");
+    for file in ["found.npy", "course/design.png", "course/course.csv"] {
+        assert!(stage.join(file).exists(), "{file}");
+    }
+
+    // The loss falls from iteration to iteration.
+    let course = fs::read_to_string(stage.join("course/course.csv")).unwrap();
+    let losses: Vec<f64> = course
+        .lines()
+        .skip(1)
+        .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
+        .collect();
+    assert!(losses.len() > 20 && losses.windows(2).all(|pair| pair[1] <= pair[0]));
+    let simulated = stage.raylet(&["simulate", "scene.toml", "--out", "seen"]);
+    assert!(simulated.status.success(), "{}", complaint(&simulated));
+}
+
+/// Killed at any time, a run that goes on ends with the same bits as one that was never stopped, with any
+/// number of threads.
+#[test]
+fn a_stopped_run_goes_on_bit_for_bit() {
+    let asked = "iterations = 24\ncheckpoint = 4\n[[design.variable]]\npath = \"element[1].thickness_mm\"\n";
+    let whole = stage(asked);
+    let run = whole.raylet(&["design", "scene.toml", "--threads", "1"]);
+    assert!(run.status.success(), "{}", complaint(&run));
+
+    let broken = stage(asked);
+    let checkpoint = broken.join("out/design/checkpoint.json");
+    let mut child = Command::new(env!("CARGO_BIN_EXE_raylet"))
+        .current_dir(broken.path())
+        .args(["design", "scene.toml"])
+        .stdout(Stdio::null())
+        .stderr(Stdio::null())
+        .spawn()
+        .unwrap();
+    let start = Instant::now();
+    while !checkpoint.exists() && start.elapsed() < Duration::from_secs(60) {
+        sleep(Duration::from_millis(2));
+    }
+    child.kill().unwrap();
+    child.wait().unwrap();
+    let resumed = broken.raylet(&["design", "scene.toml", "--resume"]);
+    assert!(resumed.status.success(), "{}", complaint(&resumed));
+    for file in ["found.npy", "scene.designed.toml", "out/design/course.csv"] {
+        let read = |stage: &Stage| fs::read(stage.join(file)).unwrap();
+        assert!(read(&whole) == read(&broken), "{file}");
+    }
+
+    // The scene with the number that was found is simulated as it is.
+    let simulated = broken.raylet(&["simulate", "scene.designed.toml", "--out", "seen"]);
+    assert!(simulated.status.success(), "{}", complaint(&simulated));
+
+    // Another scene does not go on from there.
+    let scene = fs::read_to_string(broken.join("scene.toml")).unwrap();
+    fs::write(
+        broken.join("scene.toml"),
+        scene.replace("thickness_mm = 8", "thickness_mm = 8.5"),
+    )
+    .unwrap();
+    let refused = broken.raylet(&["design", "scene.toml", "--resume"]);
+    assert_eq!(refused.status.code(), Some(2));
+    assert!(
+        complaint(&refused).contains("another scene"),
+        "{}",
+        complaint(&refused)
+    );
+}
+
+#[test]
+fn levels_and_blocks_are_what_is_exported() {
+    let stage = stage("iterations = 40\nlevels = 4\nblock = 2\n");
+    let run = stage.raylet(&["design", "scene.toml"]);
+    assert!(run.status.success(), "{}", complaint(&run));
+    let phase: Array2<f64> = ndarray_npy::read_npy(stage.join("found.npy")).unwrap();
+    for ((j, i), value) in phase.indexed_iter() {
+        let level = value / std::f64::consts::FRAC_PI_2;
+        assert!((level - level.round()).abs() < 1e-12, "{value}");
+        assert_eq!(*value, phase[[j / 2 * 2, i / 2 * 2]]);
+    }
+}
+
+#[test]
+fn bad_designs_are_told() {
+    for (design, told) in [
+        ("iterations = 0\n", ["iterations", "above zero"]),
+        ("optimizer = \"newton\"\n", ["optimizer", "lbfgs"]),
+        ("start = \"none\"\n", ["start", "spread"]),
+        ("rate = -1\n", ["rate", "above zero"]),
+        ("efficiency = -0.1\n", ["efficiency", "0"]),
+        ("levels = 1\n", ["levels", "at least 2"]),
+        ("block = 0\n", ["block", "above zero"]),
+        (
+            "[[design.variable]]\npath = \"element[9].thickness_mm\"\n",
+            ["element[9].thickness_mm", "path of a number"],
+        ),
+        (
+            "[[design.variable]]\npath = \"element[1].name\"\n",
+            ["element[1].name", "path of a number"],
+        ),
+        (
+            "[[design.variable]]\npath = \"element[1].surface[1].radius_mm\"\n",
+            ["radius_mm", "number"],
+        ),
+        ("colour = 3\n", ["colour", "unknown"]),
+    ] {
+        let stage = stage(design);
+        let run = stage.raylet(&["design", "scene.toml"]);
+        let said = complaint(&run);
+        assert_eq!(run.status.code(), Some(2), "{design}: {said}");
+        assert!(said.contains("scene.toml"), "{said}");
+        assert!(
+            told.iter().all(|part| said.contains(part)),
+            "{design}: {said}"
+        );
+    }
+    let stage = Stage::new(SCENE);
+    let said = complaint(&stage.raylet(&["design", "scene.toml"]));
+    assert!(said.contains("no design"), "{said}");
+    let said = complaint(&stage.raylet(&["design", "scene.toml", "--resume"]));
+    assert!(said.contains("no design"), "{said}");
+}
