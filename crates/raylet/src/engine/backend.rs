@@ -8,6 +8,7 @@ use num_complex::Complex64;
 use crate::engine::beamlets::BeamletPlan;
 use crate::engine::beyond::Beyond;
 use crate::engine::settings::Settings;
+use crate::engine::shelf::Shelf;
 use crate::engine::sway::Neighbours;
 use crate::engine::tally::Tally;
 use crate::optics::system::Hop;
@@ -28,6 +29,8 @@ pub struct Job<'a> {
     pub settings: &'a Settings,
     /// Where its light goes next.
     pub beyond: &'a Beyond<'a>,
+    /// Where its beamlets may be kept for the next time.
+    pub shelf: Option<&'a Shelf>,
 }
 
 impl<'a> Job<'a> {

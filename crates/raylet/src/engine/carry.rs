@@ -11,6 +11,7 @@ use crate::engine::paper_plan::Address;
 use crate::engine::plan::{Plan, along};
 use crate::engine::plane;
 use crate::engine::settings::Settings;
+use crate::engine::shelf::Shelf;
 use crate::engine::spot_check::Spots;
 use crate::engine::sway::Neighbours;
 use crate::engine::tally::{Fate, Tally};
@@ -42,6 +43,8 @@ pub struct Run<'a> {
     pub settings: &'a Settings,
     /// Where its light goes next.
     pub beyond: &'a Beyond<'a>,
+    /// Where beamlets may be kept for the next time, for each level of the second screen.
+    pub shelves: &'a [Shelf],
 }
 
 impl Run<'_> {
@@ -70,7 +73,7 @@ impl Run<'_> {
         for (number, level) in stack.levels.at.iter().enumerate() {
             let planes = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = self.to_planes(&planes, &plan);
+            let run = self.to_planes(number, &planes, &plan);
             let before = number as f64 / stack.len() as f64;
             let part = |done: f64| progress(before + done / stack.len() as f64);
             let (sheet, counts) = run.carry_to_plane(field, &raster, &part)?;
@@ -95,7 +98,12 @@ impl Run<'_> {
     }
 
     /// The same run to a level.
-    fn to_planes<'b>(&'b self, planes: &'b (Screen, Option<Screen>), plan: &'b Plan) -> Run<'b> {
+    fn to_planes<'b>(
+        &'b self,
+        number: usize,
+        planes: &'b (Screen, Option<Screen>),
+        plan: &'b Plan,
+    ) -> Run<'b> {
         let (plane, planned) = planes;
         let planned = self.planned.zip(planned.as_ref());
         Run {
@@ -105,6 +113,7 @@ impl Run<'_> {
             },
             planned: planned.map(|(hop, to)| Hop { to, ..hop }),
             plan,
+            shelves: self.shelves.get(number..).unwrap_or_default(),
             ..*self
         }
     }
@@ -130,10 +139,10 @@ impl Run<'_> {
             return self.carry_to_plane_adjoint(field, &raster, &sheets_bar[0], back);
         }
         let stack = stack(to, reach, self.hop.wavenumber());
-        for (level, bar) in stack.levels.at.iter().zip(sheets_bar) {
+        for (number, (level, bar)) in stack.levels.at.iter().zip(sheets_bar).enumerate() {
             let planes = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = self.to_planes(&planes, &plan);
+            let run = self.to_planes(number, &planes, &plan);
 
             // The neighbours' planes at the same level.
             let pairs: Vec<[Screen; 2]> = back
@@ -171,6 +180,7 @@ impl Run<'_> {
                     plan,
                     settings,
                     beyond: self.beyond,
+                    shelf: self.shelves.first(),
                 };
                 let canvas = Canvas::holding(*raster, bar);
                 let patches = 0..Cpu.patches(&job, field);
@@ -212,6 +222,7 @@ impl Run<'_> {
                     plan,
                     settings,
                     beyond: self.beyond,
+                    shelf: self.shelves.first(),
                 };
                 let mut canvas = Canvas::new(*raster);
                 let patches = 0..Cpu.patches(&job, field);

@@ -288,6 +288,7 @@ pub fn simulate(
             plan: &plan,
             settings,
             beyond,
+            shelves: &[],
         };
         let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
         if !sheets.power().is_finite() {
