@@ -73,7 +73,7 @@ impl Run<'_> {
         for (number, level) in stack.levels.at.iter().enumerate() {
             let planes = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = self.to_planes(number, &planes, &plan);
+            let run = self.on_planes(number, &planes, &plan);
             let before = number as f64 / stack.len() as f64;
             let part = |done: f64| progress(before + done / stack.len() as f64);
             let (sheet, counts) = run.carry_to_plane(field, &raster, &part)?;
@@ -98,7 +98,7 @@ impl Run<'_> {
     }
 
     /// The same run to a level.
-    fn to_planes<'b>(
+    fn on_planes<'b>(
         &'b self,
         number: usize,
         planes: &'b (Screen, Option<Screen>),
@@ -142,7 +142,7 @@ impl Run<'_> {
         for (number, (level, bar)) in stack.levels.at.iter().zip(sheets_bar).enumerate() {
             let planes = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = self.to_planes(number, &planes, &plan);
+            let run = self.on_planes(number, &planes, &plan);
 
             // The neighbours' planes at the same level.
             let pairs: Vec<[Screen; 2]> = back
