@@ -65,7 +65,7 @@ pub trait Backend {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Tally;
 
-    /// The conjugate transpose of [`Backend::carry`]: adds what a range of patches gives back. The values of
+    /// The conjugate transpose of [`Backend::carry`], held by `chain_dot_product` in the crate's tests: adds what a range of patches gives back. The values of
     /// `from` only tell which modes were too weak, and what the parameters act on.
     fn carry_adjoint(
         &self,

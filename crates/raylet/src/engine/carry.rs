@@ -1,4 +1,5 @@
-//! One hop being run: a field behind the first screen to the light before the second.
+//! One hop being run: a field behind the first screen to the light before the second. `chain_dot_product` in the
+//! crate's tests holds the way back.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -47,7 +48,25 @@ pub struct Run<'a> {
     pub shelves: &'a [Shelf],
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// A hop, with its place in the system, as it was planned; no beamlets are kept.
+    pub fn new(
+        (number, hop): (usize, Hop<'a>),
+        plan: &'a Plan,
+        settings: &'a Settings,
+        beyond: &'a Beyond<'a>,
+    ) -> Self {
+        Self {
+            number,
+            hop,
+            planned: None,
+            plan,
+            settings,
+            beyond,
+            shelves: &[],
+        }
+    }
+
     /// Carries a field to a raster of the second screen; to levels around it when it is curved, as many as
     /// light with direction cosines up to `reach` asks for. The tally is that of the middle level.
     ///
@@ -161,35 +180,6 @@ impl Run<'_> {
         }
     }
 
-    fn carry_to_plane_adjoint(
-        &self,
-        field: &Field,
-        raster: &Raster,
-        bar: &Array2<Complex64>,
-        back: &mut Back,
-    ) {
-        let (hop, settings) = (self.hop, self.settings);
-        match self.plan {
-            Plan::Free(free, waves) => {
-                carry_free_adjoint(&hop, (free, waves), field, (raster, bar), back);
-            }
-            Plan::Beamlets(plan) => {
-                let job = Job {
-                    hop,
-                    planned: self.planned,
-                    plan,
-                    settings,
-                    beyond: self.beyond,
-                    shelf: self.shelves.first(),
-                };
-                let canvas = Canvas::holding(*raster, bar);
-                let patches = 0..Cpu.patches(&job, field);
-                Cpu.carry_adjoint(&job, field, patches, &canvas, back, &|_| ());
-            }
-            Plan::Planes(_) | Plan::Paper(_) => {}
-        }
-    }
-
     /// The error of a free hop at a few points of what it brought.
     fn spots(&self, field: &Field, raster: &Raster, values: &Array2<Complex64>) -> Option<f64> {
         let Plan::Free(free, _) = self.plan else {
@@ -244,6 +234,35 @@ impl Run<'_> {
                 (sum.finish(), tally)
             }
         })
+    }
+
+    fn carry_to_plane_adjoint(
+        &self,
+        field: &Field,
+        raster: &Raster,
+        bar: &Array2<Complex64>,
+        back: &mut Back,
+    ) {
+        let (hop, settings) = (self.hop, self.settings);
+        match self.plan {
+            Plan::Free(free, waves) => {
+                carry_free_adjoint(&hop, (free, waves), field, (raster, bar), back);
+            }
+            Plan::Beamlets(plan) => {
+                let job = Job {
+                    hop,
+                    planned: self.planned,
+                    plan,
+                    settings,
+                    beyond: self.beyond,
+                    shelf: self.shelves.first(),
+                };
+                let canvas = Canvas::holding(*raster, bar);
+                let patches = 0..Cpu.patches(&job, field);
+                Cpu.carry_adjoint(&job, field, patches, &canvas, back, &|_| ());
+            }
+            Plan::Planes(_) | Plan::Paper(_) => {}
+        }
     }
 }
 

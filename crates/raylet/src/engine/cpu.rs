@@ -2,7 +2,7 @@
 //!
 //! Patches are taken in chunks of fixed size: their spectra and rays in parallel, then the sum over the
 //! chunk in parallel over rows. Memory is one chunk of arrivals, whatever the number of rays, and the
-//! result has the same bits for any number of threads.
+//! result has the same bits for any number of threads. `chain_dot_product` in the crate's tests holds the way back.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -104,7 +104,6 @@ impl Backend for Cpu {
         back: &mut Back,
         progress: &(dyn Fn(f64) + Sync),
     ) {
-        let k = job.hop.wavenumber();
         let cutter = Cutter::new(job, from);
         let sways = sways(job, back.neighbours);
         let (mut kept, mut floor) = (None, 0.0);
@@ -140,18 +139,7 @@ impl Backend for Cpu {
             // canvas += amplitude·coefficient·beamlet
             let bars: Vec<(Array2<Complex64>, Vec<f64>)> = aims
                 .par_iter()
-                .map(|aims| {
-                    let edge = job.settings.footprint_edge();
-                    let moments = to_bar.add_adjoint(&aims.arrivals, k, edge);
-                    let mut bar = Array2::zeros([aims.modes[1].len(), aims.modes[0].len()]);
-                    for ((place, arrival), moments) in
-                        aims.places.iter().zip(&aims.arrivals).zip(&moments)
-                    {
-                        bar[*place] = arrival.amplitude.conj() * moments[0];
-                    }
-                    let pulled = pulled(&cutter, &kept, aims, &sways, &moments);
-                    (cutter.cut_adjoint(aims.index, &aims.modes, &bar), pulled)
-                })
+                .map(|aims| give_back(&cutter, &kept, aims, &sways, to_bar))
                 .collect();
 
             // Patches overlap: one after the other.
@@ -383,6 +371,27 @@ fn sways<'a>(job: &Job<'a>, neighbours: &[Neighbours<'a>]) -> Vec<SwayingHop<'a>
     blocks
         .map(|block| SwayingHop::new(job.hop, block))
         .collect()
+}
+
+/// What one patch gives back: to the nodes under its window, and to all parameters.
+fn give_back(
+    cutter: &Cutter,
+    kept: &Kept,
+    aims: &Aims,
+    sways: &[SwayingHop],
+    to_bar: &Canvas,
+) -> (Array2<Complex64>, Vec<f64>) {
+    let (k, edge) = (
+        cutter.job.hop.wavenumber(),
+        cutter.job.settings.footprint_edge(),
+    );
+    let moments = to_bar.add_adjoint(&aims.arrivals, k, edge);
+    let mut bar = Array2::zeros([aims.modes[1].len(), aims.modes[0].len()]);
+    for ((place, arrival), moments) in aims.places.iter().zip(&aims.arrivals).zip(&moments) {
+        bar[*place] = arrival.amplitude.conj() * moments[0];
+    }
+    let pulled = pulled(cutter, kept, aims, sways, &moments);
+    (cutter.cut_adjoint(aims.index, &aims.modes, &bar), pulled)
 }
 
 /// The derivatives with respect to all parameters that one patch brings.

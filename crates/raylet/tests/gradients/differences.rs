@@ -28,13 +28,13 @@ fn loss(field: &Array2<Complex64>) -> (f64, Array2<Complex64>) {
     (value, bar)
 }
 
-/// A parameter of a system: its name, its step, and the system with the parameter that much larger.
-type Parameter = (&'static str, f64, Box<dyn Fn(&System, f64) -> System>);
+/// A system with a parameter that much larger.
+type Change = Box<dyn Fn(&System, f64) -> System>;
 
-fn on_surface(
-    index: usize,
-    change: impl Fn(&mut Conic, f64) + 'static,
-) -> Box<dyn Fn(&System, f64) -> System> {
+/// A parameter of a system: its name, its step, and the system with the parameter that much larger.
+type Parameter = (&'static str, f64, Change);
+
+fn on_surface(index: usize, change: impl Fn(&mut Conic, f64) + 'static) -> Change {
     Box::new(move |system, by| {
         let mut changed = system.clone();
         if let Shape::Conic(conic) = &mut changed.trains[0][index].shape {
@@ -45,7 +45,7 @@ fn on_surface(
 }
 
 /// Everything behind a surface of the first train moves: its thickness.
-fn thickness(index: usize) -> Box<dyn Fn(&System, f64) -> System> {
+fn thickness(index: usize) -> Change {
     Box::new(move |system, by| {
         let mut changed = system.clone();
         let further = |frame: raylet::optics::frame::Frame| {
@@ -63,7 +63,7 @@ fn thickness(index: usize) -> Box<dyn Fn(&System, f64) -> System> {
     })
 }
 
-fn screen(index: usize, offset: Vec3, tilt: [f64; 3]) -> Box<dyn Fn(&System, f64) -> System> {
+fn screen(index: usize, offset: Vec3, tilt: [f64; 3]) -> Change {
     Box::new(move |system, by| {
         let mut changed = system.clone();
         let frame = &mut changed.screens[index].frame;
@@ -73,7 +73,7 @@ fn screen(index: usize, offset: Vec3, tilt: [f64; 3]) -> Box<dyn Fn(&System, f64
 }
 
 fn lens_parameters() -> Vec<Parameter> {
-    let pose = |offset: Vec3, tilt: [f64; 3]| -> Box<dyn Fn(&System, f64) -> System> {
+    let pose = |offset: Vec3, tilt: [f64; 3]| -> Change {
         Box::new(move |system, by| {
             let mut changed = system.clone();
             for surface in &mut changed.trains[0] {
