@@ -15,7 +15,8 @@
 //! [`interface`]: plane waves to such a surface and back;
 //! [`mirror`]: diffractive mirrors on a Gaussian bump, by direct sum over the true surface;
 //! [`direct`]: samples anywhere in space and the sum over them; [`tilted`], [`fold`]: what is tilted or folded;
-//! [`mod@bench`]: these joined to a train of small, strongly refracting lenses and pixel planes.
+//! [`mod@bench`]: these joined to a train of small, strongly refracting lenses and pixel planes;
+//! [`gradients`], [`sensitivity`]: adjoints and differences of these against raylet's gradients.
 
 pub mod phase;
 pub mod quadrature;
@@ -52,5 +53,9 @@ pub mod tilted;
 pub mod fold;
 
 pub mod slanted;
+
+pub mod gradients;
+
+pub mod sensitivity;
 
 pub mod suite;

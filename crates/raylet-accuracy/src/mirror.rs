@@ -130,6 +130,43 @@ impl Bench {
         total
     }
 
+    /// The conjugate transpose of [`Bench::exact`] for random pixels, with respect to them: from the cotangent of
+    /// the field on the sensor to that of each pixel's reflection, [y, x].
+    pub fn exact_adjoint(&self, nodes: usize, field_bar: &Array2<Complex64>) -> Array2<Complex64> {
+        let rule = gauss_legendre(nodes);
+        let half = 0.5 * self.cell();
+        let cells = (self.width / self.cell()).round() as usize;
+        let place = |cell: usize, g: usize| {
+            -0.5 * self.width + self.cell() * (cell as f64 + 0.5) + half * rule[g].0
+        };
+        let points = axis(self.points, self.pitch);
+        // What one node gets back: Σ conj(kernel)·bar over the sensor.
+        let node = |x: f64, y: f64| {
+            let [z, zx, zy] = sag(x, y);
+            let mut sum = Complex64::ZERO;
+            for ((b, a), bar) in field_bar.indexed_iter() {
+                let d = [points[a] - x, points[b] - y, self.distance - z];
+                let r = (d[0] * d[0] + d[1] * d[1] + d[2] * d[2]).sqrt();
+                let lift = (d[2] - zx * d[0] - zy * d[1]) / (r * r);
+                let (c, s) = cis_turns(r - z);
+                let kernel = Complex64::new(1.0 / r, -std::f64::consts::TAU) * Complex64::new(c, s);
+                sum += (kernel * lift).conj() * bar;
+            }
+            sum / std::f64::consts::TAU
+        };
+        let pixel = |index: usize| -> Complex64 {
+            let (row, column) = (index / cells, index % cells);
+            let within = (0..nodes * nodes).map(|n| [n / nodes, n % nodes]);
+            let part = |[j, i]: [usize; 2]| {
+                let weight = half * half * rule[i].1 * rule[j].1;
+                node(place(column, i), place(row, j)) * weight
+            };
+            within.map(part).sum()
+        };
+        let all: Vec<Complex64> = (0..cells * cells).into_par_iter().map(pixel).collect();
+        Array2::from_shape_fn((cells, cells), |(row, column)| all[row * cells + column])
+    }
+
     /// The element's layers.
     fn layers(&self) -> Vec<Layer> {
         let lens = |f: f64| {

@@ -1,6 +1,7 @@
 //! First Rayleigh–Sommerfeld integral from a plane of box pixels to any points in front of it,
 //! by direct sum: the reference for free hops, planar or tilted.
 
+use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -38,6 +39,43 @@ pub fn rayleigh_sommerfeld(
         .par_iter()
         .map(|point| sum(&sources, *point, wavelength))
         .collect()
+}
+
+/// The conjugate transpose of [`rayleigh_sommerfeld`] with respect to the pixels, [y, x]: from the cotangent of
+/// the field at the points to that of each pixel's transmission.
+pub fn rayleigh_sommerfeld_adjoint(
+    pixels: &Pixels,
+    tilt: [f64; 2],
+    wavelength: f64,
+    nodes: usize,
+    (points, field_bar): (&[[f64; 3]], &[Complex64]),
+) -> Array2<Complex64> {
+    let (rows, columns) = pixels.transmission.dim();
+    let (ys, xs) = (pixels.nodes(rows, nodes), pixels.nodes(columns, nodes));
+    let k = std::f64::consts::TAU / wavelength;
+    // What one node gets back: Σ conj(kernel)·bar over the points.
+    let node = |row: usize, column: usize| {
+        let (x, y) = (xs.positions[column], ys.positions[row]);
+        let (c, s) = cis_turns((tilt[0] * x + tilt[1] * y) / wavelength);
+        let area = ys.weights[row] * xs.weights[column] / std::f64::consts::TAU;
+        let lit = Complex64::new(c, s) * area;
+        let mut sum = Complex64::ZERO;
+        for ([px, py, pz], bar) in points.iter().zip(field_bar) {
+            let r = ((px - x).powi(2) + (py - y).powi(2) + pz * pz).sqrt();
+            let (c, s) = cis_turns(r / wavelength);
+            let kernel = Complex64::new(1.0 / r, -k) * Complex64::new(c, s) * (pz / (r * r));
+            sum += (kernel * lit).conj() * bar;
+        }
+        sum
+    };
+    let pixel = |index: usize| -> Complex64 {
+        let (row, column) = (index / columns, index % columns);
+        let within =
+            (0..nodes * nodes).map(|n| [row * nodes + n / nodes, column * nodes + n % nodes]);
+        within.map(|[row, column]| node(row, column)).sum()
+    };
+    let all: Vec<Complex64> = (0..rows * columns).into_par_iter().map(pixel).collect();
+    Array2::from_shape_fn((rows, columns), |(row, column)| all[row * columns + column])
 }
 
 /// The nodes of every pixel that lets light through, with amplitude T·E_in·dA.
@@ -110,7 +148,7 @@ mod tests {
 
     use crate::disc::disc_weights;
     use crate::pixels::Pixels;
-    use crate::rayleigh_sommerfeld::rayleigh_sommerfeld;
+    use crate::rayleigh_sommerfeld::{rayleigh_sommerfeld, rayleigh_sommerfeld_adjoint};
 
     /// On the axis behind a hard disc the integral is
     /// e^{ikz} − (z/√(z²+a²)) e^{ik√(z²+a²)} exactly.
@@ -163,5 +201,28 @@ mod tests {
                 (off / norm).sqrt()
             );
         }
+    }
+
+    #[test]
+    fn rayleigh_sommerfeld_dot_product() {
+        let noise = |i: usize| Complex64::cis((7 * i * i + 3 * i) as f64);
+        let pixels = Pixels {
+            pitch: 1.5,
+            transmission: Array2::from_shape_fn((5, 7), |(j, i)| noise(7 * j + i)),
+        };
+        let points: Vec<_> = (0..30)
+            .map(|i| [0.9 * f64::from(i) - 14.0, 3.0 - 0.2 * f64::from(i), 9.0])
+            .collect();
+        let bar: Vec<Complex64> = (0..30).map(|i| noise(50 + i)).collect();
+        let field = rayleigh_sommerfeld(&pixels, [0.2, -0.1], 1.0, 4, &points);
+        let back = rayleigh_sommerfeld_adjoint(&pixels, [0.2, -0.1], 1.0, 4, (&points, &bar));
+        let there: Complex64 = bar.iter().zip(&field).map(|(a, b)| a.conj() * b).sum();
+        let back: Complex64 = (back.iter().zip(&pixels.transmission))
+            .map(|(a, b)| a.conj() * b)
+            .sum();
+        assert!(
+            (there - back).norm() < 1e-13 * there.norm(),
+            "{there} {back}"
+        );
     }
 }

@@ -432,3 +432,93 @@ mod design {
             });
     }
 }
+
+/// A hologram of 200² pixels, a catalogue lens and 256² sensor pixels, once planned: light through it, and
+/// gradients back. What is kept depends on geometry alone.
+mod gradients {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+    use raylet::design::problems::lens_hologram;
+    use raylet::engine::bench::{Bench, Trace};
+    use raylet::engine::settings::Settings;
+    use raylet::engine::sway::Variation;
+    use raylet::math::random::uniform;
+    use raylet::optics::doe::PixelForm;
+    use raylet::optics::screen::{Act, Sensor};
+    use raylet::optics::shape::Shape;
+    use raylet::optics::system::System;
+
+    use crate::{Bencher, black_box};
+
+    fn system() -> System {
+        let phases = Array2::from_shape_fn((200, 200), |(j, i)| {
+            std::f64::consts::TAU * uniform(5, [j as u32, i as u32, 0, 0])
+        });
+        let mut system = lens_hologram(&phases, PixelForm::Box);
+        system.screens[1].act = Act::Sensor(Sensor {
+            pixels: [256; 2],
+            pitch: [11e-3; 2],
+        });
+        system
+    }
+
+    /// Curvature, conic and index of the lens, and the place of the sensor.
+    fn variations(system: &System) -> Vec<Variation> {
+        let changed = |parameter: usize, by: f64| {
+            let mut changed = system.clone();
+            let faces = &mut changed.trains[0];
+            match (parameter, &mut faces[0].shape) {
+                (0, Shape::Conic(conic)) => conic.curvature += by,
+                (1, Shape::Conic(conic)) => conic.conic += by,
+                (2, _) => {
+                    faces[0].index[1] += by;
+                    faces[1].index[0] += by;
+                }
+                _ => changed.screens[1].frame.origin.z += by,
+            }
+            changed
+        };
+        let variation = |parameter: usize| Variation {
+            below: changed(parameter, -1e-6),
+            above: changed(parameter, 1e-6),
+            distance: 2e-6,
+        };
+        (0..4).map(variation).collect()
+    }
+
+    /// A benched system with the light that has gone through it, and its variations.
+    fn run(parameters: usize) -> Option<(System, Vec<Variation>, Bench, Trace)> {
+        let system = system();
+        let mut variations = variations(&system);
+        variations.truncate(parameters);
+        let settings = Settings {
+            mode_threshold: Some(0.0),
+            ..Settings::default()
+        };
+        let bench = Bench::new(&system, &variations, &settings).ok()?;
+        let trace = bench.forward(&system).ok()?;
+        Some((system, variations, bench, trace))
+    }
+
+    /// The way there.
+    #[divan::bench(max_time = 4)]
+    fn forward(bencher: Bencher) {
+        if let Some((system, _, bench, _)) = run(0) {
+            bencher.bench_local(|| black_box(bench.forward(&system).is_ok()));
+        }
+    }
+
+    /// The way there and back, to all pixels and to so many parameters.
+    #[divan::bench(args = [0, 4], max_time = 4)]
+    fn forward_and_adjoint(bencher: Bencher, parameters: usize) {
+        if let Some((system, variations, bench, _)) = run(parameters) {
+            bencher.bench_local(|| {
+                let Ok(trace) = bench.forward(&system) else {
+                    return;
+                };
+                let bar: Array2<Complex64> = trace.field.values.mapv(|u| u * (u.norm_sqr() - 0.1));
+                black_box(bench.adjoint(&system, &variations, &trace, &bar).is_ok());
+            });
+        }
+    }
+}

@@ -8,6 +8,7 @@ use num_complex::Complex64;
 use crate::engine::beamlets::BeamletPlan;
 use crate::engine::beyond::Beyond;
 use crate::engine::settings::Settings;
+use crate::engine::shelf::Shelf;
 use crate::engine::sway::Neighbours;
 use crate::engine::tally::Tally;
 use crate::optics::system::Hop;
@@ -28,6 +29,8 @@ pub struct Job<'a> {
     pub settings: &'a Settings,
     /// Where its light goes next.
     pub beyond: &'a Beyond<'a>,
+    /// Where its beamlets may be kept for the next time.
+    pub shelf: Option<&'a Shelf>,
 }
 
 impl<'a> Job<'a> {
@@ -62,7 +65,7 @@ pub trait Backend {
         progress: &(dyn Fn(f64) + Sync),
     ) -> Tally;
 
-    /// The conjugate transpose of [`Backend::carry`]: adds what a range of patches gives back. The values of
+    /// The conjugate transpose of [`Backend::carry`], held by `chain_dot_product` in the crate's tests: adds what a range of patches gives back. The values of
     /// `from` only tell which modes were too weak, and what the parameters act on.
     fn carry_adjoint(
         &self,

@@ -1,8 +1,9 @@
 //! A system whose plans are made once: light through it many times, and gradients back.
 //!
 //! The way there keeps the field on each screen, before and behind it; the way back traces the rays again,
-//! chunk by chunk. Memory is that of the screens, whatever the number of rays. Plans are frozen so that what
-//! is differentiated is one fixed, smooth function.
+//! chunk by chunk. Memory is that of the screens, whatever the number of rays; where the beamlets of the planned
+//! system fit into an eighth of the memory limit they are kept, which changes no bit of a result. Plans are
+//! frozen so that what is differentiated is one fixed, smooth function.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -14,6 +15,7 @@ use crate::engine::light::Light;
 use crate::engine::plan::{Plan, along, plan};
 use crate::engine::rims::{Rimmed, with_rims};
 use crate::engine::settings::{Method, Settings};
+use crate::engine::shelf::Shelf;
 use crate::engine::simulate::{
     Arriving, SimulateError, arrival_reach, illuminate, incidence, leaving, receiving_raster,
     sensor_grid, sensor_of,
@@ -67,6 +69,8 @@ pub struct Bench {
     planned: Rimmed,
     settings: Settings,
     plans: Vec<Plan>,
+    /// For each hop, where the beamlets of the planned system are kept.
+    shelves: Vec<Vec<Shelf>>,
 }
 
 /// What the way there leaves on one screen.
@@ -148,11 +152,25 @@ impl Bench {
             light = chosen.light(&hop, light);
             plans.push(chosen);
         }
-        Ok(Self {
+        let mut bench = Self {
             planned,
             settings,
             plans,
-        })
+            shelves: Vec::new(),
+        };
+        bench.shelves = bench.empty_shelves()?;
+        Ok(bench)
+    }
+
+    /// A shelf for each level of each hop's second screen.
+    fn empty_shelves(&self) -> Result<Vec<Vec<Shelf>>, BenchError> {
+        let hops = self.planned.system.hops().enumerate();
+        let shelves = |(number, hop)| {
+            let (run, _, reach) = self.run(number, hop, &self.plans)?;
+            let levels = run.stack(reach).map_or(1, |stack| stack.len());
+            Ok((0..levels).map(|_| Shelf::default()).collect())
+        };
+        hops.map(shelves).collect()
     }
 
     /// The plans, hop by hop.
@@ -283,13 +301,16 @@ impl Bench {
         let reach = arrival_reach(&hop, plan);
         let raster = receiving_raster(&hop, reach, &self.settings)?;
         let planned = self.planned.system.hops().nth(number);
+        let planned = planned.filter(|planned| !planned.is_same(&hop));
+        let shelves = self.shelves.get(number).map_or(&[][..], Vec::as_slice);
         let run = Run {
             number,
             hop,
-            planned: planned.filter(|planned| !planned.is_same(&hop)),
+            planned,
             plan,
             settings: &self.settings,
             beyond: Beyond::none(),
+            shelves: if planned.is_none() { shelves } else { &[] },
         };
         Ok((run, raster, reach))
     }

@@ -1,4 +1,5 @@
-//! One hop being run: a field behind the first screen to the light before the second.
+//! One hop being run: a field behind the first screen to the light before the second. `chain_dot_product` in the
+//! crate's tests holds the way back.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -11,6 +12,7 @@ use crate::engine::paper_plan::Address;
 use crate::engine::plan::{Plan, along};
 use crate::engine::plane;
 use crate::engine::settings::Settings;
+use crate::engine::shelf::Shelf;
 use crate::engine::spot_check::Spots;
 use crate::engine::sway::Neighbours;
 use crate::engine::tally::{Fate, Tally};
@@ -42,9 +44,29 @@ pub struct Run<'a> {
     pub settings: &'a Settings,
     /// Where its light goes next.
     pub beyond: &'a Beyond<'a>,
+    /// Where beamlets may be kept for the next time, for each level of the second screen.
+    pub shelves: &'a [Shelf],
 }
 
-impl Run<'_> {
+impl<'a> Run<'a> {
+    /// A hop, with its place in the system, as it was planned; no beamlets are kept.
+    pub fn new(
+        (number, hop): (usize, Hop<'a>),
+        plan: &'a Plan,
+        settings: &'a Settings,
+        beyond: &'a Beyond<'a>,
+    ) -> Self {
+        Self {
+            number,
+            hop,
+            planned: None,
+            plan,
+            settings,
+            beyond,
+            shelves: &[],
+        }
+    }
+
     /// Carries a field to a raster of the second screen; to levels around it when it is curved, as many as
     /// light with direction cosines up to `reach` asks for. The tally is that of the middle level.
     ///
@@ -70,7 +92,7 @@ impl Run<'_> {
         for (number, level) in stack.levels.at.iter().enumerate() {
             let planes = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = self.to_planes(&planes, &plan);
+            let run = self.on_planes(number, &planes, &plan);
             let before = number as f64 / stack.len() as f64;
             let part = |done: f64| progress(before + done / stack.len() as f64);
             let (sheet, counts) = run.carry_to_plane(field, &raster, &part)?;
@@ -95,7 +117,12 @@ impl Run<'_> {
     }
 
     /// The same run to a level.
-    fn to_planes<'b>(&'b self, planes: &'b (Screen, Option<Screen>), plan: &'b Plan) -> Run<'b> {
+    fn on_planes<'b>(
+        &'b self,
+        number: usize,
+        planes: &'b (Screen, Option<Screen>),
+        plan: &'b Plan,
+    ) -> Run<'b> {
         let (plane, planned) = planes;
         let planned = self.planned.zip(planned.as_ref());
         Run {
@@ -105,6 +132,7 @@ impl Run<'_> {
             },
             planned: planned.map(|(hop, to)| Hop { to, ..hop }),
             plan,
+            shelves: self.shelves.get(number..).unwrap_or_default(),
             ..*self
         }
     }
@@ -130,10 +158,10 @@ impl Run<'_> {
             return self.carry_to_plane_adjoint(field, &raster, &sheets_bar[0], back);
         }
         let stack = stack(to, reach, self.hop.wavenumber());
-        for (level, bar) in stack.levels.at.iter().zip(sheets_bar) {
+        for (number, (level, bar)) in stack.levels.at.iter().zip(sheets_bar).enumerate() {
             let planes = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = self.to_planes(&planes, &plan);
+            let run = self.on_planes(number, &planes, &plan);
 
             // The neighbours' planes at the same level.
             let pairs: Vec<[Screen; 2]> = back
@@ -149,34 +177,6 @@ impl Run<'_> {
                 parameters: back.parameters,
             };
             run.carry_to_plane_adjoint(field, &raster, bar, &mut back);
-        }
-    }
-
-    fn carry_to_plane_adjoint(
-        &self,
-        field: &Field,
-        raster: &Raster,
-        bar: &Array2<Complex64>,
-        back: &mut Back,
-    ) {
-        let (hop, settings) = (self.hop, self.settings);
-        match self.plan {
-            Plan::Free(free, waves) => {
-                carry_free_adjoint(&hop, (free, waves), field, (raster, bar), back);
-            }
-            Plan::Beamlets(plan) => {
-                let job = Job {
-                    hop,
-                    planned: self.planned,
-                    plan,
-                    settings,
-                    beyond: self.beyond,
-                };
-                let canvas = Canvas::holding(*raster, bar);
-                let patches = 0..Cpu.patches(&job, field);
-                Cpu.carry_adjoint(&job, field, patches, &canvas, back, &|_| ());
-            }
-            Plan::Planes(_) | Plan::Paper(_) => {}
         }
     }
 
@@ -212,6 +212,7 @@ impl Run<'_> {
                     plan,
                     settings,
                     beyond: self.beyond,
+                    shelf: self.shelves.first(),
                 };
                 let mut canvas = Canvas::new(*raster);
                 let patches = 0..Cpu.patches(&job, field);
@@ -233,6 +234,35 @@ impl Run<'_> {
                 (sum.finish(), tally)
             }
         })
+    }
+
+    fn carry_to_plane_adjoint(
+        &self,
+        field: &Field,
+        raster: &Raster,
+        bar: &Array2<Complex64>,
+        back: &mut Back,
+    ) {
+        let (hop, settings) = (self.hop, self.settings);
+        match self.plan {
+            Plan::Free(free, waves) => {
+                carry_free_adjoint(&hop, (free, waves), field, (raster, bar), back);
+            }
+            Plan::Beamlets(plan) => {
+                let job = Job {
+                    hop,
+                    planned: self.planned,
+                    plan,
+                    settings,
+                    beyond: self.beyond,
+                    shelf: self.shelves.first(),
+                };
+                let canvas = Canvas::holding(*raster, bar);
+                let patches = 0..Cpu.patches(&job, field);
+                Cpu.carry_adjoint(&job, field, patches, &canvas, back, &|_| ());
+            }
+            Plan::Planes(_) | Plan::Paper(_) => {}
+        }
     }
 }
 

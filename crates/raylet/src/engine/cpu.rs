@@ -2,8 +2,9 @@
 //!
 //! Patches are taken in chunks of fixed size: their spectra and rays in parallel, then the sum over the
 //! chunk in parallel over rows. Memory is one chunk of arrivals, whatever the number of rays, and the
-//! result has the same bits for any number of threads.
+//! result has the same bits for any number of threads. `chain_dot_product` in the crate's tests holds the way back.
 
+use std::borrow::Cow;
 use std::ops::Range;
 
 use ndarray::{Array2, s};
@@ -16,6 +17,7 @@ use crate::engine::beamlets::MARGIN;
 use crate::engine::census::Census;
 use crate::engine::fan::reach;
 use crate::engine::look::Looks;
+use crate::engine::shelf::Aims;
 use crate::engine::sway::{BLOCK, Neighbours, SwayingHop, pull};
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;
@@ -60,6 +62,16 @@ impl Backend for Cpu {
             total: census.total(),
         };
 
+        let shelved = cutter.shelved(to);
+        let one = |index: usize, spectrum: &Spectrum, to: &Canvas| match shelved {
+            Some(all) => {
+                let aims = all[index].as_ref();
+                let lit = aims.map(|aims| lit(aims, spectrum, strength.floor));
+                (lit.unwrap_or_default(), Tally::default())
+            }
+            None => spread(job, (index, spectrum), strength, to),
+        };
+
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
         let total = patches.len().max(1);
         let mut tally = Tally::default();
@@ -69,9 +81,7 @@ impl Backend for Cpu {
             let last = (first + chunk).min(patches.end);
             let parts: Vec<(Vec<Arrival>, Tally)> = (first..last)
                 .into_par_iter()
-                .filter_map(|index| {
-                    cutter.with(&kept, index, |s| spread(job, (index, s), strength, to))
-                })
+                .filter_map(|index| cutter.with(&kept, index, |s| one(index, s, to)))
                 .collect();
             let mut arrivals = Vec::new();
             for (part, counts) in parts {
@@ -94,7 +104,6 @@ impl Backend for Cpu {
         back: &mut Back,
         progress: &(dyn Fn(f64) + Sync),
     ) {
-        let k = job.hop.wavenumber();
         let cutter = Cutter::new(job, from);
         let sways = sways(job, back.neighbours);
         let (mut kept, mut floor) = (None, 0.0);
@@ -103,33 +112,34 @@ impl Backend for Cpu {
             floor = cutter.census(&kept).floor(job.settings);
         }
 
+        let shelved = cutter.shelved(to_bar);
+        let strong = |index: usize, place: [usize; 2]| {
+            let energy = |spectrum: &Spectrum| spectrum.coefficients[place].norm_sqr();
+            let found = || cutter.with(&kept, index, energy);
+            floor == 0.0 || found().is_some_and(|energy| energy >= floor)
+        };
+        let one = |index: usize| match shelved {
+            Some(all) if floor == 0.0 => all[index].as_ref().map(Cow::Borrowed),
+            Some(all) => {
+                let aims = all[index].as_ref()?;
+                Some(Cow::Owned(aims.only(|place| strong(index, place))))
+            }
+            None => aims(&cutter, index, to_bar, &strong).map(Cow::Owned),
+        };
+
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
         let total = patches.len().max(1);
         let mut done = 0;
         while done < patches.len() {
-            // The beamlets of the way there, traced again.
+            // The beamlets of the way there, traced again unless they are kept.
             let first = patches.start + done;
             let last = (first + chunk).min(patches.end);
-            let aims: Vec<Aims> = (first..last)
-                .into_par_iter()
-                .filter_map(|index| aims(&cutter, &kept, index, floor, to_bar))
-                .collect();
+            let aims: Vec<Cow<Aims>> = (first..last).into_par_iter().filter_map(one).collect();
 
             // canvas += amplitude·coefficient·beamlet
             let bars: Vec<(Array2<Complex64>, Vec<f64>)> = aims
                 .par_iter()
-                .map(|aims| {
-                    let edge = job.settings.footprint_edge();
-                    let moments = to_bar.add_adjoint(&aims.arrivals, k, edge);
-                    let mut bar = Array2::zeros([aims.modes[1].len(), aims.modes[0].len()]);
-                    for ((place, arrival), moments) in
-                        aims.places.iter().zip(&aims.arrivals).zip(&moments)
-                    {
-                        bar[*place] = arrival.amplitude.conj() * moments[0];
-                    }
-                    let pulled = pulled(&cutter, &kept, aims, &sways, &moments);
-                    (cutter.cut_adjoint(aims.index, &aims.modes, &bar), pulled)
-                })
+                .map(|aims| give_back(&cutter, &kept, aims, &sways, to_bar))
                 .collect();
 
             // Patches overlap: one after the other.
@@ -247,6 +257,22 @@ impl<'a> Cutter<'a> {
         }
     }
 
+    /// The beamlets of all patches to a canvas, if they may be kept from run to run and fit.
+    fn shelved(&self, to: &Canvas) -> Option<&'a [Option<Aims>]> {
+        let shelf = self.job.shelf?;
+        let (grid, raster) = (&self.field.grid, to.raster());
+        if shelf.is_new() {
+            let all = 0..self.patches.count();
+            let modes = |index: usize| self.modes(index).map_or(0, |[x, y]| x.len() * y.len());
+            let most = all.clone().into_par_iter().map(modes).sum::<usize>();
+            let fits = most.saturating_mul(Aims::BYTES) <= self.job.settings.memory_limit / 8;
+            let one = |index: usize| aims(self, index, to, &|_, _| true);
+            let found = fits.then(|| all.into_par_iter().map(one).collect());
+            shelf.fill(grid, raster, found);
+        }
+        shelf.of(grid, raster)
+    }
+
     fn census(&self, kept: &Kept) -> Census {
         let count = |spectrum: &Spectrum| Census::of(spectrum.coefficients.iter());
         (0..self.patches.count())
@@ -347,6 +373,27 @@ fn sways<'a>(job: &Job<'a>, neighbours: &[Neighbours<'a>]) -> Vec<SwayingHop<'a>
         .collect()
 }
 
+/// What one patch gives back: to the nodes under its window, and to all parameters.
+fn give_back(
+    cutter: &Cutter,
+    kept: &Kept,
+    aims: &Aims,
+    sways: &[SwayingHop],
+    to_bar: &Canvas,
+) -> (Array2<Complex64>, Vec<f64>) {
+    let (k, edge) = (
+        cutter.job.hop.wavenumber(),
+        cutter.job.settings.footprint_edge(),
+    );
+    let moments = to_bar.add_adjoint(&aims.arrivals, k, edge);
+    let mut bar = Array2::zeros([aims.modes[1].len(), aims.modes[0].len()]);
+    for ((place, arrival), moments) in aims.places.iter().zip(&aims.arrivals).zip(&moments) {
+        bar[*place] = arrival.amplitude.conj() * moments[0];
+    }
+    let pulled = pulled(cutter, kept, aims, sways, &moments);
+    (cutter.cut_adjoint(aims.index, &aims.modes, &bar), pulled)
+}
+
 /// The derivatives with respect to all parameters that one patch brings.
 fn pulled(
     cutter: &Cutter,
@@ -358,7 +405,11 @@ fn pulled(
     let mut total = vec![0.0; BLOCK * sways.len()];
     let (plan, k) = (cutter.job.plan, cutter.job.hop.wavenumber());
     let [bx, by] = &plan.bands;
+    let centre = cutter.patches.place(aims.index).centre;
     let mut add = |spectrum: &Spectrum| {
+        let Ok(seats) = Seats::new(cutter.job, centre) else {
+            return;
+        };
         for ((place, arrival), moments) in aims.places.iter().zip(&aims.arrivals).zip(moments) {
             let amplitude = arrival.amplitude * spectrum.coefficients[*place];
             if amplitude == Complex64::ZERO {
@@ -367,7 +418,7 @@ fn pulled(
             let [x, y] = [0, 1].map(|a| aims.modes[a].start + place[1 - a]);
             let p = [bx.at(x), by.at(y)];
             for (sway, total) in sways.iter().zip(total.chunks_mut(BLOCK)) {
-                if let Ok(carried) = sway.carry(aims.seats.seat(), p, plan.sigma) {
+                if let Ok(carried) = sway.carry(seats.seat(), p, plan.sigma) {
                     let parts = pull(&carried, amplitude, moments, k);
                     total.iter_mut().zip(parts).for_each(|(t, part)| *t += part);
                 }
@@ -380,34 +431,37 @@ fn pulled(
     total
 }
 
-/// The beamlets of one patch that reach the target, in the order of their modes.
-struct Aims {
-    index: usize,
-    seats: Seats,
-    modes: [Range<usize>; 2],
-    /// Each beamlet's place among the modes, [my, mx].
-    places: Vec<[usize; 2]>,
-    arrivals: Vec<Arrival>,
+/// What the beamlets of a patch are with the coefficients of a spectrum, without those that are too weak.
+fn lit(aims: &Aims, spectrum: &Spectrum, floor: f64) -> Vec<Arrival> {
+    let mut list = Vec::new();
+    for (place, arrival) in aims.places.iter().zip(&aims.arrivals) {
+        let coefficient = spectrum.coefficients[*place];
+        let energy = coefficient.norm_sqr();
+        if energy < floor || energy == 0.0 {
+            continue;
+        }
+        let mut arrival = *arrival;
+        arrival.amplitude *= coefficient;
+        list.push(arrival);
+    }
+    list
 }
 
-/// All beamlets of one patch of coefficient one that reach the target, without those that the way there left
-/// out as too weak.
-fn aims(cutter: &Cutter, kept: &Kept, index: usize, floor: f64, to: &Canvas) -> Option<Aims> {
+/// The beamlets of one patch of coefficient one that reach the target, of those that are wanted by patch and place
+/// among its modes.
+fn aims(
+    cutter: &Cutter,
+    index: usize,
+    to: &Canvas,
+    wanted: &dyn Fn(usize, [usize; 2]) -> bool,
+) -> Option<Aims> {
     let job = cutter.job;
     let modes = cutter.modes(index)?;
     let centre = cutter.patches.place(index).centre;
     let seats = Seats::new(job, centre).ok()?;
     let mut looks = Looks::new(job, index, centre, f64::INFINITY);
-    let weak = |place: [usize; 2]| {
-        let energy = |spectrum: &Spectrum| spectrum.coefficients[place].norm_sqr();
-        floor > 0.0
-            && cutter
-                .with(kept, index, energy)
-                .is_none_or(|energy| energy < floor)
-    };
     let mut aims = Aims {
         index,
-        seats,
         places: Vec::new(),
         arrivals: Vec::new(),
         modes,
@@ -415,10 +469,10 @@ fn aims(cutter: &Cutter, kept: &Kept, index: usize, floor: f64, to: &Canvas) -> 
     for my in 0..aims.modes[1].len() {
         for mx in 0..aims.modes[0].len() {
             let mode = [aims.modes[0].start + mx, aims.modes[1].start + my];
-            if weak([my, mx]) {
+            if !wanted(index, [my, mx]) {
                 continue;
             }
-            if let Ok(aimed) = aim(job, &aims.seats, mode, to, &mut looks) {
+            if let Ok(aimed) = aim(job, &seats, mode, to, &mut looks) {
                 aims.places.push([my, mx]);
                 aims.arrivals.push(aimed.arrival);
             }

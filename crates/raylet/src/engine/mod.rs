@@ -35,6 +35,7 @@ pub mod scattering;
 pub mod seat;
 pub mod secondary;
 pub mod settings;
+pub mod shelf;
 pub mod simulate;
 pub mod sketch;
 pub mod spot_check;

@@ -281,14 +281,7 @@ pub fn simulate(
         let raster = receiving_raster(&hop, reach, settings)?;
         let step = |done: f64| progress(Progress::of(system, number, &plan, done));
         step(0.0);
-        let run = Run {
-            number,
-            hop,
-            planned: None,
-            plan: &plan,
-            settings,
-            beyond,
-        };
+        let run = Run::new((number, hop), &plan, settings, beyond);
         let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
         if !sheets.power().is_finite() {
             return Err(SimulateError::NotFinite(hop.to.name.clone()));

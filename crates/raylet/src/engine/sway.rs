@@ -283,3 +283,120 @@ pub fn pull(
         (here * one + ik * (along_x * x + along_y * y + bend)).re
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::engine::beamlets::launch_from;
+    use crate::engine::seat::Seat;
+    use crate::engine::sway::{Neighbours, SwayingHop, pull};
+    use crate::math::noise::noise;
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::bend::{Coating, Interface};
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::{Act, Screen};
+    use crate::optics::shape::{Conic, Shape};
+    use crate::optics::surface::Surface;
+    use crate::optics::system::Hop;
+    use crate::wave::gather::Canvas;
+    use crate::wave::raster::Raster;
+
+    const K: f64 = std::f64::consts::TAU;
+
+    /// A curved face between two screens, changed by so much in curvature, index, place and tilt of the last.
+    struct Parts([Screen; 2], Vec<Surface>);
+
+    impl Parts {
+        fn new([curvature, index, place, tilt]: [f64; 4]) -> Self {
+            let at = |z: f64| Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z));
+            let index = [1.0, 1.5 + index];
+            let screen = |frame: Frame, index: f64| Screen {
+                name: String::new(),
+                frame,
+                shape: Shape::Plane,
+                act: Act::Stop(Aperture::OPEN),
+                index,
+                arrives: 1.0,
+            };
+            let face = Surface {
+                shape: Shape::Conic(Conic {
+                    curvature: 0.02 + curvature,
+                    conic: 0.0,
+                }),
+                frame: at(30.0),
+                aperture: Aperture::disc(30.0),
+                interface: Interface::Refract,
+                coating: Coating::Fresnel,
+                index,
+            };
+            let last = at(60.0 + place).tilted([tilt, 0.0, 0.0]);
+            Self([screen(at(0.0), 1.0), screen(last, index[1])], vec![face])
+        }
+
+        fn hop(&self) -> Hop<'_> {
+            Hop {
+                wavelength: 1.0,
+                from: &self.0[0],
+                train: &self.1,
+                to: &self.0[1],
+            }
+        }
+    }
+
+    /// One beamlet summed under a cotangent changes as its moments tell.
+    #[test]
+    fn pull_matches_differences() {
+        let raster = Raster {
+            start: [-25.0, -25.0],
+            pitch: [0.4, 0.4],
+            size: [126, 126],
+        };
+        let (at, p, sigma, edge) = ([3.0, -2.0], [0.12, 0.05], 4.0, 1e-13);
+        let bar = noise((126, 126), 0);
+        let land = |hop: &Hop| {
+            let seat = Seat::new(hop.from, at).unwrap();
+            launch_from(&seat, hop, p, sigma).unwrap()
+        };
+        let value = |change: [f64; 4]| {
+            let parts = Parts::new(change);
+            let mut canvas = Canvas::new(raster);
+            canvas.add(&[land(&parts.hop())], K, edge);
+            let sum = canvas.finish();
+            let terms = bar.iter().zip(&sum);
+            terms.map(|(a, b)| (a.conj() * b).re).sum::<f64>()
+        };
+        let along = |i: usize, by: f64| {
+            let mut change = [0.0; 4];
+            change[i] = by;
+            change
+        };
+        let steps = [2e-5, 5e-6, 2e-4, 5e-5];
+        let parts = Parts::new([0.0; 4]);
+        let moved = |i: usize| [-1.0, 1.0].map(|sign| Parts::new(along(i, sign * 0.01 * steps[i])));
+        let pairs: Vec<[Parts; 2]> = (0..4).map(moved).collect();
+        let neighbours: Vec<Neighbours> = (pairs.iter().zip(steps))
+            .map(|([below, above], step)| Neighbours {
+                below: below.hop(),
+                above: above.hop(),
+                distance: 0.02 * step,
+            })
+            .collect();
+        let hop = parts.hop();
+        let arrival = land(&hop);
+        let moments = Canvas::holding(raster, &bar).add_adjoint(&[arrival], K, edge);
+        let seat = Seat::new(hop.from, at).unwrap();
+        let carried = SwayingHop::new(hop, &neighbours).carry(&seat, p, sigma);
+        let amplitude: Complex64 = arrival.amplitude;
+        let found = pull(&carried.unwrap(), amplitude, &moments[0], K);
+        for (i, (found, step)) in found.into_iter().zip(steps).enumerate() {
+            let slope = (value(along(i, step)) - value(along(i, -step))) / (2.0 * step);
+            let error = (found - slope).abs() / slope.abs();
+            assert!(
+                error < 1e-5,
+                "parameter {i}: {found:e} against {slope:e}: {error:e}"
+            );
+        }
+    }
+}

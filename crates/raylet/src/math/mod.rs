@@ -13,6 +13,8 @@ pub mod jet;
 mod kaiser;
 pub mod lanes;
 mod lines;
+#[cfg(test)]
+pub(crate) mod noise;
 pub mod nufft;
 pub mod pack;
 pub mod random;

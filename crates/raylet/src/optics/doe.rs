@@ -381,6 +381,13 @@ fn slopes(layers: &[Layer], x: f64, y: f64) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
+    use crate::math::noise::noise;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::doe::{Doe, Layer};
+    use crate::optics::profile::Profile;
+    use crate::optics::shape::{Conic, Shape};
+    use crate::optics::unroll::Unroll;
+    use ndarray::Array2;
     use ndarray::array;
     use num_complex::Complex64;
 
@@ -409,5 +416,44 @@ mod tests {
         assert!((pixels.at(0.5, 1.0).re - 4.0).abs() < 1e-15);
         assert!((pixels.at(0.0, 0.0).re - 2.5).abs() < 1e-15);
         assert!((pixels.at(0.99, 1.9).re - 4.0).abs() < 1e-15);
+    }
+
+    /// What is told of the pixels, times their values, is the transmission: it is linear in them.
+    #[test]
+    fn tell_pixels_dot_product() {
+        let round = Shape::Conic(Conic {
+            curvature: 0.3,
+            conic: 0.0,
+        });
+        let bend = || Layer::Phase(Profile::Axicon { slope: 0.7 });
+        let faint = Layer::Sum(vec![(Complex64::new(0.3, 0.4), vec![bend()])]);
+        for form in [PixelForm::Box, PixelForm::Point, PixelForm::Bilinear] {
+            let pixels = Pixels {
+                pitch: [0.4, 0.3],
+                values: noise((9, 7), 0),
+                form,
+            };
+            let own = Box::new(Unroll::of(&round).unwrap());
+            let curved = Layer::Unrolled(own, vec![bend(), Layer::Pixels(pixels.clone())]);
+            for layer in [Layer::Pixels(pixels.clone()), curved] {
+                let doe = Doe {
+                    layers: vec![bend(), layer, faint.clone()],
+                    aperture: Aperture::OPEN,
+                    reflect: false,
+                };
+                for place in 0..40 {
+                    let at = [0.09, 0.07].map(|step| step * f64::from(place % 20) - 0.8);
+                    let spans = at.map(|v| [v - 0.06, v + 0.06]);
+                    let mut told: Array2<Complex64> = Array2::zeros((9, 7));
+                    doe.tell_pixels(at, spans, &mut |pixel, by| told[pixel] += by);
+                    let sum: Complex64 = told.iter().zip(&pixels.values).map(|(a, b)| a * b).sum();
+                    let whole = doe.transmission_over(at, spans);
+                    assert!(
+                        (sum - whole).norm() < 1e-14,
+                        "{form:?} {at:?}: {sum} {whole}"
+                    );
+                }
+            }
+        }
     }
 }

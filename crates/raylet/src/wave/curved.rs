@@ -222,3 +222,69 @@ impl CurvedPatches<'_> {
         }
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::math::noise::{assert_transposed, noise};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::{Act, Screen};
+    use crate::optics::shape::{Conic, Shape};
+    use crate::wave::curved::CurvedPatches;
+    use crate::wave::field::{Axis, Field, Grid};
+    use crate::wave::heights::Heights;
+    use crate::wave::patch::{Band, Patches};
+    use crate::wave::window::Positions;
+
+    /// With dark nodes, which change what heights count, and for light that leaves either way.
+    #[test]
+    fn cut_dot_product() {
+        let axis = Axis::gauss(24, 0.8, 0.0, 2);
+        let grid = Grid {
+            x: axis.clone(),
+            y: axis.clone(),
+        };
+        let k = std::f64::consts::TAU;
+        let positions = Positions::cover(axis.edges(), 3.0, 4.0, 9.0);
+        let band = Band::between(0.1, 1.0 / 18.0, -0.5, 0.6);
+        let patches = Patches::new([&axis; 2], [&positions; 2], [&band; 2], k, 18.0);
+        let shape = Shape::Conic(Conic {
+            curvature: 0.02,
+            conic: -0.3,
+        });
+        for arrives in [1.0, -1.0] {
+            let screen = Screen {
+                name: String::new(),
+                frame: Frame::GLOBAL,
+                shape: shape.clone(),
+                act: Act::Stop(Aperture::OPEN),
+                index: 1.3,
+                arrives,
+            };
+            let heights = Heights::on(&screen, &grid);
+            let curved = CurvedPatches {
+                patches: &patches,
+                screen: &screen,
+                heights: &heights,
+                origin: [0.4, -0.2],
+                bands: [&band; 2],
+                k,
+            };
+            let mut values = noise(grid.shape(), 2);
+            values.row_mut(20).fill(0.0.into());
+            let field = Field {
+                grid: grid.clone(),
+                values,
+            };
+            let modes = [1..9, 3..17];
+            for index in [patches.count() / 3, patches.count() / 2] {
+                let place = patches.place(index);
+                let under = field.values.slice(ndarray::s![place.y, place.x]).to_owned();
+                let bar = noise((modes[1].len(), modes[0].len()), 3);
+                let there = curved.cut_within(&field, index, &modes).unwrap();
+                let back = curved.cut_adjoint(&field, index, &modes, &bar).unwrap();
+                assert_transposed(&[(&bar, &there.coefficients)], &[(&back, &under)]);
+            }
+        }
+    }
+}

@@ -88,6 +88,11 @@ impl Canvas {
         canvas
     }
 
+    /// Its sample points.
+    pub fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
     /// Whether a beamlet's footprint meets the raster.
     pub fn meets(&self, arrival: &Arrival, k: f64, threshold: f64) -> bool {
         let reach = arrival.footprint(k, threshold);

@@ -147,6 +147,7 @@ pub fn normal_cosines([x0, x1, y0, y1]: [f64; 4], n: f64) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
+    use crate::math::noise::{assert_transposed, noise};
     use ndarray::Array2;
     use num_complex::Complex64;
 
@@ -205,6 +206,47 @@ mod tests {
                 let sum: Complex64 = terms.map(|(u, z)| u * Complex64::cis(-kappa * z)).sum();
                 assert!((sum - Complex64::cis(-kappa * z)).norm() < 1e-4);
             }
+        }
+    }
+
+    fn stack_and_grid() -> (Stack, Grid) {
+        let axis = Axis::uniform(20, 0.7, 0.0);
+        let grid = Grid {
+            x: axis.clone(),
+            y: axis,
+        };
+        let cosines = normal_cosines([-0.5, 0.3, -0.2, 0.4], 1.0);
+        (
+            Stack::new([-4.0, 4.0], cosines, std::f64::consts::TAU),
+            grid,
+        )
+    }
+
+    #[test]
+    fn merge_dot_product() {
+        let (stack, grid) = stack_and_grid();
+        let heights = heights(&grid);
+        let field = |purpose: usize| Field {
+            grid: grid.clone(),
+            values: noise(grid.shape(), purpose as u32),
+        };
+        let sheets: Vec<Field> = (0..stack.len()).map(field).collect();
+        let bar = field(100);
+        let merged = stack.merge(&sheets, &heights);
+        let back = stack.merge_adjoint(&bar, &heights);
+        let pairs = back.iter().zip(&sheets);
+        let pairs: Vec<_> = pairs.map(|(bar, u)| (&bar.values, &u.values)).collect();
+        assert_transposed(&[(&bar.values, &merged.values)], &pairs);
+    }
+
+    #[test]
+    fn part_dot_product() {
+        let (stack, _) = stack_and_grid();
+        let (value, bar) = (noise((1, 1), 0), noise((1, 1), 1));
+        for number in 0..stack.len() {
+            let there = value.mapv(|u| stack.part(u, 1.7, number));
+            let back = bar.mapv(|u| stack.part_adjoint(u, 1.7, number));
+            assert_transposed(&[(&bar, &there)], &[(&back, &value)]);
         }
     }
 }

@@ -9,6 +9,7 @@ pub mod field;
 pub mod gather;
 pub mod heights;
 pub mod imprint;
+mod leave;
 pub mod metrics;
 pub mod patch;
 pub mod periodic;

@@ -315,6 +315,7 @@ fn node_shares(axis: &Axis, start: usize, weights: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use crate::math::noise::{assert_transposed, noise};
     use num_complex::Complex64;
 
     use crate::wave::field::{Axis, Field, Grid};
@@ -369,6 +370,27 @@ mod tests {
             assert!(off.sum() < 1e-28 * one.energy, "{:e}", off.sum());
             assert!((one.energy - other.energy).abs() < 1e-14 * one.energy);
             assert_eq!(one.centre, other.centre);
+        }
+    }
+
+    #[test]
+    fn transform_dot_product() {
+        let (x, y) = (Axis::gauss(15, 0.8, 0.3, 3), Axis::uniform(30, 0.5, 0.0));
+        let k = std::f64::consts::TAU;
+        let positions = [&x, &y].map(|axis| Positions::cover(axis.edges(), 3.0, 4.0, 9.0));
+        let band = Band::between(0.1, 1.0 / 18.0, -0.5, 0.6);
+        let [px, py] = &positions;
+        let patches = Patches::new([&x, &y], [px, py], [&band; 2], k, 18.0);
+        // Tall and wide selections, which are multiplied in different orders.
+        for modes in [[1..4, 2..19], [0..17, 5..8]] {
+            for index in [0, patches.count() / 2] {
+                let place = patches.place(index);
+                let values = noise((place.y.len(), place.x.len()), 0);
+                let bar = noise((modes[1].len(), modes[0].len()), 1);
+                let there = patches.transform(values.view(), index, &modes);
+                let back = patches.transform_adjoint(bar.view(), index, &modes);
+                assert_transposed(&[(&bar, &there)], &[(&back, &values)]);
+            }
         }
     }
 }

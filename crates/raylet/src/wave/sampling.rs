@@ -383,6 +383,15 @@ fn bessel_i0(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
+    use crate::math::noise::{assert_transposed, noise};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+    use crate::optics::frame::Frame;
+    use crate::optics::profile::Profile;
+    use crate::optics::screen::{Act, Screen};
+    use crate::optics::shape::Shape;
+    use crate::wave::field::Field;
+    use crate::wave::sampling::{act, act_adjoint, interpolate_adjoint};
     use ndarray::Array2;
     use num_complex::Complex64;
 
@@ -422,5 +431,73 @@ mod tests {
         assert_eq!(gauss_nodes(0.0), 1);
         assert!(gauss_nodes(0.1) <= 3);
         assert_eq!(gauss_nodes(0.5), 4);
+    }
+
+    #[test]
+    fn interpolate_dot_product() {
+        let raster = Raster {
+            start: [-15.0, -12.0],
+            pitch: [0.4, 0.5],
+            size: [90, 60],
+        };
+        let grid = Grid {
+            x: Axis::gauss(20, 0.5, 0.0, 3),
+            y: Axis::uniform(70, 0.3, 0.4),
+        };
+        let values = noise((60, 90), 0);
+        let bar = Field {
+            values: noise(grid.shape(), 1),
+            grid,
+        };
+        let there = interpolate(&raster, &values, &bar.grid).values;
+        let back = interpolate_adjoint(&raster, &bar);
+        assert_transposed(&[(&bar.values, &there)], &[(&back, &values)]);
+    }
+
+    /// Both transposes: to the field that arrives, and to the pixels.
+    #[test]
+    fn act_dot_product() {
+        for form in [PixelForm::Box, PixelForm::Bilinear] {
+            let screen = |values: Array2<Complex64>| Screen {
+                name: String::new(),
+                frame: Frame::GLOBAL,
+                shape: Shape::Plane,
+                act: Act::Doe(Doe {
+                    layers: vec![
+                        Layer::Phase(Profile::Axicon { slope: 0.7 }),
+                        Layer::Pixels(Pixels {
+                            pitch: [0.9, 1.1],
+                            values,
+                            form,
+                        }),
+                    ],
+                    aperture: Aperture::disc(4.3),
+                    reflect: false,
+                }),
+                index: 1.0,
+                arrives: 1.0,
+            };
+            let grid = Grid {
+                x: Axis::gauss(12, 0.9, 0.0, 3),
+                y: Axis::uniform(33, 0.31, 0.0),
+            };
+            let arrived = Field {
+                values: noise(grid.shape(), 2),
+                grid,
+            };
+            let pixels = noise((9, 11), 3);
+            let screen = screen(pixels.clone());
+            let mut behind = arrived.clone();
+            act(&screen, &mut behind);
+            let bar = noise(behind.values.dim(), 4);
+            let mut arrived_bar = Field {
+                values: bar.clone(),
+                grid: arrived.grid.clone(),
+            };
+            let pixels_bar = act_adjoint(&screen, &arrived, &mut arrived_bar).unwrap();
+            let there = [(&bar, &behind.values)];
+            assert_transposed(&there, &[(&arrived_bar.values, &arrived.values)]);
+            assert_transposed(&there, &[(&pixels_bar, &pixels)]);
+        }
     }
 }

@@ -71,3 +71,61 @@ impl Sheets {
         self.values.swap_remove(middle)
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::math::noise::{assert_transposed, noise};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::{Act, Screen};
+    use crate::optics::shape::{Conic, Shape};
+    use crate::wave::field::{Axis, Field, Grid};
+    use crate::wave::heights::Stack;
+    use crate::wave::raster::Raster;
+    use crate::wave::sheets::Sheets;
+
+    #[test]
+    fn on_dot_product() {
+        let grid = Grid {
+            x: Axis::gauss(14, 0.5, 0.0, 2),
+            y: Axis::uniform(25, 0.3, 0.0),
+        };
+        let curved = Shape::Conic(Conic {
+            curvature: 0.05,
+            conic: 0.0,
+        });
+        let levels = Stack::new([0.0, 1.5], [0.7, 1.0], std::f64::consts::TAU);
+        for (shape, stack) in [(Shape::Plane, None), (curved, Some(levels))] {
+            let screen = Screen {
+                name: String::new(),
+                frame: Frame::GLOBAL,
+                shape,
+                act: Act::Stop(Aperture::OPEN),
+                index: 1.0,
+                arrives: 1.0,
+            };
+            let count = stack.as_ref().map_or(1, Stack::len);
+            let sheets = Sheets {
+                raster: Raster {
+                    start: [-9.0, -9.0],
+                    pitch: [0.4, 0.45],
+                    size: [46, 41],
+                },
+                stack,
+                values: (0..count).map(|n| noise((41, 46), n as u32)).collect(),
+            };
+            let bar = Field {
+                values: noise(grid.shape(), 100),
+                grid: grid.clone(),
+            };
+            let there = sheets.on(&screen, &grid).values;
+            let back = sheets.on_adjoint(&screen, &bar);
+            let pairs: Vec<(&Array2<Complex64>, &Array2<Complex64>)> =
+                back.iter().zip(&sheets.values).collect();
+            assert_transposed(&[(&bar.values, &there)], &pairs);
+        }
+    }
+}

@@ -152,33 +152,33 @@ pub(crate) fn cases() -> Vec<Case> {
     }
     rimmed.screens[1].frame = rimmed.screens[1].frame.tilted([0.2, -0.1, 0.0]);
 
-    let mut mirror = screen(0.0, pixels(12, 2.0, 3, PixelForm::Bilinear));
+    let mut mirror = screen(0.0, pixels(8, 2.0, 3, PixelForm::Bilinear));
     mirror.shape = bump();
     let Act::Doe(doe) = &mut mirror.act else {
         unreachable!("it is an element")
     };
     doe.reflect = true;
-    let mut back = screen(-90.0, sensor(12, 2.0));
+    let mut back = screen(-60.0, sensor(8, 2.0));
     back.arrives = -1.0;
     let curved = lit(vec![mirror, back], vec![vec![]]);
 
-    let mut second = screen(90.0, pixel(5));
+    let mut second = screen(45.0, pixels(4, 4.0, 5, PixelForm::Box));
     second.shape = bump();
     let two = lit(
         vec![
-            screen(0.0, pixel(4)),
+            screen(0.0, pixels(4, 4.0, 4, PixelForm::Box)),
             second,
-            screen(200.0, sensor(12, 2.0)),
+            screen(100.0, sensor(8, 2.0)),
         ],
         vec![vec![], vec![]],
     );
-    let mut between = screen(330.0, pixels(8, 3.0, 7, PixelForm::Box));
+    let mut between = screen(330.0, pixels(5, 3.0, 7, PixelForm::Box));
     between.shape = bump();
     let lens_between = lit(
         vec![
-            screen(0.0, pixel(6)),
+            screen(0.0, pixels(5, 4.0, 6, PixelForm::Box)),
             between,
-            screen(430.0, sensor(12, 2.0)),
+            screen(400.0, sensor(8, 2.0)),
         ],
         vec![lens(), vec![]],
     );

@@ -1,0 +1,253 @@
+//! Gradients with respect to the pixels of an element, against adjoints of direct sums.
+//!
+//! Both sides take the cotangent of the loss from their own field. An error is the relative L2 difference of the
+//! pixels' cotangents, both parts, nothing fitted.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::bench::{Bench, BenchError};
+use raylet::engine::settings::{Method, Settings};
+use raylet::math::random::uniform;
+use raylet::optics::system::System;
+
+use crate::mirror::{self, Coat};
+use crate::pixels::Pixels;
+use crate::problems::{axis, doe, plane_wave, random_pixels, sensor};
+use crate::rayleigh_sommerfeld::{rayleigh_sommerfeld, rayleigh_sommerfeld_adjoint};
+use crate::sensitivity::through_lens;
+
+/// A real function of the field on a sensor.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Loss {
+    /// Σ(I − T)² with a random image T.
+    Image,
+    /// Re Σ v* U with random v.
+    Linear,
+}
+
+impl Loss {
+    fn name(self) -> &'static str {
+        match self {
+            Self::Image => "Σ(I − T)²",
+            Self::Linear => "Re Σ v*U",
+        }
+    }
+
+    /// Its value.
+    pub fn value(self, field: &Array2<Complex64>) -> f64 {
+        let term = |((j, i), u): ((usize, usize), &Complex64)| match self {
+            Self::Image => (u.norm_sqr() - draw(j, i, 0)).powi(2),
+            Self::Linear => (vector(j, i).conj() * u).re,
+        };
+        field.indexed_iter().map(term).sum()
+    }
+
+    /// Its cotangent, ∂L/∂Re U + i ∂L/∂Im U.
+    pub fn bar(self, field: &Array2<Complex64>) -> Array2<Complex64> {
+        Array2::from_shape_fn(field.dim(), |(j, i)| match self {
+            Self::Image => {
+                let u = field[[j, i]];
+                4.0 * (u.norm_sqr() - draw(j, i, 0)) * u
+            }
+            Self::Linear => vector(j, i),
+        })
+    }
+}
+
+fn draw(j: usize, i: usize, part: u32) -> f64 {
+    uniform(17, [j as u32, i as u32, part, 0])
+}
+
+fn vector(j: usize, i: usize) -> Complex64 {
+    Complex64::new(draw(j, i, 1) - 0.5, draw(j, i, 2) - 0.5)
+}
+
+/// One gradient and what it is measured against.
+pub struct Comparison {
+    /// What it is.
+    pub name: String,
+    /// What is differentiated.
+    pub loss: &'static str,
+    /// What it is measured against.
+    pub reference: &'static str,
+    /// Largest error allowed.
+    pub limit: f64,
+    /// raylet's gradient and the reference's, entry by entry.
+    run: Box<dyn Fn() -> Result<[Vec<f64>; 2], BenchError>>,
+}
+
+impl Comparison {
+    /// One whose entries are real.
+    pub fn new(
+        name: String,
+        loss: &'static str,
+        reference: &'static str,
+        limit: f64,
+        run: Box<dyn Fn() -> Result<[Vec<f64>; 2], BenchError>>,
+    ) -> Self {
+        Self {
+            name,
+            loss,
+            reference,
+            limit,
+            run,
+        }
+    }
+
+    /// The relative L2 error, and the number of entries.
+    ///
+    /// # Errors
+    /// When raylet refuses the system.
+    pub fn measure(&self) -> Result<(f64, usize), BenchError> {
+        let [ours, exact] = (self.run)()?;
+        let square = |list: &mut dyn Iterator<Item = f64>| list.map(|v| v * v).sum::<f64>();
+        let off = square(&mut ours.iter().zip(&exact).map(|(a, b)| a - b));
+        let norm = square(&mut exact.iter().copied());
+        Ok(((off / norm).sqrt(), exact.len()))
+    }
+}
+
+/// All comparisons; the reduced list leaves out the slow ones.
+pub fn comparisons(reduced: bool) -> Vec<Comparison> {
+    let mut list = Vec::new();
+    for loss in [Loss::Image, Loss::Linear] {
+        for (name, pixels, z, degrees, nodes) in [
+            (
+                "12² random 4λ pixels",
+                random_pixels(12, 4.0),
+                60.0,
+                0.0,
+                12,
+            ),
+            (
+                "40² random λ/2 pixels",
+                random_pixels(40, 0.5),
+                40.0,
+                10.0,
+                5,
+            ),
+        ] {
+            for method in [Method::Auto, Method::Beamlet] {
+                let flight = Flight {
+                    pixels: pixels.clone(),
+                    nodes,
+                    z,
+                    degrees,
+                };
+                list.push(flight.comparison(name, method, loss));
+            }
+        }
+    }
+    for method in [Method::Auto, Method::Beamlet] {
+        list.push(bump(method, Loss::Image));
+    }
+    list.extend(through_lens(reduced));
+    list
+}
+
+/// The error of fields at which raylet aims here.
+const TARGET: f64 = 3e-4;
+
+/// The two parts of each number in turn.
+fn parts(list: &Array2<Complex64>) -> Vec<f64> {
+    list.iter().flat_map(|z| [z.re, z.im]).collect()
+}
+
+fn by(method: Method) -> &'static str {
+    match method {
+        Method::Beamlet => "by beamlets",
+        _ => "without rays",
+    }
+}
+
+/// raylet's cotangent of the pixels of the first screen.
+fn ours(system: &System, settings: &Settings, loss: Loss) -> Result<Vec<f64>, BenchError> {
+    let bench = Bench::new(system, &[], settings)?;
+    let trace = bench.forward(system)?;
+    let bar = loss.bar(&trace.field.values);
+    let gradient = bench.adjoint(system, &[], &trace, &bar)?;
+    Ok(gradient.pixels[0].as_ref().map_or(vec![], parts))
+}
+
+/// Pixels in free space.
+struct Flight {
+    pixels: Pixels,
+    /// Gauss nodes of a pixel along each axis, for the direct sum.
+    nodes: usize,
+    /// Distance of the sensor.
+    z: f64,
+    /// Angle of the light.
+    degrees: f64,
+}
+
+impl Flight {
+    fn comparison(self, name: &str, method: Method, loss: Loss) -> Comparison {
+        let (count, pitch) = (24, 1.7);
+        let tilt = [self.degrees.to_radians().sin(), 0.0];
+        let system = System {
+            wavelength: 1.0,
+            source: plane_wave(tilt),
+            screens: vec![doe(0.0, &self.pixels), sensor(self.z, count, pitch)],
+            trains: vec![vec![]],
+        };
+        let settings = Settings {
+            method,
+            target_error: TARGET,
+            ..Settings::default()
+        };
+        let name = format!(
+            "{name}, {}λ of free space, light at {}°, {}",
+            self.z,
+            self.degrees,
+            by(method)
+        );
+        let exact = move || {
+            let at = axis(count, pitch);
+            let row = |y: &f64| at.iter().map(|x| [*x, *y, self.z]).collect::<Vec<_>>();
+            let points: Vec<[f64; 3]> = at.iter().flat_map(row).collect();
+            let field = rayleigh_sommerfeld(&self.pixels, tilt, 1.0, self.nodes, &points);
+            let field = Array2::from_shape_fn((count, count), |(j, i)| field[j * count + i]);
+            let bar: Vec<Complex64> = loss.bar(&field).iter().copied().collect();
+            rayleigh_sommerfeld_adjoint(&self.pixels, tilt, 1.0, self.nodes, (&points, &bar))
+        };
+        Comparison::new(
+            name,
+            loss.name(),
+            "adjoint of Rayleigh–Sommerfeld",
+            1e-3,
+            Box::new(move || Ok([ours(&system, &settings, loss)?, parts(&exact())])),
+        )
+    }
+}
+
+/// Pixels of a mirror on a Gaussian bump.
+fn bump(method: Method, loss: Loss) -> Comparison {
+    let (width, nodes) = (60.0, 6);
+    let bench = move || mirror::Bench {
+        coat: Coat::Random(2.0),
+        width,
+        distance: 120.0,
+        points: 20,
+        pitch: 1.7,
+    };
+    let settings = Settings {
+        method,
+        target_error: TARGET,
+        ..Settings::default()
+    };
+    let problem = bench().problem("", settings, nodes);
+    Comparison::new(
+        format!(
+            "30² random 2λ pixels on a Gaussian bump (radius 506λ), {}",
+            by(method)
+        ),
+        loss.name(),
+        "adjoint of Rayleigh–Sommerfeld on the true surface",
+        1e-3,
+        Box::new(move || {
+            let ours = ours(&problem.system, &problem.settings, loss)?;
+            let bar = loss.bar(&bench().exact(nodes));
+            Ok([ours, parts(&bench().exact_adjoint(nodes, &bar))])
+        }),
+    )
+}

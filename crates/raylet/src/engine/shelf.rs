@@ -1,0 +1,82 @@
+//! Beamlets that are kept from one run to the next: nothing of them depends on the field.
+
+use std::fmt;
+use std::ops::Range;
+use std::sync::{Arc, OnceLock};
+
+use crate::wave::field::Grid;
+use crate::wave::raster::Raster;
+use crate::wave::wavelet::Arrival;
+
+/// The beamlets of one patch that reach the target, in the order of their modes.
+#[derive(Clone, Debug)]
+pub struct Aims {
+    /// The patch.
+    pub index: usize,
+    /// The directions that were tried, as indices in the bands along x and y.
+    pub modes: [Range<usize>; 2],
+    /// Each beamlet's place among the modes, [my, mx].
+    pub places: Vec<[usize; 2]>,
+    /// The beamlets, of coefficient one.
+    pub arrivals: Vec<Arrival>,
+}
+
+impl Aims {
+    /// Bytes that a beamlet takes.
+    pub const BYTES: usize = size_of::<Arrival>() + size_of::<[usize; 2]>();
+
+    /// Those whose places are wanted.
+    pub fn only(&self, wanted: impl Fn([usize; 2]) -> bool) -> Self {
+        let pairs = self.places.iter().zip(&self.arrivals);
+        let (places, arrivals) = pairs.filter(|(place, _)| wanted(**place)).unzip();
+        Self {
+            places,
+            arrivals,
+            modes: self.modes.clone(),
+            ..*self
+        }
+    }
+}
+
+/// The beamlets of all patches from one grid to one raster; patches that the target does not see have none.
+struct Page {
+    from: Grid,
+    to: Raster,
+    aims: Vec<Option<Aims>>,
+}
+
+/// Where the beamlets of one hop may be kept. They are written once; copies share them.
+#[derive(Clone, Default)]
+pub struct Shelf(Arc<OnceLock<Option<Page>>>);
+
+impl Shelf {
+    /// Whether nothing has been decided about it yet.
+    pub fn is_new(&self) -> bool {
+        self.0.get().is_none()
+    }
+
+    /// Keeps the beamlets of all patches, or nothing for good, if it is new.
+    pub fn fill(&self, from: &Grid, to: &Raster, aims: Option<Vec<Option<Aims>>>) {
+        let page = aims.map(|aims| Page {
+            from: from.clone(),
+            to: *to,
+            aims,
+        });
+        // Somebody else may have been faster, with the same.
+        let _ = self.0.set(page);
+    }
+
+    /// What is kept, if it is of this grid and this raster.
+    pub fn of(&self, from: &Grid, to: &Raster) -> Option<&[Option<Aims>]> {
+        let page = self.0.get()?.as_ref()?;
+        (page.from == *from && page.to == *to).then_some(page.aims.as_slice())
+    }
+}
+
+impl fmt::Debug for Shelf {
+    fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
+        let page = self.0.get().and_then(Option::as_ref);
+        let patches = page.map_or(0, |page| page.aims.len());
+        write!(out, "Shelf({patches} patches)")
+    }
+}
