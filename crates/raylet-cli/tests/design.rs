@@ -149,7 +149,9 @@ fn bad_designs_are_told() {
         ("colour = 3\n", ["colour", "unknown"]),
     ] {
         let stage = stage(design);
+        let before = stage.names();
         let run = stage.raylet(&["design", "scene.toml"]);
+        assert_eq!(stage.names(), before, "{design}");
         let said = complaint(&run);
         assert_eq!(run.status.code(), Some(2), "{design}: {said}");
         assert!(said.contains("scene.toml"), "{said}");
