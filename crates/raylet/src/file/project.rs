@@ -13,7 +13,7 @@ use crate::design::lbfgs::LbfgsSettings;
 use crate::design::likeness::{Brightness, Likeness};
 use crate::design::loss::{Loss, Sum};
 use crate::design::optimizer::{Method, Optimizer as Search};
-use crate::design::project::{Channel, Element, Number, Project};
+use crate::design::project::{Channel, Element, Number, Project, Rig};
 use crate::design::relief::{Levels, Relief};
 use crate::design::schedule::Schedule;
 use crate::design::share::Share;
@@ -82,82 +82,118 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
     let blank = Arc::new(blank.load()?);
     let system = build::system(&blank, 0)?;
     let (screen, shape) = pixels_of(&system, &wanted.element);
+    let view = View::of(scene, &system)?;
 
-    // The picture, and where it is.
-    let refuse = |error: &dyn std::fmt::Display, path: &str, expected: &str| {
-        scene.fault(path, error.to_string(), expected)
-    };
-    let sensor = sensor_of(&system).map_err(|error| refuse(&error, "element", "a sensor"))?;
-    let (raster, target) = (Raster::of(sensor), target(scene, wanted)?);
-    let picture = target.on(&raster);
-    let window = target
-        .inside(&raster)
-        .mapv(|inside| f64::from(u8::from(inside)));
-
-    // What is free.
-    let rules = Rules {
-        block: design.block,
-        relief: relief(&design).map_err(|e| refuse(&e, "design.levels", "at least two levels"))?,
-        fill: Fill::WHOLE,
-        blur: None,
-    };
-    let constraints = Constraints::new(rules, shape)
-        .map_err(|error| refuse(&error, "design.block", "blocks that fit the element"))?;
+    // What is free, and where it starts.
+    let constraints = constraints(scene, &design, shape)?;
     let (addresses, numbers, scales) = numbers(scene, &blank, &design.variable)?;
     let addresses = Arc::new(addresses);
     let start = start(scene, &design, &constraints, (screen, shape))?;
 
-    let (rig_scene, rig_addresses) = (Arc::clone(&blank), Arc::clone(&addresses));
-    let rig = move |channel: usize, values: &[f64]| -> Result<System, String> {
-        let made = match values.is_empty() {
-            true => build::system(&rig_scene, channel),
-            false => with_numbers(&rig_scene, &rig_addresses, values)
-                .and_then(|scene| build::system(&scene, channel)),
-        };
-        made.map_err(|fault| fault.to_string())
-    };
-    let count = scene.wavelength_um.len();
-    let channel = |index: usize| -> Result<Channel, Fault> {
-        let light = transmitted(&system, screen);
-        let area = raster.pitch[0] * raster.pitch[1];
-        let loss = loss(&picture, &window, (light, area), design.efficiency)
-            .map_err(|error| refuse(&error, "hologram.target", "a picture on the sensor"))?;
-        Ok(Channel {
-            loss,
-            weight: 1.0 / count as f64,
-            ratio: scene.wavelength_um[0] / scene.wavelength_um[index],
-        })
-    };
-    let settings = settings(scene, !numbers.is_empty());
+    let light = transmitted(&system, screen);
+    let channels = (0..scene.wavelength_um.len()).map(|index| view.channel(scene, index, light));
     let project = Project {
-        rig: Box::new(rig),
-        channels: (0..count).map(channel).collect::<Result<_, Fault>>()?,
+        rig: rig(&blank, &addresses),
+        channels: channels.collect::<Result<_, Fault>>()?,
         elements: vec![Element {
             screen,
             constraints,
         }],
+        settings: settings(scene, !numbers.is_empty()),
         numbers,
-        settings,
     };
-    let search = search(&design, &project, start, &scales)
-        .map_err(|error| refuse(&error, "design", "numbers that make sense together"))?;
+    let search = search(&design, &project, start, &scales).map_err(|error| {
+        let expected = "numbers that make sense together";
+        scene.fault("design", error.to_string(), expected)
+    })?;
+    let file = place.layer.phase.as_ref();
+    let side = |a: usize| [shape.1, shape.0][a] as f64 * place.layer.pitch_um[a] * 1e-3;
     Ok(Brief {
         project,
         search,
         design,
-        picture,
-        window,
-        file: place
-            .layer
-            .phase
-            .as_ref()
-            .map(|file| scene.origin.beside(file)),
+        file: file.map(|file| scene.origin.beside(file)),
         phase_scale: place.layer.phase_scale,
-        pixel_area: raster.pitch[0] * raster.pitch[1],
-        sensor_half: [0, 1].map(|a| 0.5 * raster.size[a] as f64 * raster.pitch[a]),
-        element_half: [0, 1]
-            .map(|a| 0.5 * [shape.1, shape.0][a] as f64 * place.layer.pitch_um[a] * 1e-3),
+        pixel_area: view.raster.pitch[0] * view.raster.pitch[1],
+        sensor_half: [0, 1].map(|a| 0.5 * view.raster.size[a] as f64 * view.raster.pitch[a]),
+        element_half: [0, 1].map(|a| 0.5 * side(a)),
+        picture: view.picture,
+        window: view.window,
         addresses,
+    })
+}
+
+/// The sensor with what is wanted on it.
+struct View {
+    raster: Raster,
+    /// The picture at the pixels, [y, x], and where its outline is.
+    picture: Array2<f64>,
+    window: Array2<f64>,
+}
+
+impl View {
+    fn of(scene: &Scene, system: &System) -> Result<Self, Fault> {
+        let sensor = sensor_of(system)
+            .map_err(|error| scene.fault("element", error.to_string(), "a sensor at the end"))?;
+        let (raster, target) = (Raster::of(sensor), target(scene, asked(scene)?)?);
+        let inside = target.inside(&raster);
+        Ok(Self {
+            picture: target.on(&raster),
+            window: inside.mapv(|inside| f64::from(u8::from(inside))),
+            raster,
+        })
+    }
+
+    /// The channel of a wavelength, for an element that lets this power of light through (mm²).
+    fn channel(&self, scene: &Scene, index: usize, power: f64) -> Result<Channel, Fault> {
+        let efficiency = scene
+            .design
+            .as_ref()
+            .map_or(0.0, |design| design.efficiency);
+        let area = self.raster.pitch[0] * self.raster.pitch[1];
+        let loss = loss(&self.picture, &self.window, (power, area), efficiency);
+        let lengths = &scene.wavelength_um;
+        Ok(Channel {
+            loss: loss.map_err(|error| {
+                let expected = "a picture on the sensor";
+                scene.fault("hologram.target", error.to_string(), expected)
+            })?,
+            weight: 1.0 / lengths.len() as f64,
+            ratio: lengths[0] / lengths[index],
+        })
+    }
+}
+
+/// What makes the systems: the scene with the numbers of a point.
+fn rig(blank: &Arc<Scene>, addresses: &Arc<Vec<Address>>) -> Rig {
+    let (scene, addresses) = (Arc::clone(blank), Arc::clone(addresses));
+    Box::new(move |channel: usize, values: &[f64]| {
+        let made = match values.is_empty() {
+            true => build::system(&scene, channel),
+            false => with_numbers(&scene, &addresses, values)
+                .and_then(|scene| build::system(&scene, channel)),
+        };
+        made.map_err(|fault| fault.to_string())
+    })
+}
+
+/// What can be made of an element of that many rows and columns.
+fn constraints(
+    scene: &Scene,
+    design: &Design,
+    shape: (usize, usize),
+) -> Result<Constraints, Fault> {
+    let relief = relief(design)
+        .map_err(|error| scene.fault("design.levels", error.to_string(), "at least two levels"))?;
+    let rules = Rules {
+        block: design.block,
+        relief,
+        fill: Fill::WHOLE,
+        blur: None,
+    };
+    Constraints::new(rules, shape).map_err(|error| {
+        let expected = "blocks that fit the element";
+        scene.fault("design.block", error.to_string(), expected)
     })
 }
 
