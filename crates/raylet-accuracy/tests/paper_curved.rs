@@ -6,13 +6,14 @@ use num_complex::Complex64;
 use raylet::engine::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
 use raylet::engine::simulate::simulate;
 use raylet::wave::metrics::{field_error, shape_error};
+use raylet::wave::tile::TileWindow;
 use raylet_accuracy::mirror::{Bench, Coat};
 
 /// Random pixels of 1.6 wavelengths on a Gaussian bump, whose smallest radius of curvature is 506 λ.
-fn bench() -> Bench {
+fn bench(width: f64) -> Bench {
     Bench {
         coat: Coat::Random(1.6),
-        width: 120.0,
+        width,
         distance: 250.0,
         points: 16,
         pitch: 1.9,
@@ -22,15 +23,22 @@ fn bench() -> Bench {
 /// Every mode of patches side by side, or `overlap` times as dense, with what covers each place divided out:
 /// nothing is left to chance. Periods keep the copies off the sensor; orders take in what the pixels' edges bend
 /// towards it.
-fn error(exact: &Array2<Complex64>, patch: f64, overlap: f64, sag: Sag) -> [f64; 2] {
-    let across = ((120.0 / patch).ceil() * overlap) as usize;
+fn error(
+    bench: Bench,
+    exact: &Array2<Complex64>,
+    [patch, overlap]: [f64; 2],
+    window: TileWindow,
+    sag: Sag,
+) -> [f64; 2] {
+    let across = ((bench.width / patch).ceil() * overlap) as usize;
     let settings = Settings {
         method: Method::Paper,
         nufft_tolerance: 1e-9,
         paper: Paper {
             rays: across * across,
             patch: Some(patch),
-            padding: 410.0 / patch,
+            window,
+            padding: (290.0 + bench.width) / patch,
             orders: 2,
             positions: Positions::Grid,
             coverage: true,
@@ -40,7 +48,7 @@ fn error(exact: &Array2<Complex64>, patch: f64, overlap: f64, sag: Sag) -> [f64;
         },
         ..Settings::default()
     };
-    let problem = bench().problem("random", settings, 6);
+    let problem = bench.problem("random", settings, 6);
     let outcome = simulate(&problem.system, &problem.settings, &|_| {}).unwrap();
     let ours = outcome.field.values;
     let (ours, exact) = (ours.view(), exact.view());
@@ -55,12 +63,14 @@ const SIZES: [f64; 3] = [25.0, 50.0, 100.0];
 
 #[test]
 fn tangent_patches_err_with_their_size_and_true_ones_do_not() {
-    let exact = bench().exact(6);
+    let square = || bench(120.0);
+    let exact = square().exact(6);
     for (patch, [low, high]) in SIZES
         .into_iter()
         .zip([[0.5, 0.65], [0.9, 1.0], [0.95, 1.0]])
     {
-        let [tangent, whole] = [Sag::Tangent, Sag::True].map(|sag| error(&exact, patch, 1.0, sag));
+        let [tangent, whole] = [Sag::Tangent, Sag::True]
+            .map(|sag| error(square(), &exact, [patch, 1.0], TileWindow::Rectangle, sag));
         println!("{patch} wavelengths: tangent {tangent:.3?}, with the height {whole:.4?}");
         assert!((low..high).contains(&tangent[1]));
         assert!(whole[0] < 6e-3);
@@ -71,7 +81,8 @@ fn tangent_patches_err_with_their_size_and_true_ones_do_not() {
 /// comes meets the true surface, and of what overlapping patches have in common only a factor is left.
 #[test]
 fn overlap_and_the_incident_light_decide_about_planes() {
-    let exact = bench().exact(6);
+    let square = || bench(120.0);
+    let exact = square().exact(6);
     let expected = [
         (Sag::Tangent, 2.0, [0.32, 0.92, 0.97]),
         (Sag::Incident, 1.0, [0.31, 0.83, 0.95]),
@@ -79,9 +90,34 @@ fn overlap_and_the_incident_light_decide_about_planes() {
     ];
     for (sag, overlap, expected) in expected {
         for (patch, expected) in SIZES.into_iter().zip(expected) {
-            let [_, shape] = error(&exact, patch, overlap, sag);
+            let [_, shape] = error(
+                square(),
+                &exact,
+                [patch, overlap],
+                TileWindow::Rectangle,
+                sag,
+            );
             println!("{sag:?}, {overlap} times as dense, {patch} wavelengths: {shape:.3}");
             assert!((shape - expected).abs() < 0.01);
         }
+    }
+}
+
+/// Windows that fade to their edges, twice as dense as patches side by side: what neighbours have in common is a
+/// factor, so that the shape errs less than the field.
+#[test]
+fn fading_patches_err_too() {
+    let square = || bench(120.0);
+    let exact = square().exact(6);
+    for (patch, expected) in [(50.0, [0.669, 0.235]), (100.0, [1.027, 0.818])] {
+        let found = error(
+            square(),
+            &exact,
+            [patch, 2.0],
+            TileWindow::Hann,
+            Sag::Incident,
+        );
+        println!("Hann, {patch} wavelengths: {found:.3?}");
+        assert!((found[0] - expected[0]).abs() < 0.01 && (found[1] - expected[1]).abs() < 0.01);
     }
 }

@@ -28,7 +28,7 @@ pub(crate) fn fig2(quick: bool) -> Result<Study, Failure> {
         ),
     }?;
     let title = format!("Hologram of {width} wavelengths, NA {APERTURE}");
-    Ok(Study {
+    let mut study = Study {
         text: format!(
             "{title}\n{}\n{}",
             covering_text(&covering),
@@ -43,7 +43,9 @@ pub(crate) fn fig2(quick: bool) -> Result<Study, Failure> {
                 flat.png("Flat patches on a convex spherical mirror")?,
             ),
         ],
-    })
+    };
+    study.pose(&system, "star", &title)?;
+    Ok(study)
 }
 
 /// The paper's sides of an eighth, a quarter and half of the hologram, and some between.

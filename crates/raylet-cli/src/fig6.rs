@@ -25,12 +25,13 @@ pub(crate) fn fig6(quick: bool) -> Result<Study, Failure> {
                 show,
                 scale: if quick { 0.06 } else { 1.0 },
             };
-            let found = Comparison::measure(mirror, draws(quick), &ways(substrate))?;
+            let found = Comparison::measure(mirror, &ways(substrate, quick))?;
             let [name, title] = names(&mirror);
             let pixels = if quick { QUICK_OVERVIEW } else { OVERVIEW };
             let overview = Comparison::overview(&mirror, pixels)?;
             let picture = found.png(&title, &overview)?;
             study.pictures.push((format!("{name}.png"), picture));
+            study.pose(&found.system(), &name, &title)?;
             study.text += &block(&title, &found);
             entries.push(entry(&name, &found));
         }
@@ -39,27 +40,25 @@ pub(crate) fn fig6(quick: bool) -> Result<Study, Failure> {
     Ok(study)
 }
 
-/// As many rays as the paper draws, a fifteenth of its positions: what covers each place is divided out.
-fn draws(quick: bool) -> Draws {
-    match quick {
-        true => Draws {
-            rays: 50,
-            secondary: 500,
-        },
-        false => Draws {
-            rays: 200,
-            secondary: 60_000,
-        },
-    }
+/// As many as the paper draws on planes. With the height, whose patches take many transforms each, as many
+/// in all, from a fifteenth of the positions: what covers each place is divided out.
+fn draws(sag: Sag, quick: bool) -> Draws {
+    let (rays, secondary) = match (quick, sag) {
+        (true, _) => (50, 500),
+        (false, Sag::True) => (200, 60_000),
+        (false, Sag::Tangent | Sag::Incident) => (3000, 4000),
+    };
+    Draws { rays, secondary }
 }
 
 /// What is compared; on the nearly flat substrate the ways between planes and the height tell little.
-fn ways(substrate: Substrate) -> Vec<Way> {
-    let mut ways = vec![Way::Default, Way::Paper(Sag::Tangent)];
+fn ways(substrate: Substrate, quick: bool) -> Vec<Way> {
+    let paper = |sag| Way::Paper(sag, draws(sag, quick));
+    let mut ways = vec![Way::Default, paper(Sag::Tangent)];
     if substrate == Substrate::Bump {
-        ways.push(Way::Paper(Sag::Incident));
+        ways.push(paper(Sag::Incident));
     }
-    ways.push(Way::Paper(Sag::True));
+    ways.push(paper(Sag::True));
     ways
 }
 
@@ -98,7 +97,7 @@ fn block(title: &str, found: &Comparison) -> String {
             _ => format!("{error:.2e}"),
         });
         vec![
-            outcome.way.name().to_owned(),
+            outcome.way.name(),
             shown,
             all,
             shape,

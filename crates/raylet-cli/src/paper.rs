@@ -4,6 +4,8 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use raylet::file::folder::Target;
+use raylet::file::posed::posed;
+use raylet::optics::system::System;
 
 use crate::failure::Failure;
 use crate::fig2::fig2;
@@ -25,7 +27,7 @@ pub(crate) struct Paper {
     /// Smaller elements and fewer repetitions: seconds instead of minutes.
     #[arg(long)]
     quick: bool,
-    /// Writes paper.json and the pictures into this folder. A system that is stopped goes on where it was when
+    /// Writes paper.json, the pictures and scenes of the elements into this folder. A system that is stopped goes on where it was when
     /// asked again; until then what it has is kept in DIR.parts.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -65,8 +67,17 @@ pub(crate) struct Study {
     pub(crate) text: String,
     /// The same as a document: a table.
     pub(crate) document: serde_json::Value,
-    /// Names and contents of its pictures.
+    /// Names and contents of its pictures, and of the scenes that pose its systems.
     pub(crate) pictures: Vec<(String, Vec<u8>)>,
+}
+
+impl Study {
+    /// Adds a system as a scene with its arrays, for `raylet simulate`.
+    pub(crate) fn pose(&mut self, system: &System, stem: &str, title: &str) -> Result<(), Failure> {
+        let files = posed(system, stem, title)?;
+        self.pictures.extend(files.into_iter().flatten());
+        Ok(())
+    }
 }
 
 impl Paper {

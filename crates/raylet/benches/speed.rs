@@ -261,7 +261,7 @@ mod paper {
     use raylet::wave::patch::Band;
     use raylet::wave::plane::{PlaneSum, PlaneWave};
     use raylet::wave::raster::Raster;
-    use raylet::wave::tile::TileCutter;
+    use raylet::wave::tile::{Tile, TileCutter, TileWindow};
 
     use crate::{Bencher, ItemsCount, black_box};
 
@@ -299,8 +299,13 @@ mod paper {
             },
         };
         let side = 100.0 * PITCH;
+        let tile = Tile {
+            side,
+            window: TileWindow::Rectangle,
+            period: 2.0 * side,
+        };
         let axes = [&field.grid.x, &field.grid.y];
-        let cutter = TileCutter::new(axes, &bands(), wavenumber(), [side, 2.0 * side]);
+        let cutter = TileCutter::new(axes, &bands(), wavenumber(), &tile);
         (field, cutter)
     }
 

@@ -22,6 +22,7 @@ use raylet::wave::field::{Axis, Field, Grid};
 use raylet::wave::patch::Band;
 use raylet::wave::plane::PlaneSum;
 use raylet::wave::raster::Raster;
+use raylet::wave::tile::TileWindow;
 
 /// Wavelength, pitch of the field, and distance of the screens.
 const WAVELENGTH: f64 = 1.0;
@@ -106,6 +107,7 @@ fn plan(positions: usize, secondary: usize, half: f64) -> PaperPlan {
         along: 1.0,
         area: [-half, half, -half, half],
         side: PATCH as f64 * PITCH,
+        window: TileWindow::Rectangle,
         period: PERIOD as f64 * PITCH,
         bands: [band(PERIOD); 2],
         obliquity: false,
@@ -309,8 +311,9 @@ fn divided_coverage_leaves_the_field_itself() {
     for first in [[0, 0], [0, 8], [8, 0], [8, 8]] {
         whole += &patch_of_period(&field, first, period).values;
     }
-    let at = |rule, cells: [usize; 2], half| PaperPlan {
+    let at = |rule, window, cells: [usize; 2], half| PaperPlan {
         rule,
+        window,
         cells,
         sampler: Sampler::All,
         period: period as f64 * PITCH,
@@ -320,19 +323,38 @@ fn divided_coverage_leaves_the_field_itself() {
     let half = 0.5 * FIELD as f64 * PITCH;
     let dilated = half + 0.5 * PATCH as f64 * PITCH;
     // On one lattice copies add up like the patches; coverage that differs from place to place shows.
-    for (rule, cells, half, coverage, low, high) in [
-        (Positions::Grid, [2, 2], half, false, 0.0, 1e-10),
-        (Positions::Grid, [3, 3], half, true, 0.0, 1e-10),
-        (Positions::Jittered, [6, 6], dilated, true, 0.0, 1e-10),
-        (Positions::Dilated, [150, 1], dilated, true, 0.0, 1e-10),
-        (Positions::Grid, [3, 3], half, false, 0.3, 0.6),
+    let (sharp, hann) = (TileWindow::Rectangle, TileWindow::Hann);
+    for (rule, window, cells, half, coverage, low, high) in [
+        (Positions::Grid, sharp, [2, 2], half, false, 0.0, 1e-10),
+        (Positions::Grid, sharp, [3, 3], half, true, 0.0, 1e-10),
+        (Positions::Grid, hann, [4, 4], half, true, 0.0, 1e-10),
+        (
+            Positions::Jittered,
+            sharp,
+            [6, 6],
+            dilated,
+            true,
+            0.0,
+            1e-10,
+        ),
+        (Positions::Jittered, hann, [6, 6], dilated, true, 0.0, 1e-10),
+        (
+            Positions::Dilated,
+            sharp,
+            [150, 1],
+            dilated,
+            true,
+            0.0,
+            1e-10,
+        ),
+        (Positions::Grid, sharp, [3, 3], half, false, 0.3, 0.6),
     ] {
         let plan = PaperPlan {
             coverage,
-            ..at(rule, cells, half)
+            ..at(rule, window, cells, half)
         };
         let error = (square(&(estimate(&field, &plan, 2) - &whole)) / square(&whole)).sqrt();
-        println!("{rule:?} {cells:?}, divided {coverage}: {error:.1e}");
+        println!("{rule:?} {window:?} {cells:?}, divided {coverage}: {error:.1e}");
         assert!((low..high).contains(&error), "{error}");
     }
 }

@@ -324,6 +324,12 @@ const KNOBS: &[Case] = &[
     ),
     (
         "settings",
+        "settings.paper.window = \"kaiser\"",
+        "4:25: settings.paper.window",
+        "`hann`",
+    ),
+    (
+        "settings",
         "settings.paper.positions = \"everywhere\"",
         "4:28: settings.paper.positions",
         "`jittered`",

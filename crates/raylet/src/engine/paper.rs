@@ -6,7 +6,9 @@
 //! of the lattice and the copies of its period. Behind surfaces with power it is not: plane wavelets need
 //! a prefactor there, which this method does not have.
 
-use ndarray::Array2;
+use std::ops::Range;
+
+use ndarray::{Array2, Axis};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -23,7 +25,7 @@ use crate::optics::system::Hop;
 use crate::wave::field::Field;
 use crate::wave::heights::Heights;
 use crate::wave::plane::{PlaneSum, PlaneWave};
-use crate::wave::tile::TileCutter;
+use crate::wave::tile::{TileCutter, TileWindow};
 
 /// What random numbers are drawn for.
 const MODE: u32 = 2;
@@ -33,6 +35,9 @@ const CHUNK: usize = 1 << 19;
 
 /// Rays of a chunk at most, however large the receiving screen: they take some 100 bytes each.
 const LARGEST_CHUNK: usize = 1 << 22;
+
+/// Sums of windows below this count as no patch.
+const DARK: f64 = 1e-9;
 
 /// Batches whose differences tell the standard error.
 const BATCHES: usize = 16;
@@ -102,35 +107,54 @@ pub fn carry(
     tally
 }
 
-/// The number of patches over each node of a grid of this shape; the last row and column lie beyond it.
+/// The sum of the windows over each node of a grid of this shape; the last row and column lie beyond it.
 pub fn cover(
     hop: &Hop,
     plan: &PaperPlan,
     address: Address,
     cutter: &TileCutter,
     [ny, nx]: [usize; 2],
-) -> Array2<i64> {
-    let mut cover = Array2::<i64>::zeros((ny + 1, nx + 1));
+) -> Array2<f64> {
+    let mut cover = Array2::zeros((ny + 1, nx + 1));
     for patch in 0..plan.positions {
         let at = plan.place(patch as u32, address);
         if Facet::new(hop.from, at, plan.along).is_none() {
             continue;
         }
-        // A rectangle as the second difference of what it adds.
-        let [x, y] = cutter.nodes(at);
-        for (j, i, step) in [
-            (y.start, x.start, 1),
-            (y.start, x.end, -1),
-            (y.end, x.start, -1),
-            (y.end, x.end, 1),
-        ] {
-            cover[[j, i]] += step;
+        match plan.window {
+            TileWindow::Rectangle => mark(&mut cover, &cutter.nodes(at)),
+            TileWindow::Hann => lay(&mut cover, cutter, at),
         }
     }
-    for axis in [0, 1] {
-        cover.accumulate_axis_inplace(ndarray::Axis(axis), |before, here| *here += before);
+    if plan.window == TileWindow::Rectangle {
+        for axis in [0, 1] {
+            cover.accumulate_axis_inplace(Axis(axis), |before, here| *here += before);
+        }
     }
     cover
+}
+
+/// Adds a rectangle, as the second difference that it has.
+fn mark(cover: &mut Array2<f64>, [x, y]: &[Range<usize>; 2]) {
+    for (j, i, step) in [
+        (y.start, x.start, 1.0),
+        (y.start, x.end, -1.0),
+        (y.end, x.start, -1.0),
+        (y.end, x.end, 1.0),
+    ] {
+        cover[[j, i]] += step;
+    }
+}
+
+/// Adds the window about a point to the nodes that it has.
+fn lay(cover: &mut Array2<f64>, cutter: &TileCutter, at: [f64; 2]) {
+    let [x, y] = cutter.nodes(at);
+    for j in y {
+        for i in x.clone() {
+            let [along_x, along_y] = cutter.window(at, [i, j]);
+            cover[[j, i]] += along_x * along_y;
+        }
+    }
 }
 
 /// Which modes of a patch propagate, row by row.
@@ -179,9 +203,8 @@ impl Spread {
 
 impl<'a> Carrier<'a> {
     fn new(hop: Hop<'a>, plan: &'a PaperPlan, address: Address, field: &Field) -> Self {
-        let sizes = [plan.side, plan.period];
         let axes = [&field.grid.x, &field.grid.y];
-        let cutter = TileCutter::new(axes, &plan.bands, hop.wavenumber(), sizes);
+        let cutter = TileCutter::new(axes, &plan.bands, hop.wavenumber(), &plan.tile());
         let order = match plan.sampler {
             Sampler::Systematic => hilbert_order([plan.bands[0].count, plan.bands[1].count]),
             Sampler::Multinomial | Sampler::All => Vec::new(),
@@ -205,12 +228,17 @@ impl<'a> Carrier<'a> {
         carrier
     }
 
-    /// Divides the field by the number of patches over each node; what none covers stays dark.
+    /// Divides the field by the sum of the windows over each node; what none covers stays dark.
     fn divide(&mut self) {
         let shape = self.field.grid.shape();
         let cover = cover(&self.hop, self.plan, self.address, &self.cutter, shape);
         for ((j, i), value) in self.field.values.indexed_iter_mut() {
-            *value /= cover[[j, i]].max(1) as f64;
+            let over = cover[[j, i]];
+            *value = if over > DARK {
+                *value / over
+            } else {
+                Complex64::ZERO
+            };
         }
         self.share = 1.0;
     }

@@ -8,6 +8,7 @@ use crate::math::random::pair;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::Hop;
 use crate::wave::patch::Band;
+use crate::wave::tile::{Tile, TileWindow};
 
 /// What is drawn, and from what.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,7 +21,7 @@ pub struct PaperPlan {
     pub cells: [usize; 2],
     /// Where they lie, `[x_min, x_max, y_min, y_max]` in mm.
     pub area: [f64; 4],
-    /// Whether the field is divided by the number of patches that cover it.
+    /// Whether the field is divided by the sum of the windows over it.
     pub coverage: bool,
     /// Modes drawn at each.
     pub secondary: usize,
@@ -30,6 +31,8 @@ pub struct PaperPlan {
     pub sampler: Sampler,
     /// Side of the square patch, in mm.
     pub side: f64,
+    /// What the field in it is multiplied by.
+    pub window: TileWindow,
     /// Its period, in mm.
     pub period: f64,
     /// Lattice of modes along x and y, as rates on the screen's local plane; those that do not propagate
@@ -88,6 +91,7 @@ impl PaperPlan {
             density: knobs.density,
             sampler: knobs.sampler,
             side,
+            window: knobs.window,
             period,
             bands: lattice(planner, side, period),
             sag: knobs.sag,
@@ -98,6 +102,15 @@ impl PaperPlan {
         Self {
             arriving: plan.reach(hop),
             ..plan
+        }
+    }
+
+    /// Its patches.
+    pub fn tile(&self) -> Tile {
+        Tile {
+            side: self.side,
+            window: self.window,
+            period: self.period,
         }
     }
 
@@ -119,10 +132,10 @@ impl PaperPlan {
         [x0 + (x1 - x0) * share[0], y0 + (y1 - y0) * share[1]]
     }
 
-    /// One over the number of patches that are expected to cover a point.
+    /// One over the sum of windows that is expected at a point.
     pub fn share(&self) -> f64 {
         let [x0, x1, y0, y1] = self.area;
-        (x1 - x0) * (y1 - y0) / (self.positions as f64 * self.side * self.side)
+        (x1 - x0) * (y1 - y0) / (self.positions as f64 * self.side * self.side * self.window.mean())
     }
 
     /// Whether every position is drawn for itself, and the field not divided by what they cover together.

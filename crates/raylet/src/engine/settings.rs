@@ -1,5 +1,7 @@
 //! What a user may choose about a run.
 
+use crate::wave::tile::TileWindow;
+
 /// How a field is carried across a hop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
 pub enum Method {
@@ -114,6 +116,8 @@ pub struct Paper {
     pub secondary: usize,
     /// Side of the square patch, in mm; a quarter of the screen when absent.
     pub patch: Option<f64>,
+    /// What the field in it is multiplied by.
+    pub window: TileWindow,
     /// Period of a patch over its side.
     pub padding: f64,
     /// How far the lattice of modes goes, in bands of the pixels' FFT: 1 is that band itself, ±λ/2h for
@@ -121,7 +125,7 @@ pub struct Paper {
     pub orders: usize,
     /// Where patches stand.
     pub positions: Positions,
-    /// Whether the field is divided by the number of patches that cover it, instead of by the number
+    /// Whether the field is divided by the sum of the windows that cover it, instead of by the one
     /// expected.
     pub coverage: bool,
     /// Which modes are drawn more often.
@@ -140,6 +144,7 @@ impl Default for Paper {
             rays: 1000,
             secondary: 1000,
             patch: None,
+            window: TileWindow::default(),
             padding: 2.0,
             orders: 1,
             positions: Positions::default(),

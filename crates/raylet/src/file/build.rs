@@ -521,10 +521,15 @@ fn paper(
 ) -> crate::engine::settings::Paper {
     use crate::engine::settings as engine;
     use crate::file::settings as file;
+    use crate::wave::tile::TileWindow;
     engine::Paper {
         rays: given.rays.unwrap_or(standard.rays),
         secondary: given.secondary.unwrap_or(standard.secondary),
         patch: given.patch_um.map(|p| p * UM),
+        window: match given.window {
+            file::PatchWindow::Rectangle => TileWindow::Rectangle,
+            file::PatchWindow::Hann => TileWindow::Hann,
+        },
         padding: given.padding.unwrap_or(standard.padding),
         orders: given.orders.unwrap_or(standard.orders),
         positions: match given.positions {

@@ -10,6 +10,7 @@ use crate::engine::reference::{Choice, ReferenceError, reference};
 use crate::engine::route::Approach;
 use crate::engine::settings::{Method, Paper, Positions, Sag, Settings};
 use crate::engine::simulate::{SimulateError, simulate};
+use crate::optics::system::System;
 use crate::wave::field::{Axis, Field, Grid};
 use crate::wave::metrics::{field_error, fwhm, ncc, peak, shape_error};
 
@@ -24,7 +25,7 @@ const SIDE: f64 = 0.1005;
 const PADDING: f64 = 401.0 / 201.0;
 
 /// How often the paper's method draws.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub struct Draws {
     /// Incident rays.
     pub rays: usize,
@@ -40,19 +41,23 @@ pub enum Way {
     /// As by default.
     Default,
     /// The paper's method.
-    Paper(Sag),
+    Paper(Sag, Draws),
 }
 
 impl Way {
     /// Its name.
-    pub fn name(self) -> &'static str {
-        match self {
-            Way::Exact => "direct integral over the surface",
-            Way::Default => "default",
-            Way::Paper(Sag::Tangent) => "paper, tangent planes",
-            Way::Paper(Sag::Incident) => "paper, incident light on the surface",
-            Way::Paper(Sag::True) => "paper, with the height",
-        }
+    pub fn name(self) -> String {
+        let (sag, draws) = match self {
+            Way::Exact => return String::from("direct integral over the surface"),
+            Way::Default => return String::from("default"),
+            Way::Paper(sag, draws) => (sag, draws),
+        };
+        let on = match sag {
+            Sag::Tangent => "tangent planes",
+            Sag::Incident => "incident light on the surface",
+            Sag::True => "with the height",
+        };
+        format!("paper, {on}, {} × {}", draws.rays, draws.secondary)
     }
 }
 
@@ -132,8 +137,8 @@ fn ends(strip: Field, windows: &[Window]) -> Vec<Field> {
 }
 
 /// The settings of a way.
-fn settings(mirror: &Conformal, way: Way, draws: Draws) -> Settings {
-    let Way::Paper(sag) = way else {
+fn settings(mirror: &Conformal, way: Way) -> Settings {
+    let Way::Paper(sag, draws) = way else {
         return Settings::default();
     };
     Settings {
@@ -153,8 +158,8 @@ fn settings(mirror: &Conformal, way: Way, draws: Draws) -> Settings {
 }
 
 /// The fields in the windows, and the work they took.
-fn carry(mirror: &Conformal, way: Way, draws: Draws) -> Result<(Vec<Field>, f64), ReferenceError> {
-    let settings = settings(mirror, way, draws);
+fn carry(mirror: &Conformal, way: Way) -> Result<(Vec<Field>, f64), ReferenceError> {
+    let settings = settings(mirror, way);
     let (windows, strip) = windows(mirror);
     if way != Way::Exact {
         let outcome = simulate(&mirror.system(strip), &settings, &|_| {})?;
@@ -238,11 +243,11 @@ impl Comparison {
     ///
     /// # Errors
     /// As [`reference()`].
-    pub fn measure(mirror: Conformal, draws: Draws, ways: &[Way]) -> Result<Self, ReferenceError> {
+    pub fn measure(mirror: Conformal, ways: &[Way]) -> Result<Self, ReferenceError> {
         let mut outcomes: Vec<Outcome> = Vec::new();
         for &way in [Way::Exact].iter().chain(ways) {
             let clock = Instant::now();
-            let (fields, work) = carry(&mirror, way, draws)?;
+            let (fields, work) = carry(&mirror, way)?;
             let ours = joined(&fields);
             let exact = outcomes
                 .first()
@@ -270,6 +275,11 @@ impl Comparison {
             });
         }
         Ok(Self { mirror, outcomes })
+    }
+
+    /// The mirror, and a sensor that holds what was looked at.
+    pub fn system(&self) -> System {
+        self.mirror.system(windows(&self.mirror).1)
     }
 
     /// The field of a wide window by default, for a picture.
@@ -305,8 +315,8 @@ mod tests {
                 rays: 40,
                 secondary: 1000,
             };
-            let ways = [Way::Default, Way::Paper(Sag::True)];
-            let found = Comparison::measure(mirror, draws, &ways).unwrap();
+            let ways = [Way::Default, Way::Paper(Sag::True, draws)];
+            let found = Comparison::measure(mirror, &ways).unwrap();
             for outcome in &found.outcomes {
                 println!(
                     "{substrate:?} {:?} {:?} {:?}",

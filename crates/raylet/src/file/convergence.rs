@@ -78,9 +78,8 @@ fn sums(system: &System, plan: &PaperPlan) -> Result<[f64; 3], SimulateError> {
     let cosines = leaving(&Plan::Paper(plan.clone()));
     let (_, field) = light.pass(system, screen, cosines, &Settings::default())?;
     let axes = [&field.grid.x, &field.grid.y];
-    let sizes = [plan.side, plan.period];
     let spectrum =
-        TileCutter::new(axes, &plan.bands, system.wavenumber(), sizes).cut(&field, [0.0; 2]);
+        TileCutter::new(axes, &plan.bands, system.wavenumber(), &plan.tile()).cut(&field, [0.0; 2]);
     let [bx, by] = &plan.bands;
     let mut sums = [0.0; 3];
     for ((my, mx), c) in spectrum.indexed_iter() {

@@ -183,15 +183,15 @@ impl<'a> Stage<'a> {
         let plan = planned(self.system, &settings(side, self.width, rule, rays))?;
         let axes = [&self.field.grid.x, &self.field.grid.y];
         let k = self.system.wavenumber();
-        let cutter = TileCutter::new(axes, &plan.bands, k, [plan.side, plan.period]);
+        let cutter = TileCutter::new(axes, &plan.bands, k, &plan.tile());
         let mut values = self.field.values.clone();
         let address = Address { seed, hop: 0 };
         for hop in self.system.hops() {
             let cover = cover(&hop, &plan, address, &cutter, self.field.grid.shape());
             let share = plan.share();
-            let weight = |count: i64| match plan.coverage {
-                true => count.min(1) as f64,
-                false => count as f64 * share,
+            let weight = |count: f64| match plan.coverage {
+                true => count.min(1.0),
+                false => count * share,
             };
             Zip::indexed(&mut values).for_each(|node, value| *value *= weight(cover[node]));
         }

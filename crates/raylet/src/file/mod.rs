@@ -45,6 +45,7 @@ pub mod phase_file;
 pub mod picture;
 pub mod pictures;
 mod place;
+pub mod posed;
 pub mod prescription;
 pub mod project;
 pub mod report;

@@ -25,6 +25,7 @@ use crate::optics::system::{Hop, System};
 use crate::wave::field::Field;
 use crate::wave::metrics::{centroid, encircled_energy, fwhm, peak};
 use crate::wave::patch::Band;
+use crate::wave::tile::TileWindow;
 
 /// The version of the document that this program writes.
 pub const VERSION: u32 = 1;
@@ -92,6 +93,7 @@ pub struct PaperEntry {
     pub rays: usize,
     pub secondary: usize,
     pub patch_um: Option<f64>,
+    pub window: String,
     pub padding: f64,
     pub orders: usize,
     pub positions: String,
@@ -351,6 +353,11 @@ impl PaperEntry {
             rays: paper.rays,
             secondary: paper.secondary,
             patch_um: paper.patch.map(|patch| patch * UM),
+            window: match paper.window {
+                TileWindow::Rectangle => "rectangle",
+                TileWindow::Hann => "hann",
+            }
+            .to_owned(),
             padding: paper.padding,
             orders: paper.orders,
             positions: match paper.positions {

@@ -117,6 +117,8 @@ pub struct Paper {
     #[serde(deserialize_with = "positive")]
     #[schemars(extend("exclusiveMinimum" = 0))]
     pub patch_um: Option<f64>,
+    /// What the field in a patch is multiplied by.
+    pub window: PatchWindow,
     /// Width of the padded patch in units of the patch.
     #[serde(deserialize_with = "from_one")]
     #[schemars(extend("minimum" = 1))]
@@ -127,7 +129,7 @@ pub struct Paper {
     pub orders: Option<usize>,
     /// How positions are chosen.
     pub positions: Positions,
-    /// Whether the field is divided by the number of patches that cover it, not by the number expected.
+    /// Whether the field is divided by the sum of the windows that cover it, not by the one expected.
     pub coverage: bool,
     /// Which modes are drawn more often.
     pub density: Density,
@@ -137,6 +139,17 @@ pub struct Paper {
     pub sag: Sag,
     /// Whether contributions carry an obliquity factor.
     pub obliquity: bool,
+}
+
+/// What the method `paper` multiplies the field in a patch by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PatchWindow {
+    /// Nothing: sharp edges.
+    #[default]
+    Rectangle,
+    /// cos² along each side, zero at the edges.
+    Hann,
 }
 
 /// How positions of the method `paper` are chosen.

@@ -41,6 +41,11 @@ impl SagGrid {
         })
     }
 
+    /// Distance of neighbouring points along x and y in mm.
+    pub fn pitch(&self) -> [f64; 2] {
+        self.pitch
+    }
+
     /// Half the extent along x and y in mm.
     pub fn half(&self) -> [f64; 2] {
         let points = |axis: usize| self.coefficients.len_of(Axis(1 - axis)) - 2;

@@ -38,6 +38,45 @@ impl Sums {
     }
 }
 
+/// What the field in a patch is multiplied by.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum TileWindow {
+    /// One inside of the square.
+    #[default]
+    Rectangle,
+    /// cos²(πx/D)·cos²(πy/D) on the square of side D.
+    Hann,
+}
+
+impl TileWindow {
+    /// Its factor of one axis at a distance from the middle, in sides.
+    pub fn at(self, distance: f64) -> f64 {
+        match self {
+            TileWindow::Rectangle => 1.0,
+            TileWindow::Hann => (std::f64::consts::PI * distance).cos().powi(2),
+        }
+    }
+
+    /// Its mean over the square.
+    pub fn mean(self) -> f64 {
+        match self {
+            TileWindow::Rectangle => 1.0,
+            TileWindow::Hann => 0.25,
+        }
+    }
+}
+
+/// A square patch.
+#[derive(Clone, Copy, Debug)]
+pub struct Tile {
+    /// Its side, in mm.
+    pub side: f64,
+    /// What the field in it is multiplied by.
+    pub window: TileWindow,
+    /// The period of its copies, in mm.
+    pub period: f64,
+}
+
 /// The transform along one axis, for a fixed number of cells; sums for each node of a cell.
 struct AxisTile {
     axis: Axis,
@@ -45,6 +84,7 @@ struct AxisTile {
     cells: usize,
     sums: Vec<Sums>,
     half: f64,
+    window: TileWindow,
     k: f64,
     period: f64,
 }
@@ -66,7 +106,12 @@ struct Placed {
 }
 
 impl AxisTile {
-    fn new(axis: &Axis, band: &Band, k: f64, side: f64, period: f64) -> Self {
+    fn new(axis: &Axis, band: &Band, k: f64, tile: &Tile) -> Self {
+        let Tile {
+            side,
+            window,
+            period,
+        } = *tile;
         let cells = (side / axis.pitch).ceil() as usize + 1;
         let directions = Comb {
             start: band.at(0),
@@ -87,6 +132,7 @@ impl AxisTile {
             cells,
             sums: axis.offsets.iter().map(sums).collect(),
             half: 0.5 * side,
+            window,
             k,
             period,
         }
@@ -95,6 +141,12 @@ impl AxisTile {
     /// The nodes of the patch about a point; patches side by side share none.
     fn range(&self, centre: f64) -> Range<usize> {
         self.axis.below(centre - self.half)..self.axis.below(centre + self.half)
+    }
+
+    /// The window of the patch about a point at a node.
+    fn window_at(&self, node: usize, centre: f64) -> f64 {
+        let distance = (self.axis.node(node) - centre) / (2.0 * self.half);
+        self.window.at(distance)
     }
 
     fn place(&self, centre: f64, carrier: f64) -> Placed {
@@ -106,7 +158,7 @@ impl AxisTile {
         let weights = (0..self.cells * axis.offsets.len())
             .map(|i| match usize::try_from(before + i as i64) {
                 Ok(index) if range.contains(&index) => Complex64::from_polar(
-                    axis.weight(index) / self.period,
+                    axis.weight(index) * self.window_at(index, centre) / self.period,
                     -self.k * carrier * (axis.node(index) - centre),
                 ),
                 _ => Complex64::ZERO,
@@ -151,23 +203,26 @@ impl AxisTile {
 }
 
 impl TileCutter {
-    /// Plans patches of `side` × `side` mm with period `period` mm out of fields on the grid (x, y), onto
-    /// directions in the given bands; `k` is the vacuum wavenumber.
-    pub fn new(
-        [x, y]: [&Axis; 2],
-        bands: &[Band; 2],
-        k: f64,
-        [side, period]: [f64; 2],
-    ) -> TileCutter {
+    /// Plans patches out of fields on the grid (x, y), onto directions in the given bands; `k` is the
+    /// vacuum wavenumber.
+    pub fn new([x, y]: [&Axis; 2], bands: &[Band; 2], k: f64, tile: &Tile) -> TileCutter {
         TileCutter {
-            x: AxisTile::new(x, &bands[0], k, side, period),
-            y: AxisTile::new(y, &bands[1], k, side, period),
+            x: AxisTile::new(x, &bands[0], k, tile),
+            y: AxisTile::new(y, &bands[1], k, tile),
         }
     }
 
     /// The nodes along x and along y that the patch about a point has.
     pub fn nodes(&self, centre: [f64; 2]) -> [Range<usize>; 2] {
         [self.x.range(centre[0]), self.y.range(centre[1])]
+    }
+
+    /// The window along x and along y of the patch about a point, at nodes that it has.
+    pub fn window(&self, centre: [f64; 2], [i, j]: [usize; 2]) -> [f64; 2] {
+        [
+            self.x.window_at(i, centre[0]),
+            self.y.window_at(j, centre[1]),
+        ]
     }
 
     /// The coefficients cₘ of the patch about a point, indexed [m_y, m_x] over the bands.
@@ -222,11 +277,21 @@ mod tests {
 
     use crate::wave::field::{Axis, Field, Grid};
     use crate::wave::patch::Band;
-    use crate::wave::tile::TileCutter;
+    use crate::wave::tile::{Tile, TileCutter, TileWindow};
 
     /// Patches inside, across an edge and around a corner, against the sum as written.
     #[test]
     fn coefficients_match_the_direct_sum() {
+        for window in [TileWindow::Rectangle, TileWindow::Hann] {
+            against_the_sum(&Tile {
+                side: 3.3,
+                window,
+                period: 8.0,
+            });
+        }
+    }
+
+    fn against_the_sum(tile: &Tile) {
         let k = std::f64::consts::TAU;
         let (x, y) = (Axis::gauss(20, 0.5, 0.3, 2), Axis::gauss(16, 0.6, -0.2, 3));
         let mut field = Field::zeros(Grid {
@@ -236,12 +301,12 @@ mod tests {
         for ((j, i), value) in field.values.indexed_iter_mut() {
             *value = Complex64::cis((7 * i * i + 3 * j * i + j) as f64);
         }
-        let (side, period) = (3.3, 8.0);
+        let Tile { side, period, .. } = *tile;
         let bands = [
             Band::between(0.1, 1.0 / period, -0.9, 0.8),
             Band::between(0.0, 1.0 / period, -0.7, 0.95),
         ];
-        let cutter = TileCutter::new([&x, &y], &bands, k, [side, period]);
+        let cutter = TileCutter::new([&x, &y], &bands, k, tile);
         for centre in [[0.37, -0.81], [5.2, 1.0], [-5.9, -6.0]] {
             let modes = cutter.cut(&field, centre);
             let (mut error, mut norm) = (0.0, 0.0);
@@ -251,7 +316,8 @@ mod tests {
                 for ((j, i), u) in field.values.indexed_iter() {
                     let (dx, dy) = (x.node(i) - centre[0], y.node(j) - centre[1]);
                     if dx.abs() <= 0.5 * side && dy.abs() <= 0.5 * side {
-                        let weight = x.weight(i) * y.weight(j) / (period * period);
+                        let window = tile.window.at(dx / side) * tile.window.at(dy / side);
+                        let weight = window * x.weight(i) * y.weight(j) / (period * period);
                         exact += u * Complex64::from_polar(weight, -k * (p[0] * dx + p[1] * dy));
                     }
                 }
