@@ -7,6 +7,7 @@ use num_complex::Complex64;
 
 use crate::engine::beamlets::BeamletPlan;
 use crate::engine::beyond::Beyond;
+use crate::engine::drawn::{Draws, PatchDraws};
 use crate::engine::settings::Settings;
 use crate::engine::shelf::Shelf;
 use crate::engine::sway::Neighbours;
@@ -31,12 +32,22 @@ pub struct Job<'a> {
     pub beyond: &'a Beyond<'a>,
     /// Where its beamlets may be kept for the next time.
     pub shelf: Option<&'a Shelf>,
+    /// How they are drawn, with the hop's number; nothing where all are followed.
+    pub draws: Option<(Draws, u32)>,
 }
 
 impl<'a> Job<'a> {
     /// The hop by which beamlets are chosen.
     pub fn chooser(&self) -> &Hop<'a> {
         self.planned.as_ref().unwrap_or(&self.hop)
+    }
+
+    /// The draws of one patch.
+    pub fn draws_of(&self, patch: usize) -> Option<PatchDraws> {
+        self.draws.map(|(draws, hop)| PatchDraws {
+            draws,
+            at: [hop, patch as u32],
+        })
     }
 }
 

@@ -11,6 +11,7 @@ use num_complex::Complex64;
 use crate::engine::backend::Back;
 use crate::engine::beyond::Beyond;
 use crate::engine::carry::Run;
+use crate::engine::drawn::Draws;
 use crate::engine::light::Light;
 use crate::engine::plan::{Plan, along, plan};
 use crate::engine::rims::{Rimmed, with_rims};
@@ -34,6 +35,16 @@ pub enum BenchError {
     /// It cannot be simulated.
     #[error(transparent)]
     Simulate(#[from] SimulateError),
+    /// Numbers of the system cannot be sought with drawn beamlets.
+    #[error(
+        "drawn beamlets have gradients of pixels only, not of the system's numbers; follow all of them"
+    )]
+    Drawn,
+    /// An anchor is of one hop.
+    #[error(
+        "an anchor takes one element and its sensor, with no rim that cuts light; there are {0} hops"
+    )]
+    Hops(usize),
     /// Its neighbours are other systems.
     #[error(
         "with parameter {0} a little smaller or larger the system has other parts, as when a rim begins to \
@@ -71,6 +82,8 @@ pub struct Bench {
     plans: Vec<Plan>,
     /// For each hop, where the beamlets of the planned system are kept.
     shelves: Vec<Vec<Shelf>>,
+    /// How beamlets are drawn; nothing where all are followed.
+    draws: Option<Draws>,
 }
 
 /// What the way there leaves on one screen.
@@ -157,9 +170,19 @@ impl Bench {
             settings,
             plans,
             shelves: Vec::new(),
+            draws: None,
         };
         bench.shelves = bench.empty_shelves()?;
         Ok(bench)
+    }
+
+    /// The same, with beamlets drawn instead of followed all: an estimate of the field, and of the pixels'
+    /// gradient with the draws held constant. Free hops stay exact.
+    pub fn drawn(&self, draws: Draws) -> Self {
+        Self {
+            draws: Some(draws),
+            ..self.clone()
+        }
     }
 
     /// A shelf for each level of each hop's second screen.
@@ -223,6 +246,9 @@ impl Bench {
         trace: &Trace,
         field_bar: &Array2<Complex64>,
     ) -> Result<Gradient, BenchError> {
+        if self.draws.is_some() && !variations.is_empty() {
+            return Err(BenchError::Drawn);
+        }
         let system = &self.planned.like(system);
         let variations = &rimmed(&self.planned, variations)?;
         let plans = self.plans_for(system)?;
@@ -272,6 +298,72 @@ impl Bench {
         Ok(gradient)
     }
 
+    /// The light of a system of one hop, before and behind its element.
+    ///
+    /// # Errors
+    /// [`BenchError::Hops`] for more; as [`Bench::forward`].
+    pub fn pass(&self, system: &System) -> Result<Passed, BenchError> {
+        let (system, plans) = self.one_hop(system)?;
+        let light = Arriving::from_source(&system);
+        let (from, leaving) = (&system.screens[0], leaving(&plans[0]));
+        let (arrived, behind) = light.pass(&system, from, leaving, &self.settings)?;
+        Ok(Passed { arrived, behind })
+    }
+
+    /// Carries a field behind the element of such a system to its sensor.
+    ///
+    /// # Errors
+    /// As [`Bench::pass`].
+    pub fn through(&self, system: &System, behind: &Field) -> Result<Field, BenchError> {
+        let (system, plans) = self.one_hop(system)?;
+        let mut values = Array2::zeros((0, 0));
+        for hop in system.hops() {
+            let (run, raster, reach) = self.run(0, hop, &plans)?;
+            let carried = run.carry(behind, raster, reach, &|_| ());
+            values = carried.map_err(SimulateError::from)?.0.into_middle();
+        }
+        let grid = sensor_grid(sensor_of(&system)?);
+        Ok(Field { grid, values })
+    }
+
+    /// The conjugate transpose of [`Bench::through`]: the cotangent behind the element. Of the light there, only what
+    /// is drawn or too weak counts.
+    ///
+    /// # Errors
+    /// As [`Bench::pass`].
+    pub fn through_adjoint(
+        &self,
+        system: &System,
+        behind: &Field,
+        field_bar: &Array2<Complex64>,
+    ) -> Result<Field, BenchError> {
+        let (system, plans) = self.one_hop(system)?;
+        let mut bar = Field::zeros(behind.grid.clone());
+        for hop in system.hops() {
+            let (run, raster, reach) = self.run(0, hop, &plans)?;
+            let mut back = Back {
+                from_bar: &mut bar.values,
+                neighbours: &[],
+                parameters: &mut [],
+            };
+            let sheets_bar = std::slice::from_ref(field_bar);
+            run.carry_adjoint(behind, raster, reach, sheets_bar, &mut back);
+        }
+        Ok(bar)
+    }
+
+    /// A system of one hop as it is planned, and its plan.
+    fn one_hop(&self, system: &System) -> Result<(System, Vec<Plan>), BenchError> {
+        let system = self.planned.like(system);
+        match system.trains.len() {
+            1 => {
+                let plans = self.plans_for(&system)?;
+                Ok((system, plans))
+            }
+            more => Err(BenchError::Hops(more)),
+        }
+    }
+
     /// The plans for a system that has changed a little: free hops have its distances.
     fn plans_for(&self, system: &System) -> Result<Vec<Plan>, BenchError> {
         let update = |(plan, hop): (&Plan, Hop)| match plan {
@@ -311,6 +403,7 @@ impl Bench {
             settings: &self.settings,
             beyond: Beyond::none(),
             shelves: if planned.is_none() { shelves } else { &[] },
+            draws: self.draws,
         };
         Ok((run, raster, reach))
     }

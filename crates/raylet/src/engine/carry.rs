@@ -7,6 +7,7 @@ use num_complex::Complex64;
 use crate::engine::backend::{Back, Backend, Job};
 use crate::engine::beyond::Beyond;
 use crate::engine::cpu::Cpu;
+use crate::engine::drawn::Draws;
 use crate::engine::paper;
 use crate::engine::paper_plan::Address;
 use crate::engine::plan::{Plan, along};
@@ -46,6 +47,8 @@ pub struct Run<'a> {
     pub beyond: &'a Beyond<'a>,
     /// Where beamlets may be kept for the next time, for each level of the second screen.
     pub shelves: &'a [Shelf],
+    /// How beamlets are drawn; nothing where all are followed.
+    pub draws: Option<Draws>,
 }
 
 impl<'a> Run<'a> {
@@ -64,6 +67,7 @@ impl<'a> Run<'a> {
             settings,
             beyond,
             shelves: &[],
+            draws: None,
         }
     }
 
@@ -213,6 +217,7 @@ impl<'a> Run<'a> {
                     settings,
                     beyond: self.beyond,
                     shelf: self.shelves.first(),
+                    draws: self.draws.map(|draws| (draws, self.number as u32)),
                 };
                 let mut canvas = Canvas::new(*raster);
                 let patches = 0..Cpu.patches(&job, field);
@@ -256,6 +261,7 @@ impl<'a> Run<'a> {
                     settings,
                     beyond: self.beyond,
                     shelf: self.shelves.first(),
+                    draws: self.draws.map(|draws| (draws, self.number as u32)),
                 };
                 let canvas = Canvas::holding(*raster, bar);
                 let patches = 0..Cpu.patches(&job, field);

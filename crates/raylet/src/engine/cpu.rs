@@ -15,6 +15,7 @@ use crate::engine::aim::{Seats, aim};
 use crate::engine::backend::{Back, Backend, Job};
 use crate::engine::beamlets::MARGIN;
 use crate::engine::census::Census;
+use crate::engine::drawn::Drawing;
 use crate::engine::fan::reach;
 use crate::engine::look::Looks;
 use crate::engine::shelf::Aims;
@@ -64,6 +65,7 @@ impl Backend for Cpu {
 
         let shelved = cutter.shelved(to);
         let one = |index: usize, spectrum: &Spectrum, to: &Canvas| match shelved {
+            _ if job.draws.is_some() => draw(job, (index, spectrum), to),
             Some(all) => {
                 let aims = all[index].as_ref();
                 let lit = aims.map(|aims| lit(aims, spectrum, strength.floor));
@@ -107,7 +109,9 @@ impl Backend for Cpu {
         let cutter = Cutter::new(job, from);
         let sways = sways(job, back.neighbours);
         let (mut kept, mut floor) = (None, 0.0);
-        if job.settings.weakest_mode() > 0.0 {
+        if job.draws.is_some() {
+            kept = cutter.keep();
+        } else if job.settings.weakest_mode() > 0.0 {
             kept = cutter.keep();
             floor = cutter.census(&kept).floor(job.settings);
         }
@@ -119,6 +123,7 @@ impl Backend for Cpu {
             floor == 0.0 || found().is_some_and(|energy| energy >= floor)
         };
         let one = |index: usize| match shelved {
+            _ if job.draws.is_some() => drawn_aims(&cutter, &kept, index, to_bar).map(Cow::Owned),
             Some(all) if floor == 0.0 => all[index].as_ref().map(Cow::Borrowed),
             Some(all) => {
                 let aims = all[index].as_ref()?;
@@ -259,7 +264,7 @@ impl<'a> Cutter<'a> {
 
     /// The beamlets of all patches to a canvas, if they may be kept from run to run and fit.
     fn shelved(&self, to: &Canvas) -> Option<&'a [Option<Aims>]> {
-        let shelf = self.job.shelf?;
+        let shelf = self.job.shelf.filter(|_| self.job.draws.is_none())?;
         let (grid, raster) = (&self.field.grid, to.raster());
         if shelf.is_new() {
             let all = 0..self.patches.count();
@@ -335,6 +340,47 @@ fn spread(
     (arrivals, tally)
 }
 
+/// The drawn beamlets of one patch, given with its number, that reach the target.
+fn draw(job: &Job, (patch, spectrum): (usize, &Spectrum), to: &Canvas) -> (Vec<Arrival>, Tally) {
+    let mut tally = Tally::default();
+    let mut arrivals = Vec::new();
+    let (Some(draws), Ok(seats)) = (job.draws_of(patch), Seats::new(job, spectrum.centre)) else {
+        tally.add_energy(Fate::Lost(Loss::Missed), spectrum.energy);
+        return (arrivals, tally);
+    };
+    let mut looks = Looks::new(job, patch, spectrum.centre, f64::INFINITY);
+    let weights = draws.weights(&spectrum.coefficients);
+    for ((place, weight), c) in weights.indexed_iter().zip(&spectrum.coefficients) {
+        if *weight == 0.0 {
+            continue;
+        }
+        let mode = [spectrum.first[0] + place.1, spectrum.first[1] + place.0];
+        let fate = match aim(job, &seats, mode, to, &mut looks) {
+            Ok(aimed) => {
+                let mut arrival = aimed.arrival;
+                arrival.amplitude *= c * *weight;
+                arrivals.push(arrival);
+                Fate::Arrived
+            }
+            Err(fate) => fate,
+        };
+        tally.count(fate, c.norm_sqr() * weight);
+    }
+    (arrivals, tally)
+}
+
+/// The beamlets of one patch that its draws ask for on the way back: those drawn, or all where each is compared.
+fn drawn_aims(cutter: &Cutter, kept: &Kept, index: usize, to: &Canvas) -> Option<Aims> {
+    let draws = cutter.job.draws_of(index)?;
+    if let Drawing::Gumbel { .. } = draws.draws.drawing {
+        return aims(cutter, index, to, &|_, _| true);
+    }
+    let weights = cutter.with(kept, index, |spectrum| {
+        draws.weights(&spectrum.coefficients)
+    })?;
+    aims(cutter, index, to, &|_, place| weights[place] != 0.0)
+}
+
 /// Follows one beamlet to the target.
 fn follow(
     job: &Job,
@@ -389,6 +435,10 @@ fn give_back(
     let mut bar = Array2::zeros([aims.modes[1].len(), aims.modes[0].len()]);
     for ((place, arrival), moments) in aims.places.iter().zip(&aims.arrivals).zip(&moments) {
         bar[*place] = arrival.amplitude.conj() * moments[0];
+    }
+    if let Some(draws) = cutter.job.draws_of(aims.index) {
+        let weigh = |spectrum: &Spectrum| draws.weights_adjoint(&spectrum.coefficients, &bar);
+        bar = cutter.with(kept, aims.index, weigh).unwrap_or(bar);
     }
     let pulled = pulled(cutter, kept, aims, sways, &moments);
     (cutter.cut_adjoint(aims.index, &aims.modes, &bar), pulled)

@@ -3,6 +3,7 @@
 pub mod account;
 pub mod advice;
 pub mod aim;
+pub mod anchor;
 pub mod backend;
 pub mod beamlets;
 pub mod bench;
@@ -12,6 +13,7 @@ pub mod carry;
 pub mod census;
 pub mod cpu;
 pub mod directions;
+pub mod drawn;
 pub mod eikonal;
 pub mod facet;
 pub mod fan;

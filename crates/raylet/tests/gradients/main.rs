@@ -2,4 +2,5 @@
 
 mod chain;
 mod differences;
+mod drawn;
 mod stage;

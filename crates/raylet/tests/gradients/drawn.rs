@@ -1,0 +1,166 @@
+//! Drawn beamlets: estimates whose mean is the exact field and gradient, and the control variate that quiets them.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::anchor::Anchor;
+use raylet::engine::bench::{Bench, BenchError};
+use raylet::engine::drawn::{Drawing, Draws, PatchDraws};
+use raylet::optics::doe::PixelForm;
+use raylet::optics::system::System;
+use raylet::wave::field::Field;
+use raylet::wave::metrics::field_error;
+
+use crate::stage::{exact, lens, lit, noise, pixels, screen, sensor};
+
+/// Pixels, two lens faces and a sensor.
+fn behind_lens() -> System {
+    lit(
+        vec![
+            screen(0.0, pixels(7, 4.0, 2, PixelForm::Box)),
+            screen(330.0, sensor(12, 2.0)),
+        ],
+        vec![lens()],
+    )
+}
+
+fn draws(drawing: Drawing, each: usize, seed: u64) -> Draws {
+    Draws {
+        drawing,
+        each,
+        seed,
+    }
+}
+
+fn dot(a: &Array2<Complex64>, b: &Array2<Complex64>) -> Complex64 {
+    a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+}
+
+fn distance(a: &Array2<Complex64>, b: &Array2<Complex64>) -> f64 {
+    field_error(a.view(), b.view()).unwrap()
+}
+
+/// The same draws there and back: Σ Ū* Â u = Σ (ÂᴴŪ)* u.
+#[test]
+fn drawn_hops_are_transposed() {
+    let system = behind_lens();
+    let bench = Bench::new(&system, &[], &exact()).unwrap();
+    let behind = bench.pass(&system).unwrap().behind;
+    for drawing in [Drawing::WithoutReplacement, Drawing::Multinomial] {
+        let drawn = bench.drawn(draws(drawing, 20, 5));
+        let field = drawn.through(&system, &behind).unwrap().values;
+        let field_bar = noise([12, 12], 40);
+        let bar = drawn
+            .through_adjoint(&system, &behind, &field_bar)
+            .unwrap()
+            .values;
+        let error = (dot(&field_bar, &field) - dot(&bar, &behind.values)).norm();
+        let error = error / dot(&field_bar, &field).norm();
+        println!("{drawing:?}: {error:.1e}");
+        assert!(error < 1e-12, "{error:e}");
+    }
+}
+
+/// The mean of many estimates is the exact field, and so is one estimate without replacement of all modes.
+#[test]
+fn estimates_have_the_exact_mean() {
+    let system = behind_lens();
+    let bench = Bench::new(&system, &[], &exact()).unwrap();
+    let whole = bench.forward(&system).unwrap().field.values;
+    let all = bench.drawn(draws(Drawing::WithoutReplacement, usize::MAX, 1));
+    let field = all.forward(&system).unwrap().field.values;
+    assert!(distance(&field, &whole) < 1e-12);
+
+    let drawings = [
+        Drawing::WithoutReplacement,
+        Drawing::Multinomial,
+        Drawing::Gumbel { temperature: 1.0 },
+    ];
+    for drawing in drawings {
+        let (mut sum, mut square) = (Array2::<Complex64>::zeros(whole.raw_dim()), 0.0);
+        let seeds = 36;
+        for seed in 1..=seeds {
+            let drawn = bench.drawn(draws(drawing, 16, seed));
+            let field = drawn.forward(&system).unwrap().field.values;
+            square += distance(&field, &whole).powi(2);
+            sum += &field;
+        }
+        let one = (square / seeds as f64).sqrt();
+        let mean = distance(&(sum / seeds as f64), &whole) * (seeds as f64).sqrt();
+        println!("{drawing:?}: one estimate {one:.3}, the mean's error times 6 {mean:.3}");
+        assert!(
+            one > 0.05 && (0.7..1.4).contains(&(mean / one)),
+            "{one} {mean}"
+        );
+    }
+}
+
+/// At its anchor an estimate is exact whatever is drawn; near it, it is far better than without.
+#[test]
+fn anchors_quiet_the_noise() {
+    let system = behind_lens();
+    let bench = Bench::new(&system, &[], &exact()).unwrap();
+    let target = noise([12, 12], 41);
+    let field_bar = |field: &Field| &field.values - &target;
+    let anchor = Anchor::new(&bench, &system, field_bar).unwrap();
+    let nearby = {
+        let mut system = system.clone();
+        let raylet::optics::screen::Act::Doe(doe) = &mut system.screens[0].act else {
+            unreachable!("it is an element")
+        };
+        let values = &mut doe.free_pixels_mut().unwrap().values;
+        let turn = noise([7, 7], 42);
+        values.zip_mut_with(&turn, |v, turn| *v *= Complex64::cis(0.2 * turn.re));
+        system
+    };
+
+    let drawn = bench.drawn(draws(Drawing::WithoutReplacement, 16, 3));
+    for (system, [field_limit, pixel_limit]) in [(&system, [1e-12; 2]), (&nearby, [0.1; 2])] {
+        let exact = bench.forward(system).unwrap();
+        let bar = field_bar(&exact.field);
+        let whole = bench.adjoint(system, &[], &exact, &bar).unwrap().pixels[0].clone();
+        let trace = anchor.forward(&drawn, system).unwrap();
+        let bar = field_bar(&trace.field);
+        let estimate = anchor
+            .forward_adjoint(&drawn, system, &trace, &bar)
+            .unwrap();
+        let field = distance(&trace.field.values, &exact.field.values);
+        let alone = drawn.forward(system).unwrap().field.values;
+        let alone = distance(&alone, &exact.field.values);
+        let pixels = distance(estimate.pixels[0].as_ref().unwrap(), &whole.unwrap());
+        println!("field {field:.1e} (without anchor {alone:.2}), pixels {pixels:.1e}");
+        assert!(field < field_limit && pixels < pixel_limit);
+        assert!(field < 0.3 * alone);
+    }
+}
+
+/// Straight through is no unbiased way: of a linear loss its mean is the gradient only as the temperature falls.
+#[test]
+fn soft_maxima_bias_the_gradient() {
+    let (modes, b) = (noise([2, 3], 60), noise([2, 3], 61));
+    let bias = |temperature: f64| {
+        let mut sum = Array2::<Complex64>::zeros((2, 3));
+        let seeds = 40_000;
+        for seed in 0..seeds {
+            let draws = PatchDraws {
+                draws: draws(Drawing::Gumbel { temperature }, 1, seed),
+                at: [0, 0],
+            };
+            sum += &draws.weights_adjoint(&modes, &b);
+        }
+        distance(&(sum / seeds as f64), &b)
+    };
+    let [cold, warm, hot] = [0.1, 1.0, 10.0].map(bias);
+    println!("bias {cold:.3} at 0.1, {warm:.3} at 1, {hot:.3} at 10");
+    assert!(cold < 0.05 && warm > 2.0 * cold && hot > warm);
+}
+
+/// What cannot be drawn is refused.
+#[test]
+fn anchors_take_one_hop() {
+    let mut screens = behind_lens().screens;
+    screens.insert(1, screen(300.0, pixels(4, 4.0, 5, PixelForm::Box)));
+    let two = lit(screens, vec![lens(), vec![]]);
+    let bench = Bench::new(&two, &[], &exact()).unwrap();
+    let refused = Anchor::new(&bench, &two, |field| field.values.clone());
+    assert_eq!(refused.err(), Some(BenchError::Hops(2)));
+}
