@@ -39,6 +39,8 @@ def load(path: str | os.PathLike[str]) -> System:
     scene = _raylet.Scene.read(os.fspath(path))
     system = System.__new__(System)
     system._document = _without_none(json.loads(scene.to_json()))
+    waves = system._document["wavelength_um"]
+    system._document["wavelength_um"] = waves[0] if len(waves) == 1 else waves
     system._name, system._scene, system._arrays = os.fspath(path), scene, {}
     system.field_deg = system.field_mm = None
     return system
