@@ -29,19 +29,25 @@ from raylet.layers import (
     vortex,
     zernike,
 )
+from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
 from raylet.result import Result
 from raylet.system import System, glasses, load
 from raylet.trace import Rays
 
 __all__ = [
+    "Beams",
     "RayletError",
     "Rays",
     "Result",
+    "Secondary",
     "System",
     "__version__",
     "annulus",
     "axicon",
+    "beams",
     "disc",
+    "gather",
+    "gather_adjoint",
     "glasses",
     "grating",
     "height",
@@ -53,6 +59,7 @@ __all__ = [
     "polygon",
     "radial",
     "rectangle",
+    "scatter",
     "superposition",
     "vortex",
     "zernike",

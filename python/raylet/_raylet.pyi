@@ -64,13 +64,10 @@ def scatter_adjoint(
     rays: tuple[Mapping[str, Any], Mapping[str, Any]],
     drawn: tuple[Mapping[str, Any], _Complex],
 ) -> tuple[_Complex | None, _Complex]: ...
-def gather(
-    scene: Scene, channel: int, bundle: Mapping[str, Any], ways: Mapping[str, Any] | None, sum: tuple[str, float]
-) -> _Complex: ...
+def beams(
+    place: tuple[Scene, _Arrays, int], bundle: Mapping[str, Any], ways: Mapping[str, Any]
+) -> tuple[_Complex, _Complex]: ...
+def gather(place: tuple[Scene, _Arrays, int], bundle: Mapping[str, Any], sum: Mapping[str, Any]) -> _Complex: ...
 def gather_adjoint(
-    scene: Scene,
-    channel: int,
-    rays: tuple[Mapping[str, Any], Mapping[str, Any] | None],
-    sum: tuple[str, float],
-    field_bar: Any,
+    place: tuple[Scene, _Arrays, int], bundle: Mapping[str, Any], sum: Mapping[str, Any], field_bar: _Complex
 ) -> dict[str, Any]: ...

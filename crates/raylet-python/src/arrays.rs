@@ -70,7 +70,7 @@ pub(crate) fn guard<'py>(name: &str, array: &Bound<'py, PyAny>) -> PyResult<Guar
 }
 
 /// Refuses memory that cannot be read as it lies.
-fn check_memory<T: Element, D: numpy::ndarray::Dimension>(
+pub(crate) fn check_memory<T: Element, D: numpy::ndarray::Dimension>(
     name: &str,
     array: &numpy::PyReadonlyArray<'_, T, D>,
 ) -> PyResult<()> {
@@ -94,22 +94,21 @@ pub(crate) fn column<T: Element + Copy>(
     Ok(view.to_vec())
 }
 
-/// Columns of `N` numbers, one for each ray.
+/// Rows of `N` numbers, one for each ray.
 ///
 /// # Errors
 /// ValueError for arrays of another width.
-pub(crate) fn columns<const N: usize>(
+pub(crate) fn columns<T: Element + Copy, const N: usize>(
     name: &str,
-    array: &PyReadonlyArray2<'_, f64>,
-) -> PyResult<Vec<[f64; N]>> {
+    array: &PyReadonlyArray2<'_, T>,
+) -> PyResult<Vec<[T; N]>> {
     check_memory(name, array)?;
-    let view: ArrayView2<f64> = array.as_array();
+    let view: ArrayView2<T> = array.as_array();
     if view.ncols() != N {
         let shape = view.shape();
-        return Err(PyValueError::new_err(format!(
-            "{name}: an array of shape {shape:?}, expected (rays, {N})"
-        )));
+        let told = format!("{name}: an array of shape {shape:?}, expected (rays, {N})");
+        return Err(PyValueError::new_err(told));
     }
-    let row = |row: ArrayView1<f64>| std::array::from_fn(|i| row[i]);
+    let row = |row: ArrayView1<T>| std::array::from_fn(|i| row[i]);
     Ok(view.rows().into_iter().map(row).collect())
 }

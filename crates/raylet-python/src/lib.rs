@@ -31,6 +31,7 @@ fn _raylet(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_function(wrap_pyfunction!(look::glasses, module)?)?;
     module.add_function(wrap_pyfunction!(rays::scatter, module)?)?;
     module.add_function(wrap_pyfunction!(rays::scatter_adjoint, module)?)?;
+    module.add_function(wrap_pyfunction!(rays::beams, module)?)?;
     module.add_function(wrap_pyfunction!(rays::gather, module)?)?;
     module.add_function(wrap_pyfunction!(rays::gather_adjoint, module)?)
 }

@@ -1,6 +1,6 @@
 //! Rays of another tracer at a system's element and on its sensor.
 
-use ndarray::{Array1, Array2};
+use ndarray::{Array1, Array2, ArrayView2};
 use num_complex::Complex64;
 use numpy::{
     PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
@@ -12,13 +12,14 @@ use raylet::engine::scatter::Scatter;
 use raylet::engine::scattering::{Coverage, Drawing, Scattering};
 use raylet::engine::secondary::Secondary;
 use raylet::engine::settings::Sampler;
+use raylet::math::vec3::Vec3;
 use raylet::optics::bundle::Rays;
 use raylet::optics::screen::Screen;
 use raylet::wave::beams::{Beams, Jacobians};
-use raylet::wave::collect::{Collector, Wavelet};
+use raylet::wave::collect::{CollectError, Collector, Wavelet};
 use raylet::wave::window::Synthesis;
 
-use crate::arrays::{column, columns, guard};
+use crate::arrays::{check_memory, column, columns};
 use crate::refusal::error;
 use crate::scene::Scene;
 use crate::watch::pool;
@@ -111,7 +112,7 @@ fn at_element<T: Send>(
     py: Python<'_>,
     (scene, arrays, name, channel): (&Scene, &Bound<'_, PyDict>, &str, usize),
     (bundle, choices): (&Bundle<'_>, &Choices<'_>),
-    work: impl FnOnce(&Scatter) -> Result<T, String> + Send,
+    work: impl FnOnce(&Screen, &Scatter) -> Result<T, String> + Send,
 ) -> PyResult<T> {
     let system = scene.system(py, arrays, channel)?;
     let found = system.screens.iter().find(|screen| screen.name == name);
@@ -121,7 +122,7 @@ fn at_element<T: Send>(
     let curvature = choices
         .curvature
         .as_ref()
-        .map(|array| columns::<3>("curvature", array))
+        .map(|array| columns::<f64, 3>("curvature", array))
         .transpose()?;
     let (settings, pool) = (choices.scattering(), pool(None)?);
     let wavelength = system.wavelength;
@@ -134,24 +135,32 @@ fn at_element<T: Send>(
                 curvature.as_deref(),
                 settings,
             );
-            work(&scatter.map_err(|told| told.to_string())?)
+            work(screen, &scatter.map_err(|told| told.to_string())?)
         })
     });
     done.map_err(|told| error(py, told))
 }
 
-fn three<'py>(py: Python<'py>, rows: &[[f64; 3]]) -> Bound<'py, PyArray2<f64>> {
-    let array = Array2::from_shape_fn((rows.len(), 3), |(i, j)| rows[i][j]);
-    PyArray2::from_owned_array(py, array)
-}
-
-fn two<'py>(py: Python<'py>, rows: &[[f64; 2]]) -> Bound<'py, PyArray2<f64>> {
-    let array = Array2::from_shape_fn((rows.len(), 2), |(i, j)| rows[i][j]);
+/// Rows of `N` numbers as an array (rows, N).
+fn rows<'py, T: numpy::Element + Copy, const N: usize>(
+    py: Python<'py>,
+    rows: &[[T; N]],
+) -> Bound<'py, PyArray2<T>> {
+    let array = Array2::from_shape_fn((rows.len(), N), |(i, j)| rows[i][j]);
     PyArray2::from_owned_array(py, array)
 }
 
 fn one<T: numpy::Element>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyArray1<T>> {
     PyArray1::from_owned_array(py, Array1::from_vec(values))
+}
+
+/// The x, y and z axes of the plane that touches a screen at a global point on it.
+fn touching(screen: &Screen, [x, y, z]: [f64; 3]) -> [f64; 9] {
+    let local = screen.frame.to_local(Vec3::new(x, y, z));
+    let plane = screen.tangent([local.x, local.y]);
+    let frame = plane.map_or(screen.frame, |plane| plane.frame);
+    let [x, y, z] = [frame.x, frame.y, frame.z];
+    [x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z]
 }
 
 /// The rays that leave an element, as a dictionary of arrays.
@@ -165,18 +174,23 @@ pub(crate) fn scatter<'py>(
     choices: Choices<'py>,
 ) -> PyResult<Bound<'py, PyDict>> {
     let (name, channel) = place;
-    let (made, unevenness) = at_element(
-        py,
-        (scene, arrays, &name, channel),
-        (&bundle, &choices),
-        |scatter| Ok((scatter.scatter(0..usize::MAX), scatter.unevenness())),
-    )?;
+    let at = (scene, arrays, name.as_str(), channel);
+    let (made, axes, unevenness) = at_element(py, at, (&bundle, &choices), |screen, scatter| {
+        let made = scatter.scatter(0..usize::MAX);
+        let axes: Vec<[f64; 9]> = made
+            .position
+            .iter()
+            .map(|at| touching(screen, *at))
+            .collect();
+        Ok((made, axes, scatter.unevenness()))
+    })?;
     let answer = PyDict::new(py);
     let index = |i: &usize| *i as i64;
     let mode: Vec<i64> = made.mode.iter().flatten().map(index).collect();
-    answer.set_item("position", three(py, &made.position))?;
-    answer.set_item("direction", three(py, &made.direction))?;
-    answer.set_item("window", three(py, &made.window))?;
+    answer.set_item("position", rows(py, &made.position))?;
+    answer.set_item("direction", rows(py, &made.direction))?;
+    answer.set_item("window", rows(py, &made.window))?;
+    answer.set_item("axes", rows(py, &axes).reshape([axes.len(), 3, 3])?)?;
     answer.set_item(
         "parent",
         one(py, made.parent.iter().map(index).collect::<Vec<i64>>()),
@@ -246,7 +260,7 @@ pub(crate) fn scatter_adjoint<'py>(
     let ((name, channel), (bundle, choices)) = (place, rays);
     let (secondary, bar) = (drawn.0.secondary()?, column("weight_bar", &drawn.1)?);
     let at = (scene, arrays, name.as_str(), channel);
-    let (pixels, weight) = at_element(py, at, (&bundle, &choices), move |scatter| {
+    let (pixels, weight) = at_element(py, at, (&bundle, &choices), move |_, scatter| {
         let back = scatter
             .weigh_adjoint(&secondary, &bar)
             .map_err(|told| told.to_string())?;
@@ -277,153 +291,184 @@ struct Legs {
 
 impl Ways<'_> {
     fn legs(&self) -> PyResult<Legs> {
+        check_memory("jacobian", &self.jacobian)?;
         let view = self.jacobian.as_array();
-        let (_, rows, columns_) = view.dim();
-        if (rows, columns_) != (4, 4) {
-            let shape = view.shape();
-            return Err(PyValueError::new_err(format!(
-                "jacobian: an array of shape {shape:?}, expected (rays, 4, 4)"
-            )));
+        let (_, rows, across) = view.dim();
+        if (rows, across) != (4, 4) {
+            let told = format!(
+                "jacobian: an array of shape {:?}, expected (rays, 4, 4)",
+                view.shape()
+            );
+            return Err(PyValueError::new_err(told));
         }
         let images = self
             .images
             .as_ref()
             .map(|array| column("images", array))
             .transpose()?;
-        let count = |i: i64| {
-            u32::try_from(i).map_err(|_| PyValueError::new_err("images: a negative or huge number"))
-        };
-        let images = images
-            .map(|all| all.into_iter().map(count).collect::<PyResult<_>>())
-            .transpose()?;
-        let matrices = view.outer_iter();
+        let refuse = |_| PyValueError::new_err("images: a negative or huge number");
+        let count = |i: i64| u32::try_from(i).map_err(refuse);
+        let counted = |all: Vec<i64>| all.into_iter().map(count).collect::<PyResult<_>>();
+        let matrix =
+            |m: ArrayView2<f64>| std::array::from_fn(|i| std::array::from_fn(|j| m[[i, j]]));
         Ok(Legs {
-            jacobian: matrices
-                .map(|m| std::array::from_fn(|i| std::array::from_fn(|j| m[[i, j]])))
-                .collect(),
+            jacobian: view.outer_iter().map(matrix).collect(),
             window: columns("window", &self.window)?,
             cosine: column("cosine", &self.cosine)?,
-            images,
+            images: images.map(counted).transpose()?,
         })
     }
 }
 
-/// How rays are summed: "beamlet", "prefactor" or "plain", and to which tolerance.
-type Sum = (String, f64);
+/// A scene with its arrays, and the index of a wavelength.
+type Place<'py> = (PyRef<'py, Scene>, Bound<'py, PyDict>, usize);
 
 /// Does something with rays on the sensor of a system.
 fn on_sensor<T: Send>(
     py: Python<'_>,
-    (scene, channel): (&Scene, usize),
-    (bundle, ways): (&Bundle<'_>, Option<&Ways<'_>>),
-    (kind, tolerance): Sum,
-    work: impl FnOnce(&Collector, &Rays, &Wavelet) -> Result<T, String> + Send,
+    (scene, arrays, channel): &Place<'_>,
+    (bundle, tolerance): (&Bundle<'_>, f64),
+    work: impl FnOnce(&Collector, &Rays, f64) -> Result<T, CollectError> + Send,
 ) -> PyResult<T> {
-    let system = scene.system(py, &PyDict::new(py), channel)?;
+    let system = scene.system(py, arrays, *channel)?;
     let screen = system
         .screens
         .last()
         .ok_or_else(|| error(py, "no sensor"))?;
-    let (held, legs) = (bundle.columns()?, ways.map(Ways::legs).transpose()?);
-    let pool = pool(None)?;
-    let wavelength = system.wavelength;
+    let (held, pool, wavelength) = (bundle.columns()?, pool(None)?, system.wavelength);
     let done = py.detach(|| {
         pool.install(|| {
-            let collector =
-                Collector::new(screen, wavelength, tolerance).map_err(|told| told.to_string())?;
-            let rays = held.rays();
-            let beams = match (kind.as_str(), &legs) {
-                ("plain", _) => None,
-                ("beamlet" | "prefactor", Some(legs)) => {
-                    let jacobians = Jacobians {
-                        jacobian: &legs.jacobian,
-                        window: &legs.window,
-                        cosine: &legs.cosine,
-                        images: legs.images.as_deref(),
-                    };
-                    let hits = collector.hits(&rays).map_err(|told| told.to_string())?;
-                    let k = std::f64::consts::TAU / wavelength;
-                    Some(
-                        Beams::from_jacobians(&jacobians, &hits, k)
-                            .map_err(|told| told.to_string())?,
-                    )
-                }
-                ("beamlet" | "prefactor", None) => {
-                    return Err(format!("no Jacobians, expected them for wavelet '{kind}'"));
-                }
-                _ => {
-                    return Err(format!(
-                        "wavelet '{kind}', expected 'beamlet', 'prefactor' or 'plain'"
-                    ));
-                }
-            };
-            let wavelet = match (&beams, kind.as_str()) {
-                (Some(beams), "beamlet") => Wavelet::Beamlet(beams),
-                (Some(beams), _) => Wavelet::Prefactor(beams),
-                (None, _) => Wavelet::Plain,
-            };
-            work(&collector, &rays, &wavelet)
+            let collector = Collector::new(screen, wavelength, tolerance)?;
+            work(&collector, &held.rays(), std::f64::consts::TAU / wavelength)
         })
     });
     done.map_err(|told| error(py, told))
+}
+
+/// The amplitudes (rays,) and curvatures (rays, 3) in 1/mm of the beamlets of rays on the sensor.
+#[pyfunction]
+pub(crate) fn beams<'py>(
+    py: Python<'py>,
+    place: Place<'py>,
+    bundle: Bundle<'py>,
+    ways: Ways<'py>,
+) -> PyResult<(
+    Bound<'py, PyArray1<Complex64>>,
+    Bound<'py, PyArray2<Complex64>>,
+)> {
+    let legs = ways.legs()?;
+    let made = on_sensor(py, &place, (&bundle, 1e-3), |collector, rays, k| {
+        let jacobians = Jacobians {
+            jacobian: &legs.jacobian,
+            window: &legs.window,
+            cosine: &legs.cosine,
+            images: legs.images.as_deref(),
+        };
+        Ok(Beams::from_jacobians(
+            &jacobians,
+            &collector.hits(rays)?,
+            k,
+        )?)
+    })?;
+    Ok((one(py, made.amplitude), rows(py, &made.curvature)))
+}
+
+/// How rays are summed: the shape of what each adds, "beamlet", "prefactor" or "plain"; with beamlets for the first
+/// two, amplitudes (rays,) and curvatures (rays, 3); and to which tolerance.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Sum<'py> {
+    wavelet: String,
+    amplitude: Option<PyReadonlyArray1<'py, Complex64>>,
+    curvature: Option<PyReadonlyArray2<'py, Complex64>>,
+    tolerance: f64,
+}
+
+/// A wavelet that holds its beamlets.
+enum Held {
+    Plain,
+    Prefactor(Beams),
+    Beamlet(Beams),
+}
+
+impl Held {
+    fn wavelet(&self) -> Wavelet<'_> {
+        match self {
+            Held::Plain => Wavelet::Plain,
+            Held::Prefactor(beams) => Wavelet::Prefactor(beams),
+            Held::Beamlet(beams) => Wavelet::Beamlet(beams),
+        }
+    }
+}
+
+impl Sum<'_> {
+    fn held(&self) -> PyResult<Held> {
+        let beams = || {
+            let (Some(amplitude), Some(curvature)) = (&self.amplitude, &self.curvature) else {
+                let told = format!("no beams, expected them for wavelet '{}'", self.wavelet);
+                return Err(PyValueError::new_err(told));
+            };
+            Ok(Beams {
+                amplitude: column("amplitude", amplitude)?,
+                curvature: columns("curvature", curvature)?,
+            })
+        };
+        match self.wavelet.as_str() {
+            "plain" => Ok(Held::Plain),
+            "prefactor" => Ok(Held::Prefactor(beams()?)),
+            "beamlet" => Ok(Held::Beamlet(beams()?)),
+            other => {
+                let told =
+                    format!("wavelet is '{other}', expected 'beamlet', 'prefactor' or 'plain'");
+                Err(PyValueError::new_err(told))
+            }
+        }
+    }
 }
 
 /// The field that rays bring to the pixel centres of the sensor, [y, x].
 #[pyfunction]
 pub(crate) fn gather<'py>(
     py: Python<'py>,
-    scene: &Scene,
-    channel: usize,
+    place: Place<'py>,
     bundle: Bundle<'py>,
-    ways: Option<Ways<'py>>,
-    sum: Sum,
+    sum: Sum<'py>,
 ) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
+    let held = sum.held()?;
     let field = on_sensor(
         py,
-        (scene, channel),
-        (&bundle, ways.as_ref()),
-        sum,
-        |collector, rays, wavelet| {
-            collector
-                .collect(rays, wavelet)
-                .map_err(|told| told.to_string())
-        },
+        &place,
+        (&bundle, sum.tolerance),
+        |collector, rays, _| collector.collect(rays, &held.wavelet()),
     )?;
     Ok(PyArray2::from_owned_array(py, field))
 }
 
 /// The conjugate transpose of [`gather`], as a dictionary of arrays: cotangents of weight, path (1/mm), place and
-/// optical cosines on the sensor's axes.
+/// optical cosines on the sensor's axes; of beamlets their amplitudes and curvatures too.
 #[pyfunction]
 pub(crate) fn gather_adjoint<'py>(
     py: Python<'py>,
-    scene: &Scene,
-    channel: usize,
-    rays: (Bundle<'py>, Option<Ways<'py>>),
-    sum: Sum,
-    field_bar: &Bound<'py, PyAny>,
+    place: Place<'py>,
+    bundle: Bundle<'py>,
+    sum: Sum<'py>,
+    field_bar: PyReadonlyArray2<'py, Complex64>,
 ) -> PyResult<Bound<'py, PyDict>> {
-    let (bundle, ways) = rays;
-    let held = guard("field_bar", field_bar)?;
-    let bar = match held.look() {
-        raylet::file::array::ArrayLook::Real(bar) => bar.mapv(|re| Complex64::new(re, 0.0)),
-        raylet::file::array::ArrayLook::Complex(bar) => bar.to_owned(),
-    };
+    let held = sum.held()?;
+    check_memory("field_bar", &field_bar)?;
+    let bar = field_bar.as_array().to_owned();
     let back = on_sensor(
         py,
-        (scene, channel),
-        (&bundle, ways.as_ref()),
-        sum,
-        |collector, rays, wavelet| {
-            collector
-                .collect_adjoint(rays, wavelet, &bar)
-                .map_err(|told| told.to_string())
-        },
+        &place,
+        (&bundle, sum.tolerance),
+        |collector, rays, _| collector.collect_adjoint(rays, &held.wavelet(), &bar),
     )?;
     let answer = PyDict::new(py);
     answer.set_item("weight", one(py, back.weight))?;
     answer.set_item("path", one(py, back.path))?;
-    answer.set_item("at", two(py, &back.at))?;
-    answer.set_item("cosines", two(py, &back.cosines))?;
+    answer.set_item("at", rows(py, &back.at))?;
+    answer.set_item("cosines", rows(py, &back.cosines))?;
+    answer.set_item("amplitude", one(py, back.amplitude))?;
+    answer.set_item("curvature", rows(py, &back.curvature))?;
     Ok(answer)
 }

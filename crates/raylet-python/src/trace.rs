@@ -46,8 +46,8 @@ pub(crate) fn trace<'py>(
     numbers: Vec<String>,
 ) -> PyResult<Answer<'py>> {
     let (pupil, light) = (
-        columns::<2>("pupil", &pupil)?,
-        columns::<3>("light", &light)?,
+        columns::<f64, 2>("pupil", &pupil)?,
+        columns::<f64, 3>("light", &light)?,
     );
     if pupil.len() != light.len() {
         let (pupil, light) = (pupil.len(), light.len());
