@@ -59,7 +59,12 @@ pub struct Back<'a> {
     pub neighbours: &'a [Neighbours<'a>],
     /// Derivative with respect to each of them.
     pub parameters: &'a mut [f64],
+    /// Told now and then that work goes on.
+    pub pulse: &'a Pulse<'a>,
 }
+
+/// Told now and then by whatever takes long; it may end the work by unwinding.
+pub type Pulse<'a> = dyn Fn() + Sync + 'a;
 
 /// Something that carries fields.
 pub trait Backend {

@@ -8,7 +8,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::backend::Back;
+use crate::engine::backend::{Back, Pulse};
 use crate::engine::beyond::Beyond;
 use crate::engine::carry::Run;
 use crate::engine::drawn::Draws;
@@ -206,6 +206,14 @@ impl Bench {
     /// # Errors
     /// As [`crate::engine::simulate::simulate`]; when the system is not like the one that was planned.
     pub fn forward(&self, system: &System) -> Result<Trace, BenchError> {
+        self.forward_with(system, &|| ())
+    }
+
+    /// The same, with a pulse that is told now and then.
+    ///
+    /// # Errors
+    /// As [`Bench::forward`].
+    pub fn forward_with(&self, system: &System, pulse: &Pulse<'_>) -> Result<Trace, BenchError> {
         let system = &self.planned.like(system);
         let plans = self.plans_for(system)?;
         let mut light = Arriving::from_source(system);
@@ -214,7 +222,7 @@ impl Bench {
             let (run, raster, reach) = self.run(number, hop, &plans)?;
             let leaving = leaving(run.plan);
             let (arrived, behind) = light.pass(system, hop.from, leaving, &self.settings)?;
-            let carried = run.carry(&behind, raster, reach, &|_| ());
+            let carried = run.carry(&behind, raster, reach, &|_| pulse());
             let (sheets, _) = carried.map_err(SimulateError::from)?;
             screens.push(Passed { arrived, behind });
             light = Arriving {
@@ -246,6 +254,20 @@ impl Bench {
         trace: &Trace,
         field_bar: &Array2<Complex64>,
     ) -> Result<Gradient, BenchError> {
+        self.adjoint_with(system, variations, (trace, field_bar), &|| ())
+    }
+
+    /// The same, with a pulse that is told now and then.
+    ///
+    /// # Errors
+    /// As [`Bench::forward`].
+    pub fn adjoint_with(
+        &self,
+        system: &System,
+        variations: &[Variation],
+        (trace, field_bar): (&Trace, &Array2<Complex64>),
+        pulse: &Pulse<'_>,
+    ) -> Result<Gradient, BenchError> {
         if self.draws.is_some() && !variations.is_empty() {
             return Err(BenchError::Drawn);
         }
@@ -268,6 +290,7 @@ impl Bench {
                 from_bar: &mut bar.values,
                 neighbours: &neighbours(variations, number),
                 parameters: &mut gradient.parameters,
+                pulse,
             };
             run.carry_adjoint(&passed.behind, raster, reach, &sheets_bar, &mut back);
 
@@ -345,6 +368,7 @@ impl Bench {
                 from_bar: &mut bar.values,
                 neighbours: &[],
                 parameters: &mut [],
+                pulse: &|| (),
             };
             let sheets_bar = std::slice::from_ref(field_bar);
             run.carry_adjoint(behind, raster, reach, sheets_bar, &mut back);

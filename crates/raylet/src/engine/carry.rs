@@ -179,6 +179,7 @@ impl<'a> Run<'a> {
                 from_bar: back.from_bar,
                 neighbours: &neighbours,
                 parameters: back.parameters,
+                pulse: back.pulse,
             };
             run.carry_to_plane_adjoint(field, &raster, bar, &mut back);
         }
@@ -265,7 +266,8 @@ impl<'a> Run<'a> {
                 };
                 let canvas = Canvas::holding(*raster, bar);
                 let patches = 0..Cpu.patches(&job, field);
-                Cpu.carry_adjoint(&job, field, patches, &canvas, back, &|_| ());
+                let pulse = back.pulse;
+                Cpu.carry_adjoint(&job, field, patches, &canvas, back, &|_| pulse());
             }
             Plan::Planes(_) | Plan::Paper(_) => {}
         }

@@ -18,6 +18,7 @@ pub mod eikonal;
 pub mod facet;
 pub mod fan;
 pub mod flatness;
+pub mod follow;
 pub mod forecast;
 pub mod light;
 pub mod look;

@@ -4,6 +4,7 @@
 //! gradient; behind pixels it goes straight on and, aimed, towards both sides of the next screen.
 
 use crate::engine::advice::turning;
+use crate::engine::follow::{kicked, passes};
 use crate::engine::walk::Landing;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
@@ -156,15 +157,6 @@ fn length_of(system: &System) -> f64 {
         .fold(0.0, f64::max)
 }
 
-/// Whether a screen lets light on at a point.
-fn passes(screen: &Screen, at: [f64; 2]) -> bool {
-    match &screen.act {
-        Act::Stop(aperture) => aperture.contains(at[0], at[1]),
-        Act::Doe(doe) => doe.aperture.contains(at[0], at[1]),
-        Act::Sensor(_) => true,
-    }
-}
-
 /// The directions in which a ray goes on from a screen.
 fn leaving(hop: &Hop, ray: &Pencil, k: f64, normal: Vec3, crowded: bool) -> Vec<([f64; 2], Turn)> {
     let Act::Doe(doe) = &hop.from.act else {
@@ -172,7 +164,7 @@ fn leaving(hop: &Hop, ray: &Pencil, k: f64, normal: Vec3, crowded: bool) -> Vec<
     };
     let gradient = doe.phase_gradient(ray.at[0], ray.at[1]);
     let kick = gradient.unwrap_or_default().map(|g| g / k);
-    let Some(p) = bent(hop.from, ray, kick) else {
+    let Some(p) = kicked(hop.from, ray.at, ray.p, kick) else {
         return Vec::new();
     };
     let mut list = vec![(p, ray.trail.turn)];
@@ -188,26 +180,6 @@ fn leaving(hop: &Hop, ray: &Pencil, k: f64, normal: Vec3, crowded: bool) -> Vec<
         list.extend(aimed(hop, doe, ray, side, normal).map(|p| (p, turn)));
     }
     list
-}
-
-/// The direction behind an element that adds `kick` to the optical cosines along its surface: what is
-/// tangential is kept and kicked, what is normal follows, backwards from a mirror.
-fn bent(screen: &Screen, ray: &Pencil, kick: [f64; 2]) -> Option<[f64; 2]> {
-    let [sx, sy] = screen.height(ray.at)?.slope;
-    let up = Vec3::new(-sx, -sy, 1.0).unit();
-    let [px, py] = ray.p;
-    let n = screen.index;
-    let along = (n * n - px * px - py * py).max(0.0).sqrt() * screen.arrives;
-    let tangential = |v: Vec3| v - up * v.dot(up);
-    let whole = Vec3::new(px, py, along);
-    let kept = tangential(whole) + tangential(Vec3::new(kick[0], kick[1], 0.0));
-    let under = n * n - kept.dot(kept);
-    if under <= 0.0 {
-        return None;
-    }
-    let turned = screen.arrives * screen.leaves();
-    let out = kept + up * (under.sqrt() * whole.dot(up).signum() * turned);
-    Some([out.x, out.y])
 }
 
 /// A direction within the element's band that leads to one side of the next screen, as far out as it can.

@@ -9,7 +9,7 @@
 use num_complex::Complex64;
 
 use crate::engine::seat::Seat;
-use crate::engine::walk::{Carried, Stand, carry_beamlet};
+use crate::engine::walk::{Carried, Landing, Stand, carry_beamlet, emit, land, walk};
 use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
@@ -221,6 +221,25 @@ impl<'a> SwayingHop<'a> {
             to: screen(&|hop| hop.to),
             hop,
         }
+    }
+
+    /// The ray that leaves (x, y) on the first screen along p, where it lands.
+    ///
+    /// # Errors
+    /// How it was lost, if it was.
+    pub fn trace(&self, at: [Number; 2], p: [Number; 2]) -> Result<Landing<Number>, Loss> {
+        let from = Stand {
+            screen: self.hop.from,
+            axes: &self.from.0,
+            index: self.from.1,
+        };
+        let to = Stand {
+            screen: self.hop.to,
+            axes: &self.to.0,
+            index: self.to.1,
+        };
+        let ray = walk(&self.faces, emit(&from, at, p)?, &mut ())?;
+        land(&to, ray, &mut ())
     }
 
     /// The beamlet of width σ that leaves a seat along p, cosines along the screen's axes, where it lands.

@@ -7,7 +7,7 @@ use std::fs::File;
 use std::io::{self, Cursor, Read};
 use std::path::Path;
 
-use ndarray::{Array2, ArrayD, Ix2};
+use ndarray::{Array2, ArrayD, ArrayView2, Ix2};
 use ndarray_npy::{ReadNpyError, ReadNpyExt, ReadableElement};
 use num_complex::{Complex32, Complex64};
 
@@ -29,7 +29,66 @@ struct Header {
     shape: Vec<usize>,
 }
 
+/// A 2-D array indexed [y, x] that somebody else holds. Values need not be finite.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum ArrayLook<'a> {
+    /// Real numbers.
+    Real(ArrayView2<'a, f64>),
+    /// Complex numbers.
+    Complex(ArrayView2<'a, Complex64>),
+}
+
+impl<'a> ArrayLook<'a> {
+    /// The same for a shorter while.
+    pub fn shorter<'b>(self) -> ArrayLook<'b>
+    where
+        'a: 'b,
+    {
+        match self {
+            ArrayLook::Real(values) => ArrayLook::Real(values.reborrow()),
+            ArrayLook::Complex(values) => ArrayLook::Complex(values.reborrow()),
+        }
+    }
+
+    /// Rows and columns: [ny, nx].
+    pub fn shape(&self) -> [usize; 2] {
+        match self {
+            ArrayLook::Real(values) => [values.nrows(), values.ncols()],
+            ArrayLook::Complex(values) => [values.nrows(), values.ncols()],
+        }
+    }
+
+    /// Tells the first value that is not finite, or that there is none at all.
+    pub(crate) fn check(&self) -> Result<(), String> {
+        if self.shape().contains(&0) {
+            return Err(String::from("an empty array"));
+        }
+        let bad = match self {
+            ArrayLook::Real(values) => values
+                .indexed_iter()
+                .find(|(_, x)| !x.is_finite())
+                .map(|(at, x)| (at, x.to_string())),
+            ArrayLook::Complex(values) => values
+                .indexed_iter()
+                .find(|(_, z)| !z.is_finite())
+                .map(|(at, z)| (at, z.to_string())),
+        };
+        match bad {
+            Some(((y, x), value)) => Err(format!("{value} at [{y}, {x}]")),
+            None => Ok(()),
+        }
+    }
+}
+
 impl Array {
+    /// The values, for a while.
+    pub fn look(&self) -> ArrayLook<'_> {
+        match self {
+            Array::Real(values) => ArrayLook::Real(values.view()),
+            Array::Complex(values) => ArrayLook::Complex(values.view()),
+        }
+    }
+
     /// Rows and columns: [ny, nx].
     pub fn shape(&self) -> [usize; 2] {
         match self {
@@ -141,7 +200,10 @@ fn read_array(mut stream: impl Read, path: &Path, limit: u64) -> Result<Array, F
     let array = array.map_err(|error| {
         Fault::of_file(path, error.to_string(), "all the data its header promises")
     })?;
-    check_finite(&array).map_err(|found| Fault::of_file(path, found, "finite values only"))?;
+    array
+        .look()
+        .check()
+        .map_err(|found| Fault::of_file(path, found, "finite values only"))?;
     Ok(array)
 }
 
@@ -268,24 +330,6 @@ fn check_header(header: &Header, limit: u64) -> Result<(), (String, String)> {
         ));
     }
     Ok(())
-}
-
-/// Tells the first value that is not finite.
-fn check_finite(array: &Array) -> Result<(), String> {
-    let bad = match array {
-        Array::Real(values) => values
-            .indexed_iter()
-            .find(|(_, x)| !x.is_finite())
-            .map(|(at, x)| (at, x.to_string())),
-        Array::Complex(values) => values
-            .indexed_iter()
-            .find(|(_, z)| !z.is_finite())
-            .map(|(at, z)| (at, z.to_string())),
-    };
-    match bad {
-        Some(((y, x), value)) => Err(format!("{value} at [{y}, {x}]")),
-        None => Ok(()),
-    }
 }
 
 #[cfg(test)]

@@ -4,10 +4,10 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
-use crate::file::array::Array;
+use crate::file::array::{Array, ArrayLook};
 use crate::file::element::Element;
 use crate::file::fault::Fault;
 use crate::file::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
@@ -19,18 +19,56 @@ use crate::optics::shape as optics;
 /// Arrays by the path of the field that names their file, such as `element[0].layer[1].phase`. A file
 /// that several fields name is held once.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Arrays {
-    by_field: BTreeMap<String, Arc<Array>>,
+pub struct Arrays<'a> {
+    by_field: BTreeMap<String, Source<'a>>,
 }
 
-impl Arrays {
-    /// Reads every array that the elements name, within `limit` bytes for all of them.
+/// Where the values of a field are.
+#[derive(Clone, Debug, PartialEq)]
+enum Source<'a> {
+    /// Read from a file.
+    Held(Arc<Array>),
+    /// In the memory of a caller, who gave them in place of a file.
+    Lent(ArrayLook<'a>),
+}
+
+impl<'a> Source<'a> {
+    fn look(&self) -> ArrayLook<'_> {
+        match self {
+            Source::Held(array) => array.look(),
+            Source::Lent(look) => look.shorter(),
+        }
+    }
+
+    /// The same for a shorter while.
+    fn shorter<'b>(&self) -> Source<'b>
+    where
+        'a: 'b,
+    {
+        match self {
+            Source::Held(array) => Source::Held(Arc::clone(array)),
+            Source::Lent(look) => Source::Lent(look.shorter()),
+        }
+    }
+}
+
+impl<'a> Arrays<'a> {
+    /// Every array that the elements name, within `limit` bytes for all of them. Those that are `lent`, by the
+    /// path of the field, are taken from there, and are not copied; those that are `held` already are shared;
+    /// the rest are read.
     ///
     /// # Errors
     /// The first array that cannot be used, told at the field that names it.
-    pub fn load(elements: &[Element], origin: &Origin, limit: u64) -> Result<Self, Fault> {
+    pub fn load(
+        elements: &[Element],
+        origin: &Origin,
+        limit: u64,
+        (lent, held): (&BTreeMap<String, ArrayLook<'a>>, &Arrays<'static>),
+    ) -> Result<Self, Fault> {
         let mut loader = Loader {
             origin,
+            lent,
+            held,
             left: limit,
             by_file: BTreeMap::new(),
             by_field: BTreeMap::new(),
@@ -51,8 +89,8 @@ impl Arrays {
     }
 
     /// The array of a field, if it names one and is loaded.
-    pub fn get(&self, field: &str) -> Option<&Array> {
-        self.by_field.get(field).map(Arc::as_ref)
+    pub fn get(&self, field: &str) -> Option<ArrayLook<'_>> {
+        self.by_field.get(field).map(Source::look)
     }
 
     /// The complex transmission [y, x] of a pixel layer at the path `layer_path`: amplitude times
@@ -85,39 +123,41 @@ impl Arrays {
     }
 
     /// The heights [y, x] in µm of a height layer or grid at a path; nothing when not loaded.
-    pub fn heights_um(&self, path: &str) -> Option<&Array2<f64>> {
+    pub fn heights_um(&self, path: &str) -> Option<ArrayView2<'_, f64>> {
         match self.get(&format!("{path}.height_um")) {
-            Some(Array::Real(heights)) => Some(heights),
+            Some(ArrayLook::Real(heights)) => Some(heights),
             _ => None,
         }
     }
 }
 
 /// Any array as complex numbers.
-fn complex(array: &Array) -> Array2<Complex64> {
+fn complex(array: ArrayLook) -> Array2<Complex64> {
     match array {
-        Array::Real(values) => values.mapv(|x| Complex64::new(x, 0.0)),
-        Array::Complex(values) => values.clone(),
+        ArrayLook::Real(values) => values.mapv(|x| Complex64::new(x, 0.0)),
+        ArrayLook::Complex(values) => values.to_owned(),
     }
 }
 
 /// exp(i · scale · phase) of a real array.
-fn phases(array: &Array, scale: f64) -> Array2<Complex64> {
+fn phases(array: ArrayLook, scale: f64) -> Array2<Complex64> {
     match array {
-        Array::Real(values) => values.mapv(|phase| Complex64::cis(scale * phase)),
-        Array::Complex(values) => values.mapv(|phase| Complex64::cis(scale * phase.re)),
+        ArrayLook::Real(values) => values.mapv(|phase| Complex64::cis(scale * phase)),
+        ArrayLook::Complex(values) => values.mapv(|phase| Complex64::cis(scale * phase.re)),
     }
 }
 
 /// The state of loading: what is left of the memory, and what is there already.
-struct Loader<'s> {
+struct Loader<'s, 'a> {
     origin: &'s Origin,
+    lent: &'s BTreeMap<String, ArrayLook<'a>>,
+    held: &'s Arrays<'static>,
     left: u64,
     by_file: BTreeMap<(PathBuf, Option<String>, String), Arc<Array>>,
-    by_field: BTreeMap<String, Arc<Array>>,
+    by_field: BTreeMap<String, Source<'a>>,
 }
 
-impl Loader<'_> {
+impl<'a> Loader<'_, 'a> {
     /// Loads the arrays of a list of layers at this path.
     fn layers(&mut self, layers: &[Layer], path: &str) -> Result<(), Fault> {
         for (i, layer) in layers.iter().enumerate() {
@@ -148,7 +188,7 @@ impl Loader<'_> {
     fn grid(&mut self, grid: &GridShape, path: &str) -> Result<(), Fault> {
         let array = self.array(&grid.height_um, grid.key.as_deref(), path, "height_um")?;
         self.require_real(&array, path, "height_um")?;
-        let [ny, nx] = array.shape();
+        let [ny, nx] = array.look().shape();
         if ny < FEWEST || nx < FEWEST {
             let found = format!("{}: {ny} rows of {nx}", grid.height_um.display());
             let expected = format!("at least {FEWEST} rows of {FEWEST} for a spline");
@@ -172,7 +212,7 @@ impl Loader<'_> {
             if field != "transmission" {
                 self.require_real(&array, path, field)?;
             }
-            let given = array.shape();
+            let given = array.look().shape();
             match shape {
                 Some(expected) if expected != given => {
                     let [ny, nx] = given;
@@ -210,10 +250,10 @@ impl Loader<'_> {
         Ok(())
     }
 
-    fn require_real(&self, array: &Array, path: &str, field: &str) -> Result<(), Fault> {
-        match array {
-            Array::Real(_) => Ok(()),
-            Array::Complex(_) => Err(self
+    fn require_real(&self, array: &Source, path: &str, field: &str) -> Result<(), Fault> {
+        match array.look() {
+            ArrayLook::Real(_) => Ok(()),
+            ArrayLook::Complex(_) => Err(self
                 .origin
                 .fault(
                     &format!("{path}.{field}"),
@@ -231,9 +271,22 @@ impl Loader<'_> {
         key: Option<&str>,
         path: &str,
         field: &str,
-    ) -> Result<Arc<Array>, Fault> {
-        let file = self.origin.beside(file);
+    ) -> Result<Source<'a>, Fault> {
         let path = format!("{path}.{field}");
+        if let Some(look) = self.lent.get(&path) {
+            look.check().map_err(|found| {
+                self.origin
+                    .fault(&path, found, "at least one value, and finite values only")
+            })?;
+            let lent = Source::Lent(*look);
+            self.by_field.insert(path, lent.clone());
+            return Ok(lent);
+        }
+        if let Some(held) = self.held.by_field.get(&path) {
+            self.by_field.insert(path, held.shorter());
+            return Ok(held.shorter());
+        }
+        let file = self.origin.beside(file);
         let identity = (file.clone(), key.map(str::to_owned), field.to_owned());
         let array = match self.by_file.get(&identity) {
             Some(array) => Arc::clone(array),
@@ -245,7 +298,7 @@ impl Loader<'_> {
             }
         };
         self.by_file.insert(identity, Arc::clone(&array));
-        self.by_field.insert(path, Arc::clone(&array));
-        Ok(array)
+        self.by_field.insert(path, Source::Held(Arc::clone(&array)));
+        Ok(Source::Held(array))
     }
 }

@@ -2,6 +2,7 @@
 
 use num_complex::Complex64;
 
+use crate::file::arrays::Arrays;
 use crate::file::catalog;
 use crate::file::element::{
     self, Coordinates, Element, LensElement, MirrorElement, ParaxialLens, SensorElement,
@@ -34,10 +35,19 @@ const UM: f64 = 1e-3;
 /// An unknown glass, a wavelength outside a glass's range, arrays that are not loaded, or pixel grids
 /// of one element that do not share their lattice; told at the field.
 pub fn system(scene: &Scene, channel: usize) -> Result<System, Fault> {
+    system_with(scene, &scene.arrays, channel)
+}
+
+/// The same with arrays from elsewhere, as [`Scene::load_with`] gives them.
+///
+/// # Errors
+/// As [`system`].
+pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<System, Fault> {
     let wavelength = scene.wavelength_um[channel] * UM;
     let ambient = medium(scene, &scene.ambient, "ambient")?;
     let mut layout = Layout {
         scene,
+        arrays,
         wavelength,
         axis: Frame::GLOBAL,
         towards: 1.0,
@@ -77,8 +87,9 @@ fn index(scene: &Scene, medium: &Medium, wavelength: f64, path: &str) -> Result<
 }
 
 /// The axis as it is laid, element by element.
-struct Layout<'a> {
+struct Layout<'a, 'l> {
     scene: &'a Scene,
+    arrays: &'a Arrays<'l>,
     wavelength: f64,
     axis: Frame,
     /// +1 while light runs towards the axis's +z, −1 after an odd number of mirrors.
@@ -90,7 +101,7 @@ struct Layout<'a> {
     trains: Vec<Vec<Surface>>,
 }
 
-impl Layout<'_> {
+impl Layout<'_, '_> {
     /// Places one element and moves the axis on to the next.
     fn place(&mut self, number: usize, element: &Element) -> Result<(), Fault> {
         let path = format!("element[{number}]");
@@ -198,7 +209,7 @@ impl Layout<'_> {
 
     /// The shape of a surface at a path.
     fn shape(&self, sag: &Sag<'_>, path: &str) -> Result<Shape, Fault> {
-        self.scene.arrays.shape(sag, path).ok_or_else(|| {
+        self.arrays.shape(sag, path).ok_or_else(|| {
             self.scene.fault(
                 &format!("{path}.shape.height_um"),
                 "an array that is not loaded",
@@ -389,15 +400,11 @@ impl Layout<'_> {
         };
         Ok(match layer {
             layer::Layer::Pixels(pixels) => {
-                let values = self
-                    .scene
-                    .arrays
-                    .transmission(pixels, path)
-                    .ok_or_else(missing)?;
+                let values = self.arrays.transmission(pixels, path).ok_or_else(missing)?;
                 grid(pixels.pitch_um, values, pixels.pixel)
             }
             layer::Layer::Height(relief) => {
-                let heights = self.scene.arrays.heights_um(path).ok_or_else(missing)?;
+                let heights = self.arrays.heights_um(path).ok_or_else(missing)?;
                 let place = format!("{path}.glass");
                 let step = self.after(Some(&relief.glass), &place)? - self.index;
                 let values = heights.mapv(|h| Complex64::cis(k * step * h * UM));

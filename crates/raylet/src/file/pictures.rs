@@ -132,19 +132,28 @@ pub fn doe_png(views: &[DoeView], name: &str) -> Result<Option<Vec<u8>>, FigureE
     figure.to_png(SCALE).map(Some)
 }
 
+/// The transmission of an element over a box of its plane, at the centres of equal cells [y, x]: its pixels where
+/// they are not too many. Zero where it is not open.
+pub fn doe_map(doe: &Doe, bounds: [f64; 4]) -> Array2<Complex64> {
+    let [x0, x1, y0, y1] = bounds;
+    let [nx, ny] = samples(doe, bounds);
+    let steps = [(x1 - x0) / nx as f64, (y1 - y0) / ny as f64];
+    let place = |i: usize, low: f64, step: f64| low + (i as f64 + 0.5) * step;
+    Array2::from_shape_fn((ny, nx), |(j, i)| {
+        let (x, y) = (place(i, x0, steps[0]), place(j, y0, steps[1]));
+        match doe.aperture.contains(x, y) {
+            true => doe.transmission(x, y),
+            false => Complex64::ZERO,
+        }
+    })
+}
+
 /// Phase and amplitude over the opening.
 fn doe_panels(view: &DoeView, bounds: [f64; 4], several: bool) -> Vec<Panel<'static>> {
     let [x0, x1, y0, y1] = bounds;
-    let [nx, ny] = samples(view.doe, bounds);
+    let values = doe_map(view.doe, bounds);
+    let (ny, nx) = values.dim();
     let steps = [(x1 - x0) / nx as f64, (y1 - y0) / ny as f64];
-    let place = |i: usize, low: f64, step: f64| low + (i as f64 + 0.5) * step;
-    let values = Array2::from_shape_fn((ny, nx), |(j, i)| {
-        let (x, y) = (place(i, x0, steps[0]), place(j, y0, steps[1]));
-        match view.doe.aperture.contains(x, y) {
-            true => view.doe.transmission(x, y),
-            false => Complex64::ZERO,
-        }
-    });
     let dark = |u: &Complex64| *u == Complex64::ZERO;
     let phase = values.mapv(|u| if dark(&u) { f64::NAN } else { u.arg() });
     let mut panel = Panel::image(phase, [x0, x1], [y0, y1])

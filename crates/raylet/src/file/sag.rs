@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 use std::sync::Arc;
 
-use ndarray::Array2;
+use ndarray::ArrayView2;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
@@ -222,7 +222,7 @@ fn conic(radius_mm: Option<f64>, conic: f64) -> Conic {
 
 impl Sag<'_> {
     /// The shape that is described; nothing when it needs an array of heights in µm that is not there.
-    pub fn optics(&self, heights_um: Option<&Array2<f64>>) -> Option<optics::Shape> {
+    pub fn optics(&self, heights_um: Option<ArrayView2<f64>>) -> Option<optics::Shape> {
         let straight = conic(None, 0.0);
         Some(match self.shape {
             None => self.of_revolution(),
@@ -308,7 +308,7 @@ fn check_powers(sum: &PolynomialShape, place: &Place<'_>) -> Result<(), Fault> {
 }
 
 /// The terms that a shape adds to a conic; nothing without the heights it needs.
-fn terms(shape: &Shape, heights_um: Option<&Array2<f64>>) -> Option<Vec<Term>> {
+fn terms(shape: &Shape, heights_um: Option<ArrayView2<f64>>) -> Option<Vec<Term>> {
     let term = match shape {
         Shape::Biconic(_) | Shape::Toroid(_) | Shape::Cylinder(_) => return Some(Vec::new()),
         Shape::Gaussian(sum) => {

@@ -1,10 +1,12 @@
 //! The scene file: everything that a run needs, in one TOML text with array files beside it.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::file::array::ArrayLook;
 use crate::file::arrays::Arrays;
 use crate::file::check::check_elements;
 use crate::file::decode::{decode, tagged};
@@ -62,7 +64,7 @@ pub struct Scene {
     pub origin: Origin,
     /// The arrays its layers name; empty until they are loaded.
     #[serde(skip)]
-    pub arrays: Arrays,
+    pub arrays: Arrays<'static>,
 }
 
 tagged! {
@@ -214,9 +216,23 @@ impl Scene {
     /// An array that is missing, malformed, not 2-D, of the wrong kind or shape, not finite, or too large
     /// for `memory_limit_mb`; or a surface made of one that does not fit the rest.
     pub fn load(mut self) -> Result<Self, Fault> {
+        self.arrays = self.load_with(&BTreeMap::new())?;
+        Ok(self)
+    }
+
+    /// Every array that the scene's layers name: those that are `lent` (by the path of the field, such as
+    /// `element[0].layer[0].phase`) from the memory of the caller, those that are loaded already, and the rest
+    /// from their files. For [`crate::file::build::system_with`].
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_with<'a>(
+        &self,
+        lent: &BTreeMap<String, ArrayLook<'a>>,
+    ) -> Result<Arrays<'a>, Fault> {
         let limit = (self.settings.memory_limit_mb * 1e6) as u64;
-        let arrays = Arrays::load(&self.element, &self.origin, limit);
-        self.arrays = arrays.map_err(|fault| match self.awaits_hologram() {
+        let arrays = Arrays::load(&self.element, &self.origin, limit, (lent, &self.arrays));
+        let arrays = arrays.map_err(|fault| match self.awaits_hologram() {
             true => {
                 let file = self.origin.file.display();
                 fault.hint(format!(
@@ -226,8 +242,8 @@ impl Scene {
             false => fault,
         })?;
         // Surfaces of heights can only be checked now.
-        check_elements(&self.element, &self.arrays, &self.origin)?;
-        Ok(self)
+        check_elements(&self.element, &arrays, &self.origin)?;
+        Ok(arrays)
     }
 
     /// Whether a file is missing that the scene's own hologram is to fill.

@@ -38,6 +38,15 @@ impl Plane {
     }
 }
 
+/// The system cut by the plane through z in which it is bent, as plain geometry, and the name of its
+/// transverse axis, "x" or "y".
+pub fn layout(scene: &Scene, system: &System) -> (LayoutScene, &'static str) {
+    let plane = plane_of(system);
+    let trails = sketch(system, plane.normal);
+    let drawn = drawing(&parts(scene, system), &trails, &plane, None);
+    (drawn, plane.name)
+}
+
 /// The system as PNG, as the light of one wavelength sees it.
 ///
 /// # Errors

@@ -88,8 +88,26 @@ pub fn with_numbers(scene: &Scene, addresses: &[Address], values: &[f64]) -> Res
             *number = Value::Float(if address.inverse { 1.0 / value } else { *value });
         }
     }
+    reread(scene, &table)
+}
+
+/// The scene with some other settings, as the table `[settings]` of a scene file has them; its arrays are kept.
+///
+/// # Errors
+/// A setting that is none, or has a value that it cannot have.
+pub fn with_settings(scene: &Scene, settings: &Table) -> Result<Scene, Fault> {
+    let mut all = table(scene)?;
+    let own = all.entry("settings").or_insert_with(|| Table::new().into());
+    if let Value::Table(own) = own {
+        own.extend(settings.clone());
+    }
+    reread(scene, &all)
+}
+
+/// The scene of a changed table, with the arrays of the one it was.
+fn reread(scene: &Scene, table: &Table) -> Result<Scene, Fault> {
     let file = &scene.origin.file;
-    let text = toml::to_string(&table)
+    let text = toml::to_string(table)
         .map_err(|error| Fault::of_file(file, error.to_string(), "values TOML can hold"))?;
     let mut changed = Scene::parse(&text, file)?;
     changed.arrays = scene.arrays.clone();

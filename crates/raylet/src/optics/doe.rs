@@ -130,6 +130,12 @@ impl Doe {
         gradient(&self.layers, x, y)
     }
 
+    /// The phase in rad where it is smooth, from the analytic layers, not wrapped; nothing where
+    /// [`Doe::phase_gradient`] has nothing.
+    pub fn smooth_phase(&self, x: f64, y: f64) -> Option<f64> {
+        smooth_phase(&self.layers, x, y)
+    }
+
     /// The analytic phases over x and y whose sum is this element's phase; nothing when other layers take
     /// part.
     pub fn profiles(&self) -> Option<Vec<&Profile>> {
@@ -325,6 +331,19 @@ fn first_pixels(layers: &[Layer]) -> Option<&Pixels> {
         Layer::Phase(_) | Layer::Unrolled(..) => None,
         Layer::Sum(terms) => terms.iter().find_map(|(_, layers)| first_pixels(layers)),
     })
+}
+
+/// The phase of analytic layers; nothing when pixels or sums take part.
+fn smooth_phase(layers: &[Layer], x: f64, y: f64) -> Option<f64> {
+    let phase = |layer: &Layer| match layer {
+        Layer::Phase(profile) => Some(profile.phase(x, y)),
+        Layer::Unrolled(own, layers) => {
+            let [u, v] = own.at([x, y])?;
+            smooth_phase(layers, u, v)
+        }
+        Layer::Pixels(_) | Layer::Sum(_) => None,
+    };
+    layers.iter().map(phase).sum()
 }
 
 /// The gradient of the phase of analytic layers; nothing when pixels or sums take part.

@@ -44,6 +44,17 @@ impl Source {
         }
     }
 
+    /// The optical path of the light at a global point in mm, zero where its phase is, in a medium of index `n`.
+    pub fn path(&self, point: Vec3, n: f64) -> f64 {
+        match self {
+            Source::Plane { direction, origin } => n * direction.dot(point - *origin),
+            Source::Point {
+                position,
+                reference,
+            } => n * ((point - *position).norm() - (*reference - *position).norm()),
+        }
+    }
+
     /// The unit direction of the light at a global point.
     pub fn direction<T: Real>(&self, point: Vec3<T>) -> Vec3<T> {
         match self {

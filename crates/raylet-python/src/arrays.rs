@@ -1,0 +1,114 @@
+//! NumPy arrays that are looked at where they are.
+
+use std::collections::BTreeMap;
+
+use num_complex::Complex64;
+use numpy::ndarray::{ArrayView1, ArrayView2};
+use numpy::{Element, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
+use pyo3::exceptions::{PyTypeError, PyValueError};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raylet::file::array::ArrayLook;
+
+/// One array that is lent, for as long as a call lasts.
+pub(crate) enum Guard<'py> {
+    Real(PyReadonlyArray2<'py, f64>),
+    Complex(PyReadonlyArray2<'py, Complex64>),
+}
+
+impl Guard<'_> {
+    pub(crate) fn look(&self) -> ArrayLook<'_> {
+        match self {
+            Guard::Real(array) => ArrayLook::Real(array.as_array()),
+            Guard::Complex(array) => ArrayLook::Complex(array.as_array()),
+        }
+    }
+}
+
+/// Arrays by the path of the field that they stand for.
+pub(crate) struct Lent<'py>(Vec<(String, Guard<'py>)>);
+
+impl<'py> Lent<'py> {
+    /// Takes the arrays of a dictionary from paths to 2-D arrays of float64 or complex128.
+    ///
+    /// # Errors
+    /// TypeError for anything else.
+    pub(crate) fn new(arrays: &Bound<'py, PyDict>) -> PyResult<Self> {
+        let one = |(path, array): (Bound<'py, PyAny>, Bound<'py, PyAny>)| {
+            let path: String = path.extract()?;
+            let guard = guard(&path, &array)?;
+            Ok((path, guard))
+        };
+        Ok(Self(arrays.iter().map(one).collect::<PyResult<_>>()?))
+    }
+
+    pub(crate) fn looks(&self) -> BTreeMap<String, ArrayLook<'_>> {
+        self.0
+            .iter()
+            .map(|(path, guard)| (path.clone(), guard.look()))
+            .collect()
+    }
+}
+
+/// One array that is lent.
+///
+/// # Errors
+/// TypeError for anything but a 2-D array of float64 or complex128.
+pub(crate) fn guard<'py>(name: &str, array: &Bound<'py, PyAny>) -> PyResult<Guard<'py>> {
+    if let Ok(real) = array.extract::<PyReadonlyArray2<f64>>() {
+        check_memory(name, &real)?;
+        return Ok(Guard::Real(real));
+    }
+    let complex = array.extract::<PyReadonlyArray2<Complex64>>();
+    let complex = complex.map_err(|_| {
+        PyTypeError::new_err(format!(
+            "{name}: expected a 2-D array of float64 or complex128"
+        ))
+    })?;
+    check_memory(name, &complex)?;
+    Ok(Guard::Complex(complex))
+}
+
+/// Refuses memory that cannot be read as it lies.
+pub(crate) fn check_memory<T: Element, D: numpy::ndarray::Dimension>(
+    name: &str,
+    array: &numpy::PyReadonlyArray<'_, T, D>,
+) -> PyResult<()> {
+    let size = size_of::<T>() as isize;
+    let aligned = (array.data() as usize).is_multiple_of(align_of::<T>());
+    if !aligned || array.strides().iter().any(|stride| stride % size != 0) {
+        return Err(PyTypeError::new_err(format!(
+            "{name}: expected an aligned array"
+        )));
+    }
+    Ok(())
+}
+
+/// A column of numbers, one for each ray.
+pub(crate) fn column<T: Element + Copy>(
+    name: &str,
+    array: &PyReadonlyArray1<'_, T>,
+) -> PyResult<Vec<T>> {
+    check_memory(name, array)?;
+    let view: ArrayView1<T> = array.as_array();
+    Ok(view.to_vec())
+}
+
+/// Rows of `N` numbers, one for each ray.
+///
+/// # Errors
+/// ValueError for arrays of another width.
+pub(crate) fn columns<T: Element + Copy, const N: usize>(
+    name: &str,
+    array: &PyReadonlyArray2<'_, T>,
+) -> PyResult<Vec<[T; N]>> {
+    check_memory(name, array)?;
+    let view: ArrayView2<T> = array.as_array();
+    if view.ncols() != N {
+        let shape = view.shape();
+        let told = format!("{name}: an array of shape {shape:?}, expected (rays, {N})");
+        return Err(PyValueError::new_err(told));
+    }
+    let row = |row: ArrayView1<T>| std::array::from_fn(|i| row[i]);
+    Ok(view.rows().into_iter().map(row).collect())
+}

@@ -1,0 +1,439 @@
+//! A system as a function of pixels and numbers, with its gradient.
+
+use std::sync::Arc;
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use raylet::engine::bench::{Bench as Plans, BenchError, Trace};
+use raylet::engine::settings::Settings;
+use raylet::engine::sway::Variation;
+use raylet::file::array::ArrayLook;
+use raylet::file::arrays::Arrays;
+use raylet::file::build;
+use raylet::file::fault::Fault;
+use raylet::file::scene::Scene as File;
+use raylet::file::variable::{Address, with_numbers};
+use raylet::optics::doe::Pixels;
+use raylet::optics::screen::Act;
+use raylet::optics::system::System;
+
+use crate::arrays::{Guard, guard};
+use crate::refusal::error;
+use crate::scene::Scene;
+use crate::watch::{Watch, run};
+
+/// Neighbours that tell the derivative by a number are this share of it away, or this if it is zero.
+const NEAR: f64 = 1e-5;
+
+/// Where footprints end when the system changes, so that no value jumps.
+const SMOOTH: f64 = 1e-7;
+
+/// Frozen plans of a scene whose pixels and numbers vary.
+#[pyclass(frozen, module = "raylet._raylet")]
+pub(crate) struct Bench {
+    file: Arc<File>,
+    /// Names of the elements and their screens.
+    elements: Vec<(String, usize)>,
+    addresses: Vec<Address>,
+    /// For each wavelength its system as it was planned, with its plans.
+    planned: Arc<Vec<(System, Plans)>>,
+}
+
+/// Light on its way through a bench, ready to be gone back.
+#[pyclass(frozen, module = "raylet._raylet")]
+pub(crate) struct Passage {
+    planned: Arc<Vec<(System, Plans)>>,
+    channels: Arc<Vec<Channel>>,
+    /// The screen of each element, and whether it was given by its phases.
+    elements: Vec<(usize, bool)>,
+}
+
+/// One wavelength of a passage.
+struct Channel {
+    system: System,
+    variations: Vec<Variation>,
+    trace: Trace,
+}
+
+#[pymethods]
+impl Bench {
+    /// Plans a scene about the values of its numbers; `elements` are the names of those whose pixels vary,
+    /// `numbers` the paths of the numbers that do.
+    #[new]
+    fn new(
+        py: Python<'_>,
+        scene: &Scene,
+        arrays: &Bound<'_, PyDict>,
+        elements: Vec<String>,
+        numbers: Vec<String>,
+        threads: Option<usize>,
+    ) -> PyResult<Self> {
+        let file = Arc::clone(&scene.file);
+        let mut addresses = Vec::new();
+        for path in &numbers {
+            let address = Address::new(&file, path, "element");
+            addresses.push(address.map_err(|told| crate::refusal::fault(py, &told))?);
+        }
+        let values = values(py, &file, &addresses)?;
+        let made = made(py, scene, arrays, &addresses, &values)?;
+        let elements = elements.into_iter().map(|name| {
+            let at = made
+                .first()
+                .and_then(|(system, _)| screen_of(system, &name));
+            let at = at.ok_or_else(|| {
+                error(
+                    py,
+                    format!("element '{name}' has no pixels that could vary"),
+                )
+            })?;
+            Ok((name, at))
+        });
+        let elements = elements.collect::<PyResult<_>>()?;
+        let settings = settings(&file, !addresses.is_empty());
+        let planned = run(py, threads, None, move |_: &Watch| {
+            let plan = |(system, variations): (System, Vec<Variation>)| {
+                let plans = Plans::new(&system, &variations, &settings)?;
+                Ok((system, plans))
+            };
+            made.into_iter()
+                .map(plan)
+                .collect::<Result<Vec<_>, BenchError>>()
+        })?;
+        let planned = Arc::new(planned.map_err(|told| error(py, told))?);
+        Ok(Self {
+            file,
+            elements,
+            addresses,
+            planned,
+        })
+    }
+
+    /// The numbers as the scene has them: of a radius the curvature, 1/radius.
+    fn numbers(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
+        values(py, &self.file, &self.addresses)
+    }
+
+    /// Light through the system with these pixels (phases float64 or transmissions complex128, [y, x], for each
+    /// element) and numbers: the fields [y, x] of all wavelengths, and the passage.
+    fn forward<'py>(
+        &self,
+        py: Python<'py>,
+        scene: &Scene,
+        arrays: &Bound<'py, PyDict>,
+        pixels: &Bound<'py, PyList>,
+        numbers: Vec<f64>,
+        threads: Option<usize>,
+    ) -> PyResult<(Vec<Bound<'py, PyArray2<Complex64>>>, Passage)> {
+        let mut made = match self.addresses.is_empty() {
+            true => self
+                .planned
+                .iter()
+                .map(|(system, _)| (system.clone(), Vec::new()))
+                .collect(),
+            false => made(py, scene, arrays, &self.addresses, &numbers)?,
+        };
+        let elements = self.place(py, pixels, &mut made)?;
+        let planned = Arc::clone(&self.planned);
+        let channels = run(py, threads, None, move |watch: &Watch| {
+            let pulse = || watch.pulse();
+            let each = made.into_iter().zip(planned.iter());
+            let one = |((system, variations), (_, plans)): (
+                (System, Vec<Variation>),
+                &(System, Plans),
+            )| {
+                let trace = plans.forward_with(&system, &pulse)?;
+                Ok(Channel {
+                    system,
+                    variations,
+                    trace,
+                })
+            };
+            each.map(one).collect::<Result<Vec<_>, BenchError>>()
+        })?;
+        let mut channels = channels.map_err(|told| error(py, told))?;
+        // Nothing on the way back asks for the field itself: its memory becomes NumPy's.
+        let take = |channel: &mut Channel| std::mem::take(&mut channel.trace.field.values);
+        let fields = channels.iter_mut().map(take);
+        let fields = fields
+            .map(|field| PyArray2::from_owned_array(py, field))
+            .collect();
+        let passage = Passage {
+            planned: Arc::clone(&self.planned),
+            channels: Arc::new(channels),
+            elements,
+        };
+        Ok((fields, passage))
+    }
+}
+
+impl Bench {
+    /// Puts pixels into the systems; tells the screen of each element and whether it was given by its phases.
+    fn place(
+        &self,
+        py: Python<'_>,
+        pixels: &Bound<'_, PyList>,
+        made: &mut [(System, Vec<Variation>)],
+    ) -> PyResult<Vec<(usize, bool)>> {
+        if pixels.len() != self.elements.len() {
+            let (found, expected) = (pixels.len(), self.elements.len());
+            return Err(error(
+                py,
+                format!("{found} arrays of pixels, expected {expected}"),
+            ));
+        }
+        let mut kinds = Vec::new();
+        for ((name, screen), array) in self.elements.iter().zip(pixels.iter()) {
+            let guard = guard(name, &array)?;
+            let look = guard.look();
+            for (system, variations) in made.iter_mut() {
+                let near = variations
+                    .iter_mut()
+                    .flat_map(|v| [&mut v.below, &mut v.above]);
+                for system in std::iter::once(system).chain(near) {
+                    let own = pixels_of(system, *screen)
+                        .ok_or_else(|| error(py, format!("element '{name}' has no pixels")))?;
+                    put(own, look)
+                        .map_err(|told| error(py, format!("pixels of element '{name}': {told}")))?;
+                }
+            }
+            kinds.push((*screen, matches!(guard, Guard::Real(_))));
+        }
+        Ok(kinds)
+    }
+}
+
+#[pymethods]
+impl Passage {
+    /// The gradient of a real loss, from the cotangents ∂L/∂Re U + i ∂L/∂Im U of the fields [y, x] of all
+    /// wavelengths: for each element by its phases (float64) or transmissions (complex128, ∂L/∂Re t + i ∂L/∂Im t),
+    /// and by the numbers.
+    fn adjoint<'py>(
+        &self,
+        py: Python<'py>,
+        fields_bar: &Bound<'py, PyList>,
+        threads: Option<usize>,
+    ) -> PyResult<(Vec<Bound<'py, PyAny>>, Vec<f64>)> {
+        let mut bars = Vec::new();
+        for (channel, bar) in self.channels.iter().zip(fields_bar.iter()) {
+            let held = guard("field_bar", &bar)?;
+            let bar = match held.look() {
+                ArrayLook::Real(bar) => bar.mapv(|re| Complex64::new(re, 0.0)),
+                ArrayLook::Complex(bar) => bar.to_owned(),
+            };
+            let expected = channel.trace.field.grid.shape();
+            if bar.dim() != (expected[0], expected[1]) {
+                let found = bar.dim();
+                return Err(error(
+                    py,
+                    format!("field_bar has shape {found:?}, expected {expected:?}"),
+                ));
+            }
+            bars.push(bar);
+        }
+        if bars.len() != self.channels.len() {
+            return Err(error(
+                py,
+                format!("{} fields, expected {}", bars.len(), self.channels.len()),
+            ));
+        }
+        let (planned, channels) = (Arc::clone(&self.planned), Arc::clone(&self.channels));
+        let elements = self.elements.clone();
+        let gradient = run(py, threads, None, move |watch: &Watch| {
+            go_back(&planned, &channels, &elements, &bars, watch)
+        })?;
+        let (pixels, numbers) = gradient.map_err(|told| error(py, told))?;
+        let each = pixels.into_iter().map(|pixels| match pixels {
+            Bar::Phase(bar) => PyArray2::from_owned_array(py, bar).into_any(),
+            Bar::Transmission(bar) => PyArray2::from_owned_array(py, bar).into_any(),
+        });
+        Ok((each.collect(), numbers))
+    }
+}
+
+/// The gradient by the pixels of one element.
+enum Bar {
+    Phase(Array2<f64>),
+    Transmission(Array2<Complex64>),
+}
+
+/// The gradient by all elements and numbers, summed over wavelengths.
+fn go_back(
+    planned: &[(System, Plans)],
+    channels: &[Channel],
+    elements: &[(usize, bool)],
+    bars: &[Array2<Complex64>],
+    watch: &Watch,
+) -> Result<(Vec<Bar>, Vec<f64>), BenchError> {
+    let mut pixels: Vec<Option<Bar>> = elements.iter().map(|_| None).collect();
+    let mut numbers = Vec::new();
+    for ((channel, (_, plans)), bar) in channels.iter().zip(planned).zip(bars) {
+        let Channel {
+            system,
+            variations,
+            trace,
+        } = channel;
+        let pulse = || watch.pulse();
+        let gradient = plans.adjoint_with(system, variations, (trace, bar), &pulse)?;
+        numbers.resize(gradient.parameters.len(), 0.0);
+        for (total, part) in numbers.iter_mut().zip(&gradient.parameters) {
+            *total += part;
+        }
+        for (total, (screen, by_phase)) in pixels.iter_mut().zip(elements) {
+            let part = gradient
+                .pixels
+                .get(*screen)
+                .cloned()
+                .flatten()
+                .unwrap_or_default();
+            add(total, part, own_pixels(system, *screen), *by_phase);
+        }
+    }
+    let empty = || Bar::Phase(Array2::default((0, 0)));
+    Ok((
+        pixels
+            .into_iter()
+            .map(|bar| bar.unwrap_or_else(empty))
+            .collect(),
+        numbers,
+    ))
+}
+
+/// Adds what one wavelength gives; t = |t|e^{iφ} gives φ̄ = Im(t̄ t*).
+fn add(total: &mut Option<Bar>, part: Array2<Complex64>, own: Option<&Pixels>, by_phase: bool) {
+    let part = match (by_phase, own) {
+        (true, Some(own)) => {
+            let terms = part
+                .iter()
+                .zip(&own.values)
+                .map(|(bar, t)| (bar * t.conj()).im);
+            Bar::Phase(Array2::from_shape_vec(part.dim(), terms.collect()).unwrap_or_default())
+        }
+        _ => Bar::Transmission(part),
+    };
+    match (total.as_mut(), part) {
+        (Some(Bar::Phase(sum)), Bar::Phase(part)) => *sum += &part,
+        (Some(Bar::Transmission(sum)), Bar::Transmission(part)) => *sum += &part,
+        (_, part) => *total = Some(part),
+    }
+}
+
+/// How light is carried: what is kept may not depend on what varies.
+fn settings(file: &File, changing: bool) -> Settings {
+    let mut settings = build::settings(file);
+    settings.mode_threshold = Some(0.0);
+    if changing {
+        settings.footprint_threshold = Some(settings.footprint_edge().min(SMOOTH));
+    }
+    settings
+}
+
+fn values(py: Python<'_>, file: &File, addresses: &[Address]) -> PyResult<Vec<f64>> {
+    let values = addresses.iter().map(|address| address.value(file));
+    let values: Result<Vec<f64>, Fault> = values.collect();
+    values.map_err(|told| crate::refusal::fault(py, &told))
+}
+
+/// The systems of all wavelengths with these numbers, and their neighbours in each.
+fn made(
+    py: Python<'_>,
+    scene: &Scene,
+    arrays: &Bound<'_, PyDict>,
+    addresses: &[Address],
+    numbers: &[f64],
+) -> PyResult<Vec<(System, Vec<Variation>)>> {
+    if numbers.len() != addresses.len() {
+        let (found, expected) = (numbers.len(), addresses.len());
+        return Err(error(py, format!("{found} numbers, expected {expected}")));
+    }
+    scene.with_arrays(py, arrays, |file, arrays| {
+        let channels = 0..file.wavelength_um.len();
+        channels
+            .map(|channel| rig(file, arrays, channel, (addresses, numbers)))
+            .collect()
+    })
+}
+
+/// The system of one wavelength with these numbers, and its neighbours in each.
+fn rig(
+    file: &File,
+    arrays: &Arrays,
+    channel: usize,
+    (addresses, numbers): (&[Address], &[f64]),
+) -> Result<(System, Vec<Variation>), Fault> {
+    if addresses.is_empty() {
+        return Ok((build::system_with(file, arrays, channel)?, Vec::new()));
+    }
+    let at = |numbers: &[f64]| {
+        let scene = with_numbers(file, addresses, numbers)?;
+        build::system_with(&scene, arrays, channel)
+    };
+    let variation = |(i, value): (usize, &f64)| {
+        let step = if *value == 0.0 {
+            NEAR
+        } else {
+            NEAR * value.abs()
+        };
+        let moved = |by: f64| {
+            let mut numbers = numbers.to_vec();
+            numbers[i] += by;
+            at(&numbers)
+        };
+        Ok(Variation {
+            below: moved(-step)?,
+            above: moved(step)?,
+            distance: 2.0 * step,
+        })
+    };
+    let variations: Result<Vec<Variation>, Fault> =
+        numbers.iter().enumerate().map(variation).collect();
+    Ok((at(numbers)?, variations?))
+}
+
+/// The screen of an element whose pixels can vary.
+fn screen_of(system: &System, name: &str) -> Option<usize> {
+    let at = system
+        .screens
+        .iter()
+        .position(|screen| screen.name == name)?;
+    own_pixels(system, at).map(|_| at)
+}
+
+fn own_pixels(system: &System, screen: usize) -> Option<&Pixels> {
+    match &system.screens.get(screen)?.act {
+        Act::Doe(doe) => doe.free_pixels(),
+        Act::Stop(_) | Act::Sensor(_) => None,
+    }
+}
+
+fn pixels_of(system: &mut System, screen: usize) -> Option<&mut Pixels> {
+    match &mut system.screens.get_mut(screen)?.act {
+        Act::Doe(doe) => doe.free_pixels_mut(),
+        Act::Stop(_) | Act::Sensor(_) => None,
+    }
+}
+
+/// Gives pixels phases, of the modulus they have, or whole transmissions.
+fn put(pixels: &mut Pixels, look: ArrayLook) -> Result<(), String> {
+    let (found, own) = (look.shape(), pixels.values.dim());
+    if found != [own.0, own.1] {
+        return Err(format!(
+            "an array of shape {found:?}, expected {:?}",
+            [own.0, own.1]
+        ));
+    }
+    match look {
+        ArrayLook::Real(phase) => pixels.values.zip_mut_with(&phase, |t, phase| {
+            *t = Complex64::from_polar(t.norm(), *phase);
+        }),
+        ArrayLook::Complex(values) => pixels.values.assign(&values),
+    }
+    match pixels.values.iter().all(|t| t.is_finite()) {
+        true => Ok(()),
+        false => Err(String::from(
+            "values that are not finite, expected finite ones",
+        )),
+    }
+}

@@ -1,0 +1,122 @@
+//! What a system looks like: its parts, its section, its elements.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use numpy::PyArray2;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raylet::file::catalog;
+use raylet::file::layout::CurveKind;
+use raylet::file::pictures::doe_map;
+use raylet::file::prescription::parts as list;
+use raylet::file::section;
+use raylet::optics::screen::Act;
+use serde_json::{Value, json};
+
+use crate::refusal::error;
+use crate::scene::Scene;
+
+/// The section through a system as JSON: rays, surfaces, glass and labels as points (z, transverse) in mm.
+#[pyfunction]
+pub(crate) fn layout(
+    py: Python<'_>,
+    scene: &Scene,
+    arrays: &Bound<'_, PyDict>,
+    channel: usize,
+) -> PyResult<String> {
+    let system = scene.system(py, arrays, channel)?;
+    let (drawn, transverse) = section::layout(&scene.file, &system);
+    let kind = |kind: CurveKind| match kind {
+        CurveKind::Surface => "surface",
+        CurveKind::Mirror => "mirror",
+        CurveKind::Doe => "doe",
+        CurveKind::Stop => "stop",
+        CurveKind::Sensor => "sensor",
+        CurveKind::Screen => "screen",
+    };
+    let rays = drawn
+        .rays
+        .iter()
+        .map(|ray| json!({"points": ray.points, "group": ray.group}));
+    let surfaces = drawn.surfaces.iter();
+    let surfaces = surfaces.map(|curve| json!({"points": curve.points, "kind": kind(curve.kind)}));
+    let labels = drawn
+        .labels
+        .iter()
+        .map(|label| json!({"at": label.at, "text": label.text}));
+    let all = json!({
+        "transverse": transverse,
+        "rays": rays.collect::<Vec<Value>>(),
+        "ray_groups": drawn.ray_groups,
+        "surfaces": surfaces.collect::<Vec<Value>>(),
+        "glass": drawn.glass.iter().map(|glass| json!(glass.points)).collect::<Vec<Value>>(),
+        "labels": labels.collect::<Vec<Value>>(),
+    });
+    Ok(all.to_string())
+}
+
+/// The parts of a system in the order light meets them, as JSON.
+#[pyfunction]
+pub(crate) fn parts(
+    py: Python<'_>,
+    scene: &Scene,
+    arrays: &Bound<'_, PyDict>,
+    channel: usize,
+) -> PyResult<String> {
+    let system = scene.system(py, arrays, channel)?;
+    let part = |part: raylet::file::prescription::Part| {
+        let frame = part.frame();
+        let axes = [frame.x, frame.y, frame.z].map(|axis| [axis.x, axis.y, axis.z]);
+        let origin = frame.origin;
+        json!({
+            "name": part.name,
+            "kind": part.word(),
+            "position_mm": [origin.x, origin.y, origin.z],
+            "axes": axes,
+            "radii_mm": part.radii(),
+            "tilt_deg": part.tilt_deg(),
+            "bounds_mm": part.bounds(),
+            "index": part.index(),
+            "medium": part.medium,
+        })
+    };
+    let parts: Vec<Value> = list(&scene.file, &system).into_iter().map(part).collect();
+    Ok(json!(parts).to_string())
+}
+
+/// The transmission of a diffractive element over its opening: complex [y, x] at the centres of equal cells, and
+/// the box [x_min, x_max, y_min, y_max] in mm.
+#[pyfunction]
+pub(crate) fn element<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    arrays: &Bound<'py, PyDict>,
+    name: &str,
+    channel: usize,
+) -> PyResult<(Bound<'py, PyArray2<Complex64>>, [f64; 4])> {
+    let system = scene.system(py, arrays, channel)?;
+    let screen = system.screens.iter().find(|screen| screen.name == name);
+    let Some(Act::Doe(doe)) = screen.map(|screen| &screen.act) else {
+        let screens = system.screens.iter();
+        let names = screens.filter(|screen| matches!(screen.act, Act::Doe(_)));
+        let names: Vec<&str> = names.map(|screen| screen.name.as_str()).collect();
+        return Err(error(
+            py,
+            format!("no diffractive element is called '{name}', only {names:?}"),
+        ));
+    };
+    let bounds = doe
+        .bounds()
+        .ok_or_else(|| error(py, format!("element '{name}' has no edge")))?;
+    let map: Array2<Complex64> = py.detach(|| doe_map(doe, bounds));
+    Ok((PyArray2::from_owned_array(py, map), bounds))
+}
+
+/// The names of all glasses.
+#[pyfunction]
+pub(crate) fn glasses() -> Vec<String> {
+    catalog::glasses()
+        .iter()
+        .map(catalog::Glass::name)
+        .collect()
+}

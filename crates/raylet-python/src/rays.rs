@@ -1,0 +1,474 @@
+//! Rays of another tracer at a system's element and on its sensor.
+
+use ndarray::{Array1, Array2, ArrayView2};
+use num_complex::Complex64;
+use numpy::{
+    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
+};
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raylet::engine::scatter::Scatter;
+use raylet::engine::scattering::{Coverage, Drawing, Scattering};
+use raylet::engine::secondary::Secondary;
+use raylet::engine::settings::Sampler;
+use raylet::math::vec3::Vec3;
+use raylet::optics::bundle::Rays;
+use raylet::optics::screen::Screen;
+use raylet::wave::beams::{Beams, Jacobians};
+use raylet::wave::collect::{CollectError, Collector, Wavelet};
+use raylet::wave::window::Synthesis;
+
+use crate::arrays::{check_memory, column, columns};
+use crate::refusal::error;
+use crate::scene::Scene;
+use crate::watch::pool;
+
+/// Rays in columns: (rays, 3) positions in mm and unit directions, (rays,) paths in mm and complex weights.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Bundle<'py> {
+    position: PyReadonlyArray2<'py, f64>,
+    direction: PyReadonlyArray2<'py, f64>,
+    path: PyReadonlyArray1<'py, f64>,
+    weight: PyReadonlyArray1<'py, Complex64>,
+}
+
+/// The same as the library takes them.
+struct Columns {
+    position: Vec<[f64; 3]>,
+    direction: Vec<[f64; 3]>,
+    path: Vec<f64>,
+    weight: Vec<Complex64>,
+}
+
+impl Bundle<'_> {
+    fn columns(&self) -> PyResult<Columns> {
+        Ok(Columns {
+            position: columns("position", &self.position)?,
+            direction: columns("direction", &self.direction)?,
+            path: column("path", &self.path)?,
+            weight: column("weight", &self.weight)?,
+        })
+    }
+}
+
+impl Columns {
+    fn rays(&self) -> Rays<'_> {
+        Rays {
+            position: &self.position,
+            direction: &self.direction,
+            path: &self.path,
+            weight: &self.weight,
+        }
+    }
+}
+
+/// How rays are scattered; lengths in mm.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Choices<'py> {
+    sigma: f64,
+    period: f64,
+    waves: bool,
+    area: Option<f64>,
+    towards: Option<[f64; 4]>,
+    threshold: f64,
+    most: Option<usize>,
+    systematic: bool,
+    seed: u64,
+    curvature: Option<PyReadonlyArray2<'py, f64>>,
+}
+
+impl Choices<'_> {
+    fn scattering(&self) -> Scattering {
+        let sampler = match (self.most, self.systematic) {
+            (None, _) => Sampler::All,
+            (Some(_), true) => Sampler::Systematic,
+            (Some(_), false) => Sampler::Multinomial,
+        };
+        Scattering {
+            period: self.period,
+            synthesis: if self.waves {
+                Synthesis::Plain
+            } else {
+                Synthesis::Window
+            },
+            coverage: self.area.map_or(Coverage::Divide, Coverage::Area),
+            towards: self.towards,
+            threshold: self.threshold,
+            drawing: Drawing {
+                sampler,
+                most: self.most.unwrap_or(usize::MAX),
+                seed: self.seed,
+            },
+            ..Scattering::beamlets(self.sigma)
+        }
+    }
+}
+
+/// Does something with the rays at an element of a system.
+fn at_element<T: Send>(
+    py: Python<'_>,
+    (scene, arrays, name, channel): (&Scene, &Bound<'_, PyDict>, &str, usize),
+    (bundle, choices): (&Bundle<'_>, &Choices<'_>),
+    work: impl FnOnce(&Screen, &Scatter) -> Result<T, String> + Send,
+) -> PyResult<T> {
+    let system = scene.system(py, arrays, channel)?;
+    let found = system.screens.iter().find(|screen| screen.name == name);
+    let screen: &Screen =
+        found.ok_or_else(|| error(py, format!("no element is called '{name}'")))?;
+    let held = bundle.columns()?;
+    let curvature = choices
+        .curvature
+        .as_ref()
+        .map(|array| columns::<f64, 3>("curvature", array))
+        .transpose()?;
+    let (settings, pool) = (choices.scattering(), pool(None)?);
+    let wavelength = system.wavelength;
+    let done = py.detach(|| {
+        pool.install(|| {
+            let scatter = Scatter::new(
+                screen,
+                wavelength,
+                held.rays(),
+                curvature.as_deref(),
+                settings,
+            );
+            work(screen, &scatter.map_err(|told| told.to_string())?)
+        })
+    });
+    done.map_err(|told| error(py, told))
+}
+
+/// Rows of `N` numbers as an array (rows, N).
+fn rows<'py, T: numpy::Element + Copy, const N: usize>(
+    py: Python<'py>,
+    rows: &[[T; N]],
+) -> Bound<'py, PyArray2<T>> {
+    let array = Array2::from_shape_fn((rows.len(), N), |(i, j)| rows[i][j]);
+    PyArray2::from_owned_array(py, array)
+}
+
+fn one<T: numpy::Element>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyArray1<T>> {
+    PyArray1::from_owned_array(py, Array1::from_vec(values))
+}
+
+/// The x, y and z axes of the plane that touches a screen at a global point on it.
+fn touching(screen: &Screen, [x, y, z]: [f64; 3]) -> [f64; 9] {
+    let local = screen.frame.to_local(Vec3::new(x, y, z));
+    let plane = screen.tangent([local.x, local.y]);
+    let frame = plane.map_or(screen.frame, |plane| plane.frame);
+    let [x, y, z] = [frame.x, frame.y, frame.z];
+    [x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z]
+}
+
+/// The rays that leave an element, as a dictionary of arrays.
+#[pyfunction]
+pub(crate) fn scatter<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    arrays: &Bound<'py, PyDict>,
+    place: (String, usize),
+    bundle: Bundle<'py>,
+    choices: Choices<'py>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let (name, channel) = place;
+    let at = (scene, arrays, name.as_str(), channel);
+    let (made, axes, unevenness) = at_element(py, at, (&bundle, &choices), |screen, scatter| {
+        let made = scatter.scatter(0..usize::MAX);
+        let axes: Vec<[f64; 9]> = made
+            .position
+            .iter()
+            .map(|at| touching(screen, *at))
+            .collect();
+        Ok((made, axes, scatter.unevenness()))
+    })?;
+    let answer = PyDict::new(py);
+    let index = |i: &usize| *i as i64;
+    let mode: Vec<i64> = made.mode.iter().flatten().map(index).collect();
+    answer.set_item("position", rows(py, &made.position))?;
+    answer.set_item("direction", rows(py, &made.direction))?;
+    answer.set_item("window", rows(py, &made.window))?;
+    answer.set_item("axes", rows(py, &axes).reshape([axes.len(), 3, 3])?)?;
+    answer.set_item(
+        "parent",
+        one(py, made.parent.iter().map(index).collect::<Vec<i64>>()),
+    )?;
+    answer.set_item("mode", one(py, mode).reshape([made.parent.len(), 2])?)?;
+    answer.set_item("dropped", made.dropped)?;
+    answer.set_item("unevenness", unevenness)?;
+    answer.set_item("path", one(py, made.path))?;
+    answer.set_item("weight", one(py, made.weight))?;
+    answer.set_item("cosine", one(py, made.cosine))?;
+    answer.set_item("times", one(py, made.times))?;
+    Ok(answer)
+}
+
+/// Which secondary rays were chosen.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Drawn<'py> {
+    parent: PyReadonlyArray1<'py, i64>,
+    mode: PyReadonlyArray2<'py, i64>,
+    times: PyReadonlyArray1<'py, f64>,
+}
+
+impl Drawn<'_> {
+    fn secondary(&self) -> PyResult<Secondary> {
+        let refuse =
+            || PyValueError::new_err("indices of secondary rays, expected those that scatter gave");
+        let index = |i: i64| usize::try_from(i).map_err(|_| refuse());
+        let mode = self.mode.as_array();
+        if mode.ncols() != 2 {
+            return Err(refuse());
+        }
+        let modes = mode
+            .rows()
+            .into_iter()
+            .map(|row| Ok([index(row[0])?, index(row[1])?]));
+        let mode: Vec<[usize; 2]> = modes.collect::<PyResult<_>>()?;
+        let parents = column("parent", &self.parent)?.into_iter().map(index);
+        let parent: Vec<usize> = parents.collect::<PyResult<_>>()?;
+        let times = column("times", &self.times)?;
+        if parent.len() != mode.len() || times.len() != mode.len() {
+            return Err(refuse());
+        }
+        Ok(Secondary {
+            parent,
+            mode,
+            times,
+            ..Secondary::default()
+        })
+    }
+}
+
+/// The conjugate transpose of [`scatter`] by weights: cotangents of the element's pixels (complex [y, x], or None
+/// where it has none of its own) and of the arriving weights.
+#[pyfunction]
+pub(crate) fn scatter_adjoint<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    arrays: &Bound<'py, PyDict>,
+    place: (String, usize),
+    rays: (Bundle<'py>, Choices<'py>),
+    drawn: (Drawn<'py>, PyReadonlyArray1<'py, Complex64>),
+) -> PyResult<(
+    Option<Bound<'py, PyArray2<Complex64>>>,
+    Bound<'py, PyArray1<Complex64>>,
+)> {
+    let ((name, channel), (bundle, choices)) = (place, rays);
+    let (secondary, bar) = (drawn.0.secondary()?, column("weight_bar", &drawn.1)?);
+    let at = (scene, arrays, name.as_str(), channel);
+    let (pixels, weight) = at_element(py, at, (&bundle, &choices), move |_, scatter| {
+        let back = scatter
+            .weigh_adjoint(&secondary, &bar)
+            .map_err(|told| told.to_string())?;
+        Ok((scatter.pixels_bar(&back).ok(), back.weight))
+    })?;
+    let pixels = pixels.map(|pixels| PyArray2::from_owned_array(py, pixels));
+    Ok((pixels, one(py, weight)))
+}
+
+/// What a tracer tells of the way of each ray: (rays, 4, 4) Jacobians, (rays, 3) windows, (rays,) cosines where they
+/// started and numbers of images they passed.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Ways<'py> {
+    jacobian: PyReadonlyArray3<'py, f64>,
+    window: PyReadonlyArray2<'py, f64>,
+    cosine: PyReadonlyArray1<'py, f64>,
+    images: Option<PyReadonlyArray1<'py, i64>>,
+}
+
+/// The same as the library takes them.
+struct Legs {
+    jacobian: Vec<[[f64; 4]; 4]>,
+    window: Vec<[f64; 3]>,
+    cosine: Vec<f64>,
+    images: Option<Vec<u32>>,
+}
+
+impl Ways<'_> {
+    fn legs(&self) -> PyResult<Legs> {
+        check_memory("jacobian", &self.jacobian)?;
+        let view = self.jacobian.as_array();
+        let (_, rows, across) = view.dim();
+        if (rows, across) != (4, 4) {
+            let told = format!(
+                "jacobian: an array of shape {:?}, expected (rays, 4, 4)",
+                view.shape()
+            );
+            return Err(PyValueError::new_err(told));
+        }
+        let images = self
+            .images
+            .as_ref()
+            .map(|array| column("images", array))
+            .transpose()?;
+        let refuse = |_| PyValueError::new_err("images: a negative or huge number");
+        let count = |i: i64| u32::try_from(i).map_err(refuse);
+        let counted = |all: Vec<i64>| all.into_iter().map(count).collect::<PyResult<_>>();
+        let matrix =
+            |m: ArrayView2<f64>| std::array::from_fn(|i| std::array::from_fn(|j| m[[i, j]]));
+        Ok(Legs {
+            jacobian: view.outer_iter().map(matrix).collect(),
+            window: columns("window", &self.window)?,
+            cosine: column("cosine", &self.cosine)?,
+            images: images.map(counted).transpose()?,
+        })
+    }
+}
+
+/// A scene with its arrays, and the index of a wavelength.
+type Place<'py> = (PyRef<'py, Scene>, Bound<'py, PyDict>, usize);
+
+/// Does something with rays on the sensor of a system.
+fn on_sensor<T: Send>(
+    py: Python<'_>,
+    (scene, arrays, channel): &Place<'_>,
+    (bundle, tolerance): (&Bundle<'_>, f64),
+    work: impl FnOnce(&Collector, &Rays, f64) -> Result<T, CollectError> + Send,
+) -> PyResult<T> {
+    let system = scene.system(py, arrays, *channel)?;
+    let screen = system
+        .screens
+        .last()
+        .ok_or_else(|| error(py, "no sensor"))?;
+    let (held, pool, wavelength) = (bundle.columns()?, pool(None)?, system.wavelength);
+    let done = py.detach(|| {
+        pool.install(|| {
+            let collector = Collector::new(screen, wavelength, tolerance)?;
+            work(&collector, &held.rays(), std::f64::consts::TAU / wavelength)
+        })
+    });
+    done.map_err(|told| error(py, told))
+}
+
+/// The amplitudes (rays,) and curvatures (rays, 3) in 1/mm of the beamlets of rays on the sensor.
+#[pyfunction]
+pub(crate) fn beams<'py>(
+    py: Python<'py>,
+    place: Place<'py>,
+    bundle: Bundle<'py>,
+    ways: Ways<'py>,
+) -> PyResult<(
+    Bound<'py, PyArray1<Complex64>>,
+    Bound<'py, PyArray2<Complex64>>,
+)> {
+    let legs = ways.legs()?;
+    let made = on_sensor(py, &place, (&bundle, 1e-3), |collector, rays, k| {
+        let jacobians = Jacobians {
+            jacobian: &legs.jacobian,
+            window: &legs.window,
+            cosine: &legs.cosine,
+            images: legs.images.as_deref(),
+        };
+        Ok(Beams::from_jacobians(
+            &jacobians,
+            &collector.hits(rays)?,
+            k,
+        )?)
+    })?;
+    Ok((one(py, made.amplitude), rows(py, &made.curvature)))
+}
+
+/// How rays are summed: the shape of what each adds, "beamlet", "prefactor" or "plain"; with beamlets for the first
+/// two, amplitudes (rays,) and curvatures (rays, 3); and to which tolerance.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Sum<'py> {
+    wavelet: String,
+    amplitude: Option<PyReadonlyArray1<'py, Complex64>>,
+    curvature: Option<PyReadonlyArray2<'py, Complex64>>,
+    tolerance: f64,
+}
+
+/// A wavelet that holds its beamlets.
+enum Held {
+    Plain,
+    Prefactor(Beams),
+    Beamlet(Beams),
+}
+
+impl Held {
+    fn wavelet(&self) -> Wavelet<'_> {
+        match self {
+            Held::Plain => Wavelet::Plain,
+            Held::Prefactor(beams) => Wavelet::Prefactor(beams),
+            Held::Beamlet(beams) => Wavelet::Beamlet(beams),
+        }
+    }
+}
+
+impl Sum<'_> {
+    fn held(&self) -> PyResult<Held> {
+        let beams = || {
+            let (Some(amplitude), Some(curvature)) = (&self.amplitude, &self.curvature) else {
+                let told = format!("no beams, expected them for wavelet '{}'", self.wavelet);
+                return Err(PyValueError::new_err(told));
+            };
+            Ok(Beams {
+                amplitude: column("amplitude", amplitude)?,
+                curvature: columns("curvature", curvature)?,
+            })
+        };
+        match self.wavelet.as_str() {
+            "plain" => Ok(Held::Plain),
+            "prefactor" => Ok(Held::Prefactor(beams()?)),
+            "beamlet" => Ok(Held::Beamlet(beams()?)),
+            other => {
+                let told =
+                    format!("wavelet is '{other}', expected 'beamlet', 'prefactor' or 'plain'");
+                Err(PyValueError::new_err(told))
+            }
+        }
+    }
+}
+
+/// The field that rays bring to the pixel centres of the sensor, [y, x].
+#[pyfunction]
+pub(crate) fn gather<'py>(
+    py: Python<'py>,
+    place: Place<'py>,
+    bundle: Bundle<'py>,
+    sum: Sum<'py>,
+) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
+    let held = sum.held()?;
+    let field = on_sensor(
+        py,
+        &place,
+        (&bundle, sum.tolerance),
+        |collector, rays, _| collector.collect(rays, &held.wavelet()),
+    )?;
+    Ok(PyArray2::from_owned_array(py, field))
+}
+
+/// The conjugate transpose of [`gather`], as a dictionary of arrays: cotangents of weight, path (1/mm), place and
+/// optical cosines on the sensor's axes; of beamlets their amplitudes and curvatures too.
+#[pyfunction]
+pub(crate) fn gather_adjoint<'py>(
+    py: Python<'py>,
+    place: Place<'py>,
+    bundle: Bundle<'py>,
+    sum: Sum<'py>,
+    field_bar: PyReadonlyArray2<'py, Complex64>,
+) -> PyResult<Bound<'py, PyDict>> {
+    let held = sum.held()?;
+    check_memory("field_bar", &field_bar)?;
+    let bar = field_bar.as_array().to_owned();
+    let back = on_sensor(
+        py,
+        &place,
+        (&bundle, sum.tolerance),
+        |collector, rays, _| collector.collect_adjoint(rays, &held.wavelet(), &bar),
+    )?;
+    let answer = PyDict::new(py);
+    answer.set_item("weight", one(py, back.weight))?;
+    answer.set_item("path", one(py, back.path))?;
+    answer.set_item("at", rows(py, &back.at))?;
+    answer.set_item("cosines", rows(py, &back.cosines))?;
+    answer.set_item("amplitude", one(py, back.amplitude))?;
+    answer.set_item("curvature", rows(py, &back.curvature))?;
+    Ok(answer)
+}

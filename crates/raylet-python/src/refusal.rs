@@ -1,0 +1,40 @@
+//! Refusals of the library as Python exceptions.
+
+use std::fmt::Display;
+
+use pyo3::PyErr;
+use pyo3::exceptions::PyValueError;
+use pyo3::prelude::*;
+use raylet::file::fault::Fault;
+
+pyo3::create_exception!(
+    raylet,
+    RayletError,
+    PyValueError,
+    "What raylet refuses: where it is, what was found there, what was expected.\n\n\
+     Attributes: `path` (the field, such as 'element[1].surface[0].glass', or ''), `found`, `expected` and \
+     `hint` (each a string, '' where there is none)."
+);
+
+/// The exception of a fault.
+pub(crate) fn fault(py: Python<'_>, fault: &Fault) -> PyErr {
+    let hint = fault.hint.clone().unwrap_or_default();
+    let told = [&fault.address.path, &fault.found, &fault.expected, &hint];
+    with_attributes(py, fault.to_string(), told.map(String::as_str))
+}
+
+/// The exception of anything else that the library refuses.
+pub(crate) fn error(py: Python<'_>, error: impl Display) -> PyErr {
+    with_attributes(py, error.to_string(), [""; 4])
+}
+
+fn with_attributes(py: Python<'_>, message: String, told: [&str; 4]) -> PyErr {
+    let error = RayletError::new_err(message);
+    let names = ["path", "found", "expected", "hint"];
+    for (name, text) in names.into_iter().zip(told) {
+        if let Err(failure) = error.value(py).setattr(name, text) {
+            return failure;
+        }
+    }
+    error
+}

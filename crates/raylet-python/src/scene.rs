@@ -1,0 +1,103 @@
+//! A scene as Python holds it.
+
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raylet::file::arrays::Arrays;
+use raylet::file::build;
+use raylet::file::fault::Fault;
+use raylet::file::scene::Scene as File;
+use raylet::file::variable::with_settings;
+use raylet::optics::system::System;
+
+use crate::arrays::Lent;
+use crate::refusal::{error, fault};
+use crate::watch::pool;
+
+/// A scene that was read; it never changes.
+#[pyclass(frozen, module = "raylet._raylet")]
+pub(crate) struct Scene {
+    pub(crate) file: Arc<File>,
+}
+
+#[pymethods]
+impl Scene {
+    /// The scene of a text; `name` stands for its file in messages and tells its folder.
+    #[staticmethod]
+    fn parse(py: Python<'_>, text: &str, name: PathBuf) -> PyResult<Self> {
+        let read = py.detach(|| File::parse(text, &name));
+        Self::of(py, read)
+    }
+
+    /// The scene of a file, with every array that it names.
+    #[staticmethod]
+    fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
+        let read = py.detach(|| File::read(Path::new(&path)));
+        Self::of(py, read)
+    }
+
+    /// The same scene with other settings, given as the TOML text of the table `[settings]`.
+    fn with_settings(&self, py: Python<'_>, settings: &str) -> PyResult<Self> {
+        let table: toml::Table = settings.parse().map_err(|told| error(py, told))?;
+        Self::of(py, with_settings(&self.file, &table))
+    }
+
+    /// The scene as TOML, with every default.
+    fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
+        self.file.to_toml().map_err(|told| fault(py, &told))
+    }
+
+    /// The scene as JSON, with every default.
+    fn to_json(&self, py: Python<'_>) -> PyResult<String> {
+        serde_json::to_string(&*self.file).map_err(|told| error(py, told))
+    }
+}
+
+impl Scene {
+    fn of(py: Python<'_>, read: Result<File, Fault>) -> PyResult<Self> {
+        let file = read.map_err(|told| fault(py, &told))?;
+        Ok(Self {
+            file: Arc::new(file),
+        })
+    }
+
+    /// Does something with the scene's arrays, those in `arrays` looked at where they are, without Python's lock.
+    pub(crate) fn with_arrays<T: Send>(
+        &self,
+        py: Python<'_>,
+        arrays: &Bound<'_, PyDict>,
+        work: impl FnOnce(&File, &Arrays) -> Result<T, Fault> + Send,
+    ) -> PyResult<T> {
+        let (lent, pool) = (Lent::new(arrays)?, pool(None)?);
+        let (looks, file) = (lent.looks(), &*self.file);
+        let done = py.detach(|| pool.install(|| work(file, &file.load_with(&looks)?)));
+        done.map_err(|told| fault(py, &told))
+    }
+
+    /// The systems of all wavelengths.
+    pub(crate) fn systems(
+        &self,
+        py: Python<'_>,
+        arrays: &Bound<'_, PyDict>,
+    ) -> PyResult<Vec<System>> {
+        self.with_arrays(py, arrays, |file, arrays| {
+            (0..file.wavelength_um.len())
+                .map(|channel| build::system_with(file, arrays, channel))
+                .collect()
+        })
+    }
+
+    /// The system of one wavelength.
+    pub(crate) fn system(
+        &self,
+        py: Python<'_>,
+        arrays: &Bound<'_, PyDict>,
+        channel: usize,
+    ) -> PyResult<System> {
+        self.with_arrays(py, arrays, |file, arrays| {
+            build::system_with(file, arrays, channel)
+        })
+    }
+}

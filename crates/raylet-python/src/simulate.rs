@@ -1,0 +1,89 @@
+//! The light of a scene on its sensor.
+
+use std::sync::Arc;
+use std::time::Instant;
+
+use ndarray::{Array1, Array2};
+use num_complex::Complex64;
+use numpy::{PyArray1, PyArray2};
+use pyo3::prelude::*;
+use pyo3::types::PyDict;
+use raylet::engine::settings::Settings;
+use raylet::engine::simulate::{Outcome, Progress, simulate as carry};
+use raylet::file::blame::blame;
+use raylet::file::build;
+use raylet::file::fault::Fault;
+use raylet::file::report::{Channel, Report};
+use raylet::file::scene::Scene as File;
+use raylet::optics::system::System;
+
+use crate::refusal::{error, fault};
+use crate::scene::Scene;
+use crate::watch::{Watch, run};
+
+/// Carries the light of every wavelength to the sensor.
+///
+/// Returns (fields, x, y, standard errors, report as JSON): for each wavelength the complex field [y, x], whose
+/// memory is the library's own; the pixel centres in mm; float64 [y, x] or None.
+#[pyfunction]
+#[pyo3(signature = (scene, arrays, threads, progress))]
+pub(crate) fn simulate<'py>(
+    py: Python<'py>,
+    scene: &Scene,
+    arrays: &Bound<'py, PyDict>,
+    threads: Option<usize>,
+    progress: Option<&Bound<'py, PyAny>>,
+) -> PyResult<Answer<'py>> {
+    let clock = Instant::now();
+    let systems = scene.systems(py, arrays)?;
+    let (file, settings) = (Arc::clone(&scene.file), build::settings(&scene.file));
+    let work = move |watch: &Watch| carry_all(&file, &systems, &settings, watch, clock);
+    let carried = run(py, threads, progress, work)?.map_err(|told| fault(py, &told))?;
+    let report = serde_json::to_string(&carried.report).map_err(|told| error(py, told))?;
+    let (mut fields, mut errors, mut axes) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
+    for (field, noise) in carried.fields {
+        axes = [field.grid.x.nodes(), field.grid.y.nodes()];
+        fields.push(PyArray2::from_owned_array(py, field.values));
+        errors.push(noise.map(|noise| PyArray2::from_owned_array(py, noise)));
+    }
+    let [x, y] = axes.map(|axis| PyArray1::from_owned_array(py, Array1::from(axis)));
+    Ok((fields, x, y, errors, report))
+}
+
+type Answer<'py> = (
+    Vec<Bound<'py, PyArray2<Complex64>>>,
+    Bound<'py, PyArray1<f64>>,
+    Bound<'py, PyArray1<f64>>,
+    Vec<Option<Bound<'py, PyArray2<f64>>>>,
+    String,
+);
+
+/// What came out of all wavelengths.
+struct Carried {
+    fields: Vec<(raylet::wave::field::Field, Option<Array2<f64>>)>,
+    report: Report,
+}
+
+fn carry_all(
+    file: &File,
+    systems: &[System],
+    settings: &Settings,
+    watch: &Watch,
+    clock: Instant,
+) -> Result<Carried, Fault> {
+    let (mut fields, mut channels) = (Vec::new(), Vec::new());
+    for (number, system) in systems.iter().enumerate() {
+        let tell = |progress: Progress| {
+            let before = (number * progress.hops + progress.hop) as f64;
+            let all = (systems.len() * progress.hops) as f64;
+            watch.tell(before + progress.done, all, progress.to);
+        };
+        let outcome: Outcome =
+            carry(system, settings, &tell).map_err(|error| blame(file, &error))?;
+        channels.push(Channel::new(&outcome, settings));
+        fields.push((outcome.field, outcome.standard_error));
+    }
+    let seconds = clock.elapsed().as_secs_f64();
+    let report = Report::new("simulate", file, settings, channels, seconds);
+    Ok(Carried { fields, report })
+}

@@ -1,0 +1,158 @@
+//! Long work: away from Python's lock, on as many threads as asked for, and given up when the user says so.
+
+use std::any::Any;
+use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::mpsc::{RecvTimeoutError, channel};
+use std::sync::{Arc, Mutex, PoisonError};
+use std::time::Duration;
+
+use pyo3::exceptions::{PyRuntimeError, PyValueError};
+use pyo3::prelude::*;
+use rayon::{ThreadPool, ThreadPoolBuilder};
+
+/// How often signals are looked for and progress is told.
+const BREATH: Duration = Duration::from_millis(50);
+
+/// Most threads that can be asked for.
+const MOST_THREADS: usize = 1024;
+
+/// How far work has come: hops done and all hops, as floating numbers, and where the current one leads.
+type Stage = (f64, f64, String);
+
+/// What work tells its watcher, and hears from it.
+#[derive(Clone, Default)]
+pub(crate) struct Watch(Arc<Inner>);
+
+#[derive(Default)]
+struct Inner {
+    unwanted: AtomicBool,
+    stage: Mutex<Option<Stage>>,
+}
+
+/// What unwinds the work that nobody wants any more.
+struct Unwanted;
+
+impl Watch {
+    /// Ends the work here, by unwinding, if nobody wants it any more.
+    pub(crate) fn pulse(&self) {
+        if self.0.unwanted.load(Ordering::Relaxed) {
+            resume_unwind(Box::new(Unwanted));
+        }
+    }
+
+    /// The same, telling how far the work has come.
+    pub(crate) fn tell(&self, done: f64, all: f64, to: &str) {
+        self.pulse();
+        let mut stage = self.0.stage.lock().unwrap_or_else(PoisonError::into_inner);
+        *stage = Some((done, all, to.to_owned()));
+    }
+
+    fn news(&self) -> Option<Stage> {
+        self.0
+            .stage
+            .lock()
+            .unwrap_or_else(PoisonError::into_inner)
+            .take()
+    }
+}
+
+/// Threads that are kept from call to call: of this process, and so many.
+static POOL: Mutex<Option<(u32, usize, Arc<ThreadPool>)>> = Mutex::new(None);
+
+/// Threads to work on; all processors unless told otherwise.
+///
+/// # Errors
+/// ValueError for a number that cannot be; RuntimeError when they cannot be started.
+pub(crate) fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
+    let count = match threads {
+        Some(count) if (1..=MOST_THREADS).contains(&count) => count,
+        Some(count) => {
+            return Err(PyValueError::new_err(format!(
+                "threads is {count}, expected from 1 to {MOST_THREADS}"
+            )));
+        }
+        None => std::thread::available_parallelism().map_or(1, usize::from),
+    };
+    let process = std::process::id();
+    let mut kept = POOL.lock().unwrap_or_else(PoisonError::into_inner);
+    match kept.take() {
+        Some((owner, size, pool)) if owner == process && size == count => {
+            *kept = Some((owner, size, Arc::clone(&pool)));
+            return Ok(pool);
+        }
+        // Threads do not survive a fork: nothing of a parent's may be touched.
+        Some((owner, _, pool)) if owner != process => std::mem::forget(pool),
+        _ => {}
+    }
+    let pool = ThreadPoolBuilder::new().num_threads(count).build();
+    let pool = pool.map_err(|error| {
+        PyRuntimeError::new_err(format!("cannot start {count} threads: {error}"))
+    })?;
+    let pool = Arc::new(pool);
+    *kept = Some((process, count, Arc::clone(&pool)));
+    Ok(pool)
+}
+
+/// Does work on a thread of its own, while this one looks for signals and tells `progress(done, all, to)`.
+///
+/// When a signal handler or `progress` raises, that is raised here at once; the work ends by itself soon after,
+/// with everything it holds.
+///
+/// # Errors
+/// What the handler or `progress` raised; RuntimeError for work that failed within.
+pub(crate) fn run<T: Send + 'static>(
+    py: Python<'_>,
+    threads: Option<usize>,
+    progress: Option<&Bound<'_, PyAny>>,
+    work: impl FnOnce(&Watch) -> T + Send + 'static,
+) -> PyResult<T> {
+    let (pool, watch) = (pool(threads)?, Watch::default());
+    let (sender, mut receiver) = channel();
+    let there = watch.clone();
+    std::thread::Builder::new().spawn(move || {
+        let outcome = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&there))));
+        // Nobody listens to work that was given up.
+        let _ = sender.send(outcome);
+    })?;
+    loop {
+        let (back, heard) = py.detach(move || {
+            let heard = receiver.recv_timeout(BREATH);
+            (receiver, heard)
+        });
+        receiver = back;
+        let heard = match heard {
+            Ok(outcome) => outcome.map_err(|payload| PyRuntimeError::new_err(told(&*payload)))?,
+            Err(RecvTimeoutError::Disconnected) => {
+                return Err(PyRuntimeError::new_err("the work ended without a result"));
+            }
+            Err(RecvTimeoutError::Timeout) => {
+                let kept = py.check_signals().and_then(|()| tell(progress, &watch));
+                if let Err(error) = kept {
+                    watch.0.unwanted.store(true, Ordering::Relaxed);
+                    return Err(error);
+                }
+                continue;
+            }
+        };
+        tell(progress, &watch)?;
+        return Ok(heard);
+    }
+}
+
+fn tell(progress: Option<&Bound<'_, PyAny>>, watch: &Watch) -> PyResult<()> {
+    if let (Some(progress), Some(stage)) = (progress, watch.news()) {
+        progress.call1(stage)?;
+    }
+    Ok(())
+}
+
+/// What a failure within said.
+fn told(payload: &(dyn Any + Send)) -> String {
+    let text = payload
+        .downcast_ref::<&str>()
+        .map(|text| (*text).to_owned());
+    let text = text.or_else(|| payload.downcast_ref::<String>().cloned());
+    let text = text.unwrap_or_else(|| String::from("no reason given"));
+    format!("internal error of raylet, please report it: {text}")
+}

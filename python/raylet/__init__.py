@@ -1,0 +1,66 @@
+"""raylet: optics made of lenses, mirrors and diffractive elements, simulated and designed.
+
+>>> import numpy as np, raylet
+>>> system = (
+...     raylet.System(wavelength_um=0.633)
+...     .add_doe(raylet.lens(focal_length_mm=20.0), aperture=raylet.disc(0.5), thickness_mm=20.0, name="lens")
+...     .add_sensor(pixels=(64, 64), pitch_um=2.0)
+... )
+>>> result = system.simulate()
+>>> result.field.shape
+(64, 64)
+"""
+
+from raylet import layers
+from raylet._raylet import RayletError, __version__
+from raylet.layers import (
+    annulus,
+    axicon,
+    disc,
+    grating,
+    height,
+    lens,
+    obstructed,
+    pixels,
+    polygon,
+    radial,
+    rectangle,
+    superposition,
+    vortex,
+    zernike,
+)
+from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
+from raylet.result import Result
+from raylet.system import System, glasses, load
+from raylet.trace import Rays
+
+__all__ = [
+    "Beams",
+    "RayletError",
+    "Rays",
+    "Result",
+    "Secondary",
+    "System",
+    "__version__",
+    "annulus",
+    "axicon",
+    "beams",
+    "disc",
+    "gather",
+    "gather_adjoint",
+    "glasses",
+    "grating",
+    "height",
+    "layers",
+    "lens",
+    "load",
+    "obstructed",
+    "pixels",
+    "polygon",
+    "radial",
+    "rectangle",
+    "scatter",
+    "superposition",
+    "vortex",
+    "zernike",
+]

@@ -1,0 +1,75 @@
+"""Arrays as the library takes them: 2-D float64 or complex128, looked at where they are if that is what they are."""
+
+from __future__ import annotations
+
+from typing import Any, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+Grid = Union[NDArray[np.float64], NDArray[np.complex128]]
+
+
+def numbers(name: str, value: Any) -> NDArray[Any]:
+    """Anything array-like as float64 or complex128, aligned and in native byte order; not copied if it is already."""
+    try:
+        array = np.asarray(value)
+    except Exception as error:
+        raise TypeError(f"{name}: {type(value).__name__} is no array ({error})") from error
+    if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
+        raise ValueError(f"{name} has masked values, expected all of them")
+    kind = array.dtype.kind
+    if kind not in "biufc":
+        raise TypeError(f"{name} has elements of type {array.dtype}, expected real or complex numbers")
+    wanted = np.dtype(np.complex128 if kind == "c" else np.float64)
+    even = all(stride % wanted.itemsize == 0 for stride in array.strides)
+    if array.dtype == wanted and array.flags.aligned and even:
+        return array
+    return np.ascontiguousarray(array, dtype=wanted).reshape(array.shape)
+
+
+def grid(name: str, value: Any) -> Grid:
+    """A 2-D array [y, x]."""
+    array = numbers(name, value)
+    if array.ndim != 2:
+        raise ValueError(f"{name} has shape {array.shape}, expected two axes [y, x]")
+    if array.size == 0:
+        raise ValueError(f"{name} has shape {array.shape}, expected at least one value")
+    return array
+
+
+def real(name: str, value: Any) -> NDArray[np.float64]:
+    """Real numbers of any shape."""
+    array = numbers(name, value)
+    if array.dtype.kind == "c":
+        raise TypeError(f"{name} is complex, expected real numbers")
+    return array
+
+
+def columns(name: str, value: Any, width: int, rays: int | None = None) -> NDArray[np.float64]:
+    """Rows of `width` real numbers, one for each ray."""
+    array = real(name, value)
+    if array.ndim != 2 or array.shape[1] != width or rays not in (None, array.shape[0]):
+        wanted = "rays" if rays is None else rays
+        raise ValueError(f"{name} has shape {array.shape}, expected ({wanted}, {width})")
+    return array
+
+
+def column(name: str, value: Any, rays: int, *, default: float | None = None) -> NDArray[np.float64]:
+    """One real number for each ray."""
+    array = real(name, default if value is None else value)
+    if array.ndim == 0:
+        array = np.full(rays, float(array))
+    if array.shape != (rays,):
+        raise ValueError(f"{name} has shape {array.shape}, expected ({rays},)")
+    return array
+
+
+def complex_column(name: str, value: Any, rays: int) -> NDArray[np.complex128]:
+    """One complex number for each ray."""
+    array = numbers(name, value).astype(np.complex128, copy=False)
+    if array.ndim == 0:
+        array = np.full(rays, complex(array))
+    if array.shape != (rays,):
+        raise ValueError(f"{name} has shape {array.shape}, expected ({rays},)")
+    return array

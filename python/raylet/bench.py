@@ -1,0 +1,90 @@
+"""A system as a function of pixels and numbers, with its gradient: for any framework, or none."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raylet import _raylet
+from raylet._arrays import Grid, grid, real
+
+if TYPE_CHECKING:
+    from raylet.system import System
+
+Field = NDArray[np.complex128]
+
+
+class Passage:
+    """Light that went through a bench, and the way back.
+
+    Attributes
+    ----------
+    field : complex field at the sensor's pixels, [y, x], or [wavelength, y, x] for a system made for a list of them.
+    """
+
+    def __init__(self, field: Field, fields: list[Field], passage: _raylet.Passage, threads: int | None) -> None:
+        self.field = field
+        self._shapes = [one.shape for one in fields]
+        self._passage, self._threads = passage, threads
+
+    def adjoint(self, field_bar: Any) -> tuple[list[Grid], NDArray[np.float64]]:
+        """The gradient of a real loss L from its cotangent ∂L/∂Re U + i ∂L/∂Im U, shaped like :attr:`field`.
+
+        Returns one array for each element, float64 by its phases where these were given, complex128 ∂L/∂Re t + i
+        ∂L/∂Im t by its transmissions where those were; and the derivatives by the numbers.
+        """
+        bar = np.asarray(field_bar)
+        if bar.shape != self.field.shape:
+            raise ValueError(f"field_bar has shape {bar.shape}, expected {self.field.shape}")
+        bars = [bar] if bar.ndim == 2 else list(bar)
+        pixels, numbers = self._passage.adjoint([grid("field_bar", one) for one in bars], self._threads)
+        return pixels, np.array(numbers, dtype=np.float64)
+
+
+class Bench:
+    """Frozen plans of a system whose pixels and numbers vary; made by :meth:`raylet.System.bench`.
+
+    Calling it with an array for each element (phases, or complex transmissions) and the numbers sends light through.
+    What is differentiated is one fixed, smooth function: no mode is dropped for being weak, as :meth:`raylet.System.
+    simulate` may do within its target error. Numbers that have gone far deserve a bench of their own.
+
+    Attributes
+    ----------
+    elements : names of the elements whose pixels vary.
+    names : names of the numbers; of a radius the curvature varies, "1/….radius_mm".
+    start : the numbers as the system has them.
+    shape : of the field.
+    """
+
+    def __init__(
+        self, system: System, elements: Sequence[str], numbers: Sequence[str], threads: int | None = None
+    ) -> None:
+        self.elements = tuple(elements)
+        self._scene, self._arrays, self._threads = system._compiled(), system._arrays, threads
+        self._several = isinstance(system._document["wavelength_um"], list)
+        self._bench = _raylet.Bench(self._scene, self._arrays, list(elements), list(numbers), threads)
+        self.start: NDArray[np.float64] = np.array(self._bench.numbers(), dtype=np.float64)
+        nx, ny = system._document["element"][-1]["pixels"]
+        waves = len(system.wavelength_um)
+        self.shape: tuple[int, ...] = (waves, ny, nx) if self._several else (ny, nx)
+        inverse = [path.rsplit(".", 1)[-1].startswith("radius") for path in numbers]
+        self.names = tuple(f"1/{path}" if turned else path for path, turned in zip(numbers, inverse))
+
+    def __call__(self, *pixels: Any, numbers: Any = None) -> Passage:
+        """Light through the system with these pixels and numbers."""
+        if len(pixels) != len(self.elements):
+            raise TypeError(f"{len(pixels)} arrays of pixels, expected {len(self.elements)}: for {self.elements}")
+        given = [grid(f"pixels of '{name}'", array) for name, array in zip(self.elements, pixels)]
+        values = self.start if numbers is None else np.atleast_1d(real("numbers", numbers))
+        if values.shape != self.start.shape:
+            raise ValueError(f"numbers has shape {values.shape}, expected {self.start.shape}: for {self.names}")
+        fields, passage = self._bench.forward(self._scene, self._arrays, given, values.tolist(), self._threads)
+        field = np.stack(fields) if self._several else fields[0]
+        return Passage(field, fields, passage, self._threads)
+
+    def __repr__(self) -> str:
+        varying = [*(f"pixels of '{name}'" for name in self.elements), *self.names]
+        return f"<raylet.Bench, varying {', '.join(varying) or 'nothing'}>"

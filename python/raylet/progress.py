@@ -1,0 +1,52 @@
+"""How far a long call has come."""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import Any, Union
+
+Progress = Union[bool, None, Callable[[float, str], Any]]
+
+#: Seconds before a bar that nobody asked for appears.
+_PATIENCE = 1.0
+
+
+@contextmanager
+def telling(progress: Progress) -> Iterator[Callable[[float, float, str], None] | None]:
+    """What the library is to call with (done, all, where to), for as long as the call lasts."""
+    if progress is not None and not isinstance(progress, bool) and not callable(progress):
+        raise TypeError(f"progress is {type(progress).__name__}, expected a function, True, False or None")
+    if callable(progress):
+        tell = progress
+        yield lambda done, whole, to: tell(done / whole if whole else 1.0, f"to '{to}'")
+    elif progress is False or (progress is None and not _watched()):
+        yield None
+    else:
+        with _bar(patience=_PATIENCE if progress is None else 0.0) as shown:
+            yield shown
+
+
+def _watched() -> bool:
+    """Whether somebody looks at a terminal or a notebook."""
+    shell = sys.modules.get("IPython")
+    notebook = shell is not None and getattr(shell.get_ipython(), "kernel", None) is not None
+    return notebook or (sys.stderr is not None and sys.stderr.isatty())
+
+
+@contextmanager
+def _bar(patience: float) -> Iterator[Callable[[float, float, str], None] | None]:
+    try:
+        from tqdm.auto import tqdm
+    except ImportError:
+        yield None
+        return
+    layout = "{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
+    with tqdm(total=1.0, leave=False, delay=patience, bar_format=layout) as bar:
+
+        def show(done: float, whole: float, to: str) -> None:
+            bar.set_description_str(f"to '{to}'", refresh=False)
+            bar.update(min(done / whole if whole else 1.0, 1.0) - bar.n)
+
+        yield show

@@ -1,0 +1,145 @@
+"""What a simulation gives."""
+
+from __future__ import annotations
+
+import json
+import os
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
+
+class Result:
+    """The complex field on the sensor, with where it is, how it was computed and how far it may be off.
+
+    Attributes
+    ----------
+    x_mm, y_mm : pixel centres in the sensor's own plane, ascending.
+    wavelength_um : vacuum wavelengths.
+    standard_error : float64 arrays [y, x] for each wavelength where rays were drawn at random (method "paper").
+    report : everything that is known of the run; keys as in docs/result.md.
+    """
+
+    def __init__(
+        self,
+        fields: list[NDArray[np.complex128]],
+        axes: tuple[NDArray[np.float64], NDArray[np.float64]],
+        report: dict[str, Any],
+        *,
+        several: bool,
+        standard_error: list[NDArray[np.float64] | None],
+        title: str = "",
+    ) -> None:
+        self._fields, self._several = fields, several
+        self._stack: NDArray[np.complex128] | None = None
+        self.x_mm, self.y_mm = axes
+        self.report, self.standard_error, self.title = report, standard_error, title
+        self.wavelength_um = [float(channel["wavelength_um"]) for channel in report["channels"]]
+
+    @classmethod
+    def _of(cls, answer: Any, *, several: bool, title: str) -> Result:
+        fields, x, y, noise, report = answer
+        return cls(fields, (x, y), json.loads(report), several=several, standard_error=noise, title=title)
+
+    @property
+    def fields(self) -> list[NDArray[np.complex128]]:
+        """The field [y, x] of each wavelength, in the memory in which it was computed."""
+        return self._fields
+
+    @property
+    def field(self) -> NDArray[np.complex128]:
+        """Complex amplitude at the pixel centres, exp(+ikz), 1 at the source: [y, x] for one wavelength, [wavelength,
+        y, x] where a list of wavelengths was given."""
+        if not self._several:
+            return self._fields[0]
+        if self._stack is None:
+            self._stack = np.stack(self._fields)
+        return self._stack
+
+    @property
+    def intensity(self) -> NDArray[np.float64]:
+        """|U|², indexed like :attr:`field`."""
+        field = self.field
+        return np.square(field.real) + np.square(field.imag)
+
+    @property
+    def phase(self) -> NDArray[np.float64]:
+        """The argument of the field in rad."""
+        return np.asarray(np.angle(self.field))
+
+    @property
+    def error(self) -> float | None:
+        """Expected relative L2 error of the complex field, the largest of all wavelengths; None where a method does
+        not foretell it."""
+        errors = [channel["error"] for channel in self.report["channels"]]
+        return None if None in errors else float(max(errors))
+
+    @property
+    def hops(self) -> list[dict[str, Any]]:
+        """How the light was carried from screen to screen, of all wavelengths one after the other."""
+        return [hop for channel in self.report["channels"] for hop in channel["hops"]]
+
+    @property
+    def tally(self) -> dict[str, int]:
+        """Rays by fate, of all hops and wavelengths together."""
+        total: dict[str, int] = {}
+        for hop in self.hops:
+            for fate, count in hop["rays"].items():
+                total[fate] = total.get(fate, 0) + count
+        return total
+
+    @property
+    def methods(self) -> list[str]:
+        """The method of each hop."""
+        return [hop["plan"]["method"] for hop in self.hops]
+
+    @property
+    def power_share(self) -> list[float]:
+        """For each wavelength the share of the light behind the first element that the sensor receives."""
+        channels = self.report["channels"]
+        return [channel["metrics"]["power"] / channel["hops"][0]["power"]["behind"] for channel in channels]
+
+    @property
+    def seconds(self) -> float:
+        """How long it took."""
+        return float(self.report["seconds"])
+
+    def plot(
+        self, what: str = "intensity", ax: Axes | None = None, *, channel: int = 0
+    ) -> tuple[Figure, Axes]:
+        """A picture of "intensity", "log" (its logarithm), "amplitude" or "phase"."""
+        from raylet.plotting import plot_field
+
+        if not 0 <= channel < len(self._fields):
+            raise IndexError(f"channel is {channel}, expected from 0 to {len(self._fields) - 1}")
+        return plot_field(self._fields[channel], (self.x_mm, self.y_mm), what, self.title, ax)
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes field [wavelength, y, x], x_mm, y_mm and wavelength_um to a .npz file, as `raylet simulate` does."""
+        with open(path, "wb") as file:
+            arrays = {"x_mm": self.x_mm, "y_mm": self.y_mm, "wavelength_um": np.array(self.wavelength_um)}
+            np.savez(file, field=np.stack(self._fields), **arrays)
+
+    def __repr__(self) -> str:
+        ny, nx = self._fields[0].shape
+        pitch = 1e3 * (self.x_mm[1] - self.x_mm[0]) if nx > 1 else 0.0
+        lines = [f"<raylet.Result {nx} x {ny} pixels of {pitch:.4g} µm, {self.seconds:.2f} s>"]
+        for channel, share in zip(self.report["channels"], self.power_share):
+            error = channel["error"]
+            told = f", expected field error {error:.1e}" if error is not None else ""
+            lines.append(f"  λ = {channel['wavelength_um']:g} µm: {share:.2%} of the light on the sensor{told}")
+            lines += [f"    {line}" for hop in channel["hops"] for line in _hop_lines(hop)]
+        return "\n".join(lines)
+
+
+def _hop_lines(hop: dict[str, Any]) -> list[str]:
+    plan, counts = hop["plan"], hop["rays"]
+    rays = ", ".join(f"{count} {fate}" for fate, count in counts.items() if count)
+    lines = [f"{plan['from']} to {plan['to']}: {plan['method']} ({plan['why']})" + (f"; rays: {rays}" if rays else "")]
+    warnings = [rim["warning"] for rim in hop.get("rims", []) if rim.get("warning")]
+    return lines + [f"  warning: {warning}" for warning in warnings]

@@ -1,0 +1,103 @@
+"""Single rays through a system."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raylet import _raylet
+from raylet._arrays import real
+
+if TYPE_CHECKING:
+    from raylet.system import System
+
+Real = NDArray[np.float64]
+
+#: What became of a ray.
+FATES = ("arrived", "clipped", "missed", "total reflection", "evanescent", "not converged")
+
+
+@dataclass(frozen=True, eq=False)
+class Rays:
+    """Rays at every part of a system; the last part is the sensor. What a lost ray did not reach is NaN.
+
+    Attributes
+    ----------
+    names : names of the parts.
+    x, y, z : where each part is met, (parts, rays), global, in mm.
+    L, M, N : direction cosines behind it, global.
+    opl_mm : optical path up to it, from where the source's phase is zero.
+    fate : for each ray one of :data:`FATES`, as an index.
+    derivatives : for each number asked for, arrays (5, rays): derivatives of x and y (mm) and the optical direction
+        cosines on the sensor's axes, and of the optical path (mm).
+    """
+
+    names: list[str]
+    x: Real
+    y: Real
+    z: Real
+    L: Real
+    M: Real
+    N: Real
+    opl_mm: Real
+    fate: NDArray[np.uint8]
+    derivatives: dict[str, Real]
+
+    @property
+    def arrived(self) -> NDArray[np.bool_]:
+        """Which rays reached the sensor."""
+        return self.fate == 0
+
+    def __repr__(self) -> str:
+        count = [f"{int(np.sum(self.fate == i))} {fate}" for i, fate in enumerate(FATES) if np.any(self.fate == i)]
+        return f"<raylet.Rays: {', '.join(count) or 'none'}; at {len(self.names)} parts: {', '.join(self.names)}>"
+
+
+def trace(
+    system: System,
+    source: dict[str, Any],
+    coordinates: tuple[Any, Any, Any, Any],
+    scale: tuple[float | None, float | None],
+    channel: int,
+    numbers: Sequence[str],
+) -> Rays:
+    """Rays of normalised field and pupil coordinates."""
+    given = [real(name, value) for name, value in zip(("Hx", "Hy", "Px", "Py"), coordinates)]
+    try:
+        Hx, Hy, Px, Py = (np.atleast_1d(value).ravel() for value in np.broadcast_arrays(*given))
+    except ValueError as error:
+        shapes = ", ".join(str(value.shape) for value in given)
+        raise ValueError(f"Hx, Hy, Px, Py have shapes {shapes}, expected such as go together") from error
+    pupil = np.stack([Px, Py], axis=1)
+    if not (np.isfinite(pupil).all() and np.isfinite(Hx).all() and np.isfinite(Hy).all()):
+        raise ValueError("Hx, Hy, Px, Py hold numbers that are not finite")
+    light = _light(source, Hx, Hy, scale)
+    scene, arrays = system._compiled(), system._arrays
+    points, directions, paths, fate, slopes = _raylet.trace(scene, arrays, channel, pupil, light, list(numbers))
+    names = [part["name"] for part in system.parts]
+    x, y, z = np.moveaxis(points, -1, 0)
+    L, M, N = np.moveaxis(directions, -1, 0)
+    return Rays(names, x, y, z, L, M, N, paths, fate, dict(zip(numbers, slopes)))
+
+
+def _light(source: dict[str, Any], Hx: Real, Hy: Real, scale: tuple[float | None, float | None]) -> Real:
+    """Directions of collimated light, or places of a point source, one for each ray."""
+    moved = bool(np.any(Hx) or np.any(Hy))
+    size = scale[0] if source["kind"] == "plane" else scale[1]
+    if moved and size is None:
+        name = "field_deg" if source["kind"] == "plane" else "field_mm"
+        raise ValueError(f"Hx, Hy need a scale: give {name} to trace() or to the system")
+    size = size or 0.0
+    if source["kind"] == "point":
+        px, py, pz = source["position_mm"]
+        return np.stack([px + size * Hx, py + size * Hy, np.full(Hx.shape, pz)], axis=1)
+    ax, ay = source["angle_deg"]
+    cx, cy = np.sin(np.radians(ax + size * Hx)), np.sin(np.radians(ay + size * Hy))
+    under = 1.0 - cx * cx - cy * cy
+    if np.any(under <= 0.0):
+        raise ValueError("field angles whose sines' squares add up to one or more, expected less")
+    return np.stack([cx, cy, np.sqrt(under)], axis=1)

@@ -1,0 +1,190 @@
+"""Systems in code: what they give, what they refuse, and that nothing is copied on the way."""
+
+from __future__ import annotations
+
+import copy
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import hologram, noise, through_lens
+
+import raylet
+
+
+def test_focus_of_a_diffractive_lens() -> None:
+    """In the focus of an ideal lens of radius a the field is ∫ cos θ/(λr) dA = (πf/λ) log(1 + a²/f²)."""
+    system = (
+        raylet.System(wavelength_um=0.7)
+        .add_doe(raylet.lens(focal_length_mm=50.0), aperture=raylet.disc(1.0), thickness_mm=50.0)
+        .add_sensor(pixels=(21, 21), pitch_um=4.0)
+    )
+    result = system.simulate()
+    peak = abs(result.field[10, 10])
+    assert peak == pytest.approx(np.pi * 50.0 / 0.7e-3 * np.log1p(1.0 / 50.0**2), rel=1e-6)
+    assert result.x_mm[10] == 0.0 and result.x_mm[11] == pytest.approx(4e-3)
+    assert result.error is not None and result.error < 1e-3
+
+
+def test_code_and_scene_file_give_the_same_bits(scenes: Path, tmp_path: Path) -> None:
+    """A scene file and the same system built in code, arrays from a file or from memory."""
+    phase = noise((10, 12))
+    np.save(tmp_path / "phase.npy", phase)
+    built = through_lens(phase)
+    text = built.to_toml().replace("array in memory", "phase.npy")
+    (tmp_path / "scene.toml").write_text(text)
+    loaded = raylet.load(tmp_path / "scene.toml")
+    assert np.array_equal(built.simulate().field, loaded.simulate(threads=1).field)
+
+
+def test_axes_of_arrays_are_y_x() -> None:
+    """A phase that grows along x sends light towards +x: columns are x."""
+    x = (np.arange(40) - 19.5) * 4e-3
+    tilt = 2.0 * np.pi / 0.7e-3 * 0.02 * x
+    result = hologram(np.tile(tilt, (30, 1)), pixels=(61, 31)).simulate()
+    mean = (result.intensity.sum(axis=0) * result.x_mm).sum() / result.intensity.sum()
+    assert mean == pytest.approx(0.02 * 2.0, abs=0.01)
+    assert result.field.shape == (31, 61)
+
+
+def test_several_wavelengths_come_first() -> None:
+    one = raylet.System(wavelength_um=0.7)
+    two = raylet.System(wavelength_um=[0.5, 0.7])
+    for system in (one, two):
+        system.add_doe(raylet.lens(focal_length_mm=20.0, wavelength_um=0.7), aperture=raylet.disc(0.3), thickness_mm=20.0)
+        system.add_sensor(pixels=(9, 7), pitch_um=3.0)
+    alone, both = one.simulate(), two.simulate()
+    assert both.field.shape == (2, 7, 9) and both.wavelength_um == [0.5, 0.7]
+    assert np.array_equal(both.field[1], alone.field)
+
+
+def test_field_is_handed_over_and_phases_are_looked_at() -> None:
+    """The field's memory is the library's own; arrays of float64 are taken as they lie, strides and all."""
+    phase = noise((10, 12))
+    result = hologram(phase).simulate()
+    assert not result.field.flags.owndata and not isinstance(result.field.base, np.ndarray)
+    assert result.field is result.fields[0]
+
+    system = hologram(phase)
+    system._compiled()
+    (held,) = system._arrays.values()
+    assert np.shares_memory(held, phase) and held.ctypes.data == phase.ctypes.data
+
+    # Turned and stepped views give what copies give.
+    large = noise((40, 36))
+    view = large[::-2, 1::3].T[:, ::-1]
+    assert np.array_equal(hologram(view).simulate().field, hologram(view.copy()).simulate().field)
+
+
+def test_memory_of_a_large_element_is_taken_once() -> None:
+    """What a run of a large element needs beside the array it is given: the transmission it makes of it, and fields."""
+    import resource
+
+    phase = np.zeros((3000, 3000))
+    system = (
+        raylet.System(wavelength_um=0.7)
+        .add_doe(raylet.pixels(pitch_um=1.0, phase=phase), aperture=raylet.disc(1.4), name="large", thickness_mm=50.0)
+        .add_sensor(pixels=(8, 8), pitch_um=5.0)
+    )
+    before = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
+    system._compiled()
+    assert resource.getrusage(resource.RUSAGE_SELF).ru_maxrss - before < 0.5 * phase.nbytes / 1024
+
+
+def test_pixels_are_replaced_without_touching_the_original() -> None:
+    system = hologram(noise((10, 12)))
+    other = system.with_pixels("hologram", phase=noise((10, 12), 1))
+    assert np.array_equal(other.simulate().field, hologram(noise((10, 12), 1)).simulate().field)
+    assert np.array_equal(system.simulate().field, hologram(noise((10, 12))).simulate().field)
+    with pytest.raises(raylet.RayletError, match="'holo'.*'hologram'"):
+        system.with_pixels("holo", phase=noise((10, 12)))
+
+
+def test_errors_name_the_field() -> None:
+    system = hologram(noise((10, 12)))
+    system.add_sensor(pixels=(4, 4), pitch_um=1.0)
+    with pytest.raises(raylet.RayletError) as caught:
+        system.simulate()
+    assert caught.value.path == "element[1].kind" or caught.value.path.startswith("element[")
+    bad = raylet.System(wavelength_um=0.7).add_surface(radius_mm=5.0, glass="N-BK8", semi_aperture_mm=1.0, thickness_mm=5.0)
+    bad.add_sensor(pixels=(4, 4), pitch_um=1.0)
+    with pytest.raises(raylet.RayletError, match="N-BK8") as caught:
+        bad.simulate()
+    assert caught.value.path == "element[0].glass"
+    assert isinstance(caught.value, ValueError)
+
+
+@pytest.mark.parametrize(
+    ("phase", "error", "told"),
+    [
+        (np.zeros(4), ValueError, r"shape \(4,\), expected two axes"),
+        (np.zeros((0, 4)), ValueError, "at least one value"),
+        (np.array([["a"]]), TypeError, "real or complex"),
+        (np.array([[None]]), TypeError, "real or complex"),
+    ],
+)
+def test_arrays_are_refused_where_they_are_given(phase: np.ndarray, error: type[Exception], told: str) -> None:
+    with pytest.raises(error, match=told):
+        raylet.pixels(pitch_um=4.0, phase=phase)
+
+
+def test_values_that_are_none_are_refused_at_the_field() -> None:
+    phase = noise((10, 12))
+    phase[3, 4] = np.nan
+    with pytest.raises(raylet.RayletError, match=r"NaN at \[3, 4\]") as caught:
+        hologram(phase).simulate()
+    assert caught.value.path == "element[0].layer[0].phase"
+    with pytest.raises(raylet.RayletError, match="a complex array"):
+        hologram(np.exp(1j * noise((10, 12)))).simulate()
+
+
+def test_settings_of_a_call() -> None:
+    system = through_lens(noise((10, 12)))
+    result = system.simulate(target_error=1e-2, memory_limit_mb=500.0, seed=7)
+    assert result.report["settings"]["target_error"] == 1e-2
+    assert result.report["settings"]["memory_limit_mb"] == 500.0
+    assert result.report["settings"]["seed"] == 7
+    with pytest.raises(raylet.RayletError) as caught:
+        system.simulate(method="beam")
+    assert caught.value.path == "settings.method"
+    with pytest.raises(ValueError, match="threads is 0"):
+        system.simulate(threads=0)
+
+
+def test_results_explain_themselves(tmp_path: Path) -> None:
+    result = through_lens(noise((10, 12))).simulate()
+    text = repr(result)
+    for word in ["16 x 12 pixels of 8 µm", "beamlet", "arrived", "expected field error", "% of the light"]:
+        assert word in text, text
+    assert result.methods == ["beamlet"] and result.tally["arrived"] > 0
+    result.save(tmp_path / "field.npz")
+    with np.load(tmp_path / "field.npz") as saved:
+        assert np.array_equal(saved["field"][0], result.field)
+    system = repr(through_lens(noise((10, 12))))
+    assert "hologram" in system and "sphere" in system
+
+
+def test_systems_can_be_copied_and_named() -> None:
+    system = copy.deepcopy(hologram(noise((4, 5))).settings(target_error=1e-2))
+    assert system.simulate().field.shape == (20, 24)
+    assert "SCHOTT:N-BK7" in raylet.glasses()
+    assert "not complete" in repr(raylet.System(wavelength_um=0.5))
+
+
+def test_bench_gradient_without_a_framework() -> None:
+    """The dot product of forward and adjoint, and both kinds of pixels."""
+    bench = hologram(noise((4, 5))).bench("hologram")
+    phase, moved = noise((4, 5), 1), noise((4, 5), 2) - np.pi
+    passage = bench(phase)
+    bar = np.exp(1j * noise(passage.field.shape, 3))
+    step = 1e-6
+    difference = (bench(phase + step * moved).field - bench(phase - step * moved).field) / (2 * step)
+    (by_phase,), _ = passage.adjoint(bar)
+    assert np.vdot(bar, difference).real == pytest.approx(np.sum(by_phase * moved), rel=1e-8)
+
+    t = 0.5 * np.exp(1j * phase)
+    passage = bench(t)
+    change = np.exp(1j * noise((4, 5), 4))
+    (by_t,), _ = passage.adjoint(bar)
+    exact = bench(t + change).field - passage.field
+    assert np.vdot(bar, exact).real == pytest.approx(np.vdot(by_t, change).real, rel=1e-10)

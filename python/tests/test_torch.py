@@ -1,0 +1,79 @@
+"""Gradients inside PyTorch."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from conftest import hologram, noise, through_lens
+
+import raylet
+
+torch = pytest.importorskip("torch")
+import raylet.torch  # noqa: E402
+
+
+def phases(shape: tuple[int, int], dtype: object = None) -> object:
+    return torch.tensor(noise(shape), dtype=dtype or torch.float64, requires_grad=True)
+
+
+def test_gradcheck_of_phases_in_free_space() -> None:
+    bench = hologram(noise((4, 5)), pixels=(5, 4)).bench("hologram")
+    assert torch.autograd.gradcheck(lambda phase: raylet.torch.field(bench, phase), (phases((4, 5)),))
+    assert torch.autograd.gradcheck(lambda phase: raylet.torch.intensity(bench, phase), (phases((4, 5)),))
+
+
+def test_gradcheck_of_complex_transmissions() -> None:
+    bench = hologram(noise((3, 4)), pixels=(4, 3)).bench("hologram")
+    start = torch.tensor(0.7 * np.exp(1j * noise((3, 4))), requires_grad=True)
+    assert torch.autograd.gradcheck(lambda t: raylet.torch.field(bench, t), (start,))
+
+
+def test_gradcheck_of_phases_and_numbers_through_a_lens() -> None:
+    system = through_lens(noise((3, 4)), pixels=(4, 3))
+    bench = system.bench("hologram", numbers=["element[1].radius_mm", "element[2].thickness_mm"])
+    assert bench.names == ("1/element[1].radius_mm", "element[2].thickness_mm")
+    scale = torch.tensor([1e-3, 1e-2], dtype=torch.float64)
+    start = torch.tensor(bench.start)
+
+    def field(phase: object, moved: object) -> object:
+        return raylet.torch.field(bench, phase, numbers=start + scale * moved)
+
+    moved = torch.zeros(2, dtype=torch.float64, requires_grad=True)
+    assert torch.autograd.gradcheck(field, (phases((3, 4)), moved), eps=1e-5, atol=1e-4, rtol=1e-3)
+
+
+def test_precision_follows_what_is_given() -> None:
+    bench = hologram(noise((4, 5))).bench("hologram")
+    double, single = phases((4, 5)), phases((4, 5), torch.float32)
+    a, b = raylet.torch.field(bench, double), raylet.torch.field(bench, single)
+    assert a.dtype == torch.complex128 and b.dtype == torch.complex64
+    assert float((a - b).detach().abs().max() / a.detach().abs().max()) < 1e-5
+    for field in (a, b):
+        field.abs().square().sum().backward()
+    assert single.grad.dtype == torch.float32
+    assert torch.allclose(single.grad.double(), double.grad, rtol=1e-4, atol=1e-5 * float(double.grad.abs().max()))
+
+
+def test_field_is_the_librarys_own_memory() -> None:
+    bench = hologram(noise((4, 5))).bench("hologram")
+    field = raylet.torch.field(bench, phases((4, 5)).detach())
+    assert type(field.numpy().base).__name__ != "ndarray" or field.numpy().base.base is not None
+
+
+def test_two_losses_of_one_passage() -> None:
+    bench, phase = hologram(noise((4, 5))).bench("hologram"), phases((4, 5))
+    field = raylet.torch.field(bench, phase)
+    (first,) = torch.autograd.grad(field[3, 4].real, phase, retain_graph=True)
+    (second,) = torch.autograd.grad(field[3, 4].imag, phase)
+    # U depends on phase through e^{iφ}: the rows of the Jacobian differ.
+    assert not torch.allclose(first, second)
+
+
+def test_wrong_tensors_are_refused() -> None:
+    bench = hologram(noise((4, 5))).bench("hologram")
+    with pytest.raises(raylet.RayletError, match=r"shape \[5, 4\], expected \[4, 5\]"):
+        raylet.torch.field(bench, phases((5, 4)))
+    with pytest.raises(TypeError, match="torch.int64"):
+        raylet.torch.field(bench, torch.zeros((4, 5), dtype=torch.int64))
+    with pytest.raises(TypeError, match="expected 1"):
+        raylet.torch.field(bench)

@@ -1,0 +1,85 @@
+"""Single rays: signs, units, fates and derivatives."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import raylet
+
+
+def singlet() -> raylet.System:
+    return (
+        raylet.System(wavelength_um=0.7, field_deg=5.0)
+        .add_surface(radius_mm=25.8, thickness_mm=5.3, glass=1.5, semi_aperture_mm=12.7)
+        .add_surface(thickness_mm=46.5, semi_aperture_mm=12.7)
+        .add_sensor(pixels=(8, 8), pitch_um=10.0)
+    )
+
+
+def test_snell_by_hand() -> None:
+    """One ray through a sphere and a plane, by the textbook."""
+    rays = singlet().trace(Px=0.4)
+    h, radius, thick = 0.4 * 12.7, 25.8, 5.3
+    n = 1.5
+    inside = np.arcsin(h / radius) - np.arcsin(h / radius / n)
+    sag = radius - np.sqrt(radius**2 - h**2)
+    at_back = h - (thick - sag) * np.tan(inside)
+    assert rays.x[2, 0] == pytest.approx(at_back, abs=1e-12)
+    assert rays.L[2, 0] == pytest.approx(-n * np.sin(inside), abs=1e-12)
+    assert rays.opl_mm[2, 0] == pytest.approx(sag + n * (thick - sag) / np.cos(inside), abs=1e-12)
+
+
+def test_ideal_diffractive_focus_has_one_optical_path() -> None:
+    """Fermat: the phase adds φ/k to the path, so all paths to the focus are alike."""
+    system = (
+        raylet.System(wavelength_um=0.5)
+        .add_doe(raylet.lens(focal_length_mm=10.0), aperture=raylet.disc(4.0), thickness_mm=10.0)
+        .add_sensor(pixels=(3, 3), pitch_um=1.0)
+    )
+    rays = system.trace(Px=np.linspace(-1.0, 1.0, 9))
+    assert np.ptp(rays.opl_mm[-1]) < 1e-12 and np.abs(rays.x[-1]).max() < 1e-12
+    # At the focus sin θ is exactly that of the grating equation.
+    assert rays.L[0, -1] == pytest.approx(-4.0 / np.hypot(4.0, 10.0), abs=1e-12)
+
+
+def test_positive_orders_turn_towards_plus_x_and_fields_tilt_towards_plus() -> None:
+    system = (
+        raylet.System(wavelength_um=0.5, field_deg=2.0)
+        .add_doe(raylet.grating(period_um=5.0), aperture=raylet.disc(1.0), thickness_mm=10.0)
+        .add_sensor(pixels=(3, 3), pitch_um=1.0)
+    )
+    rays = system.trace(Hy=[0.0, 1.0])
+    assert rays.L[0] == pytest.approx([0.1, 0.1]) and rays.y[-1, 1] > 0.3
+    assert rays.M[0, 1] == pytest.approx(np.sin(np.radians(2.0)))
+
+
+def test_lost_rays_are_told() -> None:
+    rays = singlet().trace(Px=[0.0, 0.9, 2.1], Py=[0.0, 0.9, 0.0])
+    assert list(rays.fate) == [0, 1, 1] and np.isnan(rays.x[-1, 1:]).all()
+    assert "1 arrived, 2 clipped" in repr(rays)
+
+
+def test_derivatives_match_differences() -> None:
+    paths = ["element[0].radius_mm", "element[0].thickness_mm"]
+    rays = singlet().trace(Px=[0.3, 0.5], Hy=0.5, derivatives=paths)
+
+    def landing(curvature: float, thickness: float) -> np.ndarray:
+        system = singlet()
+        system._document["element"][0].update(radius_mm=1 / curvature, thickness_mm=thickness)
+        moved = system.trace(Px=[0.3, 0.5], Hy=0.5)
+        return np.stack([moved.x[-1], moved.y[-1], moved.L[-1], moved.M[-1], moved.opl_mm[-1]])
+
+    for path, step in zip(paths, ([1e-6, 0.0], [0.0, 1e-4])):
+        here = np.array([1 / 25.8, 5.3])
+        slope = (landing(*(here + step)) - landing(*(here - step))) / (2 * sum(step))
+        assert rays.derivatives[path] == pytest.approx(slope, rel=2e-7, abs=1e-7)
+
+
+def test_fields_need_a_scale() -> None:
+    system = singlet()
+    system.field_deg = None
+    with pytest.raises(ValueError, match="field_deg"):
+        system.trace(Hy=1.0)
+    with pytest.raises(ValueError, match="go together"):
+        system.trace(Px=[0.0, 1.0], Py=[0.0, 1.0, 2.0])
