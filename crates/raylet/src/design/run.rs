@@ -140,7 +140,7 @@ impl<'p> Run<'p> {
             .project
             .elements
             .iter()
-            .any(|e| e.constraints.hardens());
+            .any(|e| e.modulator.constraints().hardens());
         if hardens && share.min(1.0) != state.share {
             state.share = share.min(1.0);
             state.search.refresh(true);

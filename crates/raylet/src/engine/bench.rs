@@ -40,6 +40,14 @@ pub enum BenchError {
          cut light: it has no derivative there"
     )]
     Parts(usize),
+    /// A system of other hops than the one that was planned.
+    #[error("a system of {found} hops where {planned} are planned")]
+    Hops {
+        /// Hops of the planned system, rims that diffract among them.
+        planned: usize,
+        /// Those of the other one.
+        found: usize,
+    },
     /// The surface of a screen changes.
     #[error(
         "parameter {parameter} changes the surface of screen '{screen}'; only its place and its element may \
@@ -136,9 +144,8 @@ impl Bench {
             let beyond = &Beyond::of(system, number);
             let mut chosen = plan(&hop, light, beyond, &settings).map_err(SimulateError::from)?;
             let stays = |free| {
-                neighbours(variations, number)
-                    .iter()
-                    .all(|n| is_free(free, n))
+                let (_, neighbours) = neighbours(variations, number, &hop);
+                neighbours.iter().all(|n| is_free(free, n))
             };
             if let Plan::Free(free, _) = &chosen
                 && !stays(free)
@@ -238,12 +245,17 @@ impl Bench {
 
             // field behind the screen -> sheets of the next
             let mut bar = Field::zeros(passed.behind.grid.clone());
+            let (moving, neighbours) = neighbours(variations, number, hop);
+            let mut pulled = vec![0.0; moving.len()];
             let mut back = Back {
                 from_bar: &mut bar.values,
-                neighbours: &neighbours(variations, number),
-                parameters: &mut gradient.parameters,
+                neighbours: &neighbours,
+                parameters: &mut pulled,
             };
             run.carry_adjoint(&passed.behind, raster, reach, &sheets_bar, &mut back);
+            for (parameter, part) in moving.into_iter().zip(pulled) {
+                gradient.parameters[parameter] += part;
+            }
 
             // arrived -> behind
             for (total, variation) in gradient.parameters.iter_mut().zip(variations) {
@@ -285,7 +297,8 @@ impl Bench {
             other => Ok(other.clone()),
         };
         if self.plans.len() != system.trains.len() {
-            return Err(BenchError::Parts(0));
+            let (planned, found) = (self.plans.len(), system.trains.len());
+            return Err(BenchError::Hops { planned, found });
         }
         self.plans.iter().zip(system.hops()).map(update).collect()
     }
@@ -346,23 +359,23 @@ fn rimmed(planned: &Rimmed, variations: &[Variation]) -> Result<Vec<Variation>, 
     Ok(list)
 }
 
-/// One hop of all variations.
-fn neighbours(variations: &[Variation], number: usize) -> Vec<Neighbours<'_>> {
-    let mut list = Vec::new();
-    for variation in variations {
-        let pair = (
-            variation.below.hops().nth(number),
-            variation.above.hops().nth(number),
-        );
-        if let (Some(below), Some(above)) = pair {
-            list.push(Neighbours {
-                below,
-                above,
-                distance: variation.distance,
-            });
-        }
-    }
-    list
+/// One hop of those variations in which its rays run otherwise, with their numbers.
+fn neighbours<'v>(
+    variations: &'v [Variation],
+    number: usize,
+    hop: &Hop,
+) -> (Vec<usize>, Vec<Neighbours<'v>>) {
+    let pair = |variation: &'v Variation| {
+        Some(Neighbours {
+            below: variation.below.hops().nth(number)?,
+            above: variation.above.hops().nth(number)?,
+            distance: variation.distance,
+        })
+    };
+    let all = variations.iter().enumerate();
+    let all = all.filter_map(|(i, variation)| pair(variation).map(|n| (i, n)));
+    all.filter(|(_, n)| !(n.below.is_same(hop) && n.above.is_same(hop)))
+        .unzip()
 }
 
 /// Whether both neighbours of a free hop are free.
