@@ -15,8 +15,8 @@ use raylet::file::hidden::unwritable;
 use raylet::file::phase_file::PhaseFile;
 use raylet::file::pixel_part::Output;
 use raylet::file::project::{Brief, brief};
-use raylet::file::wanted::Glance;
 use raylet::file::scene::Scene;
+use raylet::file::wanted::Glance;
 use raylet::wave::metrics::ncc;
 use serde::{Deserialize, Serialize};
 

@@ -109,10 +109,7 @@ impl Modulator {
     /// The element, `share` of the iterations done (0 to 1: how hard soft levels are).
     pub fn make(&self, parameters: &[f64], share: f64) -> Shaped {
         let [phases, amplitudes] = self.planes();
-        let phase = |number| {
-            self.constraints
-                .make(self.plane(parameters, number), share)
-        };
+        let phase = |number| self.constraints.make(self.plane(parameters, number), share);
         let amplitude = (amplitudes > 0).then(|| {
             let plane = self.plane(parameters, phases);
             self.constraints.spread(plane)
@@ -135,9 +132,9 @@ impl Modulator {
                     .and(&second)
                     .map_collect(|a, b| a * w + b * v)
             }
-            (Some(first), Some(amplitude), _) => Zip::from(&first)
-                .and(amplitude)
-                .map_collect(|t, a| t * *a),
+            (Some(first), Some(amplitude), _) => {
+                Zip::from(&first).and(amplitude).map_collect(|t, a| t * *a)
+            }
             (Some(first), None, _) => first,
             (None, amplitude, _) => match amplitude {
                 Some(amplitude) => amplitude.mapv(Complex64::from),
@@ -209,7 +206,10 @@ impl Modulator {
 
 /// Planes one behind the other.
 fn flat(planes: &[Array2<f64>]) -> Vec<f64> {
-    planes.iter().flat_map(|plane| plane.iter().copied()).collect()
+    planes
+        .iter()
+        .flat_map(|plane| plane.iter().copied())
+        .collect()
 }
 
 #[cfg(test)]
@@ -268,7 +268,11 @@ mod tests {
                     modulator.transmission(&modulator.make(&moved, 0.4), ratio)
                 };
                 let change = (moved(1e-5) - moved(-1e-5)) / Complex64::from(2e-5);
-                let there: f64 = bar.iter().zip(&change).map(|(b, t)| (b.conj() * t).re).sum();
+                let there: f64 = bar
+                    .iter()
+                    .zip(&change)
+                    .map(|(b, t)| (b.conj() * t).re)
+                    .sum();
                 let shaped = modulator.make(&at, 0.4);
                 let back = modulator.transmission_adjoint(&shaped, ratio, bar.view());
                 let back: f64 = back.iter().zip(&along).map(|(a, d)| a * d).sum();
@@ -281,7 +285,10 @@ mod tests {
     #[test]
     fn prices_of_steps_have_their_gradients() {
         for modulator in modulators() {
-            assert_eq!(modulator.price(&modulator.make(&point(modulator.count(), 1), 0.0)), None);
+            assert_eq!(
+                modulator.price(&modulator.make(&point(modulator.count(), 1), 0.0)),
+                None
+            );
             let modulator = modulator.smooth(0.3);
             let (at, along) = (point(modulator.count(), 4), point(modulator.count(), 5));
             let price = |by: f64| {
@@ -306,7 +313,10 @@ mod tests {
         let cis = Complex64::cis;
         let close = |a: Complex64, b: Complex64| (a - b).norm() < 1e-15;
         assert!(close(seen(Modulation::Phase, &[0.1, 0.2]), cis(0.2)));
-        assert!(close(seen(Modulation::Amplitude, &[0.1, 0.2]), Complex64::from(0.2)));
+        assert!(close(
+            seen(Modulation::Amplitude, &[0.1, 0.2]),
+            Complex64::from(0.2)
+        ));
         let both = seen(Modulation::Both, &[0.1, 0.2, 0.3, 0.4]);
         assert!(close(both, cis(0.2) * 0.4));
         let two = seen(Modulation::TwoPhase([1.0, 0.5]), &[0.1, 0.2, 0.3, 0.4]);

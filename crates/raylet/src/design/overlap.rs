@@ -115,10 +115,7 @@ mod tests {
     /// Relative distance of the gradient from central differences along a random direction.
     fn discrepancy(loss: &dyn FieldLoss, field: &Array2<Complex64>) -> f64 {
         let along = noise(field.dim(), 9);
-        let at = |by: f64| {
-            loss.judge((field + &along.mapv(|a| a * by)).view())
-                .value
-        };
+        let at = |by: f64| loss.judge((field + &along.mapv(|a| a * by)).view()).value;
         let slope = (at(1e-4) - at(-1e-4)) / 2e-4;
         let bar = loss.judge(field.view()).bar;
         let terms = bar.iter().zip(&along);

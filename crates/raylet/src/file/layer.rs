@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::file::decode::tagged;
 use crate::file::material::Material;
-use crate::file::number::{acute, not_empty, not_zero, one_or_pair_schema, pitch, positive, whole_or_part};
+use crate::file::number::{
+    acute, not_empty, not_zero, one_or_pair_schema, pitch, positive, whole_or_part,
+};
 
 tagged! {
     /// One factor of a diffractive element's complex transmission. Layers of an element multiply, so

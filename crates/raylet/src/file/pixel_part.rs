@@ -154,9 +154,8 @@ impl PixelPart {
         let Element::Doe(doe) = &scene.element[number] else {
             return Err(scene.fault(&name_key, &*part.name, expected));
         };
-        let gridded = |layer: &Layer| {
-            matches!(layer, Layer::Pixels(_) | Layer::Height(_) | Layer::Sum(_))
-        };
+        let gridded =
+            |layer: &Layer| matches!(layer, Layer::Pixels(_) | Layer::Height(_) | Layer::Sum(_));
         let Some(place) = doe.layer.iter().position(gridded) else {
             return Err(scene.fault(&name_key, &*part.name, expected));
         };
@@ -440,7 +439,9 @@ fn blank(scene: &Scene, layer: &Layer, free: Free, path: &str) -> Result<PixelLa
                 if file.is_some() {
                     let expected = match free {
                         Free::Phase => "`phase` alone: the amplitude is one (or free = \"both\")",
-                        Free::Amplitude => "`amplitude` alone: the phase is zero (or free = \"both\")",
+                        Free::Amplitude => {
+                            "`amplitude` alone: the phase is zero (or free = \"both\")"
+                        }
                         _ => "`phase` and `amplitude`",
                     };
                     let found = format!("a file of {key} in a layer that is designed");

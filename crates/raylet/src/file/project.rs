@@ -76,7 +76,9 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
 
     // What is wanted, and of what.
     let judged = judged(scene, &design, &systems)?;
-    let elements = parts.iter().map(|part| element(scene, &design, part, first));
+    let elements = parts
+        .iter()
+        .map(|part| element(scene, &design, part, first));
     let elements: Vec<Element> = elements.collect::<Result<_, Fault>>()?;
     let mut channels = Vec::new();
     let mut glances = Vec::new();
@@ -139,13 +141,15 @@ impl Brief {
 /// The system of each wavelength.
 fn systems(scene: &Scene) -> Result<Vec<System>, Fault> {
     let channels = 0..scene.wavelength_um.len();
-    channels.map(|channel| build::system(scene, channel)).collect()
+    channels
+        .map(|channel| build::system(scene, channel))
+        .collect()
 }
 
 fn raster(scene: &Scene, systems: &[System]) -> Result<Raster, Fault> {
     let sensor = sensor_of(&systems[0]);
-    let sensor = sensor
-        .map_err(|error| scene.fault("element", error.to_string(), "a sensor at the end"))?;
+    let sensor =
+        sensor.map_err(|error| scene.fault("element", error.to_string(), "a sensor at the end"))?;
     Ok(Raster::of(sensor))
 }
 
@@ -166,7 +170,10 @@ fn element(
 
 /// The index around a screen at each wavelength.
 fn around(systems: &[System], screen: usize) -> Vec<f64> {
-    systems.iter().map(|system| system.screens[screen].index).collect()
+    systems
+        .iter()
+        .map(|system| system.screens[screen].index)
+        .collect()
 }
 
 /// What makes the systems: the scene as it is lit in each run, with the numbers of a point.
@@ -228,7 +235,8 @@ fn numbers(scene: &Scene, blank: &Scene, variables: &[Variable]) -> Result<Numbe
         let bounds = address.bounds([variable.lowest, variable.highest]);
         let Some(bounds) = bounds.filter(|[low, high]| low <= &start && &start <= high) else {
             let found = format!("bounds {:?} and {:?}", variable.lowest, variable.highest);
-            let expected = "lowest and highest about the scene's own value; both of one sign for a radius";
+            let expected =
+                "lowest and highest about the scene's own value; both of one sign for a radius";
             return Err(scene.fault(&at, found, expected));
         };
         numbers.list.push(Number {
@@ -302,7 +310,8 @@ fn phase(
     let wanted = || {
         let named = scene.hologram.as_ref().map(|hologram| &hologram.element);
         if named != Some(&part.part.name) {
-            let expected = "a [hologram] of this element, or start = \"flat\", \"random\" or \"file\"";
+            let expected =
+                "a [hologram] of this element, or start = \"flat\", \"random\" or \"file\"";
             let path = format!("{}.start", part.at);
             return Err(scene.fault(&path, "a start that needs a picture", expected));
         }

@@ -68,7 +68,10 @@ fn lit_by(scene: &Scene, view: &View, number: usize) -> Result<Scene, Fault> {
             }
         }
         (Illumination::Plane(_), ..) => {
-            return refuse("a field of another kind of light", "angle_deg for a plane source");
+            return refuse(
+                "a field of another kind of light",
+                "angle_deg for a plane source",
+            );
         }
         (Illumination::Point(_), ..) => {
             let expected = "position_mm for a point source, z below zero";
@@ -180,9 +183,7 @@ fn wishes(scene: &Scene, design: &Design) -> Result<Vec<Counted>, Fault> {
         }
         let listed = design.loss.iter().enumerate();
         return listed
-            .map(|(i, wish)| {
-                Counted::new(scene, design, wish.clone(), format!("design.loss[{i}]"))
-            })
+            .map(|(i, wish)| Counted::new(scene, design, wish.clone(), format!("design.loss[{i}]")))
             .collect();
     }
     asked(scene)?;
@@ -209,7 +210,9 @@ fn wishes(scene: &Scene, design: &Design) -> Result<Vec<Counted>, Fault> {
         }));
     }
     let at = || String::from("hologram");
-    let counted = list.into_iter().map(|wish| Counted::new(scene, design, wish, at()));
+    let counted = list
+        .into_iter()
+        .map(|wish| Counted::new(scene, design, wish, at()));
     counted.collect()
 }
 
@@ -299,13 +302,11 @@ impl<'s> Stage<'s> {
     fn target(&self, (picture, size): Named, at: &str) -> Result<Target, Fault> {
         match (picture, size) {
             (None, None) => target(self.scene, asked(self.scene)?),
-            (Some(file), Some(size)) => {
-                Ok(Target {
-                    image: self.image(file, &format!("{at}.picture"))?,
-                    size,
-                    blur: [0.0; 2],
-                })
-            }
+            (Some(file), Some(size)) => Ok(Target {
+                image: self.image(file, &format!("{at}.picture"))?,
+                size,
+                blur: [0.0; 2],
+            }),
             _ => {
                 let expected = "`picture` and `size_mm`, or neither for those of [hologram]";
                 Err(self.scene.fault(at, "one without the other", expected))
