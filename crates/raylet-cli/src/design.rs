@@ -1,7 +1,6 @@
 //! `raylet design SCENE`: phases and numbers found by gradients through the real system.
 
 use std::path::{Path, PathBuf};
-use std::sync::atomic::Ordering;
 use std::time::{Duration, Instant};
 
 use clap::Args;
@@ -14,13 +13,15 @@ use raylet::file::design_chart::{DesignChart, Row};
 use raylet::file::fault::Fault;
 use raylet::file::hidden::unwritable;
 use raylet::file::phase_file::PhaseFile;
+use raylet::file::pixel_part::Output;
 use raylet::file::project::{Brief, brief};
 use raylet::file::scene::Scene;
+use raylet::file::wanted::Glance;
 use raylet::wave::metrics::ncc;
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
-use crate::interrupt::{WANTED, wait_for_step};
+use crate::interrupt::{end, is_wanted, wait_for_step};
 use crate::overrides::start_threads;
 use crate::progress::dress;
 use crate::say::{complain, say};
@@ -28,7 +29,7 @@ use crate::say::{complain, say};
 /// Designs what a scene's [design] asks for: phases of pixels and numbers of the system.
 #[derive(Args)]
 pub(crate) struct Design {
-    /// The scene file, with tables `[hologram]` and `[design]`.
+    /// The scene file, with a table `[design]`.
     scene: PathBuf,
     /// The folder for pictures, checkpoints and the course of the design.
     #[arg(long, value_name = "DIR", default_value = "out/design")]
@@ -69,7 +70,7 @@ impl Design {
             design.iterations = iterations as usize;
         }
         let brief = brief(&scene)?;
-        let file = claim(&scene, &brief)?;
+        let files = claim(&brief)?;
         let mut course = Course {
             checkpoints: Checkpoints::within(&self.out, &scene.to_toml()?),
             scene: &scene,
@@ -86,13 +87,13 @@ impl Design {
                 run.iteration()
             );
             complain(&told);
-            return Ok(());
+            end();
         }
         let look = run.finish().map_err(|error| course.refuse(&error))?;
-        course.publish(&run, &look, &file)?;
+        course.publish(&run, &look, &files)?;
         say(&format!(
             "{}\n{:.1} s\n",
-            course.summary(&run, &look, &file),
+            course.summary(&run, &look),
             clock.elapsed().as_secs_f64()
         ))
     }
@@ -117,13 +118,10 @@ impl Design {
     }
 }
 
-/// The file that the scene names for the phase: a place that cannot be written is told before the work begins.
-fn claim(scene: &Scene, brief: &Brief) -> Result<PhaseFile, Failure> {
-    let Some(file) = &brief.file else {
-        let expected = "`phase` in the layer of pixels that is designed";
-        return Err(Fault::of_file(&scene.origin.file, "no file for the phase", expected).into());
-    };
-    Ok(PhaseFile::claim(file)?)
+/// The files that the scene names: a place that cannot be written is told before the work begins.
+fn claim(brief: &Brief) -> Result<Vec<PhaseFile>, Failure> {
+    let claim = |output: &Output| Ok(PhaseFile::claim(&output.file)?);
+    brief.outputs.iter().map(claim).collect()
 }
 
 impl Course<'_> {
@@ -164,7 +162,7 @@ impl Course<'_> {
                 self.save(run)?;
                 self.draw(run, &found.look)?;
             }
-            if WANTED.load(Ordering::Relaxed) {
+            if is_wanted() {
                 bar.finish_and_clear();
                 return Ok(!run.is_done());
             }
@@ -186,15 +184,19 @@ impl Course<'_> {
         }
     }
 
-    /// NCC and efficiency, means of all channels.
-    fn scores(&self, look: &Look) -> [f64; 2] {
+    /// NCC and efficiency, means of all channels that have a picture.
+    fn scores(&self, look: &Look) -> [Option<f64>; 2] {
         let area = self.brief.pixel_area;
-        let mut sums = [0.0; 2];
-        for (intensity, power) in look.intensities.iter().zip(&look.powers) {
-            sums[0] += ncc(intensity.view(), self.brief.picture.view()).unwrap_or(0.0);
-            sums[1] += (intensity * &self.brief.window).sum() * area / power;
+        let (mut sums, mut count) = ([0.0; 2], 0);
+        let seen = look.intensities.iter().zip(&look.powers);
+        for (glance, (intensity, power)) in self.brief.glances.iter().zip(seen) {
+            if let Some([picture, window]) = &glance.picture {
+                sums[0] += ncc(intensity.view(), picture.view()).unwrap_or(0.0);
+                sums[1] += (intensity * window).sum() * area / power;
+                count += 1;
+            }
         }
-        sums.map(|sum| sum / look.intensities.len().max(1) as f64)
+        sums.map(|sum| (count > 0).then(|| sum / f64::from(count)))
     }
 
     fn save(&self, run: &Run) -> Result<(), Failure> {
@@ -212,13 +214,17 @@ impl Course<'_> {
             "" => "Design",
             title => title,
         };
+        let pictures = self.brief.glances.iter();
+        let mut pictures = pictures.filter_map(|glance| glance.picture.as_ref());
+        let seen = self.brief.glances.iter().zip(&look.intensities);
+        let seen = seen.map(|(glance, intensity)| (self.name(glance), intensity.view()));
         let chart = DesignChart {
             title,
             rows: &self.rows,
-            made: &made[0],
-            element: self.brief.element_half,
-            wanted: &self.brief.picture,
-            intensity: &look.intensities[0],
+            made: &made,
+            elements: &self.brief.elements,
+            wanted: pictures.next().map(|[picture, _]| picture),
+            intensities: seen.collect(),
             sensor: self.brief.sensor_half,
         };
         let file = self.out.join("design.png");
@@ -228,16 +234,42 @@ impl Course<'_> {
         Ok(write(&file, &png)?)
     }
 
-    /// Leaves the phase, the numbers, the picture and the course.
-    fn publish(&self, run: &Run, look: &Look, file: &PhaseFile) -> Result<(), Failure> {
+    /// What a channel is called.
+    fn name(&self, glance: &Glance) -> String {
+        let [field, wavelength] = glance.place;
+        let (fields, lengths) = (&self.brief.design.field, &self.scene.wavelength_um);
+        let mut name = String::from("On the sensor");
+        if lengths.len() > 1 {
+            name = format!("{} µm", lengths[wavelength]);
+        }
+        if let Some(field) = fields.get(field) {
+            let place = match (field.angle_deg, field.position_mm) {
+                (Some([x, y]), _) => format!("{x}°, {y}°"),
+                (_, Some([x, y, z])) => format!("{x}, {y}, {z} mm"),
+                _ => String::new(),
+            };
+            name += &format!(" from {place}");
+        }
+        name
+    }
+
+    /// Leaves what was found of the pixels, the numbers, the picture and the course.
+    fn publish(&self, run: &Run, look: &Look, files: &[PhaseFile]) -> Result<(), Failure> {
         let made = self.brief.project.make(run.best(), 1.0);
-        file.write(&(&made[0].phase / self.brief.phase_scale))?;
+        for (output, file) in self.brief.outputs.iter().zip(files) {
+            file.write(&output.values(&made))?;
+        }
         self.draw(run, look)?;
         let mut course = String::from("iteration,evaluations,loss,ncc,efficiency,gradient\n");
         for row in &self.rows {
             course += &format!(
-                "{},{},{:e},{:.6},{:.6},{:e}\n",
-                row.iteration, row.evaluations, row.loss, row.ncc, row.efficiency, row.slope
+                "{},{},{:e},{},{},{:e}\n",
+                row.iteration,
+                row.evaluations,
+                row.loss,
+                share(row.ncc),
+                share(row.efficiency),
+                row.slope
             );
         }
         write(&self.out.join("course.csv"), course.as_bytes())?;
@@ -253,17 +285,31 @@ impl Course<'_> {
         self.scene.origin.file.with_extension("designed.toml")
     }
 
-    fn summary(&self, run: &Run, look: &Look, file: &PhaseFile) -> String {
-        let [ncc, efficiency] = self.scores(look);
+    fn summary(&self, run: &Run, look: &Look) -> String {
         let mut told = format!(
-            "after {} iterations, {} evaluations, through the real system: NCC {ncc:.4} over the sensor, {:.1} % of the \
-             light in the picture's outline\nphase in {}, course and picture in {}",
+            "after {} iterations, {} evaluations, through the real system: loss {:.6}",
             run.iteration(),
             run.state.evaluations,
-            100.0 * efficiency,
-            file.path().display(),
-            self.out.display()
+            look.value
         );
+        if let [Some(ncc), Some(efficiency)] = self.scores(look) {
+            told += &format!(
+                ", NCC {ncc:.4} over the sensor, {:.1} % of the light in the picture's outline",
+                100.0 * efficiency
+            );
+        }
+        if !self.brief.design.loss.is_empty() {
+            for (glance, parts) in self.brief.glances.iter().zip(&look.parts) {
+                told += &format!("\n{}:", self.name(glance));
+                for (kind, part) in glance.kinds.iter().zip(parts) {
+                    told += &format!(" {kind} {part:.5}");
+                }
+            }
+        }
+        for output in &self.brief.outputs {
+            told += &format!("\n{} in {}", output.what(), output.file.display());
+        }
+        told += &format!("\ncourse and picture in {}", self.out.display());
         if let Some(stop) = run.state.stop {
             told += &format!("\nthe search ended by itself: {}", reason(stop));
         }
@@ -290,13 +336,16 @@ impl Course<'_> {
 const PATIENCE: Duration = Duration::from_secs(10);
 
 fn line(row: &Row) -> String {
-    format!(
-        "loss {:.5}  NCC {:.4}  light {:.1} %  gradient {:.1e}",
-        row.loss,
-        row.ncc,
-        100.0 * row.efficiency,
-        row.slope
-    )
+    let mut line = format!("loss {:.5}", row.loss);
+    if let (Some(ncc), Some(light)) = (row.ncc, row.efficiency) {
+        line += &format!("  NCC {ncc:.4}  light {:.1} %", 100.0 * light);
+    }
+    line + &format!("  gradient {:.1e}", row.slope)
+}
+
+/// A share as the course tells it; nothing where there is none.
+fn share(value: Option<f64>) -> String {
+    value.map_or_else(String::new, |value| format!("{value:.6}"))
 }
 
 fn reason(stop: raylet::design::step::Stop) -> &'static str {

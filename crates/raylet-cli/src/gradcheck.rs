@@ -16,7 +16,7 @@ use crate::say::say;
 /// Compares the gradient of a scene's design with differences of its loss.
 #[derive(Args)]
 pub(crate) struct Gradcheck {
-    /// The scene file, with tables `[hologram]` and `[design]`.
+    /// The scene file, with a table `[design]`.
     scene: PathBuf,
     /// Threads to use; all processors unless told otherwise.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
@@ -54,7 +54,8 @@ impl Gradcheck {
             look.value, "along", "gradient", "differences", "apart"
         );
         let pixels = project.numbers_from();
-        let mut lines: Vec<(String, Vec<f64>, f64)> = (0..DIRECTIONS)
+        let directions = if pixels > 0 { DIRECTIONS } else { 0 };
+        let mut lines: Vec<(String, Vec<f64>, f64)> = (0..directions)
             .map(|number| {
                 let along = |i: usize| match i < pixels {
                     true => uniform(scene.seed, [i as u32, number, 0, CHECK]) - 0.5,

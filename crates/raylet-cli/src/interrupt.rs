@@ -1,14 +1,24 @@
 //! What happens when the program is told to end: nothing half-written stays behind.
 
-use std::sync::atomic::{AtomicBool, Ordering};
+use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
 use crate::failure::Failure;
 
-/// Whether the program was told to end while it does a step that it finishes first.
-pub(crate) static WANTED: AtomicBool = AtomicBool::new(false);
+/// The signal that told the program to end while it does a step that it finishes first; 0 for none.
+static WANTED: AtomicI32 = AtomicI32::new(0);
 
 /// Whether it finishes its step first.
 static PATIENT: AtomicBool = AtomicBool::new(false);
+
+/// Whether the program was told to end and has finished its step.
+pub(crate) fn is_wanted() -> bool {
+    WANTED.load(Ordering::Relaxed) != 0
+}
+
+/// Ends the program as it would have ended without waiting for the step.
+pub(crate) fn end() -> ! {
+    std::process::exit(128 + WANTED.load(Ordering::Relaxed))
+}
 
 /// From now on the first request to end waits for a step to be done (`true`), or does not.
 pub(crate) fn wait_for_step(patient: bool) {
@@ -28,7 +38,7 @@ pub(crate) fn watch() -> Result<(), Failure> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     std::thread::spawn(move || {
         for signal in signals.forever() {
-            if PATIENT.load(Ordering::Relaxed) && !WANTED.swap(true, Ordering::Relaxed) {
+            if PATIENT.load(Ordering::Relaxed) && WANTED.swap(signal, Ordering::Relaxed) == 0 {
                 complain("\nstopping after this step; once more ends at once");
                 continue;
             }

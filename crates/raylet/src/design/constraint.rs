@@ -83,12 +83,37 @@ impl Constraints {
         self.relief.is_some_and(|relief| relief.hardens())
     }
 
-    /// The element, `share` of the iterations done (0 to 1: how hard soft levels are).
-    pub fn make(&self, parameters: ArrayView2<'_, f64>, share: f64) -> Made {
-        let asked = match &self.blur {
+    /// The phases that parameters may be, where they do not wrap.
+    pub fn bounds(&self) -> Option<[f64; 2]> {
+        self.relief.and_then(|relief| relief.bounds())
+    }
+
+    /// Phase per height in rad/mm, if heights are made.
+    pub fn per_height(&self) -> Option<f64> {
+        self.relief.map(|relief| relief.factor())
+    }
+
+    /// The value of each pixel before levels: blurred, then block by block.
+    pub fn spread(&self, parameters: ArrayView2<'_, f64>) -> Array2<f64> {
+        match &self.blur {
             Some(blur) => self.blocks.spread(blur.soften(parameters).view()),
             None => self.blocks.spread(parameters),
-        };
+        }
+    }
+
+    /// The cotangent of the parameters from that of [`Constraints::spread`].
+    pub fn spread_adjoint(&self, pixels_bar: ArrayView2<'_, f64>) -> Array2<f64> {
+        // pixels = blocks(blur(parameters))
+        let bar = self.blocks.spread_adjoint(pixels_bar);
+        match &self.blur {
+            Some(blur) => blur.soften_adjoint(bar.view()),
+            None => bar,
+        }
+    }
+
+    /// The element, `share` of the iterations done (0 to 1: how hard soft levels are).
+    pub fn make(&self, parameters: ArrayView2<'_, f64>, share: f64) -> Made {
+        let asked = self.spread(parameters);
         let height = self.relief.map(|relief| {
             let height = |phase: &f64| relief.height(*phase, share);
             Zip::from(&asked).par_map_collect(height)
@@ -133,11 +158,7 @@ impl Constraints {
         }
 
         // asked = blocks(blur(parameters))
-        let bar = self.blocks.spread_adjoint(bar.view());
-        match &self.blur {
-            Some(blur) => blur.soften_adjoint(bar.view()),
-            None => bar,
-        }
+        self.spread_adjoint(bar.view())
     }
 
     /// Parameters whose blocks have the mean direction of these phases of pixels.
@@ -147,6 +168,12 @@ impl Constraints {
         Zip::from(&sin)
             .and(&cos)
             .map_collect(|sin, cos| sin.atan2(*cos))
+    }
+
+    /// Parameters whose blocks have the mean of these values of pixels.
+    pub fn block_means(&self, values: ArrayView2<'_, f64>) -> Array2<f64> {
+        let ones = Array2::ones(values.dim());
+        self.blocks.spread_adjoint(values) / self.blocks.spread_adjoint(ones.view())
     }
 
     /// The transmission of each pixel for light to which the element gives `ratio` times its phase.

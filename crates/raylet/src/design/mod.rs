@@ -3,6 +3,7 @@
 pub mod conformal;
 pub mod constraint;
 pub mod descent;
+pub mod estimator;
 pub mod exact;
 pub mod feature;
 pub mod fill;
@@ -11,8 +12,10 @@ pub mod lbfgs;
 pub mod likeness;
 pub mod long;
 pub mod loss;
+pub mod modulation;
 pub mod near;
 pub mod optimizer;
+pub mod overlap;
 pub mod patterns;
 pub mod problems;
 pub mod project;

@@ -4,11 +4,13 @@
 //! the system (curvatures, distances, tilts, anything). Every channel, a wavelength or a field, sends light
 //! through the system made from them; the losses of what their sensors see add up.
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::design::constraint::{Constraints, Made};
-use crate::design::loss::Loss;
+use crate::design::estimator::{Estimator, Sight};
+use crate::design::modulation::{Modulator, Shaped};
+use crate::design::overlap::FieldLoss;
+use crate::engine::anchor::Anchor;
 use crate::engine::bench::{Bench, BenchError, Trace};
 use crate::engine::settings::Settings;
 use crate::engine::sway::Variation;
@@ -17,21 +19,19 @@ use crate::optics::system::System;
 
 /// One coherent run that a design looks at.
 pub struct Channel {
-    /// What is made of the intensity at the sensor's pixels, [y, x].
-    pub loss: Box<dyn Loss>,
-    /// The factor of its loss.
-    pub weight: f64,
-    /// The phase that an element gives this channel's light over the one it is designed for: λ₀/λ times the
-    /// ratio of index steps for heights, 1 for phases that do not depend on the wavelength.
-    pub ratio: f64,
+    /// What is made of the field at the sensor's pixels, [y, x], each with its factor.
+    pub losses: Vec<(f64, Box<dyn FieldLoss>)>,
+    /// For each element, the phase that it gives this channel's light over the one it is designed for: the ratio
+    /// of (index step)/λ for heights, 1 for phases that do not depend on the wavelength, and where it is missing.
+    pub ratios: Vec<f64>,
 }
 
 /// An element whose pixels are designed.
 pub struct Element {
     /// Its screen in the systems.
     pub screen: usize,
-    /// What can be made of its parameters.
-    pub constraints: Constraints,
+    /// What is made of its parameters.
+    pub modulator: Modulator,
 }
 
 /// A number of the system that is designed.
@@ -58,6 +58,8 @@ pub struct Project {
     pub elements: Vec<Element>,
     /// The numbers that are designed.
     pub numbers: Vec<Number>,
+    /// How value and gradient are found.
+    pub estimator: Estimator,
     /// How light is carried.
     pub settings: Settings,
 }
@@ -86,8 +88,10 @@ pub enum ProjectError {
 
 /// What a point of a design is like.
 pub struct Look {
-    /// The sum of the losses.
+    /// The sum of the losses, and of the price of steps.
     pub value: f64,
+    /// Every loss of every channel, without its factor.
+    pub parts: Vec<Vec<f64>>,
     /// Its derivative with respect to each parameter.
     pub gradient: Vec<f64>,
     /// |U|² at the sensor's pixels for each channel, [y, x].
@@ -114,21 +118,16 @@ impl Project {
 
     /// Where the numbers begin among the parameters.
     pub fn numbers_from(&self) -> usize {
-        self.elements.iter().map(Element::count).sum()
+        self.elements.iter().map(|e| e.modulator.count()).sum()
     }
 
     /// What each element is made of at a point; `share` of the iterations are done.
-    pub fn make(&self, point: &[f64], share: f64) -> Vec<Made> {
+    pub fn make(&self, point: &[f64], share: f64) -> Vec<Shaped> {
         let mut from = 0;
         let make = |element: &Element| {
-            let shape = element.constraints.free();
-            let part = &point[from..from + element.count()];
-            from += element.count();
-            let view = ArrayView2::from_shape(shape, part);
-            match view {
-                Ok(view) => element.constraints.make(view, share),
-                Err(_) => unreachable!("the part has the element's shape"),
-            }
+            let part = &point[from..from + element.modulator.count()];
+            from += part.len();
+            element.modulator.make(part, share)
         };
         self.elements.iter().map(make).collect()
     }
@@ -140,12 +139,11 @@ impl Project {
     pub fn system(
         &self,
         channel: usize,
-        made: &[Made],
+        made: &[Shaped],
         numbers: &[f64],
     ) -> Result<System, ProjectError> {
         let mut system = (self.rig)(channel, numbers).map_err(ProjectError::System)?;
-        let ratio = self.channels[channel].ratio;
-        for (element, made) in self.elements.iter().zip(made) {
+        for (number, (element, made)) in self.elements.iter().zip(made).enumerate() {
             let screen = system.screens.get_mut(element.screen);
             let pixels = screen.and_then(|screen| match &mut screen.act {
                 Act::Doe(doe) => doe.free_pixels_mut(),
@@ -154,7 +152,8 @@ impl Project {
             let Some(pixels) = pixels else {
                 return Err(ProjectError::Pixels(element.screen));
             };
-            pixels.values = element.constraints.transmission_at(made, ratio);
+            let ratio = self.channels[channel].ratio(number);
+            pixels.values = element.modulator.transmission(made, ratio);
         }
         Ok(system)
     }
@@ -181,37 +180,69 @@ impl Project {
     /// # Errors
     /// As [`Project::plan`].
     pub fn look(&self, plans: &Plans, point: &[f64], share: f64) -> Result<Look, ProjectError> {
+        self.look_by(plans, point, share, &Sight::All)
+    }
+
+    /// Exact looks of all channels, from which estimates go out.
+    ///
+    /// # Errors
+    /// As [`Project::look`]; when a channel has more than one hop.
+    pub fn anchors(
+        &self,
+        plans: &Plans,
+        point: &[f64],
+        share: f64,
+    ) -> Result<Vec<Anchor>, ProjectError> {
+        let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
+        let benches = self.channels.iter().zip(&plans.benches).enumerate();
+        let anchor = |(number, (channel, bench)): (usize, (&Channel, &Bench))| {
+            let system = self.system(number, &made, numbers)?;
+            Anchor::new(bench, &system, |field| Ok(channel.judge(&field.values)?.1))
+        };
+        benches.map(anchor).collect()
+    }
+
+    /// The same as [`Project::look`], with the beamlets that `sight` follows.
+    ///
+    /// # Errors
+    /// As [`Project::look`], [`Sight::forward`] and [`Sight::back`].
+    pub fn look_by(
+        &self,
+        plans: &Plans,
+        point: &[f64],
+        share: f64,
+        sight: &Sight,
+    ) -> Result<Look, ProjectError> {
         let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
         let mut look = Look {
             value: 0.0,
+            parts: Vec::new(),
             gradient: vec![0.0; self.len()],
             intensities: Vec::new(),
             powers: Vec::new(),
         };
         for (number, (channel, bench)) in self.channels.iter().zip(&plans.benches).enumerate() {
             let system = self.system(number, &made, numbers)?;
-            let trace = bench.forward(&system)?;
-            let intensity = trace.field.intensity();
-            if channel.loss.shape() != intensity.dim() {
-                let (wanted, found) = (channel.loss.shape(), intensity.dim());
-                return Err(ProjectError::Shape { wanted, found });
-            }
-
-            // I = |U|²: Ū = 2ĪU.
-            let verdict = channel.loss.look(intensity.view());
-            look.value += channel.weight * verdict.value;
-            let scale = 2.0 * channel.weight;
-            let mut field_bar = trace.field.values.clone();
-            field_bar.zip_mut_with(&verdict.bar, |u, bar| *u *= scale * bar);
+            let trace = sight.forward(number, bench, &system)?;
+            let (parts, field_bar) = channel.judge(&trace.field.values)?;
+            look.value += channel.total(&parts);
             let variations = self.variations(number, &made, numbers)?;
-            let gradient = bench.adjoint(&system, &variations, &trace, &field_bar)?;
-            self.gather(&made, channel.ratio, &gradient.pixels, &mut look.gradient);
+            let gradient = sight.back(number, (bench, &system), &variations, &trace, &field_bar)?;
+            self.gather(&made, channel, &gradient.pixels, &mut look.gradient);
             let from = self.numbers_from();
-            for (total, part) in look.gradient[from..].iter_mut().zip(&gradient.parameters) {
-                *total += part;
-            }
+            add(&mut look.gradient[from..], &gradient.parameters);
+            look.parts.push(parts);
             look.powers.push(power_behind(&trace));
-            look.intensities.push(intensity);
+            look.intensities.push(trace.field.intensity());
+        }
+        let mut from = 0;
+        for (element, made) in self.elements.iter().zip(&made) {
+            let count = element.modulator.count();
+            if let Some((price, back)) = element.modulator.price(made) {
+                look.value += price;
+                add(&mut look.gradient[from..from + count], &back);
+            }
+            from += count;
         }
         Ok(look)
     }
@@ -225,32 +256,29 @@ impl Project {
         let mut value = 0.0;
         for (number, (channel, bench)) in self.channels.iter().zip(&plans.benches).enumerate() {
             let trace = bench.forward(&self.system(number, &made, numbers)?)?;
-            let intensity = trace.field.intensity();
-            value += channel.weight * channel.loss.look(intensity.view()).value;
+            value += channel.total(&channel.judge(&trace.field.values)?.0);
         }
-        Ok(value)
+        let prices = self.elements.iter().zip(&made);
+        let prices = prices.filter_map(|(element, made)| element.modulator.price(made));
+        Ok(value + prices.map(|(price, _)| price).sum::<f64>())
     }
 
     /// Adds what the pixels of all elements give back to their parameters.
     fn gather(
         &self,
-        made: &[Made],
-        ratio: f64,
+        made: &[Shaped],
+        channel: &Channel,
         pixels: &[Option<Array2<Complex64>>],
         gradient: &mut [f64],
     ) {
         let mut from = 0;
-        for (element, made) in self.elements.iter().zip(made) {
+        for (number, (element, made)) in self.elements.iter().zip(made).enumerate() {
+            let (modulator, ratio) = (&element.modulator, channel.ratio(number));
             if let Some(Some(bar)) = pixels.get(element.screen) {
-                let back = element
-                    .constraints
-                    .transmission_adjoint(made, ratio, bar.view());
-                let part = &mut gradient[from..from + element.count()];
-                part.iter_mut()
-                    .zip(&back)
-                    .for_each(|(total, part)| *total += part);
+                let back = modulator.transmission_adjoint(made, ratio, bar.view());
+                add(&mut gradient[from..], &back);
             }
-            from += element.count();
+            from += modulator.count();
         }
     }
 
@@ -258,7 +286,7 @@ impl Project {
     fn variations(
         &self,
         channel: usize,
-        made: &[Made],
+        made: &[Shaped],
         numbers: &[f64],
     ) -> Result<Vec<Variation>, ProjectError> {
         let neighbour = |i: usize, by: f64| {
@@ -277,12 +305,42 @@ impl Project {
     }
 }
 
-impl Element {
-    /// Number of its parameters.
-    pub fn count(&self) -> usize {
-        let (rows, columns) = self.constraints.free();
-        rows * columns
+impl Channel {
+    /// See [`Channel::ratios`].
+    fn ratio(&self, element: usize) -> f64 {
+        self.ratios.get(element).copied().unwrap_or(1.0)
     }
+
+    /// The losses with their factors.
+    fn total(&self, parts: &[f64]) -> f64 {
+        let terms = self.losses.iter().zip(parts);
+        terms.map(|((factor, _), part)| factor * part).sum()
+    }
+
+    /// Every loss, and the cotangent of the field.
+    fn judge(
+        &self,
+        field: &Array2<Complex64>,
+    ) -> Result<(Vec<f64>, Array2<Complex64>), ProjectError> {
+        let mut field_bar = Array2::zeros(field.dim());
+        let mut parts = Vec::new();
+        for (factor, loss) in &self.losses {
+            let (wanted, found) = (loss.pixels(), field.dim());
+            if wanted != found {
+                return Err(ProjectError::Shape { wanted, found });
+            }
+            let verdict = loss.judge(field.view());
+            field_bar.zip_mut_with(&verdict.bar, |total, bar| *total += bar * factor);
+            parts.push(verdict.value);
+        }
+        Ok((parts, field_bar))
+    }
+}
+
+/// Adds part to part.
+fn add(totals: &mut [f64], parts: &[f64]) {
+    let pairs = totals.iter_mut().zip(parts);
+    pairs.for_each(|(total, part)| *total += part);
 }
 
 /// ∫|U|² just behind the first screen.

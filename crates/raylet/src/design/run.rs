@@ -2,10 +2,12 @@
 
 use serde::{Deserialize, Serialize};
 
+use crate::design::estimator::{Estimator, Sight};
 use crate::design::exact;
 use crate::design::optimizer::Optimizer;
 use crate::design::project::{Look, Plans, Project, ProjectError};
 use crate::design::step::{Step, Stop};
+use crate::engine::anchor::Anchor;
 
 /// Everything of a run that its next steps depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -17,6 +19,9 @@ pub struct State {
     planned: Vec<f64>,
     /// Iterations that were done then.
     planned_after: usize,
+    /// Where the last exact looks were from which estimates go out; empty where there were none.
+    #[serde(with = "exact::list")]
+    anchored: Vec<f64>,
     /// Share of the iterations done, as the constraints see it; it grows in stages.
     #[serde(with = "exact::number")]
     share: f64,
@@ -34,6 +39,8 @@ pub struct Run<'p> {
     /// Where it is.
     pub state: State,
     plans: Plans,
+    /// The last exact looks, where estimates go out from them.
+    anchors: Vec<Anchor>,
 }
 
 /// What one evaluation found.
@@ -68,6 +75,7 @@ impl<'p> Run<'p> {
             search,
             planned,
             planned_after: 0,
+            anchored: Vec::new(),
             share: 0.0,
             evaluations: 0,
             stop: None,
@@ -85,11 +93,16 @@ impl<'p> Run<'p> {
         iterations: usize,
     ) -> Result<Self, ProjectError> {
         let plans = project.plan(&state.planned, state.share)?;
+        let anchors = match state.anchored.is_empty() {
+            true => Vec::new(),
+            false => project.anchors(&plans, &state.anchored, state.share)?,
+        };
         Ok(Self {
             project,
             iterations,
             state,
             plans,
+            anchors,
         })
     }
 
@@ -103,9 +116,13 @@ impl<'p> Run<'p> {
         self.state.stop.is_some() || self.iteration() >= self.iterations
     }
 
-    /// The best point so far, at which what is made is what is to be exported.
+    /// The best point so far, at which what is made is what is to be exported; the last one where values are
+    /// estimates, of which the best is the luckiest.
     pub fn best(&self) -> &[f64] {
         let search = &self.state.search;
+        if self.project.estimator != Estimator::Exact {
+            return search.point();
+        }
         search.best().map_or(search.point(), |(point, _)| point)
     }
 
@@ -114,10 +131,8 @@ impl<'p> Run<'p> {
     /// # Errors
     /// When light cannot be carried there.
     pub fn step(&mut self) -> Result<Found, ProjectError> {
+        let look = self.look()?;
         let state = &mut self.state;
-        let look = self
-            .project
-            .look(&self.plans, state.search.point(), state.share)?;
         let step = state.search.tell(look.value, &look.gradient);
         state.evaluations += 1;
         if let Step::Finished(stop) = step {
@@ -130,6 +145,24 @@ impl<'p> Run<'p> {
         Ok(Found { look, step, slope })
     }
 
+    /// Looks as the design's estimator does.
+    fn look(&mut self) -> Result<Look, ProjectError> {
+        let (project, iteration) = (self.project, self.iteration());
+        let state = &mut self.state;
+        let (point, share) = (state.search.point().to_vec(), state.share);
+        if project.estimator.anchors(iteration) {
+            self.anchors = project.anchors(&self.plans, &point, share)?;
+            state.anchored = point.clone();
+        }
+        let draws = project.estimator.draws(project.settings.seed, iteration);
+        let sight = match draws {
+            None => Sight::All,
+            Some(draws) if self.anchors.is_empty() => Sight::Drawn(draws),
+            Some(draws) => Sight::From(&self.anchors, draws),
+        };
+        project.look_by(&self.plans, &point, share, &sight)
+    }
+
     /// After an iteration: harder levels, and fresh plans where the system has changed.
     fn settle(&mut self) -> Result<(), ProjectError> {
         let done = self.iteration();
@@ -140,7 +173,7 @@ impl<'p> Run<'p> {
             .project
             .elements
             .iter()
-            .any(|e| e.constraints.hardens());
+            .any(|e| e.modulator.constraints().hardens());
         if hardens && share.min(1.0) != state.share {
             state.share = share.min(1.0);
             state.search.refresh(true);

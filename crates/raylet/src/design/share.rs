@@ -51,6 +51,22 @@ impl Share {
         })
     }
 
+    /// [`Share::efficiency`] with β = 1, the window all points within a radius (mm) of any of these (x, y in mm);
+    /// `light` is the power sent out and the area of a pixel in mm².
+    ///
+    /// # Errors
+    /// When no point is on the sensor, or a number is not positive.
+    pub fn within(
+        raster: &Raster,
+        points: &[[f64; 2]],
+        radius: f64,
+        light: (f64, f64),
+    ) -> Result<Self, LossError> {
+        check_positive("the radius", radius)?;
+        let window = circles(raster, points, radius);
+        Self::efficiency(window, light.0, light.1, 1.0)
+    }
+
     /// L = 1 − s, s the encircled energy: light within a radius (mm) of any of the points (x, y in mm)
     /// over all light on the sensor, each pixel counted with its weight, 0 (don't care) to 1.
     ///

@@ -25,15 +25,15 @@ impl Anchor {
     /// Looks at a system with one element and its sensor; `field_bar` tells the cotangent of the field there.
     ///
     /// # Errors
-    /// [`BenchError::Hops`] when there are more screens; as [`Bench::forward`].
-    pub fn new(
+    /// [`BenchError::Anchor`] when there are more screens; as [`Bench::forward`] and `field_bar`.
+    pub fn new<E: From<BenchError>>(
         bench: &Bench,
         system: &System,
-        field_bar: impl FnOnce(&Field) -> Array2<Complex64>,
-    ) -> Result<Self, BenchError> {
+        field_bar: impl FnOnce(&Field) -> Result<Array2<Complex64>, E>,
+    ) -> Result<Self, E> {
         let passed = bench.pass(system)?;
         let field = bench.through(system, &passed.behind)?;
-        let field_bar = field_bar(&field);
+        let field_bar = field_bar(&field)?;
         let behind_bar = bench.through_adjoint(system, &passed.behind, &field_bar)?;
         let trace = Trace {
             field,

@@ -44,13 +44,21 @@ pub enum BenchError {
     #[error(
         "an anchor takes one element and its sensor, with no rim that cuts light; there are {0} hops"
     )]
-    Hops(usize),
+    Anchor(usize),
     /// Its neighbours are other systems.
     #[error(
         "with parameter {0} a little smaller or larger the system has other parts, as when a rim begins to \
          cut light: it has no derivative there"
     )]
     Parts(usize),
+    /// A system of other hops than the one that was planned.
+    #[error("a system of {found} hops where {planned} are planned")]
+    Hops {
+        /// Hops of the planned system, rims that diffract among them.
+        planned: usize,
+        /// Those of the other one.
+        found: usize,
+    },
     /// The surface of a screen changes.
     #[error(
         "parameter {parameter} changes the surface of screen '{screen}'; only its place and its element may \
@@ -149,9 +157,8 @@ impl Bench {
             let beyond = &Beyond::of(system, number);
             let mut chosen = plan(&hop, light, beyond, &settings).map_err(SimulateError::from)?;
             let stays = |free| {
-                neighbours(variations, number)
-                    .iter()
-                    .all(|n| is_free(free, n))
+                let (_, neighbours) = neighbours(variations, number, &hop);
+                neighbours.iter().all(|n| is_free(free, n))
             };
             if let Plan::Free(free, _) = &chosen
                 && !stays(free)
@@ -286,13 +293,18 @@ impl Bench {
 
             // field behind the screen -> sheets of the next
             let mut bar = Field::zeros(passed.behind.grid.clone());
+            let (moving, neighbours) = neighbours(variations, number, hop);
+            let mut pulled = vec![0.0; moving.len()];
             let mut back = Back {
                 from_bar: &mut bar.values,
-                neighbours: &neighbours(variations, number),
-                parameters: &mut gradient.parameters,
+                neighbours: &neighbours,
+                parameters: &mut pulled,
                 pulse,
             };
             run.carry_adjoint(&passed.behind, raster, reach, &sheets_bar, &mut back);
+            for (parameter, part) in moving.into_iter().zip(pulled) {
+                gradient.parameters[parameter] += part;
+            }
 
             // arrived -> behind
             for (total, variation) in gradient.parameters.iter_mut().zip(variations) {
@@ -324,7 +336,7 @@ impl Bench {
     /// The light of a system of one hop, before and behind its element.
     ///
     /// # Errors
-    /// [`BenchError::Hops`] for more; as [`Bench::forward`].
+    /// [`BenchError::Anchor`] for more; as [`Bench::forward`].
     pub fn pass(&self, system: &System) -> Result<Passed, BenchError> {
         let (system, plans) = self.one_hop(system)?;
         let light = Arriving::from_source(&system);
@@ -384,7 +396,7 @@ impl Bench {
                 let plans = self.plans_for(&system)?;
                 Ok((system, plans))
             }
-            more => Err(BenchError::Hops(more)),
+            more => Err(BenchError::Anchor(more)),
         }
     }
 
@@ -401,7 +413,8 @@ impl Bench {
             other => Ok(other.clone()),
         };
         if self.plans.len() != system.trains.len() {
-            return Err(BenchError::Parts(0));
+            let (planned, found) = (self.plans.len(), system.trains.len());
+            return Err(BenchError::Hops { planned, found });
         }
         self.plans.iter().zip(system.hops()).map(update).collect()
     }
@@ -463,23 +476,23 @@ fn rimmed(planned: &Rimmed, variations: &[Variation]) -> Result<Vec<Variation>, 
     Ok(list)
 }
 
-/// One hop of all variations.
-fn neighbours(variations: &[Variation], number: usize) -> Vec<Neighbours<'_>> {
-    let mut list = Vec::new();
-    for variation in variations {
-        let pair = (
-            variation.below.hops().nth(number),
-            variation.above.hops().nth(number),
-        );
-        if let (Some(below), Some(above)) = pair {
-            list.push(Neighbours {
-                below,
-                above,
-                distance: variation.distance,
-            });
-        }
-    }
-    list
+/// One hop of those variations in which its rays run otherwise, with their numbers.
+fn neighbours<'v>(
+    variations: &'v [Variation],
+    number: usize,
+    hop: &Hop,
+) -> (Vec<usize>, Vec<Neighbours<'v>>) {
+    let pair = |variation: &'v Variation| {
+        Some(Neighbours {
+            below: variation.below.hops().nth(number)?,
+            above: variation.above.hops().nth(number)?,
+            distance: variation.distance,
+        })
+    };
+    let all = variations.iter().enumerate();
+    let all = all.filter_map(|(i, variation)| pair(variation).map(|n| (i, n)));
+    all.filter(|(_, n)| !(n.below.is_same(hop) && n.above.is_same(hop)))
+        .unzip()
 }
 
 /// Whether both neighbours of a free hop are free.

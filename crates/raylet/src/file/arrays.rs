@@ -94,12 +94,16 @@ impl<'a> Arrays<'a> {
     }
 
     /// The complex transmission [y, x] of a pixel layer at the path `layer_path`: amplitude times
-    /// exp(i · scale · phase), or the transmission itself, or ones for a blank of known size. Nothing
-    /// when its arrays are not loaded.
+    /// exp(i · scale · phase), or the transmission itself, or ones for a blank of known size; its mean over
+    /// the pixel where this is not filled. Nothing when its arrays are not loaded.
     pub fn transmission(&self, layer: &PixelLayer, layer_path: &str) -> Option<Array2<Complex64>> {
         let get = |key: &str| self.get(&format!("{layer_path}.{key}"));
+        let mean = |values: Array2<Complex64>| match layer.fill {
+            1.0 => values,
+            fill => values.mapv(|t| t * fill + layer.flat_share()),
+        };
         if layer.transmission.is_some() {
-            return get("transmission").map(complex);
+            return get("transmission").map(complex).map(mean);
         }
 
         // A missing factor is one; a named one must be there.
@@ -108,11 +112,11 @@ impl<'a> Arrays<'a> {
         match (phase, amplitude) {
             (None, None) => layer
                 .size
-                .map(|[nx, ny]| Array2::from_elem((ny, nx), Complex64::new(1.0, 0.0))),
-            (Some(phase), None) => Some(phases(phase?, layer.phase_scale)),
-            (None, Some(amplitude)) => Some(complex(amplitude?)),
+                .map(|[nx, ny]| mean(Array2::from_elem((ny, nx), Complex64::new(1.0, 0.0)))),
+            (Some(phase), None) => Some(mean(phases(phase?, layer.phase_scale))),
+            (None, Some(amplitude)) => Some(complex(amplitude?) * filled(layer)),
             (Some(phase), Some(amplitude)) => {
-                Some(phases(phase?, layer.phase_scale) * complex(amplitude?))
+                Some(mean(phases(phase?, layer.phase_scale)) * complex(amplitude?))
             }
         }
     }
@@ -129,6 +133,11 @@ impl<'a> Arrays<'a> {
             _ => None,
         }
     }
+}
+
+/// The mean transmission of a pixel of phase zero.
+fn filled(layer: &PixelLayer) -> Complex64 {
+    Complex64::from(layer.fill + layer.flat_share())
 }
 
 /// Any array as complex numbers.
@@ -182,7 +191,17 @@ impl<'a> Loader<'_, 'a> {
     fn height(&mut self, layer: &HeightLayer, path: &str) -> Result<(), Fault> {
         let key = layer.key.as_deref();
         let array = self.array(&layer.height_um, key, path, "height_um")?;
-        self.require_real(&array, path, "height_um")
+        self.require_real(&array, path, "height_um")?;
+        let [ny, nx] = array.look().shape();
+        match layer.size {
+            Some([width, height]) if [width, height] != [nx, ny] => {
+                let found = format!("{}: {ny} rows of {nx}", layer.height_um.display());
+                let expected = format!("{height} rows of {width} as in its size");
+                let field = format!("{path}.height_um");
+                Err(self.origin.fault(&field, found, expected))
+            }
+            _ => Ok(()),
+        }
     }
 
     fn grid(&mut self, grid: &GridShape, path: &str) -> Result<(), Fault> {

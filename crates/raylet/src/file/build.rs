@@ -68,6 +68,20 @@ pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<Sys
     })
 }
 
+/// The index of a material of the scene, told at `path`, at its `channel`-th wavelength.
+///
+/// # Errors
+/// An unknown glass, or a wavelength outside its range.
+pub(crate) fn index_at(
+    scene: &Scene,
+    material: &Material,
+    channel: usize,
+    path: &str,
+) -> Result<f64, Fault> {
+    let medium = medium(scene, material, path)?;
+    index(scene, &medium, scene.wavelength_um[channel] * UM, path)
+}
+
 fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Fault> {
     match material {
         Material::Index(constant) => Ok(Medium::constant(constant.index)),

@@ -1,9 +1,9 @@
 //! The picture of a design: how it went, what it makes, what that looks like.
 
-use ndarray::Array2;
+use ndarray::{Array2, ArrayView2};
 use serde::{Deserialize, Serialize};
 
-use crate::design::constraint::Made;
+use crate::design::modulation::Shaped;
 use crate::file::chart::Series;
 use crate::file::colour::ColourMap;
 use crate::file::figure::{Figure, Panel};
@@ -19,10 +19,11 @@ pub struct Row {
     /// The loss.
     pub loss: f64,
     /// Normalised cross-correlation of the intensity with the picture, over the sensor; the mean of all
-    /// channels.
-    pub ncc: f64,
-    /// Share of the light behind the element that falls within the picture's outline; the mean of all channels.
-    pub efficiency: f64,
+    /// channels that have one.
+    pub ncc: Option<f64>,
+    /// Share of the light behind the first screen that falls within the picture's outline; the mean of all
+    /// channels that have one.
+    pub efficiency: Option<f64>,
     /// |gradient|.
     pub slope: f64,
 }
@@ -33,17 +34,23 @@ pub struct DesignChart<'a> {
     pub title: &'a str,
     /// The iterations so far.
     pub rows: &'a [Row],
-    /// The element as made.
-    pub made: &'a Made,
-    /// Half width and height of the element in mm.
-    pub element: [f64; 2],
-    /// The picture wanted and the intensity, [y, x].
-    pub wanted: &'a Array2<f64>,
-    /// The intensity of the first channel.
-    pub intensity: &'a Array2<f64>,
+    /// The elements as made.
+    pub made: &'a [Shaped],
+    /// Name, half width and half height in mm of each element.
+    pub elements: &'a [(String, [f64; 2])],
+    /// The picture wanted, [y, x], if there is one.
+    pub wanted: Option<&'a Array2<f64>>,
+    /// What each channel is called, and its intensity.
+    pub intensities: Vec<(String, ArrayView2<'a, f64>)>,
     /// Half width and height of the sensor in mm.
     pub sensor: [f64; 2],
 }
+
+/// Panels side by side.
+const COLUMNS: usize = 3;
+
+/// Intensities that are shown.
+const SHOWN: usize = 9;
 
 impl DesignChart<'_> {
     /// The picture as PNG.
@@ -51,43 +58,77 @@ impl DesignChart<'_> {
     /// # Errors
     /// A picture that cannot be drawn.
     pub fn png(&self) -> Result<Vec<u8>, FigureError> {
-        let along = |of: fn(&Row) -> f64| {
+        let mut rows = vec![self.course()];
+        let elements = self.elements();
+        let mut seen: Vec<Panel> = Vec::new();
+        let [x, y] = self.sensor.map(|half| [-half, half]);
+        if let Some(wanted) = self.wanted {
+            let panel = Panel::image(wanted.view(), x, y);
+            seen.push(panel.title("Wanted").quantity("intensity", "").into());
+        }
+        for (name, intensity) in self.intensities.iter().take(SHOWN) {
+            let panel = Panel::image(*intensity, x, y);
+            seen.push(panel.title(name).quantity("|U|²", "").into());
+        }
+
+        // One row where that is enough, else elements and sensor apart.
+        let groups = match elements.len() + seen.len() <= COLUMNS {
+            true => vec![elements.into_iter().chain(seen).collect::<Vec<_>>()],
+            false => vec![elements, seen],
+        };
+        for group in groups {
+            rows.extend(group.chunks(COLUMNS).map(<[Panel]>::to_vec));
+        }
+        Figure::new(rows, self.title).to_png(1.5)
+    }
+
+    /// Scores, where there is a picture, and the loss.
+    fn course(&self) -> Vec<Panel<'_>> {
+        let along = |of: fn(&Row) -> Option<f64>| {
             let points = self.rows.iter();
             points
-                .map(move |row| [row.iteration as f64, of(row)])
+                .filter_map(move |row| Some([row.iteration as f64, of(row)?]))
                 .collect::<Vec<_>>()
         };
-        let ends = |half: f64| [-half, half];
-        let scores = Panel::lines(vec![
-            Series::line("NCC", along(|row| row.ncc)),
-            Series::line("light in the picture", along(|row| row.efficiency)),
-        ])
-        .title("Score")
-        .x_axis("iteration", "")
-        .y_axis("share", "")
-        .y_range([0.0, 1.0]);
-        let loss = Panel::lines(vec![Series::line("loss", along(|row| row.loss))])
-            .title("Loss")
-            .x_axis("iteration", "")
-            .y_axis("loss", "");
+        let (ncc, light) = (along(|row| row.ncc), along(|row| row.efficiency));
+        let mut panels: Vec<Panel> = Vec::new();
+        if !ncc.is_empty() {
+            let scores = Panel::lines(vec![
+                Series::line("NCC", ncc),
+                Series::line("light in the picture", light),
+            ]);
+            let scores = scores.title("Score").x_axis("iteration", "");
+            panels.push(scores.y_axis("share", "").y_range([0.0, 1.0]).into());
+        }
+        let loss = Panel::lines(vec![Series::line("loss", along(|row| Some(row.loss)))]);
+        let loss = loss.title("Loss").x_axis("iteration", "");
+        panels.push(loss.y_axis("loss", "").into());
+        panels
+    }
+
+    /// Phases and amplitudes of the elements.
+    fn elements(&self) -> Vec<Panel<'_>> {
         let pi = std::f64::consts::PI;
-        let wrapped = self.made.phase.mapv(|p| (p + pi).rem_euclid(2.0 * pi) - pi);
-        let phase = Panel::image(wrapped, ends(self.element[0]), ends(self.element[1]))
-            .title("Phase as made")
-            .colours(ColourMap::Phase)
-            .range([-pi, pi])
-            .quantity("phase", "rad");
-        let (x, y) = (ends(self.sensor[0]), ends(self.sensor[1]));
-        let wanted = Panel::image(self.wanted.view(), x, y)
-            .title("Wanted")
-            .quantity("intensity", "");
-        let seen = Panel::image(self.intensity.view(), x, y)
-            .title("On the sensor")
-            .quantity("|U|²", "");
-        let rows = vec![
-            vec![scores.into(), loss.into()],
-            vec![phase.into(), wanted.into(), seen.into()],
-        ];
-        Figure::new(rows, self.title).to_png(1.5)
+        let mut panels: Vec<Panel> = Vec::new();
+        for (shaped, (name, half)) in self.made.iter().zip(self.elements) {
+            let [x, y] = half.map(|half| [-half, half]);
+            let count = shaped.phases.len();
+            for (plane, made) in shaped.phases.iter().enumerate() {
+                let wrapped = made.phase.mapv(|p| (p + pi).rem_euclid(2.0 * pi) - pi);
+                let title = match count {
+                    1 => format!("Phase of {name} as made"),
+                    _ => format!("Phase {} of {name} as made", plane + 1),
+                };
+                let panel = Panel::image(wrapped, x, y).title(&title);
+                let panel = panel.colours(ColourMap::Phase).range([-pi, pi]);
+                panels.push(panel.quantity("phase", "rad").into());
+            }
+            if let Some(amplitude) = &shaped.amplitude {
+                let panel = Panel::image(amplitude.view(), x, y);
+                let panel = panel.title(&format!("Amplitude of {name}"));
+                panels.push(panel.range([0.0, 1.0]).quantity("|t|", "").into());
+            }
+        }
+        panels
     }
 }

@@ -1,6 +1,6 @@
 //! The hologram that a scene asks for: what is given, what is sought, and where it is written.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -174,14 +174,7 @@ pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Plac
 
 /// The picture, the way round that the scene wants it.
 pub(crate) fn target(scene: &Scene, hologram: &Hologram) -> Result<Target, Fault> {
-    let file = scene.origin.beside(&hologram.target);
-    let mut image = read_gray(&file).map_err(|error| {
-        scene.fault(
-            "hologram.target",
-            error.to_string(),
-            "a PNG picture beside the scene",
-        )
-    })?;
+    let mut image = picture_of(scene, &hologram.target, "hologram.target")?;
     if hologram.invert {
         image.mapv_inplace(|value| 1.0 - value);
     }
@@ -196,6 +189,13 @@ pub(crate) fn target(scene: &Scene, hologram: &Hologram) -> Result<Target, Fault
         size: hologram.size_mm,
         blur: [0.0; 2],
     })
+}
+
+/// The picture that the scene names at a place, grey, [y, x] with y upwards.
+pub(crate) fn picture_of(scene: &Scene, file: &Path, at: &str) -> Result<Array2<f64>, Fault> {
+    let file = scene.origin.beside(file);
+    let refuse = |found: String| scene.fault(at, found, "a PNG picture beside the scene");
+    read_gray(&file).map_err(|error| refuse(error.to_string()))
 }
 
 /// The field at the pixel centres of the blank element, behind it.

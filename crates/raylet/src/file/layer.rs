@@ -7,7 +7,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::file::decode::tagged;
 use crate::file::material::Material;
-use crate::file::number::{acute, not_empty, not_zero, one_or_pair_schema, pitch, positive};
+use crate::file::number::{
+    acute, not_empty, not_zero, one_or_pair_schema, pitch, positive, whole_or_part,
+};
 
 tagged! {
     /// One factor of a diffractive element's complex transmission. Layers of an element multiply, so
@@ -66,6 +68,35 @@ pub struct PixelLayer {
     /// What lies between the pixel centres.
     #[serde(default)]
     pub pixel: PixelForm,
+    /// Share of a pixel's area that carries its phase or transmission, above 0 and up to 1. The pixel acts with
+    /// its mean; an amplitude weakens it as a whole.
+    #[serde(default = "one", deserialize_with = "whole_or_part")]
+    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
+    pub fill: f64,
+    /// What the rest of a pixel does.
+    #[serde(default)]
+    pub rest: Rest,
+}
+
+/// What the part of a pixel does that carries nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Rest {
+    /// It is dark.
+    #[default]
+    Dark,
+    /// It lets light pass, or mirrors it, with phase zero.
+    Flat,
+}
+
+impl PixelLayer {
+    /// The transmission of the rest, times its share of the area.
+    pub fn flat_share(&self) -> f64 {
+        match self.rest {
+            Rest::Dark => 0.0,
+            Rest::Flat => 1.0 - self.fill,
+        }
+    }
 }
 
 /// What a pixel's value means between the pixel centres.
@@ -89,6 +120,10 @@ pub struct HeightLayer {
     #[serde(deserialize_with = "pitch")]
     #[schemars(schema_with = "one_or_pair_schema")]
     pub pitch_um: [f64; 2],
+    /// Number of pixels [nx, ny]. Needed only for heights that are still to be designed; checked against the
+    /// array otherwise.
+    #[serde(default, deserialize_with = "positive")]
+    pub size: Option<[usize; 2]>,
     /// Real 2-D array of heights in micrometres, indexed [y, x], in a .npy or .npz file.
     pub height_um: PathBuf,
     /// The material of the relief: a catalogue name or { index = … }.

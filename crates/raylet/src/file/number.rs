@@ -132,6 +132,15 @@ pub(crate) fn share<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     })
 }
 
+/// Shares above zero, up to the whole.
+pub(crate) fn whole_or_part<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, "a number above 0, up to 1", |x| {
+        0.0 < x && x <= 1.0
+    })
+}
+
 /// Angles in degrees within a right angle to both sides.
 pub(crate) fn acute<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,

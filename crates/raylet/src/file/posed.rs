@@ -16,7 +16,7 @@ const UM: f64 = 1e3;
 
 /// The scene file `{stem}.toml` and the arrays beside it, as names and contents; nothing where the system is
 /// of another kind: first a plane element, one on Gaussian bumps or one on a grid of heights, that has one layer of
-/// pixels, within a disc or a rectangle or open; then the sensor. Light comes along the axis; where it comes along −z,
+/// pixels, within a disc or a rectangle or their own edge; then the sensor. Light comes along the axis; where it comes along −z,
 /// the scene is the system's mirror image in the plane z = 0, which shows the same.
 ///
 /// # Errors
@@ -29,7 +29,8 @@ pub fn posed(
     let Some((element, doe, pixels, sensor)) = parts(system) else {
         return Ok(None);
     };
-    let Some((shape, heights)) = shape(element, stem) else {
+    let (Some((shape, heights)), Some(opening)) = (shape(element, stem), opening(doe, pixels))
+    else {
         return Ok(None);
     };
     let place = system.screens[1].frame.origin;
@@ -41,13 +42,12 @@ pub fn posed(
     };
     let text = format!(
         "version = 1\ntitle = \"{title}\"\nwavelength_um = {}\n\n[source]\nkind = \"plane\"\n\n\
-         [[element]]\nkind = \"doe\"\nname = \"element\"\n{turn}thickness_mm = {}\n{}{shape}\
+         [[element]]\nkind = \"doe\"\nname = \"element\"\n{turn}thickness_mm = {}\n{opening}{shape}\
          [[element.layer]]\nkind = \"pixels\"\npitch_um = [{}, {}]\ntransmission = \"{stem}.npy\"\n\
          pixel = \"{form}\"\n\n[[element]]\nkind = \"sensor\"\nname = \"sensor\"\n\
          pixels = [{}, {}]\npitch_um = [{}, {}]\n",
         system.wavelength * UM,
         place.z * element.arrives,
-        opening(doe),
         pixels.pitch[0] * UM,
         pixels.pitch[1] * UM,
         sensor.pixels[0],
@@ -82,16 +82,24 @@ fn parts(system: &System) -> Option<(&Screen, &Doe, &Pixels, &Sensor)> {
     }
 }
 
-/// The line of the element's aperture; none where it is the pixels'.
-fn opening(doe: &Doe) -> String {
-    match doe.aperture.outline {
-        Outline::Disc { radius } => format!("aperture = {{ disc = {{ radius_mm = {radius} }} }}\n"),
-        Outline::Rectangle { half_x, half_y } => {
-            let [width, height] = [half_x, half_y].map(|half| 2.0 * half);
-            format!("aperture = {{ rectangle = {{ width_mm = {width}, height_mm = {height} }} }}\n")
+/// The line of the element's aperture: a disc, or a rectangle, of the pixels where it has no edge.
+fn opening(doe: &Doe, pixels: &Pixels) -> Option<String> {
+    let [width, height] = match doe.aperture.outline {
+        Outline::Disc { radius } => {
+            return Some(format!(
+                "aperture = {{ disc = {{ radius_mm = {radius} }} }}\n"
+            ));
         }
-        _ => String::new(),
-    }
+        Outline::Rectangle { half_x, half_y } => [2.0 * half_x, 2.0 * half_y],
+        Outline::Open => {
+            let (ny, nx) = pixels.values.dim();
+            [nx as f64 * pixels.pitch[0], ny as f64 * pixels.pitch[1]]
+        }
+        _ => return None,
+    };
+    Some(format!(
+        "aperture = {{ rectangle = {{ width_mm = {width}, height_mm = {height} }} }}\n"
+    ))
 }
 
 /// The line of the element's shape, and heights in µm where it is a grid of them.

@@ -62,6 +62,19 @@ impl Address {
         Ok(if self.inverse { 1.0 / found } else { found })
     }
 
+    /// The bounds of the value that the design changes, from those of the number; none where no number keeps them
+    /// or, for a radius, where they do not lie on one side of zero.
+    pub fn bounds(&self, [lowest, highest]: [Option<f64>; 2]) -> Option<[f64; 2]> {
+        let (free, ends) = (f64::INFINITY, [lowest, highest]);
+        let bounds = match (self.inverse, ends) {
+            (_, [None, None]) => [-free, free],
+            (false, _) => [lowest.unwrap_or(-free), highest.unwrap_or(free)],
+            (true, [Some(low), Some(high)]) if low * high > 0.0 => [1.0 / high, 1.0 / low],
+            (true, _) => return None,
+        };
+        (bounds[0] <= bounds[1]).then_some(bounds)
+    }
+
     fn number<'t>(&self, table: &'t mut Table) -> Option<&'t mut Value> {
         let Some((Step::Key(first), rest)) = self.steps.split_first() else {
             return None;

@@ -101,7 +101,8 @@ fn anchors_quiet_the_noise() {
     let bench = Bench::new(&system, &[], &exact()).unwrap();
     let target = noise([12, 12], 41);
     let field_bar = |field: &Field| &field.values - &target;
-    let anchor = Anchor::new(&bench, &system, field_bar).unwrap();
+    let told = |field: &Field| Ok::<_, BenchError>(field_bar(field));
+    let anchor = Anchor::new(&bench, &system, told).unwrap();
     let nearby = {
         let mut system = system.clone();
         let raylet::optics::screen::Act::Doe(doe) = &mut system.screens[0].act else {
@@ -161,6 +162,6 @@ fn anchors_take_one_hop() {
     screens.insert(1, screen(300.0, pixels(4, 4.0, 5, PixelForm::Box)));
     let two = lit(screens, vec![lens(), vec![]]);
     let bench = Bench::new(&two, &[], &exact()).unwrap();
-    let refused = Anchor::new(&bench, &two, |field| field.values.clone());
-    assert_eq!(refused.err(), Some(BenchError::Hops(2)));
+    let refused = Anchor::new(&bench, &two, |field| Ok(field.values.clone()));
+    assert_eq!(refused.err(), Some(BenchError::Anchor(2)));
 }

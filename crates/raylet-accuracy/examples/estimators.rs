@@ -1,0 +1,233 @@
+//! The estimators of a design's gradient side by side: how near the exact gradient each comes, and what it makes of one
+//! hologram in equal time. Prints a table for `docs/estimators.md` and draws `docs/estimators.png`.
+//!
+//! `cargo run --release -p raylet-accuracy --example estimators -- [SECONDS]`
+
+use std::path::Path;
+use std::time::Instant;
+
+use raylet::design::descent::Rule;
+use raylet::design::estimator::{Estimator, Sight};
+use raylet::design::optimizer::{Method, Optimizer};
+use raylet::design::project::{Plans, Project};
+use raylet::design::schedule::Schedule;
+use raylet::design::space::Space;
+use raylet::design::step::Step;
+use raylet::file::chart::Series;
+use raylet::file::figure::{Figure, Panel};
+use raylet::file::project::brief;
+use raylet::file::scene::Scene;
+use raylet::math::random::uniform;
+use raylet::wave::metrics::ncc;
+
+type Failure = Box<dyn std::error::Error>;
+
+/// Where the study is posed: the hologram through a lens of the source paper's figure 5.
+const SCENE: &str = "scenes/paper/fig5.toml";
+
+/// Radians of the first steps.
+const RATE: f64 = 0.2;
+
+/// One estimator's run.
+struct Course {
+    name: String,
+    /// Seconds of a look, and looks.
+    cost: f64,
+    looks: usize,
+    /// Cosine of the angle to the exact gradient at the start and where the exact search ended.
+    cosines: [f64; 2],
+    /// (seconds, exact NCC).
+    scores: Vec<[f64; 2]>,
+    end: Vec<f64>,
+}
+
+fn main() -> Result<(), Failure> {
+    let seconds = std::env::args().nth(1).map_or(Ok(60.0), |s| s.parse())?;
+    let brief = brief(&Scene::open(Path::new(SCENE))?)?;
+    let (project, start) = (&brief.project, brief.search.point().to_vec());
+    let plans = project.plan(&start, 0.0)?;
+    let Some([picture, _]) = &brief.glances[0].picture else {
+        return Err(format!("{SCENE} has no picture").into());
+    };
+    let score = |point: &[f64]| -> Result<f64, Failure> {
+        let look = project.look(&plans, point, 1.0)?;
+        let like = ncc(look.intensities[0].view(), picture.view());
+        Ok(like.unwrap_or(f64::NAN))
+    };
+
+    let mut courses: Vec<Course> = Vec::new();
+    for (name, estimator) in estimators() {
+        let mut course = descend(project, &plans, estimator, &start, seconds, &score)?;
+        name.clone_into(&mut course.name);
+        let end = courses.first().unwrap_or(&course).end.clone();
+        course.cosines = [
+            cosine(project, &plans, estimator, &start)?,
+            cosine(project, &plans, estimator, &end)?,
+        ];
+        println!("{}", row(&course));
+        courses.push(course);
+    }
+    draw(&courses, seconds)
+}
+
+/// What is compared.
+fn estimators() -> Vec<(&'static str, Estimator)> {
+    let refresh = 10;
+    vec![
+        ("exact", Estimator::Exact),
+        (
+            "control variate, 16",
+            Estimator::ControlVariate { each: 16, refresh },
+        ),
+        (
+            "control variate, 64",
+            Estimator::ControlVariate { each: 64, refresh },
+        ),
+        (
+            "without replacement, 64",
+            Estimator::WithoutReplacement { each: 64 },
+        ),
+        ("multinomial, 64", Estimator::Multinomial { each: 64 }),
+        ("multinomial, 256", Estimator::Multinomial { each: 256 }),
+        (
+            "Gumbel, 64, T = 1",
+            Estimator::Gumbel {
+                each: 64,
+                temperature: 1.0,
+            },
+        ),
+    ]
+}
+
+/// One look by an estimator; anchors are renewed where it asks for them.
+struct Looker<'a> {
+    project: &'a Project,
+    plans: &'a Plans,
+    estimator: Estimator,
+    anchors: Vec<raylet::engine::anchor::Anchor>,
+}
+
+impl Looker<'_> {
+    fn look(&mut self, point: &[f64], iteration: usize) -> Result<(f64, Vec<f64>), Failure> {
+        if self.estimator.anchors(iteration) {
+            self.anchors = self.project.anchors(self.plans, point, 1.0)?;
+        }
+        let sight = match (self.estimator.draws(7, iteration), self.anchors.is_empty()) {
+            (None, _) => Sight::All,
+            (Some(draws), true) => Sight::Drawn(draws),
+            (Some(draws), false) => Sight::From(&self.anchors, draws),
+        };
+        let look = self.project.look_by(self.plans, point, 1.0, &sight)?;
+        Ok((look.value, look.gradient))
+    }
+}
+
+/// A descent with as many looks as fit into the time; what scores them does not count.
+fn descend(
+    project: &Project,
+    plans: &Plans,
+    estimator: Estimator,
+    start: &[f64],
+    seconds: f64,
+    score: &dyn Fn(&[f64]) -> Result<f64, Failure>,
+) -> Result<Course, Failure> {
+    let mut looker = Looker {
+        project,
+        plans,
+        estimator,
+        anchors: Vec::new(),
+    };
+
+    // What a look costs, its share of the exact ones with it.
+    looker.look(start, 0)?;
+    let clock = Instant::now();
+    let trial = 10;
+    for iteration in 0..trial {
+        looker.look(start, iteration)?;
+    }
+    let cost = clock.elapsed().as_secs_f64() / trial as f64;
+    let looks = (seconds / cost).ceil().max(1.0) as usize;
+
+    let schedule = Schedule::Cosine {
+        from: RATE,
+        to: 0.0,
+        iterations: looks,
+    };
+    let method = Method::Descent(Rule::ADAM, schedule);
+    let mut search: Optimizer = method.start(start.to_vec(), Space::free(start.len()))?;
+    let mut scores = vec![[0.0, score(start)?]];
+    let mut spent = 0.0;
+    for iteration in 0..looks {
+        let clock = Instant::now();
+        let (value, gradient) = looker.look(search.point(), iteration)?;
+        let step = search.tell(value, &gradient);
+        spent += clock.elapsed().as_secs_f64();
+        if let Step::Finished(_) = step {
+            break;
+        }
+        if (iteration + 1) % looks.div_ceil(12) == 0 || iteration + 1 == looks {
+            scores.push([spent, score(search.point())?]);
+        }
+    }
+    Ok(Course {
+        name: String::new(),
+        cost,
+        looks,
+        cosines: [f64::NAN; 2],
+        scores,
+        end: search.point().to_vec(),
+    })
+}
+
+/// Mean cosine to the exact gradient at a point; for a control variate a little noise away from its anchor.
+fn cosine(
+    project: &Project,
+    plans: &Plans,
+    estimator: Estimator,
+    point: &[f64],
+) -> Result<f64, Failure> {
+    let moved: Vec<f64> = point
+        .iter()
+        .enumerate()
+        .map(|(i, phase)| phase + 0.1 * (uniform(3, [i as u32, 0, 0, 0]) - 0.5))
+        .collect();
+    let exact = project.look(plans, &moved, 1.0)?.gradient;
+    let mut looker = Looker {
+        project,
+        plans,
+        estimator,
+        anchors: Vec::new(),
+    };
+    if estimator.anchors(0) {
+        looker.anchors = project.anchors(plans, point, 1.0)?;
+    }
+    let mut sum = 0.0;
+    for trial in 1..=4 {
+        let (_, gradient) = looker.look(&moved, 10 * trial + 1)?;
+        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+        sum += dot(&gradient, &exact) / (dot(&gradient, &gradient) * dot(&exact, &exact)).sqrt();
+    }
+    Ok(sum / 4.0)
+}
+
+/// One row of the table.
+fn row(course: &Course) -> String {
+    let last = course.scores.last().map_or(f64::NAN, |score| score[1]);
+    format!(
+        "| {} | {:.2} | {} | {:.3} | {:.3} | {:.4} |",
+        course.name, course.cost, course.looks, course.cosines[0], course.cosines[1], last
+    )
+}
+
+/// Score against time.
+fn draw(courses: &[Course], seconds: f64) -> Result<(), Failure> {
+    let line = |course: &Course| Series::line(&course.name, course.scores.iter().copied());
+    let panel = Panel::lines(courses.iter().map(line).collect())
+        .title("A hologram through a lens, by Adam")
+        .x_axis("time of looks", "s")
+        .y_axis("NCC, by all beamlets", "")
+        .x_range([0.0, seconds]);
+    let figure = Figure::new(vec![vec![panel.into()]], "Estimators of the gradient");
+    std::fs::write("docs/estimators.png", figure.width(900.0).to_png(1.5)?)?;
+    Ok(())
+}

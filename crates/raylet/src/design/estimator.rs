@@ -1,0 +1,125 @@
+//! How a design finds value and gradient: from all beamlets, or from some that are drawn.
+
+use serde::{Deserialize, Serialize};
+
+use crate::design::exact;
+use crate::engine::anchor::Anchor;
+use crate::engine::bench::{Bench, BenchError, Gradient, Trace};
+use crate::engine::drawn::{Drawing, Draws};
+use crate::engine::sway::Variation;
+use crate::optics::system::System;
+
+/// Which beamlets a look follows.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
+pub enum Estimator {
+    /// All: value and gradient are exact.
+    #[default]
+    Exact,
+    /// `each` of a patch, without replacement, for what has changed since the last exact look; one of those every
+    /// `refresh` iterations.
+    ControlVariate {
+        /// Draws of a patch.
+        each: usize,
+        /// Iterations from one exact look to the next.
+        refresh: usize,
+    },
+    /// `each` of a patch, without replacement.
+    WithoutReplacement {
+        /// Draws of a patch.
+        each: usize,
+    },
+    /// `each` of a patch, independently, held constant on the way back: the source paper's public code.
+    Multinomial {
+        /// Draws of a patch.
+        each: usize,
+    },
+    /// The same draws with the gradient of a soft maximum: the source paper's text.
+    Gumbel {
+        /// Draws of a patch.
+        each: usize,
+        /// Temperature of the soft maximum.
+        #[serde(with = "exact::number")]
+        temperature: f64,
+    },
+}
+
+impl Estimator {
+    /// What is drawn in an iteration; nothing where all are followed.
+    pub fn draws(&self, seed: u64, iteration: usize) -> Option<Draws> {
+        let (drawing, each) = match *self {
+            Self::Exact => return None,
+            Self::ControlVariate { each, .. } | Self::WithoutReplacement { each } => {
+                (Drawing::WithoutReplacement, each)
+            }
+            Self::Multinomial { each } => (Drawing::Multinomial, each),
+            Self::Gumbel { each, temperature } => (Drawing::Gumbel { temperature }, each),
+        };
+        // Another seed for every iteration, the same again when a run is resumed.
+        let seed = seed ^ (iteration as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
+        Some(Draws {
+            drawing,
+            each,
+            seed,
+        })
+    }
+
+    /// Whether an iteration begins with an exact look to go out from.
+    pub fn anchors(&self, iteration: usize) -> bool {
+        matches!(self, Self::ControlVariate { refresh, .. } if iteration.is_multiple_of(*refresh.max(&1)))
+    }
+}
+
+/// How one look is done.
+#[derive(Clone, Copy)]
+pub enum Sight<'a> {
+    /// By all beamlets.
+    All,
+    /// By drawn ones.
+    Drawn(Draws),
+    /// By drawn ones for what has changed since exact looks, one for each channel.
+    From(&'a [Anchor], Draws),
+}
+
+impl Sight<'_> {
+    /// The light of a channel.
+    ///
+    /// # Errors
+    /// As [`Bench::forward`] and [`Anchor::forward`].
+    pub fn forward(
+        &self,
+        channel: usize,
+        bench: &Bench,
+        system: &System,
+    ) -> Result<Trace, BenchError> {
+        match self {
+            Self::All => bench.forward(system),
+            Self::Drawn(draws) => bench.drawn(*draws).forward(system),
+            Self::From(anchors, draws) => anchors[channel].forward(&bench.drawn(*draws), system),
+        }
+    }
+
+    /// Its way back: the conjugate transpose of [`Sight::forward`] but for what an anchor gives, and of Gumbel's draws.
+    ///
+    /// # Errors
+    /// As [`Bench::adjoint`] and [`Anchor::forward_adjoint`].
+    pub fn back(
+        &self,
+        channel: usize,
+        (bench, system): (&Bench, &System),
+        variations: &[Variation],
+        trace: &Trace,
+        field_bar: &ndarray::Array2<num_complex::Complex64>,
+    ) -> Result<Gradient, BenchError> {
+        match self {
+            Self::All => bench.adjoint(system, variations, trace, field_bar),
+            Self::Drawn(draws) => bench
+                .drawn(*draws)
+                .adjoint(system, variations, trace, field_bar),
+            Self::From(..) if !variations.is_empty() => Err(BenchError::Drawn),
+            Self::From(anchors, draws) => {
+                let drawn = bench.drawn(*draws);
+                anchors[channel].forward_adjoint(&drawn, system, trace, field_bar)
+            }
+        }
+    }
+}
