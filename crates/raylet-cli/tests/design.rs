@@ -60,11 +60,8 @@ fn phases_are_found_and_simulate_agrees() {
     assert!(simulated.status.success(), "{}", complaint(&simulated));
 }
 
-/// Killed at any time, a run that goes on ends with the same bits as one that was never stopped, with any
-/// number of threads.
-#[test]
-fn a_stopped_run_goes_on_bit_for_bit() {
-    let asked = "iterations = 24\ncheckpoint = 4\n[[design.variable]]\npath = \"element[1].thickness_mm\"\n";
+/// What a run leaves that was killed and went on, the same to the bit as a run that was not.
+fn stopped_and_resumed(asked: &str, files: &[&str]) -> Stage {
     let whole = stage(asked);
     let run = whole.raylet(&["design", "scene.toml", "--threads", "1"]);
     assert!(run.status.success(), "{}", complaint(&run));
@@ -86,10 +83,37 @@ fn a_stopped_run_goes_on_bit_for_bit() {
     child.wait().unwrap();
     let resumed = broken.raylet(&["design", "scene.toml", "--resume"]);
     assert!(resumed.status.success(), "{}", complaint(&resumed));
-    for file in ["found.npy", "scene.designed.toml", "out/design/course.csv"] {
+    for file in files {
         let read = |stage: &Stage| fs::read(stage.join(file)).unwrap();
         assert!(read(&whole) == read(&broken), "{file}");
     }
+    broken
+}
+
+/// Drawn beamlets are the same again when a run goes on, and find a picture too.
+#[test]
+fn estimators_go_on_bit_for_bit() {
+    for estimator in [
+        "{ kind = \"control_variate\", each = 24, refresh = 5 }",
+        "{ kind = \"gumbel\", each = 8, temperature = 0.5 }",
+    ] {
+        let asked = format!(
+            "iterations = 24\ncheckpoint = 4\noptimizer = \"adam\"\nestimator = {estimator}\n"
+        );
+        let stage = stopped_and_resumed(&asked, &["found.npy", "out/design/course.csv"]);
+        let run = stage.raylet(&["design", "scene.toml", "--resume", "--iterations", "24"]);
+        let said = String::from_utf8(run.stdout).unwrap();
+        assert!(number(&said, "NCC ") > 0.6, "{said}");
+    }
+}
+
+/// Killed at any time, a run that goes on ends with the same bits as one that was never stopped, with any
+/// number of threads.
+#[test]
+fn a_stopped_run_goes_on_bit_for_bit() {
+    let asked = "iterations = 24\ncheckpoint = 4\n[[design.variable]]\npath = \"element[1].thickness_mm\"\n";
+    let files = ["found.npy", "scene.designed.toml", "out/design/course.csv"];
+    let broken = stopped_and_resumed(asked, &files);
 
     // The scene with the number that was found is simulated as it is.
     let simulated = broken.raylet(&["simulate", "scene.designed.toml", "--out", "seen"]);
@@ -134,6 +158,26 @@ fn bad_designs_are_told() {
         ("efficiency = -0.1\n", ["efficiency", "0"]),
         ("levels = 1\n", ["levels", "at least 2"]),
         ("block = 0\n", ["block", "above zero"]),
+        (
+            "estimator = { kind = \"multinomial\" }\n",
+            ["design.estimator", "adam or momentum"],
+        ),
+        (
+            "optimizer = \"adam\"\nestimator = { kind = \"gumbel\", temperature = 0 }\n",
+            ["design.estimator.temperature", "above zero"],
+        ),
+        (
+            "optimizer = \"adam\"\nestimator = { kind = \"svrg\" }\n",
+            ["design.estimator.kind", "control_variate"],
+        ),
+        (
+            "optimizer = \"adam\"\nestimator = { kind = \"gumbel\", each = 0 }\n",
+            ["design.estimator.each", "above zero"],
+        ),
+        (
+            "optimizer = \"adam\"\nestimator = { kind = \"gumbel\" }\n[[design.variable]]\npath = \"element[1].thickness_mm\"\n",
+            ["design.estimator", "one of the two"],
+        ),
         (
             "[[design.variable]]\npath = \"element[9].thickness_mm\"\n",
             ["element[9].thickness_mm", "path of a number"],
