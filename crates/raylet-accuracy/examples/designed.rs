@@ -143,7 +143,7 @@ fn tell_overlap(
     let bright: f64 = field.iter().map(|u| u.norm_sqr().powi(2)).sum();
     let like: f64 = mode
         .iter()
-        .zip(&field)
+        .zip(field)
         .map(|(m, u)| m * m * u.norm_sqr())
         .sum();
     println!("share of the light in the mode {share:.5}, on the sensor {seen:.5}");
