@@ -182,7 +182,8 @@ fn numbers_of_the_system_are_designed() {
         .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
         .collect();
     assert!(losses.last().unwrap() < &losses[0], "{course}");
-    assert!(stage.join("scene.designed.toml").exists());
+    let left = ["out", "phase.npy", "scene.designed.toml", "scene.toml"];
+    assert_eq!(stage.names(), left);
 }
 
 /// 1 − NCC² of intensities with a picture.
