@@ -43,7 +43,12 @@ pub enum Source<'a> {
     Pixels(&'a Pixels, [f64; 2]),
     /// A hard disc of this radius.
     Disc(f64, [f64; 2]),
+    /// A hard disc of this radius with a thin, smooth phase over it.
+    Phase(f64, PhaseFunction<'a>, [f64; 2]),
 }
+
+/// A function (x, y) ↦ phase in radians.
+pub type PhaseFunction<'a> = &'a (dyn Fn(f64, f64) -> f64 + Sync);
 
 /// What comes after, in order.
 #[derive(Clone, Copy)]
@@ -231,6 +236,17 @@ impl Bench {
             Source::Disc(radius, tilt) => {
                 Flight::new(Spectrum::from_disc(lattice, 1.0, radius, tilt), radius)
             }
+            Source::Phase(radius, phase, tilt) => {
+                let (period, samples) = (self.period, self.samples);
+                let disc = SurfaceSamples::new(period, samples, radius, self.stencil, Sag::Flat);
+                let k = std::f64::consts::TAU / self.wavelength;
+                let field = |[x, y, _]: &[f64; 3]| {
+                    Complex64::cis(phase(*x, *y) + k * (tilt[0] * x + tilt[1] * y))
+                };
+                let field: Vec<Complex64> = disc.points.iter().map(field).collect();
+                let spectrum = surface_to_plane(&field, &disc, lattice, 1.0, self.extra);
+                Flight::new(spectrum, radius)
+            }
         }
     }
 
@@ -277,6 +293,24 @@ mod tests {
         stencil: 6,
         pixel_nodes: 8,
     };
+
+    /// A phase k·(a·x + b·y) over a disc is the disc under light from that direction.
+    #[test]
+    fn linear_phase_is_a_tilt() {
+        let phase = |x: f64, y: f64| std::f64::consts::TAU * (0.12 * x - 0.07 * y);
+        let sources = [
+            Source::Phase(14.0, &phase, [0.03, 0.02]),
+            Source::Disc(14.0, [0.15, -0.05]),
+        ];
+        let x = ndarray::Array1::linspace(-9.0, 9.0, 7);
+        let [ours, exact] = sources.map(|source| {
+            let spectrum = BENCH.run(source, &[Step::Drift(30.0)], 10.0).unwrap();
+            spectrum.on_grid(&x, &x)
+        });
+        let off = (&ours - &exact).iter().map(|u| u.norm_sqr()).sum::<f64>();
+        let norm = exact.iter().map(|u| u.norm_sqr()).sum::<f64>();
+        assert!((off / norm).sqrt() < 1e-3, "{:e}", (off / norm).sqrt());
+    }
 
     /// Relative L2 distance of `a` from `b`.
     fn distance(a: &[Complex64], b: &[Complex64]) -> f64 {

@@ -1,6 +1,5 @@
 //! `raylet design` and `raylet gradcheck` of systems: several elements, losses, wavelengths and fields.
 
-mod refusal;
 mod stage;
 
 use std::fs;
@@ -9,7 +8,6 @@ use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex64;
 use raylet::file::image::write_gray16;
 
-use crate::refusal::{none_of, wrong};
 use crate::stage::{SCENE, Stage, complaint};
 
 /// Two elements in free space at two wavelengths; `LAYER` is what is designed of the first.
@@ -21,23 +19,23 @@ source = { kind = "plane" }
 kind = "doe"
 name = "first"
 thickness_mm = 0.4
-aperture = { disc = { radius_mm = 0.04 } }
+aperture = { disc = { radius_mm = 0.02 } }
 LAYER
 [[element]]
 kind = "doe"
 name = "second"
 thickness_mm = 0.4
-aperture = { disc = { radius_mm = 0.04 } }
+aperture = { disc = { radius_mm = 0.02 } }
 [[element.layer]]
 kind = "pixels"
 pitch_um = 4
-size = [20, 20]
+size = [10, 10]
 phase = "second.npy"
 
 [[element]]
 kind = "sensor"
 name = "camera"
-pixels = [24, 20]
+pixels = [12, 10]
 pitch_um = 4
 
 [design]
@@ -51,9 +49,9 @@ start = "random"
 LOSS
 "#;
 
-const PIXELS: &str = "[[element.layer]]\nkind = \"pixels\"\npitch_um = 4\nsize = [20, 20]\n";
+const PIXELS: &str = "[[element.layer]]\nkind = \"pixels\"\npitch_um = 4\nsize = [10, 10]\n";
 const PHASE: &str = "phase = \"first.npy\"\n";
-const PICTURE: &str = "picture = \"picture.png\"\nsize_mm = [0.05, 0.05]\n";
+const PICTURE: &str = "picture = \"picture.png\"\nsize_mm = [0.03, 0.03]\n";
 
 /// A folder with the two elements and a picture.
 fn two(layer: &str, free: &str, loss: &str) -> Stage {
@@ -89,9 +87,9 @@ fn apart(stage: &Stage) -> Vec<(String, f64)> {
 #[test]
 fn whatever_is_free_has_its_gradient() {
     let sum = "[[element.layer]]\nkind = \"sum\"\nweights = [1.0, 0.8]\nterms = [[{ kind = \"pixels\", pitch_um = 4, \
-               size = [20, 20], phase = \"a.npy\" }], [{ kind = \"pixels\", pitch_um = 4, size = [20, 20], \
+               size = [10, 10], phase = \"a.npy\" }], [{ kind = \"pixels\", pitch_um = 4, size = [10, 10], \
                phase = \"a.npy\" }]]\n";
-    let height = "[[element.layer]]\nkind = \"height\"\npitch_um = 4\nsize = [20, 20]\nheight_um = \"h.npy\"\n\
+    let height = "[[element.layer]]\nkind = \"height\"\npitch_um = 4\nsize = [10, 10]\nheight_um = \"h.npy\"\n\
                   glass = \"N-BK7\"\n";
     let both = format!("{PIXELS}{PHASE}amplitude = \"t.npy\"\nfill = 0.9\n");
     let alone = format!("{PIXELS}amplitude = \"t.npy\"\n");
@@ -141,15 +139,24 @@ fn whatever_is_wanted_has_its_gradient() {
     }
 }
 
-/// Coefficients of an aspheric surface and of an analytic profile, a radius and a tilt, for a spot.
+/// A coefficient of an aspheric surface and one of an analytic profile, a radius and a tilt, for a spot.
 #[test]
 fn numbers_of_the_system_are_designed() {
+    let radial = "size = [15, 15]\n[[element.layer]]\nkind = \"radial\"\nnorm_radius_mm = 0.09\ncoefficients = [0.5, 0.1]";
     let lens = SCENE
-        .replace("phase = \"phase.npy\"", "size = [30, 30]\n[[element.layer]]\nkind = \"radial\"\nnorm_radius_mm = 0.09\ncoefficients = [0.5, 0.1]")
+        .replace(
+            "pitch_um = 6\nphase = \"phase.npy\"",
+            &format!("pitch_um = 12\n{radial}"),
+        )
         .replace("radius_mm = 5\n", "radius_mm = 5\naspheric = [0.001]\n")
-        .replace("name = \"L\"\n", "name = \"L\"\ntilt_deg = [0.5, 0, 0]\n");
+        .replace("name = \"L\"\n", "name = \"L\"\ntilt_deg = [0.5, 0, 0]\n")
+        .replace("[48, 40]\npitch_um = 5", "[24, 20]\npitch_um = 10")
+        .replace(
+            "[source]",
+            "[settings]\ncorrection = \"off\"\nfootprint_threshold = 1e-11\n[source]",
+        );
     let paths = [
-        ("element[1].surface[0].aspheric[0]", 2.0),
+        ("element[1].surface[0].aspheric[0]", 0.2),
         ("element[0].layer[1].coefficients[1]", 0.3),
         ("element[1].surface[0].radius_mm", 0.01),
         ("element[1].tilt_deg[0]", 0.1),
@@ -159,7 +166,7 @@ fn numbers_of_the_system_are_designed() {
     };
     let variables: String = paths.map(variable).concat();
     let text = format!(
-        "{lens}[design]\niterations = 12\n[[design.loss]]\nkind = \"spot\"\nat_mm = [[0.0, 0.0]]\n\
+        "{lens}[design]\niterations = 4\n[[design.loss]]\nkind = \"spot\"\nat_mm = [[0.005, 0.005]]\n\
          focal_length_mm = 9.5\n{variables}"
     );
     let stage = Stage::new(&text);
@@ -174,8 +181,9 @@ fn numbers_of_the_system_are_designed() {
         .skip(1)
         .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
         .collect();
-    assert!(losses.last().unwrap() < &(0.5 * losses[0]), "{course}");
-    assert!(stage.join("scene.designed.toml").exists());
+    assert!(losses.last().unwrap() < &losses[0], "{course}");
+    let left = ["out", "phase.npy", "scene.designed.toml", "scene.toml"];
+    assert_eq!(stage.names(), left);
 }
 
 /// 1 − NCC² of intensities with a picture.
@@ -188,16 +196,16 @@ fn unlikeness(field: &Array2<Complex64>, picture: &Array2<f64>) -> f64 {
 /// What `raylet simulate` sees of the files is what the design saw, with the dispersion of a height, levels and all.
 #[test]
 fn what_is_left_is_what_was_designed() {
-    let height = "[[element.layer]]\nkind = \"height\"\npitch_um = 4\nsize = [20, 20]\nheight_um = \"h.npy\"\n\
+    let height = "[[element.layer]]\nkind = \"height\"\npitch_um = 4\nsize = [10, 10]\nheight_um = \"h.npy\"\n\
                   glass = \"N-BK7\"\n";
     let both = format!(
         "{PIXELS}{PHASE}phase_scale = 6.283185307179586\namplitude = \"t.npy\"\nfill = 0.8\nrest = \"flat\"\n"
     );
     let loss = format!("[[design.loss]]\nkind = \"likeness\"\n{PICTURE}");
-    let picture = Array2::from_shape_fn((20, 24), |(j, i)| {
-        // The picture's cells are 5 µm wide; pixels are told by their centres.
-        let cell = |n: usize, count: f64| ((n as f64 - 0.5 * (count - 1.0)) * 4.0 + 25.0) / 5.0;
-        let (y, x) = (cell(j, 20.0), cell(i, 24.0));
+    let picture = Array2::from_shape_fn((10, 12), |(j, i)| {
+        // The picture's cells are 3 µm wide; pixels are told by their centres.
+        let cell = |n: usize, count: f64| ((n as f64 - 0.5 * (count - 1.0)) * 4.0 + 15.0) / 3.0;
+        let (y, x) = (cell(j, 10.0), cell(i, 12.0));
         let inside = (0.0..10.0).contains(&y) && (0.0..10.0).contains(&x);
         let (y, x) = (y as usize, x as usize);
         f64::from(u8::from(inside && (y == 2 || x == 6 || (y > 6 && x < 4))))
@@ -232,254 +240,6 @@ fn what_is_left_is_what_was_designed() {
             / 2.0;
         assert!((mean - told).abs() < 2e-3 * told, "{free}: {mean} {told}");
     }
-}
-
-#[test]
-fn bad_systems_are_told() {
-    let pixels = format!("{PIXELS}{PHASE}");
-    let good = format!("[[design.loss]]\nkind = \"likeness\"\n{PICTURE}");
-    let spot = "[[design.loss]]\nkind = \"spot\"\nat_mm = [[0.0, 0.0]]\n";
-    let circle = "[[design.loss]]\nkind = \"encircled_energy\"\nradius_mm = 0.01\n";
-    let cases: Vec<(String, &str, String, Vec<&str>)> = vec![
-        (
-            pixels.clone(),
-            "free = \"all\"",
-            good.clone(),
-            vec!["design.element[0].free", "two_phase"],
-        ),
-        (
-            pixels.clone(),
-            "free = \"both\"",
-            good.clone(),
-            vec!["element[0].layer[0]", "no file for the amplitude"],
-        ),
-        (
-            PIXELS.to_owned(),
-            "",
-            good.clone(),
-            vec!["element[0].layer[0]", "no file for the phase"],
-        ),
-        (
-            pixels.clone(),
-            "free = \"height\"",
-            good.clone(),
-            vec!["element[0].layer[0]", "kind \"height\""],
-        ),
-        (
-            pixels.clone(),
-            "free = \"two_phase\"",
-            good.clone(),
-            vec!["element[0].layer[0]", "kind \"sum\""],
-        ),
-        (
-            pixels.clone(),
-            "highest_um = 2",
-            good.clone(),
-            vec!["design.element[0].highest_um", "height"],
-        ),
-        (
-            pixels.clone(),
-            "levels = 1",
-            good.clone(),
-            vec!["design.element[0].levels", "at least 2"],
-        ),
-        (
-            pixels.clone(),
-            "block = 0",
-            good.clone(),
-            vec!["design.element[0].block", "above zero"],
-        ),
-        (
-            pixels.clone(),
-            "blur = 0.5",
-            good.clone(),
-            vec!["design.element[0].blur", "one or more"],
-        ),
-        (
-            pixels.clone(),
-            "smoothness = -1",
-            good.clone(),
-            vec!["design.element[0].smoothness", "zero or more"],
-        ),
-        (
-            pixels.clone(),
-            "start = \"spread\"",
-            good.clone(),
-            vec!["design.element[0].start", "[hologram]"],
-        ),
-        (
-            pixels.clone(),
-            "[[design.element]]\nname = \"first\"",
-            good.clone(),
-            vec!["design.element[1].name", "once"],
-        ),
-        (
-            pixels.clone(),
-            "[[design.element]]\nname = \"third\"",
-            good.clone(),
-            vec!["design.element[1].name", "third"],
-        ),
-        (
-            pixels.replace("size = [20, 20]\n", ""),
-            "",
-            good.clone(),
-            vec!["element[0].layer[0]", "size = [nx, ny]"],
-        ),
-        (
-            format!("{pixels}amplitude = \"a.npy\"\n"),
-            "",
-            good.clone(),
-            vec!["element[0].layer[0].amplitude", "both"],
-        ),
-        (
-            format!("{pixels}fill = 1.5\n"),
-            "",
-            good.clone(),
-            vec!["element[0].layer[0].fill", "up to 1"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            String::new(),
-            vec!["hologram", "[hologram]"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            good.replace("likeness", "beauty"),
-            vec!["design.loss[0]", "beauty", "overlap"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            good.replace("picture.png", "none.png"),
-            vec!["design.loss[0].picture", "none.png"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            good.replace("size_mm = [0.05, 0.05]\n", ""),
-            vec!["design.loss[0]", "one without the other"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("{good}mask = \"none.png\"\n"),
-            vec!["design.loss[0].mask", "none.png"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("{good}weight = 0\n"),
-            vec!["design.loss[0].weight", "above zero"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("{good}field = [1]\n"),
-            vec!["design.loss[0].field", "below 1"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("{good}wavelength_um = [0.7]\n"),
-            vec!["design.loss[0].wavelength_um", "0.7", "0.6"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("{good}wavelength_um = []\n"),
-            vec!["design.loss[0].wavelength_um"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            spot.replace("0.0, 0.0", "1.0, 0.0"),
-            vec!["design.loss[0].at_mm", "off the sensor"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("{spot}evenness = -1\n"),
-            vec!["design.loss[0].evenness", "zero or more"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("{circle}at_mm = []\n"),
-            vec!["design.loss[0].at_mm", "at least one"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("{circle}at_mm = [[2.0, 0.0]]\n"),
-            vec!["design.loss[0].at_mm", "circles on the sensor"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            String::from("[[design.loss]]\nkind = \"efficiency\"\nradius_mm = 1\n"),
-            vec!["design.loss[0]", "at_mm"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("[[design.field]]\n{good}"),
-            vec!["design.field[0]", "angle_deg"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("[[design.field]]\nangle_deg = [95, 0]\n{good}"),
-            vec!["design.field[0].angle_deg", "90"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("[[design.field]]\nposition_mm = [0, 0, -1]\n{good}"),
-            vec!["design.field[0]", "plane source"],
-        ),
-        (
-            pixels.clone(),
-            "",
-            format!("{good}[[design.variable]]\npath = \"element[0].thickness_mm\"\nlowest = 1\n"),
-            vec!["design.variable[0].path", "bounds"],
-        ),
-    ];
-    none_of(cases.iter().map(|(layer, free, loss, says)| {
-        let stage = two(layer, free, loss);
-        let says: Vec<&str> = ["scene.toml"].iter().chain(says).copied().collect();
-        wrong(&stage, &["design", "scene.toml"], &says)
-    }));
-
-    // Keys for the element of [hologram] beside lists, and nothing to design.
-    let stray = |key: &str| TWO.replace("iterations = 8", key);
-    let text = |text: String| {
-        let text = text.replace("LAYER", &pixels).replace("FREE", "");
-        with_picture(&text.replace("LOSS", &good))
-    };
-    none_of([
-        wrong(
-            &text(stray("levels = 4")),
-            &["design", "scene.toml"],
-            &["design.levels", "[[design.element]]"],
-        ),
-        wrong(
-            &text(stray("start = \"flat\"")),
-            &["design", "scene.toml"],
-            &["design.start", "inside"],
-        ),
-        wrong(
-            &text(stray("efficiency = 0.1")),
-            &["design", "scene.toml"],
-            &["design.efficiency", "[[design.loss]]"],
-        ),
-        wrong(
-            &Stage::new(&format!("{SCENE}[design]\n")),
-            &["design", "scene.toml"],
-            &["design", "nothing to design"],
-        ),
-    ]);
 }
 
 /// A design that is told to stop leaves a checkpoint, and ends as programs end that are interrupted.

@@ -302,9 +302,8 @@ impl Bench {
                 pulse,
             };
             run.carry_adjoint(&passed.behind, raster, reach, &sheets_bar, &mut back);
-            for (parameter, part) in moving.into_iter().zip(pulled) {
-                gradient.parameters[parameter] += part;
-            }
+            let parts = moving.into_iter().zip(pulled);
+            parts.for_each(|(parameter, part)| gradient.parameters[parameter] += part);
 
             // arrived -> behind
             for (total, variation) in gradient.parameters.iter_mut().zip(variations) {

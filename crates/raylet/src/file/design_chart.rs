@@ -46,8 +46,9 @@ pub struct DesignChart<'a> {
     pub sensor: [f64; 2],
 }
 
-/// Panels side by side.
+/// Panels side by side; fewer where they are this many times as wide as high.
 const COLUMNS: usize = 3;
+const WIDE: f64 = 2.5;
 
 /// Intensities that are shown.
 const SHOWN: usize = 9;
@@ -72,12 +73,16 @@ impl DesignChart<'_> {
         }
 
         // One row where that is enough, else elements and sensor apart.
-        let groups = match elements.len() + seen.len() <= COLUMNS {
+        let columns = match self.sensor[0] > WIDE * self.sensor[1] {
+            true => COLUMNS - 1,
+            false => COLUMNS,
+        };
+        let groups = match elements.len() + seen.len() <= columns {
             true => vec![elements.into_iter().chain(seen).collect::<Vec<_>>()],
             false => vec![elements, seen],
         };
         for group in groups {
-            rows.extend(group.chunks(COLUMNS).map(<[Panel]>::to_vec));
+            rows.extend(group.chunks(columns).map(<[Panel]>::to_vec));
         }
         Figure::new(rows, self.title).to_png(1.5)
     }

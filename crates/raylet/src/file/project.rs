@@ -24,7 +24,7 @@ use crate::file::hologram::{Commission, commission};
 use crate::file::pixel_part::{Output, PixelPart, blanked, pixel_parts};
 use crate::file::scene::Scene;
 use crate::file::variable::{Address, with_numbers};
-use crate::file::wanted::{Glance, judged, lit};
+use crate::file::wanted::{Glance, Judged, judged, lit};
 use crate::optics::system::System;
 use crate::wave::raster::Raster;
 
@@ -81,17 +81,7 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
         .iter()
         .map(|part| element(scene, &design, part, first));
     let elements: Vec<Element> = elements.collect::<Result<_, Fault>>()?;
-    let mut channels = Vec::new();
-    let mut glances = Vec::new();
-    for (glance, losses) in judged {
-        let ratios = parts.iter().zip(&elements);
-        let ratio = |(part, element): (&PixelPart, &Element)| {
-            part.ratio(scene, &around(first, element.screen), glance.place[1])
-        };
-        let ratios = ratios.map(ratio).collect::<Result<_, Fault>>()?;
-        channels.push(Channel { losses, ratios });
-        glances.push(glance);
-    }
+    let (glances, channels) = channels(scene, judged, (&parts, &elements), first)?;
 
     // What is free, and where it starts.
     let start = starts(scene, &parts, &elements)?;
@@ -127,6 +117,26 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
             .collect(),
         addresses,
     })
+}
+
+/// What the channels are, and they themselves: the losses of each run, and how its light sees each element.
+fn channels(
+    scene: &Scene,
+    judged: Vec<Judged>,
+    (parts, elements): (&[PixelPart], &[Element]),
+    systems: &[System],
+) -> Result<(Vec<Glance>, Vec<Channel>), Fault> {
+    let mut list = (Vec::new(), Vec::new());
+    for (glance, losses) in judged {
+        let ratio = |(part, element): (&PixelPart, &Element)| {
+            part.ratio(scene, &around(systems, element.screen), glance.place[1])
+        };
+        let ratios = parts.iter().zip(elements).map(ratio);
+        let ratios = ratios.collect::<Result<_, Fault>>()?;
+        list.1.push(Channel { losses, ratios });
+        list.0.push(glance);
+    }
+    Ok(list)
 }
 
 impl Brief {
