@@ -10,7 +10,10 @@ use raylet::optics::system::System;
 use crate::failure::Failure;
 use crate::fig2::fig2;
 use crate::fig3::fig3;
+use crate::fig5::fig5;
 use crate::fig6::fig6;
+use crate::fig6_foci::fig6_foci;
+use crate::fig6_s::fig6_s;
 use crate::overrides::start_threads;
 use crate::say::say;
 use crate::system1::system1;
@@ -27,8 +30,8 @@ pub(crate) struct Paper {
     /// Smaller elements and fewer repetitions: seconds instead of minutes.
     #[arg(long)]
     quick: bool,
-    /// Writes paper.json, the pictures and scenes of the elements into this folder. A system that is stopped goes on where it was when
-    /// asked again; until then what it has is kept in DIR.parts.
+    /// Writes paper.json, the pictures and scenes of the elements into this folder. A system or a design that is
+    /// stopped goes on where it was when asked again; until then what it has is kept in DIR.parts.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Does only so many of the parts (20 or fewer) of each long random run of a system, for a first look. The
@@ -47,8 +50,15 @@ enum Name {
     Fig2,
     /// Error against secondary rays of one patch: a metalens and a hologram of a Siemens star.
     Fig3,
+    /// A hologram before a lens: designed with a thin lens, with principal planes, and through the real lens.
+    Fig5,
     /// A conformal diffractive mirror that shows two foci or a letter, on two substrates.
     Fig6,
+    /// The curved mirror of figure 6 with two foci, designed by gradients.
+    Fig6Foci,
+    /// The curved mirror of figure 6 with the letter, designed by gradients.
+    #[value(name = "fig6-s")]
+    Fig6S,
     /// Figure 4, system 1: a grating and a lens.
     System1,
     /// Figure 4, system 2: a hologram in free space.
@@ -95,7 +105,10 @@ impl Paper {
         let study = match self.name {
             Name::Fig2 => fig2(self.quick),
             Name::Fig3 => fig3(self.quick),
+            Name::Fig5 => fig5(effort),
             Name::Fig6 => fig6(self.quick),
+            Name::Fig6Foci => fig6_foci(effort),
+            Name::Fig6S => fig6_s(effort),
             Name::System1 => system1(effort),
             Name::System2 => system2(effort),
             Name::System3 => system3(effort),

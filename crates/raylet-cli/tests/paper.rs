@@ -109,6 +109,43 @@ fn figure_six_in_seconds() {
     }
 }
 
+#[test]
+fn figure_five_in_seconds() {
+    let document = study("fig5", &["fig5"]);
+    let number = |row: usize, what: &str| document["designs"][row][what].as_f64().unwrap();
+    for row in 0..3 {
+        assert!(
+            (number(row, "ncc") - number(row, "ncc_by_collins")).abs() < 5e-3,
+            "{document}"
+        );
+        assert!(number(row, "field_error_to_collins") < 2e-2, "{document}");
+    }
+    assert!(number(0, "ncc") < number(1, "ncc") - 0.05, "{document}");
+    assert!(
+        number(2, "light_in_picture") > 1.5 * number(1, "light_in_picture"),
+        "{document}"
+    );
+}
+
+#[test]
+fn designs_of_the_curved_mirror_in_seconds() {
+    let document = study("fig6-foci", &["square", "disc", "disc_weighted"]);
+    let foci = |row: usize| {
+        let numbers = &document["mirrors"][row]["separation_and_fwhm_um"];
+        [0, 1, 2].map(|n| numbers[n].as_f64().unwrap())
+    };
+    let mean = |row: usize| 0.5 * (foci(row)[1] + foci(row)[2]);
+    for row in 0..3 {
+        assert!((foci(row)[0] - 8.0).abs() < 0.1, "{document}");
+    }
+    assert!(mean(0) < mean(1) && mean(2) < mean(1), "{document}");
+    assert!(mean(1) < 1.3, "{document}");
+
+    let document = study("fig6-s", &["letter"]);
+    let like = document["ncc_by_direct_integral"].as_f64().unwrap();
+    assert!(like > 0.9, "{document}");
+}
+
 /// The systems at small size: references, the paper's method and the default one, a picture, and nothing left of
 /// the parts.
 #[test]

@@ -65,6 +65,15 @@ pub struct Conformal {
     pub scale: f64,
 }
 
+/// What of its pixels is lit.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Opening {
+    /// The disc that touches the edges.
+    Disc,
+    /// All of them.
+    Square,
+}
+
 /// The part of the sensor's plane that is looked at.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Window {
@@ -78,11 +87,12 @@ pub struct Window {
 
 impl Conformal {
     /// Pixels along each axis: an odd number.
-    fn count(&self) -> usize {
+    pub fn count(&self) -> usize {
         2 * (0.5 * PIXELS * self.scale).floor() as usize + 1
     }
 
-    fn place(&self, i: usize) -> f64 {
+    /// Where the pixels of a column or row are, in mm.
+    pub fn place(&self, i: usize) -> f64 {
         (i as f64 - 0.5 * (self.count() as f64 - 1.0)) * PITCH
     }
 
@@ -196,15 +206,30 @@ impl Conformal {
         on(x, y) || on(-x, -y)
     }
 
-    /// The mirror in light along −z, and a window of the sensor's plane above it.
+    /// The mirror with its conjugate phases in light along −z, and a window of the sensor's plane above it.
     pub fn system(&self, window: Window) -> System {
-        let shape = self.shape();
-        let outline = Outline::Disc {
-            radius: RADIUS * self.scale,
+        self.made(self.reflection(&self.shape()), Opening::Disc, window)
+    }
+
+    /// The mirror with these reflections of its pixels, [y, x].
+    pub fn made(&self, values: Array2<Complex64>, opening: Opening, window: Window) -> System {
+        let outline = match opening {
+            Opening::Disc => Outline::Disc {
+                radius: RADIUS * self.scale,
+            },
+            Opening::Square => Outline::Rectangle {
+                half_x: 0.5 * PITCH * self.count() as f64,
+                half_y: 0.5 * PITCH * self.count() as f64,
+            },
         };
-        let element = element(self.reflection(&shape), PITCH, outline);
-        let place = Vec3::new(window.x, 0.0, DISTANCE * self.scale);
-        mirror(shape, element, place, window.pixels, window.pitch)
+        let place = Vec3::new(window.x, 0.0, self.distance());
+        let element = element(values, PITCH, outline);
+        mirror(self.shape(), element, place, window.pixels, window.pitch)
+    }
+
+    /// Distance of the sensor's plane in mm.
+    pub fn distance(&self) -> f64 {
+        DISTANCE * self.scale
     }
 }
 

@@ -1,6 +1,7 @@
 //! What should change.
 
 pub mod conformal;
+pub mod conformal_design;
 pub mod constraint;
 pub mod descent;
 pub mod estimator;
@@ -12,6 +13,7 @@ pub mod lbfgs;
 pub mod likeness;
 pub mod long;
 pub mod loss;
+pub mod mirror;
 pub mod modulation;
 pub mod near;
 pub mod optimizer;

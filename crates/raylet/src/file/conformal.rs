@@ -204,8 +204,9 @@ fn spot(field: &Field) -> Option<[f64; 4]> {
     ])
 }
 
-/// Distance of the foci, and their mean widths.
-fn foci(mirror: &Conformal, fields: &[Field]) -> Option<[f64; 3]> {
+/// Distance of the foci, and their mean full widths at half maximum along x and y, in mm, from the fields in windows
+/// about them.
+pub fn foci(mirror: &Conformal, fields: &[Field]) -> Option<[f64; 3]> {
     let [left, right] = [fields.first()?, fields.get(1)?].map(spot);
     let (left, right) = (left?, right?);
     let [a, b] = mirror.foci();

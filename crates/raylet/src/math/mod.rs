@@ -12,7 +12,7 @@ pub mod hilbert;
 pub mod jet;
 mod kaiser;
 pub mod lanes;
-mod lines;
+pub(crate) mod lines;
 #[cfg(test)]
 pub(crate) mod noise;
 pub mod nufft;

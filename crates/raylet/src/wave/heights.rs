@@ -60,9 +60,14 @@ const LEVEL_TOLERANCE: f64 = 1e-5;
 
 impl Stack {
     /// The levels for heights from `bottom` to `top`, in mm; `k` is the vacuum wavenumber.
-    pub fn new([bottom, top]: [f64; 2], [low, high]: [f64; 2], k: f64) -> Self {
+    pub fn new(range: [f64; 2], cosines: [f64; 2], k: f64) -> Self {
+        Self::within(LEVEL_TOLERANCE, range, cosines, k)
+    }
+
+    /// The same, that add an error of about `tolerance`.
+    pub fn within(tolerance: f64, [bottom, top]: [f64; 2], [low, high]: [f64; 2], k: f64) -> Self {
         Self {
-            levels: Levels::new(bottom, top, 0.5 * k * (high - low), LEVEL_TOLERANCE),
+            levels: Levels::new(bottom, top, 0.5 * k * (high - low), tolerance),
             carrier: 0.5 * k * (low + high),
         }
     }

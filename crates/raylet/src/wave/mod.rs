@@ -13,6 +13,7 @@ mod leave;
 pub mod metrics;
 pub mod patch;
 pub mod periodic;
+pub mod pixel_hop;
 pub mod plane;
 pub mod propagate;
 pub mod raster;

@@ -145,7 +145,7 @@ impl FreeHop {
     }
 
     /// Transfer of the plane wave (p, q): phase of the slabs, interfaces, taper; zero when evanescent.
-    fn transfer(&self, p: [f64; 2], plan: &FreePlan) -> Complex64 {
+    pub(in crate::wave) fn transfer(&self, p: [f64; 2], plan: &FreePlan) -> Complex64 {
         let crossing = self.crossing(p, plan);
         crossing.map_or(Complex64::ZERO, |(path, size)| {
             Complex64::from_polar(size, self.k * path)

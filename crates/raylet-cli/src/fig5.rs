@@ -1,0 +1,268 @@
+//! Figure 5 of the source paper: a hologram before a lens, designed with a thin lens, with principal planes, and
+//! through the real lens.
+
+use std::path::{Path, PathBuf};
+use std::time::Instant;
+
+use ndarray::Array2;
+use raylet::design::hologram::design;
+use raylet::design::run::{Run, State};
+use raylet::design::step::Step;
+use raylet::engine::reference::{Choice, reference};
+use raylet::engine::route::Approach;
+use raylet::engine::settings::Settings;
+use raylet::engine::simulate::simulate;
+use raylet::file::checkpoint::Checkpoints;
+use raylet::file::hologram::commission;
+use raylet::file::machine::Machine;
+use raylet::file::phase_file::npy;
+use raylet::file::project::{Brief, brief};
+use raylet::file::scene::Scene;
+use raylet::wave::metrics::{field_error, ncc};
+use serde::{Deserialize, Serialize};
+use serde_json::json;
+
+use crate::failure::Failure;
+use crate::fig5_chart::picture;
+use crate::paper::Study;
+use crate::steps::Steps;
+use crate::systems::Effort;
+use crate::table::table;
+
+/// The scene, and the drawing that it names.
+const SCENE: &str = include_str!("../../../scenes/paper/fig5.toml");
+const DRAWING: &[u8] = include_bytes!("../../../scenes/paper/smiley.png");
+
+/// Iterations of a quick study: of the paraxial designs and through the lens.
+const QUICK: [usize; 2] = [30, 8];
+
+/// Iterations between two checkpoints.
+const KEEP: usize = 10;
+
+/// One of the three designs.
+pub(crate) struct Row {
+    pub(crate) name: &'static str,
+    pub(crate) file: &'static str,
+    /// Phase of the pixels in rad, [y, x].
+    pub(crate) phase: Array2<f64>,
+    iterations: usize,
+    seconds: f64,
+    memory_mb: Option<f64>,
+    /// |U|² on the sensor through the real lens, [y, x].
+    pub(crate) intensity: Array2<f64>,
+    pub(crate) ncc: f64,
+    light: f64,
+    /// NCC with the picture by Collins' integral, and the field error between the two.
+    collins: f64,
+    apart: f64,
+}
+
+/// The search through the lens as it stands.
+#[derive(Clone, Serialize, Deserialize)]
+struct Saved {
+    state: State,
+    seconds: f64,
+}
+
+pub(crate) fn fig5(effort: Effort) -> Result<Study, Failure> {
+    let room = Room::new(effort.keep)?;
+    let mut scene = Scene::open(&room.folder.join("fig5.toml"))?;
+    if let (true, Some(hologram), Some(design)) =
+        (effort.quick, &mut scene.hologram, &mut scene.design)
+    {
+        [hologram.iterations, design.iterations] = QUICK;
+    }
+    let brief = brief(&scene)?;
+    let mut rows = Vec::new();
+    for (name, file, naive) in [
+        ("thin lens at the first vertex", "thin", true),
+        ("paraxial, with principal planes", "paraxial", false),
+    ] {
+        let clock = Instant::now();
+        let wanted = commission(&scene, naive)?;
+        let iterations = wanted.task.iterations;
+        let mut steps = Steps::new(name, 0, iterations);
+        let found = design(&wanted.task, &mut |score| {
+            steps.note(score.iteration, &format!("NCC {:.4}", score.ncc));
+        });
+        steps.end();
+        let phase = found.map_err(|error| wanted.blame(&scene, &error))?.phase;
+        let seconds = clock.elapsed().as_secs_f64();
+        rows.push(seen(&brief, (name, file), phase, (iterations, seconds))?);
+    }
+    let kept = effort
+        .keep
+        .map(|_| Checkpoints::within(&room.folder, &format!("{}", brief.design.iterations)));
+    let (phase, cost) = through_lens(&brief, kept.as_ref())?;
+    rows.push(seen(
+        &brief,
+        ("through the real lens", "real"),
+        phase,
+        cost,
+    )?);
+    let study = study(&rows, &brief)?;
+    room.leave();
+    Ok(study)
+}
+
+/// The phase found by gradients through the real lens; iterations and seconds.
+fn through_lens(
+    brief: &Brief,
+    kept: Option<&Checkpoints>,
+) -> Result<(Array2<f64>, (usize, f64)), Failure> {
+    let (clock, iterations) = (Instant::now(), brief.design.iterations);
+    let before = kept.and_then(|kept| kept.read::<Saved>().ok());
+    let earlier = before.as_ref().map_or(0.0, |before| before.state.seconds);
+    let mut run = match before {
+        Some(before) => Run::resume(&brief.project, before.state.state, iterations)?,
+        None => Run::new(&brief.project, brief.search.clone(), iterations)?,
+    };
+    let mut steps = Steps::new("through the real lens", run.iteration(), iterations);
+    while !run.is_done() {
+        let found = run.step()?;
+        if found.step == Step::Trial {
+            continue;
+        }
+        let like = ncc(found.look.intensities[0].view(), brief.picture.view());
+        steps.note(run.iteration(), &format!("NCC {:.4}", like.unwrap_or(0.0)));
+        if let Some(kept) = kept.filter(|_| run.iteration().is_multiple_of(KEEP)) {
+            kept.write(&Saved {
+                state: run.state.clone(),
+                seconds: earlier + clock.elapsed().as_secs_f64(),
+            })?;
+        }
+    }
+    steps.end();
+    let made = brief.project.make(run.best(), 1.0);
+    let seconds = earlier + clock.elapsed().as_secs_f64();
+    Ok((made[0].phase.clone(), (run.iteration(), seconds)))
+}
+
+/// What a phase shows through the real lens, and by Collins' integral.
+fn seen(
+    brief: &Brief,
+    (name, file): (&'static str, &'static str),
+    phase: Array2<f64>,
+    (iterations, seconds): (usize, f64),
+) -> Result<Row, Failure> {
+    let memory_mb = Machine::here().peak_memory_mb;
+    let point: Vec<f64> = phase.iter().copied().collect();
+    let made = brief.project.make(&point, 1.0);
+    let system = brief.project.system(0, &made, &[])?;
+    let ours = simulate(&system, &Settings::default(), &|_| {})?;
+    let choice = Choice {
+        approach: Approach::Collins,
+        ..Choice::default()
+    };
+    let other = reference(&system, &Settings::default(), choice, &|_| {})?.field;
+    let intensity = ours.field.intensity();
+    let behind = ours.hops.first().map_or(f64::NAN, |hop| hop.power[1]);
+    let like = |seen: &Array2<f64>| ncc(seen.view(), brief.picture.view()).unwrap_or(f64::NAN);
+    let apart = field_error(ours.field.values.view(), other.values.view());
+    Ok(Row {
+        name,
+        file,
+        phase,
+        iterations,
+        seconds,
+        memory_mb,
+        ncc: like(&intensity),
+        light: (&intensity * &brief.window).sum() * brief.pixel_area / behind,
+        collins: like(&other.intensity()),
+        apart: apart.unwrap_or(f64::NAN),
+        intensity,
+    })
+}
+
+/// The rows as text, document, picture and arrays.
+fn study(rows: &[Row], brief: &Brief) -> Result<Study, Failure> {
+    let lines: Vec<Vec<String>> = rows
+        .iter()
+        .map(|row| {
+            vec![
+                row.name.to_owned(),
+                format!("{:.4}", row.ncc),
+                format!("{:.1} %", 100.0 * row.light),
+                format!("{:.4}", row.collins),
+                format!("{:.1e}", row.apart),
+                row.iterations.to_string(),
+                format!("{:.1}", row.seconds),
+                row.memory_mb.map_or(String::new(), |mb| format!("{mb:.0}")),
+            ]
+        })
+        .collect();
+    let head = [
+        "design",
+        "NCC",
+        "light",
+        "NCC by Collins",
+        "field error to it",
+        "iterations",
+        "s",
+        "MB so far",
+    ];
+    let entries = rows.iter().map(|row| {
+        json!({
+            "design": row.name,
+            "ncc": row.ncc,
+            "light_in_picture": row.light,
+            "ncc_by_collins": row.collins,
+            "field_error_to_collins": row.apart,
+            "iterations": row.iterations,
+            "seconds": row.seconds,
+            "peak_memory_mb_so_far": row.memory_mb,
+        })
+    });
+    let entries: Vec<_> = entries.collect();
+    let mut pictures = vec![(String::from("fig5.png"), picture(rows, brief)?)];
+    for row in rows {
+        pictures.push((format!("{}.npy", row.file), npy(&row.phase)?));
+    }
+    Ok(Study {
+        text: format!(
+            "A hologram before the LA1131-A, seen through the real lens\n{}",
+            table(&head, &lines, &[1, 2, 3, 4, 5, 6, 7])
+        ),
+        document: json!({ "designs": entries, "machine": Machine::here() }),
+        pictures,
+    })
+}
+
+/// A folder with the scene and its drawing.
+struct Room {
+    folder: PathBuf,
+    /// Whether it goes whatever becomes of the study.
+    temporary: bool,
+}
+
+impl Room {
+    /// Within what the study keeps, or among the system's temporary files.
+    fn new(keep: Option<&Path>) -> Result<Self, Failure> {
+        let folder = match keep {
+            Some(keep) => keep.join("fig5"),
+            None => std::env::temp_dir().join(format!("raylet-fig5-{}", std::process::id())),
+        };
+        std::fs::create_dir_all(&folder)?;
+        let room = Self {
+            folder,
+            temporary: keep.is_none(),
+        };
+        std::fs::write(room.folder.join("fig5.toml"), SCENE)?;
+        std::fs::write(room.folder.join("smiley.png"), DRAWING)?;
+        Ok(room)
+    }
+
+    /// Removes it: the study is done.
+    fn leave(mut self) {
+        self.temporary = true;
+    }
+}
+
+impl Drop for Room {
+    fn drop(&mut self) {
+        if self.temporary {
+            // What cannot be removed is left to the system.
+            let _ = std::fs::remove_dir_all(&self.folder);
+        }
+    }
+}

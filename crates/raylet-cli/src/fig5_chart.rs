@@ -1,0 +1,40 @@
+//! The picture of figure 5: what is wanted, and the phase and the sensor of each design.
+
+use std::f64::consts::PI;
+
+use raylet::file::colour::ColourMap;
+use raylet::file::figure::{Figure, Panel};
+use raylet::file::project::Brief;
+
+use crate::failure::Failure;
+use crate::fig5::Row;
+
+/// The phases above, the picture wanted and the sensors below.
+pub(crate) fn picture(rows: &[Row], brief: &Brief) -> Result<Vec<u8>, Failure> {
+    let ends = |half: f64| [-half, half];
+    let (x, y) = (ends(brief.sensor_half[0]), ends(brief.sensor_half[1]));
+    let wanted = Panel::image(brief.picture.view(), x, y)
+        .title("Wanted")
+        .quantity("intensity", "");
+    let (mut phases, mut seen): (Vec<Panel>, Vec<Panel>) = (Vec::new(), vec![wanted.into()]);
+    for row in rows {
+        let wrapped = row
+            .phase
+            .mapv(|phase| (phase + PI).rem_euclid(2.0 * PI) - PI);
+        let [across, up] = brief.element_half;
+        let phase = Panel::image(wrapped, ends(across), ends(up))
+            .title(row.name)
+            .colours(ColourMap::Phase)
+            .quantity("phase", "rad");
+        phases.push(phase.into());
+        let sensor = Panel::image(row.intensity.view(), x, y)
+            .title(row.name)
+            .note(format!("NCC {:.4}", row.ncc))
+            .quantity("|U|²", "");
+        seen.push(sensor.into());
+    }
+    let title = "A hologram before the LA1131-A: designs, and what they show through the real lens";
+    Ok(Figure::new(vec![phases, seen], title)
+        .width(1500.0)
+        .to_png(1.5)?)
+}
