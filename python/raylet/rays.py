@@ -200,7 +200,7 @@ def beams(
 
 def _sum(beams: Beams | None, wavelet: str | None, tolerance: float) -> dict[str, Any]:
     chosen = wavelet or ("plain" if beams is None else "beamlet")
-    held = {"amplitude": None, "curvature": None}
+    held: dict[str, Any] = {"amplitude": None, "curvature": None}
     if beams is not None:
         bent = np.ascontiguousarray(numbers("curvature", beams.curvature), dtype=np.complex128)
         held = {"amplitude": complex_column("amplitude", beams.amplitude, len(bent)), "curvature": bent}
@@ -249,5 +249,7 @@ def gather_adjoint(
     bar = numbers("field_bar", field_bar).astype(np.complex128, copy=False)
     if bar.ndim != 2:
         raise ValueError(f"field_bar has shape {bar.shape}, expected two axes [y, x]")
-    back = _raylet.gather_adjoint((system._compiled(), system._arrays, channel), bundle, _sum(beams, wavelet, tolerance), bar)
+    back = _raylet.gather_adjoint(
+        (system._compiled(), system._arrays, channel), bundle, _sum(beams, wavelet, tolerance), bar
+    )
     return GatherBar(path_mm=back.pop("path"), **back)
