@@ -32,7 +32,8 @@ $(VENV)/ready: python/requirements-test.txt
 
 .PHONY: install
 install: $(VENV)/ready
-	$(VENV)/bin/pip install --quiet --disable-pip-version-check --no-build-isolation --no-deps --force-reinstall .
+	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/pip install --quiet --disable-pip-version-check \
+		--no-build-isolation --no-deps --force-reinstall .
 
 test-python: install
 	$(VENV)/bin/ruff format --check python
