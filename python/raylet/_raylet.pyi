@@ -5,6 +5,24 @@ from typing import Any, final
 import numpy as np
 from numpy.typing import NDArray
 
+__all__ = [
+    "Bench",
+    "Passage",
+    "RayletError",
+    "Scene",
+    "__version__",
+    "beams",
+    "element",
+    "gather",
+    "gather_adjoint",
+    "glasses",
+    "layout",
+    "parts",
+    "scatter",
+    "scatter_adjoint",
+    "simulate",
+    "trace",
+]
 __version__: str
 
 _Arrays = Mapping[str, NDArray[Any]]

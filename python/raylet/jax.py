@@ -56,13 +56,17 @@ class _Hashed:
 _LATEST: WeakKeyDictionary[Bench, tuple[list[Any], Passage]] = WeakKeyDictionary()
 
 
+def _like(shape: tuple[int, ...], dtype: Any) -> Any:
+    return jax.ShapeDtypeStruct(shape, dtype)  # type: ignore[no-untyped-call]
+
+
 def _complex() -> Any:
-    return jnp.complex128 if jax.config.jax_enable_x64 else jnp.complex64
+    return jnp.asarray(1j).dtype
 
 
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
 def _field(held: _Hashed, pixels: Any, numbers: Any) -> Any:
-    shape = jax.ShapeDtypeStruct(held.bench.shape, _complex())
+    shape = _like(held.bench.shape, _complex())
 
     def carry(pixels: Any, numbers: Any) -> Any:
         return held.passage(pixels, numbers).field.astype(shape.dtype)
@@ -76,7 +80,7 @@ def _forward(held: _Hashed, pixels: Any, numbers: Any) -> Any:
 
 def _backward(held: _Hashed, kept: Any, bar: Any) -> Any:
     pixels, numbers = kept
-    like = [jax.ShapeDtypeStruct(array.shape, array.dtype) for array in (*pixels, numbers)]
+    like = [_like(array.shape, array.dtype) for array in (*pixels, numbers)]
 
     # JAX's cotangents are the conjugates of the library's: ∂L/∂Re U − i ∂L/∂Im U.
     def go_back(pixels: Any, numbers: Any, bar: Any) -> Any:

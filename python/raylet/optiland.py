@@ -18,7 +18,7 @@ from typing import Any
 
 import numpy as np
 import optiland.backend as be
-from optiland.rays import RealRays
+from optiland.rays.real_rays import RealRays
 
 import raylet.rays
 from raylet.layers import Aperture, Layer, Pair
@@ -56,7 +56,10 @@ def _shape(surface: Any) -> dict[str, Any]:
     if name not in ("Plane", "StandardGeometry", "EvenAsphere"):
         raise NotImplementedError(f"Optiland geometry {name}, expected Plane, StandardGeometry or EvenAsphere")
     radius = _number(getattr(geometry, "radius", np.inf))
-    shape: dict[str, Any] = {"radius_mm": radius if np.isfinite(radius) else None, "conic": _number(getattr(geometry, "k", 0.0))}
+    shape: dict[str, Any] = {
+        "radius_mm": radius if np.isfinite(radius) else None,
+        "conic": _number(getattr(geometry, "k", 0.0)),
+    }
     powers = [_number(value) for value in getattr(geometry, "coefficients", [])]
     if powers and powers[0] != 0.0:
         raise NotImplementedError("an asphere with a coefficient of r², expected it in the radius")
@@ -82,7 +85,9 @@ def to_system(
     for number, surface in enumerate(surfaces[:-1]):
         thickness = _place(surfaces[number + 1])[2] - _place(surface)[2]
         index = _number(surface.material_post.n(wave))
-        system.add_surface(glass=index, thickness_mm=thickness, semi_aperture_mm=float(radii[number]), **_shape(surface))
+        system.add_surface(
+            glass=index, thickness_mm=thickness, semi_aperture_mm=float(radii[number]), **_shape(surface)
+        )
     return system.add_sensor(pixels=pixels, pitch_um=pitch_um)
 
 
@@ -119,7 +124,7 @@ class Hybrid:
     ) -> None:
         self.optic, self.surface, self.sigma_mm = optic, surface, sigma_mm
         self.wavelength_um = wavelength_um if wavelength_um is not None else _number(optic.primary_wavelength)
-        self._choices = {"towards": towards, "threshold": threshold, "sigma_mm": sigma_mm}
+        self._choices: dict[str, Any] = {"towards": towards, "threshold": threshold, "sigma_mm": sigma_mm}
         self._tolerance = tolerance
         carrier, image = optic.surfaces[surface], optic.surfaces[-1]
         (x, y, z), (_, _, end) = _place(carrier), _place(image)
@@ -166,10 +171,12 @@ class Hybrid:
 
         import raylet.torch as here
 
-        held = [torch.as_tensor(array) for array in rays]
+        place, along, path, weight = (torch.as_tensor(array) for array in rays)
         if phase is None:
             raise TypeError("with Optiland's torch backend the phase [y, x] of the element is given as a tensor")
-        made = here.scatter(self.element, "element", phase, *held, curvature=curvature, **self._choices)
+        made = here.scatter(
+            self.element, "element", phase, place, along, path, weight, curvature=curvature, **self._choices
+        )
         landed, heading, paths, jacobian = self.follow(torch, made)
         lit = torch.isfinite(landed).all(1) & torch.isfinite(jacobian).all(2).all(1)
         way = {"jacobian": jacobian[lit], "window": made.window[lit], "cosine": made.cosine[lit]}
@@ -183,7 +190,9 @@ class Hybrid:
         """Rays of the lens where they meet the element: positions, directions, paths, weights, and curvatures of the
         wavefront (None for light that no surface has bent), as NumPy arrays on an even lattice."""
         step = 1e-4
-        middle, u, v = (self._hit(Hx, Hy, np.array([a]), np.array([b])) for a, b in ((0.0, 0.0), (step, 0.0), (0.0, step)))
+        middle, u, v = (
+            self._hit(Hx, Hy, np.array([a]), np.array([b])) for a, b in ((0.0, 0.0), (step, 0.0), (0.0, step))
+        )
         scale = np.array([(u[0] - middle[0])[0, :2] / step, (v[0] - middle[0])[0, :2] / step]).T
         low_x, high_x, low_y, high_y = self._extent
         margin, apart = _MARGIN * self.sigma_mm, _STEP * self.sigma_mm
@@ -210,13 +219,14 @@ class Hybrid:
         bent = None if self.surface == 1 else np.ascontiguousarray(curvature[kept])
         if bent is not None and _shape(self.optic.surfaces[self.surface])["radius_mm"] is not None:
             raise NotImplementedError("an element on a curved surface behind other surfaces, expected a plane one")
-        columns = (position[kept], direction[kept], path[kept], weight[kept])
-        return *(np.ascontiguousarray(column) for column in columns), bent
+        return position[kept], direction[kept], path[kept], weight[kept], bent
 
     def _hit(self, Hx: float, Hy: float, Px: Any, Py: Any) -> tuple[Any, ...]:
         """Rays on the element, and where and how they were launched."""
         generator = self.optic.ray_tracer.ray_generator
-        given = [be.array(np.asarray(value, dtype=float)) for value in (np.full(Px.shape, Hx), np.full(Px.shape, Hy), Px, Py)]
+        given = [
+            be.array(np.asarray(value, dtype=float)) for value in (np.full(Px.shape, Hx), np.full(Px.shape, Hy), Px, Py)
+        ]
         rays = generator.generate_rays(*given, self.wavelength_um)
         launch = np.stack([_array(rays.x), _array(rays.y), _array(rays.z)], 1)
         start = np.stack([_array(rays.L), _array(rays.M), _array(rays.N)], 1)
@@ -268,7 +278,8 @@ class Hybrid:
 
     def _land(self, xp: Any, position: Any, direction: Any, path: Any) -> tuple[Any, Any, Any]:
         wave = self.wavelength_um
-        rays = RealRays(*position.T, *direction.T, be.ones_like(be.array(path)), be.ones_like(be.array(path)) * wave)
+        (x, y, z), (a, b, c), ones = position.T, direction.T, be.ones_like(be.array(path))
+        rays = RealRays(x, y, z, a, b, c, ones, ones * wave)
         rays.opd = be.array(path)
         for surface in list(self.optic.surfaces)[self.surface :]:
             surface.trace(rays, record=False)

@@ -49,7 +49,11 @@ def plot_field(
     choices: dict[str, tuple[Any, str, dict[str, Any]]] = {
         "intensity": (intensity, "|U|²", {"cmap": "inferno", "vmin": 0.0}),
         "amplitude": (np.sqrt(intensity), "|U|", {"cmap": "inferno", "vmin": 0.0}),
-        "log": (10.0 * np.log10(np.maximum(intensity / (most or 1.0), 1e-8)), "|U|² in dB of its peak", {"cmap": "inferno"}),
+        "log": (
+            10.0 * np.log10(np.maximum(intensity / (most or 1.0), 1e-8)),
+            "|U|² in dB of its peak",
+            {"cmap": "inferno"},
+        ),
         "phase": (
             np.where(intensity > _DARK * most, np.angle(field), np.nan),
             "phase in rad",

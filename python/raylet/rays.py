@@ -6,8 +6,8 @@
 
 The system says where the element and the sensor stand; what lies between them is the other tracer's affair. Positions
 are (rays, 3) in mm and directions (rays, 3) unit vectors in the system's global frame: right-handed, the first vertex
-at the origin, +z along the axis. Optical paths (rays,) are index × length in mm; a ray stands for weight · exp(ik path).
-docs/rays.md has the whole account.
+at the origin, +z along the axis. Optical paths (rays,) are index × length in mm; a ray stands for weight · exp(ik
+path). docs/rays.md has the whole account.
 """
 
 from __future__ import annotations
@@ -127,7 +127,8 @@ def scatter(
 ) -> Secondary:
     """Splits rays at a diffractive element of a system.
 
-    The rays of one call are one wavefront: give them a spacing of up to 1.5 σ and let them go on for 3 σ beyond the rim.
+    The rays of one call are one wavefront: give them a spacing of up to 1.5 σ, and let them go on for 3 σ beyond the
+    rim.
 
     Parameters
     ----------
@@ -178,8 +179,8 @@ def beams(
 
     Parameters
     ----------
-    jacobian : (rays, 4, 4) ∂(s, p′)/∂(u, p): rows s_x, s_y (mm), p′_x, p′_y on the sensor's axes, columns u_x, u_y, p_x,
-        p_y on the axes of the plane that touches the element; p are optical cosines (index × cosine).
+    jacobian : (rays, 4, 4) ∂(s, p′)/∂(u, p): rows s_x, s_y (mm), p′_x, p′_y on the sensor's axes, columns u_x, u_y,
+        p_x, p_y on the axes of the plane that touches the element; p are optical cosines (index × cosine).
     window, cosine : of the secondary rays.
     images : how many images of its starting point each ray has passed, counted for both transverse directions.
     """
@@ -200,7 +201,7 @@ def beams(
 
 def _sum(beams: Beams | None, wavelet: str | None, tolerance: float) -> dict[str, Any]:
     chosen = wavelet or ("plain" if beams is None else "beamlet")
-    held = {"amplitude": None, "curvature": None}
+    held: dict[str, Any] = {"amplitude": None, "curvature": None}
     if beams is not None:
         bent = np.ascontiguousarray(numbers("curvature", beams.curvature), dtype=np.complex128)
         held = {"amplitude": complex_column("amplitude", beams.amplitude, len(bent)), "curvature": bent}
@@ -249,5 +250,7 @@ def gather_adjoint(
     bar = numbers("field_bar", field_bar).astype(np.complex128, copy=False)
     if bar.ndim != 2:
         raise ValueError(f"field_bar has shape {bar.shape}, expected two axes [y, x]")
-    back = _raylet.gather_adjoint((system._compiled(), system._arrays, channel), bundle, _sum(beams, wavelet, tolerance), bar)
+    back = _raylet.gather_adjoint(
+        (system._compiled(), system._arrays, channel), bundle, _sum(beams, wavelet, tolerance), bar
+    )
     return GatherBar(path_mm=back.pop("path"), **back)

@@ -109,9 +109,7 @@ class Result:
         """How long it took."""
         return float(self.report["seconds"])
 
-    def plot(
-        self, what: str = "intensity", ax: Axes | None = None, *, channel: int = 0
-    ) -> tuple[Figure, Axes]:
+    def plot(self, what: str = "intensity", ax: Axes | None = None, *, channel: int = 0) -> tuple[Figure, Axes]:
         """A picture of "intensity", "log" (its logarithm), "amplitude" or "phase"."""
         from raylet.plotting import plot_field
 
@@ -122,8 +120,8 @@ class Result:
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes field [wavelength, y, x], x_mm, y_mm and wavelength_um to a .npz file, as `raylet simulate` does."""
         with open(path, "wb") as file:
-            arrays = {"x_mm": self.x_mm, "y_mm": self.y_mm, "wavelength_um": np.array(self.wavelength_um)}
-            np.savez(file, field=np.stack(self._fields), **arrays)
+            waves = np.array(self.wavelength_um)
+            np.savez(file, field=np.stack(self._fields), x_mm=self.x_mm, y_mm=self.y_mm, wavelength_um=waves)
 
     def __repr__(self) -> str:
         ny, nx = self._fields[0].shape

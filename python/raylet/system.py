@@ -5,7 +5,7 @@ from __future__ import annotations
 import copy
 import json
 import os
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Union
 
 import numpy as np
@@ -150,7 +150,12 @@ class System:
         return self.add("mirror", **given, **keys)
 
     def add_doe(
-        self, *layers: Layer, aperture: Aperture, thickness_mm: float | None = None, name: str | None = None, **keys: Any
+        self,
+        *layers: Layer,
+        aperture: Aperture,
+        thickness_mm: float | None = None,
+        name: str | None = None,
+        **keys: Any,
     ) -> System:
         """Adds a diffractive element, the product of layers (see :mod:`raylet.layers`) within an aperture."""
         return self.add("doe", layer=list(layers), aperture=aperture, thickness_mm=thickness_mm, name=name, **keys)
@@ -425,5 +430,3 @@ def _table(parts: Sequence[Mapping[str, Any]]) -> str:
     rows = [["name", "kind", "z/mm", "radius/mm", "extent/mm", "behind"], *map(row, parts)]
     widths = [max(len(line[i]) for line in rows) for i in range(len(rows[0]))]
     return "\n".join("  " + "  ".join(text.ljust(width) for text, width in zip(line, widths)).rstrip() for line in rows)
-
-

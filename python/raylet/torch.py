@@ -124,15 +124,21 @@ def scatter(
     Gradients go to the pixels, the arriving weights and paths; which modes were kept, and where rays arrive, is held
     constant.
     """
-    rays = [_numpy(tensor).astype(np.float64, copy=False) for tensor in (position, direction, path_mm)]
+    place, along, path = (_numpy(tensor).astype(np.float64, copy=False) for tensor in (position, direction, path_mm))
     key = "transmission" if pixels.is_complex() else "phase"
     filled = system.with_pixels(element, **{key: _numpy(pixels)})
-    made = raylet.rays.scatter(filled, element, *rays, _numpy(weight), sigma_mm=sigma_mm, **choices)
-    held = (torch.from_numpy(np.ascontiguousarray(one)) for one in (made.position, made.direction))
-    rest = (torch.from_numpy(one) for one in (made.window, made.cosine, made.axes, made.parent))
-    window, cosine, axes, parent = rest
-    new_weight = _Scatter.apply(made, pixels, weight)
-    return Secondary(*held, path_mm[parent], new_weight, window, cosine, axes, parent)
+    made = raylet.rays.scatter(filled, element, place, along, path, _numpy(weight), sigma_mm=sigma_mm, **choices)
+    parent = torch.from_numpy(made.parent)
+    return Secondary(
+        position=torch.from_numpy(made.position),
+        direction=torch.from_numpy(made.direction),
+        path_mm=path_mm[parent],
+        weight=_Scatter.apply(made, pixels, weight),
+        window=torch.from_numpy(made.window),
+        cosine=torch.from_numpy(made.cosine),
+        axes=torch.from_numpy(made.axes),
+        parent=parent,
+    )
 
 
 def beams(
@@ -219,9 +225,12 @@ class _Gather(torch.autograd.Function):
         rays = ctx.saved_tensors
         plain = [_numpy(tensor) for tensor in rays]
         beams = raylet.rays.Beams(*plain[4:]) if len(plain) > 4 else None
-        back = raylet.rays.gather_adjoint(system, *plain[:4], _numpy(bar), beams=beams, **choices)
+        place, along, path, weight = plain[:4]
+        back = raylet.rays.gather_adjoint(system, place, along, path, weight, _numpy(bar), beams=beams, **choices)
         across = np.array(sensor["axes"][:2])
         parts = [back.at @ across, sensor["index"] * (back.cosines @ across), back.path_mm, back.weight]
         parts += [back.amplitude, back.curvature] if beams is not None else []
         like = zip(parts, rays)
-        return None, *(torch.from_numpy(part if kind.is_complex() else part.real.copy()).to(kind.dtype) for part, kind in like)
+        return None, *(
+            torch.from_numpy(part if kind.is_complex() else part.real.copy()).to(kind.dtype) for part, kind in like
+        )

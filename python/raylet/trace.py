@@ -50,7 +50,7 @@ class Rays:
     @property
     def arrived(self) -> NDArray[np.bool_]:
         """Which rays reached the sensor."""
-        return self.fate == 0
+        return np.asarray(self.fate == 0)
 
     def __repr__(self) -> str:
         count = [f"{int(np.sum(self.fate == i))} {fate}" for i, fate in enumerate(FATES) if np.any(self.fate == i)]

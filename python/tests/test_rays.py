@@ -14,7 +14,9 @@ K = 2.0 * np.pi / (1e-3 * WAVE)
 
 def focusing(element: dict) -> raylet.System:
     system = raylet.System(wavelength_um=WAVE)
-    system.add_doe(element, raylet.lens(focal_length_mm=FOCUS), aperture=raylet.disc(0.5), thickness_mm=FOCUS, name="doe")
+    system.add_doe(
+        element, raylet.lens(focal_length_mm=FOCUS), aperture=raylet.disc(0.5), thickness_mm=FOCUS, name="doe"
+    )
     return system.add_sensor(pixels=(31, 25), pitch_um=5.0)
 
 
@@ -44,7 +46,9 @@ def stage() -> tuple[raylet.System, raylet.Secondary]:
     system = focusing(raylet.pixels(pitch_um=50.0, phase=noise((20, 20))))
     position = lattice(0.08)
     along = np.tile([0.0, 0.0, 1.0], (len(position), 1))
-    made = raylet.scatter(system, "doe", position, along, sigma_mm=0.08, towards=(-0.04, 0.04, -0.04, 0.04), threshold=0.0)
+    made = raylet.scatter(
+        system, "doe", position, along, sigma_mm=0.08, towards=(-0.04, 0.04, -0.04, 0.04), threshold=0.0
+    )
     return system, made
 
 

@@ -51,7 +51,9 @@ def test_several_wavelengths_come_first() -> None:
     one = raylet.System(wavelength_um=0.7)
     two = raylet.System(wavelength_um=[0.5, 0.7])
     for system in (one, two):
-        system.add_doe(raylet.lens(focal_length_mm=20.0, wavelength_um=0.7), aperture=raylet.disc(0.3), thickness_mm=20.0)
+        system.add_doe(
+            raylet.lens(focal_length_mm=20.0, wavelength_um=0.7), aperture=raylet.disc(0.3), thickness_mm=20.0
+        )
         system.add_sensor(pixels=(9, 7), pitch_um=3.0)
     alone, both = one.simulate(), two.simulate()
     assert both.field.shape == (2, 7, 9) and both.wavelength_um == [0.5, 0.7]
@@ -106,7 +108,9 @@ def test_errors_name_the_field() -> None:
     with pytest.raises(raylet.RayletError) as caught:
         system.simulate()
     assert caught.value.path == "element[1].kind" or caught.value.path.startswith("element[")
-    bad = raylet.System(wavelength_um=0.7).add_surface(radius_mm=5.0, glass="N-BK8", semi_aperture_mm=1.0, thickness_mm=5.0)
+    bad = raylet.System(wavelength_um=0.7).add_surface(
+        radius_mm=5.0, glass="N-BK8", semi_aperture_mm=1.0, thickness_mm=5.0
+    )
     bad.add_sensor(pixels=(4, 4), pitch_um=1.0)
     with pytest.raises(raylet.RayletError, match="N-BK8") as caught:
         bad.simulate()

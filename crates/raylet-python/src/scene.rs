@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
+use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raylet::file::arrays::Arrays;
@@ -96,8 +97,19 @@ impl Scene {
         arrays: &Bound<'_, PyDict>,
         channel: usize,
     ) -> PyResult<System> {
+        self.check(channel)?;
         self.with_arrays(py, arrays, |file, arrays| {
             build::system_with(file, arrays, channel)
         })
+    }
+
+    /// Refuses the index of a wavelength that is not there.
+    pub(crate) fn check(&self, channel: usize) -> PyResult<()> {
+        let count = self.file.wavelength_um.len();
+        if channel < count {
+            return Ok(());
+        }
+        let told = format!("channel is {channel}, expected from 0 to {}", count - 1);
+        Err(PyIndexError::new_err(told))
     }
 }

@@ -55,6 +55,7 @@ pub(crate) fn trace<'py>(
             "{pupil} places for {light} rays"
         )));
     }
+    scene.check(channel)?;
     let (system, variations) = scene.with_arrays(py, arrays, |file, arrays| {
         let system = build::system_with(file, arrays, channel)?;
         Ok((system, variations(file, arrays, channel, &numbers)?))

@@ -82,6 +82,7 @@ impl<'a> Scatter<'a> {
         };
         settings.check()?;
         check_positive("wavelength", wavelength)?;
+        settings.check_modes(screen.index, wavelength)?;
         let hits = rays.hits(screen, wavelength)?;
         if let Some(curvature) = curvature {
             check_length("curvature", curvature.len(), rays.len(), "position")?;
@@ -146,7 +147,6 @@ impl<'a> Scatter<'a> {
 
     /// The map from transmission to modes about one ray.
     fn spot(&self, ray: usize) -> Option<Spot> {
-        let n = self.screen.index;
         let ground = Ground {
             screen: self.screen,
             grid: &self.grid,
@@ -155,7 +155,7 @@ impl<'a> Scatter<'a> {
             k: self.k,
             window: self.settings.window,
             period: self.settings.period,
-            towards: self.settings.towards.unwrap_or([-n, n, -n, n]),
+            towards: self.settings.wanted(self.screen.index),
         };
         Spot::new(&ground, &self.hits[ray], self.curvature.map(|k| k[ray]))
     }
@@ -376,7 +376,7 @@ fn share(hits: &[Hit], grid: &Grid, settings: &Scattering) -> Array2<f64> {
 /// Largest |p| of the light that is wanted behind the element, along x and y.
 fn leaving(screen: &Screen, settings: &Scattering) -> [f64; 2] {
     let n = screen.index;
-    let [x0, x1, y0, y1] = settings.towards.unwrap_or([-n, n, -n, n]);
+    let [x0, x1, y0, y1] = settings.wanted(n);
     [x0.abs().max(x1.abs()), y0.abs().max(y1.abs())].map(|p| p.min(n))
 }
 

@@ -118,8 +118,44 @@ impl Scattering {
         }
         if let Some(towards) = &self.towards {
             check_finite("towards", towards.iter().map(|v| [*v]))?;
+            let [x0, x1, y0, y1] = *towards;
+            if x0 > x1 || y0 > y1 {
+                return Err(RayError::Setting {
+                    field: "towards",
+                    found: format!("{towards:?}"),
+                    expected: "cosines [x_low, x_high, y_low, y_high] in order",
+                });
+            }
         }
         Ok(())
+    }
+
+    /// The directions wanted in a medium of index `n`: those that propagate there.
+    pub fn wanted(&self, n: f64) -> [f64; 4] {
+        let all = [-n, n, -n, n];
+        self.towards
+            .map_or(all, |wanted| wanted.map(|p| p.clamp(-n, n)))
+    }
+
+    /// Refuses patches of more modes than samples are allowed; `wavelength` is that of the vacuum, in mm.
+    ///
+    /// # Errors
+    /// When a patch would have too many.
+    pub fn check_modes(&self, n: f64, wavelength: f64) -> Result<(), RayError> {
+        let [x0, x1, y0, y1] = self.wanted(n);
+        let along = |low: f64, high: f64| (high - low) * self.period / wavelength + 1.0;
+        let modes = along(x0, x1) * along(y0, y1);
+        if modes <= self.samples as f64 {
+            return Ok(());
+        }
+        Err(RayError::Setting {
+            field: "period",
+            found: format!(
+                "{} mm, which makes {modes:.1e} modes of a patch",
+                self.period
+            ),
+            expected: "a shorter one, or fewer directions wanted",
+        })
     }
 }
 
