@@ -117,13 +117,14 @@ fn through_lens(
         Some(before) => Run::resume(&brief.project, before.state.state, iterations)?,
         None => Run::new(&brief.project, brief.search.clone(), iterations)?,
     };
+    let [picture, _] = wanted(brief)?;
     let mut steps = Steps::new("through the real lens", run.iteration(), iterations);
     while !run.is_done() {
         let found = run.step()?;
         if found.step == Step::Trial {
             continue;
         }
-        let like = ncc(found.look.intensities[0].view(), brief.picture.view());
+        let like = ncc(found.look.intensities[0].view(), picture.view());
         steps.note(run.iteration(), &format!("NCC {:.4}", like.unwrap_or(0.0)));
         if let Some(kept) = kept.filter(|_| run.iteration().is_multiple_of(KEEP)) {
             kept.write(&Saved {
@@ -135,7 +136,16 @@ fn through_lens(
     steps.end();
     let made = brief.project.make(run.best(), 1.0);
     let seconds = earlier + clock.elapsed().as_secs_f64();
-    Ok((made[0].phase.clone(), (run.iteration(), seconds)))
+    Ok((made[0].phases[0].phase.clone(), (run.iteration(), seconds)))
+}
+
+/// The picture on the sensor, and where its outline is.
+pub(crate) fn wanted(brief: &Brief) -> Result<&[Array2<f64>; 2], Failure> {
+    let picture = brief
+        .glances
+        .first()
+        .and_then(|first| first.picture.as_ref());
+    picture.ok_or_else(|| Failure::new("the scene has no picture to be shown"))
 }
 
 /// What a phase shows through the real lens, and by Collins' integral.
@@ -157,7 +167,8 @@ fn seen(
     let other = reference(&system, &Settings::default(), choice, &|_| {})?.field;
     let intensity = ours.field.intensity();
     let behind = ours.hops.first().map_or(f64::NAN, |hop| hop.power[1]);
-    let like = |seen: &Array2<f64>| ncc(seen.view(), brief.picture.view()).unwrap_or(f64::NAN);
+    let [picture, window] = wanted(brief)?;
+    let like = |seen: &Array2<f64>| ncc(seen.view(), picture.view()).unwrap_or(f64::NAN);
     let apart = field_error(ours.field.values.view(), other.values.view());
     Ok(Row {
         name,
@@ -167,7 +178,7 @@ fn seen(
         seconds,
         memory_mb,
         ncc: like(&intensity),
-        light: (&intensity * &brief.window).sum() * brief.pixel_area / behind,
+        light: (&intensity * window).sum() * brief.pixel_area / behind,
         collins: like(&other.intensity()),
         apart: apart.unwrap_or(f64::NAN),
         intensity,

@@ -7,13 +7,14 @@ use raylet::file::figure::{Figure, Panel};
 use raylet::file::project::Brief;
 
 use crate::failure::Failure;
-use crate::fig5::Row;
+use crate::fig5::{Row, wanted};
 
 /// The phases above, the picture wanted and the sensors below.
 pub(crate) fn picture(rows: &[Row], brief: &Brief) -> Result<Vec<u8>, Failure> {
     let ends = |half: f64| [-half, half];
     let (x, y) = (ends(brief.sensor_half[0]), ends(brief.sensor_half[1]));
-    let wanted = Panel::image(brief.picture.view(), x, y)
+    let [picture, _] = wanted(brief)?;
+    let wanted = Panel::image(picture.view(), x, y)
         .title("Wanted")
         .quantity("intensity", "");
     let (mut phases, mut seen): (Vec<Panel>, Vec<Panel>) = (Vec::new(), vec![wanted.into()]);
@@ -21,7 +22,7 @@ pub(crate) fn picture(rows: &[Row], brief: &Brief) -> Result<Vec<u8>, Failure> {
         let wrapped = row
             .phase
             .mapv(|phase| (phase + PI).rem_euclid(2.0 * PI) - PI);
-        let [across, up] = brief.element_half;
+        let [across, up] = brief.elements[0].1;
         let phase = Panel::image(wrapped, ends(across), ends(up))
             .title(row.name)
             .colours(ColourMap::Phase)
