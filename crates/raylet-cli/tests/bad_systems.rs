@@ -32,7 +32,6 @@ aperture = { disc = { radius_mm = 0.02 } }
 kind = "pixels"
 pitch_um = 4
 size = [10, 10]
-phase = "second.npy"
 [[element]]
 kind = "sensor"
 pixels = [12, 10]

@@ -130,7 +130,7 @@ impl DesignChart<'_> {
             }
             if let Some(amplitude) = &shaped.amplitude {
                 let panel = Panel::image(amplitude.view(), x, y);
-                let panel = panel.title(&format!("Amplitude of {name}"));
+                let panel = panel.title(format!("Amplitude of {name}"));
                 panels.push(panel.range([0.0, 1.0]).quantity("|t|", "").into());
             }
         }

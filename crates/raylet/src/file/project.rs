@@ -71,7 +71,7 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
     }
     let blank = blanked(scene, parts.iter()).load()?;
     let lit = lit(&blank, &design)?;
-    let systems = lit.iter().map(|scene| systems(scene));
+    let systems = lit.iter().map(systems);
     let systems: Vec<Vec<System>> = systems.collect::<Result<_, Fault>>()?;
     let first = &systems[0];
 
