@@ -58,7 +58,22 @@ fn figure_three_in_seconds() {
     // Done again into the same folder it takes the place of the first; another study's files are in the way.
     assert_eq!(
         document["files"],
-        serde_json::json!(["metalens.png", "star.png"])
+        serde_json::json!([
+            "metalens.png",
+            "metalens.toml",
+            "metalens.npy",
+            "star.png",
+            "star.toml",
+            "star.npy"
+        ])
+    );
+
+    // The elements are there as scenes.
+    let seen = run(&["simulate", "fig3/metalens.toml", "--out", "seen"]);
+    assert!(
+        seen.status.success(),
+        "{}",
+        String::from_utf8_lossy(&seen.stderr)
     );
     let again = run(&["paper", "fig3", "--quick", "--out", "fig3"]);
     let errors = String::from_utf8(again.stderr).unwrap();
