@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import hologram, noise, through_lens
+from conftest import ROOT, hologram, noise, through_lens
 
 import raylet
 
@@ -77,3 +77,12 @@ def test_wrong_tensors_are_refused() -> None:
         raylet.torch.field(bench, torch.zeros((4, 5), dtype=torch.int64))
     with pytest.raises(TypeError, match="expected 1"):
         raylet.torch.field(bench)
+
+
+def test_example_learns(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The element, the lens's curvature and the network of the example learn together."""
+    monkeypatch.syspath_prepend(str(ROOT / "python" / "examples"))
+    import learned_camera
+
+    losses = learned_camera.train(10)
+    assert np.mean(losses[-3:]) < 0.8 * losses[0]
