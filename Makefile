@@ -41,7 +41,7 @@ test-python: install
 	$(VENV)/bin/mypy
 	$(VENV)/bin/python -m mypy.stubtest raylet._raylet
 	$(VENV)/bin/python -m pytest
-	$(VENV)/bin/mkdocs build --strict --quiet
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict --quiet
 
 # The same with PyTorch, which takes minutes to fetch.
 test-torch: install
@@ -54,7 +54,7 @@ wheel: $(VENV)/ready
 
 # The guide as a site, in site/.
 docs: install
-	$(VENV)/bin/mkdocs build --strict
+	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict
 
 bench:
 	cargo bench --package raylet

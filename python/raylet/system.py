@@ -265,6 +265,8 @@ class System:
     ) -> Rays:
         """Single rays through the whole system, by geometrical optics.
 
+        A smooth element turns rays by the gradient of its phase; pixels let them go straight on.
+
         Parameters
         ----------
         Hx, Hy : normalised field: angles added to the source's in units of `field_deg` (for a point source shifts of
@@ -273,8 +275,6 @@ class System:
         channel : index of the wavelength.
         derivatives : paths of numbers, such as "element[0].radius_mm", by which landings are differentiated; for a
             radius by its curvature.
-
-        A smooth element turns rays by the gradient of its phase; pixels let them go straight on.
         """
         scale = (field_deg or self.field_deg, field_mm or self.field_mm)
         source = json.loads(self._compiled().to_json())["source"]
@@ -370,7 +370,7 @@ def _taken_out(value: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
         inside = {}
         for key, item in value.items():
             here = f"{path}.{key}" if path else str(key)
-            if key in ARRAYS and not isinstance(item, (str, os.PathLike, type(None))):
+            if key in ARRAYS and not isinstance(item, (str, os.PathLike, int, float, np.number, type(None))):
                 arrays[here] = grid(here, item)
                 item = _IN_MEMORY
             inside[key] = _taken_out(item, here, arrays)

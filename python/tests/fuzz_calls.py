@@ -50,7 +50,9 @@ def arrays(draw: random.Random) -> object:
 
 
 def anything(draw: random.Random) -> object:
-    return draw.choice([draw.choice(NUMBERS), arrays(draw), draw.choice(NUMBERS), "doe", "element[0].radius_mm", (1, 2)])
+    return draw.choice(
+        [draw.choice(NUMBERS), arrays(draw), draw.choice(NUMBERS), "doe", "element[0].radius_mm", (1, 2)]
+    )
 
 
 def usual() -> dict[str, dict[str, object]]:
@@ -59,7 +61,14 @@ def usual() -> dict[str, dict[str, object]]:
     way = {"jacobian": np.eye(4)[None], "window": np.array([[9.0, 0.0, 9.0]]), "cosine": 1.0}
     return {
         "pixels": {"pitch_um": 4.0, "phase": np.zeros((4, 5)), "amplitude": None, "pixel": "box"},
-        "system": {"wavelength_um": 0.7, "ambient": "air", "seed": 1, "radius_mm": 5.0, "thickness_mm": 3.0, "glass": 1.5},
+        "system": {
+            "wavelength_um": 0.7,
+            "ambient": "air",
+            "seed": 1,
+            "radius_mm": 5.0,
+            "thickness_mm": 3.0,
+            "glass": 1.5,
+        },
         "doe": {"phase": np.zeros((4, 5)), "pitch_um": 4.0, "radius": 0.02, "thickness_mm": 3.0, "pixels": (3, 4)},
         "simulate": {"method": "auto", "target_error": 1e-2, "threads": 1, "memory_limit_mb": 100.0, "progress": False},
         "trace": {"Hx": 0.0, "Hy": 0.1, "Px": 0.0, "Py": 0.0, "field_deg": 1.0, "channel": 0, "derivatives": ()},
@@ -67,7 +76,12 @@ def usual() -> dict[str, dict[str, object]]:
         "with_pixels": {"element": "doe", "phase": np.zeros((4, 5)), "transmission": None},
         "scatter": {"element": "doe", **rays, "path_mm": 0.0, "weight": 1.0, "sigma_mm": 0.01, "towards": None},
         "beams": {"position": np.array([[0.0, 0.0, 3.0]]), "direction": rays["direction"], **way},
-        "gather": {"position": np.array([[0.0, 0.0, 3.0]]), "direction": rays["direction"], "path_mm": 0.0, "weight": 1.0},
+        "gather": {
+            "position": np.array([[0.0, 0.0, 3.0]]),
+            "direction": rays["direction"],
+            "path_mm": 0.0,
+            "weight": 1.0,
+        },
         "adjoint": {"weight_bar": np.ones(1)},
         "look": {"element": "doe", "channel": 0},
     }
@@ -94,10 +108,17 @@ class Stage:
             return raylet.pixels(**given)
         if name == "system":
             head = {key: given.pop(key) for key in ("wavelength_um", "ambient", "seed")}
-            return raylet.System(**head).add_surface(semi_aperture_mm=1.0, **given).add_sensor(pixels=(2, 2), pitch_um=1.0).parts
+            return (
+                raylet.System(**head)
+                .add_surface(semi_aperture_mm=1.0, **given)
+                .add_sensor(pixels=(2, 2), pitch_um=1.0)
+                .parts
+            )
         if name == "doe":
             layer = raylet.pixels(phase=given["phase"], pitch_um=given["pitch_um"])
-            system = raylet.System(0.7).add_doe(layer, aperture=raylet.disc(given["radius"]), thickness_mm=given["thickness_mm"])
+            system = raylet.System(0.7).add_doe(
+                layer, aperture=raylet.disc(given["radius"]), thickness_mm=given["thickness_mm"]
+            )
             return system.add_sensor(pixels=given["pixels"], pitch_um=1.0).to_toml()
         if name == "bench":
             bar = given.pop("bar")
@@ -106,7 +127,11 @@ class Stage:
             return self.made.adjoint(**given)
         if name == "look":
             return self.system.transmission(**given)
-        on_system = {"simulate": self.system.simulate, "trace": self.system.trace, "with_pixels": self.system.with_pixels}
+        on_system = {
+            "simulate": self.system.simulate,
+            "trace": self.system.trace,
+            "with_pixels": self.system.with_pixels,
+        }
         if name in on_system:
             return on_system[name](**given)
         return getattr(raylet, name)(self.system, **given)

@@ -55,6 +55,27 @@ def test_other_python_threads_go_on() -> None:
     assert count > 20
 
 
+def test_calls_from_several_threads_at_once() -> None:
+    """Runs and gradients of one system side by side, on threads of several numbers, give what they give alone."""
+    system = through_lens(noise((10, 10)))
+    bench, alone = system.bench("hologram"), system.simulate().field
+    passage = bench(noise((10, 10)))
+    (gradient,), _ = passage.adjoint(passage.field)
+    same: list[bool] = []
+
+    def work(threads: int) -> None:
+        same.append(np.array_equal(system.simulate(threads=threads, progress=False).field, alone))
+        (found,), _ = passage.adjoint(passage.field)
+        same.append(np.array_equal(found, gradient))
+
+    workers = [threading.Thread(target=work, args=(1 + number % 3,)) for number in range(6)]
+    for worker in workers:
+        worker.start()
+    for worker in workers:
+        worker.join()
+    assert same == [True] * 12
+
+
 def test_threads_do_not_change_a_bit() -> None:
     system = through_lens(noise((20, 20)))
     assert np.array_equal(system.simulate(threads=1).field, system.simulate(threads=3).field)

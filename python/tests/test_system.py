@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import time
 from pathlib import Path
 
 import numpy as np
@@ -192,3 +193,13 @@ def test_bench_gradient_without_a_framework() -> None:
     (by_t,), _ = passage.adjoint(bar)
     exact = bench(t + change).field - passage.field
     assert np.vdot(bar, exact).real == pytest.approx(np.vdot(by_t, change).real, rel=1e-10)
+
+
+def test_the_package_takes_no_time_of_its_own() -> None:
+    """What a call takes beyond the library's own clock is below a twentieth of it."""
+    system = through_lens(noise((30, 30)), pixels=(48, 40))
+    system.simulate(progress=False)
+    start = time.perf_counter()
+    result = system.simulate(progress=False)
+    beyond = time.perf_counter() - start - result.seconds
+    assert beyond < 0.05 * result.seconds + 2e-3

@@ -24,6 +24,12 @@ use crate::refusal::error;
 use crate::scene::Scene;
 use crate::watch::pool;
 
+/// Complex numbers, one for each ray.
+type Column<'py> = Bound<'py, PyArray1<Complex64>>;
+
+/// Complex numbers on two axes.
+type Grid<'py> = Bound<'py, PyArray2<Complex64>>;
+
 /// Rays in columns: (rays, 3) positions in mm and unit directions, (rays,) paths in mm and complex weights.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -253,10 +259,7 @@ pub(crate) fn scatter_adjoint<'py>(
     place: (String, usize),
     rays: (Bundle<'py>, Choices<'py>),
     drawn: (Drawn<'py>, PyReadonlyArray1<'py, Complex64>),
-) -> PyResult<(
-    Option<Bound<'py, PyArray2<Complex64>>>,
-    Bound<'py, PyArray1<Complex64>>,
-)> {
+) -> PyResult<(Option<Grid<'py>>, Column<'py>)> {
     let ((name, channel), (bundle, choices)) = (place, rays);
     let (secondary, bar) = (drawn.0.secondary()?, column("weight_bar", &drawn.1)?);
     let at = (scene, arrays, name.as_str(), channel);
@@ -352,10 +355,7 @@ pub(crate) fn beams<'py>(
     place: Place<'py>,
     bundle: Bundle<'py>,
     ways: Ways<'py>,
-) -> PyResult<(
-    Bound<'py, PyArray1<Complex64>>,
-    Bound<'py, PyArray2<Complex64>>,
-)> {
+) -> PyResult<(Column<'py>, Grid<'py>)> {
     let legs = ways.legs()?;
     let made = on_sensor(py, &place, (&bundle, 1e-3), |collector, rays, k| {
         let jacobians = Jacobians {

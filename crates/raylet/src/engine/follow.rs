@@ -238,3 +238,70 @@ fn neighbours(variation: &Variation, number: usize) -> Option<Neighbours<'_>> {
         distance: variation.distance,
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::follow::follow;
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::doe::{Doe, Layer};
+    use crate::optics::frame::Frame;
+    use crate::optics::profile::Profile;
+    use crate::optics::ray::Loss;
+    use crate::optics::screen::{Act, Screen, Sensor};
+    use crate::optics::shape::Shape;
+    use crate::optics::source::Source;
+    use crate::optics::system::System;
+
+    /// Fermat: all optical paths to the focus of an ideal diffractive lens are alike; beside it rays are clipped.
+    #[test]
+    fn paths_to_a_focus_are_alike() {
+        let (wavelength, focal_length) = (0.5e-3, 10.0);
+        let wavenumber = std::f64::consts::TAU / wavelength;
+        let lens = Screen {
+            name: String::from("lens"),
+            frame: Frame::GLOBAL,
+            shape: Shape::Plane,
+            act: Act::Doe(Doe {
+                layers: vec![Layer::Phase(Profile::Lens {
+                    focal_length,
+                    wavenumber,
+                })],
+                aperture: Aperture::disc(4.0),
+                reflect: false,
+            }),
+            index: 1.0,
+            arrives: 1.0,
+        };
+        let sensor = Screen {
+            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, focal_length)),
+            act: Act::Sensor(Sensor {
+                pixels: [2, 2],
+                pitch: [1e-3; 2],
+            }),
+            ..lens.clone()
+        };
+        let source = Source::Plane {
+            direction: Vec3::new(0.0, 0.0, 1.0),
+            origin: Frame::GLOBAL.origin,
+        };
+        let system = System {
+            wavelength,
+            source,
+            screens: vec![lens, sensor],
+            trains: vec![Vec::new()],
+        };
+        for at in [[0.0, 0.0], [3.0, 1.0], [-1.0, 3.5]] {
+            let ray = follow(&system, &source, at);
+            let last = ray.meetings[1];
+            assert_eq!(ray.lost, None);
+            assert!(last.point.x.hypot(last.point.y) < 1e-12, "{last:?}");
+            assert!((last.path - focal_length).abs() < 1e-12, "{last:?}");
+        }
+        let beside = follow(&system, &source, [4.1, 0.0]);
+        assert_eq!(
+            (beside.lost, beside.meetings.len()),
+            (Some(Loss::Clipped), 1)
+        );
+    }
+}

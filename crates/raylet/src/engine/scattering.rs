@@ -175,3 +175,46 @@ pub enum ScatterError {
     #[error("screen '{0}' is no diffractive element, expected one")]
     NoElement(String),
 }
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::scattering::Scattering;
+
+    /// A patch of 60 µm has (2·60/0.6 + 1)² modes; one of a metre more than any memory.
+    #[test]
+    fn too_many_modes_are_refused() {
+        let few = Scattering {
+            samples: 201 * 201,
+            ..Scattering::beamlets(0.01)
+        };
+        assert_eq!(few.check_modes(1.0, 0.6e-3), Ok(()));
+        assert!(
+            Scattering {
+                samples: 40_000,
+                ..few
+            }
+            .check_modes(1.0, 0.6e-3)
+            .is_err()
+        );
+        assert!(
+            Scattering { period: 1e3, ..few }
+                .check_modes(1.0, 0.6e-3)
+                .is_err()
+        );
+    }
+
+    /// Directions that do not propagate are none that are wanted.
+    #[test]
+    fn wanted_directions_propagate() {
+        let choice = Scattering {
+            towards: Some([-9.0, 0.2, -0.1, 1e300]),
+            ..Scattering::beamlets(0.1)
+        };
+        assert_eq!(choice.wanted(1.5), [-1.5, 0.2, -0.1, 1.5]);
+        let reversed = Scattering {
+            towards: Some([0.2, -0.2, 0.0, 0.0]),
+            ..choice
+        };
+        assert!(reversed.check().is_err());
+    }
+}

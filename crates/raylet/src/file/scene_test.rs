@@ -1,11 +1,13 @@
 //! Scenes that must be read, and scenes that must be refused at the right place.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
 use ndarray::{Array2, array};
 use ndarray_npy::write_npy;
 use num_complex::Complex64;
 
+use crate::file::array::ArrayLook;
 use crate::file::element::Element;
 use crate::file::layer::Layer;
 use crate::file::scene::Scene;
@@ -322,4 +324,25 @@ fn arrays_are_loaded_and_checked_where_they_are_named() {
         refusal.contains(":18:9") && refusal.contains("No such file"),
         "{refusal}"
     );
+}
+
+/// Arrays of a caller take the place of files, and are refused at their fields as those are.
+#[test]
+fn arrays_may_be_lent() {
+    let scene = Scene::parse(SCENE, Path::new("nowhere/demo.toml")).expect("a scene");
+    let phase = array![[0.0, 1.0, -2.0], [0.5, 3.0, 40.0]];
+    let amplitude = array![[1.0, 0.5, 0.0], [1.0, 1.0, -1.0]];
+    let field = |key: &str| format!("element[0].layer[0].{key}");
+    let lend = |phase: &Array2<f64>| {
+        let lent = BTreeMap::from([
+            (field("phase"), ArrayLook::Real(phase.view())),
+            (field("amplitude"), ArrayLook::Real(amplitude.view())),
+        ]);
+        let arrays = scene.load_with(&lent);
+        arrays.map(|arrays| arrays.get(&field("phase")).map(|look| look.shape()))
+    };
+    assert_eq!(lend(&phase), Ok(Some([2, 3])));
+    let refusal = lend(&phase.mapv(|x| x / 0.0)).expect_err("not finite");
+    assert_eq!(refusal.address.path, field("phase"));
+    assert!(refusal.found.contains("NaN at [0, 0]"), "{refusal}");
 }

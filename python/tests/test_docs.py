@@ -1,0 +1,32 @@
+"""Every piece of Python in the guide and the README runs as it stands, page by page from top to bottom."""
+
+from __future__ import annotations
+
+import importlib.util
+import re
+from pathlib import Path
+
+import pytest
+from conftest import ROOT
+
+PAGES = [*sorted((ROOT / "docs" / "guide").glob("*.md")), ROOT / "README.md"]
+FENCED = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.filterwarnings("ignore")
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+def test_snippets_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    matplotlib = pytest.importorskip("matplotlib")
+    matplotlib.use("Agg")
+    monkeypatch.chdir(tmp_path)
+    text, names = page.read_text(), {"__name__": "guide"}
+    for found in FENCED.finditer(text):
+        code = found.group(1)
+        needs = re.match(r"# needs: (\w+)", code)
+        if needs and importlib.util.find_spec(needs.group(1)) is None:
+            continue
+        line = text[: found.start(1)].count("\n")
+        exec(compile("\n" * line + code, str(page), "exec"), names)
+    import matplotlib.pyplot as plt
+
+    plt.close("all")
