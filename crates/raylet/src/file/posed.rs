@@ -14,6 +14,9 @@ use crate::optics::system::System;
 /// A millimetre in micrometres.
 const UM: f64 = 1e3;
 
+/// Names and contents of files.
+pub type Files = Vec<(String, Vec<u8>)>;
+
 /// The scene file `{stem}.toml` and the arrays beside it, as names and contents; nothing where the system is
 /// of another kind: first a plane element, one on Gaussian bumps or one on a grid of heights, that has one layer of
 /// pixels, within a disc or a rectangle or their own edge; then the sensor. Light comes along the axis; where it comes along −z,
@@ -21,11 +24,7 @@ const UM: f64 = 1e3;
 ///
 /// # Errors
 /// When an array cannot be written as .npy.
-pub fn posed(
-    system: &System,
-    stem: &str,
-    title: &str,
-) -> Result<Option<Vec<(String, Vec<u8>)>>, WriteNpyError> {
+pub fn posed(system: &System, stem: &str, title: &str) -> Result<Option<Files>, WriteNpyError> {
     let Some((element, doe, pixels, sensor)) = parts(system) else {
         return Ok(None);
     };

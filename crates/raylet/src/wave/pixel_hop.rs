@@ -315,11 +315,12 @@ fn lattice(
     pitch: [f64; 2],
 ) -> FreePlan {
     let mut plan = free.plan([x0, x1, y0, y1], edges(target));
-    for a in 0..2 {
-        let limit = -plan.bands[a].at(0);
-        let pixels = quick_length((plan.period[a] / pitch[a]).ceil() as usize);
-        let spacing = plan.wavelength / (pixels as f64 * pitch[a]);
-        plan.bands[a] = Band::between(0.0, spacing, -limit, limit);
+    let axes = plan.bands.iter_mut().zip(plan.period).zip(pitch);
+    for ((band, period), pitch) in axes {
+        let limit = -band.at(0);
+        let pixels = quick_length((period / pitch).ceil() as usize);
+        let spacing = plan.wavelength / (pixels as f64 * pitch);
+        *band = Band::between(0.0, spacing, -limit, limit);
     }
     plan
 }
