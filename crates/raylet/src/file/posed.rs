@@ -166,7 +166,7 @@ mod tests {
         for (name, bytes) in posed(system, "study", "A study").unwrap().unwrap() {
             fs::write(room.path().join(name), bytes).unwrap();
         }
-        let scene = Scene::open(&room.path().join("study.toml")).unwrap();
+        let scene = Scene::read(&room.path().join("study.toml")).unwrap();
         let again = &build::system(&scene, 0).unwrap();
         let field = |system: &System| simulate(system, &Settings::default(), &|_| {}).unwrap();
         let [ours, theirs] = [again, system].map(|system| field(system).field.values);
