@@ -200,7 +200,11 @@ fn bad_input_is_one_clear_error() {
     told(fault(|_, s| s.threshold = 2.0), ["threshold", "2", "share"]);
     told(
         fault(|_, s| s.samples = 100),
-        ["screen 'mirror'", "samples", "100"],
+        ["period", "modes of a patch", "fewer directions"],
+    );
+    told(
+        fault(|_, s| s.samples = 700),
+        ["screen 'mirror'", "samples", "700"],
     );
     assert_eq!(fault(|_, _| {}), "");
 }

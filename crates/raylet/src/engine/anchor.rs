@@ -69,7 +69,7 @@ impl Anchor {
     }
 
     /// The gradient of the element's pixels, from the same draws: the conjugate transpose of [`Anchor::forward`]
-    /// but for what the anchor itself gives; `drawn` in the crate's tests holds it.
+    /// but for what the anchor itself gives; `anchor_dot_product` in the crate's tests holds it.
     ///
     /// # Errors
     /// As [`Anchor::new`].

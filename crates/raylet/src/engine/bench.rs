@@ -360,7 +360,8 @@ impl Bench {
         Ok(Field { grid, values })
     }
 
-    /// The conjugate transpose of [`Bench::through`]: the cotangent behind the element. Of the light there, only what
+    /// The conjugate transpose of [`Bench::through`], held by `drawn_dot_product` in the crate's tests: the
+    /// cotangent behind the element. Of the light there, only what
     /// is drawn or too weak counts.
     ///
     /// # Errors

@@ -97,8 +97,8 @@ impl PatchDraws {
     }
 
     /// The cotangent of the modes from that of the field, given as b, its product with each mode's conjugate
-    /// beamlet: [m_y, m_x] as the modes. For linear estimates the conjugate transpose of the weights; `drawn` in
-    /// the crate's tests holds it.
+    /// beamlet: [m_y, m_x] as the modes. For linear estimates the conjugate transpose of the weights;
+    /// `drawn_dot_product` in the crate's tests holds it.
     pub fn weights_adjoint(
         &self,
         modes: &Array2<Complex64>,

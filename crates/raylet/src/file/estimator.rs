@@ -3,12 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::design::estimator as design;
-use crate::file::design::{Design, Optimizer};
-use crate::file::fault::Fault;
 use crate::file::number::positive;
-use crate::file::scene::Scene;
-use crate::optics::system::System;
 
 /// Beamlets that are drawn instead of followed all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -54,47 +49,4 @@ fn sixty_four() -> usize {
 
 fn unity() -> f64 {
     1.0
-}
-
-/// Which beamlets are followed.
-///
-/// # Errors
-/// Drawn ones with what they cannot serve.
-pub fn estimator(
-    scene: &Scene,
-    asked: &Design,
-    system: &System,
-) -> Result<design::Estimator, Fault> {
-    let Some(given) = &asked.estimator else {
-        return Ok(design::Estimator::Exact);
-    };
-    let fault = |found: &str, expected: &str| Err(scene.fault("design.estimator", found, expected));
-    if asked.optimizer == Optimizer::Lbfgs {
-        return fault(
-            "drawn beamlets with the optimizer lbfgs",
-            "adam or momentum, which bear noise",
-        );
-    }
-    if !asked.variable.is_empty() {
-        return fault(
-            "drawn beamlets and numbers that are designed",
-            "one of the two",
-        );
-    }
-    if given.kind == Drawing::ControlVariate && system.trains.len() != 1 {
-        return fault(
-            "a control variate with several screens before the sensor",
-            "one element and the sensor",
-        );
-    }
-    let (each, refresh) = (given.each, given.refresh);
-    Ok(match given.kind {
-        Drawing::ControlVariate => design::Estimator::ControlVariate { each, refresh },
-        Drawing::WithoutReplacement => design::Estimator::WithoutReplacement { each },
-        Drawing::Multinomial => design::Estimator::Multinomial { each },
-        Drawing::Gumbel => design::Estimator::Gumbel {
-            each,
-            temperature: given.temperature,
-        },
-    })
 }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 use ndarray::Array2;
 
 use crate::design::descent::Rule;
+use crate::design::estimator::Estimator;
 use crate::design::hologram;
 use crate::design::lbfgs::LbfgsSettings;
 use crate::design::modulation::{Modulation, Modulator};
@@ -18,7 +19,7 @@ use crate::engine::settings::Settings;
 use crate::engine::simulate::sensor_of;
 use crate::file::build;
 use crate::file::design::{Design, Optimizer, Start, Variable};
-use crate::file::estimator::estimator;
+use crate::file::estimator::Drawing;
 use crate::file::fault::Fault;
 use crate::file::hologram::{Commission, commission};
 use crate::file::pixel_part::{Output, PixelPart, blanked, pixel_parts};
@@ -401,4 +402,43 @@ fn search(
         Optimizer::Momentum => Method::Descent(Rule::Momentum { momentum: 0.9 }, schedule),
     };
     method.start(start, space)
+}
+
+/// Which beamlets are followed.
+///
+/// # Errors
+/// Drawn ones with what they cannot serve.
+fn estimator(scene: &Scene, asked: &Design, system: &System) -> Result<Estimator, Fault> {
+    let Some(given) = &asked.estimator else {
+        return Ok(Estimator::Exact);
+    };
+    let fault = |found: &str, expected: &str| Err(scene.fault("design.estimator", found, expected));
+    if asked.optimizer == Optimizer::Lbfgs {
+        return fault(
+            "drawn beamlets with the optimizer lbfgs",
+            "adam or momentum, which bear noise",
+        );
+    }
+    if !asked.variable.is_empty() {
+        return fault(
+            "drawn beamlets and numbers that are designed",
+            "one of the two",
+        );
+    }
+    if given.kind == Drawing::ControlVariate && system.trains.len() != 1 {
+        return fault(
+            "a control variate with several screens before the sensor",
+            "one element and the sensor",
+        );
+    }
+    let (each, refresh) = (given.each, given.refresh);
+    Ok(match given.kind {
+        Drawing::ControlVariate => Estimator::ControlVariate { each, refresh },
+        Drawing::WithoutReplacement => Estimator::WithoutReplacement { each },
+        Drawing::Multinomial => Estimator::Multinomial { each },
+        Drawing::Gumbel => Estimator::Gumbel {
+            each,
+            temperature: given.temperature,
+        },
+    })
 }

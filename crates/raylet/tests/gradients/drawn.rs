@@ -3,9 +3,10 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::anchor::Anchor;
-use raylet::engine::bench::{Bench, BenchError};
+use raylet::engine::bench::{Bench, BenchError, Gradient};
 use raylet::engine::drawn::{Drawing, Draws, PatchDraws};
 use raylet::optics::doe::PixelForm;
+use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 use raylet::wave::field::Field;
 use raylet::wave::metrics::field_error;
@@ -41,7 +42,7 @@ fn distance(a: &Array2<Complex64>, b: &Array2<Complex64>) -> f64 {
 
 /// The same draws there and back: Σ Ū* Â u = Σ (ÂᴴŪ)* u.
 #[test]
-fn drawn_hops_are_transposed() {
+fn drawn_dot_product() {
     let system = behind_lens();
     let bench = Bench::new(&system, &[], &exact()).unwrap();
     let behind = bench.pass(&system).unwrap().behind;
@@ -94,6 +95,49 @@ fn estimates_have_the_exact_mean() {
     }
 }
 
+/// The same system with its pixels' phases a little different.
+fn turned(system: &System) -> System {
+    let mut system = system.clone();
+    let values = pixels_of(&mut system);
+    let turn = noise([7, 7], 42);
+    values.zip_mut_with(&turn, |v, turn| *v *= Complex64::cis(0.2 * turn.re));
+    system
+}
+
+/// The pixels of the element.
+fn pixels_of(system: &mut System) -> &mut Array2<Complex64> {
+    let Act::Doe(doe) = &mut system.screens[0].act else {
+        unreachable!("it is an element")
+    };
+    &mut doe.free_pixels_mut().unwrap().values
+}
+
+/// What has changed since the anchor, there and back: Σ (Ū − Ū₀)* (U − U₀) = Σ (v̄ − v̄₀)* (v − v₀) for pixels v.
+#[test]
+fn anchor_dot_product() {
+    let (mut before, mut after) = (behind_lens(), turned(&behind_lens()));
+    let bench = Bench::new(&before, &[], &exact()).unwrap();
+    let bars = [noise([12, 12], 43), noise([12, 12], 44)];
+    let anchor = Anchor::new(&bench, &before, |_| Ok::<_, BenchError>(bars[0].clone())).unwrap();
+    let there = bench.forward(&before).unwrap();
+    let back = bench.adjoint(&before, &[], &there, &bars[0]).unwrap();
+    let drawn = bench.drawn(draws(Drawing::WithoutReplacement, 16, 3));
+    let moved = anchor.forward(&drawn, &after).unwrap();
+    let returned = anchor
+        .forward_adjoint(&drawn, &after, &moved, &bars[1])
+        .unwrap();
+    let pixels = |gradient: Gradient| gradient.pixels[0].clone().unwrap();
+    let changed = pixels_of(&mut after).clone() - &*pixels_of(&mut before);
+    let one = dot(
+        &(&bars[1] - &bars[0]),
+        &(&moved.field.values - &there.field.values),
+    );
+    let other = dot(&(pixels(returned) - pixels(back)), &changed);
+    let error = (one - other).norm() / one.norm();
+    println!("{error:.1e}");
+    assert!(error < 1e-12, "{error:e}");
+}
+
 /// At its anchor an estimate is exact whatever is drawn; near it, it is far better than without.
 #[test]
 fn anchors_quiet_the_noise() {
@@ -103,16 +147,7 @@ fn anchors_quiet_the_noise() {
     let field_bar = |field: &Field| &field.values - &target;
     let told = |field: &Field| Ok::<_, BenchError>(field_bar(field));
     let anchor = Anchor::new(&bench, &system, told).unwrap();
-    let nearby = {
-        let mut system = system.clone();
-        let raylet::optics::screen::Act::Doe(doe) = &mut system.screens[0].act else {
-            unreachable!("it is an element")
-        };
-        let values = &mut doe.free_pixels_mut().unwrap().values;
-        let turn = noise([7, 7], 42);
-        values.zip_mut_with(&turn, |v, turn| *v *= Complex64::cis(0.2 * turn.re));
-        system
-    };
+    let nearby = turned(&system);
 
     let drawn = bench.drawn(draws(Drawing::WithoutReplacement, 16, 3));
     for (system, [field_limit, pixel_limit]) in [(&system, [1e-12; 2]), (&nearby, [0.1; 2])] {
