@@ -105,9 +105,9 @@ fn estimators() -> Vec<(&'static str, Estimator)> {
         ("multinomial, 64", Estimator::Multinomial { each: 64 }),
         ("multinomial, 256", Estimator::Multinomial { each: 256 }),
         (
-            "Gumbel, 64, T = 1",
+            "Gumbel, 16, T = 1",
             Estimator::Gumbel {
-                each: 64,
+                each: 16,
                 temperature: 1.0,
             },
         ),

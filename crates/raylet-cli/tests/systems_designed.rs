@@ -61,11 +61,14 @@ fn two(layer: &str, free: &str, loss: &str) -> Stage {
 
 fn with_picture(text: &str) -> Stage {
     let stage = Stage::new(text);
-    let picture = Array2::from_shape_fn((10, 10), |(j, i)| {
-        f64::from(u8::from(j == 2 || i == 6 || (j > 6 && i < 4)))
-    });
+    let picture = Array2::from_shape_fn((10, 10), |(j, i)| f64::from(u8::from(is_lit(j, i))));
     write_gray16(stage.join("picture.png"), picture.view(), [0.0, 1.0]).unwrap();
     stage
+}
+
+/// Whether a cell of the picture is lit: rows and columns in pairs, for pixels that lie between two.
+fn is_lit(j: usize, i: usize) -> bool {
+    matches!(j, 2 | 3) || matches!(i, 6 | 7) || (j > 7 && i < 4)
 }
 
 /// How far gradients and differences are apart, line by line.
@@ -207,8 +210,7 @@ fn what_is_left_is_what_was_designed() {
         let cell = |n: usize, count: f64| ((n as f64 - 0.5 * (count - 1.0)) * 4.0 + 15.0) / 3.0;
         let (y, x) = (cell(j, 10.0), cell(i, 12.0));
         let inside = (0.0..10.0).contains(&y) && (0.0..10.0).contains(&x);
-        let (y, x) = (y as usize, x as usize);
-        f64::from(u8::from(inside && (y == 2 || x == 6 || (y > 6 && x < 4))))
+        f64::from(u8::from(inside && is_lit(y as usize, x as usize)))
     });
     for (layer, free) in [
         (height.to_owned(), "free = \"height\"\nlevels = 4"),
