@@ -1,5 +1,6 @@
 //! The estimators of a design's gradient side by side: how near the exact gradient each comes, and what it makes of one
-//! hologram in equal time. Prints a table for `docs/estimators.md` and draws `docs/estimators.png`.
+//! hologram in equal time. Prints the table of `docs/estimators.md` and draws scores against time as
+//! `out/estimators.png`.
 //!
 //! `cargo run --release -p raylet-accuracy --example estimators -- [SECONDS]`
 
@@ -246,6 +247,7 @@ fn draw(courses: &[Course], seconds: f64) -> Result<(), Failure> {
         .y_axis("NCC, by all beamlets", "")
         .x_range([0.0, seconds]);
     let figure = Figure::new(vec![vec![panel.into()]], "Estimators of the gradient");
-    std::fs::write("docs/estimators.png", figure.width(900.0).to_png(1.5)?)?;
+    std::fs::create_dir_all("out")?;
+    std::fs::write("out/estimators.png", figure.width(900.0).to_png(1.5)?)?;
     Ok(())
 }
