@@ -1,6 +1,6 @@
 //! The estimators of a design's gradient side by side: how near the exact gradient each comes, and what it makes of one
-//! hologram in equal time. Prints the table of `docs/estimators.md` and draws scores against time as
-//! `out/estimators.png`.
+//! hologram in equal time. Prints the table of `docs/estimators.md` and draws its picture, scores and cosines against
+//! time, as `out/estimators.png`.
 //!
 //! `cargo run --release -p raylet-accuracy --example estimators -- [SECONDS]`
 
@@ -54,6 +54,8 @@ struct Course {
     cosines: [f64; 2],
     /// (seconds, exact NCC).
     scores: Vec<[f64; 2]>,
+    /// (seconds, cosine to the exact gradient there).
+    nearness: Vec<[f64; 2]>,
     end: Vec<f64>,
 }
 
@@ -65,20 +67,20 @@ fn main() -> Result<(), Failure> {
     let Some([picture, _]) = &brief.glances[0].picture else {
         return Err(format!("{SCENE} has no picture").into());
     };
-    let score = |point: &[f64]| -> Result<f64, Failure> {
+    let exact = |point: &[f64]| -> Result<(f64, Vec<f64>), Failure> {
         let look = project.look(&plans, point, 1.0)?;
         let like = ncc(look.intensities[0].view(), picture.view());
-        Ok(like.unwrap_or(f64::NAN))
+        Ok((like.unwrap_or(f64::NAN), look.gradient))
     };
 
     let mut courses: Vec<Course> = Vec::new();
     for (name, estimator) in estimators() {
-        let mut course = descend(project, &plans, estimator, &start, seconds, &score)?;
+        let mut course = descend(project, &plans, estimator, &start, seconds, &exact)?;
         name.clone_into(&mut course.name);
         let end = courses.first().unwrap_or(&course).end.clone();
         course.cosines = [
-            cosine(project, &plans, estimator, &start)?,
-            cosine(project, &plans, estimator, &end)?,
+            mean_cosine(project, &plans, estimator, &start)?,
+            mean_cosine(project, &plans, estimator, &end)?,
         ];
         println!("{}", row(&course));
         courses.push(course);
@@ -89,6 +91,10 @@ fn main() -> Result<(), Failure> {
 /// What is compared.
 fn estimators() -> Vec<(&'static str, Estimator)> {
     let refresh = 10;
+    let gumbel = |each| Estimator::Gumbel {
+        each,
+        temperature: 1.0,
+    };
     vec![
         ("exact", Estimator::Exact),
         (
@@ -105,13 +111,8 @@ fn estimators() -> Vec<(&'static str, Estimator)> {
         ),
         ("multinomial, 64", Estimator::Multinomial { each: 64 }),
         ("multinomial, 256", Estimator::Multinomial { each: 256 }),
-        (
-            "Gumbel, 16, T = 1",
-            Estimator::Gumbel {
-                each: 16,
-                temperature: 1.0,
-            },
-        ),
+        ("Gumbel, 8, T = 1", gumbel(8)),
+        ("Gumbel, 64, T = 1", gumbel(64)),
     ]
 }
 
@@ -145,7 +146,7 @@ fn descend(
     estimator: Estimator,
     start: &[f64],
     seconds: f64,
-    score: &dyn Fn(&[f64]) -> Result<f64, Failure>,
+    exact: &dyn Fn(&[f64]) -> Result<(f64, Vec<f64>), Failure>,
 ) -> Result<Course, Failure> {
     let mut looker = Looker {
         project,
@@ -174,32 +175,44 @@ fn descend(
     };
     let method = Method::Descent(Rule::ADAM, schedule);
     let mut search: Optimizer = method.start(start.to_vec(), Space::free(start.len()))?;
-    let mut scores = vec![[0.0, score(start)?]];
+    let (mut scores, mut nearness) = (Vec::new(), Vec::new());
     let mut spent = 0.0;
     for iteration in 0..looks {
         let before = processor();
         let (value, gradient) = looker.look(search.point(), iteration)?;
+        let looked = processor() - before;
+        if iteration % looks.div_ceil(8) == 0 {
+            let (like, truth) = exact(search.point())?;
+            scores.push([spent, like]);
+            nearness.push([spent, cosine(&gradient, &truth)]);
+        }
+        let before = processor();
         let step = search.tell(value, &gradient);
-        spent += processor() - before;
+        spent += looked + processor() - before;
         if let Step::Finished(_) = step {
             break;
         }
-        if (iteration + 1) % looks.div_ceil(8) == 0 || iteration + 1 == looks {
-            scores.push([spent, score(search.point())?]);
-        }
     }
+    scores.push([spent, exact(search.point())?.0]);
     Ok(Course {
         name: String::new(),
         cost,
         looks,
         cosines: [f64::NAN; 2],
         scores,
+        nearness,
         end: search.point().to_vec(),
     })
 }
 
+/// Of the angle between two gradients.
+fn cosine(a: &[f64], b: &[f64]) -> f64 {
+    let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()
+}
+
 /// Mean cosine to the exact gradient at a point; for a control variate a little noise away from its anchor.
-fn cosine(
+fn mean_cosine(
     project: &Project,
     plans: &Plans,
     estimator: Estimator,
@@ -223,8 +236,7 @@ fn cosine(
     let mut sum = 0.0;
     for trial in 1..=3 {
         let (_, gradient) = looker.look(&moved, 10 * trial + 1)?;
-        let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
-        sum += dot(&gradient, &exact) / (dot(&gradient, &gradient) * dot(&exact, &exact)).sqrt();
+        sum += cosine(&gradient, &exact);
     }
     Ok(sum / 3.0)
 }
@@ -238,16 +250,24 @@ fn row(course: &Course) -> String {
     )
 }
 
-/// Score against time.
+/// Score and cosine against time.
 fn draw(courses: &[Course], seconds: f64) -> Result<(), Failure> {
-    let line = |course: &Course| Series::line(&course.name, course.scores.iter().copied());
-    let panel = Panel::lines(courses.iter().map(line).collect())
-        .title("A hologram through a lens, by Adam")
-        .x_axis("processor time of looks", "s")
-        .y_axis("NCC, by all beamlets", "")
-        .x_range([0.0, seconds]);
-    let figure = Figure::new(vec![vec![panel.into()]], "Estimators of the gradient");
+    let panel = |part: fn(&Course) -> &Vec<[f64; 2]>| {
+        let line = |course: &Course| Series::line(&course.name, part(course).iter().copied());
+        Panel::lines(courses.iter().map(line).collect())
+            .x_axis("processor time of looks", "s")
+            .x_range([0.0, seconds])
+    };
+    let scores = panel(|course| &course.scores)
+        .title("What each makes of a hologram, by Adam")
+        .y_axis("NCC, by all beamlets", "");
+    let nearness = panel(|course| &course.nearness)
+        .title("How near the exact gradient it is meanwhile")
+        .y_axis("cosine", "")
+        .y_range([0.0, 1.05]);
+    let rows = vec![vec![scores.into(), nearness.into()]];
+    let figure = Figure::new(rows, "Estimators of the gradient");
     std::fs::create_dir_all("out")?;
-    std::fs::write("out/estimators.png", figure.width(900.0).to_png(1.5)?)?;
+    std::fs::write("out/estimators.png", figure.width(1400.0).to_png(1.5)?)?;
     Ok(())
 }

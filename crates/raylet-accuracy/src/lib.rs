@@ -16,7 +16,8 @@
 //! [`mirror`]: diffractive mirrors on a Gaussian bump, by direct sum over the true surface;
 //! [`direct`]: samples anywhere in space and the sum over them; [`tilted`], [`fold`]: what is tilted or folded;
 //! [`mod@bench`]: these joined to a train of small, strongly refracting lenses and pixel planes;
-//! [`gradients`], [`sensitivity`]: adjoints and differences of these against raylet's gradients.
+//! [`gradients`], [`sensitivity`]: adjoints and differences of these against raylet's gradients;
+//! [`designed`]: systems that raylet has designed.
 
 pub mod phase;
 pub mod quadrature;
@@ -57,5 +58,7 @@ pub mod slanted;
 pub mod gradients;
 
 pub mod sensitivity;
+
+pub mod designed;
 
 pub mod suite;
