@@ -24,6 +24,9 @@ use raylet::wave::metrics::ncc;
 
 type Failure = Box<dyn std::error::Error>;
 
+/// The NCC by all beamlets and the exact gradient at a point.
+type Truth<'a> = &'a dyn Fn(&[f64]) -> Result<(f64, Vec<f64>), Failure>;
+
 /// Where the study is posed: the hologram through a lens of the source paper's figure 5.
 const SCENE: &str = "scenes/paper/fig5.toml";
 
@@ -47,8 +50,6 @@ fn processor() -> f64 {
 /// One estimator's run.
 struct Course {
     name: String,
-    /// Seconds of a look, and looks.
-    cost: f64,
     looks: usize,
     /// Cosine of the angle to the exact gradient at the start and where the exact search ended.
     cosines: [f64; 2],
@@ -146,7 +147,7 @@ fn descend(
     estimator: Estimator,
     start: &[f64],
     seconds: f64,
-    exact: &dyn Fn(&[f64]) -> Result<(f64, Vec<f64>), Failure>,
+    exact: Truth,
 ) -> Result<Course, Failure> {
     let mut looker = Looker {
         project,
@@ -155,7 +156,8 @@ fn descend(
         anchors: Vec::new(),
     };
 
-    // What a look costs, its share of the exact ones with it.
+    // What a look costs, its share of the exact ones with it; a little away from those, for nothing is drawn there.
+    let moved = moved(start);
     looker.look(start, 0)?;
     let before = processor();
     let trial = match estimator {
@@ -163,7 +165,8 @@ fn descend(
         _ => 3,
     };
     for iteration in 0..trial {
-        looker.look(start, iteration)?;
+        let exact = estimator.anchors(iteration);
+        looker.look(if exact { start } else { &moved }, iteration)?;
     }
     let cost = (processor() - before) / trial as f64;
     let looks = (seconds / cost).ceil().max(1.0) as usize;
@@ -196,7 +199,6 @@ fn descend(
     scores.push([spent, exact(search.point())?.0]);
     Ok(Course {
         name: String::new(),
-        cost,
         looks,
         cosines: [f64::NAN; 2],
         scores,
@@ -218,11 +220,7 @@ fn mean_cosine(
     estimator: Estimator,
     point: &[f64],
 ) -> Result<f64, Failure> {
-    let moved: Vec<f64> = point
-        .iter()
-        .enumerate()
-        .map(|(i, phase)| phase + 0.1 * (uniform(3, [i as u32, 0, 0, 0]) - 0.5))
-        .collect();
+    let moved = moved(point);
     let exact = project.look(plans, &moved, 1.0)?.gradient;
     let mut looker = Looker {
         project,
@@ -241,12 +239,21 @@ fn mean_cosine(
     Ok(sum / 3.0)
 }
 
+/// A point with a little noise.
+fn moved(point: &[f64]) -> Vec<f64> {
+    let noise = |i: usize| 0.1 * (uniform(3, [i as u32, 0, 0, 0]) - 0.5);
+    let phases = point.iter().enumerate();
+    phases.map(|(i, phase)| phase + noise(i)).collect()
+}
+
 /// One row of the table.
 fn row(course: &Course) -> String {
-    let last = course.scores.last().map_or(f64::NAN, |score| score[1]);
+    let [spent, score] = course.scores.last().copied().unwrap_or([f64::NAN; 2]);
+    let (looks, [start, end]) = (course.looks, course.cosines);
+    let cost = spent / looks as f64;
     format!(
-        "| {} | {:.2} | {} | {:.3} | {:.3} | {:.4} |",
-        course.name, course.cost, course.looks, course.cosines[0], course.cosines[1], last
+        "| {} | {looks} | {cost:.2} | {spent:.1} | {start:.3} | {end:.3} | {score:.4} |",
+        course.name
     )
 }
 
