@@ -124,7 +124,9 @@ fn whatever_is_wanted_has_its_gradient() {
     let fields =
         "[[design.field]]\nangle_deg = [0.0, 0.0]\n[[design.field]]\nangle_deg = [2.0, -1.0]\n";
     let losses = [
-        format!("kind = \"mse\"\nweight = 1000\n{PICTURE}care = \"outline\"\nmask = \"picture.png\"\n"),
+        format!(
+            "kind = \"mse\"\nweight = 1000\n{PICTURE}care = \"outline\"\nmask = \"picture.png\"\n"
+        ),
         format!("kind = \"mse\"\nscale = 0.5\n{PICTURE}"),
         format!("kind = \"overlap\"\nfield = [1]\n{PICTURE}"),
         format!("kind = \"efficiency\"\n{PICTURE}"),
