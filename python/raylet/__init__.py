@@ -13,6 +13,7 @@
 
 from raylet import layers
 from raylet._raylet import RayletError, __version__
+from raylet.design import Design
 from raylet.layers import (
     annulus,
     axicon,
@@ -36,6 +37,7 @@ from raylet.trace import Rays
 
 __all__ = [
     "Beams",
+    "Design",
     "RayletError",
     "Rays",
     "Result",

@@ -12,10 +12,12 @@ __all__ = [
     "Scene",
     "__version__",
     "beams",
+    "design",
     "element",
     "gather",
     "gather_adjoint",
     "glasses",
+    "hologram",
     "layout",
     "parts",
     "scatter",
@@ -65,6 +67,25 @@ def simulate(
     threads: int | None,
     progress: Callable[[float, float, str], Any] | None,
 ) -> tuple[list[_Complex], _Real, _Real, list[_Real | None], str]: ...
+def hologram(
+    scene: Scene,
+    arrays: _Arrays,
+    naive: bool,
+    threads: int | None,
+    progress: Callable[[float, float, str], Any] | None,
+) -> tuple[_Real, list[float]]: ...
+def design(
+    scene: Scene,
+    arrays: _Arrays,
+    threads: int | None,
+    progress: Callable[[float, float, str], Any] | None,
+) -> tuple[
+    list[tuple[str, _Real]],
+    list[tuple[str, float]],
+    tuple[list[float], float, int],
+    list[tuple[int, int, list[tuple[str, float]]]],
+    Scene,
+]: ...
 def trace(
     scene: Scene, arrays: _Arrays, channel: int, pupil: _Real, light: _Real, numbers: Sequence[str]
 ) -> tuple[_Real, _Real, _Real, NDArray[np.uint8], _Real]: ...

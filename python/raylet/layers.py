@@ -15,9 +15,6 @@ Layer = dict[str, Any]
 Aperture = dict[str, Any]
 Pair = Union[float, Sequence[float]]
 
-#: Keys of a layer or shape that hold an array.
-ARRAYS = ("phase", "amplitude", "transmission", "height_um")
-
 
 def _layer(kind: str, **keys: Any) -> Layer:
     return {"kind": kind, **{key: value for key, value in keys.items() if value is not None}}

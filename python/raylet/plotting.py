@@ -113,3 +113,11 @@ def _proportion(ax: Any) -> float:
     """Length over height of what is drawn."""
     (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
     return float((right - left) / max(high - low, 1e-12))
+
+
+def plot_course(losses: NDArray[np.float64], title: str, ax: Axes | None) -> tuple[Figure, Axes]:
+    """The loss of a design after each iteration."""
+    figure, ax = _axes(ax, (5.6, 3.6))
+    ax.plot(np.arange(1, len(losses) + 1), losses)
+    ax.set(xlabel="iteration", ylabel="loss", title=title)
+    return figure, ax

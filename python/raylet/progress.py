@@ -14,17 +14,17 @@ _PATIENCE = 1.0
 
 
 @contextmanager
-def telling(progress: Progress) -> Iterator[Callable[[float, float, str], None] | None]:
-    """What the library is to call with (done, all, where to), for as long as the call lasts."""
+def telling(progress: Progress, words: str = "to '{}'") -> Iterator[Callable[[float, float, str], None] | None]:
+    """What the library is to call with (done, all, what), for as long as the call lasts; `words` has a place for it."""
     if progress is not None and not isinstance(progress, bool) and not callable(progress):
         raise TypeError(f"progress is {type(progress).__name__}, expected a function, True, False or None")
     if callable(progress):
         tell = progress
-        yield lambda done, whole, to: tell(done / whole if whole else 1.0, f"to '{to}'")
+        yield lambda done, whole, what: tell(done / whole if whole else 1.0, words.format(what))
     elif progress is False or (progress is None and not _watched()):
         yield None
     else:
-        with _bar(patience=_PATIENCE if progress is None else 0.0) as shown:
+        with _bar(words, patience=_PATIENCE if progress is None else 0.0) as shown:
             yield shown
 
 
@@ -36,7 +36,7 @@ def _watched() -> bool:
 
 
 @contextmanager
-def _bar(patience: float) -> Iterator[Callable[[float, float, str], None] | None]:
+def _bar(words: str, patience: float) -> Iterator[Callable[[float, float, str], None] | None]:
     try:
         from tqdm.auto import tqdm
     except ImportError:
@@ -45,8 +45,8 @@ def _bar(patience: float) -> Iterator[Callable[[float, float, str], None] | None
     layout = "{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"
     with tqdm(total=1.0, leave=False, delay=patience, bar_format=layout) as bar:
 
-        def show(done: float, whole: float, to: str) -> None:
-            bar.set_description_str(f"to '{to}'", refresh=False)
+        def show(done: float, whole: float, what: str) -> None:
+            bar.set_description_str(words.format(what), refresh=False)
             bar.update(min(done / whole if whole else 1.0, 1.0) - bar.n)
 
         yield show

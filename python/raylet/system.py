@@ -13,9 +13,11 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import grid
+from raylet._document import copied, taken_out, without_none
 from raylet._toml import dumps
 from raylet.bench import Bench
-from raylet.layers import ARRAYS, Aperture, Layer, Pair
+from raylet.design import Design, design, hologram
+from raylet.layers import Aperture, Layer, Pair
 from raylet.progress import Progress, telling
 from raylet.result import Result
 from raylet.trace import Rays, trace
@@ -26,9 +28,6 @@ if TYPE_CHECKING:
 
 Glass = Union[str, Mapping[str, float], float]
 
-#: What stands in a document in place of an array in memory.
-_IN_MEMORY = "array in memory"
-
 
 def load(path: str | os.PathLike[str]) -> System:
     """The system of a scene file (TOML), with every array that it names.
@@ -38,7 +37,7 @@ def load(path: str | os.PathLike[str]) -> System:
     """
     scene = _raylet.Scene.read(os.fspath(path))
     system = System.__new__(System)
-    system._document = _without_none(json.loads(scene.to_json()))
+    system._document = without_none(json.loads(scene.to_json()))
     waves = system._document["wavelength_um"]
     system._document["wavelength_um"] = waves[0] if len(waves) == 1 else waves
     system._name, system._scene, system._arrays = os.fspath(path), scene, {}
@@ -198,8 +197,7 @@ class System:
         held = {key: grid(key, value) for key, value in given.items() if value is not None}
         if not held:
             raise TypeError("with_pixels takes a phase, an amplitude or a transmission")
-        other = copy.copy(self)
-        other._document, other._scene = _copied(self._document), None
+        other = self._copy()
         row = other._document["element"][self._number_of(element)]
         layers = [layer for layer in row.get("layer", []) if layer.get("kind") == "pixels"]
         if not layers:
@@ -280,6 +278,61 @@ class System:
         source = json.loads(self._compiled().to_json())["source"]
         return trace(self, source, (Hx, Hy, Px, Py), scale, channel, list(derivatives))
 
+    # What is sought.
+
+    def hologram(
+        self,
+        target: Any = None,
+        *,
+        element: str | None = None,
+        size_mm: Sequence[float] | None = None,
+        iterations: int | None = None,
+        naive: bool = False,
+        threads: int | None = None,
+        progress: Progress = None,
+        **keys: Any,
+    ) -> Design:
+        """The phase with which the sensor shows a picture, by Gerchberg and Saxton's iteration on the paraxial train.
+
+        What is not given is that of the scene's table `[hologram]`, whose other keys can be given as well.
+
+        Parameters
+        ----------
+        target : the picture: a PNG file, or values from 0 as an array [y, x], y upwards.
+        element : name of the element; its first layer of pixels is sought.
+        size_mm : width and height of the picture on the sensor.
+        naive : with all lenses behind the element as one thin lens at the first vertex.
+        """
+        given = {"target": target, "element": element, "size_mm": size_mm, "iterations": iterations, **keys}
+        return hologram(self, given, naive=naive, threads=_threads(threads), progress=progress)
+
+    def design(
+        self,
+        *,
+        element: Sequence[Mapping[str, Any]] | None = None,
+        loss: Sequence[Mapping[str, Any]] | None = None,
+        variable: Sequence[Mapping[str, Any]] | None = None,
+        field: Sequence[Mapping[str, Any]] | None = None,
+        iterations: int | None = None,
+        threads: int | None = None,
+        progress: Progress = None,
+        **keys: Any,
+    ) -> Design:
+        """A design by gradients through the real system, as `raylet design` does it.
+
+        What is not given is that of the scene's table `[design]`, whose other keys can be given as well; pictures may
+        be arrays [y, x], y upwards. Ctrl-C ends it, and what it had found is gone: `raylet design` keeps checkpoints.
+
+        Parameters
+        ----------
+        element : the elements whose pixels are sought: dictionaries with `name`, and `free`, `start`, `levels`, …
+        loss : what is wanted: dictionaries with `kind`, and the keys of that kind.
+        variable : numbers that are sought: dictionaries with `path`, such as "element[1].surface[0].radius_mm".
+        field : directions or places of the source: dictionaries with `angle_deg` or `position_mm`.
+        """
+        given = {"element": element, "loss": loss, "variable": variable, "field": field, "iterations": iterations}
+        return design(self, {**given, **keys}, threads=_threads(threads), progress=progress)
+
     # What it looks like.
 
     def draw(self, ax: Axes | None = None, *, channel: int = 0) -> tuple[Figure, Axes]:
@@ -344,6 +397,12 @@ class System:
         self._scene = None
         return self
 
+    def _copy(self) -> System:
+        """The same system with a document of its own, whose arrays are shared."""
+        other = copy.copy(self)
+        other._document, other._scene = copied(self._document), None
+        return other
+
     def _number_of(self, element: str) -> int:
         names = [row.get("name") for row in self._document["element"]]
         if element not in names:
@@ -355,44 +414,13 @@ class System:
         """The library's scene, with other settings where they are given."""
         if self._scene is None:
             self._arrays = {}
-            document = _taken_out(self._document, "", self._arrays)
+            document = taken_out(self._document, "", self._arrays)
             self._scene = _raylet.Scene.parse(dumps(document), self._name)
         scene = self._scene
         if seed is not None:
-            document = {**_taken_out(self._document, "", {}), "seed": seed}
+            document = {**taken_out(self._document, "", {}), "seed": seed}
             scene = _raylet.Scene.parse(dumps(document), self._name)
         return scene.with_settings(dumps(settings)) if settings else scene
-
-
-def _taken_out(value: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
-    """A document whose arrays in memory are moved to `arrays`, by their paths."""
-    if isinstance(value, Mapping):
-        inside = {}
-        for key, item in value.items():
-            here = f"{path}.{key}" if path else str(key)
-            if key in ARRAYS and not isinstance(item, (str, os.PathLike, int, float, np.number, type(None))):
-                arrays[here] = grid(here, item)
-                item = _IN_MEMORY
-            inside[key] = _taken_out(item, here, arrays)
-        return inside
-    if isinstance(value, (list, tuple)):
-        return [_taken_out(item, f"{path}[{i}]", arrays) for i, item in enumerate(value)]
-    return value
-
-
-def _copied(value: Any) -> Any:
-    """A copy of a document that shares its arrays."""
-    if isinstance(value, Mapping):
-        return {key: _copied(item) for key, item in value.items()}
-    if isinstance(value, (list, tuple)):
-        return [_copied(item) for item in value]
-    return value
-
-
-def _without_none(value: Any) -> Any:
-    if isinstance(value, Mapping):
-        return {key: _without_none(item) for key, item in value.items() if item is not None}
-    return [_without_none(item) for item in value] if isinstance(value, list) else value
 
 
 def _plain(wavelength_um: Any) -> Any:

@@ -82,6 +82,14 @@ def usual() -> dict[str, dict[str, object]]:
             "path_mm": 0.0,
             "weight": 1.0,
         },
+        "hologram": {"target": np.ones((3, 4)), "element": "doe", "size_mm": (0.01, 0.01), "iterations": 2, "blur": None},
+        "design": {
+            "element": [{"name": "doe"}],
+            "loss": [{"kind": "spot", "at_mm": [(0.0, 0.0)]}],
+            "iterations": 1,
+            "variable": None,
+            "field": None,
+        },
         "adjoint": {"weight_bar": np.ones(1)},
         "look": {"element": "doe", "channel": 0},
     }
@@ -131,6 +139,8 @@ class Stage:
             "simulate": self.system.simulate,
             "trace": self.system.trace,
             "with_pixels": self.system.with_pixels,
+            "hologram": self.system.hologram,
+            "design": self.system.design,
         }
         if name in on_system:
             return on_system[name](**given)

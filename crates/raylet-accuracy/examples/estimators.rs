@@ -259,16 +259,19 @@ fn row(course: &Course) -> String {
 
 /// Score and cosine against time.
 fn draw(courses: &[Course], seconds: f64) -> Result<(), Failure> {
-    let panel = |part: fn(&Course) -> &Vec<[f64; 2]>| {
-        let line = |course: &Course| Series::line(&course.name, part(course).iter().copied());
+    let panel = |part: fn(&Course) -> &Vec<[f64; 2]>, named: bool| {
+        let line = |course: &Course| {
+            let name = if named { &*course.name } else { "" };
+            Series::line(name, part(course).iter().copied())
+        };
         Panel::lines(courses.iter().map(line).collect())
             .x_axis("processor time of looks", "s")
             .x_range([0.0, seconds])
     };
-    let scores = panel(|course| &course.scores)
+    let scores = panel(|course| &course.scores, true)
         .title("What each makes of a hologram, by Adam")
         .y_axis("NCC, by all beamlets", "");
-    let nearness = panel(|course| &course.nearness)
+    let nearness = panel(|course| &course.nearness, false)
         .title("How near the exact gradient it is meanwhile")
         .y_axis("cosine", "")
         .y_range([0.0, 1.05]);

@@ -3,6 +3,7 @@
 
 mod arrays;
 mod bench;
+mod design;
 mod look;
 mod rays;
 mod refusal;
@@ -24,6 +25,8 @@ fn _raylet(module: &Bound<'_, PyModule>) -> PyResult<()> {
     module.add_class::<bench::Bench>()?;
     module.add_class::<bench::Passage>()?;
     module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
+    module.add_function(wrap_pyfunction!(design::hologram, module)?)?;
+    module.add_function(wrap_pyfunction!(design::design, module)?)?;
     module.add_function(wrap_pyfunction!(trace::trace, module)?)?;
     module.add_function(wrap_pyfunction!(look::layout, module)?)?;
     module.add_function(wrap_pyfunction!(look::parts, module)?)?;

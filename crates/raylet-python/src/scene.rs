@@ -32,11 +32,19 @@ impl Scene {
         Self::of(py, read)
     }
 
-    /// The scene of a file, with every array that it names.
+    /// The scene of a file, with every array that it names; those that a design may still have to make can be
+    /// missing until they are needed.
     #[staticmethod]
     fn read(py: Python<'_>, path: PathBuf) -> PyResult<Self> {
-        let read = py.detach(|| File::read(Path::new(&path)));
-        Self::of(py, read)
+        let read = || {
+            let bare = File::open(Path::new(&path))?;
+            let designs = bare.hologram.is_some() || bare.design.is_some();
+            match bare.clone().load() {
+                Err(_) if designs => Ok(bare),
+                loaded => loaded,
+            }
+        };
+        Self::of(py, py.detach(read))
     }
 
     /// The same scene with other settings, given as the TOML text of the table `[settings]`.

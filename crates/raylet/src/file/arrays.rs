@@ -88,6 +88,18 @@ impl<'a> Arrays<'a> {
         })
     }
 
+    /// Adds copies of arrays in the memory of a caller, by the path of the field that each stands for.
+    pub(crate) fn hold(&mut self, lent: &BTreeMap<String, ArrayLook<'_>>) {
+        let copy = |(path, look): (&String, &ArrayLook)| {
+            let array = match look {
+                ArrayLook::Real(values) => Array::Real(values.to_owned()),
+                ArrayLook::Complex(values) => Array::Complex(values.to_owned()),
+            };
+            (path.clone(), Source::Held(Arc::new(array)))
+        };
+        self.by_field.extend(lent.iter().map(copy));
+    }
+
     /// The array of a field, if it names one and is loaded.
     pub fn get(&self, field: &str) -> Option<ArrayLook<'_>> {
         self.by_field.get(field).map(Source::look)

@@ -9,6 +9,7 @@ use crate::design::hologram::{HologramError, Task};
 use crate::design::target::Target;
 use crate::engine::settings::Settings;
 use crate::engine::simulate::{illuminate, simulate};
+use crate::file::array::ArrayLook;
 use crate::file::blame::blame;
 use crate::file::build;
 use crate::file::element::Element;
@@ -193,6 +194,14 @@ pub(crate) fn target(scene: &Scene, hologram: &Hologram) -> Result<Target, Fault
 
 /// The picture that the scene names at a place, grey, [y, x] with y upwards.
 pub(crate) fn picture_of(scene: &Scene, file: &Path, at: &str) -> Result<Array2<f64>, Fault> {
+    if let Some(look) = scene.arrays.get(at) {
+        return match look {
+            ArrayLook::Real(values) if values.iter().all(|value| *value >= 0.0) => {
+                Ok(values.to_owned())
+            }
+            _ => Err(scene.fault(at, "negative or complex values", "a picture: values from 0")),
+        };
+    }
     let file = scene.origin.beside(file);
     let refuse = |found: String| scene.fault(at, found, "a PNG picture beside the scene");
     read_gray(&file).map_err(|error| refuse(error.to_string()))

@@ -43,6 +43,8 @@ pub(crate) struct PixelPart {
 pub struct Output {
     /// Where it goes.
     pub file: PathBuf,
+    /// The field of the scene that names it, such as `element[0].layer[0].phase`.
+    pub field: String,
     /// The element.
     element: usize,
     quantity: Quantity,
@@ -306,19 +308,19 @@ impl PixelPart {
     /// A layer that names no file for what is sought.
     pub(crate) fn outputs(&self, scene: &Scene, element: usize) -> Result<Vec<Output>, Fault> {
         let mut list = Vec::new();
+        let [number, layer] = self.place;
+        let path = format!("element[{number}].layer[{layer}]");
         let mut claim = |name: Option<&PathBuf>, key: &str, quantity: Quantity| match name {
             Some(name) => {
-                let file = scene.origin.beside(name);
                 list.push(Output {
-                    file,
+                    file: scene.origin.beside(name),
+                    field: format!("{path}.{key}"),
                     element,
                     quantity,
                 });
                 Ok(())
             }
             None => {
-                let [element, layer] = self.place;
-                let path = format!("element[{element}].layer[{layer}]");
                 let expected = format!("`{key}` in the layer that is designed");
                 Err(scene.fault(&path, format!("no file for the {key}"), expected))
             }
@@ -342,7 +344,8 @@ impl PixelPart {
             Layer::Sum(sum) => {
                 for (plane, term) in sum.terms.iter().enumerate() {
                     if let [Layer::Pixels(pixels)] = term.as_slice() {
-                        claim(pixels.phase.as_ref(), "phase", phase(pixels, plane))?;
+                        let key = format!("terms[{plane}][0].phase");
+                        claim(pixels.phase.as_ref(), &key, phase(pixels, plane))?;
                     }
                 }
             }

@@ -246,6 +246,21 @@ impl Scene {
         Ok(arrays)
     }
 
+    /// The scene with copies of arrays in the memory of a caller in place of files: of layers, and of pictures (such
+    /// as `hologram.target`; [y, x] with y upwards). What it does not hold is still to be loaded.
+    ///
+    /// # Errors
+    /// An array with a value that is not finite, or without any.
+    pub fn holding(mut self, lent: &BTreeMap<String, ArrayLook<'_>>) -> Result<Self, Fault> {
+        for (path, look) in lent {
+            look.check().map_err(|found| {
+                self.fault(path, found, "at least one value, and finite values only")
+            })?;
+        }
+        self.arrays.hold(lent);
+        Ok(self)
+    }
+
     /// Whether a file is missing that the scene's own hologram is to fill.
     fn awaits_hologram(&self) -> bool {
         let Some(hologram) = &self.hologram else {

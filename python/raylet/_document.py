@@ -1,0 +1,62 @@
+"""A scene as Python holds it: a document with arrays in it."""
+
+from __future__ import annotations
+
+import os
+import re
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raylet._arrays import grid
+
+#: Keys that hold an array, or the name of its file: of layers, shapes, holograms and losses.
+ARRAYS = ("phase", "amplitude", "transmission", "height_um", "target", "picture", "mask")
+
+#: What stands in a document in place of an array in memory.
+_IN_MEMORY = "array in memory"
+
+
+def taken_out(value: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
+    """A document whose arrays in memory are moved to `arrays`, by their paths."""
+    if isinstance(value, Mapping):
+        inside = {}
+        for key, item in value.items():
+            here = f"{path}.{key}" if path else str(key)
+            if key in ARRAYS and not isinstance(item, (str, os.PathLike, int, float, np.number, type(None))):
+                arrays[here] = grid(here, item)
+                item = _IN_MEMORY
+            inside[key] = taken_out(item, here, arrays)
+        return inside
+    if isinstance(value, (list, tuple)):
+        return [taken_out(item, f"{path}[{i}]", arrays) for i, item in enumerate(value)]
+    return value
+
+
+def put_in(document: Any, arrays: Mapping[str, NDArray[Any]]) -> None:
+    """Puts arrays into a document at their paths."""
+    for path, array in arrays.items():
+        *way, last = [int(step) if step.isdigit() else step for step in re.findall(r"\w+", path)]
+        place = document
+        for step in way:
+            place = place[step]
+        place[last] = array
+        place.pop("key", None)
+
+
+def copied(value: Any) -> Any:
+    """A copy of a document that shares its arrays."""
+    if isinstance(value, Mapping):
+        return {key: copied(item) for key, item in value.items()}
+    if isinstance(value, (list, tuple)):
+        return [copied(item) for item in value]
+    return value
+
+
+def without_none(value: Any) -> Any:
+    """A document without the keys that have no value."""
+    if isinstance(value, Mapping):
+        return {key: without_none(item) for key, item in value.items() if item is not None}
+    return [without_none(item) for item in value] if isinstance(value, list) else value

@@ -1,0 +1,164 @@
+"""Holograms and designs: what is found is what the system then does, and files and arrays are the same."""
+
+from __future__ import annotations
+
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+import raylet
+
+PICTURE = np.zeros((12, 12))
+PICTURE[2:4], PICTURE[:, 7:9], PICTURE[8:, :4] = 1.0, 1.0, 1.0
+
+SCENE = """version = 1
+wavelength_um = 0.6
+source = { kind = "plane" }
+[[element]]
+kind = "doe"
+name = "slm"
+thickness_mm = 0.4
+aperture = { disc = { radius_mm = 0.02 } }
+layer = [{ kind = "pixels", pitch_um = 4, size = [10, 10], phase = "found.npy" }]
+[[element]]
+kind = "sensor"
+pixels = [12, 12]
+pitch_um = 4
+[hologram]
+target = "picture.png"
+element = "slm"
+size_mm = [0.048, 0.048]
+[design]
+iterations = 5
+"""
+
+
+def blank(**layer: object) -> raylet.System:
+    """Free space behind pixels that are to be found."""
+    pixels = raylet.pixels(pitch_um=4.0, size=(10, 10), **layer)
+    system = raylet.System(wavelength_um=0.6)
+    system.add_doe(pixels, aperture=raylet.disc(0.02), thickness_mm=0.4, name="slm")
+    return system.add_sensor(pixels=(12, 12), pitch_um=4.0)
+
+
+def ncc(intensity: np.ndarray) -> float:
+    return float(np.vdot(intensity, PICTURE) / np.linalg.norm(intensity) / np.linalg.norm(PICTURE))
+
+
+LOSS = {"kind": "likeness", "picture": PICTURE, "size_mm": (0.048, 0.048)}
+
+
+def test_a_hologram_shows_its_picture() -> None:
+    """Its own score is of the softened picture on the paraxial train; the sensor sees the picture better for it."""
+    told: list[str] = []
+    made = blank().hologram(
+        PICTURE, element="slm", size_mm=(0.048, 0.048), iterations=30, progress=lambda _, what: told.append(what)
+    )
+    assert made.arrays["element[0].layer[0].phase"].shape == (10, 10)
+    assert ncc(made.system.simulate().intensity) > ncc(blank().simulate().intensity) + 0.1
+    assert 0.0 < made.scores["efficiency"] <= 1.0 and "ncc 0." in repr(made)
+    assert all(what.startswith("NCC 0.") for what in told)
+
+
+def test_what_is_found_is_what_the_system_does() -> None:
+    """The loss by 1 - NCC² of the intensity that a simulation of the found system gives."""
+    made = blank().design(element=[{"name": "slm", "start": "random"}], loss=[LOSS], iterations=6)
+    assert len(made.course) == 7 and made.course[-1] < 0.8 * made.course[0]
+    seen = 1.0 - ncc(made.system.simulate().intensity) ** 2
+    assert made.scores["loss"] == pytest.approx(seen, rel=2e-3)
+    figure, ax = made.plot()
+    assert ax.get_xlabel() == "iteration"
+
+
+def test_amplitudes_and_phases_begin_with_the_systems_own() -> None:
+    rng = np.random.default_rng(4)
+    phase = rng.uniform(0.0, 6.0, (10, 10))
+    system = blank(phase=phase, amplitude=np.ones((10, 10)))
+    both = system.design(element=[{"name": "slm", "free": "both", "start": "file"}], loss=[LOSS], iterations=3)
+    assert sorted(both.arrays) == ["element[0].layer[0].amplitude", "element[0].layer[0].phase"]
+    assert both.course[0] == pytest.approx(1.0 - ncc(system.simulate().intensity) ** 2, rel=2e-3)
+    assert both.arrays["element[0].layer[0].amplitude"].max() <= 1.0
+    assert both.course[-1] < both.course[0]
+
+
+def test_numbers_are_found_beside_arrays_in_memory() -> None:
+    """The radius of a lens whose light comes to a spot: what is left brightens it, and keeps the pixels before it."""
+    phase = np.zeros((8, 8))
+    system = (
+        raylet.System(wavelength_um=0.6)
+        .add_doe(raylet.pixels(pitch_um=12.0, phase=phase), aperture=raylet.disc(0.045), thickness_mm=1.0, name="slm")
+        .add_surface(radius_mm=1.1, thickness_mm=0.2, glass="N-BK7", semi_aperture_mm=0.2)
+        .add_surface(thickness_mm=1.8, semi_aperture_mm=0.2)
+        .add_sensor(pixels=(9, 9), pitch_um=2.0)
+        .settings(target_error=1e-2)
+    )
+    spot = {"kind": "spot", "at_mm": [(0.0, 0.0)], "focal_length_mm": 1.93}
+    variable = {"path": "element[1].radius_mm", "scale": 0.02}
+    made = system.design(loss=[spot], variable=[variable], iterations=4)
+    before, after = (one.simulate().intensity[4, 4] for one in (system, made.system))
+    assert after > 1.05 * before
+    assert made.arrays == {}
+    (name,) = made.numbers
+    assert name == "1/element[1].radius_mm"
+    radii = [part["radii_mm"][0] for part in made.system.parts]
+    assert 1.0 / made.numbers[name] == pytest.approx(radii[1])
+    assert np.shares_memory(made.system._document["element"][0]["layer"][0]["phase"], phase)
+
+
+def test_a_scene_with_its_files_is_the_same(tmp_path: Path) -> None:
+    """A scene whose phase is still to be found, and the same system in code with the picture in memory."""
+    (tmp_path / "scene.toml").write_text(SCENE)
+    write_gray(tmp_path / "picture.png", PICTURE)
+    there = raylet.load(tmp_path / "scene.toml")
+    here = blank()
+    given = {"target": PICTURE, "element": "slm", "size_mm": (0.048, 0.048)}
+    by_file, by_array = there.hologram(iterations=5), here.hologram(iterations=5, **given)
+    (a,), (b,) = by_file.arrays.values(), by_array.arrays.values()
+    assert np.array_equal(a, b)
+    by_gradients = there.design()
+    assert by_gradients.course[-1] < by_gradients.course[0]
+    with pytest.raises(raylet.RayletError, match="found.npy"):
+        there.simulate()
+    by_gradients.system.simulate()
+
+
+def write_gray(path: Path, values: np.ndarray) -> None:
+    """A PNG file, its first row at the top."""
+    from matplotlib.image import imsave
+
+    imsave(path, values[::-1], cmap="gray", vmin=0.0, vmax=1.0)
+
+
+def test_what_cannot_be_sought_is_told() -> None:
+    system = blank()
+    for call, told in [
+        (lambda: system.hologram(), "no hologram"),
+        (lambda: system.design(), "no design"),
+        (lambda: system.design(iterations=3), "nothing to design"),
+        (lambda: system.hologram(PICTURE, element="none", size_mm=(1, 1)), "hologram.element"),
+        (lambda: system.hologram(-PICTURE, element="slm", size_mm=(0.048, 0.048)), "values from 0"),
+        (lambda: system.hologram("none.png", element="slm", size_mm=(0.048, 0.048)), "none.png"),
+        (lambda: system.design(element=[{"name": "slm"}], loss=[{"kind": "beauty"}]), "beauty"),
+        (lambda: system.design(element=[{"name": "slm"}], loss=[LOSS], iterations=0), "iterations"),
+        (lambda: system.design(variable=[{"path": "element[0].radius"}], loss=[LOSS]), "radius"),
+    ]:
+        with pytest.raises(raylet.RayletError, match=told):
+            call()
+
+
+def test_a_search_can_be_ended() -> None:
+    class Enough(Exception):
+        pass
+
+    def progress(done: float, what: str) -> None:
+        raise Enough
+
+    with pytest.raises(Enough):
+        blank().design(element=[{"name": "slm"}], loss=[LOSS], iterations=100000, progress=progress)
+
+
+def test_the_scene_of_the_demo() -> None:
+    made = raylet.load(ROOT / "scenes/hologram_through_lens.toml").hologram(iterations=3)
+    assert made.scores["ncc"] > 0.9
