@@ -19,17 +19,17 @@ source = { kind = "plane" }
 [[element]]
 kind = "doe"
 name = "slm"
-thickness_mm = 0.4
-aperture = { disc = { radius_mm = 0.02 } }
-layer = [{ kind = "pixels", pitch_um = 4, size = [10, 10], phase = "found.npy" }]
+thickness_mm = 0.1
+aperture = { disc = { radius_mm = 0.01 } }
+layer = [{ kind = "pixels", pitch_um = 2, size = [10, 10], phase = "found.npy" }]
 [[element]]
 kind = "sensor"
 pixels = [12, 12]
-pitch_um = 4
+pitch_um = 2
 [hologram]
 target = "picture.png"
 element = "slm"
-size_mm = [0.048, 0.048]
+size_mm = [0.024, 0.024]
 [design]
 iterations = 5
 """
@@ -37,24 +37,24 @@ iterations = 5
 
 def blank(**layer: object) -> raylet.System:
     """Free space behind pixels that are to be found."""
-    pixels = raylet.pixels(pitch_um=4.0, size=(10, 10), **layer)
+    pixels = raylet.pixels(pitch_um=2.0, size=(10, 10), **layer)
     system = raylet.System(wavelength_um=0.6)
-    system.add_doe(pixels, aperture=raylet.disc(0.02), thickness_mm=0.4, name="slm")
-    return system.add_sensor(pixels=(12, 12), pitch_um=4.0)
+    system.add_doe(pixels, aperture=raylet.disc(0.01), thickness_mm=0.1, name="slm")
+    return system.add_sensor(pixels=(12, 12), pitch_um=2.0)
 
 
 def ncc(intensity: np.ndarray) -> float:
     return float(np.vdot(intensity, PICTURE) / np.linalg.norm(intensity) / np.linalg.norm(PICTURE))
 
 
-LOSS = {"kind": "likeness", "picture": PICTURE, "size_mm": (0.048, 0.048)}
+LOSS = {"kind": "likeness", "picture": PICTURE, "size_mm": (0.024, 0.024)}
 
 
 def test_a_hologram_shows_its_picture() -> None:
     """Its own score is of the softened picture on the paraxial train; the sensor sees the picture better for it."""
     told: list[str] = []
     made = blank().hologram(
-        PICTURE, element="slm", size_mm=(0.048, 0.048), iterations=30, progress=lambda _, what: told.append(what)
+        PICTURE, element="slm", size_mm=(0.024, 0.024), iterations=30, progress=lambda _, what: told.append(what)
     )
     assert made.arrays["element[0].layer[0].phase"].shape == (10, 10)
     assert ncc(made.system.simulate().intensity) > ncc(blank().simulate().intensity) + 0.1
@@ -113,7 +113,7 @@ def test_a_scene_with_its_files_is_the_same(tmp_path: Path) -> None:
     write_gray(tmp_path / "picture.png", PICTURE)
     there = raylet.load(tmp_path / "scene.toml")
     here = blank()
-    given = {"target": PICTURE, "element": "slm", "size_mm": (0.048, 0.048)}
+    given = {"target": PICTURE, "element": "slm", "size_mm": (0.024, 0.024)}
     by_file, by_array = there.hologram(iterations=5), here.hologram(iterations=5, **given)
     (a,), (b,) = by_file.arrays.values(), by_array.arrays.values()
     assert np.array_equal(a, b)
@@ -138,8 +138,8 @@ def test_what_cannot_be_sought_is_told() -> None:
         (lambda: system.design(), "no design"),
         (lambda: system.design(iterations=3), "nothing to design"),
         (lambda: system.hologram(PICTURE, element="none", size_mm=(1, 1)), "hologram.element"),
-        (lambda: system.hologram(-PICTURE, element="slm", size_mm=(0.048, 0.048)), "values from 0"),
-        (lambda: system.hologram("none.png", element="slm", size_mm=(0.048, 0.048)), "none.png"),
+        (lambda: system.hologram(-PICTURE, element="slm", size_mm=(0.024, 0.024)), "values from 0"),
+        (lambda: system.hologram("none.png", element="slm", size_mm=(0.024, 0.024)), "none.png"),
         (lambda: system.design(element=[{"name": "slm"}], loss=[{"kind": "beauty"}]), "beauty"),
         (lambda: system.design(element=[{"name": "slm"}], loss=[LOSS], iterations=0), "iterations"),
         (lambda: system.design(variable=[{"path": "element[0].radius"}], loss=[LOSS]), "radius"),
