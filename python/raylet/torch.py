@@ -110,7 +110,7 @@ class Beams:
 def scatter(
     system: System,
     element: str,
-    pixels: Tensor,
+    pixels: Tensor | None,
     position: Tensor,
     direction: Tensor,
     path_mm: Tensor,
@@ -119,14 +119,15 @@ def scatter(
     sigma_mm: float,
     **choices: Any,
 ) -> Secondary:
-    """:func:`raylet.scatter` with the element's pixels (phases, or complex transmissions) as a tensor.
+    """:func:`raylet.scatter` with the element's pixels (phases, or complex transmissions) as a tensor, or as they are.
 
     Gradients go to the pixels, the arriving weights and paths; which modes were kept, and where rays arrive, is held
     constant.
     """
     place, along, path = (_numpy(tensor).astype(np.float64, copy=False) for tensor in (position, direction, path_mm))
-    key = "transmission" if pixels.is_complex() else "phase"
-    filled = system.with_pixels(element, **{key: _numpy(pixels)})
+    filled = system
+    if pixels is not None:
+        filled = system.with_pixels(element, **{"transmission" if pixels.is_complex() else "phase": _numpy(pixels)})
     made = raylet.rays.scatter(filled, element, place, along, path, _numpy(weight), sigma_mm=sigma_mm, **choices)
     parent = torch.from_numpy(made.parent)
     return Secondary(
@@ -184,7 +185,7 @@ class _Scatter(torch.autograd.Function):
     """The weights of secondary rays."""
 
     @staticmethod
-    def forward(ctx: Any, made: Any, pixels: Tensor, weight: Tensor) -> Tensor:
+    def forward(ctx: Any, made: Any, pixels: Tensor | None, weight: Tensor) -> Tensor:
         ctx.made = made
         ctx.save_for_backward(pixels)
         ctx.like = (weight.dtype, weight.shape)
@@ -196,7 +197,7 @@ class _Scatter(torch.autograd.Function):
         by_pixels, by_weight = ctx.made.adjoint(_numpy(bar))
         (pixels,) = ctx.saved_tensors
         back = None
-        if by_pixels is not None:
+        if by_pixels is not None and pixels is not None:
             t_bar = torch.from_numpy(by_pixels)
             # t = e^{iφ}: φ̄ = Im(t̄ t*).
             back = t_bar if pixels.is_complex() else (t_bar * torch.polar(torch.ones_like(pixels), -pixels)).imag
