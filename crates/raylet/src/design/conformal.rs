@@ -201,7 +201,7 @@ impl Conformal {
         let on = |x: f64, y: f64| {
             let (u, v) = (x, y - radius);
             let angle = v.atan2(u).to_degrees();
-            (u.hypot(v) - radius).abs() <= half && !(-90.0..=20.0).contains(&angle)
+            (u.hypot(v) - radius).abs() <= half && (angle <= -90.0 || angle > 20.0)
         };
         on(x, y) || on(-x, -y)
     }
