@@ -82,7 +82,13 @@ def usual() -> dict[str, dict[str, object]]:
             "path_mm": 0.0,
             "weight": 1.0,
         },
-        "hologram": {"target": np.ones((3, 4)), "element": "doe", "size_mm": (0.01, 0.01), "iterations": 2, "blur": None},
+        "hologram": {
+            "target": np.ones((3, 4)),
+            "element": "doe",
+            "size_mm": (0.01, 0.01),
+            "iterations": 2,
+            "blur": None,
+        },
         "design": {
             "element": [{"name": "doe"}],
             "loss": [{"kind": "spot", "at_mm": [(0.0, 0.0)]}],

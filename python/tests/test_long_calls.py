@@ -83,7 +83,7 @@ def test_threads_do_not_change_a_bit() -> None:
 
 INTERRUPTED = """
     import os, signal, threading, time
-    import raylet
+    import numpy as np, raylet
     system = raylet.load("scenes/paper/system1.toml")
     sent = []
     def interrupt():
@@ -92,7 +92,7 @@ INTERRUPTED = """
         os.kill(os.getpid(), signal.SIGINT)
     threading.Thread(target=interrupt, daemon=True).start()
     try:
-        system.simulate(method="paper", target_error=1e-6)
+        CALL
         print("finished")
     except KeyboardInterrupt:
         print("after", time.monotonic() - sent[0])
@@ -112,8 +112,16 @@ def run(code: str) -> str:
     ).stdout
 
 
-def test_ctrl_c_ends_a_call_within_half_a_second() -> None:
-    after, then = run(INTERRUPTED).splitlines()
+@pytest.mark.parametrize(
+    "call",
+    [
+        "system.simulate(method='paper', target_error=1e-6)",
+        "system.trace(Px=np.linspace(-0.5, 0.5, 5_000_000))",
+        "raylet.load('scenes/paper/fig5.toml').design()",
+    ],
+)
+def test_ctrl_c_ends_a_call_within_half_a_second(call: str) -> None:
+    after, then = run(INTERRUPTED.replace("CALL", call)).splitlines()
     assert float(after.split()[1]) < 0.5
     assert then == "then True"
 

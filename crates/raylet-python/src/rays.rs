@@ -22,7 +22,7 @@ use raylet::wave::window::Synthesis;
 use crate::arrays::{check_memory, column, columns};
 use crate::refusal::error;
 use crate::scene::Scene;
-use crate::watch::pool;
+use crate::watch::{Watch, run};
 
 /// Complex numbers, one for each ray.
 type Column<'py> = Bound<'py, PyArray1<Complex64>>;
@@ -114,36 +114,29 @@ impl Choices<'_> {
 }
 
 /// Does something with the rays at an element of a system.
-fn at_element<T: Send>(
+fn at_element<T: Send + 'static>(
     py: Python<'_>,
     (scene, arrays, name, channel): (&Scene, &Bound<'_, PyDict>, &str, usize),
     (bundle, choices): (&Bundle<'_>, &Choices<'_>),
-    work: impl FnOnce(&Screen, &Scatter) -> Result<T, String> + Send,
+    work: impl FnOnce(&Screen, &Scatter) -> Result<T, String> + Send + 'static,
 ) -> PyResult<T> {
     let system = scene.system(py, arrays, channel)?;
-    let found = system.screens.iter().find(|screen| screen.name == name);
-    let screen: &Screen =
-        found.ok_or_else(|| error(py, format!("no element is called '{name}'")))?;
+    let wavelength = system.wavelength;
+    let mut screens = system.screens.into_iter();
+    let found = screens.find(|screen| screen.name == name);
+    let screen = found.ok_or_else(|| error(py, format!("no element is called '{name}'")))?;
     let held = bundle.columns()?;
     let curvature = choices
         .curvature
         .as_ref()
         .map(|array| columns::<f64, 3>("curvature", array))
         .transpose()?;
-    let (settings, pool) = (choices.scattering(), pool(None)?);
-    let wavelength = system.wavelength;
-    let done = py.detach(|| {
-        pool.install(|| {
-            let scatter = Scatter::new(
-                screen,
-                wavelength,
-                held.rays(),
-                curvature.as_deref(),
-                settings,
-            );
-            work(screen, &scatter.map_err(|told| told.to_string())?)
-        })
-    });
+    let settings = choices.scattering();
+    let done = run(py, None, None, move |_: &Watch| {
+        let (rays, bent) = (held.rays(), curvature.as_deref());
+        let scatter = Scatter::new(&screen, wavelength, rays, bent, settings);
+        work(&screen, &scatter.map_err(|told| told.to_string())?)
+    })?;
     done.map_err(|told| error(py, told))
 }
 
@@ -327,24 +320,20 @@ impl Ways<'_> {
 type Place<'py> = (PyRef<'py, Scene>, Bound<'py, PyDict>, usize);
 
 /// Does something with rays on the sensor of a system.
-fn on_sensor<T: Send>(
+fn on_sensor<T: Send + 'static>(
     py: Python<'_>,
     (scene, arrays, channel): &Place<'_>,
     (bundle, tolerance): (&Bundle<'_>, f64),
-    work: impl FnOnce(&Collector, &Rays, f64) -> Result<T, CollectError> + Send,
+    work: impl FnOnce(&Collector, &Rays, f64) -> Result<T, CollectError> + Send + 'static,
 ) -> PyResult<T> {
-    let system = scene.system(py, arrays, *channel)?;
-    let screen = system
-        .screens
-        .last()
-        .ok_or_else(|| error(py, "no sensor"))?;
-    let (held, pool, wavelength) = (bundle.columns()?, pool(None)?, system.wavelength);
-    let done = py.detach(|| {
-        pool.install(|| {
-            let collector = Collector::new(screen, wavelength, tolerance)?;
-            work(&collector, &held.rays(), std::f64::consts::TAU / wavelength)
-        })
-    });
+    let mut system = scene.system(py, arrays, *channel)?;
+    let screen = system.screens.pop();
+    let screen = screen.ok_or_else(|| error(py, "no sensor"))?;
+    let (held, wavelength) = (bundle.columns()?, system.wavelength);
+    let done = run(py, None, None, move |_: &Watch| {
+        let collector = Collector::new(&screen, wavelength, tolerance)?;
+        work(&collector, &held.rays(), std::f64::consts::TAU / wavelength)
+    })?;
     done.map_err(|told| error(py, told))
 }
 
@@ -357,7 +346,7 @@ pub(crate) fn beams<'py>(
     ways: Ways<'py>,
 ) -> PyResult<(Column<'py>, Grid<'py>)> {
     let legs = ways.legs()?;
-    let made = on_sensor(py, &place, (&bundle, 1e-3), |collector, rays, k| {
+    let made = on_sensor(py, &place, (&bundle, 1e-3), move |collector, rays, k| {
         let jacobians = Jacobians {
             jacobian: &legs.jacobian,
             window: &legs.window,
@@ -439,7 +428,7 @@ pub(crate) fn gather<'py>(
         py,
         &place,
         (&bundle, sum.tolerance),
-        |collector, rays, _| collector.collect(rays, &held.wavelet()),
+        move |collector, rays, _| collector.collect(rays, &held.wavelet()),
     )?;
     Ok(PyArray2::from_owned_array(py, field))
 }
@@ -461,7 +450,7 @@ pub(crate) fn gather_adjoint<'py>(
         py,
         &place,
         (&bundle, sum.tolerance),
-        |collector, rays, _| collector.collect_adjoint(rays, &held.wavelet(), &bar),
+        move |collector, rays, _| collector.collect_adjoint(rays, &held.wavelet(), &bar),
     )?;
     let answer = PyDict::new(py);
     answer.set_item("weight", one(py, back.weight))?;

@@ -20,6 +20,7 @@ use raylet::optics::system::System;
 use crate::arrays::columns;
 use crate::refusal::error;
 use crate::scene::Scene;
+use crate::watch::{Watch, run};
 
 type Answer<'py> = (
     Bound<'py, PyArray3<f64>>,
@@ -71,14 +72,17 @@ pub(crate) fn trace<'py>(
     let starts: Vec<(Source, [f64; 2])> = (light.into_iter().zip(pupil))
         .map(|(light, at)| (lit(&system.source, light), place(at)))
         .collect();
-    let (followed, slopes) = py.detach(|| {
-        let each = starts.iter();
-        let followed: Vec<Followed> = each
-            .map(|(source, at)| follow(&system, source, *at))
-            .collect();
-        (followed, slopes(&system, &variations, &starts))
-    });
-    let (points, directions, paths) = meetings(&system, &followed);
+    let (points, directions, paths, followed, slopes) =
+        run(py, None, None, move |watch: &Watch| {
+            let one = |(source, at): &(Source, [f64; 2])| {
+                watch.pulse();
+                follow(&system, source, *at)
+            };
+            let followed: Vec<Followed> = starts.iter().map(one).collect();
+            let slopes = slopes(&system, &variations, &starts, watch);
+            let (points, directions, paths) = meetings(&system, &followed);
+            (points, directions, paths, followed, slopes)
+        })?;
     let fates = followed
         .iter()
         .map(|ray| ray.lost.map_or(0, fate))
@@ -138,12 +142,18 @@ fn variations(
     paths.iter().map(one).collect()
 }
 
-fn slopes(system: &System, variations: &[Variation], starts: &[(Source, [f64; 2])]) -> Array3<f64> {
+fn slopes(
+    system: &System,
+    variations: &[Variation],
+    starts: &[(Source, [f64; 2])],
+    watch: &Watch,
+) -> Array3<f64> {
     let mut all = Array3::from_elem((variations.len(), 5, starts.len()), f64::NAN);
     if variations.is_empty() {
         return all;
     }
     for (ray, (source, at)) in starts.iter().enumerate() {
+        watch.pulse();
         let found = sensitivity(system, variations, source, *at).unwrap_or_default();
         for (number, slopes) in found.into_iter().enumerate() {
             for (which, slope) in slopes.into_iter().enumerate() {
