@@ -48,13 +48,13 @@ def soft_edge() -> dict[str, Any]:
     return raylet.pixels(pitch_um=5.0, amplitude=falling / (falling + rising))
 
 
-def hologram_behind(**keys: Any) -> raylet.System:
+def hologram_behind(lens_radius: float = 10.0, **keys: Any) -> raylet.System:
     """`keys` are those of the hologram: its shape, its tilt."""
     layer = raylet.pixels(pitch_um=BEHIND_PITCH, phase=PHASE)
     return (
         raylet.System(wavelength_um=0.7)
         .add_doe(soft_edge(), aperture=raylet.disc(0.65), thickness_mm=1.0, name="edge")
-        .add_surface(radius_mm=10.0, thickness_mm=1.0, glass=1.5131, semi_aperture_mm=2.0)
+        .add_surface(radius_mm=lens_radius, thickness_mm=1.0, glass=1.5131, semi_aperture_mm=2.0)
         .add_surface(thickness_mm=1.0, semi_aperture_mm=2.0)
         .add_doe(layer, aperture=raylet.disc(0.155), thickness_mm=15.0, name="doe", **keys)
         .add_sensor(**FINE)
@@ -64,3 +64,26 @@ def hologram_behind(**keys: Any) -> raylet.System:
 def apart(one: Any, other: Any) -> float:
     """Relative error of one field or gradient from another."""
     return float(np.linalg.norm(np.asarray(one) - other) / np.linalg.norm(other))
+
+
+def picture(bend: float, phase: Any = PHASE, source: Any = None) -> Any:
+    """Intensity behind the lens with so much more curvature, by collimated light or by a point."""
+    own = hologram_behind(lens_radius=1.0 / (0.1 + bend)).with_pixels("doe", phase=phase)
+    return (own if source is None else own.point_source(source)).simulate().intensity
+
+
+def stronger(source: Any = None) -> Any:
+    """The picture that gradients lead to: a lens 20 % stronger."""
+    return picture(0.02, source=source)
+
+
+def own_slopes(wanted: Any, by_phase: Any, source: Any = None) -> tuple[float, float]:
+    """Slopes of the sum of squared differences from a picture, by the curvature of the lens and along a gradient by
+    the phases, from differences of raylet's own runs."""
+
+    def loss(bend: float, along: float) -> float:
+        phase = PHASE + along * by_phase / np.linalg.norm(by_phase)
+        return float(((picture(bend, phase, source) - wanted) ** 2).sum())
+
+    by_curvature = (loss(1e-5, 0.0) - loss(-1e-5, 0.0)) / 2e-5
+    return by_curvature, (loss(0.0, 1e-3) - loss(0.0, -1e-3)) / 2e-3
