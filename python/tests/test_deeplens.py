@@ -195,9 +195,7 @@ def test_gradients_to_the_lens_before_the_element() -> None:
 
 def test_what_it_cannot_do_is_refused() -> None:
     layer = raylet.pixels(pitch_um=PITCH, phase=PHASE)
-    with pytest.raises(
-        NotImplementedError, match=r"surfaces\[1\] of the DeepLens lens is a Spheric, expected"
-    ):
+    with pytest.raises(NotImplementedError, match=r"surfaces\[1\] of the DeepLens lens is a Spheric, expected"):
         raylet.deeplens.Hybrid(hologram_before(), 1, layer, **HOLOGRAM)
     with pytest.raises(IndexError, match="surface is 7, expected 0 to 2"):
         raylet.deeplens.Hybrid(hologram_before(), 7, layer, **HOLOGRAM)
