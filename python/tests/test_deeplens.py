@@ -200,7 +200,7 @@ def test_what_it_cannot_do_is_refused() -> None:
     with pytest.raises(IndexError, match="surface is 7, expected 0 to 2"):
         raylet.deeplens.Hybrid(hologram_before(), 7, layer, **HOLOGRAM)
     single = hologram_before().astype(torch.float32)
-    with pytest.raises(TypeError, match=r"surfaces\[0\].d_next of the DeepLens lens is torch.float32, expected"):
+    with pytest.raises(TypeError, match=r"surfaces\[0\].d_next of the DeepLens lens is torch.float32 on cpu, expected"):
         raylet.deeplens.Hybrid(single, 0, layer, **HOLOGRAM)
     with pytest.raises(ValueError, match="no ray of this field reaches the element"):
         lens_first().field(fov_y=80.0)
