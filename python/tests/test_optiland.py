@@ -27,8 +27,10 @@ with warnings.catch_warnings():
     warnings.simplefilter("ignore")
     pytest.importorskip("optiland")
     import optiland.backend as be
+    from optiland.coatings import SimpleCoating
     from optiland.materials import IdealMaterial
     from optiland.optic import Optic
+    from optiland.physical_apertures import RadialAperture
     from optiland.rays import RealRays
     from optiland.samples.objectives import CookeTriplet, DoubleGauss
     from scipy.spatial.transform import Rotation
@@ -125,6 +127,15 @@ def hybrid(**choices: Any) -> Any:
 
 def test_system_of_the_paper_with_rays_in_optilands_hands() -> None:
     assert apart(hybrid().field(), hologram_first().simulate().field) < 1e-3
+
+
+def test_coatings_and_openings_count() -> None:
+    """A quarter of the intensity is half the field; an opening that no ray passes leaves nothing."""
+    clear, coated, closed = hybrid(), hybrid(), hybrid()
+    coated.optic.surfaces[3].interaction_model.coating = SimpleCoating(transmittance=0.25)
+    assert apart(coated.field(), 0.5 * clear.field()) < 1e-12
+    closed.optic.surfaces[3].aperture = RadialAperture(r_max=6.0, r_min=5.0)
+    assert np.all(closed.field() == 0.0)
 
 
 def test_gradients_of_that_system(torch: Any) -> None:
