@@ -4,7 +4,7 @@ DeepLens traces every ray, before and behind the element; raylet splits rays at 
 Autograd goes back to the element's phases and to the numbers of DeepLens's surfaces. The lens must be in float64.
 
 >>> import raylet, raylet.deeplens
->>> lens = deeplens.GeoLens("lens.json", dtype=torch.float64)                # doctest: +SKIP
+>>> lens = deeplens.GeoLens("lens.json", dtype=torch.float64, device="cpu")  # doctest: +SKIP
 >>> hybrid = raylet.deeplens.Hybrid(                                         # doctest: +SKIP
 ...     lens, 0, raylet.pixels(pitch_um=6.3, phase=phase), aperture=raylet.disc(0.63),
 ...     pixels=(200, 200), pitch_um=6.3, sigma_mm=0.08,
@@ -36,7 +36,7 @@ class Hybrid(raylet.hybrid.Hybrid):
 
     Parameters
     ----------
-    lens : the lens, in float64.
+    lens : the lens, in float64 and on the CPU.
     surface : index of the plane (`Plane`, `Aperture`, or a `Spheric` of no curvature) that carries the element.
     pixels, pitch_um : the sensor, at the lens's `d_sensor`.
     """
@@ -58,7 +58,7 @@ class Hybrid(raylet.hybrid.Hybrid):
         wave = float(lens.primary_wvln if wavelength_um is None else wavelength_um)
         if not 0 <= surface < len(lens.surfaces):
             raise IndexError(f"surface is {surface}, expected 0 to {len(lens.surfaces) - 1}")
-        _check_precision(lens)
+        _check_tensors(lens)
         _check_plane(lens.surfaces[surface], surface)
         self.lens, self.surface = lens, surface
         media = ["air", *(each.mat2 for each in lens.surfaces)]
@@ -145,13 +145,15 @@ def _index(medium: Any, wave: float) -> float:
     return 1.0 if medium == "air" else float(medium.ior(torch.tensor(wave, dtype=torch.float64)).detach())
 
 
-def _check_precision(lens: Any) -> None:
+def _check_tensors(lens: Any) -> None:
     for number, surface in enumerate(lens.surfaces):
         for name, value in vars(surface).items():
-            if torch.is_tensor(value) and value.is_floating_point() and value.dtype != torch.float64:
+            if not torch.is_tensor(value) or not value.is_floating_point():
+                continue
+            if value.dtype != torch.float64 or value.device.type != "cpu":
                 raise TypeError(
-                    f"surfaces[{number}].{name} of the DeepLens lens is {value.dtype}, expected torch.float64: "
-                    "GeoLens(…, dtype=torch.float64)"
+                    f"surfaces[{number}].{name} of the DeepLens lens is {value.dtype} on {value.device}, expected "
+                    'torch.float64 on cpu: GeoLens(…, dtype=torch.float64, device="cpu")'
                 )
 
 

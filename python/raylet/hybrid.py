@@ -26,8 +26,9 @@ __all__ = ["Frame", "Hybrid", "Reached"]
 #: Positions this share of σ apart, and cosines this far apart, tell a Jacobian.
 _NEAR_PLACE, _NEAR_COSINE = 1e-3, 1e-5
 
-#: Rays on the element are this many σ apart, and go on so many σ beyond its rim.
-_STEP, _MARGIN = 1.2, 3.2
+#: Rays on the element are this many σ apart, and go on so many σ beyond its rim. Fields bear 1.5 σ, gradients to what
+#: stands before the element do not.
+_STEP, _MARGIN = 1.0, 3.2
 
 #: Steps of Newton's method that aim rays at their places on the element, and the step of its differences.
 _AIMS, _NEAR_PUPIL = 3, 1e-4
@@ -205,10 +206,9 @@ class Hybrid(ABC):
             raise NotImplementedError("light that meets the element against its z axis, expected along it")
         bent = self._bent(here, by_across)
 
-        # Windows blur the path by ½σ² of its second derivatives. The rays' curvatures hold that, changes of it are not
-        # in them.
+        # Changes of the path are blurred by the square of the windows, whose width is σ/√2; this takes it back.
         trace = bent[:, 0, 0] + bent[:, 1, 1]
-        path = here.path - 0.5 * self.sigma_mm**2 * (trace - _held(trace))
+        path = here.path - 0.25 * self.sigma_mm**2 * (trace - _held(trace))
         curvature = np.stack([_held_array(bent[:, a, b]) for a, b in ((0, 0), (0, 1), (1, 1))], 1)
         rays = (here.position, here.direction, path, self._amplitude(light, here, by_across))
         return rays, curvature if np.abs(curvature).max() > _FLAT else None

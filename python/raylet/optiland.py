@@ -157,7 +157,7 @@ class Hybrid(raylet.hybrid.Hybrid):
             return np
         import torch
 
-        if be.zeros(1).dtype != torch.float64:
+        if be.zeros((1,)).dtype != torch.float64:
             raise TypeError('Optiland has single precision, expected optiland.backend.set_precision("float64")')
         return torch
 

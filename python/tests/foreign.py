@@ -1,0 +1,89 @@
+"""Systems that other tracers are compared on, as raylet has them."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+from conftest import noise
+
+import raylet
+
+#: Random phases for all of them.
+PHASE = noise((25, 25))
+
+#: System 3 of the source paper at half its size: a hologram 3 mm before the LA1131-A.
+PITCH, SENSOR, SIGMA = 25.2, {"pixels": (48, 48), "pitch_um": 12.6}, 0.1
+TOWARDS = (-0.014, 0.014, -0.014, 0.014)
+HOLOGRAM: dict[str, Any] = {"aperture": raylet.disc(0.31), "sigma_mm": SIGMA, "towards": TOWARDS, **SENSOR}
+
+
+def hologram_first() -> raylet.System:
+    return (
+        raylet.System(wavelength_um=0.7)
+        .add_doe(raylet.pixels(pitch_um=PITCH, phase=PHASE), aperture=raylet.disc(0.31), thickness_mm=3.0, name="doe")
+        .add_surface(radius_mm=25.8, thickness_mm=5.3, glass=1.5131, semi_aperture_mm=12.7)
+        .add_surface(thickness_mm=44.7, semi_aperture_mm=12.7)
+        .add_sensor(**SENSOR)
+    )
+
+
+#: The other way round: a hologram 1 mm behind a small plano-convex lens.
+FINE: dict[str, Any] = {"pixels": (48, 48), "pitch_um": 6.3}
+BEHIND: dict[str, Any] = {
+    "aperture": raylet.disc(0.155),
+    "sigma_mm": 0.035,
+    "towards": (-0.06, 0.06, -0.06, 0.06),
+    **FINE,
+}
+BEHIND_PITCH = 12.6
+
+
+def soft_edge() -> dict[str, Any]:
+    """An opening 1 mm before the lens whose transmission falls smoothly from one to zero: rays know no diffraction at
+    edges, and this has next to none where the hologram is."""
+    places = 5e-3 * (np.arange(260) - 129.5)
+    share = np.clip((np.hypot(*np.meshgrid(places, places)) - 0.28) / 0.36, 1e-3, 1.0 - 1e-3)
+    falling, rising = np.exp(-1.0 / (1.0 - share)), np.exp(-1.0 / share)
+    return raylet.pixels(pitch_um=5.0, amplitude=falling / (falling + rising))
+
+
+def hologram_behind(lens_radius: float = 10.0, **keys: Any) -> raylet.System:
+    """`keys` are those of the hologram: its shape, its tilt."""
+    layer = raylet.pixels(pitch_um=BEHIND_PITCH, phase=PHASE)
+    return (
+        raylet.System(wavelength_um=0.7)
+        .add_doe(soft_edge(), aperture=raylet.disc(0.65), thickness_mm=1.0, name="edge")
+        .add_surface(radius_mm=lens_radius, thickness_mm=1.0, glass=1.5131, semi_aperture_mm=2.0)
+        .add_surface(thickness_mm=1.0, semi_aperture_mm=2.0)
+        .add_doe(layer, aperture=raylet.disc(0.155), thickness_mm=15.0, name="doe", **keys)
+        .add_sensor(**FINE)
+    )
+
+
+def apart(one: Any, other: Any) -> float:
+    """Relative error of one field or gradient from another."""
+    return float(np.linalg.norm(np.asarray(one) - other) / np.linalg.norm(other))
+
+
+def picture(bend: float, phase: Any = PHASE, source: Any = None) -> Any:
+    """Intensity behind the lens with so much more curvature, by collimated light or by a point."""
+    own = hologram_behind(lens_radius=1.0 / (0.1 + bend)).with_pixels("doe", phase=phase)
+    return (own if source is None else own.point_source(source)).simulate().intensity
+
+
+def stronger(source: Any = None) -> Any:
+    """The picture that gradients lead to: a lens 20 % stronger."""
+    return picture(0.02, source=source)
+
+
+def own_slopes(wanted: Any, by_phase: Any, source: Any = None) -> tuple[float, float]:
+    """Slopes of the sum of squared differences from a picture, by the curvature of the lens and along a gradient by
+    the phases, from differences of raylet's own runs."""
+
+    def loss(bend: float, along: float) -> float:
+        phase = PHASE + along * by_phase / np.linalg.norm(by_phase)
+        return float(((picture(bend, phase, source) - wanted) ** 2).sum())
+
+    by_curvature = (loss(1e-5, 0.0) - loss(-1e-5, 0.0)) / 2e-5
+    return by_curvature, (loss(0.0, 1e-3) - loss(0.0, -1e-3)) / 2e-3
