@@ -70,8 +70,8 @@ test-torch: wheel
 .PHONY: test-torch-here
 test-torch-here: $(TORCH_VENV)/ready
 	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
-	$(TORCH_VENV)/bin/python -m pytest python/tests/test_torch.py python/tests/test_optiland.py \
-		python/tests/test_deeplens.py python/tests/test_docs.py
+	$(TORCH_VENV)/bin/python -m pytest -m torch python/tests/test_optiland.py
+	$(TORCH_VENV)/bin/python -m pytest python/tests/test_torch.py python/tests/test_deeplens.py python/tests/test_docs.py
 
 # The guide as a site, in site/.
 docs: install

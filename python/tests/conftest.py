@@ -17,6 +17,13 @@ def scenes() -> Path:
     return ROOT / "scenes"
 
 
+def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
+    """Tests that ask for PyTorch can be chosen by `-m torch`."""
+    for item in items:
+        if "torch" in getattr(item, "fixturenames", ()):
+            item.add_marker("torch")
+
+
 def noise(shape: tuple[int, ...], seed: int = 0) -> np.ndarray:
     """Phases in rad, the same every time."""
     return np.random.default_rng(seed).uniform(0.0, 2.0 * np.pi, shape)
