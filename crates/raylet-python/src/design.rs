@@ -7,6 +7,7 @@ use numpy::PyArray2;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raylet::design::hologram::{Score, design as seek};
+use raylet::design::project::ProjectError;
 use raylet::design::run::Run;
 use raylet::design::step::Step;
 use raylet::file::fault::Fault;
@@ -48,6 +49,9 @@ pub(crate) fn hologram<'py>(
     Ok((PyArray2::from_owned_array(py, phase), scores))
 }
 
+/// Numbers of the field and the wavelength of each run, and its losses by kind.
+type Parts = Vec<(usize, usize, Vec<(String, f64)>)>;
+
 /// What a design found.
 struct Found {
     /// What goes where in the scene.
@@ -56,9 +60,9 @@ struct Found {
     numbers: Vec<(String, f64)>,
     /// The loss after each iteration.
     course: Vec<f64>,
-    /// The loss of what was found, and its parts by run and kind.
+    /// The loss of what was found, and its parts.
     loss: f64,
-    parts: Vec<(usize, usize, Vec<(String, f64)>)>,
+    parts: Parts,
     evaluations: usize,
     /// The scene with its numbers.
     scene: File,
@@ -68,7 +72,7 @@ type Answer<'py> = (
     Vec<(String, Bound<'py, PyArray2<f64>>)>,
     Vec<(String, f64)>,
     (Vec<f64>, f64, usize),
-    Vec<(usize, usize, Vec<(String, f64)>)>,
+    Parts,
     Scene,
 );
 
@@ -119,8 +123,8 @@ impl From<Fault> for Failure {
     }
 }
 
-impl From<raylet::design::project::ProjectError> for Failure {
-    fn from(told: raylet::design::project::ProjectError) -> Self {
+impl From<ProjectError> for Failure {
+    fn from(told: ProjectError) -> Self {
         Self::Other(told.to_string())
     }
 }
