@@ -35,6 +35,10 @@ from raylet.result import Result
 from raylet.system import System, glasses, load
 from raylet.trace import Rays
 
+# Refusals that Python raises have no field, no more than what they say.
+for _name in ("path", "found", "expected", "hint"):
+    setattr(RayletError, _name, "")
+
 __all__ = [
     "Beams",
     "Design",

@@ -73,7 +73,7 @@ def hologram(
     naive: bool,
     threads: int | None,
     progress: Callable[[float, float, str], Any] | None,
-) -> tuple[_Real, list[float]]: ...
+) -> tuple[str, _Real, list[float]]: ...
 def design(
     scene: Scene,
     arrays: _Arrays,

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import Grid, grid, real
+from raylet.layers import pixel_shape
 
 if TYPE_CHECKING:
     from raylet.system import System
@@ -67,6 +68,8 @@ class Bench:
         self._several = isinstance(system._document["wavelength_um"], list)
         self._bench = _raylet.Bench(self._scene, self._arrays, list(elements), list(numbers), threads)
         self.start: NDArray[np.float64] = np.array(self._bench.numbers(), dtype=np.float64)
+        rows = {row.get("name"): row for row in system._document["element"]}
+        self._shapes = [pixel_shape(rows.get(name, {}).get("layer") or []) for name in elements]
         nx, ny = system._document["element"][-1]["pixels"]
         waves = len(system.wavelength_um)
         self.shape: tuple[int, ...] = (waves, ny, nx) if self._several else (ny, nx)
@@ -75,15 +78,23 @@ class Bench:
 
     def __call__(self, *pixels: Any, numbers: Any = None) -> Passage:
         """Light through the system with these pixels and numbers."""
-        if len(pixels) != len(self.elements):
-            raise TypeError(f"{len(pixels)} arrays of pixels, expected {len(self.elements)}: for {self.elements}")
+        self._check([np.shape(array) for array in pixels], self.start.shape)
         given = [grid(f"pixels of '{name}'", array) for name, array in zip(self.elements, pixels)]
         values = self.start if numbers is None else np.atleast_1d(real("numbers", numbers))
-        if values.shape != self.start.shape:
-            raise ValueError(f"numbers has shape {values.shape}, expected {self.start.shape}: for {self.names}")
+        self._check([array.shape for array in given], values.shape)
         fields, passage = self._bench.forward(self._scene, self._arrays, given, values.tolist(), self._threads)
         field = np.stack(fields) if self._several else fields[0]
         return Passage(field, fields, passage, self._threads)
+
+    def _check(self, pixels: Sequence[tuple[int, ...]], numbers: tuple[int, ...]) -> None:
+        """Refuses arrays of other shapes than the system's."""
+        if len(pixels) != len(self.elements):
+            raise TypeError(f"{len(pixels)} arrays of pixels, expected {len(self.elements)}: for {self.elements}")
+        for name, shape, expected in zip(self.elements, pixels, self._shapes):
+            if expected is not None and len(shape) == 2 and tuple(shape) != expected:
+                raise ValueError(f"pixels of '{name}' have shape {tuple(shape)}, expected {expected}")
+        if tuple(numbers) != self.start.shape:
+            raise ValueError(f"numbers has shape {tuple(numbers)}, expected {self.start.shape}: for {self.names}")
 
     def __repr__(self) -> str:
         varying = [*(f"pixels of '{name}'" for name in self.elements), *self.names]

@@ -24,7 +24,12 @@ if TYPE_CHECKING:
 _TO_COME = "to be found"
 
 #: The keys of what is free in a pixel.
-_KEYS = {"phase": ("phase",), "amplitude": ("amplitude",), "both": ("phase", "amplitude")}
+_KEYS = {
+    "phase": ("phase",),
+    "amplitude": ("amplitude",),
+    "both": ("phase", "amplitude"),
+    "height": ("height_um",),
+}
 
 
 class Design:
@@ -36,7 +41,7 @@ class Design:
     arrays : what was found for the pixels, by its path in the scene: phases in rad, amplitudes, heights in µm.
     numbers : the numbers that were found, by their names; of a radius the curvature, "1/….radius_mm".
     scores : what tells how good it is, by name.
-    course : the loss after each iteration; empty for a hologram.
+    course : the loss at the start and after each iteration; empty for a hologram.
     """
 
     def __init__(
@@ -53,13 +58,15 @@ class Design:
         self.course: NDArray[np.float64] = np.array(course, dtype=np.float64)
 
     def plot(self, ax: Axes | None = None) -> tuple[Figure, Axes]:
-        """The loss after each iteration."""
+        """The loss at the start and after each iteration of a design."""
+        if len(self.course) == 0:
+            raise ValueError("a hologram has no course, expected a design by gradients")
         from raylet.plotting import plot_course
 
         return plot_course(self.course, self.system.title, ax)
 
     def __repr__(self) -> str:
-        scores = ", ".join(f"{name} {value:.5g}" for name, value in self.scores.items())
+        scores = "; ".join(f"{name}: {value:.5g}" for name, value in self.scores.items())
         lines = [f"<raylet.Design, {scores}>"]
         lines += [f"  {path}: {array.shape[1]} x {array.shape[0]}" for path, array in self.arrays.items()]
         lines += [f"  {name} = {value:.10g}" for name, value in self.numbers.items()]
@@ -70,24 +77,28 @@ def hologram(
     system: System, table: Mapping[str, Any], *, naive: bool, threads: int | None, progress: Progress
 ) -> Design:
     """The phase that shows a picture, by Gerchberg and Saxton's iteration on the paraxial train."""
-    document = _asking(system, "hologram", table)
-    paths = _make_room(document, document.get("hologram", {}).get("element"), ["phase"])
+    document = _asking(system._document, "hologram", table)
+    _make_room(document, document.get("hologram", {}).get("element"), "phase")
     scene, arrays = _compiled(system, document)
     with telling(progress, "{}") as tell:
-        phase, scores = _raylet.hologram(scene, arrays, naive, threads, tell)
-    found = dict.fromkeys(paths, phase)
+        path, phase, scores = _raylet.hologram(scene, arrays, naive, threads, tell)
+    found = {path: phase}
     return Design(_with(system, found), found, dict(zip(("ncc", "ncc_sensor", "efficiency"), scores)))
 
 
-def design(system: System, table: Mapping[str, Any], *, threads: int | None, progress: Progress) -> Design:
-    """What the table `[design]` asks for."""
-    document = _asking(system, "design", table)
+def design(
+    system: System, table: Mapping[str, Any], picture: Mapping[str, Any], *, threads: int | None, progress: Progress
+) -> Design:
+    """What the table `[design]` asks for, and `[hologram]` of the picture."""
+    document = _asking(system._document, "hologram", picture)
+    document = _asking(document, "design", table)
     rows = document.get("design", {}).get("element")
     if not rows:
         rows = [{"name": document.get("hologram", {}).get("element")}]
     for row in rows:
         if isinstance(row, Mapping):
-            _make_room(document, row.get("name"), _KEYS.get(str(row.get("free", "phase")), ()))
+            start = row.get("start") == "file"
+            _make_room(document, row.get("name"), row.get("free", "phase"), start=start)
     scene, arrays = _compiled(system, document)
     with telling(progress, "{}") as tell:
         pixels, numbers, course, parts, made = _raylet.design(scene, arrays, threads, tell)
@@ -99,30 +110,38 @@ def design(system: System, table: Mapping[str, Any], *, threads: int | None, pro
     return Design(system, dict(pixels), scores, numbers=dict(numbers), course=losses)
 
 
-def _asking(system: System, name: str, table: Mapping[str, Any]) -> dict[str, Any]:
-    """The system's document with a table, whose keys replace those that it has."""
-    document: dict[str, Any] = copied(system._document)
+def _asking(document: Mapping[str, Any], name: str, table: Mapping[str, Any]) -> dict[str, Any]:
+    """A copy of a document with a table, whose keys replace those that it has."""
+    copy: dict[str, Any] = copied(document)
     given = {key: value for key, value in table.items() if value is not None}
-    document[name] = {**(document.get(name) or {}), **copied(given)}
-    if not document[name]:
-        del document[name]
-    return document
+    copy[name] = {**(copy.get(name) or {}), **copied(given)}
+    if not copy[name]:
+        del copy[name]
+    return copy
 
 
-def _make_room(document: Any, element: Any, keys: Sequence[str]) -> list[str]:
-    """Makes room for what is to be found in the first layer of pixels of an element, and tells its paths in the scene.
-    What is no such layer is left for the library to refuse."""
-    for number, row in enumerate(document["element"]):
-        for place, layer in enumerate(row.get("layer") or []):
-            if row.get("name") != element or layer.get("kind") != "pixels":
-                continue
-            held = [layer[key] for key in ("phase", "amplitude") if isinstance(layer.get(key), np.ndarray)]
-            if layer.get("size") is None and held:
-                layer["size"] = list(held[0].shape[::-1])
-            for key in keys:
-                layer.setdefault(key, _TO_COME)
-            return [f"element[{number}].layer[{place}].{key}" for key in keys]
-    return []
+def _make_room(document: Any, element: Any, free: Any, *, start: bool = False) -> None:
+    """Makes room for what is to be found in an element's first layer of pixels, heights or a sum. What has none is left
+    for the library to refuse, and so is what is to be the start."""
+    for row in document["element"]:
+        gridded = [layer for layer in row.get("layer") or [] if layer.get("kind") in ("pixels", "height", "sum")]
+        if row.get("name") != element or not gridded:
+            continue
+        layer = gridded[0]
+        if layer["kind"] == "sum":
+            for term in (one for terms in layer["terms"] for one in terms if one.get("kind") == "pixels"):
+                _size(term, () if start else ("phase",))
+        else:
+            _size(layer, () if start else _KEYS.get(str(free), ()))
+
+
+def _size(layer: dict[str, Any], keys: Sequence[str]) -> None:
+    """Gives a layer the size of its arrays in memory, and names for those that are still to be found."""
+    held = [layer[key] for key in ("phase", "amplitude", "height_um") if isinstance(layer.get(key), np.ndarray)]
+    if layer.get("size") is None and held:
+        layer["size"] = list(held[0].shape[::-1])
+    for key in keys:
+        layer.setdefault(key, _TO_COME)
 
 
 def _compiled(system: System, document: Any) -> tuple[_raylet.Scene, dict[str, NDArray[Any]]]:

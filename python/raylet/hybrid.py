@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import raylet.rays
-from raylet.layers import Aperture, Layer, Pair
+from raylet.layers import Aperture, Layer, Pair, pixel_shape
 from raylet.system import System
 
 __all__ = ["Frame", "Hybrid", "Reached"]
@@ -112,6 +112,8 @@ class Hybrid(ABC):
         threshold: float,
         tolerance: float,
     ) -> None:
+        if not sigma_mm > 0.0:
+            raise ValueError(f"sigma_mm is {sigma_mm}, expected a positive length")
         self.sigma_mm, self.wavelength_um = sigma_mm, wavelength_um
         self.frames, self.indices = frames, indices
         self._choices: dict[str, Any] = {"towards": towards, "threshold": threshold, "sigma_mm": sigma_mm}
@@ -125,6 +127,12 @@ class Hybrid(ABC):
         end.place(sensor)
         self.element, self.sensor = (one.add_sensor(pixels=pixels, pitch_um=pitch_um) for one in (element, sensor))
         self._extent = self.element.transmission("element")[1]
+        self._pixels = pixel_shape(layers)
+
+    def __repr__(self) -> str:
+        place = ", ".join(f"{value:.6g}" for value in self.frames[0].origin)
+        name = f"{type(self).__module__}.{type(self).__name__}"
+        return f"<{name}, λ = {self.wavelength_um:g} µm, element at ({place}) mm, σ = {self.sigma_mm:g} mm>"
 
     @property
     def k(self) -> float:
@@ -177,6 +185,8 @@ class Hybrid(ABC):
 
     def _scatter(self, phase: Any, rays: Sequence[Any], curvature: Any) -> Any:
         choices = {**self._choices, "curvature": curvature}
+        if phase is not None and self._pixels not in (None, np.shape(_held(phase))):
+            raise ValueError(f"phase has shape {np.shape(_held(phase))}, expected {self._pixels}")
         if self.xp is np:
             system = self.element if phase is None else self.element.with_pixels("element", phase=phase)
             return raylet.rays.scatter(system, "element", *rays, **choices)

@@ -22,7 +22,9 @@ __all__ = ["field", "intensity"]
 def field(bench: Bench, *pixels: Any, numbers: Any = None) -> Any:
     """The complex field on the sensor of a bench with these pixels (phases, or complex transmissions) and numbers."""
     values = jnp.asarray(bench.start if numbers is None else numbers)
-    return _field(_Hashed(bench), tuple(jnp.asarray(array) for array in pixels), values)
+    arrays = tuple(jnp.asarray(array) for array in pixels)
+    bench._check([array.shape for array in arrays], values.shape)
+    return _field(_Hashed(bench), arrays, values)
 
 
 def intensity(bench: Bench, *pixels: Any, numbers: Any = None) -> Any:

@@ -9,6 +9,8 @@ from __future__ import annotations
 from collections.abc import Sequence
 from typing import Any, Union
 
+import numpy as np
+
 from raylet._arrays import grid
 
 Layer = dict[str, Any]
@@ -39,9 +41,30 @@ def pixels(
     return _layer("pixels", pitch_um=pitch_um, pixel=pixel, size=size, **held)
 
 
-def height(*, pitch_um: Pair, height_um: Any, glass: Any, pixel: str = "box") -> Layer:
-    """A relief of one material, heights [y, x] in µm: phase k(n − n_ambient)h."""
-    return _layer("height", pitch_um=pitch_um, height_um=grid("height_um", height_um), glass=glass, pixel=pixel)
+def height(
+    *, pitch_um: Pair, height_um: Any = None, glass: Any, pixel: str = "box", size: Sequence[int] | None = None
+) -> Layer:
+    """A relief of one material, heights [y, x] in µm: phase k(n − n_ambient)h. `glass` is a name or an index; without
+    heights `size` [nx, ny] makes a relief that :meth:`raylet.System.design` is to find."""
+    held = None if height_um is None else grid("height_um", height_um)
+    return _layer("height", pitch_um=pitch_um, height_um=held, glass=constant(glass), pixel=pixel, size=size)
+
+
+def pixel_shape(layers: Sequence[Layer]) -> tuple[int, ...] | None:
+    """Rows and columns of the first layer of pixels, where they are known."""
+    for layer in layers:
+        if layer.get("kind") == "pixels":
+            given = (layer.get(key) for key in ("phase", "amplitude", "transmission"))
+            held = [array for array in given if isinstance(array, np.ndarray)]
+            size = layer.get("size")
+            return held[0].shape if held else (size[1], size[0]) if size else None
+    return None
+
+
+def constant(glass: Any) -> Any:
+    """A constant index may be given as a plain number."""
+    number = isinstance(glass, (int, float, np.number)) and not isinstance(glass, bool)
+    return {"index": float(glass)} if number else glass
 
 
 def grating(*, period_um: float, direction_deg: float = 0.0, order: int = 1) -> Layer:

@@ -21,7 +21,7 @@ def _axes(ax: Axes | None, size: tuple[float, float]) -> tuple[Any, Any]:
     try:
         import matplotlib.pyplot as plt
     except ImportError as error:
-        raise ImportError("pictures need matplotlib: pip install 'raylet[plot]'") from error
+        raise ImportError("pictures need matplotlib: pip install matplotlib") from error
     return plt.subplots(figsize=size, layout="constrained")
 
 
@@ -32,8 +32,10 @@ def _edges(centres: NDArray[np.float64]) -> tuple[float, float]:
 
 def _image(figure: Any, ax: Any, values: Any, extent: tuple[float, ...], label: str, **how: Any) -> None:
     image = ax.imshow(values, extent=extent, origin="lower", interpolation="nearest", **how)
-    figure.colorbar(image, ax=ax, label=label)
+    # As high as the picture, whose own shape the axes have.
+    figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label)
     ax.set(xlabel="x in mm", ylabel="y in mm")
+    ax.locator_params(nbins=5)
 
 
 def plot_field(
@@ -116,8 +118,8 @@ def _proportion(ax: Any) -> float:
 
 
 def plot_course(losses: NDArray[np.float64], title: str, ax: Axes | None) -> tuple[Figure, Axes]:
-    """The loss of a design after each iteration."""
+    """The loss of a design at its start and after each iteration."""
     figure, ax = _axes(ax, (5.6, 3.6))
-    ax.plot(np.arange(1, len(losses) + 1), losses)
+    ax.plot(losses)
     ax.set(xlabel="iteration", ylabel="loss", title=title)
     return figure, ax

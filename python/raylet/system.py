@@ -17,7 +17,7 @@ from raylet._document import copied, taken_out, without_none
 from raylet._toml import dumps
 from raylet.bench import Bench
 from raylet.design import Design, design, hologram
-from raylet.layers import Aperture, Layer, Pair
+from raylet.layers import Aperture, Layer, Pair, constant
 from raylet.progress import Progress, telling
 from raylet.result import Result
 from raylet.trace import Rays, trace
@@ -40,7 +40,8 @@ def load(path: str | os.PathLike[str]) -> System:
     system._document = without_none(json.loads(scene.to_json()))
     waves = system._document["wavelength_um"]
     system._document["wavelength_um"] = waves[0] if len(waves) == 1 else waves
-    system._name, system._scene, system._arrays = os.fspath(path), scene, {}
+    # Its text is Python's from now on: no line of the file is meant by what is told of it.
+    system._name, system._scene, system._arrays = f"{os.fspath(path)} in Python", scene, {}
     system.field_deg = system.field_mm = None
     return system
 
@@ -82,7 +83,7 @@ class System:
             "version": 1,
             "title": title,
             "wavelength_um": _plain(wavelength_um),
-            "ambient": _glass(ambient),
+            "ambient": constant(ambient),
             "seed": seed,
             "source": {"kind": "plane"},
             "element": [],
@@ -110,7 +111,7 @@ class System:
         """Adds an element of any kind by the keys of a scene file."""
         element = {"kind": kind, **keys}
         if "glass" in element:
-            element["glass"] = _glass(element["glass"])
+            element["glass"] = constant(element["glass"])
         self._document["element"].append(element)
         self._scene = None
         return self
@@ -133,7 +134,7 @@ class System:
         rows = [{**surface} for surface in surfaces]
         for row in rows:
             if "glass" in row:
-                row["glass"] = _glass(row["glass"])
+                row["glass"] = constant(row["glass"])
         return self.add("lens", surface=rows, thickness_mm=thickness_mm, **keys)
 
     def add_mirror(
@@ -247,6 +248,8 @@ class System:
         `numbers` are paths in the scene, such as "element[1].surface[0].radius_mm" (whose curvature then varies) or
         "element[0].thickness_mm".
         """
+        if isinstance(numbers, str):
+            raise TypeError(f"numbers is the string {numbers!r}, expected a list of paths")
         return Bench(self, elements, numbers, _threads(threads))
 
     def trace(
@@ -302,6 +305,10 @@ class System:
         element : name of the element; its first layer of pixels is sought.
         size_mm : width and height of the picture on the sensor.
         naive : with all lenses behind the element as one thin lens at the first vertex.
+
+        The scores are the normalised correlation of the intensity with the softened picture (`ncc`), the same over the
+        whole sensor (`ncc_sensor`), and the share of the light in the picture (`efficiency`). Where the element is too
+        small to resolve the picture (λ × distance / width), likeness is bought with light.
         """
         given = {"target": target, "element": element, "size_mm": size_mm, "iterations": iterations, **keys}
         return hologram(self, given, naive=naive, threads=_threads(threads), progress=progress)
@@ -312,6 +319,7 @@ class System:
         element: Sequence[Mapping[str, Any]] | None = None,
         loss: Sequence[Mapping[str, Any]] | None = None,
         variable: Sequence[Mapping[str, Any]] | None = None,
+        hologram: Mapping[str, Any] | None = None,
         field: Sequence[Mapping[str, Any]] | None = None,
         iterations: int | None = None,
         threads: int | None = None,
@@ -325,13 +333,20 @@ class System:
 
         Parameters
         ----------
-        element : the elements whose pixels are sought: dictionaries with `name`, and `free`, `start`, `levels`, …
-        loss : what is wanted: dictionaries with `kind`, and the keys of that kind.
-        variable : numbers that are sought: dictionaries with `path`, such as "element[1].surface[0].radius_mm".
+        element : the elements whose pixels are sought: dictionaries with `name`, and what is `free` ("phase",
+            "amplitude", "both", "two_phase", "height"), `start` ("flat", "random", "file" for what the system has;
+            "spread" and "paraxial" for the element of `hologram`), `levels`, `highest_um`, `block`, `blur`,
+            `smoothness`.
+        loss : what is wanted: dictionaries with `kind` ("likeness", "mse", "efficiency", "encircled_energy", "spot",
+            "overlap") and the keys of that kind.
+        variable : numbers that are sought: dictionaries with `path`, such as "element[1].surface[0].radius_mm", and
+            `scale` (the size of a step), `lowest`, `highest`.
+        hologram : the table `[hologram]` with `target`, `element` and `size_mm`: its element and its picture are
+            taken where `element` and `loss` are not given.
         field : directions or places of the source: dictionaries with `angle_deg` or `position_mm`.
         """
         given = {"element": element, "loss": loss, "variable": variable, "field": field, "iterations": iterations}
-        return design(self, {**given, **keys}, threads=_threads(threads), progress=progress)
+        return design(self, {**given, **keys}, hologram or {}, threads=_threads(threads), progress=progress)
 
     # What it looks like.
 
@@ -429,12 +444,6 @@ def _plain(wavelength_um: Any) -> Any:
     if isinstance(wavelength_um, (Sequence, np.ndarray)) and not isinstance(wavelength_um, str):
         return [float(wave) for wave in wavelength_um]
     return wavelength_um
-
-
-def _glass(glass: Any) -> Any:
-    """A constant index may be given as a plain number."""
-    number = isinstance(glass, (int, float, np.number)) and not isinstance(glass, bool)
-    return {"index": float(glass)} if number else glass
 
 
 def _threads(threads: Any) -> int | None:

@@ -58,7 +58,7 @@ def test_a_hologram_shows_its_picture() -> None:
     )
     assert made.arrays["element[0].layer[0].phase"].shape == (10, 10)
     assert ncc(made.system.simulate().intensity) > ncc(blank().simulate().intensity) + 0.1
-    assert 0.0 < made.scores["efficiency"] <= 1.0 and "ncc 0." in repr(made)
+    assert 0.0 < made.scores["efficiency"] <= 1.0 and "ncc: 0." in repr(made)
     assert all(what.startswith("NCC 0.") for what in told)
 
 
@@ -81,6 +81,27 @@ def test_amplitudes_and_phases_begin_with_the_systems_own() -> None:
     assert both.course[0] == pytest.approx(1.0 - ncc(system.simulate().intensity) ** 2, rel=2e-3)
     assert both.arrays["element[0].layer[0].amplitude"].max() <= 1.0
     assert both.course[-1] < both.course[0]
+
+
+def test_sums_and_heights_are_found() -> None:
+    """Two phases a pixel, and the relief of a glass in two levels: what is exported is what was scored."""
+    rng = np.random.default_rng(2)
+    two = [raylet.pixels(pitch_um=2.0, phase=rng.uniform(0.0, 6.0, (10, 10))) for _ in range(2)]
+    relief = raylet.height(pitch_um=2.0, height_um=np.zeros((10, 10)), glass="fused silica")
+    for layer, element in [
+        (raylet.superposition([[two[0]], [two[1]]], weights=[0.5, 0.5]), {"free": "two_phase", "start": "file"}),
+        (relief, {"free": "height", "levels": 2, "start": "random"}),
+    ]:
+        system = raylet.System(wavelength_um=0.6)
+        system.add_doe(layer, aperture=raylet.disc(0.01), thickness_mm=0.1, name="slm")
+        system.add_sensor(pixels=(12, 12), pitch_um=2.0)
+        made = system.design(element=[{"name": "slm", **element}], loss=[LOSS], iterations=4)
+        seen = 1.0 - ncc(made.system.simulate().intensity) ** 2
+        assert made.scores["loss"] == pytest.approx(seen, rel=2e-3)
+        assert all(array.shape == (10, 10) for array in made.arrays.values())
+        if "levels" in element:
+            (heights,) = made.arrays.values()
+            assert len(np.unique(heights)) == 2
 
 
 def test_numbers_are_found_beside_arrays_in_memory() -> None:
@@ -146,6 +167,37 @@ def test_what_cannot_be_sought_is_told() -> None:
     ]:
         with pytest.raises(raylet.RayletError, match=told):
             call()
+
+
+def test_a_step_too_far_is_taken_back() -> None:
+    """A plane whose first trial radius is smaller than its own opening: no reason to end."""
+    system = (
+        raylet.System(wavelength_um=0.6)
+        .add_doe(raylet.pixels(pitch_um=12.0, size=(8, 8)), aperture=raylet.disc(0.045), thickness_mm=1.0, name="slm")
+        .add_surface(radius_mm=np.inf, thickness_mm=0.2, glass="N-BK7", semi_aperture_mm=0.5)
+        .add_surface(thickness_mm=1.8, semi_aperture_mm=0.5)
+        .add_sensor(pixels=(9, 9), pitch_um=2.0)
+        .settings(target_error=1e-2)
+    )
+    spot = {"kind": "spot", "at_mm": [(0.0, 0.0)]}
+    variable = {"path": "element[1].radius_mm", "scale": 30.0}
+    made = system.design(loss=[spot], variable=[variable], iterations=2)
+    assert made.course[-1] < made.course[0]
+
+
+def test_starts_of_a_hologram() -> None:
+    """A spread start needs the table of a hologram, which can be given beside; "file" needs phases."""
+    table = {"target": PICTURE, "element": "slm", "size_mm": (0.024, 0.024)}
+    made = blank().design(hologram=table, iterations=2)
+    assert made.course[-1] < made.course[0]
+    with pytest.raises(raylet.RayletError, match="no file for the phase"):
+        blank().design(element=[{"name": "slm", "start": "file"}], loss=[LOSS], iterations=2)
+
+
+def test_refusals_of_python_have_attributes_too() -> None:
+    with pytest.raises(raylet.RayletError) as told:
+        blank().with_pixels("none", phase=PICTURE)
+    assert told.value.path == "" and told.value.hint == ""
 
 
 def test_a_search_can_be_ended() -> None:

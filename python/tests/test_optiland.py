@@ -228,6 +228,8 @@ def test_what_it_cannot_do_is_refused(torch: Any) -> None:
     back.surfaces[1].geometry.cs.rx = be.array(np.pi)
     with pytest.raises(NotImplementedError, match="against its z axis, expected along it"):
         raylet.optiland.Hybrid(back, 1, layer, **HOLOGRAM).field()
+    with pytest.raises(ValueError, match=r"phase has shape \(3, 3\), expected \(25, 25\)"):
+        hybrid().field(np.zeros((3, 3)))
     be.set_precision("float32")
     with pytest.raises(TypeError, match="single precision, expected"):
         hybrid().field()

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from conftest import noise
+from conftest import hologram, noise
 
 import raylet
 
@@ -58,6 +58,14 @@ def gathered(stage: tuple[raylet.System, raylet.Secondary], weight: np.ndarray) 
     way = {"jacobian": jacobian, "window": made.window, "cosine": made.cosine}
     beams = raylet.beams(system, landed, made.direction, **way)
     return raylet.gather(system, landed, made.direction, path, weight, beams=beams, tolerance=1e-4)
+
+
+def test_rays_that_memory_has_no_room_for_are_refused() -> None:
+    system = hologram(noise((20, 20))).settings(memory_limit_mb=20.0)
+    position = np.zeros((200, 3))
+    direction = np.tile([0.0, 0.0, 1.0], (200, 1))
+    with pytest.raises(raylet.RayletError, match="more than 50000 secondary rays"):
+        raylet.scatter(system, "hologram", position, direction, sigma_mm=0.02, threshold=0.0)
 
 
 def test_rays_give_what_the_library_gives(stage: tuple[raylet.System, raylet.Secondary]) -> None:

@@ -31,7 +31,7 @@ pub(crate) fn hologram<'py>(
     naive: bool,
     threads: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(Bound<'py, PyArray2<f64>>, [f64; 3])> {
+) -> PyResult<(String, Bound<'py, PyArray2<f64>>, [f64; 3])> {
     let file = held(py, scene, arrays)?;
     let work = move |watch: &Watch| {
         let wanted = commission(&file, naive)?;
@@ -41,12 +41,12 @@ pub(crate) fn hologram<'py>(
             watch.tell(score.iteration as f64, all, &words);
         };
         let found = seek(&wanted.task, &mut tell).map_err(|told| wanted.blame(&file, &told))?;
-        Ok((found.phase / wanted.phase_scale, found.score))
+        Ok((wanted.field, found.phase / wanted.phase_scale, found.score))
     };
-    let found: Result<(Array2<f64>, Score), Fault> = run(py, threads, progress, work)?;
-    let (phase, score) = found.map_err(|told| fault(py, &told))?;
+    let found: Result<(String, Array2<f64>, Score), Fault> = run(py, threads, progress, work)?;
+    let (path, phase, score) = found.map_err(|told| fault(py, &told))?;
     let scores = [score.ncc, score.ncc_sensor, score.efficiency];
-    Ok((PyArray2::from_owned_array(py, phase), scores))
+    Ok((path, PyArray2::from_owned_array(py, phase), scores))
 }
 
 /// Numbers of the field and the wavelength of each run, and its losses by kind.

@@ -70,6 +70,15 @@ impl Columns {
     }
 }
 
+/// Bytes of a mode of a patch while it is worked on, and of a secondary ray with its copies.
+const PATCH_BYTES: f64 = 64.0;
+const RAY_BYTES: f64 = 400.0;
+
+/// The most memory that arrays may take, in bytes.
+fn memory(scene: &Scene) -> f64 {
+    1e6 * scene.file.settings.memory_limit_mb
+}
+
 /// How rays are scattered; lengths in mm.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -87,7 +96,10 @@ pub(crate) struct Choices<'py> {
 }
 
 impl Choices<'_> {
-    fn scattering(&self) -> Scattering {
+    /// As the library takes it; the modes of one patch on each thread take no more than the memory in bytes.
+    fn scattering(&self, memory: f64) -> Scattering {
+        let threads = std::thread::available_parallelism().map_or(1, usize::from);
+        let usual = Scattering::beamlets(self.sigma);
         let sampler = match (self.most, self.systematic) {
             (None, _) => Sampler::All,
             (Some(_), true) => Sampler::Systematic,
@@ -108,7 +120,10 @@ impl Choices<'_> {
                 most: self.most.unwrap_or(usize::MAX),
                 seed: self.seed,
             },
-            ..Scattering::beamlets(self.sigma)
+            samples: usual
+                .samples
+                .min((memory / (PATCH_BYTES * threads as f64)) as usize),
+            ..usual
         }
     }
 }
@@ -131,7 +146,7 @@ fn at_element<T: Send + 'static>(
         .as_ref()
         .map(|array| columns::<f64, 3>("curvature", array))
         .transpose()?;
-    let settings = choices.scattering();
+    let settings = choices.scattering(memory(scene));
     let done = run(py, None, None, move |_: &Watch| {
         let (rays, bent) = (held.rays(), curvature.as_deref());
         let scatter = Scatter::new(&screen, wavelength, rays, bent, settings);
@@ -174,15 +189,19 @@ pub(crate) fn scatter<'py>(
 ) -> PyResult<Bound<'py, PyDict>> {
     let (name, channel) = place;
     let at = (scene, arrays, name.as_str(), channel);
-    let (made, axes, unevenness) = at_element(py, at, (&bundle, &choices), |screen, scatter| {
-        let made = scatter.scatter(0..usize::MAX);
-        let axes: Vec<[f64; 9]> = made
-            .position
-            .iter()
-            .map(|at| touching(screen, *at))
-            .collect();
-        Ok((made, axes, scatter.unevenness()))
-    })?;
+    let most = (memory(scene) / RAY_BYTES) as usize;
+    let (made, axes, unevenness) =
+        at_element(py, at, (&bundle, &choices), move |screen, scatter| {
+            let made = scatter
+                .scatter_within(most)
+                .map_err(|told| told.to_string())?;
+            let axes: Vec<[f64; 9]> = made
+                .position
+                .iter()
+                .map(|at| touching(screen, *at))
+                .collect();
+            Ok((made, axes, scatter.unevenness()))
+        })?;
     let answer = PyDict::new(py);
     let index = |i: &usize| *i as i64;
     let mode: Vec<i64> = made.mode.iter().flatten().map(index).collect();

@@ -131,7 +131,7 @@ impl<'p> Run<'p> {
     /// # Errors
     /// When light cannot be carried there.
     pub fn step(&mut self) -> Result<Found, ProjectError> {
-        let look = self.look()?;
+        let look = self.possible()?;
         let state = &mut self.state;
         let step = state.search.tell(look.value, &look.gradient);
         state.evaluations += 1;
@@ -143,6 +143,28 @@ impl<'p> Run<'p> {
             self.settle()?;
         }
         Ok(Found { look, step, slope })
+    }
+
+    /// Looks; a trial of a line search at which there is no such system is one that went too far.
+    fn possible(&mut self) -> Result<Look, ProjectError> {
+        loop {
+            let found = self.look();
+            let state = &mut self.state;
+            let trial = matches!(state.search, Optimizer::Lbfgs(_)) && state.evaluations > 0;
+            let Err(ProjectError::System(_)) = &found else {
+                return found;
+            };
+            let nowhere = vec![0.0; state.search.point().len()];
+            if !trial
+                || matches!(
+                    state.search.tell(f64::INFINITY, &nowhere),
+                    Step::Finished(_)
+                )
+            {
+                return found;
+            }
+            state.evaluations += 1;
+        }
     }
 
     /// Looks as the design's estimator does.

@@ -8,6 +8,7 @@
 //! light. Light of several wavefronts is several calls, whose fields add.
 
 use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -181,15 +182,35 @@ impl<'a> Scatter<'a> {
             .into_par_iter()
             .filter_map(|ray| self.split(ray))
             .collect();
-        let (mut all, mut energy) = (Secondary::default(), [0.0; 2]);
-        for (part, [kept, total]) in parts {
-            all.append(part);
-            energy = [energy[0] + kept, energy[1] + total];
+        Secondary::gathered(parts)
+    }
+
+    /// The same for all rays, as long as there are no more than `most`.
+    ///
+    /// # Errors
+    /// More secondary rays than that.
+    pub fn scatter_within(&self, most: usize) -> Result<Secondary, ScatterError> {
+        let count = AtomicUsize::new(0);
+        let enough = || count.load(Ordering::Relaxed) > most;
+        let rays = 0..self.hits.len();
+        let parts = rays.into_par_iter().filter_map(|ray| {
+            let part = if enough() { None } else { self.split(ray) };
+            count.fetch_add(
+                part.as_ref().map_or(0, |(part, _)| part.parent.len()),
+                Ordering::Relaxed,
+            );
+            part
+        });
+        let parts: Vec<(Secondary, [f64; 2])> = parts.collect();
+        if enough() {
+            return Err(RayError::Setting {
+                field: "rays",
+                found: format!("more than {most} secondary rays, for which the memory limit has no room"),
+                expected: "fewer wanted directions, a shorter period, a higher threshold or fewer rays",
+            }
+            .into());
         }
-        if energy[1] > 0.0 {
-            all.dropped = (1.0 - energy[0] / energy[1]).max(0.0).sqrt();
-        }
-        all
+        Ok(Secondary::gathered(parts))
     }
 
     /// The secondary rays of one arriving ray, and Σ|c|² above the threshold and altogether.

@@ -47,6 +47,19 @@ impl Secondary {
         self.parent.is_empty()
     }
 
+    /// The rays of all arriving rays, from those of each and its energies: Σ|c|² above the threshold and altogether.
+    pub(crate) fn gathered(parts: Vec<(Self, [f64; 2])>) -> Self {
+        let (mut all, mut energy) = (Self::default(), [0.0; 2]);
+        for (part, [kept, total]) in parts {
+            all.append(part);
+            energy = [energy[0] + kept, energy[1] + total];
+        }
+        if energy[1] > 0.0 {
+            all.dropped = (1.0 - energy[0] / energy[1]).max(0.0).sqrt();
+        }
+        all
+    }
+
     /// Adds other rays behind these; what they dropped is not taken over.
     pub fn append(&mut self, mut other: Secondary) {
         self.parent.append(&mut other.parent);

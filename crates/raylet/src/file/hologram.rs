@@ -32,6 +32,8 @@ pub struct Commission {
     pub task: Task,
     /// The file that the scene names for the phase, if it does.
     pub file: Option<PathBuf>,
+    /// The field of the scene that names it, such as `element[0].layer[0].phase`.
+    pub field: String,
     /// Factor on the phases of the file when the scene is read.
     pub phase_scale: f64,
     /// The element's path in the scene, such as `element[0]`.
@@ -78,6 +80,7 @@ pub fn commission(scene: &Scene, naive: bool) -> Result<Commission, Fault> {
             iterations: hologram.iterations,
         },
         file: file.map(|file| scene.origin.beside(file)),
+        field: format!("{element}.layer[{}].phase", place.number),
         phase_scale: place.layer.phase_scale,
         element,
     })
@@ -138,9 +141,10 @@ impl Commission {
     }
 }
 
-/// Where the hologram goes: the number of the element and its pixel layer as the scene has it.
+/// Where the hologram goes: the numbers of the element and of its pixel layer, and that as the scene has it.
 pub(crate) struct Place {
     pub(crate) element: usize,
+    pub(crate) number: usize,
     pub(crate) layer: PixelLayer,
 }
 
@@ -166,7 +170,12 @@ pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Plac
                 let expected = "size = [nx, ny] and phase = \"FILE.npy\"";
                 return Err(scene.fault(&path, found, expected));
             }
-            return Ok((blank, Place { element, layer }));
+            let place = Place {
+                element,
+                number,
+                layer,
+            };
+            return Ok((blank, place));
         }
     }
     let expected = "the name of a diffractive element with a layer of pixels";

@@ -247,7 +247,12 @@ fn numbers(scene: &Scene, blank: &Scene, variables: &[Variable]) -> Result<Numbe
         let scale = variable.scale.unwrap_or(usual);
         let bounds = address.bounds([variable.lowest, variable.highest]);
         let Some(bounds) = bounds.filter(|[low, high]| low <= &start && &start <= high) else {
-            let found = format!("bounds {:?} and {:?}", variable.lowest, variable.highest);
+            let told = |bound: Option<f64>| bound.map_or(String::from("none"), |b| b.to_string());
+            let found = format!(
+                "lowest {} and highest {}",
+                told(variable.lowest),
+                told(variable.highest)
+            );
             let expected =
                 "lowest and highest about the scene's own value; both of one sign for a radius";
             return Err(scene.fault(&at, found, expected));
