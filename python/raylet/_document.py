@@ -35,8 +35,8 @@ def taken_out(value: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
     return value
 
 
-def put_in(document: Any, arrays: Mapping[str, NDArray[Any]]) -> None:
-    """Puts arrays into a document at their paths."""
+def put_in(document: Any, arrays: Mapping[str, Any]) -> None:
+    """Puts arrays, or the names of their files, into a document at their paths."""
     for path, array in arrays.items():
         *way, last = [int(step) if step.isdigit() else step for step in re.findall(r"\w+", path)]
         place = document
@@ -44,6 +44,15 @@ def put_in(document: Any, arrays: Mapping[str, NDArray[Any]]) -> None:
             place = place[step]
         place[last] = array
         place.pop("key", None)
+
+
+def rebased(value: Any, before: str, after: str) -> None:
+    """Names the files of a document in the folder `before` as they are seen from the folder `after`."""
+    for key, item in value.items() if isinstance(value, dict) else enumerate(value):
+        if isinstance(item, (dict, list)):
+            rebased(item, before, after)
+        elif key in ARRAYS and isinstance(item, (str, os.PathLike)):
+            value[key] = os.path.relpath(os.path.join(before, item), after or ".")
 
 
 def copied(value: Any) -> Any:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import grid
-from raylet._document import copied, taken_out, without_none
+from raylet._document import copied, put_in, rebased, taken_out, without_none
 from raylet._toml import dumps
 from raylet.bench import Bench
 from raylet.design import Design, design, hologram
@@ -395,6 +395,21 @@ class System:
     def to_toml(self) -> str:
         """The scene file of the system, with every default; arrays in memory are named but not in it."""
         return self._compiled().to_toml()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a scene file that :func:`load` and the command line read, and beside it the arrays in memory, as .npy."""
+        folder, name = os.path.split(os.fspath(path))
+        os.makedirs(folder or ".", exist_ok=True)
+        document = copied(self._document)
+        rebased(document, os.path.dirname(self._name), folder)
+        arrays: dict[str, NDArray[Any]] = {}
+        taken_out(document, "", arrays)
+        for place, array in arrays.items():
+            file = f"{os.path.splitext(name)[0]}.{place.replace('[', '').replace(']', '')}.npy"
+            np.save(os.path.join(folder, file), array)
+            put_in(document, {place: file})
+        with open(path, "w", encoding="utf-8") as scene:
+            scene.write(dumps(document))
 
     def __repr__(self) -> str:
         waves = ", ".join(f"{wave:g}" for wave in self.wavelength_um)

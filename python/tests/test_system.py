@@ -203,3 +203,15 @@ def test_the_package_takes_no_time_of_its_own() -> None:
     result = system.simulate(progress=False)
     beyond = time.perf_counter() - start - result.seconds
     assert beyond < 0.05 * result.seconds + 2e-3
+
+
+def test_saved_systems_are_the_same(tmp_path: Path) -> None:
+    """Arrays in memory and files of a scene elsewhere, read again from another folder."""
+    system = hologram(noise((8, 8)))
+    system.save(tmp_path / "one" / "scene.toml")
+    there = raylet.load(tmp_path / "one" / "scene.toml")
+    assert np.array_equal(there.simulate().field, system.simulate().field)
+    there.save(tmp_path / "two" / "again.toml")
+    again = raylet.load(tmp_path / "two" / "again.toml")
+    assert np.array_equal(again.simulate().field, system.simulate().field)
+    assert sorted(path.name for path in tmp_path.rglob("*.npy")) == ["scene.element0.layer0.phase.npy"]
