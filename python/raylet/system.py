@@ -397,7 +397,7 @@ class System:
         return self._compiled().to_toml()
 
     def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes a scene file that :func:`load` and the command line read, and beside it the arrays in memory, as .npy."""
+        """Writes a scene file that :func:`load` and the command line read, and arrays in memory beside it (.npy)."""
         folder, name = os.path.split(os.fspath(path))
         os.makedirs(folder or ".", exist_ok=True)
         document = copied(self._document)
