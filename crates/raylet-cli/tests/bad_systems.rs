@@ -225,7 +225,7 @@ const REST: [Case; 8] = [
     (
         "[[design.loss]]",
         "[[design.variable]]\npath = \"element[0].thickness_mm\"\nlowest = 1\n[[design.loss]]",
-        &["design.variable[0].path", "bounds"],
+        &["design.variable[0].path", "lowest 1 and highest none"],
     ),
     (
         "iterations = 8",
