@@ -84,6 +84,8 @@ def test_threads_do_not_change_a_bit() -> None:
 INTERRUPTED = """
     import os, signal, threading, time
     import numpy as np, raylet
+    # Where the tests run in the background of a shell, Ctrl-C is ignored.
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     system = raylet.load("scenes/paper/system1.toml")
     sent = []
     def interrupt():
