@@ -35,9 +35,24 @@ install: $(VENV)/ready
 	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/pip install --quiet --disable-pip-version-check \
 		--no-build-isolation --no-deps --force-reinstall .
 
+# The types of the extension module, told by the module itself.
+STUBS = out/stubs/raylet/_raylet.pyi
+
+.PHONY: stubs $(STUBS)
+$(STUBS): $(VENV)/ready
+	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/maturin generate-stubs --quiet --profile release --out out/stubs
+	$(VENV)/bin/ruff format --quiet $@
+	$(VENV)/bin/ruff check --quiet --fix $@
+
+# Remakes the stubs that the package carries.
+stubs: $(STUBS)
+	cp $(STUBS) python/raylet/_raylet.pyi
+
 test-python: install
 	$(VENV)/bin/ruff format --check python
 	$(VENV)/bin/ruff check python
+	$(MAKE) --no-print-directory $(STUBS)
+	cmp $(STUBS) python/raylet/_raylet.pyi || { echo "types have changed: run make stubs"; exit 1; }
 	$(VENV)/bin/mypy
 	$(VENV)/bin/python -m mypy.stubtest raylet._raylet
 	$(VENV)/bin/python -m pytest

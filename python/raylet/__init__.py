@@ -12,7 +12,8 @@
 """
 
 from raylet import layers
-from raylet._raylet import RayletError, __version__
+from raylet._raylet import __version__
+from raylet._refusal import RayletError
 from raylet.design import Design
 from raylet.layers import (
     annulus,
@@ -34,10 +35,6 @@ from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
 from raylet.result import Result
 from raylet.system import System, glasses, load
 from raylet.trace import Rays
-
-# Refusals that Python raises have no field, no more than what they say.
-for _name in ("path", "found", "expected", "hint"):
-    setattr(RayletError, _name, "")
 
 __all__ = [
     "Beams",

@@ -1,16 +1,19 @@
-# The extension module. Its words are those of the library; the package around it is what users meet.
-from collections.abc import Callable, Mapping, Sequence
-from typing import Any, final
+"""
+The extension module. Its words are those of the library; the package around it is what users meet.
+"""
 
-import numpy as np
+from os import PathLike
+from typing import Any, Final, SupportsFloat, SupportsIndex, final
+
+from _typeshed import Incomplete, SupportsGetItem
+from numpy import complex128, float64, uint8
 from numpy.typing import NDArray
 
 __all__ = [
+    "__version__",
     "Bench",
     "Passage",
-    "RayletError",
     "Scene",
-    "__version__",
     "beams",
     "design",
     "element",
@@ -25,88 +28,207 @@ __all__ = [
     "simulate",
     "trace",
 ]
-__version__: str
 
-_Arrays = Mapping[str, NDArray[Any]]
-_Complex = NDArray[np.complex128]
-_Real = NDArray[np.float64]
-
-class RayletError(ValueError):
-    path: str
-    found: str
-    expected: str
-    hint: str
-
-@final
-class Scene:
-    @staticmethod
-    def parse(text: str, name: str) -> Scene: ...
-    @staticmethod
-    def read(path: str) -> Scene: ...
-    def with_settings(self, settings: str) -> Scene: ...
-    def to_toml(self) -> str: ...
-    def to_json(self) -> str: ...
-
-@final
-class Passage:
-    def adjoint(self, fields_bar: list[Any], threads: int | None) -> tuple[list[Any], list[float]]: ...
+__version__: Final[str]
 
 @final
 class Bench:
+    """
+    Frozen plans of a scene whose pixels and numbers vary.
+    """
     def __new__(
-        cls, scene: Scene, arrays: _Arrays, elements: Sequence[str], numbers: Sequence[str], threads: int | None
-    ) -> Bench: ...
-    def numbers(self) -> list[float]: ...
+        cls,
+        /,
+        scene: Scene,
+        arrays: dict[str, NDArray[Any]],
+        elements: SupportsGetItem[int, str],
+        numbers: SupportsGetItem[int, str],
+        threads: SupportsIndex | None,
+    ) -> Bench:
+        """
+        Plans a scene about the values of its numbers; `elements` are the names of those whose pixels vary,
+        `numbers` the paths of the numbers that do.
+        """
     def forward(
-        self, scene: Scene, arrays: _Arrays, pixels: list[Any], numbers: Sequence[float], threads: int | None
-    ) -> tuple[list[_Complex], Passage]: ...
+        self,
+        /,
+        scene: Scene,
+        arrays: dict[str, NDArray[Any]],
+        pixels: list[NDArray[Any]],
+        numbers: SupportsGetItem[int, SupportsFloat | SupportsIndex],
+        threads: SupportsIndex | None,
+    ) -> tuple[list[NDArray[complex128]], Passage]:
+        """
+        Light through the system with these pixels (phases float64 or transmissions complex128, [y, x], for each
+        element) and numbers: the fields [y, x] of all wavelengths, and the passage.
+        """
+    def numbers(self, /) -> list[float]:
+        """
+        The numbers as the scene has them: of a radius the curvature, 1/radius.
+        """
 
-def simulate(
-    scene: Scene,
-    arrays: _Arrays,
-    threads: int | None,
-    progress: Callable[[float, float, str], Any] | None,
-) -> tuple[list[_Complex], _Real, _Real, list[_Real | None], str]: ...
-def hologram(
-    scene: Scene,
-    arrays: _Arrays,
-    naive: bool,
-    threads: int | None,
-    progress: Callable[[float, float, str], Any] | None,
-) -> tuple[str, _Real, list[float]]: ...
+@final
+class Passage:
+    """
+    Light on its way through a bench, ready to be gone back.
+    """
+    def adjoint(
+        self, /, fields_bar: list[NDArray[Any]], threads: SupportsIndex | None
+    ) -> tuple[list[Any], list[float]]:
+        """
+        The gradient of a real loss, from the cotangents ∂L/∂Re U + i ∂L/∂Im U of the fields [y, x] of all
+        wavelengths: for each element by its phases (float64) or transmissions (complex128, ∂L/∂Re t + i ∂L/∂Im t),
+        and by the numbers.
+        """
+
+@final
+class Scene:
+    """
+    A scene that was read; it never changes.
+    """
+    @staticmethod
+    def parse(text: str, name: str | PathLike[str]) -> Scene:
+        """
+        The scene of a text; `name` stands for its file in messages and tells its folder.
+        """
+    @staticmethod
+    def read(path: str | PathLike[str]) -> Scene:
+        """
+        The scene of a file, with every array that it names; those that a design may still have to make can be
+        missing until they are needed.
+        """
+    def to_json(self, /) -> str:
+        """
+        The scene as JSON, with every default.
+        """
+    def to_toml(self, /) -> str:
+        """
+        The scene as TOML, with every default.
+        """
+    def with_settings(self, /, settings: str) -> Scene:
+        """
+        The same scene with other settings, given as the TOML text of the table `[settings]`.
+        """
+
+def beams(
+    place: tuple[Scene, dict[str, NDArray[Any]], SupportsIndex], bundle: Incomplete, ways: Incomplete
+) -> tuple[NDArray[complex128], NDArray[complex128]]:
+    """
+    The amplitudes (rays,) and curvatures (rays, 3) in 1/mm of the beamlets of rays on the sensor.
+    """
+
 def design(
-    scene: Scene,
-    arrays: _Arrays,
-    threads: int | None,
-    progress: Callable[[float, float, str], Any] | None,
+    scene: Scene, arrays: dict[str, NDArray[Any]], threads: SupportsIndex | None, progress: Any | None
 ) -> tuple[
-    list[tuple[str, _Real]],
+    list[tuple[str, NDArray[float64]]],
     list[tuple[str, float]],
     tuple[list[float], float, int],
     list[tuple[int, int, list[tuple[str, float]]]],
     Scene,
-]: ...
-def trace(
-    scene: Scene, arrays: _Arrays, channel: int, pupil: _Real, light: _Real, numbers: Sequence[str]
-) -> tuple[_Real, _Real, _Real, NDArray[np.uint8], _Real]: ...
-def layout(scene: Scene, arrays: _Arrays, channel: int) -> str: ...
-def parts(scene: Scene, arrays: _Arrays, channel: int) -> str: ...
-def element(scene: Scene, arrays: _Arrays, name: str, channel: int) -> tuple[_Complex, list[float]]: ...
-def glasses() -> list[str]: ...
+]:
+    """
+    Designs what the `[design]` of a scene asks for.
+
+    Returns (arrays by their paths in the scene, numbers by name, (loss after each iteration, loss of what was found,
+    evaluations), (field, wavelength, losses by kind) of each run, the scene with its numbers).
+    """
+
+def element(
+    scene: Scene, arrays: dict[str, NDArray[Any]], name: str, channel: SupportsIndex
+) -> tuple[NDArray[complex128], list[float]]:
+    """
+    The transmission of a diffractive element over its opening: complex [y, x] at the centres of equal cells, and
+    the box [x_min, x_max, y_min, y_max] in mm.
+    """
+
+def gather(
+    place: tuple[Scene, dict[str, NDArray[Any]], SupportsIndex], bundle: Incomplete, sum: Incomplete
+) -> NDArray[complex128]:
+    """
+    The field that rays bring to the pixel centres of the sensor, [y, x].
+    """
+
+def gather_adjoint(
+    place: tuple[Scene, dict[str, NDArray[Any]], SupportsIndex],
+    bundle: Incomplete,
+    sum: Incomplete,
+    field_bar: NDArray[complex128],
+) -> dict[str, Any]:
+    """
+    The conjugate transpose of [`gather`], as a dictionary of arrays: cotangents of weight, path (1/mm), place and
+    optical cosines on the sensor's axes; of beamlets their amplitudes and curvatures too.
+    """
+
+def glasses() -> list[str]:
+    """
+    The names of all glasses.
+    """
+
+def hologram(
+    scene: Scene, arrays: dict[str, NDArray[Any]], naive: bool, threads: SupportsIndex | None, progress: Any | None
+) -> tuple[str, NDArray[float64], list[float]]:
+    """
+    The phase in rad [y, x] with which the sensor shows a picture, on the paraxial train: its path in the scene, what
+    goes there, and (NCC with the softened picture, NCC over the sensor, share of the light in it).
+    """
+
+def layout(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex) -> str:
+    """
+    The section through a system as JSON: rays, surfaces, glass and labels as points (z, transverse) in mm.
+    """
+
+def parts(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex) -> str:
+    """
+    The parts of a system in the order light meets them, as JSON.
+    """
+
 def scatter(
-    scene: Scene, arrays: _Arrays, place: tuple[str, int], bundle: Mapping[str, Any], choices: Mapping[str, Any]
-) -> dict[str, Any]: ...
+    scene: Scene,
+    arrays: dict[str, NDArray[Any]],
+    place: tuple[str, SupportsIndex],
+    bundle: Incomplete,
+    choices: Incomplete,
+) -> dict[str, Any]:
+    """
+    The rays that leave an element, as a dictionary of arrays.
+    """
+
 def scatter_adjoint(
     scene: Scene,
-    arrays: _Arrays,
-    place: tuple[str, int],
-    rays: tuple[Mapping[str, Any], Mapping[str, Any]],
-    drawn: tuple[Mapping[str, Any], _Complex],
-) -> tuple[_Complex | None, _Complex]: ...
-def beams(
-    place: tuple[Scene, _Arrays, int], bundle: Mapping[str, Any], ways: Mapping[str, Any]
-) -> tuple[_Complex, _Complex]: ...
-def gather(place: tuple[Scene, _Arrays, int], bundle: Mapping[str, Any], sum: Mapping[str, Any]) -> _Complex: ...
-def gather_adjoint(
-    place: tuple[Scene, _Arrays, int], bundle: Mapping[str, Any], sum: Mapping[str, Any], field_bar: _Complex
-) -> dict[str, Any]: ...
+    arrays: dict[str, NDArray[Any]],
+    place: tuple[str, SupportsIndex],
+    rays: tuple[Incomplete, Incomplete],
+    drawn: tuple[Incomplete, NDArray[complex128]],
+) -> tuple[NDArray[complex128] | None, NDArray[complex128]]:
+    """
+    The conjugate transpose of [`scatter`] by weights: cotangents of the element's pixels (complex [y, x], or None
+    where it has none of its own) and of the arriving weights.
+    """
+
+def simulate(
+    scene: Scene, arrays: dict[str, NDArray[Any]], threads: SupportsIndex | None, progress: Any | None
+) -> tuple[list[NDArray[complex128]], NDArray[float64], NDArray[float64], list[NDArray[float64] | None], str]:
+    """
+    Carries the light of every wavelength to the sensor.
+
+    Returns (fields, x, y, standard errors, report as JSON): for each wavelength the complex field [y, x], whose
+    memory is the library's own; the pixel centres in mm; float64 [y, x] or None.
+    """
+
+def trace(
+    scene: Scene,
+    arrays: dict[str, NDArray[Any]],
+    channel: SupportsIndex,
+    pupil: NDArray[float64],
+    light: NDArray[float64],
+    numbers: SupportsGetItem[int, str],
+    threads: SupportsIndex | None,
+) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[float64]]:
+    """
+    Rays through the places `pupil` (rays, 2) of the first screen, in units of the half widths of its opening, of
+    light that is `light` (rays, 3): unit directions of a collimated source, places in mm of a point source.
+
+    Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
+    fates (rays; 0 arrived, else the number of the loss), and derivatives (numbers, 5, rays) of x, y, L, M, path on
+    the sensor. What a lost ray did not reach is NaN.
+    """

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 from raylet import _raylet
 from raylet._arrays import grid
 from raylet._document import copied, put_in, rebased, taken_out, without_none
+from raylet._refusal import RayletError
 from raylet._toml import dumps
 from raylet.bench import Bench
 from raylet.design import Design, design, hologram
@@ -202,7 +203,7 @@ class System:
         row = other._document["element"][self._number_of(element)]
         layers = [layer for layer in row.get("layer", []) if layer.get("kind") == "pixels"]
         if not layers:
-            raise _raylet.RayletError(f"element '{element}' has no layer of pixels")
+            raise RayletError(f"element '{element}' has no layer of pixels")
         old = layers[0]
         for key in ("phase", "amplitude", "transmission", "key", "size", "phase_scale"):
             old.pop(key, None)
@@ -263,6 +264,7 @@ class System:
         field_mm: float | None = None,
         channel: int = 0,
         derivatives: Sequence[str] = (),
+        threads: int | None = None,
     ) -> Rays:
         """Single rays through the whole system, by geometrical optics.
 
@@ -276,10 +278,11 @@ class System:
         channel : index of the wavelength.
         derivatives : paths of numbers, such as "element[0].radius_mm", by which landings are differentiated; for a
             radius by its curvature.
+        threads : how many to use; all processors' by default. They change no bit.
         """
         scale = (field_deg or self.field_deg, field_mm or self.field_mm)
         source = json.loads(self._compiled().to_json())["source"]
-        return trace(self, source, (Hx, Hy, Px, Py), scale, channel, list(derivatives))
+        return trace(self, source, (Hx, Hy, Px, Py), scale, channel, derivatives, threads)
 
     # What is sought.
 
@@ -416,7 +419,7 @@ class System:
         head = f"<raylet.System{f' {self.title!r}' if self.title else ''}, λ = {waves} µm"
         try:
             parts = self.parts
-        except _raylet.RayletError as error:
+        except RayletError as error:
             return f"{head}, {len(self._document['element'])} elements; not complete: {error.args[0].splitlines()[0]}>"
         return f"{head}>\n{_table(parts)}"
 
@@ -437,7 +440,7 @@ class System:
         names = [row.get("name") for row in self._document["element"]]
         if element not in names:
             known = ", ".join(repr(name) for name in names if name) or "none has a name"
-            raise _raylet.RayletError(f"no element is called {element!r}; there are: {known}")
+            raise RayletError(f"no element is called {element!r}; there are: {known}")
         return names.index(element)
 
     def _compiled(self, seed: int | None = None, settings: Mapping[str, Any] | None = None) -> _raylet.Scene:

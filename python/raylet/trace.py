@@ -64,6 +64,7 @@ def trace(
     scale: tuple[float | None, float | None],
     channel: int,
     numbers: Sequence[str],
+    threads: int | None,
 ) -> Rays:
     """Rays of normalised field and pupil coordinates."""
     given = [real(name, value) for name, value in zip(("Hx", "Hy", "Px", "Py"), coordinates)]
@@ -77,7 +78,8 @@ def trace(
         raise ValueError("Hx, Hy, Px, Py hold numbers that are not finite")
     light = _light(source, Hx, Hy, scale)
     scene, arrays = system._compiled(), system._arrays
-    points, directions, paths, fate, slopes = _raylet.trace(scene, arrays, channel, pupil, light, list(numbers))
+    found = _raylet.trace(scene, arrays, channel, pupil, light, list(numbers), threads)
+    points, directions, paths, fate, slopes = found
     names = [part["name"] for part in system.parts]
     x, y, z = np.moveaxis(points, -1, 0)
     L, M, N = np.moveaxis(directions, -1, 0)

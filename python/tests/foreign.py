@@ -66,15 +66,18 @@ def apart(one: Any, other: Any) -> float:
     return float(np.linalg.norm(np.asarray(one) - other) / np.linalg.norm(other))
 
 
-def picture(bend: float, phase: Any = PHASE, source: Any = None) -> Any:
-    """Intensity behind the lens with so much more curvature, by collimated light or by a point."""
+def field(bend: float, phase: Any = PHASE, source: Any = None) -> Any:
+    """Field behind the lens with so much more curvature, of collimated light or of a point."""
     own = hologram_behind(lens_radius=1.0 / (0.1 + bend)).with_pixels("doe", phase=phase)
-    return (own if source is None else own.point_source(source)).simulate().intensity
+    return (own if source is None else own.point_source(source)).simulate().field
 
 
-def stronger(source: Any = None) -> Any:
-    """The picture that gradients lead to: a lens 20 % stronger."""
-    return picture(0.02, source=source)
+def picture(bend: float, phase: Any = PHASE, source: Any = None) -> Any:
+    return np.abs(field(bend, phase, source)) ** 2
+
+
+#: What gradients lead to: a lens that is bent so much more, 20 %.
+STRONGER = 0.02
 
 
 def own_slopes(wanted: Any, by_phase: Any, source: Any = None) -> tuple[float, float]:
@@ -87,3 +90,12 @@ def own_slopes(wanted: Any, by_phase: Any, source: Any = None) -> tuple[float, f
 
     by_curvature = (loss(1e-5, 0.0) - loss(-1e-5, 0.0)) / 2e-5
     return by_curvature, (loss(0.0, 1e-3) - loss(0.0, -1e-3)) / 2e-3
+
+
+def own_slope_of_field(wanted: Any) -> float:
+    """Slope of the squared distance from a field by the curvature of the lens: it sees the phase, too."""
+
+    def loss(bend: float) -> float:
+        return float((np.abs(field(bend) - wanted) ** 2).sum())
+
+    return (loss(1e-5) - loss(-1e-5)) / 2e-5

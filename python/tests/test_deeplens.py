@@ -13,11 +13,12 @@ from foreign import (
     HOLOGRAM,
     PHASE,
     PITCH,
+    STRONGER,
     apart,
     hologram_behind,
     hologram_first,
     own_slopes,
-    stronger,
+    picture,
 )
 
 import raylet
@@ -183,7 +184,7 @@ def test_element_behind_a_lens_and_finite_object() -> None:
 @pytest.mark.slow
 def test_gradients_to_the_lens_before_the_element() -> None:
     """By its curvature and by the phases, against differences of raylet's own runs."""
-    wanted, other = stronger(), lens_first(threshold=0.0, tolerance=1e-6)
+    wanted, other = picture(STRONGER), lens_first(threshold=0.0, tolerance=1e-6)
     phase = torch.tensor(PHASE, requires_grad=True)
     curvature = double(0.1).requires_grad_()
     other.lens.surfaces[1].c = curvature

@@ -89,7 +89,7 @@ INTERRUPTED = """
     system = raylet.load("scenes/paper/system1.toml")
     sent = []
     def interrupt():
-        time.sleep(1.5)
+        time.sleep(AFTER)
         sent.append(time.monotonic())
         os.kill(os.getpid(), signal.SIGINT)
     threading.Thread(target=interrupt, daemon=True).start()
@@ -115,15 +115,15 @@ def run(code: str) -> str:
 
 
 @pytest.mark.parametrize(
-    "call",
+    "call, seconds",
     [
-        "system.simulate(method='paper', target_error=1e-6)",
-        "system.trace(Px=np.linspace(-0.5, 0.5, 5_000_000))",
-        "raylet.load('scenes/paper/fig5.toml').design()",
+        ("system.simulate(method='paper', target_error=1e-6)", "1.5"),
+        ("system.trace(Px=np.linspace(-0.5, 0.5, 2_000_000), threads=1)", "0.5"),
+        ("raylet.load('scenes/paper/fig5.toml').design()", "1.5"),
     ],
 )
-def test_ctrl_c_ends_a_call_within_half_a_second(call: str) -> None:
-    after, then = run(INTERRUPTED.replace("CALL", call)).splitlines()
+def test_ctrl_c_ends_a_call_within_half_a_second(call: str, seconds: str) -> None:
+    after, then = run(INTERRUPTED.replace("CALL", call).replace("AFTER", seconds)).splitlines()
     assert float(after.split()[1]) < 0.5
     assert then == "then True"
 

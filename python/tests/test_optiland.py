@@ -14,11 +14,14 @@ from foreign import (
     HOLOGRAM,
     PHASE,
     PITCH,
+    STRONGER,
     apart,
+    field,
     hologram_behind,
     hologram_first,
+    own_slope_of_field,
     own_slopes,
-    stronger,
+    picture,
 )
 
 import raylet
@@ -206,7 +209,7 @@ def test_gradients_to_the_lens_before_the_element(torch: Any, far: bool) -> None
     """By its curvature and by the phases, of how far the picture is from that of a lens 20 % stronger, against
     differences of raylet's own runs."""
     source = None if far else (0.0, 1.0, -200.0)
-    wanted = stronger(source)
+    wanted = picture(STRONGER, source=source)
     place = {} if far else {"distance": 200.0, "height": 1.0}
     other = lens_first(threshold=0.0, tolerance=1e-6, **place)
     phase = torch.tensor(PHASE, requires_grad=True)
@@ -218,6 +221,16 @@ def test_gradients_to_the_lens_before_the_element(torch: Any, far: bool) -> None
     by_curvature, along_phase = own_slopes(wanted, phase.grad.numpy(), source)
     assert -float(radius.grad) * 10.0**2 == pytest.approx(by_curvature, rel=1e-3)
     assert np.linalg.norm(phase.grad.numpy()) == pytest.approx(along_phase, rel=1e-3)
+
+
+@pytest.mark.slow
+def test_gradients_of_phases_to_the_lens_before_the_element(torch: Any) -> None:
+    """Pictures do not see a phase that the whole field shares; how far the field is from another does."""
+    wanted, other = field(STRONGER), lens_first(threshold=0.0, tolerance=1e-6)
+    radius = torch.tensor(10.0, dtype=torch.float64, requires_grad=True)
+    other.optic.surfaces[2].geometry.radius = radius
+    (other.field(PHASE) - torch.tensor(wanted)).abs().square().sum().backward()
+    assert -float(radius.grad) * 10.0**2 == pytest.approx(own_slope_of_field(wanted), rel=1e-3)
 
 
 def test_what_it_cannot_do_is_refused(torch: Any) -> None:

@@ -4,9 +4,9 @@ use std::sync::Arc;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use numpy::PyArray2;
+use numpy::Ix2;
+use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use pyo3::types::{PyDict, PyList};
 use raylet::engine::bench::{Bench as Plans, BenchError, Trace};
 use raylet::engine::settings::Settings;
 use raylet::engine::sway::Variation;
@@ -23,6 +23,7 @@ use raylet::optics::system::System;
 use crate::arrays::{Guard, guard};
 use crate::refusal::error;
 use crate::scene::Scene;
+use crate::typed::{ByPath, Made, Row};
 use crate::watch::{Watch, run};
 
 /// Neighbours that tell the derivative by a number are this share of it away, or this if it is zero.
@@ -66,7 +67,7 @@ impl Bench {
     fn new(
         py: Python<'_>,
         scene: &Scene,
-        arrays: &Bound<'_, PyDict>,
+        arrays: ByPath<'_>,
         elements: Vec<String>,
         numbers: Vec<String>,
         threads: Option<usize>,
@@ -78,7 +79,7 @@ impl Bench {
             addresses.push(address.map_err(|told| crate::refusal::fault(py, &told))?);
         }
         let values = values(py, &file, &addresses)?;
-        let made = made(py, scene, arrays, &addresses, &values)?;
+        let made = made(py, scene, &arrays, &addresses, &values)?;
         let elements = elements.into_iter().map(|name| {
             let at = made
                 .first()
@@ -122,20 +123,20 @@ impl Bench {
         &self,
         py: Python<'py>,
         scene: &Scene,
-        arrays: &Bound<'py, PyDict>,
-        pixels: &Bound<'py, PyList>,
+        arrays: ByPath<'py>,
+        pixels: Row<'py>,
         numbers: Vec<f64>,
         threads: Option<usize>,
-    ) -> PyResult<(Vec<Bound<'py, PyArray2<Complex64>>>, Passage)> {
+    ) -> PyResult<(Vec<Made<'py, Complex64, Ix2>>, Passage)> {
         let mut made = match self.addresses.is_empty() {
             true => self
                 .planned
                 .iter()
                 .map(|(system, _)| (system.clone(), Vec::new()))
                 .collect(),
-            false => made(py, scene, arrays, &self.addresses, &numbers)?,
+            false => made(py, scene, &arrays, &self.addresses, &numbers)?,
         };
-        let elements = self.place(py, pixels, &mut made)?;
+        let elements = self.place(py, &pixels, &mut made)?;
         let planned = Arc::clone(&self.planned);
         let channels = run(py, threads, None, move |watch: &Watch| {
             let pulse = || watch.pulse();
@@ -157,9 +158,7 @@ impl Bench {
         // Nothing on the way back asks for the field itself: its memory becomes NumPy's.
         let take = |channel: &mut Channel| std::mem::take(&mut channel.trace.field.values);
         let fields = channels.iter_mut().map(take);
-        let fields = fields
-            .map(|field| PyArray2::from_owned_array(py, field))
-            .collect();
+        let fields = fields.map(|field| Made::new(py, field)).collect();
         let passage = Passage {
             planned: Arc::clone(&self.planned),
             channels: Arc::new(channels),
@@ -174,7 +173,7 @@ impl Bench {
     fn place(
         &self,
         py: Python<'_>,
-        pixels: &Bound<'_, PyList>,
+        pixels: &Row<'_>,
         made: &mut [(System, Vec<Variation>)],
     ) -> PyResult<Vec<(usize, bool)>> {
         if pixels.len() != self.elements.len() {
@@ -213,7 +212,7 @@ impl Passage {
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
-        fields_bar: &Bound<'py, PyList>,
+        fields_bar: Row<'py>,
         threads: Option<usize>,
     ) -> PyResult<(Vec<Bound<'py, PyAny>>, Vec<f64>)> {
         let mut bars = Vec::new();
@@ -246,10 +245,10 @@ impl Passage {
         })?;
         let (pixels, numbers) = gradient.map_err(|told| error(py, told))?;
         let each = pixels.into_iter().map(|pixels| match pixels {
-            Bar::Phase(bar) => PyArray2::from_owned_array(py, bar).into_any(),
-            Bar::Transmission(bar) => PyArray2::from_owned_array(py, bar).into_any(),
+            Bar::Phase(bar) => Made::new(py, bar).into_bound_py_any(py),
+            Bar::Transmission(bar) => Made::new(py, bar).into_bound_py_any(py),
         });
-        Ok((each.collect(), numbers))
+        Ok((each.collect::<PyResult<_>>()?, numbers))
     }
 }
 
@@ -340,7 +339,7 @@ fn values(py: Python<'_>, file: &File, addresses: &[Address]) -> PyResult<Vec<f6
 fn made(
     py: Python<'_>,
     scene: &Scene,
-    arrays: &Bound<'_, PyDict>,
+    arrays: &ByPath<'_>,
     addresses: &[Address],
     numbers: &[f64],
 ) -> PyResult<Vec<(System, Vec<Variation>)>> {

@@ -3,9 +3,8 @@
 use std::sync::Arc;
 
 use ndarray::Array2;
-use numpy::PyArray2;
+use numpy::Ix2;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use raylet::design::hologram::{Score, design as seek};
 use raylet::design::project::ProjectError;
 use raylet::design::run::Run;
@@ -18,6 +17,7 @@ use raylet::file::scene::Scene as File;
 use crate::arrays::Lent;
 use crate::refusal::{error, fault};
 use crate::scene::Scene;
+use crate::typed::{ByPath, Made};
 use crate::watch::{Watch, run};
 
 /// The phase in rad [y, x] with which the sensor shows a picture, on the paraxial train: its path in the scene, what
@@ -27,12 +27,12 @@ use crate::watch::{Watch, run};
 pub(crate) fn hologram<'py>(
     py: Python<'py>,
     scene: &Scene,
-    arrays: &Bound<'py, PyDict>,
+    arrays: ByPath<'py>,
     naive: bool,
     threads: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
-) -> PyResult<(String, Bound<'py, PyArray2<f64>>, [f64; 3])> {
-    let file = held(py, scene, arrays)?;
+) -> PyResult<(String, Made<'py, f64, Ix2>, [f64; 3])> {
+    let file = held(py, scene, &arrays)?;
     let work = move |watch: &Watch| {
         let wanted = commission(&file, naive)?;
         let all = wanted.task.iterations as f64;
@@ -46,7 +46,7 @@ pub(crate) fn hologram<'py>(
     let found: Result<(String, Array2<f64>, Score), Fault> = run(py, threads, progress, work)?;
     let (path, phase, score) = found.map_err(|told| fault(py, &told))?;
     let scores = [score.ncc, score.ncc_sensor, score.efficiency];
-    Ok((path, PyArray2::from_owned_array(py, phase), scores))
+    Ok((path, Made::new(py, phase), scores))
 }
 
 /// Numbers of the field and the wavelength of each run, and its losses by kind.
@@ -69,7 +69,7 @@ struct Found {
 }
 
 type Answer<'py> = (
-    Vec<(String, Bound<'py, PyArray2<f64>>)>,
+    Vec<(String, Made<'py, f64, Ix2>)>,
     Vec<(String, f64)>,
     (Vec<f64>, f64, usize),
     Parts,
@@ -85,11 +85,11 @@ type Answer<'py> = (
 pub(crate) fn design<'py>(
     py: Python<'py>,
     scene: &Scene,
-    arrays: &Bound<'py, PyDict>,
+    arrays: ByPath<'py>,
     threads: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Answer<'py>> {
-    let file = held(py, scene, arrays)?;
+    let file = held(py, scene, &arrays)?;
     let found = run(py, threads, progress, move |watch: &Watch| {
         find(&file, watch)
     })?;
@@ -98,7 +98,7 @@ pub(crate) fn design<'py>(
         Failure::Other(told) => error(py, told),
     })?;
     let pixels = found.pixels.into_iter();
-    let pixels = pixels.map(|(path, array)| (path, PyArray2::from_owned_array(py, array)));
+    let pixels = pixels.map(|(path, array)| (path, Made::new(py, array)));
     let scene = Scene {
         file: Arc::new(found.scene),
     };
@@ -174,7 +174,7 @@ fn find(file: &File, watch: &Watch) -> Result<Found, Failure> {
 }
 
 /// The scene with copies of the arrays that Python holds.
-fn held(py: Python<'_>, scene: &Scene, arrays: &Bound<'_, PyDict>) -> PyResult<File> {
+fn held(py: Python<'_>, scene: &Scene, arrays: &ByPath<'_>) -> PyResult<File> {
     let lent = Lent::new(arrays)?;
     let held = (*scene.file).clone().holding(&lent.looks());
     held.map_err(|told| fault(py, &told))

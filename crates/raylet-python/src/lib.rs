@@ -10,31 +10,28 @@ mod refusal;
 mod scene;
 mod simulate;
 mod trace;
+mod typed;
 mod watch;
 
-use pyo3::prelude::*;
+/// The extension module. Its words are those of the library; the package around it is what users meet.
+#[pyo3::pymodule]
+mod _raylet {
+    #[pymodule_export]
+    use crate::bench::{Bench, Passage};
+    #[pymodule_export]
+    use crate::design::{design, hologram};
+    #[pymodule_export]
+    use crate::look::{element, glasses, layout, parts};
+    #[pymodule_export]
+    use crate::rays::{beams, gather, gather_adjoint, scatter, scatter_adjoint};
+    #[pymodule_export]
+    use crate::scene::Scene;
+    #[pymodule_export]
+    use crate::simulate::simulate;
+    #[pymodule_export]
+    use crate::trace::trace;
 
-#[pymodule]
-fn _raylet(module: &Bound<'_, PyModule>) -> PyResult<()> {
-    module.add("__version__", env!("CARGO_PKG_VERSION"))?;
-    module.add(
-        "RayletError",
-        module.py().get_type::<refusal::RayletError>(),
-    )?;
-    module.add_class::<scene::Scene>()?;
-    module.add_class::<bench::Bench>()?;
-    module.add_class::<bench::Passage>()?;
-    module.add_function(wrap_pyfunction!(simulate::simulate, module)?)?;
-    module.add_function(wrap_pyfunction!(design::hologram, module)?)?;
-    module.add_function(wrap_pyfunction!(design::design, module)?)?;
-    module.add_function(wrap_pyfunction!(trace::trace, module)?)?;
-    module.add_function(wrap_pyfunction!(look::layout, module)?)?;
-    module.add_function(wrap_pyfunction!(look::parts, module)?)?;
-    module.add_function(wrap_pyfunction!(look::element, module)?)?;
-    module.add_function(wrap_pyfunction!(look::glasses, module)?)?;
-    module.add_function(wrap_pyfunction!(rays::scatter, module)?)?;
-    module.add_function(wrap_pyfunction!(rays::scatter_adjoint, module)?)?;
-    module.add_function(wrap_pyfunction!(rays::beams, module)?)?;
-    module.add_function(wrap_pyfunction!(rays::gather, module)?)?;
-    module.add_function(wrap_pyfunction!(rays::gather_adjoint, module)?)
+    #[pymodule_export]
+    #[expect(non_upper_case_globals, reason = "Python's name for it")]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
 }

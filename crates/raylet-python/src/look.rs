@@ -2,9 +2,8 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use numpy::PyArray2;
+use numpy::Ix2;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use raylet::file::catalog;
 use raylet::file::layout::CurveKind;
 use raylet::file::pictures::doe_map;
@@ -15,16 +14,17 @@ use serde_json::{Value, json};
 
 use crate::refusal::error;
 use crate::scene::Scene;
+use crate::typed::{ByPath, Made};
 
 /// The section through a system as JSON: rays, surfaces, glass and labels as points (z, transverse) in mm.
 #[pyfunction]
 pub(crate) fn layout(
     py: Python<'_>,
     scene: &Scene,
-    arrays: &Bound<'_, PyDict>,
+    arrays: ByPath<'_>,
     channel: usize,
 ) -> PyResult<String> {
-    let system = scene.system(py, arrays, channel)?;
+    let system = scene.system(py, &arrays, channel)?;
     let (drawn, transverse) = section::layout(&scene.file, &system);
     let kind = |kind: CurveKind| match kind {
         CurveKind::Surface => "surface",
@@ -60,10 +60,10 @@ pub(crate) fn layout(
 pub(crate) fn parts(
     py: Python<'_>,
     scene: &Scene,
-    arrays: &Bound<'_, PyDict>,
+    arrays: ByPath<'_>,
     channel: usize,
 ) -> PyResult<String> {
-    let system = scene.system(py, arrays, channel)?;
+    let system = scene.system(py, &arrays, channel)?;
     let part = |part: raylet::file::prescription::Part| {
         let frame = part.frame();
         let axes = [frame.x, frame.y, frame.z].map(|axis| [axis.x, axis.y, axis.z]);
@@ -90,11 +90,11 @@ pub(crate) fn parts(
 pub(crate) fn element<'py>(
     py: Python<'py>,
     scene: &Scene,
-    arrays: &Bound<'py, PyDict>,
+    arrays: ByPath<'py>,
     name: &str,
     channel: usize,
-) -> PyResult<(Bound<'py, PyArray2<Complex64>>, [f64; 4])> {
-    let system = scene.system(py, arrays, channel)?;
+) -> PyResult<(Made<'py, Complex64, Ix2>, [f64; 4])> {
+    let system = scene.system(py, &arrays, channel)?;
     let screen = system.screens.iter().find(|screen| screen.name == name);
     let Some(Act::Doe(doe)) = screen.map(|screen| &screen.act) else {
         let screens = system.screens.iter();
@@ -109,7 +109,7 @@ pub(crate) fn element<'py>(
         .bounds()
         .ok_or_else(|| error(py, format!("element '{name}' has no edge")))?;
     let map: Array2<Complex64> = py.detach(|| doe_map(doe, bounds));
-    Ok((PyArray2::from_owned_array(py, map), bounds))
+    Ok((Made::new(py, map), bounds))
 }
 
 /// The names of all glasses.

@@ -1,10 +1,8 @@
 //! Rays of another tracer at a system's element and on its sensor.
 
-use ndarray::{Array1, Array2, ArrayView2};
+use ndarray::{Array1, Array2, Array3, ArrayView2};
 use num_complex::Complex64;
-use numpy::{
-    PyArray1, PyArray2, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyReadonlyArray3,
-};
+use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyDict;
@@ -22,22 +20,23 @@ use raylet::wave::window::Synthesis;
 use crate::arrays::{check_memory, column, columns};
 use crate::refusal::error;
 use crate::scene::Scene;
+use crate::typed::{ByPath, Given, Made, Named, Number};
 use crate::watch::{Watch, run};
 
 /// Complex numbers, one for each ray.
-type Column<'py> = Bound<'py, PyArray1<Complex64>>;
+type Column<'py> = Made<'py, Complex64, Ix1>;
 
 /// Complex numbers on two axes.
-type Grid<'py> = Bound<'py, PyArray2<Complex64>>;
+type Grid<'py> = Made<'py, Complex64, Ix2>;
 
 /// Rays in columns: (rays, 3) positions in mm and unit directions, (rays,) paths in mm and complex weights.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Bundle<'py> {
-    position: PyReadonlyArray2<'py, f64>,
-    direction: PyReadonlyArray2<'py, f64>,
-    path: PyReadonlyArray1<'py, f64>,
-    weight: PyReadonlyArray1<'py, Complex64>,
+    position: Given<'py, f64, Ix2>,
+    direction: Given<'py, f64, Ix2>,
+    path: Given<'py, f64, Ix1>,
+    weight: Given<'py, Complex64, Ix1>,
 }
 
 /// The same as the library takes them.
@@ -92,7 +91,7 @@ pub(crate) struct Choices<'py> {
     most: Option<usize>,
     systematic: bool,
     seed: u64,
-    curvature: Option<PyReadonlyArray2<'py, f64>>,
+    curvature: Option<Given<'py, f64, Ix2>>,
 }
 
 impl Choices<'_> {
@@ -131,7 +130,7 @@ impl Choices<'_> {
 /// Does something with the rays at an element of a system.
 fn at_element<T: Send + 'static>(
     py: Python<'_>,
-    (scene, arrays, name, channel): (&Scene, &Bound<'_, PyDict>, &str, usize),
+    (scene, arrays, name, channel): (&Scene, &ByPath<'_>, &str, usize),
     (bundle, choices): (&Bundle<'_>, &Choices<'_>),
     work: impl FnOnce(&Screen, &Scatter) -> Result<T, String> + Send + 'static,
 ) -> PyResult<T> {
@@ -156,25 +155,24 @@ fn at_element<T: Send + 'static>(
 }
 
 /// Rows of `N` numbers as an array (rows, N).
-fn rows<'py, T: numpy::Element + Copy, const N: usize>(
+fn rows<'py, T: Number + Copy, const N: usize>(
     py: Python<'py>,
     rows: &[[T; N]],
-) -> Bound<'py, PyArray2<T>> {
+) -> Made<'py, T, Ix2> {
     let array = Array2::from_shape_fn((rows.len(), N), |(i, j)| rows[i][j]);
-    PyArray2::from_owned_array(py, array)
+    Made::new(py, array)
 }
 
-fn one<T: numpy::Element>(py: Python<'_>, values: Vec<T>) -> Bound<'_, PyArray1<T>> {
-    PyArray1::from_owned_array(py, Array1::from_vec(values))
+fn one<T: Number>(py: Python<'_>, values: Vec<T>) -> Made<'_, T, Ix1> {
+    Made::new(py, Array1::from_vec(values))
 }
 
 /// The x, y and z axes of the plane that touches a screen at a global point on it.
-fn touching(screen: &Screen, [x, y, z]: [f64; 3]) -> [f64; 9] {
+fn touching(screen: &Screen, [x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
     let local = screen.frame.to_local(Vec3::new(x, y, z));
     let plane = screen.tangent([local.x, local.y]);
     let frame = plane.map_or(screen.frame, |plane| plane.frame);
-    let [x, y, z] = [frame.x, frame.y, frame.z];
-    [x.x, x.y, x.z, y.x, y.y, y.z, z.x, z.y, z.z]
+    [frame.x, frame.y, frame.z].map(|axis| [axis.x, axis.y, axis.z])
 }
 
 /// The rays that leave an element, as a dictionary of arrays.
@@ -182,20 +180,20 @@ fn touching(screen: &Screen, [x, y, z]: [f64; 3]) -> [f64; 9] {
 pub(crate) fn scatter<'py>(
     py: Python<'py>,
     scene: &Scene,
-    arrays: &Bound<'py, PyDict>,
+    arrays: ByPath<'py>,
     place: (String, usize),
     bundle: Bundle<'py>,
     choices: Choices<'py>,
-) -> PyResult<Bound<'py, PyDict>> {
+) -> PyResult<Named<'py>> {
     let (name, channel) = place;
-    let at = (scene, arrays, name.as_str(), channel);
+    let at = (scene, &arrays, name.as_str(), channel);
     let most = (memory(scene) / RAY_BYTES) as usize;
     let (made, axes, unevenness) =
         at_element(py, at, (&bundle, &choices), move |screen, scatter| {
             let made = scatter
                 .scatter_within(most)
                 .map_err(|told| told.to_string())?;
-            let axes: Vec<[f64; 9]> = made
+            let axes: Vec<[[f64; 3]; 3]> = made
                 .position
                 .iter()
                 .map(|at| touching(screen, *at))
@@ -204,32 +202,37 @@ pub(crate) fn scatter<'py>(
         })?;
     let answer = PyDict::new(py);
     let index = |i: &usize| *i as i64;
-    let mode: Vec<i64> = made.mode.iter().flatten().map(index).collect();
+    let mode: Vec<[i64; 2]> = made
+        .mode
+        .iter()
+        .map(|mode| mode.map(|i| index(&i)))
+        .collect();
+    let turns = Array3::from_shape_fn((axes.len(), 3, 3), |(ray, axis, i)| axes[ray][axis][i]);
     answer.set_item("position", rows(py, &made.position))?;
     answer.set_item("direction", rows(py, &made.direction))?;
     answer.set_item("window", rows(py, &made.window))?;
-    answer.set_item("axes", rows(py, &axes).reshape([axes.len(), 3, 3])?)?;
+    answer.set_item("axes", Made::new(py, turns))?;
     answer.set_item(
         "parent",
         one(py, made.parent.iter().map(index).collect::<Vec<i64>>()),
     )?;
-    answer.set_item("mode", one(py, mode).reshape([made.parent.len(), 2])?)?;
+    answer.set_item("mode", rows(py, &mode))?;
     answer.set_item("dropped", made.dropped)?;
     answer.set_item("unevenness", unevenness)?;
     answer.set_item("path", one(py, made.path))?;
     answer.set_item("weight", one(py, made.weight))?;
     answer.set_item("cosine", one(py, made.cosine))?;
     answer.set_item("times", one(py, made.times))?;
-    Ok(answer)
+    Ok(Named(answer))
 }
 
 /// Which secondary rays were chosen.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Drawn<'py> {
-    parent: PyReadonlyArray1<'py, i64>,
-    mode: PyReadonlyArray2<'py, i64>,
-    times: PyReadonlyArray1<'py, f64>,
+    parent: Given<'py, i64, Ix1>,
+    mode: Given<'py, i64, Ix2>,
+    times: Given<'py, f64, Ix1>,
 }
 
 impl Drawn<'_> {
@@ -267,21 +270,21 @@ impl Drawn<'_> {
 pub(crate) fn scatter_adjoint<'py>(
     py: Python<'py>,
     scene: &Scene,
-    arrays: &Bound<'py, PyDict>,
+    arrays: ByPath<'py>,
     place: (String, usize),
     rays: (Bundle<'py>, Choices<'py>),
-    drawn: (Drawn<'py>, PyReadonlyArray1<'py, Complex64>),
+    drawn: (Drawn<'py>, Given<'py, Complex64, Ix1>),
 ) -> PyResult<(Option<Grid<'py>>, Column<'py>)> {
     let ((name, channel), (bundle, choices)) = (place, rays);
     let (secondary, bar) = (drawn.0.secondary()?, column("weight_bar", &drawn.1)?);
-    let at = (scene, arrays, name.as_str(), channel);
+    let at = (scene, &arrays, name.as_str(), channel);
     let (pixels, weight) = at_element(py, at, (&bundle, &choices), move |_, scatter| {
         let back = scatter
             .weigh_adjoint(&secondary, &bar)
             .map_err(|told| told.to_string())?;
         Ok((scatter.pixels_bar(&back).ok(), back.weight))
     })?;
-    let pixels = pixels.map(|pixels| PyArray2::from_owned_array(py, pixels));
+    let pixels = pixels.map(|pixels| Made::new(py, pixels));
     Ok((pixels, one(py, weight)))
 }
 
@@ -290,10 +293,10 @@ pub(crate) fn scatter_adjoint<'py>(
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Ways<'py> {
-    jacobian: PyReadonlyArray3<'py, f64>,
-    window: PyReadonlyArray2<'py, f64>,
-    cosine: PyReadonlyArray1<'py, f64>,
-    images: Option<PyReadonlyArray1<'py, i64>>,
+    jacobian: Given<'py, f64, Ix3>,
+    window: Given<'py, f64, Ix2>,
+    cosine: Given<'py, f64, Ix1>,
+    images: Option<Given<'py, i64, Ix1>>,
 }
 
 /// The same as the library takes them.
@@ -336,7 +339,7 @@ impl Ways<'_> {
 }
 
 /// A scene with its arrays, and the index of a wavelength.
-type Place<'py> = (PyRef<'py, Scene>, Bound<'py, PyDict>, usize);
+type Place<'py> = (PyRef<'py, Scene>, ByPath<'py>, usize);
 
 /// Does something with rays on the sensor of a system.
 fn on_sensor<T: Send + 'static>(
@@ -387,8 +390,8 @@ pub(crate) fn beams<'py>(
 #[pyo3(from_item_all)]
 pub(crate) struct Sum<'py> {
     wavelet: String,
-    amplitude: Option<PyReadonlyArray1<'py, Complex64>>,
-    curvature: Option<PyReadonlyArray2<'py, Complex64>>,
+    amplitude: Option<Given<'py, Complex64, Ix1>>,
+    curvature: Option<Given<'py, Complex64, Ix2>>,
     tolerance: f64,
 }
 
@@ -441,7 +444,7 @@ pub(crate) fn gather<'py>(
     place: Place<'py>,
     bundle: Bundle<'py>,
     sum: Sum<'py>,
-) -> PyResult<Bound<'py, PyArray2<Complex64>>> {
+) -> PyResult<Grid<'py>> {
     let held = sum.held()?;
     let field = on_sensor(
         py,
@@ -449,7 +452,7 @@ pub(crate) fn gather<'py>(
         (&bundle, sum.tolerance),
         move |collector, rays, _| collector.collect(rays, &held.wavelet()),
     )?;
-    Ok(PyArray2::from_owned_array(py, field))
+    Ok(Made::new(py, field))
 }
 
 /// The conjugate transpose of [`gather`], as a dictionary of arrays: cotangents of weight, path (1/mm), place and
@@ -460,8 +463,8 @@ pub(crate) fn gather_adjoint<'py>(
     place: Place<'py>,
     bundle: Bundle<'py>,
     sum: Sum<'py>,
-    field_bar: PyReadonlyArray2<'py, Complex64>,
-) -> PyResult<Bound<'py, PyDict>> {
+    field_bar: Given<'py, Complex64, Ix2>,
+) -> PyResult<Named<'py>> {
     let held = sum.held()?;
     check_memory("field_bar", &field_bar)?;
     let bar = field_bar.as_array().to_owned();
@@ -478,5 +481,5 @@ pub(crate) fn gather_adjoint<'py>(
     answer.set_item("cosines", rows(py, &back.cosines))?;
     answer.set_item("amplitude", one(py, back.amplitude))?;
     answer.set_item("curvature", rows(py, &back.curvature))?;
-    Ok(answer)
+    Ok(Named(answer))
 }

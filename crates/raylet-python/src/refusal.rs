@@ -3,18 +3,10 @@
 use std::fmt::Display;
 
 use pyo3::PyErr;
-use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use raylet::file::fault::Fault;
 
-pyo3::create_exception!(
-    raylet,
-    RayletError,
-    PyValueError,
-    "What raylet refuses: where it is, what was found there, what was expected.\n\n\
-     Attributes: `path` (the field, such as 'element[1].surface[0].glass', or ''), `found`, `expected` and \
-     `hint` (each a string, '' where there is none)."
-);
+pyo3::import_exception!(raylet._refusal, RayletError);
 
 /// The exception of a fault.
 pub(crate) fn fault(py: Python<'_>, fault: &Fault) -> PyErr {

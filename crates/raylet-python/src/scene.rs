@@ -5,7 +5,6 @@ use std::sync::Arc;
 
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use raylet::file::arrays::Arrays;
 use raylet::file::build;
 use raylet::file::fault::Fault;
@@ -15,6 +14,7 @@ use raylet::optics::system::System;
 
 use crate::arrays::Lent;
 use crate::refusal::{error, fault};
+use crate::typed::ByPath;
 use crate::watch::pool;
 
 /// A scene that was read; it never changes.
@@ -76,7 +76,7 @@ impl Scene {
     pub(crate) fn with_arrays<T: Send>(
         &self,
         py: Python<'_>,
-        arrays: &Bound<'_, PyDict>,
+        arrays: &ByPath<'_>,
         work: impl FnOnce(&File, &Arrays) -> Result<T, Fault> + Send,
     ) -> PyResult<T> {
         let (lent, pool) = (Lent::new(arrays)?, pool(None)?);
@@ -86,11 +86,7 @@ impl Scene {
     }
 
     /// The systems of all wavelengths.
-    pub(crate) fn systems(
-        &self,
-        py: Python<'_>,
-        arrays: &Bound<'_, PyDict>,
-    ) -> PyResult<Vec<System>> {
+    pub(crate) fn systems(&self, py: Python<'_>, arrays: &ByPath<'_>) -> PyResult<Vec<System>> {
         self.with_arrays(py, arrays, |file, arrays| {
             (0..file.wavelength_um.len())
                 .map(|channel| build::system_with(file, arrays, channel))
@@ -102,7 +98,7 @@ impl Scene {
     pub(crate) fn system(
         &self,
         py: Python<'_>,
-        arrays: &Bound<'_, PyDict>,
+        arrays: &ByPath<'_>,
         channel: usize,
     ) -> PyResult<System> {
         self.check(channel)?;

@@ -5,9 +5,8 @@ use std::time::Instant;
 
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
-use numpy::{PyArray1, PyArray2};
+use numpy::{Ix1, Ix2};
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::{Outcome, Progress, simulate as carry};
 use raylet::file::blame::blame;
@@ -19,6 +18,7 @@ use raylet::optics::system::System;
 
 use crate::refusal::{error, fault};
 use crate::scene::Scene;
+use crate::typed::{ByPath, Made};
 use crate::watch::{Watch, run};
 
 /// Carries the light of every wavelength to the sensor.
@@ -30,12 +30,12 @@ use crate::watch::{Watch, run};
 pub(crate) fn simulate<'py>(
     py: Python<'py>,
     scene: &Scene,
-    arrays: &Bound<'py, PyDict>,
+    arrays: ByPath<'py>,
     threads: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Answer<'py>> {
     let clock = Instant::now();
-    let systems = scene.systems(py, arrays)?;
+    let systems = scene.systems(py, &arrays)?;
     let (file, settings) = (Arc::clone(&scene.file), build::settings(&scene.file));
     let work = move |watch: &Watch| carry_all(&file, &systems, &settings, watch, clock);
     let carried = run(py, threads, progress, work)?.map_err(|told| fault(py, &told))?;
@@ -43,18 +43,18 @@ pub(crate) fn simulate<'py>(
     let (mut fields, mut errors, mut axes) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
     for (field, noise) in carried.fields {
         axes = [field.grid.x.nodes(), field.grid.y.nodes()];
-        fields.push(PyArray2::from_owned_array(py, field.values));
-        errors.push(noise.map(|noise| PyArray2::from_owned_array(py, noise)));
+        fields.push(Made::new(py, field.values));
+        errors.push(noise.map(|noise| Made::new(py, noise)));
     }
-    let [x, y] = axes.map(|axis| PyArray1::from_owned_array(py, Array1::from(axis)));
+    let [x, y] = axes.map(|axis| Made::new(py, Array1::from(axis)));
     Ok((fields, x, y, errors, report))
 }
 
 type Answer<'py> = (
-    Vec<Bound<'py, PyArray2<Complex64>>>,
-    Bound<'py, PyArray1<f64>>,
-    Bound<'py, PyArray1<f64>>,
-    Vec<Option<Bound<'py, PyArray2<f64>>>>,
+    Vec<Made<'py, Complex64, Ix2>>,
+    Made<'py, f64, Ix1>,
+    Made<'py, f64, Ix1>,
+    Vec<Option<Made<'py, f64, Ix2>>>,
     String,
 );
 

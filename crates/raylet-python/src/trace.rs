@@ -1,10 +1,9 @@
 //! Single rays through a system.
 
 use ndarray::{Array1, Array2, Array3};
-use numpy::{PyArray1, PyArray2, PyArray3, PyReadonlyArray2};
+use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use pyo3::types::PyDict;
 use raylet::engine::follow::{Followed, follow, sensitivity};
 use raylet::engine::sway::Variation;
 use raylet::file::arrays::Arrays;
@@ -16,18 +15,20 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::ray::Loss;
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
+use rayon::prelude::*;
 
 use crate::arrays::columns;
 use crate::refusal::error;
 use crate::scene::Scene;
+use crate::typed::{ByPath, Given, Made};
 use crate::watch::{Watch, run};
 
 type Answer<'py> = (
-    Bound<'py, PyArray3<f64>>,
-    Bound<'py, PyArray3<f64>>,
-    Bound<'py, PyArray2<f64>>,
-    Bound<'py, PyArray1<u8>>,
-    Bound<'py, PyArray3<f64>>,
+    Made<'py, f64, Ix3>,
+    Made<'py, f64, Ix3>,
+    Made<'py, f64, Ix2>,
+    Made<'py, u8, Ix1>,
+    Made<'py, f64, Ix3>,
 );
 
 /// Rays through the places `pupil` (rays, 2) of the first screen, in units of the half widths of its opening, of
@@ -40,11 +41,12 @@ type Answer<'py> = (
 pub(crate) fn trace<'py>(
     py: Python<'py>,
     scene: &Scene,
-    arrays: &Bound<'py, PyDict>,
+    arrays: ByPath<'py>,
     channel: usize,
-    pupil: PyReadonlyArray2<'py, f64>,
-    light: PyReadonlyArray2<'py, f64>,
+    pupil: Given<'py, f64, Ix2>,
+    light: Given<'py, f64, Ix2>,
     numbers: Vec<String>,
+    threads: Option<usize>,
 ) -> PyResult<Answer<'py>> {
     let (pupil, light) = (
         columns::<f64, 2>("pupil", &pupil)?,
@@ -57,43 +59,114 @@ pub(crate) fn trace<'py>(
         )));
     }
     scene.check(channel)?;
-    let (system, variations) = scene.with_arrays(py, arrays, |file, arrays| {
+    let (system, variations) = scene.with_arrays(py, &arrays, |file, arrays| {
         let system = build::system_with(file, arrays, channel)?;
         Ok((system, variations(file, arrays, channel, &numbers)?))
     })?;
     let bounds = system.screens[0].bounds();
-    let [x0, x1, y0, y1] = bounds.ok_or_else(|| error(py, "the first screen has no edge"))?;
-    let place = |[u, v]: [f64; 2]| {
-        [
+    let bounds = bounds.ok_or_else(|| error(py, "the first screen has no edge"))?;
+    let asked = Asked {
+        system,
+        variations,
+        bounds,
+        pupil,
+        light,
+    };
+    let found = run(py, threads, None, move |watch: &Watch| asked.follow(watch))?;
+    Ok((
+        Made::new(py, found.points),
+        Made::new(py, found.directions),
+        Made::new(py, found.paths),
+        Made::new(py, found.fates),
+        Made::new(py, found.slopes),
+    ))
+}
+
+/// Rays that are followed side by side before their meetings are written down.
+const ROUND: usize = 1 << 14;
+
+/// Rays to follow.
+struct Asked {
+    system: System,
+    variations: Vec<Variation>,
+    /// Edges of the first screen's opening.
+    bounds: [f64; 4],
+    pupil: Vec<[f64; 2]>,
+    light: Vec<[f64; 3]>,
+}
+
+/// Their points, directions and paths at all parts, what became of them, and their derivatives.
+struct Found {
+    points: Array3<f64>,
+    directions: Array3<f64>,
+    paths: Array2<f64>,
+    fates: Array1<u8>,
+    slopes: Array3<f64>,
+}
+
+/// A ray, and its derivatives if it has any.
+type Course = (Followed, Vec<[f64; 5]>);
+
+impl Asked {
+    /// All rays, round by round, so that only the answer takes memory.
+    fn follow(&self, watch: &Watch) -> Found {
+        let surfaces: usize = self.system.trains.iter().map(Vec::len).sum();
+        let (parts, rays) = (self.system.screens.len() + surfaces, self.pupil.len());
+        let mut found = Found::nowhere(parts, rays, self.variations.len());
+        for first in (0..rays).step_by(ROUND) {
+            let round = first..rays.min(first + ROUND);
+            let courses: Vec<Course> = (round.clone().into_par_iter())
+                .map(|ray| self.one(ray, watch))
+                .collect();
+            for (ray, course) in round.zip(&courses) {
+                found.write(ray, course);
+            }
+        }
+        found
+    }
+
+    fn one(&self, ray: usize, watch: &Watch) -> Course {
+        watch.pulse();
+        let source = lit(&self.system.source, self.light[ray]);
+        let ([x0, x1, y0, y1], [u, v]) = (self.bounds, self.pupil[ray]);
+        let at = [
             0.5 * (x0 + x1 + u * (x1 - x0)),
             0.5 * (y0 + y1 + v * (y1 - y0)),
-        ]
-    };
-    let starts: Vec<(Source, [f64; 2])> = (light.into_iter().zip(pupil))
-        .map(|(light, at)| (lit(&system.source, light), place(at)))
-        .collect();
-    let (points, directions, paths, followed, slopes) =
-        run(py, None, None, move |watch: &Watch| {
-            let one = |(source, at): &(Source, [f64; 2])| {
-                watch.pulse();
-                follow(&system, source, *at)
-            };
-            let followed: Vec<Followed> = starts.iter().map(one).collect();
-            let slopes = slopes(&system, &variations, &starts, watch);
-            let (points, directions, paths) = meetings(&system, &followed);
-            (points, directions, paths, followed, slopes)
-        })?;
-    let fates = followed
-        .iter()
-        .map(|ray| ray.lost.map_or(0, fate))
-        .collect();
-    Ok((
-        PyArray3::from_owned_array(py, points),
-        PyArray3::from_owned_array(py, directions),
-        PyArray2::from_owned_array(py, paths),
-        PyArray1::from_owned_array(py, Array1::from_vec(fates)),
-        PyArray3::from_owned_array(py, slopes),
-    ))
+        ];
+        let followed = follow(&self.system, &source, at);
+        let slopes = sensitivity(&self.system, &self.variations, &source, at);
+        (followed, slopes.unwrap_or_default())
+    }
+}
+
+impl Found {
+    /// What is found of rays that reach nothing.
+    fn nowhere(parts: usize, rays: usize, numbers: usize) -> Self {
+        Self {
+            points: Array3::from_elem((parts, rays, 3), f64::NAN),
+            directions: Array3::from_elem((parts, rays, 3), f64::NAN),
+            paths: Array2::from_elem((parts, rays), f64::NAN),
+            fates: Array1::zeros(rays),
+            slopes: Array3::from_elem((numbers, 5, rays), f64::NAN),
+        }
+    }
+
+    fn write(&mut self, ray: usize, (followed, slopes): &Course) {
+        for (part, meeting) in followed.meetings.iter().enumerate() {
+            let (p, d) = (meeting.point, meeting.direction);
+            for (axis, (p, d)) in [(p.x, d.x), (p.y, d.y), (p.z, d.z)].into_iter().enumerate() {
+                self.points[[part, ray, axis]] = p;
+                self.directions[[part, ray, axis]] = d;
+            }
+            self.paths[[part, ray]] = meeting.path;
+        }
+        for (number, slopes) in slopes.iter().enumerate() {
+            for (which, &slope) in slopes.iter().enumerate() {
+                self.slopes[[number, which, ray]] = slope;
+            }
+        }
+        self.fates[ray] = followed.lost.map_or(0, fate);
+    }
 }
 
 /// The source of one ray.
@@ -140,48 +213,6 @@ fn variations(
         })
     };
     paths.iter().map(one).collect()
-}
-
-fn slopes(
-    system: &System,
-    variations: &[Variation],
-    starts: &[(Source, [f64; 2])],
-    watch: &Watch,
-) -> Array3<f64> {
-    let mut all = Array3::from_elem((variations.len(), 5, starts.len()), f64::NAN);
-    if variations.is_empty() {
-        return all;
-    }
-    for (ray, (source, at)) in starts.iter().enumerate() {
-        watch.pulse();
-        let found = sensitivity(system, variations, source, *at).unwrap_or_default();
-        for (number, slopes) in found.into_iter().enumerate() {
-            for (which, slope) in slopes.into_iter().enumerate() {
-                all[[number, which, ray]] = slope;
-            }
-        }
-    }
-    all
-}
-
-/// Points, directions and paths of all rays at all parts.
-fn meetings(system: &System, followed: &[Followed]) -> (Array3<f64>, Array3<f64>, Array2<f64>) {
-    let surfaces: usize = system.trains.iter().map(Vec::len).sum();
-    let (parts, rays) = (system.screens.len() + surfaces, followed.len());
-    let mut points = Array3::from_elem((parts, rays, 3), f64::NAN);
-    let mut directions = points.clone();
-    let mut paths = Array2::from_elem((parts, rays), f64::NAN);
-    for (ray, followed) in followed.iter().enumerate() {
-        for (part, meeting) in followed.meetings.iter().enumerate() {
-            let (p, d) = (meeting.point, meeting.direction);
-            for (axis, (p, d)) in [(p.x, d.x), (p.y, d.y), (p.z, d.z)].into_iter().enumerate() {
-                points[[part, ray, axis]] = p;
-                directions[[part, ray, axis]] = d;
-            }
-            paths[[part, ray]] = meeting.path;
-        }
-    }
-    (points, directions, paths)
 }
 
 fn fate(loss: Loss) -> u8 {

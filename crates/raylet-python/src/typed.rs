@@ -1,0 +1,135 @@
+//! Arrays and dictionaries that tell their Python types where functions are declared: type stubs are made of that.
+
+use std::ops::Deref;
+
+use num_complex::Complex64;
+use numpy::ndarray::{Array, Dimension};
+use numpy::{Element, PyArray, PyReadonlyArray};
+use pyo3::inspect::PyStaticExpr;
+use pyo3::prelude::*;
+use pyo3::types::{PyDict, PyList};
+use pyo3::{type_hint_identifier, type_hint_subscript};
+
+/// A kind of number that NumPy knows.
+pub(crate) trait Number: Element {
+    /// Its name in Python.
+    const HINT: PyStaticExpr;
+}
+
+impl Number for f64 {
+    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "float64");
+}
+
+impl Number for Complex64 {
+    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "complex128");
+}
+
+impl Number for i64 {
+    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "int64");
+}
+
+impl Number for u8 {
+    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "uint8");
+}
+
+const NDARRAY: PyStaticExpr = type_hint_identifier!("numpy.typing", "NDArray");
+const ANY: PyStaticExpr = type_hint_identifier!("typing", "Any");
+const STRING: PyStaticExpr = type_hint_identifier!("builtins", "str");
+
+/// An array that Python lends to a call.
+pub(crate) struct Given<'py, T: Element, D: Dimension>(PyReadonlyArray<'py, T, D>);
+
+impl<'py, T: Element, D: Dimension> Deref for Given<'py, T, D> {
+    type Target = PyReadonlyArray<'py, T, D>;
+    fn deref(&self) -> &Self::Target {
+        &self.0
+    }
+}
+
+impl<'a, 'py, T: Number + 'a, D: Dimension + 'a> FromPyObject<'a, 'py> for Given<'py, T, D> {
+    type Error = <PyReadonlyArray<'py, T, D> as FromPyObject<'a, 'py>>::Error;
+    const INPUT_TYPE: PyStaticExpr = type_hint_subscript!(NDARRAY, T::HINT);
+    fn extract(object: Borrowed<'a, 'py, PyAny>) -> Result<Self, Self::Error> {
+        object.extract().map(Self)
+    }
+}
+
+/// An array that was made here; its memory becomes NumPy's.
+pub(crate) struct Made<'py, T, D>(Bound<'py, PyArray<T, D>>);
+
+impl<'py, T: Element, D: Dimension> Made<'py, T, D> {
+    pub(crate) fn new(py: Python<'py>, array: Array<T, D>) -> Self {
+        Self(PyArray::from_owned_array(py, array))
+    }
+}
+
+impl<'py, T: Number, D: Dimension> IntoPyObject<'py> for Made<'py, T, D> {
+    type Target = PyArray<T, D>;
+    type Output = Bound<'py, Self::Target>;
+    type Error = std::convert::Infallible;
+    const OUTPUT_TYPE: PyStaticExpr = type_hint_subscript!(NDARRAY, T::HINT);
+    fn into_pyobject(self, _: Python<'py>) -> Result<Self::Output, Self::Error> {
+        Ok(self.0)
+    }
+}
+
+/// What one of Python's containers is called, with what it holds.
+macro_rules! container {
+    ($(#[$words:meta])* $name:ident, $kind:ty, $hint:expr) => {
+        $(#[$words])*
+        pub(crate) struct $name<'py>(pub(crate) Bound<'py, $kind>);
+
+        impl<'py> Deref for $name<'py> {
+            type Target = Bound<'py, $kind>;
+            fn deref(&self) -> &Self::Target {
+                &self.0
+            }
+        }
+
+        impl<'a, 'py> FromPyObject<'a, 'py> for $name<'py> {
+            type Error = <Bound<'py, $kind> as FromPyObject<'a, 'py>>::Error;
+            const INPUT_TYPE: PyStaticExpr = $hint;
+            fn extract(object: Borrowed<'a, 'py, PyAny>) -> Result<Self, Self::Error> {
+                object.extract().map(Self)
+            }
+        }
+
+        impl<'py> IntoPyObject<'py> for $name<'py> {
+            type Target = $kind;
+            type Output = Bound<'py, $kind>;
+            type Error = std::convert::Infallible;
+            const OUTPUT_TYPE: PyStaticExpr = $hint;
+            fn into_pyobject(self, _: Python<'py>) -> Result<Self::Output, Self::Error> {
+                Ok(self.0)
+            }
+        }
+    };
+}
+
+container!(
+    /// Arrays by the path of the field that they stand for.
+    ByPath,
+    PyDict,
+    type_hint_subscript!(
+        type_hint_identifier!("builtins", "dict"),
+        STRING,
+        type_hint_subscript!(NDARRAY, ANY)
+    )
+);
+
+container!(
+    /// Anything by name.
+    Named,
+    PyDict,
+    type_hint_subscript!(type_hint_identifier!("builtins", "dict"), STRING, ANY)
+);
+
+container!(
+    /// Arrays in order.
+    Row,
+    PyList,
+    type_hint_subscript!(
+        type_hint_identifier!("builtins", "list"),
+        type_hint_subscript!(NDARRAY, ANY)
+    )
+);
