@@ -150,13 +150,10 @@ def resident() -> float:
         return int(file.read().split()[1]) * resource.getpagesize() / 1e6
 
 
-#: How many runs are looked at, enough to see one field left behind by each; gradients are a thousand.
-RUNS = int(os.environ.get("RAYLET_TEST_RUNS", "200"))
-
-
+@pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="needs Linux")
 def test_memory_does_not_grow() -> None:
-    """Nothing of many runs and a thousand gradients stays: each has fields of 61 kB on its sensor alone."""
+    """Nothing stays of a thousand runs and designs, and of a thousand gradients: each has fields of 61 kB."""
     system = raylet.System(wavelength_um=0.7)
     layer = raylet.pixels(pitch_um=8.0, phase=noise((4, 4)))
     system.add_doe(layer, aperture=raylet.rectangle(0.032, 0.032), thickness_mm=20.0, name="doe")
@@ -177,6 +174,9 @@ def test_memory_does_not_grow() -> None:
         passage = bench(phase)
         passage.adjoint(passage.field)
 
+    spot = {"kind": "encircled_energy", "at_mm": [[0.0, 0.0]], "radius_mm": 0.01}
+    task = {"element": [{"name": "doe"}], "loss": [spot], "iterations": 2}
     each = 64 * 60 * 16e-6
     assert grows(gradient, 1000) < 0.2 * 1000 * each
-    assert grows(lambda: system.simulate(progress=False), RUNS) < 0.5 * RUNS * each + 2.0
+    assert grows(lambda: system.design(**task, progress=False), 500) < 0.5 * 500 * each
+    assert grows(lambda: system.simulate(progress=False), 500) < 0.5 * 500 * each
