@@ -46,6 +46,14 @@ def real(name: str, value: Any) -> NDArray[np.float64]:
     return array
 
 
+def number(name: str, value: Any) -> float:
+    """One real number."""
+    array = real(name, value)
+    if array.ndim != 0:
+        raise ValueError(f"{name} has shape {array.shape}, expected one number")
+    return float(array)
+
+
 def columns(name: str, value: Any, width: int, rays: int | None = None) -> NDArray[np.float64]:
     """Rows of `width` real numbers, one for each ray."""
     array = real(name, value)

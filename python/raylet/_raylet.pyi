@@ -118,11 +118,15 @@ def beams(
     """
 
 def design(
-    scene: Scene, arrays: dict[str, NDArray[Any]], threads: SupportsIndex | None, progress: Any | None
+    scene: Scene,
+    arrays: dict[str, NDArray[Any]],
+    keeping: tuple[str | PathLike[str], str, bool] | None,
+    threads: SupportsIndex | None,
+    progress: Any | None,
 ) -> tuple[
     list[tuple[str, NDArray[float64]]],
     list[tuple[str, float]],
-    tuple[list[float], float, int],
+    tuple[list[float], float, int, bool],
     list[tuple[int, int, list[tuple[str, float]]]],
     Scene,
 ]:
@@ -130,7 +134,8 @@ def design(
     Designs what the `[design]` of a scene asks for.
 
     Returns (arrays by their paths in the scene, numbers by name, (loss after each iteration, loss of what was found,
-    evaluations), (field, wavelength, losses by kind) of each run, the scene with its numbers).
+    evaluations, whether the newest checkpoint was torn), (field, wavelength, losses by kind) of each run, the scene
+    with its numbers).
     """
 
 def element(
@@ -219,14 +224,13 @@ def trace(
     scene: Scene,
     arrays: dict[str, NDArray[Any]],
     channel: SupportsIndex,
-    pupil: NDArray[float64],
-    light: NDArray[float64],
+    starts: tuple[NDArray[float64], NDArray[float64]],
     numbers: SupportsGetItem[int, str],
     threads: SupportsIndex | None,
 ) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[float64]]:
     """
-    Rays through the places `pupil` (rays, 2) of the first screen, in units of the half widths of its opening, of
-    light that is `light` (rays, 3): unit directions of a collimated source, places in mm of a point source.
+    Rays by their `starts`: the places (rays, 2) where they meet the first screen, in units of the half widths of its
+    opening, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
 
     Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
     fates (rays; 0 arrived, else the number of the loss), and derivatives (numbers, 5, rays) of x, y, L, M, path on

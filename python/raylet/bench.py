@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import Grid, grid, real
+from raylet._document import called
 from raylet.layers import pixel_shape
 
 if TYPE_CHECKING:
@@ -44,6 +45,9 @@ class Passage:
         pixels, numbers = self._passage.adjoint([grid("field_bar", one) for one in bars], self._threads)
         return pixels, np.array(numbers, dtype=np.float64)
 
+    def __repr__(self) -> str:
+        return f"<raylet.bench.Passage, field {' x '.join(map(str, self.field.shape))}>"
+
 
 class Bench:
     """Frozen plans of a system whose pixels and numbers vary; made by :meth:`raylet.System.bench`.
@@ -68,7 +72,7 @@ class Bench:
         self._several = isinstance(system._document["wavelength_um"], list)
         self._bench = _raylet.Bench(self._scene, self._arrays, list(elements), list(numbers), threads)
         self.start: NDArray[np.float64] = np.array(self._bench.numbers(), dtype=np.float64)
-        rows = {row.get("name"): row for row in system._document["element"]}
+        rows = dict(zip(called(system._document), system._document["element"]))
         self._shapes = [pixel_shape(rows.get(name, {}).get("layer") or []) for name in elements]
         nx, ny = system._document["element"][-1]["pixels"]
         waves = len(system.wavelength_um)

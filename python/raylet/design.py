@@ -2,7 +2,10 @@
 
 from __future__ import annotations
 
+import hashlib
 import json
+import os
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -10,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
-from raylet._document import copied, put_in, taken_out, without_none
+from raylet._document import called, copied, put_in, taken_out, without_none
 from raylet._toml import dumps
 from raylet.progress import Progress, telling
 
@@ -78,6 +81,9 @@ def hologram(
 ) -> Design:
     """The phase that shows a picture, by Gerchberg and Saxton's iteration on the paraxial train."""
     document = _asking(system._document, "hologram", table)
+    wanted, pixelled = document.get("hologram", {}), _pixelled(document)
+    if "element" not in wanted and len(pixelled) == 1:
+        wanted["element"] = pixelled[0]
     _make_room(document, document.get("hologram", {}).get("element"), "phase")
     scene, arrays = _compiled(system, document)
     with telling(progress, "{}") as tell:
@@ -87,7 +93,13 @@ def hologram(
 
 
 def design(
-    system: System, table: Mapping[str, Any], picture: Mapping[str, Any], *, threads: int | None, progress: Progress
+    system: System,
+    table: Mapping[str, Any],
+    picture: Mapping[str, Any],
+    *,
+    keeping: tuple[str | os.PathLike[str], bool] | None,
+    threads: int | None,
+    progress: Progress,
 ) -> Design:
     """What the table `[design]` asks for, and `[hologram]` of the picture."""
     document = _asking(system._document, "hologram", picture)
@@ -100,9 +112,12 @@ def design(
             start = row.get("start") == "file"
             _make_room(document, row.get("name"), row.get("free", "phase"), start=start)
     scene, arrays = _compiled(system, document)
+    kept = None if keeping is None else (os.fspath(keeping[0]), _digest(arrays), keeping[1])
     with telling(progress, "{}") as tell:
-        pixels, numbers, course, parts, made = _raylet.design(scene, arrays, threads, tell)
-    losses, loss, evaluations = course
+        pixels, numbers, course, parts, made = _raylet.design(scene, arrays, kept, threads, tell)
+    losses, loss, evaluations, older = course
+    if older:
+        warnings.warn("the newest checkpoint is torn; gone on from the one before it", stacklevel=3)
     scores = {"loss": loss, "evaluations": evaluations}
     for field, wave, kinds in parts:
         scores |= {f"{kind}, field {field}, wavelength {wave}": value for kind, value in kinds}
@@ -120,12 +135,27 @@ def _asking(document: Mapping[str, Any], name: str, table: Mapping[str, Any]) ->
     return copy
 
 
+def _pixelled(document: Mapping[str, Any]) -> list[str]:
+    """What the elements with a layer of pixels are called."""
+    rows = zip(called(document), document["element"])
+    return [name for name, row in rows if any(layer.get("kind") == "pixels" for layer in row.get("layer") or [])]
+
+
+def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
+    """What tells the arrays in memory from others."""
+    told = hashlib.sha256()
+    for path, array in sorted(arrays.items()):
+        told.update(f"{path} {array.dtype.str} {array.shape}".encode())
+        told.update(np.ascontiguousarray(array).data)
+    return told.hexdigest()
+
+
 def _make_room(document: Any, element: Any, free: Any, *, start: bool = False) -> None:
     """Makes room for what is to be found in an element's first layer of pixels, heights or a sum. What has none is left
     for the library to refuse, and so is what is to be the start."""
-    for row in document["element"]:
+    for name, row in zip(called(document), document["element"]):
         gridded = [layer for layer in row.get("layer") or [] if layer.get("kind") in ("pixels", "height", "sum")]
-        if row.get("name") != element or not gridded:
+        if name != element or not gridded:
             continue
         layer = gridded[0]
         if layer["kind"] == "sum":

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import sys
+import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Union
@@ -40,6 +41,8 @@ def _bar(words: str, patience: float) -> Iterator[Callable[[float, float, str], 
     try:
         from tqdm.auto import tqdm
     except ImportError:
+        if patience == 0.0:
+            warnings.warn("progress=True shows a bar by tqdm, which is not installed: pip install tqdm", stacklevel=6)
         yield None
         return
     layout = "{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"

@@ -19,7 +19,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
-from raylet._arrays import column, columns, complex_column, numbers, real
+from raylet._arrays import column, columns, complex_column, number, numbers, real
 
 if TYPE_CHECKING:
     from raylet.system import System
@@ -94,6 +94,13 @@ class GatherBar:
     curvature: Complex
 
 
+def _four(name: str, values: Any) -> list[float]:
+    array = real(name, values)
+    if array.shape != (4,):
+        raise ValueError(f"{name} has shape {array.shape}, expected four: (x_low, x_high, y_low, y_high)")
+    return [float(value) for value in array]
+
+
 def _bundle(position: Any, direction: Any, path_mm: Any, weight: Any) -> dict[str, Any]:
     place = columns("position", position, 3)
     rays = len(place)
@@ -145,12 +152,12 @@ def scatter(
     bundle = _bundle(position, direction, path_mm, weight)
     bent = None if curvature is None else columns("curvature", curvature, 3, len(bundle["path"]))
     choices = {
-        "sigma": float(sigma_mm),
-        "period": 6.0 * float(sigma_mm) if period_mm is None else float(period_mm),
+        "sigma": number("sigma_mm", sigma_mm),
+        "period": 6.0 * number("sigma_mm", sigma_mm) if period_mm is None else number("period_mm", period_mm),
         "waves": bool(waves),
-        "area": area_mm2,
-        "towards": None if towards is None else [float(cosine) for cosine in towards],
-        "threshold": float(threshold),
+        "area": None if area_mm2 is None else number("area_mm2", area_mm2),
+        "towards": None if towards is None else _four("towards", towards),
+        "threshold": number("threshold", threshold),
         "most": most,
         "systematic": bool(systematic),
         "seed": seed,
@@ -205,7 +212,7 @@ def _sum(beams: Beams | None, wavelet: str | None, tolerance: float) -> dict[str
     if beams is not None:
         bent = np.ascontiguousarray(numbers("curvature", beams.curvature), dtype=np.complex128)
         held = {"amplitude": complex_column("amplitude", beams.amplitude, len(bent)), "curvature": bent}
-    return {"wavelet": chosen, "tolerance": float(tolerance), **held}
+    return {"wavelet": chosen, "tolerance": number("tolerance", tolerance), **held}
 
 
 def gather(

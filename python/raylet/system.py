@@ -13,12 +13,12 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import grid
-from raylet._document import copied, put_in, rebased, taken_out, without_none
+from raylet._document import called, copied, put_in, rebased, taken_out, without_none
 from raylet._refusal import RayletError
 from raylet._toml import dumps
 from raylet.bench import Bench
 from raylet.design import Design, design, hologram
-from raylet.layers import Aperture, Layer, Pair, constant
+from raylet.layers import Aperture, Layer, Pair, constant, pixel_shape
 from raylet.progress import Progress, telling
 from raylet.result import Result
 from raylet.trace import Rays, trace
@@ -194,7 +194,7 @@ class System:
     def with_pixels(
         self, element: str, *, phase: Any = None, amplitude: Any = None, transmission: Any = None
     ) -> System:
-        """The same system with other pixels in an element's first layer of pixels."""
+        """The same system with other pixels, of the same number, in an element's first layer of pixels."""
         given = {"phase": phase, "amplitude": amplitude, "transmission": transmission}
         held = {key: grid(key, value) for key, value in given.items() if value is not None}
         if not held:
@@ -204,7 +204,10 @@ class System:
         layers = [layer for layer in row.get("layer", []) if layer.get("kind") == "pixels"]
         if not layers:
             raise RayletError(f"element '{element}' has no layer of pixels")
-        old = layers[0]
+        old, shape = layers[0], pixel_shape(layers)
+        for key, array in held.items():
+            if shape not in (None, array.shape):
+                raise ValueError(f"{key} has shape {array.shape}, expected {shape}, as the element's pixels have")
         for key in ("phase", "amplitude", "transmission", "key", "size", "phase_scale"):
             old.pop(key, None)
         old.update(held)
@@ -263,7 +266,7 @@ class System:
         field_deg: float | None = None,
         field_mm: float | None = None,
         channel: int = 0,
-        derivatives: Sequence[str] = (),
+        derivatives: str | Sequence[str] = (),
         threads: int | None = None,
     ) -> Rays:
         """Single rays through the whole system, by geometrical optics.
@@ -282,7 +285,8 @@ class System:
         """
         scale = (field_deg or self.field_deg, field_mm or self.field_mm)
         source = json.loads(self._compiled().to_json())["source"]
-        return trace(self, source, (Hx, Hy, Px, Py), scale, channel, derivatives, threads)
+        names = [derivatives] if isinstance(derivatives, str) else list(derivatives)
+        return trace(self, source, (Hx, Hy, Px, Py), scale, channel, names, _threads(threads))
 
     # What is sought.
 
@@ -305,7 +309,7 @@ class System:
         Parameters
         ----------
         target : the picture: a PNG file, or values from 0 as an array [y, x], y upwards.
-        element : name of the element; its first layer of pixels is sought.
+        element : name of the element, whose first layer of pixels is sought; the only one with pixels by default.
         size_mm : width and height of the picture on the sensor.
         naive : with all lenses behind the element as one thin lens at the first vertex.
 
@@ -313,6 +317,8 @@ class System:
         whole sensor (`ncc_sensor`), and the share of the light in the picture (`efficiency`). Where the element is too
         small to resolve the picture (λ × distance / width), likeness is bought with light.
         """
+        if not isinstance(naive, bool):
+            raise TypeError(f"naive is {type(naive).__name__}, expected True or False")
         given = {"target": target, "element": element, "size_mm": size_mm, "iterations": iterations, **keys}
         return hologram(self, given, naive=naive, threads=_threads(threads), progress=progress)
 
@@ -325,6 +331,8 @@ class System:
         hologram: Mapping[str, Any] | None = None,
         field: Sequence[Mapping[str, Any]] | None = None,
         iterations: int | None = None,
+        checkpoints: str | os.PathLike[str] | None = None,
+        resume: bool = False,
         threads: int | None = None,
         progress: Progress = None,
         **keys: Any,
@@ -332,7 +340,7 @@ class System:
         """A design by gradients through the real system, as `raylet design` does it.
 
         What is not given is that of the scene's table `[design]`, whose other keys can be given as well; pictures may
-        be arrays [y, x], y upwards. Ctrl-C ends it, and what it had found is gone: `raylet design` keeps checkpoints.
+        be arrays [y, x], y upwards. Ctrl-C ends it; with `checkpoints` it can be gone on with.
 
         Parameters
         ----------
@@ -347,9 +355,15 @@ class System:
         hologram : the table `[hologram]` with `target`, `element` and `size_mm`: its element and its picture are
             taken where `element` and `loss` are not given.
         field : directions or places of the source: dictionaries with `angle_deg` or `position_mm`.
+        checkpoints : a folder where the state of the search is kept, every `checkpoint` iterations (10 by default).
+        resume : go on from the last of these checkpoints, as if never stopped; the result has the same bits.
         """
         given = {"element": element, "loss": loss, "variable": variable, "field": field, "iterations": iterations}
-        return design(self, {**given, **keys}, hologram or {}, threads=_threads(threads), progress=progress)
+        if resume and checkpoints is None:
+            raise TypeError("resume goes on from checkpoints, expected their folder as checkpoints")
+        keeping = None if checkpoints is None else (checkpoints, bool(resume))
+        tables = ({**given, **keys}, hologram or {})
+        return design(self, *tables, keeping=keeping, threads=_threads(threads), progress=progress)
 
     # What it looks like.
 
@@ -437,9 +451,9 @@ class System:
         return other
 
     def _number_of(self, element: str) -> int:
-        names = [row.get("name") for row in self._document["element"]]
+        names = called(self._document)
         if element not in names:
-            known = ", ".join(repr(name) for name in names if name) or "none has a name"
+            known = ", ".join(repr(name) for name in names) or "none"
             raise RayletError(f"no element is called {element!r}; there are: {known}")
         return names.index(element)
 

@@ -78,7 +78,7 @@ def trace(
         raise ValueError("Hx, Hy, Px, Py hold numbers that are not finite")
     light = _light(source, Hx, Hy, scale)
     scene, arrays = system._compiled(), system._arrays
-    found = _raylet.trace(scene, arrays, channel, pupil, light, list(numbers), threads)
+    found = _raylet.trace(scene, arrays, channel, (pupil, light), list(numbers), threads)
     points, directions, paths, fate, slopes = found
     names = [part["name"] for part in system.parts]
     x, y, z = np.moveaxis(points, -1, 0)

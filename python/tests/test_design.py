@@ -160,6 +160,8 @@ def test_what_cannot_be_sought_is_told() -> None:
         (lambda: system.design(iterations=3), "nothing to design"),
         (lambda: system.hologram(PICTURE, element="none", size_mm=(1, 1)), "hologram.element"),
         (lambda: system.hologram(-PICTURE, element="slm", size_mm=(0.024, 0.024)), "values from 0"),
+        (lambda: system.design(element=[{"name": "slm"}]), "nothing that tells how good it is"),
+        (lambda: system.design(element=[{"name": "slm"}], loss=[LOSS], rate=0.1), "optimizer lbfgs"),
         (lambda: system.hologram("none.png", element="slm", size_mm=(0.024, 0.024)), "none.png"),
         (lambda: system.design(element=[{"name": "slm"}], loss=[{"kind": "beauty"}]), "beauty"),
         (lambda: system.design(element=[{"name": "slm"}], loss=[LOSS], iterations=0), "iterations"),
@@ -209,6 +211,52 @@ def test_a_search_can_be_ended() -> None:
 
     with pytest.raises(Enough):
         blank().design(element=[{"name": "slm"}], loss=[LOSS], iterations=100000, progress=progress)
+
+
+def test_a_search_goes_on_from_its_checkpoints(tmp_path: Path) -> None:
+    """Ended on the way, with a torn file, and with other arrays."""
+
+    class Enough(Exception):
+        pass
+
+    def progress(done: float, what: str) -> None:
+        if done >= 0.5:
+            raise Enough
+
+    start = np.random.default_rng(1).uniform(0.0, 6.0, (10, 10))
+    task = {"element": [{"name": "slm", "start": "file"}], "loss": [LOSS], "iterations": 40, "checkpoint": 4}
+    system, kept = blank(phase=start), tmp_path / "kept"
+    whole = system.design(**task)
+    with pytest.raises(Enough):
+        system.design(**task, checkpoints=kept, progress=progress)
+    with pytest.raises(raylet.RayletError, match="another scene or of other settings"):
+        blank(phase=start + 1e-9).design(**task, checkpoints=kept, resume=True)
+    (kept / "checkpoint.json").write_text("torn")
+    with pytest.warns(UserWarning, match="the newest checkpoint is torn"):
+        resumed = system.design(**task, checkpoints=kept, resume=True)
+    (a,), (b,) = whole.arrays.values(), resumed.arrays.values()
+    assert np.array_equal(a, b) and np.array_equal(whole.course, resumed.course)
+    with pytest.raises(TypeError, match="expected their folder"):
+        system.design(**task, resume=True)
+
+
+def test_elements_without_a_name_are_called_by_their_place() -> None:
+    system = raylet.System(wavelength_um=0.6)
+    system.add_doe(raylet.pixels(pitch_um=2.0, size=(10, 10)), aperture=raylet.disc(0.01), thickness_mm=0.1)
+    system.add_sensor(pixels=(12, 12), pitch_um=2.0)
+    made = system.hologram(PICTURE, element="element[0]", size_mm=(0.024, 0.024), iterations=5)
+    (same,) = system.hologram(PICTURE, size_mm=(0.024, 0.024), iterations=5).arrays.values()
+    (phase,) = made.arrays.values()
+    assert np.array_equal(phase, same)
+    put = system.with_pixels("element[0]", phase=phase)
+    assert np.array_equal(put.simulate().field, made.system.simulate().field)
+    assert np.array_equal(put.bench("element[0]")(phase).field, put.bench("element[0]")(phase + 0.0).field)
+    assert system.design(element=[{"name": "element[0]"}], loss=[LOSS], iterations=2).course[-1] < 1.0
+
+
+def test_pixels_of_another_number_are_refused() -> None:
+    with pytest.raises(ValueError, match=r"phase has shape \(7, 9\), expected \(10, 10\)"):
+        blank().with_pixels("slm", phase=np.zeros((7, 9)))
 
 
 def test_the_scene_of_the_demo() -> None:

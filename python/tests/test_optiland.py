@@ -215,8 +215,8 @@ def test_gradients_to_the_lens_before_the_element(torch: Any, far: bool) -> None
     phase = torch.tensor(PHASE, requires_grad=True)
     radius = torch.tensor(10.0, dtype=torch.float64, requires_grad=True)
     other.optic.surfaces[2].geometry.radius = radius
-    picture = other.field(phase, Hy=0.0 if far else 1.0).abs().square()
-    (picture - torch.tensor(wanted)).square().sum().backward()
+    seen = other.field(phase, Hy=0.0 if far else 1.0).abs().square()
+    (seen - torch.tensor(wanted)).square().sum().backward()
 
     by_curvature, along_phase = own_slopes(wanted, phase.grad.numpy(), source)
     assert -float(radius.grad) * 10.0**2 == pytest.approx(by_curvature, rel=1e-3)

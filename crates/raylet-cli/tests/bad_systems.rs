@@ -85,7 +85,7 @@ const PARTS: [Case; 16] = [
     (
         FIRST,
         "name = \"first\"\nlevels = 1\n[[design.loss]]",
-        &[PART, ".levels", "at least 2"],
+        &[PART, ".levels", "two or more"],
     ),
     (
         FIRST,
@@ -139,7 +139,7 @@ const PARTS: [Case; 16] = [
     ),
 ];
 
-const LOSSES: [Case; 16] = [
+const LOSSES: [Case; 17] = [
     ("likeness", "beauty", &[LOSS, "beauty", "overlap"]),
     ("picture.png", "none.png", &[LOSS, ".picture", "none.png"]),
     (SIZE, "", &[LOSS, "one without the other"]),
@@ -198,11 +198,16 @@ const LOSSES: [Case; 16] = [
         "kind = \"efficiency\"\nradius_mm = 1\n",
         &[LOSS, "at_mm"],
     ),
+    (
+        KIND,
+        "kind = \"likeness\"\npicture = \"picture.png\"\nsize_mm = [0.03, 0.03]\nmask = \"mask.png\"\n",
+        &[LOSS, ".mask", "3 x 2 pixels", "as the picture has"],
+    ),
     (KIND, "kind = \"overlap\"\n", &["hologram", "no hologram"]),
     (
         "[[design.loss]]\nkind = \"likeness\"\npicture = \"picture.png\"\nsize_mm = [0.03, 0.03]\n",
         "",
-        &["hologram", "no hologram"],
+        &["design.loss", "nothing that tells how good it is"],
     ),
 ];
 
@@ -249,6 +254,8 @@ fn stage(text: &str) -> Stage {
     let stage = Stage::new(text);
     let picture = Array2::from_elem((4, 4), 1.0);
     write_gray16(stage.join("picture.png"), picture.view(), [0.0, 1.0]).unwrap();
+    let mask = Array2::from_elem((2, 3), 1.0);
+    write_gray16(stage.join("mask.png"), mask.view(), [0.0, 1.0]).unwrap();
     stage
 }
 

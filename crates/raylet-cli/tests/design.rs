@@ -156,7 +156,8 @@ fn bad_designs_are_told() {
         ("start = \"none\"\n", ["start", "spread"]),
         ("rate = -1\n", ["rate", "above zero"]),
         ("efficiency = -0.1\n", ["efficiency", "0"]),
-        ("levels = 1\n", ["levels", "at least 2"]),
+        ("levels = 1\n", ["1 as number of levels", "two or more"]),
+        ("rate = 0.1\n", ["design.rate", "adam"]),
         ("block = 0\n", ["block", "above zero"]),
         (
             "estimator = { kind = \"multinomial\" }\n",

@@ -1,5 +1,6 @@
 //! Holograms and designs that a scene asks for.
 
+use std::path::PathBuf;
 use std::sync::Arc;
 
 use ndarray::Array2;
@@ -7,11 +8,12 @@ use numpy::Ix2;
 use pyo3::prelude::*;
 use raylet::design::hologram::{Score, design as seek};
 use raylet::design::project::ProjectError;
-use raylet::design::run::Run;
+use raylet::design::run::{Run, State};
 use raylet::design::step::Step;
+use raylet::file::checkpoint::{Checkpoints, Restored};
 use raylet::file::fault::Fault;
 use raylet::file::hologram::commission;
-use raylet::file::project::brief;
+use raylet::file::project::{Brief, brief};
 use raylet::file::scene::Scene as File;
 
 use crate::arrays::Lent;
@@ -64,6 +66,8 @@ struct Found {
     loss: f64,
     parts: Parts,
     evaluations: usize,
+    /// Whether the newest checkpoint was torn and the one before it was taken.
+    older: bool,
     /// The scene with its numbers.
     scene: File,
 }
@@ -71,27 +75,33 @@ struct Found {
 type Answer<'py> = (
     Vec<(String, Made<'py, f64, Ix2>)>,
     Vec<(String, f64)>,
-    (Vec<f64>, f64, usize),
+    (Vec<f64>, f64, usize, bool),
     Parts,
     Scene,
 );
 
+/// Where checkpoints are kept: their folder, what the run depends on beside its scene, and whether to go on from the
+/// last of them.
+type Keeping = Option<(PathBuf, String, bool)>;
+
 /// Designs what the `[design]` of a scene asks for.
 ///
 /// Returns (arrays by their paths in the scene, numbers by name, (loss after each iteration, loss of what was found,
-/// evaluations), (field, wavelength, losses by kind) of each run, the scene with its numbers).
+/// evaluations, whether the newest checkpoint was torn), (field, wavelength, losses by kind) of each run, the scene
+/// with its numbers).
 #[pyfunction]
-#[pyo3(signature = (scene, arrays, threads, progress))]
+#[pyo3(signature = (scene, arrays, keeping, threads, progress))]
 pub(crate) fn design<'py>(
     py: Python<'py>,
     scene: &Scene,
     arrays: ByPath<'py>,
+    keeping: Keeping,
     threads: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Answer<'py>> {
     let file = held(py, scene, &arrays)?;
     let found = run(py, threads, progress, move |watch: &Watch| {
-        find(&file, watch)
+        find(&file, keeping.as_ref(), watch)
     })?;
     let found = found.map_err(|told| match told {
         Failure::Fault(told) => fault(py, &told),
@@ -105,7 +115,7 @@ pub(crate) fn design<'py>(
     Ok((
         pixels.collect(),
         found.numbers,
-        (found.course, found.loss, found.evaluations),
+        (found.course, found.loss, found.evaluations, found.older),
         found.parts,
         scene,
     ))
@@ -129,21 +139,76 @@ impl From<ProjectError> for Failure {
     }
 }
 
-fn find(file: &File, watch: &Watch) -> Result<Found, Failure> {
-    let brief = brief(file)?;
-    let (project, iterations) = (&brief.project, brief.design.iterations);
-    let mut search = Run::new(project, brief.search.clone(), iterations)?;
-    let mut course = Vec::new();
-    while !search.is_done() {
-        watch.pulse();
-        let found = search.step()?;
-        if found.step == Step::Trial {
-            continue;
+/// A search on its way, and what it leaves behind.
+struct Going<'b> {
+    search: Run<'b>,
+    /// The loss after each iteration.
+    course: Vec<f64>,
+    checkpoints: Option<Checkpoints>,
+    older: bool,
+}
+
+impl<'b> Going<'b> {
+    /// From the start, or from the last checkpoint.
+    fn new(
+        file: &File,
+        brief: &'b Brief,
+        keeping: Option<&(PathBuf, String, bool)>,
+    ) -> Result<Self, Failure> {
+        let (project, iterations) = (&brief.project, brief.design.iterations);
+        let mut going = Self {
+            search: Run::new(project, brief.search.clone(), iterations)?,
+            course: Vec::new(),
+            checkpoints: None,
+            older: false,
+        };
+        let Some((folder, rest, resume)) = keeping else {
+            return Ok(going);
+        };
+        let checkpoints = Checkpoints::within(folder, &(file.to_toml()? + rest));
+        if *resume {
+            let Restored { state, older } = checkpoints.read::<(State, Vec<f64>)>()?;
+            going.search = Run::resume(project, state.0, iterations)?;
+            (going.course, going.older) = (state.1, older);
         }
-        course.push(found.look.value);
-        let words = format!("loss {:.5}", found.look.value);
-        watch.tell(search.iteration() as f64, iterations as f64, &words);
+        going.checkpoints = Some(checkpoints);
+        Ok(going)
     }
+
+    /// To the end, keeping a checkpoint as often as the design asks for one.
+    fn follow(&mut self, brief: &Brief, watch: &Watch) -> Result<(), Failure> {
+        let (iterations, each) = (brief.design.iterations, brief.design.checkpoint);
+        while !self.search.is_done() {
+            watch.pulse();
+            let found = self.search.step()?;
+            if found.step == Step::Trial {
+                continue;
+            }
+            self.course.push(found.look.value);
+            let (done, words) = (
+                self.search.iteration(),
+                format!("loss {:.5}", found.look.value),
+            );
+            watch.tell(done as f64, iterations as f64, &words);
+            if let Some(checkpoints) = &self.checkpoints
+                && (done.is_multiple_of(each) || self.search.is_done())
+            {
+                checkpoints.write(&(&self.search.state, &self.course))?;
+            }
+        }
+        Ok(())
+    }
+}
+
+fn find(
+    file: &File,
+    keeping: Option<&(PathBuf, String, bool)>,
+    watch: &Watch,
+) -> Result<Found, Failure> {
+    let brief = brief(file)?;
+    let mut going = Going::new(file, &brief, keeping)?;
+    going.follow(&brief, watch)?;
+    let (project, search) = (&brief.project, &going.search);
     let look = search.finish()?;
 
     // What it is made of, where that goes in the scene, and what each run's losses are.
@@ -168,8 +233,9 @@ fn find(file: &File, watch: &Watch) -> Result<Found, Failure> {
             })
             .collect(),
         evaluations: search.state.evaluations,
-        course,
+        older: going.older,
         scene: brief.scene_at(file, best)?,
+        course: going.course,
     })
 }
 

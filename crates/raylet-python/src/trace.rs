@@ -31,8 +31,8 @@ type Answer<'py> = (
     Made<'py, f64, Ix3>,
 );
 
-/// Rays through the places `pupil` (rays, 2) of the first screen, in units of the half widths of its opening, of
-/// light that is `light` (rays, 3): unit directions of a collimated source, places in mm of a point source.
+/// Rays by their `starts`: the places (rays, 2) where they meet the first screen, in units of the half widths of its
+/// opening, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
 ///
 /// Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
 /// fates (rays; 0 arrived, else the number of the loss), and derivatives (numbers, 5, rays) of x, y, L, M, path on
@@ -43,15 +43,12 @@ pub(crate) fn trace<'py>(
     scene: &Scene,
     arrays: ByPath<'py>,
     channel: usize,
-    pupil: Given<'py, f64, Ix2>,
-    light: Given<'py, f64, Ix2>,
+    starts: (Given<'py, f64, Ix2>, Given<'py, f64, Ix2>),
     numbers: Vec<String>,
     threads: Option<usize>,
 ) -> PyResult<Answer<'py>> {
-    let (pupil, light) = (
-        columns::<f64, 2>("pupil", &pupil)?,
-        columns::<f64, 3>("light", &light)?,
-    );
+    let pupil = columns::<f64, 2>("pupil", &starts.0)?;
+    let light = columns::<f64, 3>("light", &starts.1)?;
     if pupil.len() != light.len() {
         let (pupil, light) = (pupil.len(), light.len());
         return Err(PyValueError::new_err(format!(

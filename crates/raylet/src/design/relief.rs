@@ -37,7 +37,7 @@ pub enum ReliefError {
     #[error("a largest height of {0} mm; expected a positive number")]
     Height(f64),
     /// Too few levels.
-    #[error("{0} levels; expected at least 2")]
+    #[error("{0} as number of levels")]
     Levels(usize),
 }
 

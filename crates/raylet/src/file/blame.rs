@@ -145,14 +145,7 @@ pub fn blame_reference(scene: &Scene, error: &ReferenceError) -> Fault {
 
 /// The path of the element that a screen was made of.
 fn path_of(scene: &Scene, screen: &str) -> String {
-    let named = scene
-        .element
-        .iter()
-        .position(|element| element.name() == Some(screen));
-    match named {
-        Some(number) => format!("element[{number}]"),
-        // Elements without a name give their screens their path; an entrance belongs to the first.
-        None if screen.starts_with("element[") => screen.to_owned(),
-        None => String::from("element[0]"),
-    }
+    // An entrance belongs to the first.
+    let number = scene.number_of(screen).unwrap_or(0);
+    format!("element[{number}]")
 }

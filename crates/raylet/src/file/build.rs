@@ -122,7 +122,7 @@ impl Layout<'_, '_> {
         let [dx, dy] = element.decenter_mm();
         let moved = self.axis.moved(Vec3::new(dx, dy, 0.0));
         let frame = moved.tilted(element.tilt_deg().map(f64::to_radians));
-        let name = element.name().map_or_else(|| path.clone(), str::to_owned);
+        let name = self.scene.called(number);
         let mut along = element.thickness_mm().unwrap_or(0.0);
         match element {
             Element::Doe(doe) => {

@@ -25,10 +25,10 @@ pub struct Design {
     /// `[[design.variable]]` whose only other screen is the sensor.
     #[serde(default)]
     pub estimator: Option<Estimator>,
-    /// Length of a step of adam or momentum, in radians.
-    #[serde(default = "rate", deserialize_with = "positive")]
+    /// Length of a step of adam or momentum, in radians; 0.2 by default.
+    #[serde(default, deserialize_with = "positive")]
     #[schemars(extend("exclusiveMinimum" = 0))]
-    pub rate: f64,
+    pub rate: Option<f64>,
     /// Length of the last step, to which that of the first falls along half a cosine; the same by default.
     #[serde(default, deserialize_with = "positive")]
     #[schemars(extend("exclusiveMinimum" = 0))]
@@ -177,10 +177,6 @@ pub struct View {
     /// Place of a point source, as in `[source]`.
     #[serde(default)]
     pub position_mm: Option<[f64; 3]>,
-}
-
-fn rate() -> f64 {
-    0.2
 }
 
 fn flat() -> Start {

@@ -12,6 +12,7 @@ use crate::engine::simulate::{illuminate, simulate};
 use crate::file::array::ArrayLook;
 use crate::file::blame::blame;
 use crate::file::build;
+use crate::file::called::WITH_PIXELS;
 use crate::file::element::Element;
 use crate::file::fault::Fault;
 use crate::file::image::read_gray;
@@ -151,11 +152,9 @@ pub(crate) struct Place {
 /// The scene with the hologram's layer made blank, so that its phase file need not exist.
 pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Place), Fault> {
     let mut blank = scene.clone();
-    for (element, entry) in blank.element.iter_mut().enumerate() {
-        let Element::Doe(doe) = entry else { continue };
-        if doe.name.as_ref() != Some(&hologram.element) {
-            continue;
-        }
+    let named = scene.number_of(&hologram.element);
+    let named = named.and_then(|number| Some((number, blank.element.get_mut(number)?)));
+    if let Some((element, Element::Doe(doe))) = named {
         for (number, layer) in doe.layer.iter_mut().enumerate() {
             let Layer::Pixels(pixels) = layer else {
                 continue;
@@ -178,8 +177,7 @@ pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Plac
             return Ok((blank, place));
         }
     }
-    let expected = "the name of a diffractive element with a layer of pixels";
-    Err(scene.fault("hologram.element", hologram.element.as_str(), expected))
+    Err(scene.fault("hologram.element", hologram.element.as_str(), WITH_PIXELS))
 }
 
 /// The picture, the way round that the scene wants it.

@@ -5,6 +5,7 @@ pub mod arrays;
 pub(crate) mod axis;
 pub mod blame;
 pub mod build;
+mod called;
 pub mod catalog;
 pub mod chart;
 mod check;

@@ -10,6 +10,7 @@ use crate::design::modulation::{Modulation, Modulator, Shaped};
 use crate::design::relief::{Levels, Relief};
 use crate::design::staircase::Hardening;
 use crate::file::build;
+use crate::file::called::WITH_PIXELS;
 use crate::file::design::{Design, Free, Optimizer, Part, Start};
 use crate::file::element::Element;
 use crate::file::fault::Fault;
@@ -148,18 +149,16 @@ fn stray(scene: &Scene, design: &Design, beside: &str) -> Result<(), Fault> {
 
 impl PixelPart {
     fn new(scene: &Scene, part: Part, at: String, name_key: String) -> Result<Self, Fault> {
-        let expected = "the name of a diffractive element with a layer of pixels";
-        let named = |element: &Element| element.name() == Some(&part.name);
-        let Some(number) = scene.element.iter().position(named) else {
-            return Err(scene.fault(&name_key, &*part.name, expected));
+        let Some(number) = scene.number_of(&part.name) else {
+            return Err(scene.nameless(&name_key, &part.name));
         };
         let Element::Doe(doe) = &scene.element[number] else {
-            return Err(scene.fault(&name_key, &*part.name, expected));
+            return Err(scene.fault(&name_key, &*part.name, WITH_PIXELS));
         };
         let gridded =
             |layer: &Layer| matches!(layer, Layer::Pixels(_) | Layer::Height(_) | Layer::Sum(_));
         let Some(place) = doe.layer.iter().position(gridded) else {
-            return Err(scene.fault(&name_key, &*part.name, expected));
+            return Err(scene.fault(&name_key, &*part.name, WITH_PIXELS));
         };
         let path = format!("element[{number}].layer[{place}]");
         let blank = blank(scene, &doe.layer[place], part.free, &path)?;
@@ -260,9 +259,8 @@ impl PixelPart {
         let at = |key: &str| format!("{}.{key}", self.at);
         let Layer::Height(height) = &self.layer else {
             let relief = levels.map(Relief::phases).transpose();
-            return relief.map_err(|error| {
-                scene.fault(&at("levels"), error.to_string(), "at least two levels")
-            });
+            return relief
+                .map_err(|error| scene.fault(&at("levels"), error.to_string(), "two or more"));
         };
         let index = self.index(scene, height, 0)?;
         let wavelength = scene.wavelength_um[0] * UM;

@@ -163,9 +163,7 @@ pub fn parts<'a>(scene: &Scene, system: &'a System) -> Vec<Part<'a>> {
             };
             medium = after;
             list.push(Part {
-                name: element
-                    .name()
-                    .map_or_else(|| format!("element[{number}]"), str::to_owned),
+                name: scene.called(number),
                 named: element.name().is_some(),
                 element: Some(number),
                 surface: [index, count],

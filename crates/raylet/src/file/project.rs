@@ -70,6 +70,7 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
         let expected = "a [hologram], a [[design.element]] or a [[design.variable]]";
         return Err(scene.fault("design", "nothing to design", expected));
     }
+    check_rates(scene, &design)?;
     let blank = blanked(scene, parts.iter()).load()?;
     let lit = lit(&blank, &design)?;
     let systems = lit.iter().map(systems);
@@ -390,10 +391,11 @@ fn search(
             .with_scale(one.clone(), *scale)?
             .with_bounds(one, *low, *high)?;
     }
+    let rate = design.rate.unwrap_or(RATE);
     let schedule = match design.last_rate {
-        None => Schedule::Constant { rate: design.rate },
+        None => Schedule::Constant { rate },
         Some(to) => Schedule::Cosine {
-            from: design.rate,
+            from: rate,
             to,
             iterations: design.iterations,
         },
@@ -407,6 +409,22 @@ fn search(
         Optimizer::Momentum => Method::Descent(Rule::Momentum { momentum: 0.9 }, schedule),
     };
     method.start(start, space)
+}
+
+/// Length of a step of adam or momentum, where the scene tells none, in rad.
+const RATE: f64 = 0.2;
+
+/// Refuses lengths of steps for an optimiser that finds its own.
+fn check_rates(scene: &Scene, design: &Design) -> Result<(), Fault> {
+    let rates = [("rate", design.rate), ("last_rate", design.last_rate)];
+    match rates.iter().find(|(_, given)| given.is_some()) {
+        Some((key, _)) if design.optimizer == Optimizer::Lbfgs => Err(scene.fault(
+            &format!("design.{key}"),
+            "the length of a step with the optimizer lbfgs, which finds its own",
+            "it with optimizer = \"adam\" or \"momentum\"",
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Which beamlets are followed.

@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::file::array::ArrayLook;
 use crate::file::arrays::Arrays;
+use crate::file::called::WITH_PIXELS;
 use crate::file::check::check_elements;
 use crate::file::decode::{decode, tagged};
 use crate::file::design::Design;
@@ -15,7 +16,6 @@ use crate::file::element::{Coordinates, Element};
 use crate::file::fault::Fault;
 use crate::file::layer::Layer;
 use crate::file::material::Material;
-use crate::file::misfit::nearest;
 use crate::file::number::{acute, one_or_list_schema, positive, wavelengths};
 use crate::file::origin::Origin;
 use crate::file::settings::{Hologram, Settings};
@@ -162,8 +162,8 @@ impl Scene {
         let Some(hologram) = &self.hologram else {
             return Ok(());
         };
-        let named = |element: &&Element| element.name() == Some(&hologram.element);
-        let found = match self.element.iter().find(named) {
+        let named = self.number_of(&hologram.element);
+        let found = match named.map(|number| &self.element[number]) {
             Some(Element::Doe(doe)) if doe.coordinates == Coordinates::Surface => {
                 "an element with coordinates = \"surface\", for which holograms are not designed"
                     .to_owned()
@@ -175,17 +175,9 @@ impl Scene {
                 "an element without a layer of kind \"pixels\"".to_owned()
             }
             Some(_) => "an element that is not of kind \"doe\"".to_owned(),
-            None => format!("\"{}\", which no element is called", hologram.element),
+            None => return Err(self.nameless("hologram.element", &hologram.element)),
         };
-        let expected = "the name of a diffractive element with a layer of pixels";
-        let names: Vec<&str> = self.element.iter().filter_map(Element::name).collect();
-        let fault = self.fault("hologram.element", found, expected);
-        Err(match nearest(&hologram.element, &names) {
-            Some(name) if name != hologram.element => {
-                fault.hint(format!("did you mean \"{name}\"?"))
-            }
-            _ => fault,
-        })
+        Err(self.fault("hologram.element", found, WITH_PIXELS))
     }
 
     /// The field on the sensor must fit in memory.
@@ -273,12 +265,11 @@ impl Scene {
                 .is_some_and(|file| !self.origin.beside(file).exists()),
             _ => false,
         };
-        self.element.iter().any(|element| match element {
-            Element::Doe(doe) => {
-                doe.name.as_ref() == Some(&hologram.element) && doe.layer.iter().any(missing)
-            }
+        let named = self.number_of(&hologram.element);
+        match named.map(|number| &self.element[number]) {
+            Some(Element::Doe(doe)) => doe.layer.iter().any(missing),
             _ => false,
-        })
+        }
     }
 
     /// A fault of the field at a dotted path such as `element[2].surface[0].glass`, for findings of

@@ -186,7 +186,10 @@ fn wishes(scene: &Scene, design: &Design) -> Result<Vec<Counted>, Fault> {
             .map(|(i, wish)| Counted::new(scene, design, wish.clone(), format!("design.loss[{i}]")))
             .collect();
     }
-    asked(scene)?;
+    if scene.hologram.is_none() {
+        let expected = "a [[design.loss]], or the picture of a [hologram]";
+        return Err(scene.fault("design.loss", "nothing that tells how good it is", expected));
+    }
     let likeness = PictureWish {
         weight: 1.0,
         wavelength_um: None,
@@ -342,6 +345,13 @@ impl<'s> Stage<'s> {
                 size: target.size,
                 blur: [0.0; 2],
             };
+            if mask.image.dim() != target.image.dim() {
+                let told = |(rows, across): (usize, usize)| format!("{across} x {rows} pixels");
+                let expected = format!("{}, as the picture has", told(target.image.dim()));
+                let found = told(mask.image.dim());
+                return Err(self.scene.fault(&format!("{at}.mask"), found, expected));
+            }
+
             // Outside the mask everything counts, unless only the outline does.
             let inside = self.outline(&mask);
             let mask = mask.on(&self.raster) + inside.mapv(|inside| 1.0 - inside);
