@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -67,7 +68,7 @@ def plot_field(
     figure, ax = _axes(ax, (5.6, 4.6))
     values, label, how = choices[what]
     _image(figure, ax, values, (*_edges(axes[0]), *_edges(axes[1])), label, **how)
-    ax.set_title(title)
+    _entitle(ax, title)
     return figure, ax
 
 
@@ -102,24 +103,53 @@ def draw_layout(layout: dict[str, Any], title: str, ax: Axes | None) -> tuple[Fi
         ax.plot(*points.T, color=("tab:orange", "tab:purple", "tab:olive")[ray["group"] % 3], linewidth=0.8)
     for curve in layout["surfaces"]:
         ax.plot(*np.array(curve["points"]).T, **_STYLES[curve["kind"]])
-    for label in layout["labels"]:
-        ax.annotate(label["text"], label["at"], xytext=(0, 6), textcoords="offset points", ha="center", fontsize=8)
-    ax.set(xlabel="z in mm", ylabel=f"{layout['transverse']} in mm", title=title)
-    if _proportion(ax) < 8.0:
-        ax.set_aspect("equal", adjustable="datalim")
-    ax.margins(y=0.15)
+    ax.set(xlabel="z in mm", ylabel=f"{layout['transverse']} in mm")
+    _entitle(ax, title)
+    _frame(ax, layout["labels"])
     return figure, ax
 
 
-def _proportion(ax: Any) -> float:
-    """Length over height of what is drawn."""
-    (left, right), (low, high) = ax.get_xlim(), ax.get_ylim()
-    return float((right - left) / max(high - low, 1e-12))
+#: Size of names, about how wide a letter is, and the height of a line, in points.
+_LETTERS, _LETTER, _LINE = 8.0, 5.0, 10.5
+
+
+def _frame(ax: Any, labels: list[dict[str, Any]]) -> None:
+    """Names above their places, and limits with room for them; a millimetre is as long as high, but in long systems."""
+    (left, low), (right, high) = ax.dataLim.min, ax.dataLim.max
+    box = 72.0 * ax.get_position().size * ax.figure.get_size_inches()
+    equal = right - left < 8.0 * (high - low)
+
+    # A name goes into the first line where it stands beside the others.
+    length = max(1.1 * (right - left), (high - low) * box[0] / box[1] if equal else 0.0)
+    taken: list[float] = []
+    for label in sorted(labels, key=lambda label: float(label["at"][0])):
+        middle, half = label["at"][0] * box[0] / length, 0.5 * _LETTER * len(label["text"])
+        line = next((i for i, end in enumerate(taken) if end < middle - half), len(taken))
+        taken[line : line + 1] = [middle + half]
+        place = {"xytext": (0.0, 6.0 + _LINE * line), "textcoords": "offset points"}
+        ax.annotate(label["text"], label["at"], ha="center", fontsize=_LETTERS, **place)
+
+    # They take a share of the height above; the rest is left around what is drawn.
+    share = (6.0 + _LINE * (len(taken) + 0.5)) / box[1]
+    height = 1.1 * (high - low) / (1.0 - share)
+    if equal:
+        ax.set_aspect("equal")
+        height = max(height, 1.1 * (right - left) * box[1] / box[0])
+        length = max(length, height * box[0] / box[1])
+    aside, below = 0.5 * (length - right + left), 0.5 * ((1.0 - share) * height - high + low)
+    ax.set(xlim=(left - aside, right + aside), ylim=(low - below, low - below + height))
+
+
+def _entitle(ax: Any, title: str) -> None:
+    """A title in lines that fit."""
+    width = ax.get_position().width * ax.figure.get_size_inches()[0]
+    ax.set_title("\n".join(textwrap.wrap(title, max(12, int(10.0 * width)))))
 
 
 def plot_course(losses: NDArray[np.float64], title: str, ax: Axes | None) -> tuple[Figure, Axes]:
     """The loss of a design at its start and after each iteration."""
     figure, ax = _axes(ax, (5.6, 3.6))
     ax.plot(losses)
-    ax.set(xlabel="iteration", ylabel="loss", title=title)
+    ax.set(xlabel="iteration", ylabel="loss")
+    _entitle(ax, title)
     return figure, ax

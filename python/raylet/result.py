@@ -115,7 +115,9 @@ class Result:
 
         if not 0 <= channel < len(self._fields):
             raise IndexError(f"channel is {channel}, expected from 0 to {len(self._fields) - 1}")
-        return plot_field(self._fields[channel], (self.x_mm, self.y_mm), what, self.title, ax)
+        wave = f"λ = {self.wavelength_um[channel]:g} µm" if len(self._fields) > 1 else ""
+        title = ", ".join(filter(None, (self.title, wave)))
+        return plot_field(self._fields[channel], (self.x_mm, self.y_mm), what, title, ax)
 
     def save(self, path: str | os.PathLike[str]) -> None:
         """Writes field [wavelength, y, x], x_mm, y_mm and wavelength_um to a .npz file, as `raylet simulate` does."""
