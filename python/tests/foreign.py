@@ -66,30 +66,32 @@ def apart(one: Any, other: Any) -> float:
     return float(np.linalg.norm(np.asarray(one) - other) / np.linalg.norm(other))
 
 
-def field(bend: float, phase: Any = PHASE, source: Any = None) -> Any:
+def field(bend: float, phase: Any = PHASE, source: Any = None, **keys: Any) -> Any:
     """Field behind the lens with so much more curvature, of collimated light or of a point."""
-    own = hologram_behind(lens_radius=1.0 / (0.1 + bend)).with_pixels("doe", phase=phase)
+    own = hologram_behind(lens_radius=1.0 / (0.1 + bend), **keys).with_pixels("doe", phase=phase)
     return (own if source is None else own.point_source(source)).simulate().field
 
 
-def picture(bend: float, phase: Any = PHASE, source: Any = None) -> Any:
-    return np.abs(field(bend, phase, source)) ** 2
+def picture(*what: Any, **keys: Any) -> Any:
+    return np.abs(field(*what, **keys)) ** 2
 
 
 #: What gradients lead to: a lens that is bent so much more, 20 %.
 STRONGER = 0.02
 
 
-def own_slopes(wanted: Any, by_phase: Any, source: Any = None) -> tuple[float, float]:
-    """Slopes of the sum of squared differences from a picture, by the curvature of the lens and along a gradient by
-    the phases, from differences of raylet's own runs."""
+def missed(wanted: Any, by_curvature: float, by_phase: Any, **keys: Any) -> float:
+    """Relative error of a gradient of the sum of squared differences from a picture, by the curvature of the lens and
+    by the phases: by differences of raylet's own runs on a way on which both change the sum equally, and add up."""
+    steepness = float(np.linalg.norm(by_phase))
+    bend, along = np.copysign(1e-5, by_curvature), 1e-5 * abs(by_curvature) / steepness
 
-    def loss(bend: float, along: float) -> float:
-        phase = PHASE + along * by_phase / np.linalg.norm(by_phase)
-        return float(((picture(bend, phase, source) - wanted) ** 2).sum())
+    def loss(step: float) -> float:
+        phase = PHASE + step * along * by_phase / steepness
+        return float(((picture(step * bend, phase, **keys) - wanted) ** 2).sum())
 
-    by_curvature = (loss(1e-5, 0.0) - loss(-1e-5, 0.0)) / 2e-5
-    return by_curvature, (loss(0.0, 1e-3) - loss(0.0, -1e-3)) / 2e-3
+    expected = 2.0 * 1e-5 * abs(by_curvature)
+    return abs(0.5 * (loss(1.0) - loss(-1.0)) / expected - 1.0)
 
 
 def own_slope_of_field(wanted: Any) -> float:

@@ -17,7 +17,7 @@ from foreign import (
     apart,
     hologram_behind,
     hologram_first,
-    own_slopes,
+    missed,
     picture,
 )
 
@@ -189,9 +189,7 @@ def test_gradients_to_the_lens_before_the_element() -> None:
     curvature = double(0.1).requires_grad_()
     other.lens.surfaces[1].c = curvature
     (other.field(phase).abs().square() - torch.tensor(wanted)).square().sum().backward()
-    by_curvature, along_phase = own_slopes(wanted, phase.grad.numpy())
-    assert float(curvature.grad) == pytest.approx(by_curvature, rel=1e-3)
-    assert np.linalg.norm(phase.grad.numpy()) == pytest.approx(along_phase, rel=1e-3)
+    assert missed(wanted, float(curvature.grad), phase.grad.numpy()) < 1e-3
 
 
 def test_what_it_cannot_do_is_refused() -> None:
