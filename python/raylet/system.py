@@ -297,6 +297,7 @@ class System:
         element: str | None = None,
         size_mm: Sequence[float] | None = None,
         iterations: int | None = None,
+        efficiency_goal: float | None = None,
         naive: bool = False,
         threads: int | None = None,
         progress: Progress = None,
@@ -311,15 +312,18 @@ class System:
         target : the picture: a PNG file, or values from 0 as an array [y, x], y upwards.
         element : name of the element, whose first layer of pixels is sought; the only one with pixels by default.
         size_mm : width and height of the picture on the sensor.
+        efficiency_goal : share of the light that the picture is to have; what is found has somewhat less. Without it
+            iterations buy likeness with light where the element is too small to resolve the picture (λ × distance /
+            width).
         naive : with all lenses behind the element as one thin lens at the first vertex.
 
         The scores are the normalised correlation of the intensity with the softened picture (`ncc`), the same over the
-        whole sensor (`ncc_sensor`), and the share of the light in the picture (`efficiency`). Where the element is too
-        small to resolve the picture (λ × distance / width), likeness is bought with light.
+        whole sensor (`ncc_sensor`), and the share of the light in the picture (`efficiency`).
         """
         if not isinstance(naive, bool):
             raise TypeError(f"naive is {type(naive).__name__}, expected True or False")
-        given = {"target": target, "element": element, "size_mm": size_mm, "iterations": iterations, **keys}
+        table = {"target": target, "element": element, "size_mm": size_mm, "iterations": iterations}
+        given = {**table, "efficiency_goal": efficiency_goal, **keys}
         return hologram(self, given, naive=naive, threads=_threads(threads), progress=progress)
 
     def design(

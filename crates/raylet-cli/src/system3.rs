@@ -121,6 +121,7 @@ fn found(sizes: &Sizes, thin: bool) -> Result<Array2<f64>, Failure> {
         },
         sensor: size,
         iterations: sizes.iterations,
+        efficiency: 0.0,
     };
     Ok(design(&task, &mut |_| {})?.phase)
 }

@@ -52,6 +52,9 @@ pub struct Task {
     pub sensor: [f64; 2],
     /// Number of iterations.
     pub iterations: usize,
+    /// Share of the light behind the element that the goal has at least; what is found has somewhat less.
+    /// Zero leaves the goal as bright as the field is, which trades light for likeness.
+    pub efficiency: f64,
 }
 
 /// How good a hologram is on the paraxial train.
@@ -199,6 +202,8 @@ struct Bench {
     inside: Array2<bool>,
     /// Area of a raster cell over the light's power behind the element.
     share: f64,
+    /// Power of the goal at least, summed over the raster.
+    least: f64,
     /// Turns the adjoint into the inverse (on a plane without bounds): ratio of the cells' areas.
     gain: f64,
     /// Half width and height of the lit part of the element in mm.
@@ -254,6 +259,7 @@ impl Bench {
             target,
             wanted,
             share: sample / power,
+            least: task.efficiency * power / sample,
             gain: sample / pixel,
             radius: extent.map(|width| 0.5 * width),
         })
@@ -298,14 +304,15 @@ impl Bench {
         }
     }
 
-    /// The wanted modulus at the field's own phase and mean brightness times `expansion`, less the field.
+    /// The wanted modulus at the field's own phase and mean brightness times `expansion`, or as bright as is
+    /// asked for, less the field.
     fn change(&self, seen: &Array2<Complex64>, expansion: f64) -> Array2<Complex64> {
         let (mut along, mut square) = (0.0, 0.0);
         Zip::from(seen).and(&self.modulus).for_each(|u, modulus| {
             along += u.norm() * modulus;
             square += modulus * modulus;
         });
-        let scale = expansion * along / square;
+        let scale = (expansion * along / square).max((self.least / square).sqrt());
         Zip::from(seen)
             .and(&self.modulus)
             .par_map_collect(|u, modulus| of_modulus(*u, scale * modulus) - u)
@@ -387,7 +394,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::design::hologram::{Bench, HologramError, Task, design};
+    use crate::design::hologram::{Bench, HologramError, Score, Task, design};
     use crate::design::target::Target;
     use crate::math::random;
     use crate::optics::aperture::Aperture;
@@ -426,6 +433,7 @@ mod tests {
             },
             sensor: [0.8, 0.8],
             iterations: 60,
+            efficiency: 0.0,
         }
     }
 
@@ -474,6 +482,29 @@ mod tests {
         let pi = std::f64::consts::PI;
         assert!(found.phase.iter().all(|phase| (-pi..pi).contains(phase)));
         assert_eq!(found.phase[[0, 0]], 0.0);
+    }
+
+    /// What a goal of so much light makes of a picture that pixels hardly resolve.
+    fn asked(efficiency: f64) -> Score {
+        let mut task = task();
+        (task.efficiency, task.iterations) = (efficiency, 40);
+        task.target.image = Array2::from_shape_fn((8, 8), |(j, i)| {
+            f64::from(u8::from((2..6).contains(&j) && (3..5).contains(&i)))
+        });
+        design(&task, &mut |_| {}).unwrap().score
+    }
+
+    #[test]
+    fn light_that_is_asked_for_is_kept_and_costs_likeness() {
+        let scores = [0.0, 0.4, 0.6].map(asked);
+        for (less, more) in scores.iter().zip(&scores[1..]) {
+            assert!(more.efficiency > less.efficiency + 0.08, "{scores:?}");
+            assert!(more.ncc < less.ncc && more.ncc > 0.94, "{scores:?}");
+        }
+        assert!(
+            (scores[1].efficiency / 0.4 - 0.95).abs() < 0.1,
+            "{scores:?}"
+        );
     }
 
     #[test]

@@ -79,6 +79,7 @@ pub fn commission(scene: &Scene, naive: bool) -> Result<Commission, Fault> {
             target: target(scene, hologram)?,
             sensor: [0, 1].map(|a| sensor.pixels[a] as f64 * sensor.pitch[a]),
             iterations: hologram.iterations,
+            efficiency: hologram.efficiency_goal.unwrap_or(0.0),
         },
         file: file.map(|file| scene.origin.beside(file)),
         field: format!("{element}.layer[{}].phase", place.number),

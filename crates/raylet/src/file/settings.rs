@@ -219,6 +219,11 @@ pub struct Hologram {
     #[serde(default = "hundred", deserialize_with = "positive")]
     #[schemars(extend("minimum" = 1))]
     pub iterations: usize,
+    /// Share of the light that the picture is to have, between 0 and 1; what is found has somewhat less. Without it
+    /// iterations trade light for likeness.
+    #[serde(default, deserialize_with = "share")]
+    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    pub efficiency_goal: Option<f64>,
     /// Whether the lenses are replaced by their principal planes while the hologram is sought.
     #[serde(default = "yes")]
     pub principal_planes: bool,
