@@ -1,12 +1,9 @@
 //! What elements are called: by their names, or by their places where they have none.
 
-use crate::file::element::Element;
+use crate::file::element::{Element, WITH_PIXELS};
 use crate::file::fault::Fault;
 use crate::file::misfit::nearest;
 use crate::file::scene::Scene;
-
-/// What is expected where an element is named whose pixels are sought.
-pub(crate) const WITH_PIXELS: &str = "the name of a diffractive element with a layer of pixels";
 
 impl Scene {
     /// What the element of a number is called: its name, or its place, such as `element[0]`, if it has none.

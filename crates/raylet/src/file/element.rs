@@ -182,6 +182,9 @@ macro_rules! common {
     };
 }
 
+/// What is expected where an element is named whose pixels are sought.
+pub(crate) const WITH_PIXELS: &str = "the name of a diffractive element with a layer of pixels";
+
 impl Element {
     /// Its name, if it has one.
     pub fn name(&self) -> Option<&str> {

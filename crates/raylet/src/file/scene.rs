@@ -8,11 +8,10 @@ use serde::{Deserialize, Serialize};
 
 use crate::file::array::ArrayLook;
 use crate::file::arrays::Arrays;
-use crate::file::called::WITH_PIXELS;
 use crate::file::check::check_elements;
 use crate::file::decode::{decode, tagged};
 use crate::file::design::Design;
-use crate::file::element::{Coordinates, Element};
+use crate::file::element::{Coordinates, Element, WITH_PIXELS};
 use crate::file::fault::Fault;
 use crate::file::layer::Layer;
 use crate::file::material::Material;

@@ -1,0 +1,243 @@
+"""What a system is made of: light, elements in the order light meets them, and how they are computed."""
+
+from __future__ import annotations
+
+import copy
+import os
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any, Union
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raylet import _raylet
+from raylet._arrays import grid
+from raylet._document import called, copied, put_in, rebased, taken_out
+from raylet._refusal import RayletError
+from raylet._toml import dumps
+from raylet.layers import Aperture, Layer, Pair, constant, pixel_shape
+
+if TYPE_CHECKING:
+    from typing_extensions import Self
+
+Glass = Union[str, Mapping[str, float], float]
+
+
+class Prescription:
+    """What :class:`raylet.System` is made of."""
+
+    field_deg: float | None
+    field_mm: float | None
+
+    def __init__(
+        self,
+        wavelength_um: float | Sequence[float],
+        *,
+        title: str = "",
+        ambient: Glass = "air",
+        seed: int = 1,
+        field_deg: float | None = None,
+        field_mm: float | None = None,
+    ) -> None:
+        self._document: dict[str, Any] = {
+            "version": 1,
+            "title": title,
+            "wavelength_um": _plain(wavelength_um),
+            "ambient": constant(ambient),
+            "seed": seed,
+            "source": {"kind": "plane"},
+            "element": [],
+            "settings": {},
+        }
+        self._name = "system"
+        self._scene: _raylet.Scene | None = None
+        self._arrays: dict[str, NDArray[Any]] = {}
+        self.field_deg, self.field_mm = field_deg, field_mm
+
+    # Light.
+
+    def plane_wave(self, *, angle_deg: Sequence[float] = (0.0, 0.0), beam_radius_mm: float | None = None) -> Self:
+        """Collimated light of unit amplitude with direction cosines sin ax, sin ay."""
+        return self._set("source", {"kind": "plane", "angle_deg": angle_deg, "beam_radius_mm": beam_radius_mm})
+
+    def point_source(self, position_mm: Sequence[float], *, beam_radius_mm: float | None = None) -> Self:
+        """Light of a point [x, y, z], z < 0 before the first element, of unit amplitude at that element's vertex."""
+        source = {"kind": "point", "position_mm": position_mm, "beam_radius_mm": beam_radius_mm}
+        return self._set("source", source)
+
+    # Elements.
+
+    def add(self, kind: str, **keys: Any) -> Self:
+        """Adds an element of any kind by the keys of a scene file."""
+        element = {"kind": kind, **keys}
+        if "glass" in element:
+            element["glass"] = constant(element["glass"])
+        self._document["element"].append(element)
+        self._scene = None
+        return self
+
+    def add_surface(
+        self,
+        *,
+        radius_mm: float | None = None,
+        thickness_mm: float | None = None,
+        glass: Glass | None = None,
+        semi_aperture_mm: float | None = None,
+        **keys: Any,
+    ) -> Self:
+        """Adds a refracting surface; `glass` is behind it, the ambient medium where it is not given."""
+        given = {"radius_mm": radius_mm, "thickness_mm": thickness_mm, "semi_aperture_mm": semi_aperture_mm}
+        return self.add("surface", glass=glass, **given, **keys)
+
+    def add_lens(self, *surfaces: Mapping[str, Any], thickness_mm: float | None = None, **keys: Any) -> Self:
+        """Adds surfaces that move as one, each a dictionary of what :meth:`add_surface` takes."""
+        rows = [{**surface} for surface in surfaces]
+        for row in rows:
+            if "glass" in row:
+                row["glass"] = constant(row["glass"])
+        return self.add("lens", surface=rows, thickness_mm=thickness_mm, **keys)
+
+    def add_mirror(
+        self,
+        *,
+        radius_mm: float | None = None,
+        thickness_mm: float | None = None,
+        semi_aperture_mm: float | None = None,
+        **keys: Any,
+    ) -> Self:
+        """Adds a mirror; after it thicknesses are negative, after another one positive again."""
+        given = {"radius_mm": radius_mm, "thickness_mm": thickness_mm, "semi_aperture_mm": semi_aperture_mm}
+        return self.add("mirror", **given, **keys)
+
+    def add_doe(
+        self,
+        *layers: Layer,
+        aperture: Aperture,
+        thickness_mm: float | None = None,
+        name: str | None = None,
+        **keys: Any,
+    ) -> Self:
+        """Adds a diffractive element, the product of layers (see :mod:`raylet.layers`) within an aperture."""
+        return self.add("doe", layer=list(layers), aperture=aperture, thickness_mm=thickness_mm, name=name, **keys)
+
+    def add_paraxial_lens(
+        self, focal_length_mm: float, *, aperture: Aperture, thickness_mm: float | None = None, **keys: Any
+    ) -> Self:
+        """Adds an ideal thin lens."""
+        given = {"focal_length_mm": focal_length_mm, "aperture": aperture, "thickness_mm": thickness_mm}
+        return self.add("paraxial_lens", **given, **keys)
+
+    def add_stop(self, aperture: Aperture, *, thickness_mm: float | None = None, **keys: Any) -> Self:
+        """Adds an opening in an opaque screen."""
+        return self.add("stop", aperture=aperture, thickness_mm=thickness_mm, **keys)
+
+    def add_coordinate_break(
+        self,
+        *,
+        decenter_mm: Sequence[float] = (0.0, 0.0),
+        tilt_deg: Sequence[float] = (0.0, 0.0, 0.0),
+        thickness_mm: float = 0.0,
+    ) -> Self:
+        """Shifts, then turns the axis for all that follows."""
+        turn = {"decenter_mm": decenter_mm, "tilt_deg": tilt_deg, "thickness_mm": thickness_mm}
+        return self.add("coordinate_break", **turn)
+
+    def add_sensor(self, *, pixels: Sequence[int], pitch_um: Pair, **keys: Any) -> Self:
+        """Adds the sensor: the field is wanted at the centres of [nx, ny] pixels. It is the last element."""
+        return self.add("sensor", pixels=pixels, pitch_um=pitch_um, **keys)
+
+    def settings(self, **settings: Any) -> Self:
+        """Chooses how the system is computed; keys of the table `[settings]` of scene files."""
+        return self._set("settings", {**self._document["settings"], **settings})
+
+    def with_pixels(self, element: str, *, phase: Any = None, amplitude: Any = None, transmission: Any = None) -> Self:
+        """The same system with other pixels, of the same number, in an element's first layer of pixels."""
+        given = {"phase": phase, "amplitude": amplitude, "transmission": transmission}
+        held = {key: grid(key, value) for key, value in given.items() if value is not None}
+        if not held:
+            raise TypeError("with_pixels takes a phase, an amplitude or a transmission")
+        other = self._copy()
+        row = other._document["element"][self._number_of(element)]
+        layers = [layer for layer in row.get("layer", []) if layer.get("kind") == "pixels"]
+        if not layers:
+            raise RayletError(f"element '{element}' has no layer of pixels")
+        old, shape = layers[0], pixel_shape(layers)
+        for key, array in held.items():
+            if shape not in (None, array.shape):
+                raise ValueError(f"{key} has shape {array.shape}, expected {shape}, as the element's pixels have")
+        for key in ("phase", "amplitude", "transmission", "key", "size", "phase_scale"):
+            old.pop(key, None)
+        old.update(held)
+        return other
+
+    # What it says.
+
+    @property
+    def title(self) -> str:
+        """Its title."""
+        return str(self._document.get("title", ""))
+
+    @property
+    def wavelength_um(self) -> list[float]:
+        """Its wavelengths in vacuum."""
+        given = self._document["wavelength_um"]
+        return list(given) if isinstance(given, list) else [given]
+
+    def to_toml(self) -> str:
+        """The scene file of the system, with every default; arrays in memory are named but not in it."""
+        return self._compiled().to_toml()
+
+    def save(self, path: str | os.PathLike[str]) -> None:
+        """Writes a scene file that :func:`load` and the command line read, and arrays in memory beside it (.npy)."""
+        folder, name = os.path.split(os.fspath(path))
+        os.makedirs(folder or ".", exist_ok=True)
+        document = copied(self._document)
+        rebased(document, os.path.dirname(self._name), folder)
+        arrays: dict[str, NDArray[Any]] = {}
+        taken_out(document, "", arrays)
+        for place, array in arrays.items():
+            file = f"{os.path.splitext(name)[0]}.{place.replace('[', '').replace(']', '')}.npy"
+            np.save(os.path.join(folder, file), array)
+            put_in(document, {place: file})
+        with open(path, "w", encoding="utf-8") as scene:
+            scene.write(dumps(document))
+
+    # How it is handed to the library.
+
+    def _set(self, key: str, value: Any) -> Self:
+        self._document[key] = value
+        self._scene = None
+        return self
+
+    def _copy(self) -> Self:
+        """The same system with a document of its own, whose arrays are shared."""
+        other = copy.copy(self)
+        other._document, other._scene = copied(self._document), None
+        return other
+
+    def _number_of(self, element: str) -> int:
+        names = called(self._document)
+        if element not in names:
+            known = ", ".join(repr(name) for name in names) or "none"
+            raise RayletError(f"no element is called {element!r}; there are: {known}")
+        return names.index(element)
+
+    def _compiled(self, seed: int | None = None, settings: Mapping[str, Any] | None = None) -> _raylet.Scene:
+        """The library's scene, with other settings where they are given."""
+        if self._scene is None:
+            self._arrays = {}
+            document = taken_out(self._document, "", self._arrays)
+            self._scene = _raylet.Scene.parse(dumps(document), self._name)
+        scene = self._scene
+        if seed is not None:
+            document = {**taken_out(self._document, "", {}), "seed": seed}
+            scene = _raylet.Scene.parse(dumps(document), self._name)
+        return scene.with_settings(dumps(settings)) if settings else scene
+
+
+def _plain(wavelength_um: Any) -> Any:
+    if isinstance(wavelength_um, np.ndarray) and wavelength_um.ndim == 0:
+        return float(wavelength_um)
+    if isinstance(wavelength_um, (Sequence, np.ndarray)) and not isinstance(wavelength_um, str):
+        return [float(wave) for wave in wavelength_um]
+    return wavelength_um
