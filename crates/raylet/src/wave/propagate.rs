@@ -42,6 +42,11 @@ pub struct FreeHop {
     pub padding: f64,
 }
 
+/// P − 2W in units of √(λ × depth), at least: the directions between W and P − W, where the taper falls, blur what
+/// arrives by that length. Small screens far apart have the error 1e-2 to 1 without it, 1e-3 to 5e-3 at 6, 3e-4 to
+/// 2e-3 at 10, 1e-5 to 4e-4 at 16.
+const CLEAR: f64 = 20.0;
+
 /// A curved screen under a field: its heights at the nodes, and the sign with which light leaves along its
 /// local z axis. Nothing for a plane.
 pub type Surface<'a> = Option<(&'a Heights, f64)>;
@@ -71,12 +76,14 @@ impl FreeHop {
             .iter()
             .map(|s| s.index)
             .fold(f64::INFINITY, f64::min);
+        let depth: f64 = self.slabs.iter().map(|s| s.thickness.abs() / s.index).sum();
         let axis = |a: usize| {
             // W covers every path from a point of the screen to a point of the target.
             let low = to[2 * a] + self.offset[a] - from[2 * a + 1];
             let high = to[2 * a + 1] + self.offset[a] - from[2 * a];
             let span = 0.5 * (high - low).max(0.0) + (0.5 * (high + low)).abs();
-            let period = self.padding * span;
+            let period =
+                (self.padding * span).max(2.0 * span + CLEAR * (wavelength * depth).sqrt());
             // Beyond the direction that lands P − W away nothing is kept.
             let reach = |p: f64| self.landing(p, p * p).unwrap_or(f64::INFINITY);
             let (mut inside, mut outside) = (0.0, lowest);
@@ -97,7 +104,7 @@ impl FreeHop {
             period: [x.0, y.0],
             span: [x.1, y.1],
             bands: [x.2, y.2],
-            depth: self.slabs.iter().map(|s| s.thickness.abs() / s.index).sum(),
+            depth,
             wavelength,
         }
     }
