@@ -33,7 +33,7 @@ from raylet.layers import (
 )
 from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
 from raylet.result import Result
-from raylet.system import System, glasses, load
+from raylet.system import System, glasses, load, schema
 from raylet.trace import Rays
 
 __all__ = [
@@ -63,6 +63,7 @@ __all__ = [
     "radial",
     "rectangle",
     "scatter",
+    "schema",
     "superposition",
     "vortex",
     "zernike",

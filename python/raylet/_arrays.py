@@ -16,6 +16,8 @@ def numbers(name: str, value: Any) -> NDArray[Any]:
         array = np.asarray(value)
     except Exception as error:
         raise TypeError(f"{name}: {type(value).__name__} is no array ({error})") from error
+    if isinstance(value, str):
+        raise TypeError(f"{name} is the string {value!r}, expected numbers; np.load reads them from a file")
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise ValueError(f"{name} has masked values, expected all of them")
     kind = array.dtype.kind

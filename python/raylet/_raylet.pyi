@@ -15,6 +15,7 @@ __all__ = [
     "Passage",
     "Scene",
     "beams",
+    "check",
     "design",
     "element",
     "gather",
@@ -25,6 +26,7 @@ __all__ = [
     "parts",
     "scatter",
     "scatter_adjoint",
+    "schema",
     "simulate",
     "trace",
 ]
@@ -115,6 +117,11 @@ def beams(
 ) -> tuple[NDArray[complex128], NDArray[complex128]]:
     """
     The amplitudes (rays,) and curvatures (rays, 3) in 1/mm of the beamlets of rays on the sensor.
+    """
+
+def check(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex) -> list[tuple[str, bool, str]]:
+    """
+    What there is to say about a system before it is run: of each finding the hop, whether it is a warning, the words.
     """
 
 def design(
@@ -208,6 +215,11 @@ def scatter_adjoint(
     """
     The conjugate transpose of [`scatter`] by weights: cotangents of the element's pixels (complex [y, x], or None
     where it has none of its own) and of the arriving weights.
+    """
+
+def schema() -> str:
+    """
+    The JSON Schema of scenes, in which every key is explained.
     """
 
 def simulate(

@@ -84,7 +84,7 @@ def axicon(*, angle_deg: float) -> Layer:
 
 def vortex(*, charge: int) -> Layer:
     """A spiral phase: charge times the angle about the axis."""
-    return _layer("vortex", charge=charge)
+    return _layer("vortex", charge=int(charge) if float(charge).is_integer() else charge)
 
 
 def radial(*, norm_radius_mm: float, coefficients: Sequence[float]) -> Layer:

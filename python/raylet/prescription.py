@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
-from raylet._arrays import grid
+from raylet._arrays import grid, real
 from raylet._document import called, copied, put_in, rebased, taken_out
 from raylet._refusal import RayletError
 from raylet._toml import dumps
@@ -61,7 +61,8 @@ class Prescription:
         return self._set("source", {"kind": "plane", "angle_deg": angle_deg, "beam_radius_mm": beam_radius_mm})
 
     def point_source(self, position_mm: Sequence[float], *, beam_radius_mm: float | None = None) -> Self:
-        """Light of a point [x, y, z], z < 0 before the first element, of unit amplitude at that element's vertex."""
+        """Light of a point [x, y, z], z < 0 before the first element, with unit amplitude and phase zero at that
+        element's vertex."""
         source = {"kind": "point", "position_mm": position_mm, "beam_radius_mm": beam_radius_mm}
         return self._set("source", source)
 
@@ -222,6 +223,14 @@ class Prescription:
             raise RayletError(f"no element is called {element!r}; there are: {known}")
         return names.index(element)
 
+    def _channel(self, channel: Any) -> int:
+        """The index of a wavelength, if it is one."""
+        if isinstance(channel, bool) or not isinstance(channel, (int, np.integer)):
+            raise TypeError(f"channel is {type(channel).__name__}, expected the index of a wavelength")
+        if not 0 <= channel < len(self.wavelength_um):
+            raise IndexError(f"channel is {channel}, expected from 0 to {len(self.wavelength_um) - 1}")
+        return int(channel)
+
     def _compiled(self, seed: int | None = None, settings: Mapping[str, Any] | None = None) -> _raylet.Scene:
         """The library's scene, with other settings where they are given."""
         if self._scene is None:
@@ -239,5 +248,8 @@ def _plain(wavelength_um: Any) -> Any:
     if isinstance(wavelength_um, np.ndarray) and wavelength_um.ndim == 0:
         return float(wavelength_um)
     if isinstance(wavelength_um, (Sequence, np.ndarray)) and not isinstance(wavelength_um, str):
-        return [float(wave) for wave in wavelength_um]
+        waves = real("wavelength_um", wavelength_um)
+        if waves.ndim != 1:
+            raise ValueError(f"wavelength_um has shape {waves.shape}, expected a number or a list of them")
+        return [float(wave) for wave in waves]
     return wavelength_um

@@ -163,7 +163,7 @@ def scatter(
         "seed": seed,
         "curvature": bent,
     }
-    call = (system._compiled(), system._arrays, (element, channel), bundle, choices)
+    call = (system._compiled(), system._arrays, (element, system._channel(channel)), bundle, choices)
     made = _raylet.scatter(*call)
     drawn = {key: made[key] for key in ("parent", "mode", "times")}
     told = {key: made[key] for key in ("position", "direction", "weight", "window", "cosine", "axes", "parent")}
@@ -203,7 +203,7 @@ def beams(
         "cosine": column("cosine", cosine, rays),
         "images": passed,
     }
-    return Beams(*_raylet.beams((system._compiled(), system._arrays, channel), bundle, ways))
+    return Beams(*_raylet.beams((system._compiled(), system._arrays, system._channel(channel)), bundle, ways))
 
 
 def _sum(beams: Beams | None, wavelet: str | None, tolerance: float) -> dict[str, Any]:
@@ -236,7 +236,9 @@ def gather(
     tolerance : beamlets end where they fall below this share of their peak; plane waves are summed to this error.
     """
     bundle = _bundle(position, direction, path_mm, weight)
-    return _raylet.gather((system._compiled(), system._arrays, channel), bundle, _sum(beams, wavelet, tolerance))
+    return _raylet.gather(
+        (system._compiled(), system._arrays, system._channel(channel)), bundle, _sum(beams, wavelet, tolerance)
+    )
 
 
 def gather_adjoint(
@@ -258,6 +260,6 @@ def gather_adjoint(
     if bar.ndim != 2:
         raise ValueError(f"field_bar has shape {bar.shape}, expected two axes [y, x]")
     back = _raylet.gather_adjoint(
-        (system._compiled(), system._arrays, channel), bundle, _sum(beams, wavelet, tolerance), bar
+        (system._compiled(), system._arrays, system._channel(channel)), bundle, _sum(beams, wavelet, tolerance), bar
     )
     return GatherBar(path_mm=back.pop("path"), **back)

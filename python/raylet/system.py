@@ -42,6 +42,12 @@ def load(path: str | os.PathLike[str]) -> System:
     return system
 
 
+def schema() -> dict[str, Any]:
+    """The JSON Schema of scenes: every key of every element, layer, shape and setting, with what it means."""
+    told: dict[str, Any] = json.loads(_raylet.schema())
+    return told
+
+
 def glasses() -> list[str]:
     """The names of all glasses of the catalogue."""
     return _raylet.glasses()
@@ -52,7 +58,7 @@ class System(Prescription):
 
     Lengths are in mm unless a name says otherwise, wavelengths in µm. Each element stands `thickness_mm` behind the one
     before it; a radius is positive when its centre lies at larger z. Every `add_…` returns the system, so calls can be
-    chained; keys are those of scene files, where each is explained (`raylet schema`).
+    chained; keys are those of scene files, where each is explained (:func:`raylet.schema`).
 
     Parameters
     ----------
@@ -129,13 +135,13 @@ class System(Prescription):
         Px, Py : normalised pupil: where the ray meets the first element, in units of the half widths of its opening.
         channel : index of the wavelength.
         derivatives : paths of numbers, such as "element[0].radius_mm", by which landings are differentiated; for a
-            radius by its curvature.
+            radius by its curvature. Through surfaces, mirrors and stops only.
         threads : how many to use; all processors' by default. They change no bit.
         """
         scale = (field_deg or self.field_deg, field_mm or self.field_mm)
         source = json.loads(self._compiled().to_json())["source"]
         names = [derivatives] if isinstance(derivatives, str) else list(derivatives)
-        return trace(self, source, (Hx, Hy, Px, Py), scale, channel, names, _threads(threads))
+        return trace(self, source, (Hx, Hy, Px, Py), scale, self._channel(channel), names, _threads(threads))
 
     # What is sought.
 
@@ -218,13 +224,22 @@ class System(Prescription):
         tables = ({**given, **keys}, hologram or {})
         return design(self, *tables, keeping=keeping, threads=_threads(threads), progress=progress)
 
+    def check(self) -> list[str]:
+        """What there is to know before a run, such as light that is clipped, pixels that do not fill their opening,
+        orders that do not propagate: lines that begin with "warning" or "note"."""
+        lines: dict[str, None] = {}
+        for channel in range(len(self.wavelength_um)):
+            for hop, grave, text in _raylet.check(self._compiled(), self._arrays, channel):
+                lines[f"{'warning' if grave else 'note'}, {hop}: {text}"] = None
+        return list(lines)
+
     # What it looks like.
 
     def draw(self, ax: Axes | None = None, *, channel: int = 0) -> tuple[Figure, Axes]:
         """The section through the system with a few rays."""
         from raylet.plotting import draw_layout
 
-        layout = json.loads(_raylet.layout(self._compiled(), self._arrays, channel))
+        layout = json.loads(_raylet.layout(self._compiled(), self._arrays, self._channel(channel)))
         return draw_layout(layout, self.title, ax)
 
     def plot(self, element: str, ax: Axes | None = None, *, channel: int = 0) -> tuple[Figure, Axes]:
@@ -241,7 +256,7 @@ class System(Prescription):
         (x_min, x_max, y_min, y_max) in mm that they fill; zero where it is not open."""
         if not isinstance(element, str):
             raise TypeError(f"element is {type(element).__name__}, expected the name of one")
-        values, bounds = _raylet.element(self._compiled(), self._arrays, element, channel)
+        values, bounds = _raylet.element(self._compiled(), self._arrays, element, self._channel(channel))
         low_x, high_x, low_y, high_y = bounds
         return values, (low_x, high_x, low_y, high_y)
 

@@ -13,6 +13,18 @@ from conftest import hologram, noise, through_lens
 import raylet
 
 
+def test_what_may_be_wrong_is_told_before_a_run() -> None:
+    system = raylet.System(wavelength_um=[0.7, 0.6])
+    pixels = raylet.pixels(pitch_um=0.8, phase=np.zeros((20, 20)))
+    system.add_doe(pixels, aperture=raylet.disc(0.1), thickness_mm=5.0, name="doe")
+    system.add_sensor(pixels=(20, 20), pitch_um=5.0, name="sensor")
+    lines = system.check()
+    assert "warning, doe to sensor: the pixels of 'doe' cover 0.64 % of its opening; beside them it is dark" in lines
+    assert len(set(lines)) == len(lines)
+    kinds = {one["properties"]["kind"]["const"] for one in raylet.schema()["$defs"]["Element"]["oneOf"]}
+    assert {"doe", "surface", "sensor"} <= kinds
+
+
 def test_focus_of_a_diffractive_lens() -> None:
     """In the focus of an ideal lens of radius a the field is ∫ cos θ/(λr) dA = (πf/λ) log(1 + a²/f²)."""
     system = (

@@ -60,6 +60,16 @@ def test_lost_rays_are_told() -> None:
     assert "1 arrived, 2 clipped" in repr(rays)
 
 
+def test_derivatives_are_not_told_where_elements_turn_rays() -> None:
+    system = raylet.System(wavelength_um=0.7)
+    system.add_doe(raylet.lens(focal_length_mm=5.0), aperture=raylet.disc(0.1), thickness_mm=4.0, name="lens")
+    system.add_sensor(pixels=(3, 3), pitch_um=1.0)
+    with pytest.raises(raylet.RayletError, match="element 'lens' turns"):
+        system.trace(Px=0.5, derivatives="element[0].thickness_mm")
+    with pytest.raises(IndexError, match="channel is -1, expected from 0 to 0"):
+        system.trace(Px=0.5, channel=-1)
+
+
 def test_derivatives_match_differences() -> None:
     paths = ["element[0].radius_mm", "element[0].thickness_mm"]
     rays = singlet().trace(Px=[0.3, 0.5], Hy=0.5, derivatives=paths)

@@ -21,7 +21,7 @@ mod _raylet {
     #[pymodule_export]
     use crate::design::{design, hologram};
     #[pymodule_export]
-    use crate::look::{element, glasses, layout, parts};
+    use crate::look::{check, element, glasses, layout, parts, schema};
     #[pymodule_export]
     use crate::rays::{beams, gather, gather_adjoint, scatter, scatter_adjoint};
     #[pymodule_export]

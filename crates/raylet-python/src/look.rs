@@ -1,10 +1,19 @@
 //! What a system looks like: its parts, its section, its elements.
 
+use std::sync::Arc;
+
 use ndarray::Array2;
 use num_complex::Complex64;
 use numpy::Ix2;
 use pyo3::prelude::*;
+use raylet::engine::advice::advice;
+use raylet::engine::forecast::forecast;
+use raylet::engine::plan::Plan;
+use raylet::engine::rims::with_rims;
+use raylet::file::blame::blame;
+use raylet::file::build;
 use raylet::file::catalog;
+use raylet::file::fault::Fault;
 use raylet::file::layout::CurveKind;
 use raylet::file::pictures::doe_map;
 use raylet::file::prescription::parts as list;
@@ -12,9 +21,10 @@ use raylet::file::section;
 use raylet::optics::screen::Act;
 use serde_json::{Value, json};
 
-use crate::refusal::error;
+use crate::refusal::{error, fault};
 use crate::scene::Scene;
 use crate::typed::{ByPath, Made};
+use crate::watch::{Watch, run};
 
 /// The section through a system as JSON: rays, surfaces, glass and labels as points (z, transverse) in mm.
 #[pyfunction]
@@ -100,16 +110,52 @@ pub(crate) fn element<'py>(
         let screens = system.screens.iter();
         let names = screens.filter(|screen| matches!(screen.act, Act::Doe(_)));
         let names: Vec<&str> = names.map(|screen| screen.name.as_str()).collect();
-        return Err(error(
-            py,
-            format!("no diffractive element is called '{name}', only {names:?}"),
-        ));
+        let known = match names.is_empty() {
+            true => String::from("there is none"),
+            false => format!("there are: '{}'", names.join("', '")),
+        };
+        let told = format!("no diffractive element is called '{name}'; {known}");
+        return Err(error(py, told));
     };
     let bounds = doe
         .bounds()
         .ok_or_else(|| error(py, format!("element '{name}' has no edge")))?;
     let map: Array2<Complex64> = py.detach(|| doe_map(doe, bounds));
     Ok((Made::new(py, map), bounds))
+}
+
+/// What there is to say about a system before it is run: of each finding the hop, whether it is a warning, the words.
+#[pyfunction]
+pub(crate) fn check(
+    py: Python<'_>,
+    scene: &Scene,
+    arrays: ByPath<'_>,
+    channel: usize,
+) -> PyResult<Vec<(String, bool, String)>> {
+    let system = scene.system(py, &arrays, channel)?;
+    let file = Arc::clone(&scene.file);
+    let work = move |_: &Watch| {
+        let settings = build::settings(&file);
+        // As it will be run: rims that become screens have hops of their own.
+        let system = with_rims(&system, &settings).system;
+        let hops = forecast(&system, &settings).map_err(|told| blame(&file, &told))?;
+        let plans: Vec<Plan> = hops.into_iter().map(|hop| hop.plan).collect();
+        let findings = advice(&system, &plans, &settings).into_iter();
+        let between = |hop: usize| {
+            let names = [0, 1].map(|end| system.screens[hop + end].name.as_str());
+            names.join(" to ")
+        };
+        Ok(findings
+            .map(|one| (between(one.hop), one.warning, one.text))
+            .collect())
+    };
+    run(py, None, None, work)?.map_err(|told: Fault| fault(py, &told))
+}
+
+/// The JSON Schema of scenes, in which every key is explained.
+#[pyfunction]
+pub(crate) fn schema() -> String {
+    raylet::file::scene::schema().to_string()
 }
 
 /// The names of all glasses.

@@ -13,6 +13,7 @@ use raylet::file::scene::Scene as File;
 use raylet::file::variable::{Address, with_numbers};
 use raylet::math::vec3::Vec3;
 use raylet::optics::ray::Loss;
+use raylet::optics::screen::Act;
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
 use rayon::prelude::*;
@@ -62,6 +63,7 @@ pub(crate) fn trace<'py>(
     })?;
     let bounds = system.screens[0].bounds();
     let bounds = bounds.ok_or_else(|| error(py, "the first screen has no edge"))?;
+    refuse_turned(py, &system, &variations)?;
     let asked = Asked {
         system,
         variations,
@@ -77,6 +79,23 @@ pub(crate) fn trace<'py>(
         Made::new(py, found.fates),
         Made::new(py, found.slopes),
     ))
+}
+
+/// Refuses derivatives where an element turns rays.
+fn refuse_turned(py: Python<'_>, system: &System, variations: &[Variation]) -> PyResult<()> {
+    let mut screens = system.screens.iter();
+    let turned = screens.find(|screen| matches!(screen.act, Act::Doe(_)));
+    match turned {
+        Some(screen) if !variations.is_empty() => Err(error(
+            py,
+            format!(
+                "derivatives of rays that element '{}' turns: they are told through surfaces, mirrors and stops; \
+                 System.bench has those of the field",
+                screen.name
+            ),
+        )),
+        _ => Ok(()),
+    }
 }
 
 /// Rays that are followed side by side before their meetings are written down.

@@ -33,6 +33,9 @@ const MOST_PENCILS: usize = 300;
 /// Light is small against a target below this share of its width, in per cent.
 const SMALL: f64 = 25.0;
 
+/// Pixels are few where they cover less of the opening than this, in per cent.
+const BARE: f64 = 50.0;
+
 /// Findings about the hops of a system with these plans.
 pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advice> {
     let (mut anchor, _) = incidence(system);
@@ -47,6 +50,7 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
                 text,
             }));
         };
+        say(true, uncovered(&hop));
         say(true, clipping(&light));
         say(true, aliasing(&hop, &light));
         if let Some((warning, text)) = smallness(&hop, &light) {
@@ -219,6 +223,26 @@ fn clipping(light: &Light) -> Option<String> {
              target; they are cut ray by ray, without diffraction at the edge; a stop element \
              diffracts"
         )
+    })
+}
+
+/// Pixels that leave most of the opening dark: a unit taken for another, perhaps.
+fn uncovered(hop: &Hop) -> Option<String> {
+    let Act::Doe(doe) = &hop.from.act else {
+        return None;
+    };
+    let (pixels, open) = (doe.pixels()?.bounds(), doe.aperture.bounds()?);
+    let area = |[x0, x1, y0, y1]: [f64; 4]| (x1 - x0).max(0.0) * (y1 - y0).max(0.0);
+    let common = [
+        pixels[0].max(open[0]),
+        pixels[1].min(open[1]),
+        pixels[2].max(open[2]),
+        pixels[3].min(open[3]),
+    ];
+    let share = 100.0 * area(common) / area(open);
+    (share < BARE).then(|| {
+        let name = &hop.from.name;
+        format!("the pixels of '{name}' cover {share:.2} % of its opening; beside them it is dark")
     })
 }
 

@@ -74,6 +74,14 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
             String::from("the method beamlet or auto, or a plane element"),
         ),
     };
+    if let PlanError::Directions { .. } = error {
+        let hint = "a greater distance behind it asks for less; what touches a diffractive element, such as a thin \
+                    lens, can be one of its layers";
+        return scene
+            .fault(&path_of(scene, screen), found, expected)
+            .hint(hint);
+    }
+
     // A width that was asked for is more likely wrong than the element.
     let patches = matches!(error, PlanError::Modes { .. } | PlanError::Patches { .. });
     match scene.settings.sigma_um {
@@ -93,7 +101,12 @@ fn blame_sampling(scene: &Scene, error: &SamplingError) -> Fault {
         } => {
             let found = format!("a field of {needed} × {needed_y} samples");
             let fault = scene.fault(&path_of(scene, screen), found, memory(*allowed, "samples"));
-            fault.hint("reduce its size, its steepest phase or the directions it takes")
+            let more = *needed as f64 * *needed_y as f64 / *allowed as f64;
+            let enough = (more * scene.settings.memory_limit_mb).ceil();
+            fault.hint(format!(
+                "settings.memory_limit_mb = {enough} would do; a smaller opening, a greater distance before it, \
+                 or light of fewer directions asks for less"
+            ))
         }
         SamplingError::Absent(name) => {
             let expected = "an aperture inside which the surface exists";

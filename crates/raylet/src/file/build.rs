@@ -17,7 +17,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::bend::{Coating, Interface};
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use crate::optics::frame::Frame;
-use crate::optics::medium::Medium;
+use crate::optics::medium::{Medium, MediumError};
 use crate::optics::profile::Profile;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::shape::Shape;
@@ -91,12 +91,21 @@ fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Faul
 }
 
 fn index(scene: &Scene, medium: &Medium, wavelength: f64, path: &str) -> Result<f64, Fault> {
-    medium.index(wavelength).map_err(|error| {
-        scene.fault(
-            path,
-            error.to_string(),
-            "a medium that is known at the scene's wavelengths",
-        )
+    medium.index(wavelength).map_err(|error| match error {
+        MediumError::OutOfRange {
+            name,
+            wavelength_um,
+            from_um,
+            to_um,
+        } => {
+            let found = format!("{name} at a wavelength of {wavelength_um} µm");
+            let expected = format!("one from {from_um} to {to_um} µm, where it is known");
+            scene.fault(path, found, expected)
+        }
+        other => {
+            let expected = "a medium that is known at the scene's wavelengths";
+            scene.fault(path, other.to_string(), expected)
+        }
     })
 }
 

@@ -190,7 +190,7 @@ impl Scene {
             if megabytes > self.settings.memory_limit_mb {
                 return Err(self.fault(
                     &format!("element[{i}].pixels"),
-                    format!("a field of {megabytes:.0} MB"),
+                    format!("a field of {megabytes:.3} MB"),
                     format!(
                         "at most {} MB (settings.memory_limit_mb)",
                         self.settings.memory_limit_mb

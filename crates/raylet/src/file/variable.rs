@@ -3,6 +3,7 @@
 use toml::{Table, Value};
 
 use crate::file::fault::Fault;
+use crate::file::misfit::nearest;
 use crate::file::scene::Scene;
 
 /// A number of a scene.
@@ -12,6 +13,43 @@ pub struct Address {
     steps: Vec<Step>,
     /// Whether the design changes one over the number: a radius passes through infinity.
     inverse: bool,
+}
+
+/// The fault of a path that leads to no number.
+fn unknown(scene: &Scene, path: &str, at: &str) -> Fault {
+    let expected = "the path of a number of this scene, such as element[1].thickness_mm";
+    let fault = scene.fault(at, format!("'{path}'"), expected);
+    if path.contains("radius") {
+        return fault.hint("a plane's curvature varies where it is written as radius_mm = inf");
+    }
+    let mut known = Vec::new();
+    if let Ok(table) = table(scene) {
+        collect(&Value::Table(table), "", &mut known);
+    }
+    let known: Vec<&str> = known.iter().map(String::as_str).collect();
+    match nearest(path, &known) {
+        Some(near) => fault.hint(format!("did you mean {near}?")),
+        None => fault,
+    }
+}
+
+/// The paths of all numbers in a value.
+fn collect(value: &Value, path: &str, paths: &mut Vec<String>) {
+    match value {
+        Value::Table(table) => {
+            for (key, value) in table {
+                let dot = if path.is_empty() { "" } else { "." };
+                collect(value, &format!("{path}{dot}{key}"), paths);
+            }
+        }
+        Value::Array(list) => {
+            for (i, value) in list.iter().enumerate() {
+                collect(value, &format!("{path}[{i}]"), paths);
+            }
+        }
+        Value::Integer(_) | Value::Float(_) => paths.push(path.to_owned()),
+        _ => {}
+    }
 }
 
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -26,8 +64,7 @@ impl Address {
     /// # Errors
     /// A path that leads to no number, told at the field `at` of the scene.
     pub fn new(scene: &Scene, path: &str, at: &str) -> Result<Self, Fault> {
-        let expected = "the path of a number of this scene, such as element[1].thickness_mm";
-        let refuse = || scene.fault(at, format!("'{path}'"), expected);
+        let refuse = || unknown(scene, path, at);
         let steps = steps(path).ok_or_else(refuse)?;
         let inverse = matches!(steps.last(), Some(Step::Key(key)) if key.starts_with("radius"));
         let address = Self {
