@@ -32,6 +32,8 @@ def _edges(centres: NDArray[np.float64]) -> tuple[float, float]:
 
 
 def _image(figure: Any, ax: Any, values: Any, extent: tuple[float, ...], label: str, **how: Any) -> None:
+    # What is dark has no phase: grey, which no phase is.
+    ax.set_facecolor("0.75")
     image = ax.imshow(values, extent=extent, origin="lower", interpolation="nearest", **how)
     # As high as the picture, whose own shape the axes have.
     figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label)
@@ -150,6 +152,7 @@ def plot_course(losses: NDArray[np.float64], title: str, ax: Axes | None) -> tup
     """The loss of a design at its start and after each iteration."""
     figure, ax = _axes(ax, (5.6, 3.6))
     ax.plot(losses)
+    ax.locator_params(axis="x", integer=True)
     ax.set(xlabel="iteration", ylabel="loss")
     _entitle(ax, title)
     return figure, ax

@@ -285,15 +285,20 @@ def _threads(threads: Any) -> int | None:
 
 
 def _table(parts: Sequence[Mapping[str, Any]]) -> str:
-    """Parts as lines of a table."""
+    """Parts as lines of a table; x, y and tilts where there are any."""
+    across = [axis for axis in (0, 1) if any(abs(part["position_mm"][axis]) > 1e-9 for part in parts)]
+    tilted = any(abs(angle) > 1e-9 for part in parts for angle in part["tilt_deg"])
 
     def row(part: Mapping[str, Any]) -> list[str]:
         radius = [f"{radius:.6g}" if radius is not None else "∞" for radius in part["radii_mm"]]
         radii = radius[0] if radius[0] == radius[1] else "/".join(radius)
         bounds = part["bounds_mm"]
         extent = f"{bounds[1] - bounds[0]:.5g} x {bounds[3] - bounds[2]:.5g}" if bounds else ""
-        return [part["name"], part["kind"], f"{part['position_mm'][2]:.6g}", radii, extent, part["medium"]]
+        place = [f"{part['position_mm'][axis]:.6g}" for axis in (*across, 2)]
+        turn = ["/".join(f"{round(angle, 6) + 0.0:.6g}" for angle in part["tilt_deg"])] if tilted else []
+        return [part["name"], part["kind"], *place, *turn, radii, extent, part["medium"]]
 
-    rows = [["name", "kind", "z/mm", "radius/mm", "extent/mm", "behind"], *map(row, parts)]
+    places = [*("xy"[axis] + "/mm" for axis in across), "z/mm", *(["tilt/°"] if tilted else [])]
+    rows = [["name", "kind", *places, "radius/mm", "extent/mm", "behind"], *map(row, parts)]
     widths = [max(len(line[i]) for line in rows) for i in range(len(rows[0]))]
     return "\n".join("  " + "  ".join(text.ljust(width) for text, width in zip(line, widths)).rstrip() for line in rows)
