@@ -71,7 +71,10 @@ def usual() -> dict[str, dict[str, object]]:
         },
         "doe": {"phase": np.zeros((4, 5)), "pitch_um": 4.0, "radius": 0.02, "thickness_mm": 3.0, "pixels": (3, 4)},
         "simulate": {"method": "auto", "target_error": 1e-2, "threads": 1, "memory_limit_mb": 100.0, "progress": False},
-        "trace": {"Hx": 0.0, "Hy": 0.1, "Px": 0.0, "Py": 0.0, "field_deg": 1.0, "channel": 0, "derivatives": ()},
+        "trace": {
+            **{"Hx": 0.0, "Hy": 0.1, "Px": 0.0, "Py": 0.0},
+            **{"field_deg": 1.0, "channel": 0, "derivatives": (), "threads": 1},
+        },
         "bench": {"pixels": np.zeros((4, 5)), "numbers": None, "bar": np.zeros((4, 3))},
         "with_pixels": {"element": "doe", "phase": np.zeros((4, 5)), "transmission": None},
         "scatter": {"element": "doe", **rays, "path_mm": 0.0, "weight": 1.0, "sigma_mm": 0.01, "towards": None},
@@ -87,6 +90,8 @@ def usual() -> dict[str, dict[str, object]]:
             "element": "doe",
             "size_mm": (0.01, 0.01),
             "iterations": 2,
+            "efficiency_goal": None,
+            "naive": False,
             "blur": None,
         },
         "design": {
@@ -95,6 +100,7 @@ def usual() -> dict[str, dict[str, object]]:
             "iterations": 1,
             "variable": None,
             "field": None,
+            "threads": 1,
         },
         "adjoint": {"weight_bar": np.ones(1)},
         "look": {"element": "doe", "channel": 0},
