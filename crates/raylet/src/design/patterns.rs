@@ -16,7 +16,7 @@ use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::system::System;
 use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::propagate::{FreeHop, Slab};
+use crate::wave::propagate::{CLEAR, FreeHop, Slab};
 use crate::wave::raster::Raster;
 
 /// Spokes of the star.
@@ -67,6 +67,7 @@ pub fn star_hologram(width: usize, aperture: f64, wavelength: f64) -> System {
         offset: [0.0; 2],
         anchor: [0.0; 2],
         padding: 4.0,
+        clear: CLEAR,
     };
     let bounds = [-half, half, -half, half];
     let raster = Raster {

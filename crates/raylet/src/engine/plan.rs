@@ -14,7 +14,7 @@ use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::optics::system::Hop;
 use crate::wave::patch::Band;
-use crate::wave::propagate::{FreeHop, FreePlan, Slab};
+use crate::wave::propagate::{FreeHop, FreePlan, Slab, clear_for};
 
 /// How one hop is carried.
 #[derive(Clone, Debug)]
@@ -357,6 +357,7 @@ pub fn free_hop(
         offset: [target.x, target.y],
         anchor,
         padding: settings.padding.max(4.0),
+        clear: clear_for(settings.target_error),
     })
 }
 

@@ -205,7 +205,7 @@ mod tests {
     use crate::math::noise::{assert_transposed, noise};
     use crate::wave::field::{Axis, Field, Grid};
     use crate::wave::heights::Heights;
-    use crate::wave::propagate::{FreeHop, Slab};
+    use crate::wave::propagate::{CLEAR, FreeHop, Slab};
 
     /// From a plane and, with dark nodes, from a curved screen.
     #[test]
@@ -239,6 +239,7 @@ mod tests {
             offset: [0.3, 0.0],
             anchor: [0.1, 0.0],
             padding: 4.0,
+            clear: CLEAR,
         };
         let bounds = [-5.0, 5.0, -5.0, 5.0];
         let plan = hop.plan(bounds, bounds);

@@ -24,7 +24,7 @@ use crate::optics::screen::Screen;
 use crate::wave::field::Field;
 use crate::wave::heights::{Heights, Stack};
 use crate::wave::patch::Band;
-use crate::wave::propagate::{FreeHop, FreePlan, Slab, band_comb};
+use crate::wave::propagate::{CLEAR, FreeHop, FreePlan, Slab, band_comb};
 use crate::wave::raster::Raster;
 
 /// Period over the sum of the half widths of mirror and target. Less than elsewhere: what copies of the period
@@ -81,6 +81,7 @@ impl PixelHop {
             offset: [0.0; 2],
             anchor: [0.0; 2],
             padding: PADDING,
+            clear: CLEAR,
         };
         let plan = lattice(&free, (grid.x.edges(), grid.y.edges()), target, pitch);
         let lines = [0, 1].map(|a| Line::new(plan.bands[a], wavelength / pitch[a]));

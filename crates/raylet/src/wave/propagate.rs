@@ -40,12 +40,19 @@ pub struct FreeHop {
     pub anchor: [f64; 2],
     /// Period P over W, the sum of the half widths of screen and target; at least 4.
     pub padding: f64,
+    /// P − 2W in units of √(λ × depth), at least: the directions between W and P − W, where the taper falls, blur
+    /// what arrives by that length.
+    pub clear: f64,
 }
 
-/// P − 2W in units of √(λ × depth), at least: the directions between W and P − W, where the taper falls, blur what
-/// arrives by that length. Small screens far apart have the error 1e-2 to 1 without it, 1e-3 to 5e-3 at 6, 3e-4 to
-/// 2e-3 at 10, 1e-5 to 4e-4 at 16.
-const CLEAR: f64 = 20.0;
+/// [`FreeHop::clear`] for an error of 1e-3: what small screens far apart have with 6 is 1e-3 to 1e-2, with 10 3e-4 to
+/// 2e-3, with 16 1e-5 to 4e-4, with 24 1e-6 to 7e-5; with no more than the period of nearer screens, 1e-2 to 1.
+pub const CLEAR: f64 = 13.0;
+
+/// [`FreeHop::clear`] for an error.
+pub fn clear_for(error: f64) -> f64 {
+    (CLEAR + 2.5 * (1e-3 / error).ln()).clamp(6.0, 30.0)
+}
 
 /// A curved screen under a field: its heights at the nodes, and the sign with which light leaves along its
 /// local z axis. Nothing for a plane.
@@ -83,7 +90,7 @@ impl FreeHop {
             let high = to[2 * a + 1] + self.offset[a] - from[2 * a];
             let span = 0.5 * (high - low).max(0.0) + (0.5 * (high + low)).abs();
             let period =
-                (self.padding * span).max(2.0 * span + CLEAR * (wavelength * depth).sqrt());
+                (self.padding * span).max(2.0 * span + self.clear * (wavelength * depth).sqrt());
             // Beyond the direction that lands P − W away nothing is kept.
             let reach = |p: f64| self.landing(p, p * p).unwrap_or(f64::INFINITY);
             let (mut inside, mut outside) = (0.0, lowest);
@@ -319,7 +326,7 @@ mod tests {
     use crate::math::noise::{assert_transposed, noise};
     use crate::optics::bend::Coating;
     use crate::wave::field::{Axis, Field, Grid};
-    use crate::wave::propagate::{FreeHop, Slab};
+    use crate::wave::propagate::{CLEAR, FreeHop, Slab};
     use crate::wave::raster::Raster;
 
     /// Over no distance a field that propagates arrives as it is.
@@ -344,6 +351,7 @@ mod tests {
             offset: [0.0; 2],
             anchor: [0.0; 2],
             padding: 4.0,
+            clear: CLEAR,
         };
         let raster = Raster {
             start: [axis.node(0); 2],
@@ -381,6 +389,7 @@ mod tests {
             offset: [0.1, -0.05],
             anchor: [0.0, 0.0],
             padding: 4.0,
+            clear: CLEAR,
         };
         let raster = Raster {
             start: [-0.4, -0.4],
@@ -419,6 +428,7 @@ mod tests {
             offset: [0.6, -0.4],
             anchor: [0.1, 0.0],
             padding: 4.0,
+            clear: CLEAR,
         };
         let raster = Raster {
             start: [-4.0, -5.0],
