@@ -153,31 +153,30 @@ def resident() -> float:
 @pytest.mark.slow
 @pytest.mark.skipif(not os.path.exists("/proc/self/statm"), reason="needs Linux")
 def test_memory_does_not_grow() -> None:
-    """Nothing stays of a thousand runs and designs, and of a thousand gradients: each has fields of 61 kB."""
+    """Nothing stays of a thousand runs and designs, and of gradients: each has fields of 61 kB."""
     system = raylet.System(wavelength_um=0.7)
     layer = raylet.pixels(pitch_um=8.0, phase=noise((4, 4)))
-    system.add_doe(layer, aperture=raylet.rectangle(0.032, 0.032), thickness_mm=2.0, name="doe")
+    system.add_doe(layer, aperture=raylet.rectangle(0.032, 0.032), thickness_mm=20.0, name="doe")
     system.add_sensor(pixels=(64, 60), pitch_um=1.0)
     bench, phase = system.bench("doe"), noise((4, 4))
 
-    def grows(call: object, times: int) -> float:
-        # What the allocator keeps for itself is reached soon.
-        for _ in range(100):
+    def left_behind(call: object, times: int) -> float:
+        """Fields for each call, when the allocator has what it keeps for itself."""
+        for _ in range(times // 4):
             call()
         gc.collect()
         before = resident()
         for _ in range(times):
             call()
         gc.collect()
-        return resident() - before
+        return (resident() - before) / (times * 64 * 60 * 16e-6)
 
     def gradient() -> None:
         passage = bench(phase)
         passage.adjoint(passage.field)
 
     spot = {"kind": "encircled_energy", "at_mm": [[0.0, 0.0]], "radius_mm": 0.01}
-    task = {"element": [{"name": "doe"}], "loss": [spot], "iterations": 2}
-    each = 64 * 60 * 16e-6
-    assert grows(gradient, 1000) < 0.2 * 1000 * each
-    assert grows(lambda: system.design(**task, progress=False), 500) < 0.5 * 500 * each
-    assert grows(lambda: system.simulate(progress=False), 500) < 0.5 * 500 * each
+    task = {"element": [{"name": "doe"}], "loss": [spot], "iterations": 1}
+    assert left_behind(gradient, 400) < 0.5
+    assert left_behind(lambda: system.design(**task, progress=False), 700) < 0.5
+    assert left_behind(lambda: system.simulate(progress=False), 300) < 0.5
