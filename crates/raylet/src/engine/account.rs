@@ -11,7 +11,7 @@ pub struct Account {
     pub aberration: f64,
     /// Windows and period of the patches; without rays, what the free hop's period, taper and levels cost.
     pub windows: f64,
-    /// Modes below the threshold.
+    /// Modes below the threshold, and tails of aberrated beamlets that are not trusted.
     pub dropped: f64,
     /// The rim of a curved surface where the hop begins, and rims that cut light ray by ray.
     pub rims: f64,
@@ -39,7 +39,7 @@ impl Account {
                 } else {
                     tally.eta()
                 },
-                windows: beamlets.window_error(tally.cubic_phase()),
+                windows: beamlets.window_error(tally.cubic_phase()) * tally.darkness(),
                 dropped: tally.dropped(),
                 rims: tally.edge,
             }),

@@ -70,8 +70,9 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
             let expected = beamlets.expected_error();
             let text = format!(
                 "aberration inside beamlets and their windows are expected to cost {expected:.1e}, \
-                 more than the target error {:.1e}",
-                settings.target_error
+                 more than the target error {:.1e}; no width of beamlets does better, and thresholds \
+                 finer than {:.1e} would gain nothing",
+                settings.target_error, beamlets.target_error
             );
             say(true, (expected > settings.target_error).then_some(text));
             let text =

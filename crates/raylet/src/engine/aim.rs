@@ -21,6 +21,21 @@ pub struct Aimed {
     pub found: Option<Aberration>,
 }
 
+/// A beamlet that adds nothing to the target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stray {
+    /// What became of it.
+    pub fate: Fate,
+    /// The share of its energy that its tail would bring to the target, if the Gaussian held there.
+    pub share: f64,
+}
+
+impl From<Fate> for Stray {
+    fn from(fate: Fate) -> Self {
+        Self { fate, share: 0.0 }
+    }
+}
+
 /// Where the beamlets of a patch leave.
 pub struct Seats {
     /// On the hop that was planned.
@@ -58,14 +73,14 @@ pub fn aim(
     mode: [usize; 2],
     to: &Canvas,
     looks: &mut Looks,
-) -> Result<Aimed, Fate> {
+) -> Result<Aimed, Stray> {
     let k = job.hop.wavenumber();
     let [bx, by] = &job.plan.bands;
     let p = [bx.at(mode[0]), by.at(mode[1])];
     let planned = job.chooser();
     let mut arrival = launch_from(seat, planned, p, job.plan.sigma).map_err(Fate::Lost)?;
     if !to.meets(&arrival, k, job.settings.footprint_edge()) {
-        return Err(Fate::Outside);
+        return Err(Fate::Outside.into());
     }
 
     // The aberration inside the beamlet is made good, or a reason to leave it out.
@@ -73,7 +88,10 @@ pub fn aim(
     let needed = job.plan.correct || (beside && job.plan.doubtful_rim);
     let found = if needed { looks.between(mode) } else { None };
     if needed && beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
-        return Err(Fate::Unresolved);
+        return Err(Stray {
+            fate: Fate::Unresolved,
+            share: to.tail(&arrival, k).share,
+        });
     }
     if let Some(moved) = moved {
         arrival = launch_from(moved, &job.hop, p, job.plan.sigma).map_err(Fate::Lost)?;

@@ -7,13 +7,15 @@ use crate::engine::beyond::Beyond;
 use crate::engine::budget::aberration;
 use crate::engine::fan::{Fan, FanRay, explore};
 use crate::engine::light::{Light, weighted_quantile};
+use crate::engine::plan_error::PlanError;
 use crate::engine::ripple::window_error;
 use crate::engine::seat::Seat;
 use crate::engine::settings::{Correction, Settings};
 use crate::optics::ray::Loss;
+use crate::optics::screen::Act;
 use crate::optics::system::Hop;
 use crate::wave::patch::Band;
-use crate::wave::wavelet::Arrival;
+use crate::wave::wavelet::{Arrival, Tail};
 use crate::wave::window::Positions;
 
 /// The lattice of a beamlet sum.
@@ -25,6 +27,8 @@ pub struct BeamletPlan {
     pub step: f64,
     /// Period of a patch in mm.
     pub period: f64,
+    /// The error at which thresholds aim: that of the settings, or a larger one where no width meets it.
+    pub target_error: f64,
     /// Directions along x and y.
     pub bands: [Band; 2],
     /// Whether σ is the smallest or largest of the widths tried, so that the best may lie beyond.
@@ -75,6 +79,9 @@ const JUDGES: usize = 300;
 /// Footprints beyond the target within which directions are followed, in typical footprints.
 pub const MARGIN: f64 = 2.5;
 
+/// Tails are judged up to this distance r, where the amplitude is exp(−r²/2).
+const FARTHEST: f64 = 4.0;
+
 /// Largest η that a beamlet beside the target may have for its tail on the target to be believed.
 pub const TRUSTED_TAIL: f64 = 0.1;
 
@@ -98,19 +105,53 @@ pub struct Planner<'a> {
 
 impl Planner<'_> {
     /// Chooses the beamlets, given a fan of rays that reach the target.
-    pub fn plan(&self, fan: &Fan) -> BeamletPlan {
+    ///
+    /// Where no width meets the target error, thresholds aim at the error that can be reached: finer ones would
+    /// cost work and gain nothing.
+    ///
+    /// # Errors
+    /// When the error of no width is a number.
+    pub fn plan(&self, fan: &Fan) -> Result<BeamletPlan, PlanError> {
         let judges = judges(fan);
-        let widths: Vec<f64> = match self.settings.sigma {
-            Some(sigma) => vec![sigma],
-            None => {
-                let start = starting_width(self.hop, self.from, &judges);
-                WIDTHS
-                    .map(|j| start * 2f64.powf(0.25 * f64::from(j)))
-                    .collect()
-            }
+        let wanted = self.wanted_judges(&judges);
+        let widths = self.widths(&judges);
+        let beside = self.judges_beside(&judges);
+        let found = widths
+            .iter()
+            .map(|&sigma| (sigma, self.errors(&wanted, &beside, sigma)))
+            .collect::<Vec<_>>();
+
+        let not_finite = || PlanError::NotFinite {
+            from: self.hop.from.name.clone(),
+            to: self.hop.to.name.clone(),
         };
-        let judge = |&sigma: &f64| self.judge(fan, &judges, sigma);
-        let mut chosen = choose(widths.iter().flat_map(judge).collect(), self.settings);
+        let first = self.choose(fan, &judges, &found).ok_or_else(not_finite)?;
+        let attainable = first.expected_error();
+        if attainable <= self.settings.target_error {
+            return Ok(self.complete(first, widths));
+        }
+        let settings = self.settings.aiming_at(attainable);
+        let relaxed = Planner {
+            settings: &settings,
+            ..*self
+        };
+        let chosen = relaxed.choose(fan, &judges, &found);
+        Ok(relaxed.complete(chosen.ok_or_else(not_finite)?, widths))
+    }
+
+    /// The widths to try.
+    fn widths(&self, judges: &[FanRay]) -> Vec<f64> {
+        if let Some(sigma) = self.settings.sigma {
+            return vec![sigma];
+        }
+        let start = starting_width(self.hop, self.from, judges);
+        WIDTHS
+            .map(|j| start * 2f64.powf(0.25 * f64::from(j)))
+            .collect()
+    }
+
+    /// The plan with what can be found only for the width that was chosen.
+    fn complete(&self, mut chosen: BeamletPlan, widths: Vec<f64>) -> BeamletPlan {
         let ends = [widths.first(), widths.last()];
         chosen.at_limit = widths.len() > 1 && ends.contains(&Some(&chosen.sigma));
 
@@ -123,7 +164,7 @@ impl Planner<'_> {
         chosen.bands = self.bands(&wider, chosen.period);
         chosen.doubtful_rim = self.is_doubtful(&wider, chosen.sigma);
 
-        // What was enough to choose is told more closely.
+        // Work is estimated more closely than for the choice.
         let work = self.workload(&chosen, self.spacing(chosen.arriving));
         (chosen.rays, chosen.seconds) = (work.rays, work.seconds);
         chosen
@@ -149,10 +190,44 @@ impl Planner<'_> {
         })
     }
 
-    /// What a width would give, with windows at each distance: its error on the judges, and its cost.
-    fn judge(&self, fan: &Fan, judges: &[FanRay], sigma: f64) -> Vec<BeamletPlan> {
+    /// The rays on which errors are judged: where stops follow, those that lead through them to where the light
+    /// is wanted, sought on their own because they may be few among all; else `judges`.
+    fn wanted_judges(&self, judges: &[FanRay]) -> Vec<FanRay> {
+        let here = |ray: &FanRay| {
+            let (landing, jacobian) = self.hop.jacobian(ray.at, ray.p).ok()?;
+            let ray = FanRay {
+                landing,
+                jacobian,
+                ..*ray
+            };
+            let wanted = self.beyond.is_wanted(landing.at, landing.cosines);
+            wanted.then_some(ray)
+        };
+        let sought = || {
+            let (train, to) = self.beyond.joined(self.hop)?;
+            let joined = Hop {
+                train: &train,
+                to,
+                ..*self.hop
+            };
+            let fan = explore(&joined, self.from, to.bounds()?, [0.0; 2]);
+            Some(fan.rays.iter().filter_map(here).collect::<Vec<_>>())
+        };
+        match sought() {
+            Some(rays) if !rays.is_empty() => thinned(&rays),
+            _ => judges.to_vec(),
+        }
+    }
+
+    /// What a width with these errors would give, with windows at each distance, and its cost on the judges of
+    /// all light.
+    fn judge(
+        &self,
+        fan: &Fan,
+        judges: &[FanRay],
+        (sigma, [eta, eta_corrected, cubic]): (f64, [f64; 3]),
+    ) -> Vec<BeamletPlan> {
         let settings = self.settings;
-        let [eta, eta_corrected, cubic] = self.errors(judges, sigma);
         let Arrived {
             footprint,
             largest: arriving,
@@ -172,7 +247,8 @@ impl Planner<'_> {
                 let edges = [self.from[2 * a], self.from[2 * a + 1]];
                 Positions::cover(edges, sigma, step * sigma, 0.5 * period).count
             };
-            (positions(0) * positions(1) * bands[0].count * bands[1].count) as f64
+            let counts = [positions(0), positions(1), bands[0].count, bands[1].count];
+            counts.map(|count| count as f64).iter().product::<f64>()
         };
         let spacing = self.spacing(arriving);
         let values = std::f64::consts::PI * footprint * footprint / (spacing[0] * spacing[1]);
@@ -182,6 +258,7 @@ impl Planner<'_> {
             sigma,
             step: step * sigma,
             period,
+            target_error: settings.target_error,
             bands,
             correct,
             at_limit: false,
@@ -214,19 +291,54 @@ impl Planner<'_> {
         envelope.weight(ray.p) * ray.area * share
     }
 
-    /// η uncorrected and corrected, and ε₃: root mean squares over the judges, weighted by the light that goes
-    /// their way. The worst few are left out: grazing rays or rays whose neighbours are lost, to which the
-    /// envelope may give more light than they have; what they do carry is in the tally of the run.
-    fn errors(&self, judges: &[FanRay], sigma: f64) -> [f64; 3] {
+    /// Rays that land beside the sensor, whose beamlets' tails fall on it; none where other screens follow.
+    fn judges_beside(&self, judges: &[FanRay]) -> Vec<FanRay> {
+        if !matches!(self.hop.to.act, Act::Sensor(_)) {
+            return Vec::new();
+        }
+        // The same rays whatever the target error is, so that a tighter one is judged alike.
+        let settings = Settings {
+            footprint_threshold: Some((-0.5 * FARTHEST * FARTHEST).exp()),
+            ..self.settings.clone()
+        };
+        let alike = Planner {
+            settings: &settings,
+            ..*self
+        };
+        let start = starting_width(self.hop, self.from, judges);
+        let sigma = self.settings.sigma.unwrap_or(start);
+        let footprint = alike.arrival(judges, sigma).footprint;
+        let wider = explore(self.hop, self.from, self.to, [MARGIN * footprint; 2]);
+        thinned(&wider.rim)
+    }
+
+    /// η uncorrected and corrected, and ε₃: root mean squares over the judges and the tails of those beside the
+    /// target, weighted by the light that goes their way and falls on it. The worst few are left out: grazing
+    /// rays or rays whose neighbours are lost, to which the envelope may give more light than they have; what
+    /// they do carry is in the tally of the run.
+    fn errors(&self, judges: &[FanRay], beside: &[FanRay], sigma: f64) -> [f64; 3] {
         let k = self.hop.wavenumber();
-        let look = |ray: &FanRay| {
+        let look = |ray: &FanRay, tail: Tail| {
             let found = aberration(self.hop, ray.at, ray.p, sigma, k);
             let squares = found.map_or([1.0; 3], |f| {
+                let f = f.at_distance(tail.distance);
                 [f.eta().powi(2), f.left().powi(2), f.cubic.min(1.0)]
             });
-            (squares, self.weight(ray))
+            (squares, self.weight(ray) * tail.share)
         };
-        let mut found: Vec<_> = judges.iter().map(look).collect();
+        let whole = Tail {
+            share: 1.0,
+            distance: 0.0,
+        };
+        let mut found: Vec<_> = judges.iter().map(|ray| look(ray, whole)).collect();
+        for ray in beside {
+            if let Ok(arrival) = launch(self.hop, ray.at, ray.p, sigma) {
+                let tail = Tail::of(&arrival, self.to, k);
+                if tail.distance < FARTHEST {
+                    found.push(look(ray, tail));
+                }
+            }
+        }
         found.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
         let enough = TRUSTED_SHARE * found.iter().map(|f| f.1).sum::<f64>();
         let (mut total, mut sums) = (0.0, [0.0; 3]);
@@ -314,8 +426,13 @@ pub struct Arrived {
 
 /// The rays of a fan on which choices are judged.
 pub fn judges(fan: &Fan) -> Vec<FanRay> {
-    let stride = fan.rays.len().div_ceil(JUDGES).max(1);
-    fan.rays.iter().copied().step_by(stride).collect()
+    thinned(&fan.rays)
+}
+
+/// Evenly spaced rays of a list, at most as many as are judged.
+fn thinned(rays: &[FanRay]) -> Vec<FanRay> {
+    let stride = rays.len().div_ceil(JUDGES).max(1);
+    rays.iter().copied().step_by(stride).collect()
 }
 
 impl BeamletPlan {
@@ -342,18 +459,34 @@ const SHARE: f64 = 0.5;
 /// A plan is as accurate as the best one within this factor.
 const ALIKE: f64 = 1.5;
 
-/// The cheapest plan within its share of the target error, or else of those as accurate as the best.
-fn choose(candidates: Vec<BeamletPlan>, settings: &Settings) -> BeamletPlan {
-    let errors = candidates.iter().map(BeamletPlan::expected_error);
-    let least = errors.fold(f64::INFINITY, f64::min);
-    let limit = (SHARE * settings.target_error).max(ALIKE * least);
-    let cheapest = candidates
-        .into_iter()
-        .filter(|plan| plan.expected_error() <= limit)
-        .min_by(|a, b| a.seconds.total_cmp(&b.seconds));
-    match cheapest {
-        Some(plan) => plan,
-        None => unreachable!("at least one width is always judged"),
+/// Share of the least error that windows may add where no plan is within the target.
+const WINDOWS: f64 = 0.1;
+
+impl Planner<'_> {
+    /// The cheapest plan within its share of the target error, or else of those as accurate as the best and
+    /// with windows that add little to it; none where no error is a number. The list holds each width with its
+    /// errors.
+    fn choose(
+        &self,
+        fan: &Fan,
+        judges: &[FanRay],
+        widths: &[(f64, [f64; 3])],
+    ) -> Option<BeamletPlan> {
+        let judge = |&found: &(f64, [f64; 3])| self.judge(fan, judges, found);
+        let mut candidates: Vec<_> = widths.iter().flat_map(judge).collect();
+        let wanted = SHARE * self.settings.target_error;
+        let errors = candidates.iter().map(BeamletPlan::expected_error);
+        let least = errors.fold(f64::INFINITY, f64::min);
+        candidates.retain(|plan| plan.expected_error() <= wanted.max(ALIKE * least));
+        if least > wanted {
+            let windows = |plan: &BeamletPlan| plan.window_error(plan.cubic);
+            let best = candidates.iter().map(windows).fold(f64::INFINITY, f64::min);
+            let limit = best.max(wanted).max(WINDOWS * least);
+            candidates.retain(|plan| windows(plan) <= limit);
+        }
+        candidates
+            .into_iter()
+            .min_by(|a, b| a.seconds.total_cmp(&b.seconds))
     }
 }
 

@@ -3,7 +3,8 @@
 //! Behind a stop or a rim light goes on as it came, so what would miss the end of the following hop does
 //! not matter for the result, however it was carried. Elements send light anywhere.
 
-use crate::optics::screen::Act;
+use crate::optics::screen::{Act, Screen};
+use crate::optics::surface::Surface;
 use crate::optics::system::{Hop, System};
 
 /// The hops behind one hop up to the next screen that changes directions, or the sensor.
@@ -27,10 +28,35 @@ impl<'a> Beyond<'a> {
         }
     }
 
+    /// Whether the light of a hop goes to the last screen of the system as it came.
+    pub fn reaches_end(system: &'a System, number: usize) -> bool {
+        let behind = system.hops().skip(number + 1);
+        behind.count() == Self::of(system, number).hops.len()
+    }
+
+    /// Whether the light of the hop is wanted wherever it arrives on the second screen.
+    pub fn ends_here(&self) -> bool {
+        self.hops.is_empty()
+    }
+
+    /// The surfaces from the first screen of `hop` to where the light goes as it came, and the screen there;
+    /// nothing where the light of `hop` ends or is sent elsewhere on its second screen.
+    pub fn joined(&self, hop: &Hop) -> Option<(Vec<Surface>, &'a Screen)> {
+        let last = self.hops.last()?;
+        let behind = self.hops.iter().flat_map(|hop| hop.train);
+        let train = hop.train.iter().chain(behind).cloned().collect();
+        Some((train, last.to))
+    }
+
     /// Whether a ray that arrives at (x, y) with these cosines goes on to where the light is wanted.
     pub fn is_wanted(&self, at: [f64; 2], cosines: [f64; 2]) -> bool {
         let (mut at, mut p) = (at, cosines);
         for hop in &self.hops {
+            if let Act::Stop(opening) = &hop.from.act
+                && !opening.contains(at[0], at[1])
+            {
+                return false;
+            }
             let Ok(landing) = hop.trace(at, p, &mut ()) else {
                 return false;
             };

@@ -31,6 +31,16 @@ impl Aberration {
         (0.5 * self.cubic).hypot(3.0 * self.quartic).min(1.0)
     }
 
+    /// The same beamlet's aberration at a distance r from its ray, where its amplitude is exp(−r²/2) of the
+    /// peak: the cubic phase grows as r³, the quartic one as r⁴, from ⟨r⁶⟩ = 24 and ⟨r⁴⟩ = 6 over the beamlet's
+    /// energy in its four dimensions.
+    pub fn at_distance(&self, r: f64) -> Self {
+        Self {
+            cubic: self.cubic * (r.powi(6) / 24.0).max(1.0),
+            quartic: self.quartic * (r.powi(4) / 6.0).max(1.0),
+        }
+    }
+
     /// What the correction leaves of it, some η(ε₃ + η); all of it where there is none.
     pub fn left(&self) -> f64 {
         let eta = self.eta();

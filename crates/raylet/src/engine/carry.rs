@@ -211,6 +211,7 @@ impl<'a> Run<'a> {
         Ok(match self.plan {
             Plan::Free(free, waves) => carry_free(&hop, (free, waves), field, raster),
             Plan::Beamlets(plan) => {
+                let settings = &settings.aiming_at(plan.target_error);
                 let job = Job {
                     hop,
                     planned: self.planned,
@@ -255,6 +256,7 @@ impl<'a> Run<'a> {
                 carry_free_adjoint(&hop, (free, waves), field, (raster, bar), back);
             }
             Plan::Beamlets(plan) => {
+                let settings = &settings.aiming_at(plan.target_error);
                 let job = Job {
                     hop,
                     planned: self.planned,

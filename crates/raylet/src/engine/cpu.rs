@@ -11,7 +11,7 @@ use ndarray::{Array2, s};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::aim::{Seats, aim};
+use crate::engine::aim::{Seats, Stray, aim};
 use crate::engine::backend::{Back, Backend, Job};
 use crate::engine::beamlets::MARGIN;
 use crate::engine::census::Census;
@@ -332,7 +332,12 @@ fn spread(
                 arrivals.push(arrival);
                 Fate::Arrived
             }
-            Err(fate) => fate,
+            Err(stray) => {
+                if job.beyond.ends_here() {
+                    tally.untrusted += energy * stray.share;
+                }
+                stray.fate
+            }
         };
         tally.count(fate, energy);
     }
@@ -362,7 +367,7 @@ fn draw(job: &Job, (patch, spectrum): (usize, &Spectrum), to: &Canvas) -> (Vec<A
                 arrivals.push(arrival);
                 Fate::Arrived
             }
-            Err(fate) => fate,
+            Err(stray) => stray.fate,
         };
         tally.count(fate, c.norm_sqr() * weight);
     }
@@ -390,7 +395,7 @@ fn follow(
     to: &Canvas,
     looks: &mut Looks,
     tally: &mut Tally,
-) -> Result<Arrival, Fate> {
+) -> Result<Arrival, Stray> {
     let aimed = aim(job, seats, mode, to, looks)?;
     let mut arrival = aimed.arrival;
     let energy = coefficient.norm_sqr();
@@ -404,8 +409,10 @@ fn follow(
     if let Some((found, stands_for)) = seen
         && job.beyond.is_wanted(arrival.at, arrival.cosines)
     {
-        let (k, edge) = (job.hop.wavenumber(), job.settings.footprint_edge());
-        tally.look(found, stands_for * energy * to.share(&arrival, k, edge));
+        // The tail that falls on the target is more aberrated than the beamlet's middle.
+        let tail = to.tail(&arrival, job.hop.wavenumber());
+        let found = found.map(|found| found.at_distance(tail.distance));
+        tally.look(found, stands_for * energy * tail.share);
     }
     arrival.amplitude *= coefficient;
     Ok(arrival)

@@ -26,6 +26,7 @@ pub mod paper;
 pub mod paper_plan;
 pub mod pencil;
 pub mod plan;
+pub mod plan_error;
 pub mod plane;
 pub mod reason;
 pub mod reference;

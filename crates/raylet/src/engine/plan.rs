@@ -5,6 +5,7 @@ use crate::engine::beyond::Beyond;
 use crate::engine::fan::{Fan, explore};
 use crate::engine::light::Light;
 use crate::engine::paper_plan::PaperPlan;
+use crate::engine::plan_error::PlanError;
 use crate::engine::plane::PlanePlan;
 use crate::engine::settings::{Method, Settings};
 use crate::optics::aperture::Aperture;
@@ -69,6 +70,29 @@ impl Plan {
         }
     }
 
+    /// Whether all its lengths, directions and costs are numbers.
+    fn is_finite(&self) -> bool {
+        let own = match self {
+            Plan::Free(_, free) => vec![free.period[0], free.period[1], free.depth],
+            Plan::Beamlets(plan) => {
+                let error = plan.expected_error();
+                vec![
+                    plan.sigma,
+                    plan.step,
+                    plan.period,
+                    plan.footprint,
+                    plan.seconds,
+                    error,
+                ]
+            }
+            Plan::Planes(plan) => vec![plan.sigma, plan.step[0], plan.step[1], plan.period],
+            Plan::Paper(plan) => vec![plan.side, plan.period, plan.area.iter().sum()],
+        };
+        let ends = |band: &Band| [band.at(0), band.at(band.count.saturating_sub(1))];
+        let mut all = own.into_iter().chain(self.bands().iter().flat_map(ends));
+        all.all(f64::is_finite) && self.rays().is_finite()
+    }
+
     /// Rays that the plan expects; zero without rays.
     pub fn rays(&self) -> f64 {
         match self {
@@ -80,80 +104,29 @@ impl Plan {
     }
 }
 
-/// Why no plan exists.
-#[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PlanError {
-    /// No ray gets from one screen to the next.
-    #[error("no ray from '{from}' reaches '{to}'{causes}")]
-    Dark {
-        /// Emitting screen.
-        from: String,
-        /// Receiving screen.
-        to: String,
-        /// How the rays of the fan were lost.
-        causes: String,
-    },
-    /// Plane wavelets start from planes.
-    #[error(
-        "method '{method}' does not start from curved screens such as '{screen}'; use beamlet or auto"
-    )]
-    Curved {
-        /// The method.
-        method: &'static str,
-        /// Emitting screen.
-        screen: String,
-    },
-    /// A screen has no edge.
-    #[error("screen '{0}' has no edge; give its element an aperture")]
-    Boundless(String),
-    /// The spectrum of one patch would be larger than allowed.
-    #[error(
-        "a patch of screen '{screen}' has {modes:?} modes, more than the {allowed} allowed; reduce \
-         sigma_um, or of the paper's method patch_um or padding, or raise memory_limit_mb"
-    )]
-    Modes {
-        /// Emitting screen.
-        screen: String,
-        /// Modes along x and y.
-        modes: [usize; 2],
-        /// Modes allowed altogether.
-        allowed: usize,
-    },
-    /// There would be more patches than fit into memory.
-    #[error(
-        "screen '{screen}' takes {patches:?} patches, more than the {allowed} allowed; raise sigma_um or \
-         memory_limit_mb"
-    )]
-    Patches {
-        /// Emitting screen.
-        screen: String,
-        /// Patches along x and y.
-        patches: [usize; 2],
-        /// Patches allowed altogether.
-        allowed: usize,
-    },
-    /// A free hop needs more plane waves than allowed.
-    #[error(
-        "from '{from}' to '{to}' it takes {directions:?} plane waves, more than the {allowed} allowed; \
-         reduce the size of a screen, or raise memory_limit_mb"
-    )]
-    Directions {
-        /// Emitting screen.
-        from: String,
-        /// Receiving screen.
-        to: String,
-        /// Plane waves along x and y.
-        directions: [usize; 2],
-        /// Plane waves allowed altogether.
-        allowed: usize,
-    },
-}
-
 /// Plans a hop that begins with `light` on the first screen and whose light goes on `beyond`.
 ///
 /// # Errors
-/// When a screen has no edge, no ray reaches the target, or a patch has too many modes.
+/// When a screen has no edge, no ray reaches the target, a patch has too many modes, or the plan's numbers are not
+/// finite.
 pub fn plan(
+    hop: &Hop,
+    light: Light,
+    beyond: &Beyond,
+    settings: &Settings,
+) -> Result<Plan, PlanError> {
+    let plan = choose(hop, light, beyond, settings)?;
+    match plan.is_finite() {
+        true => Ok(plan),
+        false => Err(PlanError::NotFinite {
+            from: hop.from.name.clone(),
+            to: hop.to.name.clone(),
+        }),
+    }
+}
+
+/// The plan of the method that is asked for, or suits best.
+fn choose(
     hop: &Hop,
     light: Light,
     beyond: &Beyond,
@@ -198,7 +171,7 @@ pub fn plan(
     };
     match settings.method {
         Method::Auto | Method::Beamlet => {
-            let plan = planner.plan(&fan);
+            let plan = planner.plan(&fan)?;
             check_patches(&planner, plan.sigma, [plan.step; 2], &plan.bands)?;
             Ok(Plan::Beamlets(plan))
         }

@@ -59,6 +59,11 @@ const FADE: f64 = 0.3;
 /// Rays of a chunk: the unit of the sum.
 const CHUNK: usize = 1 << 19;
 
+/// Bytes that a ray of a chunk takes, with its copies and its place in the sum; and the share of the memory that a
+/// chunk may have.
+const RAY_BYTES: usize = 600;
+const CHUNK_SHARE: usize = 2;
+
 /// Distance of windows in σ where it is not given.
 const STEP: f64 = 1.5;
 
@@ -167,10 +172,13 @@ impl PlanePlan {
             }
         }
         let [x0, x1, y0, y1] = planner.from;
-        let windows =
-            self.cover([x0, x1], self.step[0]).count * self.cover([y0, y1], self.step[1]).count;
-        let directions = self.bands[0].count * self.bands[1].count;
-        self.rays = windows as f64 * directions as f64;
+        let [windows_x, windows_y] = [
+            self.cover([x0, x1], self.step[0]),
+            self.cover([y0, y1], self.step[1]),
+        ];
+        let [px, py] = self.bands;
+        let counts = [windows_x.count, windows_y.count, px.count, py.count];
+        self.rays = counts.map(|count| count as f64).iter().product();
         self
     }
 
@@ -198,6 +206,8 @@ struct Carrier<'a> {
     patches: Patches,
     /// Modes weaker than this are not followed.
     floor: f64,
+    /// The most rays of a chunk.
+    most: usize,
 }
 
 /// Adds what a field brings to the receiving screen. Runs in chunks on the current rayon pool; the sum
@@ -226,6 +236,7 @@ pub fn carry(
         field,
         patches,
         floor: 0.0,
+        most: (settings.memory_limit / (CHUNK_SHARE * RAY_BYTES)).max(1),
     };
     carrier.floor = carrier.strongest() * settings.weakest_mode();
     carrier.run(to, progress)
@@ -264,7 +275,8 @@ impl Carrier<'_> {
     fn run(&self, to: &mut PlaneSum, progress: &(dyn Fn(f64) + Sync)) -> Tally {
         let [nx, ny] = self.patches.shape();
         let directions = self.plan.bands[0].count * self.plan.bands[1].count;
-        let chunk = (CHUNK.max(to.samples()) / directions.max(1)).max(1);
+        let rays = CHUNK.max(to.samples()).min(self.most);
+        let chunk = (rays / directions.max(1)).max(1);
         let strips = (chunk / ny.max(1)).max(1);
         let mut tally = Tally::default();
         for first in (0..nx).step_by(strips) {

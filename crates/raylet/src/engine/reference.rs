@@ -10,7 +10,7 @@ use crate::engine::light::Light;
 use crate::engine::route::{Approach, Route, route};
 use crate::engine::settings::Settings;
 use crate::engine::simulate::{
-    Arriving, Progress, SimulateError, chief, receiving_raster, sensor_grid, sensor_of,
+    Arriving, Progress, SimulateError, check_sound, chief, receiving_raster, sensor_grid, sensor_of,
 };
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen};
@@ -145,7 +145,7 @@ pub struct Reference {
 /// Carries the light of a system to its sensor without beamlets.
 ///
 /// # Errors
-/// When no method applies, the one that was asked for does not, or it would take too long.
+/// When no method applies, the one that was asked for does not, it would take too long, or the field is not finite.
 pub fn reference(
     system: &System,
     settings: &Settings,
@@ -153,6 +153,18 @@ pub fn reference(
     progress: &(dyn Fn(Progress) + Sync),
 ) -> Result<Reference, ReferenceError> {
     sensor_of(system)?;
+    let found = by_routes(system, settings, choice, progress)?;
+    check_sound(system, &found.field, None)?;
+    Ok(found)
+}
+
+/// The same, whatever values the field has.
+fn by_routes(
+    system: &System,
+    settings: &Settings,
+    choice: Choice,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Reference, ReferenceError> {
     if choice.approach == Approach::Refraction {
         return refraction(system, progress);
     }

@@ -5,13 +5,12 @@
 //! plane of the rim, in the medium behind the surface, reached by free flight (backward where the rim bulges
 //! forward), cut there with exactly weighted edges, and sent on. A rim counts when the root of the share of
 //! energy that it cuts, of what would land on the target, is more than half the target error: a safe bound of
-//! the error of leaving it out. Rims of larger surfaces cut by chief ray whatever they cut, and what that costs
-//! is in the error account.
+//! the error of leaving it out. Rims of larger surfaces accept or refuse each beamlet by its chief ray; the
+//! energy that this puts on the wrong side of the edge is in the error account.
 
 use crate::engine::beamlets::{launch, starting_width};
 use crate::engine::fan::FanRay;
 use crate::engine::pencil::{Pencil, launch_all, leave_all};
-use crate::engine::ripple::interpolated;
 use crate::engine::settings::Settings;
 use crate::math::erfc::erfc;
 use crate::math::vec3::Vec3;
@@ -23,22 +22,11 @@ use crate::optics::surface::Surface;
 use crate::optics::system::{Hop, System};
 use crate::wave::wavelet::Arrival;
 
-/// Most samples along a rim's diameter, at λ/(3n).
-const AFFORDABLE: f64 = 1000.0;
+/// Most samples along a rim's diameter, at λ/(3n), where memory allows them.
+const AFFORDABLE: f64 = 2500.0;
 
 /// Share of the target error that a rim which is left out may cost.
 const SHARE: f64 = 0.5;
-
-/// Field error of light cut ray by ray over the share of its energy that the edge cuts; measured behind stops
-/// of a few tens of wavelengths. Below the first entry it falls in proportion.
-const CUT: [(f64, f64); 6] = [
-    (0.011, 5e-3),
-    (0.016, 0.018),
-    (0.023, 0.045),
-    (0.04, 0.11),
-    (0.07, 0.2),
-    (0.13, 0.31),
-];
 
 /// What becomes of a rim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -60,6 +48,8 @@ pub struct Rim {
     pub hop: usize,
     /// Share of the energy on its way to the target that it cuts, by beamlets along rays of the source.
     pub cut: f64,
+    /// Share of that energy which the decision by chief rays puts on the wrong side of the edge.
+    pub misplaced: f64,
     /// What becomes of it.
     pub treatment: Treatment,
 }
@@ -70,11 +60,12 @@ impl Rim {
         self.cut.sqrt()
     }
 
-    /// The error to expect of a rim that cuts ray by ray though it matters; zero of others.
+    /// The error to expect of a rim that cuts ray by ray though it matters; zero of others. The light that
+    /// is wrongly kept or lost is taken to be incoherent with the rest: it counts by the root of its energy.
     pub fn error(&self) -> f64 {
         match self.treatment {
             Treatment::Screen | Treatment::Ignored => 0.0,
-            Treatment::ByRay => interpolated(&CUT, self.cut) * (self.cut / CUT[0].0).min(1.0),
+            Treatment::ByRay => self.misplaced.sqrt(),
         }
     }
 }
@@ -87,11 +78,22 @@ pub struct Rimmed {
     /// The rims of all its surfaces that have one, along the way of the light.
     pub rims: Vec<Rim>,
     /// What the rim of each surface of the system as it was given cuts, hop by hop.
-    cuts: Vec<Vec<f64>>,
+    cuts: Vec<Vec<Cut>>,
     /// The root of what a rim cuts above which it matters.
     limit: f64,
+    /// Most samples along the diameter of a rim that becomes a screen.
+    affordable: f64,
     /// Where the screens of the system as it was given stand among those of [`Rimmed::system`].
     pub own: Vec<usize>,
+}
+
+/// Shares of the energy on its way to the target, at the rim of one surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Cut {
+    /// What the edge cuts off.
+    removed: f64,
+    /// What stands on the wrong side of the edge when chief rays decide.
+    misplaced: f64,
 }
 
 /// The system with a screen at every rim that matters and is small enough.
@@ -100,50 +102,54 @@ pub fn with_rims(system: &System, settings: &Settings) -> Rimmed {
     let cuts = system
         .hops()
         .map(|hop| cut_shares(&hop, &mut light, settings));
-    rimmed(system, cuts.collect(), SHARE * settings.target_error)
-}
-
-/// The system with a screen at each rim of which the shares tell that it matters.
-fn rimmed(system: &System, cuts: Vec<Vec<f64>>, limit: f64) -> Rimmed {
-    let empty = System {
-        screens: vec![],
-        trains: vec![],
-        ..system.clone()
-    };
-    let mut rimmed = Rimmed {
-        system: empty,
+    let empty = Rimmed {
+        system: system.clone(),
         rims: Vec::new(),
-        cuts,
-        limit,
+        cuts: cuts.collect(),
+        limit: SHARE * settings.target_error,
+        affordable: AFFORDABLE.min((settings.samples_allowed() as f64).sqrt()),
         own: Vec::new(),
     };
-    for (number, hop) in system.hops().enumerate() {
-        let cuts = rimmed.cuts.get(number).cloned().unwrap_or_default();
-        rimmed.add(&hop, &cuts);
-    }
-    rimmed.system.screens.extend(system.screens.last().cloned());
-    rimmed
+    empty.filled(system)
 }
 
 impl Rimmed {
     /// A slightly changed system with screens at the same rims.
     pub fn like(&self, system: &System) -> System {
-        rimmed(system, self.cuts.clone(), self.limit).system
+        self.clone().filled(system).system
+    }
+
+    /// The same choices made for the rims of a system, from its first hop on.
+    fn filled(mut self, system: &System) -> Self {
+        self.system = System {
+            screens: vec![],
+            trains: vec![],
+            ..system.clone()
+        };
+        self.rims.clear();
+        self.own.clear();
+        for (number, hop) in system.hops().enumerate() {
+            let cuts = self.cuts.get(number).cloned().unwrap_or_default();
+            self.add(&hop, &cuts);
+        }
+        self.system.screens.extend(system.screens.last().cloned());
+        self
     }
 
     /// Adds a hop whose rims cut these shares of the energy.
-    fn add(&mut self, hop: &Hop, cuts: &[f64]) {
+    fn add(&mut self, hop: &Hop, cuts: &[Cut]) {
         self.own.push(self.system.screens.len());
         self.system.screens.push(hop.from.clone());
         let mut train = Vec::new();
         for (number, (surface, &cut)) in hop.train.iter().zip(cuts).enumerate() {
-            let matters = cut.sqrt() > self.limit;
-            let screen = rim_of(hop, number).filter(|_| matters);
+            let matters = cut.removed.sqrt() > self.limit;
+            let screen = rim_of(hop, number, self.affordable).filter(|_| matters);
             if surface.aperture.outline != Outline::Open {
                 self.rims.push(Rim {
                     name: name_of(hop, number),
                     hop: self.system.trains.len(),
-                    cut,
+                    cut: cut.removed,
+                    misplaced: cut.misplaced,
                     treatment: match (&screen, matters) {
                         (Some(_), _) => Treatment::Screen,
                         (None, true) => Treatment::ByRay,
@@ -177,9 +183,9 @@ fn name_of(hop: &Hop, number: usize) -> String {
     format!("rim {} behind {}", number + 1, hop.from.name)
 }
 
-/// The screen in the plane of a surface's rim, if the rim is a centred disc of affordable size on a
-/// refracting surface of revolution.
-fn rim_of(hop: &Hop, number: usize) -> Option<Screen> {
+/// The screen in the plane of a surface's rim, if the rim is a centred disc on a refracting surface of
+/// revolution and takes no more than `affordable` samples along its diameter.
+fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Option<Screen> {
     let surface = &hop.train[number];
     let Outline::Disc { radius } = surface.aperture.outline else {
         return None;
@@ -190,7 +196,7 @@ fn rim_of(hop: &Hop, number: usize) -> Option<Screen> {
     }
     let after = surface.index[1];
     let samples = 2.0 * radius * 3.0 * after / hop.wavelength;
-    if surface.interface != Interface::Refract || samples > AFFORDABLE {
+    if surface.interface != Interface::Refract || samples > affordable {
         return None;
     }
     let sag = surface.shape.height(radius, 0.0)?.z;
@@ -217,7 +223,7 @@ pub fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
         let Outline::Disc { radius } = surface.aperture.outline else {
             return None;
         };
-        let found = rim_of(hop, number).is_some_and(|rim| rim == *screen);
+        let found = rim_of(hop, number, AFFORDABLE).is_some_and(|rim| rim == *screen);
         let height = surface.shape.height(radius, 0.0).filter(|_| found)?;
         Some(height.slope[0].abs())
     };
@@ -227,12 +233,12 @@ pub fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
     EDGE * slope.unwrap_or(0.0) * cut.max(0.0).sqrt()
 }
 
-/// The share of the energy on its way to the target that each surface's rim cuts; `light` becomes what
-/// arrives on the next screen.
-fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<f64> {
+/// What each surface's rim does to the energy on its way to the target; `light` becomes what arrives on the
+/// next screen.
+fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<Cut> {
     let leaving = leave_all(hop, light);
     light.clear();
-    let none = vec![0.0; hop.train.len()];
+    let none = vec![Cut::default(); hop.train.len()];
     let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
         return none;
     };
@@ -249,17 +255,21 @@ fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<f6
         return none;
     }
 
-    // The mean share of beamlets along them that each rim cuts.
+    // The mean shares of the beamlets along them.
     let start = || starting_width(hop, from, &rays);
     let sigma = settings.sigma.unwrap_or_else(start);
     let total: f64 = rays.iter().map(|ray| ray.area).sum();
     let share = |(number, surface): (usize, &Surface)| {
+        let mut cut = Cut::default();
         if surface.aperture.outline == Outline::Open {
-            return 0.0;
+            return cut;
         }
-        let cut =
-            |ray: &FanRay| ray.area * clipped(&open, (number, surface), (ray.at, ray.p), sigma);
-        rays.iter().map(cut).sum::<f64>() / total
+        for ray in &rays {
+            let part = clipped(&open, (number, surface), (ray.at, ray.p), sigma);
+            cut.removed += part * ray.area / total;
+            cut.misplaced += part.min(1.0 - part) * ray.area / total;
+        }
+        cut
     };
     hop.train.iter().enumerate().map(share).collect()
 }

@@ -193,8 +193,13 @@ impl Settings {
 
     /// The settings of each of so many hops, whose errors add in squares to the target.
     pub fn shared(&self, hops: usize) -> Self {
+        self.aiming_at(self.target_error / (hops.max(1) as f64).sqrt())
+    }
+
+    /// The same settings with another target error.
+    pub fn aiming_at(&self, target_error: f64) -> Self {
         Self {
-            target_error: self.target_error / (hops.max(1) as f64).sqrt(),
+            target_error,
             ..self.clone()
         }
     }

@@ -7,7 +7,8 @@ use ndarray::Array2;
 use crate::engine::beyond::Beyond;
 use crate::engine::carry::Run;
 use crate::engine::light::Light;
-use crate::engine::plan::{Plan, PlanError, plan};
+use crate::engine::plan::{Plan, plan};
+use crate::engine::plan_error::PlanError;
 use crate::engine::rims::{Rim, Rimmed, edge_error, with_rims};
 use crate::engine::settings::Settings;
 use crate::engine::survey::survey;
@@ -269,7 +270,7 @@ pub fn simulate(
     let system = &rimmed.system;
     let settings = &settings.shared(system.trains.len());
     let mut light = Arriving::from_source(system);
-    let (mut reports, mut standard_error) = (Vec::new(), None);
+    let (mut reports, mut standard_error) = (Vec::<HopReport>::new(), None);
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
         let beyond = &Beyond::of(system, number);
@@ -306,12 +307,43 @@ pub fn simulate(
             reach,
         };
     }
+    note_landed(system, &mut reports);
+    let field = on_sensor(sensor, light.sum);
+    check_sound(original, &field, standard_error.as_ref())?;
     Ok(Outcome {
-        field: on_sensor(sensor, light.sum),
+        field,
         standard_error,
         hops: reports,
         rimmed,
     })
+}
+
+/// Refuses a field on the sensor, or its standard errors, that are no numbers.
+///
+/// # Errors
+/// [`SimulateError::NotFinite`] with the sensor's name.
+pub fn check_sound(
+    system: &System,
+    field: &Field,
+    noise: Option<&Array2<f64>>,
+) -> Result<(), SimulateError> {
+    let mut noise = noise.into_iter().flatten();
+    match field.is_sound() && noise.all(|error| error.is_finite()) {
+        true => Ok(()),
+        false => {
+            let name = system.screens.last().map(|screen| screen.name.clone());
+            Err(SimulateError::NotFinite(name.unwrap_or_default()))
+        }
+    }
+}
+
+/// Notes which share of the light behind its first screen each hop brings to the sensor.
+fn note_landed(system: &System, reports: &mut [HopReport]) {
+    let landed = reports.last().map_or(0.0, |last| last.power[2]);
+    for (number, report) in reports.iter_mut().enumerate() {
+        let share = landed / report.power[1];
+        report.tally.landed = Beyond::reaches_end(system, number).then_some(share);
+    }
 }
 
 /// The field at the pixel centres of a sensor; dark when no light was summed there.

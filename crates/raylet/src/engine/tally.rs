@@ -90,6 +90,10 @@ pub struct Tally {
     pub evaluations: u64,
     /// Over the beamlets whose aberration was looked at, by what each brings to the target.
     pub aberration: Aberrations,
+    /// Energy of tails that fall on the target and are left out, because the beamlets are too aberrated there.
+    pub untrusted: f64,
+    /// The share of the light behind the first screen that reaches the sensor, where it goes there as it came.
+    pub landed: Option<f64>,
     /// The error to expect from rims: from that where the hop begins, if it begins at one, and from those
     /// whose light was cut ray by ray.
     pub edge: f64,
@@ -179,22 +183,35 @@ impl Tally {
             self.energy[i] += other.energy[i];
         }
         self.evaluations += other.evaluations;
+        self.untrusted += other.untrusted;
         self.aberration.merge(&other.aberration);
     }
 
     /// η: the estimated relative error of the field from aberration inside beamlets, uncorrected.
     pub fn eta(&self) -> f64 {
-        ratio(self.aberration.plain, self.aberration.energy).sqrt()
+        ratio(self.aberration.plain, self.aberration.energy).sqrt() * self.darkness()
     }
 
     /// What is left of it after the correction.
     pub fn eta_corrected(&self) -> f64 {
-        ratio(self.aberration.left, self.aberration.energy).sqrt()
+        ratio(self.aberration.left, self.aberration.energy).sqrt() * self.darkness()
     }
 
     /// ε₃: the root mean square cubic phase inside beamlets, in rad.
     pub fn cubic_phase(&self) -> f64 {
         ratio(self.aberration.cubic, self.aberration.energy).sqrt()
+    }
+
+    /// How much stronger the beamlets that meet the target are than the field they add up to there: their tails
+    /// cancel where the target is darker than what surrounds it, and their errors do not. At least 1.
+    pub fn darkness(&self) -> f64 {
+        let total: f64 = self.energy.iter().sum();
+        match self.landed {
+            Some(landed) => ratio(self.aberration.energy, ALIKE * landed * total)
+                .max(1.0)
+                .sqrt(),
+            None => 1.0,
+        }
     }
 
     /// Standard error of the field from what was drawn at random, relative to the field as it came out:
@@ -204,13 +221,17 @@ impl Tally {
             .map(|[variance, square]| ratio(variance.max(0.0), square).sqrt())
     }
 
-    /// √ of the share of the energy in modes below the threshold.
+    /// √ of the share of the energy in modes below the threshold and in tails that are not trusted.
     pub fn dropped(&self) -> f64 {
         let kept = self.energy[Fate::Arrived.place()];
-        let dropped = self.energy[Fate::Weak.place()];
-        ratio(dropped, kept + dropped).sqrt()
+        let weak = self.energy[Fate::Weak.place()];
+        let tails = ratio(self.untrusted, self.aberration.energy + self.untrusted);
+        (ratio(weak, kept + weak) + tails).sqrt() * self.darkness()
     }
 }
+
+/// Incoherent sums over tails agree with the light that lands to about this factor where it is evenly lit.
+const ALIKE: f64 = 2.0;
 
 fn ratio(a: f64, b: f64) -> f64 {
     if b > 0.0 { a / b } else { 0.0 }

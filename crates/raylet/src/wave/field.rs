@@ -127,6 +127,14 @@ impl Grid {
     }
 }
 
+/// Parts of amplitudes lie below it, so that products of four of them, and sums of these, are finite.
+pub const LARGEST_AMPLITUDE: f64 = 1e60;
+
+/// Whether an amplitude is a number of a size that light has.
+pub fn is_amplitude(value: Complex64) -> bool {
+    value.re.abs() < LARGEST_AMPLITUDE && value.im.abs() < LARGEST_AMPLITUDE
+}
+
 /// Complex amplitude on the nodes of a grid, indexed [y, x].
 #[derive(Clone, Debug, PartialEq)]
 pub struct Field {
@@ -155,6 +163,11 @@ impl Field {
             total += line * self.grid.y.weight(j);
         }
         total
+    }
+
+    /// Whether all its values are numbers of a size that light has.
+    pub fn is_sound(&self) -> bool {
+        self.values.iter().all(|value| is_amplitude(*value))
     }
 
     /// |U|² at each node.

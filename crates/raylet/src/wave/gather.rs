@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::wave::raster::Raster;
 use crate::wave::stamp::{Moments, Rows, Stamp};
-use crate::wave::wavelet::Arrival;
+use crate::wave::wavelet::{Arrival, Tail};
 
 /// Rows of a band: the unit of parallel work.
 const BAND_ROWS: usize = 32;
@@ -103,21 +103,13 @@ impl Canvas {
         })
     }
 
-    /// How much of a beamlet's energy falls on the raster, roughly: all of it when its ray lands there, else
-    /// the tail of the Gaussian beyond the edge.
-    pub fn share(&self, arrival: &Arrival, k: f64, threshold: f64) -> f64 {
-        let reach = arrival.footprint(k, threshold);
-        let widths = (2.0 * (1.0 / threshold).ln()).sqrt();
-        let along = |a: usize| {
-            let low = self.raster.start[a];
-            let high = low + (self.raster.size[a] as f64 - 1.0) * self.raster.pitch[a];
-            let beyond = (low - arrival.at[a]).max(arrival.at[a] - high);
-            if beyond <= 0.0 {
-                return 1.0;
-            }
-            0.5 * (-(beyond * widths / reach[a]).powi(2)).exp()
-        };
-        along(0) * along(1)
+    /// How a beamlet lies to the raster.
+    pub fn tail(&self, arrival: &Arrival, k: f64) -> Tail {
+        let [x, y] = self.raster.size;
+        let [px, py] = self.raster.pitch;
+        let [low_x, low_y] = self.raster.start;
+        let high = [low_x + (x as f64 - 1.0) * px, low_y + (y as f64 - 1.0) * py];
+        Tail::of(arrival, [low_x, high[0], low_y, high[1]], k)
     }
 
     /// Whether a point lies within the raster.

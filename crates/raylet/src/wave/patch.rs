@@ -34,7 +34,7 @@ impl Band {
             anchor,
             spacing,
             first,
-            count: (last - first + 1).max(0) as usize,
+            count: last.saturating_sub(first).saturating_add(1).max(0) as usize,
         }
     }
 

@@ -261,7 +261,8 @@ pub fn plan_raster(
     };
     for a in 0..2 {
         let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
-        raster.size[a] = ((high - low) / pitch[a]).ceil() as usize + TAPS + 1;
+        let across = ((high - low) / pitch[a]).ceil() as usize;
+        raster.size[a] = across.saturating_add(TAPS + 1);
         raster.start[a] = 0.5 * (low + high) - 0.5 * (raster.size[a] as f64 - 1.0) * pitch[a];
     }
     if raster.size[0].saturating_mul(raster.size[1]) > allowed {

@@ -157,6 +157,37 @@ pub struct Arrival {
     pub curvature: [num_complex::Complex64; 3],
 }
 
+/// How a beamlet lies to a box on its screen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Tail {
+    /// How much of its energy falls into the box, roughly: all of it when its ray lands there, else the tail of
+    /// the Gaussian beyond the edge.
+    pub share: f64,
+    /// Distance r of its ray from the box: the amplitude at the edge is exp(−r²/2) of the peak.
+    pub distance: f64,
+}
+
+impl Tail {
+    /// Of a beamlet to the box `[x_min, x_max, y_min, y_max]` (mm).
+    pub fn of(arrival: &Arrival, bounds: [f64; 4], k: f64) -> Self {
+        let width = arrival.footprint(k, (-0.5f64).exp());
+        let mut tail = Self {
+            share: 1.0,
+            distance: 0.0,
+        };
+        for a in 0..2 {
+            let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
+            let beyond = (low - arrival.at[a]).max(arrival.at[a] - high);
+            if beyond > 0.0 {
+                let r = beyond / width[a];
+                tail.share *= 0.5 * (-r * r).exp();
+                tail.distance = tail.distance.hypot(r);
+            }
+        }
+        tail
+    }
+}
+
 impl Arrival {
     /// Half widths of the box around the footprint where the Gaussian exceeds `threshold`, in mm;
     /// infinite when the curvature does not decay.

@@ -37,7 +37,7 @@ impl Positions {
     pub fn cover(edges: [f64; 2], sigma: f64, step: f64, reach: f64) -> Self {
         let length = edges[1] - edges[0] + 2.0 * reach;
         // A window whose reach only touches the edge carries nothing, hence the floor.
-        let count = (length / step).floor() as usize + 1;
+        let count = ((length / step).floor() as usize).saturating_add(1);
         let centre = 0.5 * (edges[0] + edges[1]);
         Self {
             start: centre - 0.5 * (count as f64 - 1.0) * step,
