@@ -7,6 +7,8 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import NDArray
 
+from raylet._refusal import RayletError, cut, shown
+
 Grid = Union[NDArray[np.float64], NDArray[np.complex128]]
 
 
@@ -15,9 +17,11 @@ def numbers(name: str, value: Any) -> NDArray[Any]:
     try:
         array = np.asarray(value)
     except Exception as error:
-        raise TypeError(f"{name}: {type(value).__name__} is no array ({error})") from error
+        # A list that lies too deep, or contains itself, is refused as such in a scene too.
+        refusal = RayletError if isinstance(value, (list, tuple)) else TypeError
+        raise refusal(f"{name}: {type(value).__name__} is no array ({cut(str(error))})") from error
     if isinstance(value, str):
-        raise TypeError(f"{name} is the string {value!r}, expected numbers; np.load reads them from a file")
+        raise TypeError(f"{name} is the string {shown(value)}, expected numbers; np.load reads them from a file")
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):
         raise ValueError(f"{name} has masked values, expected all of them")
     kind = array.dtype.kind

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet._arrays import grid
+from raylet._refusal import check_level
 
 #: Keys that hold an array, or the name of its file: of layers, shapes, holograms and losses.
 ARRAYS = ("phase", "amplitude", "transmission", "height_um", "target", "picture", "mask")
@@ -19,8 +20,9 @@ ARRAYS = ("phase", "amplitude", "transmission", "height_um", "target", "picture"
 _IN_MEMORY = "array in memory"
 
 
-def taken_out(value: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
+def taken_out(value: Any, path: str, arrays: dict[str, NDArray[Any]], level: int = 0) -> Any:
     """A document whose arrays in memory are moved to `arrays`, by their paths."""
+    check_level(level, path)
     if isinstance(value, Mapping):
         inside = {}
         for key, item in value.items():
@@ -28,10 +30,10 @@ def taken_out(value: Any, path: str, arrays: dict[str, NDArray[Any]]) -> Any:
             if key in ARRAYS and not isinstance(item, (str, os.PathLike, int, float, np.number, type(None))):
                 arrays[here] = grid(here, item)
                 item = _IN_MEMORY
-            inside[key] = taken_out(item, here, arrays)
+            inside[key] = taken_out(item, here, arrays, level + 1)
         return inside
     if isinstance(value, (list, tuple)):
-        return [taken_out(item, f"{path}[{i}]", arrays) for i, item in enumerate(value)]
+        return [taken_out(item, f"{path}[{i}]", arrays, level + 1) for i, item in enumerate(value)]
     return value
 
 
@@ -60,12 +62,13 @@ def called(document: Mapping[str, Any]) -> list[str]:
     return [row.get("name") or f"element[{number}]" for number, row in enumerate(document["element"])]
 
 
-def copied(value: Any) -> Any:
+def copied(value: Any, path: str = "", level: int = 0) -> Any:
     """A copy of a document that shares its arrays."""
+    check_level(level, path)
     if isinstance(value, Mapping):
-        return {key: copied(item) for key, item in value.items()}
+        return {key: copied(item, f"{path}.{key}", level + 1) for key, item in value.items()}
     if isinstance(value, (list, tuple)):
-        return [copied(item) for item in value]
+        return [copied(item, f"{path}[{i}]", level + 1) for i, item in enumerate(value)]
     return value
 
 

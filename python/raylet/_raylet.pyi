@@ -29,6 +29,7 @@ __all__ = [
     "schema",
     "simulate",
     "trace",
+    "write_files",
 ]
 
 __version__: Final[str]
@@ -133,7 +134,7 @@ def design(
 ) -> tuple[
     list[tuple[str, NDArray[float64]]],
     list[tuple[str, float]],
-    tuple[list[float], float, int, bool],
+    tuple[list[float], float, int, str | None],
     list[tuple[int, int, list[tuple[str, float]]]],
     Scene,
 ]:
@@ -141,7 +142,7 @@ def design(
     Designs what the `[design]` of a scene asks for.
 
     Returns (arrays by their paths in the scene, numbers by name, (loss after each iteration, loss of what was found,
-    evaluations, whether the newest checkpoint was torn), (field, wavelength, losses by kind) of each run, the scene
+    evaluations, what was wrong with the newest checkpoint), (field, wavelength, losses by kind) of each run, the scene
     with its numbers).
     """
 
@@ -247,4 +248,10 @@ def trace(
     Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
     fates (rays; 0 arrived, else the number of the loss), and derivatives (numbers, 5, rays) of x, y, L, M, path on
     the sensor. What a lost ray did not reach is NaN.
+    """
+
+def write_files(files: SupportsGetItem[int, tuple[str | PathLike[str], bytes | bytearray]], overwrite: bool) -> None:
+    """
+    Writes files; all are checked before the first is written. Those that raylet did not write are replaced with
+    `overwrite` only.
     """

@@ -1,6 +1,22 @@
-"""What raylet refuses."""
+"""What raylet refuses, and how much of a value its messages show."""
 
 from __future__ import annotations
+
+import functools
+import reprlib
+from collections.abc import Callable
+from typing import Any
+
+#: The most characters of a value that a message shows.
+MOST_SHOWN = 200
+
+#: How deep lists and tables may lie in each other: deeper ones contain themselves, or are no system.
+MOST_LEVELS = 50
+
+_short = reprlib.Repr()
+_short.maxstring = _short.maxother = MOST_SHOWN
+_short.maxlist = _short.maxtuple = _short.maxdict = _short.maxset = 8
+_short.maxlong = 60
 
 
 class RayletError(ValueError):
@@ -22,3 +38,33 @@ class RayletError(ValueError):
 
 # Users import it from here, and read this name.
 RayletError.__module__ = "raylet"
+
+
+def shown(value: Any) -> str:
+    """At most 200 characters of a value for a message."""
+    return cut(_short.repr(value))
+
+
+def cut(text: str) -> str:
+    """At most 200 characters of a text."""
+    return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}… ({len(text)} characters)"
+
+
+def check_level(level: int, path: str) -> None:
+    """Refuses a value that lies too deep in lists or tables."""
+    if level > MOST_LEVELS:
+        raise RayletError(f"{cut(path)} lies more than {MOST_LEVELS} lists or tables deep, or contains itself")
+
+
+def described(method: Callable[[Any], str]) -> Callable[[Any], str]:
+    """A `__repr__` that never raises: where the object is not whole, it says so."""
+
+    @functools.wraps(method)
+    def describe(self: Any) -> str:
+        try:
+            return method(self)
+        except Exception as error:  # whatever is wrong is what there is to say
+            lines = str(error).splitlines() or [type(error).__name__]
+            return f"<{type(self).__module__}.{type(self).__name__}, not complete: {cut(lines[0])}>"
+
+    return describe

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from raylet import _raylet
 from raylet._arrays import Grid, grid, real
 from raylet._document import called
+from raylet._refusal import described
 from raylet.layers import pixel_shape
 
 if TYPE_CHECKING:
@@ -45,6 +46,7 @@ class Passage:
         pixels, numbers = self._passage.adjoint([grid("field_bar", one) for one in bars], self._threads)
         return pixels, np.array(numbers, dtype=np.float64)
 
+    @described
     def __repr__(self) -> str:
         return f"<raylet.bench.Passage, field {' x '.join(map(str, self.field.shape))}>"
 
@@ -100,6 +102,7 @@ class Bench:
         if tuple(numbers) != self.start.shape:
             raise ValueError(f"numbers has shape {tuple(numbers)}, expected {self.start.shape}: for {self.names}")
 
+    @described
     def __repr__(self) -> str:
         varying = [*(f"pixels of '{name}'" for name in self.elements), *self.names]
         return f"<raylet.Bench, varying {', '.join(varying) or 'nothing'}>"

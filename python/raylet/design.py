@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._document import called, copied, put_in, taken_out, without_none
+from raylet._refusal import described
 from raylet._toml import dumps
 from raylet.progress import Progress, telling
 
@@ -68,6 +69,7 @@ class Design:
 
         return plot_course(self.course, self.system.title, ax)
 
+    @described
     def __repr__(self) -> str:
         scores = "; ".join(f"{name}: {value:.5g}" for name, value in self.scores.items())
         lines = [f"<raylet.Design, {scores}>"]
@@ -115,9 +117,9 @@ def design(
     kept = None if keeping is None else (os.fspath(keeping[0]), _digest(arrays), keeping[1])
     with telling(progress, "{}") as tell:
         pixels, numbers, course, parts, made = _raylet.design(scene, arrays, kept, threads, tell)
-    losses, loss, evaluations, older = course
-    if older:
-        warnings.warn("the newest checkpoint is torn; gone on from the one before it", stacklevel=3)
+    losses, loss, evaluations, warning = course
+    if warning is not None:
+        warnings.warn(warning, stacklevel=3)
     scores = {"loss": loss, "evaluations": evaluations}
     for field, wave, kinds in parts:
         scores |= {f"{kind}, field {field}, wavelength {wave}": value for kind, value in kinds}

@@ -18,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 import raylet.rays
+from raylet._refusal import described
 from raylet.layers import Aperture, Layer, Pair, pixel_shape
 from raylet.system import System
 
@@ -129,6 +130,7 @@ class Hybrid(ABC):
         self._extent = self.element.transmission("element")[1]
         self._pixels = pixel_shape(layers)
 
+    @described
     def __repr__(self) -> str:
         place = ", ".join(f"{value:.6g}" for value in self.frames[0].origin)
         name = f"{type(self).__module__}.{type(self).__name__}"

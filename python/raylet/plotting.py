@@ -8,6 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from raylet._refusal import shown
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -66,7 +68,7 @@ def plot_field(
         ),
     }
     if what not in choices:
-        raise ValueError(f"{what!r} cannot be plotted, expected one of {', '.join(choices)}")
+        raise ValueError(f"{shown(what)} cannot be plotted, expected one of {', '.join(choices)}")
     figure, ax = _axes(ax, (5.6, 4.6))
     values, label, how = choices[what]
     _image(figure, ax, values, (*_edges(axes[0]), *_edges(axes[1])), label, **how)

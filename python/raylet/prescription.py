@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from raylet import _raylet
 from raylet._arrays import grid, real
 from raylet._document import called, copied, put_in, rebased, taken_out
-from raylet._refusal import RayletError
+from raylet._files import npy, write
+from raylet._refusal import RayletError, shown
 from raylet._toml import dumps
 from raylet.layers import Aperture, Layer, Pair, constant, pixel_shape
 
@@ -161,7 +162,7 @@ class Prescription:
         row = other._document["element"][self._number_of(element)]
         layers = [layer for layer in row.get("layer", []) if layer.get("kind") == "pixels"]
         if not layers:
-            raise RayletError(f"element '{element}' has no layer of pixels")
+            raise RayletError(f"element {shown(element)} has no layer of pixels")
         old, shape = layers[0], pixel_shape(layers)
         for key, array in held.items():
             if shape not in (None, array.shape):
@@ -188,20 +189,23 @@ class Prescription:
         """The scene file of the system, with every default; arrays in memory are named but not in it."""
         return self._compiled().to_toml()
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes a scene file that :func:`load` and the command line read, and arrays in memory beside it (.npy)."""
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Writes a scene file that :func:`load` and the command line read, and arrays in memory beside it (.npy).
+
+        Files that raylet did not write, or that were changed since, are refused unless `overwrite` is true.
+        """
         folder, name = os.path.split(os.fspath(path))
-        os.makedirs(folder or ".", exist_ok=True)
         document = copied(self._document)
         rebased(document, os.path.dirname(self._name), folder)
         arrays: dict[str, NDArray[Any]] = {}
         taken_out(document, "", arrays)
+        files: dict[str | os.PathLike[str], bytes] = {}
         for place, array in arrays.items():
             file = f"{os.path.splitext(name)[0]}.{place.replace('[', '').replace(']', '')}.npy"
-            np.save(os.path.join(folder, file), array)
+            files[os.path.join(folder, file)] = npy(array)
             put_in(document, {place: file})
-        with open(path, "w", encoding="utf-8") as scene:
-            scene.write(dumps(document))
+        files[path] = dumps(document).encode()
+        write(files, overwrite=overwrite)
 
     # How it is handed to the library.
 
@@ -219,8 +223,8 @@ class Prescription:
     def _number_of(self, element: str) -> int:
         names = called(self._document)
         if element not in names:
-            known = ", ".join(repr(name) for name in names) or "none"
-            raise RayletError(f"no element is called {element!r}; there are: {known}")
+            known = ", ".join(shown(name) for name in names[:20]) or "none"
+            raise RayletError(f"no element is called {shown(element)}; there are: {known}")
         return names.index(element)
 
     def _channel(self, channel: Any) -> int:
@@ -228,7 +232,7 @@ class Prescription:
         if isinstance(channel, bool) or not isinstance(channel, (int, np.integer)):
             raise TypeError(f"channel is {type(channel).__name__}, expected the index of a wavelength")
         if not 0 <= channel < len(self.wavelength_um):
-            raise IndexError(f"channel is {channel}, expected from 0 to {len(self.wavelength_um) - 1}")
+            raise IndexError(f"channel is {shown(channel)}, expected from 0 to {len(self.wavelength_um) - 1}")
         return int(channel)
 
     def _compiled(self, seed: int | None = None, settings: Mapping[str, Any] | None = None) -> _raylet.Scene:

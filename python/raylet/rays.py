@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import column, columns, complex_column, number, numbers, real
+from raylet._refusal import described
 
 if TYPE_CHECKING:
     from raylet.system import System
@@ -66,6 +67,7 @@ class Secondary:
         scene, arrays, place, bundle, choices = self._call
         return _raylet.scatter_adjoint(scene, arrays, place, (bundle, choices), (self._drawn, bar))
 
+    @described
     def __repr__(self) -> str:
         parents = len(np.unique(self.parent))
         return f"<raylet.Secondary: {len(self)} rays from {parents}; left out {self.dropped:.1e} of the field>"

@@ -9,6 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from raylet._files import npz, write
+from raylet._refusal import described
+
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
@@ -119,12 +122,17 @@ class Result:
         title = ", ".join(filter(None, (self.title, wave)))
         return plot_field(self._fields[channel], (self.x_mm, self.y_mm), what, title, ax)
 
-    def save(self, path: str | os.PathLike[str]) -> None:
-        """Writes field [wavelength, y, x], x_mm, y_mm and wavelength_um to a .npz file, as `raylet simulate` does."""
-        with open(path, "wb") as file:
-            waves = np.array(self.wavelength_um)
-            np.savez(file, field=np.stack(self._fields), x_mm=self.x_mm, y_mm=self.y_mm, wavelength_um=waves)
+    def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Writes field [wavelength, y, x], x_mm, y_mm and wavelength_um to a .npz file, as `raylet simulate` does.
 
+        The file appears whole or not at all. One that raylet did not write, or that was changed since, is refused
+        unless `overwrite` is true.
+        """
+        waves = np.array(self.wavelength_um)
+        content = npz(field=np.stack(self._fields), x_mm=self.x_mm, y_mm=self.y_mm, wavelength_um=waves)
+        write({path: content}, overwrite=overwrite)
+
+    @described
     def __repr__(self) -> str:
         ny, nx = self._fields[0].shape
         pitch = 1e3 * (self.x_mm[1] - self.x_mm[0]) if nx > 1 else 0.0

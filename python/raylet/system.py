@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._document import without_none
-from raylet._refusal import RayletError
+from raylet._refusal import cut, described, shown
 from raylet.bench import Bench
 from raylet.design import Design, design, hologram
 from raylet.prescription import Prescription
@@ -108,7 +108,7 @@ class System(Prescription):
         "element[0].thickness_mm".
         """
         if isinstance(numbers, str):
-            raise TypeError(f"numbers is the string {numbers!r}, expected a list of paths")
+            raise TypeError(f"numbers is the string {shown(numbers)}, expected a list of paths")
         return Bench(self, elements, numbers, _threads(threads))
 
     def trace(
@@ -266,20 +266,22 @@ class System(Prescription):
         parts: list[dict[str, Any]] = json.loads(_raylet.parts(self._compiled(), self._arrays, 0))
         return parts
 
+    @described
     def __repr__(self) -> str:
-        waves = ", ".join(f"{wave:g}" for wave in self.wavelength_um)
-        head = f"<raylet.System{f' {self.title!r}' if self.title else ''}, λ = {waves} µm"
+        waves = ", ".join(f"{wave:g}" if isinstance(wave, (int, float)) else shown(wave) for wave in self.wavelength_um)
+        head = f"<raylet.System{f' {shown(self.title)}' if self.title else ''}, λ = {waves} µm"
         try:
             parts = self.parts
-        except RayletError as error:
-            return f"{head}, {len(self._document['element'])} elements; not complete: {error.args[0].splitlines()[0]}>"
+        except Exception as error:
+            lines = str(error).splitlines() or [type(error).__name__]
+            return f"{head}, {len(self._document['element'])} elements; not complete: {cut(lines[0])}>"
         return f"{head}>\n{_table(parts)}"
 
 
 def _threads(threads: Any) -> int | None:
     if threads is None or (isinstance(threads, (int, np.integer)) and not isinstance(threads, bool)):
         if threads is not None and not 1 <= threads <= 1024:
-            raise ValueError(f"threads is {threads}, expected from 1 to 1024")
+            raise ValueError(f"threads is {shown(threads)}, expected from 1 to 1024")
         return None if threads is None else int(threads)
     raise TypeError(f"threads is {type(threads).__name__}, expected a whole number")
 

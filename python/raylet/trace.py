@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import real
+from raylet._refusal import described
 
 if TYPE_CHECKING:
     from raylet.system import System
@@ -52,6 +53,7 @@ class Rays:
         """Which rays reached the sensor."""
         return np.asarray(self.fate == 0)
 
+    @described
     def __repr__(self) -> str:
         count = [f"{int(np.sum(self.fate == i))} {fate}" for i, fate in enumerate(FATES) if np.any(self.fate == i)]
         return f"<raylet.Rays: {', '.join(count) or 'none'}; at {len(self.names)} parts: {', '.join(self.names)}>"

@@ -9,6 +9,7 @@ use raylet::file::build;
 use raylet::file::element::Element;
 use raylet::file::image::read_gray;
 use raylet::file::layer::Layer;
+use raylet::file::memory::MemoryLimit;
 use raylet::file::scene::Scene;
 use raylet::file::wish::{OverlapWish, SpotWish, Wish};
 use raylet::optics::aperture::Aperture;
@@ -132,7 +133,8 @@ fn share(
     let (Some(file), Some(size)) = (&wish.picture, wish.size_mm) else {
         return Err("an overlap without its picture".into());
     };
-    let mode = mode(&read_gray(scene.origin.beside(file))?, size, (x, y));
+    let limit = MemoryLimit::of_settings((scene.settings.memory_limit_mb * 1e6) as u64);
+    let mode = mode(&read_gray(scene.origin.beside(file), limit)?, size, (x, y));
     let power = match &system.screens[0].act {
         Act::Doe(doe) => opening(&doe.aperture),
         _ => 1.0,

@@ -11,6 +11,7 @@ use raylet::engine::rims::with_rims;
 use raylet::engine::settings::Settings;
 use raylet::file::blame::blame;
 use raylet::file::build;
+use raylet::file::document;
 use raylet::file::prescription::{Part, parts};
 use raylet::file::report::{PlanEntry, micrometres};
 use raylet::file::rim::RimEntry;
@@ -152,9 +153,16 @@ fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, F
     let findings = advice(system, &plans, settings);
     let mut text = String::from("\n");
     for (number, (hop, forecast)) in system.hops().zip(&hops).enumerate() {
-        text += &hop_lines(&PlanEntry::new(&hop, &forecast.plan, settings), forecast);
+        let entry = PlanEntry::new(&hop, &forecast.plan, settings);
+        document::text(
+            &entry,
+            &format!("the plan of {} to {}", entry.from, entry.to),
+        )?;
+        text += &hop_lines(&entry, forecast);
         for rim in rimmed.rims.iter().filter(|rim| rim.hop == number) {
-            let _ = writeln!(text, "    {}", RimEntry::new(rim).line());
+            let entry = RimEntry::new(rim);
+            document::text(&entry, &format!("the rim of {}", entry.name))?;
+            let _ = writeln!(text, "    {}", entry.line());
         }
         for finding in findings.iter().filter(|finding| finding.hop == number) {
             let mark = if finding.warning { "warning" } else { "note" };

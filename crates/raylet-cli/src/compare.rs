@@ -5,7 +5,9 @@ use std::path::PathBuf;
 use clap::Args;
 use raylet::file::comparison::{Comparison, Likeness, Side};
 use raylet::file::contrast::contrast_png;
+use raylet::file::document;
 use raylet::file::folder::{COMPARISON_FILE, COMPARISON_PICTURE, Target};
+use raylet::file::memory::MemoryLimit;
 use raylet::file::report::Metrics;
 
 use crate::failure::Failure;
@@ -22,6 +24,10 @@ pub(crate) struct Compare {
     /// Writes compare.json and compare.png into this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    /// The most memory that the fields may take, in units of 10⁶ bytes.
+    #[arg(long, value_name = "MB", default_value_t = 4096.0, value_parser = megabytes)]
+    #[arg(allow_negative_numbers = true)]
+    memory_limit_mb: f64,
 }
 
 impl Compare {
@@ -29,17 +35,31 @@ impl Compare {
         // What cannot be written is refused before anything is read.
         let claim = |path: &PathBuf| Target::claim_as(path, COMPARISON_FILE);
         let target = self.out.as_ref().map(claim).transpose()?;
-        let (a, b) = (Side::read(&self.a)?, Side::read(&self.b)?);
+        let limit = MemoryLimit {
+            bytes: (self.memory_limit_mb * 1e6) as u64,
+            set_by: "--memory-limit-mb",
+        };
+        let a = Side::read(&self.a, limit)?;
+        let b = Side::read(&self.b, limit.without(a.fields.bytes()))?;
         let comparison = Comparison::of(&a, &b)?;
+        let document = document::text(&comparison, COMPARISON_FILE)?;
         if let Some(target) = target {
-            let draft = target.draft()?;
-            let text = serde_json::to_string_pretty(&comparison)?;
-            draft.write(COMPARISON_FILE, format!("{text}\n").as_bytes())?;
+            let mut draft = target.draft()?;
             let title = format!("A = {}, B = {}", self.a.display(), self.b.display());
             draft.write(COMPARISON_PICTURE, &contrast_png(&a, &b, &title)?)?;
-            draft.publish()?;
+            draft.publish(&document)?;
         }
         say(&text(&comparison))
+    }
+}
+
+/// An amount of memory on the command line.
+fn megabytes(text: &str) -> Result<f64, String> {
+    match text.parse() {
+        Ok(megabytes) if megabytes > 0.0 && megabytes <= 1e12 => Ok(megabytes),
+        _ => Err(String::from(
+            "expected a number of megabytes, above zero, up to 1e12",
+        )),
     }
 }
 

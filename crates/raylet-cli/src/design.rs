@@ -11,10 +11,11 @@ use raylet::design::step::Step;
 use raylet::file::checkpoint::{Checkpoints, Restored};
 use raylet::file::design_chart::{DesignChart, Row};
 use raylet::file::fault::Fault;
-use raylet::file::hidden::unwritable;
+use raylet::file::own_file::OwnFile;
 use raylet::file::phase_file::PhaseFile;
 use raylet::file::pixel_part::Output;
 use raylet::file::project::{Brief, brief};
+use raylet::file::run_folder::RunFolder;
 use raylet::file::scene::Scene;
 use raylet::file::wanted::Glance;
 use raylet::wave::metrics::ncc;
@@ -22,6 +23,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
 use crate::interrupt::{end, is_wanted, wait_for_step};
+use crate::outputs::Outputs;
 use crate::overrides::start_threads;
 use crate::progress::dress;
 use crate::say::{complain, say};
@@ -34,6 +36,8 @@ pub(crate) struct Design {
     /// The folder for pictures, checkpoints and the course of the design.
     #[arg(long, value_name = "DIR", default_value = "out/design")]
     out: PathBuf,
+    #[command(flatten)]
+    outputs: Outputs,
     /// Go on from the last checkpoint in the folder, as if never stopped.
     #[arg(long)]
     resume: bool,
@@ -57,8 +61,21 @@ struct Course<'a> {
     scene: &'a Scene,
     brief: &'a Brief,
     out: &'a Path,
+    files: Files,
     checkpoints: Checkpoints,
     rows: Vec<Row>,
+}
+
+/// The files that a design leaves, each checked before the work begins.
+struct Files {
+    /// The arrays that the scene names, in the order of the brief's outputs.
+    arrays: Vec<PhaseFile>,
+    /// The scene with designed numbers, where there are any.
+    designed: Option<OwnFile>,
+    picture: OwnFile,
+    course: OwnFile,
+    /// The folder of the last two, which no other run may write meanwhile.
+    _folder: RunFolder,
 }
 
 impl Design {
@@ -70,8 +87,8 @@ impl Design {
             design.iterations = iterations as usize;
         }
         let brief = brief(&scene)?;
-        let files = claim(&brief)?;
         let mut course = Course {
+            files: self.claim(&scene, &brief)?,
             checkpoints: Checkpoints::within(&self.out, &scene.to_toml()?),
             scene: &scene,
             brief: &brief,
@@ -90,7 +107,7 @@ impl Design {
             end();
         }
         let look = run.finish().map_err(|error| course.refuse(&error))?;
-        course.publish(&run, &look, &files)?;
+        course.publish(&run, &look)?;
         say(&format!(
             "{}\n{:.1} s\n",
             course.summary(&run, &look),
@@ -102,26 +119,80 @@ impl Design {
     fn start<'b>(&self, brief: &'b Brief, course: &mut Course) -> Result<Run<'b>, Failure> {
         let iterations = brief.design.iterations;
         let run = if self.resume {
+            let check = |saved: &Saved| saved.check(brief);
             let Restored {
                 state: saved,
-                older,
-            } = course.checkpoints.read::<Saved>()?;
-            if older {
-                complain("the newest checkpoint is torn; going on from the one before it");
+                warning,
+            } = course.checkpoints.read(check)?;
+            if let Some(warning) = warning {
+                complain(&format!("warning: {warning}"));
             }
             course.rows = saved.rows;
             Run::resume(&brief.project, saved.state, iterations)
         } else {
+            course.checkpoints.claim(self.outputs.replace())?;
             Run::new(&brief.project, brief.search.clone(), iterations)
         };
         Ok(run.map_err(|error| course.refuse(&error))?)
     }
+
+    /// Everything that will be written: what may not be is refused before the work begins.
+    fn claim(&self, scene: &Scene, brief: &Brief) -> Result<Files, Failure> {
+        let allowed = self.outputs.allowed(Some(&self.out));
+        let array =
+            |output: &Output| PhaseFile::of_scene(scene, &output.field, &output.file, allowed);
+        let replace = self.outputs.replace();
+        let held = |name: &str| OwnFile::claim_held(&self.out.join(name), replace);
+        Ok(Files {
+            _folder: RunFolder::open(&self.out)?,
+            arrays: brief.outputs.iter().map(array).collect::<Result<_, _>>()?,
+            designed: match brief.project.numbers.is_empty() {
+                true => None,
+                false => Some(OwnFile::claim(&designed(scene), replace)?),
+            },
+            picture: held("design.png")?,
+            course: held("course.csv")?,
+        })
+    }
 }
 
-/// The files that the scene names: a place that cannot be written is told before the work begins.
-fn claim(brief: &Brief) -> Result<Vec<PhaseFile>, Failure> {
-    let claim = |output: &Output| Ok(PhaseFile::claim(&output.file)?);
-    brief.outputs.iter().map(claim).collect()
+/// Where a scene with designed numbers goes: beside the scene, so that the files it names are found.
+fn designed(scene: &Scene) -> PathBuf {
+    scene.origin.file.with_extension("designed.toml")
+}
+
+impl Saved {
+    /// Checks that a design can go on from this; returns what was found otherwise.
+    fn check(&self, brief: &Brief) -> Result<(), String> {
+        let iterations = brief.design.iterations;
+        let checked = self.state.check(&brief.project, &brief.search, iterations);
+        checked.map_err(|error| error.to_string())?;
+        match are_sound(&self.rows, &self.state) {
+            true => Ok(()),
+            false => Err(String::from("a course that is none of this design's")),
+        }
+    }
+}
+
+/// Whether rows tell the course to a state: one for each accepted point, up to the last evaluation.
+fn are_sound(rows: &[Row], state: &State) -> bool {
+    let numbers = |row: &Row| {
+        [row.loss, row.slope]
+            .into_iter()
+            .chain(row.ncc)
+            .chain(row.efficiency)
+    };
+    let finite = rows.iter().flat_map(numbers).all(f64::is_finite);
+    let rises = rows.windows(2).all(|pair| {
+        pair[0].iteration <= pair[1].iteration && pair[0].evaluations < pair[1].evaluations
+    });
+    let ends = match rows.last() {
+        Some(last) => {
+            last.evaluations == state.evaluations && last.iteration == state.search.iteration()
+        }
+        None => state.evaluations == 0,
+    };
+    finite && rises && ends
 }
 
 impl Course<'_> {
@@ -138,7 +209,7 @@ impl Course<'_> {
         wait_for_step(true);
         while !run.is_done() {
             let found = run.step().map_err(|error| self.refuse(&error))?;
-            if found.step == Step::Trial {
+            if found.step == Step::Trial || !found.look.is_finite() {
                 continue;
             }
             let row = self.row(run, &found.look, found.slope);
@@ -192,7 +263,7 @@ impl Course<'_> {
         for (glance, (intensity, power)) in self.brief.glances.iter().zip(seen) {
             if let Some([picture, window]) = &glance.picture {
                 sums[0] += ncc(intensity.view(), picture.view()).unwrap_or(0.0);
-                sums[1] += (intensity * window).sum() * area / power;
+                sums[1] += (intensity * window).sum() * area / power.max(f64::MIN_POSITIVE);
                 count += 1;
             }
         }
@@ -227,11 +298,11 @@ impl Course<'_> {
             intensities: seen.collect(),
             sensor: self.brief.sensor_half,
         };
-        let file = self.out.join("design.png");
+        let file = self.files.picture.path();
         let png = chart.png().map_err(|error| {
-            Fault::of_file(&file, error.to_string(), "a picture that can be drawn")
+            Fault::of_file(file, error.to_string(), "a picture that can be drawn")
         })?;
-        Ok(write(&file, &png)?)
+        Ok(self.files.picture.write(&png)?)
     }
 
     /// What a channel is called.
@@ -254,9 +325,9 @@ impl Course<'_> {
     }
 
     /// Leaves what was found of the pixels, the numbers, the picture and the course.
-    fn publish(&self, run: &Run, look: &Look, files: &[PhaseFile]) -> Result<(), Failure> {
+    fn publish(&self, run: &Run, look: &Look) -> Result<(), Failure> {
         let made = self.brief.project.make(run.best(), 1.0);
-        for (output, file) in self.brief.outputs.iter().zip(files) {
+        for (output, file) in self.brief.outputs.iter().zip(&self.files.arrays) {
             file.write(&output.values(&made))?;
         }
         self.draw(run, look)?;
@@ -272,17 +343,12 @@ impl Course<'_> {
                 row.slope
             );
         }
-        write(&self.out.join("course.csv"), course.as_bytes())?;
-        if !self.brief.project.numbers.is_empty() {
+        self.files.course.write(course.as_bytes())?;
+        if let Some(file) = &self.files.designed {
             let designed = self.brief.scene_at(self.scene, run.best())?;
-            write(&self.designed(), designed.to_toml()?.as_bytes())?;
+            file.write(designed.to_toml()?.as_bytes())?;
         }
         Ok(())
-    }
-
-    /// Where a scene with designed numbers goes: beside the scene, so that the files it names are found.
-    fn designed(&self) -> PathBuf {
-        self.scene.origin.file.with_extension("designed.toml")
     }
 
     fn summary(&self, run: &Run, look: &Look) -> String {
@@ -317,11 +383,9 @@ impl Course<'_> {
         for (number, value) in self.brief.project.numbers.iter().zip(numbers) {
             told += &format!("\n{}: {} -> {value}", number.name, number.start);
         }
-        if !numbers.is_empty() {
-            told += &format!(
-                "\nscene with these numbers in {}",
-                self.designed().display()
-            );
+        if let Some(file) = &self.files.designed {
+            let file = file.path().display();
+            told += &format!("\nscene with these numbers in {file}");
         }
         told
     }
@@ -356,14 +420,4 @@ fn reason(stop: raylet::design::step::Stop) -> &'static str {
         Stop::Stuck => "nothing downhill is better",
         Stop::NotFinite => "the loss is not a number",
     }
-}
-
-fn write(file: &Path, bytes: &[u8]) -> Result<(), Fault> {
-    let refuse = |error| unwritable(file, &error);
-    if let Some(folder) = file.parent() {
-        std::fs::create_dir_all(folder).map_err(refuse)?;
-    }
-    let fresh = file.with_extension("fresh");
-    std::fs::write(&fresh, bytes).map_err(refuse)?;
-    std::fs::rename(&fresh, file).map_err(refuse)
 }

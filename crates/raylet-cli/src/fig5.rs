@@ -1,7 +1,7 @@
 //! Figure 5 of the source paper: a hologram before a lens, designed with a thin lens, with principal planes, and
 //! through the real lens.
 
-use std::path::{Path, PathBuf};
+use std::path::PathBuf;
 use std::time::Instant;
 
 use ndarray::Array2;
@@ -15,6 +15,7 @@ use raylet::engine::simulate::simulate;
 use raylet::file::checkpoint::Checkpoints;
 use raylet::file::hologram::commission;
 use raylet::file::machine::Machine;
+use raylet::file::own_file::Replace;
 use raylet::file::phase_file::npy;
 use raylet::file::project::{Brief, brief};
 use raylet::file::scene::Scene;
@@ -65,7 +66,7 @@ struct Saved {
 }
 
 pub(crate) fn fig5(effort: Effort) -> Result<Study, Failure> {
-    let room = Room::new(effort.keep)?;
+    let room = Room::new()?;
     let mut scene = Scene::open(&room.folder.join("fig5.toml"))?;
     if let (true, Some(hologram), Some(design)) =
         (effort.quick, &mut scene.hologram, &mut scene.design)
@@ -90,9 +91,10 @@ pub(crate) fn fig5(effort: Effort) -> Result<Study, Failure> {
         let seconds = clock.elapsed().as_secs_f64();
         rows.push(seen(&brief, (name, file), phase, (iterations, seconds))?);
     }
+    let description = brief.design.iterations.to_string();
     let kept = effort
         .keep
-        .map(|_| Checkpoints::within(&room.folder, &format!("{}", brief.design.iterations)));
+        .map(|keep| Checkpoints::within(&keep.join("fig5"), &description));
     let (phase, cost) = through_lens(&brief, kept.as_ref())?;
     rows.push(seen(
         &brief,
@@ -101,7 +103,9 @@ pub(crate) fn fig5(effort: Effort) -> Result<Study, Failure> {
         cost,
     )?);
     let study = study(&rows, &brief)?;
-    room.leave();
+    if let Some(kept) = kept {
+        kept.remove()?;
+    }
     Ok(study)
 }
 
@@ -111,7 +115,10 @@ fn through_lens(
     kept: Option<&Checkpoints>,
 ) -> Result<(Array2<f64>, (usize, f64)), Failure> {
     let (clock, iterations) = (Instant::now(), brief.design.iterations);
-    let before = kept.and_then(|kept| kept.read::<Saved>().ok());
+    let before = kept.and_then(|kept| kept.read(|saved| check(saved, brief)).ok());
+    if let (Some(kept), None) = (kept, &before) {
+        kept.claim(Replace::Own)?;
+    }
     let earlier = before.as_ref().map_or(0.0, |before| before.state.seconds);
     let mut run = match before {
         Some(before) => Run::resume(&brief.project, before.state.state, iterations)?,
@@ -137,6 +144,13 @@ fn through_lens(
     let made = brief.project.make(run.best(), 1.0);
     let seconds = earlier + clock.elapsed().as_secs_f64();
     Ok((made[0].phases[0].phase.clone(), (run.iteration(), seconds)))
+}
+
+/// Checks that the search can go on from this; returns what was found otherwise.
+fn check(saved: &Saved, brief: &Brief) -> Result<(), String> {
+    let iterations = brief.design.iterations;
+    let checked = saved.state.check(&brief.project, &brief.search, iterations);
+    checked.map_err(|error| error.to_string())
 }
 
 /// The picture on the sensor, and where its outline is.
@@ -239,41 +253,32 @@ fn study(rows: &[Row], brief: &Brief) -> Result<Study, Failure> {
     })
 }
 
-/// A folder with the scene and its drawing.
+/// A folder with the scene and its drawing among the system's temporary files.
 struct Room {
     folder: PathBuf,
-    /// Whether it goes whatever becomes of the study.
-    temporary: bool,
 }
 
-impl Room {
-    /// Within what the study keeps, or among the system's temporary files.
-    fn new(keep: Option<&Path>) -> Result<Self, Failure> {
-        let folder = match keep {
-            Some(keep) => keep.join("fig5"),
-            None => std::env::temp_dir().join(format!("raylet-fig5-{}", std::process::id())),
-        };
-        std::fs::create_dir_all(&folder)?;
-        let room = Self {
-            folder,
-            temporary: keep.is_none(),
-        };
-        std::fs::write(room.folder.join("fig5.toml"), SCENE)?;
-        std::fs::write(room.folder.join("smiley.png"), DRAWING)?;
-        Ok(room)
-    }
+/// What is in it.
+const FILES: [(&str, &[u8]); 2] = [("fig5.toml", SCENE.as_bytes()), ("smiley.png", DRAWING)];
 
-    /// Removes it: the study is done.
-    fn leave(mut self) {
-        self.temporary = true;
+impl Room {
+    fn new() -> Result<Self, Failure> {
+        let folder = std::env::temp_dir().join(format!("raylet-fig5-{}", std::process::id()));
+        std::fs::create_dir(&folder)?;
+        let room = Self { folder };
+        for (name, content) in FILES {
+            std::fs::write(room.folder.join(name), content)?;
+        }
+        Ok(room)
     }
 }
 
 impl Drop for Room {
     fn drop(&mut self) {
-        if self.temporary {
-            // What cannot be removed is left to the system.
-            let _ = std::fs::remove_dir_all(&self.folder);
+        // What cannot be removed is left to the system.
+        for (name, _) in FILES {
+            let _ = std::fs::remove_file(self.folder.join(name));
         }
+        let _ = std::fs::remove_dir(&self.folder);
     }
 }

@@ -74,11 +74,24 @@ impl Gradcheck {
             let slope: f64 = along.iter().zip(&look.gradient).map(|(a, g)| a * g).sum();
             let found = differences(project, &plans, (point, &along), step)
                 .map_err(|error| refuse(&error))?;
-            let apart = (slope - found).abs() / found.abs().max(f64::MIN_POSITIVE);
-            table += &format!("{name:<44} {slope:>16.9e} {found:>16.9e} {apart:>9.1e}\n");
+            if !(look.value.is_finite() && slope.is_finite() && found.is_finite()) {
+                return Err(
+                    refuse(&format!("a loss or slope along {name} that is not finite")).into(),
+                );
+            }
+            let apart = apart(slope, found);
+            table += &format!("{name:<44} {slope:>16.9e} {found:>16.9e} {apart:>9}\n");
         }
         table += "differences are of fourth order, through the same plans; their own rounding is about 1e-9\n";
         say(&table)
+    }
+}
+
+/// The difference of two slopes over the larger of them; nothing where both are zero.
+fn apart(slope: f64, found: f64) -> String {
+    match slope.abs().max(found.abs()) {
+        0.0 => String::from("-"),
+        larger => format!("{:.1e}", (slope - found).abs() / larger),
     }
 }
 
@@ -99,4 +112,18 @@ fn differences(
     let near = at(step)? - at(-step)?;
     let far = at(2.0 * step)? - at(-2.0 * step)?;
     Ok((8.0 * near - far) / (12.0 * step))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::gradcheck::apart;
+
+    /// A slope of zero was once divided by, which told 1.4e306.
+    #[test]
+    fn slopes_are_compared_with_the_larger_one() {
+        assert_eq!(apart(2.0, 2.0), "0.0e0");
+        assert_eq!(apart(1e-2, 0.0), "1.0e0");
+        assert_eq!(apart(0.0, -3e-9), "1.0e0");
+        assert_eq!(apart(0.0, 0.0), "-");
+    }
 }

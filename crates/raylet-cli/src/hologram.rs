@@ -8,11 +8,12 @@ use clap::Args;
 use indicatif::ProgressBar;
 use raylet::design::hologram::{Score, design};
 use raylet::file::fault::Fault;
-use raylet::file::hologram::commission;
+use raylet::file::hologram::{Commission, commission};
 use raylet::file::phase_file::PhaseFile;
 use raylet::file::scene::Scene;
 
 use crate::failure::Failure;
+use crate::outputs::Outputs;
 use crate::overrides::start_threads;
 use crate::progress::dress;
 use crate::say::say;
@@ -23,9 +24,11 @@ pub(crate) struct Hologram {
     /// The scene file, with a table `[hologram]`.
     scene: PathBuf,
     /// The .npy file for the phase in radians, float64 [y, x]; the one that the scene names unless told
-    /// otherwise. An earlier file is replaced.
+    /// otherwise. An earlier one that raylet wrote is replaced.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    outputs: Outputs,
     /// Number of iterations, in place of the scene's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     iterations: Option<u32>,
@@ -46,12 +49,8 @@ impl Hologram {
         if let Some(iterations) = self.iterations {
             wanted.task.iterations = iterations as usize;
         }
-        let Some(file) = self.out.as_ref().or(wanted.file.as_ref()) else {
-            let expected = "--out FILE, or `phase` in the scene's layer of pixels";
-            return Err(Fault::of_file(&self.scene, "no file for the phase", expected).into());
-        };
-        // A place that cannot be written is told before the work begins.
-        let file = PhaseFile::claim(file)?;
+        // A place that cannot be written is refused before the work begins.
+        let file = self.claim(&scene, &wanted)?;
 
         let bar = bar(wanted.task.iterations as u64);
         let found = design(&wanted.task, &mut |score| {
@@ -69,6 +68,24 @@ impl Hologram {
             summary += &format!("\nfor λ = {first} µm, the first of the scene's wavelengths");
         }
         say(&format!("{summary}\n{seconds:.2} s; phase in {written}\n"))
+    }
+
+    /// The file for the phase: the user's choice, or what the scene names.
+    fn claim(&self, scene: &Scene, wanted: &Commission) -> Result<PhaseFile, Fault> {
+        match (&self.out, &wanted.file) {
+            (Some(file), _) => PhaseFile::claim(file, self.outputs.replace()),
+            (None, Some(file)) => {
+                PhaseFile::of_scene(scene, &wanted.field, file, self.outputs.allowed(None))
+            }
+            (None, None) => {
+                let expected = "--out FILE, or `phase` in the scene's layer of pixels";
+                Err(Fault::of_file(
+                    &self.scene,
+                    "no file for the phase",
+                    expected,
+                ))
+            }
+        }
     }
 }
 

@@ -2,6 +2,8 @@
 
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
+use raylet::file::unfinished::abandon;
+
 use crate::failure::Failure;
 
 /// The signal that told the program to end while it does a step that it finishes first; 0 for none.
@@ -17,6 +19,7 @@ pub(crate) fn is_wanted() -> bool {
 
 /// Ends the program as it would have ended without waiting for the step.
 pub(crate) fn end() -> ! {
+    let _standstill = abandon();
     std::process::exit(128 + WANTED.load(Ordering::Relaxed))
 }
 
@@ -26,15 +29,17 @@ pub(crate) fn wait_for_step(patient: bool) {
 }
 
 /// From now on Ctrl-C and a request to terminate sweep away unfinished folders before the program ends,
-/// with the exit code that shells expect, 128 and the number of the signal.
+/// with the exit code that shells expect, 128 and the number of the signal. A file that grows beyond what the user
+/// allows (`ulimit -f`) does not end the program, but its write fails like any other.
 #[cfg(unix)]
 pub(crate) fn watch() -> Result<(), Failure> {
-    use raylet::file::hidden::abandon;
-    use signal_hook::consts::{SIGINT, SIGTERM};
+    use signal_hook::consts::{SIGINT, SIGTERM, SIGXFSZ};
+    use signal_hook::flag;
     use signal_hook::iterator::Signals;
 
     use crate::say::complain;
 
+    flag::register(SIGXFSZ, std::sync::Arc::default())?;
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     std::thread::spawn(move || {
         for signal in signals.forever() {

@@ -15,6 +15,7 @@ mod gradcheck;
 mod hologram;
 mod interrupt;
 mod mirror;
+mod outputs;
 mod overrides;
 mod paper;
 mod progress;

@@ -16,6 +16,7 @@ use raylet::engine::simulate::Progress;
 use raylet::file::checkpoint::Checkpoints;
 use raylet::file::conformal_seen::Seen;
 use raylet::file::mirror_chart::MirrorChart;
+use raylet::file::own_file::Replace;
 use raylet::wave::metrics::ncc;
 use serde::{Deserialize, Serialize};
 
@@ -101,21 +102,32 @@ pub(crate) fn seek(
 
 /// The search where it was, or at its start.
 fn begin(kept: Option<&Checkpoints>, posed: &Posed) -> Result<Saved, Failure> {
-    if let Some(before) = kept.and_then(|kept| kept.read::<Saved>().ok()) {
-        return Ok(before.state);
-    }
     let settings = LbfgsSettings {
         memory: 10,
         first: 0.1 * (posed.start.len() as f64).sqrt(),
         ..LbfgsSettings::default()
     };
     let space = Space::free(posed.start.len());
-    Ok(Saved {
+    let fresh = Saved {
         search: Method::Lbfgs(settings).start(posed.start.clone(), space)?,
         evaluations: 0,
         seconds: 0.0,
         course: Vec::new(),
-    })
+    };
+    let Some(kept) = kept else {
+        return Ok(fresh);
+    };
+    let check = |saved: &Saved| {
+        let checked = saved.search.check(&fresh.search);
+        checked.map_err(|error| error.to_string())
+    };
+    match kept.read(check) {
+        Ok(before) => Ok(before.state),
+        Err(_) => kept
+            .claim(Replace::Own)
+            .map(|()| fresh)
+            .map_err(Failure::from),
+    }
 }
 
 /// Likeness to the letter, or the share of the light in the samples at the foci.
@@ -191,13 +203,11 @@ impl Sought {
 
 /// Forgets what searches of these names kept.
 pub(crate) fn forget(keep: Option<&Path>, names: &[&str]) -> Result<(), Failure> {
-    for folder in names
+    let folders = names
         .iter()
-        .filter_map(|name| keep.map(|keep| keep.join(name)))
-    {
-        if folder.is_dir() {
-            std::fs::remove_dir_all(folder)?;
-        }
+        .filter_map(|name| keep.map(|keep| keep.join(name)));
+    for folder in folders {
+        Checkpoints::within(&folder, "").remove()?;
     }
     Ok(())
 }

@@ -114,17 +114,14 @@ impl Paper {
             Name::System3 => system3(effort),
         }?;
         if let Some(target) = target {
-            let draft = target.draft()?;
+            let mut draft = target.draft()?;
             for (name, picture) in &study.pictures {
                 draft.write(name, picture)?;
             }
-            // By these names the folder is known again.
             let names: Vec<&String> = study.pictures.iter().map(|(name, _)| name).collect();
             let mut document = study.document;
             document["files"] = serde_json::json!(names);
-            let document = serde_json::to_string_pretty(&document)?;
-            draft.write(STUDY_FILE, format!("{document}\n").as_bytes())?;
-            draft.publish()?;
+            draft.publish(&serde_json::to_string_pretty(&document)?)?;
         }
         if self.parts.is_none() {
             keep.iter().try_for_each(|keep| clear(keep))?;

@@ -128,7 +128,9 @@ fn default_out(scene: &Path) -> PathBuf {
 /// A span of time on the command line.
 fn hours(text: &str) -> Result<f64, String> {
     match text.parse() {
-        Ok(hours) if hours >= 0.0 => Ok(hours),
-        _ => Err(String::from("expected a number of hours, not negative")),
+        Ok(hours) if (0.0..=1e9).contains(&hours) => Ok(hours),
+        _ => Err(String::from(
+            "expected a number of hours, not negative, up to 1e9",
+        )),
     }
 }

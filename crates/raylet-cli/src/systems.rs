@@ -93,8 +93,12 @@ pub(crate) fn in_parts(
         let file = folder.join(format!("{}.{KEPT}", letters.collect::<String>()));
         PartialFile::new(&file, &format!("{name} {parts} {settings:?}"))
     });
-    let before = kept.as_ref().and_then(PartialFile::read);
-    let mut repeats = before.unwrap_or_else(|| Repeats::new(shape(system)));
+    let shape = shape(system);
+    let before = match &kept {
+        Some(kept) => kept.read(shape)?,
+        None => None,
+    };
+    let mut repeats = before.unwrap_or_else(|| Repeats::new(shape));
     for part in repeats.parts..parts.min(effort.most) {
         // One meter for all parts.
         let whole = |progress: Progress| {
@@ -126,7 +130,7 @@ pub(crate) fn clear(folder: &Path) -> Result<(), Failure> {
     for entry in entries {
         let path = entry?.path();
         if path.extension().is_some_and(|extension| extension == KEPT) {
-            std::fs::remove_file(path)?;
+            PartialFile::remove(&path)?;
         }
     }
     // A folder with other things in it stays.

@@ -94,7 +94,7 @@ fn files_that_cannot_be_used_are_refused() {
         (
             "huge",
             altered(|f| f.field *= Complex64::new(1e300, 0.0)),
-            &["`field`", "below 1e100"],
+            &["`field`", "below 1e60"],
         ),
         (
             "lost",
@@ -182,6 +182,21 @@ fn fields_that_do_not_match_are_refused() {
             &["compare", "good.npz", "other.npz", "--out", "out"],
             &says,
         )]);
+    }
+}
+
+#[test]
+fn sizes_are_held_to_the_limit() {
+    let stage = Stage::new(SCENE);
+    fs::write(stage.join("good.npz"), altered(|_| {})).unwrap();
+    let compare = ["compare", "good.npz", "good.npz"];
+    // One field fits, not two.
+    let says = ["good.npz", "--memory-limit-mb", "MB"];
+    let limited = |limit| [&compare[..], &["--memory-limit-mb", limit]].concat();
+    none_of([wrong(&stage, &limited("0.0005"), &says)]);
+    assert_eq!(stage.raylet(&limited("0.001")).status.code(), Some(0));
+    for bad in ["0", "-1", "nan", "inf", "much"] {
+        none_of([wrong(&stage, &limited(bad), &["--memory-limit-mb"])]);
     }
 }
 

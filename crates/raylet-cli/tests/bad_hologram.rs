@@ -22,7 +22,7 @@ iterations = 3
 
 /// The small scene with a hologram to be sought.
 fn scene() -> String {
-    SCENE.replace("phase.npy\"", "phase.npy\"\nsize = [30, 30]") + HOLOGRAM
+    SCENE.replace("phase.npy\"", "found.npy\"\nsize = [30, 30]") + HOLOGRAM
 }
 
 /// A stage with pictures, sound and otherwise.
@@ -104,8 +104,8 @@ fn scenes_are_refused_at_the_right_place() {
             &["element[0].layer[0].size", "MB"],
         ),
         (
-            "phase = \"phase.npy\"",
-            "phase = \"phase.npy\"\namplitude = \"dark.npy\"",
+            "phase = \"found.npy\"",
+            "phase = \"found.npy\"\namplitude = \"dark.npy\"",
             &["element[0]", "light"],
         ),
     ];
@@ -142,7 +142,7 @@ fn what_a_scene_lacks_is_told() {
             &["scene.toml:", "sensor"],
         ),
         wrong(
-            &stage(&scene().replace("phase = \"phase.npy\"\n", "")),
+            &stage(&scene().replace("phase = \"found.npy\"\n", "")),
             &["hologram", "scene.toml"],
             &["scene.toml: found no file for the phase", "--out FILE"],
         ),

@@ -222,8 +222,13 @@ fn check_warns_of_what_may_surprise() {
         ("pitch_um = 5\n", "pitch_um = 45\n", "coarser than"),
         (
             "semi_aperture_mm = 1\n",
+            "semi_aperture_mm = 0.3\n",
+            "rim 1 behind pixels: left out",
+        ),
+        (
+            "semi_aperture_mm = 1\n",
             "semi_aperture_mm = 0.1\n",
-            "clear apertures",
+            "rim 1 behind pixels: a screen",
         ),
         (
             "pixels = [48, 40]",

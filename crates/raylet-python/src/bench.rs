@@ -13,17 +13,18 @@ use raylet::engine::sway::Variation;
 use raylet::file::array::ArrayLook;
 use raylet::file::arrays::Arrays;
 use raylet::file::build;
-use raylet::file::fault::Fault;
+use raylet::file::fault::{Fault, shortened};
 use raylet::file::scene::Scene as File;
 use raylet::file::variable::{Address, with_numbers};
 use raylet::optics::doe::Pixels;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
+use raylet::wave::field::is_amplitude;
 
 use crate::arrays::{Guard, guard};
 use crate::refusal::error;
 use crate::scene::Scene;
-use crate::typed::{ByPath, Made, Row};
+use crate::typed::{ByPath, Made, Row, finite};
 use crate::watch::{Watch, run};
 
 /// Neighbours that tell the derivative by a number are this share of it away, or this if it is zero.
@@ -87,7 +88,10 @@ impl Bench {
             let at = at.ok_or_else(|| {
                 error(
                     py,
-                    format!("element '{name}' has no pixels that could vary"),
+                    format!(
+                        "element '{}' has no pixels that could vary",
+                        shortened(&name)
+                    ),
                 )
             })?;
             Ok((name, at))
@@ -158,7 +162,8 @@ impl Bench {
         // Nothing on the way back asks for the field itself: its memory becomes NumPy's.
         let take = |channel: &mut Channel| std::mem::take(&mut channel.trace.field.values);
         let fields = channels.iter_mut().map(take);
-        let fields = fields.map(|field| Made::new(py, field)).collect();
+        let fields = fields.map(|field| Made::new(py, field));
+        let fields = fields.collect::<PyResult<_>>()?;
         let passage = Passage {
             planned: Arc::clone(&self.planned),
             channels: Arc::new(channels),
@@ -245,9 +250,10 @@ impl Passage {
         })?;
         let (pixels, numbers) = gradient.map_err(|told| error(py, told))?;
         let each = pixels.into_iter().map(|pixels| match pixels {
-            Bar::Phase(bar) => Made::new(py, bar).into_bound_py_any(py),
-            Bar::Transmission(bar) => Made::new(py, bar).into_bound_py_any(py),
+            Bar::Phase(bar) => Made::new(py, bar)?.into_bound_py_any(py),
+            Bar::Transmission(bar) => Made::new(py, bar)?.into_bound_py_any(py),
         });
+        finite(py, &numbers)?;
         Ok((each.collect::<PyResult<_>>()?, numbers))
     }
 }
@@ -429,10 +435,10 @@ fn put(pixels: &mut Pixels, look: ArrayLook) -> Result<(), String> {
         }),
         ArrayLook::Complex(values) => pixels.values.assign(&values),
     }
-    match pixels.values.iter().all(|t| t.is_finite()) {
+    match pixels.values.iter().all(|t| is_amplitude(*t)) {
         true => Ok(()),
         false => Err(String::from(
-            "values that are not finite, expected finite ones",
+            "values that are not finite, expected finite ones below 1e60",
         )),
     }
 }

@@ -13,13 +13,15 @@ use raylet::design::step::Step;
 use raylet::file::checkpoint::{Checkpoints, Restored};
 use raylet::file::fault::Fault;
 use raylet::file::hologram::commission;
+use raylet::file::own_file::Replace;
 use raylet::file::project::{Brief, brief};
+use raylet::file::run_folder::RunFolder;
 use raylet::file::scene::Scene as File;
 
 use crate::arrays::Lent;
 use crate::refusal::{error, fault};
 use crate::scene::Scene;
-use crate::typed::{ByPath, Made};
+use crate::typed::{ByPath, Made, finite};
 use crate::watch::{Watch, run};
 
 /// The phase in rad [y, x] with which the sensor shows a picture, on the paraxial train: its path in the scene, what
@@ -48,7 +50,8 @@ pub(crate) fn hologram<'py>(
     let found: Result<(String, Array2<f64>, Score), Fault> = run(py, threads, progress, work)?;
     let (path, phase, score) = found.map_err(|told| fault(py, &told))?;
     let scores = [score.ncc, score.ncc_sensor, score.efficiency];
-    Ok((path, Made::new(py, phase), scores))
+    finite(py, &scores)?;
+    Ok((path, Made::new(py, phase)?, scores))
 }
 
 /// Numbers of the field and the wavelength of each run, and its losses by kind.
@@ -66,8 +69,8 @@ struct Found {
     loss: f64,
     parts: Parts,
     evaluations: usize,
-    /// Whether the newest checkpoint was torn and the one before it was taken.
-    older: bool,
+    /// What was wrong with the newest checkpoint, if the one before it was taken.
+    warning: Option<String>,
     /// The scene with its numbers.
     scene: File,
 }
@@ -75,7 +78,7 @@ struct Found {
 type Answer<'py> = (
     Vec<(String, Made<'py, f64, Ix2>)>,
     Vec<(String, f64)>,
-    (Vec<f64>, f64, usize, bool),
+    (Vec<f64>, f64, usize, Option<String>),
     Parts,
     Scene,
 );
@@ -87,7 +90,7 @@ type Keeping = Option<(PathBuf, String, bool)>;
 /// Designs what the `[design]` of a scene asks for.
 ///
 /// Returns (arrays by their paths in the scene, numbers by name, (loss after each iteration, loss of what was found,
-/// evaluations, whether the newest checkpoint was torn), (field, wavelength, losses by kind) of each run, the scene
+/// evaluations, what was wrong with the newest checkpoint), (field, wavelength, losses by kind) of each run, the scene
 /// with its numbers).
 #[pyfunction]
 #[pyo3(signature = (scene, arrays, keeping, threads, progress))]
@@ -108,14 +111,18 @@ pub(crate) fn design<'py>(
         Failure::Other(told) => error(py, told),
     })?;
     let pixels = found.pixels.into_iter();
-    let pixels = pixels.map(|(path, array)| (path, Made::new(py, array)));
+    let pixels = pixels.map(|(path, array)| Ok((path, Made::new(py, array)?)));
+    let losses = found.parts.iter().flat_map(|(_, _, losses)| losses);
+    finite(py, losses.map(|(_, loss)| loss).chain([&found.loss]))?;
+    finite(py, found.numbers.iter().map(|(_, value)| value))?;
+    finite(py, &found.course)?;
     let scene = Scene {
         file: Arc::new(found.scene),
     };
     Ok((
-        pixels.collect(),
+        pixels.collect::<PyResult<_>>()?,
         found.numbers,
-        (found.course, found.loss, found.evaluations, found.older),
+        (found.course, found.loss, found.evaluations, found.warning),
         found.parts,
         scene,
     ))
@@ -144,8 +151,9 @@ struct Going<'b> {
     search: Run<'b>,
     /// The loss after each iteration.
     course: Vec<f64>,
-    checkpoints: Option<Checkpoints>,
-    older: bool,
+    /// Where it is kept, in a folder that no other run writes meanwhile.
+    kept: Option<(Checkpoints, RunFolder)>,
+    warning: Option<String>,
 }
 
 impl<'b> Going<'b> {
@@ -159,19 +167,23 @@ impl<'b> Going<'b> {
         let mut going = Self {
             search: Run::new(project, brief.search.clone(), iterations)?,
             course: Vec::new(),
-            checkpoints: None,
-            older: false,
+            kept: None,
+            warning: None,
         };
         let Some((folder, rest, resume)) = keeping else {
             return Ok(going);
         };
+        let held = RunFolder::open(folder)?;
         let checkpoints = Checkpoints::within(folder, &(file.to_toml()? + rest));
         if *resume {
-            let Restored { state, older } = checkpoints.read::<(State, Vec<f64>)>()?;
+            let check = |saved: &(State, Vec<f64>)| check(saved, brief);
+            let Restored { state, warning } = checkpoints.read(check)?;
             going.search = Run::resume(project, state.0, iterations)?;
-            (going.course, going.older) = (state.1, older);
+            (going.course, going.warning) = (state.1, warning);
+        } else {
+            checkpoints.claim(Replace::Own)?;
         }
-        going.checkpoints = Some(checkpoints);
+        going.kept = Some((checkpoints, held));
         Ok(going)
     }
 
@@ -181,7 +193,7 @@ impl<'b> Going<'b> {
         while !self.search.is_done() {
             watch.pulse();
             let found = self.search.step()?;
-            if found.step == Step::Trial {
+            if found.step == Step::Trial || !found.look.is_finite() {
                 continue;
             }
             self.course.push(found.look.value);
@@ -190,13 +202,25 @@ impl<'b> Going<'b> {
                 format!("loss {:.5}", found.look.value),
             );
             watch.tell(done as f64, iterations as f64, &words);
-            if let Some(checkpoints) = &self.checkpoints
+            if let Some((checkpoints, _)) = &self.kept
                 && (done.is_multiple_of(each) || self.search.is_done())
             {
                 checkpoints.write(&(&self.search.state, &self.course))?;
             }
         }
         Ok(())
+    }
+}
+
+/// Checks that a design can go on from this; returns what was found otherwise.
+fn check((state, course): &(State, Vec<f64>), brief: &Brief) -> Result<(), String> {
+    let checked = state.check(&brief.project, &brief.search, brief.design.iterations);
+    checked.map_err(|error| error.to_string())?;
+    let counted =
+        course.len() <= state.evaluations && course.is_empty() == (state.evaluations == 0);
+    match counted && course.iter().all(|loss| loss.is_finite()) {
+        true => Ok(()),
+        false => Err(String::from("a course that is none of this design's")),
     }
 }
 
@@ -233,7 +257,7 @@ fn find(
             })
             .collect(),
         evaluations: search.state.evaluations,
-        older: going.older,
+        warning: going.warning,
         scene: brief.scene_at(file, best)?,
         course: going.course,
     })

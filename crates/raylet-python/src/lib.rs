@@ -4,6 +4,7 @@
 mod arrays;
 mod bench;
 mod design;
+mod files;
 mod look;
 mod rays;
 mod refusal;
@@ -20,6 +21,8 @@ mod _raylet {
     use crate::bench::{Bench, Passage};
     #[pymodule_export]
     use crate::design::{design, hologram};
+    #[pymodule_export]
+    use crate::files::write_files;
     #[pymodule_export]
     use crate::look::{check, element, glasses, layout, parts, schema};
     #[pymodule_export]

@@ -13,7 +13,7 @@ use raylet::engine::rims::with_rims;
 use raylet::file::blame::blame;
 use raylet::file::build;
 use raylet::file::catalog;
-use raylet::file::fault::Fault;
+use raylet::file::fault::{Fault, shortened};
 use raylet::file::layout::CurveKind;
 use raylet::file::pictures::doe_map;
 use raylet::file::prescription::parts as list;
@@ -23,7 +23,7 @@ use serde_json::{Value, json};
 
 use crate::refusal::{error, fault};
 use crate::scene::Scene;
-use crate::typed::{ByPath, Made};
+use crate::typed::{ByPath, Made, finite};
 use crate::watch::{Watch, run};
 
 /// The section through a system as JSON: rays, surfaces, glass and labels as points (z, transverse) in mm.
@@ -54,6 +54,11 @@ pub(crate) fn layout(
         .labels
         .iter()
         .map(|label| json!({"at": label.at, "text": label.text}));
+    let points = (drawn.rays.iter().flat_map(|ray| &ray.points))
+        .chain(drawn.surfaces.iter().flat_map(|curve| &curve.points))
+        .chain(drawn.glass.iter().flat_map(|region| &region.points))
+        .chain(drawn.labels.iter().map(|label| &label.at));
+    finite(py, points.flatten())?;
     let all = json!({
         "transverse": transverse,
         "rays": rays.collect::<Vec<Value>>(),
@@ -114,14 +119,17 @@ pub(crate) fn element<'py>(
             true => String::from("there is none"),
             false => format!("there are: '{}'", names.join("', '")),
         };
-        let told = format!("no diffractive element is called '{name}'; {known}");
+        let told = format!(
+            "no diffractive element is called '{}'; {known}",
+            shortened(name)
+        );
         return Err(error(py, told));
     };
     let bounds = doe
         .bounds()
         .ok_or_else(|| error(py, format!("element '{name}' has no edge")))?;
     let map: Array2<Complex64> = py.detach(|| doe_map(doe, bounds));
-    Ok((Made::new(py, map), bounds))
+    Ok((Made::new(py, map)?, bounds))
 }
 
 /// What there is to say about a system before it is run: of each finding the hop, whether it is a warning, the words.

@@ -10,6 +10,7 @@ use raylet::engine::scatter::Scatter;
 use raylet::engine::scattering::{Coverage, Drawing, Scattering};
 use raylet::engine::secondary::Secondary;
 use raylet::engine::settings::Sampler;
+use raylet::file::fault::shortened;
 use raylet::math::vec3::Vec3;
 use raylet::optics::bundle::Rays;
 use raylet::optics::screen::Screen;
@@ -20,7 +21,7 @@ use raylet::wave::window::Synthesis;
 use crate::arrays::{check_memory, column, columns};
 use crate::refusal::error;
 use crate::scene::Scene;
-use crate::typed::{ByPath, Given, Made, Named, Number};
+use crate::typed::{ByPath, Given, Made, Named, Number, finite};
 use crate::watch::{Watch, run};
 
 /// Complex numbers, one for each ray.
@@ -138,7 +139,8 @@ fn at_element<T: Send + 'static>(
     let wavelength = system.wavelength;
     let mut screens = system.screens.into_iter();
     let found = screens.find(|screen| screen.name == name);
-    let screen = found.ok_or_else(|| error(py, format!("no element is called '{name}'")))?;
+    let screen =
+        found.ok_or_else(|| error(py, format!("no element is called '{}'", shortened(name))))?;
     let held = bundle.columns()?;
     let curvature = choices
         .curvature
@@ -158,12 +160,12 @@ fn at_element<T: Send + 'static>(
 fn rows<'py, T: Number + Copy, const N: usize>(
     py: Python<'py>,
     rows: &[[T; N]],
-) -> Made<'py, T, Ix2> {
+) -> PyResult<Made<'py, T, Ix2>> {
     let array = Array2::from_shape_fn((rows.len(), N), |(i, j)| rows[i][j]);
     Made::new(py, array)
 }
 
-fn one<T: Number>(py: Python<'_>, values: Vec<T>) -> Made<'_, T, Ix1> {
+fn one<T: Number>(py: Python<'_>, values: Vec<T>) -> PyResult<Made<'_, T, Ix1>> {
     Made::new(py, Array1::from_vec(values))
 }
 
@@ -208,21 +210,22 @@ pub(crate) fn scatter<'py>(
         .map(|mode| mode.map(|i| index(&i)))
         .collect();
     let turns = Array3::from_shape_fn((axes.len(), 3, 3), |(ray, axis, i)| axes[ray][axis][i]);
-    answer.set_item("position", rows(py, &made.position))?;
-    answer.set_item("direction", rows(py, &made.direction))?;
-    answer.set_item("window", rows(py, &made.window))?;
-    answer.set_item("axes", Made::new(py, turns))?;
+    answer.set_item("position", rows(py, &made.position)?)?;
+    answer.set_item("direction", rows(py, &made.direction)?)?;
+    answer.set_item("window", rows(py, &made.window)?)?;
+    answer.set_item("axes", Made::new(py, turns)?)?;
     answer.set_item(
         "parent",
-        one(py, made.parent.iter().map(index).collect::<Vec<i64>>()),
+        one(py, made.parent.iter().map(index).collect::<Vec<i64>>())?,
     )?;
-    answer.set_item("mode", rows(py, &mode))?;
+    finite(py, [&made.dropped, &unevenness])?;
+    answer.set_item("mode", rows(py, &mode)?)?;
     answer.set_item("dropped", made.dropped)?;
     answer.set_item("unevenness", unevenness)?;
-    answer.set_item("path", one(py, made.path))?;
-    answer.set_item("weight", one(py, made.weight))?;
-    answer.set_item("cosine", one(py, made.cosine))?;
-    answer.set_item("times", one(py, made.times))?;
+    answer.set_item("path", one(py, made.path)?)?;
+    answer.set_item("weight", one(py, made.weight)?)?;
+    answer.set_item("cosine", one(py, made.cosine)?)?;
+    answer.set_item("times", one(py, made.times)?)?;
     Ok(Named(answer))
 }
 
@@ -284,8 +287,8 @@ pub(crate) fn scatter_adjoint<'py>(
             .map_err(|told| told.to_string())?;
         Ok((scatter.pixels_bar(&back).ok(), back.weight))
     })?;
-    let pixels = pixels.map(|pixels| Made::new(py, pixels));
-    Ok((pixels, one(py, weight)))
+    let pixels = pixels.map(|pixels| Made::new(py, pixels)).transpose()?;
+    Ok((pixels, one(py, weight)?))
 }
 
 /// What a tracer tells of the way of each ray: (rays, 4, 4) Jacobians, (rays, 3) windows, (rays,) cosines where they
@@ -381,7 +384,7 @@ pub(crate) fn beams<'py>(
             k,
         )?)
     })?;
-    Ok((one(py, made.amplitude), rows(py, &made.curvature)))
+    Ok((one(py, made.amplitude)?, rows(py, &made.curvature)?))
 }
 
 /// How rays are summed: the shape of what each adds, "beamlet", "prefactor" or "plain"; with beamlets for the first
@@ -416,7 +419,8 @@ impl Sum<'_> {
     fn held(&self) -> PyResult<Held> {
         let beams = || {
             let (Some(amplitude), Some(curvature)) = (&self.amplitude, &self.curvature) else {
-                let told = format!("no beams, expected them for wavelet '{}'", self.wavelet);
+                let wavelet = shortened(&self.wavelet);
+                let told = format!("no beams, expected them for wavelet '{wavelet}'");
                 return Err(PyValueError::new_err(told));
             };
             Ok(Beams {
@@ -429,8 +433,10 @@ impl Sum<'_> {
             "prefactor" => Ok(Held::Prefactor(beams()?)),
             "beamlet" => Ok(Held::Beamlet(beams()?)),
             other => {
-                let told =
-                    format!("wavelet is '{other}', expected 'beamlet', 'prefactor' or 'plain'");
+                let told = format!(
+                    "wavelet is '{}', expected 'beamlet', 'prefactor' or 'plain'",
+                    shortened(other)
+                );
                 Err(PyValueError::new_err(told))
             }
         }
@@ -452,7 +458,7 @@ pub(crate) fn gather<'py>(
         (&bundle, sum.tolerance),
         move |collector, rays, _| collector.collect(rays, &held.wavelet()),
     )?;
-    Ok(Made::new(py, field))
+    Made::new(py, field)
 }
 
 /// The conjugate transpose of [`gather`], as a dictionary of arrays: cotangents of weight, path (1/mm), place and
@@ -475,11 +481,11 @@ pub(crate) fn gather_adjoint<'py>(
         move |collector, rays, _| collector.collect_adjoint(rays, &held.wavelet(), &bar),
     )?;
     let answer = PyDict::new(py);
-    answer.set_item("weight", one(py, back.weight))?;
-    answer.set_item("path", one(py, back.path))?;
-    answer.set_item("at", rows(py, &back.at))?;
-    answer.set_item("cosines", rows(py, &back.cosines))?;
-    answer.set_item("amplitude", one(py, back.amplitude))?;
-    answer.set_item("curvature", rows(py, &back.curvature))?;
+    answer.set_item("weight", one(py, back.weight)?)?;
+    answer.set_item("path", one(py, back.path)?)?;
+    answer.set_item("at", rows(py, &back.at)?)?;
+    answer.set_item("cosines", rows(py, &back.cosines)?)?;
+    answer.set_item("amplitude", one(py, back.amplitude)?)?;
+    answer.set_item("curvature", rows(py, &back.curvature)?)?;
     Ok(Named(answer))
 }

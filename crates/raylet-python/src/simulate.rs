@@ -11,12 +11,13 @@ use raylet::engine::settings::Settings;
 use raylet::engine::simulate::{Outcome, Progress, simulate as carry};
 use raylet::file::blame::blame;
 use raylet::file::build;
+use raylet::file::document;
 use raylet::file::fault::Fault;
 use raylet::file::report::{Channel, Report};
 use raylet::file::scene::Scene as File;
 use raylet::optics::system::System;
 
-use crate::refusal::{error, fault};
+use crate::refusal::fault;
 use crate::scene::Scene;
 use crate::typed::{ByPath, Made};
 use crate::watch::{Watch, run};
@@ -39,15 +40,15 @@ pub(crate) fn simulate<'py>(
     let (file, settings) = (Arc::clone(&scene.file), build::settings(&scene.file));
     let work = move |watch: &Watch| carry_all(&file, &systems, &settings, watch, clock);
     let carried = run(py, threads, progress, work)?.map_err(|told| fault(py, &told))?;
-    let report = serde_json::to_string(&carried.report).map_err(|told| error(py, told))?;
+    let report = document::text(&carried.report, "report").map_err(|told| fault(py, &told))?;
     let (mut fields, mut errors, mut axes) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
     for (field, noise) in carried.fields {
         axes = [field.grid.x.nodes(), field.grid.y.nodes()];
-        fields.push(Made::new(py, field.values));
-        errors.push(noise.map(|noise| Made::new(py, noise)));
+        fields.push(Made::new(py, field.values)?);
+        errors.push(noise.map(|noise| Made::new(py, noise)).transpose()?);
     }
     let [x, y] = axes.map(|axis| Made::new(py, Array1::from(axis)));
-    Ok((fields, x, y, errors, report))
+    Ok((fields, x?, y?, errors, report))
 }
 
 type Answer<'py> = (

@@ -1,6 +1,6 @@
 //! Single rays through a system.
 
-use ndarray::{Array1, Array2, Array3};
+use ndarray::{Array1, Array2, Array3, Axis};
 use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
@@ -56,6 +56,15 @@ pub(crate) fn trace<'py>(
             "{pupil} places for {light} rays"
         )));
     }
+    let far = |number: &f64, most: f64| number.is_nan() || number.abs() > most;
+    let is_far = pupil.as_flattened().iter().any(|p| far(p, WIDEST))
+        || light.as_flattened().iter().any(|x| far(x, FARTHEST));
+    if is_far {
+        let told = format!(
+            "places in the pupil beyond {WIDEST:e} half widths, or of the source beyond {FARTHEST:e} mm"
+        );
+        return Err(PyValueError::new_err(told));
+    }
     scene.check(channel)?;
     let (system, variations) = scene.with_arrays(py, &arrays, |file, arrays| {
         let system = build::system_with(file, arrays, channel)?;
@@ -72,14 +81,26 @@ pub(crate) fn trace<'py>(
         light,
     };
     let found = run(py, threads, None, move |watch: &Watch| asked.follow(watch))?;
+    if !found.arrived_are_finite() {
+        return Err(error(
+            py,
+            "a ray that arrives at places that are not finite",
+        ));
+    }
     Ok((
-        Made::new(py, found.points),
-        Made::new(py, found.directions),
-        Made::new(py, found.paths),
-        Made::new(py, found.fates),
-        Made::new(py, found.slopes),
+        Made::with_gaps(py, found.points),
+        Made::with_gaps(py, found.directions),
+        Made::with_gaps(py, found.paths),
+        Made::with_gaps(py, found.fates),
+        Made::with_gaps(py, found.slopes),
     ))
 }
+
+/// The farthest place of a ray in the pupil, in half widths of the opening.
+const WIDEST: f64 = 1e6;
+
+/// The farthest place of a luminous point in mm.
+const FARTHEST: f64 = 1e12;
 
 /// Refuses derivatives where an element turns rays.
 fn refuse_turned(py: Python<'_>, system: &System, variations: &[Variation]) -> PyResult<()> {
@@ -165,6 +186,21 @@ impl Found {
             fates: Array1::zeros(rays),
             slopes: Array3::from_elem((numbers, 5, rays), f64::NAN),
         }
+    }
+
+    /// Whether what is told of the rays that arrived are numbers.
+    fn arrived_are_finite(&self) -> bool {
+        let arrived = self
+            .fates
+            .iter()
+            .enumerate()
+            .filter(|(_, fate)| **fate == 0);
+        { arrived }.all(|(ray, _)| {
+            let paths = self.paths.column(ray);
+            let all = [&self.points, &self.directions].map(|all| all.index_axis(Axis(1), ray));
+            let vectors = all.iter().flatten();
+            paths.iter().chain(vectors).all(|value| value.is_finite())
+        })
     }
 
     fn write(&mut self, ray: usize, (followed, slopes): &Course) {

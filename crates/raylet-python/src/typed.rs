@@ -10,27 +10,33 @@ use pyo3::prelude::*;
 use pyo3::types::{PyDict, PyList};
 use pyo3::{type_hint_identifier, type_hint_subscript};
 
+use crate::refusal::error;
+
 /// A kind of number that NumPy knows.
-pub(crate) trait Number: Element {
+pub(crate) trait Number: Element + Copy {
     /// Its name in Python.
     const HINT: PyStaticExpr;
+
+    /// Whether it is neither infinite nor NaN.
+    fn is_number(self) -> bool;
 }
 
-impl Number for f64 {
-    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "float64");
+/// Declares a kind of number by its name in Python and what tells whether one is finite.
+macro_rules! number {
+    ($kind:ty, $name:literal, $is_number:expr) => {
+        impl Number for $kind {
+            const HINT: PyStaticExpr = type_hint_identifier!("numpy", $name);
+            fn is_number(self) -> bool {
+                $is_number(self)
+            }
+        }
+    };
 }
 
-impl Number for Complex64 {
-    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "complex128");
-}
-
-impl Number for i64 {
-    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "int64");
-}
-
-impl Number for u8 {
-    const HINT: PyStaticExpr = type_hint_identifier!("numpy", "uint8");
-}
+number!(f64, "float64", f64::is_finite);
+number!(Complex64, "complex128", Complex64::is_finite);
+number!(i64, "int64", |_| true);
+number!(u8, "uint8", |_| true);
 
 const NDARRAY: PyStaticExpr = type_hint_identifier!("numpy.typing", "NDArray");
 const ANY: PyStaticExpr = type_hint_identifier!("typing", "Any");
@@ -57,9 +63,43 @@ impl<'a, 'py, T: Number + 'a, D: Dimension + 'a> FromPyObject<'a, 'py> for Given
 /// An array that was made here; its memory becomes NumPy's.
 pub(crate) struct Made<'py, T, D>(Bound<'py, PyArray<T, D>>);
 
-impl<'py, T: Element, D: Dimension> Made<'py, T, D> {
-    pub(crate) fn new(py: Python<'py>, array: Array<T, D>) -> Self {
+impl<'py, T: Number, D: Dimension> Made<'py, T, D> {
+    /// An array of results: the one door through which they leave the library.
+    ///
+    /// # Errors
+    /// RayletError for values that are not finite.
+    pub(crate) fn new(py: Python<'py>, array: Array<T, D>) -> PyResult<Self> {
+        match array.iter().all(|value| value.is_number()) {
+            true => Ok(Self::with_gaps(py, array)),
+            false => Err(not_finite(py)),
+        }
+    }
+
+    /// An array in which NaN stands for what is not there.
+    pub(crate) fn with_gaps(py: Python<'py>, array: Array<T, D>) -> Self {
         Self(PyArray::from_owned_array(py, array))
+    }
+}
+
+/// The refusal of results that are no numbers.
+fn not_finite(py: Python<'_>) -> PyErr {
+    error(
+        py,
+        "a result that is not finite, expected sizes, distances and amplitudes that lie less far apart",
+    )
+}
+
+/// Numbers of results.
+///
+/// # Errors
+/// RayletError for one that is not finite.
+pub(crate) fn finite<'a>(
+    py: Python<'_>,
+    numbers: impl IntoIterator<Item = &'a f64>,
+) -> PyResult<()> {
+    match { numbers }.into_iter().all(|number| number.is_finite()) {
+        true => Ok(()),
+        false => Err(not_finite(py)),
     }
 }
 

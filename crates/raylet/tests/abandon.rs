@@ -2,7 +2,8 @@
 
 use std::fs;
 
-use raylet::file::hidden::{Hidden, abandon};
+use raylet::file::hidden::Hidden;
+use raylet::file::unfinished::abandon;
 
 #[test]
 fn everything_unfinished_goes_and_the_rest_stays() {
@@ -11,7 +12,7 @@ fn everything_unfinished_goes_and_the_rest_stays() {
     let finished = room.path().join("new/finished");
     let hidden = Hidden::beside(&finished).unwrap();
     hidden.write(None, b"whole").unwrap();
-    hidden.reveal(&finished, || Ok(())).unwrap();
+    hidden.reveal(&finished, &|_| Ok(())).unwrap();
 
     // A file that is written and a folder that is being filled.
     let file = Hidden::beside(&room.path().join("other/file")).unwrap();
@@ -26,5 +27,5 @@ fn everything_unfinished_goes_and_the_rest_stays() {
 
     // Nothing can be finished any more.
     let place = room.path().join("folder");
-    assert!(folder.reveal(&place, || Ok(())).is_err() && !place.exists());
+    assert!(folder.reveal(&place, &|_| Ok(())).is_err() && !place.exists());
 }

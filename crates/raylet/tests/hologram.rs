@@ -8,6 +8,7 @@ use raylet::engine::settings::Settings;
 use raylet::engine::simulate::{Outcome, sensor_grid, simulate};
 use raylet::file::build;
 use raylet::file::hologram::commission;
+use raylet::file::own_file::Replace;
 use raylet::file::phase_file::PhaseFile;
 use raylet::file::scene::Scene;
 use raylet::optics::screen::Act;
@@ -38,7 +39,7 @@ fn seen(name: &str, naive: bool, distance: &str) -> (Hologram, Seen) {
     let found = design(&wanted.task, &mut |_| {}).unwrap();
     let file = wanted.file.clone().unwrap();
     assert!(!file.exists());
-    let claimed = PhaseFile::claim(&file).unwrap();
+    let claimed = PhaseFile::claim(&file, Replace::Own).unwrap();
     wanted.write(&found.phase, &claimed).unwrap();
 
     let text = fs::read_to_string(&path).unwrap();

@@ -8,7 +8,7 @@ use crate::design::exact;
 use crate::design::long;
 use crate::design::schedule::Schedule;
 use crate::design::space::Space;
-use crate::design::step::{OptimizerError, Step, Stop, demand};
+use crate::design::step::{OptimizerError, SavedError, Step, Stop, demand};
 
 /// What a step is made of. g is the gradient, each part times its parameter's scale; a step x changes a
 /// parameter by −rate·scale·x.
@@ -116,6 +116,46 @@ impl Descent {
             steps: 0,
             stopped: false,
         })
+    }
+
+    /// Checks that a descent which was read can have begun as `fresh` did.
+    ///
+    /// # Errors
+    /// Other settings or parameters, or what no descent leaves.
+    pub fn check(&self, fresh: &Self) -> Result<(), SavedError> {
+        let same =
+            self.rule == fresh.rule && self.schedule == fresh.schedule && self.space == fresh.space;
+        if !same {
+            return Err(SavedError::Settings);
+        }
+        let first = self.first.len() == fresh.first.len();
+        let second = self.second.len() == fresh.second.len();
+        let known = self.best_value.is_finite() || self.best_value == f64::INFINITY;
+        for (name, good) in [
+            ("point", self.space.holds(&self.point)),
+            ("best point", self.space.holds(&self.best)),
+            ("mean", first && self.first.iter().all(|x| x.is_finite())),
+            (
+                "mean square",
+                second && self.second.iter().all(|x| x.is_finite() && *x >= 0.0),
+            ),
+            ("best value", known),
+        ] {
+            if !good {
+                return Err(SavedError::Content(name));
+            }
+        }
+        Ok(())
+    }
+
+    /// Why it is over, if it is.
+    pub fn stop(&self) -> Option<Stop> {
+        self.stopped.then_some(Stop::NotFinite)
+    }
+
+    /// The space that it searches.
+    pub fn space(&self) -> &Space {
+        &self.space
     }
 
     /// Where value and gradient are wanted next.

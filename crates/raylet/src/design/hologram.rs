@@ -121,13 +121,16 @@ pub enum HologramError {
         /// λ|B|/pitch in mm.
         most: [f64; 2],
     },
+    /// Sizes and distances lie so far apart that no numbers come out.
+    #[error("phases or scores of the hologram that are not finite")]
+    NotFinite,
 }
 
 /// Seeks the phases with which the sensor shows the picture; `progress` hears of every iteration.
 ///
 /// # Errors
 /// When the train images the element onto the sensor, no light passes the element, or the picture is
-/// black, larger than the sensor or out of the pixels' reach.
+/// black, larger than the sensor or out of the pixels' reach, or when what comes out is not finite.
 pub fn design(task: &Task, progress: &mut dyn FnMut(Score)) -> Result<Hologram, HologramError> {
     let bench = Bench::new(task)?;
     let mut field = bench.start(task);
@@ -160,6 +163,10 @@ pub fn design(task: &Task, progress: &mut dyn FnMut(Score)) -> Result<Hologram, 
     let phase = Zip::from(&field)
         .and(&task.incident)
         .map_collect(|u, incident| phase_of(u * incident.conj()));
+    let scores = [score.ncc, score.ncc_sensor, score.efficiency];
+    if !scores.iter().chain(&phase).all(|value| value.is_finite()) {
+        return Err(HologramError::NotFinite);
+    }
     Ok(Hologram {
         phase,
         score,

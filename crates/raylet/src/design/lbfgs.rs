@@ -19,7 +19,7 @@ use serde::{Deserialize, Serialize};
 use crate::design::exact;
 use crate::design::long;
 use crate::design::space::Space;
-use crate::design::step::{OptimizerError, Step, Stop, demand};
+use crate::design::step::{OptimizerError, SavedError, Step, Stop, demand};
 use crate::design::wolfe::{Judgement, Search};
 
 /// Steps are never longer than this many times the direction.
@@ -135,6 +135,55 @@ impl Lbfgs {
             iteration: 0,
             stop: None,
         })
+    }
+
+    /// Checks that a search which was read can have begun as `fresh` did.
+    ///
+    /// # Errors
+    /// Other settings or parameters, or what no search leaves.
+    pub fn check(&self, fresh: &Self) -> Result<(), SavedError> {
+        if self.settings != fresh.settings || self.space != fresh.space {
+            return Err(SavedError::Settings);
+        }
+        let count = self.space.len();
+        let list = |list: &[f64]| list.len() == count && list.iter().all(|x| x.is_finite());
+        let positive = |x: f64| x > 0.0 && x.is_finite();
+        let pair = |pair: &Pair| {
+            list(&pair.step)
+                && list(&pair.change)
+                && positive(pair.curvature)
+                && positive(pair.square)
+        };
+        // Without a value there is no line search, and with one there is, until the end.
+        let searching = match &self.search {
+            Some(search) => self.value.is_finite() && self.stop.is_none() && search.is_sound(),
+            None => self.stop.is_some() || self.value.is_nan(),
+        };
+        for (name, good) in [
+            ("point", self.space.holds(&self.point)),
+            ("last point", self.space.holds(&self.base)),
+            ("gradient", list(&self.gradient)),
+            ("direction", list(&self.direction)),
+            ("steps so far", self.pairs.iter().all(pair)),
+            ("memory", self.pairs.len() <= self.settings.memory),
+            ("value", !self.value.is_infinite()),
+            ("line search", searching),
+        ] {
+            if !good {
+                return Err(SavedError::Content(name));
+            }
+        }
+        Ok(())
+    }
+
+    /// Why it is over, if it is.
+    pub fn stop(&self) -> Option<Stop> {
+        self.stop
+    }
+
+    /// The space that it searches.
+    pub fn space(&self) -> &Space {
+        &self.space
     }
 
     /// Where value and gradient are wanted next; once finished, the best point.

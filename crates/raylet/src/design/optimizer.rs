@@ -9,7 +9,7 @@ use crate::design::descent::{Descent, Rule};
 use crate::design::lbfgs::{Lbfgs, LbfgsSettings};
 use crate::design::schedule::Schedule;
 use crate::design::space::Space;
-use crate::design::step::{OptimizerError, Step};
+use crate::design::step::{OptimizerError, SavedError, Step, Stop};
 
 /// How to look for a minimum.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -45,6 +45,34 @@ pub enum Optimizer {
 }
 
 impl Optimizer {
+    /// Checks that a search which was read can have begun as `fresh` did, and can go on.
+    ///
+    /// # Errors
+    /// Another method, other settings or parameters, or what no search leaves.
+    pub fn check(&self, fresh: &Self) -> Result<(), SavedError> {
+        match (self, fresh) {
+            (Self::Lbfgs(search), Self::Lbfgs(fresh)) => search.check(fresh),
+            (Self::Descent(search), Self::Descent(fresh)) => search.check(fresh),
+            _ => Err(SavedError::Method),
+        }
+    }
+
+    /// The space that it searches.
+    pub fn space(&self) -> &Space {
+        match self {
+            Self::Lbfgs(search) => search.space(),
+            Self::Descent(search) => search.space(),
+        }
+    }
+
+    /// Why it is over, if it is.
+    pub fn stop(&self) -> Option<Stop> {
+        match self {
+            Self::Lbfgs(search) => search.stop(),
+            Self::Descent(search) => search.stop(),
+        }
+    }
+
     /// Where value and gradient are wanted next.
     pub fn point(&self) -> &[f64] {
         match self {
@@ -155,6 +183,7 @@ mod tests {
                 assert_eq!(stopped.tell(value, &gradient), here);
                 let text = serde_json::to_string(&stopped).unwrap();
                 stopped = serde_json::from_str(&text).unwrap();
+                assert_eq!(stopped.check(&started(method)), Ok(()));
                 let bits = |search: &Optimizer| {
                     let point = search.point().iter().map(|x| x.to_bits());
                     point.collect::<Vec<_>>()

@@ -73,6 +73,9 @@ pub enum ProjectError {
     /// The numbers make no system.
     #[error("{0}")]
     System(String),
+    /// Nothing that a search could compare.
+    #[error("a loss or a gradient that is not finite")]
+    NotFinite,
     /// An element that is not there.
     #[error("screen {0} has no pixels to design")]
     Pixels(usize),
@@ -98,6 +101,14 @@ pub struct Look {
     pub intensities: Vec<Array2<f64>>,
     /// ∫|U|² just behind the first screen of each channel, in mm² for unit amplitude.
     pub powers: Vec<f64>,
+}
+
+impl Look {
+    /// Whether the loss, its parts and its gradient are numbers.
+    pub fn is_finite(&self) -> bool {
+        let parts = self.parts.iter().flatten().chain(&self.gradient);
+        self.value.is_finite() && { parts }.all(|value| value.is_finite())
+    }
 }
 
 /// The frozen plans of all channels, made about some values of the numbers.

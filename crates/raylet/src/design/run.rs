@@ -6,7 +6,7 @@ use crate::design::estimator::{Estimator, Sight};
 use crate::design::exact;
 use crate::design::optimizer::Optimizer;
 use crate::design::project::{Look, Plans, Project, ProjectError};
-use crate::design::step::{Step, Stop};
+use crate::design::step::{SavedError, Step, Stop};
 use crate::engine::anchor::Anchor;
 
 /// Everything of a run that its next steps depend on.
@@ -29,6 +29,45 @@ pub struct State {
     pub evaluations: usize,
     /// Why the search is over, if it is.
     pub stop: Option<Stop>,
+}
+
+impl State {
+    /// Checks that a state which was read is one of the design that begins with the search `fresh` and does so many
+    /// iterations.
+    ///
+    /// # Errors
+    /// A search of something else, or what no run leaves.
+    pub fn check(
+        &self,
+        project: &Project,
+        fresh: &Optimizer,
+        iterations: usize,
+    ) -> Result<(), SavedError> {
+        self.search.check(fresh)?;
+        let space = fresh.space();
+        let anchored = match project.estimator {
+            Estimator::ControlVariate { .. } => self.evaluations > 0,
+            _ => false,
+        };
+        let done = self.search.iteration();
+        for (name, good) in [
+            ("planned point", space.holds(&self.planned)),
+            (
+                "anchor",
+                self.anchored.is_empty() != anchored && (!anchored || space.holds(&self.anchored)),
+            ),
+            ("share", (0.0..=1.0).contains(&self.share)),
+            ("number of iterations", done <= iterations),
+            ("number of evaluations", done <= self.evaluations),
+            ("last plan", self.planned_after <= done),
+            ("end", self.stop == self.search.stop()),
+        ] {
+            if !good {
+                return Err(SavedError::Content(name));
+            }
+        }
+        Ok(())
+    }
 }
 
 /// A design under way.
@@ -129,7 +168,7 @@ impl<'p> Run<'p> {
     /// Looks at the point the search asks for, and goes on.
     ///
     /// # Errors
-    /// When light cannot be carried there.
+    /// When light cannot be carried there, or no loss so far was a number.
     pub fn step(&mut self) -> Result<Found, ProjectError> {
         let look = self.possible()?;
         let state = &mut self.state;
@@ -137,6 +176,9 @@ impl<'p> Run<'p> {
         state.evaluations += 1;
         if let Step::Finished(stop) = step {
             state.stop = Some(stop);
+        }
+        if step == Step::Finished(Stop::NotFinite) && state.search.best().is_none() {
+            return Err(ProjectError::NotFinite);
         }
         let slope = look.gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
         if step == Step::Accepted {
@@ -216,6 +258,10 @@ impl<'p> Run<'p> {
     pub fn finish(&self) -> Result<Look, ProjectError> {
         let point = self.best();
         let plans = self.project.plan(point, 1.0)?;
-        self.project.look(&plans, point, 1.0)
+        let look = self.project.look(&plans, point, 1.0)?;
+        match look.is_finite() {
+            true => Ok(look),
+            false => Err(ProjectError::NotFinite),
+        }
     }
 }

@@ -157,6 +157,14 @@ impl Space {
         Ok(point)
     }
 
+    /// Whether a point has the right length and lies between the bounds.
+    pub fn holds(&self, point: &[f64]) -> bool {
+        let bounds = self.lower.iter().zip(&self.upper);
+        let inside =
+            |(x, (lower, upper)): (&f64, (&f64, &f64))| x.is_finite() && lower <= x && x <= upper;
+        point.len() == self.len() && point.iter().zip(bounds).all(inside)
+    }
+
     /// Where parameter `i` comes to by a step from `from`: not beyond its bounds, and onto one that it
     /// misses by rounding alone.
     #[inline]
@@ -213,6 +221,10 @@ mod tests {
         let start = space.start(vec![9.0, 9.0, -9.0, 9.0, 9.0]).unwrap();
         assert_eq!(start, [9.0, 2.0, -1.0, 9.0, 9.0]);
         assert_eq!(space.scales(), [1.0, 1.0, 0.1, 0.1, 1.0]);
+        assert!(space.holds(&start) && !space.holds(&start[1..]));
+        for outside in [2.1, f64::NAN, f64::INFINITY] {
+            assert!(!space.holds(&[0.0, outside, 0.0, 0.0, 0.0]));
+        }
 
         // Rounding leaves nothing between a step's end and the bound it was to reach.
         let from = 0.1 + 0.2;

@@ -68,3 +68,17 @@ pub fn demand(
         expected,
     })
 }
+
+/// Why a search that was read is none of these parameters.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum SavedError {
+    /// By another method.
+    #[error("a search by another method")]
+    Method,
+    /// With other settings, bounds or scales.
+    #[error("a search with other settings, bounds or scales")]
+    Settings,
+    /// A list of another length, or with what no search leaves.
+    #[error("a search whose {0} no search leaves so")]
+    Content(&'static str),
+}

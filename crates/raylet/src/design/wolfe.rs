@@ -114,6 +114,24 @@ impl Search {
         }
     }
 
+    /// Whether a search can have come to be so: one that was read may be anything.
+    pub fn is_sound(&self) -> bool {
+        let samples = [self.start, self.best, self.other];
+        let finite = |sample: &Sample| {
+            let numbers = [sample.step, sample.value, sample.slope];
+            numbers.iter().all(|number| number.is_finite())
+        };
+        let ahead = [self.trial, self.from, self.to, self.width, self.last_width];
+        samples.iter().all(finite)
+            && ahead.iter().all(|length| length.is_finite())
+            && self.start.step == 0.0
+            && self.start.slope < 0.0
+            && (0.0..=self.most).contains(&self.trial)
+            && self.most.is_finite()
+            && self.from <= self.to
+            && self.trials < TRIALS
+    }
+
     /// The step to be looked at.
     pub fn trial(&self) -> f64 {
         self.trial

@@ -1,10 +1,7 @@
 //! One 2-D array of a NumPy file (.npy, .npz).
-//!
-//! The header is read before the data, so that kind, shape and size can be refused in plain words before
-//! any memory is taken.
 
 use std::fs::File;
-use std::io::{self, Cursor, Read};
+use std::io::{self, Read};
 use std::path::Path;
 
 use ndarray::{Array2, ArrayD, ArrayView2, Ix2};
@@ -12,6 +9,10 @@ use ndarray_npy::{ReadNpyError, ReadNpyExt, ReadableElement};
 use num_complex::{Complex32, Complex64};
 
 use crate::file::fault::Fault;
+use crate::file::memory::MemoryLimit;
+use crate::file::npy_header::{Header, plain};
+use crate::file::quantity::Quantity;
+use crate::file::regular_file;
 
 /// A 2-D array indexed [y, x]; every value is finite.
 #[derive(Clone, Debug, PartialEq)]
@@ -20,13 +21,6 @@ pub enum Array {
     Real(Array2<f64>),
     /// From complex64 or complex128.
     Complex(Array2<Complex64>),
-}
-
-/// What the header of a NumPy array says.
-struct Header {
-    /// NumPy's name of the element type, without byte order, such as "f8".
-    kind: String,
-    shape: Vec<usize>,
 }
 
 /// A 2-D array indexed [y, x] that somebody else holds. Values need not be finite.
@@ -58,23 +52,30 @@ impl<'a> ArrayLook<'a> {
         }
     }
 
-    /// Tells the first value that is not finite, or that there is none at all.
-    pub(crate) fn check(&self) -> Result<(), String> {
+    /// Refuses an empty array, and the first value that is not finite or exceeds the magnitude of what the key
+    /// measures that holds the array, as (found, expected).
+    pub(crate) fn check(&self, key: &str) -> Result<(), (String, String)> {
         if self.shape().contains(&0) {
-            return Err(String::from("an empty array"));
+            let found = String::from("an empty array");
+            return Err((found, String::from("at least one value")));
         }
+        let quantity = Quantity::of_key(key);
+        let good = |x: f64| x.abs() <= quantity.largest;
         let bad = match self {
             ArrayLook::Real(values) => values
                 .indexed_iter()
-                .find(|(_, x)| !x.is_finite())
+                .find(|(_, x)| !good(**x))
                 .map(|(at, x)| (at, x.to_string())),
             ArrayLook::Complex(values) => values
                 .indexed_iter()
-                .find(|(_, z)| !z.is_finite())
+                .find(|(_, z)| !(good(z.re) && good(z.im)))
                 .map(|(at, z)| (at, z.to_string())),
         };
         match bad {
-            Some(((y, x), value)) => Err(format!("{value} at [{y}, {x}]")),
+            Some(((y, x), value)) => Err((
+                format!("{value} at [{y}, {x}]"),
+                format!("finite values only, each {quantity}"),
+            )),
             None => Ok(()),
         }
     }
@@ -116,8 +117,13 @@ impl Array {
             return Err(Fault::of_file(path, "no file name", "a .npy or .npz file"));
         }
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
-        let file = File::open(path)
-            .map_err(|error| Fault::of_file(path, error.to_string(), "a readable array file"))?;
+        let file = regular_file::open(path)
+            .map_err(|found| Fault::of_file(path, found, "a readable array file"))?;
+        let wanted = Wanted {
+            path,
+            field: usual,
+            limit: MemoryLimit::of_settings(limit),
+        };
         match extension.to_ascii_lowercase().as_str() {
             "npy" => match key {
                 Some(key) => Err(Fault::of_file(
@@ -125,9 +131,9 @@ impl Array {
                     format!("the key `{key}` for a .npy file"),
                     "no key: such a file holds one array",
                 )),
-                None => read_array(io::BufReader::new(file), path, limit),
+                None => wanted.array(io::BufReader::new(file)),
             },
-            "npz" => read_member(file, path, key, usual, limit),
+            "npz" => wanted.member(file, key),
             _ => Err(Fault::of_file(
                 path,
                 format!("a file of type `{extension}`"),
@@ -137,74 +143,85 @@ impl Array {
     }
 }
 
-/// One array of a .npz file, which is a zip archive of .npy files.
-fn read_member(
-    file: File,
-    path: &Path,
-    key: Option<&str>,
-    usual: &str,
-    limit: u64,
-) -> Result<Array, Fault> {
-    let broken = |error: zip::result::ZipError| {
-        Fault::of_file(path, error.to_string(), "an archive made by numpy.savez")
-    };
-    let mut archive = zip::ZipArchive::new(io::BufReader::new(file)).map_err(broken)?;
-    let names: Vec<String> = archive
-        .file_names()
-        .map(|name| name.trim_end_matches(".npy").to_owned())
-        .collect();
-
-    // Choose the array by name; without a name there must be no doubt.
-    let has = |wanted: &str| names.iter().any(|name| name == wanted);
-    let known = format!("one of its arrays: {}", names.join(", "));
-    let chosen = match (key, names.as_slice()) {
-        (Some(key), _) if has(key) => key,
-        (Some(key), _) => {
-            return Err(Fault::of_file(path, format!("no array `{key}`"), known));
-        }
-        (None, _) if has(usual) => usual,
-        (None, [only]) => only.as_str(),
-        (None, _) => {
-            return Err(Fault::of_file(path, "no `key` to choose an array", known));
-        }
-    };
-    let member = archive.by_name(&format!("{chosen}.npy")).map_err(broken)?;
-    read_array(member, path, limit)
+/// What is wanted of a file.
+#[derive(Clone, Copy)]
+struct Wanted<'a> {
+    path: &'a Path,
+    /// The key of the scene that names the file.
+    field: &'a str,
+    limit: MemoryLimit,
 }
 
-/// A .npy stream.
-fn read_array(mut stream: impl Read, path: &Path, limit: u64) -> Result<Array, Fault> {
-    let mut head = Vec::new();
-    let header = read_header(&mut stream, &mut head)
-        .map_err(|found| Fault::of_file(path, found, "a NumPy array as numpy.save writes it"))?;
-    check_header(&header, limit)
-        .map_err(|(found, expected)| Fault::of_file(path, found, expected))?;
+impl Wanted<'_> {
+    /// One array of a .npz file, which is a zip archive of .npy files.
+    fn member(&self, file: File, key: Option<&str>) -> Result<Array, Fault> {
+        let broken = |error: zip::result::ZipError| {
+            Fault::of_file(
+                self.path,
+                error.to_string(),
+                "an archive made by numpy.savez",
+            )
+        };
+        let mut archive = zip::ZipArchive::new(io::BufReader::new(file)).map_err(broken)?;
+        let names: Vec<String> = archive
+            .file_names()
+            .map(|name| name.trim_end_matches(".npy").to_owned())
+            .collect();
 
-    // The stream is given on with the header in front again.
-    let whole = Cursor::new(head).chain(stream);
-    let array = match header.kind.as_str() {
-        "c8" => complex::<Complex32>(whole, |z| Complex64::new(z.re.into(), z.im.into())),
-        "c16" => complex::<Complex64>(whole, |z| z),
-        "f8" => real::<f64>(whole, |x| x),
-        "f4" => real::<f32>(whole, f64::from),
-        "i1" => real::<i8>(whole, f64::from),
-        "i2" => real::<i16>(whole, f64::from),
-        "i4" => real::<i32>(whole, f64::from),
-        "i8" => real::<i64>(whole, |x| x as f64),
-        "u1" => real::<u8>(whole, f64::from),
-        "u2" => real::<u16>(whole, f64::from),
-        "u4" => real::<u32>(whole, f64::from),
-        "u8" => real::<u64>(whole, |x| x as f64),
-        _ => real::<bool>(whole, |open| f64::from(u8::from(open))),
-    };
-    let array = array.map_err(|error| {
-        Fault::of_file(path, error.to_string(), "all the data its header promises")
-    })?;
-    array
-        .look()
-        .check()
-        .map_err(|found| Fault::of_file(path, found, "finite values only"))?;
-    Ok(array)
+        // Choose the array by name; without a name there must be no doubt.
+        let has = |wanted: &str| names.iter().any(|name| name == wanted);
+        let known = format!("one of its arrays: {}", names.join(", "));
+        let chosen = match (key, names.as_slice()) {
+            (Some(key), _) if has(key) => key,
+            (Some(key), _) => {
+                return Err(Fault::of_file(
+                    self.path,
+                    format!("no array `{key}`"),
+                    known,
+                ));
+            }
+            (None, _) if has(self.field) => self.field,
+            (None, [only]) => only.as_str(),
+            (None, _) => {
+                let found = "no `key` to choose an array";
+                return Err(Fault::of_file(self.path, found, known));
+            }
+        };
+        let member = archive.by_name(&format!("{chosen}.npy")).map_err(broken)?;
+        self.array(member)
+    }
+
+    /// The array of a .npy stream.
+    fn array(&self, mut stream: impl Read) -> Result<Array, Fault> {
+        let refuse =
+            |(found, expected): (String, String)| Fault::of_file(self.path, found, expected);
+        let header = Header::read(&mut stream).map_err(|found| {
+            Fault::of_file(self.path, found, "a NumPy array as numpy.save writes it")
+        })?;
+        check_header(&header, self.limit).map_err(refuse)?;
+        let data = header.before(stream);
+        let array = match header.kind() {
+            "c8" => complex::<Complex32>(data, |z| Complex64::new(z.re.into(), z.im.into())),
+            "c16" => whole::<Complex64>(data).map(Array::Complex),
+            "f8" => whole::<f64>(data).map(Array::Real),
+            "f4" => real::<f32>(data, f64::from),
+            "i1" => real::<i8>(data, f64::from),
+            "i2" => real::<i16>(data, f64::from),
+            "i4" => real::<i32>(data, f64::from),
+            "i8" => real::<i64>(data, |x| x as f64),
+            "u1" => real::<u8>(data, f64::from),
+            "u2" => real::<u16>(data, f64::from),
+            "u4" => real::<u32>(data, f64::from),
+            "u8" => real::<u64>(data, |x| x as f64),
+            _ => real::<bool>(data, |open| f64::from(u8::from(open))),
+        };
+        let array = array.map_err(|error| {
+            let expected = "all the data its header promises, and no more";
+            Fault::of_file(self.path, plain(&error), expected)
+        })?;
+        array.look().check(self.field).map_err(refuse)?;
+        Ok(array)
+    }
 }
 
 /// Reads the data of a real array.
@@ -212,9 +229,7 @@ fn real<T: ReadableElement + Copy>(
     stream: impl Read,
     number: impl Fn(T) -> f64,
 ) -> Result<Array, ReadNpyError> {
-    Ok(Array::Real(
-        flat(ArrayD::<T>::read_npy(stream)?)?.mapv(number),
-    ))
+    Ok(Array::Real(whole::<T>(stream)?.mapv(number)))
 }
 
 /// Reads the data of a complex array.
@@ -222,118 +237,69 @@ fn complex<T: ReadableElement + Copy>(
     stream: impl Read,
     number: impl Fn(T) -> Complex64,
 ) -> Result<Array, ReadNpyError> {
-    Ok(Array::Complex(
-        flat(ArrayD::<T>::read_npy(stream)?)?.mapv(number),
-    ))
+    Ok(Array::Complex(whole::<T>(stream)?.mapv(number)))
 }
 
 /// The array with two axes and rows in memory order, whatever order the file had.
-fn flat<T: Copy>(array: ArrayD<T>) -> Result<Array2<T>, ReadNpyError> {
+fn whole<T: ReadableElement + Copy>(stream: impl Read) -> Result<Array2<T>, ReadNpyError> {
+    let array = ArrayD::<T>::read_npy(stream)?;
     let axes = array.ndim();
     let array = array
         .into_dimensionality::<Ix2>()
         .map_err(|_| ReadNpyError::WrongNdim(Some(2), axes))?;
-    Ok(array.as_standard_layout().into_owned())
-}
-
-/// Reads magic, version and header text into `head` and tells what they say.
-fn read_header(stream: &mut impl Read, head: &mut Vec<u8>) -> Result<Header, String> {
-    let mut take = |count: usize, head: &mut Vec<u8>| -> Result<(), String> {
-        let got = stream.take(count as u64).read_to_end(head);
-        match got {
-            Ok(got) if got == count => Ok(()),
-            Ok(_) => Err("a file that ends within its header".to_owned()),
-            Err(error) => Err(error.to_string()),
-        }
-    };
-    take(8, head)?;
-    if &head[..6] != b"\x93NUMPY" {
-        return Err("a file without NumPy's mark at its start".to_owned());
-    }
-
-    // The length of the header has 2 bytes in version 1 and 4 bytes later.
-    let width = if head[6] == 1 { 2 } else { 4 };
-    take(width, head)?;
-    let length = head[8..]
-        .iter()
-        .rev()
-        .fold(0, |n, &b| n * 256 + usize::from(b));
-    if length > 65_536 {
-        return Err(format!("a header of {length} bytes"));
-    }
-    take(length, head)?;
-    let text = String::from_utf8_lossy(&head[8 + width..]);
-    parse_header(&text).ok_or_else(|| format!("the header {}", text.trim()))
-}
-
-/// The element type and shape of a header such as
-/// `{'descr': '<f8', 'fortran_order': False, 'shape': (3, 4), }`.
-fn parse_header(text: &str) -> Option<Header> {
-    let after = |key: &str| text.split_once(key).map(|(_, rest)| rest.trim_start());
-    let descr = after("'descr':")?;
-    // A structured type is a list; it is told as it stands.
-    let kind = match descr.strip_prefix('\'') {
-        Some(rest) => rest
-            .split('\'')
-            .next()?
-            .trim_start_matches(['<', '>', '|', '=']),
-        None => "a structure",
-    };
-    let inside = after("'shape':")?.strip_prefix('(')?.split(')').next()?;
-    let lengths = inside.split(',').map(str::trim).filter(|s| !s.is_empty());
-    let shape = lengths
-        .map(|length| length.trim_end_matches('L').parse().ok())
-        .collect::<Option<Vec<usize>>>()?;
-    Some(Header {
-        kind: kind.to_owned(),
-        shape,
+    Ok(match array.is_standard_layout() {
+        true => array,
+        false => array.as_standard_layout().into_owned(),
     })
 }
 
 /// Refuses what cannot be a grid of numbers, as (found, expected).
-fn check_header(header: &Header, limit: u64) -> Result<(), (String, String)> {
+fn check_header(header: &Header, limit: MemoryLimit) -> Result<(), (String, String)> {
     let kinds = [
         "f8", "f4", "c16", "c8", "b1", "i1", "i2", "i4", "i8", "u1", "u2", "u4", "u8",
     ];
-    if !kinds.contains(&header.kind.as_str()) {
+    if !kinds.contains(&header.kind()) {
+        let kind: String = header.kind().chars().take(WIDEST_KIND).collect();
         return Err((
-            format!("elements of NumPy type `{}`", header.kind),
+            format!("elements of NumPy type `{kind}`"),
             "float32, float64, complex64, complex128, integers or bool".to_owned(),
         ));
     }
     let (ny, nx) = match *header.shape.as_slice() {
-        [ny, nx] if ny > 0 && nx > 0 => (ny as u64, nx as u64),
+        [ny, nx] if ny > 0 && nx > 0 => (ny, nx),
         [_, _] => return Err(("an empty array".to_owned(), "at least one pixel".to_owned())),
         _ => {
+            let axes = header.shape.len();
+            let shape: Vec<usize> = header.shape.iter().copied().take(MOST_AXES).collect();
             return Err((
-                format!(
-                    "an array of {} axes, shape {:?}",
-                    header.shape.len(),
-                    header.shape
-                ),
+                format!("an array of {axes} axes, shape {shape:?}"),
                 "two axes: [y, x]".to_owned(),
             ));
         }
     };
-    let each = if header.kind.starts_with('c') { 16 } else { 8 };
-    let bytes = ny.saturating_mul(nx).saturating_mul(each);
-    if bytes > limit {
-        return Err((
-            format!(
-                "{ny} x {nx} values that take {} MB",
-                bytes.div_ceil(1_000_000)
-            ),
-            format!(
-                "at most {} MB (settings.memory_limit_mb)",
-                limit / 1_000_000
-            ),
-        ));
-    }
-    Ok(())
+
+    // What is kept, and what is converted into it.
+    let each = if header.kind().starts_with('c') {
+        16
+    } else {
+        8
+    };
+    let kept = header.count().saturating_mul(each);
+    let converted = match header.data_bytes() {
+        same if same == kept && !header.columns_first => 0,
+        other => other,
+    };
+    let bytes = kept.saturating_add(converted);
+    limit.check(format!("{ny} x {nx} values"), bytes)
 }
+
+/// How many characters of the name of a type, and lengths of axes, a message shows at most.
+const WIDEST_KIND: usize = 40;
+const MOST_AXES: usize = 20;
 
 #[cfg(test)]
 mod tests {
+    use std::io::Write;
     use std::path::{Path, PathBuf};
 
     use ndarray::{Array1, Array2, ShapeBuilder, array};
@@ -457,10 +423,10 @@ mod tests {
         write_npy(&path, &array![[Complex64::new(0.0, f64::INFINITY)]]).expect("written");
         told("at [0, 0]", LIMIT);
         write_npy(&path, &Array2::<f32>::zeros((1000, 1000))).expect("written");
-        told("1000 x 1000 values that take 8 MB", 7_999_999);
+        told("1000 x 1000 values that take 12 MB", 11_999_999);
         let bytes = std::fs::read(&path).expect("read");
         std::fs::write(&path, &bytes[..bytes.len() - 4]).expect("written");
-        told("all the data its header promises", 8_000_000);
+        told("all the data its header promises", 12_000_000);
         let half = String::from_utf8_lossy(&bytes[..128]).replace("<f4", "<f2");
         assert!(half.contains("<f2"));
         std::fs::write(
@@ -469,5 +435,47 @@ mod tests {
         )
         .expect("written");
         told("elements of NumPy type `f2`", LIMIT);
+    }
+
+    /// An archive of 40 MB of zeros behind a header of four values; the reader once kept all that followed.
+    #[test]
+    fn compressed_data_behind_the_array_take_no_memory() {
+        let folder = folder();
+        let path = folder.path().join("bomb.npz");
+        let mut writer = zip::ZipWriter::new(std::fs::File::create(&path).expect("a file"));
+        let method = zip::CompressionMethod::Deflated;
+        let options = zip::write::SimpleFileOptions::default().compression_method(method);
+        writer.start_file("phase.npy", options).expect("a member");
+        let mut head = Vec::new();
+        let small = Array2::<f64>::zeros((2, 2));
+        ndarray_npy::WriteNpyExt::write_npy(&small, &mut head).expect("a header");
+        writer.write_all(&head).expect("written");
+        for _ in 0..40 {
+            writer.write_all(&[0; 1_000_000]).expect("written");
+        }
+        writer.finish().expect("an archive");
+        // One byte is enough to know.
+        let fault = refusal(&path, None, LIMIT);
+        assert!(
+            fault.contains("1 extra bytes") && fault.contains("and no more"),
+            "{fault}"
+        );
+    }
+
+    #[test]
+    fn values_keep_the_magnitude_of_what_they_measure() {
+        let folder = folder();
+        let path = folder.path().join("a.npy");
+        for (value, field, good) in [
+            (1e12, "phase", true),
+            (1e13, "phase", false),
+            (-1e155, "amplitude", false),
+            (1e15, "height_um", true),
+            (1e308, "height_um", false),
+        ] {
+            write_npy(&path, &array![[0.0, value]]).expect("written");
+            let read = Array::read(&path, None, field, LIMIT);
+            assert_eq!(read.is_ok(), good, "{value:e} {field}");
+        }
     }
 }

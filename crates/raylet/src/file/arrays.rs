@@ -11,6 +11,7 @@ use crate::file::array::{Array, ArrayLook};
 use crate::file::element::Element;
 use crate::file::fault::Fault;
 use crate::file::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
+use crate::file::memory::MemoryLimit;
 use crate::file::origin::Origin;
 use crate::file::sag::{GridShape, Sag, Shape};
 use crate::math::spline::FEWEST;
@@ -270,13 +271,11 @@ impl<'a> Loader<'_, 'a> {
             return Ok(());
         };
         let bytes = (nx as u64).saturating_mul(ny as u64).saturating_mul(16);
-        if bytes > self.left {
-            let megabytes = bytes.div_ceil(1_000_000);
-            let found = format!("{ny} rows of {nx} that take {megabytes} MB");
-            let left = self.left / 1_000_000;
-            let expected = format!("at most {left} MB (settings.memory_limit_mb)");
-            return Err(self.origin.fault(&format!("{path}.size"), found, expected));
-        }
+        MemoryLimit::of_settings(self.left)
+            .check(format!("{ny} rows of {nx}"), bytes)
+            .map_err(|(found, expected)| {
+                self.origin.fault(&format!("{path}.size"), found, expected)
+            })?;
         self.left -= bytes;
         Ok(())
     }
@@ -305,10 +304,8 @@ impl<'a> Loader<'_, 'a> {
     ) -> Result<Source<'a>, Fault> {
         let path = format!("{path}.{field}");
         if let Some(look) = self.lent.get(&path) {
-            look.check().map_err(|found| {
-                self.origin
-                    .fault(&path, found, "at least one value, and finite values only")
-            })?;
+            look.check(field)
+                .map_err(|(found, expected)| self.origin.fault(&path, found, expected))?;
             let lent = Source::Lent(*look);
             self.by_field.insert(path, lent.clone());
             return Ok(lent);

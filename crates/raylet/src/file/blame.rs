@@ -1,7 +1,7 @@
 //! Faults found while computing, told at the element of the scene they belong to.
 
 use crate::engine::eikonal::EikonalError;
-use crate::engine::plan::PlanError;
+use crate::engine::plan_error::PlanError;
 use crate::engine::reference::ReferenceError;
 use crate::engine::simulate::SimulateError;
 use crate::file::fault::Fault;
@@ -22,7 +22,7 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
             scene.fault(&path_of(scene, name), told, expected)
         }
         SimulateError::NotFinite(name) => {
-            let expected = "a system whose field is finite; please report this one";
+            let expected = "a system whose field is finite: sizes, distances and amplitudes that lie less far apart";
             scene.fault(&path_of(scene, name), told, expected)
         }
         SimulateError::Sum(_) => {
@@ -32,6 +32,10 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
     }
 }
 
+/// What may help where a hop takes many plane waves.
+const NEARER: &str = "a greater distance behind it asks for less; what touches a diffractive element, such as a thin \
+                      lens, can be one of its layers";
+
 fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
     let (screen, found, expected) = match error {
         PlanError::Dark { to, .. } => (
@@ -40,6 +44,10 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
             String::from("a place that light reaches through the elements before it"),
         ),
         PlanError::Boundless(name) => return without_edge(scene, name),
+        PlanError::NotFinite { from, .. } => {
+            let expected = "sizes, distances and widths that lie less far apart";
+            return scene.fault(&path_of(scene, from), error.to_string(), expected);
+        }
         PlanError::Modes {
             screen,
             modes: [nx, ny],
@@ -75,11 +83,8 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
         ),
     };
     if let PlanError::Directions { .. } = error {
-        let hint = "a greater distance behind it asks for less; what touches a diffractive element, such as a thin \
-                    lens, can be one of its layers";
-        return scene
-            .fault(&path_of(scene, screen), found, expected)
-            .hint(hint);
+        let fault = scene.fault(&path_of(scene, screen), found, expected);
+        return fault.hint(NEARER);
     }
 
     // A width that was asked for is more likely wrong than the element.

@@ -1,7 +1,7 @@
 //! What elements are called: by their names, or by their places where they have none.
 
 use crate::file::element::{Element, WITH_PIXELS};
-use crate::file::fault::Fault;
+use crate::file::fault::{Fault, shortened};
 use crate::file::misfit::nearest;
 use crate::file::scene::Scene;
 
@@ -21,7 +21,7 @@ impl Scene {
     pub(crate) fn nameless(&self, path: &str, given: &str) -> Fault {
         let names: Vec<String> = (0..self.element.len()).map(|i| self.called(i)).collect();
         let names: Vec<&str> = names.iter().map(String::as_str).collect();
-        let found = format!("\"{given}\", which no element is called");
+        let found = format!("\"{}\", which no element is called", shortened(given));
         let fault = self.fault(path, found, WITH_PIXELS);
         match nearest(given, &names) {
             Some(name) => fault.hint(format!("did you mean \"{name}\"?")),

@@ -13,6 +13,9 @@ use crate::file::sag::{Sag, check_extent};
 const RADII: usize = 256;
 const DIRECTIONS: usize = 16;
 
+/// The most elements of a scene: each is compared with all others.
+const MOST_ELEMENTS: usize = 10_000;
+
 /// Checks the elements of a scene against each other. Surfaces whose array is not loaded yet are passed
 /// over.
 ///
@@ -23,6 +26,10 @@ pub(crate) fn check_elements(
     arrays: &Arrays,
     origin: &Origin,
 ) -> Result<(), Fault> {
+    if elements.len() > MOST_ELEMENTS {
+        let found = format!("{} elements", elements.len());
+        return Err(origin.fault("element", found, format!("at most {MOST_ELEMENTS}")));
+    }
     check_sensor(elements, origin)?;
     check_names(elements, origin)?;
     // +1 while light runs towards +z.

@@ -4,9 +4,10 @@ use std::path::{Path, PathBuf};
 
 use ndarray::{Array2, Array3, ArrayView2, Axis};
 use num_complex::Complex64;
-use serde::Serialize;
+use serde::{Deserialize, Serialize};
 
 use crate::file::fault::Fault;
+use crate::file::memory::MemoryLimit;
 use crate::file::npz::Fields;
 use crate::file::report::Metrics;
 use crate::file::results::FIELD_FILE;
@@ -28,7 +29,7 @@ pub struct Side {
 }
 
 /// How alike two runs are.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// The version of this document.
     pub version: u32,
@@ -43,7 +44,7 @@ pub struct Comparison {
 }
 
 /// How alike two runs are at one wavelength.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct ChannelLikeness {
     /// Vacuum wavelength in micrometres.
     pub wavelength_um: f64,
@@ -53,7 +54,7 @@ pub struct ChannelLikeness {
 }
 
 /// How alike a field A is to a reference B; absent numbers do not exist, as of dark fields.
-#[derive(Clone, Debug, PartialEq, Serialize)]
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Likeness {
     /// Normalised cross-correlation of the intensities, means not removed.
     pub ncc: Option<f64>,
@@ -72,7 +73,7 @@ pub struct Likeness {
 }
 
 /// A complex factor.
-#[derive(Clone, Copy, Debug, PartialEq, Serialize)]
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Factor {
     /// |c|.
     pub modulus: f64,
@@ -84,13 +85,13 @@ impl Side {
     /// Reads a field.npz, or the one in a folder of results.
     ///
     /// # Errors
-    /// A file that cannot be used, or positions with unequal steps.
-    pub fn read(path: &Path) -> Result<Self, Fault> {
+    /// A file that cannot be used, arrays beyond the limit, or positions with unequal steps.
+    pub fn read(path: &Path, limit: MemoryLimit) -> Result<Self, Fault> {
         let path = match path.is_dir() {
             true => path.join(FIELD_FILE),
             false => path.to_path_buf(),
         };
-        let fields = Fields::read(&path)?;
+        let fields = Fields::read(&path, limit)?;
         for (name, axis) in [("x_mm", &fields.x_mm), ("y_mm", &fields.y_mm)] {
             let step = (axis[axis.len() - 1] - axis[0]) / (axis.len().max(2) - 1) as f64;
             let even = |(i, p): (usize, &f64)| (p - axis[0] - i as f64 * step).abs() <= TOLERANCE;

@@ -3,7 +3,8 @@
 //! The `toml` crate's own deserializer loses lines inside enums chosen by a `kind` key, because serde has
 //! to buffer them. This one walks the parsed tree, so it can look at `kind` first and then read the rest
 //! of the same table in place. It also takes the keys in the order of the file, so the first fault told
-//! is the first in the text, and refuses numbers that are not finite unless a field asks for them.
+//! is the first in the text, refuses numbers that are not finite unless a field asks for them, and holds every number
+//! to the magnitude of what its key measures.
 
 use std::ops::Range;
 
@@ -15,9 +16,10 @@ use serde::de::{
 use toml::Spanned;
 use toml::de::{DeArray, DeString, DeTable, DeValue};
 
-use crate::file::fault::Fault;
+use crate::file::fault::{Fault, shortened};
 use crate::file::misfit::{Misfit, one_of};
 use crate::file::origin::Origin;
+use crate::file::quantity::Quantity;
 
 /// The name under which an enum asks to be chosen by the `kind` key of its table; see [`tagged!`].
 pub(crate) const BY_KIND: &str = "an enum chosen by kind";
@@ -69,9 +71,10 @@ struct Table<'t> {
     skip: Option<&'static str>,
 }
 
-/// Any value with its place.
+/// Any value with its place, and what numbers in it measure.
 struct Value<'t> {
     value: &'t Spanned<DeValue<'t>>,
+    quantity: Quantity,
 }
 
 impl<'de> Table<'de> {
@@ -138,7 +141,8 @@ impl<'de> MapAccess<'de> for Entries<'de> {
             .value
             .take()
             .ok_or_else(|| Misfit::custom("a value without a key"))?;
-        seed.deserialize(Value { value })
+        let quantity = Quantity::of_key(key.get_ref());
+        seed.deserialize(Value { value, quantity })
             .map_err(|misfit| misfit.at(value.span()).below_key(key.get_ref()))
     }
 }
@@ -146,6 +150,7 @@ impl<'de> MapAccess<'de> for Entries<'de> {
 /// The items of a list, one after the other.
 struct Items<'t> {
     array: &'t DeArray<'t>,
+    quantity: Quantity,
     next: usize,
 }
 
@@ -160,7 +165,8 @@ impl<'de> SeqAccess<'de> for Items<'de> {
             return Ok(None);
         };
         self.next += 1;
-        seed.deserialize(Value { value })
+        let quantity = self.quantity;
+        seed.deserialize(Value { value, quantity })
             .map(Some)
             .map_err(|misfit| misfit.at(value.span()).below_index(self.next - 1))
     }
@@ -170,23 +176,56 @@ impl<'de> SeqAccess<'de> for Items<'de> {
     }
 }
 
+/// A value as serde sees what it did not expect.
+fn unexpected<'t>(value: &'t DeValue<'t>) -> Unexpected<'t> {
+    match value {
+        DeValue::Table(_) => Unexpected::Map,
+        DeValue::Array(_) => Unexpected::Seq,
+        DeValue::String(text) => Unexpected::Str(text),
+        DeValue::Boolean(value) => Unexpected::Bool(*value),
+        DeValue::Datetime(_) => Unexpected::Other("a date"),
+        DeValue::Integer(digits) => Unexpected::Other(digits.as_str()),
+        DeValue::Float(digits) => Unexpected::Other(digits.as_str()),
+    }
+}
+
 impl<'de> Value<'de> {
     /// The value as serde sees what it did not expect.
     fn unexpected(&self) -> Unexpected<'de> {
-        match self.value.get_ref() {
-            DeValue::Table(_) => Unexpected::Map,
-            DeValue::Array(_) => Unexpected::Seq,
-            DeValue::String(text) => Unexpected::Str(text),
-            DeValue::Boolean(value) => Unexpected::Bool(*value),
-            DeValue::Datetime(_) => Unexpected::Other("a date"),
-            DeValue::Integer(digits) => Unexpected::Other(digits.as_str()),
-            DeValue::Float(digits) => Unexpected::Other(digits.as_str()),
+        unexpected(self.value.get_ref())
+    }
+
+    /// Refuses a number beyond the magnitude of what it measures.
+    fn check_magnitude(&self, value: f64, digits: &str) -> Result<(), Misfit> {
+        match self.quantity.admits(value) {
+            true => Ok(()),
+            false => Err(Misfit::new(shortened(digits), self.quantity.to_string())),
+        }
+    }
+
+    /// Refuses a text that is longer than names are, or paths of files.
+    fn check_length(&self, text: &str) -> Result<(), Misfit> {
+        let longest = self.quantity.longest;
+        match text.len() <= longest {
+            true => Ok(()),
+            false => Err(Misfit::new(
+                format!("a text of {} bytes", text.len()),
+                format!("at most {longest} bytes"),
+            )),
         }
     }
 
     /// Hands a list over and refuses what is left of it: a fixed length is exact.
-    fn list<V: Visitor<'de>>(array: &'de DeArray<'de>, visitor: V) -> Result<V::Value, Misfit> {
-        let mut items = Items { array, next: 0 };
+    fn list<V: Visitor<'de>>(
+        array: &'de DeArray<'de>,
+        quantity: Quantity,
+        visitor: V,
+    ) -> Result<V::Value, Misfit> {
+        let mut items = Items {
+            array,
+            quantity,
+            next: 0,
+        };
         let value = visitor.visit_seq(&mut items)?;
         if items.next < array.len() {
             let length = format!("an array of length {}", items.next);
@@ -210,12 +249,18 @@ impl<'de> Deserializer<'de> for Value<'de> {
 
     fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
         match self.value.get_ref() {
-            DeValue::String(text) => visitor.visit_borrowed_str(text),
+            DeValue::String(text) => {
+                self.check_length(text)?;
+                visitor.visit_borrowed_str(text)
+            }
             DeValue::Boolean(value) => visitor.visit_bool(*value),
             DeValue::Datetime(_) => Err(Misfit::invalid_type(self.unexpected(), &visitor)),
             DeValue::Integer(digits) => {
                 match i64::from_str_radix(digits.as_str(), digits.radix()) {
-                    Ok(value) => visitor.visit_i64(value),
+                    Ok(value) => {
+                        self.check_magnitude(value as f64, &value.to_string())?;
+                        visitor.visit_i64(value)
+                    }
                     Err(_) => Err(Misfit::new(
                         "a whole number beyond 64 bits",
                         "a smaller one",
@@ -223,10 +268,13 @@ impl<'de> Deserializer<'de> for Value<'de> {
                 }
             }
             DeValue::Float(digits) => match digits.as_str().parse() {
-                Ok(value) => visitor.visit_f64(value),
+                Ok(value) => {
+                    self.check_magnitude(value, digits.as_str())?;
+                    visitor.visit_f64(value)
+                }
                 Err(_) => Err(Misfit::invalid_type(self.unexpected(), &visitor)),
             },
-            DeValue::Array(array) => Self::list(array, visitor),
+            DeValue::Array(array) => Self::list(array, self.quantity, visitor),
             DeValue::Table(table) => {
                 Self::table(table, self.value.span(), None).deserialize_any(visitor)
             }
@@ -238,7 +286,7 @@ impl<'de> Deserializer<'de> for Value<'de> {
         if let DeValue::Float(digits) = self.value.get_ref() {
             let finite = digits.as_str().parse().is_ok_and(f64::is_finite);
             if !finite {
-                return Err(Misfit::new(digits.as_str(), "a finite number"));
+                return Err(Misfit::new(shortened(digits.as_str()), "a finite number"));
             }
         }
         self.deserialize_any(visitor)
@@ -333,7 +381,7 @@ fn by_kind<'t>(
             });
         }
         DeValue::String(tag) => Misfit::unknown_variant(tag, variants),
-        _ => Misfit::invalid_type(Value { value: kind }.unexpected(), &"a string"),
+        other => Misfit::invalid_type(unexpected(other), &"a string"),
     };
     Err(misfit.at(kind.span()).below_key(KIND))
 }
@@ -356,7 +404,10 @@ fn by_only_key<'t>(
     match (entries.next(), entries.next()) {
         (Some((key, value)), None) => Ok(Choice {
             tag: key.get_ref(),
-            content: Value { value },
+            content: Value {
+                value,
+                quantity: Quantity::of_key(key.get_ref()),
+            },
             below: Some(value.span()),
         }),
         (None, _) => Err(Misfit::new("an empty table", "one key").at(span)),

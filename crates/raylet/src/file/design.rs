@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::file::estimator::Estimator;
-use crate::file::number::{acute, from_one, not_negative, positive};
+use crate::file::number::{acute, count, from_one, not_negative, positive};
 use crate::file::wish::Wish;
 
 /// A design by gradients through the real system: what is free, what is wanted, and how it is sought.
@@ -15,8 +15,8 @@ use crate::file::wish::Wish;
 #[serde(deny_unknown_fields)]
 pub struct Design {
     /// Number of iterations.
-    #[serde(default = "hundred", deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1))]
+    #[serde(default = "hundred", deserialize_with = "count")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub iterations: usize,
     /// How the minimum is sought.
     #[serde(default)]
@@ -27,11 +27,11 @@ pub struct Design {
     pub estimator: Option<Estimator>,
     /// Length of a step of adam or momentum, in radians; 0.2 by default.
     #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub rate: Option<f64>,
     /// Length of the last step, to which that of the first falls along half a cosine; the same by default.
     #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub last_rate: Option<f64>,
     /// What the phases of the element of `[hologram]` are at first; `spread` by default.
     #[serde(default)]
@@ -42,12 +42,12 @@ pub struct Design {
     #[schemars(extend("minimum" = 0))]
     pub efficiency: Option<f64>,
     /// Number of equal phase levels of the element of `[hologram]`; any phase by default.
-    #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 2))]
+    #[serde(default, deserialize_with = "count")]
+    #[schemars(extend("minimum" = 2, "maximum" = 1_000_000_000))]
     pub levels: Option<usize>,
     /// Pixels along a side of the blocks of the element of `[hologram]` that have one phase; 1 by default.
-    #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1))]
+    #[serde(default, deserialize_with = "count")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub block: Option<usize>,
     /// Elements whose pixels are designed.
     #[serde(default)]
@@ -62,8 +62,8 @@ pub struct Design {
     #[serde(default)]
     pub loss: Vec<Wish>,
     /// Iterations between two checkpoints.
-    #[serde(default = "ten", deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1))]
+    #[serde(default = "ten", deserialize_with = "count")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub checkpoint: usize,
 }
 
@@ -81,16 +81,16 @@ pub struct Part {
     #[serde(default = "flat")]
     pub start: Start,
     /// Number of equal levels of phase or height that can be made; any by default.
-    #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 2))]
+    #[serde(default, deserialize_with = "count")]
+    #[schemars(extend("minimum" = 2, "maximum" = 1_000_000_000))]
     pub levels: Option<usize>,
     /// Pixels along a side of the blocks that have one value: the smallest feature.
-    #[serde(default = "one", deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1))]
+    #[serde(default = "one", deserialize_with = "count")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub block: usize,
     /// Radius in blocks of the conic blur before the levels, which makes smaller features rare.
     #[serde(default, deserialize_with = "from_one")]
-    #[schemars(extend("minimum" = 1))]
+    #[schemars(extend("minimum" = 1, "maximum" = 1e6))]
     pub blur: Option<f64>,
     /// Price of steps between neighbouring pixels: this times the mean of 2 − 2cos(step) is added to the loss.
     #[serde(default, deserialize_with = "not_negative")]
@@ -98,7 +98,7 @@ pub struct Part {
     pub smoothness: f64,
     /// Largest height in micrometres where heights are free; by default one wave of the first wavelength.
     #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub highest_um: Option<f64>,
 }
 
@@ -157,7 +157,7 @@ pub struct Variable {
     pub path: String,
     /// By how much it is worth changing it: the unit of its steps. A thousandth of its value by default.
     #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub scale: Option<f64>,
     /// The smallest value that it may have, as it stands in the scene.
     #[serde(default)]

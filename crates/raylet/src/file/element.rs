@@ -6,7 +6,7 @@ use serde::{Deserialize, Serialize};
 use crate::file::decode::tagged;
 use crate::file::layer::Layer;
 use crate::file::material::Material;
-use crate::file::number::{not_empty, not_zero, one_or_pair_schema, pitch, positive};
+use crate::file::number::{count, not_empty, not_zero, one_or_pair_schema, pitch};
 use crate::file::opening::Aperture;
 use crate::file::sag::Sag;
 use crate::file::table::table;
@@ -130,7 +130,7 @@ table! {
     /// The plane where the field is wanted: sample points at the centres of a grid of pixels.
     pub struct SensorElement with [place] {
         /// Number of pixels [nx, ny].
-        #[serde(deserialize_with = "positive")]
+        #[serde(deserialize_with = "count")]
         pub pixels: [usize; 2],
         /// Distance of neighbouring pixel centres in micrometres: one number, or [x, y].
         #[serde(deserialize_with = "pitch")]

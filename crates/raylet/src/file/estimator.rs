@@ -3,7 +3,7 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::file::number::positive;
+use crate::file::number::{count, positive};
 
 /// Beamlets that are drawn instead of followed all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -12,16 +12,16 @@ pub struct Estimator {
     /// How.
     pub kind: Drawing,
     /// Beamlets drawn of each patch.
-    #[serde(default = "sixty_four", deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1))]
+    #[serde(default = "sixty_four", deserialize_with = "count")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub each: usize,
     /// Iterations from one exact look to the next, for `control_variate`.
-    #[serde(default = "ten", deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1))]
+    #[serde(default = "ten", deserialize_with = "count")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub refresh: usize,
     /// Temperature of the soft maximum, for `gumbel`.
     #[serde(default = "unity", deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub temperature: f64,
 }
 

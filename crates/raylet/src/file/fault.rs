@@ -7,6 +7,28 @@ use std::path::{Path, PathBuf};
 /// Longest part of a line that is shown, in characters.
 const WIDEST: usize = 160;
 
+/// The most characters of a value that a message shows.
+const MOST_OF_A_VALUE: usize = 200;
+
+/// The most characters of a finding or of an expectation, which may name several values.
+const MOST: usize = 1000;
+
+/// At most so many characters of a text, and how many it has where some are left out.
+fn cut(text: String, most: usize) -> String {
+    match text.char_indices().nth(most) {
+        None => text,
+        Some((end, _)) => {
+            let count = text.chars().count();
+            format!("{}… ({count} characters)", &text[..end])
+        }
+    }
+}
+
+/// At most 200 characters of a value for a message.
+pub fn shortened(value: &str) -> String {
+    cut(value.to_owned(), MOST_OF_A_VALUE)
+}
+
 /// Why an input file was refused, with its address.
 ///
 /// Displayed over several lines: the address with the finding and the expectation on the first, then the
@@ -61,8 +83,8 @@ impl Fault {
     pub fn at(address: Address, found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self {
             address: Box::new(address),
-            found: found.into(),
-            expected: expected.into(),
+            found: cut(found.into(), MOST),
+            expected: cut(expected.into(), MOST),
             hint: None,
         }
     }
@@ -175,7 +197,7 @@ impl fmt::Display for Excerpt {
 mod tests {
     use std::path::Path;
 
-    use crate::file::fault::{Address, Excerpt, Fault};
+    use crate::file::fault::{Address, Excerpt, Fault, shortened};
 
     #[test]
     fn display_underlines_the_place() {
@@ -223,6 +245,15 @@ mod tests {
             let (shown, marks) = (lines[1].chars().count(), lines[2].chars().count());
             assert!(marks <= shown && lines[2].contains('^'), "{told}");
         }
+    }
+
+    #[test]
+    fn messages_are_short_whatever_was_found() {
+        let long = "µ".repeat(100_000);
+        let found = Fault::of_file(Path::new("a"), &*long, &*long).to_string();
+        assert!(found.chars().count() < 2200 && found.contains("(100000 characters)"));
+        assert_eq!(shortened("short"), "short");
+        assert!(shortened(&long).chars().count() < 230);
     }
 
     #[test]

@@ -14,8 +14,9 @@ use crate::file::blame::blame;
 use crate::file::build;
 use crate::file::element::{Element, WITH_PIXELS};
 use crate::file::fault::Fault;
-use crate::file::image::read_gray;
+use crate::file::image::{ImageError, read_gray};
 use crate::file::layer::{Layer, PixelLayer};
+use crate::file::memory::MemoryLimit;
 use crate::file::phase_file::PhaseFile;
 use crate::file::scene::Scene;
 use crate::file::settings::Hologram;
@@ -123,6 +124,10 @@ impl Commission {
     pub fn blame(&self, scene: &Scene, error: &HologramError) -> Fault {
         let (path, expected) = match error {
             HologramError::Collins(_) => (&*self.element, "a sensor that is not in an image of it"),
+            HologramError::NotFinite => (
+                &*self.element,
+                "sizes and distances that lie less far apart",
+            ),
             HologramError::Dark => (&*self.element, "an opening that light reaches"),
             HologramError::Black => ("hologram.target", "a picture that is not all black"),
             HologramError::Outside { .. } => ("hologram.size_mm", "at most the sensor's size"),
@@ -211,7 +216,13 @@ pub(crate) fn picture_of(scene: &Scene, file: &Path, at: &str) -> Result<Array2<
     }
     let file = scene.origin.beside(file);
     let refuse = |found: String| scene.fault(at, found, "a PNG picture beside the scene");
-    read_gray(&file).map_err(|error| refuse(error.to_string()))
+    let limit = MemoryLimit::of_settings(scene.memory_limit());
+    read_gray(&file, limit).map_err(|error| match error {
+        ImageError::Memory {
+            found, expected, ..
+        } => scene.fault(at, found, expected),
+        other => refuse(other.to_string()),
+    })
 }
 
 /// The field at the pixel centres of the blank element, behind it.
@@ -267,6 +278,7 @@ mod tests {
     use crate::file::fault::Fault;
     use crate::file::hologram::{Commission, commission};
     use crate::file::image::write_gray16;
+    use crate::file::own_file::Replace;
     use crate::file::phase_file::PhaseFile;
     use crate::file::scene::Scene;
 
@@ -397,11 +409,12 @@ size_mm = [0.4, 0.2]
         let room = tempfile::tempdir().unwrap();
         let file = room.path().join("phase.npy");
         for phase in [array![[1.0, -2.0]], array![[0.5], [3.0]]] {
-            let claimed = PhaseFile::claim(&file).unwrap();
+            let claimed = PhaseFile::claim(&file, Replace::Own).unwrap();
             asked_for.write(&phase, &claimed).unwrap();
             let read = Array::read(&file, None, "phase", 1000).unwrap();
             assert_eq!(read, Array::Real(phase / 2.0));
         }
-        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 1);
+        // The array and its record.
+        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 2);
     }
 }

@@ -9,6 +9,9 @@ use std::path::{Path, PathBuf};
 
 use ndarray::{Array2, ArrayView2, Axis, Zip};
 
+use crate::file::memory::MemoryLimit;
+use crate::file::regular_file;
+
 /// Largest number of pixels read or written: 100 million.
 pub const PIXEL_LIMIT: u64 = 100_000_000;
 
@@ -22,6 +25,24 @@ pub enum ImageError {
         path: PathBuf,
         /// What the file system said.
         source: std::io::Error,
+    },
+    /// The file is not regular, or cannot be opened.
+    #[error("{}: {found}", path.display())]
+    Unreadable {
+        /// The file concerned.
+        path: PathBuf,
+        /// What was found.
+        found: String,
+    },
+    /// The picture takes more memory than allowed.
+    #[error("{}: found {found}, expected {expected}", path.display())]
+    Memory {
+        /// The file concerned.
+        path: PathBuf,
+        /// How much it takes.
+        found: String,
+        /// How much is allowed.
+        expected: String,
     },
     /// The file is not a PNG.
     #[error("{}: expected a PNG image, found {found}", path.display())]
@@ -74,9 +95,9 @@ pub enum ImageError {
 /// The result is indexed [y, x] with y upwards. Stored values are taken as they are, without
 /// undoing a display gamma; colours become the Rec. 709 luma 0.2126 R + 0.7152 G + 0.0722 B of
 /// the stored values; what is transparent is dark (the value times alpha). Of an animation the
-/// first frame is read. Errors name the file; pictures over [`PIXEL_LIMIT`] are refused before
-/// memory is taken for them.
-pub fn read_gray(path: impl AsRef<Path>) -> Result<Array2<f64>, ImageError> {
+/// first frame is read. Errors name the file; pictures over [`PIXEL_LIMIT`], and those which take more
+/// than the limit on memory while they are read, are refused before memory is taken for them.
+pub fn read_gray(path: impl AsRef<Path>, limit: MemoryLimit) -> Result<Array2<f64>, ImageError> {
     let path = path.as_ref();
     let io = |source| ImageError::Io {
         path: path.into(),
@@ -88,7 +109,11 @@ pub fn read_gray(path: impl AsRef<Path>) -> Result<Array2<f64>, ImageError> {
     };
 
     // Look at the first bytes: another format deserves its name in the message.
-    let mut file = BufReader::new(File::open(path).map_err(io)?);
+    let file = regular_file::open(path).map_err(|found| ImageError::Unreadable {
+        path: path.into(),
+        found,
+    })?;
+    let mut file = BufReader::new(file);
     let mut magic = Vec::with_capacity(12);
     file.by_ref().take(12).read_to_end(&mut magic).map_err(io)?;
     if let Some(found) = foreign_format(&magic) {
@@ -98,15 +123,28 @@ pub fn read_gray(path: impl AsRef<Path>) -> Result<Array2<f64>, ImageError> {
     file.rewind().map_err(io)?;
 
     // The header comes before the pixels, so the size is known before memory is taken.
-    let mut decoder = png::Decoder::new(file);
+    let most = usize::try_from(limit.bytes).unwrap_or(usize::MAX);
+    let mut decoder = png::Decoder::new_with_limits(file, png::Limits { bytes: most });
     let header = decoder.read_header_info().map_err(decode)?;
-    refuse_large(path, header.width.into(), header.height.into())?;
+    let (width, height) = (header.width, header.height);
+    refuse_large(path, width.into(), height.into())?;
 
     // Palettes, low bit depths and transparency keys are expanded to plain channels.
     decoder.set_transformations(png::Transformations::EXPAND);
     let mut reader = decoder.read_info().map_err(decode)?;
     let size = reader.output_buffer_size();
-    let mut bytes = vec![0; size.ok_or_else(|| decode(png::DecodingError::LimitsExceeded))?];
+    let size = size.ok_or_else(|| decode(png::DecodingError::LimitsExceeded))?;
+    let values = 8 * u64::from(width) * u64::from(height);
+    let taken = values.saturating_add(size as u64);
+    let what = format!("{width} x {height} pixels");
+    limit
+        .check(what, taken)
+        .map_err(|(found, expected)| ImageError::Memory {
+            path: path.into(),
+            found,
+            expected,
+        })?;
+    let mut bytes = vec![0; size];
     let frame = reader.next_frame(&mut bytes).map_err(decode)?;
 
     Ok(gray_values(&frame, &bytes))
@@ -293,6 +331,12 @@ mod tests {
     use ndarray::{Array2, array};
 
     use crate::file::image::{ImageError, encode, read_gray, resize, write_gray16};
+    use crate::file::memory::MemoryLimit;
+
+    const LIMIT: MemoryLimit = MemoryLimit {
+        bytes: 1_000_000,
+        set_by: "settings.memory_limit_mb",
+    };
 
     /// A PNG of the given kind in a temporary file.
     fn png_file(
@@ -310,7 +354,7 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         let values = Array2::from_shape_fn((5, 7), |(y, x)| (y * 7 + x) as f64 * 1873.0 / 65535.0);
         write_gray16(file.path(), values.view(), [0.0, 1.0]).unwrap();
-        let back = read_gray(file.path()).unwrap();
+        let back = read_gray(file.path(), LIMIT).unwrap();
         assert!((&back - &values).iter().all(|d| d.abs() < 1e-15));
     }
 
@@ -318,7 +362,7 @@ mod tests {
     fn the_top_of_the_file_is_plus_y() {
         let gray = (png::ColorType::Grayscale, png::BitDepth::Eight);
         let file = png_file([2, 2], gray, &[255, 0, 51, 102]);
-        let back = read_gray(file.path()).unwrap();
+        let back = read_gray(file.path(), LIMIT).unwrap();
         assert_eq!(back, array![[0.2, 0.4], [1.0, 0.0]]);
     }
 
@@ -327,7 +371,7 @@ mod tests {
         let rgba = (png::ColorType::Rgba, png::BitDepth::Eight);
         let pixels = [0, 255, 0, 255, 255, 255, 255, 0, 255, 0, 0, 51];
         let file = png_file([3, 1], rgba, &pixels);
-        let back = read_gray(file.path()).unwrap();
+        let back = read_gray(file.path(), LIMIT).unwrap();
         let want = array![[0.7152, 0.0, 0.2126 * 0.2]];
         assert!((&back - &want).iter().all(|d| d.abs() < 1e-15), "{back}");
     }
@@ -344,7 +388,7 @@ mod tests {
         writer.finish().unwrap();
         let file = tempfile::NamedTempFile::new().unwrap();
         std::fs::write(file.path(), bytes).unwrap();
-        let back = read_gray(file.path()).unwrap();
+        let back = read_gray(file.path(), LIMIT).unwrap();
         assert!((back[[0, 0]] - 0.2).abs() < 1e-15 && (back[[0, 1]] - 1.0).abs() < 1e-15);
     }
 
@@ -353,7 +397,7 @@ mod tests {
         let file = tempfile::NamedTempFile::new().unwrap();
         let name = file.path().to_str().unwrap();
         std::fs::write(file.path(), b"\xff\xd8\xff\xe0rest").unwrap();
-        let message = read_gray(file.path()).unwrap_err().to_string();
+        let message = read_gray(file.path(), LIMIT).unwrap_err().to_string();
         assert_eq!(
             message,
             format!("{name}: expected a PNG image, found a JPEG image")
@@ -375,13 +419,38 @@ mod tests {
         let crc = crc32(&huge[12..29]).to_be_bytes();
         huge[29..33].copy_from_slice(&crc);
         std::fs::write(small.path(), &huge).unwrap();
-        let error = read_gray(small.path()).unwrap_err();
+        let error = read_gray(small.path(), LIMIT).unwrap_err();
         assert!(matches!(error, ImageError::TooLarge { .. }), "{error}");
 
         // A file cut short is damaged, not empty.
         std::fs::write(small.path(), &bytes[..bytes.len() - 20]).unwrap();
-        let error = read_gray(small.path()).unwrap_err();
+        let error = read_gray(small.path(), LIMIT).unwrap_err();
         assert!(matches!(error, ImageError::Decode { .. }), "{error}");
+    }
+
+    /// 10,000² pixels in 16-bit RGBA, which once took 1.58 GB whatever the limit; the pixels behind the header
+    /// are missing here.
+    #[test]
+    fn a_picture_beyond_the_limit_is_refused_by_its_header() {
+        let wide = (png::ColorType::Rgba, png::BitDepth::Sixteen);
+        let file = png_file([1, 1], wide, &[0; 8]);
+        let mut bytes = std::fs::read(file.path()).unwrap();
+        for place in [16, 20] {
+            bytes[place..place + 4].copy_from_slice(&10_000u32.to_be_bytes());
+        }
+        let crc = crc32(&bytes[12..29]).to_be_bytes();
+        bytes[29..33].copy_from_slice(&crc);
+        std::fs::write(file.path(), &bytes).unwrap();
+        let limit = MemoryLimit::of_settings(100_000_000);
+        let told = read_gray(file.path(), limit).unwrap_err().to_string();
+        for words in [
+            "10000 x 10000",
+            "take 1600 MB",
+            "at most 100 MB",
+            "memory_limit_mb",
+        ] {
+            assert!(told.contains(words), "{told}");
+        }
     }
 
     /// The checksum of PNG chunks, bit by bit.

@@ -8,7 +8,8 @@ use serde::{Deserialize, Serialize};
 use crate::file::decode::tagged;
 use crate::file::material::Material;
 use crate::file::number::{
-    acute, not_empty, not_zero, one_or_pair_schema, pitch, positive, whole_or_part,
+    acute, count, not_empty, not_zero, one_or_pair_schema, pitch, positive, wavelength,
+    whole_or_part, width,
 };
 
 tagged! {
@@ -47,7 +48,7 @@ pub struct PixelLayer {
     pub pitch_um: [f64; 2],
     /// Number of pixels [nx, ny]. Needed only where no array tells it, for a hologram that is still to
     /// be computed; checked against the arrays otherwise.
-    #[serde(default, deserialize_with = "positive")]
+    #[serde(default, deserialize_with = "count")]
     pub size: Option<[usize; 2]>,
     /// Real array of the phase in radians, before `phase_scale`.
     #[serde(default)]
@@ -71,7 +72,7 @@ pub struct PixelLayer {
     /// Share of a pixel's area that carries its phase or transmission, above 0 and up to 1. The pixel acts with
     /// its mean; an amplitude weakens it as a whole.
     #[serde(default = "one", deserialize_with = "whole_or_part")]
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 1))]
+    #[schemars(extend("minimum" = 1e-12, "maximum" = 1))]
     pub fill: f64,
     /// What the rest of a pixel does.
     #[serde(default)]
@@ -122,7 +123,7 @@ pub struct HeightLayer {
     pub pitch_um: [f64; 2],
     /// Number of pixels [nx, ny]. Needed only for heights that are still to be designed; checked against the
     /// array otherwise.
-    #[serde(default, deserialize_with = "positive")]
+    #[serde(default, deserialize_with = "count")]
     pub size: Option<[usize; 2]>,
     /// Real 2-D array of heights in micrometres, indexed [y, x], in a .npy or .npz file.
     pub height_um: PathBuf,
@@ -141,8 +142,8 @@ pub struct HeightLayer {
 #[serde(deny_unknown_fields)]
 pub struct GratingLayer {
     /// Period in micrometres.
-    #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[serde(deserialize_with = "width")]
+    #[schemars(extend("minimum" = 1e-6, "maximum" = 1e9))]
     pub period_um: f64,
     /// Direction towards which the first order turns, in degrees from x towards y.
     #[serde(default)]
@@ -160,8 +161,8 @@ pub struct FocusLayer {
     #[serde(deserialize_with = "not_zero")]
     pub focal_length_mm: f64,
     /// Design wavelength in micrometres; the scene's first wavelength without it.
-    #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[serde(default, deserialize_with = "wavelength")]
+    #[schemars(extend("minimum" = 0.01, "maximum" = 100))]
     pub wavelength_um: Option<f64>,
 }
 
@@ -189,7 +190,7 @@ pub struct VortexLayer {
 pub struct RadialLayer {
     /// Radius ρ in millimetres at which every power is one.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub norm_radius_mm: f64,
     /// Coefficients in radians of (r/ρ)², (r/ρ)⁴, …
     #[serde(deserialize_with = "not_empty")]
@@ -203,7 +204,7 @@ pub struct RadialLayer {
 pub struct ZernikeLayer {
     /// Radius ρ in millimetres of the unit circle.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub norm_radius_mm: f64,
     /// Coefficients in radians of Noll's Z₁ (piston), Z₂ (tilt in x), Z₃ (tilt in y), Z₄ (defocus), …
     #[serde(deserialize_with = "not_empty")]

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use serde::de::{self, Expected, Unexpected};
 
-use crate::file::fault::Fault;
+use crate::file::fault::{Fault, shortened};
 use crate::file::origin::Origin;
 
 /// A value that does not fit. It gathers its path on the way out and becomes a [`Fault`] at the root.
@@ -39,7 +39,7 @@ impl Misfit {
 
     /// Met below this key.
     pub(crate) fn below_key(mut self, key: &str) -> Self {
-        self.path.push(format!(".{key}"));
+        self.path.push(format!(".{}", shortened(key)));
         self
     }
 
@@ -70,8 +70,15 @@ pub(crate) fn one_of(names: &[&str]) -> String {
     }
 }
 
+/// The longest name, in bytes, that is compared with known ones.
+const LONGEST_GUESS: usize = 200;
+
 /// The known name nearest to a given one, if any is near enough to be meant.
 pub(crate) fn nearest<'n>(given: &str, known: &[&'n str]) -> Option<&'n str> {
+    // Nobody means a known name by a very long one, and likeness costs the product of the lengths.
+    if given.len() > LONGEST_GUESS {
+        return None;
+    }
     let given = given.to_lowercase();
     known
         .iter()
@@ -94,10 +101,10 @@ fn found(unexpected: &Unexpected<'_>) -> String {
         Unexpected::Signed(value) => value.to_string(),
         // With its point or exponent, so that 1e9 does not look like a whole number.
         Unexpected::Float(value) => format!("{value:?}"),
-        Unexpected::Str(value) => format!("the string \"{value}\""),
+        Unexpected::Str(value) => format!("the string \"{}\"", shortened(value)),
         Unexpected::Seq => "a list".to_owned(),
         Unexpected::Map => "a table".to_owned(),
-        other => other.to_string(),
+        other => shortened(&other.to_string()),
     }
 }
 
@@ -153,14 +160,17 @@ impl de::Error for Misfit {
     fn unknown_variant(variant: &str, known: &'static [&'static str]) -> Self {
         Self {
             hint: guess(variant, known),
-            ..Self::new(format!("\"{variant}\""), one_of(known))
+            ..Self::new(format!("\"{}\"", shortened(variant)), one_of(known))
         }
     }
 
     fn unknown_field(field: &str, known: &'static [&'static str]) -> Self {
         Self {
             hint: guess(field, known),
-            ..Self::new(format!("an unknown key `{field}`"), one_of(known))
+            ..Self::new(
+                format!("an unknown key `{}`", shortened(field)),
+                one_of(known),
+            )
         }
     }
 

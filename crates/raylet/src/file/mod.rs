@@ -1,5 +1,6 @@
 //! How it is written down.
 
+pub mod around;
 pub mod array;
 pub mod arrays;
 pub(crate) mod axis;
@@ -22,6 +23,7 @@ pub mod covering_chart;
 mod decode;
 pub mod design;
 pub mod design_chart;
+pub mod document;
 pub mod element;
 pub mod estimator;
 pub mod fault;
@@ -31,18 +33,26 @@ pub mod folder;
 pub mod hidden;
 pub mod hologram;
 pub mod image;
+#[cfg(test)]
+mod killed_test;
 pub(crate) mod label;
 pub mod layer;
 pub mod layout;
+pub mod lock;
 pub mod machine;
+#[cfg(test)]
+mod magnitude_test;
 pub mod material;
+pub mod memory;
 pub mod mirror_chart;
 mod misfit;
+mod npy_header;
 pub mod npz;
 mod number;
 pub mod opening;
 pub mod origin;
 pub mod output;
+pub mod own_file;
 pub mod panel;
 pub mod partial;
 pub mod phase_file;
@@ -53,23 +63,29 @@ mod place;
 pub mod posed;
 pub mod prescription;
 pub mod project;
+mod quantity;
+mod regular_file;
 pub mod report;
 pub mod results;
 pub mod rim;
+pub mod run_folder;
 pub mod sag;
 pub mod scene;
 #[cfg(test)]
 mod scene_test;
 #[cfg(test)]
 mod schema_test;
+pub mod seal;
 pub mod section;
 pub mod settings;
 pub mod step;
 #[cfg(test)]
 mod surfaces_test;
 pub(crate) mod svg;
+pub mod sweep;
 mod table;
 pub mod trial;
+pub mod unfinished;
 pub mod variable;
 pub mod wanted;
 pub mod wish;

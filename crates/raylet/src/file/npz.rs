@@ -6,14 +6,17 @@ use std::fs::File;
 use std::io::{BufReader, Cursor};
 use std::path::Path;
 
-use ndarray::{Array1, Array3, Ix1, Ix3};
-use ndarray_npy::{NpzReader, NpzWriter, ReadNpzError};
+use ndarray::{Array, Array1, Array3, Dimension, Ix1, Ix3};
+use ndarray_npy::{NpzWriter, ReadNpyExt, ReadableElement};
 use num_complex::Complex64;
+use zip::ZipArchive;
 
 use crate::file::fault::Fault;
-
-/// Parts of amplitudes lie below it.
-const LARGEST: f64 = 1e100;
+use crate::file::memory::MemoryLimit;
+use crate::file::npy_header::{Header, plain};
+use crate::file::quantity::LENGTH;
+use crate::file::regular_file;
+use crate::wave::field::{LARGEST_AMPLITUDE, is_amplitude};
 
 /// The fields of all channels on one grid of sample points.
 #[derive(Clone, Debug, PartialEq)]
@@ -54,36 +57,48 @@ impl Fields {
     /// Reads a file that [`Fields::to_npz`] or a program with the same arrays wrote.
     ///
     /// # Errors
-    /// A file that cannot be read, a missing array, an array of another kind, axes that do not fit the
-    /// field, or values that are not finite.
-    pub fn read(path: &Path) -> Result<Self, Fault> {
-        let file = File::open(path).map_err(|error| {
-            Fault::of_file(path, error.to_string(), "a field.npz that can be read")
-        })?;
-        let mut archive = NpzReader::new(BufReader::new(file)).map_err(|error| {
-            Fault::of_file(path, plain(&error), "an archive made by numpy.savez")
-        })?;
-        let refuse = |name: &str, error: ReadNpzError, expected: &str| {
-            Fault::of_file(path, format!("array `{name}`: {}", plain(&error)), expected)
+    /// A file that cannot be read, a missing array, an array of another kind, arrays beyond the limit, axes that do
+    /// not fit the field, or values that are not finite.
+    pub fn read(path: &Path, limit: MemoryLimit) -> Result<Self, Fault> {
+        let file = regular_file::open(path)
+            .map_err(|found| Fault::of_file(path, found, "a field.npz that can be read"))?;
+        let mut members = Members {
+            archive: ZipArchive::new(BufReader::new(file)).map_err(|error| {
+                Fault::of_file(path, error.to_string(), "an archive made by numpy.savez")
+            })?,
+            path,
+            left: limit,
         };
-        let field = archive
-            .by_name::<ndarray::OwnedRepr<Complex64>, Ix3>("field")
-            .map_err(|error| refuse("field", error, "complex128 of three axes [channel, y, x]"))?;
-        let mut axis = |name: &str| {
-            archive
-                .by_name::<ndarray::OwnedRepr<f64>, Ix1>(name)
-                .map_err(|error| refuse(name, error, "float64 of one axis"))
-        };
+        let field = members.array::<Complex64, Ix3>(
+            "field",
+            "c16",
+            "complex128 of three axes [channel, y, x]",
+        )?;
+        let mut axis = |name: &str| members.array::<f64, Ix1>(name, "f8", "float64 of one axis");
         let fields = Self {
             x_mm: axis("x_mm")?,
             y_mm: axis("y_mm")?,
             wavelength_um: axis("wavelength_um")?,
             field,
         };
-        fields
-            .check()
-            .map_err(|(found, expected)| Fault::of_file(path, found, expected))?;
+        fields.check_for(path)?;
         Ok(fields)
+    }
+
+    /// Refuses fields that a file of this name could not hold and give back: axes that do not fit, values that are
+    /// not finite or larger than any light.
+    ///
+    /// # Errors
+    /// The first of these.
+    pub(crate) fn check_for(&self, path: &Path) -> Result<(), Fault> {
+        self.check()
+            .map_err(|(found, expected)| Fault::of_file(path, found, expected))
+    }
+
+    /// The memory that the arrays take, in bytes.
+    pub fn bytes(&self) -> u64 {
+        let axes = self.x_mm.len() + self.y_mm.len() + self.wavelength_um.len();
+        16 * self.field.len() as u64 + 8 * axes as u64
     }
 
     /// Refuses axes that do not fit and values that are not finite, as (found, expected).
@@ -98,10 +113,10 @@ impl Fields {
         }
         for (name, axis) in [("x_mm", &self.x_mm), ("y_mm", &self.y_mm)] {
             let rising = axis.windows(2).into_iter().all(|pair| pair[0] < pair[1]);
-            if !rising || axis.iter().any(|v| !v.is_finite()) {
+            if !rising || axis.iter().any(|v| v.is_nan() || v.abs() > LENGTH) {
                 return Err((
-                    format!("`{name}` that does not rise"),
-                    String::from("finite ascending positions"),
+                    format!("`{name}` that does not rise, or has no finite values"),
+                    format!("finite ascending positions of magnitude up to {LENGTH:e} mm"),
                 ));
             }
         }
@@ -114,23 +129,61 @@ impl Fields {
             }
         }
 
-        // Squares and their sums stay finite.
-        let usable = |u: &Complex64| u.re.abs() < LARGEST && u.im.abs() < LARGEST;
-        if let Some((at, value)) = self.field.indexed_iter().find(|(_, u)| !usable(u)) {
+        // Squares of intensities and their sums stay finite.
+        if let Some((at, value)) = self.field.indexed_iter().find(|(_, u)| !is_amplitude(**u)) {
             return Err((
                 format!("{value} at {at:?} of `field`"),
-                format!("finite values below {LARGEST:e}"),
+                format!("finite values below {LARGEST_AMPLITUDE:e}"),
             ));
         }
         Ok(())
     }
 }
 
-/// What went wrong, without the names of the readers it went through.
-fn plain(error: &ReadNpzError) -> String {
-    match error {
-        ReadNpzError::Zip(error) => error.to_string(),
-        ReadNpzError::Npy(error) => error.to_string(),
+/// The arrays of an archive while they are read.
+struct Members<'a> {
+    archive: ZipArchive<BufReader<File>>,
+    path: &'a Path,
+    /// What is left of the memory.
+    left: MemoryLimit,
+}
+
+impl Members<'_> {
+    /// The array of this name, of the element type that NumPy calls `kind`.
+    fn array<T: ReadableElement + Clone, D: Dimension>(
+        &mut self,
+        name: &str,
+        kind: &str,
+        expected: &str,
+    ) -> Result<Array<T, D>, Fault> {
+        let path = self.path;
+        let refuse = |found: String, expected: &str| {
+            Fault::of_file(path, format!("array `{name}`: {found}"), expected)
+        };
+        let mut member = self
+            .archive
+            .by_name(&format!("{name}.npy"))
+            .map_err(|error| refuse(error.to_string(), expected))?;
+
+        // The size is known before memory is taken; columns in one piece are turned into rows.
+        let header = Header::read(&mut member).map_err(|found| refuse(found, expected))?;
+        if header.kind() != kind || Some(header.shape.len()) != D::NDIM {
+            let (found, axes) = (header.kind(), header.shape.len());
+            let found = format!("elements of NumPy type `{found}` on {axes} axes");
+            return Err(refuse(found, expected));
+        }
+        let bytes = header.data_bytes();
+        let turned = if header.columns_first { bytes } else { 0 };
+        self.left
+            .check("values", bytes.saturating_add(turned))
+            .map_err(|(found, expected)| refuse(found, &expected))?;
+        self.left = self.left.without(bytes);
+        let array = Array::<T, D>::read_npy(header.before(member))
+            .map_err(|error| refuse(plain(&error), expected))?;
+        Ok(match array.is_standard_layout() {
+            true => array,
+            false => array.as_standard_layout().into_owned(),
+        })
     }
 }
 
@@ -139,7 +192,13 @@ mod tests {
     use ndarray::{Array1, Array3};
     use num_complex::Complex64;
 
+    use crate::file::memory::MemoryLimit;
     use crate::file::npz::Fields;
+
+    const LIMIT: MemoryLimit = MemoryLimit {
+        bytes: 10_000,
+        set_by: "--limit",
+    };
 
     fn fields() -> Fields {
         Fields {
@@ -157,7 +216,7 @@ mod tests {
         let room = tempfile::tempdir().unwrap();
         let path = room.path().join("field.npz");
         std::fs::write(&path, fields().to_npz().unwrap()).unwrap();
-        assert_eq!(Fields::read(&path).unwrap(), fields());
+        assert_eq!(Fields::read(&path, LIMIT).unwrap(), fields());
         assert_eq!(fields().to_npz().unwrap(), fields().to_npz().unwrap());
     }
 
@@ -167,7 +226,7 @@ mod tests {
         let path = room.path().join("field.npz");
         let told = |fields: &Fields| {
             std::fs::write(&path, fields.to_npz().unwrap()).unwrap();
-            Fields::read(&path).unwrap_err().to_string()
+            Fields::read(&path, LIMIT).unwrap_err().to_string()
         };
         let mut short = fields();
         short.x_mm = Array1::linspace(-1.0, 1.0, 3);
@@ -188,7 +247,19 @@ mod tests {
 
         // Not an archive, and none at all.
         std::fs::write(&path, "text").unwrap();
-        assert!(Fields::read(&path).is_err());
-        assert!(Fields::read(&room.path().join("none.npz")).is_err());
+        assert!(Fields::read(&path, LIMIT).is_err());
+        assert!(Fields::read(&room.path().join("none.npz"), LIMIT).is_err());
+    }
+
+    #[test]
+    fn sizes_are_held_to_the_limit() {
+        let room = tempfile::tempdir().unwrap();
+        let path = room.path().join("field.npz");
+        std::fs::write(&path, fields().to_npz().unwrap()).unwrap();
+        assert_eq!(fields().bytes(), 16 * 24 + 8 * 9);
+        let within = |bytes| Fields::read(&path, MemoryLimit { bytes, ..LIMIT });
+        assert!(within(fields().bytes()).is_ok());
+        let told = within(fields().bytes() - 1).unwrap_err().to_string();
+        assert!(told.contains("--limit") && told.contains("MB"), "{told}");
     }
 }

@@ -1,11 +1,16 @@
 //! Numbers of a scene file with the ranges they must keep, checked while they are read.
 //!
 //! The functions stand in `#[serde(deserialize_with = "…")]`, so a value out of range is refused at its
-//! own address. Every number is finite already when it comes here, except a radius.
+//! own address. When a number comes here it is finite already, except a radius, and keeps the magnitude of what its
+//! key measures (`quantity.rs`); the ranges here are those that are tighter by meaning. What is divided by is at least
+//! [`LEAST`], so that quotients stay finite too.
 
 use std::fmt;
 
 use serde::de::{Deserialize, Deserializer, Error, SeqAccess, Unexpected, Visitor};
+
+/// The least magnitude, in the unit of the key, of a number that must not be zero.
+pub(crate) const LEAST: f64 = 1e-12;
 
 /// Something made of numbers, all of which must keep the same range.
 pub(crate) trait Numbers {
@@ -54,7 +59,9 @@ fn within<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
 pub(crate) fn positive<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
 ) -> Result<T, D::Error> {
-    within(deserializer, "a number above zero", |x| x > 0.0)
+    within(deserializer, "a number above zero, at least 1e-12", |x| {
+        x >= LEAST
+    })
 }
 
 /// Numbers from zero up.
@@ -64,29 +71,58 @@ pub(crate) fn not_negative<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numb
     within(deserializer, "zero or more", |x| x >= 0.0)
 }
 
-/// Counts from one to a thousand million: more rays than anybody waits for, and fewer than addresses.
+/// Counts from one to a thousand million: more than anybody waits for, and fewer than addresses.
 pub(crate) fn count<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
 ) -> Result<T, D::Error> {
-    within(deserializer, "from 1 to 1000000000", |x| {
+    within(deserializer, "a number above zero, up to 1000000000", |x| {
         (1.0..=1e9).contains(&x)
     })
+}
+
+/// Widths of patches and periods of gratings in micrometres: from a thousandth of an atom to a kilometre.
+pub(crate) fn width<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(
+        deserializer,
+        "a number above zero, from 1e-6 to 1e9 micrometres",
+        |x| (1e-6..=1e9).contains(&x),
+    )
+}
+
+/// Wavelengths in vacuum in micrometres.
+pub(crate) fn wavelength<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(deserializer, WAVELENGTH, is_wavelength)
+}
+
+/// What is expected of a wavelength. One in nanometres is the likely slip, and it falls out of this range.
+const WAVELENGTH: &str = "a wavelength from 0.01 to 100 micrometres";
+
+fn is_wavelength(value: f64) -> bool {
+    (0.01..=100.0).contains(&value)
 }
 
 /// Factors from one up.
 pub(crate) fn from_one<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
 ) -> Result<T, D::Error> {
-    within(deserializer, "one or more", |x| x >= 1.0)
+    within(deserializer, "one or more, up to 1e6", |x| {
+        (1.0..=1e6).contains(&x)
+    })
 }
 
 /// Distances of windows in units of their width: farther apart they no longer cover what lies between.
 pub(crate) fn step<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
 ) -> Result<T, D::Error> {
-    within(deserializer, "a number above zero, up to 3", |x| {
-        0.0 < x && x <= 3.0
-    })
+    within(
+        deserializer,
+        "a number above zero, from 0.01 up to 3",
+        |x| (0.01..=3.0).contains(&x),
+    )
 }
 
 /// Periods of windows in units of their width: a shorter one cuts the window itself.
@@ -111,7 +147,11 @@ pub(crate) fn tolerance<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers
 pub(crate) fn not_zero<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
 ) -> Result<T, D::Error> {
-    within(deserializer, "a number other than zero", |x| x != 0.0)
+    within(
+        deserializer,
+        "a number other than zero, of magnitude at least 1e-12",
+        |x| x.abs() >= LEAST,
+    )
 }
 
 /// Refractive indices: from 1 to 10.
@@ -123,21 +163,34 @@ pub(crate) fn index<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     })
 }
 
-/// Shares strictly between zero and one.
+/// Relative errors to aim at: rounding alone makes more than the least.
+pub(crate) fn target<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
+    deserializer: D,
+) -> Result<T, D::Error> {
+    within(
+        deserializer,
+        "a number between 0 and 1, at least 1e-12",
+        |x| (LEAST..1.0).contains(&x),
+    )
+}
+
+/// Shares strictly between zero and one, whose squares are above zero too.
 pub(crate) fn share<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
 ) -> Result<T, D::Error> {
-    within(deserializer, "a number between 0 and 1", |x| {
-        0.0 < x && x < 1.0
-    })
+    within(
+        deserializer,
+        "a number between 0 and 1, at least 1e-30",
+        |x| (1e-30..1.0).contains(&x),
+    )
 }
 
 /// Shares above zero, up to the whole.
 pub(crate) fn whole_or_part<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
 ) -> Result<T, D::Error> {
-    within(deserializer, "a number above 0, up to 1", |x| {
-        0.0 < x && x <= 1.0
+    within(deserializer, "a number above 0, from 1e-12 up to 1", |x| {
+        (LEAST..=1.0).contains(&x)
     })
 }
 
@@ -167,10 +220,13 @@ pub(crate) fn radius<'de, D: Deserializer<'de>>(deserializer: D) -> Result<Optio
     impl Visitor<'_> for Radius {
         type Value = f64;
         fn expecting(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
-            write!(f, "a radius other than zero, or inf for a plane")
+            write!(
+                f,
+                "a radius other than zero, of magnitude at least 1e-12, or inf for a plane"
+            )
         }
         fn visit_f64<E: Error>(self, value: f64) -> Result<f64, E> {
-            if value.is_nan() || value == 0.0 {
+            if value.is_nan() || value.abs() < LEAST {
                 return Err(E::invalid_value(Unexpected::Float(value), &self));
             }
             Ok(value)
@@ -231,10 +287,12 @@ pub(crate) fn pitch<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 
             ));
         }
     };
-    match pair.into_iter().find(|&step| step <= 0.0) {
+    // Up to a metre: samples further apart than any light reaches would be dark without a reason told.
+    let is_pitch = |step: f64| (1e-6..=1e6).contains(&step);
+    match pair.into_iter().find(|&step| !is_pitch(step)) {
         Some(step) => Err(D::Error::invalid_value(
             Unexpected::Float(step),
-            &"a pitch above zero",
+            &"a pitch above zero, from 1e-6 to 1e6 micrometres",
         )),
         None => Ok(pair),
     }
@@ -248,34 +306,37 @@ pub(crate) fn wavelengths<'de, D: Deserializer<'de>>(
     if list.is_empty() {
         return Err(D::Error::invalid_length(0, &"at least one wavelength"));
     }
-    // A wavelength in nanometres is the likely slip, and it falls out of this range.
-    match list.iter().find(|&&value| !(0.01..=100.0).contains(&value)) {
+    match list.iter().find(|&&value| !is_wavelength(value)) {
         Some(&value) => Err(D::Error::invalid_value(
             Unexpected::Float(value),
-            &"a wavelength from 0.01 to 100 micrometres",
+            &WAVELENGTH,
         )),
         None => Ok(list),
     }
 }
 
-/// The schema of a number or a list of numbers, all above zero.
+/// The schema of a wavelength or a list of them.
 pub(crate) fn one_or_list_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
     schemars::json_schema!({
         "anyOf": [
-            { "type": "number", "exclusiveMinimum": 0 },
-            { "type": "array", "items": { "type": "number", "exclusiveMinimum": 0 }, "minItems": 1 }
+            { "type": "number", "minimum": 0.01, "maximum": 100 },
+            {
+                "type": "array",
+                "items": { "type": "number", "minimum": 0.01, "maximum": 100 },
+                "minItems": 1
+            }
         ]
     })
 }
 
-/// The schema of a number or a pair of numbers, all above zero.
+/// The schema of a pitch or a pair of them.
 pub(crate) fn one_or_pair_schema(_: &mut schemars::SchemaGenerator) -> schemars::Schema {
     schemars::json_schema!({
         "anyOf": [
-            { "type": "number", "exclusiveMinimum": 0 },
+            { "type": "number", "minimum": 1e-6, "maximum": 1e6 },
             {
                 "type": "array",
-                "items": { "type": "number", "exclusiveMinimum": 0 },
+                "items": { "type": "number", "minimum": 1e-6, "maximum": 1e6 },
                 "minItems": 2,
                 "maxItems": 2
             }

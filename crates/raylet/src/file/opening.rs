@@ -40,7 +40,7 @@ pub struct Aperture {
 pub struct Disc {
     /// Radius in millimetres.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub radius_mm: f64,
     /// Centre [x, y] in millimetres.
     #[serde(default)]
@@ -53,11 +53,11 @@ pub struct Disc {
 pub struct Rectangle {
     /// Full width along x in millimetres, before it is turned.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub width_mm: f64,
     /// Full height along y in millimetres, before it is turned.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub height_mm: f64,
     /// Turn about its centre in degrees from x towards y.
     #[serde(default)]
@@ -77,7 +77,7 @@ pub struct Annulus {
     pub inner_radius_mm: f64,
     /// Radius of the opening in millimetres.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub outer_radius_mm: f64,
     /// Centre [x, y] in millimetres.
     #[serde(default)]
@@ -93,7 +93,7 @@ pub struct RegularPolygon {
     pub sides: usize,
     /// Distance of the corners from the centre in millimetres.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub radius_mm: f64,
     /// Direction of the first corner in degrees from x towards y.
     #[serde(default)]

@@ -8,6 +8,7 @@ use toml::Spanned;
 use toml::de::{DeTable, DeValue};
 
 use crate::file::fault::{Address, Excerpt, Fault};
+use crate::file::regular_file;
 
 /// A TOML file's name and text. The default is an empty text of no file: things made in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -30,11 +31,10 @@ impl Origin {
     /// The whole text of a file.
     ///
     /// # Errors
-    /// A file that cannot be read or is not UTF-8.
+    /// A file that is not regular, is larger than 64 MB, cannot be read, or is not UTF-8.
     pub fn read(file: &Path) -> Result<Self, Fault> {
         let refuse = |found: String| Fault::of_file(file, found, "a readable TOML file");
-        let bytes = std::fs::read(file).map_err(|error| refuse(error.to_string()))?;
-        let text = String::from_utf8(bytes).map_err(|error| refuse(error.to_string()))?;
+        let text = regular_file::read_text(file).map_err(refuse)?;
         Ok(Self::new(&text, file))
     }
 

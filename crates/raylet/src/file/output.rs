@@ -62,7 +62,8 @@ fn noise_npy(errors: &[StandardError]) -> Result<Vec<u8>, Fault> {
 /// one per wavelength.
 ///
 /// # Errors
-/// A picture that cannot be drawn, or a folder that cannot be written; then nothing is left behind.
+/// Fields or numbers that are not finite, a picture that cannot be drawn, or a folder that cannot be written; then
+/// nothing is left behind.
 pub fn publish(
     target: &Target,
     scene: &Scene,
@@ -77,13 +78,14 @@ pub fn publish(
             "pictures that can be drawn",
         )
     };
+    fields.check_for(Path::new(FIELD_FILE))?;
     let pictures = pictures(scene, systems, &fields).map_err(refuse)?;
     report.files = vec![FIELD_FILE.to_owned()];
     report
         .files
         .extend(pictures.iter().map(|(name, _)| name.clone()));
 
-    let draft = target.draft()?;
+    let mut draft = target.draft()?;
     if !errors.is_empty() && errors.len() == systems.len() {
         report.files.push(NOISE_FILE.to_owned());
         draft.write(NOISE_FILE, &noise_npy(errors)?)?;
@@ -92,8 +94,7 @@ pub fn publish(
         draft.write(name, bytes)?;
     }
     let folder = ResultFolder { report, fields };
-    folder.write(&draft)?;
-    draft.publish()?;
+    folder.publish(draft)?;
     Ok(folder.report)
 }
 

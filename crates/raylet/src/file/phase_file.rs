@@ -1,26 +1,39 @@
-//! The .npy file of a hologram's phase, which appears whole or not at all.
+//! The .npy files that a scene names for what is sought: phases, amplitudes, heights.
 
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use ndarray::Array2;
 use ndarray_npy::{WriteNpyError, WriteNpyExt};
 
 use crate::file::fault::Fault;
-use crate::file::hidden::{Hidden, unwritable};
+use crate::file::hidden::unwritable;
+use crate::file::own_file::{OwnFile, Replace, is_within};
+use crate::file::scene::Scene;
 
-/// The name of a .npy file that may be written: checked, not yet made.
-#[derive(Clone, Debug, PartialEq, Eq)]
+/// The name of a .npy file that may be written: checked and held, not yet made.
+#[derive(Debug)]
 pub struct PhaseFile {
-    path: PathBuf,
+    file: OwnFile,
+}
+
+/// What the user allows for files that a scene names.
+#[derive(Clone, Copy, Debug)]
+pub struct Allowed<'a> {
+    /// Which files may be replaced.
+    pub replace: Replace,
+    /// Whether they may be anywhere.
+    pub outside: bool,
+    /// Where they may be beside the scene's folder.
+    pub out: Option<&'a Path>,
 }
 
 impl PhaseFile {
-    /// Checks that an array may be written here; an earlier file may stand here. Nothing is left on the
-    /// disk.
+    /// Checks that an array may be written here; an earlier one of raylet's may stand here.
     ///
     /// # Errors
-    /// Another kind of file, a folder of that name, or a folder around that cannot be written.
-    pub fn claim(path: &Path) -> Result<Self, Fault> {
+    /// Another kind of name, a folder or a file that may not be replaced, another run that writes here, or a folder
+    /// around that cannot be written.
+    pub fn claim(path: &Path, replace: Replace) -> Result<Self, Fault> {
         if path.extension().is_none_or(|extension| extension != "npy") {
             let found = match path.extension() {
                 Some(extension) => format!("the extension `{}`", extension.display()),
@@ -28,30 +41,55 @@ impl PhaseFile {
             };
             return Err(Fault::of_file(path, found, "a file name ending in .npy"));
         }
-        refuse_folder(path)?;
-        Hidden::beside(path)?;
-        Ok(Self {
-            path: path.to_path_buf(),
-        })
+        let file = OwnFile::claim(path, replace)?;
+        Ok(Self { file })
+    }
+
+    /// The same for a file that a scene names in this field, which has to be in the scene's folder or in another one
+    /// that the user names.
+    ///
+    /// # Errors
+    /// The same, and a file outside.
+    pub fn of_scene(
+        scene: &Scene,
+        field: &str,
+        path: &Path,
+        allowed: Allowed,
+    ) -> Result<Self, Fault> {
+        let own = scene.origin.beside(Path::new(""));
+        let own = if own.as_os_str().is_empty() {
+            Path::new(".")
+        } else {
+            &own
+        };
+        let folders = [Some(own), allowed.out].into_iter().flatten();
+        let is_inside = folders.into_iter().any(|folder| is_within(path, folder));
+        if !is_inside && !allowed.outside {
+            let found = format!("{}, outside of the scene's folder", path.display());
+            let expected = "a file in the scene's folder or in --out";
+            let fault = scene.fault(field, found, expected);
+            return Err(fault.hint("--allow-outside lets it be written there"));
+        }
+        Self::claim(path, allowed.replace)
     }
 
     /// Where the file will be.
     pub fn path(&self) -> &Path {
-        &self.path
+        self.file.path()
     }
 
     /// Writes float64 [y, x].
     ///
     /// # Errors
-    /// What the file system said.
+    /// A value that is not finite, or what the file system said.
     pub fn write(&self, phase: &Array2<f64>) -> Result<(), Fault> {
+        if let Some((at, value)) = phase.indexed_iter().find(|(_, value)| !value.is_finite()) {
+            let found = format!("{value} at {at:?} of the array to be written");
+            return Err(Fault::of_file(self.path(), found, "finite values only"));
+        }
         let bytes =
-            npy(phase).map_err(|error| unwritable(&self.path, &std::io::Error::other(error)))?;
-        let hidden = Hidden::beside(&self.path)?;
-        hidden
-            .write(None, &bytes)
-            .map_err(|error| unwritable(&self.path, &error))?;
-        hidden.reveal(&self.path, || refuse_folder(&self.path))
+            npy(phase).map_err(|error| unwritable(self.path(), &std::io::Error::other(error)))?;
+        self.file.write(&bytes)
     }
 }
 
@@ -65,19 +103,13 @@ pub fn npy(phase: &Array2<f64>) -> Result<Vec<u8>, WriteNpyError> {
     Ok(bytes)
 }
 
-fn refuse_folder(path: &Path) -> Result<(), Fault> {
-    match path.is_dir() {
-        true => Err(Fault::of_file(path, "a folder", "the name of a file")),
-        false => Ok(()),
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use std::fs;
 
     use ndarray::array;
 
+    use crate::file::own_file::Replace;
     use crate::file::phase_file::PhaseFile;
 
     #[test]
@@ -89,13 +121,15 @@ mod tests {
             ("phase", "no extension"),
             ("folder.npy", "a folder"),
         ] {
-            let fault = PhaseFile::claim(&room.path().join(name)).unwrap_err();
+            let fault = PhaseFile::claim(&room.path().join(name), Replace::Own).unwrap_err();
             assert!(fault.to_string().contains(told), "{fault}");
         }
         let place = room.path().join("new/folder/phase.npy");
-        let claimed = PhaseFile::claim(&place).unwrap();
-        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 1);
+        let claimed = PhaseFile::claim(&place, Replace::Own).unwrap();
+        assert!(!room.path().join("new").exists());
         claimed.write(&array![[1.0]]).unwrap();
         assert!(place.is_file());
+        drop(claimed);
+        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 2);
     }
 }

@@ -102,7 +102,8 @@ impl Part<'_> {
     pub fn radii(&self) -> [Option<f64>; 2] {
         let height = self.shape().height(0.0, 0.0);
         let [x, _, y] = height.map_or([0.0; 3], |height| height.bend);
-        [x, y].map(|curvature| (curvature != 0.0).then(|| 1.0 / curvature))
+        let radius = |curvature: f64| (curvature != 0.0).then(|| 1.0 / curvature);
+        [x, y].map(|curvature| radius(curvature).filter(|radius| radius.is_finite()))
     }
 
     /// The part that is used, `[x_min, x_max, y_min, y_max]` in mm in its own frame; none without an edge.

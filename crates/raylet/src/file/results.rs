@@ -2,9 +2,12 @@
 
 use std::path::Path;
 
+use crate::file::document;
 use crate::file::fault::Fault;
 use crate::file::folder::{Draft, RESULT_FILE};
+use crate::file::memory::MemoryLimit;
 use crate::file::npz::Fields;
+use crate::file::regular_file;
 use crate::file::report::{Report, VERSION};
 
 /// The file that holds the fields.
@@ -20,17 +23,14 @@ pub struct ResultFolder {
 }
 
 impl ResultFolder {
-    /// Writes field.npz and result.json; `report.files` should name everything else already.
+    /// Writes field.npz and result.json, and gives the folder its name; `report.files` should name everything else
+    /// already.
     ///
     /// # Errors
-    /// What the file system said.
-    pub fn write(&self, draft: &Draft) -> Result<(), Fault> {
+    /// Fields or numbers that are not finite, or what the file system said.
+    pub fn publish(&self, mut draft: Draft) -> Result<(), Fault> {
         draft.write(FIELD_FILE, &self.fields.to_npz()?)?;
-        let text = serde_json::to_string_pretty(&self.report).map_err(|error| {
-            let expected = "a document that JSON can hold";
-            Fault::of_file(Path::new(RESULT_FILE), error.to_string(), expected)
-        })?;
-        draft.write(RESULT_FILE, format!("{text}\n").as_bytes())
+        draft.publish(&document::text(&self.report, RESULT_FILE)?)
     }
 
     /// Reads a folder of results.
@@ -40,8 +40,8 @@ impl ResultFolder {
     pub fn read(folder: &Path) -> Result<Self, Fault> {
         let path = folder.join(RESULT_FILE);
         let expected = "a folder of results with a result.json";
-        let text = std::fs::read_to_string(&path)
-            .map_err(|error| Fault::of_file(&path, error.to_string(), expected))?;
+        let text = regular_file::read_text(&path)
+            .map_err(|found| Fault::of_file(&path, found, expected))?;
 
         // The version comes first: another one may differ in anything else.
         let refuse = |found: String, expected: &str| Fault::of_file(&path, found, expected);
@@ -53,11 +53,10 @@ impl ResultFolder {
             Some(other) => return Err(refuse(format!("version {other}"), &expected)),
             None => return Err(refuse(String::from("no version"), &expected)),
         }
-        let report = serde_path_to_error::deserialize(document)
+        let report: Report = serde_path_to_error::deserialize(document)
             .map_err(|error| refuse(error.to_string(), "a document as raylet writes it"))?;
-        Ok(Self {
-            report,
-            fields: Fields::read(&folder.join(FIELD_FILE))?,
-        })
+        let limit = MemoryLimit::of_settings((report.settings.memory_limit_mb * 1e6) as u64);
+        let fields = Fields::read(&folder.join(FIELD_FILE), limit)?;
+        Ok(Self { report, fields })
     }
 }

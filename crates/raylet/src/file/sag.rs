@@ -11,6 +11,7 @@ use crate::file::decode::tagged;
 use crate::file::fault::Fault;
 use crate::file::number::{not_empty, one_or_pair_schema, pitch, positive, radius};
 use crate::file::place::Place;
+use crate::file::quantity::LENGTH;
 use crate::optics::aperture::Aperture;
 use crate::optics::freeform::Term;
 use crate::optics::sag_grid::SagGrid;
@@ -120,7 +121,7 @@ pub struct OddShape {
 pub struct PolynomialShape {
     /// Length ρ in millimetres at which every power is one.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub norm_radius_mm: f64,
     /// The terms.
     #[serde(deserialize_with = "not_empty")]
@@ -148,7 +149,7 @@ pub struct PolynomialTerm {
 pub struct ZernikeShape {
     /// Radius ρ in millimetres of the unit circle.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub norm_radius_mm: f64,
     /// Coefficients in micrometres of Noll's Z₁ (piston), Z₂ (tilt in x), Z₃ (tilt in y), Z₄ (defocus), …
     #[serde(deserialize_with = "not_empty")]
@@ -174,7 +175,7 @@ pub struct Bump {
     pub height_um: f64,
     /// σ in millimetres: where the height has fallen to 61 %.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub sigma_mm: f64,
     /// Centre [x, y] in millimetres.
     #[serde(default)]
@@ -349,7 +350,10 @@ pub(crate) fn check_extent(
     place: &Place<'_>,
 ) -> Result<(), Fault> {
     let points = aperture.rim().into_iter().chain(aperture.inside());
-    let exists = |[x, y]: &[f64; 2]| shape.height(*x, *y).is_some_and(|here| here.z.is_finite());
+    let exists = |[x, y]: &[f64; 2]| {
+        let height = shape.height(*x, *y);
+        height.is_some_and(|here| here.z.abs() <= LENGTH)
+    };
     let gap = { points }.find(|point| !exists(point));
     let Some([x, y]) = gap else {
         return Ok(());

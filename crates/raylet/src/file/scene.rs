@@ -15,8 +15,9 @@ use crate::file::element::{Coordinates, Element, WITH_PIXELS};
 use crate::file::fault::Fault;
 use crate::file::layer::Layer;
 use crate::file::material::Material;
-use crate::file::number::{acute, one_or_list_schema, positive, wavelengths};
+use crate::file::number::{LEAST, acute, one_or_list_schema, positive, wavelengths};
 use crate::file::origin::Origin;
+use crate::file::quantity::bound;
 use crate::file::settings::{Hologram, Settings};
 
 /// The version of the format that this program reads.
@@ -85,7 +86,7 @@ pub struct PlaneIllumination {
     pub angle_deg: [f64; 2],
     /// Radius in millimetres of a hard-edged beam on the first element.
     #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub beam_radius_mm: Option<f64>,
 }
 
@@ -97,9 +98,12 @@ pub struct PointIllumination {
     pub position_mm: [f64; 3],
     /// Radius in millimetres of a hard-edged beam on the first element.
     #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub beam_radius_mm: Option<f64>,
 }
+
+/// The narrowest windows of beamlets, in wavelengths.
+const NARROWEST: f64 = 0.25;
 
 fn air() -> Material {
     Material::Named("air".to_owned())
@@ -141,16 +145,31 @@ impl Scene {
         check_elements(&scene.element, &scene.arrays, &scene.origin)?;
         scene.check_hologram()?;
         scene.check_memory()?;
+        scene.check_width()?;
         Ok(scene)
+    }
+
+    /// A window much narrower than a wavelength has no directions: its spectrum is wider than all that propagate.
+    fn check_width(&self) -> Result<(), Fault> {
+        let longest = self.wavelength_um.iter().copied().fold(0.0, f64::max);
+        let least = NARROWEST * longest;
+        match self.settings.sigma_um.filter(|sigma| *sigma < least) {
+            None => Ok(()),
+            Some(sigma) => Err(self.fault(
+                "settings.sigma_um",
+                sigma.to_string(),
+                format!("at least {least} µm: a quarter of the wavelength"),
+            )),
+        }
     }
 
     /// A point source must lie before the first element.
     fn check_source(&self) -> Result<(), Fault> {
         match &self.source {
-            Illumination::Point(point) if point.position_mm[2] >= 0.0 => Err(self.fault(
+            Illumination::Point(point) if point.position_mm[2] > -LEAST => Err(self.fault(
                 "source.position_mm[2]",
                 point.position_mm[2].to_string(),
-                "less than zero: the point lies before the first element",
+                "less than zero, at most -1e-12: the point lies before the first element",
             )),
             _ => Ok(()),
         }
@@ -221,7 +240,7 @@ impl Scene {
         &self,
         lent: &BTreeMap<String, ArrayLook<'a>>,
     ) -> Result<Arrays<'a>, Fault> {
-        let limit = (self.settings.memory_limit_mb * 1e6) as u64;
+        let limit = self.memory_limit();
         let arrays = Arrays::load(&self.element, &self.origin, limit, (lent, &self.arrays));
         let arrays = arrays.map_err(|fault| match self.awaits_hologram() {
             true => {
@@ -237,6 +256,11 @@ impl Scene {
         Ok(arrays)
     }
 
+    /// The most memory that arrays may take, in bytes.
+    pub(crate) fn memory_limit(&self) -> u64 {
+        (self.settings.memory_limit_mb * 1e6) as u64
+    }
+
     /// The scene with copies of arrays in the memory of a caller in place of files: of layers, and of pictures (such
     /// as `hologram.target`; [y, x] with y upwards). What it does not hold is still to be loaded.
     ///
@@ -244,9 +268,9 @@ impl Scene {
     /// An array with a value that is not finite, or without any.
     pub fn holding(mut self, lent: &BTreeMap<String, ArrayLook<'_>>) -> Result<Self, Fault> {
         for (path, look) in lent {
-            look.check().map_err(|found| {
-                self.fault(path, found, "at least one value, and finite values only")
-            })?;
+            let key = path.rsplit('.').next().unwrap_or(path);
+            look.check(key)
+                .map_err(|(found, expected)| self.fault(path, found, expected))?;
         }
         self.arrays.hold(lent);
         Ok(self)
@@ -295,5 +319,7 @@ impl Scene {
 
 /// The JSON Schema (2020-12) of a scene file, with a description of every key.
 pub fn schema() -> serde_json::Value {
-    schemars::schema_for!(Scene).to_value()
+    let mut schema = schemars::schema_for!(Scene).to_value();
+    bound(&mut schema);
+    schema
 }

@@ -6,7 +6,9 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::file::element::Coating;
-use crate::file::number::{count, from_one, period, positive, share, step, tolerance};
+use crate::file::number::{
+    count, from_one, period, positive, share, step, target, tolerance, width,
+};
 
 /// How the scene is computed. What is absent is chosen from the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -15,16 +17,16 @@ pub struct Settings {
     /// Which method carries the field through the lenses.
     pub method: Method,
     /// Relative error of the field that the automatic choices aim at.
-    #[serde(deserialize_with = "share")]
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    #[serde(deserialize_with = "target")]
+    #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 1))]
     pub target_error: f64,
     /// Standard deviation of the window of a beamlet in micrometres.
-    #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[serde(deserialize_with = "width")]
+    #[schemars(extend("minimum" = 1e-6, "maximum" = 1e9))]
     pub sigma_um: Option<f64>,
     /// Distance of neighbouring windows, in units of sigma; at most 3.
     #[serde(deserialize_with = "step")]
-    #[schemars(extend("exclusiveMinimum" = 0, "maximum" = 3))]
+    #[schemars(extend("minimum" = 0.01, "maximum" = 3))]
     pub step: Option<f64>,
     /// Period of a window's spectrum, in units of sigma, from 2 to 100.
     #[serde(deserialize_with = "period")]
@@ -32,11 +34,11 @@ pub struct Settings {
     pub period: Option<f64>,
     /// Spectral modes below this share of the strongest are left out.
     #[serde(deserialize_with = "share")]
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    #[schemars(extend("minimum" = 1e-30, "exclusiveMaximum" = 1))]
     pub mode_threshold: Option<f64>,
     /// A beamlet is cut off where it falls below this share of its peak.
     #[serde(deserialize_with = "share")]
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    #[schemars(extend("minimum" = 1e-30, "exclusiveMaximum" = 1))]
     pub footprint_threshold: Option<f64>,
     /// Whether beamlets are corrected beyond their second order.
     pub correction: Correction,
@@ -50,7 +52,7 @@ pub struct Settings {
     pub paper: Paper,
     /// The most memory that arrays may take, in units of 10⁶ bytes.
     #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[schemars(extend("minimum" = 1e-12))]
     pub memory_limit_mb: f64,
 }
 
@@ -114,14 +116,14 @@ pub struct Paper {
     #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub secondary: Option<usize>,
     /// Width of the square patch in micrometres.
-    #[serde(deserialize_with = "positive")]
-    #[schemars(extend("exclusiveMinimum" = 0))]
+    #[serde(deserialize_with = "width")]
+    #[schemars(extend("minimum" = 1e-6, "maximum" = 1e9))]
     pub patch_um: Option<f64>,
     /// What the field in a patch is multiplied by.
     pub window: PatchWindow,
     /// Width of the padded patch in units of the patch.
     #[serde(deserialize_with = "from_one")]
-    #[schemars(extend("minimum" = 1))]
+    #[schemars(extend("minimum" = 1, "maximum" = 1e6))]
     pub padding: Option<f64>,
     /// How many bands of the pixels' Fourier transform the modes span.
     #[serde(deserialize_with = "count")]
@@ -216,13 +218,13 @@ pub struct Hologram {
     #[serde(deserialize_with = "positive")]
     pub size_mm: [f64; 2],
     /// Number of iterations.
-    #[serde(default = "hundred", deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1))]
+    #[serde(default = "hundred", deserialize_with = "count")]
+    #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub iterations: usize,
     /// Share of the light that the picture is to have, between 0 and 1; what is found has somewhat less. Without it
     /// iterations trade light for likeness.
     #[serde(default, deserialize_with = "share")]
-    #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+    #[schemars(extend("minimum" = 1e-30, "exclusiveMaximum" = 1))]
     pub efficiency_goal: Option<f64>,
     /// Whether the lenses are replaced by their principal planes while the hologram is sought.
     #[serde(default = "yes")]

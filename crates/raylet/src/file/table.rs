@@ -60,7 +60,7 @@ macro_rules! table {
             $($fields)*
             /// Radius of the clear aperture in millimetres.
             #[serde(default, deserialize_with = "crate::file::number::positive")]
-            #[schemars(extend("exclusiveMinimum" = 0))]
+            #[schemars(extend("minimum" = 1e-12))]
             pub semi_aperture_mm: Option<f64>,
             /// The clear aperture where it is no centred disc, instead of `semi_aperture_mm`.
             #[serde(default)]

@@ -2,8 +2,9 @@
 
 use toml::{Table, Value};
 
-use crate::file::fault::Fault;
+use crate::file::fault::{Fault, shortened};
 use crate::file::misfit::nearest;
+use crate::file::quantity::LENGTH;
 use crate::file::scene::Scene;
 
 /// A number of a scene.
@@ -18,7 +19,7 @@ pub struct Address {
 /// The fault of a path that leads to no number.
 fn unknown(scene: &Scene, path: &str, at: &str) -> Fault {
     let expected = "the path of a number of this scene, such as element[1].thickness_mm";
-    let fault = scene.fault(at, format!("'{path}'"), expected);
+    let fault = scene.fault(at, format!("'{}'", shortened(path)), expected);
     if path.contains("radius") {
         return fault.hint("a plane's curvature varies where it is written as radius_mm = inf");
     }
@@ -112,6 +113,18 @@ impl Address {
         (bounds[0] <= bounds[1]).then_some(bounds)
     }
 
+    /// The number as the scene has it; a radius beyond every length is that of a plane.
+    fn written(&self, value: f64) -> f64 {
+        if !self.inverse {
+            return value;
+        }
+        let radius = 1.0 / value;
+        match radius.abs() > LENGTH {
+            true => f64::INFINITY.copysign(radius),
+            false => radius,
+        }
+    }
+
     fn number<'t>(&self, table: &'t mut Table) -> Option<&'t mut Value> {
         let Some((Step::Key(first), rest)) = self.steps.split_first() else {
             return None;
@@ -135,7 +148,7 @@ pub fn with_numbers(scene: &Scene, addresses: &[Address], values: &[f64]) -> Res
     let mut table = table(scene)?;
     for (address, value) in addresses.iter().zip(values) {
         if let Some(number) = address.number(&mut table) {
-            *number = Value::Float(if address.inverse { 1.0 / value } else { *value });
+            *number = Value::Float(address.written(*value));
         }
     }
     reread(scene, &table)

@@ -15,6 +15,7 @@ use crate::engine::simulate::sensor_of;
 use crate::file::design::{Design, View};
 use crate::file::fault::Fault;
 use crate::file::hologram::{asked, picture_of, target};
+use crate::file::number::LEAST;
 use crate::file::scene::{Illumination, Scene};
 use crate::file::wish::{
     Care, CirclesWish, EfficiencyWish, OverlapWish, PictureWish, Sharing, SpotWish, Wish,
@@ -62,7 +63,7 @@ fn lit_by(scene: &Scene, view: &View, number: usize) -> Result<Scene, Fault> {
                 plane.angle_deg = angle;
             }
         }
-        (Illumination::Point(_), None, Some(position)) if position[2] < 0.0 => {
+        (Illumination::Point(_), None, Some(position)) if position[2] <= -LEAST => {
             if let Illumination::Point(point) = &mut scene.source {
                 point.position_mm = position;
             }

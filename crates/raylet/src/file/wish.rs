@@ -38,7 +38,7 @@ macro_rules! wish {
         pub struct $name {
             /// Factor of this loss.
             #[serde(default = "one", deserialize_with = "positive")]
-            #[schemars(extend("exclusiveMinimum" = 0))]
+            #[schemars(extend("minimum" = 1e-12))]
             pub weight: f64,
             /// The scene's wavelengths in micrometres at which it counts; all of them by default. Its weight is
             /// shared by all runs in which it counts.
@@ -99,7 +99,7 @@ wish! {
         /// The picture's white over the intensity that is to look white, in units of the source's. Without it
         /// intensities and picture both count with sum 1, and the loss is the sum of squares.
         #[serde(default, deserialize_with = "positive")]
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(extend("minimum" = 1e-12))]
         pub scale: Option<f64>,
     }
 }
@@ -119,7 +119,7 @@ wish! {
         pub at_mm: Vec<[f64; 2]>,
         /// Radius of the circles in millimetres.
         #[serde(default, deserialize_with = "positive")]
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(extend("minimum" = 1e-12))]
         pub radius_mm: Option<f64>,
     }
 }
@@ -133,7 +133,7 @@ wish! {
         pub at_mm: Vec<[f64; 2]>,
         /// Radius of the circles in millimetres.
         #[serde(deserialize_with = "positive")]
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(extend("minimum" = 1e-12))]
         pub radius_mm: f64,
     }
 }
@@ -148,7 +148,7 @@ wish! {
         /// Distance at which a perfect wave from the whole opening would focus: with it s is a Strehl ratio, the
         /// intensity over (open area/λf)². Without it s is the share of the light that falls on the point's pixel.
         #[serde(default, deserialize_with = "positive")]
-        #[schemars(extend("exclusiveMinimum" = 0))]
+        #[schemars(extend("minimum" = 1e-12))]
         pub focal_length_mm: Option<f64>,
         /// How points share the light.
         #[serde(default)]

@@ -48,7 +48,7 @@ pub enum RayError {
         each: &'static str,
     },
     /// A number is none.
-    #[error("{field}[{index}] is {found}, expected finite numbers")]
+    #[error("{field}[{index}] is {found}, expected finite numbers up to 1e60")]
     NotFinite {
         /// The array.
         field: &'static str,
@@ -149,7 +149,10 @@ pub fn check_length(
     })
 }
 
-/// Checks that all numbers of an array, given entry by entry, are finite.
+/// The largest magnitude of a number that comes with rays: products of four of them, and sums of these, are finite.
+const LARGEST: f64 = 1e60;
+
+/// Checks that all numbers of an array, given entry by entry, are finite and not beyond any physical size.
 ///
 /// # Errors
 /// [`RayError::NotFinite`] for the first that is not.
@@ -158,7 +161,11 @@ pub fn check_finite<const N: usize>(
     entries: impl Iterator<Item = [f64; N]>,
 ) -> Result<(), RayError> {
     for (index, entry) in entries.enumerate() {
-        if let Some(found) = entry.iter().copied().find(|v| !v.is_finite()) {
+        if let Some(found) = entry
+            .iter()
+            .copied()
+            .find(|v| v.is_nan() || v.abs() > LARGEST)
+        {
             return Err(RayError::NotFinite {
                 field,
                 index,
@@ -169,18 +176,18 @@ pub fn check_finite<const N: usize>(
     Ok(())
 }
 
-/// Checks that a setting is a positive number.
+/// Checks that a setting is a positive number of a size that a length or an area has.
 ///
 /// # Errors
 /// [`RayError::Setting`] when it is not.
 pub fn check_positive(field: &'static str, found: f64) -> Result<(), RayError> {
-    if found > 0.0 && found.is_finite() {
+    if (1e-12..=1e12).contains(&found) {
         return Ok(());
     }
     Err(RayError::Setting {
         field,
         found: found.to_string(),
-        expected: "a positive finite number",
+        expected: "a positive finite number, from 1e-12 to 1e12",
     })
 }
 

@@ -45,6 +45,12 @@ pub enum ParaxialError {
         /// The part.
         part: String,
     },
+    /// Distances and curvatures lie so far apart that the ray matrix is not finite.
+    #[error("the ray matrix up to {part} is not finite")]
+    NotFinite {
+        /// The part.
+        part: String,
+    },
     /// A screen's x axis is not parallel to that of the screen before.
     #[error("{part} is turned about the axis; paraxial optics needs screens with parallel x axes")]
     Turned {
@@ -274,7 +280,15 @@ impl Walk {
         }
         self.at = frame.origin;
         self.matrix = self.matrix.drift(distance, index);
-        Ok(())
+        self.check_finite(part)
+    }
+
+    fn check_finite(&self, part: impl Fn() -> String) -> Result<(), ParaxialError> {
+        let Abcd { a, b, c, d, path } = self.matrix;
+        match [a, b, c, d, path].into_iter().all(f64::is_finite) {
+            true => Ok(()),
+            false => Err(ParaxialError::NotFinite { part: part() }),
+        }
     }
 
     /// To a surface and through it, or back from it.
@@ -299,7 +313,7 @@ impl Walk {
                 self.towards = self.towards * -1.0;
             }
         }
-        Ok(())
+        self.check_finite(|| surface_name(number))
     }
 }
 

@@ -1,0 +1,28 @@
+//! Files that Python leaves: whole or not at all, and never in the place of what raylet did not write.
+
+use std::path::PathBuf;
+
+use pyo3::prelude::*;
+use pyo3::pybacked::PyBackedBytes;
+use raylet::file::fault::Fault;
+use raylet::file::own_file::{OwnFile, Replace};
+
+use crate::refusal::fault;
+
+/// Writes files; all are checked before the first is written. Those that raylet did not write are replaced with
+/// `overwrite` only.
+#[pyfunction]
+pub(crate) fn write_files(
+    py: Python<'_>,
+    files: Vec<(PathBuf, PyBackedBytes)>,
+    overwrite: bool,
+) -> PyResult<()> {
+    let write = || -> Result<(), Fault> {
+        let replace = Replace::any_if(overwrite);
+        let claim = |(path, _): &(PathBuf, PyBackedBytes)| OwnFile::claim(path, replace);
+        let claimed = files.iter().map(claim).collect::<Result<Vec<_>, _>>()?;
+        let mut contents = claimed.iter().zip(&files);
+        contents.try_for_each(|(file, (_, content))| file.write(content))
+    };
+    py.detach(write).map_err(|told| fault(py, &told))
+}

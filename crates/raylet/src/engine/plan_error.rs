@@ -1,0 +1,78 @@
+//! Why a hop has no plan.
+
+/// Why no plan exists.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PlanError {
+    /// No ray gets from one screen to the next.
+    #[error("no ray from '{from}' reaches '{to}'{causes}")]
+    Dark {
+        /// Emitting screen.
+        from: String,
+        /// Receiving screen.
+        to: String,
+        /// How the rays of the fan were lost.
+        causes: String,
+    },
+    /// Plane wavelets start from planes.
+    #[error(
+        "method '{method}' does not start from curved screens such as '{screen}'; use beamlet or auto"
+    )]
+    Curved {
+        /// The method.
+        method: &'static str,
+        /// Emitting screen.
+        screen: String,
+    },
+    /// A screen has no edge.
+    #[error("screen '{0}' has no edge; give its element an aperture")]
+    Boundless(String),
+    /// The spectrum of one patch would be larger than allowed.
+    #[error(
+        "a patch of screen '{screen}' has {modes:?} modes, more than the {allowed} allowed; reduce \
+         sigma_um, or of the paper's method patch_um or padding, or raise memory_limit_mb"
+    )]
+    Modes {
+        /// Emitting screen.
+        screen: String,
+        /// Modes along x and y.
+        modes: [usize; 2],
+        /// Modes allowed altogether.
+        allowed: usize,
+    },
+    /// There would be more patches than fit into memory.
+    #[error(
+        "screen '{screen}' takes {patches:?} patches, more than the {allowed} allowed; raise sigma_um or \
+         memory_limit_mb"
+    )]
+    Patches {
+        /// Emitting screen.
+        screen: String,
+        /// Patches along x and y.
+        patches: [usize; 2],
+        /// Patches allowed altogether.
+        allowed: usize,
+    },
+    /// A free hop needs more plane waves than allowed.
+    #[error(
+        "from '{from}' to '{to}' it takes {directions:?} plane waves, more than the {allowed} allowed; \
+         reduce the size of a screen, or raise memory_limit_mb"
+    )]
+    Directions {
+        /// Emitting screen.
+        from: String,
+        /// Receiving screen.
+        to: String,
+        /// Plane waves along x and y.
+        directions: [usize; 2],
+        /// Plane waves allowed altogether.
+        allowed: usize,
+    },
+    /// Sizes, distances and widths lie so far apart that the numbers of the plan are not finite.
+    #[error("the plan from '{from}' to '{to}' has numbers that are not finite")]
+    NotFinite {
+        /// Emitting screen.
+        from: String,
+        /// Receiving screen.
+        to: String,
+    },
+}

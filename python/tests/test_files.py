@@ -1,0 +1,83 @@
+"""Files that are saved: whole or not at all, and never in the place of what raylet did not write."""
+
+from __future__ import annotations
+
+import os
+from pathlib import Path
+
+import numpy as np
+import pytest
+from conftest import hologram, noise
+
+import raylet
+
+
+def test_files_of_others_are_not_replaced(tmp_path: Path) -> None:
+    result = hologram(noise((4, 5))).simulate()
+    path = tmp_path / "field.npz"
+    path.write_text("mine")
+    with pytest.raises(raylet.RayletError, match="did not write") as caught:
+        result.save(path)
+    assert "overwrite=True" in caught.value.hint
+    assert path.read_text() == "mine" and os.listdir(tmp_path) == ["field.npz"]
+    result.save(path, overwrite=True)
+
+    # Twice in a row, until somebody else changes it.
+    result.save(path)
+    np.savez(path, field=result.field)
+    with pytest.raises(raylet.RayletError, match="changed since"):
+        result.save(path)
+    with pytest.raises(TypeError, match="overwrite is int"):
+        result.save(path, overwrite=1)  # type: ignore[arg-type]
+
+
+def test_links_are_not_followed(tmp_path: Path) -> None:
+    (tmp_path / "real.npz").write_text("mine")
+    (tmp_path / "field.npz").symlink_to("real.npz")
+    result = hologram(noise((4, 5))).simulate()
+    with pytest.raises(raylet.RayletError, match="a symbolic link"):
+        result.save(tmp_path / "field.npz")
+    result.save(tmp_path / "field.npz", overwrite=True)
+    assert (tmp_path / "real.npz").read_text() == "mine"
+
+
+def test_systems_are_saved_as_a_whole_or_not(tmp_path: Path) -> None:
+    """All files are checked before the first is written."""
+    system = hologram(noise((4, 5)))
+    scene, array = tmp_path / "scene.toml", tmp_path / "scene.element0.layer0.phase.npy"
+    for path in (scene, array):
+        path.write_text("mine")
+        with pytest.raises(raylet.RayletError, match=path.name):
+            system.save(scene)
+        assert os.listdir(tmp_path) == [path.name] and path.read_text() == "mine"
+        path.unlink()
+    for _ in range(2):
+        system.save(scene)
+    assert np.array_equal(raylet.load(scene).simulate().field, system.simulate().field)
+
+
+def test_one_design_at_a_time_keeps_checkpoints(tmp_path: Path) -> None:
+    system = raylet.System(wavelength_um=0.6)
+    pixels = raylet.pixels(pitch_um=2.0, size=(6, 6))
+    system.add_doe(pixels, aperture=raylet.disc(0.006), thickness_mm=0.1, name="slm")
+    system.add_sensor(pixels=(6, 6), pitch_um=2.0)
+    spot = {"kind": "encircled_energy", "at_mm": [(0.002, 0.0)], "radius_mm": 0.003}
+    task = {"element": [{"name": "slm", "start": "random"}], "loss": [spot], "iterations": 4}
+    kept, told = tmp_path / "kept", []
+
+    def meanwhile(done: float, what: str) -> None:
+        if not told:
+            with pytest.raises(raylet.RayletError, match=f"process {os.getpid()} on ") as caught:
+                system.design(**task, checkpoints=kept)
+            told.append(caught.value)
+
+    system.design(**task, checkpoints=kept, progress=meanwhile)
+    assert told
+    assert sorted(os.listdir(kept)) == ["checkpoint.before.json", "checkpoint.json"]
+    system.design(**task, checkpoints=kept, resume=True)
+
+    # What is no checkpoint of raylet stays.
+    (kept / "checkpoint.json").write_text("mine")
+    with pytest.raises(raylet.RayletError, match="not a whole checkpoint"):
+        system.design(**task, checkpoints=kept)
+    assert (kept / "checkpoint.json").read_text() == "mine"
