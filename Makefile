@@ -4,7 +4,7 @@ OUT ?= out/demo
 SCENE = scenes/hologram_through_lens.toml
 RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 
-.PHONY: demo test test-rust test-python test-torch bench accuracy wheel docs
+.PHONY: demo test test-rust test-python test-torch fuzz bench accuracy wheel docs
 
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
@@ -13,13 +13,23 @@ demo:
 	$(RAYLET) check $(SCENE)
 	$(RAYLET) simulate $(SCENE) --out $(OUT)
 
-test: test-rust test-python test-torch
+test: test-rust fuzz test-python test-torch
 
 test-rust:
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
 	cargo test --release --workspace
+
+# Random scenes, files and arguments (docs/fuzzing.md). A long run: make fuzz CASES=1000000; its last cases: FROM=990000.
+CASES ?= 2000
+SEED ?= 1
+FROM ?= 0
+JOBS ?= 2
+
+fuzz:
+	cargo build --release --quiet --package raylet-cli
+	$(PYTHON) -m fuzz --cases $(CASES) --seed $(SEED) --from $(FROM) --jobs $(JOBS)
 
 # A virtual environment with what the Python tests need; the package is built with the same profile as the rest.
 VENV = .venv
@@ -49,8 +59,8 @@ stubs: $(STUBS)
 	cp $(STUBS) python/raylet/_raylet.pyi
 
 test-python: install
-	$(VENV)/bin/ruff format --check python
-	$(VENV)/bin/ruff check python
+	$(VENV)/bin/ruff format --check python fuzz
+	$(VENV)/bin/ruff check python fuzz
 	$(MAKE) --no-print-directory $(STUBS)
 	cmp $(STUBS) python/raylet/_raylet.pyi || { echo "types have changed: run make stubs"; exit 1; }
 	$(VENV)/bin/mypy

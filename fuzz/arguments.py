@@ -5,15 +5,46 @@ from __future__ import annotations
 from fuzz.draft import Draft
 
 #: Where results may go: new places, and places where something is already, which must stay as it is.
-OUTS = {"out": 30, "deep/er/out": 2, "out/": 1, "./a b": 1, "keep/../out": 1, "keep": 1, "decoy.txt": 1, "scene.toml": 1}
+OUTS = {
+    "out": 30,
+    "deep/er/out": 2,
+    "out/": 1,
+    "./a b": 1,
+    "keep/../out": 1,
+    "keep": 1,
+    "decoy.txt": 1,
+    "scene.toml": 1,
+}
 OUTS |= {".": 0.5, "": 0.5, "decoy.txt/out": 0.5, ".hidden": 0.5, "µ" * 100: 0.3, "x" * 300: 0.3, "/proc/out": 0.3}
 OUTS |= {"keep/new": 1, "keep/photograph.jpg": 0.5, "null": 0.5}
 
 METHODS = ["auto", "beamlet", "beamlet", "plane", "paper", "Beamlet"]
 REFERENCES = ["auto", "angular-spectrum", "rayleigh-sommerfeld", "collins", "gsl", "none"]
 NUMBERS = ["1", "1", "2", "0", "-1", "1e3", "99999999999999999999", "nan", "inf", "0.001", "", "x"]
-ANY = ["--out", "--threads", "--method", "--iterations", "--naive", "--resume", "--help", "--version", "-", "--", "-x", "é"]
-ANY += ["--overwrite", "--allow-outside", "--most-hours", "--memory-limit-mb", "--quick", "--parts", "--out=", "--out=out"]
+ANY = [
+    "--out",
+    "--threads",
+    "--method",
+    "--iterations",
+    "--naive",
+    "--resume",
+    "--help",
+    "--version",
+    "-",
+    "--",
+    "-x",
+    "é",
+]
+ANY += [
+    "--overwrite",
+    "--allow-outside",
+    "--most-hours",
+    "--memory-limit-mb",
+    "--quick",
+    "--parts",
+    "--out=",
+    "--out=out",
+]
 
 
 def command(draft: Draft, verb: str) -> list[list[str]]:

@@ -8,8 +8,8 @@ import sys
 import zipfile
 import zlib
 from array import array
+from collections.abc import Sequence
 from functools import lru_cache
-from typing import Sequence
 
 #: Bytes that a bomb unpacks to: more than the memory limit of any case and what is allowed above it.
 BOMB = 400_000_000
@@ -54,7 +54,9 @@ def chunk(kind: bytes, content: bytes) -> bytes:
     return struct.pack(">I", len(content)) + kind + content + struct.pack(">I", zlib.crc32(kind + content))
 
 
-def png(width: int, height: int, depth: int, rows: bytes, colour: int = 0, told: tuple[int, int] | None = None) -> bytes:
+def png(
+    width: int, height: int, depth: int, rows: bytes, colour: int = 0, told: tuple[int, int] | None = None
+) -> bytes:
     """A picture of these rows; `told` is the size that its head claims."""
     size = told or (width, height)
     step = len(rows) // height

@@ -23,7 +23,16 @@ DECOYS = {
     "../decoy.npy": b"outside",
 }
 
-VERBS = {"check": 60, "simulate": 8, "reference": 8, "hologram": 10, "design": 3, "gradcheck": 4, "compare": 5, "junk": 2}
+VERBS = {
+    "check": 60,
+    "simulate": 8,
+    "reference": 8,
+    "hologram": 10,
+    "design": 3,
+    "gradcheck": 4,
+    "compare": 5,
+    "junk": 2,
+}
 
 #: What is done to a case: nothing, or the tree, the text, the files or the kinds of files are altered.
 HARM = {"none": 52, "tree": 30, "text": 7, "array": 7, "special": 4}
@@ -110,7 +119,9 @@ def make_special(draft: Draft, case: Case) -> None:
     names = sorted(case.files)
     name = draft.pick([*(name for name in names if name != "scene.toml"), "scene.toml"])
     del case.files[name]
-    kind = draft.pick(["fifo", "folder", "link /dev/zero", "link /dev/stdin", f"link {name}", "link /proc/self/mem", ""])
+    kind = draft.pick(
+        ["fifo", "folder", "link /dev/zero", "link /dev/stdin", f"link {name}", "link /proc/self/mem", ""]
+    )
     if kind:
         case.special[name] = kind
 

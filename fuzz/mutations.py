@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import Any, Iterator
+from collections.abc import Iterator
+from typing import Any
 
 from fuzz import arrays, toml
 from fuzz.draft import Draft
@@ -12,7 +13,22 @@ NUMBERS += [2**63 - 1, -(2**63), -0.0, 0.1, 90, 180, float("nan"), float("inf"),
 NUMBERS += [toml.Raw("9223372036854775808"), toml.Raw("1e400"), toml.Raw("0x_1"), toml.Raw("+0.0"), toml.Raw("1_000")]
 
 #: Other values than the one that is expected.
-VALUES = [True, "", "nan", "../nothing.npy", "../decoy.npy", "first", [], {}, [[]], [1, [2]], {"index": 0.5}, {"kind": "lens"}, "\0", "✗"]
+VALUES = [
+    True,
+    "",
+    "nan",
+    "../nothing.npy",
+    "../decoy.npy",
+    "first",
+    [],
+    {},
+    [[]],
+    [1, [2]],
+    {"index": 0.5},
+    {"kind": "lens"},
+    "\0",
+    "✗",
+]
 VALUES += [toml.Raw("1979-05-27"), toml.Raw("'''\n'''"), "x" * 3000, [0.5] * 500, [{}] * 3, ["a", 1]]
 
 #: Counts of steps: larger ones take longer, as they should.
@@ -92,7 +108,7 @@ def garble(draft: Draft, text: bytes) -> bytes:
         "lone returns": text.replace(b"\n", b"\r"),
         "mark": b"\xef\xbb\xbf" + text,
         "wide": text.decode().encode("utf-16"),
-        "latin": "title = \"µ\"\n".encode("latin-1") + text,
+        "latin": 'title = "µ"\n'.encode("latin-1") + text,
         "empty": b"",
         "zeros": b"\0" * 3000,
     }
@@ -112,7 +128,9 @@ def array(draft: Draft) -> bytes:
     """An array of another kind or shape, with values that are no numbers, or whose header lies."""
     shape = draft.pick(["(4, 4)", "(0, 4)", "(4,)", "()", "(2, 2, 4)", "(-4, 4)", "(4, 4", "(100000, 100000)"])
     shape = draft.pick([shape, "(9223372036854775807, 9223372036854775807)", "(4294967296, 4294967296)", "(16, 1)"])
-    kind = draft.pick(["'<f8'", "'<f8'", "'|O'", "'<i8'", "'|u1'", "'<c16'", "'<U9'", "[('a', '<f8')]", "'<f16'", "'x'"])
+    kind = draft.pick(
+        ["'<f8'", "'<f8'", "'|O'", "'<i8'", "'|u1'", "'<c16'", "'<U9'", "[('a', '<f8')]", "'<f16'", "'x'"]
+    )
     order = draft.pick(["False", "True", "None"])
     start = arrays.header(kind, shape, order, draft.pick([1, 1, 2, 3, 9]))
     odd = [draft.pick([float("nan"), float("inf"), 1e308, 5e-324, -1e300]) for _ in range(16)]

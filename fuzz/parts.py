@@ -11,13 +11,14 @@ def aperture(draft: Draft, radius: float, inside: bool = True) -> dict:
     """An opening within this radius of any outline, perhaps with parts blocked."""
     centre = {"centre_mm": draft.pair(0.3 * radius)} if draft.chance(0.15) else {}
     turn = {"rotation_deg": draft.number(-180, 180)} if draft.chance(0.5) else {}
+    bend = draft.number(-0.5, 0.5) * radius
     kind = draft.weighted({"disc": 5, "rectangle": 2, "annulus": 1, "regular_polygon": 1, "polygon": 1})
     outline = {
         "disc": {"radius_mm": radius},
         "rectangle": {"width_mm": draft.number(0.5, 2) * radius, "height_mm": draft.number(0.5, 2) * radius, **turn},
         "annulus": {"inner_radius_mm": draft.number(0, 0.8) * radius, "outer_radius_mm": radius},
         "regular_polygon": {"sides": draft.whole(3, 9), "radius_mm": radius, **turn},
-        "polygon": {"corners_mm": [[-radius, -radius], [radius, -radius], [0.4 * radius, draft.number(-0.5, 0.5) * radius], [0, radius]]},
+        "polygon": {"corners_mm": [[-radius, -radius], [radius, -radius], [0.4 * radius, bend], [0, radius]]},
     }
     opening: dict = {kind: {**outline[kind], **centre}}
     if inside and draft.chance(0.15):
@@ -72,7 +73,7 @@ def smooth(draft: Draft, radius: float) -> dict:
         "axicon": {"angle_deg": draft.number(-4, 4)},
         "vortex": {"charge": draft.whole(-4, 4)},
         "radial": {"norm_radius_mm": radius, "coefficients": terms(draft, 4, 8)},
-        "zernike": {"norm_radius_mm": radius, "coefficients": terms(draft, 12, 1)},
+        "zernike": {"norm_radius_mm": radius, "coefficients": terms(draft, 6, 1)},
     }
     layer = {"kind": kind, **told[kind]}
     if kind == "grating" and draft.chance(0.3):

@@ -20,10 +20,10 @@ def scene(draft: Draft, verb: str) -> dict:
         tree["ambient"] = draft.pick([{"index": 1.33}, "air", "fused silica"])
     if draft.chance(0.3):
         tree["seed"] = draft.whole(0, 2**40)
-    radius = draft.scale(0.004, 0.016)
+    designed = verb in ("hologram", "design", "gradcheck")
+    radius = draft.scale(0.003, 0.005 if designed else 0.015)
     tree["source"] = source(draft)
     tree["settings"] = settings(draft)
-    designed = verb in ("hologram", "design", "gradcheck")
     if designed:
         free = draft.pick(["phase", "phase", "amplitude", "both"]) if verb != "hologram" else "phase"
         tree["element"] = [target(draft, radius, free), *train(draft, radius, {nothing: 5, lens: 0.4}, 0)]
@@ -34,7 +34,7 @@ def scene(draft: Draft, verb: str) -> dict:
     else:
         tree["element"] = system(draft, radius, verb)
     if verb in ("design", "gradcheck"):
-        tree["settings"] |= {"method": draft.pick(["auto", "beamlet"]), "target_error": 0.3}
+        tree["settings"] |= {"method": draft.weighted({"auto": 9, "beamlet": 1}), "target_error": 0.3}
         tree["design"] = design(draft, tree, free)
     return tree
 
@@ -49,7 +49,7 @@ def source(draft: Draft) -> dict:
 
 def settings(draft: Draft) -> dict:
     """How it is computed: mostly roughly."""
-    told: dict = {"memory_limit_mb": MEMORY_LIMIT_MB, "target_error": draft.weighted({0.3: 6, 0.1: 3, 0.03: 1})}
+    told: dict = {"memory_limit_mb": MEMORY_LIMIT_MB, "target_error": draft.weighted({0.3: 10, 0.1: 4, 0.03: 1})}
     rare = {
         "sigma_um": draft.scale(2, 50),
         "step": draft.number(1, 2),
@@ -61,7 +61,7 @@ def settings(draft: Draft) -> dict:
         "coating": draft.pick(["ideal", "fresnel", "unit"]),
     }
     told |= {name: one for name, one in rare.items() if draft.chance(0.06)}
-    told["method"] = draft.weighted({"auto": 10, "beamlet": 2, "plane": 1, "paper": 2})
+    told["method"] = draft.weighted({"auto": 20, "beamlet": 2, "plane": 1, "paper": 2})
     if told["method"] == "paper":
         told["paper"] = paper(draft)
     return told

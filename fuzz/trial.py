@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 import shutil
+import signal
 from dataclasses import dataclass, field
 from pathlib import Path
 
 from fuzz.case import Case
 from fuzz.process import CPU_LIMIT, run
-from fuzz.verdict import SLOW_CHECK, judge, look
+from fuzz.verdict import SLOW, SLOW_CHECK, judge, look
 
 
 @dataclass
@@ -46,10 +47,10 @@ def step(case: Case, line: list[str], binary: Path, folder: Path, outcome: Outco
     done = run([str(binary), *line], here, folder / "said", limit)
     outcome.cpu += done.cpu
     outcome.peak_mb = max(outcome.peak_mb, done.peak_mb)
-    if case.slow and done.cpu >= limit:
+    if case.slow and done.code == -signal.SIGXCPU:
         outcome.end, outcome.slow = "slow", case.slow
         return
     outcome.reasons += judge(case, line, done, here, before)
     outcome.end = "fallen" if outcome.reasons else {0: "done"}.get(done.code, "refused")
-    if not outcome.reasons and line[0] == "check" and done.cpu > SLOW_CHECK:
-        outcome.slow = f"check above {SLOW_CHECK} s"
+    if done.cpu > (SLOW_CHECK if line[0] == "check" else SLOW):
+        outcome.slow = f"{line[0]} takes long"

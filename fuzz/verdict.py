@@ -12,8 +12,8 @@ import struct
 import sys
 import zipfile
 from array import array
+from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
-from typing import Iterator
 
 from fuzz.case import Case
 from fuzz.process import WALL_LIMIT, Run
@@ -28,7 +28,8 @@ LONGEST = 2000
 #: glasses, the text of the scene, tables and pictures, which are no arrays.
 ALLOWANCE_MB = 64
 
-#: Processor time of `check` that is told apart, in seconds.
+#: Processor time above which a case is told apart, in seconds; `check` should take no time.
+SLOW = 20
 SLOW_CHECK = 2
 
 NOT_FINITE = re.compile(r"(?<![\w.])[-+]?(nan|inf|infinity)(?![\w.])", re.IGNORECASE)
@@ -154,7 +155,11 @@ def scan_document(tree: object, path: str = "") -> str:
 
 def scan_array(content: bytes) -> str:
     """Whether an array of floating-point numbers holds one that is not finite."""
-    start = 10 + struct.unpack_from("<H", content, 8)[0] if content[6] == 1 else 12 + struct.unpack_from("<I", content, 8)[0]
+    start = (
+        10 + struct.unpack_from("<H", content, 8)[0]
+        if content[6] == 1
+        else 12 + struct.unpack_from("<I", content, 8)[0]
+    )
     kind = re.search(rb"'descr': '([<>=|])([fc])(\d+)'", content[:start])
     if not kind:
         return ""
