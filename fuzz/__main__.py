@@ -38,8 +38,9 @@ def corpus(folder: Path) -> list[Case]:
 
 
 def work(asked: argparse.Namespace, queue: Any, counter: Any, stop: Any, scratch: Path) -> None:
-    """One worker: takes the next case until there is none. Ctrl-C is the main process's to handle."""
-    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    """One worker: takes the next case until there is none. The main process handles Ctrl-C and requests to end."""
+    for asking in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(asking, signal.SIG_IGN)
     kept = corpus(asked.corpus) if asked.first == 0 else []
     while not stop.is_set():
         with counter.get_lock():
@@ -75,8 +76,9 @@ def campaign(asked: argparse.Namespace, scratch: Path) -> Tally:
             if outcome is not None:
                 tally.add(outcome)
         except KeyboardInterrupt:
+            if not stop.is_set():
+                print(f"\nstopping; --from {asked.first + max(0, tally.done - asked.jobs)} goes on", flush=True)
             stop.set()
-            print(f"\nstopping; --from {asked.first + max(0, tally.done - asked.jobs)} goes on", flush=True)
     return tally
 
 
@@ -94,6 +96,8 @@ def only(asked: argparse.Namespace) -> int:
 
 def main() -> int:
     asked = arguments()
+    for asking in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(asking, signal.default_int_handler)
     asked.binary = asked.binary.resolve()
     if not asked.binary.is_file():
         sys.exit(f"error: no program {asked.binary}; build it with cargo build --release -p raylet-cli")

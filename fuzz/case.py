@@ -24,14 +24,14 @@ DECOYS = {
 }
 
 VERBS = {
-    "check": 60,
-    "simulate": 8,
+    "check": 58,
+    "simulate": 4,
     "reference": 8,
-    "hologram": 10,
-    "design": 3,
-    "gradcheck": 4,
-    "compare": 5,
-    "junk": 2,
+    "hologram": 14,
+    "design": 2.5,
+    "gradcheck": 2.5,
+    "compare": 9,
+    "junk": 3,
 }
 
 #: What is done to a case: nothing, or the tree, the text, the files or the kinds of files are altered.

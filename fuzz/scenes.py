@@ -26,7 +26,10 @@ def scene(draft: Draft, verb: str) -> dict:
     tree["settings"] = settings(draft)
     if designed:
         free = draft.pick(["phase", "phase", "amplitude", "both"]) if verb != "hologram" else "phase"
-        tree["element"] = [target(draft, radius, free), *train(draft, radius, {nothing: 5, lens: 0.4}, 0)]
+        tree["element"] = [
+            target(draft, radius, free),
+            *train(draft, radius, {nothing: 9, lens: 1 if verb == "hologram" else 0.2}, 0),
+        ]
         tree["hologram"] = hologram(draft, tree["element"][-1])
     elif draft.chance(0.05):
         tree["source"]["beam_radius_mm"] = radius
@@ -91,7 +94,7 @@ def system(draft: Draft, radius: float, verb: str) -> list[dict]:
     elements = [opener(draft, radius)]
     if draft.chance(0.05):
         elements += [{"kind": "coordinate_break", "tilt_deg": [*draft.pair(5), 0], "decenter_mm": draft.pair(0.01)}]
-    kinds = {nothing: 6, lens: 3, ideal: 2, second: 2, plate: 1, surfaces: 0.4, mirror: 0.4, fold: 0.2}
+    kinds = {nothing: 6, lens: 2, ideal: 3, second: 2, plate: 1, surfaces: 0.3, mirror: 0.3, fold: 0.1}
     simple = {nothing: 4, ideal: 1, lens: 1, plate: 1}
     return elements + train(draft, radius, simple if verb == "reference" else kinds)
 
