@@ -15,7 +15,7 @@ from array import array
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
-from fuzz.case import Case
+from fuzz.case import DECOYS, Case
 from fuzz.process import WALL_LIMIT, Run
 
 #: What a command may end with: done, or refused.
@@ -109,11 +109,11 @@ def may_touch(case: Case, line: list[str], run: Run, name: str, what: str) -> bo
     out = os.path.normpath(target(line)) if target(line) else ""
     own = PurePosixPath(name).name.removeprefix(".").removesuffix(".raylet")
     stated = own.encode() in case.files.get("scene.toml", b"") or own == "scene.designed.toml"
-    lent = name in case.files or name in case.special or PurePosixPath(name).name in ("photograph.jpg", "decoy.npy")
+    lent = name in {**DECOYS, **case.files, **case.special}
     if verb in ("hologram", "design") and (stated or own == PurePosixPath(out).name):
         return run.code == 0 and (overwrite or not lent) and (not name.startswith("../") or "--allow-outside" in line)
     beneath = bool(out) and (name + "/").startswith(out + "/") or out == "."
-    leads = bool(out) and what == "made" and (out + "/").startswith(name + "/")
+    leads = bool(out) and what == "made" and out.startswith(name + "/")
     return (beneath or leads) and not lent and (run.code == 0 or verb == "design" or what == "made" and leads)
 
 

@@ -1,0 +1,50 @@
+"""What the fuzzer of the program (fuzz/ at the root) counts as fallen, seen with programs that fall on purpose."""
+
+from __future__ import annotations
+
+import sys
+from pathlib import Path
+
+import pytest
+
+sys.path.insert(0, str(Path(__file__).parents[2]))
+from fuzz.case import Case, random_case
+from fuzz.trial import attempt
+
+FALLS = {
+    "echo 'power NaN mm²'": "not finite",
+    "mkdir out; echo '{\"a\": 1e999}' > out/result.json": "not finite",
+    "mkdir out; echo a > keep/new": "made outside",
+    "echo a > ../new": "made outside",
+    "echo a >> .hidden": "changed",
+    "rm decoy.txt": "removed",
+    "mkdir out; echo 'error: scene.toml: refused' >&2; exit 2": "made outside",
+    "exit 2": "no error message",
+    "exit 1": "exit code 1",
+    "echo \"thread 'main' panicked at\" >&2; exit 101": "panic",
+    "kill -9 $$": "exit code -9",
+}
+
+
+@pytest.mark.parametrize("script", FALLS)
+def test_falls_are_seen(tmp_path: Path, script: str) -> None:
+    assert FALLS[script] in "; ".join(fall(tmp_path, script))
+
+
+def test_good_ends_are_no_falls(tmp_path: Path) -> None:
+    assert fall(tmp_path / "a", "mkdir out; echo '{\"a\": 1.5}' > out/result.json; echo 'power 1 mm²'") == []
+    assert fall(tmp_path / "b", "echo 'error: scene.toml: nothing in it' >&2; exit 2") == []
+
+
+def test_cases_are_told_by_seed_and_number() -> None:
+    assert random_case(3, 14) == random_case(3, 14) != random_case(4, 14)
+
+
+def fall(room: Path, script: str) -> list[str]:
+    """Why a program falls that does what a script says."""
+    room.mkdir(exist_ok=True)
+    program = room / "program"
+    program.write_text(f"#!/bin/sh\n{script}\n")
+    program.chmod(0o755)
+    case = Case("simulate-1", {"scene.toml": b"memory_limit_mb = 24\n"}, [["simulate", "scene.toml", "--out", "out"]])
+    return attempt(case, program, room / "case", None).reasons
