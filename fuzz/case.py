@@ -79,7 +79,8 @@ class Case:
     def load(cls, folder: Path, shared: dict[str, bytes]) -> Case:
         """A case of the corpus, with those of the shared files that its scene names."""
         told = json.loads((folder / "case.json").read_text())
-        files = {path.name: path.read_bytes() for path in sorted(folder.iterdir()) if path.name != "case.json"}
+        own = [path for path in sorted(folder.iterdir()) if path.name not in ("case.json", "reasons")]
+        files = {path.name: path.read_bytes() for path in own}
         text = b"\n".join(files.values())
         files |= {name: content for name, content in shared.items() if name not in files and name.encode() in text}
         return cls(folder.name, files, told["commands"], told.get("special", {}), told.get("slow", ""))
