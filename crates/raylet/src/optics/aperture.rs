@@ -217,6 +217,11 @@ impl Aperture {
     /// The share of the cell `[x0, x1] × [y0, y1]` that is open, between 0 and 1, by exact areas. In a
     /// cell that both an opening and its obstruction cut it is good to some 1e-5.
     pub fn coverage(&self, x0: f64, x1: f64, y0: f64, y1: f64) -> f64 {
+        self.share([x0, x1, y0, y1], QUARTERINGS)
+    }
+
+    /// The same with so many quarterings left, which obstructions of what is obstructed already share.
+    fn share(&self, [x0, x1, y0, y1]: [f64; 4], quarterings: u32) -> f64 {
         let area = (x1 - x0) * (y1 - y0);
         let (x0, x1) = (x0 - self.centre[0], x1 - self.centre[0]);
         let (y0, y1) = (y0 - self.centre[1], y1 - self.centre[1]);
@@ -232,10 +237,27 @@ impl Aperture {
             }
             Outline::Polygon { corners } => polygon::area_within(corners, x0, x1, y0, y1),
             Outline::Blocked { open, by } => {
-                return left_open(open, by, [x0, x1, y0, y1], QUARTERINGS);
+                return left_open(open, by, [x0, x1, y0, y1], quarterings);
             }
         };
         (open / area).clamp(0.0, 1.0)
+    }
+
+    /// 0 and 1 as the share is, and otherwise something between, without quarterings.
+    fn rough_share(&self, cell: [f64; 4]) -> f64 {
+        match &self.outline {
+            Outline::Blocked { open, by } => {
+                let ([x0, x1, y0, y1], [x, y]) = (cell, self.centre);
+                let seen = [x0 - x, x1 - x, y0 - y, y1 - y];
+                match (open.rough_share(seen), by.rough_share(seen)) {
+                    (0.0, _) | (_, 1.0) => 0.0,
+                    (open, 0.0) => open,
+                    (1.0, by) => 1.0 - by,
+                    _ => 0.5,
+                }
+            }
+            _ => self.share(cell, 0),
+        }
     }
 }
 
@@ -247,12 +269,16 @@ fn around(half_x: f64, half_y: f64) -> [f64; 4] {
 /// The share of a cell that is open and not blocked: exact wherever at most one of the two has an edge,
 /// and found by quartering the cell elsewhere.
 fn left_open(open: &Aperture, by: &Aperture, cell: [f64; 4], quarterings: u32) -> f64 {
-    let [x0, x1, y0, y1] = cell;
-    let (whole, covered) = (open.coverage(x0, x1, y0, y1), by.coverage(x0, x1, y0, y1));
-    let mixed = |share: f64| 0.0 < share && share < 1.0;
-    if quarterings == 0 || !mixed(whole) || !mixed(covered) {
-        return whole * (1.0 - covered);
+    // Shares that only tell whether to divide the cell are rough ones: finding them by quartering at each quartering
+    // took five hundred times as long for every obstruction more.
+    let mixed = |part: &Aperture| {
+        let share = part.rough_share(cell);
+        0.0 < share && share < 1.0
+    };
+    if quarterings == 0 || !mixed(open) || !mixed(by) {
+        return open.share(cell, quarterings) * (1.0 - by.share(cell, quarterings));
     }
+    let [x0, x1, y0, y1] = cell;
     let (x, y) = (0.5 * (x0 + x1), 0.5 * (y0 + y1));
     let quarters = [
         [x0, x, y0, y],
@@ -416,6 +442,19 @@ mod tests {
             disc.blocked(bar)
                 .blocked(Aperture::regular_polygon(3, 0.5, 0.0, centre)),
         ]
+    }
+
+    /// Each obstruction with the same edge once made a cell take five hundred times as long.
+    #[test]
+    fn many_obstructions_with_one_edge_take_little_time() {
+        let disc = Aperture::disc(1.0);
+        let once = Aperture::disc(2.0).blocked(disc.clone());
+        let often = (0..5).fold(once.clone(), |open, _| open.blocked(disc.clone()));
+        for [x, y] in [[0.5, 0.5], [0.9, 0.0], [-1.3, 0.2]] {
+            let share = |aperture: &Aperture| aperture.coverage(x, x + 0.4, y, y + 0.4);
+            let (one, many) = (share(&once), share(&often));
+            assert!((one - many).abs() < 2e-3, "{one} {many}");
+        }
     }
 
     #[test]
