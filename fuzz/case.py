@@ -24,13 +24,13 @@ DECOYS = {
 }
 
 VERBS = {
-    "check": 58,
-    "simulate": 4,
+    "check": 57,
+    "simulate": 2.5,
     "reference": 8,
     "hologram": 14,
     "design": 2.5,
     "gradcheck": 2.5,
-    "compare": 9,
+    "compare": 10,
     "junk": 3,
 }
 

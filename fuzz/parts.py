@@ -99,7 +99,7 @@ def layers(draft: Draft, radius: float) -> list[dict]:
 def curve(draft: Draft, radius: float) -> dict:
     """A shape of a surface with a clear aperture of this radius, mostly spherical."""
     bent = {"radius_mm": draft.signed(8 * radius, 60 * radius)}
-    kind = draft.weighted({"plane": 2, "sphere": 6, "conic": 1, "even": 1, "shape": 1})
+    kind = draft.weighted({"plane": 2, "sphere": 6, "conic": 1, "even": 0.7, "shape": 0.6})
     if kind == "plane":
         return {}
     if kind == "conic":

@@ -12,7 +12,7 @@ MEMORY_LIMIT_MB = 24
 
 def scene(draft: Draft, verb: str) -> dict:
     """A scene that this verb can do something with."""
-    waves = [draft.number(0.4, 1.1) for _ in range(draft.weighted({1: 6, 2: 1}))]
+    waves = [draft.number(0.4, 1.1) for _ in range(draft.weighted({1: 10, 2: 1}))]
     tree: dict = {"version": 1, "wavelength_um": waves if len(waves) > 1 or draft.chance(0.2) else waves[0]}
     if draft.chance(0.5):
         tree["title"] = "A small scene"
@@ -52,7 +52,7 @@ def source(draft: Draft) -> dict:
 
 def settings(draft: Draft) -> dict:
     """How it is computed: mostly roughly."""
-    told: dict = {"memory_limit_mb": MEMORY_LIMIT_MB, "target_error": draft.weighted({0.3: 10, 0.1: 4, 0.03: 1})}
+    told: dict = {"memory_limit_mb": MEMORY_LIMIT_MB, "target_error": draft.weighted({0.3: 12, 0.1: 3})}
     rare = {
         "sigma_um": draft.scale(2, 50),
         "step": draft.number(1, 2),
