@@ -17,7 +17,8 @@
 //! [`direct`]: samples anywhere in space and the sum over them; [`tilted`], [`fold`]: what is tilted or folded;
 //! [`mod@bench`]: these joined to a train of small, strongly refracting lenses and pixel planes;
 //! [`gradients`], [`sensitivity`]: adjoints and differences of these against raylet's gradients;
-//! [`designed`]: systems that raylet has designed.
+//! [`designed`]: systems that raylet has designed;
+//! [`estimates`]: the errors that raylet tells of random small systems beside their true ones.
 
 pub mod phase;
 pub mod quadrature;
@@ -62,3 +63,5 @@ pub mod sensitivity;
 pub mod designed;
 
 pub mod suite;
+
+pub mod estimates;

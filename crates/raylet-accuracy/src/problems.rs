@@ -77,22 +77,27 @@ fn measured(outcome: &Outcome, exact: &Array2<Complex64>, seconds: f64) -> Measu
     let intensity = |a: &Array2<Complex64>| a.mapv(|u| u.norm_sqr());
     let (ia, ib) = (intensity(ours), intensity(exact));
     let sum = |a: &Array2<f64>, b: &Array2<f64>| (a * b).sum();
-    let (mut squares, mut rays) = (0.0, 0);
-    for hop in &outcome.hops {
-        let account = Account::of(&hop.plan, &hop.tally);
-        squares += account.map_or(0.0, |account| account.total().powi(2));
-        rays += hop.tally.total_rays();
-    }
+    let rays = outcome.hops.iter().map(|hop| hop.tally.total_rays());
     Measured {
         absolute: (off / power(exact)).sqrt(),
         shape: (1.0 - overlap.norm_sqr() / power(ours) / power(exact))
             .max(0.0)
             .sqrt(),
         ncc: sum(&ia, &ib) / (sum(&ia, &ia) * sum(&ib, &ib)).sqrt(),
-        estimate: squares.sqrt(),
-        rays,
+        estimate: told_error(outcome),
+        rays: rays.sum(),
         seconds,
     }
+}
+
+/// What a run tells of its error: the errors of its hops together.
+pub fn told_error(outcome: &Outcome) -> f64 {
+    let accounts = outcome.hops.iter();
+    let accounts = accounts.filter_map(|hop| Account::of(&hop.plan, &hop.tally));
+    accounts
+        .map(|account| account.total().powi(2))
+        .sum::<f64>()
+        .sqrt()
 }
 
 /// A frame on the axis.

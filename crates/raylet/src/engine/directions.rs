@@ -218,8 +218,8 @@ mod tests {
         let system = grating(1.5, false, sensor);
         let exact = simulate(&system, &Settings::default(), &|_| {}).unwrap();
         let error = |strength| {
-            let (field, rays) = sum_of_directions(&system, 300, strength, &|_| {}).unwrap();
-            assert!(rays > 70_000);
+            let (field, rays) = sum_of_directions(&system, 400, strength, &|_| {}).unwrap();
+            assert!(rays > 120_000);
             field_error(field.values.view(), exact.field.values.view()).unwrap()
         };
         let density = error(Strength::Density);

@@ -14,6 +14,7 @@ pub mod census;
 pub mod cpu;
 pub mod directions;
 pub mod drawn;
+pub mod edge_light;
 pub mod eikonal;
 pub mod facet;
 pub mod fan;

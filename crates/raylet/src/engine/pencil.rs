@@ -11,8 +11,10 @@ use crate::optics::system::{Hop, System};
 /// many, and behind smooth elements and stops, where each sends one.
 const PLACES: [usize; 2] = [7, 41];
 
-/// Directions along each axis behind pixels, over this many orders of their lattice to each side.
+/// Directions along each axis behind pixels, closer together about the middle, over all sines up to this one and
+/// over this many orders of their lattice at least to each side.
 const DIRECTIONS: usize = 21;
+const STEEPEST: f64 = 1.2;
 const ORDERS: f64 = 1.5;
 
 /// Most rays of one screen that are followed from the next.
@@ -82,7 +84,7 @@ pub fn leave_all(hop: &Hop, arriving: &[Pencil]) -> Vec<Pencil> {
 }
 
 /// The ray that leaves a stop or a smooth element.
-fn bend(hop: &Hop, pencil: &Pencil) -> Pencil {
+pub fn bend(hop: &Hop, pencil: &Pencil) -> Pencil {
     let Pencil { at, p, energy } = *pencil;
     let gradient = match &hop.from.act {
         Act::Doe(doe) => doe.phase_gradient(at[0], at[1]),
@@ -100,20 +102,32 @@ fn bend(hop: &Hop, pencil: &Pencil) -> Pencil {
 /// The rays that leave pixels, by the energy that the diffraction of a pixel gives them.
 fn diffract(hop: &Hop, pitch: [f64; 2], pencil: &Pencil) -> Vec<Pencil> {
     let Pencil { at, p, energy } = *pencil;
-    let order = |i: usize| ORDERS * ((2 * i + 1) as f64 / DIRECTIONS as f64 - 1.0);
+    // The middles and widths of the orders' ranges, and the energy of a sinc², its mean beyond the first order.
+    let range = |a: usize, i: usize| {
+        let widest = ORDERS.max(STEEPEST * pitch[a] / hop.wavelength);
+        let edge = |i: usize| {
+            let t = 2.0 * i as f64 / DIRECTIONS as f64 - 1.0;
+            widest * t * t.abs()
+        };
+        let (low, high) = (edge(i), edge(i + 1));
+        (0.5 * (low + high), high - low)
+    };
     let strength = |u: f64| {
-        let phase = std::f64::consts::PI * u;
-        if phase.abs() < 1e-9 {
-            return 1.0;
+        let phase = std::f64::consts::PI * u.abs();
+        match phase {
+            phase if phase < 1e-9 => 1.0,
+            phase if u.abs() < 1.0 => (phase.sin() / phase).powi(2),
+            phase => 0.5 / (phase * phase),
         }
-        (phase.sin() / phase).powi(2)
     };
     let turned = |n: usize| {
-        let u = [order(n % DIRECTIONS), order(n / DIRECTIONS)];
+        let orders = [range(0, n % DIRECTIONS), range(1, n / DIRECTIONS)];
         Pencil {
             at,
-            p: [0, 1].map(|a| p[a] + u[a] * hop.wavelength / pitch[a]),
-            energy: energy * strength(u[0]) * strength(u[1]),
+            p: [0, 1].map(|a| p[a] + orders[a].0 * hop.wavelength / pitch[a]),
+            energy: orders
+                .iter()
+                .fold(energy, |e, (u, width)| e * strength(*u) * width),
         }
     };
     (0..DIRECTIONS * DIRECTIONS).map(turned).collect()

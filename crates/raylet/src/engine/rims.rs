@@ -9,6 +9,7 @@
 //! energy that this puts on the wrong side of the edge is in the error account.
 
 use crate::engine::beamlets::{launch, starting_width};
+use crate::engine::edge_light::{edge_energy, edge_waves};
 use crate::engine::fan::FanRay;
 use crate::engine::pencil::{Pencil, launch_all, leave_all};
 use crate::engine::settings::Settings;
@@ -27,6 +28,11 @@ const AFFORDABLE: f64 = 2500.0;
 
 /// Share of the target error that a rim which is left out may cost.
 const SHARE: f64 = 0.5;
+
+/// Rays followed to find what a rim sends to the target, and how near the rim they are to meet the surface, in
+/// radii.
+const RIM_RAYS: usize = 3000;
+const NEAR_RIM: f64 = 0.15;
 
 /// What becomes of a rim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -236,7 +242,8 @@ pub fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
 /// What each surface's rim does to the energy on its way to the target; `light` becomes what arrives on the
 /// next screen.
 fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<Cut> {
-    let leaving = leave_all(hop, light);
+    let mut leaving = leave_all(hop, light);
+    leaving.extend(edge_waves(hop, light));
     light.clear();
     let none = vec![Cut::default(); hop.train.len()];
     let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
@@ -251,27 +258,72 @@ fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<Cu
     };
     let rays: Vec<FanRay> = leaving.iter().filter_map(|p| land(&open, p, to)).collect();
     light.extend(rays.iter().filter_map(|ray| arrive(hop, ray)));
-    if rays.is_empty() {
-        return none;
-    }
 
-    // The mean shares of the beamlets along them.
-    let start = || starting_width(hop, from, &rays);
-    let sigma = settings.sigma.unwrap_or_else(start);
-    let total: f64 = rays.iter().map(|ray| ray.area).sum();
+    // The mean shares of the beamlets along them, and what the rims themselves send to the target.
+    let sigma = match (settings.sigma, rays.is_empty()) {
+        (Some(sigma), _) => sigma,
+        (None, true) => 0.0,
+        (None, false) => starting_width(hop, from, &rays),
+    };
+    let landed: f64 = rays.iter().map(|ray| ray.area).sum();
     let share = |(number, surface): (usize, &Surface)| {
         let mut cut = Cut::default();
         if surface.aperture.outline == Outline::Open {
             return cut;
         }
-        for ray in &rays {
-            let part = clipped(&open, (number, surface), (ray.at, ray.p), sigma);
-            cut.removed += part * ray.area / total;
-            cut.misplaced += part.min(1.0 - part) * ray.area / total;
+        let sent = sent_by_rim(&open, (number, surface), &leaving, to);
+        let total = landed + sent;
+        if total > 0.0 {
+            (cut.removed, cut.misplaced) = (sent / total, sent / total);
+            for ray in &rays {
+                let part = clipped(&open, (number, surface), (ray.at, ray.p), sigma);
+                cut.removed += part * ray.area / total;
+                cut.misplaced += part.min(1.0 - part) * ray.area / total;
+            }
         }
         cut
     };
     hop.train.iter().enumerate().map(share).collect()
+}
+
+/// The energy that the rim of a surface sends into the box `to` of the target, of light that meets the surface
+/// near it: as the edge of a plane opening would from where its rays land, on the way left.
+fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[Pencil], to: [f64; 4]) -> f64 {
+    let (_, surface) = place;
+    let edge = surface.aperture.rim();
+    let Some(radius) = edge.iter().map(|[x, y]| x.hypot(*y)).reduce(f64::max) else {
+        return 0.0;
+    };
+    let way = (open.to.frame.origin - surface.frame.origin).norm();
+    let index = open.to.index;
+    let narrowest = (open.wavelength * index / way.max(open.wavelength)).sqrt();
+    let width = index * (to[1] - to[0]).hypot(to[3] - to[2]) / way;
+    let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
+    let one = |pencil: &Pencil| {
+        let depth = depth_at_rim(open, place, pencil)?;
+        let landing = open.trace(pencil.at, pencil.p, &mut ()).ok()?;
+        if depth.abs() > NEAR_RIM * radius {
+            return None;
+        }
+        let outside = |a: usize| {
+            (to[2 * a] - landing.at[a])
+                .max(landing.at[a] - to[2 * a + 1])
+                .max(0.0)
+        };
+        let q = (index * outside(0).hypot(outside(1)) / way).max(narrowest);
+        let a_length = pencil.energy / (2.0 * NEAR_RIM * radius);
+        Some(a_length * edge_energy(open.wavelength, q, width))
+    };
+    let some = leaving.iter().step_by(stride);
+    some.filter_map(one).sum::<f64>() * stride as f64
+}
+
+/// How far inside a surface's edge a ray meets it.
+fn depth_at_rim(open: &Hop, place: (usize, &Surface), pencil: &Pencil) -> Option<f64> {
+    let landing = meet_rim(open, place, |hop| {
+        hop.trace(pencil.at, pencil.p, &mut ()).ok()
+    })?;
+    Some(place.1.aperture.depth(landing.at[0], landing.at[1]))
 }
 
 /// The ray with its Jacobian, if it lands in the box `to`; its area is the energy it stands for.
@@ -313,12 +365,16 @@ fn clipped(open: &Hop, (number, surface): (usize, &Surface), start: Start, sigma
 }
 
 /// A beamlet where its ray crosses the plane of a surface's rim, before the surface.
-fn at_rim(
+fn at_rim(open: &Hop, place: (usize, &Surface), (at, p): Start, sigma: f64) -> Option<Arrival> {
+    meet_rim(open, place, |hop| launch(hop, at, p, sigma).ok())
+}
+
+/// What `follow` finds on the way to the plane of a surface's rim, before the surface.
+fn meet_rim<T>(
     open: &Hop,
     (number, surface): (usize, &Surface),
-    (at, p): Start,
-    sigma: f64,
-) -> Option<Arrival> {
+    follow: impl Fn(&Hop) -> Option<T>,
+) -> Option<T> {
     let sag = |[x, y]: [f64; 2]| surface.shape.height(x, y).map(|here| here.z);
     let edge = surface.aperture.rim();
     let depth = edge.first().copied().and_then(sag).unwrap_or(0.0);
@@ -331,12 +387,11 @@ fn at_rim(
             shape: Shape::Plane,
             arrives,
         };
-        let hop = Hop {
+        follow(&Hop {
             train: &open.train[..number],
             to: &plane,
             ..*open
-        };
-        launch(&hop, at, p, sigma).ok()
+        })
     };
     // Behind mirrors light may come from either side.
     cross(1.0).or_else(|| cross(-1.0))

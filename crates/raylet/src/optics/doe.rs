@@ -77,6 +77,15 @@ impl Doe {
         first_pixels(&self.layers)
     }
 
+    /// Whether a layer has pixels on the surface's own coordinates.
+    pub fn has_unrolled_pixels(&self) -> bool {
+        let unrolled = |layer: &Layer| match layer {
+            Layer::Unrolled(_, layers) => first_pixels(layers).is_some(),
+            Layer::Phase(_) | Layer::Pixels(_) | Layer::Sum(_) => false,
+        };
+        self.layers.iter().any(unrolled)
+    }
+
     /// The pixels that a design may change: those of the first layer that is a pixel grid, over x and y or on
     /// the surface's own coordinates. Pixels inside sums are none of them.
     pub fn free_pixels(&self) -> Option<&Pixels> {

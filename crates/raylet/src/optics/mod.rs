@@ -10,6 +10,7 @@ pub mod frame;
 pub mod freeform;
 pub mod height;
 pub mod medium;
+pub mod moments;
 pub mod paraxial;
 pub mod polygon;
 pub mod profile;

@@ -49,7 +49,7 @@ pub fn crosses_itself(corners: &[[f64; 2]]) -> bool {
 }
 
 /// The sides of a closed polygon.
-fn sides(corners: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
+pub fn sides(corners: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
     let next = corners.iter().cycle().skip(1);
     corners.iter().zip(next).map(|(a, b)| [*a, *b])
 }

@@ -16,7 +16,7 @@ use crate::wave::sampling::act;
 )]
 pub struct NoPixels(pub String);
 
-/// What a screen lets through at the nodes of a grid, openings weighted by area, indexed [y, x].
+/// What a screen lets through at the nodes of a grid, times the weight its opening gives each, indexed [y, x].
 pub fn imprint(screen: &Screen, grid: &Grid) -> Array2<Complex64> {
     let mut field = Field::zeros(grid.clone());
     field.values.fill(Complex64::ONE);

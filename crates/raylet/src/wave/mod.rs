@@ -11,6 +11,7 @@ pub mod heights;
 pub mod imprint;
 mod leave;
 pub mod metrics;
+pub mod opening;
 pub mod patch;
 pub mod periodic;
 pub mod pixel_hop;

@@ -8,6 +8,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::doe::{Doe, PixelForm};
 use crate::optics::screen::{Act, Screen};
 use crate::wave::field::{Axis, Field, Grid};
+use crate::wave::opening::Opening;
 use crate::wave::raster::Raster;
 
 /// Why a screen cannot be sampled.
@@ -53,16 +54,26 @@ const PIXEL_TOLERANCE: f64 = 3e-5;
 /// Sampling above the Nyquist rate for fields without pixels.
 const OVERSAMPLING: f64 = 1.3;
 
-/// Hard edges on a uniform grid are in error by the square of the pitch, so where cells are few they are
-/// made finer, up to this factor, as long as they stay within this number along an axis.
+/// Error of a field that cells cut by an edge may bring, of the steepest light.
+const CUT_TOLERANCE: f64 = 1e-4;
+
+/// Edges that lie anywhere in the cells of a uniform grid bring errors of the square of the pitch, so where cells
+/// are few they are made finer, up to this factor, as long as they stay within this number along an axis.
 const EDGE_FINENESS: f64 = 4.0;
 const EDGE_CELLS: f64 = 800.0;
+
+/// Samples that an opening has along an axis at least.
+const LEAST_SAMPLES: f64 = 16.0;
 
 /// Uniform samples for which one cell of Gauss nodes stands.
 const GAUSS_CELL: f64 = 2.0;
 
-/// Plans the nodes of a screen: the pixels of its element with enough Gauss nodes each, or a uniform
-/// grid over its opening fine enough for what arrives, what the element adds and what is wanted.
+/// Cycles of the steepest light in one cell of Gauss nodes, and nodes in it, at most.
+const MOST_CYCLES: f64 = 5.0;
+const MOST_NODES: usize = 32;
+
+/// Plans the nodes of a screen: the pixels of its element, or equal cells over its opening, with enough Gauss
+/// nodes each for what arrives, what the element adds and what is wanted.
 ///
 /// # Errors
 /// When the screen has no edge, or needs more than `allowed` samples.
@@ -90,26 +101,18 @@ pub fn plan_grid(
     let total =
         |a: usize| reach.arriving[a] + slope[a] + reach.leaving[a] + relief.slope[a] * swing;
 
-    let axis = |a: usize| match doe.and_then(|doe| doe.pixels()) {
-        Some(pixels) => {
-            let cells = pixels.values.dim();
-            let cells = [cells.1, cells.0][a];
-            pixel_axis(cells, pixels.pitch[a], pixels.form, total(a) / wavelength)
-        }
-        None => {
-            let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
-            let finest = wavelength / (OVERSAMPLING * total(a).max(1e-3));
-            let needed = ((high - low) / finest).max(16.0);
-            let middle = 0.5 * (low + high);
-            if screen.is_rectangular() {
-                // Its edges are those of the outer cells, which Gauss nodes integrate as they are.
-                let cells = (needed / GAUSS_CELL).ceil();
-                let pitch = (high - low) / cells;
-                let nodes = gauss_nodes(total(a) / wavelength * pitch);
-                return Axis::gauss(cells as usize, pitch, middle, nodes);
+    let cut = !ends_with_cells(screen, doe, bounds);
+    let axis = |a: usize| {
+        let frequency = total(a) / wavelength;
+        match doe.and_then(|doe| doe.pixels()) {
+            Some(pixels) => {
+                let cells = [pixels.values.ncols(), pixels.values.nrows()][a];
+                pixel_axis(cells, pixels.pitch[a], pixels.form, frequency, cut)
             }
-            let cells = (needed * EDGE_FINENESS).min(EDGE_CELLS).max(needed).ceil();
-            Axis::uniform(cells as usize, (high - low) / cells, middle)
+            None => {
+                let unrolled = doe.is_some_and(Doe::has_unrolled_pixels);
+                open_axis([bounds[2 * a], bounds[2 * a + 1]], frequency, unrolled, cut)
+            }
         }
     };
     let grid = Grid {
@@ -139,18 +142,75 @@ fn swing(screen: &Screen, reach: Reach) -> f64 {
     n - least(reach.arriving).min(least(reach.leaving))
 }
 
+/// Whether the opening of a screen ends at the outer sides of its cells, so that it cuts none of them.
+fn ends_with_cells(screen: &Screen, doe: Option<&Doe>, bounds: [f64; 4]) -> bool {
+    let Some(pixels) = doe.and_then(|doe| doe.pixels()) else {
+        return screen.is_rectangular();
+    };
+    let (rows, columns) = pixels.values.dim();
+    let half = [columns, rows].map(|cells| 0.5 * cells as f64);
+    let on_side = |a: usize, end: f64| {
+        let place = end / pixels.pitch[a] + half[a];
+        (place - place.round()).abs() < 1e-9
+    };
+    let open = doe.is_some_and(|doe| doe.aperture == Aperture::OPEN);
+    open || screen.is_rectangular() && (0..4).all(|i| on_side(i / 2, bounds[i]))
+}
+
+/// The nodes along one axis of an opening without pixels, or with pixels on the surface's own coordinates;
+/// `frequency` as for [`pixel_axis`].
+fn open_axis([low, high]: [f64; 2], frequency: f64, unrolled: bool, cut: bool) -> Axis {
+    let needed = ((high - low) * OVERSAMPLING * frequency).max(LEAST_SAMPLES);
+    let middle = 0.5 * (low + high);
+    if unrolled {
+        // Cells take the mean over edges that lie anywhere in them: many small ones.
+        let cells = (needed * EDGE_FINENESS).min(EDGE_CELLS).max(needed).ceil();
+        return Axis::uniform(cells as usize, (high - low) / cells, middle);
+    }
+    let cells = (needed / GAUSS_CELL).ceil();
+    let pitch = (high - low) / cells;
+    let nodes = cell_nodes(frequency * pitch, cells as usize, cut);
+    Axis::gauss(cells as usize, pitch, middle, nodes)
+}
+
 /// The nodes along one axis of a pixel grid; `frequency` is the largest spatial frequency in 1/mm that
 /// the product of field and plane wave reaches.
-fn pixel_axis(cells: usize, pitch: f64, form: PixelForm, frequency: f64) -> Axis {
-    match form {
-        PixelForm::Point => Axis::uniform(cells, pitch, 0.0),
-        PixelForm::Box => Axis::gauss(cells, pitch, 0.0, gauss_nodes(frequency * pitch)),
-        // Interpolation bends at the centres: half cells, where it is smooth.
-        PixelForm::Bilinear => {
-            let nodes = gauss_nodes(0.5 * frequency * pitch).max(2);
-            Axis::gauss(2 * cells, 0.5 * pitch, 0.0, nodes)
+fn pixel_axis(cells: usize, pitch: f64, form: PixelForm, frequency: f64, cut: bool) -> Axis {
+    // Interpolation bends at the centres: half cells, where it is smooth.
+    let (least, parts) = match form {
+        PixelForm::Point => return Axis::uniform(cells, pitch, 0.0),
+        PixelForm::Box => (1, 1.0),
+        PixelForm::Bilinear => (2, 2.0),
+    };
+    let cycles = frequency * pitch / parts;
+    let parts = parts * (cycles / MOST_CYCLES).ceil().max(1.0);
+    let (cells, pitch) = (cells.saturating_mul(parts as usize), pitch / parts);
+    let nodes = cell_nodes(frequency * pitch, cells, cut).max(least);
+    Axis::gauss(cells, pitch, 0.0, nodes)
+}
+
+/// How many Gauss nodes a cell has of so many cycles, on an axis of so many cells, some of which an edge cuts or
+/// none.
+fn cell_nodes(cycles: f64, cells: usize, cut: bool) -> usize {
+    let whole = gauss_nodes(cycles);
+    if !cut {
+        return whole;
+    }
+    // Of a wave's Legendre series (2m+1)·j_m(π·cycles) the terms from the number of nodes on are lost in cut
+    // cells, times the moments of their open part, which fall as m^−1.5. There are some 4n cut cells, whose errors
+    // add at random, among ¾n².
+    let x = std::f64::consts::PI * cycles;
+    let share = 2.5 * (cells.max(1) as f64).powf(-1.5);
+    let mut bessel = 1.0;
+    for m in 1..MOST_NODES {
+        let n = m as f64;
+        bessel *= x / (2.0 * n + 1.0);
+        let lost = (2.0 * n + 1.0) * f64::min(bessel, 1.0) * n.powf(-1.5);
+        if m >= whole && share * lost <= CUT_TOLERANCE {
+            return m;
         }
     }
+    MOST_NODES
 }
 
 /// How many Gauss nodes integrate exp(2πi·cycles·t) over a cell of length one.
@@ -164,79 +224,94 @@ fn gauss_nodes(cycles: f64) -> usize {
             .sum();
         (sum - exact).abs()
     };
-    (1..24).find(|&n| error(n) <= PIXEL_TOLERANCE).unwrap_or(24)
+    let fits = (1..MOST_NODES).find(|&n| error(n) <= PIXEL_TOLERANCE);
+    fits.unwrap_or(MOST_NODES)
 }
 
-/// Multiplies an arriving field by the screen's transmission; open areas are weighted exactly.
+/// Multiplies an arriving field by the screen's transmission, and by what its opening lets through of the
+/// nodes ([`Opening`]).
 pub fn act(screen: &Screen, field: &mut Field) {
-    let (doe, aperture) = match &screen.act {
-        Act::Doe(doe) => (Some(doe), &doe.aperture),
-        Act::Stop(aperture) => (None, aperture),
-        Act::Sensor(_) => (None, &Aperture::OPEN),
-    };
-    let grid = field.grid.clone();
-    let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
-    ndarray::Zip::indexed(field.values.rows_mut()).par_for_each(|j, mut row| {
-        for (i, value) in row.iter_mut().enumerate() {
-            let at = [grid.x.node(i), grid.y.node(j)];
-            *value *= through(doe, aperture, at, [spans_x[i], spans_y[j]]);
-        }
+    let (doe, aperture) = parts(screen);
+    for_open_nodes(aperture, field, |value, at, cell, open| {
+        *value *= open * doe.map_or(Complex64::ONE, |doe| doe.transmission_over(at, cell));
     });
 }
 
 /// The conjugate transpose of [`act`] with respect to the arriving field, in place; and, from the field
 /// that arrived, the cotangent of the transmission of the pixels of the element's first pixel layer, [y, x].
 pub fn act_adjoint(screen: &Screen, arrived: &Field, bar: &mut Field) -> Option<Array2<Complex64>> {
-    let (doe, aperture) = match &screen.act {
+    let (doe, aperture) = parts(screen);
+    let pixels_bar = doe.and_then(|doe| pixels_cotangent(doe, arrived, bar));
+
+    // The field: value = arrived·(open·t).
+    for_open_nodes(aperture, bar, |value, at, cell, open| {
+        let through = doe.map_or(Complex64::ONE, |doe| doe.transmission_over(at, cell));
+        *value *= open * through.conj();
+    });
+    pixels_bar
+}
+
+/// The cotangent of the pixels a design may change: value = arrived·open·t, t linear in each pixel.
+fn pixels_cotangent(doe: &Doe, arrived: &Field, bar: &Field) -> Option<Array2<Complex64>> {
+    let mut total = Array2::zeros(doe.free_pixels()?.values.dim());
+    let grid = &arrived.grid;
+    let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
+    let opening = Opening::new(&doe.aperture, grid);
+    let nodes = grid.y.offsets.len();
+    for row in 0..grid.y.cells {
+        for ((g, i), open) in opening.row(row).indexed_iter() {
+            let j = row * nodes + g;
+            let weight = bar.values[[j, i]] * arrived.values[[j, i]].conj() * open;
+            if weight != Complex64::ZERO {
+                let mut add = |pixel: [usize; 2], by: Complex64| total[pixel] += weight * by.conj();
+                let at = [grid.x.node(i), grid.y.node(j)];
+                doe.tell_pixels(at, [spans_x[i], spans_y[j]], &mut add);
+            }
+        }
+    }
+    Some(total)
+}
+
+/// The element of a screen, if it has one, and its opening.
+fn parts(screen: &Screen) -> (Option<&Doe>, &Aperture) {
+    match &screen.act {
         Act::Doe(doe) => (Some(doe), &doe.aperture),
         Act::Stop(aperture) => (None, aperture),
         Act::Sensor(_) => (None, &Aperture::OPEN),
-    };
-    let grid = arrived.grid.clone();
-    let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
+    }
+}
 
-    // The pixels, a row of nodes at a time: value = arrived·open·t, t linear in each pixel.
-    let pixels_bar = doe.and_then(|doe| {
-        let mut total = Array2::zeros(doe.free_pixels()?.values.dim());
-        for (j, row) in bar.values.outer_iter().enumerate() {
-            for (i, bar) in row.iter().enumerate() {
-                let cell = [spans_x[i], spans_y[j]];
-                let open = aperture.coverage(cell[0][0], cell[0][1], cell[1][0], cell[1][1]);
-                let weight = bar * arrived.values[[j, i]].conj() * open;
-                if weight != Complex64::ZERO {
-                    let mut add =
-                        |pixel: [usize; 2], by: Complex64| total[pixel] += weight * by.conj();
-                    doe.tell_pixels([grid.x.node(i), grid.y.node(j)], cell, &mut add);
+/// Changes the value of each node that an opening lets something through of, told its place, the spans it
+/// stands for and its weight; the others become zero.
+fn for_open_nodes(
+    aperture: &Aperture,
+    field: &mut Field,
+    change: impl Fn(&mut Complex64, [f64; 2], [[f64; 2]; 2], f64) + Sync,
+) {
+    let Field { grid, values } = field;
+    let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
+    let opening = Opening::new(aperture, grid);
+    let nodes = grid.y.offsets.len();
+    let rows = values.axis_chunks_iter_mut(ndarray::Axis(0), nodes);
+    rows.into_par_iter()
+        .enumerate()
+        .for_each(|(row, mut values)| {
+            let weights = opening.row(row);
+            for (((g, i), value), open) in values.indexed_iter_mut().zip(&weights) {
+                let j = row * nodes + g;
+                if *open == 0.0 {
+                    *value = Complex64::ZERO;
+                } else {
+                    let at = [grid.x.node(i), grid.y.node(j)];
+                    change(value, at, [spans_x[i], spans_y[j]], *open);
                 }
             }
-        }
-        Some(total)
-    });
-
-    // The field: value = arrived·(open·t).
-    ndarray::Zip::indexed(bar.values.rows_mut()).par_for_each(|j, mut row| {
-        for (i, value) in row.iter_mut().enumerate() {
-            let cell = [spans_x[i], spans_y[j]];
-            let at = [grid.x.node(i), grid.y.node(j)];
-            *value *= through(doe, aperture, at, cell).conj();
-        }
-    });
-    pixels_bar
+        });
 }
 
 /// What each node of an axis stands for.
 fn spans(axis: &Axis) -> Vec<[f64; 2]> {
     (0..axis.len()).map(|i| axis.span(i)).collect()
-}
-
-/// What a small cell about a point lets through.
-fn through(doe: Option<&Doe>, aperture: &Aperture, at: [f64; 2], cell: [[f64; 2]; 2]) -> Complex64 {
-    let open = aperture.coverage(cell[0][0], cell[0][1], cell[1][0], cell[1][1]);
-    let through = match doe {
-        Some(doe) if open > 0.0 => doe.transmission_over(at, cell),
-        _ => Complex64::ONE,
-    };
-    through * open
 }
 
 /// The raster on which an arriving field is summed before it meets a screen: over the screen's opening

@@ -1,0 +1,111 @@
+//! Runs of raylet beside the exact fields, and how the ratios of told to true errors are spread.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::account::Account;
+use raylet::engine::settings::Settings;
+use raylet::engine::simulate::{Outcome, SimulateError, simulate};
+use raylet::optics::system::System;
+
+use crate::estimates::random_systems::{KINDS, Kind, random_system};
+use crate::estimates::surface_sum::surface_sum;
+use crate::problems::told_error;
+
+/// A random system, the error that raylet told and the true one.
+#[derive(Clone, Debug)]
+pub struct Case {
+    /// What it consists of.
+    pub kind: Kind,
+    /// Which of its kind.
+    pub number: u32,
+    /// The error that was asked for.
+    pub target: f64,
+    /// What raylet told of its error.
+    pub told: f64,
+    /// What that consists of: aberration, windows, dropped light, rims.
+    pub parts: [f64; 4],
+    /// Relative L2 distance of the complex field from the exact one, nothing fitted.
+    pub truth: f64,
+    /// Mean intensity on the sensor.
+    pub intensity: f64,
+    /// Seconds of raylet, and of the reference.
+    pub seconds: [f64; 2],
+}
+
+/// The target errors, in turn.
+const TARGETS: [f64; 3] = [1e-3, 3e-3, 3e-4];
+
+/// The fineness of the reference.
+pub const EFFORT: f64 = 1.0;
+
+/// That of a finer one, beside which the reference is checked.
+pub const FINER: f64 = 1.3;
+
+/// Errors below this are alike: so far the reference itself may be off.
+pub const FLOOR: f64 = 2e-5;
+
+impl Case {
+    /// Told over true.
+    pub fn ratio(&self) -> f64 {
+        self.told.max(FLOOR) / self.truth.max(FLOOR)
+    }
+}
+
+/// The kind, number, target error and system of a case.
+pub fn case_at(index: u32) -> (Kind, u32, f64, System) {
+    let kind = KINDS[index as usize % KINDS.len()];
+    let number = index / KINDS.len() as u32;
+    let target = TARGETS[number as usize % TARGETS.len()];
+    (kind, number, target, random_system(kind, number))
+}
+
+/// Runs a case.
+///
+/// # Errors
+/// When raylet refuses the system.
+pub fn run_case(index: u32) -> Result<Case, SimulateError> {
+    let (kind, number, target, system) = case_at(index);
+    let settings = Settings {
+        target_error: target,
+        ..Settings::default()
+    };
+    let clock = std::time::Instant::now();
+    let outcome = simulate(&system, &settings, &|_| {})?;
+    let ours = clock.elapsed().as_secs_f64();
+    let exact = surface_sum(&system, EFFORT);
+    let reference = clock.elapsed().as_secs_f64() - ours;
+    Ok(Case {
+        kind,
+        number,
+        target,
+        told: told_error(&outcome),
+        parts: parts(&outcome),
+        truth: distance(&outcome.field.values, &exact),
+        intensity: power(&exact) / exact.len() as f64,
+        seconds: [ours, reference],
+    })
+}
+
+/// The errors that the hops of a run tell, by cause.
+fn parts(outcome: &Outcome) -> [f64; 4] {
+    let accounts = outcome.hops.iter();
+    let accounts = accounts.filter_map(|hop| Account::of(&hop.plan, &hop.tally));
+    accounts.fold([0.0; 4], |sums: [f64; 4], account| {
+        let own = [
+            account.aberration,
+            account.windows,
+            account.dropped,
+            account.rims,
+        ];
+        std::array::from_fn(|part| sums[part].hypot(own[part]))
+    })
+}
+
+/// Relative L2 distance of a field from the exact one.
+pub fn distance(field: &Array2<Complex64>, exact: &Array2<Complex64>) -> f64 {
+    (power(&(field - exact)) / power(exact)).sqrt()
+}
+
+fn power(field: &Array2<Complex64>) -> f64 {
+    field.iter().map(|value| value.norm_sqr()).sum()
+}
