@@ -6,7 +6,7 @@
 use crate::engine::beyond::Beyond;
 use crate::engine::budget::aberration;
 use crate::engine::fan::{Fan, FanRay, explore};
-use crate::engine::light::{Light, weighted_quantile};
+use crate::engine::light::{Envelope, Light, weighted_quantile};
 use crate::engine::plan_error::PlanError;
 use crate::engine::ripple::window_error;
 use crate::engine::seat::Seat;
@@ -95,6 +95,8 @@ pub struct Planner<'a> {
     pub to: [f64; 4],
     /// The incident light.
     pub light: Light,
+    /// How it is spread over directions behind the first screen.
+    pub envelope: Envelope,
     /// Distance of sample points on the target, when it is known.
     pub pitch: Option<[f64; 2]>,
     /// Where the light goes behind the second screen.
@@ -285,10 +287,9 @@ impl Planner<'_> {
 
     /// The weight of a judge: how much light goes its way, if that light is wanted.
     pub fn weight(&self, ray: &FanRay) -> f64 {
-        let envelope = self.light.behind(self.hop.from, self.hop.wavelength);
         let wanted = self.beyond.is_wanted(ray.landing.at, ray.landing.cosines);
         let share = if wanted { 1.0 } else { UNWANTED };
-        envelope.weight(ray.p) * ray.area * share
+        self.envelope.weight(ray.p) * ray.area * share
     }
 
     /// Rays that land beside the sensor, whose beamlets' tails fall on it; none where other screens follow.

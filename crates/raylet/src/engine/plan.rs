@@ -165,6 +165,7 @@ fn choose(
         from,
         to,
         light,
+        envelope: light.behind(hop.from, hop.wavelength),
         pitch,
         beyond,
         settings,

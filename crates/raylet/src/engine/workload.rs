@@ -144,10 +144,9 @@ impl Planner<'_> {
 
     /// The directions that the light of a patch may have, along x and y.
     fn held(&self, plan: &BeamletPlan) -> [[f64; 2]; 2] {
-        let envelope = self.light.behind(self.hop.from, self.hop.wavelength);
         [0, 1].map(|a| {
             let window = SPREAD * plan.bands[a].spacing;
-            envelope.range(a, window)
+            self.envelope.range(a, window)
         })
     }
 
