@@ -175,9 +175,20 @@ fn zernike<T: Real>(index: usize, x: T, y: T) -> T {
     angular * radial * norm.sqrt()
 }
 
+/// k! for all k for which it is a number.
+const FACTORIALS: [f64; 171] = {
+    let mut list = [1.0; 171];
+    let mut k = 1;
+    while k < list.len() {
+        list[k] = list[k - 1] * k as f64;
+        k += 1;
+    }
+    list
+};
+
 /// (−1)^s (n−s)! / (s! ((n+m)/2−s)! ((n−m)/2−s)!).
 fn radial_coefficient(n: u32, m: u32, s: u32) -> f64 {
-    let factorial = |k: u32| (1..=k).map(f64::from).product::<f64>();
+    let factorial = |k: u32| FACTORIALS.get(k as usize).map_or(f64::INFINITY, |&k| k);
     let sign = if s.is_multiple_of(2) { 1.0 } else { -1.0 };
     sign * factorial(n - s)
         / (factorial(s) * factorial((n + m) / 2 - s) * factorial((n - m) / 2 - s))
