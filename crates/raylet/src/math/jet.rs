@@ -17,6 +17,7 @@ pub struct Jet<T = f64> {
 
 impl<T: Real> Jet<T> {
     /// The `index`-th of the two inputs.
+    #[inline(always)]
     pub fn variable(value: T, index: usize) -> Self {
         let zero = T::constant(0.0);
         let mut slope = [zero; 2];
@@ -29,6 +30,7 @@ impl<T: Real> Jet<T> {
     }
 
     /// A scalar function of this number, given its value and first two derivatives there.
+    #[inline(always)]
     fn chain(self, value: T, first: T, second: T) -> Self {
         let ([x, y], [xx, xy, yy]) = (self.slope, self.bend);
         Self {
@@ -44,6 +46,7 @@ impl<T: Real> Jet<T> {
 }
 
 impl<T: Real> Real for Jet<T> {
+    #[inline(always)]
     fn constant(value: f64) -> Self {
         Self {
             value: T::constant(value),
@@ -51,14 +54,17 @@ impl<T: Real> Real for Jet<T> {
             bend: [T::constant(0.0); 3],
         }
     }
+    #[inline(always)]
     fn value(self) -> f64 {
         self.value.value()
     }
+    #[inline(always)]
     fn sqrt(self) -> Self {
         let root = self.value.sqrt();
         let half = T::constant(0.5) / root;
         self.chain(root, half, half * -0.5 / self.value)
     }
+    #[inline(always)]
     fn exp(self) -> Self {
         let power = self.value.exp();
         self.chain(power, power, power)
@@ -67,6 +73,7 @@ impl<T: Real> Real for Jet<T> {
 
 impl<T: Real> Add for Jet<T> {
     type Output = Self;
+    #[inline(always)]
     fn add(self, other: Self) -> Self {
         Self {
             value: self.value + other.value,
@@ -78,6 +85,7 @@ impl<T: Real> Add for Jet<T> {
 
 impl<T: Real> Sub for Jet<T> {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, other: Self) -> Self {
         self + -other
     }
@@ -85,6 +93,7 @@ impl<T: Real> Sub for Jet<T> {
 
 impl<T: Real> Mul for Jet<T> {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, other: Self) -> Self {
         let (f, [fx, fy], [fxx, fxy, fyy]) = (self.value, self.slope, self.bend);
         let (g, [gx, gy], [gxx, gxy, gyy]) = (other.value, other.slope, other.bend);
@@ -102,6 +111,7 @@ impl<T: Real> Mul for Jet<T> {
 
 impl<T: Real> Div for Jet<T> {
     type Output = Self;
+    #[inline(always)]
     fn div(self, other: Self) -> Self {
         let inverse = T::constant(1.0) / other.value;
         let square = inverse * inverse;
@@ -111,6 +121,7 @@ impl<T: Real> Div for Jet<T> {
 
 impl<T: Real> Neg for Jet<T> {
     type Output = Self;
+    #[inline(always)]
     fn neg(self) -> Self {
         self.chain(-self.value, T::constant(-1.0), T::constant(0.0))
     }
@@ -118,6 +129,7 @@ impl<T: Real> Neg for Jet<T> {
 
 impl<T: Real> Add<f64> for Jet<T> {
     type Output = Self;
+    #[inline(always)]
     fn add(self, other: f64) -> Self {
         self.chain(self.value + other, T::constant(1.0), T::constant(0.0))
     }
@@ -125,6 +137,7 @@ impl<T: Real> Add<f64> for Jet<T> {
 
 impl<T: Real> Sub<f64> for Jet<T> {
     type Output = Self;
+    #[inline(always)]
     fn sub(self, other: f64) -> Self {
         self.chain(self.value - other, T::constant(1.0), T::constant(0.0))
     }
@@ -132,6 +145,7 @@ impl<T: Real> Sub<f64> for Jet<T> {
 
 impl<T: Real> Mul<f64> for Jet<T> {
     type Output = Self;
+    #[inline(always)]
     fn mul(self, other: f64) -> Self {
         self.chain(self.value * other, T::constant(other), T::constant(0.0))
     }

@@ -126,6 +126,11 @@ impl Shape {
             let slope = d.z - h.slope[0] * d.x - h.slope[1] * d.y;
             Some((at.z - h.z, slope))
         };
+        // The same F without its slope, for steps that are only tried: most of a ray's that passes by.
+        let apart = |length: f64| {
+            let at = p + d * length;
+            Some(at.z - self.height(at.x, at.y)?.z)
+        };
         let mut length = start;
         let (mut f, mut slope) = gap(length).ok_or(Loss::Missed)?;
         for _ in 0..NEWTON_STEPS {
@@ -134,16 +139,20 @@ impl Shape {
             if f.abs() <= rounding || step.abs() <= 1e-14 * (1.0 + length.abs()) {
                 return Ok(length);
             }
-            let share = (0..HALVINGS).find_map(|halvings| {
-                let share = 0.5f64.powi(halvings as i32);
-                let next = gap(length - step * share)?;
-                (next.0.abs() < f.abs()).then_some((share, next))
+
+            // The whole step, or the largest part of it that helps.
+            let whole = gap(length - step).filter(|next| next.0.abs() < f.abs());
+            let next = whole.map(|next| (length - step, next)).or_else(|| {
+                let part = std::iter::successors(Some(0.5 * step), |part| Some(0.5 * part))
+                    .take(HALVINGS - 1)
+                    .map(|part| length - part)
+                    .find(|&length| apart(length).is_some_and(|next| next.abs() < f.abs()))?;
+                Some((part, gap(part)?))
             });
-            let Some((share, next)) = share else {
+            let Some(next) = next else {
                 return Err(Loss::Missed);
             };
-            length -= step * share;
-            (f, slope) = next;
+            (length, (f, slope)) = next;
         }
         Err(Loss::NotConverged)
     }

@@ -49,6 +49,7 @@ impl Biconic {
             .map(Height::from)
     }
 
+    #[inline(always)]
     fn sag<T: Real>(&self, x: T, y: T) -> Option<T> {
         let rate = |c: &Conic| (1.0 + c.conic) * c.curvature * c.curvature;
         let (xx, yy) = (square(x), square(y));
@@ -76,6 +77,7 @@ impl Toroid {
             .map(Height::from)
     }
 
+    #[inline(always)]
     fn sag<T: Real>(&self, x: T, y: T) -> Option<T> {
         // The curve along y.
         let c = self.curve.curvature;
