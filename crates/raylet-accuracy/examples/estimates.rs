@@ -29,7 +29,7 @@ fn main() {
         }
         match run_case(index) {
             Ok(case) => println!(
-                "{:?} {number} {:.0e} {:.2e} {:.2e} {:.2} {:.1e} {:.2} {:.2} | {:.1e?}",
+                "{:?} {number} {:.0e} {:.2e} {:.2e} {:.2} {:.1e} {:.2} {:.2} | {}",
                 case.kind,
                 case.target,
                 case.told,
@@ -38,7 +38,7 @@ fn main() {
                 case.intensity,
                 case.seconds[0],
                 case.seconds[1],
-                case.parts
+                case.parts.map(|part| format!("{part:.1e}")).join(" ")
             ),
             Err(error) => println!("{its:?} {number}: {error}"),
         }

@@ -16,6 +16,7 @@
 //! [`mirror`]: diffractive mirrors on a Gaussian bump, by direct sum over the true surface;
 //! [`direct`]: samples anywhere in space and the sum over them; [`tilted`], [`fold`]: what is tilted or folded;
 //! [`mod@bench`]: these joined to a train of small, strongly refracting lenses and pixel planes;
+//! [`dim`]: lenses that send little light to their sensors;
 //! [`gradients`], [`sensitivity`]: adjoints and differences of these against raylet's gradients;
 //! [`designed`]: systems that raylet has designed;
 //! [`estimates`]: the errors that raylet tells of random small systems beside their true ones.
@@ -62,6 +63,8 @@ pub mod sensitivity;
 
 pub mod designed;
 
-pub mod suite;
-
 pub mod estimates;
+
+pub mod dim;
+
+pub mod suite;

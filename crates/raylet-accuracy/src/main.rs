@@ -8,9 +8,14 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::{SimulateError, simulate};
+use raylet_accuracy::estimates::report::print_estimates;
 use raylet_accuracy::gradients::comparisons;
 use raylet_accuracy::problems::{Measured, Problem};
 use raylet_accuracy::suite::{COLLINS, problems};
+
+/// Random systems whose told errors are checked.
+const ESTIMATES: u32 = 200;
+const REDUCED_ESTIMATES: u32 = 24;
 
 fn main() -> ExitCode {
     let reduced = std::env::args().any(|word| word == "--reduced");
@@ -56,7 +61,13 @@ fn main() -> ExitCode {
     cover(&told);
     let doubts = paraxial.iter().try_for_each(doubt);
     let gradients = gradients(reduced, only.as_deref());
-    if within && gradients && doubts.is_ok() {
+    let count = if reduced {
+        REDUCED_ESTIMATES
+    } else {
+        ESTIMATES
+    };
+    let covered = only.is_some() || print_estimates(count);
+    if within && gradients && covered && doubts.is_ok() {
         ExitCode::SUCCESS
     } else {
         ExitCode::FAILURE

@@ -5,6 +5,7 @@ use raylet::optics::bend::Coating;
 use raylet::optics::system::System;
 
 use crate::collins::{Abcd, collins};
+use crate::dim::{DIM_LENSES, DimLens};
 use crate::mirror::{self, Coat};
 use crate::pixels::Pixels;
 use crate::problems::{
@@ -123,6 +124,7 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
     list.extend(tilted_planes());
     if !reduced {
         list.extend(slanted(SLANTED));
+        list.extend(DIM_LENSES.map(DimLens::problem));
     }
     list
 }

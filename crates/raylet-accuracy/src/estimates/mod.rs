@@ -6,6 +6,7 @@
 //! | `surface_sum` | the field on a sensor by surface integrals from each surface to the next |
 //! | `random_systems` | random systems of twelve kinds |
 //! | `survey` | runs of raylet beside the surface integrals, and how their ratios are spread |
+//! | `report` | the same as a section of the accuracy report |
 
 pub mod nodes;
 
@@ -14,3 +15,5 @@ pub mod surface_sum;
 pub mod random_systems;
 
 pub mod survey;
+
+pub mod report;

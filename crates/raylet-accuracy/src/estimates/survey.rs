@@ -109,3 +109,44 @@ pub fn distance(field: &Array2<Complex64>, exact: &Array2<Complex64>) -> f64 {
 fn power(field: &Array2<Complex64>) -> f64 {
     field.iter().map(|value| value.norm_sqr()).sum()
 }
+
+/// How the ratios of told to true errors are spread.
+#[derive(Clone, Debug)]
+pub struct Spread {
+    /// The share of cases in which the told error is at least half of the true one.
+    pub at_least_half: f64,
+    /// The share in which it is at most five times the true one.
+    pub at_most_five: f64,
+    /// The smallest ratio.
+    pub least: f64,
+    /// How many ratios lie between the [`BOUNDS`], below the first and above the last.
+    pub counts: [usize; BOUNDS.len() + 1],
+}
+
+/// The ratios between which cases are counted.
+pub const BOUNDS: [f64; 7] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
+
+impl Spread {
+    /// Of these cases.
+    pub fn of(cases: &[Case]) -> Self {
+        let share = |wanted: &dyn Fn(f64) -> bool| {
+            let count = cases.iter().filter(|case| wanted(case.ratio())).count();
+            count as f64 / cases.len() as f64
+        };
+        let mut counts = [0; BOUNDS.len() + 1];
+        for case in cases {
+            counts[BOUNDS.partition_point(|bound| *bound <= case.ratio())] += 1;
+        }
+        Self {
+            at_least_half: share(&|ratio| ratio >= 0.5),
+            at_most_five: share(&|ratio| ratio <= 5.0),
+            least: cases.iter().map(Case::ratio).fold(f64::INFINITY, f64::min),
+            counts,
+        }
+    }
+
+    /// Whether told errors cover true ones as they should.
+    pub fn covers(&self) -> bool {
+        self.at_least_half >= 0.95 && self.at_most_five >= 0.9 && self.least > 0.1
+    }
+}

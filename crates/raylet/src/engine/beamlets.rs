@@ -331,15 +331,13 @@ impl Planner<'_> {
             share: 1.0,
             distance: 0.0,
         };
-        let mut found: Vec<_> = judges.iter().map(|ray| look(ray, whole)).collect();
-        for ray in beside {
-            if let Ok(arrival) = launch(self.hop, ray.at, ray.p, sigma) {
-                let tail = Tail::of(&arrival, self.to, k);
-                if tail.distance < FARTHEST {
-                    found.push(look(ray, tail));
-                }
-            }
-        }
+        let tail = |ray: &FanRay| {
+            let arrival = launch(self.hop, ray.at, ray.p, sigma);
+            arrival.map_or(whole, |arrival| Tail::of(&arrival, self.to, k))
+        };
+        let tails = judges.iter().chain(beside).map(|ray| (ray, tail(ray)));
+        let near = tails.filter(|(_, tail)| tail.distance < FARTHEST);
+        let mut found: Vec<_> = near.map(|(ray, tail)| look(ray, tail)).collect();
         found.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
         let enough = TRUSTED_SHARE * found.iter().map(|f| f.1).sum::<f64>();
         let (mut total, mut sums) = (0.0, [0.0; 3]);

@@ -125,6 +125,13 @@ impl Rimmed {
         self.clone().filled(system).system
     }
 
+    /// The share of the light on its way to the target that ends at the rim which a screen stands for, its edge
+    /// wave included; zero for other screens.
+    pub fn cut_at(&self, screen: &Screen) -> f64 {
+        let own = self.rims.iter().find(|rim| rim.name == screen.name);
+        own.map_or(0.0, |rim| rim.cut.min(1.0))
+    }
+
     /// The same choices made for the rims of a system, from its first hop on.
     fn filled(mut self, system: &System) -> Self {
         self.system = System {

@@ -289,8 +289,8 @@ pub fn simulate(
         }
         standard_error = tally.noise.take();
         tally.divide_elsewhere(surveyed(system, &hop, &light));
-        tally.edge = edge_error(original, hop.from, 1.0 - field.power() / before)
-            .hypot(cut_by_ray(&rimmed.rims, number));
+        let ended = (1.0 - field.power() / before).max(rimmed.cut_at(hop.from));
+        tally.edge = edge_error(original, hop.from, ended).hypot(cut_by_ray(&rimmed.rims, number));
         step(1.0);
         let brief = plan.light(&hop, light.brief);
         reports.push(HopReport {

@@ -243,8 +243,9 @@ impl Aperture {
         (open / area).clamp(0.0, 1.0)
     }
 
-    /// 0 and 1 as the share is, and otherwise something between, without quarterings.
-    fn rough_share(&self, cell: [f64; 4]) -> f64 {
+    /// 0 and 1 as the share of a cell `[x0, x1, y0, y1]` that is open, and otherwise something between: without
+    /// quarterings.
+    pub fn rough_share(&self, cell: [f64; 4]) -> f64 {
         match &self.outline {
             Outline::Blocked { open, by } => {
                 let ([x0, x1, y0, y1], [x, y]) = (cell, self.centre);

@@ -59,6 +59,12 @@ impl Sum<'_> {
             }
             return;
         };
+        // Both in the coordinates of the cell.
+        let placed = |part: &Aperture| Aperture {
+            centre: [0, 1].map(|i| part.centre[i] + aperture.centre[i]),
+            ..part.clone()
+        };
+        let (open, by) = (&placed(open), &placed(by));
         let (whole, covered) = (share(open, self.cell, part), share(by, self.cell, part));
         if whole == 0.0 || covered == 1.0 {
             return;
@@ -118,12 +124,12 @@ impl Sum<'_> {
     }
 }
 
-/// The share of a part of the cell that is open.
+/// The share of a part of the cell that is open; roughly, where it is neither 0 nor 1.
 fn share(aperture: &Aperture, cell: &Cell, [x, y]: Part) -> f64 {
     let place = |[low, high]: [f64; 2], t: f64| 0.5 * (low + high + t * (high - low));
     let [x0, x1] = x.map(|t| place(cell.x, t));
     let [y0, y1] = y.map(|t| place(cell.y, t));
-    aperture.coverage(x0, x1, y0, y1)
+    aperture.rough_share([x0, x1, y0, y1])
 }
 
 /// A piece of an outline, with the open side on its left; coordinates of the cell.

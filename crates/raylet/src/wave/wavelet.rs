@@ -5,6 +5,7 @@
 //! (Greynolds, Proc. SPIE 560, 33, 1985; Arnaud, Appl. Opt. 24, 538, 1985).
 
 use crate::math::complex::{Complex, Symmetric};
+use crate::math::erfc::erfc;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
 use crate::optics::bend::Bent;
@@ -160,8 +161,7 @@ pub struct Arrival {
 /// How a beamlet lies to a box on its screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Tail {
-    /// How much of its energy falls into the box, roughly: all of it when its ray lands there, else the tail of
-    /// the Gaussian beyond the edge.
+    /// How much of its energy falls into the box, if the Gaussian holds there.
     pub share: f64,
     /// Distance r of its ray from the box: the amplitude at the edge is exp(−r²/2) of the peak.
     pub distance: f64,
@@ -177,12 +177,10 @@ impl Tail {
         };
         for a in 0..2 {
             let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
-            let beyond = (low - arrival.at[a]).max(arrival.at[a] - high);
-            if beyond > 0.0 {
-                let r = beyond / width[a];
-                tail.share *= 0.5 * (-r * r).exp();
-                tail.distance = tail.distance.hypot(r);
-            }
+            let [below, above] = [low - arrival.at[a], high - arrival.at[a]];
+            tail.share *= 0.5 * (erfc(below / width[a]) - erfc(above / width[a]));
+            let beyond = below.max(-above).max(0.0);
+            tail.distance = tail.distance.hypot(beyond / width[a]);
         }
         tail
     }
