@@ -5,10 +5,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use raylet::engine::advice::advice;
-use raylet::engine::forecast::{Forecast, forecast};
+use raylet::engine::forecast::{Forecast, forecast_told};
 use raylet::engine::plan::Plan;
 use raylet::engine::rims::with_rims;
 use raylet::engine::settings::Settings;
+use raylet::engine::simulate::SimulateError;
 use raylet::file::blame::blame;
 use raylet::file::build;
 use raylet::file::document;
@@ -17,13 +18,14 @@ use raylet::file::report::{PlanEntry, micrometres};
 use raylet::file::rim::RimEntry;
 use raylet::file::scene::Scene;
 use raylet::optics::paraxial::Cardinal;
-use raylet::optics::system::System;
+use raylet::optics::system::{Hop, System};
 
 use crate::failure::Failure;
 use crate::overrides::Overrides;
 use crate::say::say;
 use crate::simulate::build_all;
 use crate::table::table;
+use crate::wait::Wait;
 
 /// Validates a scene and shows the system, the plan and warnings, without running it.
 #[derive(Args)]
@@ -148,7 +150,7 @@ fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, F
     // As it will be run: rims that become screens have hops of their own.
     let rimmed = with_rims(system, settings);
     let system = &rimmed.system;
-    let hops = forecast(system, settings).map_err(|error| blame(scene, &error))?;
+    let hops = planned(system, settings).map_err(|error| blame(scene, &error))?;
     let plans: Vec<Plan> = hops.iter().map(|hop| hop.plan.clone()).collect();
     let findings = advice(system, &plans, settings);
     let mut text = String::from("\n");
@@ -171,6 +173,19 @@ fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, F
     }
     text.push('\n');
     Ok(text)
+}
+
+/// Plans all hops, and tells on a terminal which one it is at where that takes long.
+fn planned(system: &System, settings: &Settings) -> Result<Vec<Forecast>, SimulateError> {
+    let (wait, count) = (Wait::new(), system.trains.len());
+    let wavelength = micrometres(system.wavelength);
+    forecast_told(system, settings, |number, hop: &Hop| {
+        wait.note(format!(
+            "planning hop {} of {count} to '{}', λ = {wavelength} µm",
+            number + 1,
+            hop.to.name
+        ));
+    })
 }
 
 fn hop_lines(entry: &PlanEntry, forecast: &Forecast) -> String {

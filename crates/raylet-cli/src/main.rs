@@ -29,6 +29,7 @@ mod system2;
 mod system3;
 mod systems;
 mod table;
+mod wait;
 
 use std::process::ExitCode;
 

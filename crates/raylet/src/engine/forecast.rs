@@ -5,7 +5,7 @@ use crate::engine::light::Light;
 use crate::engine::plan::{Plan, plan};
 use crate::engine::settings::Settings;
 use crate::engine::simulate::{SimulateError, arrival_reach, incidence, leaving, receiving_raster};
-use crate::optics::system::System;
+use crate::optics::system::{Hop, System};
 use crate::wave::sampling::{Reach, plan_grid};
 
 /// One hop as it would be run.
@@ -38,6 +38,18 @@ impl Forecast {
 /// # Errors
 /// As [`simulate`](crate::engine::simulate::simulate), but for light that is found to be absent.
 pub fn forecast(system: &System, settings: &Settings) -> Result<Vec<Forecast>, SimulateError> {
+    forecast_told(system, settings, |_, _| ())
+}
+
+/// The same, told the number of every hop and the hop before it is planned: some take seconds.
+///
+/// # Errors
+/// As [`forecast`].
+pub fn forecast_told(
+    system: &System,
+    settings: &Settings,
+    mut tell: impl FnMut(usize, &Hop),
+) -> Result<Vec<Forecast>, SimulateError> {
     let (anchor, mut arriving) = incidence(system);
     let mut light = Light {
         anchor,
@@ -46,6 +58,7 @@ pub fn forecast(system: &System, settings: &Settings) -> Result<Vec<Forecast>, S
     let mut list = Vec::new();
     let settings = &settings.shared(system.trains.len());
     for (number, hop) in system.hops().enumerate() {
+        tell(number, &hop);
         let plan = plan(&hop, light, &Beyond::of(system, number), settings)?;
         let reach = Reach {
             arriving,
