@@ -3,7 +3,7 @@
 
 use std::error::Error;
 
-use ndarray::{Array1, Array2, s};
+use ndarray::{Array1, Array2, Axis};
 use num_complex::Complex64;
 use raylet::file::build;
 use raylet::file::element::Element;
@@ -299,7 +299,10 @@ fn between(spectrum: &Spectrum, sensor: &Sensor, at: [f64; 2], middle: [f64; 2])
         let centres = centres(sensor, axis);
         let place = (at[axis] - centres[0]) / sensor.pitch[axis];
         let first = place as usize;
-        let pair = centres.slice(s![first..first + 2]).to_owned() + middle[axis];
+        let pair = centres
+            .slice_axis(Axis(0), (first..first + 2).into())
+            .to_owned()
+            + middle[axis];
         let part = place - first as f64;
         (pair, [1.0 - part, part])
     };

@@ -1,6 +1,7 @@
 //! The list of problems of the accuracy report, whole or in reduced form.
 
 use raylet::engine::settings::{Method, Settings};
+use raylet::math::part::part;
 use raylet::optics::bend::Coating;
 use raylet::optics::system::System;
 
@@ -82,7 +83,7 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
         // Another part of the same noise.
         let other = || {
             let noise = random_pixels(60, 2.0);
-            let part = noise.transmission.slice(ndarray::s![30.., 30..]);
+            let part = part(noise.transmission.view(), 30.., 30..);
             Pixels {
                 transmission: part.to_owned(),
                 ..noise

@@ -6,7 +6,7 @@ mod stage;
 use std::fs;
 use std::io::Cursor;
 
-use ndarray::{Array, Array1, Array3, Dimension, s};
+use ndarray::{Array, Array1, Array3, Axis, Dimension};
 use ndarray_npy::{NpzWriter, WritableElement};
 use num_complex::{Complex32, Complex64};
 use raylet::file::npz::Fields;
@@ -63,7 +63,7 @@ fn files_that_cannot_be_used_are_refused() {
     let single = fields()
         .field
         .mapv(|u| Complex32::new(u.re as f32, u.im as f32));
-    let flat = fields().field.slice(s![0, .., ..]).to_owned();
+    let flat = fields().field.index_axis_move(Axis(0), 0);
     let cases: [(&str, Vec<u8>, &[&str]); 17] = [
         ("empty", Vec::new(), &["archive"]),
         ("text", b"not an archive".to_vec(), &["archive"]),
@@ -103,7 +103,7 @@ fn files_that_cannot_be_used_are_refused() {
         ),
         (
             "turned",
-            altered(|f| f.y_mm.invert_axis(ndarray::Axis(0))),
+            altered(|f| f.y_mm.invert_axis(Axis(0))),
             &["`y_mm`", "ascending"],
         ),
         (
@@ -153,12 +153,12 @@ fn files_that_cannot_be_used_are_refused() {
 fn fields_that_do_not_match_are_refused() {
     let wider = |f: &mut Fields| f.x_mm.mapv_inplace(|x| 1.5 * x);
     let two = |f: &mut Fields| {
-        f.field = ndarray::concatenate![ndarray::Axis(0), f.field, f.field];
+        f.field = ndarray::concatenate![Axis(0), f.field, f.field];
         f.wavelength_um = Array1::from(vec![0.5, 0.6]);
     };
     let fewer = |f: &mut Fields| {
-        f.field = f.field.slice(s![.., .., ..3]).to_owned();
-        f.x_mm = f.x_mm.slice(s![..3]).to_owned();
+        f.field = f.field.slice_axis(Axis(2), (..3).into()).to_owned();
+        f.x_mm = f.x_mm.slice_axis(Axis(0), (..3).into()).to_owned();
     };
     let cases: [(Vec<u8>, &[&str]); 4] = [
         (altered(wider), &["x_mm[0]", "-0.3", "-0.2 as in good.npz"]),

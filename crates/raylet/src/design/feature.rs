@@ -1,7 +1,7 @@
 //! Nothing smaller than a tool can make: blocks of pixels, or a blur before the levels.
 
 use ndarray::parallel::prelude::*;
-use ndarray::{Array2, ArrayView2, Axis, s};
+use ndarray::{Array2, ArrayView2, Axis};
 
 /// Square blocks of pixels that have one value.
 ///
@@ -116,8 +116,10 @@ impl Blur {
                 if from < 0 || from >= ny as isize || start >= end {
                     continue;
                 }
-                let shifted = pixels.slice(s![from, start + di..end + di]);
-                row.slice_mut(s![start..end]).scaled_add(*weight, &shifted);
+                let shifted = pixels.index_axis(Axis(0), from as usize);
+                let shifted = shifted.slice_axis(Axis(0), (start + di..end + di).into());
+                let mut row = row.slice_axis_mut(Axis(0), (start..end).into());
+                row.scaled_add(*weight, &shifted);
             }
         });
         sums

@@ -7,7 +7,7 @@
 use std::borrow::Cow;
 use std::ops::Range;
 
-use ndarray::{Array2, s};
+use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
@@ -21,6 +21,7 @@ use crate::engine::look::Looks;
 use crate::engine::shelf::Aims;
 use crate::engine::sway::{BLOCK, Neighbours, SwayingHop, pull};
 use crate::engine::tally::{Fate, Tally};
+use crate::math::part::part;
 use crate::optics::ray::Loss;
 use crate::wave::curved::CurvedPatches;
 use crate::wave::field::Field;
@@ -150,7 +151,7 @@ impl Backend for Cpu {
             // Patches overlap: one after the other.
             for (aims, (bar, pulled)) in aims.iter().zip(&bars) {
                 let place = cutter.patches.place(aims.index);
-                let mut part = back.from_bar.slice_mut(s![place.y, place.x]);
+                let mut part = part(back.from_bar.view_mut(), place.y, place.x);
                 part += bar;
                 for (total, part) in back.parameters.iter_mut().zip(pulled) {
                     *total += part;

@@ -1,8 +1,13 @@
 //! A conformal diffractive mirror by several methods, against the direct integral over its surface.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "systems, windows and rows are made here, with these screens and sizes"
+)]
+
 use std::time::Instant;
 
-use ndarray::{Array2, s};
+use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::design::conformal::{Conformal, Show, Window};
@@ -10,6 +15,7 @@ use crate::engine::reference::{Choice, ReferenceError, reference};
 use crate::engine::route::Approach;
 use crate::engine::settings::{Method, Paper, Positions, Sag, Settings};
 use crate::engine::simulate::{SimulateError, simulate};
+use crate::math::part::part;
 use crate::optics::system::System;
 use crate::wave::field::{Axis, Field, Grid};
 use crate::wave::metrics::{field_error, fwhm, ncc, peak, shape_error};
@@ -126,14 +132,14 @@ fn ends(strip: Field, windows: &[Window]) -> Vec<Field> {
         return vec![strip];
     }
     let last = strip.values.ncols() - count;
-    let part = |first: usize| Field {
+    let window = |first: usize| Field {
         grid: Grid {
             x: Axis::uniform(count, pitch, 0.0),
             y: strip.grid.y.clone(),
         },
-        values: strip.values.slice(s![.., first..first + count]).to_owned(),
+        values: part(strip.values.view(), .., first..first + count).to_owned(),
     };
-    vec![part(0), part(last)]
+    vec![window(0), window(last)]
 }
 
 /// The settings of a way.

@@ -14,6 +14,7 @@ use crate::file::colour::ColourMap;
 use crate::file::figure::{Figure, Panel};
 use crate::file::machine::Machine;
 use crate::file::panel::FigureError;
+use crate::math::part::part;
 use crate::optics::system::System;
 use crate::wave::metrics::{field_error, ncc, peak, shape_error, unit_sum_mse};
 
@@ -126,7 +127,7 @@ impl Trial {
 
     /// The same way seen on a square of the sensor only.
     pub fn cropped(&self, [rows, columns]: [std::ops::Range<usize>; 2]) -> Self {
-        let part = self.field.slice(ndarray::s![rows, columns]);
+        let part = part(self.field.view(), rows, columns);
         Self {
             field: part.to_owned(),
             ..self.clone()

@@ -1,10 +1,11 @@
 //! Exact Fourier sums from interleaved combs: grids whose cells hold the same few nodes each.
 
-use ndarray::{Array2, ArrayView2, s};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
 use crate::math::chirp::{Chirp, Comb};
 use crate::math::lines::transform_rows;
+use crate::math::part::{comb, part};
 
 /// The plan of out\[n, m\] = Σⱼᵢ in\[j, i\]·exp(i·scale·(xᵢ·x′ₘ + yⱼ·y′ₙ)), where the points xᵢ of one axis
 /// are several combs dealt out in turn: point i belongs to comb i mod (number of combs).
@@ -37,12 +38,12 @@ impl Braid2 {
         // Along x every row is summed by its combs, along y every column of what that gives.
         let mut middle: Array2<Complex64> = Array2::zeros([input.nrows(), self.to[1]]);
         for (g, chirp) in self.x.iter().enumerate() {
-            let strand = input.slice(s![.., g..;self.x.len()]);
+            let strand = part(input, .., comb(g, self.x.len()));
             transform_rows(strand, middle.view_mut(), |a, b, s| chirp.apply(a, b, s));
         }
         let mut out = Array2::zeros(self.to);
         for (g, chirp) in self.y.iter().enumerate() {
-            let strand = middle.slice(s![g..;self.y.len(), ..]).reversed_axes();
+            let strand = part(middle.view(), comb(g, self.y.len()), ..).reversed_axes();
             let columns = out.view_mut().reversed_axes();
             transform_rows(strand, columns, |a, b, s| chirp.apply(a, b, s));
         }
@@ -61,7 +62,7 @@ impl Braid2 {
         // out += y-sums of middle
         let mut middle_bar: Array2<Complex64> = Array2::zeros([points[0], self.to[1]]);
         for (g, chirp) in self.y.iter().enumerate() {
-            let strand = middle_bar.slice_mut(s![g..;self.y.len(), ..]);
+            let strand = part(middle_bar.view_mut(), comb(g, self.y.len()), ..);
             transform_rows(
                 out_bar.reversed_axes(),
                 strand.reversed_axes(),
@@ -73,7 +74,7 @@ impl Braid2 {
         // middle += x-sums of input
         let mut input_bar = Array2::zeros(points);
         for (g, chirp) in self.x.iter().enumerate() {
-            let strand = input_bar.slice_mut(s![.., g..;self.x.len()]);
+            let strand = part(input_bar.view_mut(), .., comb(g, self.x.len()));
             transform_rows(middle_bar.view(), strand, |a, b, s| {
                 chirp.apply_adjoint(a, b, s);
             });

@@ -17,6 +17,7 @@ pub(crate) mod lines;
 pub(crate) mod noise;
 pub mod nufft;
 pub mod pack;
+pub mod part;
 pub mod random;
 pub mod real;
 pub mod spline;

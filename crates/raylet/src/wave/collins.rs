@@ -4,10 +4,11 @@
 //! optical direction cosines and its axial path L (Collins, J. Opt. Soc. Am. 60, 1168, 1970): a chirp, an
 //! exact Fourier sum between any two pitches, and another chirp.
 
-use ndarray::{Array2, ArrayView2, s};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
 use crate::math::chirp::{Chirp2, Comb};
+use crate::math::part::{comb, part};
 use crate::optics::paraxial::Abcd;
 use crate::wave::field::{Axis, Grid};
 use crate::wave::raster::Raster;
@@ -103,7 +104,7 @@ impl Collins {
         let [steps_y, steps_x] = [self.sums.len(), self.sums[0].len()];
         for (gy, row) in self.sums.iter().enumerate() {
             for (gx, sum) in row.iter().enumerate() {
-                let comb = start.slice(s![gy..;steps_y as isize, gx..;steps_x as isize]);
+                let comb = part(start.view(), comb(gy, steps_y), comb(gx, steps_x));
                 total += &sum.apply(comb);
             }
         }
@@ -122,8 +123,7 @@ impl Collins {
         // total = Σ sum(start's comb)
         for (gy, row) in self.sums.iter().enumerate() {
             for (gx, sum) in row.iter().enumerate() {
-                start_bar
-                    .slice_mut(s![gy..;steps_y as isize, gx..;steps_x as isize])
+                part(start_bar.view_mut(), comb(gy, steps_y), comb(gx, steps_x))
                     .assign(&sum.apply_adjoint(total_bar.view()));
             }
         }

@@ -9,9 +9,10 @@
 
 use std::ops::Range;
 
-use ndarray::{Array2, ArrayView2, s};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
+use crate::math::part::part;
 use crate::optics::screen::Screen;
 use crate::wave::field::Field;
 use crate::wave::heights::{Heights, Stack, normal_cosines};
@@ -54,7 +55,7 @@ impl CurvedPatches<'_> {
         modes: &[Range<usize>; 2],
     ) -> Option<Spectrum> {
         let place = self.patches.place(index);
-        let view = field.values.slice(s![place.y.clone(), place.x.clone()]);
+        let view = part(field.values.view(), place.y.clone(), place.x.clone());
         let energy = self.patches.energy_of(view, index);
         let [x, y] = place.centre;
         let here = self
@@ -100,7 +101,7 @@ impl CurvedPatches<'_> {
         coefficients_bar: &Array2<Complex64>,
     ) -> Option<Array2<Complex64>> {
         let place = self.patches.place(index);
-        let view = field.values.slice(s![place.y.clone(), place.x.clone()]);
+        let view = part(field.values.view(), place.y.clone(), place.x.clone());
         let [x, y] = place.centre;
         let here = self
             .screen
@@ -142,7 +143,7 @@ impl CurvedPatches<'_> {
 
     /// Heights of the nodes of a patch above its centre.
     fn above(&self, centre: &Centre, place: &Place) -> Array2<f64> {
-        let z = self.heights.z.slice(s![place.y.clone(), place.x.clone()]);
+        let z = part(self.heights.z.view(), place.y.clone(), place.x.clone());
         z.mapv(|z| z - centre.z)
     }
 
@@ -226,6 +227,7 @@ impl CurvedPatches<'_> {
 #[cfg(test)]
 mod tests {
     use crate::math::noise::{assert_transposed, noise};
+    use crate::math::part::part;
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
     use crate::optics::screen::{Act, Screen};
@@ -279,7 +281,7 @@ mod tests {
             let modes = [1..9, 3..17];
             for index in [patches.count() / 3, patches.count() / 2] {
                 let place = patches.place(index);
-                let under = field.values.slice(ndarray::s![place.y, place.x]).to_owned();
+                let under = part(field.values.view(), place.y, place.x).to_owned();
                 let bar = noise((modes[1].len(), modes[0].len()), 3);
                 let there = curved.cut_within(&field, index, &modes).unwrap();
                 let back = curved.cut_adjoint(&field, index, &modes, &bar).unwrap();

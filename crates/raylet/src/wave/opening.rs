@@ -5,8 +5,9 @@
 //! cell, to a function that is one on the open part and zero elsewhere: all polynomials of a lower degree than
 //! there are nodes are then integrated exactly. With one node a cell the weight is the open share of its area.
 
-use ndarray::{Array2, s};
+use ndarray::Array2;
 
+use crate::math::part::part;
 use crate::optics::aperture::Aperture;
 use crate::optics::moments::{Cell, legendre, open_moments};
 use crate::wave::field::{Axis, Grid};
@@ -40,7 +41,11 @@ impl<'a> Opening<'a> {
             if open == 1.0 {
                 continue;
             }
-            let mut cell = weights.slice_mut(s![.., column * nodes[0]..(column + 1) * nodes[0]]);
+            let mut cell = part(
+                weights.view_mut(),
+                ..,
+                column * nodes[0]..(column + 1) * nodes[0],
+            );
             if open == 0.0 {
                 cell.fill(0.0);
             } else {

@@ -5,10 +5,11 @@
 
 use std::ops::Range;
 
-use ndarray::{Array2, ArrayView2, s};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::math::part::part;
 use crate::wave::field::{Axis, Field};
 use crate::wave::window::Positions;
 
@@ -159,8 +160,8 @@ impl Patches {
         [mx, my]: &[Range<usize>; 2],
     ) -> Array2<Complex64> {
         let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
-        let ex = self.x.rows[jx].1.slice(s![mx.clone(), ..]);
-        let ey = self.y.rows[jy].1.slice(s![my.clone(), ..]);
+        let ex = part(self.x.rows[jx].1.view(), mx.clone(), ..);
+        let ey = part(self.y.rows[jy].1.view(), my.clone(), ..);
         // c = Ey · U · Exᵀ, the smaller side first.
         if ey.nrows() * view.ncols() < ex.nrows() * view.nrows() {
             ey.dot(&view).dot(&ex.t())
@@ -177,8 +178,8 @@ impl Patches {
         [mx, my]: &[Range<usize>; 2],
     ) -> Array2<Complex64> {
         let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
-        let ex = self.x.rows[jx].1.slice(s![mx.clone(), ..]);
-        let ey = self.y.rows[jy].1.slice(s![my.clone(), ..]);
+        let ex = part(self.x.rows[jx].1.view(), mx.clone(), ..);
+        let ey = part(self.y.rows[jy].1.view(), my.clone(), ..);
         // c = Ey · U · Exᵀ: Ū = Eyᴴ · c̄ · Ex*, as the conjugate of what needs no conjugate matrices.
         let bar = waves_bar.mapv(|c| c.conj());
         let mut values_bar = if ey.ncols() * bar.ncols() < ex.ncols() * bar.nrows() {
@@ -221,7 +222,7 @@ impl Patches {
         modes: &[Range<usize>; 2],
     ) -> Option<Spectrum> {
         let place = self.place(index);
-        let view = field.values.slice(s![place.y.clone(), place.x.clone()]);
+        let view = part(field.values.view(), place.y.clone(), place.x.clone());
         let energy = self.energy_of(view, index);
         if energy == 0.0 {
             return None;
@@ -243,7 +244,7 @@ impl Patches {
     /// their spectra cost less this way than one by one.
     pub fn strip(&self, field: &Field, index: usize) -> Strip {
         let (range, matrix, weights) = &self.x.rows[index];
-        let view = field.values.slice(s![.., range.start..range.end]);
+        let view = part(field.values.view(), .., range.clone());
         let mut waves = Array2::zeros((view.nrows(), matrix.nrows()));
         let mut energy = vec![0.0; view.nrows()];
         let shares = node_shares(&self.grid[0], range.start, weights);
@@ -275,7 +276,7 @@ impl Patches {
         if energy == 0.0 {
             return None;
         }
-        let waves = strip.waves.slice(s![range.start..range.end, ..]);
+        let waves = part(strip.waves.view(), range.clone(), ..);
         Some(Spectrum {
             centre: [self.x.positions.at(strip.index), self.y.positions.at(index)],
             first: [0; 2],

@@ -9,9 +9,10 @@
 
 use std::ops::Range;
 
-use ndarray::{Array2, ArrayView2, Zip, s};
+use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 
+use crate::math::part::part;
 use crate::math::vec3::Vec3;
 use crate::optics::bundle::Hit;
 use crate::optics::screen::Screen;
@@ -281,14 +282,14 @@ impl Spot {
     /// The part of an array over the grid that lies under the window.
     pub fn view<'a, T>(&self, values: &'a Array2<T>) -> ArrayView2<'a, T> {
         let [x, y] = self.nodes.clone();
-        values.slice(s![y, x])
+        part(values.view(), y, x)
     }
 
     /// Adds values under the window to an array over the grid.
-    pub fn add_to(&self, part: &Array2<Complex64>, values: &mut Array2<Complex64>) {
+    pub fn add_to(&self, added: &Array2<Complex64>, values: &mut Array2<Complex64>) {
         let [x, y] = self.nodes.clone();
-        let mut view = values.slice_mut(s![y, x]);
-        view += part;
+        let mut under = part(values.view_mut(), y, x);
+        under += added;
     }
 
     /// The coefficients cₘ of a transmission over the grid, indexed [m_y, m_x]; zero for what is no mode.
