@@ -29,6 +29,7 @@ pub struct Toroid {
 }
 
 /// Square of a number.
+#[inline(always)]
 fn square<T: Real>(a: T) -> T {
     a * a
 }
