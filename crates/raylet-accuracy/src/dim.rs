@@ -169,6 +169,10 @@ impl DimLens {
             index: INDEX,
             thickness: THICKNESS,
         };
+        #[expect(
+            clippy::unreachable,
+            reason = "an instrument that is set up wrongly must stop"
+        )]
         let Ok(arrived) = glass.through(&[slab], RIM) else {
             unreachable!("the period is chosen long enough");
         };

@@ -21,6 +21,18 @@
 //! [`designed`]: systems that raylet has designed;
 //! [`estimates`]: the errors that raylet tells of random small systems beside their true ones.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "sums over grids and samples that are made beside the loops; nothing a user hands over is read"
+)]
+#![deny(
+    clippy::expect_used,
+    clippy::panic,
+    clippy::string_slice,
+    clippy::unreachable,
+    clippy::unwrap_used
+)]
+
 pub mod phase;
 pub mod quadrature;
 

@@ -2,6 +2,15 @@
 //!
 //! `cargo run --release -p raylet-accuracy -- [--reduced] [--only WORDS] > docs/accuracy.md`
 
+#![deny(
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    clippy::string_slice,
+    clippy::unreachable,
+    clippy::unwrap_used
+)]
+
 use std::process::ExitCode;
 
 use ndarray::Array2;

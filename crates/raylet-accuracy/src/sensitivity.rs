@@ -76,6 +76,10 @@ impl Setup {
         let half = 0.5 * SENSOR.0 as f64 * SENSOR.1;
         match REFERENCE.run(Source::Pixels(pixels, [0.0; 2]), &steps, half) {
             Ok(spectrum) => spectrum.on_grid(&points, &points),
+            #[expect(
+                clippy::unreachable,
+                reason = "an instrument that is set up wrongly must stop"
+            )]
             Err(error) => unreachable!("the period is chosen long enough: {error:?}"),
         }
     }

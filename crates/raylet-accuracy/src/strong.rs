@@ -84,6 +84,10 @@ fn exact(effort: Effort, source: Source, steps: &[Step]) -> Array2<Complex64> {
     let half = 0.5 * SENSOR.0 as f64 * SENSOR.1;
     match effort.bench().run(source, steps, half) {
         Ok(spectrum) => spectrum.on_grid(&points, &points),
+        #[expect(
+            clippy::unreachable,
+            reason = "an instrument that is set up wrongly must stop"
+        )]
         Err(error) => unreachable!("the period is chosen long enough: {error:?}"),
     }
 }

@@ -144,6 +144,10 @@ impl Glass {
             },
         ];
         let width = self.rim.unwrap_or(ENDLESS) + reach;
+        #[expect(
+            clippy::unreachable,
+            reason = "an instrument that is set up wrongly must stop"
+        )]
         let Ok(arrived) = glass.through(&slabs, width) else {
             unreachable!("the period is chosen long enough");
         };

@@ -105,7 +105,10 @@ fn block(likeness: &Likeness) -> String {
 fn spot(metrics: &Metrics) -> [(&'static str, String); 5] {
     let [width_x, width_y] = metrics.fwhm_um;
     let pair = |values: Option<[f64; 2]>, number: fn(Option<f64>) -> String| {
-        let [p, q] = [0, 1].map(|k| number(values.map(|values| values[k])));
+        let [p, q] = match values {
+            Some(values) => values.map(|value| number(Some(value))),
+            None => [number(None), number(None)],
+        };
         format!("{p}, {q}")
     };
     let widths = format!("{}, {}", number(width_x), number(width_y));

@@ -183,9 +183,8 @@ fn are_sound(rows: &[Row], state: &State) -> bool {
             .chain(row.efficiency)
     };
     let finite = rows.iter().flat_map(numbers).all(f64::is_finite);
-    let rises = rows.windows(2).all(|pair| {
-        pair[0].iteration <= pair[1].iteration && pair[0].evaluations < pair[1].evaluations
-    });
+    let mut pairs = rows.iter().zip(rows.iter().skip(1));
+    let rises = pairs.all(|(a, b)| a.iteration <= b.iteration && a.evaluations < b.evaluations);
     let ends = match rows.last() {
         Some(last) => {
             last.evaluations == state.evaluations && last.iteration == state.search.iteration()
@@ -310,8 +309,10 @@ impl Course<'_> {
         let [field, wavelength] = glance.place;
         let (fields, lengths) = (&self.brief.design.field, &self.scene.wavelength_um);
         let mut name = String::from("On the sensor");
-        if lengths.len() > 1 {
-            name = format!("{} µm", lengths[wavelength]);
+        if lengths.len() > 1
+            && let Some(length) = lengths.get(wavelength)
+        {
+            name = format!("{length} µm");
         }
         if let Some(field) = fields.get(field) {
             let place = match (field.angle_deg, field.position_mm) {
@@ -379,7 +380,7 @@ impl Course<'_> {
         if let Some(stop) = run.state.stop {
             told += &format!("\nthe search ended by itself: {}", reason(stop));
         }
-        let numbers = &run.best()[self.brief.project.numbers_from()..];
+        let numbers = run.best().iter().skip(self.brief.project.numbers_from());
         for (number, value) in self.brief.project.numbers.iter().zip(numbers) {
             told += &format!("\n{}: {} -> {value}", number.name, number.start);
         }

@@ -1,5 +1,10 @@
 //! Figure 3 of the source paper: the error of one patch against the number of its secondary rays.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "trials, elements and pixels are made here, as many as are asked for"
+)]
+
 use raylet::design::patterns::{metalens, star_hologram};
 use raylet::file::convergence::Convergence;
 use raylet::optics::system::System;

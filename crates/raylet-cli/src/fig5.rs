@@ -1,6 +1,11 @@
 //! Figure 5 of the source paper: a hologram before a lens, designed with a thin lens, with principal planes, and
 //! through the real lens.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "trials, elements and pixels are made here, as many as are asked for"
+)]
+
 use std::path::PathBuf;
 use std::time::Instant;
 

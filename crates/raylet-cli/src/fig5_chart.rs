@@ -1,5 +1,10 @@
 //! The picture of figure 5: what is wanted, and the phase and the sensor of each design.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "trials, elements and pixels are made here, as many as are asked for"
+)]
+
 use std::f64::consts::PI;
 
 use raylet::file::colour::ColourMap;

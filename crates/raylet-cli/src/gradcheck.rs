@@ -66,8 +66,8 @@ impl Gradcheck {
             })
             .collect();
         for (i, number) in project.numbers.iter().enumerate() {
-            let mut along = vec![0.0; project.len()];
-            along[pixels + i] = 1.0;
+            let along = |place: usize| f64::from(u8::from(place == pixels + i));
+            let along = (0..project.len()).map(along).collect();
             lines.push((number.name.clone(), along, number.step));
         }
         for (name, along, step) in lines {

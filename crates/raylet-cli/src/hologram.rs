@@ -63,8 +63,7 @@ impl Hologram {
         let seconds = clock.elapsed().as_secs_f64();
         let written = file.path().display();
         let mut summary = summary(&found.score);
-        if scene.wavelength_um.len() > 1 {
-            let first = scene.wavelength_um[0];
+        if let [first, _, ..] = scene.wavelength_um.as_slice() {
             summary += &format!("\nfor λ = {first} µm, the first of the scene's wavelengths");
         }
         say(&format!("{summary}\n{seconds:.2} s; phase in {written}\n"))

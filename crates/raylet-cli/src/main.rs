@@ -1,5 +1,14 @@
 //! The `raylet` program: one file per verb, thin.
 
+#![deny(
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    clippy::string_slice,
+    clippy::unreachable,
+    clippy::unwrap_used
+)]
+
 mod check;
 mod compare;
 mod design;

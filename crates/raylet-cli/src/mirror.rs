@@ -1,5 +1,10 @@
 //! What the studies of a mirror's pixels share: the search, kept so that it goes on when it is stopped.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "trials, elements and pixels are made here, as many as are asked for"
+)]
+
 use std::path::Path;
 use std::time::Instant;
 

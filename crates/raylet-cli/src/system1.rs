@@ -1,5 +1,10 @@
 //! System 1 of the source paper: a weak grating over the whole of a plano-convex lens, near its focus.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "trials, elements and pixels are made here, as many as are asked for"
+)]
+
 use std::fmt::Write;
 use std::ops::Range;
 use std::time::Instant;

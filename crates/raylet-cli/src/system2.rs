@@ -1,5 +1,10 @@
 //! System 2 of the source paper: a hologram close to its sensor, nothing between.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "trials, elements and pixels are made here, as many as are asked for"
+)]
+
 use std::f64::consts::TAU;
 use std::time::Instant;
 

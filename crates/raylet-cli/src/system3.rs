@@ -1,5 +1,10 @@
 //! System 3 of the source paper: a hologram before a plano-convex lens.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "trials, elements and pixels are made here, as many as are asked for"
+)]
+
 use std::time::Instant;
 
 use ndarray::Array2;

@@ -2,12 +2,12 @@
 
 /// Rows under a head, each line indented by two spaces; the columns of `right` are aligned right.
 pub(crate) fn table(head: &[&str], rows: &[Vec<String>], right: &[usize]) -> String {
-    let width = |column: usize| {
+    let width = |(column, title): (usize, &&str)| {
         let entries = rows.iter().filter_map(|row| row.get(column));
         let widest = entries.map(|entry| entry.chars().count()).max();
-        widest.unwrap_or(0).max(head[column].chars().count())
+        widest.unwrap_or(0).max(title.chars().count())
     };
-    let widths: Vec<usize> = (0..head.len()).map(width).collect();
+    let widths: Vec<usize> = head.iter().enumerate().map(width).collect();
     let line = |row: &[String]| {
         let cells = row.iter().zip(&widths).enumerate().map(|(i, (entry, &w))| {
             if right.contains(&i) {

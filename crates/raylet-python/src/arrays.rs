@@ -114,6 +114,7 @@ pub(crate) fn columns<T: Element + Copy, const N: usize>(
     if let Some(numbers) = view.as_slice() {
         return Ok(numbers.as_chunks().0.to_vec());
     }
+    #[expect(clippy::indexing_slicing, reason = "it has as many columns")]
     let row = |row: ArrayView1<T>| std::array::from_fn(|i| row[i]);
     Ok(view.rows().into_iter().map(row).collect())
 }

@@ -383,7 +383,11 @@ fn rig(
         };
         let moved = |by: f64| {
             let mut numbers = numbers.to_vec();
-            numbers[i] += by;
+            numbers
+                .iter_mut()
+                .skip(i)
+                .take(1)
+                .for_each(|number| *number += by);
             at(&numbers)
         };
         Ok(Variation {

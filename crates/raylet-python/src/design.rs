@@ -238,7 +238,7 @@ fn find(
     // What it is made of, where that goes in the scene, and what each run's losses are.
     let (best, made) = (search.best(), project.make(search.best(), 1.0));
     let outputs = brief.outputs.iter();
-    let values = &best[project.numbers_from()..];
+    let values = best.iter().skip(project.numbers_from());
     let numbers = project.numbers.iter().zip(values);
     let parts = brief.glances.iter().zip(&look.parts);
     Ok(Found {

@@ -1,6 +1,15 @@
 //! The extension module behind the Python package `raylet`: arrays and words in, arrays and words out. What they
 //! mean is the library's affair, and how they are asked for that of `python/raylet`.
 
+#![deny(
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    clippy::string_slice,
+    clippy::unreachable,
+    clippy::unwrap_used
+)]
+
 mod arrays;
 mod bench;
 mod design;

@@ -150,7 +150,8 @@ pub(crate) fn check(
         let plans: Vec<Plan> = hops.into_iter().map(|hop| hop.plan).collect();
         let findings = advice(&system, &plans, &settings).into_iter();
         let between = |hop: usize| {
-            let names = [0, 1].map(|end| system.screens[hop + end].name.as_str());
+            let ends = system.screens.iter().skip(hop).take(2);
+            let names: Vec<&str> = ends.map(|screen| screen.name.as_str()).collect();
             names.join(" to ")
         };
         Ok(findings

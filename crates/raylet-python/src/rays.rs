@@ -1,5 +1,10 @@
 //! Rays of another tracer at a system's element and on its sensor.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "arrays that came have the columns that were asked for before, and those that go are made to size"
+)]
+
 use ndarray::{Array1, Array2, Array3, ArrayView2};
 use num_complex::Complex64;
 use numpy::{Ix1, Ix2, Ix3};

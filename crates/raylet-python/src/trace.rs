@@ -1,5 +1,10 @@
 //! Single rays through a system.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "rays are counted by the arrays of places, which were found to be equally long, and the rest is made to their size"
+)]
+
 use ndarray::{Array1, Array2, Array3, Axis};
 use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
@@ -13,7 +18,7 @@ use raylet::file::scene::Scene as File;
 use raylet::file::variable::{Address, with_numbers};
 use raylet::math::vec3::Vec3;
 use raylet::optics::ray::Loss;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::{Act, Screen};
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
 use rayon::prelude::*;
@@ -70,7 +75,7 @@ pub(crate) fn trace<'py>(
         let system = build::system_with(file, arrays, channel)?;
         Ok((system, variations(file, arrays, channel, &numbers)?))
     })?;
-    let bounds = system.screens[0].bounds();
+    let bounds = system.screens.first().and_then(Screen::bounds);
     let bounds = bounds.ok_or_else(|| error(py, "the first screen has no edge"))?;
     refuse_turned(py, &system, &variations)?;
     let asked = Asked {

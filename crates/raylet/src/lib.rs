@@ -4,6 +4,15 @@
 //! `math` (numbers, no light), `optics` (what the parts are), `wave` (what happens to waves),
 //! `engine` (who runs which rays), `design` (what should change), `file` (how it is written down).
 
+#![deny(
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    clippy::string_slice,
+    clippy::unreachable,
+    clippy::unwrap_used
+)]
+
 pub mod design;
 pub mod engine;
 pub mod file;

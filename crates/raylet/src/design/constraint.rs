@@ -328,7 +328,7 @@ mod tests {
                 let back = chain.make_adjoint(&made, bar.view(), None);
                 search.tell(value, back.as_slice().unwrap());
             }
-            unreachable!("the last evaluation returns")
+            panic!("the last evaluation returns")
         }
     }
 

@@ -1,5 +1,10 @@
 //! What should change.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "parameters and pixels are indexed by loops over the sizes of the element they belong to"
+)]
+
 pub mod conformal;
 pub mod conformal_design;
 pub mod constraint;

@@ -97,22 +97,22 @@ impl Modulator {
     }
 
     /// A plane of the parameters, [y, x].
-    fn plane<'p>(&self, parameters: &'p [f64], number: usize) -> ArrayView2<'p, f64> {
-        let shape = self.constraints.free();
-        let size = shape.0 * shape.1;
-        match ArrayView2::from_shape(shape, &parameters[number * size..(number + 1) * size]) {
-            Ok(plane) => plane,
-            Err(_) => unreachable!("the part has the plane's size"),
-        }
+    fn plane(&self, parameters: &[f64], number: usize) -> Array2<f64> {
+        let (rows, columns) = self.constraints.free();
+        let first = number * rows * columns;
+        Array2::from_shape_fn((rows, columns), |(j, i)| {
+            parameters[first + j * columns + i]
+        })
     }
 
     /// The element, `share` of the iterations done (0 to 1: how hard soft levels are).
     pub fn make(&self, parameters: &[f64], share: f64) -> Shaped {
         let [phases, amplitudes] = self.planes();
-        let phase = |number| self.constraints.make(self.plane(parameters, number), share);
+        let plane = |number| self.plane(parameters, number);
+        let phase = |number| self.constraints.make(plane(number).view(), share);
         let amplitude = (amplitudes > 0).then(|| {
-            let plane = self.plane(parameters, phases);
-            self.constraints.spread(plane)
+            let plane = plane(phases);
+            self.constraints.spread(plane.view())
         });
         Shaped {
             phases: (0..phases).map(phase).collect(),

@@ -1,5 +1,10 @@
 //! Who runs which rays.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "axes are 0 and 1, and hops, screens, patches and nodes are counted by the lists they number"
+)]
+
 pub mod account;
 pub mod advice;
 pub mod aim;

@@ -104,9 +104,10 @@ impl Axis {
         }
 
         // On the shortest axes even two labels touch: then one has to do.
-        let apart = |pair: &[Tick]| (pair[1].value - pair[0].value) / (hi - lo) * length;
+        let apart = |a: &Tick, b: &Tick| (b.value - a.value) / (hi - lo) * length;
         let least = axis.label_extent(direction) - TICK_GAPS[1] / 2.0;
-        if axis.ticks.windows(2).any(|pair| apart(pair) < least) {
+        let mut pairs = axis.ticks.iter().zip(axis.ticks.iter().skip(1));
+        if pairs.any(|(a, b)| apart(a, b) < least) {
             axis.ticks.truncate(1);
         }
         axis.ticks.iter_mut().for_each(|t| t.value /= shown);

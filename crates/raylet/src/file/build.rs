@@ -43,7 +43,7 @@ pub fn system(scene: &Scene, channel: usize) -> Result<System, Fault> {
 /// # Errors
 /// As [`system`].
 pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<System, Fault> {
-    let wavelength = scene.wavelength_um[channel] * UM;
+    let wavelength = wavelength(scene, channel)?;
     let ambient = medium(scene, &scene.ambient, "ambient")?;
     let mut layout = Layout {
         scene,
@@ -79,7 +79,17 @@ pub(crate) fn index_at(
     path: &str,
 ) -> Result<f64, Fault> {
     let medium = medium(scene, material, path)?;
-    index(scene, &medium, scene.wavelength_um[channel] * UM, path)
+    index(scene, &medium, wavelength(scene, channel)?, path)
+}
+
+/// The `channel`-th wavelength of a scene, in mm.
+fn wavelength(scene: &Scene, channel: usize) -> Result<f64, Fault> {
+    let found = scene.wavelength_um.get(channel).map(|um| um * UM);
+    found.ok_or_else(|| {
+        let count = scene.wavelength_um.len();
+        let expected = format!("one with the number {channel}, counted from 0");
+        scene.fault("wavelength_um", format!("{count} wavelengths"), expected)
+    })
 }
 
 fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Fault> {
@@ -362,7 +372,11 @@ impl Layout<'_, '_> {
         };
         let mut lattices = Vec::new();
         collect_lattices(&doe.layers, &mut lattices);
-        if lattices.windows(2).any(|pair| pair[0] != pair[1]) {
+        if lattices
+            .iter()
+            .zip(lattices.iter().skip(1))
+            .any(|(a, b)| a != b)
+        {
             return Err(self.scene.fault(
                 &format!("{path}.layer"),
                 "pixel grids of different pitch, size or pixel form in one element",
@@ -436,7 +450,8 @@ impl Layout<'_, '_> {
             layer::Layer::Sum(sum) => {
                 let mut terms = Vec::new();
                 for (i, term) in sum.terms.iter().enumerate() {
-                    let weight = sum.weights.as_ref().map_or(1.0, |w| w[i]);
+                    let weight = sum.weights.as_ref().and_then(|w| w.get(i)).copied();
+                    let weight = weight.unwrap_or(1.0);
                     let layers = self.layers(term, &format!("{path}.terms[{i}]"))?;
                     terms.push((Complex64::new(weight, 0.0), layers));
                 }
@@ -459,7 +474,9 @@ impl Layout<'_, '_> {
                 }
             }
             layer::Layer::Lens(lens) => {
-                let made_for = lens.wavelength_um.unwrap_or(self.scene.wavelength_um[0]) * UM;
+                let first = self.scene.wavelength_um.first().copied();
+                let made_for = lens.wavelength_um.or(first);
+                let made_for = made_for.map_or(self.wavelength, |um| um * UM);
                 Profile::Lens {
                     focal_length: lens.focal_length_mm,
                     wavenumber: std::f64::consts::TAU * self.index / made_for,

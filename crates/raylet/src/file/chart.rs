@@ -1,5 +1,10 @@
 //! A panel of lines over x and y, linear or logarithmic, with a legend.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "what is drawn is numbered by the lists it was laid out from"
+)]
+
 use crate::file::axis::{Axis, Direction, LengthUnit};
 use crate::file::label::Room;
 use crate::file::panel::{

@@ -81,7 +81,11 @@ fn check_sensor(elements: &[Element], origin: &Origin) -> Result<(), Fault> {
 fn check_names(elements: &[Element], origin: &Origin) -> Result<(), Fault> {
     for (i, element) in elements.iter().enumerate() {
         let Some(name) = element.name() else { continue };
-        if elements[..i].iter().any(|other| other.name() == Some(name)) {
+        if elements
+            .iter()
+            .take(i)
+            .any(|other| other.name() == Some(name))
+        {
             return Err(origin.fault(
                 &format!("element[{i}].name"),
                 format!("the name \"{name}\" again"),
@@ -168,8 +172,7 @@ fn check_lens(
     place: &Place<'_>,
     heading: f64,
 ) -> Result<(), Fault> {
-    let last = lens.surface.len() - 1;
-    if last == 0 {
+    if lens.surface.len() == 1 {
         return place.inner(".surface").refuse(
             "one surface",
             "at least two; a single one is kind \"surface\"",
@@ -183,13 +186,9 @@ fn check_lens(
             None => check_last(surface, &part(i))?,
         }
     }
-    for i in 0..last {
-        check_order(
-            [&lens.surface[i], &lens.surface[i + 1]],
-            arrays,
-            [&part(i), &part(i + 1)],
-            heading,
-        )?;
+    let pairs = lens.surface.iter().zip(lens.surface.iter().skip(1));
+    for (i, (front, back)) in pairs.enumerate() {
+        check_order([front, back], arrays, [&part(i), &part(i + 1)], heading)?;
     }
     Ok(())
 }
@@ -229,17 +228,18 @@ fn check_order(
     places: [&Place<'_>; 2],
     heading: f64,
 ) -> Result<(), Fault> {
-    let shape = |i: usize| arrays.shape(&surfaces[i].sag(), &places[i].path);
-    let (Some(front), Some(back)) = (shape(0), shape(1)) else {
+    let shape =
+        |surface: &LensSurface, place: &Place<'_>| arrays.shape(&surface.sag(), &place.path);
+    let (Some(front), Some(back)) = (shape(surfaces[0], places[0]), shape(surfaces[1], places[1]))
+    else {
         return Ok(());
     };
-    let apertures = surfaces.map(|surface| surface.rim().optics());
-    let reach = |i: usize| {
-        let bounds = apertures[i].bounds().unwrap_or_default();
+    let reach = |surface: &LensSurface| {
+        let bounds = surface.rim().optics().bounds().unwrap_or_default();
         bounds.into_iter().fold(0.0f64, |a, b| a.max(b.abs()))
     };
     let (reach, thickness) = (
-        reach(0).min(reach(1)),
+        reach(surfaces[0]).min(reach(surfaces[1])),
         surfaces[0].thickness_mm.unwrap_or(0.0),
     );
     for (i, j) in (0..=RADII).flat_map(|i| (0..DIRECTIONS).map(move |j| (i, j))) {

@@ -1,5 +1,10 @@
 //! How alike the fields of two runs are, channel by channel and in total.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "rows are counted from the shape of the array itself"
+)]
+
 use std::path::{Path, PathBuf};
 
 use ndarray::{Array2, Array3, ArrayView2, Axis};

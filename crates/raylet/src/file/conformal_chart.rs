@@ -1,5 +1,10 @@
 //! Pictures of a conformal diffractive mirror: its substrate, what it shows, and how each way errs.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "what is drawn is numbered by the lists it was laid out from"
+)]
+
 use ndarray::Array2;
 
 use crate::design::conformal::{Conformal, Show};

@@ -1,5 +1,10 @@
 //! What a mirror with given pixels shows, by the direct integral over its true surface.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "systems, windows and rows are made here, with these screens and sizes"
+)]
+
 use ndarray::{Array2, ArrayView1};
 use num_complex::Complex64;
 

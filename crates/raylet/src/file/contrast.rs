@@ -1,5 +1,10 @@
 //! The picture of a comparison: the light of A and B, and what differs.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "wavelengths are counted by both sides, which were found to have the same"
+)]
+
 use ndarray::{Array2, Axis, Zip};
 
 use crate::file::colour::ColourMap;

@@ -1,5 +1,10 @@
 //! How the paper's method converges with secondary rays at one patch, and the picture of it.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "systems, windows and rows are made here, with these screens and sizes"
+)]
+
 use std::time::Instant;
 
 use ndarray::Array2;

@@ -3,6 +3,11 @@
 //! In free space all modes of all patches of one period add up to the angular spectrum of the field times
 //! the number of patches over each place ([`PeriodicHop`]): no ray is needed to know what they bring.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "systems, windows and rows are made here, with these screens and sizes"
+)]
+
 use std::time::Instant;
 
 use ndarray::{Array2, Zip};

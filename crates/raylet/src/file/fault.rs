@@ -15,13 +15,12 @@ const MOST: usize = 1000;
 
 /// At most so many characters of a text, and how many it has where some are left out.
 fn cut(text: String, most: usize) -> String {
-    match text.char_indices().nth(most) {
-        None => text,
-        Some((end, _)) => {
-            let count = text.chars().count();
-            format!("{}… ({count} characters)", &text[..end])
-        }
+    let count = text.chars().count();
+    if count <= most {
+        return text;
     }
+    let kept: String = text.chars().take(most).collect();
+    format!("{kept}… ({count} characters)")
 }
 
 /// At most 200 characters of a value for a message.
@@ -102,21 +101,23 @@ impl Excerpt {
     /// The excerpt of `text` at a range of bytes; a range over several lines is cut after its first.
     pub fn new(text: &str, range: Range<usize>) -> Self {
         // Step back to a character boundary, so that no range can split a character.
-        let start = (0..=range.start.min(text.len()))
+        let (before, behind) = (0..=range.start.min(text.len()))
             .rev()
-            .find(|&at| text.is_char_boundary(at))
-            .unwrap_or(0);
-        let line_start = text[..start].rfind('\n').map_or(0, |at| at + 1);
-        let line_end = text[start..].find('\n').map_or(text.len(), |at| start + at);
-        let line = text[line_start..line_end].trim_end_matches('\r');
+            .find_map(|at| text.split_at_checked(at))
+            .unwrap_or(("", text));
+        let start = before.len();
+        let lead = before.rsplit('\n').next().unwrap_or_default();
+        let rest = behind.split('\n').next().unwrap_or_default();
+        let line = format!("{lead}{rest}");
+        let line = line.trim_end_matches('\r');
 
         // Count characters, not bytes, for what is shown.
-        let column = text[line_start..start].chars().count();
-        let ahead = text[start..].char_indices();
+        let column = lead.chars().count();
+        let ahead = behind.char_indices();
         let width = ahead.take_while(|(at, _)| start + at < range.end).count();
         let room = line.chars().count().saturating_sub(column);
         Self {
-            line: 1 + text[..start].matches('\n').count(),
+            line: 1 + before.matches('\n').count(),
             column: column + 1,
             text: line.to_owned(),
             width: width.min(room).max(1),

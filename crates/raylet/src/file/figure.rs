@@ -2,6 +2,11 @@
 //!
 //! The letters are built in, so a figure is the same on every machine.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "what is drawn is numbered by the lists it was laid out from"
+)]
+
 use std::sync::{Arc, LazyLock};
 
 use ndarray::{CowArray, Ix2};

@@ -1,6 +1,11 @@
 //! What a flat patch costs on a curved mirror: the error of the field against its size and the radius, and
 //! the picture of it.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "systems, windows and rows are made here, with these screens and sizes"
+)]
+
 use std::time::Instant;
 
 use crate::design::conformal::spherical_patch;

@@ -154,12 +154,14 @@ pub fn read_gray(path: impl AsRef<Path>, limit: MemoryLimit) -> Result<Array2<f6
 fn gray_values(frame: &png::OutputInfo, bytes: &[u8]) -> Array2<f64> {
     let channels = frame.color_type.samples();
     let wide = frame.bit_depth == png::BitDepth::Sixteen;
-    let sample = |row: usize, i: usize| {
-        let row = &bytes[row * frame.line_size..];
-        match wide {
-            true => f64::from(u16::from_be_bytes([row[2 * i], row[2 * i + 1]])) / 65535.0,
-            false => f64::from(row[i]) / 255.0,
-        }
+    // The decoder has filled all bytes; one that were not there would be black.
+    let byte = |row: usize, i: usize| {
+        let found = bytes.get(row * frame.line_size + i);
+        found.copied().unwrap_or_default()
+    };
+    let sample = |row: usize, i: usize| match wide {
+        true => f64::from(u16::from_be_bytes([2 * i, 2 * i + 1].map(|i| byte(row, i)))) / 65535.0,
+        false => f64::from(byte(row, i)) / 255.0,
     };
 
     // The file's rows run downwards, ours upwards.

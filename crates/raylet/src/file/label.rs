@@ -1,5 +1,10 @@
 //! Words inside a plot: labels and legends that keep clear of each other and of the lines.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "what is drawn is numbered by the lists it was laid out from"
+)]
+
 use crate::file::panel::{INK, LABEL_SIZE, ink};
 use crate::file::svg::{Anchor, Pen, Rect, Svg, text_width};
 

@@ -2,6 +2,11 @@
 //!
 //! Points are (z, transverse) in mm, z to the right and the transverse coordinate (x or y) up.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "what is drawn is numbered by the lists it was laid out from"
+)]
+
 use crate::file::axis::{Axis, Direction, tick_step};
 use crate::file::label::Room;
 use crate::file::panel::{

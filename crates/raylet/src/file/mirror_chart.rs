@@ -1,5 +1,10 @@
 //! The picture of a mirror whose pixels were sought: what they are, what is seen, and how the search went.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "what is drawn is numbered by the lists it was laid out from"
+)]
+
 use ndarray::Array2;
 use num_complex::Complex64;
 

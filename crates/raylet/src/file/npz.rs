@@ -112,7 +112,7 @@ impl Fields {
             ));
         }
         for (name, axis) in [("x_mm", &self.x_mm), ("y_mm", &self.y_mm)] {
-            let rising = axis.windows(2).into_iter().all(|pair| pair[0] < pair[1]);
+            let rising = axis.iter().zip(axis.iter().skip(1)).all(|(a, b)| a < b);
             if !rising || axis.iter().any(|v| v.is_nan() || v.abs() > LENGTH) {
                 return Err((
                     format!("`{name}` that does not rise, or has no finite values"),

@@ -1,5 +1,10 @@
 //! Everything that a run leaves behind, as one folder.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "elements are numbered by the systems they were built into"
+)]
+
 use std::io::Cursor;
 use std::path::Path;
 

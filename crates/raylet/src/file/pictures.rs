@@ -1,5 +1,10 @@
 //! The pictures of a result: the light on the sensor and the diffractive elements.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "axes are 0 and 1, and fields are numbered by their own wavelengths"
+)]
+
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex64;
 

@@ -1,5 +1,10 @@
 //! The elements whose pixels a scene designs: what is free, what can be made, and where it is written.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "elements, layers and channels are those that the part was found by; axes are 0 and 1"
+)]
+
 use std::path::PathBuf;
 
 use ndarray::Array2;

@@ -1,5 +1,10 @@
 //! A study's system as a scene file with its arrays: one pixelated element in collimated light, and a sensor.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "systems, windows and rows are made here, with these screens and sizes"
+)]
+
 use ndarray::Array2;
 use ndarray_npy::{WriteNpyError, WriteNpyExt};
 

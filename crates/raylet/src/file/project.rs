@@ -1,5 +1,10 @@
 //! The design that a scene asks for: its losses, what is free, where it starts, and what it leaves.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "systems, fields of view and screens are numbered by the lists built here from the scene"
+)]
+
 use std::sync::Arc;
 
 use ndarray::Array2;

@@ -2,6 +2,11 @@
 //!
 //! Every key is explained in docs/result.md.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "axes are 0 and 1, and rims number the hops they were found in"
+)]
+
 use ndarray::ArrayView2;
 use serde::{Deserialize, Serialize};
 

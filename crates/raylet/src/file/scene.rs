@@ -181,7 +181,7 @@ impl Scene {
             return Ok(());
         };
         let named = self.number_of(&hologram.element);
-        let found = match named.map(|number| &self.element[number]) {
+        let found = match named.and_then(|number| self.element.get(number)) {
             Some(Element::Doe(doe)) if doe.coordinates == Coordinates::Surface => {
                 "an element with coordinates = \"surface\", for which holograms are not designed"
                     .to_owned()
@@ -289,7 +289,7 @@ impl Scene {
             _ => false,
         };
         let named = self.number_of(&hologram.element);
-        match named.map(|number| &self.element[number]) {
+        match named.and_then(|number| self.element.get(number)) {
             Some(Element::Doe(doe)) => doe.layer.iter().any(missing),
             _ => false,
         }

@@ -1,5 +1,10 @@
 //! The drawing of a system: its parts cut by a plane, and a few rays.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "what is drawn is numbered by the lists it was laid out from"
+)]
+
 use crate::engine::sketch::{Trail, Turn, cut, sketch};
 use crate::file::figure::{Figure, Panel};
 use crate::file::layout::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};

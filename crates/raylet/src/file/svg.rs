@@ -2,6 +2,11 @@
 //!
 //! Coordinates are pixels of the drawing, x to the right and y downwards.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "what is drawn is numbered by the lists it was laid out from"
+)]
+
 use std::fmt::Write;
 
 use base64::Engine;

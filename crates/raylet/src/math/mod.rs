@@ -1,5 +1,10 @@
 //! Numbers, no light.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "arrays and lists of numbers whose sizes are made, or asserted, beside the loops that run over them"
+)]
+
 pub mod braid;
 pub mod chebyshev;
 pub mod chirp;

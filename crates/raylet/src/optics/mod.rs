@@ -1,5 +1,10 @@
 //! What the parts are.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "axes are 0 and 1, and grids of pixels and heights are indexed by what their own sizes bound"
+)]
+
 pub mod aperture;
 pub mod bend;
 pub mod bundle;

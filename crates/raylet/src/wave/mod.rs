@@ -1,5 +1,10 @@
 //! What happens to waves.
 
+#![expect(
+    clippy::indexing_slicing,
+    reason = "fields, spectra and their axes are indexed by loops over their own sizes"
+)]
+
 pub mod beams;
 pub mod collect;
 pub mod collins;
