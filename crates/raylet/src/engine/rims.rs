@@ -196,8 +196,8 @@ fn name_of(hop: &Hop, number: usize) -> String {
     format!("rim {} behind {}", number + 1, hop.from.name)
 }
 
-/// The screen in the plane of a surface's rim, if the rim is a centred disc on a refracting surface of
-/// revolution and takes no more than `affordable` samples along its diameter.
+/// The screen in the plane of a surface's rim, if the rim is a centred disc on a surface of revolution and takes
+/// no more than `affordable` samples along its diameter.
 fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Option<Screen> {
     let surface = &hop.train[number];
     let Outline::Disc { radius } = surface.aperture.outline else {
@@ -209,7 +209,7 @@ fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Option<Screen> {
     }
     let after = surface.index[1];
     let samples = 2.0 * radius * 3.0 * after / hop.wavelength;
-    if surface.interface != Interface::Refract || samples > affordable {
+    if samples > affordable {
         return None;
     }
     let sag = surface.shape.height(radius, 0.0)?.z;
@@ -219,8 +219,20 @@ fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Option<Screen> {
         act: Act::Stop(surface.aperture.clone()),
         index: after,
         shape: Shape::Plane,
-        arrives: hop.from.leaves(),
+        arrives: side_behind(hop, number),
     })
+}
+
+/// +1 when the light along the axis leaves a surface towards its +z, else −1.
+fn side_behind(hop: &Hop, number: usize) -> f64 {
+    let mut way = hop.from.frame.z * hop.from.leaves();
+    for surface in &hop.train[..=number] {
+        if surface.interface == Interface::Reflect {
+            let normal = surface.frame.z;
+            way = way + normal * (-2.0 * way.dot(normal));
+        }
+    }
+    way.dot(hop.train[number].frame.z).signum()
 }
 
 /// What the edge wave of a rim on a curved surface is off by, over the slope of the surface there and the
