@@ -43,7 +43,7 @@ pub fn system(scene: &Scene, channel: usize) -> Result<System, Fault> {
 /// # Errors
 /// As [`system`].
 pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<System, Fault> {
-    let wavelength = wavelength(scene, channel)?;
+    let wavelength = scene.wavelength_mm(channel)?;
     let ambient = medium(scene, &scene.ambient, "ambient")?;
     let mut layout = Layout {
         scene,
@@ -79,17 +79,7 @@ pub(crate) fn index_at(
     path: &str,
 ) -> Result<f64, Fault> {
     let medium = medium(scene, material, path)?;
-    index(scene, &medium, wavelength(scene, channel)?, path)
-}
-
-/// The `channel`-th wavelength of a scene, in mm.
-fn wavelength(scene: &Scene, channel: usize) -> Result<f64, Fault> {
-    let found = scene.wavelength_um.get(channel).map(|um| um * UM);
-    found.ok_or_else(|| {
-        let count = scene.wavelength_um.len();
-        let expected = format!("one with the number {channel}, counted from 0");
-        scene.fault("wavelength_um", format!("{count} wavelengths"), expected)
-    })
+    index(scene, &medium, scene.wavelength_mm(channel)?, path)
 }
 
 fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Fault> {

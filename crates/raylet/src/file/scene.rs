@@ -295,6 +295,19 @@ impl Scene {
         }
     }
 
+    /// The `channel`-th wavelength in mm.
+    ///
+    /// # Errors
+    /// A channel that the scene has not.
+    pub(crate) fn wavelength_mm(&self, channel: usize) -> Result<f64, Fault> {
+        let found = self.wavelength_um.get(channel).map(|um| um * 1e-3);
+        found.ok_or_else(|| {
+            let count = self.wavelength_um.len();
+            let expected = format!("one with the number {channel}, counted from 0");
+            self.fault("wavelength_um", format!("{count} wavelengths"), expected)
+        })
+    }
+
     /// A fault of the field at a dotted path such as `element[2].surface[0].glass`, for findings of
     /// later stages.
     pub fn fault(
