@@ -36,7 +36,7 @@ fn face(z: f64, curvature: f64, index: [f64; 2]) -> Surface {
             conic: 0.0,
         }),
         frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-        aperture: Aperture::disc(190.0),
+        aperture: Aperture::OPEN,
         interface: Interface::Refract,
         coating: Coating::Unit,
         index,

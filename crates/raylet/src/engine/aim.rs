@@ -11,6 +11,10 @@ use crate::optics::ray::Loss;
 use crate::wave::gather::Canvas;
 use crate::wave::wavelet::Arrival;
 
+/// Tails that are left out count in the error up to this distance r, where the amplitude is exp(−r²/2): the same for
+/// all target errors, the finer of which see tails from farther away.
+const COUNTED: f64 = 3.0;
+
 /// A beamlet that reaches the target.
 pub struct Aimed {
     /// The beamlet of coefficient one, the correction of its aberration included.
@@ -88,9 +92,11 @@ pub fn aim(
     let needed = job.plan.correct || (beside && job.plan.doubtful_rim);
     let found = if needed { looks.between(mode) } else { None };
     if needed && beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
+        let tail = to.tail(&arrival, k);
+        let counts = tail.distance <= COUNTED;
         return Err(Stray {
             fate: Fate::Unresolved,
-            share: to.tail(&arrival, k).share,
+            share: if counts { tail.share } else { 0.0 },
         });
     }
     if let Some(moved) = moved {

@@ -79,6 +79,9 @@ const JUDGES: usize = 300;
 /// Footprints beyond the target within which directions are followed, in typical footprints.
 pub const MARGIN: f64 = 2.5;
 
+/// A target error that no beamlet sum reaches.
+const FINEST: f64 = 1e-6;
+
 /// Tails are judged up to this distance r, where the amplitude is exp(−r²/2).
 const FARTHEST: f64 = 4.0;
 
@@ -128,10 +131,16 @@ impl Planner<'_> {
             to: self.hop.to.name.clone(),
         };
         let first = self.choose(fan, &judges, &found).ok_or_else(not_finite)?;
-        let attainable = first.expected_error();
-        if attainable <= self.settings.target_error {
+        if first.expected_error() <= self.settings.target_error {
             return Ok(self.complete(first, widths));
         }
+        // What can be reached is found alike for all targets, so that all that miss it get the same plan.
+        let finest = Planner {
+            settings: &self.settings.aiming_at(FINEST),
+            ..*self
+        };
+        let best = finest.choose(fan, &judges, &found).ok_or_else(not_finite)?;
+        let attainable = best.expected_error().max(self.settings.target_error);
         let settings = self.settings.aiming_at(attainable);
         let relaxed = Planner {
             settings: &settings,

@@ -5,7 +5,7 @@
 //! normal (the mean of a slit's sinc² far from its middle). It decides which rims matter where little or none of
 //! the light goes to the target by itself; it enters no field.
 
-use crate::engine::pencil::{Pencil, bend};
+use crate::engine::pencil::{Pencil, bend, obliquity};
 use crate::optics::aperture::Aperture;
 use crate::optics::polygon;
 use crate::optics::screen::Act;
@@ -38,7 +38,7 @@ pub fn edge_waves(hop: &Hop, arriving: &[Pencil]) -> Vec<Pencil> {
     }
     let area = polygon::area(&rim).abs();
     let each = area / arriving.len() as f64;
-    let narrowest = hop.wavelength / (2.0 * area.sqrt());
+    let narrowest = separate(hop).max(hop.wavelength / (2.0 * area.sqrt()));
     let ratio = (2.0 * hop.from.index / narrowest).powf(1.0 / f64::from(DIRECTIONS));
     let stride = rim.len().div_ceil(POINTS);
     let starts = (0..rim.len()).step_by(stride);
@@ -56,16 +56,29 @@ pub fn edge_waves(hop: &Hop, arriving: &[Pencil]) -> Vec<Pencil> {
             let side = if n % 2 == 0 { 1.0 } else { -1.0 };
             let q = narrowest * ratio.powi(n / 2);
             let middle = side * q * ratio.sqrt();
+            let p = [0, 1].map(|a| direct.p[a] + middle * normal[a]);
+            let sent = edge_energy(hop.wavelength, q, q * (ratio - 1.0));
             Pencil {
                 at,
-                p: [0, 1].map(|a| direct.p[a] + middle * normal[a]),
-                energy: per_length * edge_energy(hop.wavelength, q, q * (ratio - 1.0)),
+                p,
+                energy: per_length * sent * obliquity(hop, p),
             }
         })
     };
     let waves = starts.flat_map(wave);
     let runs = |wave: &Pencil| wave.p[0].hypot(wave.p[1]) < hop.from.index;
     waves.filter(runs).collect()
+}
+
+/// The smallest angle, in optical cosines, at which an edge wave has left the penumbra of its edge on the way to the
+/// next surface or screen.
+fn separate(hop: &Hop) -> f64 {
+    let next = hop
+        .train
+        .first()
+        .map_or(hop.to.frame, |surface| surface.frame);
+    let way = (next.origin - hop.from.frame.origin).norm();
+    (hop.wavelength * hop.from.index / way.max(hop.wavelength)).sqrt()
 }
 
 /// The arriving ray next to a place.
@@ -127,10 +140,10 @@ mod tests {
                 .iter()
                 .filter(|wave| wave.p[0].hypot(wave.p[1]) > sine);
             let share = beyond.map(|wave| wave.energy).sum::<f64>() / whole;
-            // J₀² + J₁² is 2/(πv) far out; directions end at sine one.
+            // Its slope is λ/(π²ap²) far out; the cosine of the direction times it has this integral up to sine one.
             let pi = std::f64::consts::PI;
-            let rings = |p: f64| 2.0 / (pi * 2.0 * pi * radius * p);
-            let expected = rings(sine) - rings(1.0);
+            let far = (1.0 - sine * sine).sqrt() / sine - sine.acos();
+            let expected = far / (pi * pi * radius);
             assert!(
                 (share / expected - 1.0).abs() < 0.35,
                 "{sine}: {share:e} {expected:e}"

@@ -99,6 +99,12 @@ pub fn bend(hop: &Hop, pencil: &Pencil) -> Pencil {
     }
 }
 
+/// The normal cosine of a direction: what a plane wave of unit amplitude carries through the screen.
+pub fn obliquity(hop: &Hop, p: [f64; 2]) -> f64 {
+    let sine = p[0].hypot(p[1]) / hop.from.index;
+    (1.0 - sine * sine).max(0.0).sqrt()
+}
+
 /// The rays that leave pixels, by the energy that the diffraction of a pixel gives them.
 fn diffract(hop: &Hop, pitch: [f64; 2], pencil: &Pencil) -> Vec<Pencil> {
     let Pencil { at, p, energy } = *pencil;
@@ -122,12 +128,12 @@ fn diffract(hop: &Hop, pitch: [f64; 2], pencil: &Pencil) -> Vec<Pencil> {
     };
     let turned = |n: usize| {
         let orders = [range(0, n % DIRECTIONS), range(1, n / DIRECTIONS)];
+        let p = [0, 1].map(|a| p[a] + orders[a].0 * hop.wavelength / pitch[a]);
+        let strengths = orders.iter().map(|(u, width)| strength(*u) * width);
         Pencil {
             at,
-            p: [0, 1].map(|a| p[a] + orders[a].0 * hop.wavelength / pitch[a]),
-            energy: orders
-                .iter()
-                .fold(energy, |e, (u, width)| e * strength(*u) * width),
+            p,
+            energy: energy * strengths.product::<f64>() * obliquity(hop, p),
         }
     };
     (0..DIRECTIONS * DIRECTIONS).map(turned).collect()

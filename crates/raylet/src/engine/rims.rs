@@ -306,7 +306,8 @@ fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<Cu
 }
 
 /// The energy that the rim of a surface sends into the box `to` of the target, of light that meets the surface
-/// near it: as the edge of a plane opening would from where its rays land, on the way left.
+/// near it and does not land there by itself: as the edge of a plane opening would from where its rays land, on the
+/// way left.
 fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[Pencil], to: [f64; 4]) -> f64 {
     let (_, surface) = place;
     let edge = surface.aperture.rim();
@@ -329,7 +330,11 @@ fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[Pencil], to: [f6
                 .max(landing.at[a] - to[2 * a + 1])
                 .max(0.0)
         };
-        let q = (index * outside(0).hypot(outside(1)) / way).max(narrowest);
+        let beside = outside(0).hypot(outside(1));
+        if beside == 0.0 {
+            return None;
+        }
+        let q = (index * beside / way).max(narrowest);
         let a_length = pencil.energy / (2.0 * NEAR_RIM * radius);
         Some(a_length * edge_energy(open.wavelength, q, width))
     };
