@@ -117,16 +117,15 @@ mod tests {
             pixels: [1; 2],
             pitch: [1.0; 2],
         };
+        let mut far = screen(Act::Sensor(sensor));
+        far.frame.origin.z = 1e4;
         let system = System {
             wavelength: 1.0,
             source: Source::Plane {
                 direction: Vec3::new(0.0, 0.0, 1.0),
                 origin,
             },
-            screens: vec![
-                screen(Act::Stop(Aperture::disc(radius))),
-                screen(Act::Sensor(sensor)),
-            ],
+            screens: vec![screen(Act::Stop(Aperture::disc(radius))), far],
             trains: vec![vec![]],
         };
         let light = launch_all(&system);
