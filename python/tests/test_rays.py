@@ -61,10 +61,10 @@ def gathered(stage: tuple[raylet.System, raylet.Secondary], weight: np.ndarray) 
 
 
 def test_rays_that_memory_has_no_room_for_are_refused() -> None:
-    system = hologram(noise((20, 20))).settings(memory_limit_mb=20.0)
+    system = hologram(noise((20, 20))).settings(memory_limit_mb=21.0)
     position = np.zeros((200, 3))
     direction = np.tile([0.0, 0.0, 1.0], (200, 1))
-    with pytest.raises(raylet.RayletError, match="more than 50000 secondary rays"):
+    with pytest.raises(raylet.RayletError, match="more than 52500 secondary rays"):
         raylet.scatter(system, "hologram", position, direction, sigma_mm=0.02, threshold=0.0)
 
 
