@@ -98,7 +98,7 @@ fn lens_parameters() -> Vec<Parameter> {
             2e-7,
             on_surface(0, |conic, by| conic.curvature += by),
         ),
-        ("conic", 5e-2, on_surface(1, |conic, by| conic.conic += by)),
+        ("conic", 1e-2, on_surface(1, |conic, by| conic.conic += by)),
         ("thickness", 1e-3, thickness(1)),
         ("index", 1e-5, Box::new(index)),
         ("decentre", 1e-3, pose(Vec3::new(1.0, 0.0, 0.0), [0.0; 3])),
