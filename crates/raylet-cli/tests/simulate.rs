@@ -223,7 +223,7 @@ fn check_warns_of_what_may_surprise() {
         (
             "semi_aperture_mm = 1\n",
             "semi_aperture_mm = 0.3\n",
-            "rim 1 behind pixels: left out",
+            "rim 1 behind pixels cuts",
         ),
         (
             "semi_aperture_mm = 1\n",
