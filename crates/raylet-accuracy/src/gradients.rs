@@ -7,105 +7,14 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::bench::{Bench, BenchError};
 use raylet::engine::settings::{Method, Settings};
-use raylet::math::random::uniform;
 use raylet::optics::system::System;
 
+use crate::gradient_error::{Comparison, Loss};
 use crate::mirror::{self, Coat};
 use crate::pixels::Pixels;
 use crate::problems::{axis, doe, plane_wave, random_pixels, sensor};
 use crate::rayleigh_sommerfeld::{rayleigh_sommerfeld, rayleigh_sommerfeld_adjoint};
 use crate::sensitivity::through_lens;
-
-/// A real function of the field on a sensor.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Loss {
-    /// Σ(I − T)² with a random image T.
-    Image,
-    /// Re Σ v* U with random v.
-    Linear,
-}
-
-impl Loss {
-    fn name(self) -> &'static str {
-        match self {
-            Self::Image => "Σ(I − T)²",
-            Self::Linear => "Re Σ v*U",
-        }
-    }
-
-    /// Its value.
-    pub fn value(self, field: &Array2<Complex64>) -> f64 {
-        let term = |((j, i), u): ((usize, usize), &Complex64)| match self {
-            Self::Image => (u.norm_sqr() - draw(j, i, 0)).powi(2),
-            Self::Linear => (vector(j, i).conj() * u).re,
-        };
-        field.indexed_iter().map(term).sum()
-    }
-
-    /// Its cotangent, ∂L/∂Re U + i ∂L/∂Im U.
-    pub fn bar(self, field: &Array2<Complex64>) -> Array2<Complex64> {
-        Array2::from_shape_fn(field.dim(), |(j, i)| match self {
-            Self::Image => {
-                let u = field[[j, i]];
-                4.0 * (u.norm_sqr() - draw(j, i, 0)) * u
-            }
-            Self::Linear => vector(j, i),
-        })
-    }
-}
-
-fn draw(j: usize, i: usize, part: u32) -> f64 {
-    uniform(17, [j as u32, i as u32, part, 0])
-}
-
-fn vector(j: usize, i: usize) -> Complex64 {
-    Complex64::new(draw(j, i, 1) - 0.5, draw(j, i, 2) - 0.5)
-}
-
-/// One gradient and what it is measured against.
-pub struct Comparison {
-    /// What it is.
-    pub name: String,
-    /// What is differentiated.
-    pub loss: &'static str,
-    /// What it is measured against.
-    pub reference: &'static str,
-    /// Largest error allowed.
-    pub limit: f64,
-    /// raylet's gradient and the reference's, entry by entry.
-    run: Box<dyn Fn() -> Result<[Vec<f64>; 2], BenchError>>,
-}
-
-impl Comparison {
-    /// One whose entries are real.
-    pub fn new(
-        name: String,
-        loss: &'static str,
-        reference: &'static str,
-        limit: f64,
-        run: Box<dyn Fn() -> Result<[Vec<f64>; 2], BenchError>>,
-    ) -> Self {
-        Self {
-            name,
-            loss,
-            reference,
-            limit,
-            run,
-        }
-    }
-
-    /// The relative L2 error, and the number of entries.
-    ///
-    /// # Errors
-    /// When raylet refuses the system.
-    pub fn measure(&self) -> Result<(f64, usize), BenchError> {
-        let [ours, exact] = (self.run)()?;
-        let square = |list: &mut dyn Iterator<Item = f64>| list.map(|v| v * v).sum::<f64>();
-        let off = square(&mut ours.iter().zip(&exact).map(|(a, b)| a - b));
-        let norm = square(&mut exact.iter().copied());
-        Ok(((off / norm).sqrt(), exact.len()))
-    }
-}
 
 /// All comparisons; the reduced list leaves out the slow ones.
 pub fn comparisons(reduced: bool) -> Vec<Comparison> {

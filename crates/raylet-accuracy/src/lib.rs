@@ -69,6 +69,8 @@ pub mod fold;
 
 pub mod slanted;
 
+pub mod gradient_error;
+
 pub mod gradients;
 
 pub mod sensitivity;

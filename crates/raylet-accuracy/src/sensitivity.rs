@@ -9,7 +9,7 @@ use raylet::optics::bend::Coating;
 use raylet::optics::system::System;
 
 use crate::bench::{Bench, PlanoConvex, Source, Step};
-use crate::gradients::{Comparison, Loss};
+use crate::gradient_error::{Comparison, Loss};
 use crate::pixels::Pixels;
 use crate::problems::{axis, doe, face, plane_wave, random_pixels, sensor};
 

@@ -8,7 +8,7 @@ use raylet::file::machine::Machine;
 use serde_json::json;
 
 use crate::failure::Failure;
-use crate::paper::Study;
+use crate::study::Study;
 use crate::table::table;
 
 /// Wavelength in mm, and numerical aperture.

@@ -11,7 +11,7 @@ use raylet::optics::system::System;
 use serde_json::json;
 
 use crate::failure::Failure;
-use crate::paper::Study;
+use crate::study::Study;
 use crate::table::table;
 
 /// Wavelength in mm.

@@ -29,10 +29,9 @@ use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::failure::Failure;
-use crate::fig5_chart::picture;
-use crate::paper::Study;
+use crate::fig5_chart::{Shown, fig5_picture};
 use crate::steps::Steps;
-use crate::systems::Effort;
+use crate::study::{Effort, Study};
 use crate::table::table;
 
 /// The scene, and the drawing that it names.
@@ -46,17 +45,17 @@ const QUICK: [usize; 2] = [30, 8];
 const KEEP: usize = 10;
 
 /// One of the three designs.
-pub(crate) struct Row {
-    pub(crate) name: &'static str,
-    pub(crate) file: &'static str,
+struct Row {
+    name: &'static str,
+    file: &'static str,
     /// Phase of the pixels in rad, [y, x].
-    pub(crate) phase: Array2<f64>,
+    phase: Array2<f64>,
     iterations: usize,
     seconds: f64,
     memory_mb: Option<f64>,
     /// |U|² on the sensor through the real lens, [y, x].
-    pub(crate) intensity: Array2<f64>,
-    pub(crate) ncc: f64,
+    intensity: Array2<f64>,
+    ncc: f64,
     light: f64,
     /// NCC with the picture by Collins' integral, and the field error between the two.
     collins: f64,
@@ -159,7 +158,7 @@ fn check(saved: &Saved, brief: &Brief) -> Result<(), String> {
 }
 
 /// The picture on the sensor, and where its outline is.
-pub(crate) fn wanted(brief: &Brief) -> Result<&[Array2<f64>; 2], Failure> {
+fn wanted(brief: &Brief) -> Result<&[Array2<f64>; 2], Failure> {
     let picture = brief
         .glances
         .first()
@@ -244,7 +243,15 @@ fn study(rows: &[Row], brief: &Brief) -> Result<Study, Failure> {
         })
     });
     let entries: Vec<_> = entries.collect();
-    let mut pictures = vec![(String::from("fig5.png"), picture(rows, brief)?)];
+    let shown = rows.iter().map(|row| Shown {
+        name: row.name,
+        phase: &row.phase,
+        intensity: &row.intensity,
+        ncc: row.ncc,
+    });
+    let [picture, _] = wanted(brief)?;
+    let png = fig5_picture(&shown.collect::<Vec<_>>(), picture, brief)?;
+    let mut pictures = vec![(String::from("fig5.png"), png)];
     for row in rows {
         pictures.push((format!("{}.npy", row.file), npy(&row.phase)?));
     }

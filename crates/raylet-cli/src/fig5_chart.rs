@@ -7,35 +7,49 @@
 
 use std::f64::consts::PI;
 
+use ndarray::Array2;
 use raylet::file::colour::ColourMap;
 use raylet::file::figure::{Figure, Panel};
 use raylet::file::project::Brief;
 
 use crate::failure::Failure;
-use crate::fig5::{Row, wanted};
+
+/// One of the designs.
+pub(crate) struct Shown<'a> {
+    pub(crate) name: &'a str,
+    /// Phase of the pixels in rad, [y, x].
+    pub(crate) phase: &'a Array2<f64>,
+    /// |U|² on the sensor through the real lens, [y, x].
+    pub(crate) intensity: &'a Array2<f64>,
+    /// Correlation of it with the picture that is wanted.
+    pub(crate) ncc: f64,
+}
 
 /// The phases above, the picture wanted and the sensors below.
-pub(crate) fn picture(rows: &[Row], brief: &Brief) -> Result<Vec<u8>, Failure> {
+pub(crate) fn fig5_picture(
+    designs: &[Shown],
+    wanted: &Array2<f64>,
+    brief: &Brief,
+) -> Result<Vec<u8>, Failure> {
     let ends = |half: f64| [-half, half];
     let (x, y) = (ends(brief.sensor_half[0]), ends(brief.sensor_half[1]));
-    let [picture, _] = wanted(brief)?;
-    let wanted = Panel::image(picture.view(), x, y)
+    let wanted = Panel::image(wanted.view(), x, y)
         .title("Wanted")
         .quantity("intensity", "");
     let (mut phases, mut seen): (Vec<Panel>, Vec<Panel>) = (Vec::new(), vec![wanted.into()]);
-    for row in rows {
-        let wrapped = row
+    for design in designs {
+        let wrapped = design
             .phase
             .mapv(|phase| (phase + PI).rem_euclid(2.0 * PI) - PI);
         let [across, up] = brief.elements[0].1;
         let phase = Panel::image(wrapped, ends(across), ends(up))
-            .title(row.name)
+            .title(design.name)
             .colours(ColourMap::Phase)
             .quantity("phase", "rad");
         phases.push(phase.into());
-        let sensor = Panel::image(row.intensity.view(), x, y)
-            .title(row.name)
-            .note(format!("NCC {:.4}", row.ncc))
+        let sensor = Panel::image(design.intensity.view(), x, y)
+            .title(design.name)
+            .note(format!("NCC {:.4}", design.ncc))
             .quantity("|U|²", "");
         seen.push(sensor.into());
     }

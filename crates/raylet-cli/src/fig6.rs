@@ -7,7 +7,7 @@ use raylet::file::machine::Machine;
 use serde_json::json;
 
 use crate::failure::Failure;
-use crate::paper::Study;
+use crate::study::Study;
 use crate::table::table;
 
 /// Samples along each axis of the picture of the whole sensor.

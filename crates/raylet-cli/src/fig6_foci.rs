@@ -9,8 +9,7 @@ use serde_json::{Value, json};
 
 use crate::failure::Failure;
 use crate::mirror::{Sought, forget, seek};
-use crate::paper::Study;
-use crate::systems::Effort;
+use crate::study::{Effort, Study};
 use crate::table::table;
 
 /// The searches, by the pixels that are lit, and a mirror that is not sought.

@@ -8,8 +8,7 @@ use serde_json::json;
 
 use crate::failure::Failure;
 use crate::mirror::{forget, seek};
-use crate::paper::Study;
-use crate::systems::Effort;
+use crate::study::{Effort, Study};
 
 const NAME: &str = "letter";
 

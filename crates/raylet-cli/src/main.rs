@@ -33,6 +33,7 @@ mod say;
 mod schema;
 mod simulate;
 mod steps;
+mod study;
 mod system1;
 mod system2;
 mod system3;

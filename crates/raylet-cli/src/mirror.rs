@@ -28,7 +28,7 @@ use serde::{Deserialize, Serialize};
 use crate::failure::Failure;
 use crate::progress::Meter;
 use crate::steps::Steps;
-use crate::systems::Effort;
+use crate::study::Effort;
 
 /// Iterations between two checkpoints.
 const KEEP: usize = 5;

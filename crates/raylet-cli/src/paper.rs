@@ -9,8 +9,6 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use raylet::file::folder::Target;
-use raylet::file::posed::posed;
-use raylet::optics::system::System;
 
 use crate::failure::Failure;
 use crate::fig2::fig2;
@@ -21,10 +19,11 @@ use crate::fig6_foci::fig6_foci;
 use crate::fig6_s::fig6_s;
 use crate::overrides::start_threads;
 use crate::say::say;
+use crate::study::Effort;
 use crate::system1::system1;
 use crate::system2::system2;
 use crate::system3::system3;
-use crate::systems::{Effort, clear};
+use crate::systems::clear;
 
 /// Does a study of the source paper again: numbers on standard output, and pictures of them.
 #[derive(Args)]
@@ -74,26 +73,6 @@ enum Name {
 
 /// The file by which the folder of a study is known.
 const STUDY_FILE: &str = "paper.json";
-
-/// What a study found.
-#[derive(Default)]
-pub(crate) struct Study {
-    /// For standard output.
-    pub(crate) text: String,
-    /// The same as a document: a table.
-    pub(crate) document: serde_json::Value,
-    /// Names and contents of its pictures, and of the scenes that pose its systems.
-    pub(crate) pictures: Vec<(String, Vec<u8>)>,
-}
-
-impl Study {
-    /// Adds a system as a scene with its arrays, for `raylet simulate`.
-    pub(crate) fn pose(&mut self, system: &System, stem: &str, title: &str) -> Result<(), Failure> {
-        let files = posed(system, stem, title)?;
-        self.pictures.extend(files.into_iter().flatten());
-        Ok(())
-    }
-}
 
 impl Paper {
     pub(crate) fn run(&self) -> Result<(), Failure> {

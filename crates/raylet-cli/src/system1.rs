@@ -16,8 +16,8 @@ use raylet::file::trial::{Cost, Shown, Trial, figure, light};
 use raylet::optics::system::System;
 
 use crate::failure::Failure;
-use crate::paper::Study;
-use crate::systems::{Board, Effort, Rod, in_parts, once};
+use crate::study::{Effort, Study};
+use crate::systems::{Board, Rod, in_parts, once};
 
 /// Patch of the paper in mm, and its period over that: 40 pixels, padded to 156.
 const PATCH: f64 = 40.0 * 6.3e-3;

@@ -22,8 +22,8 @@ use raylet::optics::doe::PixelForm;
 use raylet::optics::system::System;
 
 use crate::failure::Failure;
-use crate::paper::Study;
-use crate::systems::{Board, Effort, Rod, by_paper, in_parts, once};
+use crate::study::{Effort, Study};
+use crate::systems::{Board, Rod, by_paper, in_parts, once};
 
 /// Periods of the angular spectrum over the hologram: the paper's, and one whose copies are far.
 const PADDINGS: [usize; 2] = [2, 8];

@@ -25,8 +25,8 @@ use raylet::optics::system::System;
 use raylet::wave::metrics::ncc;
 
 use crate::failure::Failure;
-use crate::paper::Study;
-use crate::systems::{Board, Effort, Rod, by_paper, in_parts, once};
+use crate::study::{Effort, Study};
+use crate::systems::{Board, Rod, by_paper, in_parts, once};
 
 /// Pixels along each side of hologram and sensor.
 const COUNT: usize = 200;

@@ -15,8 +15,8 @@ use raylet::wave::metrics::ncc;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;
-use crate::paper::Study;
 use crate::progress::Meter;
+use crate::study::{Effort, Study};
 use crate::table::table;
 
 /// Extension of the files of unfinished runs.
@@ -61,17 +61,6 @@ pub(crate) fn once(name: &str, system: &System, settings: &Settings) -> Result<T
     Ok(Trial::once(name, system, settings, &|progress| {
         meter.note(&label, progress);
     })?)
-}
-
-/// How much of a study is done.
-#[derive(Clone, Copy)]
-pub(crate) struct Effort<'a> {
-    /// Everything small.
-    pub(crate) quick: bool,
-    /// Where the parts of long runs are kept.
-    pub(crate) keep: Option<&'a Path>,
-    /// Most parts of a run.
-    pub(crate) most: usize,
 }
 
 /// A run of the paper's method in so many parts, which share its positions; `seen` hears of what there is after
