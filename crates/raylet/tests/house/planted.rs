@@ -1,0 +1,125 @@
+//! Every rule on imports finds what is planted to break it, and nothing in sources that keep it.
+
+use crate::rules::{looks_up, ring, through_the_root, uses_super};
+use crate::source::Source;
+
+fn sources(pairs: &[(&str, &str)]) -> Vec<Source> {
+    let source = |(path, text): &(&str, &str)| ((*path).to_owned(), (*text).to_owned());
+    pairs.iter().map(source).collect()
+}
+
+/// Sources that keep every rule: files, a subfolder, groups, a module by its short name, and tests.
+const GOOD: [(&str, &str); 7] = [
+    ("lib.rs", "pub mod math;\npub mod engine;\n"),
+    ("math/mod.rs", "pub mod real;\n"),
+    ("math/real.rs", "pub struct Real;\n"),
+    ("engine/mod.rs", "pub mod plan;\npub mod trace;\n"),
+    (
+        "engine/plan.rs",
+        "use crate::engine::trace::{self, walk::Walk};\nuse crate::math::real::Real;\nfn go() { trace::go() }\n\
+         #[cfg(test)]\nmod tests {\n    use super::go;\n    use crate::file::scene::Scene;\n}\n",
+    ),
+    ("engine/trace/mod.rs", "pub mod walk;\npub fn go() {}\n"),
+    (
+        "engine/trace/walk.rs",
+        "/// As [`crate::engine::plan`] says.\nuse crate::math::real::Real;\npub(in crate::engine) struct Walk;\n",
+    ),
+];
+
+/// What a rule says once these files take the place of the good ones of the same name, or stand beside them.
+fn planted(rule: fn(&[Source]) -> Vec<String>, bad: &[(&str, &str)]) -> Vec<String> {
+    let mut all = sources(&GOOD);
+    assert_eq!(rule(&all), Vec::<String>::new());
+    all.retain(|(path, _)| !bad.iter().any(|(name, _)| name == path));
+    all.extend(sources(bad));
+    rule(&all)
+}
+
+#[test]
+fn a_look_up_is_found() {
+    let bad = [("math/real.rs", "use crate::engine::plan::Plan;\n")];
+    let expected = ["math/real.rs looks up into engine::plan::Plan"];
+    assert_eq!(planted(looks_up, &bad), expected);
+    let deep = [("engine/trace/walk.rs", "use crate::file::scene::Scene;\n")];
+    let expected = ["engine/trace/walk.rs looks up into file::scene::Scene"];
+    assert_eq!(planted(looks_up, &deep), expected);
+    let grouped = "use crate::{\n    math::real::Real,\n    design::{loss, run::Run},\n};\n";
+    let expected = [
+        "engine/plan.rs looks up into design::loss",
+        "engine/plan.rs looks up into design::run::Run",
+    ];
+    assert_eq!(planted(looks_up, &[("engine/plan.rs", grouped)]), expected);
+    let expected = ["loose.rs is in no layer"];
+    assert_eq!(planted(looks_up, &[("loose.rs", "")]), expected);
+}
+
+#[test]
+fn a_way_through_the_root_is_found() {
+    let bad = [("engine/trace/walk.rs", "use crate::Scene;\n")];
+    let expected = ["engine/trace/walk.rs goes through the crate root: Scene"];
+    assert_eq!(planted(through_the_root, &bad), expected);
+    let grouped = [("engine/plan.rs", "use crate::{math::real::Real, Scene};\n")];
+    let expected = ["engine/plan.rs goes through the crate root: Scene"];
+    assert_eq!(planted(through_the_root, &grouped), expected);
+    let star = [("engine/plan.rs", "use crate::*;\n")];
+    let expected = ["engine/plan.rs goes through the crate root: "];
+    assert_eq!(planted(through_the_root, &star), expected);
+}
+
+#[test]
+fn a_super_is_found() {
+    let bad = [
+        ("math/real.rs", "use super::lanes::Lanes;\n"),
+        ("engine/trace/walk.rs", "fn go() { super::go() }\n"),
+    ];
+    let expected = ["math/real.rs uses super", "engine/trace/walk.rs uses super"];
+    assert_eq!(planted(uses_super, &bad), expected);
+}
+
+#[test]
+fn a_ring_of_two_is_found() {
+    let bad = [
+        ("math/real.rs", "use crate::math::{lanes::Lanes};\n"),
+        ("math/lanes.rs", "fn f() -> crate::math::real::Real {}\n"),
+    ];
+    let expected = ["import ring: math/real.rs -> math/lanes.rs -> math/real.rs"];
+    assert_eq!(planted(ring, &bad), expected);
+}
+
+#[test]
+fn a_ring_through_a_subfolder_is_found() {
+    let bad = [(
+        "engine/trace/walk.rs",
+        "use crate::{math::real::Real, engine::{plan::Plan as P}};\n",
+    )];
+    let expected = ["import ring: engine/plan.rs -> engine/trace/walk.rs -> engine/plan.rs"];
+    assert_eq!(planted(ring, &bad), expected);
+}
+
+#[test]
+fn a_ring_through_the_file_of_a_folder_is_found() {
+    // `go` is declared in the folder's own file, which uses the walk again.
+    let bad = [
+        (
+            "engine/trace/mod.rs",
+            "pub use walk::Walk;\npub fn go() {}\n",
+        ),
+        ("engine/trace/walk.rs", "use crate::engine::trace::go;\n"),
+    ];
+    let expected =
+        ["import ring: engine/trace/mod.rs -> engine/trace/walk.rs -> engine/trace/mod.rs"];
+    assert_eq!(planted(ring, &bad), expected);
+}
+
+#[test]
+fn a_ring_through_an_imported_module_is_found() {
+    let bad = [
+        (
+            "engine/plan.rs",
+            "use crate::engine::trace as way;\nfn f(w: way::walk::Walk) {}\n",
+        ),
+        ("engine/trace/walk.rs", "use crate::engine::plan;\n"),
+    ];
+    let expected = ["import ring: engine/plan.rs -> engine/trace/walk.rs -> engine/plan.rs"];
+    assert_eq!(planted(ring, &bad), expected);
+}
