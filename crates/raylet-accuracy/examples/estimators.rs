@@ -15,12 +15,12 @@ use raylet::design::project::{Plans, Project};
 use raylet::design::schedule::Schedule;
 use raylet::design::space::Space;
 use raylet::design::step::Step;
-use raylet::file::chart::Series;
-use raylet::file::figure::{Figure, Panel};
 use raylet::file::project::brief;
 use raylet::file::scene::Scene;
 use raylet::math::random::uniform;
 use raylet::wave::metrics::ncc;
+use raylet_plot::chart::Series;
+use raylet_plot::figure::{Figure, Panel};
 
 type Failure = Box<dyn std::error::Error>;
 

@@ -4,11 +4,11 @@ use std::path::PathBuf;
 
 use clap::Args;
 use raylet::file::comparison::{Comparison, Likeness, Side};
-use raylet::file::contrast::contrast_png;
 use raylet::file::document;
 use raylet::file::folder::{COMPARISON_FILE, COMPARISON_PICTURE, Target};
 use raylet::file::memory::MemoryLimit;
 use raylet::file::report::Metrics;
+use raylet_plot::contrast::contrast_png;
 
 use crate::failure::Failure;
 use crate::say::say;

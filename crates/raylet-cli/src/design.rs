@@ -9,7 +9,6 @@ use raylet::design::project::Look;
 use raylet::design::run::{Run, State};
 use raylet::design::step::Step;
 use raylet::file::checkpoint::{Checkpoints, Restored};
-use raylet::file::design_chart::{DesignChart, Row};
 use raylet::file::fault::Fault;
 use raylet::file::own_file::OwnFile;
 use raylet::file::phase_file::PhaseFile;
@@ -19,6 +18,7 @@ use raylet::file::run_folder::RunFolder;
 use raylet::file::scene::Scene;
 use raylet::file::wanted::Glance;
 use raylet::wave::metrics::ncc;
+use raylet_plot::design_chart::{DesignChart, Row};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;

@@ -2,9 +2,9 @@
 //! patches cost on a curved mirror.
 
 use raylet::design::patterns::star_hologram;
-use raylet::file::covering::{Covering, RULES, Trial};
-use raylet::file::flat_patch::{Bent, FlatPatches};
 use raylet::file::machine::Machine;
+use raylet_paper::covering::{Covering, RULES, Trial};
+use raylet_paper::flat_patch::{Bent, FlatPatches};
 use serde_json::json;
 
 use crate::failure::Failure;

@@ -6,8 +6,8 @@
 )]
 
 use raylet::design::patterns::{metalens, star_hologram};
-use raylet::file::convergence::Convergence;
 use raylet::optics::system::System;
+use raylet_paper::convergence::Convergence;
 use serde_json::json;
 
 use crate::failure::Failure;

@@ -8,9 +8,9 @@
 use std::f64::consts::PI;
 
 use ndarray::Array2;
-use raylet::file::colour::ColourMap;
-use raylet::file::figure::{Figure, Panel};
 use raylet::file::project::Brief;
+use raylet_plot::colour::ColourMap;
+use raylet_plot::figure::{Figure, Panel};
 
 use crate::failure::Failure;
 

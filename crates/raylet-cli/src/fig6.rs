@@ -2,8 +2,8 @@
 
 use raylet::design::conformal::{Conformal, Show, Substrate};
 use raylet::engine::settings::Sag;
-use raylet::file::conformal::{Comparison, Draws, Outcome, Way};
 use raylet::file::machine::Machine;
+use raylet_paper::conformal::{Comparison, Draws, Outcome, Way};
 use serde_json::json;
 
 use crate::failure::Failure;

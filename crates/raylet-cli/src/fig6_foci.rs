@@ -2,9 +2,9 @@
 //! not know its height.
 
 use raylet::design::conformal::{Conformal, Opening, Show, Substrate};
-use raylet::file::conformal_seen::Seen;
 use raylet::file::machine::Machine;
 use raylet::file::phase_file::npy;
+use raylet_paper::conformal_seen::Seen;
 use serde_json::{Value, json};
 
 use crate::failure::Failure;

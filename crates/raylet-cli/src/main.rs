@@ -29,6 +29,7 @@ mod overrides;
 mod paper;
 mod progress;
 mod reference;
+mod result_folder;
 mod say;
 mod schema;
 mod simulate;

@@ -19,10 +19,10 @@ use raylet::design::space::Space;
 use raylet::design::step::Step;
 use raylet::engine::simulate::Progress;
 use raylet::file::checkpoint::Checkpoints;
-use raylet::file::conformal_seen::Seen;
-use raylet::file::mirror_chart::MirrorChart;
 use raylet::file::own_file::Replace;
 use raylet::wave::metrics::ncc;
+use raylet_paper::conformal_seen::Seen;
+use raylet_paper::mirror_chart::MirrorChart;
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;

@@ -3,6 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use crate::result_folder::{gather, publish};
 use clap::{Args, ValueEnum};
 use raylet::engine::reference::{Choice, PADDING, reference};
 use raylet::engine::route::Approach;
@@ -11,7 +12,6 @@ use raylet::engine::simulate::Progress;
 use raylet::file::blame::blame_reference;
 use raylet::file::build;
 use raylet::file::folder::Target;
-use raylet::file::output::{gather, publish};
 use raylet::file::report::{Channel, Report, micrometres};
 use raylet::file::scene::Scene;
 use raylet::optics::system::System;

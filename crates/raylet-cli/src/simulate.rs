@@ -4,13 +4,13 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
+use crate::result_folder::{StandardError, gather, publish};
 use clap::Args;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::simulate;
 use raylet::file::blame::blame;
 use raylet::file::build;
 use raylet::file::folder::Target;
-use raylet::file::output::{StandardError, gather, publish};
 use raylet::file::report::{Channel, HopEntry, Report, micrometres};
 use raylet::file::scene::Scene;
 use raylet::optics::system::System;

@@ -2,8 +2,8 @@
 
 use std::path::Path;
 
-use raylet::file::posed::posed;
 use raylet::optics::system::System;
+use raylet_paper::posed::posed;
 
 use crate::failure::Failure;
 

@@ -12,8 +12,8 @@ use std::time::Instant;
 use raylet::design::problems::{GRATING_SENSOR, READINGS, Window, grating};
 use raylet::engine::directions::{Strength, sum_of_directions};
 use raylet::engine::settings::{Method, Paper, Settings};
-use raylet::file::trial::{Cost, Shown, Trial, figure, light};
 use raylet::optics::system::System;
+use raylet_paper::trial::{Cost, Shown, Trial, figure, light};
 
 use crate::failure::Failure;
 use crate::study::{Effort, Study};

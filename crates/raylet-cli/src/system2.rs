@@ -17,9 +17,9 @@ use raylet::engine::reference::{Choice, reference};
 use raylet::engine::route::Approach;
 use raylet::engine::settings::{Paper, Positions, Sampler, Settings};
 use raylet::file::phase_file::npy;
-use raylet::file::trial::{Cost, Shown, Trial, figure, light};
 use raylet::optics::doe::PixelForm;
 use raylet::optics::system::System;
+use raylet_paper::trial::{Cost, Shown, Trial, figure, light};
 
 use crate::failure::Failure;
 use crate::study::{Effort, Study};

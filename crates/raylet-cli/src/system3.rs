@@ -16,13 +16,13 @@ use raylet::design::target::Target;
 use raylet::engine::reference::{Choice, reference};
 use raylet::engine::route::Approach;
 use raylet::engine::settings::{Paper, Sampler, Settings};
-use raylet::file::chart::Series;
 use raylet::file::phase_file::npy;
-use raylet::file::trial::{Cost, Match, Shown, Trial, figure, light};
 use raylet::optics::doe::PixelForm;
 use raylet::optics::paraxial::Abcd;
 use raylet::optics::system::System;
 use raylet::wave::metrics::ncc;
+use raylet_paper::trial::{Cost, Match, Shown, Trial, figure, light};
+use raylet_plot::chart::Series;
 
 use crate::failure::Failure;
 use crate::study::{Effort, Study};

@@ -8,10 +8,10 @@ use raylet::engine::repeat::Repeats;
 use raylet::engine::settings::{Method, Paper, Settings};
 use raylet::engine::simulate::Progress;
 use raylet::file::partial::PartialFile;
-use raylet::file::trial::{Match, Trial, light};
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 use raylet::wave::metrics::ncc;
+use raylet_paper::trial::{Match, Trial, light};
 use serde_json::{Value, json};
 
 use crate::failure::Failure;

@@ -14,11 +14,11 @@ use raylet::file::blame::blame;
 use raylet::file::build;
 use raylet::file::catalog;
 use raylet::file::fault::{Fault, shortened};
-use raylet::file::layout::CurveKind;
-use raylet::file::pictures::doe_map;
 use raylet::file::prescription::parts as list;
-use raylet::file::section;
 use raylet::optics::screen::Act;
+use raylet_plot::layout::CurveKind;
+use raylet_plot::pictures::doe_map;
+use raylet_plot::section;
 use serde_json::{Value, json};
 
 use crate::refusal::{error, fault};

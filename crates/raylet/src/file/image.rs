@@ -270,7 +270,10 @@ pub fn write_gray16(
 }
 
 /// An 8-bit RGB PNG in memory; `bytes` are rows from the top, three a pixel.
-pub(crate) fn encode_rgb(size: [usize; 2], bytes: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
+///
+/// # Errors
+/// A size of zero, or bytes that are not three for each pixel.
+pub fn encode_rgb(size: [usize; 2], bytes: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
     let mut out = Vec::new();
     let format = (png::ColorType::Rgb, png::BitDepth::Eight);
     encode(&mut out, size, format, bytes).map(|()| out)
@@ -301,7 +304,7 @@ pub fn resize(values: &Array2<f64>, [ny, nx]: [usize; 2]) -> Array2<f64> {
 }
 
 /// [`resize`] for a part of a larger array.
-pub(crate) fn area_mean(values: ArrayView2<f64>, [ny, nx]: [usize; 2]) -> Array2<f64> {
+pub fn area_mean(values: ArrayView2<f64>, [ny, nx]: [usize; 2]) -> Array2<f64> {
     if values.is_empty() {
         return Array2::zeros((ny, nx));
     }

@@ -90,7 +90,7 @@ impl Fields {
     ///
     /// # Errors
     /// The first of these.
-    pub(crate) fn check_for(&self, path: &Path) -> Result<(), Fault> {
+    pub fn check_for(&self, path: &Path) -> Result<(), Fault> {
         self.check()
             .map_err(|(found, expected)| Fault::of_file(path, found, expected))
     }

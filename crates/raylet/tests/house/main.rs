@@ -19,7 +19,7 @@ const LONGEST_FUNCTION: usize = 60;
 const EMPTY_NAMES: [&str; 4] = ["utils", "common", "helpers", "misc"];
 
 /// The crates whose code the rules on functions hold.
-const LIBRARIES: [&str; 1] = ["raylet"];
+const LIBRARIES: [&str; 3] = ["raylet", "raylet-plot", "raylet-paper"];
 
 fn libraries() -> Vec<PathBuf> {
     LIBRARIES.iter().flat_map(|name| of_crate(name)).collect()

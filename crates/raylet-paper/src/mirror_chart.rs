@@ -8,13 +8,13 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::design::conformal::{Conformal, Show};
-use crate::file::chart::Series;
-use crate::file::colour::ColourMap;
-use crate::file::conformal_seen::Seen;
-use crate::file::figure::{Figure, Panel};
-use crate::file::panel::FigureError;
-use crate::wave::metrics::peak;
+use crate::conformal_seen::Seen;
+use raylet::design::conformal::{Conformal, Show};
+use raylet::wave::metrics::peak;
+use raylet_plot::chart::Series;
+use raylet_plot::colour::ColourMap;
+use raylet_plot::figure::{Figure, Panel};
+use raylet_plot::panel::FigureError;
 
 /// What is shown.
 pub struct MirrorChart<'a> {
@@ -89,7 +89,7 @@ impl MirrorChart<'_> {
     }
 
     /// The sensor as the design knows it.
-    fn sensor(&self) -> crate::file::picture::ImagePanel<'_> {
+    fn sensor(&self) -> raylet_plot::picture::ImagePanel<'_> {
         let half = 0.5 * self.pitch * self.shares.ncols() as f64;
         let ends = [-half, half];
         Panel::image(self.shares.view(), ends, ends)

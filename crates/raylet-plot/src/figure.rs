@@ -13,14 +13,14 @@ use ndarray::{CowArray, Ix2};
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb::Database};
 
-use crate::file::chart::{LinePanel, Series};
-use crate::file::image::encode_rgb;
-use crate::file::layout::{LayoutPanel, LayoutScene};
-use crate::file::panel::{
+use crate::chart::{LinePanel, Series};
+use crate::layout::{LayoutPanel, LayoutScene};
+use crate::panel::{
     Aspect, Content, FAINT, FigureError, Heading, Margins, NOTE_SIZE, TITLE_SIZE, ink,
 };
-use crate::file::picture::ImagePanel;
-use crate::file::svg::{Anchor, FONT, FONT_FAMILY, Letters, Rect, Svg, wrap};
+use crate::picture::ImagePanel;
+use crate::svg::{Anchor, FONT, FONT_FAMILY, Letters, Rect, Svg, wrap};
+use raylet::file::image::encode_rgb;
 
 /// Letter size of the figure's title in pixels.
 const FIGURE_TITLE_SIZE: f64 = 20.0;
@@ -365,10 +365,10 @@ mod tests {
     use ndarray::Array2;
     use resvg::usvg::{Options, Tree};
 
-    use crate::file::chart::Series;
-    use crate::file::colour::ColourMap;
-    use crate::file::figure::{BORDER, Figure, Panel};
-    use crate::file::layout::{Curve, CurveKind, Label, LayoutScene, RayPath};
+    use crate::chart::Series;
+    use crate::colour::ColourMap;
+    use crate::figure::{BORDER, Figure, Panel};
+    use crate::layout::{Curve, CurveKind, Label, LayoutScene, RayPath};
 
     /// A figure with every kind of panel.
     fn every_kind() -> Figure<'static> {

@@ -8,14 +8,14 @@
 use ndarray::{Array2, ArrayView1};
 use num_complex::Complex64;
 
-use crate::design::conformal::{Conformal, Opening, Show, Window};
-use crate::engine::reference::{Choice, ReferenceError, reference};
-use crate::engine::route::Approach;
-use crate::engine::settings::Settings;
-use crate::engine::simulate::Progress;
-use crate::file::conformal::{foci, letter};
-use crate::wave::field::Field;
-use crate::wave::metrics::{ncc, peak};
+use crate::conformal::{foci, letter};
+use raylet::design::conformal::{Conformal, Opening, Show, Window};
+use raylet::engine::reference::{Choice, ReferenceError, reference};
+use raylet::engine::route::Approach;
+use raylet::engine::settings::Settings;
+use raylet::engine::simulate::Progress;
+use raylet::wave::field::Field;
+use raylet::wave::metrics::{ncc, peak};
 
 /// Samples along each axis of a window about a focus, and their distance in mm.
 const FOCUS: (usize, f64) = (41, 1e-4);
@@ -125,7 +125,7 @@ fn beside(line: ArrayView1<f64>, peak: usize) -> f64 {
 mod tests {
     use ndarray::array;
 
-    use crate::file::conformal_seen::beside;
+    use crate::conformal_seen::beside;
 
     #[test]
     fn side_lobes_are_beyond_the_first_minima() {

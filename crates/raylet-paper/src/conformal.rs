@@ -10,15 +10,15 @@ use std::time::Instant;
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::design::conformal::{Conformal, Show, Window};
-use crate::engine::reference::{Choice, ReferenceError, reference};
-use crate::engine::route::Approach;
-use crate::engine::settings::{Method, Paper, Positions, Sag, Settings};
-use crate::engine::simulate::{SimulateError, simulate};
-use crate::math::part::part;
-use crate::optics::system::System;
-use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::metrics::{field_error, fwhm, ncc, peak, shape_error};
+use raylet::design::conformal::{Conformal, Show, Window};
+use raylet::engine::reference::{Choice, ReferenceError, reference};
+use raylet::engine::route::Approach;
+use raylet::engine::settings::{Method, Paper, Positions, Sag, Settings};
+use raylet::engine::simulate::{SimulateError, simulate};
+use raylet::math::part::part;
+use raylet::optics::system::System;
+use raylet::wave::field::{Axis, Field, Grid};
+use raylet::wave::metrics::{field_error, fwhm, ncc, peak, shape_error};
 
 /// Samples along each axis of a window about a focus, and their distance in mm.
 const FOCUS: (usize, f64) = (41, 1e-4);
@@ -305,9 +305,9 @@ impl Comparison {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::conformal::{Conformal, Show, Substrate};
-    use crate::engine::settings::Sag;
-    use crate::file::conformal::{Comparison, Draws, Way};
+    use crate::conformal::{Comparison, Draws, Way};
+    use raylet::design::conformal::{Conformal, Show, Substrate};
+    use raylet::engine::settings::Sag;
 
     /// A tenth of the mirror: foci where they should be, whatever the substrate, by every way but planes.
     #[test]

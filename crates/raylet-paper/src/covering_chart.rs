@@ -1,9 +1,9 @@
 //! Pictures of how many patches it takes to cover a hologram.
 
-use crate::file::chart::Series;
-use crate::file::covering::{Covering, RULES};
-use crate::file::figure::{Figure, Panel};
-use crate::file::panel::FigureError;
+use crate::covering::{Covering, RULES};
+use raylet_plot::chart::Series;
+use raylet_plot::figure::{Figure, Panel};
+use raylet_plot::panel::FigureError;
 
 impl Covering {
     /// What the sensor shows by one patch and by many of each size.

@@ -5,13 +5,13 @@
     reason = "what is drawn is numbered by the lists it was laid out from"
 )]
 
-use crate::file::axis::{Axis, Direction, LengthUnit};
-use crate::file::label::Room;
-use crate::file::panel::{
+use crate::axis::{Axis, Direction, LengthUnit};
+use crate::label::Room;
+use crate::panel::{
     Aspect, BOTTOM_MARGIN, Content, FigureError, Heading, Margins, PALETTE, draw_axes, draw_grid,
     left_margin,
 };
-use crate::file::svg::{Pen, Rect, Svg};
+use crate::svg::{Pen, Rect, Svg};
 
 /// How the points of a series are drawn.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -118,7 +118,7 @@ pub struct LinePanel {
 }
 
 impl LinePanel {
-    /// See [`Panel::lines`](crate::file::figure::Panel::lines).
+    /// See [`Panel::lines`](crate::figure::Panel::lines).
     pub(crate) fn new(series: Vec<Series>) -> Self {
         LinePanel {
             series,
@@ -319,9 +319,9 @@ impl Content for LinePanel {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::chart::{LinePanel, Series};
-    use crate::file::panel::Content;
-    use crate::file::svg::{Rect, Svg};
+    use crate::chart::{LinePanel, Series};
+    use crate::panel::Content;
+    use crate::svg::{Rect, Svg};
 
     const PLOT: Rect = Rect {
         x: 50.0,

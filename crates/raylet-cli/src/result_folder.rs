@@ -11,21 +11,21 @@ use std::path::Path;
 use ndarray::{Array1, Array2, Array3, Axis, stack};
 use ndarray_npy::WriteNpyExt;
 
-use crate::file::fault::Fault;
-use crate::file::folder::Target;
-use crate::file::npz::Fields;
-use crate::file::panel::FigureError;
-use crate::file::pictures::{DoeView, MOST_CHANNELS, doe_png, sensor_png};
-use crate::file::report::{Report, micrometres};
-use crate::file::results::{FIELD_FILE, ResultFolder};
-use crate::file::scene::Scene;
-use crate::file::section::layout_png;
-use crate::optics::screen::Act;
-use crate::optics::system::System;
-use crate::wave::field::Field;
+use raylet::file::fault::Fault;
+use raylet::file::folder::Target;
+use raylet::file::npz::Fields;
+use raylet::file::report::{Report, micrometres};
+use raylet::file::results::{FIELD_FILE, ResultFolder};
+use raylet::file::scene::Scene;
+use raylet::optics::screen::Act;
+use raylet::optics::system::System;
+use raylet::wave::field::Field;
+use raylet_plot::panel::FigureError;
+use raylet_plot::pictures::{DoeView, MOST_CHANNELS, doe_png, sensor_png};
+use raylet_plot::section::layout_png;
 
 /// The fields of all channels, which share the sensor's grid.
-pub fn gather(systems: &[System], fields: &[Field]) -> Fields {
+pub(crate) fn gather(systems: &[System], fields: &[Field]) -> Fields {
     let (x, y) = match fields.first() {
         Some(field) => (field.grid.x.nodes(), field.grid.y.nodes()),
         None => (Vec::new(), Vec::new()),
@@ -43,7 +43,7 @@ pub fn gather(systems: &[System], fields: &[Field]) -> Fields {
 }
 
 /// The standard error of a field at each sample, indexed [y, x].
-pub type StandardError = Array2<f64>;
+pub(crate) type StandardError = Array2<f64>;
 
 /// The file that holds the standard errors.
 const NOISE_FILE: &str = "standard_error.npy";
@@ -69,7 +69,7 @@ fn noise_npy(errors: &[StandardError]) -> Result<Vec<u8>, Fault> {
 /// # Errors
 /// Fields or numbers that are not finite, a picture that cannot be drawn, or a folder that cannot be written; then
 /// nothing is left behind.
-pub fn publish(
+pub(crate) fn publish(
     target: &Target,
     scene: &Scene,
     systems: &[System],
@@ -170,7 +170,7 @@ fn file_name(name: &str, number: usize, taken: &[&str]) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::output::file_name;
+    use crate::result_folder::file_name;
 
     #[test]
     fn file_names_are_plain_and_distinct() {

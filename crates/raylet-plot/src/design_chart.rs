@@ -3,11 +3,11 @@
 use ndarray::{Array2, ArrayView2};
 use serde::{Deserialize, Serialize};
 
-use crate::design::modulation::Shaped;
-use crate::file::chart::Series;
-use crate::file::colour::ColourMap;
-use crate::file::figure::{Figure, Panel};
-use crate::file::panel::FigureError;
+use crate::chart::Series;
+use crate::colour::ColourMap;
+use crate::figure::{Figure, Panel};
+use crate::panel::FigureError;
+use raylet::design::modulation::Shaped;
 
 /// One iteration of a design.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

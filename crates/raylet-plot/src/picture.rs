@@ -2,14 +2,14 @@
 
 use ndarray::{Array2, CowArray, Ix2};
 
-use crate::file::axis::{Axis, Direction, LengthUnit, TICK_SIZE};
-use crate::file::colour::{ColourMap, ColourScale};
-use crate::file::image::{area_mean, encode_rgb};
-use crate::file::panel::{
+use crate::axis::{Axis, Direction, LengthUnit, TICK_SIZE};
+use crate::colour::{ColourMap, ColourScale};
+use crate::panel::{
     Aspect, BOTTOM_MARGIN, Content, FigureError, Heading, INK, LABEL_SIZE, Margins, draw_axes, ink,
     left_margin,
 };
-use crate::file::svg::{Anchor, Pen, Rect, Svg};
+use crate::svg::{Anchor, Pen, Rect, Svg};
+use raylet::file::image::{area_mean, encode_rgb};
 
 /// Most device pixels of a panel's picture along either side.
 const MOST_PIXELS: f64 = 1600.0;
@@ -60,7 +60,7 @@ struct Bar {
 }
 
 impl<'a> ImagePanel<'a> {
-    /// See [`Panel::image`](crate::file::figure::Panel::image).
+    /// See [`Panel::image`](crate::figure::Panel::image).
     pub(crate) fn new(
         values: CowArray<'a, f64, Ix2>,
         x_range_mm: [f64; 2],
@@ -408,10 +408,10 @@ impl Content for ImagePanel<'_> {
 mod tests {
     use ndarray::{Array2, array};
 
-    use crate::file::colour::ColourMap;
-    use crate::file::panel::Content;
-    use crate::file::picture::ImagePanel;
-    use crate::file::svg::{Rect, Svg};
+    use crate::colour::ColourMap;
+    use crate::panel::Content;
+    use crate::picture::ImagePanel;
+    use crate::svg::{Rect, Svg};
 
     /// A panel over 2 mm squared.
     fn panel(values: Array2<f64>) -> ImagePanel<'static> {

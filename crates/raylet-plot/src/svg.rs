@@ -12,7 +12,7 @@ use std::fmt::Write;
 use base64::Engine;
 
 /// The built-in letters: a part of DejaVu Sans (see the data folder for source and licence).
-pub(crate) const FONT: &[u8] = include_bytes!("../../data/DejaVuSans-subset.ttf");
+pub(crate) const FONT: &[u8] = include_bytes!("../data/DejaVuSans-subset.ttf");
 
 /// The name under which the built-in letters are found.
 pub(crate) const FONT_FAMILY: &str = "DejaVu Sans";
@@ -296,7 +296,7 @@ fn escape(text: &str) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::svg::{Anchor, FONT, Letters, Rect, Svg, text_width, wrap};
+    use crate::svg::{Anchor, FONT, Letters, Rect, Svg, text_width, wrap};
 
     #[test]
     fn widths_agree_with_the_font() {

@@ -13,17 +13,17 @@ use std::time::Instant;
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 
-use crate::engine::beyond::Beyond;
-use crate::engine::paper::cover;
-use crate::engine::paper_plan::{Address, PaperPlan};
-use crate::engine::plan::{Plan, plan};
-use crate::engine::settings::{Method, Paper, Positions, Sampler, Settings};
-use crate::engine::simulate::{Arriving, SimulateError, leaving, receiving_raster, simulate};
-use crate::optics::system::System;
-use crate::wave::field::Field;
-use crate::wave::metrics::{field_error, ncc};
-use crate::wave::periodic::PeriodicHop;
-use crate::wave::tile::TileCutter;
+use raylet::engine::beyond::Beyond;
+use raylet::engine::paper::cover;
+use raylet::engine::paper_plan::{Address, PaperPlan};
+use raylet::engine::plan::{Plan, plan};
+use raylet::engine::settings::{Method, Paper, Positions, Sampler, Settings};
+use raylet::engine::simulate::{Arriving, SimulateError, leaving, receiving_raster, simulate};
+use raylet::optics::system::System;
+use raylet::wave::field::Field;
+use raylet::wave::metrics::{field_error, ncc};
+use raylet::wave::periodic::PeriodicHop;
+use raylet::wave::tile::TileCutter;
 
 /// Likeness that counts as enough, and the most positions tried for it.
 const ENOUGH: f64 = 0.99;
@@ -316,10 +316,10 @@ impl Covering {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::patterns::star_hologram;
-    use crate::engine::simulate::simulate;
-    use crate::file::covering::{RULES, Stage, settings};
-    use crate::wave::metrics::field_error;
+    use crate::covering::{RULES, Stage, settings};
+    use raylet::design::patterns::star_hologram;
+    use raylet::engine::simulate::simulate;
+    use raylet::wave::metrics::field_error;
 
     /// The sum without rays is the sum of all rays, for every rule.
     #[test]

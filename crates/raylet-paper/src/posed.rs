@@ -8,13 +8,13 @@
 use ndarray::Array2;
 use ndarray_npy::{WriteNpyError, WriteNpyExt};
 
-use crate::optics::aperture::Outline;
-use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use crate::optics::freeform::Term;
-use crate::optics::sag_grid::SagGrid;
-use crate::optics::screen::{Act, Screen, Sensor};
-use crate::optics::shape::Shape;
-use crate::optics::system::System;
+use raylet::optics::aperture::Outline;
+use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::freeform::Term;
+use raylet::optics::sag_grid::SagGrid;
+use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::shape::Shape;
+use raylet::optics::system::System;
 
 /// A millimetre in micrometres.
 const UM: f64 = 1e3;
@@ -155,15 +155,15 @@ fn heights(grid: &SagGrid) -> Array2<f64> {
 mod tests {
     use std::fs;
 
-    use crate::design::conformal::{Conformal, Show, Substrate, Window};
-    use crate::design::patterns::star_hologram;
-    use crate::engine::settings::Settings;
-    use crate::engine::simulate::simulate;
-    use crate::file::build;
-    use crate::file::posed::posed;
-    use crate::file::scene::Scene;
-    use crate::optics::system::System;
-    use crate::wave::metrics::field_error;
+    use crate::posed::posed;
+    use raylet::design::conformal::{Conformal, Show, Substrate, Window};
+    use raylet::design::patterns::star_hologram;
+    use raylet::engine::settings::Settings;
+    use raylet::engine::simulate::simulate;
+    use raylet::file::build;
+    use raylet::file::scene::Scene;
+    use raylet::optics::system::System;
+    use raylet::wave::metrics::field_error;
 
     /// How far the field of the scene that is written is from that of the system itself.
     fn astray(system: &System) -> f64 {

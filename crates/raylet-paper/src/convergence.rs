@@ -10,17 +10,17 @@ use std::time::Instant;
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::beyond::Beyond;
-use crate::engine::paper_plan::PaperPlan;
-use crate::engine::plan::{Plan, plan};
-use crate::engine::settings::{Density, Method, Paper, Positions, Sampler, Settings};
-use crate::engine::simulate::{Arriving, SimulateError, leaving, simulate};
-use crate::file::chart::Series;
-use crate::file::figure::{Figure, Panel};
-use crate::file::panel::FigureError;
-use crate::optics::system::System;
-use crate::wave::metrics::{field_error, unit_sum_mse};
-use crate::wave::tile::TileCutter;
+use raylet::engine::beyond::Beyond;
+use raylet::engine::paper_plan::PaperPlan;
+use raylet::engine::plan::{Plan, plan};
+use raylet::engine::settings::{Density, Method, Paper, Positions, Sampler, Settings};
+use raylet::engine::simulate::{Arriving, SimulateError, leaving, simulate};
+use raylet::optics::system::System;
+use raylet::wave::metrics::{field_error, unit_sum_mse};
+use raylet::wave::tile::TileCutter;
+use raylet_plot::chart::Series;
+use raylet_plot::figure::{Figure, Panel};
+use raylet_plot::panel::FigureError;
 
 /// Squared errors below this are rounding: all modes were drawn.
 const ROUNDING: f64 = 1e-20;
@@ -281,11 +281,11 @@ fn ways() -> [Way; 3] {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::patterns::metalens;
-    use crate::engine::settings::{Density, Sampler};
-    use crate::engine::simulate::simulate;
-    use crate::file::convergence::{Convergence, settings};
-    use crate::wave::metrics::field_error;
+    use crate::convergence::{Convergence, settings};
+    use raylet::design::patterns::metalens;
+    use raylet::engine::settings::{Density, Sampler};
+    use raylet::engine::simulate::simulate;
+    use raylet::wave::metrics::field_error;
 
     /// The error of independent draws is their law, once rare strong modes are drawn at all; without
     /// replacement it is less.

@@ -7,12 +7,12 @@
 
 use ndarray::{Array2, Axis, Zip};
 
-use crate::file::colour::ColourMap;
-use crate::file::comparison::Side;
-use crate::file::figure::{Figure, Panel};
-use crate::file::npz::Fields;
-use crate::file::panel::FigureError;
-use crate::file::pictures::{MOST_CHANNELS, edges};
+use crate::colour::ColourMap;
+use crate::figure::{Figure, Panel};
+use crate::panel::FigureError;
+use crate::pictures::{MOST_CHANNELS, edges};
+use raylet::file::comparison::Side;
+use raylet::file::npz::Fields;
 
 /// Decades of the logarithmic rows.
 const DECADES: i32 = 5;
@@ -125,9 +125,9 @@ mod tests {
     use ndarray::{Array1, Array3};
     use num_complex::Complex64;
 
-    use crate::file::comparison::Side;
-    use crate::file::contrast::{Pair, contrast_png};
-    use crate::file::npz::Fields;
+    use crate::contrast::{Pair, contrast_png};
+    use raylet::file::comparison::Side;
+    use raylet::file::npz::Fields;
 
     fn side(channels: usize, value: Complex64) -> Side {
         Side {

@@ -1,7 +1,7 @@
 //! What every panel of a figure shares: its place, its title, its axes, and what can go wrong.
 
-use crate::file::axis::{Axis, TICK_SIZE};
-use crate::file::svg::{Anchor, Letters, Pen, Rect, Svg};
+use crate::axis::{Axis, TICK_SIZE};
+use crate::svg::{Anchor, Letters, Pen, Rect, Svg};
 
 /// Letter size of axis labels, legends and text labels in pixels.
 pub(crate) const LABEL_SIZE: f64 = 14.0;

@@ -7,11 +7,11 @@
 
 use ndarray::Array2;
 
-use crate::design::conformal::{Conformal, Show};
-use crate::file::conformal::{Comparison, Way, letter};
-use crate::file::figure::{Figure, Panel};
-use crate::file::panel::FigureError;
-use crate::wave::field::Field;
+use crate::conformal::{Comparison, Way, letter};
+use raylet::design::conformal::{Conformal, Show};
+use raylet::wave::field::Field;
+use raylet_plot::figure::{Figure, Panel};
+use raylet_plot::panel::FigureError;
 
 /// Samples along each axis of the substrate's picture.
 const SAMPLES: usize = 201;

@@ -6,17 +6,17 @@ use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use serde::Serialize;
 
-use crate::engine::repeat::Repeats;
-use crate::engine::settings::Settings;
-use crate::engine::simulate::{Progress, SimulateError, simulate};
-use crate::file::chart::Series;
-use crate::file::colour::ColourMap;
-use crate::file::figure::{Figure, Panel};
-use crate::file::machine::Machine;
-use crate::file::panel::FigureError;
-use crate::math::part::part;
-use crate::optics::system::System;
-use crate::wave::metrics::{field_error, ncc, peak, shape_error, unit_sum_mse};
+use raylet::engine::repeat::Repeats;
+use raylet::engine::settings::Settings;
+use raylet::engine::simulate::{Progress, SimulateError, simulate};
+use raylet::file::machine::Machine;
+use raylet::math::part::part;
+use raylet::optics::system::System;
+use raylet::wave::metrics::{field_error, ncc, peak, shape_error, unit_sum_mse};
+use raylet_plot::chart::Series;
+use raylet_plot::colour::ColourMap;
+use raylet_plot::figure::{Figure, Panel};
+use raylet_plot::panel::FigureError;
 
 /// What one way gave.
 #[derive(Clone, Debug)]
@@ -205,10 +205,10 @@ fn row_of_panels(row: Vec<Shown>) -> Vec<Panel<'static>> {
 mod tests {
     use ndarray::Array2;
 
-    use crate::design::problems::near_hologram;
-    use crate::engine::settings::Settings;
-    use crate::file::trial::{Match, Shown, Trial, figure, light};
-    use crate::optics::doe::PixelForm;
+    use crate::trial::{Match, Shown, Trial, figure, light};
+    use raylet::design::problems::near_hologram;
+    use raylet::engine::settings::Settings;
+    use raylet::optics::doe::PixelForm;
 
     #[test]
     fn a_way_is_like_itself_and_shown() {

@@ -8,15 +8,15 @@
 
 use std::time::Instant;
 
-use crate::design::conformal::spherical_patch;
-use crate::engine::reference::{Choice, ReferenceError, reference};
-use crate::engine::route::Approach;
-use crate::engine::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
-use crate::engine::simulate::simulate;
-use crate::file::chart::Series;
-use crate::file::figure::{Figure, Panel};
-use crate::file::panel::FigureError;
-use crate::wave::metrics::{field_error, shape_error};
+use raylet::design::conformal::spherical_patch;
+use raylet::engine::reference::{Choice, ReferenceError, reference};
+use raylet::engine::route::Approach;
+use raylet::engine::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
+use raylet::engine::simulate::simulate;
+use raylet::wave::metrics::{field_error, shape_error};
+use raylet_plot::chart::Series;
+use raylet_plot::figure::{Figure, Panel};
+use raylet_plot::panel::FigureError;
 
 /// Samples along each axis of the sensor.
 const POINTS: usize = 16;
@@ -187,7 +187,7 @@ impl FlatPatches {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::flat_patch::FlatPatches;
+    use crate::flat_patch::FlatPatches;
 
     /// The error of a plane is that of its phase k(x² + y²)/R, whose root mean square over a square is
     /// √(7/180)·kD²/R; less than that, as the sensor's middle sees more of the patch's. Half of it is left

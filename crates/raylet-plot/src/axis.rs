@@ -2,7 +2,7 @@
 //!
 //! Ticks are 1, 2 or 5 times a power of ten apart, as many as fit without their labels touching.
 
-use crate::file::svg::text_width;
+use crate::svg::text_width;
 
 /// Letter size of tick labels in pixels.
 pub(crate) const TICK_SIZE: f64 = 13.0;
@@ -288,11 +288,11 @@ fn superscript(value: i32) -> String {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::axis::{
+    use crate::axis::{
         Axis, Direction, LengthUnit, TICK_GAPS, TICK_SIZE, fixed, power_of_ten, tick_step,
         tick_values,
     };
-    use crate::file::svg::text_width;
+    use crate::svg::text_width;
 
     #[test]
     fn steps_are_one_two_or_five_times_a_power_of_ten() {

@@ -5,8 +5,8 @@
     reason = "what is drawn is numbered by the lists it was laid out from"
 )]
 
-use crate::file::panel::{INK, LABEL_SIZE, ink};
-use crate::file::svg::{Anchor, Pen, Rect, Svg, text_width};
+use crate::panel::{INK, LABEL_SIZE, ink};
+use crate::svg::{Anchor, Pen, Rect, Svg, text_width};
 
 /// Side of the squares in which ink is counted, in pixels.
 const CELL: f64 = 4.0;
@@ -204,8 +204,8 @@ impl Room {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::label::Room;
-    use crate::file::svg::Rect;
+    use crate::label::Room;
+    use crate::svg::Rect;
 
     const AREA: Rect = Rect {
         x: 10.0,

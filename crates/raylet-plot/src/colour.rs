@@ -2,7 +2,7 @@
 
 use std::f64::consts::PI;
 
-use crate::file::axis::{Axis, Direction, Tick};
+use crate::axis::{Axis, Direction, Tick};
 
 /// The colour of values that are not numbers: a neutral grey-blue in none of the maps' bright parts.
 pub(crate) const MISSING: [u8; 3] = [120, 160, 160];
@@ -149,7 +149,7 @@ impl ColourScale {
 mod tests {
     use std::f64::consts::PI;
 
-    use crate::file::colour::{ColourMap, ColourScale, MISSING, phase_rgb};
+    use crate::colour::{ColourMap, ColourScale, MISSING, phase_rgb};
 
     #[test]
     fn ends_and_middle_have_the_colours_of_the_map() {

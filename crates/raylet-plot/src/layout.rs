@@ -7,13 +7,13 @@
     reason = "what is drawn is numbered by the lists it was laid out from"
 )]
 
-use crate::file::axis::{Axis, Direction, tick_step};
-use crate::file::label::Room;
-use crate::file::panel::{
+use crate::axis::{Axis, Direction, tick_step};
+use crate::label::Room;
+use crate::panel::{
     Aspect, BOTTOM_MARGIN, Content, FAINT, FigureError, Heading, INK, Margins, NOTE_SIZE, PALETTE,
     draw_axes, left_margin,
 };
-use crate::file::svg::{Anchor, Letters, Pen, Rect, Svg, text_width};
+use crate::svg::{Anchor, Letters, Pen, Rect, Svg, text_width};
 
 /// Below this share of the plot's height a section drawn in true proportion is stretched.
 const SLIM: f64 = 0.4;
@@ -140,7 +140,7 @@ impl Frame {
 }
 
 impl LayoutPanel {
-    /// See [`Panel::layout`](crate::file::figure::Panel::layout).
+    /// See [`Panel::layout`](crate::figure::Panel::layout).
     pub(crate) fn new(scene: LayoutScene) -> Self {
         LayoutPanel {
             scene,
@@ -416,9 +416,9 @@ impl Content for LayoutPanel {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::layout::{LayoutPanel, LayoutScene, RayPath, along, below};
-    use crate::file::panel::Content;
-    use crate::file::svg::{Rect, Svg};
+    use crate::layout::{LayoutPanel, LayoutScene, RayPath, along, below};
+    use crate::panel::Content;
+    use crate::svg::{Rect, Svg};
 
     const PLOT: Rect = Rect {
         x: 0.0,

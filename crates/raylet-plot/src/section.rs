@@ -5,17 +5,17 @@
     reason = "what is drawn is numbered by the lists it was laid out from"
 )]
 
-use crate::engine::sketch::{Trail, Turn, cut, sketch};
-use crate::file::figure::{Figure, Panel};
-use crate::file::layout::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};
-use crate::file::panel::FigureError;
-use crate::file::prescription::{Kind, Part, parts};
-use crate::file::scene::Scene;
-use crate::math::vec3::Vec3;
-use crate::optics::bend::Interface;
-use crate::optics::screen::Act;
-use crate::optics::source::Source;
-use crate::optics::system::System;
+use crate::figure::{Figure, Panel};
+use crate::layout::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};
+use crate::panel::FigureError;
+use raylet::engine::sketch::{Trail, Turn, cut, sketch};
+use raylet::file::prescription::{Kind, Part, parts};
+use raylet::file::scene::Scene;
+use raylet::math::vec3::Vec3;
+use raylet::optics::bend::Interface;
+use raylet::optics::screen::Act;
+use raylet::optics::source::Source;
+use raylet::optics::system::System;
 
 /// Points along the cut of a part.
 const POINTS: i32 = 1200;
@@ -327,8 +327,31 @@ fn label(part: &Part, line: &[Place]) -> Option<Label> {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::section::{Place, between};
-    use crate::optics::polygon::{area, crosses_itself};
+    use ndarray::Array2;
+    use ndarray_npy::write_npy;
+    use raylet::file::build::system;
+    use raylet::file::scene::Scene;
+    use raylet::optics::polygon::{area, crosses_itself};
+
+    use crate::section::{Place, between, layout_png};
+
+    /// A scene with one of every shape and aperture, which the library's tests read.
+    const SCENE: &str = include_str!("../../raylet/tests/scenes/every_shape.toml");
+
+    #[test]
+    fn every_shape_is_drawn() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("demo.toml");
+        std::fs::write(&path, SCENE).unwrap();
+        let place = |i: usize| i as f64 - 4.5;
+        let bowl = Array2::from_shape_fn((10, 10), |(j, i)| {
+            0.2 * (place(i).powi(2) + place(j).powi(2))
+        });
+        write_npy(folder.path().join("heights.npy"), &bowl).unwrap();
+        let scene = Scene::read(&path).unwrap();
+        let system = system(&scene, 0).unwrap();
+        assert!(layout_png(&scene, &system).is_ok_and(|png| !png.is_empty()));
+    }
 
     /// A thick tilted plate seen close up, each face drawn either way: its sides never cross.
     #[test]
