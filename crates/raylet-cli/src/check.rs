@@ -24,8 +24,8 @@ use crate::failure::Failure;
 use crate::overrides::Overrides;
 use crate::say::say;
 use crate::simulate::build_all;
-use crate::table::table;
 use crate::wait::Wait;
+use raylet_plot::text_table::table;
 
 /// Validates a scene and shows the system, the plan and warnings, without running it.
 #[derive(Args)]

@@ -12,7 +12,7 @@ use raylet_plot::contrast::contrast_png;
 
 use crate::failure::Failure;
 use crate::say::say;
-use crate::table::table;
+use raylet_plot::text_table::table;
 
 /// Compares the fields of two runs on one sensor, the second taken as the reference.
 #[derive(Args)]

@@ -1,29 +1,27 @@
 //! `raylet paper NAME`: a study of the source paper, done again.
 
-#![expect(
-    clippy::indexing_slicing,
-    reason = "a document of a study is a table, in which a key that is not there is made"
-)]
-
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use raylet::file::folder::Target;
 
+use raylet_paper::fig2::fig2;
+use raylet_paper::fig3::fig3;
+use raylet_paper::fig5::fig5;
+use raylet_paper::fig6::fig6;
+use raylet_paper::fig6_foci::fig6_foci;
+use raylet_paper::fig6_s::fig6_s;
+use raylet_paper::study::{Effort, STUDY_FILE, Study};
+use raylet_paper::study_error::StudyError;
+use raylet_paper::system1::system1;
+use raylet_paper::system2::system2;
+use raylet_paper::system3::system3;
+use raylet_paper::systems::clear;
+
 use crate::failure::Failure;
-use crate::fig2::fig2;
-use crate::fig3::fig3;
-use crate::fig5::fig5;
-use crate::fig6::fig6;
-use crate::fig6_foci::fig6_foci;
-use crate::fig6_s::fig6_s;
 use crate::overrides::start_threads;
 use crate::say::say;
-use crate::study::Effort;
-use crate::system1::system1;
-use crate::system2::system2;
-use crate::system3::system3;
-use crate::systems::clear;
+use crate::study_display::StudyDisplay;
 
 /// Does a study of the source paper again: numbers on standard output, and pictures of them.
 #[derive(Args)]
@@ -71,9 +69,6 @@ enum Name {
     System3,
 }
 
-/// The file by which the folder of a study is known.
-const STUDY_FILE: &str = "paper.json";
-
 impl Paper {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         start_threads(self.threads)?;
@@ -85,8 +80,21 @@ impl Paper {
             quick: self.quick,
             keep: keep.as_deref(),
             most: self.parts.map_or(usize::MAX, usize::from),
+            display: &StudyDisplay,
         };
-        let study = match self.name {
+        let study = self.study(effort).map_err(message)?;
+        if let Some(target) = target {
+            study.publish(&target).map_err(message)?;
+        }
+        if self.parts.is_none() {
+            let cleared = keep.iter().try_for_each(|keep| clear(keep));
+            cleared.map_err(message)?;
+        }
+        say(&study.text)
+    }
+
+    fn study(&self, effort: Effort) -> Result<Study, StudyError> {
+        match self.name {
             Name::Fig2 => fig2(self.quick),
             Name::Fig3 => fig3(self.quick),
             Name::Fig5 => fig5(effort),
@@ -96,20 +104,11 @@ impl Paper {
             Name::System1 => system1(effort),
             Name::System2 => system2(effort),
             Name::System3 => system3(effort),
-        }?;
-        if let Some(target) = target {
-            let mut draft = target.draft()?;
-            for (name, picture) in &study.pictures {
-                draft.write(name, picture)?;
-            }
-            let names: Vec<&String> = study.pictures.iter().map(|(name, _)| name).collect();
-            let mut document = study.document;
-            document["files"] = serde_json::json!(names);
-            draft.publish(&serde_json::to_string_pretty(&document)?)?;
         }
-        if self.parts.is_none() {
-            keep.iter().try_for_each(|keep| clear(keep))?;
-        }
-        say(&study.text)
     }
+}
+
+/// What a study that ended early says.
+fn message(error: StudyError) -> Failure {
+    Failure::new(error.to_string())
 }

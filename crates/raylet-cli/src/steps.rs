@@ -3,6 +3,7 @@
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressDrawTarget};
+use raylet_paper::progress_display::SearchDisplay;
 
 use crate::progress::dress;
 use crate::say::complain;
@@ -38,9 +39,10 @@ impl Steps {
             told: Instant::now(),
         }
     }
+}
 
-    /// Notes that so many iterations are done, and how it stands.
-    pub(crate) fn note(&mut self, done: usize, line: &str) {
+impl SearchDisplay for Steps {
+    fn note(&mut self, done: usize, line: &str) {
         self.bar.set_position(done as u64);
         self.bar.set_message(line.to_owned());
         if self.bar.is_hidden() && self.told.elapsed() > PATIENCE {
@@ -55,7 +57,7 @@ impl Steps {
         }
     }
 
-    pub(crate) fn end(&self) {
+    fn end(&self) {
         self.bar.finish_and_clear();
     }
 }

@@ -15,6 +15,7 @@
 //! | [`section`] | the drawing of a system and a few rays |
 //! | [`design_chart`] | the course of a design |
 //! | [`contrast`] | two results side by side |
+//! | [`text_table`] | plain text tables |
 
 #![deny(
     clippy::expect_used,
@@ -38,3 +39,4 @@ pub mod picture;
 pub mod pictures;
 pub mod section;
 mod svg;
+pub mod text_table;

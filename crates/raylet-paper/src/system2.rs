@@ -8,6 +8,7 @@
 use std::f64::consts::TAU;
 use std::time::Instant;
 
+use crate::trial::{Cost, Shown, Trial, figure, light};
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 use raylet::design::near::{NearSpace, NearTask, design};
@@ -19,16 +20,19 @@ use raylet::engine::settings::{Paper, Positions, Sampler, Settings};
 use raylet::file::phase_file::npy;
 use raylet::optics::doe::PixelForm;
 use raylet::optics::system::System;
-use raylet_paper::trial::{Cost, Shown, Trial, figure, light};
 
-use crate::failure::Failure;
 use crate::study::{Effort, Study};
+use crate::study_error::StudyError;
 use crate::systems::{Board, Rod, by_paper, in_parts, once};
 
 /// Periods of the angular spectrum over the hologram: the paper's, and one whose copies are far.
 const PADDINGS: [usize; 2] = [2, 8];
 
-pub(crate) fn system2(effort: Effort) -> Result<Study, Failure> {
+/// Designs the hologram, carries its light in every way, and compares them.
+///
+/// # Errors
+/// What the library refuses, and files that cannot be kept.
+pub fn system2(effort: Effort) -> Result<Study, StudyError> {
     // Pixels along each side of hologram and sensor.
     let count = if effort.quick { 40 } else { 100 };
     let wanted = smiley(count);
@@ -67,6 +71,7 @@ pub(crate) fn system2(effort: Effort) -> Result<Study, Failure> {
         "default: free hop, box pixels",
         &boxes,
         &Settings::default(),
+        effort.display,
     )?);
     let mut board = Board::default();
     board.add(&near, &[], Some(&wanted));
@@ -114,7 +119,7 @@ fn spectrum(task: &NearTask, phase: &Array2<f64>, padding: usize) -> Trial {
 }
 
 /// The direct sum over box pixels.
-fn directly(boxes: &System) -> Result<Trial, Failure> {
+fn directly(boxes: &System) -> Result<Trial, StudyError> {
     let clock = Instant::now();
     let choice = Choice {
         approach: Approach::RayleighSommerfeld,
@@ -130,7 +135,7 @@ fn directly(boxes: &System) -> Result<Trial, Failure> {
 }
 
 /// The paper's method: with all modes, by its code of the whole element, by its code of patches, by its text.
-fn ways(points: &System, effort: Effort) -> Result<Vec<Trial>, Failure> {
+fn ways(points: &System, effort: Effort) -> Result<Vec<Trial>, StudyError> {
     let width = points.screens[0].bounds().map_or(0.0, |b| b[1] - b[0]);
     let whole = |sampler, secondary| Paper {
         rays: 1,
@@ -156,7 +161,12 @@ fn ways(points: &System, effort: Effort) -> Result<Vec<Trial>, Failure> {
         in_parts(name, points, &paper, (parts, effort), &mut |_| {})
     };
     Ok(vec![
-        once("paper's method, whole element, all modes", points, &all)?,
+        once(
+            "paper's method, whole element, all modes",
+            points,
+            &all,
+            effort.display,
+        )?,
         by(
             "paper's method, whole element (code)",
             whole(Sampler::Multinomial, draws),
@@ -168,7 +178,7 @@ fn ways(points: &System, effort: Effort) -> Result<Vec<Trial>, Failure> {
 }
 
 /// The reference, the paper's method in its two published forms, and ours.
-fn picture(near: &Trial, trials: &[Trial]) -> Result<Vec<u8>, Failure> {
+fn picture(near: &Trial, trials: &[Trial]) -> Result<Vec<u8>, StudyError> {
     let half = 0.5 * near.field.ncols() as f64 * PITCH;
     let shown = |trial: &Trial| Shown {
         title: trial.name.clone(),

@@ -9,14 +9,14 @@ use std::fmt::Write;
 use std::ops::Range;
 use std::time::Instant;
 
+use crate::trial::{Cost, Shown, Trial, figure, light};
 use raylet::design::problems::{GRATING_SENSOR, READINGS, Window, grating};
 use raylet::engine::directions::{Strength, sum_of_directions};
 use raylet::engine::settings::{Method, Paper, Settings};
 use raylet::optics::system::System;
-use raylet_paper::trial::{Cost, Shown, Trial, figure, light};
 
-use crate::failure::Failure;
 use crate::study::{Effort, Study};
+use crate::study_error::StudyError;
 use crate::systems::{Board, Rod, in_parts, once};
 
 /// Patch of the paper in mm, and its period over that: 40 pixels, padded to 156.
@@ -66,7 +66,11 @@ impl Sizes {
     }
 }
 
-pub(crate) fn system1(effort: Effort) -> Result<Study, Failure> {
+/// Carries the light of the grating in every way, and compares them.
+///
+/// # Errors
+/// What the library refuses, and files that cannot be kept.
+pub fn system1(effort: Effort) -> Result<Study, StudyError> {
     let sizes = Sizes::new(effort.quick);
     let smooth = grating(sizes.radius, false, sizes.sensor);
     let named = [
@@ -85,13 +89,18 @@ pub(crate) fn system1(effort: Effort) -> Result<Study, Failure> {
     // with them.
     let part = about_peak(&trials[0], &sizes);
     let near = grating(sizes.radius, false, window(&part, sizes.sensor));
-    let near = once("default: beamlets", &near, &Settings::default())?;
+    let near = once(
+        "default: beamlets",
+        &near,
+        &Settings::default(),
+        effort.display,
+    )?;
     trials.extend(drawn(&sizes, effort)?);
     let planes = Settings {
         method: Method::Plane,
         ..Settings::default()
     };
-    trials.push(once("plane wavelets", &smooth, &planes)?);
+    trials.push(once("plane wavelets", &smooth, &planes, effort.display)?);
     let board = compared(&trials, &near, &part, sizes.sensor);
     let notes = readings(&sizes)?;
     let picture = picture(&trials, &near, &part, &sizes)?;
@@ -100,7 +109,7 @@ pub(crate) fn system1(effort: Effort) -> Result<Study, Failure> {
 }
 
 /// The paper's method with the numbers of its text and of its code, on pixels.
-fn drawn(sizes: &Sizes, effort: Effort) -> Result<Vec<Trial>, Failure> {
+fn drawn(sizes: &Sizes, effort: Effort) -> Result<Vec<Trial>, StudyError> {
     let pixels = grating(sizes.radius, true, sizes.sensor);
     let names = ["paper's method, text", "paper's method, code"];
     let runs = names.iter().zip(sizes.positions).map(|(name, rays)| {
@@ -162,7 +171,7 @@ fn geometrical(
     system: &System,
     sizes: &Sizes,
     strength: Strength,
-) -> Result<Trial, Failure> {
+) -> Result<Trial, StudyError> {
     let clock = Instant::now();
     let (field, rays) = sum_of_directions(system, sizes.reference, strength, &|_| {})?;
     Ok(Trial {
@@ -193,7 +202,7 @@ fn place([row, column]: [usize; 2], sensor: Window) -> [f64; 2] {
 }
 
 /// Where the brightest pixel is by every reading of the system.
-fn readings(sizes: &Sizes) -> Result<String, Failure> {
+fn readings(sizes: &Sizes) -> Result<String, StudyError> {
     let mut text = String::from("Brightest pixel by each reading, by density of directions:\n");
     for reading in READINGS {
         let system = reading.apply(grating(sizes.radius, false, sizes.sensor));
@@ -219,7 +228,7 @@ fn picture(
     near: &Trial,
     part: &[Range<usize>; 2],
     sizes: &Sizes,
-) -> Result<Vec<u8>, Failure> {
+) -> Result<Vec<u8>, StudyError> {
     let half = 0.5 * sizes.sensor.pitch;
     let edge = |a: usize, range: &Range<usize>| {
         let at = |i: usize| 1e-3 * place([i; 2], sizes.sensor)[a];

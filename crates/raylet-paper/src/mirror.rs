@@ -8,6 +8,8 @@
 use std::path::Path;
 use std::time::Instant;
 
+use crate::conformal_seen::Seen;
+use crate::mirror_chart::MirrorChart;
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::design::conformal::{Conformal, Opening, Show};
@@ -21,14 +23,11 @@ use raylet::engine::simulate::Progress;
 use raylet::file::checkpoint::Checkpoints;
 use raylet::file::own_file::Replace;
 use raylet::wave::metrics::ncc;
-use raylet_paper::conformal_seen::Seen;
-use raylet_paper::mirror_chart::MirrorChart;
 use serde::{Deserialize, Serialize};
 
-use crate::failure::Failure;
-use crate::progress::Meter;
-use crate::steps::Steps;
+use crate::progress_display::ProgressDisplay;
 use crate::study::Effort;
+use crate::study_error::StudyError;
 
 /// Iterations between two checkpoints.
 const KEEP: usize = 5;
@@ -63,7 +62,7 @@ pub(crate) fn seek(
     (mirror, opening): (Conformal, Opening),
     iterations: usize,
     effort: Effort,
-) -> Result<Sought, Failure> {
+) -> Result<Sought, StudyError> {
     let clock = Instant::now();
     let posed = Posed::new(&mirror, opening)?;
     let kept = effort.keep.map(|keep| {
@@ -72,7 +71,7 @@ pub(crate) fn seek(
     });
     let mut saved = begin(kept.as_ref(), &posed)?;
     let earlier = saved.seconds;
-    let mut steps = Steps::new(name, saved.search.iteration(), iterations);
+    let mut steps = (effort.display).search(name, saved.search.iteration(), iterations);
     while saved.search.iteration() < iterations {
         let look = posed.design.look(saved.search.point());
         let step = saved.search.tell(look.value, &look.gradient);
@@ -106,7 +105,7 @@ pub(crate) fn seek(
 }
 
 /// The search where it was, or at its start.
-fn begin(kept: Option<&Checkpoints>, posed: &Posed) -> Result<Saved, Failure> {
+fn begin(kept: Option<&Checkpoints>, posed: &Posed) -> Result<Saved, StudyError> {
     let settings = LbfgsSettings {
         memory: 10,
         first: 0.1 * (posed.start.len() as f64).sqrt(),
@@ -131,7 +130,7 @@ fn begin(kept: Option<&Checkpoints>, posed: &Posed) -> Result<Saved, Failure> {
         Err(_) => kept
             .claim(Replace::Own)
             .map(|()| fresh)
-            .map_err(Failure::from),
+            .map_err(StudyError::from),
     }
 }
 
@@ -170,9 +169,14 @@ impl Sought {
     }
 
     /// What the direct integral says of these reflections.
-    pub(crate) fn seen(&self, name: &str, values: &Array2<Complex64>) -> Result<Seen, Failure> {
-        let (meter, label) = (Meter::new(), format!("{name}, direct integral, "));
-        let note = |progress: Progress| meter.note(&label, progress);
+    pub(crate) fn seen(
+        &self,
+        name: &str,
+        values: &Array2<Complex64>,
+        display: &dyn ProgressDisplay,
+    ) -> Result<Seen, StudyError> {
+        let (meter, label) = (display.run(), format!("{name}, direct integral, "));
+        let note = |progress: Progress| meter(&label, progress);
         Ok(Seen::directly(&self.mirror, (values, self.opening), &note)?)
     }
 
@@ -182,7 +186,7 @@ impl Sought {
         title: &str,
         values: &Array2<Complex64>,
         seen: &Seen,
-    ) -> Result<Vec<u8>, Failure> {
+    ) -> Result<Vec<u8>, StudyError> {
         let open = |(j, i): (usize, usize)| {
             let [x, y] = [i, j].map(|n| self.mirror.place(n));
             self.opening == Opening::Square || x.hypot(y) <= 0.5 * self.mirror.width()
@@ -207,7 +211,7 @@ impl Sought {
 }
 
 /// Forgets what searches of these names kept.
-pub(crate) fn forget(keep: Option<&Path>, names: &[&str]) -> Result<(), Failure> {
+pub(crate) fn forget(keep: Option<&Path>, names: &[&str]) -> Result<(), StudyError> {
     let folders = names
         .iter()
         .filter_map(|name| keep.map(|keep| keep.join(name)));

@@ -1,7 +1,7 @@
 //! Plain tables: columns as wide as their widest entry.
 
 /// Rows under a head, each line indented by two spaces; the columns of `right` are aligned right.
-pub(crate) fn table(head: &[&str], rows: &[Vec<String>], right: &[usize]) -> String {
+pub fn table(head: &[&str], rows: &[Vec<String>], right: &[usize]) -> String {
     let width = |(column, title): (usize, &&str)| {
         let entries = rows.iter().filter_map(|row| row.get(column));
         let widest = entries.map(|entry| entry.chars().count()).max();
@@ -27,7 +27,7 @@ pub(crate) fn table(head: &[&str], rows: &[Vec<String>], right: &[usize]) -> Str
 
 #[cfg(test)]
 mod tests {
-    use crate::table::table;
+    use crate::text_table::table;
 
     #[test]
     fn columns_line_up() {

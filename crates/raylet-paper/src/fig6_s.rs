@@ -6,9 +6,9 @@ use raylet::file::phase_file::npy;
 use raylet::wave::metrics::ncc;
 use serde_json::json;
 
-use crate::failure::Failure;
 use crate::mirror::{forget, seek};
 use crate::study::{Effort, Study};
+use crate::study_error::StudyError;
 
 const NAME: &str = "letter";
 
@@ -19,7 +19,11 @@ const QUICK: usize = 30;
 /// Share of the full size of a quick study.
 const SMALL: f64 = 0.15;
 
-pub(crate) fn fig6_s(effort: Effort) -> Result<Study, Failure> {
+/// Designs the mirror and looks at it by the direct integral.
+///
+/// # Errors
+/// What the library refuses, and files that cannot be kept.
+pub fn fig6_s(effort: Effort) -> Result<Study, StudyError> {
     let mirror = Conformal {
         substrate: Substrate::Bump,
         show: Show::Letter,
@@ -30,7 +34,7 @@ pub(crate) fn fig6_s(effort: Effort) -> Result<Study, Failure> {
     let values = sought.values();
     let shares = sought.posed.design.shares(values.view());
     let known = ncc(shares.view(), sought.posed.wanted.view());
-    let seen = sought.seen(NAME, &values)?;
+    let seen = sought.seen(NAME, &values, effort.display)?;
     let size = match mirror.scale {
         1.0 => String::new(),
         scale => format!(", at {scale} of the full size"),

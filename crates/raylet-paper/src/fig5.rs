@@ -28,11 +28,10 @@ use raylet::wave::metrics::{field_error, ncc};
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
-use crate::failure::Failure;
 use crate::fig5_chart::{Shown, fig5_picture};
-use crate::steps::Steps;
 use crate::study::{Effort, Study};
-use crate::table::table;
+use crate::study_error::StudyError;
+use raylet_plot::text_table::table;
 
 /// The scene, and the drawing that it names.
 const SCENE: &str = include_str!("../../../scenes/paper/fig5.toml");
@@ -69,7 +68,11 @@ struct Saved {
     seconds: f64,
 }
 
-pub(crate) fn fig5(effort: Effort) -> Result<Study, Failure> {
+/// Designs the hologram in three ways and looks at each through the real lens.
+///
+/// # Errors
+/// What the library refuses, and files that cannot be kept.
+pub fn fig5(effort: Effort) -> Result<Study, StudyError> {
     let room = Room::new()?;
     let mut scene = Scene::open(&room.folder.join("fig5.toml"))?;
     if let (true, Some(hologram), Some(design)) =
@@ -86,7 +89,7 @@ pub(crate) fn fig5(effort: Effort) -> Result<Study, Failure> {
         let clock = Instant::now();
         let wanted = commission(&scene, naive)?;
         let iterations = wanted.task.iterations;
-        let mut steps = Steps::new(name, 0, iterations);
+        let mut steps = effort.display.search(name, 0, iterations);
         let found = design(&wanted.task, &mut |score| {
             steps.note(score.iteration, &format!("NCC {:.4}", score.ncc));
         });
@@ -99,7 +102,7 @@ pub(crate) fn fig5(effort: Effort) -> Result<Study, Failure> {
     let kept = effort
         .keep
         .map(|keep| Checkpoints::within(&keep.join("fig5"), &description));
-    let (phase, cost) = through_lens(&brief, kept.as_ref())?;
+    let (phase, cost) = through_lens(&brief, kept.as_ref(), effort)?;
     rows.push(seen(
         &brief,
         ("through the real lens", "real"),
@@ -117,7 +120,8 @@ pub(crate) fn fig5(effort: Effort) -> Result<Study, Failure> {
 fn through_lens(
     brief: &Brief,
     kept: Option<&Checkpoints>,
-) -> Result<(Array2<f64>, (usize, f64)), Failure> {
+    effort: Effort,
+) -> Result<(Array2<f64>, (usize, f64)), StudyError> {
     let (clock, iterations) = (Instant::now(), brief.design.iterations);
     let before = kept.and_then(|kept| kept.read(|saved| check(saved, brief)).ok());
     if let (Some(kept), None) = (kept, &before) {
@@ -129,7 +133,9 @@ fn through_lens(
         None => Run::new(&brief.project, brief.search.clone(), iterations)?,
     };
     let [picture, _] = wanted(brief)?;
-    let mut steps = Steps::new("through the real lens", run.iteration(), iterations);
+    let mut steps = effort
+        .display
+        .search("through the real lens", run.iteration(), iterations);
     while !run.is_done() {
         let found = run.step()?;
         if found.step == Step::Trial {
@@ -158,12 +164,12 @@ fn check(saved: &Saved, brief: &Brief) -> Result<(), String> {
 }
 
 /// The picture on the sensor, and where its outline is.
-fn wanted(brief: &Brief) -> Result<&[Array2<f64>; 2], Failure> {
+fn wanted(brief: &Brief) -> Result<&[Array2<f64>; 2], StudyError> {
     let picture = brief
         .glances
         .first()
         .and_then(|first| first.picture.as_ref());
-    picture.ok_or_else(|| Failure::new("the scene has no picture to be shown"))
+    picture.ok_or_else(|| StudyError::from("the scene has no picture to be shown"))
 }
 
 /// What a phase shows through the real lens, and by Collins' integral.
@@ -172,7 +178,7 @@ fn seen(
     (name, file): (&'static str, &'static str),
     phase: Array2<f64>,
     (iterations, seconds): (usize, f64),
-) -> Result<Row, Failure> {
+) -> Result<Row, StudyError> {
     let memory_mb = Machine::here().peak_memory_mb;
     let point: Vec<f64> = phase.iter().copied().collect();
     let made = brief.project.make(&point, 1.0);
@@ -204,7 +210,7 @@ fn seen(
 }
 
 /// The rows as text, document, picture and arrays.
-fn study(rows: &[Row], brief: &Brief) -> Result<Study, Failure> {
+fn study(rows: &[Row], brief: &Brief) -> Result<Study, StudyError> {
     let lines: Vec<Vec<String>> = rows
         .iter()
         .map(|row| {
@@ -274,7 +280,7 @@ struct Room {
 const FILES: [(&str, &[u8]); 2] = [("fig5.toml", SCENE.as_bytes()), ("smiley.png", DRAWING)];
 
 impl Room {
-    fn new() -> Result<Self, Failure> {
+    fn new() -> Result<Self, StudyError> {
         let folder = std::env::temp_dir().join(format!("raylet-fig5-{}", std::process::id()));
         std::fs::create_dir(&folder)?;
         let room = Self { folder };

@@ -5,14 +5,14 @@
     reason = "trials, elements and pixels are made here, as many as are asked for"
 )]
 
+use crate::convergence::Convergence;
 use raylet::design::patterns::{metalens, star_hologram};
 use raylet::optics::system::System;
-use raylet_paper::convergence::Convergence;
 use serde_json::json;
 
-use crate::failure::Failure;
 use crate::study::Study;
-use crate::table::table;
+use crate::study_error::StudyError;
+use raylet_plot::text_table::table;
 
 /// Wavelength in mm.
 const WAVELENGTH: f64 = 1e-3;
@@ -27,7 +27,10 @@ struct Task {
 }
 
 /// Measures both elements.
-pub(crate) fn fig3(quick: bool) -> Result<Study, Failure> {
+///
+/// # Errors
+/// What the library refuses.
+pub fn fig3(quick: bool) -> Result<Study, StudyError> {
     let mut study = Study::default();
     let mut entries = Vec::new();
     for task in tasks(quick) {

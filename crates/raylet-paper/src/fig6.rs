@@ -1,21 +1,24 @@
 //! Figure 6 of the source paper, forward: a conformal diffractive mirror with conjugate phases.
 
+use crate::conformal::{Comparison, Draws, Outcome, Way};
 use raylet::design::conformal::{Conformal, Show, Substrate};
 use raylet::engine::settings::Sag;
 use raylet::file::machine::Machine;
-use raylet_paper::conformal::{Comparison, Draws, Outcome, Way};
 use serde_json::json;
 
-use crate::failure::Failure;
 use crate::study::Study;
-use crate::table::table;
+use crate::study_error::StudyError;
+use raylet_plot::text_table::table;
 
 /// Samples along each axis of the picture of the whole sensor.
 const OVERVIEW: usize = 250;
 const QUICK_OVERVIEW: usize = 100;
 
 /// Measures both substrates with both things to show.
-pub(crate) fn fig6(quick: bool) -> Result<Study, Failure> {
+///
+/// # Errors
+/// What the library refuses.
+pub fn fig6(quick: bool) -> Result<Study, StudyError> {
     let mut study = Study::default();
     let mut entries = Vec::new();
     for substrate in [Substrate::Bumps, Substrate::Bump] {

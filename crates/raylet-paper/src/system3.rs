@@ -7,6 +7,7 @@
 
 use std::time::Instant;
 
+use crate::trial::{Cost, Match, Shown, Trial, figure, light};
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::design::hologram::{Task, design};
@@ -21,11 +22,10 @@ use raylet::optics::doe::PixelForm;
 use raylet::optics::paraxial::Abcd;
 use raylet::optics::system::System;
 use raylet::wave::metrics::ncc;
-use raylet_paper::trial::{Cost, Match, Shown, Trial, figure, light};
 use raylet_plot::chart::Series;
 
-use crate::failure::Failure;
 use crate::study::{Effort, Study};
+use crate::study_error::StudyError;
 use crate::systems::{Board, Rod, by_paper, in_parts, once};
 
 /// Pixels along each side of hologram and sensor.
@@ -69,7 +69,11 @@ struct Design {
     curves: [Series; 2],
 }
 
-pub(crate) fn system3(effort: Effort) -> Result<Study, Failure> {
+/// Designs the hologram for two trains, carries its light in every way, and compares them.
+///
+/// # Errors
+/// What the library refuses, and files that cannot be kept.
+pub fn system3(effort: Effort) -> Result<Study, StudyError> {
     let sizes = Sizes::new(effort.quick);
     let wanted = smiley(COUNT);
     let mut board = Board::default();
@@ -103,10 +107,10 @@ pub(crate) fn system3(effort: Effort) -> Result<Study, Failure> {
 }
 
 /// The phase that shows the picture on the paraxial train, or on that of a thin lens.
-fn found(sizes: &Sizes, thin: bool) -> Result<Array2<f64>, Failure> {
+fn found(sizes: &Sizes, thin: bool) -> Result<Array2<f64>, StudyError> {
     let blank = lens_hologram(&Array2::zeros((COUNT, COUNT)), PixelForm::Box);
     let Some(hop) = blank.hops().next() else {
-        return Err(Failure::new("a system without a hop"));
+        return Err(StudyError::from("a system without a hop"));
     };
     let train = if thin {
         Abcd::between_as_thin_lens(&hop)?
@@ -137,14 +141,17 @@ fn carried(
     phase: &Array2<f64>,
     (sizes, positions, effort): (&Sizes, usize, Effort),
     wanted: &Array2<f64>,
-) -> Result<Design, Failure> {
+) -> Result<Design, StudyError> {
     let (points, boxes) = (
         lens_hologram(phase, PixelForm::Point),
         lens_hologram(phase, PixelForm::Box),
     );
     let named = |what: &str| format!("{name}: {what}");
-    let ours = once(&named("default, beamlets"), &points, &Settings::default())?;
-    let real = once(&named("default, box pixels"), &boxes, &Settings::default())?;
+    let by = |what: &str, system: &System, settings: &Settings| {
+        once(&named(what), system, settings, effort.display)
+    };
+    let ours = by("default, beamlets", &points, &Settings::default())?;
+    let real = by("default, box pixels", &boxes, &Settings::default())?;
     let paraxial = collins(&named("Collins"), &points)?;
     let patches = Paper {
         rays: positions,
@@ -158,11 +165,7 @@ fn carried(
         sampler: Sampler::All,
         ..patches.clone()
     };
-    let all = once(
-        &named("paper's method, all modes"),
-        &points,
-        &by_paper(thorough),
-    )?;
+    let all = by("paper's method, all modes", &points, &by_paper(thorough))?;
 
     // The paper's method, and how it converges.
     let (mut likeness, mut errors) = (Vec::new(), Vec::new());
@@ -188,7 +191,7 @@ fn carried(
 }
 
 /// Collins' integral: the paraxial train without aberrations.
-fn collins(name: &str, system: &System) -> Result<Trial, Failure> {
+fn collins(name: &str, system: &System) -> Result<Trial, StudyError> {
     let clock = Instant::now();
     let choice = Choice {
         approach: Approach::Collins,
@@ -205,7 +208,7 @@ fn collins(name: &str, system: &System) -> Result<Trial, Failure> {
 
 /// For each design the picture wanted, ours, all modes of the paper's method and its draws; below them how it
 /// converges.
-fn picture(wanted: &Array2<f64>, designs: Vec<Design>) -> Result<Vec<u8>, Failure> {
+fn picture(wanted: &Array2<f64>, designs: Vec<Design>) -> Result<Vec<u8>, StudyError> {
     let half = 0.5 * COUNT as f64 * PITCH;
     let shown = |title: &str, values: Array2<f64>| Shown {
         title: title.to_owned(),

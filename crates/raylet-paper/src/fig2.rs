@@ -1,22 +1,25 @@
 //! Figure 2 of the source paper: how many patches cover a hologram, what periods cost, and what flat
 //! patches cost on a curved mirror.
 
+use crate::covering::{Covering, RULES, Trial};
+use crate::flat_patch::{Bent, FlatPatches};
 use raylet::design::patterns::star_hologram;
 use raylet::file::machine::Machine;
-use raylet_paper::covering::{Covering, RULES, Trial};
-use raylet_paper::flat_patch::{Bent, FlatPatches};
 use serde_json::json;
 
-use crate::failure::Failure;
 use crate::study::Study;
-use crate::table::table;
+use crate::study_error::StudyError;
+use raylet_plot::text_table::table;
 
 /// Wavelength in mm, and numerical aperture.
 const WAVELENGTH: f64 = 1e-3;
 const APERTURE: f64 = 0.7;
 
 /// Measures the three parts.
-pub(crate) fn fig2(quick: bool) -> Result<Study, Failure> {
+///
+/// # Errors
+/// What the library refuses.
+pub fn fig2(quick: bool) -> Result<Study, StudyError> {
     let width = if quick { 64 } else { 400 };
     let system = star_hologram(width, APERTURE, WAVELENGTH);
     let covering = Covering::measure(&system, &trial(width, quick))?;

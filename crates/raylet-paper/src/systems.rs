@@ -2,6 +2,7 @@
 
 use std::path::Path;
 
+use crate::trial::{Match, Trial, light};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use raylet::engine::repeat::Repeats;
@@ -11,13 +12,12 @@ use raylet::file::partial::PartialFile;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 use raylet::wave::metrics::ncc;
-use raylet_paper::trial::{Match, Trial, light};
 use serde_json::{Value, json};
 
-use crate::failure::Failure;
-use crate::progress::Meter;
+use crate::progress_display::ProgressDisplay;
 use crate::study::{Effort, Study};
-use crate::table::table;
+use crate::study_error::StudyError;
+use raylet_plot::text_table::table;
 
 /// Extension of the files of unfinished runs.
 const KEPT: &str = "npz";
@@ -55,11 +55,16 @@ pub(crate) fn by_paper(paper: Paper) -> Settings {
 }
 
 /// A run of the default method, or of any other that is no sum of parts.
-pub(crate) fn once(name: &str, system: &System, settings: &Settings) -> Result<Trial, Failure> {
-    let meter = Meter::new();
+pub(crate) fn once(
+    name: &str,
+    system: &System,
+    settings: &Settings,
+    display: &dyn ProgressDisplay,
+) -> Result<Trial, StudyError> {
+    let meter = display.run();
     let label = format!("{name}, ");
     Ok(Trial::once(name, system, settings, &|progress| {
-        meter.note(&label, progress);
+        meter(&label, progress);
     })?)
 }
 
@@ -71,8 +76,8 @@ pub(crate) fn in_parts(
     paper: &Paper,
     (parts, effort): (usize, Effort),
     seen: &mut dyn FnMut(&Trial),
-) -> Result<Trial, Failure> {
-    let (meter, label) = (Meter::new(), format!("{name}, "));
+) -> Result<Trial, StudyError> {
+    let (meter, label) = (effort.display.run(), format!("{name}, "));
     let settings = by_paper(Paper {
         rays: paper.rays.div_ceil(parts),
         ..paper.clone()
@@ -93,7 +98,7 @@ pub(crate) fn in_parts(
         let whole = |progress: Progress| {
             let done = (part as f64 + progress.done) / parts as f64;
             let rays = progress.rays * parts as f64;
-            meter.note(
+            meter(
                 &label,
                 Progress {
                     done,
@@ -112,7 +117,10 @@ pub(crate) fn in_parts(
 }
 
 /// Removes what [`in_parts`] kept in a folder, and the folder if nothing else is in it.
-pub(crate) fn clear(folder: &Path) -> Result<(), Failure> {
+///
+/// # Errors
+/// A file that cannot be removed.
+pub fn clear(folder: &Path) -> Result<(), StudyError> {
     let Ok(entries) = std::fs::read_dir(folder) else {
         return Ok(());
     };

@@ -12,7 +12,7 @@ use raylet::file::project::Brief;
 use raylet_plot::colour::ColourMap;
 use raylet_plot::figure::{Figure, Panel};
 
-use crate::failure::Failure;
+use crate::study_error::StudyError;
 
 /// One of the designs.
 pub(crate) struct Shown<'a> {
@@ -30,7 +30,7 @@ pub(crate) fn fig5_picture(
     designs: &[Shown],
     wanted: &Array2<f64>,
     brief: &Brief,
-) -> Result<Vec<u8>, Failure> {
+) -> Result<Vec<u8>, StudyError> {
     let ends = |half: f64| [-half, half];
     let (x, y) = (ends(brief.sensor_half[0]), ends(brief.sensor_half[1]));
     let wanted = Panel::image(wanted.view(), x, y)

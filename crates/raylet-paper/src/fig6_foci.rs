@@ -1,16 +1,16 @@
 //! Figure 6 of the source paper, designed: a conformal mirror with two foci, sought by gradients from phases that do
 //! not know its height.
 
+use crate::conformal_seen::Seen;
 use raylet::design::conformal::{Conformal, Opening, Show, Substrate};
 use raylet::file::machine::Machine;
 use raylet::file::phase_file::npy;
-use raylet_paper::conformal_seen::Seen;
 use serde_json::{Value, json};
 
-use crate::failure::Failure;
 use crate::mirror::{Sought, forget, seek};
 use crate::study::{Effort, Study};
-use crate::table::table;
+use crate::study_error::StudyError;
+use raylet_plot::text_table::table;
 
 /// The searches, by the pixels that are lit, and a mirror that is not sought.
 const NAMES: [&str; 2] = ["square", "disc"];
@@ -32,7 +32,11 @@ struct Row {
     search: Option<(usize, usize, f64)>,
 }
 
-pub(crate) fn fig6_foci(effort: Effort) -> Result<Study, Failure> {
+/// Designs mirrors with square and round openings, and weights the round one.
+///
+/// # Errors
+/// What the library refuses, and files that cannot be kept.
+pub fn fig6_foci(effort: Effort) -> Result<Study, StudyError> {
     let mirror = Conformal {
         substrate: Substrate::Bump,
         show: Show::Foci,
@@ -43,7 +47,7 @@ pub(crate) fn fig6_foci(effort: Effort) -> Result<Study, Failure> {
     for (name, opening) in NAMES.into_iter().zip([Opening::Square, Opening::Disc]) {
         let sought = seek(name, (mirror, opening), iterations, effort)?;
         let values = sought.values();
-        let seen = sought.seen(name, &values)?;
+        let seen = sought.seen(name, &values, effort.display)?;
         let title = format!("Two foci, designed; pixels lit: {name}{}", size(&mirror));
         let picture = sought.png(&title, &values, &seen)?;
         study.pictures.push((format!("{name}.png"), picture));
@@ -59,7 +63,7 @@ pub(crate) fn fig6_foci(effort: Effort) -> Result<Study, Failure> {
             search,
         });
         if opening == Opening::Disc {
-            rows.push(weighted(&sought, &mut study)?);
+            rows.push(weighted(&sought, &mut study, effort)?);
         }
     }
     study.text = text(&rows, &mirror);
@@ -70,13 +74,13 @@ pub(crate) fn fig6_foci(effort: Effort) -> Result<Study, Failure> {
 }
 
 /// The disc's pixels times their distance from the middle over the rim's: what a weight on the rim brings and takes.
-fn weighted(disc: &Sought, study: &mut Study) -> Result<Row, Failure> {
+fn weighted(disc: &Sought, study: &mut Study, effort: Effort) -> Result<Row, StudyError> {
     let (mut values, mirror) = (disc.values(), disc.mirror);
     for ((j, i), value) in values.indexed_iter_mut() {
         let [x, y] = [i, j].map(|n| mirror.place(n));
         *value *= (2.0 * x.hypot(y) / mirror.width()).min(1.0);
     }
-    let seen = disc.seen(WEIGHTED, &values)?;
+    let seen = disc.seen(WEIGHTED, &values, effort.display)?;
     let title = format!("The designed disc times r/R{}", size(&mirror));
     let picture = disc.png(&title, &values, &seen)?;
     study.pictures.push((format!("{WEIGHTED}.png"), picture));

@@ -1,0 +1,21 @@
+//! How far a study of the paper has come, shown as the other verbs show it.
+
+use raylet::engine::simulate::Progress;
+use raylet_paper::progress_display::{ProgressDisplay, SearchDisplay};
+
+use crate::progress::Meter;
+use crate::steps::Steps;
+
+/// Shows runs and searches on standard error.
+pub(crate) struct StudyDisplay;
+
+impl ProgressDisplay for StudyDisplay {
+    fn run(&self) -> Box<dyn Fn(&str, Progress) + Sync + '_> {
+        let meter = Meter::new();
+        Box::new(move |run, progress| meter.note(run, progress))
+    }
+
+    fn search(&self, name: &str, before: usize, total: usize) -> Box<dyn SearchDisplay + '_> {
+        Box::new(Steps::new(name, before, total))
+    }
+}

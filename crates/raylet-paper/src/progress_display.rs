@@ -1,0 +1,21 @@
+//! Who shows how far a study has come.
+
+use raylet::engine::simulate::Progress;
+
+/// Shows the progress of a study.
+pub trait ProgressDisplay {
+    /// Begins to show runs of light. The function takes the name of a run and its progress.
+    fn run(&self) -> Box<dyn Fn(&str, Progress) + Sync + '_>;
+
+    /// Begins to show a search of so many iterations in `total`, of which `before` are done.
+    fn search(&self, name: &str, before: usize, total: usize) -> Box<dyn SearchDisplay + '_>;
+}
+
+/// Shows the iterations of one search.
+pub trait SearchDisplay {
+    /// Notes that so many iterations are done, and how the search stands.
+    fn note(&mut self, done: usize, line: &str);
+
+    /// The search has ended.
+    fn end(&self);
+}

@@ -1,0 +1,72 @@
+//! What every study of the paper shares: how much of it is done, and what it found.
+
+#![expect(
+    clippy::indexing_slicing,
+    reason = "a document of a study is a table, in which a key that is not there is made"
+)]
+
+use std::path::Path;
+
+use raylet::file::folder::Target;
+use raylet::optics::system::System;
+
+use crate::posed::posed;
+use crate::progress_display::ProgressDisplay;
+use crate::study_error::StudyError;
+
+/// The file by which the folder of a study is known.
+pub const STUDY_FILE: &str = "paper.json";
+
+/// How much of a study is done, and who shows it.
+#[derive(Clone, Copy)]
+pub struct Effort<'a> {
+    /// Everything small.
+    pub quick: bool,
+    /// Where the parts of long runs are kept.
+    pub keep: Option<&'a Path>,
+    /// Most parts of a run.
+    pub most: usize,
+    /// Shows how far it is.
+    pub display: &'a dyn ProgressDisplay,
+}
+
+/// What a study found.
+#[derive(Default)]
+pub struct Study {
+    /// For standard output.
+    pub text: String,
+    /// The same as a document: a table.
+    pub document: serde_json::Value,
+    /// Names and contents of its pictures, and of the scenes that pose its systems.
+    pub pictures: Vec<(String, Vec<u8>)>,
+}
+
+impl Study {
+    /// Adds a system as a scene with its arrays, for `raylet simulate`.
+    pub(crate) fn pose(
+        &mut self,
+        system: &System,
+        stem: &str,
+        title: &str,
+    ) -> Result<(), StudyError> {
+        let files = posed(system, stem, title)?;
+        self.pictures.extend(files.into_iter().flatten());
+        Ok(())
+    }
+
+    /// Writes the document, the pictures and the scenes as a folder.
+    ///
+    /// # Errors
+    /// A folder that cannot be written.
+    pub fn publish(&self, target: &Target) -> Result<(), StudyError> {
+        let mut draft = target.draft()?;
+        for (name, picture) in &self.pictures {
+            draft.write(name, picture)?;
+        }
+        let names: Vec<&String> = self.pictures.iter().map(|(name, _)| name).collect();
+        let mut document = self.document.clone();
+        document["files"] = serde_json::json!(names);
+        draft.publish(&serde_json::to_string_pretty(&document)?)?;
+        Ok(())
+    }
+}
