@@ -1,7 +1,6 @@
 //! How far a study of the paper has come, shown as the other verbs show it.
 
-use raylet::engine::simulate::Progress;
-use raylet_paper::progress_display::{ProgressDisplay, SearchDisplay};
+use raylet_paper::progress_display::{ProgressDisplay, RunDisplay, SearchDisplay};
 
 use crate::progress::Meter;
 use crate::steps::Steps;
@@ -10,7 +9,7 @@ use crate::steps::Steps;
 pub(crate) struct StudyDisplay;
 
 impl ProgressDisplay for StudyDisplay {
-    fn run(&self) -> Box<dyn Fn(&str, Progress) + Sync + '_> {
+    fn run(&self) -> RunDisplay<'_> {
         let meter = Meter::new();
         Box::new(move |run, progress| meter.note(run, progress))
     }

@@ -2,10 +2,13 @@
 
 use raylet::engine::simulate::Progress;
 
+/// Shows the progress of runs, each by its name.
+pub type RunDisplay<'a> = Box<dyn Fn(&str, Progress) + Sync + 'a>;
+
 /// Shows the progress of a study.
 pub trait ProgressDisplay {
-    /// Begins to show runs of light. The function takes the name of a run and its progress.
-    fn run(&self) -> Box<dyn Fn(&str, Progress) + Sync + '_>;
+    /// Begins to show runs of light.
+    fn run(&self) -> RunDisplay<'_>;
 
     /// Begins to show a search of so many iterations in `total`, of which `before` are done.
     fn search(&self, name: &str, before: usize, total: usize) -> Box<dyn SearchDisplay + '_>;
