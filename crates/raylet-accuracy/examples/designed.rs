@@ -6,8 +6,8 @@
 
 use std::path::Path;
 
-use raylet::file::build;
-use raylet::file::scene::Scene;
+use raylet::file::model::build;
+use raylet::file::scene::scene_file::Scene;
 use raylet_accuracy::designed::{overlap, spots};
 
 fn main() -> Result<(), Box<dyn std::error::Error + Send + Sync>> {

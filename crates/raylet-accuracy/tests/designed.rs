@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use raylet::design::run::Run;
-use raylet::file::project::brief;
-use raylet::file::scene::Scene;
+use raylet::file::model::project::brief;
+use raylet::file::scene::scene_file::Scene;
 use raylet::optics::system::System;
 use raylet_accuracy::designed::{overlap, spots};
 

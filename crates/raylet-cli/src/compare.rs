@@ -3,11 +3,11 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use raylet::file::comparison::{Comparison, Likeness, Side};
-use raylet::file::document;
-use raylet::file::folder::{COMPARISON_FILE, COMPARISON_PICTURE, Target};
-use raylet::file::memory::MemoryLimit;
-use raylet::file::report::Metrics;
+use raylet::file::arrays::memory::MemoryLimit;
+use raylet::file::result::comparison::{Comparison, Likeness, Side};
+use raylet::file::result::document;
+use raylet::file::result::report::Metrics;
+use raylet::file::storage::folder::{COMPARISON_FILE, COMPARISON_PICTURE, Target};
 use raylet_plot::contrast::contrast_png;
 
 use crate::failure::Failure;

@@ -4,9 +4,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use raylet::design::project::{Plans, Project};
-use raylet::file::fault::Fault;
-use raylet::file::project::brief;
-use raylet::file::scene::Scene;
+use raylet::file::decode::fault::Fault;
+use raylet::file::model::project::brief;
+use raylet::file::scene::scene_file::Scene;
 use raylet::math::random::uniform;
 
 use crate::failure::Failure;

@@ -7,10 +7,10 @@ use std::time::Instant;
 use clap::Args;
 use indicatif::ProgressBar;
 use raylet::design::hologram::{Score, design};
-use raylet::file::fault::Fault;
-use raylet::file::hologram::{Commission, commission};
-use raylet::file::phase_file::PhaseFile;
-use raylet::file::scene::Scene;
+use raylet::file::arrays::phase_file::PhaseFile;
+use raylet::file::decode::fault::Fault;
+use raylet::file::model::hologram::{Commission, commission};
+use raylet::file::scene::scene_file::Scene;
 
 use crate::failure::Failure;
 use crate::outputs::Outputs;

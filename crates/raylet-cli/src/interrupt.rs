@@ -2,7 +2,7 @@
 
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
-use raylet::file::unfinished::abandon;
+use raylet::file::storage::unfinished::abandon;
 
 use crate::failure::Failure;
 

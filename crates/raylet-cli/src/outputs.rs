@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use clap::Args;
-use raylet::file::own_file::Replace;
-use raylet::file::phase_file::Allowed;
+use raylet::file::arrays::phase_file::Allowed;
+use raylet::file::storage::own_file::Replace;
 
 /// Where arrays may go, and what they may replace.
 #[derive(Args)]

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
-use raylet::file::folder::Target;
+use raylet::file::storage::folder::Target;
 
 use raylet_paper::fig2::fig2;
 use raylet_paper::fig3::fig3;

@@ -9,11 +9,11 @@ use raylet::engine::reference::{Choice, PADDING, reference};
 use raylet::engine::route::Approach;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::Progress;
-use raylet::file::blame::blame_reference;
-use raylet::file::build;
-use raylet::file::folder::Target;
-use raylet::file::report::{Channel, Report, micrometres};
-use raylet::file::scene::Scene;
+use raylet::file::model::build;
+use raylet::file::model::error_location::blame_reference;
+use raylet::file::result::report::{Channel, Report, micrometres};
+use raylet::file::scene::scene_file::Scene;
+use raylet::file::storage::folder::Target;
 use raylet::optics::system::System;
 use raylet::wave::field::Field;
 

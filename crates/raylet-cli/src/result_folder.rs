@@ -11,12 +11,12 @@ use std::path::Path;
 use ndarray::{Array1, Array2, Array3, Axis, stack};
 use ndarray_npy::WriteNpyExt;
 
-use raylet::file::fault::Fault;
-use raylet::file::folder::Target;
-use raylet::file::npz::Fields;
-use raylet::file::report::{Report, micrometres};
-use raylet::file::results::{FIELD_FILE, ResultFolder};
-use raylet::file::scene::Scene;
+use raylet::file::arrays::npz::Fields;
+use raylet::file::decode::fault::Fault;
+use raylet::file::result::report::{Report, micrometres};
+use raylet::file::result::result_folder::{FIELD_FILE, ResultFolder};
+use raylet::file::scene::scene_file::Scene;
+use raylet::file::storage::folder::Target;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 use raylet::wave::field::Field;

@@ -1,7 +1,7 @@
 //! `raylet schema`: the JSON Schema of scene files.
 
 use clap::Args;
-use raylet::file::scene::schema;
+use raylet::file::scene::scene_file::schema;
 
 use crate::failure::Failure;
 use crate::say::say;

@@ -8,11 +8,11 @@ use crate::result_folder::{StandardError, gather, publish};
 use clap::Args;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::simulate;
-use raylet::file::blame::blame;
-use raylet::file::build;
-use raylet::file::folder::Target;
-use raylet::file::report::{Channel, HopEntry, Report, micrometres};
-use raylet::file::scene::Scene;
+use raylet::file::model::build;
+use raylet::file::model::error_location::blame;
+use raylet::file::result::report::{Channel, HopEntry, Report, micrometres};
+use raylet::file::scene::scene_file::Scene;
+use raylet::file::storage::folder::Target;
 use raylet::optics::system::System;
 use raylet::wave::field::Field;
 

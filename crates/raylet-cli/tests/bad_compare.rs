@@ -9,7 +9,7 @@ use std::io::Cursor;
 use ndarray::{Array, Array1, Array3, Axis, Dimension};
 use ndarray_npy::{NpzWriter, WritableElement};
 use num_complex::{Complex32, Complex64};
-use raylet::file::npz::Fields;
+use raylet::file::arrays::npz::Fields;
 
 use crate::refusal::{none_of, wrong};
 use crate::stage::{SCENE, Stage};

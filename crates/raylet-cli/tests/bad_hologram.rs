@@ -6,7 +6,7 @@ mod stage;
 use std::fs;
 
 use ndarray::Array2;
-use raylet::file::image::write_gray16;
+use raylet::file::arrays::image::write_gray16;
 
 use crate::refusal::{none_of, wrong};
 use crate::stage::{SCENE, Stage, complaint};

@@ -4,7 +4,7 @@ mod refusal;
 mod stage;
 
 use ndarray::Array2;
-use raylet::file::image::write_gray16;
+use raylet::file::arrays::image::write_gray16;
 
 use crate::refusal::{none_of, wrong};
 use crate::stage::{SCENE, Stage};

@@ -38,7 +38,7 @@ fn designed(more: &str) -> Stage {
     let stage = Stage::new(&format!("{few}{ASKED}{more}"));
     let picture = Array2::from_shape_fn((8, 8), |(y, x)| f64::from(u8::from(x < 3 || y == 5)));
     let file = stage.join("picture.png");
-    raylet::file::image::write_gray16(file, picture.view(), [0.0, 1.0]).unwrap();
+    raylet::file::arrays::image::write_gray16(file, picture.view(), [0.0, 1.0]).unwrap();
     let run = stage.raylet(&["design", "scene.toml", "--out", "run"]);
     assert!(run.status.success(), "{}", complaint(&run));
     stage

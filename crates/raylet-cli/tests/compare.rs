@@ -6,7 +6,7 @@ use std::process::{Command, Output};
 
 use ndarray::{Array1, Array3};
 use num_complex::Complex64;
-use raylet::file::npz::Fields;
+use raylet::file::arrays::npz::Fields;
 
 /// Writes a Gaussian spot of 1/e² radius 0.1 mm on 41 × 41 samples, times a factor.
 fn write(path: &Path, factor: Complex64, half: f64) {

@@ -26,8 +26,12 @@ fn stage(design: &str) -> Stage {
             dot(13, 5) || dot(13, 14) || (j == 5 && i.abs_diff(10) < 7),
         ))
     });
-    raylet::file::image::write_gray16(stage.join("picture.png"), picture.view(), [0.0, 1.0])
-        .unwrap();
+    raylet::file::arrays::image::write_gray16(
+        stage.join("picture.png"),
+        picture.view(),
+        [0.0, 1.0],
+    )
+    .unwrap();
     stage
 }
 

@@ -7,7 +7,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use raylet::file::results::ResultFolder;
+use raylet::file::result::result_folder::ResultFolder;
 
 use crate::stage::{SCENE, Stage, complaint, names};
 

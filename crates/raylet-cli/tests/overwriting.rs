@@ -8,7 +8,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use ndarray::Array2;
-use raylet::file::results::ResultFolder;
+use raylet::file::result::result_folder::ResultFolder;
 
 use crate::stage::{SCENE, Stage, complaint, names};
 
@@ -20,7 +20,7 @@ fn sought(phase: &str) -> Stage {
     let stage = Stage::new(&(SCENE.replace("phase = \"phase.npy\"", &named) + asked));
     let picture = Array2::from_shape_fn((9, 9), |(y, x)| f64::from(u8::from(x < 3 || y == 5)));
     let file = stage.join("picture.png");
-    raylet::file::image::write_gray16(file, picture.view(), [0.0, 1.0]).unwrap();
+    raylet::file::arrays::image::write_gray16(file, picture.view(), [0.0, 1.0]).unwrap();
     stage
 }
 

@@ -7,7 +7,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
-use raylet::file::results::ResultFolder;
+use raylet::file::result::result_folder::ResultFolder;
 
 use crate::stage::{SCENE, Stage, complaint, names};
 

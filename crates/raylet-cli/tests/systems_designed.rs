@@ -6,7 +6,7 @@ use std::fs;
 
 use ndarray::{Array2, Array3, Axis};
 use num_complex::Complex64;
-use raylet::file::image::write_gray16;
+use raylet::file::arrays::image::write_gray16;
 
 use crate::stage::{SCENE, Stage, complaint};
 

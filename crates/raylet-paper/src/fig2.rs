@@ -4,7 +4,7 @@
 use crate::covering::{Covering, RULES, Trial};
 use crate::flat_patch::{Bent, FlatPatches};
 use raylet::design::patterns::star_hologram;
-use raylet::file::machine::Machine;
+use raylet::file::result::machine::Machine;
 use serde_json::json;
 
 use crate::study::Study;

@@ -8,7 +8,7 @@
 use std::f64::consts::PI;
 
 use ndarray::Array2;
-use raylet::file::project::Brief;
+use raylet::file::model::project::Brief;
 use raylet_plot::colour::ColourMap;
 use raylet_plot::figure::{Figure, Panel};
 

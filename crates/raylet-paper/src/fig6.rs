@@ -3,7 +3,7 @@
 use crate::conformal::{Comparison, Draws, Outcome, Way};
 use raylet::design::conformal::{Conformal, Show, Substrate};
 use raylet::engine::settings::Sag;
-use raylet::file::machine::Machine;
+use raylet::file::result::machine::Machine;
 use serde_json::json;
 
 use crate::study::Study;

@@ -3,8 +3,8 @@
 
 use crate::conformal_seen::Seen;
 use raylet::design::conformal::{Conformal, Opening, Show, Substrate};
-use raylet::file::machine::Machine;
-use raylet::file::phase_file::npy;
+use raylet::file::arrays::phase_file::npy;
+use raylet::file::result::machine::Machine;
 use serde_json::{Value, json};
 
 use crate::mirror::{Sought, forget, seek};

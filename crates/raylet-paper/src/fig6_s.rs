@@ -1,8 +1,8 @@
 //! Figure 6 of the source paper, designed: a conformal mirror of phases that shows a letter S.
 
 use raylet::design::conformal::{Conformal, Opening, Show, Substrate};
-use raylet::file::machine::Machine;
-use raylet::file::phase_file::npy;
+use raylet::file::arrays::phase_file::npy;
+use raylet::file::result::machine::Machine;
 use raylet::wave::metrics::ncc;
 use serde_json::json;
 

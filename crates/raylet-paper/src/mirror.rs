@@ -20,8 +20,8 @@ use raylet::design::optimizer::{Method, Optimizer};
 use raylet::design::space::Space;
 use raylet::design::step::Step;
 use raylet::engine::simulate::Progress;
-use raylet::file::checkpoint::Checkpoints;
-use raylet::file::own_file::Replace;
+use raylet::file::storage::checkpoint::Checkpoints;
+use raylet::file::storage::own_file::Replace;
 use raylet::wave::metrics::ncc;
 use serde::{Deserialize, Serialize};
 

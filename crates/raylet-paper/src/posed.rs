@@ -160,8 +160,8 @@ mod tests {
     use raylet::design::patterns::star_hologram;
     use raylet::engine::settings::Settings;
     use raylet::engine::simulate::simulate;
-    use raylet::file::build;
-    use raylet::file::scene::Scene;
+    use raylet::file::model::build;
+    use raylet::file::scene::scene_file::Scene;
     use raylet::optics::system::System;
     use raylet::wave::metrics::field_error;
 

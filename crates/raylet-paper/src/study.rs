@@ -7,7 +7,7 @@
 
 use std::path::Path;
 
-use raylet::file::folder::Target;
+use raylet::file::storage::folder::Target;
 use raylet::optics::system::System;
 
 use crate::posed::posed;

@@ -17,7 +17,7 @@ use raylet::design::target::Target;
 use raylet::engine::reference::{Choice, reference};
 use raylet::engine::route::Approach;
 use raylet::engine::settings::{Paper, Sampler, Settings};
-use raylet::file::phase_file::npy;
+use raylet::file::arrays::phase_file::npy;
 use raylet::optics::doe::PixelForm;
 use raylet::optics::paraxial::Abcd;
 use raylet::optics::system::System;

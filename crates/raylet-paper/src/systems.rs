@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use raylet::engine::repeat::Repeats;
 use raylet::engine::settings::{Method, Paper, Settings};
 use raylet::engine::simulate::Progress;
-use raylet::file::partial::PartialFile;
+use raylet::file::storage::partial::PartialFile;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 use raylet::wave::metrics::ncc;

@@ -9,7 +9,7 @@ use serde::Serialize;
 use raylet::engine::repeat::Repeats;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::{Progress, SimulateError, simulate};
-use raylet::file::machine::Machine;
+use raylet::file::result::machine::Machine;
 use raylet::math::part::part;
 use raylet::optics::system::System;
 use raylet::wave::metrics::{field_error, ncc, peak, shape_error, unit_sum_mse};

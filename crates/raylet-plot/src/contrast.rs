@@ -11,8 +11,8 @@ use crate::colour::ColourMap;
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;
 use crate::pictures::{MOST_CHANNELS, edges};
-use raylet::file::comparison::Side;
-use raylet::file::npz::Fields;
+use raylet::file::arrays::npz::Fields;
+use raylet::file::result::comparison::Side;
 
 /// Decades of the logarithmic rows.
 const DECADES: i32 = 5;
@@ -126,8 +126,8 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::contrast::{Pair, contrast_png};
-    use raylet::file::comparison::Side;
-    use raylet::file::npz::Fields;
+    use raylet::file::arrays::npz::Fields;
+    use raylet::file::result::comparison::Side;
 
     fn side(channels: usize, value: Complex64) -> Side {
         Side {

@@ -20,7 +20,7 @@ use crate::panel::{
 };
 use crate::picture::ImagePanel;
 use crate::svg::{Anchor, FONT, FONT_FAMILY, Letters, Rect, Svg, wrap};
-use raylet::file::image::encode_rgb;
+use raylet::file::arrays::image::encode_rgb;
 
 /// Letter size of the figure's title in pixels.
 const FIGURE_TITLE_SIZE: f64 = 20.0;

@@ -9,7 +9,7 @@ use crate::panel::{
     left_margin,
 };
 use crate::svg::{Anchor, Pen, Rect, Svg};
-use raylet::file::image::{area_mean, encode_rgb};
+use raylet::file::arrays::image::{area_mean, encode_rgb};
 
 /// Most device pixels of a panel's picture along either side.
 const MOST_PIXELS: f64 = 1600.0;

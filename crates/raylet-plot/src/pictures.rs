@@ -11,7 +11,7 @@ use num_complex::Complex64;
 use crate::colour::ColourMap;
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;
-use raylet::file::npz::Fields;
+use raylet::file::arrays::npz::Fields;
 use raylet::optics::doe::{Doe, Layer, PixelForm};
 
 /// Phases are shown where the intensity is above this share of its maximum.

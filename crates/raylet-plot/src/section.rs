@@ -9,8 +9,8 @@ use crate::figure::{Figure, Panel};
 use crate::layout::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};
 use crate::panel::FigureError;
 use raylet::engine::sketch::{Trail, Turn, cut, sketch};
-use raylet::file::prescription::{Kind, Part, parts};
-use raylet::file::scene::Scene;
+use raylet::file::model::prescription::{Kind, Part, parts};
+use raylet::file::scene::scene_file::Scene;
 use raylet::math::vec3::Vec3;
 use raylet::optics::bend::Interface;
 use raylet::optics::screen::Act;
@@ -329,8 +329,8 @@ fn label(part: &Part, line: &[Place]) -> Option<Label> {
 mod tests {
     use ndarray::Array2;
     use ndarray_npy::write_npy;
-    use raylet::file::build::system;
-    use raylet::file::scene::Scene;
+    use raylet::file::model::build::system;
+    use raylet::file::scene::scene_file::Scene;
     use raylet::optics::polygon::{area, crosses_itself};
 
     use crate::section::{Place, between, layout_png};

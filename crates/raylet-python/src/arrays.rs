@@ -7,7 +7,7 @@ use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{Element, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use raylet::file::array::ArrayLook;
+use raylet::file::arrays::array::ArrayLook;
 
 use crate::typed::ByPath;
 

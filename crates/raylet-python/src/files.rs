@@ -4,8 +4,8 @@ use std::path::PathBuf;
 
 use pyo3::prelude::*;
 use pyo3::pybacked::PyBackedBytes;
-use raylet::file::fault::Fault;
-use raylet::file::own_file::{OwnFile, Replace};
+use raylet::file::decode::fault::Fault;
+use raylet::file::storage::own_file::{OwnFile, Replace};
 
 use crate::refusal::fault;
 

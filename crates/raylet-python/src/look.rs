@@ -10,11 +10,11 @@ use raylet::engine::advice::advice;
 use raylet::engine::forecast::forecast;
 use raylet::engine::plan::Plan;
 use raylet::engine::rims::with_rims;
-use raylet::file::blame::blame;
-use raylet::file::build;
-use raylet::file::catalog;
-use raylet::file::fault::{Fault, shortened};
-use raylet::file::prescription::parts as list;
+use raylet::file::decode::fault::{Fault, shortened};
+use raylet::file::model::build;
+use raylet::file::model::catalog;
+use raylet::file::model::error_location::blame;
+use raylet::file::model::prescription::parts as list;
 use raylet::optics::screen::Act;
 use raylet_plot::layout::CurveKind;
 use raylet_plot::pictures::doe_map;
@@ -79,7 +79,7 @@ pub(crate) fn parts(
     channel: usize,
 ) -> PyResult<String> {
     let system = scene.system(py, &arrays, channel)?;
-    let part = |part: raylet::file::prescription::Part| {
+    let part = |part: raylet::file::model::prescription::Part| {
         let frame = part.frame();
         let axes = [frame.x, frame.y, frame.z].map(|axis| [axis.x, axis.y, axis.z]);
         let origin = frame.origin;
@@ -164,7 +164,7 @@ pub(crate) fn check(
 /// The JSON Schema of scenes, in which every key is explained.
 #[pyfunction]
 pub(crate) fn schema() -> String {
-    raylet::file::scene::schema().to_string()
+    raylet::file::scene::scene_file::schema().to_string()
 }
 
 /// The names of all glasses.

@@ -15,7 +15,7 @@ use raylet::engine::scatter::Scatter;
 use raylet::engine::scattering::{Coverage, Drawing, Scattering};
 use raylet::engine::secondary::Secondary;
 use raylet::engine::settings::Sampler;
-use raylet::file::fault::shortened;
+use raylet::file::decode::fault::shortened;
 use raylet::math::vec3::Vec3;
 use raylet::optics::bundle::Rays;
 use raylet::optics::screen::Screen;

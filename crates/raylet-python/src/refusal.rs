@@ -4,7 +4,7 @@ use std::fmt::Display;
 
 use pyo3::PyErr;
 use pyo3::prelude::*;
-use raylet::file::fault::Fault;
+use raylet::file::decode::fault::Fault;
 
 pyo3::import_exception!(raylet._refusal, RayletError);
 

@@ -5,11 +5,11 @@ use std::sync::Arc;
 
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
-use raylet::file::arrays::Arrays;
-use raylet::file::build;
-use raylet::file::fault::Fault;
-use raylet::file::scene::Scene as File;
-use raylet::file::variable::with_settings;
+use raylet::file::decode::fault::Fault;
+use raylet::file::model::build;
+use raylet::file::model::scene_arrays::Arrays;
+use raylet::file::scene::scene_file::Scene as File;
+use raylet::file::scene::variable::with_settings;
 use raylet::optics::system::System;
 
 use crate::arrays::Lent;

@@ -9,12 +9,12 @@ use numpy::{Ix1, Ix2};
 use pyo3::prelude::*;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::{Outcome, Progress, simulate as carry};
-use raylet::file::blame::blame;
-use raylet::file::build;
-use raylet::file::document;
-use raylet::file::fault::Fault;
-use raylet::file::report::{Channel, Report};
-use raylet::file::scene::Scene as File;
+use raylet::file::decode::fault::Fault;
+use raylet::file::model::build;
+use raylet::file::model::error_location::blame;
+use raylet::file::result::document;
+use raylet::file::result::report::{Channel, Report};
+use raylet::file::scene::scene_file::Scene as File;
 use raylet::optics::system::System;
 
 use crate::refusal::fault;

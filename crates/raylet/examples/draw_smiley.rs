@@ -5,7 +5,7 @@
 //! `cargo run --release -p raylet --example draw_smiley -- scenes/paper/smiley.png 200`
 
 use raylet::design::smiley::{enlarged, smiley};
-use raylet::file::image::{ImageError, write_gray16};
+use raylet::file::arrays::image::{ImageError, write_gray16};
 
 fn main() -> Result<(), ImageError> {
     let path = std::env::args().nth(1);

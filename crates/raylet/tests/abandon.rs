@@ -2,8 +2,8 @@
 
 use std::fs;
 
-use raylet::file::hidden::Hidden;
-use raylet::file::unfinished::abandon;
+use raylet::file::storage::hidden::Hidden;
+use raylet::file::storage::unfinished::abandon;
 
 #[test]
 fn everything_unfinished_goes_and_the_rest_stays() {

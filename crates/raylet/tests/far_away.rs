@@ -5,8 +5,8 @@ use std::path::Path;
 use num_complex::Complex64;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::simulate;
-use raylet::file::build;
-use raylet::file::scene::Scene;
+use raylet::file::model::build;
+use raylet::file::scene::scene_file::Scene;
 
 /// On the axis behind a disc of radius a, by Rayleigh and Sommerfeld's first integral of a plane wave in closed form:
 /// exp(ikz) − z/r exp(ikr), r² = z² + a².

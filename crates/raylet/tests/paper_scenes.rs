@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use num_complex::Complex64;
 use raylet::design::problems::{GRATING_SENSOR, grating, lens_hologram, near_hologram};
 use raylet::engine::settings::{Positions, Sampler};
-use raylet::file::build;
-use raylet::file::scene::Scene;
+use raylet::file::model::build;
+use raylet::file::scene::scene_file::Scene;
 use raylet::optics::doe::PixelForm;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
@@ -73,7 +73,7 @@ fn system3_is_the_hologram_and_the_lens() {
     let scene = Scene::open(&scene("system3")).unwrap();
     let hologram = scene.hologram.clone().unwrap();
     assert_eq!(hologram.size_mm, [1.26; 2]);
-    let task = raylet::file::hologram::commission(&scene, false)
+    let task = raylet::file::model::hologram::commission(&scene, false)
         .unwrap()
         .task;
     let blank = lens_hologram(&ndarray::Array2::zeros((200, 200)), PixelForm::Point);

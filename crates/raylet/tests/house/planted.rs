@@ -17,7 +17,7 @@ const GOOD: [(&str, &str); 7] = [
     (
         "engine/plan.rs",
         "use crate::engine::trace::{self, walk::Walk};\nuse crate::math::real::Real;\nfn go() { trace::go() }\n\
-         #[cfg(test)]\nmod tests {\n    use super::go;\n    use crate::file::scene::Scene;\n}\n",
+         #[cfg(test)]\nmod tests {\n    use super::go;\n    use crate::file::scene::scene_file::Scene;\n}\n",
     ),
     ("engine/trace/mod.rs", "pub mod walk;\npub fn go() {}\n"),
     (
@@ -40,8 +40,11 @@ fn a_look_up_is_found() {
     let bad = [("math/real.rs", "use crate::engine::plan::Plan;\n")];
     let expected = ["math/real.rs looks up into engine::plan::Plan"];
     assert_eq!(planted(looks_up, &bad), expected);
-    let deep = [("engine/trace/walk.rs", "use crate::file::scene::Scene;\n")];
-    let expected = ["engine/trace/walk.rs looks up into file::scene::Scene"];
+    let deep = [(
+        "engine/trace/walk.rs",
+        "use crate::file::scene::scene_file::Scene;\n",
+    )];
+    let expected = ["engine/trace/walk.rs looks up into file::scene::scene_file::Scene"];
     assert_eq!(planted(looks_up, &deep), expected);
     let grouped = "use crate::{\n    math::real::Real,\n    design::{loss, run::Run},\n};\n";
     let expected = [

@@ -1,0 +1,19 @@
+//! Arrays and pictures of users: NumPy files and PNG.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `array` | One 2-D array of a NumPy file (.npy, .npz) |
+//! | `npy_header` | The header of a NumPy array, read before its data |
+//! | `npz` | The field on the sensor as a .npz file, written and read |
+//! | `image` | Plain pictures: reading and writing PNG, and changing their number of pixels |
+//! | `phase_file` | The .npy files that a scene names for what is sought: phases, amplitudes, heights |
+//! | `memory` | The limit on memory, checked before any memory is taken |
+//! | `regular_file` | Opening files to read: regular ones only |
+
+pub mod array;
+pub mod image;
+pub mod memory;
+pub(crate) mod npy_header;
+pub mod npz;
+pub mod phase_file;
+pub(crate) mod regular_file;

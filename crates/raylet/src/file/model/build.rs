@@ -1,0 +1,595 @@
+//! From a scene to the optical system it describes, one wavelength at a time.
+
+use num_complex::Complex64;
+
+use crate::file::decode::fault::Fault;
+use crate::file::model::catalog;
+use crate::file::model::scene_arrays::Arrays;
+use crate::file::scene::element::{
+    self, Coordinates, Element, LensElement, MirrorElement, ParaxialLens, SensorElement,
+};
+use crate::file::scene::layer::{self, PixelForm as FilePixelForm};
+use crate::file::scene::material::Material;
+use crate::file::scene::sag::Sag;
+use crate::file::scene::scene_file::{Illumination, Scene};
+use crate::math::vec3::Vec3;
+use crate::optics::aperture::Aperture;
+use crate::optics::bend::{Coating, Interface};
+use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use crate::optics::frame::Frame;
+use crate::optics::medium::{Medium, MediumError};
+use crate::optics::profile::Profile;
+use crate::optics::screen::{Act, Screen, Sensor};
+use crate::optics::shape::Shape;
+use crate::optics::source::Source;
+use crate::optics::surface::Surface;
+use crate::optics::system::System;
+use crate::optics::unroll::Unroll;
+
+/// Micrometres in a millimetre.
+const UM: f64 = 1e-3;
+
+/// The system that a scene describes at its `channel`-th wavelength.
+///
+/// # Errors
+/// An unknown glass, a wavelength outside a glass's range, arrays that are not loaded, or pixel grids
+/// of one element that do not share their lattice; told at the field.
+pub fn system(scene: &Scene, channel: usize) -> Result<System, Fault> {
+    system_with(scene, &scene.arrays, channel)
+}
+
+/// The same with arrays from elsewhere, as [`Scene::load_with`] gives them.
+///
+/// # Errors
+/// As [`system`].
+pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<System, Fault> {
+    let wavelength = scene.wavelength_mm(channel)?;
+    let ambient = medium(scene, &scene.ambient, "ambient")?;
+    let mut layout = Layout {
+        scene,
+        arrays,
+        wavelength,
+        axis: Frame::GLOBAL,
+        towards: 1.0,
+        index: index(scene, &ambient, wavelength, "ambient")?,
+        ambient,
+        screens: Vec::new(),
+        trains: Vec::new(),
+    };
+    for (number, element) in scene.element.iter().enumerate() {
+        layout.place(number, element)?;
+    }
+    let source = layout.source()?;
+    Ok(System {
+        wavelength,
+        source,
+        screens: layout.screens,
+        trains: layout.trains,
+    })
+}
+
+/// The index of a material of the scene, told at `path`, at its `channel`-th wavelength.
+///
+/// # Errors
+/// An unknown glass, or a wavelength outside its range.
+pub(crate) fn index_at(
+    scene: &Scene,
+    material: &Material,
+    channel: usize,
+    path: &str,
+) -> Result<f64, Fault> {
+    let medium = medium(scene, material, path)?;
+    index(scene, &medium, scene.wavelength_mm(channel)?, path)
+}
+
+fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Fault> {
+    match material {
+        Material::Index(constant) => Ok(Medium::constant(constant.index)),
+        Material::Named(name) => catalog::medium(name)
+            .map_err(|error| scene.fault(path, error.to_string(), "a name of the glass catalogue")),
+    }
+}
+
+fn index(scene: &Scene, medium: &Medium, wavelength: f64, path: &str) -> Result<f64, Fault> {
+    medium.index(wavelength).map_err(|error| match error {
+        MediumError::OutOfRange {
+            name,
+            wavelength_um,
+            from_um,
+            to_um,
+        } => {
+            let found = format!("{name} at a wavelength of {wavelength_um} µm");
+            let expected = format!("one from {from_um} to {to_um} µm, where it is known");
+            scene.fault(path, found, expected)
+        }
+        other => {
+            let expected = "a medium that is known at the scene's wavelengths";
+            scene.fault(path, other.to_string(), expected)
+        }
+    })
+}
+
+/// The axis as it is laid, element by element.
+struct Layout<'a, 'l> {
+    scene: &'a Scene,
+    arrays: &'a Arrays<'l>,
+    wavelength: f64,
+    axis: Frame,
+    /// +1 while light runs towards the axis's +z, −1 after an odd number of mirrors.
+    towards: f64,
+    /// Index of the medium the light is in.
+    index: f64,
+    ambient: Medium,
+    screens: Vec<Screen>,
+    trains: Vec<Vec<Surface>>,
+}
+
+impl Layout<'_, '_> {
+    /// Places one element and moves the axis on to the next.
+    fn place(&mut self, number: usize, element: &Element) -> Result<(), Fault> {
+        let path = format!("element[{number}]");
+        let [dx, dy] = element.decenter_mm();
+        let moved = self.axis.moved(Vec3::new(dx, dy, 0.0));
+        let frame = moved.tilted(element.tilt_deg().map(f64::to_radians));
+        let name = self.scene.called(number);
+        let mut along = element.thickness_mm().unwrap_or(0.0);
+        match element {
+            Element::Doe(doe) => {
+                let shape = self.shape(&doe.sag(), &path)?;
+                let act = Act::Doe(self.doe(doe, &shape, &path)?);
+                self.screen(name, frame, act, &path)?;
+                if let Some(screen) = self.screens.last_mut() {
+                    screen.shape = shape;
+                }
+            }
+            Element::ParaxialLens(lens) => {
+                let act = Act::Doe(self.paraxial_lens(lens));
+                self.screen(name, frame, act, &path)?;
+            }
+            Element::Stop(stop) => {
+                let act = Act::Stop(stop.aperture.optics());
+                self.screen(name, frame, act, &path)?;
+            }
+            Element::Sensor(sensor) => self.sensor(name, frame, sensor, &path)?,
+            Element::Lens(lens) => along += self.lens(lens, frame, &path)?,
+            Element::Surface(surface) => {
+                let glass = surface.glass.as_ref();
+                let after = self.after(glass, &format!("{path}.glass"))?;
+                let shape = self.shape(&surface.sag(), &path)?;
+                let rim = surface.rim().optics();
+                self.surface(shape, frame, rim, surface.coating, after);
+            }
+            Element::Mirror(mirror) => self.mirror(mirror, frame, &path)?,
+            Element::CoordinateBreak(_) => self.axis = frame,
+        }
+        if element.reflects() {
+            self.towards = -self.towards;
+        }
+        self.axis = self.axis.moved(Vec3::new(0.0, 0.0, along));
+        Ok(())
+    }
+
+    fn sensor(
+        &mut self,
+        name: String,
+        frame: Frame,
+        sensor: &SensorElement,
+        path: &str,
+    ) -> Result<(), Fault> {
+        if self.screens.is_empty() {
+            return Err(self.scene.fault(
+                path,
+                "a sensor as the only element",
+                "at least one element before the sensor",
+            ));
+        }
+        let act = Act::Sensor(Sensor {
+            pixels: sensor.pixels,
+            pitch: sensor.pitch_um.map(|p| p * UM),
+        });
+        self.push_screen(name, frame, act);
+        Ok(())
+    }
+
+    fn mirror(&mut self, mirror: &MirrorElement, frame: Frame, path: &str) -> Result<(), Fault> {
+        let aperture = mirror.rim().optics();
+        self.enter(&aperture, &frame);
+        self.push_surface(Surface {
+            shape: self.shape(&mirror.sag(), path)?,
+            frame,
+            aperture,
+            interface: Interface::Reflect,
+            coating: Coating::Ideal,
+            index: [self.index; 2],
+        });
+        Ok(())
+    }
+
+    /// The surfaces of a lens; returns its thickness along the axis.
+    fn lens(&mut self, lens: &LensElement, frame: Frame, path: &str) -> Result<f64, Fault> {
+        let mut depth = 0.0;
+        let last = lens.surface.len() - 1;
+        for (number, surface) in lens.surface.iter().enumerate() {
+            let path = format!("{path}.surface[{number}]");
+            let glass = surface.glass.as_ref().filter(|_| number < last);
+            let after = self.after(glass, &format!("{path}.glass"))?;
+            let at = frame.moved(Vec3::new(0.0, 0.0, depth));
+            let shape = self.shape(&surface.sag(), &path)?;
+            self.surface(shape, at, surface.rim().optics(), surface.coating, after);
+            depth += surface.thickness_mm.unwrap_or(0.0);
+        }
+        Ok(depth)
+    }
+
+    /// Index of the medium behind a surface: its glass, or the ambient medium.
+    fn after(&self, glass: Option<&Material>, path: &str) -> Result<f64, Fault> {
+        let medium = match glass {
+            Some(material) => medium(self.scene, material, path)?,
+            None => self.ambient.clone(),
+        };
+        index(self.scene, &medium, self.wavelength, path)
+    }
+
+    /// The shape of a surface at a path.
+    fn shape(&self, sag: &Sag<'_>, path: &str) -> Result<Shape, Fault> {
+        self.arrays.shape(sag, path).ok_or_else(|| {
+            self.scene.fault(
+                &format!("{path}.shape.height_um"),
+                "an array that is not loaded",
+                "an array file",
+            )
+        })
+    }
+
+    fn surface(
+        &mut self,
+        shape: Shape,
+        frame: Frame,
+        aperture: Aperture,
+        coating: Option<element::Coating>,
+        after: f64,
+    ) {
+        self.enter(&aperture, &frame);
+        let coating = match coating.unwrap_or(self.scene.settings.coating) {
+            element::Coating::Ideal => Coating::Ideal,
+            element::Coating::Fresnel => Coating::Fresnel,
+            element::Coating::Unit => Coating::Unit,
+        };
+        let before = std::mem::replace(&mut self.index, after);
+        self.push_surface(Surface {
+            shape,
+            frame,
+            aperture,
+            interface: Interface::Refract,
+            coating,
+            index: [before, after],
+        });
+    }
+
+    /// A stop or element as a screen of its own; it limits the beam itself.
+    fn screen(&mut self, name: String, frame: Frame, act: Act, path: &str) -> Result<(), Fault> {
+        if self.screens.is_empty() && self.beam_radius().is_some() {
+            return Err(self.scene.fault(
+                "source.beam_radius_mm",
+                format!("a beam radius, though the first element ({path}) has an aperture"),
+                "no beam_radius_mm: that element's aperture limits the beam",
+            ));
+        }
+        self.push_screen(name, frame, act);
+        Ok(())
+    }
+
+    /// Where light meets a surface first, an opening of the beam's radius (or the surface's own) stands
+    /// before it: the field has to live on some screen.
+    fn enter(&mut self, own: &Aperture, frame: &Frame) {
+        if self.screens.is_empty() {
+            let beam = self.beam_radius().map(Aperture::disc);
+            let act = Act::Stop(beam.unwrap_or_else(|| own.clone()));
+            self.push_screen(String::from("entrance"), *frame, act);
+        }
+    }
+
+    fn beam_radius(&self) -> Option<f64> {
+        match &self.scene.source {
+            Illumination::Plane(plane) => plane.beam_radius_mm,
+            Illumination::Point(point) => point.beam_radius_mm,
+        }
+    }
+
+    fn push_screen(&mut self, name: String, frame: Frame, act: Act) {
+        if !self.screens.is_empty() && self.trains.len() < self.screens.len() {
+            self.trains.push(Vec::new());
+        }
+        self.screens.push(Screen {
+            name,
+            frame,
+            act,
+            index: self.index,
+            shape: Shape::Plane,
+            arrives: self.towards,
+        });
+    }
+
+    fn push_surface(&mut self, surface: Surface) {
+        if self.trains.len() < self.screens.len() {
+            self.trains.push(Vec::new());
+        }
+        if let Some(train) = self.trains.last_mut() {
+            train.push(surface);
+        }
+    }
+
+    /// The source, its phase zero at the first screen's vertex.
+    ///
+    /// # Errors
+    /// Angles that no direction has.
+    fn source(&self) -> Result<Source, Fault> {
+        let origin = self
+            .screens
+            .first()
+            .map_or(Frame::GLOBAL.origin, |s| s.frame.origin);
+        match &self.scene.source {
+            Illumination::Plane(plane) => {
+                let [x, y] = plane.angle_deg.map(|a| a.to_radians().sin());
+                let under = 1.0 - x * x - y * y;
+                if under <= 0.0 {
+                    let found = format!("direction cosines {x:.3} and {y:.3}");
+                    let expected = "angles whose sines' squares add up to less than one";
+                    return Err(self.scene.fault("source.angle_deg", found, expected));
+                }
+                let direction = Vec3::new(x, y, under.sqrt());
+                Ok(Source::Plane { direction, origin })
+            }
+            Illumination::Point(point) => {
+                let [x, y, z] = point.position_mm;
+                Ok(Source::Point {
+                    position: Vec3::new(x, y, z),
+                    reference: origin,
+                })
+            }
+        }
+    }
+
+    fn doe(&self, doe: &element::DoeElement, shape: &Shape, path: &str) -> Result<Doe, Fault> {
+        let layers = self.layers(&doe.layer, &format!("{path}.layer"))?;
+        let doe = Doe {
+            layers: match doe.coordinates {
+                Coordinates::Projected => layers,
+                Coordinates::Surface => vec![self.unrolled(layers, shape, path)?],
+            },
+            aperture: doe.aperture.optics(),
+            reflect: doe.reflect,
+        };
+        let mut lattices = Vec::new();
+        collect_lattices(&doe.layers, &mut lattices);
+        if lattices
+            .iter()
+            .zip(lattices.iter().skip(1))
+            .any(|(a, b)| a != b)
+        {
+            return Err(self.scene.fault(
+                &format!("{path}.layer"),
+                "pixel grids of different pitch, size or pixel form in one element",
+                "grids that share their lattice; or two elements at a distance",
+            ));
+        }
+        Ok(doe)
+    }
+
+    /// Layers on the own coordinates of a surface.
+    fn unrolled(&self, layers: Vec<Layer>, shape: &Shape, path: &str) -> Result<Layer, Fault> {
+        let place = format!("{path}.coordinates");
+        let mut lattices = Vec::new();
+        collect_lattices(&layers, &mut lattices);
+        if lattices
+            .iter()
+            .any(|(_, _, form)| *form == PixelForm::Point)
+        {
+            let found = "\"surface\" with pixels that are points";
+            let expected = "pixel = \"box\" or \"bilinear\", or coordinates = \"projected\"";
+            return Err(self.scene.fault(&place, found, expected));
+        }
+        let own = Unroll::of(shape).ok_or_else(|| {
+            let found = "\"surface\" on a surface that is curved in two ways";
+            let expected = "a surface of revolution about its own axis or a cylinder, or coordinates = \
+                            \"projected\"";
+            self.scene.fault(&place, found, expected)
+        })?;
+        Ok(Layer::Unrolled(Box::new(own), layers))
+    }
+
+    /// The ideal phase for collimated light along the axis, at this wavelength.
+    fn paraxial_lens(&self, lens: &ParaxialLens) -> Doe {
+        let phase = Profile::Lens {
+            focal_length: lens.focal_length_mm,
+            wavenumber: std::f64::consts::TAU * self.index / self.wavelength,
+        };
+        Doe {
+            layers: vec![Layer::Phase(phase)],
+            aperture: lens.aperture.optics(),
+            reflect: false,
+        }
+    }
+
+    fn layers(&self, layers: &[layer::Layer], path: &str) -> Result<Vec<Layer>, Fault> {
+        let one = |(i, layer): (usize, &layer::Layer)| self.layer(layer, &format!("{path}[{i}]"));
+        layers.iter().enumerate().map(one).collect()
+    }
+
+    fn layer(&self, layer: &layer::Layer, path: &str) -> Result<Layer, Fault> {
+        let k = std::f64::consts::TAU / self.wavelength;
+        let missing = || {
+            self.scene.fault(
+                path,
+                "an array that is not loaded",
+                "an array file, or size = [nx, ny]",
+            )
+        };
+        Ok(match layer {
+            layer::Layer::Pixels(pixels) => {
+                let values = self.arrays.transmission(pixels, path).ok_or_else(missing)?;
+                grid(pixels.pitch_um, values, pixels.pixel)
+            }
+            layer::Layer::Height(relief) => {
+                let heights = self.arrays.heights_um(path).ok_or_else(missing)?;
+                let place = format!("{path}.glass");
+                let step = self.after(Some(&relief.glass), &place)? - self.index;
+                let values = heights.mapv(|h| Complex64::cis(k * step * h * UM));
+                grid(relief.pitch_um, values, relief.pixel)
+            }
+            layer::Layer::Sum(sum) => {
+                let mut terms = Vec::new();
+                for (i, term) in sum.terms.iter().enumerate() {
+                    let weight = sum.weights.as_ref().and_then(|w| w.get(i)).copied();
+                    let weight = weight.unwrap_or(1.0);
+                    let layers = self.layers(term, &format!("{path}.terms[{i}]"))?;
+                    terms.push((Complex64::new(weight, 0.0), layers));
+                }
+                Layer::Sum(terms)
+            }
+            _ => Layer::Phase(self.profile(layer)),
+        })
+    }
+
+    /// The analytic phase of a layer that is one; zero for the others.
+    fn profile(&self, layer: &layer::Layer) -> Profile {
+        let k = std::f64::consts::TAU / self.wavelength;
+        match layer {
+            layer::Layer::Grating(grating) => {
+                let rate =
+                    std::f64::consts::TAU * f64::from(grating.order) / (grating.period_um * UM);
+                let (sin, cos) = grating.direction_deg.to_radians().sin_cos();
+                Profile::Linear {
+                    gradient: [rate * cos, rate * sin],
+                }
+            }
+            layer::Layer::Lens(lens) => {
+                let first = self.scene.wavelength_um.first().copied();
+                let made_for = lens.wavelength_um.or(first);
+                let made_for = made_for.map_or(self.wavelength, |um| um * UM);
+                Profile::Lens {
+                    focal_length: lens.focal_length_mm,
+                    wavenumber: std::f64::consts::TAU * self.index / made_for,
+                }
+            }
+            layer::Layer::Axicon(axicon) => Profile::Axicon {
+                slope: -k * self.index * axicon.angle_deg.to_radians().sin(),
+            },
+            layer::Layer::Vortex(vortex) => Profile::Vortex {
+                charge: vortex.charge,
+            },
+            layer::Layer::Radial(radial) => Profile::Radial {
+                radius: radial.norm_radius_mm,
+                coefficients: radial.coefficients.clone(),
+            },
+            layer::Layer::Zernike(zernike) => Profile::Zernike {
+                radius: zernike.norm_radius_mm,
+                coefficients: zernike.coefficients.clone(),
+            },
+            layer::Layer::Pixels(_) | layer::Layer::Height(_) | layer::Layer::Sum(_) => {
+                Profile::Linear { gradient: [0.0; 2] }
+            }
+        }
+    }
+}
+
+fn grid(pitch_um: [f64; 2], values: ndarray::Array2<Complex64>, form: FilePixelForm) -> Layer {
+    Layer::Pixels(Pixels {
+        pitch: pitch_um.map(|p| p * UM),
+        values,
+        form: match form {
+            FilePixelForm::Box => PixelForm::Box,
+            FilePixelForm::Point => PixelForm::Point,
+            FilePixelForm::Bilinear => PixelForm::Bilinear,
+        },
+    })
+}
+
+/// Pitch, size and form of every pixel grid among the layers.
+fn collect_lattices(layers: &[Layer], found: &mut Vec<([f64; 2], (usize, usize), PixelForm)>) {
+    for layer in layers {
+        match layer {
+            Layer::Pixels(pixels) => found.push((pixels.pitch, pixels.values.dim(), pixels.form)),
+            Layer::Phase(_) => {}
+            Layer::Sum(terms) => terms
+                .iter()
+                .for_each(|(_, layers)| collect_lattices(layers, found)),
+            Layer::Unrolled(_, layers) => collect_lattices(layers, found),
+        }
+    }
+}
+
+/// The settings of a run, as a scene states them; what it leaves out keeps the engine's default.
+pub fn settings(scene: &Scene) -> crate::engine::settings::Settings {
+    use crate::engine::settings as engine;
+    use crate::file::scene::settings as file;
+    let given = &scene.settings;
+    let standard = engine::Settings::default();
+    engine::Settings {
+        method: match given.method {
+            file::Method::Auto => engine::Method::Auto,
+            file::Method::Beamlet => engine::Method::Beamlet,
+            file::Method::Plane => engine::Method::Plane,
+            file::Method::Paper => engine::Method::Paper,
+        },
+        target_error: given.target_error,
+        sigma: given.sigma_um.map(|s| s * UM),
+        step: given.step,
+        period: given.period,
+        mode_threshold: given.mode_threshold,
+        footprint_threshold: given.footprint_threshold,
+        correction: match given.correction {
+            file::Correction::Auto => engine::Correction::Auto,
+            file::Correction::On => engine::Correction::On,
+            file::Correction::Off => engine::Correction::Off,
+        },
+        padding: standard.padding,
+        nufft_tolerance: given.nufft_tolerance.unwrap_or(standard.nufft_tolerance),
+        paper: paper(&given.paper, standard.paper),
+        seed: scene.seed,
+        memory_limit: (given.memory_limit_mb * 1e6) as usize,
+    }
+}
+
+/// The knobs of the method `paper`.
+fn paper(
+    given: &crate::file::scene::settings::Paper,
+    standard: crate::engine::settings::Paper,
+) -> crate::engine::settings::Paper {
+    use crate::engine::settings as engine;
+    use crate::file::scene::settings as file;
+    use crate::wave::tile::TileWindow;
+    engine::Paper {
+        rays: given.rays.unwrap_or(standard.rays),
+        secondary: given.secondary.unwrap_or(standard.secondary),
+        patch: given.patch_um.map(|p| p * UM),
+        window: match given.window {
+            file::PatchWindow::Rectangle => TileWindow::Rectangle,
+            file::PatchWindow::Hann => TileWindow::Hann,
+        },
+        padding: given.padding.unwrap_or(standard.padding),
+        orders: given.orders.unwrap_or(standard.orders),
+        positions: match given.positions {
+            file::Positions::Inside => engine::Positions::Inside,
+            file::Positions::Dilated => engine::Positions::Dilated,
+            file::Positions::Jittered => engine::Positions::Jittered,
+            file::Positions::Grid => engine::Positions::Grid,
+        },
+        coverage: given.coverage,
+        density: match given.density {
+            file::Density::Amplitude => engine::Density::Amplitude,
+            file::Density::Uniform => engine::Density::Uniform,
+        },
+        sampler: match given.sampler {
+            file::Sampler::Multinomial => engine::Sampler::Multinomial,
+            file::Sampler::Systematic => engine::Sampler::Systematic,
+            file::Sampler::All => engine::Sampler::All,
+        },
+        sag: match given.sag {
+            file::Sag::Tangent => engine::Sag::Tangent,
+            file::Sag::Incident => engine::Sag::Incident,
+            file::Sag::True => engine::Sag::True,
+        },
+        obliquity: given.obliquity,
+    }
+}

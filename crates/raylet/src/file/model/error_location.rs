@@ -1,0 +1,169 @@
+//! Faults found while computing, told at the element of the scene they belong to.
+
+use crate::engine::eikonal::EikonalError;
+use crate::engine::plan_error::PlanError;
+use crate::engine::reference::ReferenceError;
+use crate::engine::simulate::SimulateError;
+use crate::file::decode::fault::Fault;
+use crate::file::scene::scene_file::Scene;
+use crate::wave::sampling::SamplingError;
+
+/// The fault of a scene that cannot be computed.
+pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
+    let told = error.to_string();
+    match error {
+        SimulateError::Plan(error) => blame_plan(scene, error),
+        SimulateError::Sampling(error) => blame_sampling(scene, error),
+        SimulateError::NoSensor(name) => {
+            scene.fault(&path_of(scene, name), told, "a sensor as the last element")
+        }
+        SimulateError::NoLight(name) => {
+            let expected = "an element that lets some light through";
+            scene.fault(&path_of(scene, name), told, expected)
+        }
+        SimulateError::NotFinite(name) => {
+            let expected = "a system whose field is finite: sizes, distances and amplitudes that lie less far apart";
+            scene.fault(&path_of(scene, name), told, expected)
+        }
+        SimulateError::Sum(_) => {
+            let expected = "a sum that can be planned";
+            scene.fault("settings.nufft_tolerance", told, expected)
+        }
+    }
+}
+
+/// What may help where a hop takes many plane waves.
+const NEARER: &str = "a greater distance behind it asks for less; what touches a diffractive element, such as a thin \
+                      lens, can be one of its layers";
+
+fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
+    let (screen, found, expected) = match error {
+        PlanError::Dark { to, .. } => (
+            to,
+            error.to_string(),
+            String::from("a place that light reaches through the elements before it"),
+        ),
+        PlanError::Boundless(name) => return without_edge(scene, name),
+        PlanError::NotFinite { from, .. } => {
+            let expected = "sizes, distances and widths that lie less far apart";
+            return scene.fault(&path_of(scene, from), error.to_string(), expected);
+        }
+        PlanError::Modes {
+            screen,
+            modes: [nx, ny],
+            allowed,
+        } => (
+            screen,
+            format!("patches of {nx} × {ny} modes"),
+            memory(*allowed, "modes"),
+        ),
+        PlanError::Patches {
+            screen,
+            patches: [nx, ny],
+            allowed,
+        } => (
+            screen,
+            format!("{nx} × {ny} patches"),
+            memory(*allowed, "patches"),
+        ),
+        PlanError::Directions {
+            from,
+            directions: [nx, ny],
+            allowed,
+            ..
+        } => (
+            from,
+            format!("{nx} × {ny} plane waves behind it"),
+            memory(*allowed, "plane waves"),
+        ),
+        PlanError::Curved { method, screen } => (
+            screen,
+            format!("a curved element, and the method {method}"),
+            String::from("the method beamlet or auto, or a plane element"),
+        ),
+    };
+    if let PlanError::Directions { .. } = error {
+        let fault = scene.fault(&path_of(scene, screen), found, expected);
+        return fault.hint(NEARER);
+    }
+
+    // A width that was asked for is more likely wrong than the element.
+    let patches = matches!(error, PlanError::Modes { .. } | PlanError::Patches { .. });
+    match scene.settings.sigma_um {
+        Some(_) if patches => scene.fault("settings.sigma_um", found, expected),
+        _ => scene.fault(&path_of(scene, screen), found, expected),
+    }
+}
+
+fn blame_sampling(scene: &Scene, error: &SamplingError) -> Fault {
+    match error {
+        SamplingError::Boundless(name) => without_edge(scene, name),
+        SamplingError::TooLarge {
+            screen,
+            needed,
+            needed_y,
+            allowed,
+        } => {
+            let found = format!("a field of {needed} × {needed_y} samples");
+            let fault = scene.fault(&path_of(scene, screen), found, memory(*allowed, "samples"));
+            let more = *needed as f64 * *needed_y as f64 / *allowed as f64;
+            let enough = (more * scene.settings.memory_limit_mb).ceil();
+            fault.hint(format!(
+                "settings.memory_limit_mb = {enough} would do; a smaller opening, a greater distance before it, \
+                 or light of fewer directions asks for less"
+            ))
+        }
+        SamplingError::Absent(name) => {
+            let expected = "an aperture inside which the surface exists";
+            scene.fault(&path_of(scene, name), error.to_string(), expected)
+        }
+    }
+}
+
+fn without_edge(scene: &Scene, name: &str) -> Fault {
+    scene.fault(&path_of(scene, name), "no edge", "an aperture")
+}
+
+fn memory(allowed: usize, what: &str) -> String {
+    format!("at most {allowed} {what} (settings.memory_limit_mb)")
+}
+
+/// The fault of a scene that has no reference, or not the one that was asked for.
+pub fn blame_reference(scene: &Scene, error: &ReferenceError) -> Fault {
+    let here = |screen: &str, expected: &str| {
+        scene.fault(&path_of(scene, screen), error.to_string(), expected)
+    };
+    let other = "a system that the method applies to, or another --method";
+    match error {
+        ReferenceError::Run(error) => blame(scene, error),
+        ReferenceError::NotApplicable { from, .. } => here(from, other),
+        ReferenceError::NoMethod { from, .. } => here(
+            from,
+            "a system that some method without rays applies to; 'raylet simulate' needs none",
+        ),
+        ReferenceError::TooLong { from, .. } => {
+            here(from, "a sum that ends sooner, or a larger --most-hours")
+        }
+        ReferenceError::Refraction(EikonalError::NotSmooth(name) | EikonalError::Curved(name)) => {
+            here(name, other)
+        }
+        ReferenceError::Refraction(EikonalError::Boundless(name)) => here(name, "an aperture"),
+        ReferenceError::Refraction(EikonalError::NoSensor(name)) => {
+            here(name, "a sensor as the last element")
+        }
+        ReferenceError::Refraction(EikonalError::Dark(name)) => {
+            here(name, "an element that sends some light to the sensor")
+        }
+        ReferenceError::Refraction(EikonalError::Focus { .. }) | ReferenceError::Collins(_) => {
+            let last = scene.element.len().saturating_sub(1);
+            scene.fault(&format!("element[{last}]"), error.to_string(), other)
+        }
+    }
+}
+
+/// The path of the element that a screen was made of.
+fn path_of(scene: &Scene, screen: &str) -> String {
+    // An entrance belongs to the first.
+    let number = scene.number_of(screen).unwrap_or(0);
+    format!("element[{number}]")
+}

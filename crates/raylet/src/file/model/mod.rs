@@ -1,0 +1,25 @@
+//! From a scene to the system, hologram or design that it describes.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `build` | From a scene to the optical system it describes, one wavelength at a time |
+//! | `catalog` | Glasses by name: catalogues of the makers and a shelf of single materials, with their sources |
+//! | `prescription` | The parts of a system in the order light meets them, with the names the scene gives them |
+//! | `scene_arrays` | All the arrays that the layers of a scene name, and the transmissions they make |
+//! | `hologram` | The hologram that a scene asks for |
+//! | `pixel_part` | The elements whose pixels a scene designs |
+//! | `project` | The design that a scene asks for: losses, what is free, the start, the outputs |
+//! | `design_targets` | The runs that a design looks at, and their losses |
+//! | `error_location` | Faults found while computing, told at the element of the scene they belong to |
+
+pub mod build;
+pub mod catalog;
+pub mod design_targets;
+pub mod error_location;
+pub mod hologram;
+#[cfg(test)]
+mod magnitude_test;
+pub mod pixel_part;
+pub mod prescription;
+pub mod project;
+pub mod scene_arrays;

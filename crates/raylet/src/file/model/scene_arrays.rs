@@ -1,0 +1,332 @@
+//! All the arrays that the layers of a scene name, and the transmissions they make.
+
+use std::collections::BTreeMap;
+use std::path::{Path, PathBuf};
+use std::sync::Arc;
+
+use ndarray::{Array2, ArrayView2};
+use num_complex::Complex64;
+
+use crate::file::arrays::array::{Array, ArrayLook};
+use crate::file::arrays::memory::MemoryLimit;
+use crate::file::decode::fault::Fault;
+use crate::file::decode::origin::Origin;
+use crate::file::scene::element::Element;
+use crate::file::scene::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
+use crate::file::scene::sag::{GridShape, Sag, Shape};
+use crate::math::spline::FEWEST;
+use crate::optics::shape as optics;
+
+/// Arrays by the path of the field that names their file, such as `element[0].layer[1].phase`. A file
+/// that several fields name is held once.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Arrays<'a> {
+    by_field: BTreeMap<String, Source<'a>>,
+}
+
+/// Where the values of a field are.
+#[derive(Clone, Debug, PartialEq)]
+enum Source<'a> {
+    /// Read from a file.
+    Held(Arc<Array>),
+    /// In the memory of a caller, who gave them in place of a file.
+    Lent(ArrayLook<'a>),
+}
+
+impl<'a> Source<'a> {
+    fn look(&self) -> ArrayLook<'_> {
+        match self {
+            Source::Held(array) => array.look(),
+            Source::Lent(look) => look.shorter(),
+        }
+    }
+
+    /// The same for a shorter while.
+    fn shorter<'b>(&self) -> Source<'b>
+    where
+        'a: 'b,
+    {
+        match self {
+            Source::Held(array) => Source::Held(Arc::clone(array)),
+            Source::Lent(look) => Source::Lent(look.shorter()),
+        }
+    }
+}
+
+impl<'a> Arrays<'a> {
+    /// Every array that the elements name, within `limit` bytes for all of them. Those that are `lent`, by the
+    /// path of the field, are taken from there, and are not copied; those that are `held` already are shared;
+    /// the rest are read.
+    ///
+    /// # Errors
+    /// The first array that cannot be used, told at the field that names it.
+    pub fn load(
+        elements: &[Element],
+        origin: &Origin,
+        limit: u64,
+        (lent, held): (&BTreeMap<String, ArrayLook<'a>>, &Arrays<'static>),
+    ) -> Result<Self, Fault> {
+        let mut loader = Loader {
+            origin,
+            lent,
+            held,
+            left: limit,
+            by_file: BTreeMap::new(),
+            by_field: BTreeMap::new(),
+        };
+        for (i, element) in elements.iter().enumerate() {
+            if let Element::Doe(doe) = element {
+                loader.layers(&doe.layer, &format!("element[{i}].layer"))?;
+            }
+            for (place, sag) in element.sags() {
+                if let Some(Shape::Grid(grid)) = sag.shape {
+                    loader.grid(grid, &format!("element[{i}]{place}.shape"))?;
+                }
+            }
+        }
+        Ok(Self {
+            by_field: loader.by_field,
+        })
+    }
+
+    /// Adds copies of arrays in the memory of a caller, by the path of the field that each stands for.
+    pub(crate) fn hold(&mut self, lent: &BTreeMap<String, ArrayLook<'_>>) {
+        let copy = |(path, look): (&String, &ArrayLook)| {
+            let array = match look {
+                ArrayLook::Real(values) => Array::Real(values.to_owned()),
+                ArrayLook::Complex(values) => Array::Complex(values.to_owned()),
+            };
+            (path.clone(), Source::Held(Arc::new(array)))
+        };
+        self.by_field.extend(lent.iter().map(copy));
+    }
+
+    /// The array of a field, if it names one and is loaded.
+    pub fn get(&self, field: &str) -> Option<ArrayLook<'_>> {
+        self.by_field.get(field).map(Source::look)
+    }
+
+    /// The complex transmission [y, x] of a pixel layer at the path `layer_path`: amplitude times
+    /// exp(i · scale · phase), or the transmission itself, or ones for a blank of known size; its mean over
+    /// the pixel where this is not filled. Nothing when its arrays are not loaded.
+    pub fn transmission(&self, layer: &PixelLayer, layer_path: &str) -> Option<Array2<Complex64>> {
+        let get = |key: &str| self.get(&format!("{layer_path}.{key}"));
+        let mean = |values: Array2<Complex64>| match layer.fill {
+            1.0 => values,
+            fill => values.mapv(|t| t * fill + layer.flat_share()),
+        };
+        if layer.transmission.is_some() {
+            return get("transmission").map(complex).map(mean);
+        }
+
+        // A missing factor is one; a named one must be there.
+        let phase = layer.phase.as_ref().map(|_| get("phase"));
+        let amplitude = layer.amplitude.as_ref().map(|_| get("amplitude"));
+        match (phase, amplitude) {
+            (None, None) => layer
+                .size
+                .map(|[nx, ny]| mean(Array2::from_elem((ny, nx), Complex64::new(1.0, 0.0)))),
+            (Some(phase), None) => Some(mean(phases(phase?, layer.phase_scale))),
+            (None, Some(amplitude)) => Some(complex(amplitude?) * filled(layer)),
+            (Some(phase), Some(amplitude)) => {
+                Some(mean(phases(phase?, layer.phase_scale)) * complex(amplitude?))
+            }
+        }
+    }
+
+    /// The shape that the keys of a surface at a path describe; nothing when its array is not loaded.
+    pub fn shape(&self, sag: &Sag<'_>, path: &str) -> Option<optics::Shape> {
+        sag.optics(self.heights_um(&format!("{path}.shape")))
+    }
+
+    /// The heights [y, x] in µm of a height layer or grid at a path; nothing when not loaded.
+    pub fn heights_um(&self, path: &str) -> Option<ArrayView2<'_, f64>> {
+        match self.get(&format!("{path}.height_um")) {
+            Some(ArrayLook::Real(heights)) => Some(heights),
+            _ => None,
+        }
+    }
+}
+
+/// The mean transmission of a pixel of phase zero.
+fn filled(layer: &PixelLayer) -> Complex64 {
+    Complex64::from(layer.fill + layer.flat_share())
+}
+
+/// Any array as complex numbers.
+fn complex(array: ArrayLook) -> Array2<Complex64> {
+    match array {
+        ArrayLook::Real(values) => values.mapv(|x| Complex64::new(x, 0.0)),
+        ArrayLook::Complex(values) => values.to_owned(),
+    }
+}
+
+/// exp(i · scale · phase) of a real array.
+fn phases(array: ArrayLook, scale: f64) -> Array2<Complex64> {
+    match array {
+        ArrayLook::Real(values) => values.mapv(|phase| Complex64::cis(scale * phase)),
+        ArrayLook::Complex(values) => values.mapv(|phase| Complex64::cis(scale * phase.re)),
+    }
+}
+
+/// The state of loading: what is left of the memory, and what is there already.
+struct Loader<'s, 'a> {
+    origin: &'s Origin,
+    lent: &'s BTreeMap<String, ArrayLook<'a>>,
+    held: &'s Arrays<'static>,
+    left: u64,
+    by_file: BTreeMap<(PathBuf, Option<String>, String), Arc<Array>>,
+    by_field: BTreeMap<String, Source<'a>>,
+}
+
+impl<'a> Loader<'_, 'a> {
+    /// Loads the arrays of a list of layers at this path.
+    fn layers(&mut self, layers: &[Layer], path: &str) -> Result<(), Fault> {
+        for (i, layer) in layers.iter().enumerate() {
+            let path = format!("{path}[{i}]");
+            match layer {
+                Layer::Pixels(pixels) => self.pixels(pixels, &path)?,
+                Layer::Height(height) => self.height(height, &path)?,
+                Layer::Sum(sum) => self.sum(sum, &path)?,
+                _ => {}
+            }
+        }
+        Ok(())
+    }
+
+    fn sum(&mut self, sum: &SumLayer, path: &str) -> Result<(), Fault> {
+        for (i, term) in sum.terms.iter().enumerate() {
+            self.layers(term, &format!("{path}.terms[{i}]"))?;
+        }
+        Ok(())
+    }
+
+    fn height(&mut self, layer: &HeightLayer, path: &str) -> Result<(), Fault> {
+        let key = layer.key.as_deref();
+        let array = self.array(&layer.height_um, key, path, "height_um")?;
+        self.require_real(&array, path, "height_um")?;
+        let [ny, nx] = array.look().shape();
+        match layer.size {
+            Some([width, height]) if [width, height] != [nx, ny] => {
+                let found = format!("{}: {ny} rows of {nx}", layer.height_um.display());
+                let expected = format!("{height} rows of {width} as in its size");
+                let field = format!("{path}.height_um");
+                Err(self.origin.fault(&field, found, expected))
+            }
+            _ => Ok(()),
+        }
+    }
+
+    fn grid(&mut self, grid: &GridShape, path: &str) -> Result<(), Fault> {
+        let array = self.array(&grid.height_um, grid.key.as_deref(), path, "height_um")?;
+        self.require_real(&array, path, "height_um")?;
+        let [ny, nx] = array.look().shape();
+        if ny < FEWEST || nx < FEWEST {
+            let found = format!("{}: {ny} rows of {nx}", grid.height_um.display());
+            let expected = format!("at least {FEWEST} rows of {FEWEST} for a spline");
+            let field = format!("{path}.height_um");
+            return Err(self.origin.fault(&field, found, expected));
+        }
+        Ok(())
+    }
+
+    fn pixels(&mut self, layer: &PixelLayer, path: &str) -> Result<(), Fault> {
+        // All arrays of a layer, and its size where that is given, must agree in shape.
+        let mut shape = layer.size.map(|[nx, ny]| [ny, nx]);
+        let named = [
+            ("phase", &layer.phase),
+            ("amplitude", &layer.amplitude),
+            ("transmission", &layer.transmission),
+        ];
+        for (field, file) in named {
+            let Some(file) = file else { continue };
+            let array = self.array(file, layer.key.as_deref(), path, field)?;
+            if field != "transmission" {
+                self.require_real(&array, path, field)?;
+            }
+            let given = array.look().shape();
+            match shape {
+                Some(expected) if expected != given => {
+                    let [ny, nx] = given;
+                    let found = format!("{}: {ny} rows of {nx}", file.display());
+                    let [ny, nx] = expected;
+                    let expected = format!("{ny} rows of {nx} as in the rest of the layer");
+                    return Err(self
+                        .origin
+                        .fault(&format!("{path}.{field}"), found, expected));
+                }
+                _ => shape = Some(given),
+            }
+        }
+        self.blank(layer, path)
+    }
+
+    /// A layer of known size without arrays takes memory too.
+    fn blank(&mut self, layer: &PixelLayer, path: &str) -> Result<(), Fault> {
+        let named = [&layer.phase, &layer.amplitude, &layer.transmission];
+        let Some([nx, ny]) = layer
+            .size
+            .filter(|_| named.iter().all(|file| file.is_none()))
+        else {
+            return Ok(());
+        };
+        let bytes = (nx as u64).saturating_mul(ny as u64).saturating_mul(16);
+        MemoryLimit::of_settings(self.left)
+            .check(format!("{ny} rows of {nx}"), bytes)
+            .map_err(|(found, expected)| {
+                self.origin.fault(&format!("{path}.size"), found, expected)
+            })?;
+        self.left -= bytes;
+        Ok(())
+    }
+
+    fn require_real(&self, array: &Source, path: &str, field: &str) -> Result<(), Fault> {
+        match array.look() {
+            ArrayLook::Real(_) => Ok(()),
+            ArrayLook::Complex(_) => Err(self
+                .origin
+                .fault(
+                    &format!("{path}.{field}"),
+                    "a complex array",
+                    "a real array",
+                )
+                .hint("complex arrays belong under `transmission`")),
+        }
+    }
+
+    /// The array that one field names, read unless it is there already.
+    fn array(
+        &mut self,
+        file: &Path,
+        key: Option<&str>,
+        path: &str,
+        field: &str,
+    ) -> Result<Source<'a>, Fault> {
+        let path = format!("{path}.{field}");
+        if let Some(look) = self.lent.get(&path) {
+            look.check(field)
+                .map_err(|(found, expected)| self.origin.fault(&path, found, expected))?;
+            let lent = Source::Lent(*look);
+            self.by_field.insert(path, lent.clone());
+            return Ok(lent);
+        }
+        if let Some(held) = self.held.by_field.get(&path) {
+            self.by_field.insert(path, held.shorter());
+            return Ok(held.shorter());
+        }
+        let file = self.origin.beside(file);
+        let identity = (file.clone(), key.map(str::to_owned), field.to_owned());
+        let array = match self.by_file.get(&identity) {
+            Some(array) => Arc::clone(array),
+            None => {
+                let array = Array::read(&file, key, field, self.left)
+                    .map_err(|inner| self.origin.fault_of_file(&path, inner))?;
+                self.left = self.left.saturating_sub(array.bytes());
+                Arc::new(array)
+            }
+        };
+        self.by_file.insert(identity, Arc::clone(&array));
+        self.by_field.insert(path, Source::Held(Arc::clone(&array)));
+        Ok(Source::Held(array))
+    }
+}

@@ -1,0 +1,19 @@
+//! What a run leaves behind: its document, its fields, and how alike two of them are.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `report` | The document of a run, `result.json` |
+//! | `rim` | What a report says of the rim of a surface |
+//! | `reference_step` | What a reference did, as `result.json` tells it |
+//! | `machine` | The program and the machine that a result was made by |
+//! | `document` | JSON documents whose numbers are all finite |
+//! | `result_folder` | Folders of results: the document and the fields, written and read |
+//! | `comparison` | How alike the fields of two runs are, channel by channel and in total |
+
+pub mod comparison;
+pub mod document;
+pub mod machine;
+pub mod reference_step;
+pub mod report;
+pub mod result_folder;
+pub mod rim;

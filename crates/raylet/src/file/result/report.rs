@@ -1,0 +1,567 @@
+//! The document of a run, `result.json`: what was computed, how, how well, and what became of the light.
+//!
+//! Every key is explained in docs/result.md.
+
+#![expect(
+    clippy::indexing_slicing,
+    reason = "axes are 0 and 1, and rims number the hops they were found in"
+)]
+
+use ndarray::ArrayView2;
+use serde::{Deserialize, Serialize};
+
+use crate::engine::account::Account;
+use crate::engine::beamlets::BeamletPlan;
+use crate::engine::flatness::Flatness;
+use crate::engine::plan::Plan;
+use crate::engine::reason::{method_name, reason};
+use crate::engine::reference::Reference;
+use crate::engine::settings::{
+    Correction, Density, Method, Paper, Positions, Sag, Sampler, Settings,
+};
+use crate::engine::simulate::{HopReport, Outcome};
+use crate::engine::tally::{Fate, Tally};
+use crate::file::result::machine::Machine;
+use crate::file::result::reference_step::StepEntry;
+use crate::file::result::rim::RimEntry;
+use crate::file::scene::scene_file::Scene;
+use crate::optics::ray::Loss;
+use crate::optics::system::{Hop, System};
+use crate::wave::field::Field;
+use crate::wave::metrics::{centroid, encircled_energy, fwhm, peak};
+use crate::wave::patch::Band;
+use crate::wave::tile::TileWindow;
+
+/// The version of the document that this program writes.
+pub const VERSION: u32 = 1;
+
+/// Micrometres in a millimetre.
+const UM: f64 = 1e3;
+
+/// A wavelength in micrometres, to 1e-12 µm, so that it reads as the scene states it.
+pub fn micrometres(wavelength: f64) -> f64 {
+    (wavelength * 1e15).round() / 1e12
+}
+
+/// A whole run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Report {
+    /// Version of the document.
+    pub version: u32,
+    /// The verb of the program that made it.
+    pub verb: String,
+    /// The scene's title.
+    pub title: String,
+    /// The scene file, as it was named.
+    pub scene: String,
+    /// The settings as they were used.
+    pub settings: SettingsEntry,
+    /// One entry per wavelength.
+    pub channels: Vec<Channel>,
+    /// Seconds from reading the scene to the last field.
+    pub seconds: f64,
+    /// Program and machine.
+    pub machine: Machine,
+    /// The other files of the folder.
+    pub files: Vec<String>,
+}
+
+/// The settings of a run, in the units of the scene file.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[expect(
+    missing_docs,
+    reason = "named and explained in docs/result.md, and as in the scene file"
+)]
+pub struct SettingsEntry {
+    pub method: String,
+    pub target_error: f64,
+    pub sigma_um: Option<f64>,
+    pub step: Option<f64>,
+    pub period: f64,
+    pub mode_threshold: f64,
+    pub footprint_threshold: f64,
+    pub correction: String,
+    pub padding: f64,
+    pub nufft_tolerance: f64,
+    pub paper: PaperEntry,
+    pub seed: u64,
+    pub memory_limit_mb: f64,
+}
+
+/// The knobs of the paper's method.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+#[expect(
+    missing_docs,
+    reason = "named and explained in docs/result.md, and as in the scene file"
+)]
+pub struct PaperEntry {
+    pub rays: usize,
+    pub secondary: usize,
+    pub patch_um: Option<f64>,
+    pub window: String,
+    pub padding: f64,
+    pub orders: usize,
+    pub positions: String,
+    pub coverage: bool,
+    pub density: String,
+    pub sampler: String,
+    pub sag: String,
+    pub obliquity: bool,
+}
+
+/// One wavelength of a run.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Channel {
+    /// Vacuum wavelength in micrometres.
+    pub wavelength_um: f64,
+    /// Its hops from screen to screen.
+    pub hops: Vec<HopEntry>,
+    /// The steps of a reference, which has no hops.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub steps: Vec<StepEntry>,
+    /// Expected relative error of the complex field: the root of the hops' squares; none where one of
+    /// them has none.
+    pub error: Option<f64>,
+    /// What the sensor shows.
+    pub metrics: Metrics,
+}
+
+/// One hop from screen to screen.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct HopEntry {
+    /// How it was carried.
+    pub plan: PlanEntry,
+    /// Samples of the field on the first screen, [ny, nx].
+    pub samples: [usize; 2],
+    /// Rays by fate.
+    pub rays: Fates<u64>,
+    /// Energy by fate, as shares of all that the tally counted.
+    pub energy_share: Fates<f64>,
+    /// Values summed on the second screen.
+    pub evaluations: u64,
+    /// ∫|U|² in mm² for unit amplitude.
+    pub power: Power,
+    /// Expected error by cause; none for methods whose errors are not foretold.
+    pub error: Option<ErrorEntry>,
+    /// Standard error of the field from what was drawn at random, relative to the field; none where
+    /// nothing was, or positions are not independent. It knows of no bias.
+    #[serde(default)]
+    pub standard_error: Option<f64>,
+    /// Aberration inside beamlets, before and after correction.
+    pub aberration: [f64; 2],
+    /// The rims of its surfaces; the last of them may be the screen where it ends.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub rims: Vec<RimEntry>,
+    /// Seconds it took.
+    pub seconds: f64,
+}
+
+/// The plan of a hop.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlanEntry {
+    /// Name of the first screen.
+    pub from: String,
+    /// Name of the second screen.
+    pub to: String,
+    /// The method's name.
+    pub method: String,
+    /// Why it was chosen.
+    pub why: String,
+    /// Directions along x and y.
+    pub directions: [Directions; 2],
+    /// Rays that the plan expected.
+    pub expected_rays: f64,
+    /// The lattice of beamlets, where there are any.
+    pub beamlets: Option<BeamletEntry>,
+    /// The lattice of plane wavelets, where there are any.
+    pub planes: Option<PlaneEntry>,
+    /// What is drawn by the paper's method, where it is used.
+    pub paper: Option<DrawEntry>,
+}
+
+/// The lattice of a sum of plane wavelets.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct PlaneEntry {
+    /// Width σ of the windows in micrometres.
+    pub sigma_um: f64,
+    /// Distance of windows along x and y in micrometres.
+    pub steps_um: [f64; 2],
+    /// Period of a patch in micrometres.
+    pub period_um: f64,
+}
+
+/// What the paper's method draws in a hop.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct DrawEntry {
+    /// Positions of patches.
+    pub positions: usize,
+    /// Modes drawn, or followed, at each.
+    pub secondary: usize,
+    /// Side of the patch in micrometres.
+    pub side_um: f64,
+    /// Its period in micrometres.
+    pub period_um: f64,
+    /// What is wrong with patches that ignore the height of a curved screen.
+    pub warning: Option<String>,
+}
+
+/// The directions of plane waves along one axis, as optical direction cosines.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Directions {
+    /// The lowest one.
+    pub lowest: f64,
+    /// The highest one.
+    pub highest: f64,
+    /// How many.
+    pub count: usize,
+}
+
+/// The lattice of a beamlet sum.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct BeamletEntry {
+    /// Width σ of the windows in micrometres.
+    pub sigma_um: f64,
+    /// Distance of windows in micrometres.
+    pub step_um: f64,
+    /// Period of a patch in micrometres.
+    pub period_um: f64,
+    /// Half width of a typical footprint on the second screen in micrometres.
+    pub footprint_um: f64,
+    /// Whether the aberration inside beamlets was made good.
+    pub corrected: bool,
+    /// Seconds on one core that the plan expected.
+    pub expected_seconds: f64,
+    /// The error from aberration inside beamlets that the plan expected.
+    pub expected_error: f64,
+}
+
+/// One number for each fate.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+#[expect(
+    missing_docs,
+    reason = "the fates of the tally, explained in docs/result.md"
+)]
+pub struct Fates<T> {
+    pub arrived: T,
+    pub outside: T,
+    pub clipped: T,
+    pub missed: T,
+    pub total_reflection: T,
+    pub evanescent: T,
+    pub not_converged: T,
+    pub below_threshold: T,
+    pub unresolved: T,
+    pub elsewhere: T,
+}
+
+/// Power through a hop, ∫|U|² in mm² for unit amplitude.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Power {
+    /// Before the first screen acts, over its opening.
+    pub before: f64,
+    /// Just behind it.
+    pub behind: f64,
+    /// On the second screen.
+    pub landed: f64,
+}
+
+/// Expected relative errors of the field, by cause.
+#[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
+pub struct ErrorEntry {
+    /// Aberration inside beamlets.
+    pub aberration: f64,
+    /// Windows and periods.
+    pub windows: f64,
+    /// Modes below the threshold.
+    pub dropped: f64,
+    /// Rims of curved surfaces that cut light.
+    pub rims: f64,
+    /// The root of the sum of squares.
+    pub total: f64,
+}
+
+/// What the sensor shows, of the intensity |U|² at the pixel centres.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct Metrics {
+    /// Sum times pixel area, in mm² for unit amplitude.
+    pub power: f64,
+    /// The largest value.
+    pub peak: f64,
+    /// Where it is, [x, y] in mm.
+    pub peak_mm: Option<[f64; 2]>,
+    /// Centre of mass [x, y] in mm.
+    pub centroid_mm: Option<[f64; 2]>,
+    /// Full widths at half maximum through the peak, [x, y] in micrometres.
+    pub fwhm_um: [Option<f64>; 2],
+    /// Radii in micrometres about the centroid that hold 50 % and 80 % of the power.
+    pub encircled_um: Option<[f64; 2]>,
+}
+
+impl Report {
+    /// The document of a run that the program's `verb` made, without the names of its other files.
+    pub fn new(
+        verb: &str,
+        scene: &Scene,
+        settings: &Settings,
+        channels: Vec<Channel>,
+        seconds: f64,
+    ) -> Self {
+        Self {
+            version: VERSION,
+            verb: verb.to_owned(),
+            title: scene.title.clone(),
+            scene: scene.origin.file.display().to_string(),
+            settings: SettingsEntry::new(settings),
+            channels,
+            seconds,
+            machine: Machine::here(),
+            files: Vec::new(),
+        }
+    }
+}
+
+impl SettingsEntry {
+    /// The entry of these settings.
+    pub fn new(settings: &Settings) -> Self {
+        Self {
+            method: match settings.method {
+                Method::Auto => "auto",
+                Method::Beamlet => "beamlet",
+                Method::Plane => "plane",
+                Method::Paper => "paper",
+            }
+            .to_owned(),
+            target_error: settings.target_error,
+            sigma_um: settings.sigma.map(|sigma| sigma * UM),
+            step: settings.step,
+            period: settings.patch_period(),
+            mode_threshold: settings.weakest_mode(),
+            footprint_threshold: settings.footprint_edge(),
+            correction: match settings.correction {
+                Correction::Auto => "auto",
+                Correction::On => "on",
+                Correction::Off => "off",
+            }
+            .to_owned(),
+            padding: settings.padding,
+            nufft_tolerance: settings.nufft_tolerance,
+            paper: PaperEntry::new(&settings.paper),
+            seed: settings.seed,
+            memory_limit_mb: settings.memory_limit as f64 * 1e-6,
+        }
+    }
+}
+
+impl PaperEntry {
+    fn new(paper: &Paper) -> Self {
+        Self {
+            rays: paper.rays,
+            secondary: paper.secondary,
+            patch_um: paper.patch.map(|patch| patch * UM),
+            window: match paper.window {
+                TileWindow::Rectangle => "rectangle",
+                TileWindow::Hann => "hann",
+            }
+            .to_owned(),
+            padding: paper.padding,
+            orders: paper.orders,
+            positions: match paper.positions {
+                Positions::Inside => "inside",
+                Positions::Dilated => "dilated",
+                Positions::Jittered => "jittered",
+                Positions::Grid => "grid",
+            }
+            .to_owned(),
+            coverage: paper.coverage,
+            density: match paper.density {
+                Density::Amplitude => "amplitude",
+                Density::Uniform => "uniform",
+            }
+            .to_owned(),
+            sampler: match paper.sampler {
+                Sampler::Multinomial => "multinomial",
+                Sampler::Systematic => "systematic",
+                Sampler::All => "all",
+            }
+            .to_owned(),
+            sag: match paper.sag {
+                Sag::Tangent => "tangent",
+                Sag::Incident => "incident",
+                Sag::True => "true",
+            }
+            .to_owned(),
+            obliquity: paper.obliquity,
+        }
+    }
+}
+
+impl Channel {
+    /// The entry of a simulated wavelength.
+    pub fn new(outcome: &Outcome, settings: &Settings) -> Self {
+        // As it was run: rims that are screens have hops of their own.
+        let system = &outcome.rimmed.system;
+        let mut hops: Vec<HopEntry> = system
+            .hops()
+            .zip(&outcome.hops)
+            .map(|(hop, report)| HopEntry::new(&hop, report, settings))
+            .collect();
+        for rim in &outcome.rimmed.rims {
+            hops[rim.hop].rims.push(RimEntry::new(rim));
+        }
+        let totals = hops.iter().map(|hop| hop.error.map(|error| error.total));
+        let squares: Option<f64> = totals.map(|total| Some(total?.powi(2))).sum();
+        Self {
+            wavelength_um: micrometres(system.wavelength),
+            error: squares.map(f64::sqrt),
+            hops,
+            steps: Vec::new(),
+            metrics: Metrics::of(&outcome.field),
+        }
+    }
+
+    /// The entry of a wavelength's reference.
+    pub fn of_reference(system: &System, reference: &Reference) -> Self {
+        Self {
+            wavelength_um: system.wavelength * UM,
+            error: None,
+            hops: Vec::new(),
+            steps: reference.steps.iter().map(StepEntry::new).collect(),
+            metrics: Metrics::of(&reference.field),
+        }
+    }
+}
+
+impl HopEntry {
+    fn new(hop: &Hop, report: &HopReport, settings: &Settings) -> Self {
+        let tally = &report.tally;
+        let account = Account::of(&report.plan, tally);
+        let [before, behind, landed] = report.power;
+        Self {
+            plan: PlanEntry::new(hop, &report.plan, settings),
+            samples: report.samples,
+            rays: Fates::of(|fate| tally.rays(fate)),
+            energy_share: Fates::of(|fate| tally.share(fate)),
+            evaluations: tally.evaluations,
+            power: Power {
+                before,
+                behind,
+                landed,
+            },
+            error: account.map(|account| ErrorEntry {
+                aberration: account.aberration,
+                windows: account.windows,
+                dropped: account.dropped,
+                rims: account.rims,
+                total: account.total(),
+            }),
+            standard_error: tally.standard_error(),
+            aberration: [Tally::eta, Tally::eta_corrected].map(|estimate| estimate(tally)),
+            rims: Vec::new(),
+            seconds: report.seconds,
+        }
+    }
+}
+
+impl PlanEntry {
+    /// The entry of a hop's plan.
+    pub fn new(hop: &Hop, plan: &Plan, settings: &Settings) -> Self {
+        let bands = plan.bands();
+        let mut entry = Self {
+            from: hop.from.name.clone(),
+            to: hop.to.name.clone(),
+            method: method_name(plan).to_owned(),
+            why: reason(hop, plan, settings),
+            directions: [Directions::of(&bands[0]), Directions::of(&bands[1])],
+            expected_rays: plan.rays(),
+            beamlets: None,
+            planes: None,
+            paper: None,
+        };
+        let warning = Flatness::of(hop, plan).and_then(|flat| flat.warning());
+        match plan {
+            Plan::Free(..) => {}
+            Plan::Beamlets(plan) => entry.beamlets = Some(BeamletEntry::new(plan)),
+            Plan::Planes(plan) => {
+                entry.planes = Some(PlaneEntry {
+                    sigma_um: plan.sigma * UM,
+                    steps_um: plan.step.map(|step| step * UM),
+                    period_um: plan.period * UM,
+                });
+            }
+            Plan::Paper(plan) => {
+                entry.paper = Some(DrawEntry {
+                    positions: plan.positions,
+                    secondary: (plan.rays() / plan.positions.max(1) as f64) as usize,
+                    side_um: plan.side * UM,
+                    period_um: plan.period * UM,
+                    warning,
+                });
+            }
+        }
+        entry
+    }
+}
+
+impl BeamletEntry {
+    fn new(plan: &BeamletPlan) -> Self {
+        Self {
+            sigma_um: plan.sigma * UM,
+            step_um: plan.step * UM,
+            period_um: plan.period * UM,
+            footprint_um: plan.footprint * UM,
+            corrected: plan.correct,
+            expected_seconds: plan.seconds,
+            expected_error: plan.expected_error(),
+        }
+    }
+}
+
+impl Directions {
+    fn of(band: &Band) -> Self {
+        Self {
+            lowest: band.at(0),
+            highest: band.at(band.count.max(1) - 1),
+            count: band.count,
+        }
+    }
+}
+
+impl<T> Fates<T> {
+    fn of(of: impl Fn(Fate) -> T) -> Self {
+        Self {
+            arrived: of(Fate::Arrived),
+            outside: of(Fate::Outside),
+            clipped: of(Fate::Lost(Loss::Clipped)),
+            missed: of(Fate::Lost(Loss::Missed)),
+            total_reflection: of(Fate::Lost(Loss::TotalReflection)),
+            evanescent: of(Fate::Lost(Loss::Evanescent)),
+            not_converged: of(Fate::Lost(Loss::NotConverged)),
+            below_threshold: of(Fate::Weak),
+            unresolved: of(Fate::Unresolved),
+            elsewhere: of(Fate::Elsewhere),
+        }
+    }
+}
+
+impl Metrics {
+    /// The metrics of a field on a sensor.
+    pub fn of(field: &Field) -> Self {
+        let (x, y) = (field.grid.x.nodes(), field.grid.y.nodes());
+        Self::of_light(field.intensity().view(), [&x, &y], field.power())
+    }
+
+    /// The metrics of an intensity [y, x] at positions x and y in mm, with this power.
+    pub fn of_light(intensity: ArrayView2<'_, f64>, [x, y]: [&[f64]; 2], power: f64) -> Self {
+        let peak = peak(intensity);
+        let centre = centroid(intensity, x, y);
+        let radii = centre.and_then(|c| encircled_energy(intensity, x, y, c, &[0.5, 0.8]));
+        Self {
+            power,
+            peak: peak.map_or(0.0, |peak| peak.value),
+            peak_mm: peak.map(|peak| [x[peak.at[1]], y[peak.at[0]]]),
+            centroid_mm: centre,
+            fwhm_um: fwhm(intensity, x, y).map(|width| width.map(|w| w * UM)),
+            encircled_um: radii.map(|r| [r[0] * UM, r[1] * UM]),
+        }
+    }
+}

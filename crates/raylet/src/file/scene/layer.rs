@@ -1,0 +1,234 @@
+//! Layers of a diffractive element, as a scene file describes them.
+
+use std::path::PathBuf;
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
+use crate::file::decode::from_toml::tagged;
+use crate::file::decode::number::{
+    acute, count, not_empty, not_zero, one_or_pair_schema, pitch, positive, wavelength,
+    whole_or_part, width,
+};
+use crate::file::scene::material::Material;
+
+tagged! {
+    /// One factor of a diffractive element's complex transmission. Layers of an element multiply, so
+    /// their phases add. A phase φ multiplies the field by exp(+iφ).
+    pub enum Layer {
+        /// A grid of pixels with phase, amplitude or complex transmission from array files.
+        Pixels(PixelLayer) = "pixels",
+        /// A grid of material heights from an array file: phase k (n − n_ambient) h.
+        Height(HeightLayer) = "height",
+        /// A linear phase: one order of a blazed grating.
+        Grating(GratingLayer) = "grating",
+        /// An ideal diffractive lens: equal optical path to its focus.
+        Lens(FocusLayer) = "lens",
+        /// A conical phase that turns light towards the axis by one angle everywhere.
+        Axicon(AxiconLayer) = "axicon",
+        /// A spiral phase.
+        Vortex(VortexLayer) = "vortex",
+        /// Even powers of the radius.
+        Radial(RadialLayer) = "radial",
+        /// Zernike polynomials.
+        Zernike(ZernikeLayer) = "zernike",
+        /// A sum of transmissions, each a product of layers.
+        Sum(SumLayer) = "sum",
+    }
+}
+
+/// A centred grid of pixels. Arrays are 2-D, indexed [y, x]; the row index grows with y. Files are
+/// .npy, or .npz where the array is found under `key`.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct PixelLayer {
+    /// Distance of neighbouring pixel centres in micrometres: one number, or [x, y].
+    #[serde(deserialize_with = "pitch")]
+    #[schemars(schema_with = "one_or_pair_schema")]
+    pub pitch_um: [f64; 2],
+    /// Number of pixels [nx, ny]. Needed only where no array tells it, for a hologram that is still to
+    /// be computed; checked against the arrays otherwise.
+    #[serde(default, deserialize_with = "count")]
+    pub size: Option<[usize; 2]>,
+    /// Real array of the phase in radians, before `phase_scale`.
+    #[serde(default)]
+    pub phase: Option<PathBuf>,
+    /// Factor on the phase array, such as 6.2832 for a file in waves.
+    #[serde(default = "one", deserialize_with = "not_zero")]
+    pub phase_scale: f64,
+    /// Real array of the field amplitude (not the intensity).
+    #[serde(default)]
+    pub amplitude: Option<PathBuf>,
+    /// Complex array of the field transmission, instead of phase and amplitude.
+    #[serde(default)]
+    pub transmission: Option<PathBuf>,
+    /// Name of the array in .npz files. Without it: the array named like the key that names the file
+    /// (`phase`, `amplitude`, `transmission`), or else the only array of the file.
+    #[serde(default)]
+    pub key: Option<String>,
+    /// What lies between the pixel centres.
+    #[serde(default)]
+    pub pixel: PixelForm,
+    /// Share of a pixel's area that carries its phase or transmission, above 0 and up to 1. The pixel acts with
+    /// its mean; an amplitude weakens it as a whole.
+    #[serde(default = "one", deserialize_with = "whole_or_part")]
+    #[schemars(extend("minimum" = 1e-12, "maximum" = 1))]
+    pub fill: f64,
+    /// What the rest of a pixel does.
+    #[serde(default)]
+    pub rest: Rest,
+}
+
+/// What the part of a pixel does that carries nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Rest {
+    /// It is dark.
+    #[default]
+    Dark,
+    /// It lets light pass, or mirrors it, with phase zero.
+    Flat,
+}
+
+impl PixelLayer {
+    /// The transmission of the rest, times its share of the area.
+    pub fn flat_share(&self) -> f64 {
+        match self.rest {
+            Rest::Dark => 0.0,
+            Rest::Flat => 1.0 - self.fill,
+        }
+    }
+}
+
+/// What a pixel's value means between the pixel centres.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum PixelForm {
+    /// Constant over the pixel, as on a real pixelated element.
+    #[default]
+    Box,
+    /// One point sample at the centre that weighs the pixel's area.
+    Point,
+    /// Bilinear interpolation of the transmission between the centres.
+    Bilinear,
+}
+
+/// A relief of one material in the ambient medium.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct HeightLayer {
+    /// Distance of neighbouring pixel centres in micrometres: one number, or [x, y].
+    #[serde(deserialize_with = "pitch")]
+    #[schemars(schema_with = "one_or_pair_schema")]
+    pub pitch_um: [f64; 2],
+    /// Number of pixels [nx, ny]. Needed only for heights that are still to be designed; checked against the
+    /// array otherwise.
+    #[serde(default, deserialize_with = "count")]
+    pub size: Option<[usize; 2]>,
+    /// Real 2-D array of heights in micrometres, indexed [y, x], in a .npy or .npz file.
+    pub height_um: PathBuf,
+    /// The material of the relief: a catalogue name or { index = … }.
+    pub glass: Material,
+    /// Name of the array in a .npz file; without it `height_um`, or else its only array.
+    #[serde(default)]
+    pub key: Option<String>,
+    /// What lies between the pixel centres.
+    #[serde(default)]
+    pub pixel: PixelForm,
+}
+
+/// One order of a blazed grating: optical direction cosines grow by order · wavelength / period.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GratingLayer {
+    /// Period in micrometres.
+    #[serde(deserialize_with = "width")]
+    #[schemars(extend("minimum" = 1e-6, "maximum" = 1e9))]
+    pub period_um: f64,
+    /// Direction towards which the first order turns, in degrees from x towards y.
+    #[serde(default)]
+    pub direction_deg: f64,
+    /// Diffraction order.
+    #[serde(default = "first")]
+    pub order: i32,
+}
+
+/// An ideal diffractive lens.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct FocusLayer {
+    /// Focal length in millimetres in the ambient medium, at the design wavelength; negative diverges.
+    #[serde(deserialize_with = "not_zero")]
+    pub focal_length_mm: f64,
+    /// Design wavelength in micrometres; the scene's first wavelength without it.
+    #[serde(default, deserialize_with = "wavelength")]
+    #[schemars(extend("minimum" = 0.01, "maximum" = 100))]
+    pub wavelength_um: Option<f64>,
+}
+
+/// A conical phase.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct AxiconLayer {
+    /// Angle in degrees by which collimated light is turned towards the axis; negative turns away.
+    #[serde(deserialize_with = "acute")]
+    #[schemars(extend("exclusiveMinimum" = -90, "exclusiveMaximum" = 90))]
+    pub angle_deg: f64,
+}
+
+/// A spiral phase, charge times the angle about the axis.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct VortexLayer {
+    /// Topological charge: turns of 2π in one round.
+    pub charge: i32,
+}
+
+/// Phase Σ aᵢ (r/ρ)^{2i} with i from 1.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct RadialLayer {
+    /// Radius ρ in millimetres at which every power is one.
+    #[serde(deserialize_with = "positive")]
+    #[schemars(extend("minimum" = 1e-12))]
+    pub norm_radius_mm: f64,
+    /// Coefficients in radians of (r/ρ)², (r/ρ)⁴, …
+    #[serde(deserialize_with = "not_empty")]
+    #[schemars(extend("minItems" = 1))]
+    pub coefficients: Vec<f64>,
+}
+
+/// Phase Σ aⱼ Zⱼ(x/ρ, y/ρ) in Noll's order and normalisation.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct ZernikeLayer {
+    /// Radius ρ in millimetres of the unit circle.
+    #[serde(deserialize_with = "positive")]
+    #[schemars(extend("minimum" = 1e-12))]
+    pub norm_radius_mm: f64,
+    /// Coefficients in radians of Noll's Z₁ (piston), Z₂ (tilt in x), Z₃ (tilt in y), Z₄ (defocus), …
+    #[serde(deserialize_with = "not_empty")]
+    #[schemars(extend("minItems" = 1))]
+    pub coefficients: Vec<f64>,
+}
+
+/// A sum of complex transmissions, each the product of the layers of one term.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct SumLayer {
+    /// The terms, each a list of layers.
+    #[serde(deserialize_with = "not_empty")]
+    #[schemars(extend("minItems" = 1))]
+    pub terms: Vec<Vec<Layer>>,
+    /// Amplitude factor of each term; 1 for all without it.
+    #[serde(default)]
+    pub weights: Option<Vec<f64>>,
+}
+
+fn one() -> f64 {
+    1.0
+}
+
+fn first() -> i32 {
+    1
+}

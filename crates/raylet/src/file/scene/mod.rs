@@ -1,0 +1,37 @@
+//! What a scene file says.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `scene_file` | The scene file: everything that a run needs, in one TOML text with array files beside it |
+//! | `element` | Elements of a scene: what stands along the axis, as a scene file describes it |
+//! | `layer` | Layers of a diffractive element, as a scene file describes them |
+//! | `material` | A medium, as a scene file names it |
+//! | `opening` | Clear apertures, as a scene file describes them |
+//! | `sag` | Shapes of surfaces, as a scene file describes them |
+//! | `settings` | How a scene is to be computed, and the hologram it may ask for |
+//! | `design` | What a scene says about its design by gradients |
+//! | `estimator` | Which beamlets a design's looks follow |
+//! | `loss_specification` | What a scene wants of the light on its sensor |
+//! | `element_names` | What elements are called: by their names, or by their places where they have none |
+//! | `check` | What no single value of a scene shows to be wrong: parts that do not fit together |
+//! | `variable` | Numbers of a scene by their address, so that a design may change any of them |
+
+pub(crate) mod check;
+pub mod design;
+pub mod element;
+pub(crate) mod element_names;
+pub mod estimator;
+pub mod layer;
+pub mod loss_specification;
+pub mod material;
+pub mod opening;
+pub mod sag;
+pub mod scene_file;
+#[cfg(test)]
+pub(crate) mod scene_test;
+#[cfg(test)]
+mod schema_test;
+pub mod settings;
+#[cfg(test)]
+pub(crate) mod surfaces_test;
+pub mod variable;

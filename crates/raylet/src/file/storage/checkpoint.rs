@@ -1,0 +1,279 @@
+//! Checkpoints of a run: a file that is whole or not there, and the one before it.
+
+use std::fs;
+use std::io;
+use std::path::{Path, PathBuf};
+
+use serde::Serialize;
+use serde::de::DeserializeOwned;
+
+use crate::file::decode::fault::Fault;
+use crate::file::storage::hidden::{Hidden, unwritable};
+use crate::file::storage::own_file::Replace;
+use crate::file::storage::parent_folders::{named, sync};
+
+/// What a user may go on from.
+const EXPECTED: &str = "the checkpoint of an earlier run";
+
+/// The two files of a run's checkpoints.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub struct Checkpoints {
+    newest: PathBuf,
+    before: PathBuf,
+    /// What the run's numbers depend on: another run's checkpoint is none of this one.
+    description: String,
+}
+
+/// What was read.
+#[derive(Debug)]
+pub struct Restored<T> {
+    /// The state.
+    pub state: T,
+    /// What was wrong with the newest file, if the one before it was taken.
+    pub warning: Option<String>,
+}
+
+/// What stands where a checkpoint should be.
+enum Found {
+    Nothing,
+    Torn,
+    /// Its body.
+    Whole(String),
+}
+
+impl Checkpoints {
+    /// Those in a folder, of the run that is so described.
+    pub fn within(folder: &Path, description: &str) -> Self {
+        Self {
+            newest: folder.join("checkpoint.json"),
+            before: folder.join("checkpoint.before.json"),
+            description: description.to_owned(),
+        }
+    }
+
+    /// Checks, for a run from its start, that nothing but checkpoints will be replaced.
+    ///
+    /// # Errors
+    /// Other files of their names.
+    pub fn claim(&self, replace: Replace) -> Result<(), Fault> {
+        for path in [&self.newest, &self.before] {
+            if let (Found::Torn, Replace::Own) = (look(path)?, replace) {
+                let found = "a file that is not a whole checkpoint of raylet";
+                let fault = Fault::of_file(path, found, "no file, or a checkpoint");
+                return Err(fault.hint("move it away, or let it be replaced (--overwrite)"));
+            }
+        }
+        Ok(())
+    }
+
+    /// Writes a checkpoint; the last one is kept beside it. At any moment one of the two is whole, on the disk too.
+    ///
+    /// # Errors
+    /// What the file system said.
+    pub fn write<T: Serialize>(&self, state: &T) -> Result<(), Fault> {
+        let refuse = |error: io::Error| unwritable(&self.newest, &error);
+        let body = serde_json::to_string(&(&self.description, state));
+        let body = body.map_err(|error| refuse(io::Error::other(error)))?;
+        let text = format!("{}\n{body}", checksum(&body));
+        let fresh = Hidden::beside(&self.newest)?;
+        fresh.write(None, text.as_bytes()).map_err(refuse)?;
+
+        // A torn one does not take the place of the whole one before it.
+        if let Found::Whole(_) = look(&self.newest)? {
+            fs::rename(&self.newest, &self.before).map_err(refuse)?;
+            sync(self.folder()).map_err(refuse)?;
+        }
+        fresh.reveal(&self.newest, &|_| Ok(()))
+    }
+
+    /// The last checkpoint that is whole, if `check` finds nothing wrong with it.
+    ///
+    /// # Errors
+    /// No checkpoint, none that is whole, one of another run, or what `check` says was found in it.
+    pub fn read<T: DeserializeOwned>(
+        &self,
+        check: impl FnOnce(&T) -> Result<(), String>,
+    ) -> Result<Restored<T>, Fault> {
+        let newest = look(&self.newest)?;
+        let wrong = match &newest {
+            Found::Whole(body) => {
+                let state = self.state(&self.newest, body, check)?;
+                return Ok(Restored {
+                    state,
+                    warning: None,
+                });
+            }
+            Found::Torn => "torn",
+            Found::Nothing => "missing",
+        };
+        let (path, found) = match (newest, look(&self.before)?) {
+            (_, Found::Whole(body)) => {
+                let state = self.state(&self.before, &body, check)?;
+                let (newest, before) = (self.newest.display(), self.before.display());
+                let warning = format!(
+                    "the newest checkpoint is {wrong} ({newest}); going on from the one before it ({before})"
+                );
+                return Ok(Restored {
+                    state,
+                    warning: Some(warning),
+                });
+            }
+            (Found::Nothing, Found::Nothing) => (&self.newest, "no such file"),
+            (Found::Nothing, _) => (&self.before, "a torn file"),
+            _ => (&self.newest, "a torn file"),
+        };
+        Err(Fault::of_file(path, found, EXPECTED))
+    }
+
+    /// Removes the checkpoints, and their folder if nothing else is in it.
+    ///
+    /// # Errors
+    /// What the file system said.
+    pub fn remove(&self) -> Result<(), Fault> {
+        for path in [&self.newest, &self.before] {
+            if let Found::Whole(_) = look(path)? {
+                fs::remove_file(path).map_err(|error| unwritable(path, &error))?;
+            }
+        }
+        let _ = fs::remove_dir(self.folder());
+        Ok(())
+    }
+
+    fn folder(&self) -> &Path {
+        named(self.newest.parent().unwrap_or(&self.newest))
+    }
+
+    fn state<T: DeserializeOwned>(
+        &self,
+        path: &Path,
+        body: &str,
+        check: impl FnOnce(&T) -> Result<(), String>,
+    ) -> Result<T, Fault> {
+        let (description, state): (String, T) = serde_json::from_str(body)
+            .map_err(|error| Fault::of_file(path, error.to_string(), EXPECTED))?;
+        if description != self.description {
+            let found = "a checkpoint of another scene or of other settings";
+            return Err(Fault::of_file(path, found, "that of this one"));
+        }
+        check(&state).map_err(|found| Fault::of_file(path, found, EXPECTED))?;
+        Ok(state)
+    }
+}
+
+fn checksum(body: &str) -> String {
+    format!("{:08x}", crc32fast::hash(body.as_bytes()))
+}
+
+/// Reads what stands where a checkpoint should be; anything but a whole one is torn, whatever its bytes are.
+fn look(path: &Path) -> Result<Found, Fault> {
+    match fs::symlink_metadata(path) {
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Found::Nothing),
+        Ok(kind) if !kind.is_file() => {
+            return Err(Fault::of_file(
+                path,
+                "something that is not a file",
+                EXPECTED,
+            ));
+        }
+        _ => {}
+    }
+    let bytes =
+        fs::read(path).map_err(|error| Fault::of_file(path, error.to_string(), EXPECTED))?;
+    let text = String::from_utf8(bytes).unwrap_or_default();
+    let body = text.split_once('\n');
+    Ok(match body.filter(|(sum, body)| *sum == checksum(body)) {
+        Some((_, body)) => Found::Whole(body.to_owned()),
+        None => Found::Torn,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use crate::file::decode::fault::Fault;
+    use crate::file::storage::checkpoint::{Checkpoints, Restored};
+    use crate::file::storage::own_file::Replace;
+
+    fn read(files: &Checkpoints) -> Result<Restored<Vec<u32>>, Fault> {
+        files.read(|_| Ok(()))
+    }
+
+    #[test]
+    fn torn_files_give_way_to_the_one_before() {
+        let room = tempfile::tempdir().unwrap();
+        let files = Checkpoints::within(&room.path().join("run"), "this scene");
+        let none = read(&files).unwrap_err().to_string();
+        assert!(none.contains("no such file"), "{none}");
+        files.write(&vec![1, 2]).unwrap();
+        files.write(&vec![3, 4]).unwrap();
+        let found = read(&files).unwrap();
+        assert_eq!((found.state, found.warning), (vec![3, 4], None));
+
+        // Torn anywhere, or no text at all, the newest is not taken for whole.
+        let newest = room.path().join("run/checkpoint.json");
+        let text = fs::read(&newest).unwrap();
+        let mut torn: Vec<Vec<u8>> = (0..text.len()).map(|n| text[..n].to_vec()).collect();
+        torn.push(vec![0xff, 0xfe, 0, 0x80]);
+        for bytes in torn {
+            fs::write(&newest, &bytes).unwrap();
+            let found = read(&files).unwrap();
+            assert_eq!(found.state, [1, 2], "{bytes:?}");
+            let told = found.warning.unwrap();
+            assert!(told.contains("newest checkpoint is torn ("), "{told}");
+            assert!(told.contains("going on from the one before it"), "{told}");
+        }
+
+        // The next one leaves the whole one in its place; a file that is not there is reported as that.
+        files.write(&vec![5]).unwrap();
+        fs::remove_file(&newest).unwrap();
+        let found = read(&files).unwrap();
+        assert_eq!(found.state, [1, 2]);
+        assert!(found.warning.unwrap().contains("is missing ("));
+        fs::write(room.path().join("run/checkpoint.before.json"), [0xff]).unwrap();
+        let torn = read(&files).unwrap_err().to_string();
+        assert!(
+            torn.contains("checkpoint.before.json: found a torn file"),
+            "{torn}"
+        );
+        assert_eq!(fs::read_dir(room.path().join("run")).unwrap().count(), 1);
+    }
+
+    #[test]
+    fn other_runs_are_refused() {
+        let room = tempfile::tempdir().unwrap();
+        let files = |description| Checkpoints::within(room.path(), description);
+        files("one").write(&7).unwrap();
+        let read = files("another").read(|_: &u32| Ok(()));
+        let told = read.unwrap_err().to_string();
+        assert!(told.contains("another scene"), "{told}");
+        let read = files("one").read(|found: &u32| Err(format!("{found} iterations")));
+        let told = read.unwrap_err().to_string();
+        assert!(
+            told.contains("checkpoint.json: found 7 iterations"),
+            "{told}"
+        );
+    }
+
+    #[test]
+    fn other_files_stay() {
+        let room = tempfile::tempdir().unwrap();
+        let files = Checkpoints::within(room.path(), "one");
+        files.claim(Replace::Own).unwrap();
+        for name in ["checkpoint.json", "checkpoint.before.json"] {
+            let path = room.path().join(name);
+            fs::write(&path, "{\"mine\": 1}").unwrap();
+            let told = files.claim(Replace::Own).unwrap_err().to_string();
+            assert!(told.contains(name), "{told}");
+            files.claim(Replace::Any).unwrap();
+            files.remove().unwrap();
+            assert_eq!(fs::read_to_string(&path).unwrap(), "{\"mine\": 1}");
+            fs::remove_file(path).unwrap();
+        }
+        files.write(&1).unwrap();
+        files.write(&2).unwrap();
+        files.claim(Replace::Own).unwrap();
+        files.remove().unwrap();
+        assert!(!room.path().exists());
+    }
+}

@@ -1,0 +1,270 @@
+//! What is written under a hidden name and takes its own when it is whole.
+//!
+//! A hidden folder stands beside the place that is meant, or beside the first of its folders that is not there yet, so
+//! that the last step is a rename. It holds a lock, by which a later run sees whether it was left by a killed one.
+
+use std::fs::{self, File};
+use std::io::{self, Write};
+use std::path::{Path, PathBuf};
+
+use crate::file::decode::fault::Fault;
+use crate::file::storage::lock::{Lock, LockError};
+use crate::file::storage::parent_folders::{below, exchange, make, named, standing, sync, unmake};
+use crate::file::storage::unfinished::{NEW, OLD, OWNER, PLACE, Trace, clear, unfinished};
+
+/// The start of every hidden name.
+pub const PREFIX: &str = ".raylet-";
+
+/// A run that looks for what others left may remove a draft before its owner is known.
+const TRIES: u32 = 10;
+
+/// A hidden folder with room for one new thing, removed when dropped.
+#[derive(Debug)]
+pub struct Hidden {
+    folder: PathBuf,
+    owner: Option<Lock>,
+}
+
+/// Says whether what stands somewhere may be replaced.
+pub type Judge<'a> = &'a dyn Fn(&Path) -> Result<(), Fault>;
+
+/// Lets two paths change places at one stroke; `false` where that is not possible.
+pub type Swap<'a> = &'a dyn Fn(&Path, &Path) -> io::Result<bool>;
+
+impl Hidden {
+    /// A hidden folder for what will be at `path`.
+    ///
+    /// # Errors
+    /// The folder around it cannot be written, or what is in the way of it is no folder.
+    pub fn beside(path: &Path) -> Result<Self, Fault> {
+        let around = standing(path);
+        let refuse = |error: io::Error| {
+            // The name of the hidden folder, at the end, says nothing to the user.
+            let told = error.to_string();
+            let found = told.split(" at path ").next().unwrap_or_default();
+            Fault::of_file(&around, found, "a folder that can be written")
+        };
+        let mut swept = io::Error::from(io::ErrorKind::NotFound);
+        for _ in 0..TRIES {
+            let mut list = unfinished();
+            let folder = tempfile::Builder::new()
+                .prefix(PREFIX)
+                .tempdir_in(&around)
+                .map_err(refuse)?
+                .keep();
+            list.push(Trace::Draft(folder.clone()));
+            drop(list);
+            let mut hidden = Self {
+                folder,
+                owner: None,
+            };
+            match Lock::take(&hidden.folder.join(OWNER)) {
+                Ok(owner) => {
+                    hidden.owner = Some(owner);
+                    return Ok(hidden);
+                }
+                Err(LockError::Io(error)) if error.kind() == io::ErrorKind::NotFound => {
+                    swept = error;
+                }
+                Err(error) => return Err(refuse(io::Error::other(error))),
+            }
+        }
+        Err(refuse(swept))
+    }
+
+    /// Where the new thing, a file or a folder, is for now.
+    fn path(&self) -> PathBuf {
+        self.folder.join(NEW)
+    }
+
+    /// Makes the new thing a folder.
+    ///
+    /// # Errors
+    /// What the file system said.
+    pub fn make_folder(&self) -> io::Result<()> {
+        let _list = unfinished();
+        fs::create_dir(self.path())
+    }
+
+    /// Writes the new thing, or the file of this name in it, and waits until it is on the disk.
+    ///
+    /// # Errors
+    /// What the file system said.
+    pub fn write(&self, name: Option<&str>, content: &[u8]) -> io::Result<()> {
+        let _list = unfinished();
+        let path = match name {
+            Some(name) => self.path().join(name),
+            None => self.path(),
+        };
+        write_through(&path, content)
+    }
+
+    /// Gives the new thing its name, in folders that are made where they are missing, if `judge` allows what stands
+    /// there then to be replaced. An earlier folder of that name is removed, file by file as its document lists them.
+    ///
+    /// # Errors
+    /// What `judge` or the file system said; then nothing is changed.
+    pub fn reveal(self, path: &Path, judge: Judge) -> Result<(), Fault> {
+        self.reveal_by(&exchange, path, judge)
+    }
+
+    /// The same with another way to let folders change places.
+    pub(crate) fn reveal_by(self, swap: Swap, path: &Path, judge: Judge) -> Result<(), Fault> {
+        let list = unfinished();
+        let mut made = Vec::new();
+        let outcome = make(path, &mut made)
+            .map_err(|error| unwritable(path, &error))
+            .and_then(|()| judge(path))
+            .and_then(|()| self.take_place(swap, path, judge));
+        if outcome.is_err() {
+            unmake(&made);
+        }
+        drop(list);
+        outcome
+    }
+
+    fn take_place(&self, swap: Swap, path: &Path, judge: Judge) -> Result<(), Fault> {
+        let refuse = |error: io::Error| unwritable(path, &error);
+        let new = self.path();
+        let is_folder = |path: &Path| fs::symlink_metadata(path).is_ok_and(|kind| kind.is_dir());
+        if is_folder(&new) {
+            sync(&new).map_err(refuse)?;
+        }
+        if !is_folder(path) {
+            // A file gives way to a file at one stroke.
+            fs::rename(&new, path).map_err(refuse)?;
+        } else if swap(&new, path).map_err(refuse)? {
+            // The earlier folder is in the draft now, and is looked at once more: somebody may have been as fast.
+            if let Err(fault) = judge(&new) {
+                swap(&new, path).map_err(refuse)?;
+                return Err(fault);
+            }
+            fs::rename(&new, self.folder.join(OLD)).map_err(refuse)?;
+        } else {
+            self.set_aside(path, judge)?;
+        }
+        sync(named(path.parent().unwrap_or(path))).map_err(refuse)
+    }
+
+    /// Two steps where there is no single one: the earlier folder steps aside, and comes back if the new one cannot
+    /// take its place. Between the two there is neither; a note of where it stood lets the next run put it back.
+    fn set_aside(&self, path: &Path, judge: Judge) -> Result<(), Fault> {
+        let refuse = |error: io::Error| unwritable(path, &error);
+        let around = self.folder.parent().map(named).unwrap_or(&self.folder);
+        let place = below(around, path).as_os_str().as_encoded_bytes();
+        write_through(&self.folder.join(PLACE), place).map_err(refuse)?;
+        sync(&self.folder).map_err(refuse)?;
+        let old = self.folder.join(OLD);
+        fs::rename(path, &old).map_err(refuse)?;
+        let outcome = judge(&old).and_then(|()| fs::rename(self.path(), path).map_err(refuse));
+        if outcome.is_err() {
+            fs::rename(&old, path).map_err(refuse)?;
+        }
+        outcome
+    }
+}
+
+impl Drop for Hidden {
+    fn drop(&mut self) {
+        let list = unfinished();
+        clear(&self.folder);
+        drop(list);
+        drop(self.owner.take());
+        let mut list = unfinished();
+        let own = Trace::Draft(self.folder.clone());
+        if let Some(at) = list.iter().position(|trace| *trace == own) {
+            list.remove(at);
+            let _ = fs::remove_dir(&self.folder);
+        }
+    }
+}
+
+/// The fault of a place that cannot be written.
+pub fn unwritable(path: &Path, error: &io::Error) -> Fault {
+    Fault::of_file(path, error.to_string(), "a place that can be written")
+}
+
+/// Writes a file, and waits until it is on the disk.
+fn write_through(path: &Path, content: &[u8]) -> io::Result<()> {
+    let mut file = File::create(path)?;
+    file.write_all(content)?;
+    file.sync_all()
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+    use std::path::Path;
+
+    use crate::file::decode::fault::Fault;
+    use crate::file::storage::hidden::Hidden;
+
+    fn count(folder: &Path) -> usize {
+        fs::read_dir(folder).unwrap().count()
+    }
+
+    #[test]
+    fn missing_folders_are_made_at_the_end_or_not_at_all() {
+        let room = tempfile::tempdir().unwrap();
+        let place = room.path().join("a/b/c.txt");
+        let hidden = Hidden::beside(&place).unwrap();
+        hidden.write(None, b"whole").unwrap();
+        assert_eq!(count(room.path()), 1);
+        assert!(!room.path().join("a").exists());
+
+        // A refusal takes the folders away again.
+        let refuse = |_: &Path| Err(Fault::of_file(&place, "a stranger", "nobody"));
+        assert!(hidden.reveal(&place, &refuse).is_err());
+        assert_eq!(count(room.path()), 0);
+        let hidden = Hidden::beside(&place).unwrap();
+        hidden.write(None, b"whole").unwrap();
+        hidden.reveal(&place, &|_| Ok(())).unwrap();
+        assert_eq!(fs::read_to_string(&place).unwrap(), "whole");
+        assert_eq!(count(room.path()), 1);
+    }
+
+    #[test]
+    fn a_file_in_the_way_is_told() {
+        let room = tempfile::tempdir().unwrap();
+        fs::write(room.path().join("file"), "").unwrap();
+        for place in ["file/out", "file/a/out"] {
+            let fault = Hidden::beside(&room.path().join(place)).unwrap_err();
+            let told = fault.to_string();
+            assert!(
+                told.contains("file: found ") && !told.contains(".raylet"),
+                "{told}"
+            );
+        }
+    }
+
+    /// A folder that is refused, at the first look or when it has changed places, is as it was.
+    #[test]
+    fn refused_folders_come_back() {
+        for can_swap in [true, false] {
+            for refused_at in [1, 2] {
+                let room = tempfile::tempdir().unwrap();
+                let out = room.path().join("out");
+                fs::create_dir(&out).unwrap();
+                fs::write(out.join("late.txt"), "mine").unwrap();
+                let hidden = Hidden::beside(&out).unwrap();
+                hidden.make_folder().unwrap();
+                hidden.write(Some("field.npz"), b"new").unwrap();
+                let looks = std::cell::Cell::new(0);
+                let judge = |path: &Path| {
+                    looks.set(looks.get() + 1);
+                    match looks.get() < refused_at {
+                        true => Ok(()),
+                        false => Err(Fault::of_file(path, "a stranger", "nobody")),
+                    }
+                };
+                let swap = |one: &Path, other: &Path| match can_swap {
+                    true => crate::file::storage::parent_folders::exchange(one, other),
+                    false => Ok(false),
+                };
+                assert!(hidden.reveal_by(&swap, &out, &judge).is_err());
+                assert_eq!(fs::read_to_string(out.join("late.txt")).unwrap(), "mine");
+                assert_eq!((count(&out), count(room.path())), (1, 1));
+            }
+        }
+    }
+}

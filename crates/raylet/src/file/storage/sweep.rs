@@ -1,0 +1,171 @@
+//! What killed runs left behind: hidden drafts and locks that nobody holds any more.
+
+use std::fs;
+use std::io;
+use std::path::{Component, Path, PathBuf};
+
+use crate::file::storage::hidden::PREFIX;
+use crate::file::storage::lock::Lock;
+use crate::file::storage::parent_folders::{named, standing};
+use crate::file::storage::unfinished::{OLD, OWNER, PLACE, clear, unfinished};
+
+/// Letters and digits behind the prefix of a draft's name.
+const LETTERS: usize = 6;
+
+/// The end of a lock's name.
+pub const LOCK: &str = ".lock";
+
+/// So many folders around a path are looked through: a run that makes folders has its draft outside of them.
+const LEVELS: usize = 3;
+
+/// Removes the drafts and locks that killed runs left around a path; a result that stood aside when such a run ended is
+/// put back. Those that a live process holds stay, and so does whatever cannot be removed.
+pub fn sweep_around(path: &Path) {
+    let there = standing(path);
+    let around = there.ancestors().take(LEVELS);
+    for folder in around {
+        sweep(named(folder));
+    }
+}
+
+/// The same right inside a folder.
+pub fn sweep(folder: &Path) {
+    for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
+        let name = entry.file_name().to_string_lossy().into_owned();
+        let Some(rest) = name.strip_prefix(PREFIX) else {
+            continue;
+        };
+        let (path, kind) = (entry.path(), entry.file_type());
+        let is_draft = rest.len() == LETTERS && rest.chars().all(|c| c.is_ascii_alphanumeric());
+        if is_draft && kind.is_ok_and(|kind| kind.is_dir()) {
+            sweep_draft(folder, &path);
+        } else if rest.ends_with(LOCK) {
+            // Dropped at once, a lock that nobody held is gone.
+            let _ = Lock::take_stale(&path);
+        }
+    }
+}
+
+fn sweep_draft(around: &Path, draft: &Path) {
+    let owner = draft.join(OWNER);
+    if owner.exists() {
+        let Ok(Some(lock)) = Lock::take_stale(&owner) else {
+            return;
+        };
+        let list = unfinished();
+        put_back(around, draft);
+        clear(draft);
+        drop(list);
+        drop(lock);
+    }
+    // Without an owner it is empty, or not raylet's.
+    let _ = fs::remove_dir(draft);
+}
+
+/// A folder that stood aside for another one which did not come.
+fn put_back(around: &Path, draft: &Path) {
+    let Some(place) = place(draft) else {
+        return;
+    };
+    let target = around.join(place);
+    let is_free =
+        fs::symlink_metadata(&target).is_err_and(|error| error.kind() == io::ErrorKind::NotFound);
+    if is_free {
+        let _ = fs::rename(draft.join(OLD), target);
+    }
+}
+
+/// Where it stood, below the folder around.
+fn place(draft: &Path) -> Option<PathBuf> {
+    let place = PathBuf::from(fs::read_to_string(draft.join(PLACE)).ok()?);
+    let inside = |part: Component| matches!(part, Component::Normal(_));
+    place.components().all(inside).then_some(place)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::fs;
+
+    use crate::file::storage::hidden::Hidden;
+    use crate::file::storage::lock::Lock;
+    use crate::file::storage::seal::sealed;
+    use crate::file::storage::sweep::sweep_around;
+
+    #[test]
+    fn what_is_left_goes_and_what_is_held_stays() {
+        let room = tempfile::tempdir().unwrap();
+        let join = |name: &str| room.path().join(name);
+        let left = "raylet process 1 on moon since 12\n";
+        fs::create_dir_all(join(".raylet-aB3d5f/new")).unwrap();
+        fs::write(join(".raylet-aB3d5f/owner"), left).unwrap();
+        fs::write(join(".raylet-aB3d5f/new/field.npz"), "half").unwrap();
+        fs::create_dir(join(".raylet-empty0")).unwrap();
+        fs::write(join(".raylet-out.lock"), left).unwrap();
+
+        // Nobody's, or another's.
+        let strange = [
+            ".raylet-notes1/new/a.txt",
+            ".raylet-notes/owner",
+            ".raylet-x/new/b",
+        ];
+        for path in strange {
+            fs::create_dir_all(join(path).parent().unwrap()).unwrap();
+            fs::write(join(path), "mine").unwrap();
+        }
+        fs::write(join(".raylet-diary.lock"), "mine").unwrap();
+        let held = Hidden::beside(&join("out")).unwrap();
+        let lock = Lock::take(&join(".raylet-held.lock")).unwrap();
+        sweep_around(&join("a/b/out"));
+        for path in [".raylet-aB3d5f", ".raylet-empty0", ".raylet-out.lock"] {
+            assert!(!join(path).exists(), "{path}");
+        }
+        for path in strange.iter().chain(&[".raylet-diary.lock"]) {
+            assert_eq!(fs::read_to_string(join(path)).unwrap(), "mine");
+        }
+        assert!(join(".raylet-held.lock").exists());
+        held.write(None, b"still there").unwrap();
+        held.reveal(&join("out"), &|_| Ok(())).unwrap();
+        drop(lock);
+        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 5);
+    }
+
+    /// A result that stood aside when its run was killed comes back, unless the new one has come.
+    #[test]
+    fn what_stood_aside_comes_back() {
+        for has_come in [false, true] {
+            let room = tempfile::tempdir().unwrap();
+            let (out, draft) = (room.path().join("out"), room.path().join(".raylet-aB3d5f"));
+            fs::create_dir_all(draft.join("old")).unwrap();
+            let document = sealed("{}", &[]).unwrap();
+            fs::write(draft.join("old/result.json"), &document).unwrap();
+            fs::write(draft.join("place"), "out").unwrap();
+            fs::write(draft.join("owner"), "raylet process 1 on moon since 12\n").unwrap();
+            if has_come {
+                fs::create_dir(&out).unwrap();
+            }
+            sweep_around(&out);
+            assert_eq!(out.join("result.json").exists(), !has_come);
+            assert_eq!(fs::read_dir(room.path()).unwrap().count(), 1);
+        }
+    }
+
+    /// A file of the user's in what stood aside is never removed, and notes lead nowhere else.
+    #[test]
+    fn what_is_not_raylets_stays_in_hiding() {
+        let room = tempfile::tempdir().unwrap();
+        let (out, draft) = (
+            room.path().join("in/out"),
+            room.path().join("in/.raylet-aB3d5f"),
+        );
+        fs::create_dir_all(draft.join("old")).unwrap();
+        fs::write(draft.join("old/late.txt"), "mine").unwrap();
+        fs::write(draft.join("place"), "../out").unwrap();
+        fs::write(draft.join("owner"), "raylet process 1 on moon since 12\n").unwrap();
+        sweep_around(&out);
+        assert_eq!(
+            fs::read_to_string(draft.join("old/late.txt")).unwrap(),
+            "mine"
+        );
+        assert!(!room.path().join("out").exists());
+    }
+}

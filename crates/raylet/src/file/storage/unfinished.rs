@@ -1,0 +1,103 @@
+//! What this process has on the disk only for as long as it works: drafts, locks, and folders made for them.
+//!
+//! A program that is about to end can remove all of it.
+
+use std::fs;
+use std::path::{Path, PathBuf};
+use std::sync::{Mutex, MutexGuard, PoisonError};
+
+use crate::file::storage::seal::Sealed;
+
+/// Name of the new thing inside the hidden folder of a draft.
+pub const NEW: &str = "new";
+
+/// Name of what it replaces, for as long as that stands aside.
+pub const OLD: &str = "old";
+
+/// Name of the note that says where that stood.
+pub const PLACE: &str = "place";
+
+/// Name of the lock that says whose draft it is.
+pub const OWNER: &str = "owner";
+
+/// Something that goes when the work is done.
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub enum Trace {
+    /// The hidden folder of a draft.
+    Draft(PathBuf),
+    /// A lock.
+    Lock(PathBuf),
+    /// A folder that was made, which goes if nothing is in it.
+    Folder(PathBuf),
+}
+
+/// What there is now. Whoever changes the disk holds the list while doing so.
+static UNFINISHED: Mutex<Vec<Trace>> = Mutex::new(Vec::new());
+
+/// While this is held, nothing is written.
+#[derive(Debug)]
+pub struct Standstill {
+    _list: MutexGuard<'static, Vec<Trace>>,
+}
+
+/// The list, to be held while the disk is changed.
+pub fn unfinished() -> MutexGuard<'static, Vec<Trace>> {
+    UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
+}
+
+/// Removes everything unfinished and lets nothing more be written: for a program that is about to end.
+pub fn abandon() -> Standstill {
+    let mut list = unfinished();
+    for trace in list.drain(..).rev() {
+        trace.remove();
+    }
+    Standstill { _list: list }
+}
+
+impl Trace {
+    /// Removes it. Whatever cannot be removed stays for the next start.
+    pub fn remove(&self) {
+        match self {
+            Trace::Draft(folder) => {
+                clear(folder);
+                let _ = fs::remove_file(folder.join(OWNER));
+                let _ = fs::remove_dir(folder);
+            }
+            Trace::Lock(file) => {
+                let _ = fs::remove_file(file);
+            }
+            Trace::Folder(folder) => {
+                let _ = fs::remove_dir(folder);
+            }
+        }
+    }
+}
+
+/// Removes the content of a draft but for its owner's name: whole results file by file as their document lists them,
+/// and what was not finished. Anything else stays.
+pub fn clear(folder: &Path) {
+    for name in [NEW, OLD] {
+        let thing = folder.join(name);
+        let Ok(kind) = fs::symlink_metadata(&thing) else {
+            continue;
+        };
+        let sealed = Sealed::find(&thing);
+        if let Some(sealed) = sealed {
+            let _ = sealed.remove(&thing);
+        } else if kind.is_file() {
+            let _ = fs::remove_file(&thing);
+        } else if name == NEW {
+            remove_files(&thing);
+        }
+        let _ = fs::remove_dir(&thing);
+    }
+    let _ = fs::remove_file(folder.join(PLACE));
+}
+
+/// Removes the files right inside a folder.
+fn remove_files(folder: &Path) {
+    let entries = fs::read_dir(folder).into_iter().flatten().flatten();
+    for entry in entries.filter(|entry| entry.file_type().is_ok_and(|kind| kind.is_file())) {
+        let _ = fs::remove_file(entry.path());
+    }
+}
