@@ -116,7 +116,7 @@ pub(crate) fn in_parts(
     Ok(Trial::of_parts(name, &repeats))
 }
 
-/// Removes what [`in_parts`] kept in a folder, and the folder if nothing else is in it.
+/// Removes what runs in parts kept in a folder, and the folder if nothing else is in it.
 ///
 /// # Errors
 /// A file that cannot be removed.
