@@ -19,13 +19,13 @@ use raylet::file::result::rim::RimEntry;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::paraxial::Cardinal;
 use raylet::optics::system::{Hop, System};
+use raylet_plot::text_table::table;
 
 use crate::failure::Failure;
 use crate::overrides::Overrides;
 use crate::say::say;
 use crate::simulate::build_all;
 use crate::wait::Wait;
-use raylet_plot::text_table::table;
 
 /// Validates a scene and shows the system, the plan and warnings, without running it.
 #[derive(Args)]

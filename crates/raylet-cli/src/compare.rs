@@ -9,10 +9,10 @@ use raylet::file::result::document;
 use raylet::file::result::report::Metrics;
 use raylet::file::storage::folder::{COMPARISON_FILE, COMPARISON_PICTURE, Target};
 use raylet_plot::contrast::contrast_png;
+use raylet_plot::text_table::table;
 
 use crate::failure::Failure;
 use crate::say::say;
-use raylet_plot::text_table::table;
 
 /// Compares the fields of two runs on one sensor, the second taken as the reference.
 #[derive(Args)]

@@ -4,7 +4,6 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use raylet::file::storage::folder::Target;
-
 use raylet_paper::fig2::fig2;
 use raylet_paper::fig3::fig3;
 use raylet_paper::fig5::fig5;

@@ -3,7 +3,6 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use crate::result_folder::{gather, publish};
 use clap::{Args, ValueEnum};
 use raylet::engine::reference::{Choice, PADDING, reference};
 use raylet::engine::route::Approach;
@@ -20,6 +19,7 @@ use raylet::wave::field::Field;
 use crate::failure::Failure;
 use crate::overrides::start_threads;
 use crate::progress::Meter;
+use crate::result_folder::{gather, publish};
 use crate::say::say;
 use crate::simulate::{build_all, summary};
 

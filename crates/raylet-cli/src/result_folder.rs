@@ -10,7 +10,6 @@ use std::path::Path;
 
 use ndarray::{Array1, Array2, Array3, Axis, stack};
 use ndarray_npy::WriteNpyExt;
-
 use raylet::file::arrays::npz::Fields;
 use raylet::file::decode::fault::Fault;
 use raylet::file::result::report::{Report, micrometres};

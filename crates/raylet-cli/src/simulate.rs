@@ -4,7 +4,6 @@ use std::fmt::Write;
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use crate::result_folder::{StandardError, gather, publish};
 use clap::Args;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::simulate;
@@ -19,6 +18,7 @@ use raylet::wave::field::Field;
 use crate::failure::Failure;
 use crate::overrides::Overrides;
 use crate::progress::Meter;
+use crate::result_folder::{StandardError, gather, publish};
 use crate::say::say;
 
 /// Carries the light of a scene to its sensor.

@@ -9,7 +9,6 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-
 use raylet::design::conformal::{Conformal, Show, Window};
 use raylet::engine::reference::{Choice, ReferenceError, reference};
 use raylet::engine::route::Approach;
@@ -305,9 +304,10 @@ impl Comparison {
 
 #[cfg(test)]
 mod tests {
-    use crate::conformal::{Comparison, Draws, Way};
     use raylet::design::conformal::{Conformal, Show, Substrate};
     use raylet::engine::settings::Sag;
+
+    use crate::conformal::{Comparison, Draws, Way};
 
     /// A tenth of the mirror: foci where they should be, whatever the substrate, by every way but planes.
     #[test]

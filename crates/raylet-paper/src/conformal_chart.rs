@@ -6,12 +6,12 @@
 )]
 
 use ndarray::Array2;
-
-use crate::conformal::{Comparison, Way, letter};
 use raylet::design::conformal::{Conformal, Show};
 use raylet::wave::field::Field;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
+
+use crate::conformal::{Comparison, Way, letter};
 
 /// Samples along each axis of the substrate's picture.
 const SAMPLES: usize = 201;

@@ -7,8 +7,6 @@
 
 use ndarray::{Array2, ArrayView1};
 use num_complex::Complex64;
-
-use crate::conformal::{foci, letter};
 use raylet::design::conformal::{Conformal, Opening, Show, Window};
 use raylet::engine::reference::{Choice, ReferenceError, reference};
 use raylet::engine::route::Approach;
@@ -16,6 +14,8 @@ use raylet::engine::settings::Settings;
 use raylet::engine::simulate::Progress;
 use raylet::wave::field::Field;
 use raylet::wave::metrics::{ncc, peak};
+
+use crate::conformal::{foci, letter};
 
 /// Samples along each axis of a window about a focus, and their distance in mm.
 const FOCUS: (usize, f64) = (41, 1e-4);

@@ -9,7 +9,6 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-
 use raylet::engine::beyond::Beyond;
 use raylet::engine::paper_plan::PaperPlan;
 use raylet::engine::plan::{Plan, plan};
@@ -281,11 +280,12 @@ fn ways() -> [Way; 3] {
 
 #[cfg(test)]
 mod tests {
-    use crate::convergence::{Convergence, settings};
     use raylet::design::patterns::metalens;
     use raylet::engine::settings::{Density, Sampler};
     use raylet::engine::simulate::simulate;
     use raylet::wave::metrics::field_error;
+
+    use crate::convergence::{Convergence, settings};
 
     /// The error of independent draws is their law, once rare strong modes are drawn at all; without
     /// replacement it is less.

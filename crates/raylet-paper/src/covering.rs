@@ -12,7 +12,6 @@ use std::time::Instant;
 
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
-
 use raylet::engine::beyond::Beyond;
 use raylet::engine::paper::cover;
 use raylet::engine::paper_plan::{Address, PaperPlan};
@@ -316,10 +315,11 @@ impl Covering {
 
 #[cfg(test)]
 mod tests {
-    use crate::covering::{RULES, Stage, settings};
     use raylet::design::patterns::star_hologram;
     use raylet::engine::simulate::simulate;
     use raylet::wave::metrics::field_error;
+
+    use crate::covering::{RULES, Stage, settings};
 
     /// The sum without rays is the sum of all rays, for every rule.
     #[test]

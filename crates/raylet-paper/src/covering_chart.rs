@@ -1,9 +1,10 @@
 //! Pictures of how many patches it takes to cover a hologram.
 
-use crate::covering::{Covering, RULES};
 use raylet_plot::chart::Series;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
+
+use crate::covering::{Covering, RULES};
 
 impl Covering {
     /// What the sensor shows by one patch and by many of each size.

@@ -1,15 +1,15 @@
 //! Figure 2 of the source paper: how many patches cover a hologram, what periods cost, and what flat
 //! patches cost on a curved mirror.
 
-use crate::covering::{Covering, RULES, Trial};
-use crate::flat_patch::{Bent, FlatPatches};
 use raylet::design::patterns::star_hologram;
 use raylet::file::result::machine::Machine;
+use raylet_plot::text_table::table;
 use serde_json::json;
 
+use crate::covering::{Covering, RULES, Trial};
+use crate::flat_patch::{Bent, FlatPatches};
 use crate::study::Study;
 use crate::study_error::StudyError;
-use raylet_plot::text_table::table;
 
 /// Wavelength in mm, and numerical aperture.
 const WAVELENGTH: f64 = 1e-3;

@@ -5,14 +5,14 @@
     reason = "trials, elements and pixels are made here, as many as are asked for"
 )]
 
-use crate::convergence::Convergence;
 use raylet::design::patterns::{metalens, star_hologram};
 use raylet::optics::system::System;
+use raylet_plot::text_table::table;
 use serde_json::json;
 
+use crate::convergence::Convergence;
 use crate::study::Study;
 use crate::study_error::StudyError;
-use raylet_plot::text_table::table;
 
 /// Wavelength in mm.
 const WAVELENGTH: f64 = 1e-3;

@@ -25,13 +25,13 @@ use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::checkpoint::Checkpoints;
 use raylet::file::storage::own_file::Replace;
 use raylet::wave::metrics::{field_error, ncc};
+use raylet_plot::text_table::table;
 use serde::{Deserialize, Serialize};
 use serde_json::json;
 
 use crate::fig5_chart::{Shown, fig5_picture};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use raylet_plot::text_table::table;
 
 /// The scene, and the drawing that it names.
 const SCENE: &str = include_str!("../../../scenes/paper/fig5.toml");

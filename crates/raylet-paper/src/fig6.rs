@@ -1,14 +1,14 @@
 //! Figure 6 of the source paper, forward: a conformal diffractive mirror with conjugate phases.
 
-use crate::conformal::{Comparison, Draws, Outcome, Way};
 use raylet::design::conformal::{Conformal, Show, Substrate};
 use raylet::engine::settings::Sag;
 use raylet::file::result::machine::Machine;
+use raylet_plot::text_table::table;
 use serde_json::json;
 
+use crate::conformal::{Comparison, Draws, Outcome, Way};
 use crate::study::Study;
 use crate::study_error::StudyError;
-use raylet_plot::text_table::table;
 
 /// Samples along each axis of the picture of the whole sensor.
 const OVERVIEW: usize = 250;

@@ -1,16 +1,16 @@
 //! Figure 6 of the source paper, designed: a conformal mirror with two foci, sought by gradients from phases that do
 //! not know its height.
 
-use crate::conformal_seen::Seen;
 use raylet::design::conformal::{Conformal, Opening, Show, Substrate};
 use raylet::file::arrays::phase_file::npy;
 use raylet::file::result::machine::Machine;
+use raylet_plot::text_table::table;
 use serde_json::{Value, json};
 
+use crate::conformal_seen::Seen;
 use crate::mirror::{Sought, forget, seek};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use raylet_plot::text_table::table;
 
 /// The searches, by the pixels that are lit, and a mirror that is not sought.
 const NAMES: [&str; 2] = ["square", "disc"];

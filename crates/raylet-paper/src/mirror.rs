@@ -8,8 +8,6 @@
 use std::path::Path;
 use std::time::Instant;
 
-use crate::conformal_seen::Seen;
-use crate::mirror_chart::MirrorChart;
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::design::conformal::{Conformal, Opening, Show};
@@ -25,6 +23,8 @@ use raylet::file::storage::own_file::Replace;
 use raylet::wave::metrics::ncc;
 use serde::{Deserialize, Serialize};
 
+use crate::conformal_seen::Seen;
+use crate::mirror_chart::MirrorChart;
 use crate::progress_display::ProgressDisplay;
 use crate::study::Effort;
 use crate::study_error::StudyError;

@@ -7,14 +7,14 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-
-use crate::conformal_seen::Seen;
 use raylet::design::conformal::{Conformal, Show};
 use raylet::wave::metrics::peak;
 use raylet_plot::chart::Series;
 use raylet_plot::colour::ColourMap;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
+
+use crate::conformal_seen::Seen;
 
 /// What is shown.
 pub struct MirrorChart<'a> {

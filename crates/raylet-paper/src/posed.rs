@@ -7,7 +7,6 @@
 
 use ndarray::Array2;
 use ndarray_npy::{WriteNpyError, WriteNpyExt};
-
 use raylet::optics::aperture::Outline;
 use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use raylet::optics::freeform::Term;
@@ -155,7 +154,6 @@ fn heights(grid: &SagGrid) -> Array2<f64> {
 mod tests {
     use std::fs;
 
-    use crate::posed::posed;
     use raylet::design::conformal::{Conformal, Show, Substrate, Window};
     use raylet::design::patterns::star_hologram;
     use raylet::engine::settings::Settings;
@@ -164,6 +162,8 @@ mod tests {
     use raylet::file::scene::scene_file::Scene;
     use raylet::optics::system::System;
     use raylet::wave::metrics::field_error;
+
+    use crate::posed::posed;
 
     /// How far the field of the scene that is written is from that of the system itself.
     fn astray(system: &System) -> f64 {

@@ -9,7 +9,6 @@ use std::fmt::Write;
 use std::ops::Range;
 use std::time::Instant;
 
-use crate::trial::{Cost, Shown, Trial, figure, light};
 use raylet::design::problems::{GRATING_SENSOR, READINGS, Window, grating};
 use raylet::engine::directions::{Strength, sum_of_directions};
 use raylet::engine::settings::{Method, Paper, Settings};
@@ -18,6 +17,7 @@ use raylet::optics::system::System;
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
 use crate::systems::{Board, Rod, in_parts, once};
+use crate::trial::{Cost, Shown, Trial, figure, light};
 
 /// Patch of the paper in mm, and its period over that: 40 pixels, padded to 156.
 const PATCH: f64 = 40.0 * 6.3e-3;

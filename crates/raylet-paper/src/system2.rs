@@ -8,7 +8,6 @@
 use std::f64::consts::TAU;
 use std::time::Instant;
 
-use crate::trial::{Cost, Shown, Trial, figure, light};
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 use raylet::design::near::{NearSpace, NearTask, design};
@@ -24,6 +23,7 @@ use raylet::optics::system::System;
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
 use crate::systems::{Board, Rod, by_paper, in_parts, once};
+use crate::trial::{Cost, Shown, Trial, figure, light};
 
 /// Periods of the angular spectrum over the hologram: the paper's, and one whose copies are far.
 const PADDINGS: [usize; 2] = [2, 8];

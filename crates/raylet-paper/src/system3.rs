@@ -7,7 +7,6 @@
 
 use std::time::Instant;
 
-use crate::trial::{Cost, Match, Shown, Trial, figure, light};
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::design::hologram::{Task, design};
@@ -27,6 +26,7 @@ use raylet_plot::chart::Series;
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
 use crate::systems::{Board, Rod, by_paper, in_parts, once};
+use crate::trial::{Cost, Match, Shown, Trial, figure, light};
 
 /// Pixels along each side of hologram and sensor.
 const COUNT: usize = 200;

@@ -2,7 +2,6 @@
 
 use std::path::Path;
 
-use crate::trial::{Match, Trial, light};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use raylet::engine::repeat::Repeats;
@@ -12,12 +11,13 @@ use raylet::file::storage::partial::PartialFile;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 use raylet::wave::metrics::ncc;
+use raylet_plot::text_table::table;
 use serde_json::{Value, json};
 
 use crate::progress_display::ProgressDisplay;
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use raylet_plot::text_table::table;
+use crate::trial::{Match, Trial, light};
 
 /// Extension of the files of unfinished runs.
 const KEPT: &str = "npz";

@@ -4,8 +4,6 @@ use std::time::Instant;
 
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
-use serde::Serialize;
-
 use raylet::engine::repeat::Repeats;
 use raylet::engine::settings::Settings;
 use raylet::engine::simulate::{Progress, SimulateError, simulate};
@@ -17,6 +15,7 @@ use raylet_plot::chart::Series;
 use raylet_plot::colour::ColourMap;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
+use serde::Serialize;
 
 /// What one way gave.
 #[derive(Clone, Debug)]
@@ -204,11 +203,11 @@ fn row_of_panels(row: Vec<Shown>) -> Vec<Panel<'static>> {
 #[cfg(test)]
 mod tests {
     use ndarray::Array2;
-
-    use crate::trial::{Match, Shown, Trial, figure, light};
     use raylet::design::problems::near_hologram;
     use raylet::engine::settings::Settings;
     use raylet::optics::doe::PixelForm;
+
+    use crate::trial::{Match, Shown, Trial, figure, light};
 
     #[test]
     fn a_way_is_like_itself_and_shown() {

@@ -6,13 +6,13 @@
 )]
 
 use ndarray::{Array2, Axis, Zip};
+use raylet::file::arrays::npz::Fields;
+use raylet::file::result::comparison::Side;
 
 use crate::colour::ColourMap;
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;
 use crate::pictures::{MOST_CHANNELS, edges};
-use raylet::file::arrays::npz::Fields;
-use raylet::file::result::comparison::Side;
 
 /// Decades of the logarithmic rows.
 const DECADES: i32 = 5;
@@ -124,10 +124,10 @@ mod tests {
 
     use ndarray::{Array1, Array3};
     use num_complex::Complex64;
-
-    use crate::contrast::{Pair, contrast_png};
     use raylet::file::arrays::npz::Fields;
     use raylet::file::result::comparison::Side;
+
+    use crate::contrast::{Pair, contrast_png};
 
     fn side(channels: usize, value: Complex64) -> Side {
         Side {

@@ -1,13 +1,13 @@
 //! The picture of a design: how it went, what it makes, what that looks like.
 
 use ndarray::{Array2, ArrayView2};
+use raylet::design::modulation::Shaped;
 use serde::{Deserialize, Serialize};
 
 use crate::chart::Series;
 use crate::colour::ColourMap;
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;
-use raylet::design::modulation::Shaped;
 
 /// One iteration of a design.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]

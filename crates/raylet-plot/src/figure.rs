@@ -10,6 +10,7 @@
 use std::sync::{Arc, LazyLock};
 
 use ndarray::{CowArray, Ix2};
+use raylet::file::arrays::image::encode_rgb;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb::Database};
 
@@ -20,7 +21,6 @@ use crate::panel::{
 };
 use crate::picture::ImagePanel;
 use crate::svg::{Anchor, FONT, FONT_FAMILY, Letters, Rect, Svg, wrap};
-use raylet::file::arrays::image::encode_rgb;
 
 /// Letter size of the figure's title in pixels.
 const FIGURE_TITLE_SIZE: f64 = 20.0;

@@ -1,6 +1,7 @@
 //! A panel that shows an array of values as colours, with its colour bar.
 
 use ndarray::{Array2, CowArray, Ix2};
+use raylet::file::arrays::image::{area_mean, encode_rgb};
 
 use crate::axis::{Axis, Direction, LengthUnit, TICK_SIZE};
 use crate::colour::{ColourMap, ColourScale};
@@ -9,7 +10,6 @@ use crate::panel::{
     left_margin,
 };
 use crate::svg::{Anchor, Pen, Rect, Svg};
-use raylet::file::arrays::image::{area_mean, encode_rgb};
 
 /// Most device pixels of a panel's picture along either side.
 const MOST_PIXELS: f64 = 1600.0;

@@ -7,12 +7,12 @@
 
 use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex64;
+use raylet::file::arrays::npz::Fields;
+use raylet::optics::doe::{Doe, Layer, PixelForm};
 
 use crate::colour::ColourMap;
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;
-use raylet::file::arrays::npz::Fields;
-use raylet::optics::doe::{Doe, Layer, PixelForm};
 
 /// Phases are shown where the intensity is above this share of its maximum.
 const PHASE_FLOOR: f64 = 1e-4;

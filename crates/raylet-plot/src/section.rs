@@ -5,9 +5,6 @@
     reason = "what is drawn is numbered by the lists it was laid out from"
 )]
 
-use crate::figure::{Figure, Panel};
-use crate::layout::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};
-use crate::panel::FigureError;
 use raylet::engine::sketch::{Trail, Turn, cut, sketch};
 use raylet::file::model::prescription::{Kind, Part, parts};
 use raylet::file::scene::scene_file::Scene;
@@ -16,6 +13,10 @@ use raylet::optics::bend::Interface;
 use raylet::optics::screen::Act;
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
+
+use crate::figure::{Figure, Panel};
+use crate::layout::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};
+use crate::panel::FigureError;
 
 /// Points along the cut of a part.
 const POINTS: i32 = 1200;
