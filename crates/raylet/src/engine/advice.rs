@@ -68,8 +68,16 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
             );
             say(false, beamlets.correct.then_some(text));
             let expected = beamlets.expected_error();
+            let tails = if beamlets.dropped > 0.5 * expected {
+                format!(
+                    ", {:.1e} of it in tails too aberrated to count",
+                    beamlets.dropped
+                )
+            } else {
+                String::new()
+            };
             let text = format!(
-                "aberration inside beamlets and their windows are expected to cost {expected:.1e}, \
+                "aberration inside beamlets and their windows are expected to cost {expected:.1e}{tails}, \
                  more than the target error {:.1e}; no width of beamlets does better, and thresholds \
                  finer than {:.1e} would gain nothing",
                 settings.target_error, beamlets.target_error

@@ -2,18 +2,16 @@
 //! believed. Nothing of this depends on the field.
 
 use crate::engine::backend::Job;
-use crate::engine::beamlets::{TRUSTED_TAIL, launch_from};
+use crate::engine::beamlet_error::TRUSTED_TAIL;
 use crate::engine::budget::Aberration;
+use crate::engine::launch::launch_from;
 use crate::engine::look::Looks;
 use crate::engine::seat::Seat;
+use crate::engine::stray_tail::{Leaving, stray_share};
 use crate::engine::tally::Fate;
 use crate::optics::ray::Loss;
 use crate::wave::gather::Canvas;
 use crate::wave::wavelet::Arrival;
-
-/// Tails that are left out count in the error up to this distance r, where the amplitude is exp(−r²/2): the same for
-/// all target errors, the finer of which see tails from farther away.
-const COUNTED: f64 = 3.0;
 
 /// A beamlet that reaches the target.
 pub struct Aimed {
@@ -30,7 +28,7 @@ pub struct Aimed {
 pub struct Stray {
     /// What became of it.
     pub fate: Fate,
-    /// The share of its energy that its tail would bring to the target, if the Gaussian held there.
+    /// The share of its energy that its tail would bring to the target where the light ends, by real rays.
     pub share: f64,
 }
 
@@ -92,11 +90,15 @@ pub fn aim(
     let needed = job.plan.correct || (beside && job.plan.doubtful_rim);
     let found = if needed { looks.between(mode) } else { None };
     if needed && beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
-        let tail = to.tail(&arrival, k);
-        let counts = tail.distance <= COUNTED;
+        let leaving = Leaving {
+            seat,
+            p,
+            sigma: job.plan.sigma,
+        };
+        let share = || stray_share(planned, &leaving, to.bounds(), to.tail(&arrival, k));
         return Err(Stray {
             fate: Fate::Unresolved,
-            share: if counts { tail.share } else { 0.0 },
+            share: if job.beyond.ends_here() { share() } else { 0.0 },
         });
     }
     if let Some(moved) = moved {

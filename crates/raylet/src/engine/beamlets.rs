@@ -3,19 +3,18 @@
 //! The width is chosen by real rays: their aberration inside one beamlet, as a function of σ, against
 //! the work that σ asks for.
 
+use crate::engine::beamlet_error::{Expected, FARTHEST, Judge, TRUSTED_TAIL};
 use crate::engine::beyond::Beyond;
 use crate::engine::budget::aberration;
 use crate::engine::fan::{Fan, FanRay, explore};
+use crate::engine::launch::launch;
 use crate::engine::light::{Envelope, Light, weighted_quantile};
 use crate::engine::plan_error::PlanError;
 use crate::engine::ripple::window_error;
-use crate::engine::seat::Seat;
 use crate::engine::settings::{Correction, Settings};
-use crate::optics::ray::Loss;
 use crate::optics::screen::Act;
 use crate::optics::system::Hop;
 use crate::wave::patch::Band;
-use crate::wave::wavelet::{Arrival, Tail};
 use crate::wave::window::Positions;
 
 /// The lattice of a beamlet sum.
@@ -43,6 +42,8 @@ pub struct BeamletPlan {
     pub eta_corrected: f64,
     /// Mean cubic phase ε₃ inside beamlets, in rad.
     pub cubic: f64,
+    /// Estimated error from tails of beamlets beside the target that are too aberrated to count.
+    pub dropped: f64,
     /// Half width of a typical footprint on the target, in mm.
     pub footprint: f64,
     /// Largest optical direction cosines on the receiving screen, along x and y.
@@ -70,9 +71,6 @@ const STEPS: [f64; 5] = [1.1, 1.25, 1.5, 1.75, 2.0];
 /// What light counts that misses the sensor further on.
 const UNWANTED: f64 = 1e-6;
 
-/// Share of the light on which each width is judged.
-const TRUSTED_SHARE: f64 = 0.98;
-
 /// Rays of the fan on which each width is judged.
 const JUDGES: usize = 300;
 
@@ -82,11 +80,8 @@ pub const MARGIN: f64 = 2.5;
 /// A target error that no beamlet sum reaches.
 const FINEST: f64 = 1e-6;
 
-/// Tails are judged up to this distance r, where the amplitude is exp(−r²/2).
-const FARTHEST: f64 = 4.0;
-
-/// Largest η that a beamlet beside the target may have for its tail on the target to be believed.
-pub const TRUSTED_TAIL: f64 = 0.1;
+/// Share of the error from discarded tails below which other errors add nothing.
+const BESIDE_DISCARDED: f64 = 0.01;
 
 /// What a beamlet plan is made from.
 pub struct Planner<'a> {
@@ -121,9 +116,14 @@ impl Planner<'_> {
         let wanted = self.wanted_judges(&judges);
         let widths = self.widths(&judges);
         let beside = self.judges_beside(&judges);
+        let judge = Judge {
+            hop: self.hop,
+            to: self.to,
+            weight: |ray: &FanRay| self.weight(ray),
+        };
         let found = widths
             .iter()
-            .map(|&sigma| (sigma, self.errors(&wanted, &beside, sigma)))
+            .map(|&sigma| (sigma, judge.errors(&wanted, &beside, sigma)))
             .collect::<Vec<_>>();
 
         let not_finite = || PlanError::NotFinite {
@@ -140,8 +140,12 @@ impl Planner<'_> {
             ..*self
         };
         let best = finest.choose(fan, &judges, &found).ok_or_else(not_finite)?;
-        let attainable = best.expected_error().max(self.settings.target_error);
-        let settings = self.settings.aiming_at(attainable);
+        let attainable = best
+            .error_of_beamlets()
+            .max(BESIDE_DISCARDED * best.dropped);
+        let settings = self
+            .settings
+            .aiming_at(attainable.max(self.settings.target_error));
         let relaxed = Planner {
             settings: &settings,
             ..*self
@@ -236,7 +240,7 @@ impl Planner<'_> {
         &self,
         fan: &Fan,
         judges: &[FanRay],
-        (sigma, [eta, eta_corrected, cubic]): (f64, [f64; 3]),
+        (sigma, expected): (f64, Expected),
     ) -> Vec<BeamletPlan> {
         let settings = self.settings;
         let Arrived {
@@ -247,7 +251,7 @@ impl Planner<'_> {
         let correct = match settings.correction {
             Correction::On => true,
             Correction::Off => false,
-            Correction::Auto => eta > 0.1 * settings.target_error,
+            Correction::Auto => expected.eta > 0.1 * settings.target_error,
         };
 
         // Cost: positions × directions, each traced once and summed over its footprint.
@@ -274,9 +278,10 @@ impl Planner<'_> {
             correct,
             at_limit: false,
             doubtful_rim: true,
-            eta,
-            eta_corrected,
-            cubic,
+            eta: expected.eta,
+            eta_corrected: expected.eta_corrected,
+            cubic: expected.cubic,
+            dropped: expected.dropped,
             footprint,
             arriving,
             usual,
@@ -320,46 +325,6 @@ impl Planner<'_> {
         let footprint = alike.arrival(judges, sigma).footprint;
         let wider = explore(self.hop, self.from, self.to, [MARGIN * footprint; 2]);
         thinned(&wider.rim)
-    }
-
-    /// η uncorrected and corrected, and ε₃: root mean squares over the judges and the tails of those beside the
-    /// target, weighted by the light that goes their way and falls on it. The worst few are left out: grazing
-    /// rays or rays whose neighbours are lost, to which the envelope may give more light than they have; what
-    /// they do carry is in the tally of the run.
-    fn errors(&self, judges: &[FanRay], beside: &[FanRay], sigma: f64) -> [f64; 3] {
-        let k = self.hop.wavenumber();
-        let look = |ray: &FanRay, tail: Tail| {
-            let found = aberration(self.hop, ray.at, ray.p, sigma, k);
-            let squares = found.map_or([1.0; 3], |f| {
-                let f = f.at_distance(tail.distance);
-                [f.eta().powi(2), f.left().powi(2), f.cubic.min(1.0)]
-            });
-            (squares, self.weight(ray) * tail.share)
-        };
-        let whole = Tail {
-            share: 1.0,
-            distance: 0.0,
-        };
-        let tail = |ray: &FanRay| {
-            let arrival = launch(self.hop, ray.at, ray.p, sigma);
-            arrival.map_or(whole, |arrival| Tail::of(&arrival, self.to, k))
-        };
-        let tails = judges.iter().chain(beside).map(|ray| (ray, tail(ray)));
-        let near = tails.filter(|(_, tail)| tail.distance < FARTHEST);
-        let mut found: Vec<_> = near.map(|(ray, tail)| look(ray, tail)).collect();
-        found.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
-        let enough = TRUSTED_SHARE * found.iter().map(|f| f.1).sum::<f64>();
-        let (mut total, mut sums) = (0.0, [0.0; 3]);
-        for (squares, weight) in found {
-            total += weight;
-            for (sum, square) in sums.iter_mut().zip(squares) {
-                *sum += weight * square;
-            }
-            if total >= enough {
-                break;
-            }
-        }
-        sums.map(|sum| (sum / total).sqrt())
     }
 
     /// What arrives: half width of the footprints on the target, of which 95 % of the light has smaller
@@ -437,16 +402,25 @@ pub fn judges(fan: &Fan) -> Vec<FanRay> {
     thinned(&fan.rays)
 }
 
-/// Evenly spaced rays of a list, at most as many as are judged.
+/// Evenly spaced rays of a list, at most as many as are judged; each stands for the light of those left out.
 fn thinned(rays: &[FanRay]) -> Vec<FanRay> {
     let stride = rays.len().div_ceil(JUDGES).max(1);
-    rays.iter().copied().step_by(stride).collect()
+    let one = |ray: &FanRay| FanRay {
+        area: ray.area * stride as f64,
+        ..*ray
+    };
+    rays.iter().step_by(stride).map(one).collect()
 }
 
 impl BeamletPlan {
+    /// The error to expect: that of beamlets and that of tails which are discarded.
+    pub fn expected_error(&self) -> f64 {
+        self.error_of_beamlets().hypot(self.dropped)
+    }
+
     /// The error to expect from aberration inside beamlets, with the correction if it is applied, and from
     /// windows and period.
-    pub fn expected_error(&self) -> f64 {
+    fn error_of_beamlets(&self) -> f64 {
         let left = if self.correct {
             self.eta_corrected
         } else {
@@ -478,14 +452,14 @@ impl Planner<'_> {
         &self,
         fan: &Fan,
         judges: &[FanRay],
-        widths: &[(f64, [f64; 3])],
+        widths: &[(f64, Expected)],
     ) -> Option<BeamletPlan> {
-        let judge = |&found: &(f64, [f64; 3])| self.judge(fan, judges, found);
+        let judge = |&found: &(f64, Expected)| self.judge(fan, judges, found);
         let mut candidates: Vec<_> = widths.iter().flat_map(judge).collect();
         let wanted = SHARE * self.settings.target_error;
-        let errors = candidates.iter().map(BeamletPlan::expected_error);
+        let errors = candidates.iter().map(BeamletPlan::error_of_beamlets);
         let least = errors.fold(f64::INFINITY, f64::min);
-        candidates.retain(|plan| plan.expected_error() <= wanted.max(ALIKE * least));
+        candidates.retain(|plan| plan.error_of_beamlets() <= wanted.max(ALIKE * least));
         if least > wanted {
             let windows = |plan: &BeamletPlan| plan.window_error(plan.cubic);
             let best = candidates.iter().map(windows).fold(f64::INFINITY, f64::min);
@@ -496,32 +470,4 @@ impl Planner<'_> {
             .into_iter()
             .min_by(|a, b| a.seconds.total_cmp(&b.seconds))
     }
-}
-
-/// A beamlet of width σ and unit coefficient at the end of a hop, its optical path's phase included.
-///
-/// # Errors
-/// How its chief ray was lost, if it was.
-pub fn launch(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64) -> Result<Arrival, Loss> {
-    launch_from(&Seat::new(hop.from, at)?, hop, p, sigma)
-}
-
-/// The same from a seat that is known.
-///
-/// # Errors
-/// How its chief ray was lost, if it was.
-#[inline]
-pub fn launch_from(seat: &Seat, hop: &Hop, p: [f64; 2], sigma: f64) -> Result<Arrival, Loss> {
-    let k = hop.wavenumber();
-    let start = seat.window(sigma, k);
-    let carried = seat
-        .hop(hop)
-        .carry_beamlet(seat.at(), seat.cosines(p)?, start)?;
-    let (landing, g) = (carried.landing, carried.curvature);
-    Ok(Arrival {
-        at: landing.at,
-        cosines: landing.cosines,
-        amplitude: carried.amplitude.value() * num_complex::Complex64::cis(k * landing.path),
-        curvature: [g.xx.value(), g.xy.value(), g.yy.value()],
-    })
 }

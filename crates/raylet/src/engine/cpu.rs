@@ -334,9 +334,7 @@ fn spread(
                 Fate::Arrived
             }
             Err(stray) => {
-                if job.beyond.ends_here() {
-                    tally.untrusted += energy * stray.share;
-                }
+                tally.untrusted += energy * stray.share;
                 stray.fate
             }
         };

@@ -14,8 +14,9 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::beamlets::{Planner, judges, launch, starting_width};
+use crate::engine::beamlets::{Planner, judges, starting_width};
 use crate::engine::fan::{Fan, FanRay, explore};
+use crate::engine::launch::launch;
 use crate::engine::settings::Settings;
 use crate::engine::tally::{Fate, Tally};
 use crate::optics::ray::Loss;

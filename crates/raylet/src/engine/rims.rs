@@ -8,9 +8,10 @@
 //! the error of leaving it out. Rims of larger surfaces accept or refuse each beamlet by its chief ray; the
 //! energy that this puts on the wrong side of the edge is in the error account.
 
-use crate::engine::beamlets::{launch, starting_width};
+use crate::engine::beamlets::starting_width;
 use crate::engine::edge_light::{edge_energy, edge_waves};
 use crate::engine::fan::FanRay;
+use crate::engine::launch::launch;
 use crate::engine::pencil::{Pencil, launch_all, leave_all};
 use crate::engine::settings::Settings;
 use crate::math::erfc::erfc;

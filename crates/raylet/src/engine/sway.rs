@@ -307,7 +307,7 @@ pub fn pull(
 mod tests {
     use num_complex::Complex64;
 
-    use crate::engine::beamlets::launch_from;
+    use crate::engine::launch::launch_from;
     use crate::engine::seat::Seat;
     use crate::engine::sway::{Neighbours, SwayingHop, pull};
     use crate::math::noise::noise;

@@ -4,8 +4,9 @@
 //! run more closely: each patch follows the directions that lead from it to the target and that its light may
 //! have, and a beamlet is summed over the part of its footprint that lies on the target.
 
-use crate::engine::beamlets::{BeamletPlan, MARGIN, Planner, launch};
+use crate::engine::beamlets::{BeamletPlan, MARGIN, Planner};
 use crate::engine::fan::reach;
+use crate::engine::launch::launch;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::Act;
 use crate::optics::shape::Shape;

@@ -103,13 +103,18 @@ impl Canvas {
         })
     }
 
-    /// How a beamlet lies to the raster.
-    pub fn tail(&self, arrival: &Arrival, k: f64) -> Tail {
+    /// The box of its points, `[x_min, x_max, y_min, y_max]` in mm.
+    pub fn bounds(&self) -> [f64; 4] {
         let [x, y] = self.raster.size;
         let [px, py] = self.raster.pitch;
         let [low_x, low_y] = self.raster.start;
         let high = [low_x + (x as f64 - 1.0) * px, low_y + (y as f64 - 1.0) * py];
-        Tail::of(arrival, [low_x, high[0], low_y, high[1]], k)
+        [low_x, high[0], low_y, high[1]]
+    }
+
+    /// How a beamlet lies to the raster.
+    pub fn tail(&self, arrival: &Arrival, k: f64) -> Tail {
+        Tail::of(arrival, self.bounds(), k)
     }
 
     /// Whether a point lies within the raster.

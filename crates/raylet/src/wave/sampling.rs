@@ -66,7 +66,7 @@ const EDGE_CELLS: f64 = 800.0;
 const LEAST_SAMPLES: f64 = 16.0;
 
 /// Uniform samples for which one cell of Gauss nodes stands.
-const GAUSS_CELL: f64 = 2.0;
+const GAUSS_CELL: f64 = 4.0;
 
 /// Cycles of the steepest light in one cell of Gauss nodes, and nodes in it, at most.
 const MOST_CYCLES: f64 = 5.0;

@@ -168,13 +168,16 @@ pub struct Tail {
 }
 
 impl Tail {
+    /// All of a beamlet's energy falls into the box.
+    pub const WHOLE: Self = Self {
+        share: 1.0,
+        distance: 0.0,
+    };
+
     /// Of a beamlet to the box `[x_min, x_max, y_min, y_max]` (mm).
     pub fn of(arrival: &Arrival, bounds: [f64; 4], k: f64) -> Self {
         let width = arrival.footprint(k, (-0.5f64).exp());
-        let mut tail = Self {
-            share: 1.0,
-            distance: 0.0,
-        };
+        let mut tail = Self::WHOLE;
         for a in 0..2 {
             let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
             let [below, above] = [low - arrival.at[a], high - arrival.at[a]];

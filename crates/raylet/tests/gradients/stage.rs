@@ -69,7 +69,7 @@ pub(crate) fn face(z: f64, curvature: f64, index: [f64; 2]) -> Surface {
             conic: -0.4,
         }),
         frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-        aperture: Aperture::disc(190.0),
+        aperture: Aperture::OPEN,
         interface: Interface::Refract,
         coating: Coating::Fresnel,
         index,
@@ -136,7 +136,7 @@ pub(crate) fn cases() -> Vec<Case> {
         vec![lens()],
     );
 
-    // A small lens whose rim cuts light, and a tilted sensor.
+    // A small lens whose second rim cuts light, and a tilted sensor.
     let mut rimmed = lit(
         vec![
             screen(0.0, pixels(4, 4.0, 8, PixelForm::Box)),
@@ -147,9 +147,7 @@ pub(crate) fn cases() -> Vec<Case> {
             face(38.0, -1.0 / 90.0, [1.5, 1.0]),
         ]],
     );
-    for surface in &mut rimmed.trains[0] {
-        surface.aperture = Aperture::disc(12.0);
-    }
+    rimmed.trains[0][1].aperture = Aperture::disc(12.0);
     rimmed.screens[1].frame = rimmed.screens[1].frame.tilted([0.2, -0.1, 0.0]);
 
     let mut mirror = screen(0.0, pixels(8, 2.0, 3, PixelForm::Bilinear));
