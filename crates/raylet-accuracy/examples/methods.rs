@@ -4,9 +4,9 @@
 
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
-use raylet::engine::plan::Plan;
-use raylet::engine::settings::{Method, Paper, Settings};
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::hop_plan::Plan;
+use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::math::chirp::{Chirp2, Comb};
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;

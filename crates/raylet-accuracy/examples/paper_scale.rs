@@ -1,8 +1,8 @@
 //! Rate and memory of the source paper's method on its largest problem: a hologram of 200² pixels, its
 //! plano-convex lens, 10⁴ draws at each of as many positions as the argument says.
 
-use raylet::engine::settings::{Method, Paper, Sampler, Settings};
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::settings::{Method, Paper, Sampler, Settings};
 use raylet::optics::bend::Coating;
 use raylet::optics::system::System;
 use raylet_accuracy::problems::{doe, face, plane_wave, random_pixels, sensor};

@@ -6,7 +6,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::settings::Settings;
+use raylet::engine::plan::settings::Settings;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::bend::Coating;

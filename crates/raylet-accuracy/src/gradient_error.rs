@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::bench::BenchError;
+use raylet::engine::chain::linearised_system::BenchError;
 use raylet::math::random::uniform;
 
 /// A real function of the field on a sensor.

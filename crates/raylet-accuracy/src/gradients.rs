@@ -5,8 +5,8 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::bench::{Bench, BenchError};
-use raylet::engine::settings::{Method, Settings};
+use raylet::engine::chain::linearised_system::{Bench, BenchError};
+use raylet::engine::plan::settings::{Method, Settings};
 use raylet::optics::system::System;
 
 use crate::gradient_error::{Comparison, Loss};

@@ -15,8 +15,8 @@ use std::process::ExitCode;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::{SimulateError, simulate};
+use raylet::engine::chain::simulate::{SimulateError, simulate};
+use raylet::engine::plan::settings::Settings;
 use raylet_accuracy::estimates::report::print_estimates;
 use raylet_accuracy::gradients::comparisons;
 use raylet_accuracy::problems::{Measured, Problem};

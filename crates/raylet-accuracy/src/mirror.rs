@@ -3,7 +3,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::settings::{Method, Settings};
+use raylet::engine::plan::settings::{Method, Settings};
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};

@@ -2,9 +2,9 @@
 
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
-use raylet::engine::account::Account;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::{Outcome, SimulateError, simulate};
+use raylet::engine::chain::simulate::{Outcome, SimulateError, simulate};
+use raylet::engine::error::error_budget::Account;
+use raylet::engine::plan::settings::Settings;
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;

@@ -2,9 +2,9 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::bench::{Bench as Runs, BenchError};
-use raylet::engine::settings::Settings;
-use raylet::engine::sway::Variation;
+use raylet::engine::chain::linearised_system::{Bench as Runs, BenchError};
+use raylet::engine::plan::settings::Settings;
+use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::optics::bend::Coating;
 use raylet::optics::system::System;
 

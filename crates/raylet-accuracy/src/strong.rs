@@ -5,7 +5,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::settings::Settings;
+use raylet::engine::plan::settings::Settings;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::bend::Coating;
 use raylet::optics::screen::Act;

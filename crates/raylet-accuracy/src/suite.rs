@@ -1,6 +1,6 @@
 //! The list of problems of the accuracy report, whole or in reduced form.
 
-use raylet::engine::settings::{Method, Settings};
+use raylet::engine::plan::settings::{Method, Settings};
 use raylet::math::part::part;
 use raylet::optics::bend::Coating;
 use raylet::optics::system::System;

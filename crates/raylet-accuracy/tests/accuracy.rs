@@ -2,8 +2,8 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::settings::Settings;
 use raylet::optics::bend::Coating;
 use raylet::optics::system::System;
 use raylet_accuracy::pixels::Pixels;

@@ -3,8 +3,8 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
 use raylet::wave::metrics::{field_error, shape_error};
 use raylet::wave::tile::TileWindow;
 use raylet_accuracy::mirror::{Bench, Coat};

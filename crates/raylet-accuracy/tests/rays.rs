@@ -3,10 +3,10 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::scatter::Scatter;
-use raylet::engine::scattering::Scattering;
-use raylet::engine::secondary::Secondary;
-use raylet::engine::settings::Settings;
+use raylet::engine::external::scatter::Scatter;
+use raylet::engine::external::scatter_settings::Scattering;
+use raylet::engine::external::secondary_rays::Secondary;
+use raylet::engine::plan::settings::Settings;
 use raylet::math::random::pair;
 use raylet::math::vec3::Vec3;
 use raylet::optics::bundle::Rays;

@@ -2,9 +2,9 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::reference::{Choice, Reference, ReferenceError, reference};
-use raylet::engine::route::Approach;
-use raylet::engine::settings::Settings;
+use raylet::engine::chain::reference::{Choice, Reference, ReferenceError, reference};
+use raylet::engine::free::free_method::Approach;
+use raylet::engine::plan::settings::Settings;
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};

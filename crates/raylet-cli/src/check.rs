@@ -4,12 +4,12 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use raylet::engine::advice::advice;
-use raylet::engine::forecast::{Forecast, forecast_told};
-use raylet::engine::plan::Plan;
-use raylet::engine::rims::with_rims;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::SimulateError;
+use raylet::engine::chain::forecast::{Forecast, forecast_told};
+use raylet::engine::chain::simulate::SimulateError;
+use raylet::engine::error::advice::advice;
+use raylet::engine::plan::hop_plan::Plan;
+use raylet::engine::plan::settings::Settings;
+use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::model::build;
 use raylet::file::model::error_location::blame;
 use raylet::file::model::prescription::{Part, parts};

@@ -1,7 +1,7 @@
 //! Choices on the command line that take the place of the scene's.
 
 use clap::{Args, ValueEnum};
-use raylet::engine::settings::{Method, Settings};
+use raylet::engine::plan::settings::{Method, Settings};
 
 use crate::failure::Failure;
 

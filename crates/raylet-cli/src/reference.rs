@@ -4,10 +4,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use raylet::engine::reference::{Choice, PADDING, reference};
-use raylet::engine::route::Approach;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::Progress;
+use raylet::engine::chain::reference::{Choice, PADDING, reference};
+use raylet::engine::chain::simulate::Progress;
+use raylet::engine::free::free_method::Approach;
+use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
 use raylet::file::model::error_location::blame_reference;
 use raylet::file::result::report::{Channel, Report, micrometres};

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
 use raylet::file::model::error_location::blame;
 use raylet::file::result::report::{Channel, HopEntry, Report, micrometres};

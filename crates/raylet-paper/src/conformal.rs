@@ -10,10 +10,10 @@ use std::time::Instant;
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::design::conformal::{Conformal, Show, Window};
-use raylet::engine::reference::{Choice, ReferenceError, reference};
-use raylet::engine::route::Approach;
-use raylet::engine::settings::{Method, Paper, Positions, Sag, Settings};
-use raylet::engine::simulate::{SimulateError, simulate};
+use raylet::engine::chain::reference::{Choice, ReferenceError, reference};
+use raylet::engine::chain::simulate::{SimulateError, simulate};
+use raylet::engine::free::free_method::Approach;
+use raylet::engine::plan::settings::{Method, Paper, Positions, Sag, Settings};
 use raylet::math::part::part;
 use raylet::optics::system::System;
 use raylet::wave::field::{Axis, Field, Grid};
@@ -305,7 +305,7 @@ impl Comparison {
 #[cfg(test)]
 mod tests {
     use raylet::design::conformal::{Conformal, Show, Substrate};
-    use raylet::engine::settings::Sag;
+    use raylet::engine::plan::settings::Sag;
 
     use crate::conformal::{Comparison, Draws, Way};
 

@@ -8,10 +8,10 @@
 use ndarray::{Array2, ArrayView1};
 use num_complex::Complex64;
 use raylet::design::conformal::{Conformal, Opening, Show, Window};
-use raylet::engine::reference::{Choice, ReferenceError, reference};
-use raylet::engine::route::Approach;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::Progress;
+use raylet::engine::chain::reference::{Choice, ReferenceError, reference};
+use raylet::engine::chain::simulate::Progress;
+use raylet::engine::free::free_method::Approach;
+use raylet::engine::plan::settings::Settings;
 use raylet::wave::field::Field;
 use raylet::wave::metrics::{ncc, peak};
 

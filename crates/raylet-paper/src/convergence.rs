@@ -9,11 +9,11 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::beyond::Beyond;
-use raylet::engine::paper_plan::PaperPlan;
-use raylet::engine::plan::{Plan, plan};
-use raylet::engine::settings::{Density, Method, Paper, Positions, Sampler, Settings};
-use raylet::engine::simulate::{Arriving, SimulateError, leaving, simulate};
+use raylet::engine::chain::simulate::{Arriving, SimulateError, leaving, simulate};
+use raylet::engine::monte_carlo::paper_plan::PaperPlan;
+use raylet::engine::plan::downstream::Beyond;
+use raylet::engine::plan::hop_plan::{Plan, plan};
+use raylet::engine::plan::settings::{Density, Method, Paper, Positions, Sampler, Settings};
 use raylet::optics::system::System;
 use raylet::wave::metrics::{field_error, unit_sum_mse};
 use raylet::wave::tile::TileCutter;
@@ -281,8 +281,8 @@ fn ways() -> [Way; 3] {
 #[cfg(test)]
 mod tests {
     use raylet::design::patterns::metalens;
-    use raylet::engine::settings::{Density, Sampler};
-    use raylet::engine::simulate::simulate;
+    use raylet::engine::chain::simulate::simulate;
+    use raylet::engine::plan::settings::{Density, Sampler};
     use raylet::wave::metrics::field_error;
 
     use crate::convergence::{Convergence, settings};

@@ -12,12 +12,14 @@ use std::time::Instant;
 
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
-use raylet::engine::beyond::Beyond;
-use raylet::engine::paper::cover;
-use raylet::engine::paper_plan::{Address, PaperPlan};
-use raylet::engine::plan::{Plan, plan};
-use raylet::engine::settings::{Method, Paper, Positions, Sampler, Settings};
-use raylet::engine::simulate::{Arriving, SimulateError, leaving, receiving_raster, simulate};
+use raylet::engine::chain::simulate::{
+    Arriving, SimulateError, leaving, receiving_raster, simulate,
+};
+use raylet::engine::monte_carlo::paper::cover;
+use raylet::engine::monte_carlo::paper_plan::{Address, PaperPlan};
+use raylet::engine::plan::downstream::Beyond;
+use raylet::engine::plan::hop_plan::{Plan, plan};
+use raylet::engine::plan::settings::{Method, Paper, Positions, Sampler, Settings};
 use raylet::optics::system::System;
 use raylet::wave::field::Field;
 use raylet::wave::metrics::{field_error, ncc};
@@ -316,7 +318,7 @@ impl Covering {
 #[cfg(test)]
 mod tests {
     use raylet::design::patterns::star_hologram;
-    use raylet::engine::simulate::simulate;
+    use raylet::engine::chain::simulate::simulate;
     use raylet::wave::metrics::field_error;
 
     use crate::covering::{RULES, Stage, settings};

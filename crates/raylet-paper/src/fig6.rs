@@ -1,7 +1,7 @@
 //! Figure 6 of the source paper, forward: a conformal diffractive mirror with conjugate phases.
 
 use raylet::design::conformal::{Conformal, Show, Substrate};
-use raylet::engine::settings::Sag;
+use raylet::engine::plan::settings::Sag;
 use raylet::file::result::machine::Machine;
 use raylet_plot::text_table::table;
 use serde_json::json;

@@ -9,10 +9,10 @@
 use std::time::Instant;
 
 use raylet::design::conformal::spherical_patch;
-use raylet::engine::reference::{Choice, ReferenceError, reference};
-use raylet::engine::route::Approach;
-use raylet::engine::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::reference::{Choice, ReferenceError, reference};
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::free::free_method::Approach;
+use raylet::engine::plan::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
 use raylet::wave::metrics::{field_error, shape_error};
 use raylet_plot::chart::Series;
 use raylet_plot::figure::{Figure, Panel};

@@ -17,7 +17,7 @@ use raylet::design::mirror::MirrorLook;
 use raylet::design::optimizer::{Method, Optimizer};
 use raylet::design::space::Space;
 use raylet::design::step::Step;
-use raylet::engine::simulate::Progress;
+use raylet::engine::chain::simulate::Progress;
 use raylet::file::storage::checkpoint::Checkpoints;
 use raylet::file::storage::own_file::Replace;
 use raylet::wave::metrics::ncc;

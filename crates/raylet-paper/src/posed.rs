@@ -156,8 +156,8 @@ mod tests {
 
     use raylet::design::conformal::{Conformal, Show, Substrate, Window};
     use raylet::design::patterns::star_hologram;
-    use raylet::engine::settings::Settings;
-    use raylet::engine::simulate::simulate;
+    use raylet::engine::chain::simulate::simulate;
+    use raylet::engine::plan::settings::Settings;
     use raylet::file::model::build;
     use raylet::file::scene::scene_file::Scene;
     use raylet::optics::system::System;

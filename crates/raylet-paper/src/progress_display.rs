@@ -1,6 +1,6 @@
 //! Who shows how far a study has come.
 
-use raylet::engine::simulate::Progress;
+use raylet::engine::chain::simulate::Progress;
 
 /// Shows the progress of runs, each by its name.
 pub type RunDisplay<'a> = Box<dyn Fn(&str, Progress) + Sync + 'a>;

@@ -10,8 +10,8 @@ use std::ops::Range;
 use std::time::Instant;
 
 use raylet::design::problems::{GRATING_SENSOR, READINGS, Window, grating};
-use raylet::engine::directions::{Strength, sum_of_directions};
-use raylet::engine::settings::{Method, Paper, Settings};
+use raylet::engine::geometrical::maslov::{Strength, sum_of_directions};
+use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::optics::system::System;
 
 use crate::study::{Effort, Study};

@@ -4,9 +4,9 @@ use std::path::Path;
 
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
-use raylet::engine::repeat::Repeats;
-use raylet::engine::settings::{Method, Paper, Settings};
-use raylet::engine::simulate::Progress;
+use raylet::engine::chain::simulate::Progress;
+use raylet::engine::monte_carlo::repeated_runs::Repeats;
+use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::file::storage::partial::PartialFile;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;

@@ -4,9 +4,9 @@ use std::time::Instant;
 
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
-use raylet::engine::repeat::Repeats;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::{Progress, SimulateError, simulate};
+use raylet::engine::chain::simulate::{Progress, SimulateError, simulate};
+use raylet::engine::monte_carlo::repeated_runs::Repeats;
+use raylet::engine::plan::settings::Settings;
 use raylet::file::result::machine::Machine;
 use raylet::math::part::part;
 use raylet::optics::system::System;
@@ -204,7 +204,7 @@ fn row_of_panels(row: Vec<Shown>) -> Vec<Panel<'static>> {
 mod tests {
     use ndarray::Array2;
     use raylet::design::problems::near_hologram;
-    use raylet::engine::settings::Settings;
+    use raylet::engine::plan::settings::Settings;
     use raylet::optics::doe::PixelForm;
 
     use crate::trial::{Match, Shown, Trial, figure, light};

@@ -5,7 +5,7 @@
     reason = "what is drawn is numbered by the lists it was laid out from"
 )]
 
-use raylet::engine::sketch::{Trail, Turn, cut, sketch};
+use raylet::engine::geometrical::layout_rays::{Trail, Turn, cut, sketch};
 use raylet::file::model::prescription::{Kind, Part, parts};
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::vec3::Vec3;

@@ -251,8 +251,8 @@ mod paper {
     use ndarray::Array2;
     use num_complex::Complex64;
     use raylet::design::problems::{PITCH, WAVELENGTH, lens_hologram};
-    use raylet::engine::settings::{Method, Paper, Settings};
-    use raylet::engine::simulate::simulate;
+    use raylet::engine::chain::simulate::simulate;
+    use raylet::engine::plan::settings::{Method, Paper, Settings};
     use raylet::math::draw::draw;
     use raylet::math::random::{pair, uniform};
     use raylet::optics::doe::PixelForm;
@@ -444,9 +444,9 @@ mod gradients {
     use ndarray::Array2;
     use num_complex::Complex64;
     use raylet::design::problems::lens_hologram;
-    use raylet::engine::bench::{Bench, Trace};
-    use raylet::engine::settings::Settings;
-    use raylet::engine::sway::Variation;
+    use raylet::engine::chain::linearised_system::{Bench, Trace};
+    use raylet::engine::plan::settings::Settings;
+    use raylet::engine::trace::ray_sensitivity::Variation;
     use raylet::math::random::uniform;
     use raylet::optics::doe::PixelForm;
     use raylet::optics::screen::{Act, Sensor};

@@ -2,7 +2,7 @@
 //!
 //! The library is built in layers that only look down:
 //! `math` (numbers, no light), `optics` (what the parts are), `wave` (what happens to waves),
-//! `engine` (who runs which rays), `design` (what should change), `file` (how it is written down).
+//! `engine` (propagation from screen to screen), `design` (what should change), `file` (how it is written down).
 
 #![deny(
     clippy::expect_used,

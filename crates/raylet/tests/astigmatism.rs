@@ -7,8 +7,8 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::settings::{Method, Settings};
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::settings::{Method, Settings};
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::bend::{Coating, Interface};

@@ -3,8 +3,8 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::settings::{Correction, Method, Settings};
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;

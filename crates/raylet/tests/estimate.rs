@@ -4,11 +4,11 @@ use std::path::Path;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::account::Account;
-use raylet::engine::forecast::forecast;
-use raylet::engine::rims::{Treatment, with_rims};
-use raylet::engine::settings::{Correction, Method, Settings};
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::forecast::forecast;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::error::error_budget::Account;
+use raylet::engine::plan::settings::{Correction, Method, Settings};
+use raylet::engine::rims::rim_screens::{Treatment, with_rims};
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::erfc::erfc;
@@ -156,7 +156,7 @@ fn what_is_told_beforehand_is_what_is_done() {
     };
     let (grating, settings) = system("paper/system1");
     let told = forecast(&grating, &settings).unwrap();
-    let raylet::engine::plan::Plan::Beamlets(plan) = &told[0].plan else {
+    let raylet::engine::plan::hop_plan::Plan::Beamlets(plan) = &told[0].plan else {
         panic!("no beamlets");
     };
     let [rays, seconds] = [plan.rays / 2.76e6, plan.seconds / 103.0];

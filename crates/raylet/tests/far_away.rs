@@ -3,8 +3,8 @@
 use std::path::Path;
 
 use num_complex::Complex64;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
 

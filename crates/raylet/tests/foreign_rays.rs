@@ -3,11 +3,11 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::scatter::Scatter;
-use raylet::engine::scattering::Scattering;
-use raylet::engine::secondary::Secondary;
-use raylet::engine::settings::{Correction, Method, Settings};
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::external::scatter::Scatter;
+use raylet::engine::external::scatter_settings::Scattering;
+use raylet::engine::external::secondary_rays::Secondary;
+use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};

@@ -4,8 +4,8 @@ use std::fs;
 use std::path::Path;
 
 use raylet::design::hologram::{Hologram, design};
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::{Outcome, sensor_grid, simulate};
+use raylet::engine::chain::simulate::{Outcome, sensor_grid, simulate};
+use raylet::engine::plan::settings::Settings;
 use raylet::file::arrays::phase_file::PhaseFile;
 use raylet::file::model::build;
 use raylet::file::model::hologram::commission;

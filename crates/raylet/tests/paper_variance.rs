@@ -7,10 +7,10 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::paper::carry;
-use raylet::engine::paper_plan::{Address, PaperPlan};
-use raylet::engine::settings::{Density, Positions, Sag, Sampler};
-use raylet::engine::tally::Tally;
+use raylet::engine::error::tally::Tally;
+use raylet::engine::monte_carlo::paper::carry;
+use raylet::engine::monte_carlo::paper_plan::{Address, PaperPlan};
+use raylet::engine::plan::settings::{Density, Positions, Sag, Sampler};
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;

@@ -5,7 +5,7 @@
 //! because the Jacobian stays symplectic.
 
 use num_complex::Complex64;
-use raylet::engine::launch::launch;
+use raylet::engine::beamlet::beamlet_launch::launch;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::bend::{Coating, Interface};

@@ -4,9 +4,9 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use raylet::engine::scatter::Scatter;
-use raylet::engine::scattering::{Coverage, Scattering};
-use raylet::engine::secondary::Secondary;
+use raylet::engine::external::scatter::Scatter;
+use raylet::engine::external::scatter_settings::{Coverage, Scattering};
+use raylet::engine::external::secondary_rays::Secondary;
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;

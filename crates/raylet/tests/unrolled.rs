@@ -5,10 +5,10 @@ use std::path::Path;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::scatter::Scatter;
-use raylet::engine::scattering::{Coverage, Scattering};
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::external::scatter::Scatter;
+use raylet::engine::external::scatter_settings::{Coverage, Scattering};
+use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::random::uniform;

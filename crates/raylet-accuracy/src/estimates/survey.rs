@@ -2,9 +2,9 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::account::Account;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::{Outcome, SimulateError, simulate};
+use raylet::engine::chain::simulate::{Outcome, SimulateError, simulate};
+use raylet::engine::error::error_budget::Account;
+use raylet::engine::plan::settings::Settings;
 use raylet::optics::system::System;
 
 use crate::estimates::random_systems::{KINDS, Kind, random_system};

@@ -3,10 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::design::exact;
-use crate::engine::anchor::Anchor;
-use crate::engine::bench::{Bench, BenchError, Gradient, Trace};
-use crate::engine::drawn::{Drawing, Draws};
-use crate::engine::sway::Variation;
+use crate::engine::chain::control_variate::Anchor;
+use crate::engine::chain::linearised_system::{Bench, BenchError, Gradient, Trace};
+use crate::engine::monte_carlo::mode_sampling::{Drawing, Draws};
+use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::system::System;
 
 /// Which beamlets a look follows.

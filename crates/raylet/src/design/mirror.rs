@@ -8,7 +8,7 @@ use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 
 use crate::design::loss::Loss;
-use crate::engine::simulate::{SimulateError, illuminate, sensor_of};
+use crate::engine::chain::simulate::{SimulateError, illuminate, sensor_of};
 use crate::math::vec3::Vec3;
 use crate::optics::screen::Act;
 use crate::optics::system::System;

@@ -133,8 +133,8 @@ fn system(values: Array2<Complex64>, z: f64, wavelength: f64) -> System {
 #[cfg(test)]
 mod tests {
     use crate::design::patterns::{metalens, star, star_hologram};
-    use crate::engine::settings::Settings;
-    use crate::engine::simulate::simulate;
+    use crate::engine::chain::simulate::simulate;
+    use crate::engine::plan::settings::Settings;
     use crate::wave::metrics::ncc;
 
     /// The middle of the focus is the sum of all pixels in phase, by the first Rayleigh–Sommerfeld

@@ -10,10 +10,10 @@ use num_complex::Complex64;
 use crate::design::estimator::{Estimator, Sight};
 use crate::design::modulation::{Modulator, Shaped};
 use crate::design::overlap::FieldLoss;
-use crate::engine::anchor::Anchor;
-use crate::engine::bench::{Bench, BenchError, Trace};
-use crate::engine::settings::Settings;
-use crate::engine::sway::Variation;
+use crate::engine::chain::control_variate::Anchor;
+use crate::engine::chain::linearised_system::{Bench, BenchError, Trace};
+use crate::engine::plan::settings::Settings;
+use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::Act;
 use crate::optics::system::System;
 

@@ -7,7 +7,7 @@ use crate::design::exact;
 use crate::design::optimizer::Optimizer;
 use crate::design::project::{Look, Plans, Project, ProjectError};
 use crate::design::step::{SavedError, Step, Stop};
-use crate::engine::anchor::Anchor;
+use crate::engine::chain::control_variate::Anchor;
 
 /// Everything of a run that its next steps depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -1,61 +1,32 @@
-//! Who runs which rays.
+//! Propagation: how the field on one screen becomes the field on the next.
+//!
+//! | folder | what it holds |
+//! | --- | --- |
+//! | [`plan`] | Which method carries a hop, and with which settings |
+//! | [`trace`] | Rays through one hop |
+//! | [`geometrical`] | Rays through a whole system, and geometrical fields |
+//! | [`beamlet`] | Beamlets of one hop: plan, errors, landing |
+//! | [`plane_wave`] | Plane wavelets with a prefactor |
+//! | [`monte_carlo`] | Random estimates: the source paper's method, and beamlets that are drawn |
+//! | [`free`] | Hops without rays |
+//! | [`rims`] | Rims of surfaces inside a train that cut light |
+//! | [`error`] | Fates of rays and energy, the error budget, warnings |
+//! | [`external`] | Rays of other ray tracers at a diffractive element |
+//! | [`chain`] | Runs of a whole system, forward and back |
 
 #![expect(
     clippy::indexing_slicing,
     reason = "axes are 0 and 1, and hops, screens, patches and nodes are counted by the lists they number"
 )]
 
-pub mod account;
-pub mod advice;
-pub mod aim;
-pub mod anchor;
-pub mod backend;
-pub mod beamlet_error;
-pub mod beamlets;
-pub mod bench;
-pub mod beyond;
-pub mod budget;
-pub mod carry;
-pub mod census;
-pub mod cpu;
-pub mod directions;
-pub mod drawn;
-pub mod edge_light;
-pub mod eikonal;
-pub mod facet;
-pub mod fan;
-pub mod flatness;
-pub mod follow;
-pub mod forecast;
-pub mod launch;
-pub mod light;
-pub mod look;
-pub mod paper;
-pub mod paper_plan;
-pub mod pencil;
+pub mod beamlet;
+pub mod chain;
+pub mod error;
+pub mod external;
+pub mod free;
+pub mod geometrical;
+pub mod monte_carlo;
 pub mod plan;
-pub mod plan_error;
-pub mod plane;
-pub mod reason;
-pub mod reference;
-pub mod repeat;
+pub mod plane_wave;
 pub mod rims;
-pub mod ripple;
-pub mod route;
-pub mod scatter;
-pub mod scattering;
-pub mod seat;
-pub mod secondary;
-pub mod settings;
-pub mod shelf;
-pub mod simulate;
-pub mod sketch;
-pub mod spot_check;
-pub mod stray_tail;
-pub mod survey;
-pub mod sway;
-pub mod tally;
-pub mod tube;
-pub mod volley;
-pub mod walk;
-pub mod workload;
+pub mod trace;

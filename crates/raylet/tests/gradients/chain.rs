@@ -1,9 +1,9 @@
 //! The way back is the transpose of the way there.
 
 use num_complex::Complex64;
-use raylet::engine::bench::Bench;
-use raylet::engine::settings::Settings;
-use raylet::engine::simulate::simulate;
+use raylet::engine::chain::linearised_system::Bench;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::settings::Settings;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 

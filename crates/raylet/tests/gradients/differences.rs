@@ -2,10 +2,10 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::bench::Bench;
-use raylet::engine::plan::Plan;
-use raylet::engine::settings::{Correction, Settings};
-use raylet::engine::sway::Variation;
+use raylet::engine::chain::linearised_system::Bench;
+use raylet::engine::plan::hop_plan::Plan;
+use raylet::engine::plan::settings::{Correction, Settings};
+use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::math::vec3::Vec3;
 use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;

@@ -2,9 +2,9 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::anchor::Anchor;
-use raylet::engine::bench::{Bench, BenchError, Gradient};
-use raylet::engine::drawn::{Drawing, Draws, PatchDraws};
+use raylet::engine::chain::control_variate::Anchor;
+use raylet::engine::chain::linearised_system::{Bench, BenchError, Gradient};
+use raylet::engine::monte_carlo::mode_sampling::{Drawing, Draws, PatchDraws};
 use raylet::optics::doe::PixelForm;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;

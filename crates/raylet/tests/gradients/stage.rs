@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::settings::{Method, Settings};
+use raylet::engine::plan::settings::{Method, Settings};
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;

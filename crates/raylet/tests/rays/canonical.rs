@@ -1,6 +1,6 @@
 //! What holds for every ray through any system: the symplectic form, Malus and Dupin, reversibility.
 
-use raylet::engine::walk::Landing;
+use raylet::engine::trace::ray_trace::Landing;
 use raylet::math::real::Dual;
 use raylet::math::vec3::Vec3;
 use raylet::optics::frame::Frame;

@@ -1,6 +1,6 @@
 //! The grating equation, with the optical path that goes with it.
 
-use raylet::engine::tube::trace;
+use raylet::engine::geometrical::ray_tube::trace;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer};

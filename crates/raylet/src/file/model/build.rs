@@ -520,8 +520,8 @@ fn collect_lattices(layers: &[Layer], found: &mut Vec<([f64; 2], (usize, usize),
 }
 
 /// The settings of a run, as a scene states them; what it leaves out keeps the engine's default.
-pub fn settings(scene: &Scene) -> crate::engine::settings::Settings {
-    use crate::engine::settings as engine;
+pub fn settings(scene: &Scene) -> crate::engine::plan::settings::Settings {
+    use crate::engine::plan::settings as engine;
     use crate::file::scene::settings as file;
     let given = &scene.settings;
     let standard = engine::Settings::default();
@@ -554,9 +554,9 @@ pub fn settings(scene: &Scene) -> crate::engine::settings::Settings {
 /// The knobs of the method `paper`.
 fn paper(
     given: &crate::file::scene::settings::Paper,
-    standard: crate::engine::settings::Paper,
-) -> crate::engine::settings::Paper {
-    use crate::engine::settings as engine;
+    standard: crate::engine::plan::settings::Paper,
+) -> crate::engine::plan::settings::Paper {
+    use crate::engine::plan::settings as engine;
     use crate::file::scene::settings as file;
     use crate::wave::tile::TileWindow;
     engine::Paper {

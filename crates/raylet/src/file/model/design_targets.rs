@@ -11,7 +11,7 @@ use crate::design::overlap::{FieldLoss, Overlap};
 use crate::design::share::Share;
 use crate::design::spots::{self, Spots};
 use crate::design::target::Target;
-use crate::engine::simulate::sensor_of;
+use crate::engine::chain::simulate::sensor_of;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::number::LEAST;
 use crate::file::model::hologram::{asked, picture_of, target};

@@ -1,9 +1,9 @@
 //! Faults found while computing, told at the element of the scene they belong to.
 
-use crate::engine::eikonal::EikonalError;
-use crate::engine::plan_error::PlanError;
-use crate::engine::reference::ReferenceError;
-use crate::engine::simulate::SimulateError;
+use crate::engine::chain::reference::ReferenceError;
+use crate::engine::chain::simulate::SimulateError;
+use crate::engine::geometrical::eikonal::EikonalError;
+use crate::engine::plan::plan_error::PlanError;
 use crate::file::decode::fault::Fault;
 use crate::file::scene::scene_file::Scene;
 use crate::wave::sampling::SamplingError;

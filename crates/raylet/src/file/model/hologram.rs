@@ -12,8 +12,8 @@ use num_complex::Complex64;
 
 use crate::design::hologram::{HologramError, Task};
 use crate::design::target::Target;
-use crate::engine::settings::Settings;
-use crate::engine::simulate::{illuminate, simulate};
+use crate::engine::chain::simulate::{illuminate, simulate};
+use crate::engine::plan::settings::Settings;
 use crate::file::arrays::array::ArrayLook;
 use crate::file::arrays::image::{ImageError, read_gray};
 use crate::file::arrays::memory::MemoryLimit;

@@ -4,12 +4,12 @@ use std::path::{Path, PathBuf};
 
 use toml::{Table, Value};
 
-use crate::engine::forecast::forecast;
-use crate::engine::plan_error::PlanError;
-use crate::engine::reference::{Choice, ReferenceError, reference};
-use crate::engine::route::Approach;
-use crate::engine::settings::{Method, Settings};
-use crate::engine::simulate::{SimulateError, plan_all};
+use crate::engine::chain::forecast::forecast;
+use crate::engine::chain::reference::{Choice, ReferenceError, reference};
+use crate::engine::chain::simulate::{SimulateError, plan_all};
+use crate::engine::free::free_method::Approach;
+use crate::engine::plan::plan_error::PlanError;
+use crate::engine::plan::settings::{Method, Settings};
 use crate::file::model::build;
 use crate::file::result::document;
 use crate::file::result::report::PlanEntry;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::reference::Step;
+use crate::engine::chain::reference::Step;
 
 /// One step of a reference: a hop, or the whole system where rays are followed along smooth phases.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

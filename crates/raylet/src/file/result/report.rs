@@ -10,17 +10,17 @@
 use ndarray::ArrayView2;
 use serde::{Deserialize, Serialize};
 
-use crate::engine::account::Account;
-use crate::engine::beamlets::BeamletPlan;
-use crate::engine::flatness::Flatness;
-use crate::engine::plan::Plan;
-use crate::engine::reason::{method_name, reason};
-use crate::engine::reference::Reference;
-use crate::engine::settings::{
+use crate::engine::beamlet::beamlet_plan::BeamletPlan;
+use crate::engine::chain::reference::Reference;
+use crate::engine::chain::simulate::{HopReport, Outcome};
+use crate::engine::error::error_budget::Account;
+use crate::engine::error::tally::{Fate, Tally};
+use crate::engine::monte_carlo::tangent_patch_error::Flatness;
+use crate::engine::plan::hop_plan::Plan;
+use crate::engine::plan::method_reason::{method_name, reason};
+use crate::engine::plan::settings::{
     Correction, Density, Method, Paper, Positions, Sag, Sampler, Settings,
 };
-use crate::engine::simulate::{HopReport, Outcome};
-use crate::engine::tally::{Fate, Tally};
 use crate::file::result::machine::Machine;
 use crate::file::result::reference_step::StepEntry;
 use crate::file::result::rim::RimEntry;

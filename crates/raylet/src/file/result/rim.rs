@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::rims::{Rim, Treatment};
+use crate::engine::rims::rim_screens::{Rim, Treatment};
 
 /// The rim of a surface in a hop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -5,7 +5,7 @@ use std::path::Path;
 use ndarray::Array2;
 use ndarray_npy::write_npy;
 
-use crate::engine::sketch::sketch;
+use crate::engine::geometrical::layout_rays::sketch;
 use crate::file::model::build::system;
 use crate::file::model::prescription::parts;
 use crate::file::scene::scene_file::Scene;

@@ -8,7 +8,7 @@ use ndarray::{Array1, Ix1, Ix2, OwnedRepr, array};
 use ndarray_npy::{NpzReader, NpzWriter, WriteNpzError};
 use num_complex::Complex64;
 
-use crate::engine::repeat::Repeats;
+use crate::engine::monte_carlo::repeated_runs::Repeats;
 use crate::file::decode::fault::Fault;
 use crate::file::storage::hidden::{Hidden, unwritable};
 
@@ -138,7 +138,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::engine::repeat::Repeats;
+    use crate::engine::monte_carlo::repeated_runs::Repeats;
     use crate::file::storage::partial::PartialFile;
 
     #[test]

@@ -1,0 +1,34 @@
+//! One beamlet from its place on a screen to its landing on the next.
+
+use crate::engine::trace::launch_plane::Seat;
+use crate::optics::ray::Loss;
+use crate::optics::system::Hop;
+use crate::wave::wavelet::Arrival;
+
+/// A beamlet of width σ and unit coefficient at the end of a hop, its optical path's phase included.
+///
+/// # Errors
+/// How its chief ray was lost, if it was.
+pub fn launch(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64) -> Result<Arrival, Loss> {
+    launch_from(&Seat::new(hop.from, at)?, hop, p, sigma)
+}
+
+/// The same from a seat that is known.
+///
+/// # Errors
+/// How its chief ray was lost, if it was.
+#[inline]
+pub fn launch_from(seat: &Seat, hop: &Hop, p: [f64; 2], sigma: f64) -> Result<Arrival, Loss> {
+    let k = hop.wavenumber();
+    let start = seat.window(sigma, k);
+    let carried = seat
+        .hop(hop)
+        .carry_beamlet(seat.at(), seat.cosines(p)?, start)?;
+    let (landing, g) = (carried.landing, carried.curvature);
+    Ok(Arrival {
+        at: landing.at,
+        cosines: landing.cosines,
+        amplitude: carried.amplitude.value() * num_complex::Complex64::cis(k * landing.path),
+        curvature: [g.xx.value(), g.xy.value(), g.yy.value()],
+    })
+}

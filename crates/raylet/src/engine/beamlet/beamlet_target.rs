@@ -1,0 +1,117 @@
+//! One beamlet of a patch aimed at the target: where it lands, what it looks like there, how far it is to be
+//! believed. Nothing of this depends on the field.
+
+use crate::engine::beamlet::aberration_sample::Looks;
+use crate::engine::beamlet::beamlet_aberration::Aberration;
+use crate::engine::beamlet::beamlet_error::TRUSTED_TAIL;
+use crate::engine::beamlet::beamlet_launch::launch_from;
+use crate::engine::beamlet::discarded_tail::{Leaving, stray_share};
+use crate::engine::chain::backend::Job;
+use crate::engine::error::tally::Fate;
+use crate::engine::trace::launch_plane::Seat;
+use crate::optics::ray::Loss;
+use crate::wave::gather::Canvas;
+use crate::wave::wavelet::Arrival;
+
+/// A beamlet that reaches the target.
+pub struct Aimed {
+    /// The beamlet of coefficient one, the correction of its aberration included.
+    pub arrival: Arrival,
+    /// Whether the aberration inside it had to be looked at.
+    pub needed: bool,
+    /// What was found then; nothing where its neighbours are lost.
+    pub found: Option<Aberration>,
+}
+
+/// A beamlet that adds nothing to the target.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Stray {
+    /// What became of it.
+    pub fate: Fate,
+    /// The share of its energy that its tail would bring to the target where the light ends, by real rays.
+    pub share: f64,
+}
+
+impl From<Fate> for Stray {
+    fn from(fate: Fate) -> Self {
+        Self { fate, share: 0.0 }
+    }
+}
+
+/// Where the beamlets of a patch leave.
+pub struct Seats {
+    /// On the hop that was planned.
+    seat: Seat,
+    /// On the hop itself, if it is another one.
+    moved: Option<Seat>,
+}
+
+impl Seats {
+    /// The seat above (x, y) of the first screen of a job.
+    ///
+    /// # Errors
+    /// [`Loss::Missed`] where a curved screen does not exist.
+    pub fn new(job: &Job, at: [f64; 2]) -> Result<Self, Loss> {
+        let moved = job.planned.map(|_| Seat::new(job.hop.from, at));
+        Ok(Self {
+            seat: Seat::new(job.chooser().from, at)?,
+            moved: moved.transpose()?,
+        })
+    }
+
+    /// The seat on the hop itself.
+    pub fn seat(&self) -> &Seat {
+        self.moved.as_ref().unwrap_or(&self.seat)
+    }
+}
+
+/// Aims one beamlet; its aberration is looked at if something depends on it.
+///
+/// # Errors
+/// Its fate when it does not reach the target, or cannot be believed there.
+pub fn aim(
+    job: &Job,
+    Seats { seat, moved }: &Seats,
+    mode: [usize; 2],
+    to: &Canvas,
+    looks: &mut Looks,
+) -> Result<Aimed, Stray> {
+    let k = job.hop.wavenumber();
+    let [bx, by] = &job.plan.bands;
+    let p = [bx.at(mode[0]), by.at(mode[1])];
+    let planned = job.chooser();
+    let mut arrival = launch_from(seat, planned, p, job.plan.sigma).map_err(Fate::Lost)?;
+    if !to.meets(&arrival, k, job.settings.footprint_edge()) {
+        return Err(Fate::Outside.into());
+    }
+
+    // The aberration inside the beamlet is made good, or a reason to leave it out.
+    let beside = !to.contains(arrival.at);
+    let needed = job.plan.correct || (beside && job.plan.doubtful_rim);
+    let found = if needed { looks.between(mode) } else { None };
+    if needed && beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
+        let leaving = Leaving {
+            seat,
+            p,
+            sigma: job.plan.sigma,
+        };
+        let share = || stray_share(planned, &leaving, to.bounds(), to.tail(&arrival, k));
+        return Err(Stray {
+            fate: Fate::Unresolved,
+            share: if job.beyond.ends_here() { share() } else { 0.0 },
+        });
+    }
+    if let Some(moved) = moved {
+        arrival = launch_from(moved, &job.hop, p, job.plan.sigma).map_err(Fate::Lost)?;
+    }
+    if let Some(found) = found
+        && job.plan.correct
+    {
+        arrival.amplitude *= found.correction();
+    }
+    Ok(Aimed {
+        arrival,
+        needed,
+        found,
+    })
+}

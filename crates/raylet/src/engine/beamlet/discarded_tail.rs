@@ -1,0 +1,198 @@
+//! The share of a beamlet's energy that its tail brings to a target beside which its ray lands, by real rays.
+//!
+//! Where a beamlet is too aberrated to count, its Gaussian says little about its tail. The ray map's linear part
+//! names the ray of the beamlet that would land on the nearest point of the target at the smallest distance r in
+//! phase space, where the Wigner distribution is exp(−r²) of its peak. Real rays tell how far it is in truth.
+
+use crate::engine::trace::launch_plane::Seat;
+use crate::math::erfc::erfc;
+use crate::optics::system::Hop;
+use crate::wave::wavelet::Tail;
+
+/// Tails that are discarded count in the error up to this distance r, where the amplitude is exp(−r²/2): the same for
+/// all target errors, the finer of which see tails from farther away.
+const COUNTED: f64 = 3.0;
+
+/// Real rays that are traced to find the distance.
+const TRIALS: usize = 3;
+
+/// A beamlet as it leaves.
+pub struct Leaving<'a> {
+    /// Where.
+    pub seat: &'a Seat,
+    /// Its optical direction cosines on the screen.
+    pub p: [f64; 2],
+    /// Its width σ in mm.
+    pub sigma: f64,
+}
+
+/// The share of a beamlet's energy that falls into the box `[x_min, x_max, y_min, y_max]` (mm) on the next screen,
+/// for a ray that lands beside it with the Gaussian tail `tail`; zero where real rays do not get there within
+/// r = 3.
+pub fn stray_share(hop: &Hop, leaving: &Leaving, bounds: [f64; 4], tail: Tail) -> f64 {
+    match distances(hop, leaving, bounds) {
+        Some([_, real]) if real > COUNTED => 0.0,
+        Some([linear, real]) => (tail.share * erfc(real) / erfc(linear)).min(1.0),
+        None => 0.0,
+    }
+}
+
+/// The distance r from the beamlet's ray to the ray that lands on the nearest point of the box, by the linear map and
+/// by real rays; nothing where these are lost or go the other way.
+fn distances(hop: &Hop, leaving: &Leaving, bounds: [f64; 4]) -> Option<[f64; 2]> {
+    let seat = leaving.seat;
+    let (hop, at, p) = (&seat.hop(hop), seat.at(), seat.cosines(leaving.p).ok()?);
+    let (landing, jacobian) = hop.jacobian(at, p).ok()?;
+    let missing = [0, 1].map(|a| {
+        let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
+        landing.at[a].clamp(low, high) - landing.at[a]
+    });
+    let length = missing[0].hypot(missing[1]);
+    if length == 0.0 {
+        return Some([0.0; 2]);
+    }
+
+    // The displacement of least norm, in units of the beamlet's widths, that the linear map brings there.
+    let sigma = leaving.sigma;
+    let narrow = 1.0 / (hop.wavenumber() * sigma);
+    let scale = [sigma, sigma, narrow, narrow];
+    let map = [0, 1].map(|a| [0, 1, 2, 3].map(|i| jacobian[a][i] * scale[i]));
+    let dot = |a: usize, b: usize| (0..4).map(|i| map[a][i] * map[b][i]).sum::<f64>();
+    let (xx, xy, yy) = (dot(0, 0), dot(0, 1), dot(1, 1));
+    let determinant = xx * yy - xy * xy;
+    let u = [
+        (yy * missing[0] - xy * missing[1]) / determinant,
+        (xx * missing[1] - xy * missing[0]) / determinant,
+    ];
+    let least = [0, 1, 2, 3].map(|i| u[0] * map[0][i] + u[1] * map[1][i]);
+    let linear = least.iter().map(|v| v * v).sum::<f64>().sqrt();
+
+    // How many times that displacement real rays need, by secants from the beamlet's own ray.
+    let mut times = 1.0;
+    for _ in 0..TRIALS {
+        let moved = [0, 1, 2, 3].map(|i| times * least[i] * scale[i]);
+        let (at, p) = (
+            [at[0] + moved[0], at[1] + moved[1]],
+            [p[0] + moved[2], p[1] + moved[3]],
+        );
+        let found = hop.trace(at, p, &mut ()).ok()?;
+        let reached = (0..2)
+            .map(|a| (found.at[a] - landing.at[a]) * missing[a] / length)
+            .sum::<f64>();
+        if reached <= 0.0 {
+            return None;
+        }
+        times *= length / reached;
+    }
+    Some([linear, times * linear])
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::engine::beamlet::beamlet_launch::launch_from;
+    use crate::engine::beamlet::discarded_tail::{Leaving, stray_share};
+    use crate::engine::trace::launch_plane::Seat;
+    use crate::math::vec3::Vec3;
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::{Act, Screen, Sensor};
+    use crate::optics::shape::Shape;
+    use crate::optics::system::Hop;
+    use crate::wave::wavelet::Tail;
+
+    fn sensor(distance: f64, tilt: f64) -> Screen {
+        Screen {
+            name: String::new(),
+            frame: Frame::GLOBAL
+                .moved(Vec3::new(0.0, 0.0, distance))
+                .tilted([0.0, tilt, 0.0]),
+            shape: Shape::Plane,
+            act: Act::Sensor(Sensor {
+                pixels: [1; 2],
+                pitch: [1.0; 2],
+            }),
+            index: 1.0,
+            arrives: 1.0,
+        }
+    }
+
+    /// The energy flux on a box of the screen of the Gaussian exp(−s²/2σ² + ikp·s), as a share of all that leaves its
+    /// plane, by Rayleigh and Sommerfeld's sum over the Gaussian; lengths in wavelengths.
+    fn by_waves(to: &Screen, p: [f64; 2], sigma: f64, bounds: [f64; 4]) -> f64 {
+        let k = std::f64::consts::TAU;
+        let grid = |low: f64, high: f64, step: f64| {
+            let count = ((high - low) / step).ceil() as usize;
+            let step = (high - low) / count as f64;
+            (0..count).map(move |i| (low + (i as f64 + 0.5) * step, step))
+        };
+        let reach = 5.0 * sigma;
+        let source: Vec<_> = grid(-reach, reach, 0.4)
+            .flat_map(|(x, dx)| grid(-reach, reach, 0.4).map(move |(y, dy)| ([x, y], dx * dy)))
+            .map(|(s, area)| {
+                let size = (-(s[0] * s[0] + s[1] * s[1]) / (2.0 * sigma * sigma)).exp() * area;
+                let phase = k * (p[0] * s[0] + p[1] * s[1]);
+                (s, Complex64::from_polar(size, phase))
+            })
+            .collect();
+        let mut landed = 0.0;
+        let [x0, x1, y0, y1] = bounds;
+        for (x, dx) in grid(x0, x1, 5.0) {
+            for (y, dy) in grid(y0, y1, 10.0) {
+                let frame = &to.frame;
+                let at = frame.origin + frame.x * x + frame.y * y;
+                let (mut u, mut slope) = (Complex64::ZERO, Complex64::ZERO);
+                for (s, value) in &source {
+                    let r = at - Vec3::new(s[0], s[1], 0.0);
+                    let length = r.norm();
+                    let wave = value * Complex64::cis(k * length) * r.z / (length * length);
+                    u += wave;
+                    slope += wave * r.dot(frame.z) / length;
+                }
+                landed += (u.conj() * slope).re * dx * dy;
+            }
+        }
+        let cosine = (1.0 - p[0] * p[0] - p[1] * p[1]).sqrt();
+        landed / (std::f64::consts::PI * sigma * sigma * cosine)
+    }
+
+    /// Beamlets far aside of a sensor, in free space: where they are wide and land steeply their Gaussian holds; where
+    /// they are narrow and graze the sensor it is off by up to 60 times, and real rays are within a factor of two.
+    #[test]
+    fn shares_are_those_of_the_wave() {
+        for (distance, tilt, p, sigma, beside) in [
+            (2000.0, 0.0, 0.1, 12.0, 1.5),
+            (200.0, 0.0, 0.7, 1.5, 1.8),
+            (200.0, 0.0, 0.7, 1.5, -1.8),
+            (200.0, 0.5, 0.3, 1.5, -2.0),
+            (200.0, 0.5, 0.6, 1.5, -2.0),
+        ] {
+            let (from, to) = (sensor(0.0, 0.0), sensor(distance, tilt));
+            let hop = Hop {
+                wavelength: 1.0,
+                from: &from,
+                train: &[],
+                to: &to,
+            };
+            let seat = Seat::new(&from, [0.0; 2]).unwrap();
+            let leaving = Leaving {
+                seat: &seat,
+                p: [p, 0.0],
+                sigma,
+            };
+            let arrival = launch_from(&seat, &hop, leaving.p, sigma).unwrap();
+            let k = hop.wavenumber();
+            let [wx, wy] = arrival.footprint(k, (-0.5f64).exp());
+            let x = arrival.at[0] + beside * wx;
+            let far = x + 2.5 * f64::signum(beside) * wx;
+            let bounds = [x.min(far), x.max(far), -3.0 * wy, 3.0 * wy];
+            let tail = Tail::of(&arrival, bounds, k);
+            let share = stray_share(&hop, &leaving, bounds, tail);
+            let exact = by_waves(&to, leaving.p, sigma, bounds);
+            println!(
+                "{distance} {tilt} {p} {sigma} {beside}: Gaussian {:.2e} rays {share:.2e} waves {exact:.2e}",
+                tail.share
+            );
+        }
+    }
+}

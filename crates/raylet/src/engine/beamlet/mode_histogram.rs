@@ -1,0 +1,105 @@
+//! How the energy of all modes is spread over their strengths: what a threshold would leave out.
+
+use num_complex::Complex64;
+
+use crate::engine::plan::settings::Settings;
+
+/// Exponents of a double, each a class of strength.
+const CLASSES: usize = 2048;
+
+/// Modes counted by the binary exponent of their energy |c|². Counts are whole numbers, so censuses can
+/// be merged in any order with the same result.
+#[derive(Clone)]
+pub struct Census {
+    counts: Vec<u64>,
+    strongest: f64,
+}
+
+impl Default for Census {
+    fn default() -> Self {
+        Self {
+            counts: vec![0; CLASSES],
+            strongest: 0.0,
+        }
+    }
+}
+
+impl Census {
+    /// Counts some coefficients.
+    pub fn of<'a>(coefficients: impl Iterator<Item = &'a Complex64>) -> Self {
+        let mut census = Self::default();
+        for c in coefficients {
+            let energy = c.norm_sqr();
+            census.counts[(energy.to_bits() >> 52) as usize % CLASSES] += 1;
+            census.strongest = census.strongest.max(energy);
+        }
+        census
+    }
+
+    /// Both together.
+    pub fn merge(mut self, other: Self) -> Self {
+        for (a, b) in self.counts.iter_mut().zip(&other.counts) {
+            *a += b;
+        }
+        self.strongest = self.strongest.max(other.strongest);
+        self
+    }
+
+    /// The energy of all modes, to the width of a class.
+    pub fn total(&self) -> f64 {
+        (0..CLASSES - 1).map(|class| self.energy(class)).sum()
+    }
+
+    /// The energy of a class: the middle of [2ᵉ, 2ᵉ⁺¹) stands for its modes.
+    fn energy(&self, class: usize) -> f64 {
+        self.counts[class] as f64 * 1.5 * lower(class)
+    }
+
+    /// The energy below which modes are left out: the threshold's share of the strongest, or less, so
+    /// that what is left out stays within a third of the target error.
+    pub fn floor(&self, settings: &Settings) -> f64 {
+        let ceiling = self.strongest * settings.weakest_mode().powi(2);
+        let budget = self.total() * (settings.target_error / 3.0).powi(2);
+        let mut left_out = 0.0;
+        for class in 1..CLASSES - 1 {
+            left_out += self.energy(class);
+            if left_out > budget || lower(class) >= ceiling {
+                return lower(class).min(ceiling);
+            }
+        }
+        ceiling
+    }
+}
+
+/// The lowest energy of a class.
+fn lower(class: usize) -> f64 {
+    f64::from_bits((class as u64) << 52)
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::engine::beamlet::mode_histogram::Census;
+    use crate::engine::plan::settings::Settings;
+
+    #[test]
+    fn what_is_left_out_stays_in_the_budget() {
+        // One strong mode and many weak ones that together matter.
+        let mut modes = vec![Complex64::new(1.0, 0.0)];
+        modes.extend((0..20_000).map(|i| Complex64::new(1e-5 * (1.0 + f64::from(i % 60)), 0.0)));
+        let settings = Settings::default();
+        let floor = Census::of(modes.iter()).floor(&settings);
+        let energy = |keep: &dyn Fn(f64) -> bool| -> f64 {
+            modes
+                .iter()
+                .map(|c| c.norm_sqr())
+                .filter(|e| keep(*e))
+                .sum()
+        };
+        let share = (energy(&|e| e < floor) / energy(&|_| true)).sqrt();
+        assert!(share < settings.target_error / 2.0, "{share:e}");
+        assert!(floor <= 1e-6, "{floor:e}");
+        assert!(floor > 1e-10, "{floor:e}");
+    }
+}

@@ -1,0 +1,174 @@
+//! What a chosen beamlet plan will take, counted on a few of its patches.
+//!
+//! The choice between plans needs only what differs between them. What is told of the chosen one follows the
+//! run more closely: each patch follows the directions that lead from it to the target and that its light may
+//! have, and a beamlet is summed over the part of its footprint that lies on the target.
+
+use crate::engine::beamlet::beamlet_launch::launch;
+use crate::engine::beamlet::beamlet_plan::{BeamletPlan, MARGIN, Planner};
+use crate::engine::trace::direction_search::reach;
+use crate::optics::aperture::Aperture;
+use crate::optics::screen::Act;
+use crate::optics::shape::Shape;
+use crate::optics::surface::Surface;
+use crate::wave::window::Positions;
+
+/// Rays followed, and seconds of one core.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Workload {
+    /// Rays followed.
+    pub rays: f64,
+    /// Seconds on one core.
+    pub seconds: f64,
+}
+
+/// Measured on one core of a server that others share, over the scenes that come with the program: what every
+/// run takes, what a patch and a ray take, a look at the aberration of one beamlet (of which a lattice serves
+/// several), and a value summed.
+const START_SECONDS: f64 = 0.3;
+const PATCH_SECONDS: f64 = 5e-5;
+const RAY_SECONDS: f64 = 1.5e-6;
+const CORRECTION_SECONDS: f64 = 2e-6;
+const VALUE_SECONDS: f64 = 4e-10;
+
+/// A surface that is no conic costs as much as this many trains of conics.
+const STEPPED: f64 = 8.0;
+
+/// Patches looked at along each axis, and directions of each.
+const PATCHES: usize = 8;
+const DIRECTIONS: usize = 5;
+
+/// Modes beyond its light's own directions that a smooth patch holds, on each side: where the spectrum of its
+/// window falls below the weakest mode that is followed.
+const SPREAD: f64 = 4.5;
+
+/// What a few patches hold.
+#[derive(Default)]
+struct Sample {
+    /// Patches looked at, and those of them with any light.
+    patches: f64,
+    lit: f64,
+    /// Rays of the lit ones, and the values of these rays.
+    rays: f64,
+    values: f64,
+}
+
+impl Planner<'_> {
+    /// What the run of a plan will take; `spacing` is the distance of the points summed on the target.
+    pub fn workload(&self, plan: &BeamletPlan, spacing: [f64; 2]) -> Workload {
+        let axis = |a: usize| {
+            let edges = [self.from[2 * a], self.from[2 * a + 1]];
+            Positions::cover(edges, plan.sigma, plan.step, 0.5 * plan.period)
+        };
+        let (x, y) = (axis(0), axis(1));
+        let mut sample = Sample::default();
+        for j in spread(y.count, PATCHES) {
+            for i in spread(x.count, PATCHES) {
+                self.look(plan, [x.at(i), y.at(j)], spacing, &mut sample);
+            }
+        }
+
+        // The rest of the patches are like these.
+        let scale = (x.count * y.count) as f64 / sample.patches.max(1.0);
+        let correction = if plan.correct {
+            CORRECTION_SECONDS
+        } else {
+            0.0
+        };
+        let tracing = sample.lit * PATCH_SECONDS + sample.rays * (RAY_SECONDS + correction);
+        let seconds = tracing * self.slowness() + sample.values * VALUE_SECONDS;
+        Workload {
+            rays: scale * sample.rays,
+            seconds: START_SECONDS + scale * seconds,
+        }
+    }
+
+    /// How much longer rays take than through conics: other surfaces are met step by step.
+    fn slowness(&self) -> f64 {
+        let closed = |surface: &Surface| matches!(surface.shape, Shape::Plane | Shape::Conic(_));
+        let stepped = self.hop.train.iter().filter(|surface| !closed(surface));
+        1.0 + STEPPED * stepped.count() as f64
+    }
+
+    /// Adds one patch to a sample.
+    fn look(&self, plan: &BeamletPlan, at: [f64; 2], spacing: [f64; 2], sample: &mut Sample) {
+        sample.patches += 1.0;
+        let open = self.open(plan, at);
+        if open == 0.0 {
+            return;
+        }
+        sample.lit += 1.0;
+        let Some(led) = reach(self.hop, at, self.to, [MARGIN * plan.footprint; 2]) else {
+            return;
+        };
+        // An edge under the window sends light anywhere.
+        let held = match open < 1.0 {
+            true => [[f64::NEG_INFINITY, f64::INFINITY]; 2],
+            false => self.held(plan),
+        };
+        let [mx, my] = [0, 1].map(|a| {
+            let low = led[2 * a].max(held[a][0]);
+            plan.bands[a].within(low, led[2 * a + 1].min(held[a][1]))
+        });
+        let rays = (mx.len() * my.len()) as f64;
+        if rays == 0.0 {
+            return;
+        }
+
+        // A few of its directions stand for all.
+        let (mut tried, mut values) = (0.0, 0.0);
+        for j in spread(my.len(), DIRECTIONS) {
+            for i in spread(mx.len(), DIRECTIONS) {
+                let p = [
+                    plan.bands[0].at(mx.start + i),
+                    plan.bands[1].at(my.start + j),
+                ];
+                tried += 1.0;
+                values += self.values(at, p, plan.sigma, spacing);
+            }
+        }
+        sample.rays += rays;
+        sample.values += rays * values / tried;
+    }
+
+    /// The share of a patch that is open.
+    fn open(&self, plan: &BeamletPlan, [x, y]: [f64; 2]) -> f64 {
+        let open = &Aperture::OPEN;
+        let aperture = match &self.hop.from.act {
+            Act::Stop(aperture) => aperture,
+            Act::Doe(doe) => &doe.aperture,
+            Act::Sensor(_) => open,
+        };
+        let half = 0.5 * plan.period;
+        aperture.coverage(x - half, x + half, y - half, y + half)
+    }
+
+    /// The directions that the light of a patch may have, along x and y.
+    fn held(&self, plan: &BeamletPlan) -> [[f64; 2]; 2] {
+        [0, 1].map(|a| {
+            let window = SPREAD * plan.bands[a].spacing;
+            self.envelope.range(a, window)
+        })
+    }
+
+    /// Values that one beamlet is summed over.
+    fn values(&self, at: [f64; 2], p: [f64; 2], sigma: f64, spacing: [f64; 2]) -> f64 {
+        let Ok(arrival) = launch(self.hop, at, p, sigma) else {
+            return 0.0;
+        };
+        let reach = arrival.footprint(self.hop.wavenumber(), self.settings.footprint_edge());
+        let along = |a: usize| {
+            let low = (arrival.at[a] - reach[a]).max(self.to[2 * a]);
+            let high = (arrival.at[a] + reach[a]).min(self.to[2 * a + 1]);
+            (high - low).max(0.0) / spacing[a]
+        };
+        // An ellipse fills this much of its box.
+        std::f64::consts::FRAC_PI_4 * along(0) * along(1)
+    }
+}
+
+/// At most `parts` indices below `count`, evenly spread: the middles of as many equal parts.
+fn spread(count: usize, parts: usize) -> impl Iterator<Item = usize> + Clone {
+    let parts = count.min(parts);
+    (0..parts).map(move |i| (2 * i + 1) * count / (2 * parts))
+}

@@ -1,0 +1,95 @@
+//! The door between fields and rays: everything that crosses it adds.
+
+use std::ops::Range;
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::engine::beamlet::beamlet_cache::Shelf;
+use crate::engine::beamlet::beamlet_plan::BeamletPlan;
+use crate::engine::error::tally::Tally;
+use crate::engine::monte_carlo::mode_sampling::{Draws, PatchDraws};
+use crate::engine::plan::downstream::Beyond;
+use crate::engine::plan::settings::Settings;
+use crate::engine::trace::ray_sensitivity::Neighbours;
+use crate::optics::system::Hop;
+use crate::wave::field::Field;
+use crate::wave::gather::Canvas;
+
+/// One hop to be carried by beamlets.
+#[derive(Clone, Copy)]
+pub struct Job<'a> {
+    /// Screens and train.
+    pub hop: Hop<'a>,
+    /// The hop that was planned, if `hop` is a slightly changed one: by it beamlets are chosen and corrected,
+    /// so that what is differentiated is smooth.
+    pub planned: Option<Hop<'a>>,
+    /// Lattice of the sum.
+    pub plan: &'a BeamletPlan,
+    /// Thresholds.
+    pub settings: &'a Settings,
+    /// Where its light goes next.
+    pub beyond: &'a Beyond<'a>,
+    /// Where its beamlets may be kept for the next time.
+    pub shelf: Option<&'a Shelf>,
+    /// How they are drawn, with the hop's number; nothing where all are followed.
+    pub draws: Option<(Draws, u32)>,
+}
+
+impl<'a> Job<'a> {
+    /// The hop by which beamlets are chosen.
+    pub fn chooser(&self) -> &Hop<'a> {
+        self.planned.as_ref().unwrap_or(&self.hop)
+    }
+
+    /// The draws of one patch.
+    pub fn draws_of(&self, patch: usize) -> Option<PatchDraws> {
+        self.draws.map(|(draws, hop)| PatchDraws {
+            draws,
+            at: [hop, patch as u32],
+        })
+    }
+}
+
+/// What the way back through a hop adds to.
+pub struct Back<'a> {
+    /// Cotangent of the field at the nodes of the first screen, [y, x].
+    pub from_bar: &'a mut Array2<Complex64>,
+    /// How the hop changes with each parameter.
+    pub neighbours: &'a [Neighbours<'a>],
+    /// Derivative with respect to each of them.
+    pub parameters: &'a mut [f64],
+    /// Told now and then that work goes on.
+    pub pulse: &'a Pulse<'a>,
+}
+
+/// Told now and then by whatever takes long; it may end the work by unwinding.
+pub type Pulse<'a> = dyn Fn() + Sync + 'a;
+
+/// Something that carries fields.
+pub trait Backend {
+    /// Number of patches that a field has.
+    fn patches(&self, job: &Job, from: &Field) -> usize;
+
+    /// Adds what a range of patches brings to the receiving screen.
+    fn carry(
+        &self,
+        job: &Job,
+        from: &Field,
+        patches: Range<usize>,
+        to: &mut Canvas,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Tally;
+
+    /// The conjugate transpose of [`Backend::carry`], held by `chain_dot_product` in the crate's tests: adds what a range of patches gives back. The values of
+    /// `from` only tell which modes were too weak, and what the parameters act on.
+    fn carry_adjoint(
+        &self,
+        job: &Job,
+        from: &Field,
+        patches: Range<usize>,
+        to_bar: &Canvas,
+        back: &mut Back,
+        progress: &(dyn Fn(f64) + Sync),
+    );
+}

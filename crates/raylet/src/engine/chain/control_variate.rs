@@ -1,0 +1,93 @@
+//! A control variate: beamlets that are drawn need only tell how far the light has changed since a look in which
+//! all were followed.
+//!
+//! A hop is linear, U = A·u. With an exact look at u₀ and an estimate Â of the operator, U ≈ A·u₀ + Â·(u − u₀), and the
+//! cotangent ū = Aᴴ·Ū₀ + Âᴴ·(Ū − Ū₀): the noise vanishes with the distance from the anchor (Johnson and Zhang, NIPS
+//! 2013, applied to the field instead of the gradient, so that a loss of |U|² is hardly biased either).
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::engine::chain::linearised_system::{Bench, BenchError, Gradient, Passed, Trace};
+use crate::optics::system::System;
+use crate::wave::field::Field;
+use crate::wave::sampling::act_adjoint;
+
+/// An exact look from which estimates go out.
+#[derive(Clone, Debug)]
+pub struct Anchor {
+    trace: Trace,
+    field_bar: Array2<Complex64>,
+    behind_bar: Field,
+}
+
+impl Anchor {
+    /// Looks at a system with one element and its sensor; `field_bar` tells the cotangent of the field there.
+    ///
+    /// # Errors
+    /// [`BenchError::Anchor`] when there are more screens; as [`Bench::forward`] and `field_bar`.
+    pub fn new<E: From<BenchError>>(
+        bench: &Bench,
+        system: &System,
+        field_bar: impl FnOnce(&Field) -> Result<Array2<Complex64>, E>,
+    ) -> Result<Self, E> {
+        let passed = bench.pass(system)?;
+        let field = bench.through(system, &passed.behind)?;
+        let field_bar = field_bar(&field)?;
+        let behind_bar = bench.through_adjoint(system, &passed.behind, &field_bar)?;
+        let trace = Trace {
+            field,
+            screens: vec![passed],
+        };
+        Ok(Self {
+            trace,
+            field_bar,
+            behind_bar,
+        })
+    }
+
+    /// What has changed behind the element.
+    fn change(&self, behind: &Field) -> Field {
+        Field {
+            grid: behind.grid.clone(),
+            values: &behind.values - &self.trace.screens[0].behind.values,
+        }
+    }
+
+    /// The field on the sensor, by a bench whose beamlets are drawn.
+    ///
+    /// # Errors
+    /// As [`Anchor::new`].
+    pub fn forward(&self, drawn: &Bench, system: &System) -> Result<Trace, BenchError> {
+        let passed = drawn.pass(system)?;
+        let mut field = drawn.through(system, &self.change(&passed.behind))?;
+        field.values += &self.trace.field.values;
+        Ok(Trace {
+            field,
+            screens: vec![passed],
+        })
+    }
+
+    /// The gradient of the element's pixels, from the same draws: the conjugate transpose of [`Anchor::forward`]
+    /// but for what the anchor itself gives; `anchor_dot_product` in the crate's tests holds it.
+    ///
+    /// # Errors
+    /// As [`Anchor::new`].
+    pub fn forward_adjoint(
+        &self,
+        drawn: &Bench,
+        system: &System,
+        trace: &Trace,
+        field_bar: &Array2<Complex64>,
+    ) -> Result<Gradient, BenchError> {
+        let Passed { arrived, behind } = &trace.screens[0];
+        let turned = field_bar - &self.field_bar;
+        let mut bar = drawn.through_adjoint(system, &self.change(behind), &turned)?;
+        bar.values += &self.behind_bar.values;
+        let pixels = act_adjoint(&system.screens[0], arrived, &mut bar);
+        Ok(Gradient {
+            pixels: vec![pixels],
+            parameters: Vec::new(),
+        })
+    }
+}

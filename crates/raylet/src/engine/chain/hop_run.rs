@@ -1,0 +1,353 @@
+//! One hop being run: a field behind the first screen to the light before the second. `chain_dot_product` in the
+//! crate's tests holds the way back.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::engine::beamlet::beamlet_cache::Shelf;
+use crate::engine::chain::backend::{Back, Backend, Job};
+use crate::engine::chain::cpu::Cpu;
+use crate::engine::error::tally::{Fate, Tally};
+use crate::engine::free::spot_check::Spots;
+use crate::engine::monte_carlo::mode_sampling::Draws;
+use crate::engine::monte_carlo::paper;
+use crate::engine::monte_carlo::paper_plan::Address;
+use crate::engine::plan::downstream::Beyond;
+use crate::engine::plan::hop_plan::{Plan, along};
+use crate::engine::plan::settings::Settings;
+use crate::engine::plane_wave::plane_wavelets;
+use crate::engine::trace::ray_sensitivity::Neighbours;
+use crate::math::nufft::NufftError;
+use crate::math::vec3::Vec3;
+use crate::optics::screen::Screen;
+use crate::optics::shape::Shape;
+use crate::optics::system::Hop;
+use crate::wave::field::Field;
+use crate::wave::gather::Canvas;
+use crate::wave::heights::{Heights, Stack, normal_cosines};
+use crate::wave::plane::PlaneSum;
+use crate::wave::propagate::{FreeHop, FreePlan};
+use crate::wave::raster::Raster;
+use crate::wave::sheets::Sheets;
+
+/// A hop with its plan.
+#[derive(Clone, Copy)]
+pub struct Run<'a> {
+    /// Its place in the system.
+    pub number: usize,
+    /// Screens and train.
+    pub hop: Hop<'a>,
+    /// The hop that was planned, if `hop` is a slightly changed one.
+    pub planned: Option<Hop<'a>>,
+    /// How it is carried.
+    pub plan: &'a Plan,
+    /// Thresholds.
+    pub settings: &'a Settings,
+    /// Where its light goes next.
+    pub beyond: &'a Beyond<'a>,
+    /// Where beamlets may be kept for the next time, for each level of the second screen.
+    pub shelves: &'a [Shelf],
+    /// How beamlets are drawn; nothing where all are followed.
+    pub draws: Option<Draws>,
+}
+
+impl<'a> Run<'a> {
+    /// A hop, with its place in the system, as it was planned; no beamlets are kept.
+    pub fn new(
+        (number, hop): (usize, Hop<'a>),
+        plan: &'a Plan,
+        settings: &'a Settings,
+        beyond: &'a Beyond<'a>,
+    ) -> Self {
+        Self {
+            number,
+            hop,
+            planned: None,
+            plan,
+            settings,
+            beyond,
+            shelves: &[],
+            draws: None,
+        }
+    }
+
+    /// Carries a field to a raster of the second screen; to levels around it when it is curved, as many as
+    /// light with direction cosines up to `reach` asks for. The tally is that of the middle level.
+    ///
+    /// # Errors
+    /// When a sum of plane waves cannot be planned.
+    pub fn carry(
+        &self,
+        field: &Field,
+        raster: Raster,
+        reach: [f64; 2],
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<(Sheets, Tally), NufftError> {
+        let to = self.hop.to;
+        if to.is_plane() {
+            let (values, mut tally) = self.carry_to_plane(field, &raster, progress)?;
+            tally.spots = self.spots(field, &raster, &values);
+            return Ok((Sheets::plane(raster, values), tally));
+        }
+
+        // One plane at each level, and what they give together.
+        let stack = stack(to, reach, self.hop.wavenumber());
+        let (mut values, mut tally) = (Vec::new(), Tally::default());
+        for (number, level) in stack.levels.at.iter().enumerate() {
+            let planes = self.planes(*level);
+            let plan = self.plan.moved(*level);
+            let run = self.on_planes(number, &planes, &plan);
+            let before = number as f64 / stack.len() as f64;
+            let part = |done: f64| progress(before + done / stack.len() as f64);
+            let (sheet, counts) = run.carry_to_plane(field, &raster, &part)?;
+            if number == stack.len() / 2 {
+                tally = counts;
+                tally.spots = run.spots(field, &raster, &sheet);
+            }
+            values.push(sheet);
+        }
+        let sheets = Sheets {
+            raster,
+            stack: Some(stack),
+            values,
+        };
+        Ok((sheets, tally))
+    }
+
+    /// One level of the second screen, and of the planned one if it is another.
+    fn planes(&self, level: f64) -> (Screen, Option<Screen>) {
+        let planned = self.planned.map(|planned| level_of(planned.to, level));
+        (level_of(self.hop.to, level), planned)
+    }
+
+    /// The same run to a level.
+    fn on_planes<'b>(
+        &'b self,
+        number: usize,
+        planes: &'b (Screen, Option<Screen>),
+        plan: &'b Plan,
+    ) -> Run<'b> {
+        let (plane, planned) = planes;
+        let planned = self.planned.zip(planned.as_ref());
+        Run {
+            hop: Hop {
+                to: plane,
+                ..self.hop
+            },
+            planned: planned.map(|(hop, to)| Hop { to, ..hop }),
+            plan,
+            shelves: self.shelves.get(number..).unwrap_or_default(),
+            ..*self
+        }
+    }
+
+    /// The levels around the second screen on which [`Run::carry`] sums light; nothing for a plane one.
+    pub fn stack(&self, reach: [f64; 2]) -> Option<Stack> {
+        let to = self.hop.to;
+        (!to.is_plane()).then(|| stack(to, reach, self.hop.wavenumber()))
+    }
+
+    /// The conjugate transpose of [`Run::carry`]: from the levels of the second screen, one array each, to the
+    /// nodes of `field`, and to the parameters of the hop.
+    pub fn carry_adjoint(
+        &self,
+        field: &Field,
+        raster: Raster,
+        reach: [f64; 2],
+        sheets_bar: &[Array2<Complex64>],
+        back: &mut Back,
+    ) {
+        let to = self.hop.to;
+        if to.is_plane() {
+            return self.carry_to_plane_adjoint(field, &raster, &sheets_bar[0], back);
+        }
+        let stack = stack(to, reach, self.hop.wavenumber());
+        for (number, (level, bar)) in stack.levels.at.iter().zip(sheets_bar).enumerate() {
+            let planes = self.planes(*level);
+            let plan = self.plan.moved(*level);
+            let run = self.on_planes(number, &planes, &plan);
+
+            // The neighbours' planes at the same level.
+            let pairs: Vec<[Screen; 2]> = back
+                .neighbours
+                .iter()
+                .map(|n| [level_of(n.below.to, *level), level_of(n.above.to, *level)])
+                .collect();
+            let level = back.neighbours.iter().zip(&pairs);
+            let neighbours: Vec<Neighbours> = level.map(|(n, pair)| at_level(n, pair)).collect();
+            let mut back = Back {
+                from_bar: back.from_bar,
+                neighbours: &neighbours,
+                parameters: back.parameters,
+                pulse: back.pulse,
+            };
+            run.carry_to_plane_adjoint(field, &raster, bar, &mut back);
+        }
+    }
+
+    /// The error of a free hop at a few points of what it brought.
+    fn spots(&self, field: &Field, raster: &Raster, values: &Array2<Complex64>) -> Option<f64> {
+        let Plan::Free(free, _) = self.plan else {
+            return None;
+        };
+        let spots = Spots {
+            hop: &self.hop,
+            free,
+            field,
+            raster,
+            values,
+        };
+        spots.error(self.settings.seed)
+    }
+
+    fn carry_to_plane(
+        &self,
+        field: &Field,
+        raster: &Raster,
+        progress: &(dyn Fn(f64) + Sync),
+    ) -> Result<(Array2<Complex64>, Tally), NufftError> {
+        let (hop, settings) = (self.hop, self.settings);
+        let planes = || PlaneSum::new(*raster, hop.wavenumber(), settings.nufft_tolerance);
+        Ok(match self.plan {
+            Plan::Free(free, waves) => carry_free(&hop, (free, waves), field, raster),
+            Plan::Beamlets(plan) => {
+                let settings = &settings.aiming_at(plan.target_error);
+                let job = Job {
+                    hop,
+                    planned: self.planned,
+                    plan,
+                    settings,
+                    beyond: self.beyond,
+                    shelf: self.shelves.first(),
+                    draws: self.draws.map(|draws| (draws, self.number as u32)),
+                };
+                let mut canvas = Canvas::new(*raster);
+                let patches = 0..Cpu.patches(&job, field);
+                let tally = Cpu.carry(&job, field, patches, &mut canvas, progress);
+                (canvas.finish(), tally)
+            }
+            Plan::Planes(plan) => {
+                let mut sum = planes()?;
+                let tally = plane_wavelets::carry(hop, plan, settings, field, &mut sum, progress);
+                (sum.finish(), tally)
+            }
+            Plan::Paper(plan) => {
+                let mut sum = planes()?;
+                let address = Address {
+                    seed: settings.seed,
+                    hop: self.number as u32,
+                };
+                let tally = paper::carry(hop, plan, address, field, &mut sum, progress);
+                (sum.finish(), tally)
+            }
+        })
+    }
+
+    fn carry_to_plane_adjoint(
+        &self,
+        field: &Field,
+        raster: &Raster,
+        bar: &Array2<Complex64>,
+        back: &mut Back,
+    ) {
+        let (hop, settings) = (self.hop, self.settings);
+        match self.plan {
+            Plan::Free(free, waves) => {
+                carry_free_adjoint(&hop, (free, waves), field, (raster, bar), back);
+            }
+            Plan::Beamlets(plan) => {
+                let settings = &settings.aiming_at(plan.target_error);
+                let job = Job {
+                    hop,
+                    planned: self.planned,
+                    plan,
+                    settings,
+                    beyond: self.beyond,
+                    shelf: self.shelves.first(),
+                    draws: self.draws.map(|draws| (draws, self.number as u32)),
+                };
+                let canvas = Canvas::holding(*raster, bar);
+                let patches = 0..Cpu.patches(&job, field);
+                let pulse = back.pulse;
+                Cpu.carry_adjoint(&job, field, patches, &canvas, back, &|_| pulse());
+            }
+            Plan::Planes(_) | Plan::Paper(_) => {}
+        }
+    }
+}
+
+/// One of the planes on which light is summed around a curved screen.
+fn level_of(to: &Screen, level: f64) -> Screen {
+    Screen {
+        frame: to.frame.moved(Vec3::new(0.0, 0.0, level)),
+        shape: Shape::Plane,
+        ..to.clone()
+    }
+}
+
+/// The neighbours of a hop that lead to other screens.
+fn at_level<'a>(neighbours: &Neighbours<'a>, [below, above]: &'a [Screen; 2]) -> Neighbours<'a> {
+    Neighbours {
+        below: Hop {
+            to: below,
+            ..neighbours.below
+        },
+        above: Hop {
+            to: above,
+            ..neighbours.above
+        },
+        distance: neighbours.distance,
+    }
+}
+
+/// The levels on which light is summed around a curved screen.
+fn stack(to: &Screen, reach: [f64; 2], k: f64) -> Stack {
+    let relief = to.relief().unwrap_or(crate::optics::screen::Relief::FLAT);
+    let [x, y] = reach;
+    let mut cosines = normal_cosines([-x, x, -y, y], to.index).map(|q| to.arrives * q);
+    cosines.sort_by(f64::total_cmp);
+    Stack::new([relief.low, relief.high], cosines, k)
+}
+
+/// A free hop, and its tally: what does not arrive goes elsewhere.
+fn carry_free(
+    hop: &Hop,
+    (free, plan): (&FreeHop, &FreePlan),
+    field: &Field,
+    raster: &Raster,
+) -> (Array2<Complex64>, Tally) {
+    let heights = heights(hop, field);
+    let surface = heights.as_ref().map(|heights| (heights, hop.from.leaves()));
+    let values = free.carry(field, surface, raster, plan);
+    let landed = raster.power(&values);
+    let mut tally = Tally::default();
+    tally.add_energy(Fate::Arrived, landed);
+    tally.add_energy(Fate::Elsewhere, (field.power() - landed).max(0.0));
+    (values, tally)
+}
+
+/// The conjugate transpose of [`carry_free`].
+fn carry_free_adjoint(
+    hop: &Hop,
+    (free, plan): (&FreeHop, &FreePlan),
+    field: &Field,
+    (raster, bar): (&Raster, &Array2<Complex64>),
+    back: &mut Back,
+) {
+    // A parameter that would tilt a screen is planned with rays, so that every neighbour is free as well.
+    let neighbour = |hop: &Hop| along(free, hop).unwrap_or_else(|| free.clone());
+    let pair = |n: &Neighbours| ([neighbour(&n.below), neighbour(&n.above)], n.distance);
+    let neighbours: Vec<([FreeHop; 2], f64)> = back.neighbours.iter().map(pair).collect();
+    let heights = heights(hop, field);
+    let surface = heights.as_ref().map(|heights| (heights, hop.from.leaves()));
+    let bars = free.carry_adjoint(bar, raster, (field, surface), plan, &neighbours);
+    *back.from_bar += &bars.0;
+    for (total, part) in back.parameters.iter_mut().zip(bars.1) {
+        *total += part;
+    }
+}
+
+/// The heights of a curved first screen at the nodes of a field; nothing for a plane one.
+fn heights(hop: &Hop, field: &Field) -> Option<Heights> {
+    (!hop.from.is_plane()).then(|| Heights::on(hop.from, &field.grid))
+}

@@ -1,0 +1,558 @@
+//! A system whose plans are made once: light through it many times, and gradients back.
+//!
+//! The way there keeps the field on each screen, before and behind it; the way back traces the rays again,
+//! chunk by chunk. Memory is that of the screens, whatever the number of rays; where the beamlets of the planned
+//! system fit into an eighth of the memory limit they are kept, which changes no bit of a result. Plans are
+//! frozen so that what is differentiated is one fixed, smooth function.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::engine::beamlet::beamlet_cache::Shelf;
+use crate::engine::chain::backend::{Back, Pulse};
+use crate::engine::chain::hop_run::Run;
+use crate::engine::chain::simulate::{
+    Arriving, SimulateError, arrival_reach, illuminate, incidence, leaving, receiving_raster,
+    sensor_grid, sensor_of,
+};
+use crate::engine::monte_carlo::mode_sampling::Draws;
+use crate::engine::plan::direction_spread::Light;
+use crate::engine::plan::downstream::Beyond;
+use crate::engine::plan::hop_plan::{Plan, along, plan};
+use crate::engine::plan::settings::{Method, Settings};
+use crate::engine::rims::rim_screens::{Rimmed, with_rims};
+use crate::engine::trace::ray_sensitivity::{Neighbours, Variation};
+use crate::optics::screen::Screen;
+use crate::optics::system::{Hop, System};
+use crate::wave::field::Field;
+use crate::wave::raster::Raster;
+use crate::wave::sampling::{act, act_adjoint};
+use crate::wave::sheets::Sheets;
+
+/// Why a system cannot be differentiated.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum BenchError {
+    /// It cannot be simulated.
+    #[error(transparent)]
+    Simulate(#[from] SimulateError),
+    /// Numbers of the system cannot be sought with drawn beamlets.
+    #[error(
+        "drawn beamlets have gradients of pixels only, not of the system's numbers; follow all of them"
+    )]
+    Drawn,
+    /// An anchor is of one hop.
+    #[error(
+        "an anchor takes one element and its sensor, with no rim that cuts light; there are {0} hops"
+    )]
+    Anchor(usize),
+    /// Its neighbours are other systems.
+    #[error(
+        "with parameter {0} a little smaller or larger the system has other parts, as when a rim begins to \
+         cut light: it has no derivative there"
+    )]
+    Parts(usize),
+    /// A system of other hops than the one that was planned.
+    #[error("a system of {found} hops where {planned} are planned")]
+    Hops {
+        /// Hops of the planned system, rims that diffract among them.
+        planned: usize,
+        /// Those of the other one.
+        found: usize,
+    },
+    /// The surface of a screen changes.
+    #[error(
+        "parameter {parameter} changes the surface of screen '{screen}'; only its place and its element may \
+         change"
+    )]
+    Substrate {
+        /// Index of the parameter.
+        parameter: usize,
+        /// Name of the screen.
+        screen: String,
+    },
+    /// A method without gradients.
+    #[error("gradients go through free hops and beamlets; method '{0}' has none")]
+    Method(&'static str),
+    /// The system is no longer like the one that was planned.
+    #[error(
+        "between '{0}' and '{1}' the system is not free any more as when it was planned; let the method be \
+         beamlet"
+    )]
+    Moved(String, String),
+}
+
+/// The frozen choices of a system: how each hop is carried.
+#[derive(Clone, Debug)]
+pub struct Bench {
+    /// What was planned, with screens at rims: by it beamlets are chosen and corrected.
+    planned: Rimmed,
+    settings: Settings,
+    plans: Vec<Plan>,
+    /// For each hop, where the beamlets of the planned system are kept.
+    shelves: Vec<Vec<Shelf>>,
+    /// How beamlets are drawn; nothing where all are followed.
+    draws: Option<Draws>,
+}
+
+/// What the way there leaves on one screen.
+#[derive(Clone, Debug)]
+pub struct Passed {
+    /// The field that arrived, at the nodes.
+    pub arrived: Field,
+    /// The field behind the screen.
+    pub behind: Field,
+}
+
+/// A run that can be gone back.
+#[derive(Clone, Debug)]
+pub struct Trace {
+    /// Complex field at the sensor's pixel centres.
+    pub field: Field,
+    /// Every screen before it.
+    pub screens: Vec<Passed>,
+}
+
+impl Trace {
+    /// ∫|U|² of the light that arrived at the first screen, over its nodes, in mm² for unit amplitude.
+    pub fn incident_power(&self) -> f64 {
+        let first = self.screens.first();
+        first.map_or(0.0, |first| first.arrived.power())
+    }
+}
+
+/// The cotangents of what a system is made of.
+#[derive(Clone, Debug, Default)]
+pub struct Gradient {
+    /// For each screen, of the transmission of its pixels, [y, x]: ∂L/∂Re t + i ∂L/∂Im t; nothing where there
+    /// are none.
+    pub pixels: Vec<Option<Array2<Complex64>>>,
+    /// ∂L/∂q for each parameter.
+    pub parameters: Vec<f64>,
+}
+
+impl Bench {
+    /// Plans every hop of a system, so that it may vary.
+    ///
+    /// # Errors
+    /// As [`crate::engine::chain::simulate::simulate`]; when a variation is no neighbour of the system.
+    pub fn new(
+        system: &System,
+        variations: &[Variation],
+        settings: &Settings,
+    ) -> Result<Self, BenchError> {
+        match settings.method {
+            Method::Plane => return Err(BenchError::Method("plane")),
+            Method::Paper => return Err(BenchError::Method("paper")),
+            Method::Auto | Method::Beamlet => {}
+        }
+        sensor_of(system)?;
+        let planned = with_rims(system, settings);
+        let system = &planned.system;
+        let variations = &rimmed(&planned, variations)?;
+        let settings = settings.shared(system.trains.len());
+        let (anchor, usual) = incidence(system);
+        let mut light = Light { anchor, usual };
+        let mut plans = Vec::new();
+        for (number, hop) in system.hops().enumerate() {
+            let beyond = &Beyond::of(system, number);
+            let mut chosen = plan(&hop, light, beyond, &settings).map_err(SimulateError::from)?;
+            let stays = |free| {
+                let (_, neighbours) = neighbours(variations, number, &hop);
+                neighbours.iter().all(|n| is_free(free, n))
+            };
+            if let Plan::Free(free, _) = &chosen
+                && !stays(free)
+            {
+                let by_beamlets = Settings {
+                    method: Method::Beamlet,
+                    ..settings.clone()
+                };
+                chosen = plan(&hop, light, beyond, &by_beamlets).map_err(SimulateError::from)?;
+            }
+            light = chosen.light(&hop, light);
+            plans.push(chosen);
+        }
+        let mut bench = Self {
+            planned,
+            settings,
+            plans,
+            shelves: Vec::new(),
+            draws: None,
+        };
+        bench.shelves = bench.empty_shelves()?;
+        Ok(bench)
+    }
+
+    /// The same, with beamlets drawn instead of followed all: an estimate of the field, and of the pixels'
+    /// gradient with the draws held constant. Free hops stay exact.
+    pub fn drawn(&self, draws: Draws) -> Self {
+        Self {
+            draws: Some(draws),
+            ..self.clone()
+        }
+    }
+
+    /// A shelf for each level of each hop's second screen.
+    fn empty_shelves(&self) -> Result<Vec<Vec<Shelf>>, BenchError> {
+        let hops = self.planned.system.hops().enumerate();
+        let shelves = |(number, hop)| {
+            let (run, _, reach) = self.run(number, hop, &self.plans)?;
+            let levels = run.stack(reach).map_or(1, |stack| stack.len());
+            Ok((0..levels).map(|_| Shelf::default()).collect())
+        };
+        hops.map(shelves).collect()
+    }
+
+    /// The plans, hop by hop.
+    pub fn plans(&self) -> &[Plan] {
+        &self.plans
+    }
+
+    /// Carries the light of a system with the same screens and trains as the one that was planned.
+    ///
+    /// # Errors
+    /// As [`crate::engine::chain::simulate::simulate`]; when the system is not like the one that was planned.
+    pub fn forward(&self, system: &System) -> Result<Trace, BenchError> {
+        self.forward_with(system, &|| ())
+    }
+
+    /// The same, with a pulse that is told now and then.
+    ///
+    /// # Errors
+    /// As [`Bench::forward`].
+    pub fn forward_with(&self, system: &System, pulse: &Pulse<'_>) -> Result<Trace, BenchError> {
+        let system = &self.planned.like(system);
+        let plans = self.plans_for(system)?;
+        let mut light = Arriving::from_source(system);
+        let mut screens = Vec::new();
+        for (number, hop) in system.hops().enumerate() {
+            let (run, raster, reach) = self.run(number, hop, &plans)?;
+            let leaving = leaving(run.plan);
+            let (arrived, behind) = light.pass(system, hop.from, leaving, &self.settings)?;
+            let carried = run.carry(&behind, raster, reach, &|_| pulse());
+            let (sheets, _) = carried.map_err(SimulateError::from)?;
+            screens.push(Passed { arrived, behind });
+            light = Arriving {
+                sum: Some(sheets),
+                brief: light.brief,
+                reach,
+            };
+        }
+        let grid = sensor_grid(sensor_of(system)?);
+        let values = match light.sum {
+            Some(sheets) => sheets.into_middle(),
+            None => Array2::zeros(grid.shape()),
+        };
+        Ok(Trace {
+            field: Field { grid, values },
+            screens,
+        })
+    }
+
+    /// The gradient of a real function of the field on the sensor, from its cotangent there,
+    /// ∂L/∂Re U + i ∂L/∂Im U, [y, x].
+    ///
+    /// # Errors
+    /// As [`Bench::forward`].
+    pub fn adjoint(
+        &self,
+        system: &System,
+        variations: &[Variation],
+        trace: &Trace,
+        field_bar: &Array2<Complex64>,
+    ) -> Result<Gradient, BenchError> {
+        self.adjoint_with(system, variations, (trace, field_bar), &|| ())
+    }
+
+    /// The same, with a pulse that is told now and then.
+    ///
+    /// # Errors
+    /// As [`Bench::forward`].
+    pub fn adjoint_with(
+        &self,
+        system: &System,
+        variations: &[Variation],
+        (trace, field_bar): (&Trace, &Array2<Complex64>),
+        pulse: &Pulse<'_>,
+    ) -> Result<Gradient, BenchError> {
+        if self.draws.is_some() && !variations.is_empty() {
+            return Err(BenchError::Drawn);
+        }
+        let system = &self.planned.like(system);
+        let variations = &rimmed(&self.planned, variations)?;
+        let plans = self.plans_for(system)?;
+        let hops: Vec<Hop> = system.hops().collect();
+        let mut gradient = Gradient {
+            pixels: vec![None; hops.len()],
+            parameters: vec![0.0; variations.len()],
+        };
+        let mut sheets_bar = vec![field_bar.clone()];
+        for (number, hop) in hops.iter().enumerate().rev() {
+            let (run, raster, reach) = self.run(number, *hop, &plans)?;
+            let passed = &trace.screens[number];
+
+            // field behind the screen -> sheets of the next
+            let mut bar = Field::zeros(passed.behind.grid.clone());
+            let (moving, neighbours) = neighbours(variations, number, hop);
+            let mut pulled = vec![0.0; moving.len()];
+            let mut back = Back {
+                from_bar: &mut bar.values,
+                neighbours: &neighbours,
+                parameters: &mut pulled,
+                pulse,
+            };
+            run.carry_adjoint(&passed.behind, raster, reach, &sheets_bar, &mut back);
+            let parts = moving.into_iter().zip(pulled);
+            parts.for_each(|(parameter, part)| gradient.parameters[parameter] += part);
+
+            // arrived -> behind
+            for (total, variation) in gradient.parameters.iter_mut().zip(variations) {
+                *total += pull_act(variation, number, passed, &bar);
+            }
+            gradient.pixels[number] = act_adjoint(hop.from, &passed.arrived, &mut bar);
+
+            // sheets of this screen, or the source -> arrived
+            if number > 0 {
+                let (before, raster, reach) = self.run(number - 1, hops[number - 1], &plans)?;
+                let sheets = Sheets {
+                    raster,
+                    stack: before.stack(reach),
+                    values: Vec::new(),
+                };
+                sheets_bar = sheets.on_adjoint(hop.from, &bar);
+            } else {
+                for (total, variation) in gradient.parameters.iter_mut().zip(variations) {
+                    *total += pull_light(variation, passed, &bar);
+                }
+            }
+        }
+        // Of the screens of the system as it was given only.
+        let own = self.planned.own.iter();
+        gradient.pixels = own.map(|at| gradient.pixels[*at].take()).collect();
+        Ok(gradient)
+    }
+
+    /// The light of a system of one hop, before and behind its element.
+    ///
+    /// # Errors
+    /// [`BenchError::Anchor`] for more; as [`Bench::forward`].
+    pub fn pass(&self, system: &System) -> Result<Passed, BenchError> {
+        let (system, plans) = self.one_hop(system)?;
+        let light = Arriving::from_source(&system);
+        let (from, leaving) = (&system.screens[0], leaving(&plans[0]));
+        let (arrived, behind) = light.pass(&system, from, leaving, &self.settings)?;
+        Ok(Passed { arrived, behind })
+    }
+
+    /// Carries a field behind the element of such a system to its sensor.
+    ///
+    /// # Errors
+    /// As [`Bench::pass`].
+    pub fn through(&self, system: &System, behind: &Field) -> Result<Field, BenchError> {
+        let (system, plans) = self.one_hop(system)?;
+        let mut values = Array2::zeros((0, 0));
+        for hop in system.hops() {
+            let (run, raster, reach) = self.run(0, hop, &plans)?;
+            let carried = run.carry(behind, raster, reach, &|_| ());
+            values = carried.map_err(SimulateError::from)?.0.into_middle();
+        }
+        let grid = sensor_grid(sensor_of(&system)?);
+        Ok(Field { grid, values })
+    }
+
+    /// The conjugate transpose of [`Bench::through`], held by `drawn_dot_product` in the crate's tests: the
+    /// cotangent behind the element. Of the light there, only what
+    /// is drawn or too weak counts.
+    ///
+    /// # Errors
+    /// As [`Bench::pass`].
+    pub fn through_adjoint(
+        &self,
+        system: &System,
+        behind: &Field,
+        field_bar: &Array2<Complex64>,
+    ) -> Result<Field, BenchError> {
+        let (system, plans) = self.one_hop(system)?;
+        let mut bar = Field::zeros(behind.grid.clone());
+        for hop in system.hops() {
+            let (run, raster, reach) = self.run(0, hop, &plans)?;
+            let mut back = Back {
+                from_bar: &mut bar.values,
+                neighbours: &[],
+                parameters: &mut [],
+                pulse: &|| (),
+            };
+            let sheets_bar = std::slice::from_ref(field_bar);
+            run.carry_adjoint(behind, raster, reach, sheets_bar, &mut back);
+        }
+        Ok(bar)
+    }
+
+    /// A system of one hop as it is planned, and its plan.
+    fn one_hop(&self, system: &System) -> Result<(System, Vec<Plan>), BenchError> {
+        let system = self.planned.like(system);
+        match system.trains.len() {
+            1 => {
+                let plans = self.plans_for(&system)?;
+                Ok((system, plans))
+            }
+            more => Err(BenchError::Anchor(more)),
+        }
+    }
+
+    /// The plans for a system that has changed a little: free hops have its distances.
+    fn plans_for(&self, system: &System) -> Result<Vec<Plan>, BenchError> {
+        let update = |(plan, hop): (&Plan, Hop)| match plan {
+            Plan::Free(free, waves) => match along(free, &hop) {
+                Some(free) => Ok(Plan::Free(free, *waves)),
+                None => Err(BenchError::Moved(
+                    hop.from.name.clone(),
+                    hop.to.name.clone(),
+                )),
+            },
+            other => Ok(other.clone()),
+        };
+        if self.plans.len() != system.trains.len() {
+            let (planned, found) = (self.plans.len(), system.trains.len());
+            return Err(BenchError::Hops { planned, found });
+        }
+        self.plans.iter().zip(system.hops()).map(update).collect()
+    }
+
+    /// A hop with its plan, the raster on which it is summed, and how steep light arrives there.
+    fn run<'a>(
+        &'a self,
+        number: usize,
+        hop: Hop<'a>,
+        plans: &'a [Plan],
+    ) -> Result<(Run<'a>, Raster, [f64; 2]), BenchError> {
+        let plan = &plans[number];
+        let reach = arrival_reach(&hop, plan);
+        let raster = receiving_raster(&hop, reach, &self.settings)?;
+        let planned = self.planned.system.hops().nth(number);
+        let planned = planned.filter(|planned| !planned.is_same(&hop));
+        let shelves = self.shelves.get(number).map_or(&[][..], Vec::as_slice);
+        let run = Run {
+            number,
+            hop,
+            planned,
+            plan,
+            settings: &self.settings,
+            beyond: Beyond::none(),
+            shelves: if planned.is_none() { shelves } else { &[] },
+            draws: self.draws,
+        };
+        Ok((run, raster, reach))
+    }
+}
+
+/// The variations with a screen at every rim, as the system has them.
+fn rimmed(planned: &Rimmed, variations: &[Variation]) -> Result<Vec<Variation>, BenchError> {
+    let system = &planned.system;
+    let mut list = Vec::new();
+    for (parameter, variation) in variations.iter().enumerate() {
+        let [below, above] =
+            [&variation.below, &variation.above].map(|system| planned.like(system));
+        for other in [&below, &above] {
+            let trains = other.trains.iter().zip(&system.trains);
+            let alike = other.trains.len() == system.trains.len()
+                && trains.into_iter().all(|(a, b)| a.len() == b.len());
+            if !alike {
+                return Err(BenchError::Parts(parameter));
+            }
+            for (screen, here) in other.screens.iter().zip(&system.screens) {
+                if screen.shape != here.shape {
+                    let screen = here.name.clone();
+                    return Err(BenchError::Substrate { parameter, screen });
+                }
+            }
+        }
+        list.push(Variation {
+            below,
+            above,
+            distance: variation.distance,
+        });
+    }
+    Ok(list)
+}
+
+/// One hop of those variations in which its rays run otherwise, with their numbers.
+fn neighbours<'v>(
+    variations: &'v [Variation],
+    number: usize,
+    hop: &Hop,
+) -> (Vec<usize>, Vec<Neighbours<'v>>) {
+    let pair = |variation: &'v Variation| {
+        Some(Neighbours {
+            below: variation.below.hops().nth(number)?,
+            above: variation.above.hops().nth(number)?,
+            distance: variation.distance,
+        })
+    };
+    let all = variations.iter().enumerate();
+    let all = all.filter_map(|(i, variation)| pair(variation).map(|n| (i, n)));
+    all.filter(|(_, n)| !(n.below.is_same(hop) && n.above.is_same(hop)))
+        .unzip()
+}
+
+/// Whether both neighbours of a free hop are free.
+fn is_free(free: &crate::wave::propagate::FreeHop, neighbours: &Neighbours) -> bool {
+    along(free, &neighbours.below).is_some() && along(free, &neighbours.above).is_some()
+}
+
+/// d(value)/dq from the values a little below and above: through the logarithm, whose steps a phase makes
+/// evenly, unless one of them is dark.
+fn rate(below: Complex64, here: Complex64, above: Complex64, distance: f64) -> Complex64 {
+    if below == Complex64::ZERO || above == Complex64::ZERO {
+        return (above - below) / distance;
+    }
+    here * (above / below).ln() / distance
+}
+
+/// The derivative that the light of the source brings on the first screen, when that or the source moves.
+fn pull_light(variation: &Variation, passed: &Passed, arrived_bar: &Field) -> f64 {
+    let (below, above) = (&variation.below, &variation.above);
+    let still = below.source == above.source
+        && below.screens[0].frame == above.screens[0].frame
+        && below.screens[0].index == above.screens[0].index;
+    if still {
+        return 0.0;
+    }
+    let light = |system: &System| illuminate(system, passed.arrived.grid.clone());
+    pull_rate(
+        [light(below), light(above)],
+        &passed.arrived,
+        arrived_bar,
+        variation.distance,
+    )
+}
+
+/// The derivative that an element brings whose transmission changes.
+fn pull_act(variation: &Variation, number: usize, passed: &Passed, behind_bar: &Field) -> f64 {
+    let [below, above] = [&variation.below, &variation.above].map(|s| &s.screens[number]);
+    if below.act == above.act {
+        return 0.0;
+    }
+    let behind = |screen: &Screen| {
+        let mut field = passed.arrived.clone();
+        act(screen, &mut field);
+        field
+    };
+    pull_rate(
+        [behind(below), behind(above)],
+        &passed.behind,
+        behind_bar,
+        variation.distance,
+    )
+}
+
+/// Re Σ bar*·d(field)/dq.
+fn pull_rate([below, above]: [Field; 2], here: &Field, bar: &Field, distance: f64) -> f64 {
+    let terms = below.values.iter().zip(&above.values);
+    let terms = terms.zip(here.values.iter().zip(&bar.values));
+    let each =
+        |((below, above), (here, bar)): ((&Complex64, &Complex64), (&Complex64, &Complex64))| {
+            (bar.conj() * rate(*below, *here, *above, distance)).re
+        };
+    terms.map(each).sum()
+}

@@ -1,0 +1,21 @@
+//! Runs of a whole system: hop after hop, forward and back.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`backend`] | The interface between fields and rays: everything that crosses it adds |
+//! | [`control_variate`] | A control variate for drawn beamlets: only the change since an exact run is estimated |
+//! | [`cpu`] | The backend of the machine's own cores |
+//! | [`forecast`] | What a run will take: plans, samples and memory of every hop |
+//! | [`hop_run`] | One hop being run, from the field behind the first screen to the light before the second |
+//! | [`linearised_system`] | A system with frozen plans: its fields and its gradients |
+//! | [`reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
+//! | [`simulate`] | A whole run from the source to the sensor |
+
+pub mod backend;
+pub mod control_variate;
+pub mod cpu;
+pub mod forecast;
+pub mod hop_run;
+pub mod linearised_system;
+pub mod reference;
+pub mod simulate;

@@ -1,0 +1,411 @@
+//! A whole run without rays, or with one geometrical ray per pixel: references for every other method.
+
+use std::time::Instant;
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::engine::chain::simulate::{
+    Arriving, Progress, SimulateError, check_sound, chief, receiving_raster, sensor_grid, sensor_of,
+};
+use crate::engine::free::free_method::{Approach, Route, route};
+use crate::engine::geometrical::eikonal::{self, EikonalError, Geometrical};
+use crate::engine::plan::direction_spread::Light;
+use crate::engine::plan::settings::Settings;
+use crate::math::vec3::Vec3;
+use crate::optics::screen::{Act, Screen};
+use crate::optics::system::{Hop, System};
+use crate::wave::collins::{Collins, CollinsError};
+use crate::wave::field::Field;
+use crate::wave::heights::Heights;
+use crate::wave::raster::Raster;
+use crate::wave::rayleigh::{Emitters, PAIRS_PER_SECOND};
+use crate::wave::sheets::Sheets;
+
+/// Period of a reference's free hop over the sum of the half widths of screen and target.
+pub const PADDING: f64 = 8.0;
+
+/// Directions that a reference's sampling resolves, over those that reach the target: of pixels, whose
+/// Gauss nodes converge fast, and of open areas, whose hard edges alias slowly.
+const PIXEL_FINENESS: f64 = 1.5;
+const EDGE_FINENESS: f64 = 8.0;
+
+/// What a user may choose about a reference.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Choice {
+    /// The method.
+    pub approach: Approach,
+    /// Longest direct sum in seconds that is begun.
+    pub patience: f64,
+}
+
+impl Default for Choice {
+    fn default() -> Self {
+        Self {
+            approach: Approach::Auto,
+            patience: 3.0 * 3600.0,
+        }
+    }
+}
+
+/// Why a reference is impossible.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ReferenceError {
+    /// The scene cannot be sampled or lit.
+    #[error(transparent)]
+    Run(#[from] SimulateError),
+    /// Geometrical optics does not apply.
+    #[error(transparent)]
+    Refraction(#[from] EikonalError),
+    /// Collins' integral does not apply.
+    #[error(transparent)]
+    Collins(#[from] CollinsError),
+    /// The method that was asked for does not apply to a hop.
+    #[error("{approach} does not apply from '{from}' to '{to}': {why}")]
+    NotApplicable {
+        /// The method.
+        approach: &'static str,
+        /// First screen of the hop.
+        from: String,
+        /// Second screen of the hop.
+        to: String,
+        /// What stands against it.
+        why: String,
+    },
+    /// No method applies to a hop.
+    #[error("no method without rays carries light from '{from}' to '{to}': {why}")]
+    NoMethod {
+        /// First screen of the hop.
+        from: String,
+        /// Second screen of the hop.
+        to: String,
+        /// What stands against each of them.
+        why: String,
+    },
+    /// A direct sum would take too long.
+    #[error(
+        "the direct sum from '{from}' to '{to}' has {pairs:.2e} pairs, about {} on this machine, more than \
+         the {} allowed; use fewer sensor pixels or a smaller element", span(*hours), span(*allowed)
+    )]
+    TooLong {
+        /// First screen of the hop.
+        from: String,
+        /// Second screen of the hop.
+        to: String,
+        /// Nodes × points.
+        pairs: f64,
+        /// Hours it would take.
+        hours: f64,
+        /// Hours allowed.
+        allowed: f64,
+    },
+}
+
+/// A span of hours in the unit that suits it.
+fn span(hours: f64) -> String {
+    let (value, unit) = match hours * 60.0 {
+        minutes if minutes >= 60.0 => (hours, "hours"),
+        minutes if minutes >= 1.0 => (minutes, "minutes"),
+        minutes => (60.0 * minutes, "seconds"),
+    };
+    format!("{value:.1} {unit}")
+}
+
+/// What one step of a reference did.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Step {
+    /// Names of its first and last screen.
+    pub screens: [String; 2],
+    /// Its method.
+    pub approach: Approach,
+    /// What the method leaves out, in words; empty when nothing.
+    pub neglects: &'static str,
+    /// Samples of the field on the first screen [ny, nx]; zero where no field is needed.
+    pub samples: [usize; 2],
+    /// ∫|U|² before the first screen acts, behind it, and on the last screen, in mm² for unit amplitude;
+    /// nothing for what a method does not know.
+    pub power: [Option<f64>; 3],
+    /// Node–point pairs of a direct sum, plane waves of a spectrum, or rays.
+    pub work: f64,
+    /// Sensor pixels left dark because they are too close to a focus or caustic.
+    pub unresolved: u64,
+    /// Seconds it took.
+    pub seconds: f64,
+}
+
+/// The result of a reference at one wavelength.
+#[derive(Clone, Debug)]
+pub struct Reference {
+    /// Complex field at the sensor's pixel centres.
+    pub field: Field,
+    /// What was done, from the source to the sensor.
+    pub steps: Vec<Step>,
+}
+
+/// Carries the light of a system to its sensor without beamlets.
+///
+/// # Errors
+/// When no method applies, the one that was asked for does not, it would take too long, or the field is not finite.
+pub fn reference(
+    system: &System,
+    settings: &Settings,
+    choice: Choice,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Reference, ReferenceError> {
+    sensor_of(system)?;
+    let found = by_routes(system, settings, choice, progress)?;
+    check_sound(system, &found.field, None)?;
+    Ok(found)
+}
+
+/// The same, whatever values the field has.
+fn by_routes(
+    system: &System,
+    settings: &Settings,
+    choice: Choice,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Reference, ReferenceError> {
+    if choice.approach == Approach::Refraction {
+        return refraction(system, progress);
+    }
+    let settings = Settings {
+        padding: PADDING,
+        ..settings.clone()
+    };
+
+    // All routes are known before the first hop is run. Where a hop has none, rays along smooth phases
+    // may still carry the whole system.
+    let routes = routes(system, &settings, choice.approach);
+    let routes = match routes {
+        Err(ReferenceError::NoMethod { from, to, why }) => {
+            return match eikonal::check_smooth(system) {
+                Ok(()) => refraction(system, progress),
+                Err(error) => {
+                    let why = format!("{why}; {error}");
+                    Err(ReferenceError::NoMethod { from, to, why })
+                }
+            };
+        }
+        other => other?,
+    };
+    let mut light = Arriving::from_source(system);
+    let mut steps = Vec::new();
+    for (number, (hop, route)) in system.hops().zip(&routes).enumerate() {
+        let report = |done: f64| {
+            progress(Progress {
+                hop: number,
+                hops: routes.len(),
+                to: &hop.to.name,
+                done,
+                rays: 0.0,
+            });
+        };
+        let (next, step) = carry(system, &hop, route, &light, &settings, choice, &report)?;
+        light = next;
+        steps.push(step);
+    }
+    let grid = sensor_grid(sensor_of(system)?);
+    let values = match light.sum {
+        Some(sheets) => sheets.into_middle(),
+        None => Array2::zeros(grid.shape()),
+    };
+    Ok(Reference {
+        field: Field { grid, values },
+        steps,
+    })
+}
+
+/// The outlines of both screens of a hop.
+fn outlines(hop: &Hop) -> Result<[[f64; 4]; 2], SimulateError> {
+    let bounds = |screen: &Screen| {
+        let missing = || crate::wave::sampling::SamplingError::Boundless(screen.name.clone());
+        screen.bounds().ok_or_else(missing)
+    };
+    Ok([bounds(hop.from)?, bounds(hop.to)?])
+}
+
+/// The routes of all hops.
+fn routes(
+    system: &System,
+    settings: &Settings,
+    approach: Approach,
+) -> Result<Vec<Route>, ReferenceError> {
+    let mut anchor = Arriving::from_source(system).brief.anchor;
+    let mut routes = Vec::new();
+    for hop in system.hops() {
+        let found = route(&hop, approach, anchor, outlines(&hop)?, settings);
+        routes.push(found.map_err(|why| {
+            let (from, to) = (hop.from.name.clone(), hop.to.name.clone());
+            match approach {
+                Approach::Auto => ReferenceError::NoMethod { from, to, why },
+                _ => ReferenceError::NotApplicable {
+                    approach: approach.name(),
+                    from,
+                    to,
+                    why,
+                },
+            }
+        })?);
+        anchor = chief(&hop, anchor);
+    }
+    Ok(routes)
+}
+
+/// One hop: the field behind the first screen, and what arrives at the second.
+fn carry(
+    system: &System,
+    hop: &Hop,
+    route: &Route,
+    light: &Arriving,
+    settings: &Settings,
+    choice: Choice,
+    progress: &dyn Fn(f64),
+) -> Result<(Arriving, Step), ReferenceError> {
+    let clock = Instant::now();
+    let [from, to] = outlines(hop)?;
+    let (leaving, arriving) = route.reach(hop, from, to);
+    let fineness = fineness(hop.from);
+    let finer = leaving.map(|p| (fineness * p).min((PIXEL_FINENESS * p).max(2.0 * hop.from.index)));
+    let (arrived, field) = light.pass(system, hop.from, finer, settings)?;
+    let before = arrived.power();
+    drop(arrived);
+    let raster = receiving_raster(hop, arriving, settings)?;
+    progress(0.0);
+    let (values, work, neglects) = match route {
+        Route::AngularSpectrum(free, plan) => {
+            let waves = plan.bands[0].count * plan.bands[1].count;
+            (free.carry(&field, None, &raster, plan), waves as f64, "")
+        }
+        Route::RayleighSommerfeld(_) => {
+            let (values, pairs) = shine(hop, &field, &raster, choice, progress)?;
+            (values, pairs, "")
+        }
+        Route::Collins(train) => {
+            let plan = Collins::new(hop.wavelength, *train, &field.grid, &raster)?;
+            let nodes = field.values.len() as f64;
+            let values = plan.carry(field.values.view());
+            (values, nodes, "aberrations and the rims of lenses")
+        }
+    };
+    progress(1.0);
+    let landed = raster.power(&values);
+    let step = Step {
+        screens: [hop.from.name.clone(), hop.to.name.clone()],
+        approach: route.approach(),
+        neglects,
+        samples: field.grid.shape(),
+        power: [before, field.power(), landed].map(Some),
+        work,
+        unresolved: 0,
+        seconds: clock.elapsed().as_secs_f64(),
+    };
+    let next = Arriving {
+        sum: Some(Sheets::plane(raster, values)),
+        brief: Light {
+            anchor: chief(hop, light.brief.anchor),
+            usual: arriving,
+        },
+        reach: arriving,
+    };
+    Ok((next, step))
+}
+
+/// How much finer than the target needs a screen is sampled.
+fn fineness(screen: &Screen) -> f64 {
+    match &screen.act {
+        Act::Doe(doe) if doe.pixels().is_some() => PIXEL_FINENESS,
+        Act::Doe(_) | Act::Stop(_) | Act::Sensor(_) => EDGE_FINENESS,
+    }
+}
+
+/// Points of a direct sum between two notes of progress.
+const POINTS_AT_ONCE: usize = 4096;
+
+/// The direct sum onto a raster, and the number of its pairs.
+fn shine(
+    hop: &Hop,
+    field: &Field,
+    raster: &Raster,
+    choice: Choice,
+    progress: &dyn Fn(f64),
+) -> Result<(Array2<Complex64>, f64), ReferenceError> {
+    // The first screen as its own light sees it: it leaves towards +z.
+    let leaves = hop.from.leaves();
+    let mut heights = Heights::on(hop.from, &field.grid);
+    heights.z *= leaves;
+    heights.slope.iter_mut().for_each(|slope| *slope *= leaves);
+    let emitters = Emitters::new(field, &heights);
+    let [nx, ny] = raster.size;
+    let pairs = emitters.len() as f64 * (nx * ny) as f64;
+    let seconds = pairs / (PAIRS_PER_SECOND * rayon::current_num_threads() as f64);
+    if seconds > choice.patience {
+        return Err(ReferenceError::TooLong {
+            from: hop.from.name.clone(),
+            to: hop.to.name.clone(),
+            pairs,
+            hours: seconds / 3600.0,
+            allowed: choice.patience / 3600.0,
+        });
+    }
+
+    // The second screen's points likewise.
+    let points: Vec<[f64; 3]> = (0..nx * ny)
+        .map(|n| {
+            let [x, y] = [n % nx, n / nx];
+            let x = raster.start[0] + x as f64 * raster.pitch[0];
+            let y = raster.start[1] + y as f64 * raster.pitch[1];
+            let global = hop.to.frame.to_global(Vec3::new(x, y, 0.0));
+            let local = hop.from.frame.to_local(global);
+            [local.x, local.y, local.z * leaves]
+        })
+        .collect();
+    let wavelength = hop.wavelength / hop.from.index;
+    let mut values = Vec::with_capacity(points.len());
+    for chunk in points.chunks(POINTS_AT_ONCE) {
+        values.extend(emitters.shine(chunk, wavelength));
+        progress(values.len() as f64 / points.len() as f64);
+    }
+    let array = Array2::from_shape_fn((ny, nx), |(j, i)| values[j * nx + i]);
+    Ok((array, pairs))
+}
+
+/// The whole system by the generalised law of refraction.
+fn refraction(
+    system: &System,
+    progress: &(dyn Fn(Progress) + Sync),
+) -> Result<Reference, ReferenceError> {
+    let clock = Instant::now();
+    let name = |screen: Option<&Screen>| screen.map(|s| s.name.clone()).unwrap_or_default();
+    let screens = [name(system.screens.first()), name(system.screens.last())];
+    let report = |done: f64| {
+        progress(Progress {
+            hop: 0,
+            hops: 1,
+            to: &screens[1],
+            done,
+            rays: 0.0,
+        });
+    };
+    report(0.0);
+    let Geometrical {
+        field,
+        unresolved,
+        rays,
+        ..
+    } = eikonal::carry(system)?;
+    report(1.0);
+    let step = Step {
+        screens,
+        approach: Approach::Refraction,
+        neglects: "diffraction",
+        samples: [0, 0],
+        power: [None, None, Some(field.power())],
+        work: rays as f64,
+        unresolved,
+        seconds: clock.elapsed().as_secs_f64(),
+    };
+    Ok(Reference {
+        field,
+        steps: vec![step],
+    })
+}

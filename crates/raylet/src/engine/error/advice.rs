@@ -1,0 +1,334 @@
+//! What a planner sees that a user may want to know before a run.
+
+use crate::engine::chain::simulate::{chief, incidence};
+use crate::engine::monte_carlo::tangent_patch_error::Flatness;
+use crate::engine::plan::hop_plan::Plan;
+use crate::engine::plan::settings::Settings;
+use crate::math::vec3::Vec3;
+use crate::optics::aperture::Aperture;
+use crate::optics::doe::Doe;
+use crate::optics::ray::Loss;
+use crate::optics::screen::Act;
+use crate::optics::surface::Surface;
+use crate::optics::system::{Hop, System};
+
+/// One finding about a hop.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Advice {
+    /// Number of the hop.
+    pub hop: usize,
+    /// Whether results may be other than expected; a mere note otherwise.
+    pub warning: bool,
+    /// The finding.
+    pub text: String,
+}
+
+/// Places along each axis of a screen, and directions along each axis at a place, of the rays tried.
+const PLACES: usize = 5;
+const DIRECTIONS: usize = 9;
+
+/// Most rays that are followed from one screen on.
+const MOST_PENCILS: usize = 300;
+
+/// Light is small against a target below this share of its width, in per cent.
+const SMALL: f64 = 25.0;
+
+/// Pixels are few where they cover less of the opening than this, in per cent.
+const BARE: f64 = 50.0;
+
+/// Findings about the hops of a system with these plans.
+pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advice> {
+    let (mut anchor, _) = incidence(system);
+    let mut pencils = launch(system);
+    let mut list = Vec::new();
+    for (number, (hop, plan)) in system.hops().zip(plans).enumerate() {
+        let light = Light::follow(&hop, &pencils);
+        let mut say = |warning: bool, text: Option<String>| {
+            list.extend(text.map(|text| Advice {
+                hop: number,
+                warning,
+                text,
+            }));
+        };
+        say(true, uncovered(&hop));
+        say(true, clipping(&light));
+        say(true, aliasing(&hop, &light));
+        if let Some((warning, text)) = smallness(&hop, &light) {
+            say(warning, Some(text));
+        }
+        say(false, orders(&hop, anchor));
+        say(
+            true,
+            Flatness::of(&hop, plan).and_then(|flat| flat.warning()),
+        );
+        if let Plan::Beamlets(beamlets) = plan {
+            let [eta, left] = [beamlets.eta, beamlets.eta_corrected];
+            let text = format!(
+                "aberration inside beamlets would cost {eta:.1e}; the correction leaves {left:.1e}"
+            );
+            say(false, beamlets.correct.then_some(text));
+            let expected = beamlets.expected_error();
+            let tails = if beamlets.dropped > 0.5 * expected {
+                format!(
+                    ", {:.1e} of it in tails too aberrated to count",
+                    beamlets.dropped
+                )
+            } else {
+                String::new()
+            };
+            let text = format!(
+                "aberration inside beamlets and their windows are expected to cost {expected:.1e}{tails}, \
+                 more than the target error {:.1e}; no width of beamlets does better, and thresholds \
+                 finer than {:.1e} would gain nothing",
+                settings.target_error, beamlets.target_error
+            );
+            say(true, (expected > settings.target_error).then_some(text));
+            let text =
+                "σ is at the end of the widths tried; another may do better (settings.sigma_um)";
+            say(false, beamlets.at_limit.then(|| text.to_owned()));
+        }
+        anchor = chief(&hop, anchor);
+        pencils = light.arrived;
+    }
+    list
+}
+
+/// A ray that stands on a screen.
+type Pencil = ([f64; 2], [f64; 2]);
+
+/// What a hop does to the rays that stand on its first screen.
+#[derive(Default)]
+struct Light {
+    /// Rays that would land on the target if every surface were large enough, and those of them that
+    /// an aperture stops.
+    wanted: usize,
+    clipped: usize,
+    /// Largest |p| on arrival within the target.
+    cosines: [f64; 2],
+    /// The box that the rays land in, and how much diffraction by the first screen's edge widens it.
+    landings: Option<[f64; 4]>,
+    blur: [f64; 2],
+    /// The rays that arrive on the target.
+    arrived: Vec<Pencil>,
+}
+
+impl Light {
+    fn follow(hop: &Hop, pencils: &[Pencil]) -> Self {
+        let mut light = Self::default();
+        let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
+            return light;
+        };
+        let train: Vec<Surface> = hop.train.iter().map(opened).collect();
+        let open = Hop {
+            train: &train,
+            ..*hop
+        };
+        let stride = pencils.len().div_ceil(MOST_PENCILS).max(1);
+        for &(at, arriving) in pencils.iter().step_by(stride) {
+            for p in leaving(hop, at, arriving) {
+                if let Ok((landing, j)) = open.jacobian(at, p) {
+                    light.widen(landing.at);
+                    for (a, row) in j.iter().take(2).enumerate() {
+                        let width = from[2 * a + 1] - from[2 * a];
+                        let blur = 2.0 * hop.wavelength / width * row[2].hypot(row[3]);
+                        light.blur[a] = light.blur[a].max(blur);
+                    }
+                    if inside(to, landing.at) {
+                        light.arrive(hop, at, p);
+                    }
+                }
+            }
+        }
+        light
+    }
+
+    fn widen(&mut self, [x, y]: [f64; 2]) {
+        let [x0, x1, y0, y1] = self.landings.unwrap_or([x, x, y, y]);
+        self.landings = Some([x0.min(x), x1.max(x), y0.min(y), y1.max(y)]);
+    }
+
+    /// Notes a ray that lands on the target unless an aperture stops it.
+    fn arrive(&mut self, hop: &Hop, at: [f64; 2], p: [f64; 2]) {
+        self.wanted += 1;
+        match hop.trace(at, p, &mut ()) {
+            Err(Loss::Clipped) => self.clipped += 1,
+            Ok(landing) => {
+                for a in 0..2 {
+                    self.cosines[a] = self.cosines[a].max(landing.cosines[a].abs());
+                }
+                self.arrived.push((landing.at, landing.cosines));
+            }
+            Err(_) => {}
+        }
+    }
+}
+
+fn inside([x0, x1, y0, y1]: [f64; 4], [x, y]: [f64; 2]) -> bool {
+    x0 <= x && x <= x1 && y0 <= y && y <= y1
+}
+
+/// The surface without its edge.
+fn opened(surface: &Surface) -> Surface {
+    Surface {
+        aperture: Aperture::OPEN,
+        ..surface.clone()
+    }
+}
+
+/// The source's rays on a lattice of places across the first screen.
+fn launch(system: &System) -> Vec<Pencil> {
+    let screen = &system.screens[0];
+    let Some([x0, x1, y0, y1]) = screen.bounds() else {
+        return Vec::new();
+    };
+    let place =
+        |i: usize, low: f64, high: f64| low + (high - low) * (i as f64 + 0.5) / PLACES as f64;
+    let places =
+        (0..PLACES * PLACES).map(|n| [place(n % PLACES, x0, x1), place(n / PLACES, y0, y1)]);
+    places
+        .map(|at| {
+            let here = screen.frame.to_global(Vec3::new(at[0], at[1], 0.0));
+            let d = screen.frame.turn_in(system.source.direction(here));
+            (at, [d.x * screen.index, d.y * screen.index])
+        })
+        .collect()
+}
+
+/// Directions in which a ray leaves a screen: behind a smooth element the one there is, behind pixels
+/// all that their lattice makes.
+fn leaving(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Vec<[f64; 2]> {
+    let Act::Doe(doe) = &hop.from.act else {
+        return vec![p];
+    };
+    let k = hop.wavenumber();
+    if let Some([gx, gy]) = doe.phase_gradient(at[0], at[1]) {
+        return vec![[p[0] + gx / k, p[1] + gy / k]];
+    }
+    let reach = turning(doe, hop.wavelength);
+    let place =
+        |i: usize, a: usize| p[a] + reach[a] * (2.0 * i as f64 / (DIRECTIONS - 1) as f64 - 1.0);
+    (0..DIRECTIONS * DIRECTIONS)
+        .map(|n| [place(n % DIRECTIONS, 0), place(n / DIRECTIONS, 1)])
+        .collect()
+}
+
+/// How far an element turns light along x and y, in optical direction cosines: half the lattice order of
+/// its pixels and its steepest analytic phase.
+pub fn turning(doe: &Doe, wavelength: f64) -> [f64; 2] {
+    let steep = doe.bounds().map_or([0.0; 2], |bounds| doe.steepest(bounds));
+    let pixels = doe.pixels().map(|pixels| pixels.pitch);
+    [0, 1].map(|a| {
+        let smooth = steep[a] * wavelength / std::f64::consts::TAU;
+        smooth + pixels.map_or(0.0, |pitch| 0.5 * wavelength / pitch[a])
+    })
+}
+
+/// Light that clear apertures cut off.
+fn clipping(light: &Light) -> Option<String> {
+    (light.clipped > 0).then(|| {
+        let share = 100.0 * light.clipped as f64 / light.wanted as f64;
+        format!(
+            "clear apertures of the surfaces stop {share:.0} % of the rays that would land on the \
+             target; they are cut ray by ray, without diffraction at the edge; a stop element \
+             diffracts"
+        )
+    })
+}
+
+/// Pixels that leave most of the opening dark: a unit taken for another, perhaps.
+fn uncovered(hop: &Hop) -> Option<String> {
+    let Act::Doe(doe) = &hop.from.act else {
+        return None;
+    };
+    let (pixels, open) = (doe.pixels()?.bounds(), doe.aperture.bounds()?);
+    let area = |[x0, x1, y0, y1]: [f64; 4]| (x1 - x0).max(0.0) * (y1 - y0).max(0.0);
+    let common = [
+        pixels[0].max(open[0]),
+        pixels[1].min(open[1]),
+        pixels[2].max(open[2]),
+        pixels[3].min(open[3]),
+    ];
+    let share = 100.0 * area(common) / area(open);
+    (share < BARE).then(|| {
+        let name = &hop.from.name;
+        format!("the pixels of '{name}' cover {share:.2} % of its opening; beside them it is dark")
+    })
+}
+
+/// A sensor too coarse for the field.
+fn aliasing(hop: &Hop, light: &Light) -> Option<String> {
+    let Act::Sensor(sensor) = &hop.to.act else {
+        return None;
+    };
+    let finest = light.cosines.map(|p| hop.wavelength / (2.0 * p.max(1e-12)));
+    let coarse = (0..2).find(|&a| sensor.pitch[a] > 1.001 * finest[a])?;
+    Some(format!(
+        "the sensor's pitch of {} µm along {} is coarser than λ/(2 p_max) = {:.3} µm: values are right \
+         where they stand, but detail between the pixels is not seen",
+        round(sensor.pitch[coarse] * 1e3),
+        ["x", "y"][coarse],
+        finest[coarse] * 1e3
+    ))
+}
+
+/// A number without the noise of its last digits.
+fn round(value: f64) -> f64 {
+    (value * 1e9).round() * 1e-9
+}
+
+/// A target that the light misses, or that is much larger than the light.
+fn smallness(hop: &Hop, light: &Light) -> Option<(bool, String)> {
+    let to = hop.to.bounds()?;
+    let landings = light.landings?;
+    let name = &hop.to.name;
+    let [x, y] = [0, 1].map(|a| {
+        let (low, high) = (
+            landings[2 * a] - light.blur[a],
+            landings[2 * a + 1] + light.blur[a],
+        );
+        let common = high.min(to[2 * a + 1]) - low.max(to[2 * a]);
+        100.0 * common.max(0.0) / (to[2 * a + 1] - to[2 * a])
+    });
+    if x == 0.0 || y == 0.0 {
+        let text = format!("by rays, all light lands beside '{name}'; only diffraction reaches it");
+        return Some((true, text));
+    }
+    (x < SMALL && y < SMALL).then(|| {
+        let text = format!(
+            "'{name}' is much larger than the light, which covers about {x:.0} % × {y:.0} % of it"
+        );
+        (false, text)
+    })
+}
+
+/// Orders of the pixel lattice that miss the sensor.
+fn orders(hop: &Hop, anchor: [f64; 2]) -> Option<String> {
+    let (Act::Doe(doe), Act::Sensor(_)) = (&hop.from.act, &hop.to.act) else {
+        return None;
+    };
+    let pitch = doe.pixels()?.pitch;
+    let to = hop.to.bounds()?;
+    let turns = [0, 1].map(|a| hop.wavelength / pitch[a]);
+    let missed = (0..4).all(|n| {
+        let mut p = anchor;
+        p[n / 2] += if n % 2 == 0 {
+            turns[n / 2]
+        } else {
+            -turns[n / 2]
+        };
+        !hop.trace([0.0, 0.0], p, &mut ()).is_ok_and(|landing| {
+            let [x, y] = landing.at;
+            (to[0]..=to[1]).contains(&x) && (to[2]..=to[3]).contains(&y)
+        })
+    });
+    missed.then(|| {
+        let angle = |p: f64| p.min(1.0).asin().to_degrees();
+        format!(
+            "the first orders of the pixel lattice of '{}' (±{:.2}° along x, ±{:.2}° along y) miss the \
+             sensor: their light is not simulated",
+            hop.from.name,
+            angle(turns[0]),
+            angle(turns[1])
+        )
+    })
+}

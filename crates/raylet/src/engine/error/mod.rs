@@ -1,0 +1,13 @@
+//! The error budget of a run: what became of rays and energy, and what the user should know.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`advice`] | Warnings and hints about a system before a run |
+//! | [`error_budget`] | The expected error of a hop, by cause and altogether |
+//! | [`lost_light`] | Where the light goes that no beamlet follows |
+//! | [`tally`] | Rays and energy of a hop by fate |
+
+pub mod advice;
+pub mod error_budget;
+pub mod lost_light;
+pub mod tally;

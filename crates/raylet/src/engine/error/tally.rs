@@ -1,0 +1,238 @@
+//! What became of the rays and of the energy of a hop.
+
+use ndarray::Array2;
+
+use crate::engine::beamlet::beamlet_aberration::Aberration;
+use crate::optics::ray::Loss;
+
+/// What became of a ray or of a share of the energy.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Fate {
+    /// It reached the target.
+    Arrived,
+    /// It landed beside the target.
+    Outside,
+    /// It was lost on the way.
+    Lost(Loss),
+    /// Its mode was weaker than the threshold and was not followed.
+    Weak,
+    /// Its aberration inside one beamlet is too large for it to be carried.
+    Unresolved,
+    /// It was not followed, and a survey could not tell why it would be lost.
+    Elsewhere,
+}
+
+/// All fates, in the order of reports.
+pub const FATES: [Fate; 10] = [
+    Fate::Arrived,
+    Fate::Outside,
+    Fate::Lost(Loss::Clipped),
+    Fate::Lost(Loss::Missed),
+    Fate::Lost(Loss::TotalReflection),
+    Fate::Lost(Loss::Evanescent),
+    Fate::Lost(Loss::NotConverged),
+    Fate::Weak,
+    Fate::Unresolved,
+    Fate::Elsewhere,
+];
+
+impl Fate {
+    /// The name used in reports.
+    pub fn name(self) -> &'static str {
+        match self {
+            Fate::Arrived => "arrived",
+            Fate::Outside => "outside",
+            Fate::Lost(Loss::Clipped) => "clipped",
+            Fate::Lost(Loss::Missed) => "missed",
+            Fate::Lost(Loss::TotalReflection) => "total_reflection",
+            Fate::Lost(Loss::Evanescent) => "evanescent",
+            Fate::Lost(Loss::NotConverged) => "not_converged",
+            Fate::Weak => "below_threshold",
+            Fate::Unresolved => "unresolved",
+            Fate::Elsewhere => "elsewhere",
+        }
+    }
+
+    /// Its place in [`FATES`].
+    pub fn place(self) -> usize {
+        FATES.iter().position(|fate| *fate == self).unwrap_or(0)
+    }
+}
+
+/// Sums of squares over beamlets, weighted by energy.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub struct Aberrations {
+    /// Σ of the weights.
+    pub energy: f64,
+    /// Σ η².
+    pub plain: f64,
+    /// Σ of the square of what the correction leaves of η.
+    pub left: f64,
+    /// Σ ε₃².
+    pub cubic: f64,
+}
+
+impl Aberrations {
+    fn merge(&mut self, other: &Self) {
+        self.energy += other.energy;
+        self.plain += other.plain;
+        self.left += other.left;
+        self.cubic += other.cubic;
+    }
+}
+
+/// Rays and energy by fate.
+#[derive(Clone, Debug, Default, PartialEq)]
+pub struct Tally {
+    rays: [u64; FATES.len()],
+    energy: [f64; FATES.len()],
+    /// Values evaluated on the receiving screen.
+    pub evaluations: u64,
+    /// Over the beamlets whose aberration was looked at, by what each brings to the target.
+    pub aberration: Aberrations,
+    /// Energy of tails that fall on the target and are left out, because the beamlets are too aberrated there.
+    pub untrusted: f64,
+    /// The share of the light behind the first screen that reaches the sensor, where it goes there as it came.
+    pub landed: Option<f64>,
+    /// The error to expect from rims: from that where the hop begins, if it begins at one, and from those
+    /// whose light was cut ray by ray.
+    pub edge: f64,
+    /// The error of a free hop, measured at a few points, where a direct sum can tell.
+    pub spots: Option<f64>,
+    /// Σ variance and Σ|U|² over the receiving screen, where rays were drawn at random.
+    pub sampling: Option<[f64; 2]>,
+    /// Standard error of the field at each sample of the receiving screen, indexed [y, x], where rays were
+    /// drawn at random.
+    pub noise: Option<Array2<f64>>,
+}
+
+impl Tally {
+    /// Counts one ray with its energy.
+    #[inline]
+    pub fn count(&mut self, fate: Fate, energy: f64) {
+        let place = fate.place();
+        self.rays[place] += 1;
+        self.energy[place] += energy;
+    }
+
+    /// Counts energy that no ray carried.
+    pub fn add_energy(&mut self, fate: Fate, energy: f64) {
+        self.energy[fate.place()] += energy;
+    }
+
+    /// Divides the energy of [`Fate::Elsewhere`] by a survey of all light: each way of being lost gets what
+    /// its share of the survey lacks so far, and the rest landed outside. Without a survey it stays where it
+    /// is.
+    pub fn divide_elsewhere(&mut self, survey: [f64; FATES.len()]) {
+        let surveyed: f64 = survey.iter().sum();
+        if surveyed <= 0.0 {
+            return;
+        }
+        let total: f64 = self.energy.iter().sum();
+        let energy = std::mem::take(&mut self.energy[Fate::Elsewhere.place()]);
+        let lacking: [f64; FATES.len()] = std::array::from_fn(|i| match FATES[i] {
+            Fate::Lost(_) => (total * survey[i] / surveyed - self.energy[i]).max(0.0),
+            _ => 0.0,
+        });
+        let lost: f64 = lacking.iter().sum();
+        let given = lost.min(energy);
+        for (sum, part) in self.energy.iter_mut().zip(lacking) {
+            *sum += if lost > 0.0 { part * given / lost } else { 0.0 };
+        }
+        self.energy[Fate::Outside.place()] += energy - given;
+    }
+
+    /// Rays of this fate.
+    pub fn rays(&self, fate: Fate) -> u64 {
+        self.rays[fate.place()]
+    }
+
+    /// Rays of every fate.
+    pub fn total_rays(&self) -> u64 {
+        self.rays.iter().sum()
+    }
+
+    /// Takes note of the aberration of a beamlet that brings `energy` to the target; nothing when it is not
+    /// known because neighbouring rays are lost.
+    #[inline]
+    pub fn look(&mut self, found: Option<Aberration>, energy: f64) {
+        let [eta, left, cubic] = match found {
+            Some(found) => [found.eta(), found.left(), found.cubic.min(1.0)],
+            None => [1.0; 3],
+        };
+        self.aberration.energy += energy;
+        self.aberration.plain += energy * eta * eta;
+        self.aberration.left += energy * left * left;
+        self.aberration.cubic += energy * cubic;
+    }
+
+    /// Energy of this fate as a share of all.
+    pub fn share(&self, fate: Fate) -> f64 {
+        let total: f64 = self.energy.iter().sum();
+        if total > 0.0 {
+            self.energy[fate.place()] / total
+        } else {
+            0.0
+        }
+    }
+
+    /// Adds another tally.
+    pub fn merge(&mut self, other: &Tally) {
+        for i in 0..FATES.len() {
+            self.rays[i] += other.rays[i];
+            self.energy[i] += other.energy[i];
+        }
+        self.evaluations += other.evaluations;
+        self.untrusted += other.untrusted;
+        self.aberration.merge(&other.aberration);
+    }
+
+    /// η: the estimated relative error of the field from aberration inside beamlets, uncorrected.
+    pub fn eta(&self) -> f64 {
+        ratio(self.aberration.plain, self.aberration.energy).sqrt() * self.darkness()
+    }
+
+    /// What is left of it after the correction.
+    pub fn eta_corrected(&self) -> f64 {
+        ratio(self.aberration.left, self.aberration.energy).sqrt() * self.darkness()
+    }
+
+    /// ε₃: the root mean square cubic phase inside beamlets, in rad.
+    pub fn cubic_phase(&self) -> f64 {
+        ratio(self.aberration.cubic, self.aberration.energy).sqrt()
+    }
+
+    /// How much stronger the beamlets that meet the target are than the field they add up to there: their tails
+    /// cancel where the target is darker than what surrounds it, and their errors do not. At least 1.
+    pub fn darkness(&self) -> f64 {
+        let total: f64 = self.energy.iter().sum();
+        match self.landed {
+            Some(landed) => ratio(self.aberration.energy, ALIKE * landed * total)
+                .max(1.0)
+                .sqrt(),
+            None => 1.0,
+        }
+    }
+
+    /// Standard error of the field from what was drawn at random, relative to the field as it came out:
+    /// near one where that is all noise.
+    pub fn standard_error(&self) -> Option<f64> {
+        self.sampling
+            .map(|[variance, square]| ratio(variance.max(0.0), square).sqrt())
+    }
+
+    /// √ of the share of the energy in modes below the threshold and in tails that are not trusted.
+    pub fn dropped(&self) -> f64 {
+        let kept = self.energy[Fate::Arrived.place()];
+        let weak = self.energy[Fate::Weak.place()];
+        let tails = ratio(self.untrusted, self.aberration.energy + self.untrusted);
+        (ratio(weak, kept + weak) + tails).sqrt() * self.darkness()
+    }
+}
+
+/// Incoherent sums over tails agree with the light that lands to about this factor where it is evenly lit.
+const ALIKE: f64 = 2.0;
+
+fn ratio(a: f64, b: f64) -> f64 {
+    if b > 0.0 { a / b } else { 0.0 }
+}

@@ -1,0 +1,593 @@
+//! Rays of any tracer at a diffractive element: the secondary rays that leave it, and the transposed call.
+//!
+//! About each arriving ray a patch of the element is cut out, lit as that ray says, and split into plane
+//! waves; each plane wave is a secondary ray that stands for weight·exp(ik·path). Where the rays arrive, how
+//! they got there and what becomes of the secondary rays is up to their tracer; arrays go in and come out.
+//!
+//! All rays of one call belong to one wavefront: where their windows overlap, they are shares of the same
+//! light. Light of several wavefronts is several calls, whose fields add.
+
+use std::ops::Range;
+use std::sync::atomic::{AtomicUsize, Ordering};
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::engine::external::scatter_settings::{Coverage, ScatterError, Scattering};
+use crate::engine::external::secondary_rays::{Chosen, Secondary};
+use crate::math::vec3::Vec3;
+use crate::optics::bundle::{Hit, RayError, Rays, check_finite, check_length, check_positive};
+use crate::optics::doe::Doe;
+use crate::optics::screen::{Act, Screen};
+use crate::wave::cover::cover;
+use crate::wave::field::Grid;
+use crate::wave::heights::Heights;
+use crate::wave::imprint::{NoPixels, imprint, phase_bar, pixels_bar};
+use crate::wave::sampling::{Reach, plan_grid};
+use crate::wave::spot::{Ground, Spot, Window};
+use crate::wave::window::Synthesis;
+
+/// Cotangents of what secondary rays are made from.
+#[derive(Clone, Debug)]
+pub struct ScatterBar {
+    /// Of the element's transmission at its nodes ([`Scatter::grid`]), indexed [y, x].
+    pub transmission: Array2<Complex64>,
+    /// Of the complex amplitude of every arriving ray.
+    pub weight: Vec<Complex64>,
+}
+
+/// Rays on a diffractive element, ready to be scattered.
+pub struct Scatter<'a> {
+    screen: &'a Screen,
+    doe: &'a Doe,
+    rays: Rays<'a>,
+    hits: Vec<Hit>,
+    curvature: Option<&'a [[f64; 3]]>,
+    settings: Scattering,
+    k: f64,
+    grid: Grid,
+    heights: Option<Heights>,
+    open: Array2<bool>,
+    /// What the element transmits at its nodes.
+    transmission: Array2<Complex64>,
+    /// The share of it that one window takes, beside the window itself.
+    share: Array2<f64>,
+    /// The two multiplied.
+    shared: Array2<Complex64>,
+    floor: f64,
+}
+
+/// Rays whose patches are worked on before their cotangents are added up.
+const CHUNK: usize = 64;
+
+impl<'a> Scatter<'a> {
+    /// Takes rays that arrive at a diffractive element; `wavelength` is that of the vacuum, in mm.
+    ///
+    /// `curvature`, one entry for each ray where it is given, holds the second derivatives (xx, xy, yy) in
+    /// 1/mm of the arriving light's optical path along the axes of the plane that touches the element (on a
+    /// plane element its own x and y axes): (n/R)(δ − dₐd_b) for a spherical wave of radius R and direction
+    /// cosines d, R positive when it diverges. Without it every ray is taken for a plane wave.
+    ///
+    /// # Errors
+    /// When arrays or settings are wrong, or the element has no edge or asks for too many samples.
+    pub fn new(
+        screen: &'a Screen,
+        wavelength: f64,
+        rays: Rays<'a>,
+        curvature: Option<&'a [[f64; 3]]>,
+        settings: Scattering,
+    ) -> Result<Self, ScatterError> {
+        let Act::Doe(doe) = &screen.act else {
+            return Err(ScatterError::NoElement(screen.name.clone()));
+        };
+        settings.check()?;
+        check_positive("wavelength", wavelength)?;
+        settings.check_modes(screen.index, wavelength)?;
+        let hits = rays.hits(screen, wavelength)?;
+        if let Some(curvature) = curvature {
+            check_length("curvature", curvature.len(), rays.len(), "position")?;
+            check_finite("curvature", curvature.iter().copied())?;
+        }
+
+        // The element on nodes that resolve what arrives and what may leave.
+        let reach = Reach {
+            arriving: arriving(&hits, curvature, &settings),
+            leaving: leaving(screen, &settings),
+        };
+        let grid = plan_grid(screen, reach, wavelength, settings.samples)?;
+        let transmission = imprint(screen, &grid);
+        let opening = Screen {
+            act: Act::Stop(doe.aperture.clone()),
+            ..screen.clone()
+        };
+        let open = imprint(&opening, &grid).mapv(|t| t != Complex64::ZERO);
+        let share = share(&hits, &grid, &settings);
+        let mut scatter = Self {
+            screen,
+            doe,
+            rays,
+            hits,
+            curvature,
+            settings,
+            k: std::f64::consts::TAU / wavelength,
+            heights: (!screen.is_plane()).then(|| Heights::on(screen, &grid)),
+            open,
+            shared: &transmission * &share,
+            transmission,
+            share,
+            grid,
+            floor: 0.0,
+        };
+        scatter.floor = settings.threshold * scatter.strongest();
+        Ok(scatter)
+    }
+
+    /// The nodes on which the element is known, on its local plane.
+    pub fn grid(&self) -> &Grid {
+        &self.grid
+    }
+
+    /// The element's transmission at its nodes, openings weighted by area, indexed [y, x].
+    pub fn transmission(&self) -> &Array2<Complex64> {
+        &self.transmission
+    }
+
+    /// The largest share that one window takes of an open node, over the mean: near one for evenly spread
+    /// rays, large where they leave a gap; infinite where no window reaches an open node.
+    pub fn unevenness(&self) -> f64 {
+        let (mut most, mut sum, mut count) = (0.0f64, 0.0, 0.0);
+        for (share, _) in self.share.iter().zip(&self.open).filter(|(_, open)| **open) {
+            let share = if *share > 0.0 { *share } else { f64::INFINITY };
+            most = most.max(share);
+            sum += share.min(f64::MAX);
+            count += 1.0;
+        }
+        most * count / sum
+    }
+
+    /// The map from transmission to modes about one ray.
+    fn spot(&self, ray: usize) -> Option<Spot> {
+        let ground = Ground {
+            screen: self.screen,
+            grid: &self.grid,
+            heights: self.heights.as_ref(),
+            open: &self.open,
+            k: self.k,
+            window: self.settings.window,
+            period: self.settings.period,
+            towards: self.settings.wanted(self.screen.index),
+        };
+        Spot::new(&ground, &self.hits[ray], self.curvature.map(|k| k[ray]))
+    }
+
+    /// The strongest mode of all rays.
+    fn strongest(&self) -> f64 {
+        if self.settings.threshold == 0.0 {
+            return 0.0;
+        }
+        let strongest = |ray: usize| {
+            let cut = self.spot(ray)?.cut(&self.shared);
+            let peak = cut.iter().map(|c| c.norm_sqr()).fold(0.0, f64::max);
+            Some(peak.sqrt() * self.rays.weight[ray].norm())
+        };
+        let all = (0..self.hits.len()).into_par_iter();
+        all.filter_map(strongest).reduce(|| 0.0, f64::max)
+    }
+
+    /// The secondary rays of some of the arriving rays; what does not propagate, is not wanted, too weak or
+    /// not drawn is left out. The same for any number of threads and any division into ranges.
+    pub fn scatter(&self, rays: Range<usize>) -> Secondary {
+        let parts: Vec<(Secondary, [f64; 2])> = (rays.start..rays.end.min(self.hits.len()))
+            .into_par_iter()
+            .filter_map(|ray| self.split(ray))
+            .collect();
+        Secondary::gathered(parts)
+    }
+
+    /// The same for all rays, as long as there are no more than `most`.
+    ///
+    /// # Errors
+    /// More secondary rays than that.
+    pub fn scatter_within(&self, most: usize) -> Result<Secondary, ScatterError> {
+        let count = AtomicUsize::new(0);
+        let enough = || count.load(Ordering::Relaxed) > most;
+        let rays = 0..self.hits.len();
+        let parts = rays.into_par_iter().filter_map(|ray| {
+            let part = if enough() { None } else { self.split(ray) };
+            count.fetch_add(
+                part.as_ref().map_or(0, |(part, _)| part.parent.len()),
+                Ordering::Relaxed,
+            );
+            part
+        });
+        let parts: Vec<(Secondary, [f64; 2])> = parts.collect();
+        if enough() {
+            return Err(RayError::Setting {
+                field: "rays",
+                found: format!("more than {most} secondary rays, for which the memory limit has no room"),
+                expected: "fewer wanted directions, a shorter period, a higher threshold or fewer rays",
+            }
+            .into());
+        }
+        Ok(Secondary::gathered(parts))
+    }
+
+    /// The secondary rays of one arriving ray, and Σ|c|² above the threshold and altogether.
+    fn split(&self, ray: usize) -> Option<(Secondary, [f64; 2])> {
+        let spot = self.spot(ray)?;
+        let mut cut = spot.cut(&self.shared);
+        cut.mapv_inplace(|c| c * self.rays.weight[ray]);
+        let loud = |c: &Complex64| Some(c.norm()).filter(|size| *size >= self.floor);
+        let sizes: Vec<f64> = cut.iter().map(|c| loud(c).unwrap_or(0.0)).collect();
+        let energy = [
+            sizes.iter().map(|size| size * size).sum(),
+            cut.iter().map(|c| c.norm_sqr()).sum(),
+        ];
+
+        // What the rays of one patch have in common, in global coordinates.
+        let frame = &self.screen.frame;
+        let [x, y] = self.hits[ray].at;
+        let position = frame.to_global(Vec3::new(x, y, spot.height));
+        let window = match self.settings.window {
+            Window::Gaussian { sigma } => spot.stretch.map(|v| v / (sigma * sigma)),
+            Window::Square { .. } => [0.0; 3],
+        };
+        let mut part = Secondary::default();
+        for Chosen { mode, times } in self.settings.drawing.choose(&sizes, cut.dim(), ray) {
+            let Some(leaving) = spot.modes[mode] else {
+                continue;
+            };
+            let direction = frame.turn_out(leaving.direction);
+            part.parent.push(ray);
+            part.position.push([position.x, position.y, position.z]);
+            part.direction.push([direction.x, direction.y, direction.z]);
+            part.path.push(self.rays.path[ray]);
+            part.weight.push(cut[mode] * times);
+            part.window.push(window);
+            part.cosine.push(leaving.cosine);
+            part.mode.push(mode);
+            part.times.push(times);
+        }
+        Some((part, energy))
+    }
+
+    /// The weights that the same rays would have with this element and these amplitudes: rays chosen once
+    /// and held, as line searches and finite differences want them.
+    ///
+    /// # Errors
+    /// When the rays are no secondary rays of these arriving rays.
+    pub fn weigh(&self, secondary: &Secondary) -> Result<Vec<Complex64>, RayError> {
+        self.check(secondary)?;
+        let weights: Vec<Vec<Complex64>> = secondary
+            .families()
+            .into_par_iter()
+            .map(|family| {
+                let ray = secondary.parent[family.start];
+                let cut = self.spot(ray).map(|spot| spot.cut(&self.shared));
+                let weight = |i: usize| {
+                    let c = cut.as_ref().and_then(|cut| cut.get(secondary.mode[i]));
+                    c.map_or(Complex64::ZERO, |c| {
+                        c * self.rays.weight[ray] * secondary.times[i]
+                    })
+                };
+                family.map(weight).collect()
+            })
+            .collect();
+        Ok(weights.into_iter().flatten().collect())
+    }
+
+    /// The conjugate transpose of [`Scatter::weigh`]: cotangents of the element and of the arriving
+    /// amplitudes, given those of the secondary weights. Which modes were chosen, and how probable that was,
+    /// is held constant; where nothing was drawn at random it is the exact transpose of what was kept.
+    ///
+    /// # Errors
+    /// When the rays are no secondary rays of these arriving rays, or there is not one cotangent for each.
+    pub fn weigh_adjoint(
+        &self,
+        secondary: &Secondary,
+        weight_bar: &[Complex64],
+    ) -> Result<ScatterBar, RayError> {
+        self.check(secondary)?;
+        let (found, expected) = (weight_bar.len(), secondary.len());
+        check_length("weight_bar", found, expected, "secondary ray")?;
+        let mut bar = ScatterBar {
+            transmission: Array2::zeros(self.grid.shape()),
+            weight: vec![Complex64::ZERO; self.hits.len()],
+        };
+        for families in secondary.families().chunks(CHUNK) {
+            let parts: Vec<_> = families
+                .par_iter()
+                .map(|family| self.give_back(secondary, family.clone(), weight_bar))
+                .collect();
+            for (family, part) in families.iter().zip(parts) {
+                let Some((spot, nodes, amplitude)) = part else {
+                    continue;
+                };
+                spot.add_to(&nodes, &mut bar.transmission);
+                bar.weight[secondary.parent[family.start]] += amplitude;
+            }
+        }
+        // shared = transmission·share
+        ndarray::Zip::from(&mut bar.transmission)
+            .and(&self.share)
+            .for_each(|t, share| *t *= share);
+        Ok(bar)
+    }
+
+    /// What the rays of one patch give back to its nodes and to its amplitude.
+    fn give_back(
+        &self,
+        secondary: &Secondary,
+        family: Range<usize>,
+        weight_bar: &[Complex64],
+    ) -> Option<(Spot, Array2<Complex64>, Complex64)> {
+        let ray = secondary.parent[family.start];
+        let spot = self.spot(ray)?;
+        // weight = c·amplitude·times
+        let mut bar = Array2::zeros(spot.modes.dim());
+        for i in family {
+            if let Some(c) = bar.get_mut(secondary.mode[i]) {
+                *c += weight_bar[i] * secondary.times[i];
+            }
+        }
+        let cut = spot.cut(&self.shared);
+        let amplitude = cut.iter().zip(&bar).map(|(c, bar)| c.conj() * bar).sum();
+        bar.mapv_inplace(|c| c * self.rays.weight[ray].conj());
+        let nodes = spot.cut_adjoint(&bar);
+        Some((spot, nodes, amplitude))
+    }
+
+    fn check(&self, secondary: &Secondary) -> Result<(), RayError> {
+        let fits = |parent: &usize| *parent < self.hits.len();
+        match secondary.parent.iter().find(|parent| !fits(parent)) {
+            None => Ok(()),
+            Some(parent) => Err(RayError::Setting {
+                field: "parent",
+                found: parent.to_string(),
+                expected: "the index of one of the arriving rays",
+            }),
+        }
+    }
+
+    /// Cotangents of the element's phase at its nodes in 1/rad, given those of its transmission: Im(t̄ t*).
+    pub fn phase_bar(&self, bar: &ScatterBar) -> Array2<f64> {
+        phase_bar(&bar.transmission, &self.transmission)
+    }
+
+    /// Cotangents of the element's complex pixels v, indexed [y, x], given those of its transmission;
+    /// Im(v̄ v*) is the gradient by their phases.
+    ///
+    /// # Errors
+    /// When the element is not one grid of box or point pixels, alone or times analytic phases.
+    pub fn pixels_bar(&self, bar: &ScatterBar) -> Result<Array2<Complex64>, NoPixels> {
+        pixels_bar(self.screen, self.doe, &self.grid, &bar.transmission)
+    }
+}
+
+/// The share of each node that one window takes, beside the window itself.
+fn share(hits: &[Hit], grid: &Grid, settings: &Scattering) -> Array2<f64> {
+    let Scattering {
+        window, synthesis, ..
+    } = *settings;
+    let circle = match synthesis {
+        Synthesis::Window => std::f64::consts::PI,
+        Synthesis::Plain => std::f64::consts::TAU,
+    };
+    match settings.coverage {
+        Coverage::Area(area) => {
+            let whole = match window {
+                Window::Square { side } => side * side,
+                Window::Gaussian { sigma } => circle * sigma * sigma,
+            };
+            Array2::from_elem(grid.shape(), area / whole)
+        }
+        Coverage::Divide => {
+            let power = match synthesis {
+                Synthesis::Window => 2,
+                Synthesis::Plain => 1,
+            };
+            let centres: Vec<[f64; 2]> = hits.iter().map(|hit| hit.at).collect();
+            let sum = cover(&centres, grid, window, settings.period, power);
+            sum.mapv(|sum| if sum > 0.0 { 1.0 / sum } else { 0.0 })
+        }
+    }
+}
+
+/// Largest |p| of the light that is wanted behind the element, along x and y.
+fn leaving(screen: &Screen, settings: &Scattering) -> [f64; 2] {
+    let n = screen.index;
+    let [x0, x1, y0, y1] = settings.wanted(n);
+    [x0.abs().max(x1.abs()), y0.abs().max(y1.abs())].map(|p| p.min(n))
+}
+
+/// Largest |p| of the arriving light along x and y, curvature over half a period included.
+fn arriving(hits: &[Hit], curvature: Option<&[[f64; 3]]>, settings: &Scattering) -> [f64; 2] {
+    let half = 0.5 * settings.period;
+    let mut largest = [0.0f64; 2];
+    for (i, hit) in hits.iter().enumerate() {
+        let [xx, xy, yy] = curvature.map_or([0.0; 3], |all| all[i]).map(f64::abs);
+        let bent = [half * (xx + xy), half * (xy + yy)];
+        for a in 0..2 {
+            largest[a] = largest[a].max(hit.cosines[a].abs() + bent[a]);
+        }
+    }
+    largest
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::engine::external::scatter::Scatter;
+    use crate::engine::external::scatter_settings::{Drawing, Scattering};
+    use crate::engine::plan::settings::Sampler;
+    use crate::math::random::uniform;
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::bundle::Rays;
+    use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::{Act, Screen};
+    use crate::optics::shape::{Conic, Shape};
+
+    const COUNT: usize = 12;
+
+    fn noise(count: usize, salt: u64) -> Vec<Complex64> {
+        let draw = |i: usize, part| uniform(salt, [i as u32, part, 0, 0]) - 0.5;
+        (0..count)
+            .map(|i| Complex64::new(draw(i, 0), draw(i, 1)))
+            .collect()
+    }
+
+    /// A tilted reflecting element, plane or curved, of these pixels.
+    fn screen(curvature: f64, values: &[Complex64]) -> Screen {
+        let pixels = Pixels {
+            pitch: [1.5, 1.5],
+            values: Array2::from_shape_vec((COUNT, COUNT), values.to_vec()).unwrap(),
+            form: PixelForm::Box,
+        };
+        Screen {
+            name: String::from("mirror"),
+            frame: Frame::GLOBAL
+                .moved(Vec3::new(1.0, 2.0, 30.0))
+                .tilted([0.2, -0.1, 0.3]),
+            shape: if curvature == 0.0 {
+                Shape::Plane
+            } else {
+                Shape::Conic(Conic {
+                    curvature,
+                    conic: 0.0,
+                })
+            },
+            act: Act::Doe(Doe {
+                layers: vec![Layer::Pixels(pixels)],
+                aperture: Aperture::OPEN,
+                reflect: true,
+            }),
+            index: 1.0,
+            arrives: 1.0,
+        }
+    }
+
+    /// Rays on a screen, in columns.
+    struct Columns {
+        position: Vec<[f64; 3]>,
+        direction: Vec<[f64; 3]>,
+        path: Vec<f64>,
+        weight: Vec<Complex64>,
+        curvature: Vec<[f64; 3]>,
+    }
+
+    impl Columns {
+        fn on(screen: &Screen) -> Self {
+            let places =
+                (0..49).map(|i| [3.0 * f64::from(i % 7) - 9.0, 3.0 * f64::from(i / 7) - 9.1]);
+            let position = places.map(|[x, y]| {
+                let z = screen.height([x, y]).unwrap().z;
+                let v = screen.frame.to_global(Vec3::new(x, y, z));
+                [v.x, v.y, v.z]
+            });
+            Self {
+                position: position.collect(),
+                direction: vec![[0.0, 0.0, 1.0]; 49],
+                path: (0..49).map(f64::from).collect(),
+                weight: noise(49, 3),
+                curvature: vec![[0.01, 0.002, -0.005]; 49],
+            }
+        }
+
+        fn rays(&self) -> Rays<'_> {
+            Rays {
+                position: &self.position,
+                direction: &self.direction,
+                path: &self.path,
+                weight: &self.weight,
+            }
+        }
+    }
+
+    fn settings() -> Scattering {
+        Scattering {
+            threshold: 1e-2,
+            ..Scattering::beamlets(2.0)
+        }
+    }
+
+    fn plan<'a>(screen: &'a Screen, columns: &'a Columns, settings: Scattering) -> Scatter<'a> {
+        Scatter::new(
+            screen,
+            1.0,
+            columns.rays(),
+            Some(&columns.curvature),
+            settings,
+        )
+        .unwrap()
+    }
+
+    fn inner(a: &[Complex64], b: &[Complex64]) -> Complex64 {
+        a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+    }
+
+    #[test]
+    fn weigh_dot_product() {
+        for (curvature, sampler) in [
+            (0.0, Sampler::All),
+            (0.0, Sampler::Systematic),
+            (0.01, Sampler::Multinomial),
+            (0.01, Sampler::All),
+        ] {
+            let pixels = noise(COUNT * COUNT, 1);
+            let screen = screen(curvature, &pixels);
+            let columns = Columns::on(&screen);
+            let drawing = Drawing {
+                sampler,
+                most: 60,
+                seed: 7,
+            };
+            let settings = Scattering {
+                drawing,
+                ..settings()
+            };
+            let plan = plan(&screen, &columns, settings);
+            let secondary = plan.scatter(0..49);
+            let weights = plan.weigh(&secondary).unwrap();
+            assert_eq!(weights.len(), secondary.len());
+            let off = weights.iter().zip(&secondary.weight);
+            assert!(off.map(|(a, b)| (a - b).norm()).sum::<f64>() < 1e-12);
+
+            let bar = noise(weights.len(), 2);
+            let back = plan.weigh_adjoint(&secondary, &bar).unwrap();
+            let forward = inner(&bar, &weights);
+            let size = (inner(&bar, &bar) * inner(&weights, &weights))
+                .norm()
+                .sqrt();
+            // By the arriving amplitudes, by the nodes, by the pixels.
+            let by_rays = inner(&back.weight, &columns.weight);
+            let nodes = |a: &Array2<Complex64>| a.iter().copied().collect::<Vec<_>>();
+            let by_nodes = inner(&nodes(&back.transmission), &nodes(plan.transmission()));
+            let by_pixels = inner(&nodes(&plan.pixels_bar(&back).unwrap()), &pixels);
+            for reverse in [by_rays, by_nodes, by_pixels] {
+                assert!(
+                    (forward - reverse).norm() < 1e-13 * size,
+                    "{forward} {reverse}"
+                );
+            }
+
+            // The phase of one pixel, by central differences of held rays.
+            let value = |turn: f64| {
+                let mut pixels = pixels.clone();
+                pixels[77] *= Complex64::cis(turn);
+                let screen = self::screen(curvature, &pixels);
+                let weights = self::plan(&screen, &columns, settings).weigh(&secondary);
+                inner(&bar, &weights.unwrap()).re
+            };
+            let h = 1e-4;
+            let difference = (value(h) - value(-h)) / (2.0 * h);
+            let v_bar = plan.pixels_bar(&back).unwrap()[[77 / COUNT, 77 % COUNT]];
+            let gradient = (v_bar * pixels[77].conj()).im;
+            assert!((gradient - difference).abs() < 1e-7 * (1.0 + gradient.abs()));
+        }
+    }
+}

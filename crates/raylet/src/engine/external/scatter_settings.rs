@@ -1,0 +1,220 @@
+//! The choices of a scattering of rays at a diffractive element, and why one is impossible.
+
+use crate::engine::plan::settings::Sampler;
+use crate::optics::bundle::{RayError, check_finite, check_positive};
+use crate::wave::imprint::NoPixels;
+use crate::wave::sampling::SamplingError;
+use crate::wave::spot::Window;
+use crate::wave::window::Synthesis;
+
+/// How patches share the element's area.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Coverage {
+    /// The element is divided by what the windows of all rays add up to at each of its points, so any
+    /// positions do that leave no gaps.
+    Divide,
+    /// Every ray stands for this area in mm² of the element's local plane: for evenly spread rays.
+    Area(f64),
+}
+
+/// Which modes of a patch become rays.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Drawing {
+    /// How modes are drawn: all, without or with replacement, in proportion to |c|.
+    pub sampler: Sampler,
+    /// Most modes drawn at each ray.
+    pub most: usize,
+    /// Seed; ray number and draw number do the rest.
+    pub seed: u64,
+}
+
+/// The choices of a scattering.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Scattering {
+    /// What patches are cut out with.
+    pub window: Window,
+    /// Period of a patch in mm: directions are λ/period apart, and copies of what a patch sends, a period
+    /// apart, must miss the target or be damped by the window.
+    pub period: f64,
+    /// What arrives puts the patches together again: beamlets, each with its window, or plane waves.
+    pub synthesis: Synthesis,
+    /// How patches share the area.
+    pub coverage: Coverage,
+    /// Directions wanted, as optical cosines on the element's x and y axes `[x_low, x_high, y_low,
+    /// y_high]`; all when absent.
+    pub towards: Option<[f64; 4]>,
+    /// Modes weaker than this share of the strongest of all rays are dropped.
+    pub threshold: f64,
+    /// Which of the rest become rays.
+    pub drawing: Drawing,
+    /// Most sample points of the element.
+    pub samples: usize,
+}
+
+impl Scattering {
+    /// For beamlets of width σ mm: period 6σ, coverage divided out, |c| above 10⁻³ of the strongest.
+    /// Positions 1.5σ apart give 10⁻³ of the field.
+    pub fn beamlets(sigma: f64) -> Self {
+        Self {
+            window: Window::Gaussian { sigma },
+            period: 6.0 * sigma,
+            synthesis: Synthesis::Window,
+            coverage: Coverage::Divide,
+            towards: None,
+            threshold: 1e-3,
+            drawing: Drawing {
+                sampler: Sampler::All,
+                most: usize::MAX,
+                seed: 1,
+            },
+            samples: 1 << 26,
+        }
+    }
+
+    /// The same for plane waves, on patches of this period in mm.
+    pub fn waves(sigma: f64, period: f64) -> Self {
+        Self {
+            period,
+            synthesis: Synthesis::Plain,
+            ..Self::beamlets(sigma)
+        }
+    }
+
+    /// For plane waves of square patches, in mm.
+    pub fn squares(side: f64, period: f64) -> Self {
+        Self {
+            window: Window::Square { side },
+            ..Self::waves(side, period)
+        }
+    }
+
+    /// Whether they make sense.
+    ///
+    /// # Errors
+    /// When one is out of range.
+    pub fn check(&self) -> Result<(), RayError> {
+        let (name, width) = match self.window {
+            Window::Gaussian { sigma } => ("window sigma", sigma),
+            Window::Square { side } => ("window side", side),
+        };
+        check_positive(name, width)?;
+        check_positive("period", self.period)?;
+        if self.period < width {
+            return Err(RayError::Setting {
+                field: "period",
+                found: self.period.to_string(),
+                expected: "at least the width of the window",
+            });
+        }
+        if let Coverage::Area(area) = self.coverage {
+            check_positive("area of a ray", area)?;
+        }
+        if !(0.0..1.0).contains(&self.threshold) {
+            return Err(RayError::Setting {
+                field: "threshold",
+                found: self.threshold.to_string(),
+                expected: "a share from 0 up to 1",
+            });
+        }
+        if let Some(towards) = &self.towards {
+            check_finite("towards", towards.iter().map(|v| [*v]))?;
+            let [x0, x1, y0, y1] = *towards;
+            if x0 > x1 || y0 > y1 {
+                return Err(RayError::Setting {
+                    field: "towards",
+                    found: format!("{towards:?}"),
+                    expected: "cosines [x_low, x_high, y_low, y_high] in order",
+                });
+            }
+        }
+        Ok(())
+    }
+
+    /// The directions wanted in a medium of index `n`: those that propagate there.
+    pub fn wanted(&self, n: f64) -> [f64; 4] {
+        let all = [-n, n, -n, n];
+        self.towards
+            .map_or(all, |wanted| wanted.map(|p| p.clamp(-n, n)))
+    }
+
+    /// Refuses patches of more modes than samples are allowed; `wavelength` is that of the vacuum, in mm.
+    ///
+    /// # Errors
+    /// When a patch would have too many.
+    pub fn check_modes(&self, n: f64, wavelength: f64) -> Result<(), RayError> {
+        let [x0, x1, y0, y1] = self.wanted(n);
+        let along = |low: f64, high: f64| (high - low) * self.period / wavelength + 1.0;
+        let modes = along(x0, x1) * along(y0, y1);
+        if modes <= self.samples as f64 {
+            return Ok(());
+        }
+        Err(RayError::Setting {
+            field: "period",
+            found: format!(
+                "{} mm, which makes {modes:.1e} modes of a patch",
+                self.period
+            ),
+            expected: "a shorter one, or fewer directions wanted",
+        })
+    }
+}
+
+/// Why rays cannot be scattered.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum ScatterError {
+    /// The arrays or settings are wrong.
+    #[error(transparent)]
+    Rays(#[from] RayError),
+    /// The element cannot be sampled.
+    #[error(transparent)]
+    Sampling(#[from] SamplingError),
+    /// The element has no pixels of its own.
+    #[error(transparent)]
+    NoPixels(#[from] NoPixels),
+    /// The screen holds no element.
+    #[error("screen '{0}' is no diffractive element, expected one")]
+    NoElement(String),
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::external::scatter_settings::Scattering;
+
+    /// A patch of 60 µm has (2·60/0.6 + 1)² modes; one of a metre more than any memory.
+    #[test]
+    fn too_many_modes_are_refused() {
+        let few = Scattering {
+            samples: 201 * 201,
+            ..Scattering::beamlets(0.01)
+        };
+        assert_eq!(few.check_modes(1.0, 0.6e-3), Ok(()));
+        assert!(
+            Scattering {
+                samples: 40_000,
+                ..few
+            }
+            .check_modes(1.0, 0.6e-3)
+            .is_err()
+        );
+        assert!(
+            Scattering { period: 1e3, ..few }
+                .check_modes(1.0, 0.6e-3)
+                .is_err()
+        );
+    }
+
+    /// Directions that do not propagate are none that are wanted.
+    #[test]
+    fn wanted_directions_propagate() {
+        let choice = Scattering {
+            towards: Some([-9.0, 0.2, -0.1, 1e300]),
+            ..Scattering::beamlets(0.1)
+        };
+        assert_eq!(choice.wanted(1.5), [-1.5, 0.2, -0.1, 1.5]);
+        let reversed = Scattering {
+            towards: Some([0.2, -0.2, 0.0, 0.0]),
+            ..choice
+        };
+        assert!(reversed.check().is_err());
+    }
+}

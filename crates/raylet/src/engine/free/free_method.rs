@@ -1,0 +1,225 @@
+//! Which method without rays carries a hop, and why the others do not.
+
+use crate::engine::plan::hop_plan::free_hop;
+use crate::engine::plan::settings::Settings;
+use crate::math::vec3::Vec3;
+use crate::optics::paraxial::Abcd;
+use crate::optics::screen::Screen;
+use crate::optics::system::Hop;
+use crate::wave::propagate::{FreeHop, FreePlan};
+
+/// A method that needs no beamlets.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+pub enum Approach {
+    /// The first of the others that applies, hop by hop.
+    #[default]
+    Auto,
+    /// Band-limited angular spectrum: parallel screens with at most plane-parallel plates between.
+    AngularSpectrum,
+    /// Rayleigh–Sommerfeld direct sum: nothing between the screens, at any tilt.
+    RayleighSommerfeld,
+    /// Collins' integral: centred trains, without their aberrations and rims.
+    Collins,
+    /// The generalised law of refraction: smooth elements, any train, no diffraction.
+    Refraction,
+}
+
+impl Approach {
+    /// The name used in reports and messages.
+    pub fn name(self) -> &'static str {
+        match self {
+            Approach::Auto => "auto",
+            Approach::AngularSpectrum => "angular spectrum",
+            Approach::RayleighSommerfeld => "Rayleigh–Sommerfeld sum",
+            Approach::Collins => "Collins integral",
+            Approach::Refraction => "generalised law of refraction",
+        }
+    }
+}
+
+/// How one hop is carried.
+#[derive(Clone, Debug)]
+pub enum Route {
+    /// By plane waves.
+    AngularSpectrum(FreeHop, FreePlan),
+    /// By direct sum.
+    RayleighSommerfeld(Sight),
+    /// By the train's ray matrix.
+    Collins(Abcd),
+}
+
+/// Every line of sight between two screens.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Sight {
+    /// Largest optical direction cosines along the first screen's axes.
+    pub leaving: [f64; 2],
+    /// Largest optical direction cosines along the second screen's axes.
+    pub arriving: [f64; 2],
+}
+
+impl Route {
+    /// Its method.
+    pub fn approach(&self) -> Approach {
+        match self {
+            Route::AngularSpectrum(..) => Approach::AngularSpectrum,
+            Route::RayleighSommerfeld(_) => Approach::RayleighSommerfeld,
+            Route::Collins(_) => Approach::Collins,
+        }
+    }
+
+    /// Largest |p| wanted behind the first screen, and brought to the second, whose outlines are `from`
+    /// and `to`.
+    pub fn reach(&self, hop: &Hop, from: [f64; 4], to: [f64; 4]) -> ([f64; 2], [f64; 2]) {
+        match self {
+            Route::AngularSpectrum(_, plan) => {
+                let largest = [0, 1].map(|a| {
+                    let band = &plan.bands[a];
+                    let last = band.count.max(1) - 1;
+                    band.at(0).abs().max(band.at(last).abs())
+                });
+                (largest, largest.map(|p| p.min(hop.to.index)))
+            }
+            Route::RayleighSommerfeld(sight) => (sight.leaving, sight.arriving),
+            Route::Collins(train) => {
+                // p = (x′ − A x)/B and p′ = (D x′ − x)/B.
+                let half = |b: [f64; 4], a: usize| b[2 * a].abs().max(b[2 * a + 1].abs());
+                let bound = |s: f64, x: f64| (s + x) / train.b.abs();
+                (
+                    [0, 1].map(|a| bound(half(to, a), train.a.abs() * half(from, a))),
+                    [0, 1].map(|a| bound(train.d.abs() * half(to, a), half(from, a))),
+                )
+            }
+        }
+    }
+}
+
+/// The route of a hop whose incident light has direction `anchor`; otherwise the reasons why there is
+/// none.
+///
+/// # Errors
+/// What stands against the approach, or against every approach.
+pub fn route(
+    hop: &Hop,
+    approach: Approach,
+    anchor: [f64; 2],
+    [from, to]: [[f64; 4]; 2],
+    settings: &Settings,
+) -> Result<Route, String> {
+    let spectrum = || angular_spectrum(hop, anchor, from, to, settings);
+    let sum = || sight(hop, from, to).map(Route::RayleighSommerfeld);
+    if !hop.to.is_plane() {
+        return Err(format!(
+            "'{}' is curved, and light is summed on planes",
+            hop.to.name
+        ));
+    }
+    let curved = !hop.from.is_plane();
+    let only_sums = || Err(format!("'{}' is curved", hop.from.name));
+    let spectrum = || if curved { only_sums() } else { spectrum() };
+    let collins = || {
+        if curved {
+            return only_sums();
+        }
+        let train = Abcd::between(hop).map_err(|error| error.to_string())?;
+        match train.b == 0.0 {
+            true => Err(String::from("the train images one screen onto the other")),
+            false => Ok(Route::Collins(train)),
+        }
+    };
+    match approach {
+        Approach::AngularSpectrum => spectrum(),
+        Approach::RayleighSommerfeld => sum(),
+        Approach::Collins => collins(),
+        Approach::Refraction => Err(String::from("it carries whole systems, not single hops")),
+        Approach::Auto => {
+            let told =
+                |approach: Approach, reason: String| format!("{}: {reason}", approach.name());
+            let first = match spectrum() {
+                Ok(route) => return Ok(route),
+                Err(reason) => told(Approach::AngularSpectrum, reason),
+            };
+            let second = match sum() {
+                Ok(route) => return Ok(route),
+                Err(reason) => told(Approach::RayleighSommerfeld, reason),
+            };
+            collins().map_err(|reason| {
+                let third = told(Approach::Collins, reason);
+                [first, second, third].join("; ")
+            })
+        }
+    }
+}
+
+fn angular_spectrum(
+    hop: &Hop,
+    anchor: [f64; 2],
+    from: [f64; 4],
+    to: [f64; 4],
+    settings: &Settings,
+) -> Result<Route, String> {
+    let Some(free) = free_hop(hop, from, to, anchor, settings) else {
+        return Err(match hop.train.len() {
+            0 => String::from("the screens are not parallel"),
+            _ => String::from(
+                "what stands between is more than plates parallel to both screens, wider than them",
+            ),
+        });
+    };
+    let plan = free.plan(from, to);
+    let [nx, ny] = [0, 1].map(|a| plan.bands[a].count);
+    let allowed = settings.samples_allowed();
+    if nx.saturating_mul(ny) > allowed {
+        return Err(format!(
+            "it needs {nx} × {ny} plane waves, more than the {allowed} that memory_limit_mb allows"
+        ));
+    }
+    Ok(Route::AngularSpectrum(free, plan))
+}
+
+/// Points along each axis of a screen from which lines of sight are drawn.
+const STATIONS: usize = 5;
+
+/// The lines of sight from screen to screen, when nothing stands between and the whole of the second
+/// screen lies in front of the first.
+fn sight(hop: &Hop, from: [f64; 4], to: [f64; 4]) -> Result<Sight, String> {
+    if !hop.train.is_empty() {
+        return Err(format!("{} surface(s) stand between", hop.train.len()));
+    }
+    let (starts, ends) = (stations(hop.from, from), stations(hop.to, to));
+    let mut sight = Sight {
+        leaving: [0.0; 2],
+        arriving: [0.0; 2],
+    };
+    for start in &starts {
+        for end in &ends {
+            let flight = *end - *start;
+            let (out, back) = (hop.from.frame.turn_in(flight), hop.to.frame.turn_in(flight));
+            if out.z * hop.from.leaves() <= 0.0 || back.z * hop.to.arrives <= 0.0 {
+                return Err(String::from(
+                    "part of the second screen lies behind the first, or is lit from behind",
+                ));
+            }
+            let scale = hop.from.index / flight.norm();
+            for (most, v) in [(&mut sight.leaving, out), (&mut sight.arriving, back)] {
+                *most = [
+                    most[0].max(scale * v.x.abs()),
+                    most[1].max(scale * v.y.abs()),
+                ];
+            }
+        }
+    }
+    Ok(sight)
+}
+
+/// Global points spread over a screen's outline.
+fn stations(screen: &Screen, [x0, x1, y0, y1]: [f64; 4]) -> Vec<Vec3> {
+    let along =
+        |low: f64, high: f64, i: usize| low + (high - low) * i as f64 / (STATIONS as f64 - 1.0);
+    (0..STATIONS * STATIONS)
+        .map(|n| {
+            let (x, y) = (along(x0, x1, n % STATIONS), along(y0, y1, n / STATIONS));
+            let z = screen.height([x, y]).map_or(0.0, |here| here.z);
+            screen.frame.to_global(Vec3::new(x, y, z))
+        })
+        .collect()
+}

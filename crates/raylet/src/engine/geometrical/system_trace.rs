@@ -1,0 +1,307 @@
+//! Single rays through a whole system, meeting by meeting: what geometrical optics makes of it.
+//!
+//! A smooth element turns a ray by the gradient of its phase φ and adds φ/k to its path; pixels and sums, whose
+//! phase has no gradient of this kind, let it go straight on.
+
+use crate::engine::trace::ray_sensitivity::{BLOCK, Neighbours, Number, SwayingHop, Variation};
+use crate::engine::trace::ray_trace::Landing;
+use crate::math::real::Real;
+use crate::math::vec3::Vec3;
+use crate::optics::frame::Axes;
+use crate::optics::ray::Loss;
+use crate::optics::screen::{Act, Screen};
+use crate::optics::source::Source;
+use crate::optics::system::System;
+use crate::wave::wavelet::{Companion, Encounter};
+
+/// A ray where it meets a screen or surface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Meeting {
+    /// Where, in mm, global.
+    pub point: Vec3,
+    /// Unit direction in which it goes on, global.
+    pub direction: Vec3,
+    /// Optical path up to there in mm, from where the source's phase is zero.
+    pub path: f64,
+}
+
+/// A ray that was followed.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Followed {
+    /// The screens and surfaces that it met, in order.
+    pub meetings: Vec<Meeting>,
+    /// How it was lost before the sensor, if it was.
+    pub lost: Option<Loss>,
+}
+
+/// What a ray tells on its way.
+struct Log {
+    meetings: Vec<Meeting>,
+    direction: Vec3,
+    path: f64,
+    /// Whether the ray stands where it was met last, so that the next visit tells nothing new.
+    stands: bool,
+}
+
+impl<T: Real> Companion<T> for Log {
+    fn fly(&mut self, length: T, index: T) {
+        self.path += length.value() * index.value();
+    }
+    fn bend<A: Axes<T>>(&mut self, encounter: &Encounter<T, A>) {
+        self.direction = encounter.frame.turn_out(encounter.bent.direction).value();
+        if let Some(last) = self.meetings.last_mut() {
+            last.direction = self.direction;
+        }
+    }
+    fn visit(&mut self, point: Vec3<T>) {
+        if std::mem::take(&mut self.stands) {
+            return;
+        }
+        self.meetings.push(Meeting {
+            point: point.value(),
+            direction: self.direction,
+            path: self.path,
+        });
+    }
+}
+
+/// The ray of the light of `source` that meets the first screen above its local (x, y).
+pub fn follow(system: &System, source: &Source, at: [f64; 2]) -> Followed {
+    let (mut log, mut at, mut p) = match launch(system, source, at) {
+        Ok(start) => start,
+        Err(lost) => {
+            return Followed {
+                meetings: Vec::new(),
+                lost: Some(lost),
+            };
+        }
+    };
+    let mut lost = None;
+    for hop in system.hops() {
+        let step = leave(hop.from, system.wavenumber(), at, p).and_then(|(p, added)| {
+            log.go_on(outwards(hop.from, p), added);
+            hop.trace(at, p, &mut log)
+        });
+        match step {
+            Ok(landing) => (at, p) = (landing.at, landing.cosines),
+            Err(loss) => {
+                lost = Some(loss);
+                break;
+            }
+        }
+    }
+    let meetings = log.meetings;
+    Followed { meetings, lost }
+}
+
+impl Log {
+    /// The screen where the ray stands sends it on in a direction, and adds to its path.
+    fn go_on(&mut self, direction: Vec3, added: f64) {
+        self.direction = direction;
+        self.path += added;
+        self.stands = true;
+        if let Some(last) = self.meetings.last_mut() {
+            last.direction = direction;
+            last.path = self.path;
+        }
+    }
+}
+
+/// A ray on the first screen.
+fn launch(
+    system: &System,
+    source: &Source,
+    at: [f64; 2],
+) -> Result<(Log, [f64; 2], [f64; 2]), Loss> {
+    let screen = system.screens.first().ok_or(Loss::Missed)?;
+    let height = screen.height(at).ok_or(Loss::Missed)?;
+    let point = screen.frame.to_global(Vec3::new(at[0], at[1], height.z));
+    let direction = source.direction(point);
+    let path = source.path(point, screen.index);
+    let local = screen.frame.turn_in(direction);
+    let log = Log {
+        meetings: vec![Meeting {
+            point,
+            direction,
+            path,
+        }],
+        direction,
+        path,
+        stands: false,
+    };
+    Ok((log, at, [local.x * screen.index, local.y * screen.index]))
+}
+
+/// The global direction behind a screen of a ray with optical cosines p.
+fn outwards(screen: &Screen, [px, py]: [f64; 2]) -> Vec3 {
+    let n = screen.index;
+    let along = (n * n - px * px - py * py).max(0.0).sqrt() * screen.leaves();
+    screen.frame.turn_out(Vec3::new(px, py, along) * (1.0 / n))
+}
+
+/// Whether a screen lets light on at a point.
+pub fn passes(screen: &Screen, at: [f64; 2]) -> bool {
+    match &screen.act {
+        Act::Stop(aperture) => aperture.contains(at[0], at[1]),
+        Act::Doe(doe) => doe.aperture.contains(at[0], at[1]),
+        Act::Sensor(_) => true,
+    }
+}
+
+/// Optical cosines of a ray behind a screen, and what its path gains there.
+fn leave(screen: &Screen, k: f64, at: [f64; 2], p: [f64; 2]) -> Result<([f64; 2], f64), Loss> {
+    if !passes(screen, at) {
+        return Err(Loss::Clipped);
+    }
+    let Act::Doe(doe) = &screen.act else {
+        return Ok((p, 0.0));
+    };
+    let gradient = doe.phase_gradient(at[0], at[1]);
+    let kick = gradient.unwrap_or_default().map(|g| g / k);
+    let turned = kicked(screen, at, p, kick).ok_or(Loss::Evanescent)?;
+    let phase = doe.smooth_phase(at[0], at[1]).unwrap_or(0.0);
+    Ok((turned, phase / k))
+}
+
+/// The direction behind an element that adds `kick` to the optical cosines along its surface: what is
+/// tangential is kept and kicked, what is normal follows, backwards from a mirror.
+pub fn kicked(screen: &Screen, at: [f64; 2], p: [f64; 2], kick: [f64; 2]) -> Option<[f64; 2]> {
+    let [sx, sy] = screen.height(at)?.slope;
+    let up = Vec3::new(-sx, -sy, 1.0).unit();
+    let [px, py] = p;
+    let n = screen.index;
+    let along = (n * n - px * px - py * py).max(0.0).sqrt() * screen.arrives;
+    let tangential = |v: Vec3| v - up * v.dot(up);
+    let whole = Vec3::new(px, py, along);
+    let kept = tangential(whole) + tangential(Vec3::new(kick[0], kick[1], 0.0));
+    let under = n * n - kept.dot(kept);
+    if under <= 0.0 {
+        return None;
+    }
+    let turned = screen.arrives * screen.leaves();
+    let out = kept + up * (under.sqrt() * whole.dot(up).signum() * turned);
+    Some([out.x, out.y])
+}
+
+/// Derivatives of one ray on the sensor with respect to each parameter: of x and y on the sensor's axes (mm), of
+/// its optical cosines there, and of its optical path (mm). It starts at a fixed place of the first screen.
+/// Nothing where it is lost.
+pub fn sensitivity(
+    system: &System,
+    variations: &[Variation],
+    source: &Source,
+    at: [f64; 2],
+) -> Option<Vec<[f64; 5]>> {
+    let mut all = Vec::new();
+    for block in variations.chunks(BLOCK) {
+        let landing = sway(system, block, source, at)?;
+        let [x, y] = landing.at;
+        let [p, q] = landing.cosines;
+        let of = |i: usize| [x, y, p, q, landing.path].map(|number| number.tangent[i]);
+        all.extend((0..block.len()).map(of));
+    }
+    Some(all)
+}
+
+/// One ray on the sensor with its tangents; nothing where it is lost, or where an element turns it, whose own
+/// derivatives are not told.
+fn sway(
+    system: &System,
+    variations: &[Variation],
+    source: &Source,
+    at: [f64; 2],
+) -> Option<Landing<Number>> {
+    let (_, at, p) = launch(system, source, at).ok()?;
+    let mut at = at.map(Number::constant);
+    let mut p = p.map(Number::constant);
+    let mut path = Number::constant(0.0);
+    let mut last = None;
+    for (number, hop) in system.hops().enumerate() {
+        let open = passes(hop.from, at.map(|v| v.value));
+        if !open || matches!(hop.from.act, Act::Doe(_)) {
+            return None;
+        }
+        let each = variations.iter();
+        let neighbours: Option<Vec<_>> = each.map(|v| neighbours(v, number)).collect();
+        let landing = SwayingHop::new(hop, &neighbours?).trace(at, p).ok()?;
+        (at, p, path) = (landing.at, landing.cosines, path + landing.path);
+        last = Some(Landing { path, ..landing });
+    }
+    last
+}
+
+/// One hop of a variation.
+fn neighbours(variation: &Variation, number: usize) -> Option<Neighbours<'_>> {
+    Some(Neighbours {
+        below: variation.below.hops().nth(number)?,
+        above: variation.above.hops().nth(number)?,
+        distance: variation.distance,
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::geometrical::system_trace::follow;
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::doe::{Doe, Layer};
+    use crate::optics::frame::Frame;
+    use crate::optics::profile::Profile;
+    use crate::optics::ray::Loss;
+    use crate::optics::screen::{Act, Screen, Sensor};
+    use crate::optics::shape::Shape;
+    use crate::optics::source::Source;
+    use crate::optics::system::System;
+
+    /// Fermat: all optical paths to the focus of an ideal diffractive lens are alike; beside it rays are clipped.
+    #[test]
+    fn paths_to_a_focus_are_alike() {
+        let (wavelength, focal_length) = (0.5e-3, 10.0);
+        let wavenumber = std::f64::consts::TAU / wavelength;
+        let lens = Screen {
+            name: String::from("lens"),
+            frame: Frame::GLOBAL,
+            shape: Shape::Plane,
+            act: Act::Doe(Doe {
+                layers: vec![Layer::Phase(Profile::Lens {
+                    focal_length,
+                    wavenumber,
+                })],
+                aperture: Aperture::disc(4.0),
+                reflect: false,
+            }),
+            index: 1.0,
+            arrives: 1.0,
+        };
+        let sensor = Screen {
+            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, focal_length)),
+            act: Act::Sensor(Sensor {
+                pixels: [2, 2],
+                pitch: [1e-3; 2],
+            }),
+            ..lens.clone()
+        };
+        let source = Source::Plane {
+            direction: Vec3::new(0.0, 0.0, 1.0),
+            origin: Frame::GLOBAL.origin,
+        };
+        let system = System {
+            wavelength,
+            source,
+            screens: vec![lens, sensor],
+            trains: vec![Vec::new()],
+        };
+        for at in [[0.0, 0.0], [3.0, 1.0], [-1.0, 3.5]] {
+            let ray = follow(&system, &source, at);
+            let last = ray.meetings[1];
+            assert_eq!(ray.lost, None);
+            assert!(last.point.x.hypot(last.point.y) < 1e-12, "{last:?}");
+            assert!((last.path - focal_length).abs() < 1e-12, "{last:?}");
+        }
+        let beside = follow(&system, &source, [4.1, 0.0]);
+        assert_eq!(
+            (beside.lost, beside.meetings.len()),
+            (Some(Loss::Clipped), 1)
+        );
+    }
+}

@@ -1,0 +1,17 @@
+//! Random estimates of a hop: the source paper's method, and beamlets that are drawn.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`mode_sampling`] | Beamlets that are drawn from the modes of a patch: probabilities, weights and their adjoint |
+//! | [`paper`] | The source paper's method: patches anywhere, drawn modes, plain plane waves |
+//! | [`paper_plan`] | The plan of the source paper's method: where patches stand, and which modes they have |
+//! | [`repeated_runs`] | The mean of random runs and its standard error |
+//! | [`tangent_patch`] | The plane that touches a screen at a patch, and the plane waves that leave it |
+//! | [`tangent_patch_error`] | The error of flat patches on a curved screen |
+
+pub mod mode_sampling;
+pub mod paper;
+pub mod paper_plan;
+pub mod repeated_runs;
+pub mod tangent_patch;
+pub mod tangent_patch_error;

@@ -1,0 +1,248 @@
+//! The plan of the source paper's method: where patches stand, and which modes they have.
+
+use crate::engine::beamlet::beamlet_plan::Planner;
+use crate::engine::monte_carlo::tangent_patch::Facet;
+use crate::engine::plan::settings::{Density, Positions, Sag, Sampler};
+use crate::engine::trace::direction_search::explore;
+use crate::math::random::pair;
+use crate::optics::screen::{Act, Screen};
+use crate::optics::system::Hop;
+use crate::wave::patch::Band;
+use crate::wave::tile::{Tile, TileWindow};
+
+/// What is drawn, and from what.
+#[derive(Clone, Debug, PartialEq)]
+pub struct PaperPlan {
+    /// Number of positions.
+    pub positions: usize,
+    /// How they are chosen.
+    pub rule: Positions,
+    /// Columns and rows of the rules that have a grid.
+    pub cells: [usize; 2],
+    /// Where they lie, `[x_min, x_max, y_min, y_max]` in mm.
+    pub area: [f64; 4],
+    /// Whether the field is divided by the sum of the windows over it.
+    pub coverage: bool,
+    /// Modes drawn at each.
+    pub secondary: usize,
+    /// With which probability.
+    pub density: Density,
+    /// And how.
+    pub sampler: Sampler,
+    /// Side of the square patch, in mm.
+    pub side: f64,
+    /// What the field in it is multiplied by.
+    pub window: TileWindow,
+    /// Its period, in mm.
+    pub period: f64,
+    /// Lattice of modes along x and y, as rates on the screen's local plane; those that do not propagate
+    /// are never drawn.
+    pub bands: [Band; 2],
+    /// What is made of the height of a curved screen.
+    pub sag: Sag,
+    /// Normal cosine of the incident light, with its sign.
+    pub along: f64,
+    /// Whether each wave is multiplied by the cosine of its direction on the receiving screen.
+    pub obliquity: bool,
+    /// Largest optical direction cosines on the receiving screen, along x and y.
+    pub arriving: [f64; 2],
+}
+
+/// Where the random numbers of a hop are found.
+#[derive(Clone, Copy, Debug)]
+pub struct Address {
+    /// Seed of the run.
+    pub seed: u64,
+    /// Number of the hop.
+    pub hop: u32,
+}
+
+/// What random numbers are drawn for.
+const POSITION: u32 = 1;
+
+impl PaperPlan {
+    /// The plan that the knobs ask for.
+    pub fn new(planner: &Planner) -> Self {
+        let (hop, knobs) = (planner.hop, &planner.settings.paper);
+        let [x0, x1, y0, y1] = planner.from;
+        let side = knobs.patch.unwrap_or(0.25 * (x1 - x0).min(y1 - y0));
+        let period = side * knobs.padding.max(1.0);
+        let beside = match knobs.positions {
+            Positions::Inside | Positions::Grid => 0.0,
+            Positions::Dilated | Positions::Jittered => 0.5 * side,
+        };
+        let area = [x0 - beside, x1 + beside, y0 - beside, y1 + beside];
+        let (positions, cells) = match knobs.positions {
+            Positions::Inside | Positions::Dilated => (knobs.rays, [knobs.rays, 1]),
+            Positions::Jittered | Positions::Grid => {
+                let cells = grid(area, knobs.rays);
+                (cells[0] * cells[1], cells)
+            }
+        };
+        let [px, py] = planner.light.anchor;
+        let n = hop.from.index;
+        let plan = Self {
+            positions,
+            rule: knobs.positions,
+            cells,
+            area,
+            coverage: knobs.coverage,
+            secondary: knobs.secondary,
+            density: knobs.density,
+            sampler: knobs.sampler,
+            side,
+            window: knobs.window,
+            period,
+            bands: lattice(planner, side, period),
+            sag: knobs.sag,
+            along: hop.from.arrives * (n * n - px * px - py * py).max(0.0).sqrt(),
+            obliquity: knobs.obliquity,
+            arriving: [0.0; 2],
+        };
+        Self {
+            arriving: plan.reach(hop),
+            ..plan
+        }
+    }
+
+    /// Its patches.
+    pub fn tile(&self) -> Tile {
+        Tile {
+            side: self.side,
+            window: self.window,
+            period: self.period,
+        }
+    }
+
+    /// The position of a patch.
+    pub fn place(&self, patch: u32, Address { seed, hop }: Address) -> [f64; 2] {
+        let [x0, x1, y0, y1] = self.area;
+        let within = match self.rule {
+            Positions::Grid => [0.5; 2],
+            _ => pair(seed, [hop, patch, 0, POSITION]),
+        };
+        let (cell, cells) = match self.rule {
+            Positions::Inside | Positions::Dilated => ([0; 2], [1; 2]),
+            Positions::Jittered | Positions::Grid => {
+                let columns = self.cells[0] as u32;
+                ([patch % columns, patch / columns], self.cells)
+            }
+        };
+        let share = [0, 1].map(|a| (f64::from(cell[a]) + within[a]) / cells[a] as f64);
+        [x0 + (x1 - x0) * share[0], y0 + (y1 - y0) * share[1]]
+    }
+
+    /// One over the sum of windows that is expected at a point.
+    pub fn share(&self) -> f64 {
+        let [x0, x1, y0, y1] = self.area;
+        (x1 - x0) * (y1 - y0) / (self.positions as f64 * self.side * self.side * self.window.mean())
+    }
+
+    /// Whether every position is drawn for itself, and the field not divided by what they cover together.
+    pub fn is_independent(&self) -> bool {
+        matches!(self.rule, Positions::Inside | Positions::Dilated) && !self.coverage
+    }
+
+    /// Rays of a patch, at most.
+    pub fn rays_each(&self) -> usize {
+        let modes = self.bands[0].count.saturating_mul(self.bands[1].count);
+        match self.sampler {
+            Sampler::All => modes,
+            Sampler::Multinomial | Sampler::Systematic => self.secondary.min(modes),
+        }
+    }
+
+    /// Rays that it expects; equal draws counted as often as they are drawn.
+    pub fn rays(&self) -> f64 {
+        let each = match self.sampler {
+            Sampler::Multinomial => self.secondary,
+            Sampler::Systematic | Sampler::All => self.rays_each(),
+        };
+        self.positions as f64 * each as f64
+    }
+
+    /// The largest direction cosines on arrival, from a coarse set of positions and modes.
+    fn reach(&self, hop: &Hop) -> [f64; 2] {
+        let [x0, x1, y0, y1] = self.area;
+        let between = |low: f64, high: f64, i: usize, n: usize| {
+            low + (high - low) * i as f64 / (n - 1) as f64
+        };
+        let ends = |a: usize| {
+            let band = &self.bands[a];
+            [band.at(0), band.at(band.count.max(1) - 1)]
+        };
+        let ([px0, px1], [py0, py1]) = (ends(0), ends(1));
+        let mut reach = [0.0f64; 2];
+        for place in 0..25 {
+            let at = [between(x0, x1, place % 5, 5), between(y0, y1, place / 5, 5)];
+            let Some(facet) = Facet::new(hop.from, at, self.along) else {
+                continue;
+            };
+            let (start, at) = facet.start(hop);
+            for mode in 0..225 {
+                let rates = [
+                    between(px0, px1, mode % 15, 15),
+                    between(py0, py1, mode / 15, 15),
+                ];
+                if let Some(p) = facet.cosines(rates)
+                    && let Ok(landing) = start.trace(at, p, &mut ())
+                {
+                    reach = [0, 1].map(|a| reach[a].max(landing.cosines[a].abs()));
+                }
+            }
+        }
+        reach
+    }
+}
+
+/// Columns and rows of about `count` cells, as square as they can be.
+fn grid([x0, x1, y0, y1]: [f64; 4], count: usize) -> [usize; 2] {
+    let columns = (count as f64 * (x1 - x0) / (y1 - y0))
+        .sqrt()
+        .round()
+        .max(1.0);
+    let rows = (count as f64 / columns).round().max(1.0);
+    [columns as usize, rows as usize]
+}
+
+/// The modes of a patch: those of the FFT of its pixels, as many bands of it as asked for; without
+/// pixels those that lead to the target. Never beyond what propagates.
+fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
+    let hop = planner.hop;
+    let spare = spare(hop.from);
+    let pixels = match &hop.from.act {
+        Act::Doe(doe) => doe.pixels(),
+        Act::Stop(_) | Act::Sensor(_) => None,
+    };
+    let Some(pixels) = pixels else {
+        let mut fan = explore(hop, planner.from, planner.to, [side; 2]);
+        for (a, spare) in spare.iter().enumerate() {
+            fan.band[2 * a] -= spare;
+            fan.band[2 * a + 1] += spare;
+        }
+        return planner.bands(&fan, period);
+    };
+    [0, 1].map(|a| {
+        let n = hop.from.index + spare[a];
+        let orders = planner.settings.paper.orders.max(1) as f64;
+        let half = 0.5 * orders * hop.wavelength / pixels.pitch[a];
+        let centre = planner.light.anchor[a];
+        let (low, high) = ((centre - half).max(-n), (centre + half).min(n));
+        // Like an FFT's, the band holds one of its two ends, whichever way rounding goes.
+        let spacing = hop.wavelength / period;
+        let [low, high] = [low, high].map(|p| p - 1e-9 * spacing);
+        Band::between(centre, spacing, low, high)
+    })
+}
+
+/// How much the rates on a screen may differ from direction cosines: its slope times the change of the
+/// normal cosine there.
+fn spare(screen: &Screen) -> [f64; 2] {
+    let change = if screen.leaves() == screen.arrives {
+        1.0
+    } else {
+        2.0
+    };
+    let slope = screen.relief().map_or([0.0; 2], |relief| relief.slope);
+    slope.map(|s| s * change * screen.index)
+}

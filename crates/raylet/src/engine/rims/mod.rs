@@ -1,0 +1,11 @@
+//! Rims of surfaces inside a train: which of them cut light, and how that is computed.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`edge_diffraction`] | Estimates of the light that hard edges diffract, by direction |
+//! | [`rim_screens`] | Rims that become screens, and the error of those that do not |
+//! | [`source_rays`] | Rays of the light itself, from the source through every screen |
+
+pub mod edge_diffraction;
+pub mod rim_screens;
+pub mod source_rays;

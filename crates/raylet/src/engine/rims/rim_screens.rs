@@ -1,0 +1,423 @@
+//! Rims of surfaces inside a train: which cut light, and what becomes of them.
+//!
+//! A hard edge diffracts, and rays accepted or refused one by one do not. So a rim that cuts light becomes a
+//! screen where the surface is small enough for its whole opening to be sampled: the field is summed on the
+//! plane of the rim, in the medium behind the surface, reached by free flight (backward where the rim bulges
+//! forward), cut there with exactly weighted edges, and sent on. A rim counts when the root of the share of
+//! energy that it cuts, of what would land on the target, is more than half the target error: a safe bound of
+//! the error of leaving it out. Rims of larger surfaces accept or refuse each beamlet by its chief ray; the
+//! energy that this puts on the wrong side of the edge is in the error account.
+
+use crate::engine::beamlet::beamlet_launch::launch;
+use crate::engine::beamlet::beamlet_plan::starting_width;
+use crate::engine::plan::settings::Settings;
+use crate::engine::rims::edge_diffraction::{edge_energy, edge_waves};
+use crate::engine::rims::source_rays::{Pencil, launch_all, leave_all};
+use crate::engine::trace::direction_search::FanRay;
+use crate::math::erfc::erfc;
+use crate::math::vec3::Vec3;
+use crate::optics::aperture::{Aperture, Outline};
+use crate::optics::bend::Interface;
+use crate::optics::screen::{Act, Screen};
+use crate::optics::shape::Shape;
+use crate::optics::surface::Surface;
+use crate::optics::system::{Hop, System};
+use crate::wave::wavelet::Arrival;
+
+/// Most samples along a rim's diameter, at λ/(3n), where memory allows them.
+const AFFORDABLE: f64 = 2500.0;
+
+/// Share of the target error that a rim which is left out may cost.
+const SHARE: f64 = 0.5;
+
+/// Rays followed to find what a rim sends to the target, and how near the rim they are to meet the surface, in
+/// radii.
+const RIM_RAYS: usize = 3000;
+const NEAR_RIM: f64 = 0.15;
+
+/// What becomes of a rim.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Treatment {
+    /// It is a screen, and diffracts.
+    Screen,
+    /// It cuts too little to matter; what meets it is cut ray by ray.
+    Ignored,
+    /// It cuts light ray by ray, without diffraction, though it matters.
+    ByRay,
+}
+
+/// The rim of a surface.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Rim {
+    /// Its name: that of its screen, if it is one.
+    pub name: String,
+    /// The hop in which its surface stands, of the system in which rims that matter are screens.
+    pub hop: usize,
+    /// Share of the energy on its way to the target that it cuts, by beamlets along rays of the source.
+    pub cut: f64,
+    /// Share of that energy which the decision by chief rays puts on the wrong side of the edge.
+    pub misplaced: f64,
+    /// What becomes of it.
+    pub treatment: Treatment,
+}
+
+impl Rim {
+    /// √cut, which the error of leaving the rim out does not exceed.
+    pub fn bound(&self) -> f64 {
+        self.cut.sqrt()
+    }
+
+    /// The error to expect of a rim that cuts ray by ray though it matters; zero of others. The light that
+    /// is wrongly kept or lost is taken to be incoherent with the rest: it counts by the root of its energy.
+    pub fn error(&self) -> f64 {
+        match self.treatment {
+            Treatment::Screen | Treatment::Ignored => 0.0,
+            Treatment::ByRay => self.misplaced.sqrt(),
+        }
+    }
+}
+
+/// A system in which rims that matter are screens, as it is run.
+#[derive(Clone, Debug)]
+pub struct Rimmed {
+    /// The system.
+    pub system: System,
+    /// The rims of all its surfaces that have one, along the way of the light.
+    pub rims: Vec<Rim>,
+    /// What the rim of each surface of the system as it was given cuts, hop by hop.
+    cuts: Vec<Vec<Cut>>,
+    /// The root of what a rim cuts above which it matters.
+    limit: f64,
+    /// Most samples along the diameter of a rim that becomes a screen.
+    affordable: f64,
+    /// Where the screens of the system as it was given stand among those of [`Rimmed::system`].
+    pub own: Vec<usize>,
+}
+
+/// Shares of the energy on its way to the target, at the rim of one surface.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+struct Cut {
+    /// What the edge cuts off.
+    removed: f64,
+    /// What stands on the wrong side of the edge when chief rays decide.
+    misplaced: f64,
+}
+
+/// The system with a screen at every rim that matters and is small enough.
+pub fn with_rims(system: &System, settings: &Settings) -> Rimmed {
+    let mut light = launch_all(system);
+    let cuts = system
+        .hops()
+        .map(|hop| cut_shares(&hop, &mut light, settings));
+    let empty = Rimmed {
+        system: system.clone(),
+        rims: Vec::new(),
+        cuts: cuts.collect(),
+        limit: SHARE * settings.target_error,
+        affordable: AFFORDABLE.min((settings.samples_allowed() as f64).sqrt()),
+        own: Vec::new(),
+    };
+    empty.filled(system)
+}
+
+impl Rimmed {
+    /// A slightly changed system with screens at the same rims.
+    pub fn like(&self, system: &System) -> System {
+        self.clone().filled(system).system
+    }
+
+    /// The share of the light on its way to the target that ends at the rim which a screen stands for, its edge
+    /// wave included; zero for other screens.
+    pub fn cut_at(&self, screen: &Screen) -> f64 {
+        let own = self.rims.iter().find(|rim| rim.name == screen.name);
+        own.map_or(0.0, |rim| rim.cut.min(1.0))
+    }
+
+    /// The same choices made for the rims of a system, from its first hop on.
+    fn filled(mut self, system: &System) -> Self {
+        self.system = System {
+            screens: vec![],
+            trains: vec![],
+            ..system.clone()
+        };
+        self.rims.clear();
+        self.own.clear();
+        for (number, hop) in system.hops().enumerate() {
+            let cuts = self.cuts.get(number).cloned().unwrap_or_default();
+            self.add(&hop, &cuts);
+        }
+        self.system.screens.extend(system.screens.last().cloned());
+        self
+    }
+
+    /// Adds a hop whose rims cut these shares of the energy.
+    fn add(&mut self, hop: &Hop, cuts: &[Cut]) {
+        self.own.push(self.system.screens.len());
+        self.system.screens.push(hop.from.clone());
+        let mut train = Vec::new();
+        for (number, (surface, &cut)) in hop.train.iter().zip(cuts).enumerate() {
+            let matters = cut.removed.sqrt() > self.limit;
+            let screen = rim_of(hop, number, self.affordable).filter(|_| matters);
+            if surface.aperture.outline != Outline::Open {
+                self.rims.push(Rim {
+                    name: name_of(hop, number),
+                    hop: self.system.trains.len(),
+                    cut: cut.removed,
+                    misplaced: cut.misplaced,
+                    treatment: match (&screen, matters) {
+                        (Some(_), _) => Treatment::Screen,
+                        (None, true) => Treatment::ByRay,
+                        (None, false) => Treatment::Ignored,
+                    },
+                });
+            }
+            match screen {
+                Some(screen) => {
+                    train.push(opened(surface));
+                    self.system.trains.push(std::mem::take(&mut train));
+                    self.system.screens.push(screen);
+                }
+                None => train.push(surface.clone()),
+            }
+        }
+        self.system.trains.push(train);
+    }
+}
+
+/// The surface without its edge.
+fn opened(surface: &Surface) -> Surface {
+    Surface {
+        aperture: Aperture::OPEN,
+        ..surface.clone()
+    }
+}
+
+/// What a rim is called.
+fn name_of(hop: &Hop, number: usize) -> String {
+    format!("rim {} behind {}", number + 1, hop.from.name)
+}
+
+/// The screen in the plane of a surface's rim, if the rim is a centred disc on a surface of revolution and takes
+/// no more than `affordable` samples along its diameter.
+fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Option<Screen> {
+    let surface = &hop.train[number];
+    let Outline::Disc { radius } = surface.aperture.outline else {
+        return None;
+    };
+    // Only then does the rim lie in a plane.
+    if surface.aperture.centre != [0.0; 2] || !surface.shape.is_round() {
+        return None;
+    }
+    let after = surface.index[1];
+    let samples = 2.0 * radius * 3.0 * after / hop.wavelength;
+    if samples > affordable {
+        return None;
+    }
+    let sag = surface.shape.height(radius, 0.0)?.z;
+    Some(Screen {
+        name: name_of(hop, number),
+        frame: surface.frame.moved(Vec3::new(0.0, 0.0, sag)),
+        act: Act::Stop(surface.aperture.clone()),
+        index: after,
+        shape: Shape::Plane,
+        arrives: side_behind(hop, number),
+    })
+}
+
+/// +1 when the light along the axis leaves a surface towards its +z, else −1.
+fn side_behind(hop: &Hop, number: usize) -> f64 {
+    let mut way = hop.from.frame.z * hop.from.leaves();
+    for surface in &hop.train[..=number] {
+        if surface.interface == Interface::Reflect {
+            let normal = surface.frame.z;
+            way = way + normal * (-2.0 * way.dot(normal));
+        }
+    }
+    way.dot(hop.train[number].frame.z).signum()
+}
+
+/// What the edge wave of a rim on a curved surface is off by, over the slope of the surface there and the
+/// root of the share of the light that is cut: whether the field is cut along the surface or in the plane
+/// of the rim, both within Kirchhoff's approximation. Measured on spheres of slope 0.25.
+const EDGE: f64 = 0.06;
+
+/// The relative error to expect because a share `cut` of the light ends at the rim that this screen stands
+/// for; zero for other screens and for rims of planes.
+pub fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
+    let slope = |hop: &Hop, number: usize| {
+        let surface = &hop.train[number];
+        let Outline::Disc { radius } = surface.aperture.outline else {
+            return None;
+        };
+        let found = rim_of(hop, number, AFFORDABLE).is_some_and(|rim| rim == *screen);
+        let height = surface.shape.height(radius, 0.0).filter(|_| found)?;
+        Some(height.slope[0].abs())
+    };
+    let slope = system
+        .hops()
+        .find_map(|hop| (0..hop.train.len()).find_map(|number| slope(&hop, number)));
+    EDGE * slope.unwrap_or(0.0) * cut.max(0.0).sqrt()
+}
+
+/// What each surface's rim does to the energy on its way to the target; `light` becomes what arrives on the
+/// next screen.
+fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<Cut> {
+    let mut leaving = leave_all(hop, light);
+    leaving.extend(edge_waves(hop, light));
+    light.clear();
+    let none = vec![Cut::default(); hop.train.len()];
+    let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
+        return none;
+    };
+
+    // The rays that would land on the target if nothing had an edge, and those of them that do.
+    let train: Vec<Surface> = hop.train.iter().map(opened).collect();
+    let open = Hop {
+        train: &train,
+        ..*hop
+    };
+    let rays: Vec<FanRay> = leaving.iter().filter_map(|p| land(&open, p, to)).collect();
+    light.extend(rays.iter().filter_map(|ray| arrive(hop, ray)));
+
+    // The mean shares of the beamlets along them, and what the rims themselves send to the target.
+    let sigma = match (settings.sigma, rays.is_empty()) {
+        (Some(sigma), _) => sigma,
+        (None, true) => 0.0,
+        (None, false) => starting_width(hop, from, &rays),
+    };
+    let landed: f64 = rays.iter().map(|ray| ray.area).sum();
+    let share = |(number, surface): (usize, &Surface)| {
+        let mut cut = Cut::default();
+        if surface.aperture.outline == Outline::Open {
+            return cut;
+        }
+        let sent = sent_by_rim(&open, (number, surface), &leaving, to);
+        let total = landed + sent;
+        if total > 0.0 {
+            (cut.removed, cut.misplaced) = (sent / total, sent / total);
+            for ray in &rays {
+                let part = clipped(&open, (number, surface), (ray.at, ray.p), sigma);
+                cut.removed += part * ray.area / total;
+                cut.misplaced += part.min(1.0 - part) * ray.area / total;
+            }
+        }
+        cut
+    };
+    hop.train.iter().enumerate().map(share).collect()
+}
+
+/// The energy that the rim of a surface sends into the box `to` of the target, of light that meets the surface
+/// near it and does not land there by itself: as the edge of a plane opening would from where its rays land, on the
+/// way left.
+fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[Pencil], to: [f64; 4]) -> f64 {
+    let (_, surface) = place;
+    let edge = surface.aperture.rim();
+    let Some(radius) = edge.iter().map(|[x, y]| x.hypot(*y)).reduce(f64::max) else {
+        return 0.0;
+    };
+    let way = (open.to.frame.origin - surface.frame.origin).norm();
+    let index = open.to.index;
+    let narrowest = (open.wavelength * index / way.max(open.wavelength)).sqrt();
+    let width = index * (to[1] - to[0]).hypot(to[3] - to[2]) / way;
+    let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
+    let one = |pencil: &Pencil| {
+        let depth = depth_at_rim(open, place, pencil)?;
+        let landing = open.trace(pencil.at, pencil.p, &mut ()).ok()?;
+        if depth.abs() > NEAR_RIM * radius {
+            return None;
+        }
+        let outside = |a: usize| {
+            (to[2 * a] - landing.at[a])
+                .max(landing.at[a] - to[2 * a + 1])
+                .max(0.0)
+        };
+        let beside = outside(0).hypot(outside(1));
+        if beside == 0.0 {
+            return None;
+        }
+        let q = (index * beside / way).max(narrowest);
+        let a_length = pencil.energy / (2.0 * NEAR_RIM * radius);
+        Some(a_length * edge_energy(open.wavelength, q, width))
+    };
+    let some = leaving.iter().step_by(stride);
+    some.filter_map(one).sum::<f64>() * stride as f64
+}
+
+/// How far inside a surface's edge a ray meets it.
+fn depth_at_rim(open: &Hop, place: (usize, &Surface), pencil: &Pencil) -> Option<f64> {
+    let landing = meet_rim(open, place, |hop| {
+        hop.trace(pencil.at, pencil.p, &mut ()).ok()
+    })?;
+    Some(place.1.aperture.depth(landing.at[0], landing.at[1]))
+}
+
+/// The ray with its Jacobian, if it lands in the box `to`; its area is the energy it stands for.
+fn land(open: &Hop, pencil: &Pencil, to: [f64; 4]) -> Option<FanRay> {
+    let Pencil { at, p, energy } = *pencil;
+    let (landing, jacobian) = open.jacobian(at, p).ok()?;
+    let inside = |a: usize| (to[2 * a]..=to[2 * a + 1]).contains(&landing.at[a]);
+    (inside(0) && inside(1)).then_some(FanRay {
+        at,
+        p,
+        area: energy,
+        landing,
+        jacobian,
+    })
+}
+
+/// What a ray is on the next screen, unless an edge stops it.
+fn arrive(hop: &Hop, ray: &FanRay) -> Option<Pencil> {
+    let landing = hop.trace(ray.at, ray.p, &mut ()).ok()?;
+    Some(Pencil {
+        at: landing.at,
+        p: landing.cosines,
+        energy: ray.area,
+    })
+}
+
+/// A ray by its place and cosines on the first screen.
+type Start = ([f64; 2], [f64; 2]);
+
+/// The share of a beamlet's energy that the rim of a surface cuts: ½ erfc(d/w), d the depth of its ray inside
+/// the edge and w the half width of its energy at 1/e, the wider one.
+fn clipped(open: &Hop, (number, surface): (usize, &Surface), start: Start, sigma: f64) -> f64 {
+    let Some(arrival) = at_rim(open, (number, surface), start, sigma) else {
+        return 0.0;
+    };
+    let [wx, wy] = arrival.footprint(open.wavenumber(), (-0.5f64).exp());
+    let depth = surface.aperture.depth(arrival.at[0], arrival.at[1]);
+    0.5 * erfc(depth / wx.max(wy))
+}
+
+/// A beamlet where its ray crosses the plane of a surface's rim, before the surface.
+fn at_rim(open: &Hop, place: (usize, &Surface), (at, p): Start, sigma: f64) -> Option<Arrival> {
+    meet_rim(open, place, |hop| launch(hop, at, p, sigma).ok())
+}
+
+/// What `follow` finds on the way to the plane of a surface's rim, before the surface.
+fn meet_rim<T>(
+    open: &Hop,
+    (number, surface): (usize, &Surface),
+    follow: impl Fn(&Hop) -> Option<T>,
+) -> Option<T> {
+    let sag = |[x, y]: [f64; 2]| surface.shape.height(x, y).map(|here| here.z);
+    let edge = surface.aperture.rim();
+    let depth = edge.first().copied().and_then(sag).unwrap_or(0.0);
+    let cross = |arrives: f64| {
+        let plane = Screen {
+            name: String::new(),
+            frame: surface.frame.moved(Vec3::new(0.0, 0.0, depth)),
+            act: Act::Stop(Aperture::OPEN),
+            index: surface.index[0],
+            shape: Shape::Plane,
+            arrives,
+        };
+        follow(&Hop {
+            train: &open.train[..number],
+            to: &plane,
+            ..*open
+        })
+    };
+    // Behind mirrors light may come from either side.
+    cross(1.0).or_else(|| cross(-1.0))
+}

@@ -1,0 +1,201 @@
+//! A coarse fan of rays: which directions lead to the target, and what the train does to them.
+
+use crate::engine::trace::ray_trace::Landing;
+use crate::optics::ray::Loss;
+use crate::optics::system::Hop;
+
+/// A ray of the fan with its Jacobian ∂(s, p′)/∂(x, p).
+#[derive(Clone, Copy, Debug)]
+pub struct FanRay {
+    /// Where it starts, in mm on the first screen.
+    pub at: [f64; 2],
+    /// Its optical direction cosines there.
+    pub p: [f64; 2],
+    /// The area of directions that it stands for.
+    pub area: f64,
+    /// Where it lands.
+    pub landing: Landing,
+    /// Rows (s_x, s_y, p′_x, p′_y), columns (x, y, p_x, p_y).
+    pub jacobian: [[f64; 4]; 4],
+}
+
+/// The rays that reach a target.
+#[derive(Clone, Debug, Default)]
+pub struct Fan {
+    /// Rays that land inside the target.
+    pub rays: Vec<FanRay>,
+    /// Rays that land beside it, close enough for their footprints to matter.
+    pub rim: Vec<FanRay>,
+    /// Bounds of the directions that may reach the target: `[p_x low, p_x high, p_y low, p_y high]`;
+    /// low above high when none does.
+    pub band: [f64; 4],
+    /// Rays traced.
+    pub traced: usize,
+    /// Lost rays by cause, as found.
+    pub lost: Vec<(Loss, usize)>,
+}
+
+/// Positions of the fan along each axis.
+const POSITIONS: usize = 5;
+
+/// Cells are accepted when no larger than this share of the index.
+const COARSEST: f64 = 0.125;
+
+/// Cells whose ray is lost are divided down to this share of the index.
+const FINEST_LOST: f64 = 1.0 / 64.0;
+
+/// Deepest division of the square of directions.
+const DEPTH: usize = 14;
+
+/// Directions closer to grazing are left out: their landing spreads without bound.
+const STEEPEST: f64 = 0.995;
+
+/// A linear landing estimate is trusted to this factor.
+const SAFETY: f64 = 1.5;
+
+/// A square cell of directions.
+#[derive(Clone, Copy)]
+struct Cell {
+    centre: [f64; 2],
+    half: f64,
+    depth: usize,
+}
+
+/// Seeks the directions that lead from the box `from` on the first screen to the box `to` on the second,
+/// dilated by `margin` mm; boxes are `[x_min, x_max, y_min, y_max]` in mm.
+///
+/// The square of all directions is divided like a quadtree wherever a cell's rays, by their Jacobian,
+/// may land on the target, until their landing spread is small against it.
+pub fn explore(hop: &Hop, from: [f64; 4], to: [f64; 4], margin: [f64; 2]) -> Fan {
+    let mut fan = Fan::empty();
+    for j in 0..POSITIONS {
+        for i in 0..POSITIONS {
+            let place = |a: usize, i: usize| {
+                let t = i as f64 / (POSITIONS - 1) as f64;
+                from[2 * a] + (from[2 * a + 1] - from[2 * a]) * t
+            };
+            fan.seek(hop, [place(0, i), place(1, j)], to, margin);
+        }
+    }
+    fan
+}
+
+/// The directions `[p_x low, p_x high, p_y low, p_y high]` that lead from one point to the box `to`,
+/// dilated by `margin` mm; nothing when none does.
+pub fn reach(hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) -> Option<[f64; 4]> {
+    let mut fan = Fan::empty();
+    fan.seek(hop, at, to, margin);
+    (fan.band[0] <= fan.band[1]).then_some(fan.band)
+}
+
+impl Fan {
+    fn empty() -> Self {
+        let none = [f64::INFINITY, f64::NEG_INFINITY];
+        Self {
+            band: [none[0], none[1], none[0], none[1]],
+            ..Self::default()
+        }
+    }
+
+    /// Divides the square of directions from one point.
+    fn seek(&mut self, hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) {
+        let mut stack = vec![Cell {
+            centre: [0.0, 0.0],
+            half: hop.from.index,
+            depth: 0,
+        }];
+        while let Some(cell) = stack.pop() {
+            if !self.divide(hop, at, cell, to, margin) {
+                continue;
+            }
+            let half = 0.5 * cell.half;
+            for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
+                stack.push(Cell {
+                    centre: [cell.centre[0] + sx * half, cell.centre[1] + sy * half],
+                    half,
+                    depth: cell.depth + 1,
+                });
+            }
+        }
+    }
+
+    /// Looks at one cell; true when it must be divided.
+    fn divide(
+        &mut self,
+        hop: &Hop,
+        at: [f64; 2],
+        cell: Cell,
+        to: [f64; 4],
+        margin: [f64; 2],
+    ) -> bool {
+        // Cells wholly evanescent are dropped, those that cross the rim divided a little.
+        let n = hop.from.index;
+        let nearest = cell.centre.map(|c| (c.abs() - cell.half).max(0.0));
+        if nearest[0].hypot(nearest[1]) >= STEEPEST * n {
+            return false;
+        }
+        self.traced += 1;
+        let (landing, jacobian) = match hop.jacobian(at, cell.centre) {
+            Ok(found) => found,
+            Err(loss) => {
+                match self.lost.iter_mut().find(|(cause, _)| *cause == loss) {
+                    Some((_, count)) => *count += 1,
+                    None => self.lost.push((loss, 1)),
+                }
+                return cell.half > FINEST_LOST * n;
+            }
+        };
+
+        let ray = FanRay {
+            at,
+            p: cell.centre,
+            area: 4.0 * cell.half * cell.half,
+            landing,
+            jacobian,
+        };
+        self.judge(ray, cell, n, to, margin)
+    }
+
+    /// Keeps, divides or drops a cell whose central ray has landed.
+    fn judge(&mut self, ray: FanRay, cell: Cell, n: f64, to: [f64; 4], margin: [f64; 2]) -> bool {
+        // How far the cell's rays land from its central ray, to first order.
+        let (mut reaches, mut inside, mut near) = (true, true, true);
+        let mut fine = cell.half <= COARSEST * n;
+        for a in 0..2 {
+            let slope = ray.jacobian[a][2].abs() + ray.jacobian[a][3].abs();
+            let spread = SAFETY * cell.half * slope;
+            let (low, high) = (to[2 * a], to[2 * a + 1]);
+            let s = ray.landing.at[a];
+            reaches &= s + spread >= low - margin[a] && s - spread <= high + margin[a];
+            inside &= s >= low && s <= high;
+            near &= s + margin[a] >= 2.0 * low - high && s - margin[a] <= 2.0 * high - low;
+            fine &= spread <= 0.2 * (high - low) + 0.25 * margin[a];
+        }
+        if !reaches {
+            return cell.half > COARSEST * n;
+        }
+        if !fine && cell.depth < DEPTH {
+            return true;
+        }
+        if !fine && !near {
+            return false;
+        }
+
+        // A cell of its own: its directions belong to the band.
+        for a in 0..2 {
+            self.band[2 * a] = self.band[2 * a].min(cell.centre[a] - cell.half);
+            self.band[2 * a + 1] = self.band[2 * a + 1].max(cell.centre[a] + cell.half);
+        }
+        if inside {
+            self.rays.push(ray);
+        } else {
+            self.rim.push(ray);
+        }
+        false
+    }
+
+    /// Whether any direction leads to the target.
+    pub fn is_dark(&self) -> bool {
+        self.rays.is_empty()
+    }
+}

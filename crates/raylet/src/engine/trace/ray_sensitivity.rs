@@ -1,0 +1,421 @@
+//! How the rays of a hop change with the parameters of a system.
+//!
+//! A parameter is known by two neighbours of the system, a little below and a little above. Frames, indices
+//! and heights of surfaces change between them in proportion, so their derivatives are differences of the
+//! prescription, good to the square of a step that may be tiny; the rays themselves carry exact tangents from
+//! there on: where they land, their directions, their optical paths, the amplitudes and curvatures of their
+//! beamlets. Any shape, pose, index or rule between parameters is covered without knowing what it is.
+
+use num_complex::Complex64;
+
+use crate::engine::trace::launch_plane::Seat;
+use crate::engine::trace::ray_trace::{Carried, Landing, Stand, carry_beamlet, emit, land, walk};
+use crate::math::complex::{Complex, Symmetric};
+use crate::math::real::{Dual, Real};
+use crate::math::vec3::Vec3;
+use crate::optics::frame::{Axes, Frame};
+use crate::optics::ray::Loss;
+use crate::optics::shape::{Height, Shape};
+use crate::optics::surface::{Face, Surface};
+use crate::optics::system::{Hop, System};
+use crate::wave::stamp::Moments;
+
+/// A parameter of a system: the same system with the parameter a little smaller and a little larger.
+#[derive(Clone, Debug)]
+pub struct Variation {
+    /// With the smaller value.
+    pub below: System,
+    /// With the larger value.
+    pub above: System,
+    /// The difference of the two values.
+    pub distance: f64,
+}
+
+/// One hop of a variation.
+#[derive(Clone, Copy)]
+pub struct Neighbours<'a> {
+    /// With the smaller value of the parameter.
+    pub below: Hop<'a>,
+    /// With the larger value.
+    pub above: Hop<'a>,
+    /// The difference of the two values.
+    pub distance: f64,
+}
+
+/// Parameters whose tangents travel together.
+pub const BLOCK: usize = 4;
+
+/// A number with its derivatives with respect to a block of parameters.
+pub type Number = Dual<BLOCK>;
+
+/// A frame that moves.
+pub struct SwayingFrame {
+    origin: Vec3<Number>,
+    axes: [Vec3<Number>; 3],
+}
+
+/// A surface that moves and bends.
+pub struct SwayingFace<'a> {
+    surface: &'a Surface,
+    frame: SwayingFrame,
+    index: [Number; 2],
+    /// Which tangent, the shapes below and above, and one over their distance.
+    shapes: Vec<(usize, &'a Shape, &'a Shape, f64)>,
+}
+
+/// A hop whose parts move.
+pub struct SwayingHop<'a> {
+    hop: Hop<'a>,
+    from: (SwayingFrame, Number),
+    faces: Vec<SwayingFace<'a>>,
+    to: (SwayingFrame, Number),
+}
+
+/// A number from its value and its neighbours'.
+fn number(value: f64, neighbours: impl Iterator<Item = (f64, f64, f64)>) -> Number {
+    let mut number = Number::constant(value);
+    for (slot, (below, above, distance)) in neighbours.enumerate() {
+        number.tangent[slot] = (above - below) / distance;
+    }
+    number
+}
+
+impl SwayingFrame {
+    fn new<'a>(
+        frame: &Frame,
+        neighbours: impl Iterator<Item = (&'a Frame, &'a Frame, f64)> + Clone,
+    ) -> Self {
+        let vector = |of: &dyn Fn(&Frame) -> Vec3| {
+            let component = |along: &dyn Fn(Vec3) -> f64| {
+                let pairs = neighbours.clone();
+                let pairs = pairs.map(|(below, above, d)| (along(of(below)), along(of(above)), d));
+                number(along(of(frame)), pairs)
+            };
+            Vec3::new(
+                component(&|v| v.x),
+                component(&|v| v.y),
+                component(&|v| v.z),
+            )
+        };
+        Self {
+            origin: vector(&|frame| frame.origin),
+            axes: [
+                vector(&|frame| frame.x),
+                vector(&|frame| frame.y),
+                vector(&|frame| frame.z),
+            ],
+        }
+    }
+
+    /// A frame that stands still in this one.
+    fn carrying(&self, own: &Frame) -> Self {
+        let turned = |v: Vec3| self.turn_out(Vec3::constant(v));
+        Self {
+            origin: self.to_global(Vec3::constant(own.origin)),
+            axes: [own.x, own.y, own.z].map(turned),
+        }
+    }
+}
+
+impl Axes<Number> for SwayingFrame {
+    fn across(&self) -> [Vec3<Number>; 2] {
+        [self.axes[0], self.axes[1]]
+    }
+    fn turn_in(&self, v: Vec3<Number>) -> Vec3<Number> {
+        let [x, y, z] = self.axes.map(|axis| v.dot(axis));
+        Vec3::new(x, y, z)
+    }
+    fn turn_out(&self, v: Vec3<Number>) -> Vec3<Number> {
+        self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
+    }
+    fn to_local(&self, point: Vec3<Number>) -> Vec3<Number> {
+        self.turn_in(point - self.origin)
+    }
+    fn to_global(&self, point: Vec3<Number>) -> Vec3<Number> {
+        self.turn_out(point) + self.origin
+    }
+}
+
+impl Face<Number> for SwayingFace<'_> {
+    type Axes = SwayingFrame;
+    fn surface(&self) -> &Surface {
+        self.surface
+    }
+    fn axes(&self) -> &SwayingFrame {
+        &self.frame
+    }
+    fn index(&self) -> [Number; 2] {
+        self.index
+    }
+
+    fn height(&self, x: Number, y: Number) -> Option<Height<Number>> {
+        let mut height = self.surface.shape.height(x, y)?;
+        for (slot, below, above, rate) in &self.shapes {
+            let low = below.height(x.value, y.value)?;
+            let high = above.height(x.value, y.value)?;
+            let add = |number: &mut Number, low: f64, high: f64| {
+                number.tangent[*slot] += (high - low) * rate;
+            };
+            add(&mut height.z, low.z, high.z);
+            for (i, slope) in height.slope.iter_mut().enumerate() {
+                add(slope, low.slope[i], high.slope[i]);
+            }
+            for (i, bend) in height.bend.iter_mut().enumerate() {
+                add(bend, low.bend[i], high.bend[i]);
+            }
+        }
+        Some(height)
+    }
+
+    /// In plain numbers, then one Newton step with tangents: at a root that step is the derivative of the
+    /// implicit function and adds nothing else.
+    fn meet(&self, position: Vec3<Number>, direction: Vec3<Number>) -> Result<Number, Loss> {
+        let shape = &self.surface.shape;
+        let length = Number::constant(shape.meet(position.value(), direction.value())?);
+        let at = position + direction * length;
+        let h = self.height(at.x, at.y).ok_or(Loss::Missed)?;
+        let slope = direction.z - h.slope[0] * direction.x - h.slope[1] * direction.y;
+        Ok(length - (at.z - h.z) / slope)
+    }
+}
+
+impl<'a> SwayingHop<'a> {
+    /// A hop that changes with up to [`BLOCK`] parameters.
+    pub fn new(hop: Hop<'a>, neighbours: &[Neighbours<'a>]) -> Self {
+        let screen = |of: &dyn Fn(&Hop<'a>) -> &'a crate::optics::screen::Screen| {
+            let pairs = neighbours
+                .iter()
+                .map(|n| (of(&n.below), of(&n.above), n.distance));
+            let frames = pairs.clone().map(|(a, b, d)| (&a.frame, &b.frame, d));
+            let indices = pairs.map(|(a, b, d)| (a.index, b.index, d));
+            let here = of(&hop);
+            (
+                SwayingFrame::new(&here.frame, frames),
+                number(here.index, indices),
+            )
+        };
+        let face = |(i, surface): (usize, &'a Surface)| {
+            let pairs = neighbours
+                .iter()
+                .map(move |n| (&n.below.train[i], &n.above.train[i], n.distance));
+            let frames = pairs.clone().map(|(a, b, d)| (&a.frame, &b.frame, d));
+            let index = |side: usize| {
+                let pairs = pairs.clone();
+                let pairs = pairs.map(|(a, b, d)| (a.index[side], b.index[side], d));
+                number(surface.index[side], pairs)
+            };
+            let shapes = pairs.clone().enumerate();
+            let changing = shapes.filter(|(_, (a, b, _))| a.shape != b.shape);
+            SwayingFace {
+                surface,
+                frame: SwayingFrame::new(&surface.frame, frames),
+                index: [index(0), index(1)],
+                shapes: changing
+                    .map(|(slot, (a, b, d))| (slot, &a.shape, &b.shape, 1.0 / d))
+                    .collect(),
+            }
+        };
+        Self {
+            from: screen(&|hop| hop.from),
+            faces: hop.train.iter().enumerate().map(face).collect(),
+            to: screen(&|hop| hop.to),
+            hop,
+        }
+    }
+
+    /// The ray that leaves (x, y) on the first screen along p, where it lands.
+    ///
+    /// # Errors
+    /// How it was lost, if it was.
+    pub fn trace(&self, at: [Number; 2], p: [Number; 2]) -> Result<Landing<Number>, Loss> {
+        let from = Stand {
+            screen: self.hop.from,
+            axes: &self.from.0,
+            index: self.from.1,
+        };
+        let to = Stand {
+            screen: self.hop.to,
+            axes: &self.to.0,
+            index: self.to.1,
+        };
+        let ray = walk(&self.faces, emit(&from, at, p)?, &mut ())?;
+        land(&to, ray, &mut ())
+    }
+
+    /// The beamlet of width σ that leaves a seat along p, cosines along the screen's axes, where it lands.
+    ///
+    /// # Errors
+    /// How its ray was lost, if it was.
+    pub fn carry(&self, seat: &Seat, p: [f64; 2], sigma: f64) -> Result<Carried<Number>, Loss> {
+        let hop = seat.hop(&self.hop);
+        let (frame, index) = &self.from;
+        let tangent = seat.frame_on(self.hop.from).map(|own| frame.carrying(&own));
+        let from = Stand {
+            screen: hop.from,
+            axes: tangent.as_ref().unwrap_or(frame),
+            index: *index,
+        };
+        let to = Stand {
+            screen: hop.to,
+            axes: &self.to.0,
+            index: self.to.1,
+        };
+        let constant = |v: [f64; 2]| v.map(Number::constant);
+        let start = seat.window(sigma, hop.wavenumber());
+        let number = |z: Complex| Complex::new(Number::constant(z.re), Number::constant(z.im));
+        let start = Symmetric {
+            xx: number(start.xx),
+            xy: number(start.xy),
+            yy: number(start.yy),
+        };
+        let launched = (constant(seat.at()), constant(seat.cosines(p)?));
+        carry_beamlet(&from, &self.faces, &to, launched, start)
+    }
+}
+
+/// The derivatives of a loss with respect to a block of parameters that one beamlet brings, from its total
+/// `amplitude` and from the moments that the cotangent of the sum has under it.
+///
+/// The beamlet a·exp(ik[p·u + ½uᵀGu]), u = x − s, with a ∝ A·exp(ik·path), changes by
+/// dA/A + ik[dpath − p·ds + (dp − G ds)·u + ½uᵀdG u] of itself.
+pub fn pull(
+    carried: &Carried<Number>,
+    amplitude: Complex64,
+    moments: &Moments,
+    k: f64,
+) -> [f64; BLOCK] {
+    let [one, x, y, xx, xy, yy] = moments.map(|m| amplitude * m.conj());
+    let (landing, g) = (&carried.landing, &carried.curvature);
+    let value = carried.amplitude.value();
+    let (gxx, gxy, gyy) = (g.xx.value(), g.xy.value(), g.yy.value());
+    let ik = Complex64::new(0.0, k);
+    std::array::from_fn(|i| {
+        let complex = |z: &Complex<Number>| Complex64::new(z.re.tangent[i], z.im.tangent[i]);
+        let [sx, sy] = landing.at.map(|s| s.tangent[i]);
+        let [px, py] = landing.cosines.map(|p| p.tangent[i]);
+        let [p, q] = landing.cosines.map(|p| p.value);
+        let here =
+            complex(&carried.amplitude) / value + ik * (landing.path.tangent[i] - p * sx - q * sy);
+        let along_x = px - gxx * sx - gxy * sy;
+        let along_y = py - gxy * sx - gyy * sy;
+        let bend = (complex(&g.xx) * xx + complex(&g.yy) * yy) * 0.5 + complex(&g.xy) * xy;
+        (here * one + ik * (along_x * x + along_y * y + bend)).re
+    })
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::engine::beamlet::beamlet_launch::launch_from;
+    use crate::engine::trace::launch_plane::Seat;
+    use crate::engine::trace::ray_sensitivity::{Neighbours, SwayingHop, pull};
+    use crate::math::noise::noise;
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::bend::{Coating, Interface};
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::{Act, Screen};
+    use crate::optics::shape::{Conic, Shape};
+    use crate::optics::surface::Surface;
+    use crate::optics::system::Hop;
+    use crate::wave::gather::Canvas;
+    use crate::wave::raster::Raster;
+
+    const K: f64 = std::f64::consts::TAU;
+
+    /// A curved face between two screens, changed by so much in curvature, index, place and tilt of the last.
+    struct Parts([Screen; 2], Vec<Surface>);
+
+    impl Parts {
+        fn new([curvature, index, place, tilt]: [f64; 4]) -> Self {
+            let at = |z: f64| Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z));
+            let index = [1.0, 1.5 + index];
+            let screen = |frame: Frame, index: f64| Screen {
+                name: String::new(),
+                frame,
+                shape: Shape::Plane,
+                act: Act::Stop(Aperture::OPEN),
+                index,
+                arrives: 1.0,
+            };
+            let face = Surface {
+                shape: Shape::Conic(Conic {
+                    curvature: 0.02 + curvature,
+                    conic: 0.0,
+                }),
+                frame: at(30.0),
+                aperture: Aperture::disc(30.0),
+                interface: Interface::Refract,
+                coating: Coating::Fresnel,
+                index,
+            };
+            let last = at(60.0 + place).tilted([tilt, 0.0, 0.0]);
+            Self([screen(at(0.0), 1.0), screen(last, index[1])], vec![face])
+        }
+
+        fn hop(&self) -> Hop<'_> {
+            Hop {
+                wavelength: 1.0,
+                from: &self.0[0],
+                train: &self.1,
+                to: &self.0[1],
+            }
+        }
+    }
+
+    /// One beamlet summed under a cotangent changes as its moments tell.
+    #[test]
+    fn pull_matches_differences() {
+        let raster = Raster {
+            start: [-25.0, -25.0],
+            pitch: [0.4, 0.4],
+            size: [126, 126],
+        };
+        let (at, p, sigma, edge) = ([3.0, -2.0], [0.12, 0.05], 4.0, 1e-13);
+        let bar = noise((126, 126), 0);
+        let land = |hop: &Hop| {
+            let seat = Seat::new(hop.from, at).unwrap();
+            launch_from(&seat, hop, p, sigma).unwrap()
+        };
+        let value = |change: [f64; 4]| {
+            let parts = Parts::new(change);
+            let mut canvas = Canvas::new(raster);
+            canvas.add(&[land(&parts.hop())], K, edge);
+            let sum = canvas.finish();
+            let terms = bar.iter().zip(&sum);
+            terms.map(|(a, b)| (a.conj() * b).re).sum::<f64>()
+        };
+        let along = |i: usize, by: f64| {
+            let mut change = [0.0; 4];
+            change[i] = by;
+            change
+        };
+        let steps = [2e-5, 5e-6, 2e-4, 5e-5];
+        let parts = Parts::new([0.0; 4]);
+        let moved = |i: usize| [-1.0, 1.0].map(|sign| Parts::new(along(i, sign * 0.01 * steps[i])));
+        let pairs: Vec<[Parts; 2]> = (0..4).map(moved).collect();
+        let neighbours: Vec<Neighbours> = (pairs.iter().zip(steps))
+            .map(|([below, above], step)| Neighbours {
+                below: below.hop(),
+                above: above.hop(),
+                distance: 0.02 * step,
+            })
+            .collect();
+        let hop = parts.hop();
+        let arrival = land(&hop);
+        let moments = Canvas::holding(raster, &bar).add_adjoint(&[arrival], K, edge);
+        let seat = Seat::new(hop.from, at).unwrap();
+        let carried = SwayingHop::new(hop, &neighbours).carry(&seat, p, sigma);
+        let amplitude: Complex64 = arrival.amplitude;
+        let found = pull(&carried.unwrap(), amplitude, &moments[0], K);
+        for (i, (found, step)) in found.into_iter().zip(steps).enumerate() {
+            let slope = (value(along(i, step)) - value(along(i, -step))) / (2.0 * step);
+            let error = (found - slope).abs() / slope.abs();
+            assert!(
+                error < 1e-5,
+                "parameter {i}: {found:e} against {slope:e}: {error:e}"
+            );
+        }
+    }
+}
