@@ -122,7 +122,7 @@ struct Looker<'a> {
     project: &'a Project,
     plans: &'a Plans,
     estimator: Estimator,
-    anchors: Vec<raylet::engine::chain::control_variate::Anchor>,
+    anchors: Vec<raylet::engine::chain::control_variate::ControlVariate>,
 }
 
 impl Looker<'_> {

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::linearised_system::BenchError;
+use raylet::engine::chain::linearised_system::LinearisedSystemError;
 use raylet::math::random::uniform;
 
 /// A real function of the field on a sensor.
@@ -63,7 +63,7 @@ pub struct Comparison {
     /// Largest error allowed.
     pub limit: f64,
     /// raylet's gradient and the reference's, entry by entry.
-    run: Box<dyn Fn() -> Result<[Vec<f64>; 2], BenchError>>,
+    run: Box<dyn Fn() -> Result<[Vec<f64>; 2], LinearisedSystemError>>,
 }
 
 impl Comparison {
@@ -73,7 +73,7 @@ impl Comparison {
         loss: &'static str,
         reference: &'static str,
         limit: f64,
-        run: Box<dyn Fn() -> Result<[Vec<f64>; 2], BenchError>>,
+        run: Box<dyn Fn() -> Result<[Vec<f64>; 2], LinearisedSystemError>>,
     ) -> Self {
         Self {
             name,
@@ -88,7 +88,7 @@ impl Comparison {
     ///
     /// # Errors
     /// When raylet refuses the system.
-    pub fn measure(&self) -> Result<(f64, usize), BenchError> {
+    pub fn measure(&self) -> Result<(f64, usize), LinearisedSystemError> {
         let [ours, exact] = (self.run)()?;
         let square = |list: &mut dyn Iterator<Item = f64>| list.map(|v| v * v).sum::<f64>();
         let off = square(&mut ours.iter().zip(&exact).map(|(a, b)| a - b));

@@ -5,7 +5,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::linearised_system::{Bench, BenchError};
+use raylet::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError};
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::optics::system::System;
 
@@ -70,8 +70,12 @@ fn by(method: Method) -> &'static str {
 }
 
 /// raylet's cotangent of the pixels of the first screen.
-fn ours(system: &System, settings: &Settings, loss: Loss) -> Result<Vec<f64>, BenchError> {
-    let bench = Bench::new(system, &[], settings)?;
+fn ours(
+    system: &System,
+    settings: &Settings,
+    loss: Loss,
+) -> Result<Vec<f64>, LinearisedSystemError> {
+    let bench = LinearisedSystem::new(system, &[], settings)?;
     let trace = bench.forward(system)?;
     let bar = loss.bar(&trace.field.values);
     let gradient = bench.adjoint(system, &[], &trace, &bar)?;

@@ -3,7 +3,7 @@
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
 use raylet::engine::chain::simulate::{Outcome, SimulateError, simulate};
-use raylet::engine::error::error_budget::Account;
+use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::Settings;
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
@@ -93,7 +93,7 @@ fn measured(outcome: &Outcome, exact: &Array2<Complex64>, seconds: f64) -> Measu
 /// What a run tells of its error: the errors of its hops together.
 pub fn told_error(outcome: &Outcome) -> f64 {
     let accounts = outcome.hops.iter();
-    let accounts = accounts.filter_map(|hop| Account::of(&hop.plan, &hop.tally));
+    let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.plan, &hop.tally));
     accounts
         .map(|account| account.total().powi(2))
         .sum::<f64>()

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::linearised_system::{Bench as Runs, BenchError};
+use raylet::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError};
 use raylet::engine::plan::settings::Settings;
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::optics::bend::Coating;
@@ -121,7 +121,7 @@ pub fn through_lens(reduced: bool) -> Vec<Comparison> {
     list
 }
 
-type Run = Box<dyn Fn() -> Result<[Vec<f64>; 2], BenchError>>;
+type Run = Box<dyn Fn() -> Result<[Vec<f64>; 2], LinearisedSystemError>>;
 
 /// The pixels that are looked at.
 fn chosen() -> Vec<[usize; 2]> {
@@ -129,10 +129,10 @@ fn chosen() -> Vec<[usize; 2]> {
 }
 
 /// Derivatives along single pixels' phases.
-fn pixel_phases() -> Result<[Vec<f64>; 2], BenchError> {
+fn pixel_phases() -> Result<[Vec<f64>; 2], LinearisedSystemError> {
     let pixels = random_pixels(PIXELS.0, PIXELS.1);
     let system = SETUP.system(&pixels);
-    let bench = Runs::new(&system, &[], &Settings::default())?;
+    let bench = LinearisedSystem::new(&system, &[], &Settings::default())?;
     let trace = bench.forward(&system)?;
     let bar = Loss::Image.bar(&trace.field.values);
     let gradient = bench.adjoint(&system, &[], &trace, &bar)?;
@@ -163,7 +163,7 @@ fn pixel_phases() -> Result<[Vec<f64>; 2], BenchError> {
 }
 
 /// The derivative along one parameter.
-fn parameter(number: usize) -> Result<[Vec<f64>; 2], BenchError> {
+fn parameter(number: usize) -> Result<[Vec<f64>; 2], LinearisedSystemError> {
     let (_, step, change) = PARAMETERS[number];
     let pixels = random_pixels(PIXELS.0, PIXELS.1);
     let moved = |by: f64| {
@@ -178,7 +178,7 @@ fn parameter(number: usize) -> Result<[Vec<f64>; 2], BenchError> {
         distance: 0.02 * step,
     };
     let variations = [variation];
-    let bench = Runs::new(&system, &variations, &Settings::default())?;
+    let bench = LinearisedSystem::new(&system, &variations, &Settings::default())?;
     let trace = bench.forward(&system)?;
     let bar = Loss::Image.bar(&trace.field.values);
     let gradient = bench.adjoint(&system, &variations, &trace, &bar)?;

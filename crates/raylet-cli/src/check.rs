@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use raylet::engine::chain::forecast::{Forecast, forecast_told};
+use raylet::engine::chain::forecast::{Forecast, forecast_with_progress};
 use raylet::engine::chain::simulate::SimulateError;
 use raylet::engine::error::advice::advice;
 use raylet::engine::plan::hop_plan::Plan;
@@ -179,7 +179,7 @@ fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, F
 fn planned(system: &System, settings: &Settings) -> Result<Vec<Forecast>, SimulateError> {
     let (wait, count) = (Wait::new(), system.trains.len());
     let wavelength = micrometres(system.wavelength);
-    forecast_told(system, settings, |number, hop: &Hop| {
+    forecast_with_progress(system, settings, |number, hop: &Hop| {
         wait.note(format!(
             "planning hop {} of {count} to '{}', λ = {wavelength} µm",
             number + 1,

@@ -11,7 +11,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::simulate::{Arriving, SimulateError, leaving, simulate};
 use raylet::engine::monte_carlo::paper_plan::PaperPlan;
-use raylet::engine::plan::downstream::Beyond;
+use raylet::engine::plan::downstream::Downstream;
 use raylet::engine::plan::hop_plan::{Plan, plan};
 use raylet::engine::plan::settings::{Density, Method, Paper, Positions, Sampler, Settings};
 use raylet::optics::system::System;
@@ -115,7 +115,7 @@ impl<'a> Element<'a> {
         let mut sums = [0.0; 3];
         for hop in system.hops() {
             let light = Arriving::from_source(system).brief;
-            if let Plan::Paper(planned) = plan(&hop, light, &Beyond::default(), &all)? {
+            if let Plan::Paper(planned) = plan(&hop, light, &Downstream::default(), &all)? {
                 sums = self::sums(system, &planned)?;
             }
         }

@@ -17,7 +17,7 @@ use raylet::engine::chain::simulate::{
 };
 use raylet::engine::monte_carlo::paper::cover;
 use raylet::engine::monte_carlo::paper_plan::{Address, PaperPlan};
-use raylet::engine::plan::downstream::Beyond;
+use raylet::engine::plan::downstream::Downstream;
 use raylet::engine::plan::hop_plan::{Plan, plan};
 use raylet::engine::plan::settings::{Method, Paper, Positions, Sampler, Settings};
 use raylet::optics::system::System;
@@ -139,7 +139,7 @@ fn planned(system: &System, settings: &Settings) -> Result<PaperPlan, SimulateEr
     let light = Arriving::from_source(system).brief;
     let mut hops = system.hops();
     let hop = hops.next().ok_or(SimulateError::NoSensor(String::new()))?;
-    match plan(&hop, light, &Beyond::default(), settings)? {
+    match plan(&hop, light, &Downstream::default(), settings)? {
         Plan::Paper(plan) => Ok(plan),
         _ => Err(SimulateError::NoSensor(hop.to.name.clone())),
     }

@@ -5,7 +5,7 @@
     reason = "what is drawn is numbered by the lists it was laid out from"
 )]
 
-use raylet::engine::geometrical::layout_rays::{Trail, Turn, cut, sketch};
+use raylet::engine::geometrical::layout_rays::{Deflection, LayoutRay, cut, layout_rays};
 use raylet::file::model::prescription::{Kind, Part, parts};
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::vec3::Vec3;
@@ -48,7 +48,7 @@ impl Plane {
 /// transverse axis, "x" or "y".
 pub fn layout(scene: &Scene, system: &System) -> (LayoutScene, &'static str) {
     let plane = plane_of(system);
-    let trails = sketch(system, plane.normal);
+    let trails = layout_rays(system, plane.normal);
     let drawn = drawing(&parts(scene, system), &trails, &plane, None);
     (drawn, plane.name)
 }
@@ -60,7 +60,7 @@ pub fn layout(scene: &Scene, system: &System) -> (LayoutScene, &'static str) {
 pub fn layout_png(scene: &Scene, system: &System) -> Result<Vec<u8>, FigureError> {
     let plane = plane_of(system);
     let parts = parts(scene, system);
-    let trails = sketch(system, plane.normal);
+    let trails = layout_rays(system, plane.normal);
 
     // Where the light is thin against the parts, a second view shows what it meets.
     let light = extent(
@@ -152,7 +152,7 @@ fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
 /// Everything as plain geometry, within a window of the transverse coordinate if one is given.
 fn drawing(
     parts: &[Part],
-    trails: &[Trail],
+    trails: &[LayoutRay],
     plane: &Plane,
     window: Option<[f64; 2]>,
 ) -> LayoutScene {
@@ -161,13 +161,16 @@ fn drawing(
         scene.rays.push(RayPath {
             points: trail.points.iter().map(|p| plane.at(*p)).collect(),
             group: match trail.turn {
-                Turn::Straight => 0,
-                Turn::Up => 1,
-                Turn::Down => 2,
+                Deflection::Straight => 0,
+                Deflection::Up => 1,
+                Deflection::Down => 2,
             },
         });
     }
-    if trails.iter().any(|trail| trail.turn != Turn::Straight) {
+    if trails
+        .iter()
+        .any(|trail| trail.turn != Deflection::Straight)
+    {
         scene.ray_groups = ["undeflected", "to the upper side", "to the lower side"]
             .map(String::from)
             .to_vec();

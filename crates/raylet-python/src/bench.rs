@@ -7,7 +7,9 @@ use num_complex::Complex64;
 use numpy::Ix2;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use raylet::engine::chain::linearised_system::{Bench as Plans, BenchError, Trace};
+use raylet::engine::chain::linearised_system::{
+    LinearisedSystem as Plans, LinearisedSystemError, Trace,
+};
 use raylet::engine::plan::settings::Settings;
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::arrays::array::ArrayLook;
@@ -105,7 +107,7 @@ impl Bench {
             };
             made.into_iter()
                 .map(plan)
-                .collect::<Result<Vec<_>, BenchError>>()
+                .collect::<Result<Vec<_>, LinearisedSystemError>>()
         })?;
         let planned = Arc::new(planned.map_err(|told| error(py, told))?);
         Ok(Self {
@@ -156,7 +158,8 @@ impl Bench {
                     trace,
                 })
             };
-            each.map(one).collect::<Result<Vec<_>, BenchError>>()
+            each.map(one)
+                .collect::<Result<Vec<_>, LinearisedSystemError>>()
         })?;
         let mut channels = channels.map_err(|told| error(py, told))?;
         // Nothing on the way back asks for the field itself: its memory becomes NumPy's.
@@ -271,7 +274,7 @@ fn go_back(
     elements: &[(usize, bool)],
     bars: &[Array2<Complex64>],
     watch: &Watch,
-) -> Result<(Vec<Bar>, Vec<f64>), BenchError> {
+) -> Result<(Vec<Bar>, Vec<f64>), LinearisedSystemError> {
     let mut pixels: Vec<Option<Bar>> = elements.iter().map(|_| None).collect();
     let mut numbers = Vec::new();
     for ((channel, (_, plans)), bar) in channels.iter().zip(planned).zip(bars) {

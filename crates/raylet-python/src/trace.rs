@@ -9,7 +9,7 @@ use ndarray::{Array1, Array2, Array3, Axis};
 use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use raylet::engine::geometrical::system_trace::{Followed, follow, sensitivity};
+use raylet::engine::geometrical::system_trace::{SystemRay, sensitivity, trace_system};
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::build;
@@ -147,7 +147,7 @@ struct Found {
 }
 
 /// A ray, and its derivatives if it has any.
-type Course = (Followed, Vec<[f64; 5]>);
+type Course = (SystemRay, Vec<[f64; 5]>);
 
 impl Asked {
     /// All rays, round by round, so that only the answer takes memory.
@@ -175,7 +175,7 @@ impl Asked {
             0.5 * (x0 + x1 + u * (x1 - x0)),
             0.5 * (y0 + y1 + v * (y1 - y0)),
         ];
-        let followed = follow(&self.system, &source, at);
+        let followed = trace_system(&self.system, &source, at);
         let slopes = sensitivity(&self.system, &self.variations, &source, at);
         (followed, slopes.unwrap_or_default())
     }

@@ -6,7 +6,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::forecast::forecast;
 use raylet::engine::chain::simulate::simulate;
-use raylet::engine::error::error_budget::Account;
+use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::engine::rims::rim_screens::{Treatment, with_rims};
 use raylet::file::model::build;
@@ -224,7 +224,7 @@ fn a_tighter_target_never_raises_the_reported_error() {
             };
             let run = simulate(&system, &settings, &|_| {}).unwrap();
             let hops = run.hops.iter();
-            let accounts = hops.map(|hop| Account::of(&hop.plan, &hop.tally).unwrap());
+            let accounts = hops.map(|hop| ErrorBudget::of(&hop.plan, &hop.tally).unwrap());
             let squares = accounts.map(|account| account.total().powi(2));
             squares.sum::<f64>().sqrt()
         });

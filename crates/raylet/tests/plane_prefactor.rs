@@ -5,7 +5,7 @@
 //! because the Jacobian stays symplectic.
 
 use num_complex::Complex64;
-use raylet::engine::beamlet::beamlet_launch::launch;
+use raylet::engine::beamlet::beamlet_launch::launch_beamlet;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::bend::{Coating, Interface};
@@ -122,7 +122,7 @@ fn prefactor(train: &[Surface], [from, to]: [&Screen; 2], ray: [f64; 4]) -> Comp
         to,
     };
     let [x, y, px, py] = ray;
-    let beamlet = launch(&hop, [x, y], [px, py], SIGMA).unwrap();
+    let beamlet = launch_beamlet(&hop, [x, y], [px, py], SIGMA).unwrap();
     let landing = hop.trace([x, y], [px, py], &mut ()).unwrap();
     PlaneWave::from_beamlet(&beamlet).amplitude * Complex64::cis(-K * landing.path)
 }

@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::simulate::{Outcome, SimulateError, simulate};
-use raylet::engine::error::error_budget::Account;
+use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::Settings;
 use raylet::optics::system::System;
 
@@ -89,7 +89,7 @@ pub fn run_case(index: u32) -> Result<Case, SimulateError> {
 /// The errors that the hops of a run tell, by cause.
 fn parts(outcome: &Outcome) -> [f64; 4] {
     let accounts = outcome.hops.iter();
-    let accounts = accounts.filter_map(|hop| Account::of(&hop.plan, &hop.tally));
+    let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.plan, &hop.tally));
     accounts.fold([0.0; 4], |sums: [f64; 4], account| {
         let own = [
             account.aberration,

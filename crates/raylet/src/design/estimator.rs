@@ -3,8 +3,10 @@
 use serde::{Deserialize, Serialize};
 
 use crate::design::exact;
-use crate::engine::chain::control_variate::Anchor;
-use crate::engine::chain::linearised_system::{Bench, BenchError, Gradient, Trace};
+use crate::engine::chain::control_variate::ControlVariate;
+use crate::engine::chain::linearised_system::{
+    Gradient, LinearisedSystem, LinearisedSystemError, Trace,
+};
 use crate::engine::monte_carlo::mode_sampling::{Drawing, Draws};
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::system::System;
@@ -77,20 +79,20 @@ pub enum Sight<'a> {
     /// By drawn ones.
     Drawn(Draws),
     /// By drawn ones for what has changed since exact looks, one for each channel.
-    From(&'a [Anchor], Draws),
+    From(&'a [ControlVariate], Draws),
 }
 
 impl Sight<'_> {
     /// The light of a channel.
     ///
     /// # Errors
-    /// As [`Bench::forward`] and [`Anchor::forward`].
+    /// As [`LinearisedSystem::forward`] and [`ControlVariate::forward`].
     pub fn forward(
         &self,
         channel: usize,
-        bench: &Bench,
+        bench: &LinearisedSystem,
         system: &System,
-    ) -> Result<Trace, BenchError> {
+    ) -> Result<Trace, LinearisedSystemError> {
         match self {
             Self::All => bench.forward(system),
             Self::Drawn(draws) => bench.drawn(*draws).forward(system),
@@ -101,21 +103,21 @@ impl Sight<'_> {
     /// Its way back: the conjugate transpose of [`Sight::forward`] but for what an anchor gives, and of Gumbel's draws.
     ///
     /// # Errors
-    /// As [`Bench::adjoint`] and [`Anchor::forward_adjoint`].
+    /// As [`LinearisedSystem::adjoint`] and [`ControlVariate::forward_adjoint`].
     pub fn back(
         &self,
         channel: usize,
-        (bench, system): (&Bench, &System),
+        (bench, system): (&LinearisedSystem, &System),
         variations: &[Variation],
         trace: &Trace,
         field_bar: &ndarray::Array2<num_complex::Complex64>,
-    ) -> Result<Gradient, BenchError> {
+    ) -> Result<Gradient, LinearisedSystemError> {
         match self {
             Self::All => bench.adjoint(system, variations, trace, field_bar),
             Self::Drawn(draws) => bench
                 .drawn(*draws)
                 .adjoint(system, variations, trace, field_bar),
-            Self::From(..) if !variations.is_empty() => Err(BenchError::Drawn),
+            Self::From(..) if !variations.is_empty() => Err(LinearisedSystemError::Drawn),
             Self::From(anchors, draws) => {
                 let drawn = bench.drawn(*draws);
                 anchors[channel].forward_adjoint(&drawn, system, trace, field_bar)

@@ -10,8 +10,8 @@ use num_complex::Complex64;
 use crate::design::estimator::{Estimator, Sight};
 use crate::design::modulation::{Modulator, Shaped};
 use crate::design::overlap::FieldLoss;
-use crate::engine::chain::control_variate::Anchor;
-use crate::engine::chain::linearised_system::{Bench, BenchError, Trace};
+use crate::engine::chain::control_variate::ControlVariate;
+use crate::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError, Trace};
 use crate::engine::plan::settings::Settings;
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::Act;
@@ -69,7 +69,7 @@ pub struct Project {
 pub enum ProjectError {
     /// A system cannot be carried or differentiated.
     #[error(transparent)]
-    Bench(#[from] BenchError),
+    LinearisedSystem(#[from] LinearisedSystemError),
     /// The numbers make no system.
     #[error("{0}")]
     System(String),
@@ -113,7 +113,7 @@ impl Look {
 
 /// The frozen plans of all channels, made about some values of the numbers.
 pub struct Plans {
-    benches: Vec<Bench>,
+    benches: Vec<LinearisedSystem>,
 }
 
 impl Project {
@@ -178,7 +178,7 @@ impl Project {
         let bench = |channel: usize| {
             let system = self.system(channel, &made, numbers)?;
             let variations = self.variations(channel, &made, numbers)?;
-            Ok(Bench::new(&system, &variations, &self.settings)?)
+            Ok(LinearisedSystem::new(&system, &variations, &self.settings)?)
         };
         let benches = (0..self.channels.len()).map(bench);
         Ok(Plans {
@@ -203,12 +203,12 @@ impl Project {
         plans: &Plans,
         point: &[f64],
         share: f64,
-    ) -> Result<Vec<Anchor>, ProjectError> {
+    ) -> Result<Vec<ControlVariate>, ProjectError> {
         let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
         let benches = self.channels.iter().zip(&plans.benches).enumerate();
-        let anchor = |(number, (channel, bench)): (usize, (&Channel, &Bench))| {
+        let anchor = |(number, (channel, bench)): (usize, (&Channel, &LinearisedSystem))| {
             let system = self.system(number, &made, numbers)?;
-            Anchor::new(bench, &system, |field| Ok(channel.judge(&field.values)?.1))
+            ControlVariate::new(bench, &system, |field| Ok(channel.judge(&field.values)?.1))
         };
         benches.map(anchor).collect()
     }

@@ -7,7 +7,7 @@ use crate::design::exact;
 use crate::design::optimizer::Optimizer;
 use crate::design::project::{Look, Plans, Project, ProjectError};
 use crate::design::step::{SavedError, Step, Stop};
-use crate::engine::chain::control_variate::Anchor;
+use crate::engine::chain::control_variate::ControlVariate;
 
 /// Everything of a run that its next steps depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -79,7 +79,7 @@ pub struct Run<'p> {
     pub state: State,
     plans: Plans,
     /// The last exact looks, where estimates go out from them.
-    anchors: Vec<Anchor>,
+    anchors: Vec<ControlVariate>,
 }
 
 /// What one evaluation found.

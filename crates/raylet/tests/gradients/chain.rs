@@ -1,7 +1,7 @@
 //! The way back is the transpose of the way there.
 
 use num_complex::Complex64;
-use raylet::engine::chain::linearised_system::Bench;
+use raylet::engine::chain::linearised_system::LinearisedSystem;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::Settings;
 use raylet::optics::screen::Act;
@@ -25,7 +25,7 @@ pub(crate) fn with_pixels(system: &System, number: usize, purpose: u32) -> Syste
 #[test]
 fn chain_dot_product() {
     for case in cases() {
-        let bench = Bench::new(&case.system, &[], &case.settings).unwrap();
+        let bench = LinearisedSystem::new(&case.system, &[], &case.settings).unwrap();
         let trace = bench.forward(&case.system).unwrap();
         let (ny, nx) = trace.field.values.dim();
         let field_bar = noise([ny, nx], 40);
@@ -67,7 +67,7 @@ fn kept_beamlets_change_no_bit() {
                 ..case.settings.clone()
             };
             let anew = simulate(&case.system, &settings, &|_| {}).unwrap();
-            let bench = Bench::new(&case.system, &[], &settings).unwrap();
+            let bench = LinearisedSystem::new(&case.system, &[], &settings).unwrap();
             for _ in 0..2 {
                 let trace = bench.forward(&case.system).unwrap();
                 assert_eq!(trace.field.values, anew.field.values, "{}", case.name);

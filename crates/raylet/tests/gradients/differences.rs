@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::linearised_system::Bench;
+use raylet::engine::chain::linearised_system::LinearisedSystem;
 use raylet::engine::plan::hop_plan::Plan;
 use raylet::engine::plan::settings::{Correction, Settings};
 use raylet::engine::trace::ray_sensitivity::Variation;
@@ -170,14 +170,14 @@ fn slope(at: &dyn Fn(f64) -> f64, h: f64) -> f64 {
 
 /// The gradient with respect to parameters, each found from neighbours a hundredth of its
 /// step away, times its step.
-fn gradient(case: &Case, parameters: &[Parameter]) -> (Bench, Vec<f64>) {
+fn gradient(case: &Case, parameters: &[Parameter]) -> (LinearisedSystem, Vec<f64>) {
     let neighbour = |(_, step, change): &Parameter| Variation {
         below: change(&case.system, -0.01 * step),
         above: change(&case.system, 0.01 * step),
         distance: 0.02,
     };
     let variations: Vec<Variation> = parameters.iter().map(neighbour).collect();
-    let bench = Bench::new(&case.system, &variations, &smooth(case)).unwrap();
+    let bench = LinearisedSystem::new(&case.system, &variations, &smooth(case)).unwrap();
     let trace = bench.forward(&case.system).unwrap();
     let (_, bar) = loss(&trace.field.values);
     let gradient = bench.adjoint(&case.system, &variations, &trace, &bar);
@@ -275,7 +275,7 @@ fn profile_matches_differences() {
 #[test]
 fn pixels_match_differences() {
     for case in cases() {
-        let bench = Bench::new(&case.system, &[], &smooth(&case)).unwrap();
+        let bench = LinearisedSystem::new(&case.system, &[], &smooth(&case)).unwrap();
         let trace = bench.forward(&case.system).unwrap();
         let (_, bar) = loss(&trace.field.values);
         let gradient = bench.adjoint(&case.system, &[], &trace, &bar).unwrap();

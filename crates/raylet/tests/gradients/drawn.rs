@@ -2,8 +2,8 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::control_variate::Anchor;
-use raylet::engine::chain::linearised_system::{Bench, BenchError, Gradient};
+use raylet::engine::chain::control_variate::ControlVariate;
+use raylet::engine::chain::linearised_system::{Gradient, LinearisedSystem, LinearisedSystemError};
 use raylet::engine::monte_carlo::mode_sampling::{Drawing, Draws, PatchDraws};
 use raylet::optics::doe::PixelForm;
 use raylet::optics::screen::Act;
@@ -44,7 +44,7 @@ fn distance(a: &Array2<Complex64>, b: &Array2<Complex64>) -> f64 {
 #[test]
 fn drawn_dot_product() {
     let system = behind_lens();
-    let bench = Bench::new(&system, &[], &exact()).unwrap();
+    let bench = LinearisedSystem::new(&system, &[], &exact()).unwrap();
     let behind = bench.pass(&system).unwrap().behind;
     for drawing in [Drawing::WithoutReplacement, Drawing::Multinomial] {
         let drawn = bench.drawn(draws(drawing, 20, 5));
@@ -65,7 +65,7 @@ fn drawn_dot_product() {
 #[test]
 fn estimates_have_the_exact_mean() {
     let system = behind_lens();
-    let bench = Bench::new(&system, &[], &exact()).unwrap();
+    let bench = LinearisedSystem::new(&system, &[], &exact()).unwrap();
     let whole = bench.forward(&system).unwrap().field.values;
     let all = bench.drawn(draws(Drawing::WithoutReplacement, usize::MAX, 1));
     let field = all.forward(&system).unwrap().field.values;
@@ -116,9 +116,12 @@ fn pixels_of(system: &mut System) -> &mut Array2<Complex64> {
 #[test]
 fn anchor_dot_product() {
     let (mut before, mut after) = (behind_lens(), turned(&behind_lens()));
-    let bench = Bench::new(&before, &[], &exact()).unwrap();
+    let bench = LinearisedSystem::new(&before, &[], &exact()).unwrap();
     let bars = [noise([12, 12], 43), noise([12, 12], 44)];
-    let anchor = Anchor::new(&bench, &before, |_| Ok::<_, BenchError>(bars[0].clone())).unwrap();
+    let anchor = ControlVariate::new(&bench, &before, |_| {
+        Ok::<_, LinearisedSystemError>(bars[0].clone())
+    })
+    .unwrap();
     let there = bench.forward(&before).unwrap();
     let back = bench.adjoint(&before, &[], &there, &bars[0]).unwrap();
     let drawn = bench.drawn(draws(Drawing::WithoutReplacement, 16, 3));
@@ -142,11 +145,11 @@ fn anchor_dot_product() {
 #[test]
 fn anchors_quiet_the_noise() {
     let system = behind_lens();
-    let bench = Bench::new(&system, &[], &exact()).unwrap();
+    let bench = LinearisedSystem::new(&system, &[], &exact()).unwrap();
     let target = noise([12, 12], 41);
     let field_bar = |field: &Field| &field.values - &target;
-    let told = |field: &Field| Ok::<_, BenchError>(field_bar(field));
-    let anchor = Anchor::new(&bench, &system, told).unwrap();
+    let told = |field: &Field| Ok::<_, LinearisedSystemError>(field_bar(field));
+    let anchor = ControlVariate::new(&bench, &system, told).unwrap();
     let nearby = turned(&system);
 
     let drawn = bench.drawn(draws(Drawing::WithoutReplacement, 16, 3));
@@ -196,7 +199,10 @@ fn anchors_take_one_hop() {
     let mut screens = behind_lens().screens;
     screens.insert(1, screen(300.0, pixels(4, 4.0, 5, PixelForm::Box)));
     let two = lit(screens, vec![lens(), vec![]]);
-    let bench = Bench::new(&two, &[], &exact()).unwrap();
-    let refused = Anchor::new(&bench, &two, |field| Ok(field.values.clone()));
-    assert_eq!(refused.err(), Some(BenchError::Anchor(2)));
+    let bench = LinearisedSystem::new(&two, &[], &exact()).unwrap();
+    let refused = ControlVariate::new(&bench, &two, |field| Ok(field.values.clone()));
+    assert_eq!(
+        refused.err(),
+        Some(LinearisedSystemError::ControlVariate(2))
+    );
 }

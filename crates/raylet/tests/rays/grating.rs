@@ -1,6 +1,6 @@
 //! The grating equation, with the optical path that goes with it.
 
-use raylet::engine::geometrical::ray_tube::trace;
+use raylet::engine::geometrical::ray_tube::trace_tube;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer};
@@ -50,7 +50,7 @@ fn littrow_grating_sends_light_back() {
     let element = grating(Frame::GLOBAL, lines, true);
     let system = system(direction, element, screen(on_axis(-50.0), 1.0, -1.0));
     for start in [[0.0, 0.0], [3.0, -2.0], [-7.0, 4.0]] {
-        let tube = trace(&system, start).unwrap();
+        let tube = trace_tube(&system, start).unwrap();
         assert!((tube.cosines[0] - sine).abs() < 1e-15 && tube.cosines[1] == 0.0);
         // It lands where a line back to the source meets the screen.
         let back = 50.0 * sine / direction.z;
@@ -77,7 +77,7 @@ fn conical_diffraction_keeps_plane_waves_plane() {
 
     // The phase of a plane wave of that direction, zero at the origin, in mm.
     for start in [[0.0, 0.0], [4.0, -3.0], [-6.0, 5.0], [1.0, 8.0]] {
-        let tube = trace(&system, start).unwrap();
+        let tube = trace_tube(&system, start).unwrap();
         let [sx, sy] = tube.at;
         let landed = to.frame.to_global(Vec3::new(sx, sy, 0.0));
         let origin = frame.to_global(Vec3::new(start[0], start[1], 0.0));
@@ -115,7 +115,7 @@ fn two_diffractive_lenses_join_a_point_to_a_point() {
         reference: Vec3::new(0.0, 0.0, 0.0),
     };
     for [x, y] in [[0.0, 0.0], [3.0, 1.0], [-8.0, 6.0], [0.0, 14.0f64]] {
-        let tube = trace(&system, [x, y]).unwrap();
+        let tube = trace_tube(&system, [x, y]).unwrap();
         let flight = x.hypot(y).hypot(before);
         assert!(tube.at[0].hypot(tube.at[1]) < 1e-12);
         assert!((flight + tube.path - before - behind).abs() < 1e-12);

@@ -20,7 +20,7 @@ const LOOK: u32 = 4;
 const NODE_SPACING: usize = 4;
 
 /// The looks at one patch.
-pub struct Looks<'a> {
+pub struct AberrationSamples<'a> {
     job: &'a Job<'a>,
     patch: usize,
     centre: [f64; 2],
@@ -30,7 +30,7 @@ pub struct Looks<'a> {
     nodes: HashMap<[usize; 2], Option<Aberration>>,
 }
 
-impl<'a> Looks<'a> {
+impl<'a> AberrationSamples<'a> {
     /// Of the patch of this number and centre, where the beamlets of all patches have `total` energy.
     pub fn new(job: &'a Job<'a>, patch: usize, centre: [f64; 2], total: f64) -> Self {
         Self {

@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-use crate::engine::trace::launch_plane::Seat;
+use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::engine::trace::ray_trace::Landing;
 use crate::optics::system::Hop;
 
@@ -104,7 +104,7 @@ fn symplectic(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 /// the ray or one of its neighbours is lost. `k` is the vacuum wavenumber.
 pub fn aberration(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64, k: f64) -> Option<Aberration> {
     // Positions and cosines on the plane that touches the screen are canonical variables.
-    let seat = Seat::new(hop.from, at).ok()?;
+    let seat = LaunchPlane::new(hop.from, at).ok()?;
     let (hop, at, p) = (&seat.hop(hop), seat.at(), seat.cosines(p).ok()?);
     let (centre, jacobian) = hop.jacobian(at, p).ok()?;
     let centre = phase_point(&centre);

@@ -10,7 +10,7 @@ use crate::wave::wavelet::Arrival;
 
 /// The beamlets of one patch that reach the target, in the order of their modes.
 #[derive(Clone, Debug)]
-pub struct Aims {
+pub struct PatchBeamlets {
     /// The patch.
     pub index: usize,
     /// The directions that were tried, as indices in the bands along x and y.
@@ -21,7 +21,7 @@ pub struct Aims {
     pub arrivals: Vec<Arrival>,
 }
 
-impl Aims {
+impl PatchBeamlets {
     /// Bytes that a beamlet takes.
     pub const BYTES: usize = size_of::<Arrival>() + size_of::<[usize; 2]>();
 
@@ -39,25 +39,25 @@ impl Aims {
 }
 
 /// The beamlets of all patches from one grid to one raster; patches that the target does not see have none.
-struct Page {
+struct Cached {
     from: Grid,
     to: Raster,
-    aims: Vec<Option<Aims>>,
+    aims: Vec<Option<PatchBeamlets>>,
 }
 
 /// Where the beamlets of one hop may be kept. They are written once; copies share them.
 #[derive(Clone, Default)]
-pub struct Shelf(Arc<OnceLock<Option<Page>>>);
+pub struct BeamletCache(Arc<OnceLock<Option<Cached>>>);
 
-impl Shelf {
+impl BeamletCache {
     /// Whether nothing has been decided about it yet.
     pub fn is_new(&self) -> bool {
         self.0.get().is_none()
     }
 
     /// Keeps the beamlets of all patches, or nothing for good, if it is new.
-    pub fn fill(&self, from: &Grid, to: &Raster, aims: Option<Vec<Option<Aims>>>) {
-        let page = aims.map(|aims| Page {
+    pub fn fill(&self, from: &Grid, to: &Raster, aims: Option<Vec<Option<PatchBeamlets>>>) {
+        let page = aims.map(|aims| Cached {
             from: from.clone(),
             to: *to,
             aims,
@@ -67,16 +67,16 @@ impl Shelf {
     }
 
     /// What is kept, if it is of this grid and this raster.
-    pub fn of(&self, from: &Grid, to: &Raster) -> Option<&[Option<Aims>]> {
+    pub fn of(&self, from: &Grid, to: &Raster) -> Option<&[Option<PatchBeamlets>]> {
         let page = self.0.get()?.as_ref()?;
         (page.from == *from && page.to == *to).then_some(page.aims.as_slice())
     }
 }
 
-impl fmt::Debug for Shelf {
+impl fmt::Debug for BeamletCache {
     fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
         let page = self.0.get().and_then(Option::as_ref);
         let patches = page.map_or(0, |page| page.aims.len());
-        write!(out, "Shelf({patches} patches)")
+        write!(out, "BeamletCache({patches} patches)")
     }
 }

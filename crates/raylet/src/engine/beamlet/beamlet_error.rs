@@ -2,10 +2,10 @@
 //! discarded.
 
 use crate::engine::beamlet::beamlet_aberration::{Aberration, aberration};
-use crate::engine::beamlet::beamlet_launch::launch;
-use crate::engine::beamlet::discarded_tail::{Leaving, stray_share};
-use crate::engine::trace::direction_search::FanRay;
-use crate::engine::trace::launch_plane::Seat;
+use crate::engine::beamlet::beamlet_launch::launch_beamlet;
+use crate::engine::beamlet::discarded_tail::{LeavingBeamlet, discarded_tail_share};
+use crate::engine::trace::direction_search::SearchRay;
+use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::optics::system::Hop;
 use crate::wave::wavelet::Tail;
 
@@ -72,12 +72,12 @@ pub struct Judge<'a, W> {
     pub weight: W,
 }
 
-impl<W: Fn(&FanRay) -> f64> Judge<'_, W> {
+impl<W: Fn(&SearchRay) -> f64> Judge<'_, W> {
     /// The errors that beamlets of width σ are expected to have: root mean squares over the judges and the tails
     /// of those beside the target, weighted by the light that goes their way and falls on it. The worst few are left
     /// out: grazing rays or rays whose neighbours are lost, to which the envelope may give more light than they
     /// have; what they do carry is in the tally of the run. Tails that a run discards count as lost light instead.
-    pub fn errors(&self, judges: &[FanRay], beside: &[FanRay], sigma: f64) -> Expected {
+    pub fn errors(&self, judges: &[SearchRay], beside: &[SearchRay], sigma: f64) -> Expected {
         let mut found = Vec::new();
         let mut discarded = 0.0;
         for ray in judges {
@@ -116,9 +116,9 @@ impl<W: Fn(&FanRay) -> f64> Judge<'_, W> {
     }
 
     /// The beamlet of width σ along a ray, if any of it falls on the target.
-    fn judged(&self, ray: &FanRay, sigma: f64) -> Option<Judged> {
+    fn judged(&self, ray: &SearchRay, sigma: f64) -> Option<Judged> {
         let k = self.hop.wavenumber();
-        let arrival = launch(self.hop, ray.at, ray.p, sigma);
+        let arrival = launch_beamlet(self.hop, ray.at, ray.p, sigma);
         let tail = arrival.map_or(Tail::WHOLE, |arrival| Tail::of(&arrival, self.to, k));
         (tail.distance < FARTHEST).then(|| Judged {
             aberration: aberration(self.hop, ray.at, ray.p, sigma, k),
@@ -128,15 +128,15 @@ impl<W: Fn(&FanRay) -> f64> Judge<'_, W> {
     }
 
     /// The light that the discarded tail of a beamlet beside the target would bring there.
-    fn discarded(&self, ray: &FanRay, sigma: f64, tail: Tail) -> f64 {
-        let Ok(seat) = Seat::new(self.hop.from, ray.at) else {
+    fn discarded(&self, ray: &SearchRay, sigma: f64, tail: Tail) -> f64 {
+        let Ok(seat) = LaunchPlane::new(self.hop.from, ray.at) else {
             return 0.0;
         };
-        let leaving = Leaving {
+        let leaving = LeavingBeamlet {
             seat: &seat,
             p: ray.p,
             sigma,
         };
-        (self.weight)(ray) * stray_share(self.hop, &leaving, self.to, tail)
+        (self.weight)(ray) * discarded_tail_share(self.hop, &leaving, self.to, tail)
     }
 }

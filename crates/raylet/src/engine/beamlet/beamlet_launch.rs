@@ -1,6 +1,6 @@
 //! One beamlet from its place on a screen to its landing on the next.
 
-use crate::engine::trace::launch_plane::Seat;
+use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
 use crate::wave::wavelet::Arrival;
@@ -9,8 +9,8 @@ use crate::wave::wavelet::Arrival;
 ///
 /// # Errors
 /// How its chief ray was lost, if it was.
-pub fn launch(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64) -> Result<Arrival, Loss> {
-    launch_from(&Seat::new(hop.from, at)?, hop, p, sigma)
+pub fn launch_beamlet(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64) -> Result<Arrival, Loss> {
+    launch_beamlet_from(&LaunchPlane::new(hop.from, at)?, hop, p, sigma)
 }
 
 /// The same from a seat that is known.
@@ -18,7 +18,12 @@ pub fn launch(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64) -> Result<Arriva
 /// # Errors
 /// How its chief ray was lost, if it was.
 #[inline]
-pub fn launch_from(seat: &Seat, hop: &Hop, p: [f64; 2], sigma: f64) -> Result<Arrival, Loss> {
+pub fn launch_beamlet_from(
+    seat: &LaunchPlane,
+    hop: &Hop,
+    p: [f64; 2],
+    sigma: f64,
+) -> Result<Arrival, Loss> {
     let k = hop.wavenumber();
     let start = seat.window(sigma, k);
     let carried = seat

@@ -5,13 +5,13 @@
 
 use crate::engine::beamlet::beamlet_aberration::aberration;
 use crate::engine::beamlet::beamlet_error::{Expected, FARTHEST, Judge, TRUSTED_TAIL};
-use crate::engine::beamlet::beamlet_launch::launch;
+use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::window_error::window_error;
 use crate::engine::plan::direction_spread::{Envelope, Light, weighted_quantile};
-use crate::engine::plan::downstream::Beyond;
+use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Correction, Settings};
-use crate::engine::trace::direction_search::{Fan, FanRay, explore};
+use crate::engine::trace::direction_search::{DirectionSearch, SearchRay, search_directions};
 use crate::optics::screen::Act;
 use crate::optics::system::Hop;
 use crate::wave::patch::Band;
@@ -98,7 +98,7 @@ pub struct Planner<'a> {
     /// Distance of sample points on the target, when it is known.
     pub pitch: Option<[f64; 2]>,
     /// Where the light goes behind the second screen.
-    pub beyond: &'a Beyond<'a>,
+    pub beyond: &'a Downstream<'a>,
     /// Thresholds and aims.
     pub settings: &'a Settings,
 }
@@ -111,7 +111,7 @@ impl Planner<'_> {
     ///
     /// # Errors
     /// When the error of no width is a number.
-    pub fn plan(&self, fan: &Fan) -> Result<BeamletPlan, PlanError> {
+    pub fn plan(&self, fan: &DirectionSearch) -> Result<BeamletPlan, PlanError> {
         let judges = judges(fan);
         let wanted = self.wanted_judges(&judges);
         let widths = self.widths(&judges);
@@ -119,7 +119,7 @@ impl Planner<'_> {
         let judge = Judge {
             hop: self.hop,
             to: self.to,
-            weight: |ray: &FanRay| self.weight(ray),
+            weight: |ray: &SearchRay| self.weight(ray),
         };
         let found = widths
             .iter()
@@ -155,7 +155,7 @@ impl Planner<'_> {
     }
 
     /// The widths to try.
-    fn widths(&self, judges: &[FanRay]) -> Vec<f64> {
+    fn widths(&self, judges: &[SearchRay]) -> Vec<f64> {
         if let Some(sigma) = self.settings.sigma {
             return vec![sigma];
         }
@@ -175,7 +175,7 @@ impl Planner<'_> {
         let beside = 0.5 * chosen.period;
         let [x0, x1, y0, y1] = self.from;
         let places = [x0 - beside, x1 + beside, y0 - beside, y1 + beside];
-        let wider = explore(self.hop, places, self.to, [MARGIN * chosen.footprint; 2]);
+        let wider = search_directions(self.hop, places, self.to, [MARGIN * chosen.footprint; 2]);
         chosen.bands = self.bands(&wider, chosen.period);
         chosen.doubtful_rim = self.is_doubtful(&wider, chosen.sigma);
 
@@ -186,7 +186,7 @@ impl Planner<'_> {
     }
 
     /// The lattice of directions that a fan asks for, at a patch period in mm.
-    pub fn bands(&self, fan: &Fan, period: f64) -> [Band; 2] {
+    pub fn bands(&self, fan: &DirectionSearch, period: f64) -> [Band; 2] {
         let p = fan.band.map(|p| if p.is_finite() { p } else { 0.0 });
         let spacing = self.hop.wavelength / period;
         [
@@ -196,7 +196,7 @@ impl Planner<'_> {
     }
 
     /// Whether some ray that lands beside the target has more aberration than its tail may have.
-    fn is_doubtful(&self, fan: &Fan, sigma: f64) -> bool {
+    fn is_doubtful(&self, fan: &DirectionSearch, sigma: f64) -> bool {
         let stride = fan.rim.len().div_ceil(JUDGES).max(1);
         let k = self.hop.wavenumber();
         fan.rim.iter().step_by(stride).any(|ray| {
@@ -207,10 +207,10 @@ impl Planner<'_> {
 
     /// The rays on which errors are judged: where stops follow, those that lead through them to where the light
     /// is wanted, sought on their own because they may be few among all; else `judges`.
-    fn wanted_judges(&self, judges: &[FanRay]) -> Vec<FanRay> {
-        let here = |ray: &FanRay| {
+    fn wanted_judges(&self, judges: &[SearchRay]) -> Vec<SearchRay> {
+        let here = |ray: &SearchRay| {
             let (landing, jacobian) = self.hop.jacobian(ray.at, ray.p).ok()?;
-            let ray = FanRay {
+            let ray = SearchRay {
                 landing,
                 jacobian,
                 ..*ray
@@ -225,7 +225,7 @@ impl Planner<'_> {
                 to,
                 ..*self.hop
             };
-            let fan = explore(&joined, self.from, to.bounds()?, [0.0; 2]);
+            let fan = search_directions(&joined, self.from, to.bounds()?, [0.0; 2]);
             Some(fan.rays.iter().filter_map(here).collect::<Vec<_>>())
         };
         match sought() {
@@ -238,8 +238,8 @@ impl Planner<'_> {
     /// all light.
     fn judge(
         &self,
-        fan: &Fan,
-        judges: &[FanRay],
+        fan: &DirectionSearch,
+        judges: &[SearchRay],
         (sigma, expected): (f64, Expected),
     ) -> Vec<BeamletPlan> {
         let settings = self.settings;
@@ -300,14 +300,14 @@ impl Planner<'_> {
     }
 
     /// The weight of a judge: how much light goes its way, if that light is wanted.
-    pub fn weight(&self, ray: &FanRay) -> f64 {
+    pub fn weight(&self, ray: &SearchRay) -> f64 {
         let wanted = self.beyond.is_wanted(ray.landing.at, ray.landing.cosines);
         let share = if wanted { 1.0 } else { UNWANTED };
         self.envelope.weight(ray.p) * ray.area * share
     }
 
     /// Rays that land beside the sensor, whose beamlets' tails fall on it; none where other screens follow.
-    fn judges_beside(&self, judges: &[FanRay]) -> Vec<FanRay> {
+    fn judges_beside(&self, judges: &[SearchRay]) -> Vec<SearchRay> {
         if !matches!(self.hop.to.act, Act::Sensor(_)) {
             return Vec::new();
         }
@@ -323,20 +323,20 @@ impl Planner<'_> {
         let start = starting_width(self.hop, self.from, judges);
         let sigma = self.settings.sigma.unwrap_or(start);
         let footprint = alike.arrival(judges, sigma).footprint;
-        let wider = explore(self.hop, self.from, self.to, [MARGIN * footprint; 2]);
+        let wider = search_directions(self.hop, self.from, self.to, [MARGIN * footprint; 2]);
         thinned(&wider.rim)
     }
 
     /// What arrives: half width of the footprints on the target, of which 95 % of the light has smaller
     /// ones, and direction cosines there, the beamlets' own spread included.
-    pub fn arrival(&self, judges: &[FanRay], sigma: f64) -> Arrived {
+    pub fn arrival(&self, judges: &[SearchRay], sigma: f64) -> Arrived {
         let k = self.hop.wavenumber();
         let threshold = self.settings.footprint_edge();
         let mut footprints = Vec::new();
         let mut cosines = [Vec::new(), Vec::new()];
         let mut largest = [0.0f64; 2];
         for ray in judges {
-            let Ok(arrival) = launch(self.hop, ray.at, ray.p, sigma) else {
+            let Ok(arrival) = launch_beamlet(self.hop, ray.at, ray.p, sigma) else {
                 continue;
             };
             let weight = self.weight(ray);
@@ -360,10 +360,10 @@ impl Planner<'_> {
 
 /// σ₀ = (k‖∂p′/∂x‖)^{−1/2}, the width whose beamlets spread least behind the train's power, by the
 /// median of the fan; without power √(‖∂s/∂p‖/k), and never more than a quarter of the screen.
-pub fn starting_width(hop: &Hop, from: [f64; 4], judges: &[FanRay]) -> f64 {
+pub fn starting_width(hop: &Hop, from: [f64; 4], judges: &[SearchRay]) -> f64 {
     let k = hop.wavenumber();
     let wavelength = hop.wavelength;
-    let norm = |ray: &FanRay, row: usize, column: usize| {
+    let norm = |ray: &SearchRay, row: usize, column: usize| {
         let j = &ray.jacobian;
         let squares = (0..2).flat_map(|a| (0..2).map(move |b| j[row + a][column + b].powi(2)));
         (0.5 * squares.sum::<f64>()).sqrt()
@@ -398,14 +398,14 @@ pub struct Arrived {
 }
 
 /// The rays of a fan on which choices are judged.
-pub fn judges(fan: &Fan) -> Vec<FanRay> {
+pub fn judges(fan: &DirectionSearch) -> Vec<SearchRay> {
     thinned(&fan.rays)
 }
 
 /// Evenly spaced rays of a list, at most as many as are judged; each stands for the light of those left out.
-fn thinned(rays: &[FanRay]) -> Vec<FanRay> {
+fn thinned(rays: &[SearchRay]) -> Vec<SearchRay> {
     let stride = rays.len().div_ceil(JUDGES).max(1);
-    let one = |ray: &FanRay| FanRay {
+    let one = |ray: &SearchRay| SearchRay {
         area: ray.area * stride as f64,
         ..*ray
     };
@@ -450,8 +450,8 @@ impl Planner<'_> {
     /// errors.
     fn choose(
         &self,
-        fan: &Fan,
-        judges: &[FanRay],
+        fan: &DirectionSearch,
+        judges: &[SearchRay],
         widths: &[(f64, Expected)],
     ) -> Option<BeamletPlan> {
         let judge = |&found: &(f64, Expected)| self.judge(fan, judges, found);

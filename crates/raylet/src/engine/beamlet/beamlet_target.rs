@@ -1,20 +1,20 @@
 //! One beamlet of a patch aimed at the target: where it lands, what it looks like there, how far it is to be
 //! believed. Nothing of this depends on the field.
 
-use crate::engine::beamlet::aberration_sample::Looks;
+use crate::engine::beamlet::aberration_sample::AberrationSamples;
 use crate::engine::beamlet::beamlet_aberration::Aberration;
 use crate::engine::beamlet::beamlet_error::TRUSTED_TAIL;
-use crate::engine::beamlet::beamlet_launch::launch_from;
-use crate::engine::beamlet::discarded_tail::{Leaving, stray_share};
+use crate::engine::beamlet::beamlet_launch::launch_beamlet_from;
+use crate::engine::beamlet::discarded_tail::{LeavingBeamlet, discarded_tail_share};
 use crate::engine::chain::backend::Job;
 use crate::engine::error::tally::Fate;
-use crate::engine::trace::launch_plane::Seat;
+use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::optics::ray::Loss;
 use crate::wave::gather::Canvas;
 use crate::wave::wavelet::Arrival;
 
 /// A beamlet that reaches the target.
-pub struct Aimed {
+pub struct TargetBeamlet {
     /// The beamlet of coefficient one, the correction of its aberration included.
     pub arrival: Arrival,
     /// Whether the aberration inside it had to be looked at.
@@ -25,42 +25,42 @@ pub struct Aimed {
 
 /// A beamlet that adds nothing to the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Stray {
+pub struct DiscardedBeamlet {
     /// What became of it.
     pub fate: Fate,
     /// The share of its energy that its tail would bring to the target where the light ends, by real rays.
     pub share: f64,
 }
 
-impl From<Fate> for Stray {
+impl From<Fate> for DiscardedBeamlet {
     fn from(fate: Fate) -> Self {
         Self { fate, share: 0.0 }
     }
 }
 
 /// Where the beamlets of a patch leave.
-pub struct Seats {
+pub struct LaunchPlanes {
     /// On the hop that was planned.
-    seat: Seat,
+    seat: LaunchPlane,
     /// On the hop itself, if it is another one.
-    moved: Option<Seat>,
+    moved: Option<LaunchPlane>,
 }
 
-impl Seats {
+impl LaunchPlanes {
     /// The seat above (x, y) of the first screen of a job.
     ///
     /// # Errors
     /// [`Loss::Missed`] where a curved screen does not exist.
     pub fn new(job: &Job, at: [f64; 2]) -> Result<Self, Loss> {
-        let moved = job.planned.map(|_| Seat::new(job.hop.from, at));
+        let moved = job.planned.map(|_| LaunchPlane::new(job.hop.from, at));
         Ok(Self {
-            seat: Seat::new(job.chooser().from, at)?,
+            seat: LaunchPlane::new(job.chooser().from, at)?,
             moved: moved.transpose()?,
         })
     }
 
     /// The seat on the hop itself.
-    pub fn seat(&self) -> &Seat {
+    pub fn seat(&self) -> &LaunchPlane {
         self.moved.as_ref().unwrap_or(&self.seat)
     }
 }
@@ -69,18 +69,18 @@ impl Seats {
 ///
 /// # Errors
 /// Its fate when it does not reach the target, or cannot be believed there.
-pub fn aim(
+pub fn target_beamlet(
     job: &Job,
-    Seats { seat, moved }: &Seats,
+    LaunchPlanes { seat, moved }: &LaunchPlanes,
     mode: [usize; 2],
     to: &Canvas,
-    looks: &mut Looks,
-) -> Result<Aimed, Stray> {
+    looks: &mut AberrationSamples,
+) -> Result<TargetBeamlet, DiscardedBeamlet> {
     let k = job.hop.wavenumber();
     let [bx, by] = &job.plan.bands;
     let p = [bx.at(mode[0]), by.at(mode[1])];
     let planned = job.chooser();
-    let mut arrival = launch_from(seat, planned, p, job.plan.sigma).map_err(Fate::Lost)?;
+    let mut arrival = launch_beamlet_from(seat, planned, p, job.plan.sigma).map_err(Fate::Lost)?;
     if !to.meets(&arrival, k, job.settings.footprint_edge()) {
         return Err(Fate::Outside.into());
     }
@@ -90,26 +90,26 @@ pub fn aim(
     let needed = job.plan.correct || (beside && job.plan.doubtful_rim);
     let found = if needed { looks.between(mode) } else { None };
     if needed && beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
-        let leaving = Leaving {
+        let leaving = LeavingBeamlet {
             seat,
             p,
             sigma: job.plan.sigma,
         };
-        let share = || stray_share(planned, &leaving, to.bounds(), to.tail(&arrival, k));
-        return Err(Stray {
+        let share = || discarded_tail_share(planned, &leaving, to.bounds(), to.tail(&arrival, k));
+        return Err(DiscardedBeamlet {
             fate: Fate::Unresolved,
             share: if job.beyond.ends_here() { share() } else { 0.0 },
         });
     }
     if let Some(moved) = moved {
-        arrival = launch_from(moved, &job.hop, p, job.plan.sigma).map_err(Fate::Lost)?;
+        arrival = launch_beamlet_from(moved, &job.hop, p, job.plan.sigma).map_err(Fate::Lost)?;
     }
     if let Some(found) = found
         && job.plan.correct
     {
         arrival.amplitude *= found.correction();
     }
-    Ok(Aimed {
+    Ok(TargetBeamlet {
         arrival,
         needed,
         found,

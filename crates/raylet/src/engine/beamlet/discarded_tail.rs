@@ -4,7 +4,7 @@
 //! names the ray of the beamlet that would land on the nearest point of the target at the smallest distance r in
 //! phase space, where the Wigner distribution is exp(−r²) of its peak. Real rays tell how far it is in truth.
 
-use crate::engine::trace::launch_plane::Seat;
+use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::math::erfc::erfc;
 use crate::optics::system::Hop;
 use crate::wave::wavelet::Tail;
@@ -17,9 +17,9 @@ const COUNTED: f64 = 3.0;
 const TRIALS: usize = 3;
 
 /// A beamlet as it leaves.
-pub struct Leaving<'a> {
+pub struct LeavingBeamlet<'a> {
     /// Where.
-    pub seat: &'a Seat,
+    pub seat: &'a LaunchPlane,
     /// Its optical direction cosines on the screen.
     pub p: [f64; 2],
     /// Its width σ in mm.
@@ -29,7 +29,12 @@ pub struct Leaving<'a> {
 /// The share of a beamlet's energy that falls into the box `[x_min, x_max, y_min, y_max]` (mm) on the next screen,
 /// for a ray that lands beside it with the Gaussian tail `tail`; zero where real rays do not get there within
 /// r = 3.
-pub fn stray_share(hop: &Hop, leaving: &Leaving, bounds: [f64; 4], tail: Tail) -> f64 {
+pub fn discarded_tail_share(
+    hop: &Hop,
+    leaving: &LeavingBeamlet,
+    bounds: [f64; 4],
+    tail: Tail,
+) -> f64 {
     match distances(hop, leaving, bounds) {
         Some([_, real]) if real > COUNTED => 0.0,
         Some([linear, real]) => (tail.share * erfc(real) / erfc(linear)).min(1.0),
@@ -39,7 +44,7 @@ pub fn stray_share(hop: &Hop, leaving: &Leaving, bounds: [f64; 4], tail: Tail) -
 
 /// The distance r from the beamlet's ray to the ray that lands on the nearest point of the box, by the linear map and
 /// by real rays; nothing where these are lost or go the other way.
-fn distances(hop: &Hop, leaving: &Leaving, bounds: [f64; 4]) -> Option<[f64; 2]> {
+fn distances(hop: &Hop, leaving: &LeavingBeamlet, bounds: [f64; 4]) -> Option<[f64; 2]> {
     let seat = leaving.seat;
     let (hop, at, p) = (&seat.hop(hop), seat.at(), seat.cosines(leaving.p).ok()?);
     let (landing, jacobian) = hop.jacobian(at, p).ok()?;
@@ -91,9 +96,9 @@ fn distances(hop: &Hop, leaving: &Leaving, bounds: [f64; 4]) -> Option<[f64; 2]>
 mod tests {
     use num_complex::Complex64;
 
-    use crate::engine::beamlet::beamlet_launch::launch_from;
-    use crate::engine::beamlet::discarded_tail::{Leaving, stray_share};
-    use crate::engine::trace::launch_plane::Seat;
+    use crate::engine::beamlet::beamlet_launch::launch_beamlet_from;
+    use crate::engine::beamlet::discarded_tail::{LeavingBeamlet, discarded_tail_share};
+    use crate::engine::trace::launch_plane::LaunchPlane;
     use crate::math::vec3::Vec3;
     use crate::optics::frame::Frame;
     use crate::optics::screen::{Act, Screen, Sensor};
@@ -174,20 +179,20 @@ mod tests {
                 train: &[],
                 to: &to,
             };
-            let seat = Seat::new(&from, [0.0; 2]).unwrap();
-            let leaving = Leaving {
+            let seat = LaunchPlane::new(&from, [0.0; 2]).unwrap();
+            let leaving = LeavingBeamlet {
                 seat: &seat,
                 p: [p, 0.0],
                 sigma,
             };
-            let arrival = launch_from(&seat, &hop, leaving.p, sigma).unwrap();
+            let arrival = launch_beamlet_from(&seat, &hop, leaving.p, sigma).unwrap();
             let k = hop.wavenumber();
             let [wx, wy] = arrival.footprint(k, (-0.5f64).exp());
             let x = arrival.at[0] + beside * wx;
             let far = x + 2.5 * f64::signum(beside) * wx;
             let bounds = [x.min(far), x.max(far), -3.0 * wy, 3.0 * wy];
             let tail = Tail::of(&arrival, bounds, k);
-            let share = stray_share(&hop, &leaving, bounds, tail);
+            let share = discarded_tail_share(&hop, &leaving, bounds, tail);
             let exact = by_waves(&to, leaving.p, sigma, bounds);
             println!(
                 "{distance} {tilt} {p} {sigma} {beside}: Gaussian {:.2e} rays {share:.2e} waves {exact:.2e}",

@@ -10,12 +10,12 @@ const CLASSES: usize = 2048;
 /// Modes counted by the binary exponent of their energy |c|². Counts are whole numbers, so censuses can
 /// be merged in any order with the same result.
 #[derive(Clone)]
-pub struct Census {
+pub struct ModeHistogram {
     counts: Vec<u64>,
     strongest: f64,
 }
 
-impl Default for Census {
+impl Default for ModeHistogram {
     fn default() -> Self {
         Self {
             counts: vec![0; CLASSES],
@@ -24,7 +24,7 @@ impl Default for Census {
     }
 }
 
-impl Census {
+impl ModeHistogram {
     /// Counts some coefficients.
     pub fn of<'a>(coefficients: impl Iterator<Item = &'a Complex64>) -> Self {
         let mut census = Self::default();
@@ -80,7 +80,7 @@ fn lower(class: usize) -> f64 {
 mod tests {
     use num_complex::Complex64;
 
-    use crate::engine::beamlet::mode_histogram::Census;
+    use crate::engine::beamlet::mode_histogram::ModeHistogram;
     use crate::engine::plan::settings::Settings;
 
     #[test]
@@ -89,7 +89,7 @@ mod tests {
         let mut modes = vec![Complex64::new(1.0, 0.0)];
         modes.extend((0..20_000).map(|i| Complex64::new(1e-5 * (1.0 + f64::from(i % 60)), 0.0)));
         let settings = Settings::default();
-        let floor = Census::of(modes.iter()).floor(&settings);
+        let floor = ModeHistogram::of(modes.iter()).floor(&settings);
         let energy = |keep: &dyn Fn(f64) -> bool| -> f64 {
             modes
                 .iter()

@@ -4,7 +4,7 @@
 //! run more closely: each patch follows the directions that lead from it to the target and that its light may
 //! have, and a beamlet is summed over the part of its footprint that lies on the target.
 
-use crate::engine::beamlet::beamlet_launch::launch;
+use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::{BeamletPlan, MARGIN, Planner};
 use crate::engine::trace::direction_search::reach;
 use crate::optics::aperture::Aperture;
@@ -153,7 +153,7 @@ impl Planner<'_> {
 
     /// Values that one beamlet is summed over.
     fn values(&self, at: [f64; 2], p: [f64; 2], sigma: f64, spacing: [f64; 2]) -> f64 {
-        let Ok(arrival) = launch(self.hop, at, p, sigma) else {
+        let Ok(arrival) = launch_beamlet(self.hop, at, p, sigma) else {
             return 0.0;
         };
         let reach = arrival.footprint(self.hop.wavenumber(), self.settings.footprint_edge());

@@ -5,13 +5,13 @@ use std::ops::Range;
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::beamlet::beamlet_cache::Shelf;
+use crate::engine::beamlet::beamlet_cache::BeamletCache;
 use crate::engine::beamlet::beamlet_plan::BeamletPlan;
 use crate::engine::error::tally::Tally;
 use crate::engine::monte_carlo::mode_sampling::{Draws, PatchDraws};
-use crate::engine::plan::downstream::Beyond;
+use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::settings::Settings;
-use crate::engine::trace::ray_sensitivity::Neighbours;
+use crate::engine::trace::ray_sensitivity::PerturbedHops;
 use crate::optics::system::Hop;
 use crate::wave::field::Field;
 use crate::wave::gather::Canvas;
@@ -29,9 +29,9 @@ pub struct Job<'a> {
     /// Thresholds.
     pub settings: &'a Settings,
     /// Where its light goes next.
-    pub beyond: &'a Beyond<'a>,
+    pub beyond: &'a Downstream<'a>,
     /// Where its beamlets may be kept for the next time.
-    pub shelf: Option<&'a Shelf>,
+    pub shelf: Option<&'a BeamletCache>,
     /// How they are drawn, with the hop's number; nothing where all are followed.
     pub draws: Option<(Draws, u32)>,
 }
@@ -56,7 +56,7 @@ pub struct Back<'a> {
     /// Cotangent of the field at the nodes of the first screen, [y, x].
     pub from_bar: &'a mut Array2<Complex64>,
     /// How the hop changes with each parameter.
-    pub neighbours: &'a [Neighbours<'a>],
+    pub neighbours: &'a [PerturbedHops<'a>],
     /// Derivative with respect to each of them.
     pub parameters: &'a mut [f64],
     /// Told now and then that work goes on.

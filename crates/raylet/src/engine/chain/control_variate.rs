@@ -8,26 +8,28 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::chain::linearised_system::{Bench, BenchError, Gradient, Passed, Trace};
+use crate::engine::chain::linearised_system::{
+    Gradient, LinearisedSystem, LinearisedSystemError, Passed, Trace,
+};
 use crate::optics::system::System;
 use crate::wave::field::Field;
 use crate::wave::sampling::act_adjoint;
 
 /// An exact look from which estimates go out.
 #[derive(Clone, Debug)]
-pub struct Anchor {
+pub struct ControlVariate {
     trace: Trace,
     field_bar: Array2<Complex64>,
     behind_bar: Field,
 }
 
-impl Anchor {
+impl ControlVariate {
     /// Looks at a system with one element and its sensor; `field_bar` tells the cotangent of the field there.
     ///
     /// # Errors
-    /// [`BenchError::Anchor`] when there are more screens; as [`Bench::forward`] and `field_bar`.
-    pub fn new<E: From<BenchError>>(
-        bench: &Bench,
+    /// [`LinearisedSystemError::ControlVariate`] when there are more screens; as [`LinearisedSystem::forward`] and `field_bar`.
+    pub fn new<E: From<LinearisedSystemError>>(
+        bench: &LinearisedSystem,
         system: &System,
         field_bar: impl FnOnce(&Field) -> Result<Array2<Complex64>, E>,
     ) -> Result<Self, E> {
@@ -57,8 +59,12 @@ impl Anchor {
     /// The field on the sensor, by a bench whose beamlets are drawn.
     ///
     /// # Errors
-    /// As [`Anchor::new`].
-    pub fn forward(&self, drawn: &Bench, system: &System) -> Result<Trace, BenchError> {
+    /// As [`ControlVariate::new`].
+    pub fn forward(
+        &self,
+        drawn: &LinearisedSystem,
+        system: &System,
+    ) -> Result<Trace, LinearisedSystemError> {
         let passed = drawn.pass(system)?;
         let mut field = drawn.through(system, &self.change(&passed.behind))?;
         field.values += &self.trace.field.values;
@@ -68,18 +74,18 @@ impl Anchor {
         })
     }
 
-    /// The gradient of the element's pixels, from the same draws: the conjugate transpose of [`Anchor::forward`]
+    /// The gradient of the element's pixels, from the same draws: the conjugate transpose of [`ControlVariate::forward`]
     /// but for what the anchor itself gives; `anchor_dot_product` in the crate's tests holds it.
     ///
     /// # Errors
-    /// As [`Anchor::new`].
+    /// As [`ControlVariate::new`].
     pub fn forward_adjoint(
         &self,
-        drawn: &Bench,
+        drawn: &LinearisedSystem,
         system: &System,
         trace: &Trace,
         field_bar: &Array2<Complex64>,
-    ) -> Result<Gradient, BenchError> {
+    ) -> Result<Gradient, LinearisedSystemError> {
         let Passed { arrived, behind } = &trace.screens[0];
         let turned = field_bar - &self.field_bar;
         let mut bar = drawn.through_adjoint(system, &self.change(behind), &turned)?;

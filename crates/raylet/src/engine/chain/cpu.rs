@@ -11,16 +11,16 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::beamlet::aberration_sample::Looks;
-use crate::engine::beamlet::beamlet_cache::Aims;
+use crate::engine::beamlet::aberration_sample::AberrationSamples;
+use crate::engine::beamlet::beamlet_cache::PatchBeamlets;
 use crate::engine::beamlet::beamlet_plan::MARGIN;
-use crate::engine::beamlet::beamlet_target::{Seats, Stray, aim};
-use crate::engine::beamlet::mode_histogram::Census;
+use crate::engine::beamlet::beamlet_target::{DiscardedBeamlet, LaunchPlanes, target_beamlet};
+use crate::engine::beamlet::mode_histogram::ModeHistogram;
 use crate::engine::chain::backend::{Back, Backend, Job};
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::monte_carlo::mode_sampling::Drawing;
 use crate::engine::trace::direction_search::reach;
-use crate::engine::trace::ray_sensitivity::{BLOCK, Neighbours, SwayingHop, pull};
+use crate::engine::trace::ray_sensitivity::{BLOCK, PerturbedHops, VariedHop, pull};
 use crate::math::part::part;
 use crate::optics::ray::Loss;
 use crate::wave::curved::CurvedPatches;
@@ -140,7 +140,8 @@ impl Backend for Cpu {
             // The beamlets of the way there, traced again unless they are kept.
             let first = patches.start + done;
             let last = (first + chunk).min(patches.end);
-            let aims: Vec<Cow<Aims>> = (first..last).into_par_iter().filter_map(one).collect();
+            let aims: Vec<Cow<PatchBeamlets>> =
+                (first..last).into_par_iter().filter_map(one).collect();
 
             // canvas += amplitude·coefficient·beamlet
             let bars: Vec<(Array2<Complex64>, Vec<f64>)> = aims
@@ -264,14 +265,15 @@ impl<'a> Cutter<'a> {
     }
 
     /// The beamlets of all patches to a canvas, if they may be kept from run to run and fit.
-    fn shelved(&self, to: &Canvas) -> Option<&'a [Option<Aims>]> {
+    fn shelved(&self, to: &Canvas) -> Option<&'a [Option<PatchBeamlets>]> {
         let shelf = self.job.shelf.filter(|_| self.job.draws.is_none())?;
         let (grid, raster) = (&self.field.grid, to.raster());
         if shelf.is_new() {
             let all = 0..self.patches.count();
             let modes = |index: usize| self.modes(index).map_or(0, |[x, y]| x.len() * y.len());
             let most = all.clone().into_par_iter().map(modes).sum::<usize>();
-            let fits = most.saturating_mul(Aims::BYTES) <= self.job.settings.memory_limit / 8;
+            let fits =
+                most.saturating_mul(PatchBeamlets::BYTES) <= self.job.settings.memory_limit / 8;
             let one = |index: usize| aims(self, index, to, &|_, _| true);
             let found = fits.then(|| all.into_par_iter().map(one).collect());
             shelf.fill(grid, raster, found);
@@ -279,12 +281,12 @@ impl<'a> Cutter<'a> {
         shelf.of(grid, raster)
     }
 
-    fn census(&self, kept: &Kept) -> Census {
-        let count = |spectrum: &Spectrum| Census::of(spectrum.coefficients.iter());
+    fn census(&self, kept: &Kept) -> ModeHistogram {
+        let count = |spectrum: &Spectrum| ModeHistogram::of(spectrum.coefficients.iter());
         (0..self.patches.count())
             .into_par_iter()
             .filter_map(|index| self.with(kept, index, count))
-            .reduce(Census::default, Census::merge)
+            .reduce(ModeHistogram::default, ModeHistogram::merge)
     }
 }
 
@@ -315,11 +317,11 @@ fn spread(
     let mut tally = Tally::default();
     let mut arrivals = Vec::new();
     let mut within = 0.0;
-    let Ok(seats) = Seats::new(job, spectrum.centre) else {
+    let Ok(seats) = LaunchPlanes::new(job, spectrum.centre) else {
         tally.add_energy(Fate::Lost(Loss::Missed), spectrum.energy);
         return (arrivals, tally);
     };
-    let mut looks = Looks::new(job, patch, spectrum.centre, strength.total);
+    let mut looks = AberrationSamples::new(job, patch, spectrum.centre, strength.total);
     for ((my, mx), c) in spectrum.coefficients.indexed_iter() {
         let energy = c.norm_sqr();
         within += energy;
@@ -348,18 +350,19 @@ fn spread(
 fn draw(job: &Job, (patch, spectrum): (usize, &Spectrum), to: &Canvas) -> (Vec<Arrival>, Tally) {
     let mut tally = Tally::default();
     let mut arrivals = Vec::new();
-    let (Some(draws), Ok(seats)) = (job.draws_of(patch), Seats::new(job, spectrum.centre)) else {
+    let (Some(draws), Ok(seats)) = (job.draws_of(patch), LaunchPlanes::new(job, spectrum.centre))
+    else {
         tally.add_energy(Fate::Lost(Loss::Missed), spectrum.energy);
         return (arrivals, tally);
     };
-    let mut looks = Looks::new(job, patch, spectrum.centre, f64::INFINITY);
+    let mut looks = AberrationSamples::new(job, patch, spectrum.centre, f64::INFINITY);
     let weights = draws.weights(&spectrum.coefficients);
     for ((place, weight), c) in weights.indexed_iter().zip(&spectrum.coefficients) {
         if *weight == 0.0 {
             continue;
         }
         let mode = [spectrum.first[0] + place.1, spectrum.first[1] + place.0];
-        let fate = match aim(job, &seats, mode, to, &mut looks) {
+        let fate = match target_beamlet(job, &seats, mode, to, &mut looks) {
             Ok(aimed) => {
                 let mut arrival = aimed.arrival;
                 arrival.amplitude *= c * *weight;
@@ -374,7 +377,7 @@ fn draw(job: &Job, (patch, spectrum): (usize, &Spectrum), to: &Canvas) -> (Vec<A
 }
 
 /// The beamlets of one patch that its draws ask for on the way back: those drawn, or all where each is compared.
-fn drawn_aims(cutter: &Cutter, kept: &Kept, index: usize, to: &Canvas) -> Option<Aims> {
+fn drawn_aims(cutter: &Cutter, kept: &Kept, index: usize, to: &Canvas) -> Option<PatchBeamlets> {
     let draws = cutter.job.draws_of(index)?;
     if let Drawing::Gumbel { .. } = draws.draws.drawing {
         return aims(cutter, index, to, &|_, _| true);
@@ -388,14 +391,14 @@ fn drawn_aims(cutter: &Cutter, kept: &Kept, index: usize, to: &Canvas) -> Option
 /// Follows one beamlet to the target.
 fn follow(
     job: &Job,
-    seats: &Seats,
+    seats: &LaunchPlanes,
     mode: [usize; 2],
     coefficient: Complex64,
     to: &Canvas,
-    looks: &mut Looks,
+    looks: &mut AberrationSamples,
     tally: &mut Tally,
-) -> Result<Arrival, Stray> {
-    let aimed = aim(job, seats, mode, to, looks)?;
+) -> Result<Arrival, DiscardedBeamlet> {
+    let aimed = target_beamlet(job, seats, mode, to, looks)?;
     let mut arrival = aimed.arrival;
     let energy = coefficient.norm_sqr();
     let seen = match aimed.needed {
@@ -418,19 +421,17 @@ fn follow(
 }
 
 /// The hop with its parameters, a block at a time.
-fn sways<'a>(job: &Job<'a>, neighbours: &[Neighbours<'a>]) -> Vec<SwayingHop<'a>> {
+fn sways<'a>(job: &Job<'a>, neighbours: &[PerturbedHops<'a>]) -> Vec<VariedHop<'a>> {
     let blocks = neighbours.chunks(BLOCK);
-    blocks
-        .map(|block| SwayingHop::new(job.hop, block))
-        .collect()
+    blocks.map(|block| VariedHop::new(job.hop, block)).collect()
 }
 
 /// What one patch gives back: to the nodes under its window, and to all parameters.
 fn give_back(
     cutter: &Cutter,
     kept: &Kept,
-    aims: &Aims,
-    sways: &[SwayingHop],
+    aims: &PatchBeamlets,
+    sways: &[VariedHop],
     to_bar: &Canvas,
 ) -> (Array2<Complex64>, Vec<f64>) {
     let (k, edge) = (
@@ -454,8 +455,8 @@ fn give_back(
 fn pulled(
     cutter: &Cutter,
     kept: &Kept,
-    aims: &Aims,
-    sways: &[SwayingHop],
+    aims: &PatchBeamlets,
+    sways: &[VariedHop],
     moments: &[Moments],
 ) -> Vec<f64> {
     let mut total = vec![0.0; BLOCK * sways.len()];
@@ -463,7 +464,7 @@ fn pulled(
     let [bx, by] = &plan.bands;
     let centre = cutter.patches.place(aims.index).centre;
     let mut add = |spectrum: &Spectrum| {
-        let Ok(seats) = Seats::new(cutter.job, centre) else {
+        let Ok(seats) = LaunchPlanes::new(cutter.job, centre) else {
             return;
         };
         for ((place, arrival), moments) in aims.places.iter().zip(&aims.arrivals).zip(moments) {
@@ -488,7 +489,7 @@ fn pulled(
 }
 
 /// What the beamlets of a patch are with the coefficients of a spectrum, without those that are too weak.
-fn lit(aims: &Aims, spectrum: &Spectrum, floor: f64) -> Vec<Arrival> {
+fn lit(aims: &PatchBeamlets, spectrum: &Spectrum, floor: f64) -> Vec<Arrival> {
     let mut list = Vec::new();
     for (place, arrival) in aims.places.iter().zip(&aims.arrivals) {
         let coefficient = spectrum.coefficients[*place];
@@ -510,13 +511,13 @@ fn aims(
     index: usize,
     to: &Canvas,
     wanted: &dyn Fn(usize, [usize; 2]) -> bool,
-) -> Option<Aims> {
+) -> Option<PatchBeamlets> {
     let job = cutter.job;
     let modes = cutter.modes(index)?;
     let centre = cutter.patches.place(index).centre;
-    let seats = Seats::new(job, centre).ok()?;
-    let mut looks = Looks::new(job, index, centre, f64::INFINITY);
-    let mut aims = Aims {
+    let seats = LaunchPlanes::new(job, centre).ok()?;
+    let mut looks = AberrationSamples::new(job, index, centre, f64::INFINITY);
+    let mut aims = PatchBeamlets {
         index,
         places: Vec::new(),
         arrivals: Vec::new(),
@@ -528,7 +529,7 @@ fn aims(
             if !wanted(index, [my, mx]) {
                 continue;
             }
-            if let Ok(aimed) = aim(job, &seats, mode, to, &mut looks) {
+            if let Ok(aimed) = target_beamlet(job, &seats, mode, to, &mut looks) {
                 aims.places.push([my, mx]);
                 aims.arrivals.push(aimed.arrival);
             }

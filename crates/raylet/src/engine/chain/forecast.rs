@@ -4,7 +4,7 @@ use crate::engine::chain::simulate::{
     SimulateError, arrival_reach, incidence, leaving, receiving_raster,
 };
 use crate::engine::plan::direction_spread::Light;
-use crate::engine::plan::downstream::Beyond;
+use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, plan};
 use crate::engine::plan::settings::Settings;
 use crate::optics::system::{Hop, System};
@@ -40,14 +40,14 @@ impl Forecast {
 /// # Errors
 /// As [`simulate`](crate::engine::chain::simulate::simulate), but for light that is found to be absent.
 pub fn forecast(system: &System, settings: &Settings) -> Result<Vec<Forecast>, SimulateError> {
-    forecast_told(system, settings, |_, _| ())
+    forecast_with_progress(system, settings, |_, _| ())
 }
 
 /// The same, told the number of every hop and the hop before it is planned: some take seconds.
 ///
 /// # Errors
 /// As [`forecast`].
-pub fn forecast_told(
+pub fn forecast_with_progress(
     system: &System,
     settings: &Settings,
     mut tell: impl FnMut(usize, &Hop),
@@ -61,7 +61,7 @@ pub fn forecast_told(
     let settings = &settings.shared(system.trains.len());
     for (number, hop) in system.hops().enumerate() {
         tell(number, &hop);
-        let plan = plan(&hop, light, &Beyond::of(system, number), settings)?;
+        let plan = plan(&hop, light, &Downstream::of(system, number), settings)?;
         let reach = Reach {
             arriving,
             leaving: leaving(&plan),

@@ -4,7 +4,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::beamlet::beamlet_cache::Shelf;
+use crate::engine::beamlet::beamlet_cache::BeamletCache;
 use crate::engine::chain::backend::{Back, Backend, Job};
 use crate::engine::chain::cpu::Cpu;
 use crate::engine::error::tally::{Fate, Tally};
@@ -12,11 +12,11 @@ use crate::engine::free::spot_check::Spots;
 use crate::engine::monte_carlo::mode_sampling::Draws;
 use crate::engine::monte_carlo::paper;
 use crate::engine::monte_carlo::paper_plan::Address;
-use crate::engine::plan::downstream::Beyond;
+use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, along};
 use crate::engine::plan::settings::Settings;
 use crate::engine::plane_wave::plane_wavelets;
-use crate::engine::trace::ray_sensitivity::Neighbours;
+use crate::engine::trace::ray_sensitivity::PerturbedHops;
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::Screen;
@@ -32,7 +32,7 @@ use crate::wave::sheets::Sheets;
 
 /// A hop with its plan.
 #[derive(Clone, Copy)]
-pub struct Run<'a> {
+pub struct HopRun<'a> {
     /// Its place in the system.
     pub number: usize,
     /// Screens and train.
@@ -44,20 +44,20 @@ pub struct Run<'a> {
     /// Thresholds.
     pub settings: &'a Settings,
     /// Where its light goes next.
-    pub beyond: &'a Beyond<'a>,
+    pub beyond: &'a Downstream<'a>,
     /// Where beamlets may be kept for the next time, for each level of the second screen.
-    pub shelves: &'a [Shelf],
+    pub shelves: &'a [BeamletCache],
     /// How beamlets are drawn; nothing where all are followed.
     pub draws: Option<Draws>,
 }
 
-impl<'a> Run<'a> {
+impl<'a> HopRun<'a> {
     /// A hop, with its place in the system, as it was planned; no beamlets are kept.
     pub fn new(
         (number, hop): (usize, Hop<'a>),
         plan: &'a Plan,
         settings: &'a Settings,
-        beyond: &'a Beyond<'a>,
+        beyond: &'a Downstream<'a>,
     ) -> Self {
         Self {
             number,
@@ -126,10 +126,10 @@ impl<'a> Run<'a> {
         number: usize,
         planes: &'b (Screen, Option<Screen>),
         plan: &'b Plan,
-    ) -> Run<'b> {
+    ) -> HopRun<'b> {
         let (plane, planned) = planes;
         let planned = self.planned.zip(planned.as_ref());
-        Run {
+        HopRun {
             hop: Hop {
                 to: plane,
                 ..self.hop
@@ -141,13 +141,13 @@ impl<'a> Run<'a> {
         }
     }
 
-    /// The levels around the second screen on which [`Run::carry`] sums light; nothing for a plane one.
+    /// The levels around the second screen on which [`HopRun::carry`] sums light; nothing for a plane one.
     pub fn stack(&self, reach: [f64; 2]) -> Option<Stack> {
         let to = self.hop.to;
         (!to.is_plane()).then(|| stack(to, reach, self.hop.wavenumber()))
     }
 
-    /// The conjugate transpose of [`Run::carry`]: from the levels of the second screen, one array each, to the
+    /// The conjugate transpose of [`HopRun::carry`]: from the levels of the second screen, one array each, to the
     /// nodes of `field`, and to the parameters of the hop.
     pub fn carry_adjoint(
         &self,
@@ -174,7 +174,7 @@ impl<'a> Run<'a> {
                 .map(|n| [level_of(n.below.to, *level), level_of(n.above.to, *level)])
                 .collect();
             let level = back.neighbours.iter().zip(&pairs);
-            let neighbours: Vec<Neighbours> = level.map(|(n, pair)| at_level(n, pair)).collect();
+            let neighbours: Vec<PerturbedHops> = level.map(|(n, pair)| at_level(n, pair)).collect();
             let mut back = Back {
                 from_bar: back.from_bar,
                 neighbours: &neighbours,
@@ -286,8 +286,11 @@ fn level_of(to: &Screen, level: f64) -> Screen {
 }
 
 /// The neighbours of a hop that lead to other screens.
-fn at_level<'a>(neighbours: &Neighbours<'a>, [below, above]: &'a [Screen; 2]) -> Neighbours<'a> {
-    Neighbours {
+fn at_level<'a>(
+    neighbours: &PerturbedHops<'a>,
+    [below, above]: &'a [Screen; 2],
+) -> PerturbedHops<'a> {
+    PerturbedHops {
         below: Hop {
             to: below,
             ..neighbours.below
@@ -336,7 +339,7 @@ fn carry_free_adjoint(
 ) {
     // A parameter that would tilt a screen is planned with rays, so that every neighbour is free as well.
     let neighbour = |hop: &Hop| along(free, hop).unwrap_or_else(|| free.clone());
-    let pair = |n: &Neighbours| ([neighbour(&n.below), neighbour(&n.above)], n.distance);
+    let pair = |n: &PerturbedHops| ([neighbour(&n.below), neighbour(&n.above)], n.distance);
     let neighbours: Vec<([FreeHop; 2], f64)> = back.neighbours.iter().map(pair).collect();
     let heights = heights(hop, field);
     let surface = heights.as_ref().map(|heights| (heights, hop.from.leaves()));

@@ -8,20 +8,20 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::beamlet::beamlet_cache::Shelf;
+use crate::engine::beamlet::beamlet_cache::BeamletCache;
 use crate::engine::chain::backend::{Back, Pulse};
-use crate::engine::chain::hop_run::Run;
+use crate::engine::chain::hop_run::HopRun;
 use crate::engine::chain::simulate::{
     Arriving, SimulateError, arrival_reach, illuminate, incidence, leaving, receiving_raster,
     sensor_grid, sensor_of,
 };
 use crate::engine::monte_carlo::mode_sampling::Draws;
 use crate::engine::plan::direction_spread::Light;
-use crate::engine::plan::downstream::Beyond;
+use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, along, plan};
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::rims::rim_screens::{Rimmed, with_rims};
-use crate::engine::trace::ray_sensitivity::{Neighbours, Variation};
+use crate::engine::trace::ray_sensitivity::{PerturbedHops, Variation};
 use crate::optics::screen::Screen;
 use crate::optics::system::{Hop, System};
 use crate::wave::field::Field;
@@ -31,7 +31,7 @@ use crate::wave::sheets::Sheets;
 
 /// Why a system cannot be differentiated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum BenchError {
+pub enum LinearisedSystemError {
     /// It cannot be simulated.
     #[error(transparent)]
     Simulate(#[from] SimulateError),
@@ -44,7 +44,7 @@ pub enum BenchError {
     #[error(
         "an anchor takes one element and its sensor, with no rim that cuts light; there are {0} hops"
     )]
-    Anchor(usize),
+    ControlVariate(usize),
     /// Its neighbours are other systems.
     #[error(
         "with parameter {0} a little smaller or larger the system has other parts, as when a rim begins to \
@@ -83,13 +83,13 @@ pub enum BenchError {
 
 /// The frozen choices of a system: how each hop is carried.
 #[derive(Clone, Debug)]
-pub struct Bench {
+pub struct LinearisedSystem {
     /// What was planned, with screens at rims: by it beamlets are chosen and corrected.
     planned: Rimmed,
     settings: Settings,
     plans: Vec<Plan>,
     /// For each hop, where the beamlets of the planned system are kept.
-    shelves: Vec<Vec<Shelf>>,
+    shelves: Vec<Vec<BeamletCache>>,
     /// How beamlets are drawn; nothing where all are followed.
     draws: Option<Draws>,
 }
@@ -130,7 +130,7 @@ pub struct Gradient {
     pub parameters: Vec<f64>,
 }
 
-impl Bench {
+impl LinearisedSystem {
     /// Plans every hop of a system, so that it may vary.
     ///
     /// # Errors
@@ -139,10 +139,10 @@ impl Bench {
         system: &System,
         variations: &[Variation],
         settings: &Settings,
-    ) -> Result<Self, BenchError> {
+    ) -> Result<Self, LinearisedSystemError> {
         match settings.method {
-            Method::Plane => return Err(BenchError::Method("plane")),
-            Method::Paper => return Err(BenchError::Method("paper")),
+            Method::Plane => return Err(LinearisedSystemError::Method("plane")),
+            Method::Paper => return Err(LinearisedSystemError::Method("paper")),
             Method::Auto | Method::Beamlet => {}
         }
         sensor_of(system)?;
@@ -154,7 +154,7 @@ impl Bench {
         let mut light = Light { anchor, usual };
         let mut plans = Vec::new();
         for (number, hop) in system.hops().enumerate() {
-            let beyond = &Beyond::of(system, number);
+            let beyond = &Downstream::of(system, number);
             let mut chosen = plan(&hop, light, beyond, &settings).map_err(SimulateError::from)?;
             let stays = |free| {
                 let (_, neighbours) = neighbours(variations, number, &hop);
@@ -193,12 +193,12 @@ impl Bench {
     }
 
     /// A shelf for each level of each hop's second screen.
-    fn empty_shelves(&self) -> Result<Vec<Vec<Shelf>>, BenchError> {
+    fn empty_shelves(&self) -> Result<Vec<Vec<BeamletCache>>, LinearisedSystemError> {
         let hops = self.planned.system.hops().enumerate();
         let shelves = |(number, hop)| {
             let (run, _, reach) = self.run(number, hop, &self.plans)?;
             let levels = run.stack(reach).map_or(1, |stack| stack.len());
-            Ok((0..levels).map(|_| Shelf::default()).collect())
+            Ok((0..levels).map(|_| BeamletCache::default()).collect())
         };
         hops.map(shelves).collect()
     }
@@ -212,15 +212,19 @@ impl Bench {
     ///
     /// # Errors
     /// As [`crate::engine::chain::simulate::simulate`]; when the system is not like the one that was planned.
-    pub fn forward(&self, system: &System) -> Result<Trace, BenchError> {
+    pub fn forward(&self, system: &System) -> Result<Trace, LinearisedSystemError> {
         self.forward_with(system, &|| ())
     }
 
     /// The same, with a pulse that is told now and then.
     ///
     /// # Errors
-    /// As [`Bench::forward`].
-    pub fn forward_with(&self, system: &System, pulse: &Pulse<'_>) -> Result<Trace, BenchError> {
+    /// As [`LinearisedSystem::forward`].
+    pub fn forward_with(
+        &self,
+        system: &System,
+        pulse: &Pulse<'_>,
+    ) -> Result<Trace, LinearisedSystemError> {
         let system = &self.planned.like(system);
         let plans = self.plans_for(system)?;
         let mut light = Arriving::from_source(system);
@@ -253,30 +257,30 @@ impl Bench {
     /// ∂L/∂Re U + i ∂L/∂Im U, [y, x].
     ///
     /// # Errors
-    /// As [`Bench::forward`].
+    /// As [`LinearisedSystem::forward`].
     pub fn adjoint(
         &self,
         system: &System,
         variations: &[Variation],
         trace: &Trace,
         field_bar: &Array2<Complex64>,
-    ) -> Result<Gradient, BenchError> {
+    ) -> Result<Gradient, LinearisedSystemError> {
         self.adjoint_with(system, variations, (trace, field_bar), &|| ())
     }
 
     /// The same, with a pulse that is told now and then.
     ///
     /// # Errors
-    /// As [`Bench::forward`].
+    /// As [`LinearisedSystem::forward`].
     pub fn adjoint_with(
         &self,
         system: &System,
         variations: &[Variation],
         (trace, field_bar): (&Trace, &Array2<Complex64>),
         pulse: &Pulse<'_>,
-    ) -> Result<Gradient, BenchError> {
+    ) -> Result<Gradient, LinearisedSystemError> {
         if self.draws.is_some() && !variations.is_empty() {
-            return Err(BenchError::Drawn);
+            return Err(LinearisedSystemError::Drawn);
         }
         let system = &self.planned.like(system);
         let variations = &rimmed(&self.planned, variations)?;
@@ -335,8 +339,8 @@ impl Bench {
     /// The light of a system of one hop, before and behind its element.
     ///
     /// # Errors
-    /// [`BenchError::Anchor`] for more; as [`Bench::forward`].
-    pub fn pass(&self, system: &System) -> Result<Passed, BenchError> {
+    /// [`LinearisedSystemError::ControlVariate`] for more; as [`LinearisedSystem::forward`].
+    pub fn pass(&self, system: &System) -> Result<Passed, LinearisedSystemError> {
         let (system, plans) = self.one_hop(system)?;
         let light = Arriving::from_source(&system);
         let (from, leaving) = (&system.screens[0], leaving(&plans[0]));
@@ -347,8 +351,8 @@ impl Bench {
     /// Carries a field behind the element of such a system to its sensor.
     ///
     /// # Errors
-    /// As [`Bench::pass`].
-    pub fn through(&self, system: &System, behind: &Field) -> Result<Field, BenchError> {
+    /// As [`LinearisedSystem::pass`].
+    pub fn through(&self, system: &System, behind: &Field) -> Result<Field, LinearisedSystemError> {
         let (system, plans) = self.one_hop(system)?;
         let mut values = Array2::zeros((0, 0));
         for hop in system.hops() {
@@ -360,18 +364,18 @@ impl Bench {
         Ok(Field { grid, values })
     }
 
-    /// The conjugate transpose of [`Bench::through`], held by `drawn_dot_product` in the crate's tests: the
+    /// The conjugate transpose of [`LinearisedSystem::through`], held by `drawn_dot_product` in the crate's tests: the
     /// cotangent behind the element. Of the light there, only what
     /// is drawn or too weak counts.
     ///
     /// # Errors
-    /// As [`Bench::pass`].
+    /// As [`LinearisedSystem::pass`].
     pub fn through_adjoint(
         &self,
         system: &System,
         behind: &Field,
         field_bar: &Array2<Complex64>,
-    ) -> Result<Field, BenchError> {
+    ) -> Result<Field, LinearisedSystemError> {
         let (system, plans) = self.one_hop(system)?;
         let mut bar = Field::zeros(behind.grid.clone());
         for hop in system.hops() {
@@ -389,23 +393,23 @@ impl Bench {
     }
 
     /// A system of one hop as it is planned, and its plan.
-    fn one_hop(&self, system: &System) -> Result<(System, Vec<Plan>), BenchError> {
+    fn one_hop(&self, system: &System) -> Result<(System, Vec<Plan>), LinearisedSystemError> {
         let system = self.planned.like(system);
         match system.trains.len() {
             1 => {
                 let plans = self.plans_for(&system)?;
                 Ok((system, plans))
             }
-            more => Err(BenchError::Anchor(more)),
+            more => Err(LinearisedSystemError::ControlVariate(more)),
         }
     }
 
     /// The plans for a system that has changed a little: free hops have its distances.
-    fn plans_for(&self, system: &System) -> Result<Vec<Plan>, BenchError> {
+    fn plans_for(&self, system: &System) -> Result<Vec<Plan>, LinearisedSystemError> {
         let update = |(plan, hop): (&Plan, Hop)| match plan {
             Plan::Free(free, waves) => match along(free, &hop) {
                 Some(free) => Ok(Plan::Free(free, *waves)),
-                None => Err(BenchError::Moved(
+                None => Err(LinearisedSystemError::Moved(
                     hop.from.name.clone(),
                     hop.to.name.clone(),
                 )),
@@ -414,7 +418,7 @@ impl Bench {
         };
         if self.plans.len() != system.trains.len() {
             let (planned, found) = (self.plans.len(), system.trains.len());
-            return Err(BenchError::Hops { planned, found });
+            return Err(LinearisedSystemError::Hops { planned, found });
         }
         self.plans.iter().zip(system.hops()).map(update).collect()
     }
@@ -425,20 +429,20 @@ impl Bench {
         number: usize,
         hop: Hop<'a>,
         plans: &'a [Plan],
-    ) -> Result<(Run<'a>, Raster, [f64; 2]), BenchError> {
+    ) -> Result<(HopRun<'a>, Raster, [f64; 2]), LinearisedSystemError> {
         let plan = &plans[number];
         let reach = arrival_reach(&hop, plan);
         let raster = receiving_raster(&hop, reach, &self.settings)?;
         let planned = self.planned.system.hops().nth(number);
         let planned = planned.filter(|planned| !planned.is_same(&hop));
         let shelves = self.shelves.get(number).map_or(&[][..], Vec::as_slice);
-        let run = Run {
+        let run = HopRun {
             number,
             hop,
             planned,
             plan,
             settings: &self.settings,
-            beyond: Beyond::none(),
+            beyond: Downstream::none(),
             shelves: if planned.is_none() { shelves } else { &[] },
             draws: self.draws,
         };
@@ -447,7 +451,10 @@ impl Bench {
 }
 
 /// The variations with a screen at every rim, as the system has them.
-fn rimmed(planned: &Rimmed, variations: &[Variation]) -> Result<Vec<Variation>, BenchError> {
+fn rimmed(
+    planned: &Rimmed,
+    variations: &[Variation],
+) -> Result<Vec<Variation>, LinearisedSystemError> {
     let system = &planned.system;
     let mut list = Vec::new();
     for (parameter, variation) in variations.iter().enumerate() {
@@ -458,12 +465,12 @@ fn rimmed(planned: &Rimmed, variations: &[Variation]) -> Result<Vec<Variation>, 
             let alike = other.trains.len() == system.trains.len()
                 && trains.into_iter().all(|(a, b)| a.len() == b.len());
             if !alike {
-                return Err(BenchError::Parts(parameter));
+                return Err(LinearisedSystemError::Parts(parameter));
             }
             for (screen, here) in other.screens.iter().zip(&system.screens) {
                 if screen.shape != here.shape {
                     let screen = here.name.clone();
-                    return Err(BenchError::Substrate { parameter, screen });
+                    return Err(LinearisedSystemError::Substrate { parameter, screen });
                 }
             }
         }
@@ -481,9 +488,9 @@ fn neighbours<'v>(
     variations: &'v [Variation],
     number: usize,
     hop: &Hop,
-) -> (Vec<usize>, Vec<Neighbours<'v>>) {
+) -> (Vec<usize>, Vec<PerturbedHops<'v>>) {
     let pair = |variation: &'v Variation| {
-        Some(Neighbours {
+        Some(PerturbedHops {
             below: variation.below.hops().nth(number)?,
             above: variation.above.hops().nth(number)?,
             distance: variation.distance,
@@ -496,7 +503,7 @@ fn neighbours<'v>(
 }
 
 /// Whether both neighbours of a free hop are free.
-fn is_free(free: &crate::wave::propagate::FreeHop, neighbours: &Neighbours) -> bool {
+fn is_free(free: &crate::wave::propagate::FreeHop, neighbours: &PerturbedHops) -> bool {
     along(free, &neighbours.below).is_some() && along(free, &neighbours.above).is_some()
 }
 

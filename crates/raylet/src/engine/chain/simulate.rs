@@ -4,11 +4,11 @@ use std::time::Instant;
 
 use ndarray::Array2;
 
-use crate::engine::chain::hop_run::Run;
-use crate::engine::error::lost_light::survey;
+use crate::engine::chain::hop_run::HopRun;
+use crate::engine::error::lost_light::lost_light;
 use crate::engine::error::tally::{FATES, Tally};
 use crate::engine::plan::direction_spread::Light;
-use crate::engine::plan::downstream::Beyond;
+use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, plan};
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::Settings;
@@ -165,7 +165,7 @@ pub fn plan_all(system: &System, settings: &Settings) -> Result<Vec<Plan>, Simul
     let mut light = Light { anchor, usual };
     let mut plans = Vec::new();
     for (number, hop) in system.hops().enumerate() {
-        let plan = plan(&hop, light, &Beyond::of(system, number), settings)?;
+        let plan = plan(&hop, light, &Downstream::of(system, number), settings)?;
         light = plan.light(&hop, light);
         plans.push(plan);
     }
@@ -273,7 +273,7 @@ pub fn simulate(
     let (mut reports, mut standard_error) = (Vec::<HopReport>::new(), None);
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
-        let beyond = &Beyond::of(system, number);
+        let beyond = &Downstream::of(system, number);
         let plan = plan(&hop, light.brief, beyond, settings)?;
         let (arrived, field) = light.pass(system, hop.from, leaving(&plan), settings)?;
         let before = arrived.power();
@@ -282,7 +282,7 @@ pub fn simulate(
         let raster = receiving_raster(&hop, reach, settings)?;
         let step = |done: f64| progress(Progress::of(system, number, &plan, done));
         step(0.0);
-        let run = Run::new((number, hop), &plan, settings, beyond);
+        let run = HopRun::new((number, hop), &plan, settings, beyond);
         let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
         if !sheets.power().is_finite() {
             return Err(SimulateError::NotFinite(hop.to.name.clone()));
@@ -342,7 +342,7 @@ fn note_landed(system: &System, reports: &mut [HopReport]) {
     let landed = reports.last().map_or(0.0, |last| last.power[2]);
     for (number, report) in reports.iter_mut().enumerate() {
         let share = landed / report.power[1];
-        report.tally.landed = Beyond::reaches_end(system, number).then_some(share);
+        report.tally.landed = Downstream::reaches_end(system, number).then_some(share);
     }
 }
 
@@ -397,5 +397,5 @@ fn surveyed(system: &System, hop: &Hop, light: &Arriving) -> [f64; FATES.len()] 
         act(hop.from, &mut field);
         field
     };
-    survey(hop, &behind)
+    lost_light(hop, &behind)
 }

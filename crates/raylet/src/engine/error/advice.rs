@@ -1,7 +1,7 @@
 //! What a planner sees that a user may want to know before a run.
 
 use crate::engine::chain::simulate::{chief, incidence};
-use crate::engine::monte_carlo::tangent_patch_error::Flatness;
+use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::Settings;
 use crate::math::vec3::Vec3;
@@ -59,7 +59,7 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
         say(false, orders(&hop, anchor));
         say(
             true,
-            Flatness::of(&hop, plan).and_then(|flat| flat.warning()),
+            TangentPatchError::of(&hop, plan).and_then(|flat| flat.warning()),
         );
         if let Plan::Beamlets(beamlets) = plan {
             let [eta, left] = [beamlets.eta, beamlets.eta_corrected];
@@ -94,7 +94,7 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
 }
 
 /// A ray that stands on a screen.
-type Pencil = ([f64; 2], [f64; 2]);
+type ScreenRay = ([f64; 2], [f64; 2]);
 
 /// What a hop does to the rays that stand on its first screen.
 #[derive(Default)]
@@ -109,11 +109,11 @@ struct Light {
     landings: Option<[f64; 4]>,
     blur: [f64; 2],
     /// The rays that arrive on the target.
-    arrived: Vec<Pencil>,
+    arrived: Vec<ScreenRay>,
 }
 
 impl Light {
-    fn follow(hop: &Hop, pencils: &[Pencil]) -> Self {
+    fn follow(hop: &Hop, pencils: &[ScreenRay]) -> Self {
         let mut light = Self::default();
         let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
             return light;
@@ -176,7 +176,7 @@ fn opened(surface: &Surface) -> Surface {
 }
 
 /// The source's rays on a lattice of places across the first screen.
-fn launch(system: &System) -> Vec<Pencil> {
+fn launch(system: &System) -> Vec<ScreenRay> {
     let screen = &system.screens[0];
     let Some([x0, x1, y0, y1]) = screen.bounds() else {
         return Vec::new();

@@ -6,7 +6,7 @@ use crate::engine::plan::hop_plan::Plan;
 
 /// Expected relative errors of the complex field, by cause.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub struct Account {
+pub struct ErrorBudget {
     /// Aberration inside beamlets, what the correction leaves of it.
     pub aberration: f64,
     /// Windows and period of the patches; without rays, what the free hop's period, taper and levels cost.
@@ -21,7 +21,7 @@ pub struct Account {
 /// the largest measured but for half-wave pixels close by.
 const FREE: [(f64, f64); 2] = [(4.0, 3e-4), (6.0, 1e-4)];
 
-impl Account {
+impl ErrorBudget {
     /// The account of a hop that was carried by `plan` with this tally; nothing for methods whose errors
     /// are not foretold.
     pub fn of(plan: &Plan, tally: &Tally) -> Option<Self> {
@@ -56,11 +56,11 @@ impl Account {
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::error::error_budget::Account;
+    use crate::engine::error::error_budget::ErrorBudget;
 
     #[test]
     fn causes_add_in_squares() {
-        let account = Account {
+        let account = ErrorBudget {
             aberration: 2e-3,
             windows: 3e-3,
             dropped: 6e-3,

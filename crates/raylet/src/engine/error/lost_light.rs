@@ -44,7 +44,7 @@ struct Lens {
 /// there is no reason why it should not have been followed.
 ///
 /// `light` is the field just behind the first screen, on any grid.
-pub fn survey(hop: &Hop, light: &(dyn Fn(Grid) -> Field + Sync)) -> [f64; FATES.len()] {
+pub fn lost_light(hop: &Hop, light: &(dyn Fn(Grid) -> Field + Sync)) -> [f64; FATES.len()] {
     let mut energy = [0.0; FATES.len()];
     let Some([x0, x1, y0, y1]) = hop.from.bounds() else {
         return energy;
@@ -189,7 +189,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::engine::error::lost_light::survey;
+    use crate::engine::error::lost_light::lost_light;
     use crate::engine::error::tally::Fate;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
@@ -256,7 +256,7 @@ mod tests {
             act(&from, &mut field);
             field
         };
-        let energy = survey(&hop, &light);
+        let energy = lost_light(&hop, &light);
         let total: f64 = energy.iter().sum();
         let share = |fate: Fate| energy[fate.place()] / total;
         let order = |m: f64| 2.0 * (2.0 / (std::f64::consts::PI * m)).powi(2);

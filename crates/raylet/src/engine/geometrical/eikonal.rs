@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::engine::chain::simulate::sensor_grid;
-use crate::engine::geometrical::ray_tube::{Tube, inverse, trace};
+use crate::engine::geometrical::ray_tube::{RayTube, inverse, trace_tube};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Act, Screen};
@@ -226,11 +226,11 @@ impl<'a> Aim<'a> {
             (0..=CELLS)
                 .map(|i| {
                     let start = self.corner(i, j);
-                    trace(&self.open, start).ok().map(|tube| (start, tube))
+                    trace_tube(&self.open, start).ok().map(|tube| (start, tube))
                 })
                 .collect::<Vec<_>>()
         });
-        let on_sensor = |(_, tube): &&([f64; 2], Tube)| {
+        let on_sensor = |(_, tube): &&([f64; 2], RayTube)| {
             [&self.grid.x, &self.grid.y]
                 .iter()
                 .zip(tube.at)
@@ -250,7 +250,7 @@ impl<'a> Aim<'a> {
         let mut shares = Vec::new();
         for i in 0..CELLS {
             let around = [(0, 0), (0, 1), (1, 0), (1, 1)];
-            let tubes: Vec<([f64; 2], Tube)> = around
+            let tubes: Vec<([f64; 2], RayTube)> = around
                 .iter()
                 .filter_map(|&(b, a)| corners[b][i + a])
                 .collect();
@@ -268,7 +268,7 @@ impl<'a> Aim<'a> {
     }
 
     /// The pixels that a cell may light: the box about what every corner's tube says of all corners.
-    fn pixels(&self, tubes: &[([f64; 2], Tube)], [i, j]: [usize; 2]) -> Vec<[usize; 2]> {
+    fn pixels(&self, tubes: &[([f64; 2], RayTube)], [i, j]: [usize; 2]) -> Vec<[usize; 2]> {
         let mut reach = [[f64::INFINITY, f64::NEG_INFINITY]; 2];
         for (start, tube) in tubes {
             for (a, b) in [(0, 0), (0, 1), (1, 0), (1, 1)] {
@@ -301,14 +301,14 @@ impl<'a> Aim<'a> {
     /// The ray of one cell that ends at a pixel's centre, if there is one.
     fn share(
         &self,
-        tubes: &[([f64; 2], Tube)],
+        tubes: &[([f64; 2], RayTube)],
         cell: [usize; 2],
         pixel: [usize; 2],
         rays: &mut u64,
     ) -> Option<Share> {
         let goal = [self.grid.x.node(pixel[0]), self.grid.y.node(pixel[1])];
-        let miss = |tube: &Tube| [goal[0] - tube.at[0], goal[1] - tube.at[1]];
-        let distance = |tube: &Tube| miss(tube)[0].hypot(miss(tube)[1]);
+        let miss = |tube: &RayTube| [goal[0] - tube.at[0], goal[1] - tube.at[1]];
+        let distance = |tube: &RayTube| miss(tube)[0].hypot(miss(tube)[1]);
         let nearest = tubes
             .iter()
             .min_by(|a, b| distance(&a.1).total_cmp(&distance(&b.1)))?;
@@ -328,7 +328,7 @@ impl<'a> Aim<'a> {
                 return None;
             }
             *rays += 1;
-            tube = trace(&self.open, start).ok()?;
+            tube = trace_tube(&self.open, start).ok()?;
         }
         None
     }
@@ -344,7 +344,7 @@ impl<'a> Aim<'a> {
         &self,
         start: [f64; 2],
         step: [f64; 2],
-        tube: &Tube,
+        tube: &RayTube,
         cell: [usize; 2],
         pixel: [usize; 2],
         rays: &mut u64,
@@ -356,7 +356,7 @@ impl<'a> Aim<'a> {
             return None;
         }
         *rays += 1;
-        trace(self.system, start).ok()?;
+        trace_tube(self.system, start).ok()?;
 
         // The phase of the start's ray, carried over the rest of the way to the pixel by its gradient p.
         let first = &self.system.screens[0];

@@ -18,18 +18,18 @@ use crate::wave::wavelet::{Companion, Encounter};
 
 /// Where a sketched ray went.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Trail {
+pub struct LayoutRay {
     /// Global points in mm: the source or a point before the first screen, then every meeting.
     pub points: Vec<Vec3>,
     /// What happened behind the elements that spread light.
-    pub turn: Turn,
+    pub turn: Deflection,
     /// Whether it ends on the last screen.
     pub arrived: bool,
 }
 
 /// What an element that spreads light did to a sketched ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Turn {
+pub enum Deflection {
     /// Nothing: it went straight on, or nothing on its way spreads light.
     Straight,
     /// It was turned towards the upper side of the next screen.
@@ -48,7 +48,7 @@ const AIMS: [f64; 5] = [0.8, 0.5, 0.3, 0.15, 0.05];
 const MOST_RAYS: usize = 40;
 
 /// Rays in the section whose plane has this global unit normal.
-pub fn sketch(system: &System, normal: Vec3) -> Vec<Trail> {
+pub fn layout_rays(system: &System, normal: Vec3) -> Vec<LayoutRay> {
     let k = system.wavenumber();
     let Some(first) = system.screens.first() else {
         return Vec::new();
@@ -67,7 +67,7 @@ pub fn sketch(system: &System, normal: Vec3) -> Vec<Trail> {
                 let landed = hop.trace(ray.at, p, &mut steps);
                 trail.points.extend(steps.0);
                 match landed {
-                    Ok(landing) if passes(hop.to, landing.at) => next.push(Pencil {
+                    Ok(landing) if passes(hop.to, landing.at) => next.push(Arrived {
                         at: landing.at,
                         p: landing.cosines,
                         trail,
@@ -78,7 +78,7 @@ pub fn sketch(system: &System, normal: Vec3) -> Vec<Trail> {
         }
         live = next;
     }
-    done.extend(live.into_iter().map(|ray| Trail {
+    done.extend(live.into_iter().map(|ray| LayoutRay {
         arrived: true,
         ..ray.trail
     }));
@@ -86,10 +86,10 @@ pub fn sketch(system: &System, normal: Vec3) -> Vec<Trail> {
 }
 
 /// A ray that stands on a screen.
-struct Pencil {
+struct Arrived {
     at: [f64; 2],
     p: [f64; 2],
-    trail: Trail,
+    trail: LayoutRay,
 }
 
 /// The points that a walk visits.
@@ -114,7 +114,7 @@ pub fn cut(frame: &crate::optics::frame::Frame, normal: Vec3) -> [f64; 2] {
 }
 
 /// Rays from the source to places across the first screen.
-fn launch(system: &System, screen: &Screen, normal: Vec3) -> Vec<Pencil> {
+fn launch(system: &System, screen: &Screen, normal: Vec3) -> Vec<Arrived> {
     let Some([x0, x1, y0, y1]) = screen.bounds() else {
         return Vec::new();
     };
@@ -133,12 +133,12 @@ fn launch(system: &System, screen: &Screen, normal: Vec3) -> Vec<Pencil> {
             _ => here + direction * -stub,
         };
         let local = screen.frame.turn_in(direction);
-        Pencil {
+        Arrived {
             at,
             p: [local.x * screen.index, local.y * screen.index],
-            trail: Trail {
+            trail: LayoutRay {
                 points: vec![start, here],
-                turn: Turn::Straight,
+                turn: Deflection::Straight,
                 arrived: false,
             },
         }
@@ -158,7 +158,13 @@ fn length_of(system: &System) -> f64 {
 }
 
 /// The directions in which a ray goes on from a screen.
-fn leaving(hop: &Hop, ray: &Pencil, k: f64, normal: Vec3, crowded: bool) -> Vec<([f64; 2], Turn)> {
+fn leaving(
+    hop: &Hop,
+    ray: &Arrived,
+    k: f64,
+    normal: Vec3,
+    crowded: bool,
+) -> Vec<([f64; 2], Deflection)> {
     let Act::Doe(doe) = &hop.from.act else {
         return vec![(ray.p, ray.trail.turn)];
     };
@@ -171,19 +177,19 @@ fn leaving(hop: &Hop, ray: &Pencil, k: f64, normal: Vec3, crowded: bool) -> Vec<
     if gradient.is_some() || crowded {
         return list;
     }
-    let ray = &Pencil {
+    let ray = &Arrived {
         p,
         at: ray.at,
         trail: ray.trail.clone(),
     };
-    for (side, turn) in [(1.0, Turn::Up), (-1.0, Turn::Down)] {
+    for (side, turn) in [(1.0, Deflection::Up), (-1.0, Deflection::Down)] {
         list.extend(aimed(hop, doe, ray, side, normal).map(|p| (p, turn)));
     }
     list
 }
 
 /// A direction within the element's band that leads to one side of the next screen, as far out as it can.
-fn aimed(hop: &Hop, doe: &Doe, ray: &Pencil, side: f64, normal: Vec3) -> Option<[f64; 2]> {
+fn aimed(hop: &Hop, doe: &Doe, ray: &Arrived, side: f64, normal: Vec3) -> Option<[f64; 2]> {
     let [x0, x1, y0, y1] = hop.to.bounds()?;
     let u = cut(&hop.to.frame, normal);
     let limit = turning(doe, hop.wavelength);
@@ -200,7 +206,7 @@ fn aimed(hop: &Hop, doe: &Doe, ray: &Pencil, side: f64, normal: Vec3) -> Option<
 }
 
 /// Newton's search for the direction that lands on a point.
-fn seek(hop: &Hop, ray: &Pencil, target: [f64; 2], tolerance: f64) -> Option<[f64; 2]> {
+fn seek(hop: &Hop, ray: &Arrived, target: [f64; 2], tolerance: f64) -> Option<[f64; 2]> {
     let mut p = ray.p;
     for _ in 0..12 {
         let found: Result<(Landing, _), Loss> = hop.jacobian(ray.at, p);

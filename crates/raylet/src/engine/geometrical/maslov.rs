@@ -15,7 +15,7 @@ use rayon::prelude::*;
 use crate::engine::chain::simulate::{sensor_grid, sensor_of};
 use crate::engine::geometrical::eikonal::{EikonalError, check_smooth};
 use crate::engine::geometrical::ray_tube::{
-    Matrix, Tube, determinant, inverse, opening, product, signature, trace,
+    Matrix, RayTube, aperture_of, determinant, inverse, product, signature, trace_tube,
 };
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
@@ -85,7 +85,7 @@ pub fn sum_of_directions(
             Strength::Equal => [[0.0; 2]; 2],
         },
         open,
-        opening: opening(first),
+        opening: aperture_of(first),
         start: [x0, y0],
         size: [(x1 - x0) / count as f64, (y1 - y0) / count as f64],
         system,
@@ -117,7 +117,7 @@ pub fn sum_of_directions(
 
 /// Q of the ray in the middle, (∂p′/∂p)(∂s/∂p)⁻¹, which is symmetric; none where there is none.
 fn sphere(open: &System, middle: [f64; 2]) -> Matrix {
-    let tube = trace(open, middle).ok();
+    let tube = trace_tube(open, middle).ok();
     let found = tube.and_then(|tube| Some(product(tube.swing, inverse(tube.throw)?)));
     found.unwrap_or([[0.0; 2]; 2])
 }
@@ -166,7 +166,7 @@ impl Cells<'_> {
             return None;
         }
         let at = [0, 1].map(|a| edge(a, 0) + 0.5 * self.size[a]);
-        let tube = trace(&self.open, at).ok()?;
+        let tube = trace_tube(&self.open, at).ok()?;
         let k = self.system.wavenumber();
         let first: &Screen = &self.system.screens[0];
         let light = self.system.source.field(
@@ -191,7 +191,7 @@ impl Cells<'_> {
 
 /// (k/2π)√|det(∂p′/∂x − Q ∂s/∂x)| of a tube, with what surfaces take, and the phase that makes the sum equal
 /// to the tube's own field wherever that exists: by the method of stationary phase.
-fn density(tube: &Tube, q: Matrix, k: f64) -> Complex64 {
+fn density(tube: &RayTube, q: Matrix, k: f64) -> Complex64 {
     let part = product(q, tube.spread);
     let turn = [0, 1].map(|a| [0, 1].map(|b| tube.turn[a][b] - part[a][b]));
     let passed = tube.amplitude * determinant(tube.spread).abs().sqrt();

@@ -19,7 +19,7 @@ type Number = Dual<4>;
 
 /// A ray at the sensor, with its tube.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tube {
+pub struct RayTube {
     /// Position in the sensor's plane, in mm.
     pub at: [f64; 2],
     /// Optical direction cosines along the sensor's axes.
@@ -40,7 +40,7 @@ pub struct Tube {
     pub swing: [[f64; 2]; 2],
 }
 
-impl Tube {
+impl RayTube {
     /// Half width `half` of the pupil in Fresnel zones of this ray, N = a²/(λ|M⁻¹B|): geometrical optics
     /// holds for N ≫ 1 and fails where N falls to one, at caustics and foci.
     pub fn fresnel_number(&self, half: f64, wavelength: f64) -> f64 {
@@ -54,7 +54,7 @@ impl Tube {
 }
 
 /// The aperture of a screen.
-pub fn opening(screen: &Screen) -> Aperture {
+pub fn aperture_of(screen: &Screen) -> Aperture {
     match &screen.act {
         Act::Stop(aperture) => aperture.clone(),
         Act::Doe(doe) => doe.aperture.clone(),
@@ -66,7 +66,7 @@ pub fn opening(screen: &Screen) -> Aperture {
 ///
 /// # Errors
 /// How the ray was lost. Elements without a smooth phase lose it as evanescent; refuse them beforehand.
-pub fn trace(system: &System, start: [f64; 2]) -> Result<Tube, Loss> {
+pub fn trace_tube(system: &System, start: [f64; 2]) -> Result<RayTube, Loss> {
     let (first, k) = (&system.screens[0], system.wavenumber());
     let mut at = [Number::variable(start[0], 0), Dual::variable(start[1], 1)];
     let zero = Number::constant(0.0);
@@ -77,10 +77,10 @@ pub fn trace(system: &System, start: [f64; 2]) -> Result<Tube, Loss> {
     let mut p = [incident.x * first.index, incident.y * first.index];
 
     let (mut path, mut flux) = (0.0, 1.0);
-    let mut neighbours = Neighbours::default();
+    let mut neighbours = TubeRays::default();
     for (number, hop) in system.hops().enumerate() {
         // The element bends the ray and lengthens its path.
-        if !opening(hop.from).contains(at[0].value, at[1].value) {
+        if !aperture_of(hop.from).contains(at[0].value, at[1].value) {
             return Err(Loss::Clipped);
         }
         path += deflect(hop.from, at, &mut p, k)?;
@@ -97,7 +97,7 @@ pub fn trace(system: &System, start: [f64; 2]) -> Result<Tube, Loss> {
     }
     let spread = at.map(|s| [s.tangent[0], s.tangent[1]]);
     let power = flux * neighbours.transmission.powi(2);
-    Ok(Tube {
+    Ok(RayTube {
         at: at.map(|s| s.value),
         cosines: p.map(|p| p.value),
         path,
@@ -142,14 +142,14 @@ fn normal_at(hop: &Hop, landing: &Landing<Number>) -> f64 {
 
 /// What the neighbouring rays do: line foci between them, and what surfaces transmit beside an ideal
 /// coating.
-struct Neighbours {
+struct TubeRays {
     foci: i32,
     transmission: f64,
     last: Option<Vec3<Number>>,
     forwards: bool,
 }
 
-impl Default for Neighbours {
+impl Default for TubeRays {
     fn default() -> Self {
         Self {
             foci: 0,
@@ -160,7 +160,7 @@ impl Default for Neighbours {
     }
 }
 
-impl Companion<Number> for Neighbours {
+impl Companion<Number> for TubeRays {
     fn fly(&mut self, length: Number, _index: Number) {
         self.forwards = length.value >= 0.0;
     }
@@ -251,7 +251,7 @@ fn eigenvalues(m: Matrix) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::geometrical::ray_tube::trace;
+    use crate::engine::geometrical::ray_tube::trace_tube;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::bend::{Coating, Interface};
@@ -324,7 +324,7 @@ mod tests {
     fn diffractive_lens_has_one_path_to_its_focus() {
         let system = system(collimated(0.0, 0.0), vec![(0.0, lens(30.0))], 30.0);
         for (x, y) in [(0.0, 0.0), (1.0, -3.0), (-8.0, 9.0), (12.0, 0.5)] {
-            let tube = trace(&system, [x, y]).unwrap();
+            let tube = trace_tube(&system, [x, y]).unwrap();
             assert!(tube.at[0].hypot(tube.at[1]) < 1e-12, "{tube:?}");
             assert!((tube.path - 30.0).abs() < 1e-12, "{tube:?}");
         }
@@ -339,7 +339,7 @@ mod tests {
             (4.0, Profile::Linear { gradient: b }),
         ];
         let system = system(collimated(-0.2, 0.35), gratings, 9.0);
-        let tube = trace(&system, [0.3, -0.2]).unwrap();
+        let tube = trace_tube(&system, [0.3, -0.2]).unwrap();
         let p = [-0.2 + (a[0] + b[0]) / K, 0.35 + (a[1] + b[1]) / K];
         assert!((tube.cosines[0] - p[0]).abs() < 1e-15);
         assert!((tube.cosines[1] - p[1]).abs() < 1e-15);
@@ -365,7 +365,7 @@ mod tests {
         for (z, foci) in [(10.0, 0), (29.0, 0), (31.0, 2), (75.0, 2)] {
             let system = system(collimated(0.0, 0.0), vec![(0.0, lens(30.0))], z);
             let (x, y) = (4.0, -3.0);
-            let tube = trace(&system, [x, y]).unwrap();
+            let tube = trace_tube(&system, [x, y]).unwrap();
             // Radii 30/cos before and |z − 30|/cos behind: |U| scales with their ratio.
             let expected = 30.0 / (z - 30.0).abs();
             assert!((tube.amplitude / expected - 1.0).abs() < 1e-12, "{tube:?}");
@@ -401,12 +401,12 @@ mod tests {
             screen.index = 1.5;
         }
         let h = 1e-5;
-        let (start, tube) = ([1.0, 2.0], trace(&system, [1.0, 2.0]).unwrap());
+        let (start, tube) = ([1.0, 2.0], trace_tube(&system, [1.0, 2.0]).unwrap());
         for axis in 0..2 {
             let moved = |sign: f64| {
                 let mut at = start;
                 at[axis] += sign * h;
-                trace(&system, at).unwrap()
+                trace_tube(&system, at).unwrap()
             };
             let (plus, minus) = (moved(1.0), moved(-1.0));
             for row in 0..2 {
@@ -451,7 +451,7 @@ mod tests {
         ];
         // Spherical aberration spreads the rays over ±160 µm; the peak is made by the zone whose sagittal
         // rays meet there. Its height on the pupil by bisection.
-        let landing = |height: f64| trace(&system, [0.0, height]).unwrap().at;
+        let landing = |height: f64| trace_tube(&system, [0.0, height]).unwrap().at;
         let (mut low, mut high) = (6.0, 12.0);
         for _ in 0..60 {
             let middle = 0.5 * (low + high);

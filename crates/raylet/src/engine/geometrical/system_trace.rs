@@ -3,7 +3,7 @@
 //! A smooth element turns a ray by the gradient of its phase φ and adds φ/k to its path; pixels and sums, whose
 //! phase has no gradient of this kind, let it go straight on.
 
-use crate::engine::trace::ray_sensitivity::{BLOCK, Neighbours, Number, SwayingHop, Variation};
+use crate::engine::trace::ray_sensitivity::{BLOCK, Number, PerturbedHops, Variation, VariedHop};
 use crate::engine::trace::ray_trace::Landing;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
@@ -16,7 +16,7 @@ use crate::wave::wavelet::{Companion, Encounter};
 
 /// A ray where it meets a screen or surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Meeting {
+pub struct RayHit {
     /// Where, in mm, global.
     pub point: Vec3,
     /// Unit direction in which it goes on, global.
@@ -27,16 +27,16 @@ pub struct Meeting {
 
 /// A ray that was followed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Followed {
+pub struct SystemRay {
     /// The screens and surfaces that it met, in order.
-    pub meetings: Vec<Meeting>,
+    pub meetings: Vec<RayHit>,
     /// How it was lost before the sensor, if it was.
     pub lost: Option<Loss>,
 }
 
 /// What a ray tells on its way.
 struct Log {
-    meetings: Vec<Meeting>,
+    meetings: Vec<RayHit>,
     direction: Vec3,
     path: f64,
     /// Whether the ray stands where it was met last, so that the next visit tells nothing new.
@@ -57,7 +57,7 @@ impl<T: Real> Companion<T> for Log {
         if std::mem::take(&mut self.stands) {
             return;
         }
-        self.meetings.push(Meeting {
+        self.meetings.push(RayHit {
             point: point.value(),
             direction: self.direction,
             path: self.path,
@@ -66,11 +66,11 @@ impl<T: Real> Companion<T> for Log {
 }
 
 /// The ray of the light of `source` that meets the first screen above its local (x, y).
-pub fn follow(system: &System, source: &Source, at: [f64; 2]) -> Followed {
+pub fn trace_system(system: &System, source: &Source, at: [f64; 2]) -> SystemRay {
     let (mut log, mut at, mut p) = match launch(system, source, at) {
         Ok(start) => start,
         Err(lost) => {
-            return Followed {
+            return SystemRay {
                 meetings: Vec::new(),
                 lost: Some(lost),
             };
@@ -91,7 +91,7 @@ pub fn follow(system: &System, source: &Source, at: [f64; 2]) -> Followed {
         }
     }
     let meetings = log.meetings;
-    Followed { meetings, lost }
+    SystemRay { meetings, lost }
 }
 
 impl Log {
@@ -120,7 +120,7 @@ fn launch(
     let path = source.path(point, screen.index);
     let local = screen.frame.turn_in(direction);
     let log = Log {
-        meetings: vec![Meeting {
+        meetings: vec![RayHit {
             point,
             direction,
             path,
@@ -223,7 +223,7 @@ fn sway(
         }
         let each = variations.iter();
         let neighbours: Option<Vec<_>> = each.map(|v| neighbours(v, number)).collect();
-        let landing = SwayingHop::new(hop, &neighbours?).trace(at, p).ok()?;
+        let landing = VariedHop::new(hop, &neighbours?).trace(at, p).ok()?;
         (at, p, path) = (landing.at, landing.cosines, path + landing.path);
         last = Some(Landing { path, ..landing });
     }
@@ -231,8 +231,8 @@ fn sway(
 }
 
 /// One hop of a variation.
-fn neighbours(variation: &Variation, number: usize) -> Option<Neighbours<'_>> {
-    Some(Neighbours {
+fn neighbours(variation: &Variation, number: usize) -> Option<PerturbedHops<'_>> {
+    Some(PerturbedHops {
         below: variation.below.hops().nth(number)?,
         above: variation.above.hops().nth(number)?,
         distance: variation.distance,
@@ -241,7 +241,7 @@ fn neighbours(variation: &Variation, number: usize) -> Option<Neighbours<'_>> {
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::geometrical::system_trace::follow;
+    use crate::engine::geometrical::system_trace::trace_system;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Doe, Layer};
@@ -292,13 +292,13 @@ mod tests {
             trains: vec![Vec::new()],
         };
         for at in [[0.0, 0.0], [3.0, 1.0], [-1.0, 3.5]] {
-            let ray = follow(&system, &source, at);
+            let ray = trace_system(&system, &source, at);
             let last = ray.meetings[1];
             assert_eq!(ray.lost, None);
             assert!(last.point.x.hypot(last.point.y) < 1e-12, "{last:?}");
             assert!((last.path - focal_length).abs() < 1e-12, "{last:?}");
         }
-        let beside = follow(&system, &source, [4.1, 0.0]);
+        let beside = trace_system(&system, &source, [4.1, 0.0]);
         assert_eq!(
             (beside.lost, beside.meetings.len()),
             (Some(Loss::Clipped), 1)

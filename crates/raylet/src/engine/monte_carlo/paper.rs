@@ -14,9 +14,9 @@ use rayon::prelude::*;
 
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::monte_carlo::paper_plan::{Address, PaperPlan};
-use crate::engine::monte_carlo::tangent_patch::Facet;
+use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Sag, Sampler};
-use crate::engine::trace::ray_packet::trace_all;
+use crate::engine::trace::ray_packet::trace_packets;
 use crate::engine::trace::ray_trace::Landing;
 use crate::math::draw::{draw, inclusion, systematic};
 use crate::math::hilbert::hilbert_order;
@@ -118,7 +118,7 @@ pub fn cover(
     let mut cover = Array2::zeros((ny + 1, nx + 1));
     for patch in 0..plan.positions {
         let at = plan.place(patch as u32, address);
-        if Facet::new(hop.from, at, plan.along).is_none() {
+        if TangentPatch::new(hop.from, at, plan.along).is_none() {
             continue;
         }
         match plan.window {
@@ -158,7 +158,7 @@ fn lay(cover: &mut Array2<f64>, cutter: &TileCutter, at: [f64; 2]) {
 }
 
 /// Which modes of a patch propagate, row by row.
-fn propagating(plan: &PaperPlan, facet: &Facet) -> Vec<bool> {
+fn propagating(plan: &PaperPlan, facet: &TangentPatch) -> Vec<bool> {
     let [bx, by] = &plan.bands;
     let row =
         |my: usize| (0..bx.count).map(move |mx| facet.cosines([bx.at(mx), by.at(my)]).is_some());
@@ -217,7 +217,7 @@ impl<'a> Carrier<'a> {
             heights: (!hop.from.is_plane()).then(|| Heights::on(hop.from, &field.grid)),
             cutter,
             order,
-            propagates: Facet::new(hop.from, [0.0; 2], plan.along)
+            propagates: TangentPatch::new(hop.from, [0.0; 2], plan.along)
                 .filter(|_| hop.from.is_plane())
                 .map(|facet| propagating(plan, &facet)),
             share: plan.share(),
@@ -262,7 +262,7 @@ impl<'a> Carrier<'a> {
         let mut tally = Tally::default();
         let mut waves = Vec::new();
         let at = self.plan.place(patch, self.address);
-        let Some(facet) = Facet::new(self.hop.from, at, self.plan.along) else {
+        let Some(facet) = TangentPatch::new(self.hop.from, at, self.plan.along) else {
             return (waves, tally);
         };
         let (k, bands) = (self.hop.wavenumber(), &self.plan.bands);
@@ -284,7 +284,7 @@ impl<'a> Carrier<'a> {
             .map(|drawn| [bands[0].at(drawn.mode[1]), bands[1].at(drawn.mode[0])])
             .map(|rates| facet.cosines(rates).unwrap_or(rates))
             .collect();
-        for (drawn, landing) in drawn.iter().zip(trace_all(&hop, start, &directions)) {
+        for (drawn, landing) in drawn.iter().zip(trace_packets(&hop, start, &directions)) {
             let fate = match landing {
                 Ok(landing) => {
                     let wave = self.wave(&landing, drawn.amplitude * self.share);
@@ -303,7 +303,7 @@ impl<'a> Carrier<'a> {
     }
 
     /// Draws modes that propagate; equal draws become one ray.
-    fn draw(&self, spectrum: &Array2<Complex64>, facet: &Facet, patch: u32) -> Vec<Drawn> {
+    fn draw(&self, spectrum: &Array2<Complex64>, facet: &TangentPatch, patch: u32) -> Vec<Drawn> {
         let own = match &self.propagates {
             Some(_) => Vec::new(),
             None => propagating(self.plan, facet),

@@ -1,9 +1,9 @@
 //! The plan of the source paper's method: where patches stand, and which modes they have.
 
 use crate::engine::beamlet::beamlet_plan::Planner;
-use crate::engine::monte_carlo::tangent_patch::Facet;
+use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Positions, Sag, Sampler};
-use crate::engine::trace::direction_search::explore;
+use crate::engine::trace::direction_search::search_directions;
 use crate::math::random::pair;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::Hop;
@@ -175,7 +175,7 @@ impl PaperPlan {
         let mut reach = [0.0f64; 2];
         for place in 0..25 {
             let at = [between(x0, x1, place % 5, 5), between(y0, y1, place / 5, 5)];
-            let Some(facet) = Facet::new(hop.from, at, self.along) else {
+            let Some(facet) = TangentPatch::new(hop.from, at, self.along) else {
                 continue;
             };
             let (start, at) = facet.start(hop);
@@ -215,7 +215,7 @@ fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
         Act::Stop(_) | Act::Sensor(_) => None,
     };
     let Some(pixels) = pixels else {
-        let mut fan = explore(hop, planner.from, planner.to, [side; 2]);
+        let mut fan = search_directions(hop, planner.from, planner.to, [side; 2]);
         for (a, spare) in spare.iter().enumerate() {
             fan.band[2 * a] -= spare;
             fan.band[2 * a + 1] += spare;

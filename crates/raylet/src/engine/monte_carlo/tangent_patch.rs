@@ -18,7 +18,7 @@ use crate::wave::patch::Band;
 use crate::wave::tile::TileCutter;
 
 /// A place on a screen where a patch stands.
-pub struct Facet {
+pub struct TangentPatch {
     /// The touching plane; nothing on a plane screen.
     plane: Option<Screen>,
     /// The place, in mm on the screen's local plane.
@@ -34,7 +34,7 @@ pub struct Facet {
     carrier: [f64; 2],
 }
 
-impl Facet {
+impl TangentPatch {
     /// The facet at (x, y); `along` is the normal cosine of the incident light, with its sign. Nothing
     /// where a curved screen does not exist.
     pub fn new(screen: &Screen, at: [f64; 2], along: f64) -> Option<Self> {

@@ -13,7 +13,7 @@ const WORTH_SAYING: f64 = 0.5;
 
 /// How flat a patch is against its screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Flatness {
+pub struct TangentPatchError {
     /// Side of the patch in mm.
     pub side: f64,
     /// Smallest radius of curvature of the screen in mm.
@@ -24,7 +24,7 @@ pub struct Flatness {
     pub angle: f64,
 }
 
-impl Flatness {
+impl TangentPatchError {
     /// That of a hop whose patches ignore heights; nothing for others, and for plane screens.
     pub fn of(hop: &Hop, plan: &Plan) -> Option<Self> {
         let Plan::Paper(plan) = plan else {

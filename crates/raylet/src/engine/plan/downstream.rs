@@ -9,14 +9,14 @@ use crate::optics::system::{Hop, System};
 
 /// The hops behind one hop up to the next screen that changes directions, or the sensor.
 #[derive(Clone, Debug, Default)]
-pub struct Beyond<'a> {
+pub struct Downstream<'a> {
     hops: Vec<Hop<'a>>,
 }
 
-impl<'a> Beyond<'a> {
+impl<'a> Downstream<'a> {
     /// Nothing is known of what lies behind: all light is wanted.
-    pub fn none() -> &'static Beyond<'static> {
-        const { &Beyond { hops: Vec::new() } }
+    pub fn none() -> &'static Downstream<'static> {
+        const { &Downstream { hops: Vec::new() } }
     }
 
     /// What lies behind hop `number` of a system.

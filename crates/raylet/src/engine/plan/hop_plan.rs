@@ -3,11 +3,11 @@
 use crate::engine::beamlet::beamlet_plan::{BeamletPlan, Planner};
 use crate::engine::monte_carlo::paper_plan::PaperPlan;
 use crate::engine::plan::direction_spread::Light;
-use crate::engine::plan::downstream::Beyond;
+use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::plane_wave::plane_wavelets::PlanePlan;
-use crate::engine::trace::direction_search::{Fan, explore};
+use crate::engine::trace::direction_search::{DirectionSearch, search_directions};
 use crate::optics::aperture::Aperture;
 use crate::optics::bend::Interface;
 use crate::optics::screen::{Act, Screen};
@@ -112,7 +112,7 @@ impl Plan {
 pub fn plan(
     hop: &Hop,
     light: Light,
-    beyond: &Beyond,
+    beyond: &Downstream,
     settings: &Settings,
 ) -> Result<Plan, PlanError> {
     let plan = choose(hop, light, beyond, settings)?;
@@ -129,7 +129,7 @@ pub fn plan(
 fn choose(
     hop: &Hop,
     light: Light,
-    beyond: &Beyond,
+    beyond: &Downstream,
     settings: &Settings,
 ) -> Result<Plan, PlanError> {
     let pitch = pitch_of(hop.to);
@@ -156,7 +156,7 @@ fn choose(
         let method = "plane";
         return Err(PlanError::Curved { method, screen });
     }
-    let fan = explore(hop, from, to, [0.0; 2]);
+    let fan = search_directions(hop, from, to, [0.0; 2]);
     if fan.is_dark() {
         return Err(dark(hop, &fan));
     }
@@ -283,7 +283,7 @@ fn paper(planner: &Planner) -> Result<Plan, PlanError> {
     Ok(Plan::Paper(plan))
 }
 
-fn dark(hop: &Hop, fan: &Fan) -> PlanError {
+fn dark(hop: &Hop, fan: &DirectionSearch) -> PlanError {
     let mut causes = String::new();
     for (loss, count) in &fan.lost {
         let name = crate::engine::error::tally::Fate::Lost(*loss).name();

@@ -14,11 +14,11 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::beamlet::beamlet_launch::launch;
+use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::{Planner, judges, starting_width};
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::plan::settings::Settings;
-use crate::engine::trace::direction_search::{Fan, FanRay, explore};
+use crate::engine::trace::direction_search::{DirectionSearch, SearchRay, search_directions};
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
 use crate::wave::field::{Axis, Field};
@@ -81,10 +81,10 @@ struct Blocks {
 }
 
 impl Blocks {
-    fn new(judges: &[FanRay]) -> Self {
+    fn new(judges: &[SearchRay]) -> Self {
         let block = |row: usize, column: usize| {
             let entry = |a: usize, b: usize| {
-                let size = |ray: &FanRay| ray.jacobian[row + a][column + b].abs();
+                let size = |ray: &SearchRay| ray.jacobian[row + a][column + b].abs();
                 judges.iter().map(size).fold(0.0, f64::max)
             };
             [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
@@ -99,7 +99,7 @@ impl Blocks {
 }
 
 /// The largest eigenvalue of C⁻¹D of one ray, by modulus; the matrix is symmetric as J is symplectic.
-fn reach(ray: &FanRay) -> f64 {
+fn reach(ray: &SearchRay) -> f64 {
     let [_, _, [a, b, p, q], [c, d, r, s]] = ray.jacobian;
     let determinant = a * d - b * c;
     if determinant == 0.0 {
@@ -117,7 +117,7 @@ fn columns(m: [[f64; 2]; 2], s: [f64; 2]) -> [f64; 2] {
 
 impl PlanePlan {
     /// Chooses windows and directions, given a fan of rays that reach the target.
-    pub fn new(planner: &Planner, fan: &Fan) -> Self {
+    pub fn new(planner: &Planner, fan: &DirectionSearch) -> Self {
         let (settings, hop) = (planner.settings, planner.hop);
         let judges = judges(fan);
         let sigma = settings
@@ -165,7 +165,7 @@ impl PlanePlan {
     /// The plan with the directions that lead to the target and its margin.
     fn aimed(mut self, planner: &Planner) -> Self {
         let margin = self.fade.map(|fade| self.margin + fade);
-        let wider = explore(planner.hop, planner.from, planner.to, margin);
+        let wider = search_directions(planner.hop, planner.from, planner.to, margin);
         self.bands = planner.bands(&wider, self.period);
         for ray in wider.rays.iter().chain(&wider.rim) {
             for a in 0..2 {
@@ -336,7 +336,7 @@ impl Carrier<'_> {
         if p[0].hypot(p[1]) >= self.hop.from.index {
             return Err(Fate::Lost(Loss::Evanescent));
         }
-        let beamlet = launch(&self.hop, at, p, self.plan.sigma).map_err(Fate::Lost)?;
+        let beamlet = launch_beamlet(&self.hop, at, p, self.plan.sigma).map_err(Fate::Lost)?;
         let weight = self.plan.weight(beamlet.at);
         if weight == 0.0 {
             return Err(Fate::Outside);

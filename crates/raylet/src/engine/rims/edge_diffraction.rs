@@ -5,7 +5,7 @@
 //! normal (the mean of a slit's sinc² far from its middle). It decides which rims matter where little or none of
 //! the light goes to the target by itself; it enters no field.
 
-use crate::engine::rims::source_rays::{Pencil, bend, obliquity};
+use crate::engine::rims::source_rays::{SourceRay, obliquity, ray_behind};
 use crate::optics::aperture::Aperture;
 use crate::optics::polygon;
 use crate::optics::screen::Act;
@@ -26,7 +26,7 @@ pub fn edge_energy(wavelength: f64, q: f64, width: f64) -> f64 {
 
 /// Rays for the light that the outline of a stop or a smooth element sends aside, for the rays that arrive there.
 /// What pixels send aside is among the rays that leave them.
-pub fn edge_waves(hop: &Hop, arriving: &[Pencil]) -> Vec<Pencil> {
+pub fn edge_waves(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
     let aperture = match &hop.from.act {
         Act::Stop(aperture) => aperture,
         Act::Doe(doe) if doe.pixels().is_none() => &doe.aperture,
@@ -50,7 +50,7 @@ pub fn edge_waves(hop: &Hop, arriving: &[Pencil]) -> Vec<Pencil> {
         let length = along[0].hypot(along[1]);
         let normal = [along[1] / length, -along[0] / length];
         let nearest = nearest(arriving, at);
-        let direct = bend(hop, &Pencil { at, ..nearest });
+        let direct = ray_behind(hop, &SourceRay { at, ..nearest });
         let per_length = nearest.energy / each * length;
         (0..2 * DIRECTIONS).map(move |n| {
             let side = if n % 2 == 0 { 1.0 } else { -1.0 };
@@ -58,7 +58,7 @@ pub fn edge_waves(hop: &Hop, arriving: &[Pencil]) -> Vec<Pencil> {
             let middle = side * q * ratio.sqrt();
             let p = [0, 1].map(|a| direct.p[a] + middle * normal[a]);
             let sent = edge_energy(hop.wavelength, q, q * (ratio - 1.0));
-            Pencil {
+            SourceRay {
                 at,
                 p,
                 energy: per_length * sent * obliquity(hop, p),
@@ -66,7 +66,7 @@ pub fn edge_waves(hop: &Hop, arriving: &[Pencil]) -> Vec<Pencil> {
         })
     };
     let waves = starts.flat_map(wave);
-    let runs = |wave: &Pencil| wave.p[0].hypot(wave.p[1]) < hop.from.index;
+    let runs = |wave: &SourceRay| wave.p[0].hypot(wave.p[1]) < hop.from.index;
     waves.filter(runs).collect()
 }
 
@@ -82,16 +82,16 @@ fn separate(hop: &Hop) -> f64 {
 }
 
 /// The arriving ray next to a place.
-fn nearest(arriving: &[Pencil], at: [f64; 2]) -> Pencil {
-    let far = |pencil: &Pencil| (pencil.at[0] - at[0]).hypot(pencil.at[1] - at[1]);
-    let closer = |a: Pencil, b: &Pencil| if far(b) < far(&a) { *b } else { a };
+fn nearest(arriving: &[SourceRay], at: [f64; 2]) -> SourceRay {
+    let far = |pencil: &SourceRay| (pencil.at[0] - at[0]).hypot(pencil.at[1] - at[1]);
+    let closer = |a: SourceRay, b: &SourceRay| if far(b) < far(&a) { *b } else { a };
     arriving.iter().fold(arriving[0], closer)
 }
 
 #[cfg(test)]
 mod tests {
     use crate::engine::rims::edge_diffraction::edge_waves;
-    use crate::engine::rims::source_rays::{Pencil, launch_all};
+    use crate::engine::rims::source_rays::{SourceRay, source_rays};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
@@ -128,7 +128,7 @@ mod tests {
             screens: vec![screen(Act::Stop(Aperture::disc(radius))), far],
             trains: vec![vec![]],
         };
-        let light = launch_all(&system);
+        let light = source_rays(&system);
         let Some(hop) = system.hops().next() else {
             return;
         };
@@ -136,7 +136,7 @@ mod tests {
         let waves = edge_waves(&hop, &light);
         for [low, high] in [[0.05, 0.15], [0.15, 0.45], [0.3, 0.9]] {
             // The mean over these cones, because the waves have few directions.
-            let part = |wave: &Pencil| {
+            let part = |wave: &SourceRay| {
                 let sine = wave.p[0].hypot(wave.p[1]);
                 wave.energy * (sine.min(high) - low).max(0.0) / (high - low)
             };

@@ -8,12 +8,12 @@
 //! the error of leaving it out. Rims of larger surfaces accept or refuse each beamlet by its chief ray; the
 //! energy that this puts on the wrong side of the edge is in the error account.
 
-use crate::engine::beamlet::beamlet_launch::launch;
+use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::starting_width;
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::{edge_energy, edge_waves};
-use crate::engine::rims::source_rays::{Pencil, launch_all, leave_all};
-use crate::engine::trace::direction_search::FanRay;
+use crate::engine::rims::source_rays::{SourceRay, rays_behind, source_rays};
+use crate::engine::trace::direction_search::SearchRay;
 use crate::math::erfc::erfc;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::{Aperture, Outline};
@@ -105,7 +105,7 @@ struct Cut {
 
 /// The system with a screen at every rim that matters and is small enough.
 pub fn with_rims(system: &System, settings: &Settings) -> Rimmed {
-    let mut light = launch_all(system);
+    let mut light = source_rays(system);
     let cuts = system
         .hops()
         .map(|hop| cut_shares(&hop, &mut light, settings));
@@ -261,8 +261,8 @@ pub fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
 
 /// What each surface's rim does to the energy on its way to the target; `light` becomes what arrives on the
 /// next screen.
-fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<Cut> {
-    let mut leaving = leave_all(hop, light);
+fn cut_shares(hop: &Hop, light: &mut Vec<SourceRay>, settings: &Settings) -> Vec<Cut> {
+    let mut leaving = rays_behind(hop, light);
     leaving.extend(edge_waves(hop, light));
     light.clear();
     let none = vec![Cut::default(); hop.train.len()];
@@ -276,7 +276,7 @@ fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<Cu
         train: &train,
         ..*hop
     };
-    let rays: Vec<FanRay> = leaving.iter().filter_map(|p| land(&open, p, to)).collect();
+    let rays: Vec<SearchRay> = leaving.iter().filter_map(|p| land(&open, p, to)).collect();
     light.extend(rays.iter().filter_map(|ray| arrive(hop, ray)));
 
     // The mean shares of the beamlets along them, and what the rims themselves send to the target.
@@ -309,7 +309,7 @@ fn cut_shares(hop: &Hop, light: &mut Vec<Pencil>, settings: &Settings) -> Vec<Cu
 /// The energy that the rim of a surface sends into the box `to` of the target, of light that meets the surface
 /// near it and does not land there by itself: as the edge of a plane opening would from where its rays land, on the
 /// way left.
-fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[Pencil], to: [f64; 4]) -> f64 {
+fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[SourceRay], to: [f64; 4]) -> f64 {
     let (_, surface) = place;
     let edge = surface.aperture.rim();
     let Some(radius) = edge.iter().map(|[x, y]| x.hypot(*y)).reduce(f64::max) else {
@@ -320,7 +320,7 @@ fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[Pencil], to: [f6
     let narrowest = (open.wavelength * index / way.max(open.wavelength)).sqrt();
     let width = index * (to[1] - to[0]).hypot(to[3] - to[2]) / way;
     let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
-    let one = |pencil: &Pencil| {
+    let one = |pencil: &SourceRay| {
         let depth = depth_at_rim(open, place, pencil)?;
         let landing = open.trace(pencil.at, pencil.p, &mut ()).ok()?;
         if depth.abs() > NEAR_RIM * radius {
@@ -344,7 +344,7 @@ fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[Pencil], to: [f6
 }
 
 /// How far inside a surface's edge a ray meets it.
-fn depth_at_rim(open: &Hop, place: (usize, &Surface), pencil: &Pencil) -> Option<f64> {
+fn depth_at_rim(open: &Hop, place: (usize, &Surface), pencil: &SourceRay) -> Option<f64> {
     let landing = meet_rim(open, place, |hop| {
         hop.trace(pencil.at, pencil.p, &mut ()).ok()
     })?;
@@ -352,11 +352,11 @@ fn depth_at_rim(open: &Hop, place: (usize, &Surface), pencil: &Pencil) -> Option
 }
 
 /// The ray with its Jacobian, if it lands in the box `to`; its area is the energy it stands for.
-fn land(open: &Hop, pencil: &Pencil, to: [f64; 4]) -> Option<FanRay> {
-    let Pencil { at, p, energy } = *pencil;
+fn land(open: &Hop, pencil: &SourceRay, to: [f64; 4]) -> Option<SearchRay> {
+    let SourceRay { at, p, energy } = *pencil;
     let (landing, jacobian) = open.jacobian(at, p).ok()?;
     let inside = |a: usize| (to[2 * a]..=to[2 * a + 1]).contains(&landing.at[a]);
-    (inside(0) && inside(1)).then_some(FanRay {
+    (inside(0) && inside(1)).then_some(SearchRay {
         at,
         p,
         area: energy,
@@ -366,9 +366,9 @@ fn land(open: &Hop, pencil: &Pencil, to: [f64; 4]) -> Option<FanRay> {
 }
 
 /// What a ray is on the next screen, unless an edge stops it.
-fn arrive(hop: &Hop, ray: &FanRay) -> Option<Pencil> {
+fn arrive(hop: &Hop, ray: &SearchRay) -> Option<SourceRay> {
     let landing = hop.trace(ray.at, ray.p, &mut ()).ok()?;
-    Some(Pencil {
+    Some(SourceRay {
         at: landing.at,
         p: landing.cosines,
         energy: ray.area,
@@ -391,7 +391,7 @@ fn clipped(open: &Hop, (number, surface): (usize, &Surface), start: Start, sigma
 
 /// A beamlet where its ray crosses the plane of a surface's rim, before the surface.
 fn at_rim(open: &Hop, place: (usize, &Surface), (at, p): Start, sigma: f64) -> Option<Arrival> {
-    meet_rim(open, place, |hop| launch(hop, at, p, sigma).ok())
+    meet_rim(open, place, |hop| launch_beamlet(hop, at, p, sigma).ok())
 }
 
 /// What `follow` finds on the way to the plane of a surface's rim, before the surface.

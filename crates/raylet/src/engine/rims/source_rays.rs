@@ -22,7 +22,7 @@ const MOST: usize = 300;
 
 /// A ray that stands on a screen before the screen acts.
 #[derive(Clone, Copy, Debug)]
-pub struct Pencil {
+pub struct SourceRay {
     /// Its place in mm.
     pub at: [f64; 2],
     /// Its optical direction cosines.
@@ -32,7 +32,7 @@ pub struct Pencil {
 }
 
 /// The source's light on its first screen, evenly over the opening.
-pub fn launch_all(system: &System) -> Vec<Pencil> {
+pub fn source_rays(system: &System) -> Vec<SourceRay> {
     let screen = &system.screens[0];
     let Some([x0, x1, y0, y1]) = screen.bounds() else {
         return Vec::new();
@@ -45,7 +45,7 @@ pub fn launch_all(system: &System) -> Vec<Pencil> {
         let z = screen.height(at).map_or(0.0, |here| here.z);
         let here = screen.frame.to_global(Vec3::new(at[0], at[1], z));
         let d = screen.frame.turn_in(system.source.direction(here));
-        Pencil {
+        SourceRay {
             at,
             p: [d.x * screen.index, d.y * screen.index],
             energy: 1.0,
@@ -73,9 +73,12 @@ fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
 
 /// The rays that leave a screen for those that arrive: behind pixels, where there are many for each, for a part
 /// of them.
-pub fn leave_all(hop: &Hop, arriving: &[Pencil]) -> Vec<Pencil> {
+pub fn rays_behind(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
     let Some(pitch) = pitch_of(hop.from) else {
-        return arriving.iter().map(|pencil| bend(hop, pencil)).collect();
+        return arriving
+            .iter()
+            .map(|pencil| ray_behind(hop, pencil))
+            .collect();
     };
     let stride = arriving.len().div_ceil(MOST).max(1);
     let some = arriving.iter().step_by(stride);
@@ -84,15 +87,15 @@ pub fn leave_all(hop: &Hop, arriving: &[Pencil]) -> Vec<Pencil> {
 }
 
 /// The ray that leaves a stop or a smooth element.
-pub fn bend(hop: &Hop, pencil: &Pencil) -> Pencil {
-    let Pencil { at, p, energy } = *pencil;
+pub fn ray_behind(hop: &Hop, pencil: &SourceRay) -> SourceRay {
+    let SourceRay { at, p, energy } = *pencil;
     let gradient = match &hop.from.act {
         Act::Doe(doe) => doe.phase_gradient(at[0], at[1]),
         Act::Stop(_) | Act::Sensor(_) => None,
     };
     let [gx, gy] = gradient.unwrap_or([0.0; 2]);
     let k = hop.wavenumber();
-    Pencil {
+    SourceRay {
         at,
         p: [p[0] + gx / k, p[1] + gy / k],
         energy,
@@ -106,8 +109,8 @@ pub fn obliquity(hop: &Hop, p: [f64; 2]) -> f64 {
 }
 
 /// The rays that leave pixels, by the energy that the diffraction of a pixel gives them.
-fn diffract(hop: &Hop, pitch: [f64; 2], pencil: &Pencil) -> Vec<Pencil> {
-    let Pencil { at, p, energy } = *pencil;
+fn diffract(hop: &Hop, pitch: [f64; 2], pencil: &SourceRay) -> Vec<SourceRay> {
+    let SourceRay { at, p, energy } = *pencil;
     // The middles and widths of the orders' ranges, and the energy of a sinc², its mean beyond the first order.
     let range = |a: usize, i: usize| {
         let widest = ORDERS.max(STEEPEST * pitch[a] / hop.wavelength);
@@ -130,7 +133,7 @@ fn diffract(hop: &Hop, pitch: [f64; 2], pencil: &Pencil) -> Vec<Pencil> {
         let orders = [range(0, n % DIRECTIONS), range(1, n / DIRECTIONS)];
         let p = [0, 1].map(|a| p[a] + orders[a].0 * hop.wavelength / pitch[a]);
         let strengths = orders.iter().map(|(u, width)| strength(*u) * width);
-        Pencil {
+        SourceRay {
             at,
             p,
             energy: energy * strengths.product::<f64>() * obliquity(hop, p),

@@ -6,7 +6,7 @@ use crate::optics::system::Hop;
 
 /// A ray of the fan with its Jacobian ∂(s, p′)/∂(x, p).
 #[derive(Clone, Copy, Debug)]
-pub struct FanRay {
+pub struct SearchRay {
     /// Where it starts, in mm on the first screen.
     pub at: [f64; 2],
     /// Its optical direction cosines there.
@@ -21,11 +21,11 @@ pub struct FanRay {
 
 /// The rays that reach a target.
 #[derive(Clone, Debug, Default)]
-pub struct Fan {
+pub struct DirectionSearch {
     /// Rays that land inside the target.
-    pub rays: Vec<FanRay>,
+    pub rays: Vec<SearchRay>,
     /// Rays that land beside it, close enough for their footprints to matter.
-    pub rim: Vec<FanRay>,
+    pub rim: Vec<SearchRay>,
     /// Bounds of the directions that may reach the target: `[p_x low, p_x high, p_y low, p_y high]`;
     /// low above high when none does.
     pub band: [f64; 4],
@@ -66,8 +66,13 @@ struct Cell {
 ///
 /// The square of all directions is divided like a quadtree wherever a cell's rays, by their Jacobian,
 /// may land on the target, until their landing spread is small against it.
-pub fn explore(hop: &Hop, from: [f64; 4], to: [f64; 4], margin: [f64; 2]) -> Fan {
-    let mut fan = Fan::empty();
+pub fn search_directions(
+    hop: &Hop,
+    from: [f64; 4],
+    to: [f64; 4],
+    margin: [f64; 2],
+) -> DirectionSearch {
+    let mut fan = DirectionSearch::empty();
     for j in 0..POSITIONS {
         for i in 0..POSITIONS {
             let place = |a: usize, i: usize| {
@@ -83,12 +88,12 @@ pub fn explore(hop: &Hop, from: [f64; 4], to: [f64; 4], margin: [f64; 2]) -> Fan
 /// The directions `[p_x low, p_x high, p_y low, p_y high]` that lead from one point to the box `to`,
 /// dilated by `margin` mm; nothing when none does.
 pub fn reach(hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) -> Option<[f64; 4]> {
-    let mut fan = Fan::empty();
+    let mut fan = DirectionSearch::empty();
     fan.seek(hop, at, to, margin);
     (fan.band[0] <= fan.band[1]).then_some(fan.band)
 }
 
-impl Fan {
+impl DirectionSearch {
     fn empty() -> Self {
         let none = [f64::INFINITY, f64::NEG_INFINITY];
         Self {
@@ -146,7 +151,7 @@ impl Fan {
             }
         };
 
-        let ray = FanRay {
+        let ray = SearchRay {
             at,
             p: cell.centre,
             area: 4.0 * cell.half * cell.half,
@@ -157,7 +162,14 @@ impl Fan {
     }
 
     /// Keeps, divides or drops a cell whose central ray has landed.
-    fn judge(&mut self, ray: FanRay, cell: Cell, n: f64, to: [f64; 4], margin: [f64; 2]) -> bool {
+    fn judge(
+        &mut self,
+        ray: SearchRay,
+        cell: Cell,
+        n: f64,
+        to: [f64; 4],
+        margin: [f64; 2],
+    ) -> bool {
         // How far the cell's rays land from its central ray, to first order.
         let (mut reaches, mut inside, mut near) = (true, true, true);
         let mut fine = cell.half <= COARSEST * n;

@@ -8,7 +8,7 @@ use crate::optics::screen::Screen;
 use crate::optics::system::Hop;
 
 /// A point of a screen with the plane that touches it.
-pub struct Seat {
+pub struct LaunchPlane {
     /// The touching plane of a curved screen; nothing on a plane one.
     plane: Option<Screen>,
     /// The point, in mm on that plane.
@@ -19,7 +19,7 @@ pub struct Seat {
     leaves: f64,
 }
 
-impl Seat {
+impl LaunchPlane {
     /// The seat above (x, y) of a screen.
     ///
     /// # Errors
@@ -67,7 +67,7 @@ impl Seat {
         })
     }
 
-    /// The point on the plane of [`Seat::hop`], in mm.
+    /// The point on the plane of [`LaunchPlane::hop`], in mm.
     #[inline]
     pub fn at(&self) -> [f64; 2] {
         self.at

@@ -13,7 +13,11 @@ use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
 
 /// The rays from (x, y) along each of these optical direction cosines, where they land or how they were lost.
-pub fn trace_all(hop: &Hop, at: [f64; 2], directions: &[[f64; 2]]) -> Vec<Result<Landing, Loss>> {
+pub fn trace_packets(
+    hop: &Hop,
+    at: [f64; 2],
+    directions: &[[f64; 2]],
+) -> Vec<Result<Landing, Loss>> {
     let level = Level::new();
     let together = is_closed(hop);
     let mut landings = Vec::with_capacity(directions.len());
@@ -63,7 +67,7 @@ mod tests {
     use ndarray::Array2;
 
     use crate::design::problems::lens_hologram;
-    use crate::engine::trace::ray_packet::trace_all;
+    use crate::engine::trace::ray_packet::trace_packets;
     use crate::math::random::pair;
     use crate::optics::doe::PixelForm;
     use crate::optics::ray::Loss;
@@ -80,7 +84,7 @@ mod tests {
             })
             .collect();
         let at = [11.0, -0.2];
-        let together = trace_all(&hop, at, &directions);
+        let together = trace_packets(&hop, at, &directions);
         assert_eq!(together.len(), directions.len());
         let mut lost = 0;
         for (together, p) in together.iter().zip(&directions) {

@@ -8,8 +8,10 @@
 
 use num_complex::Complex64;
 
-use crate::engine::trace::launch_plane::Seat;
-use crate::engine::trace::ray_trace::{Carried, Landing, Stand, carry_beamlet, emit, land, walk};
+use crate::engine::trace::launch_plane::LaunchPlane;
+use crate::engine::trace::ray_trace::{
+    Carried, Landing, PosedScreen, carry_beamlet, emit, land, trace_train,
+};
 use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
@@ -33,7 +35,7 @@ pub struct Variation {
 
 /// One hop of a variation.
 #[derive(Clone, Copy)]
-pub struct Neighbours<'a> {
+pub struct PerturbedHops<'a> {
     /// With the smaller value of the parameter.
     pub below: Hop<'a>,
     /// With the larger value.
@@ -49,26 +51,26 @@ pub const BLOCK: usize = 4;
 pub type Number = Dual<BLOCK>;
 
 /// A frame that moves.
-pub struct SwayingFrame {
+pub struct VariedFrame {
     origin: Vec3<Number>,
     axes: [Vec3<Number>; 3],
 }
 
 /// A surface that moves and bends.
-pub struct SwayingFace<'a> {
+pub struct VariedSurface<'a> {
     surface: &'a Surface,
-    frame: SwayingFrame,
+    frame: VariedFrame,
     index: [Number; 2],
     /// Which tangent, the shapes below and above, and one over their distance.
     shapes: Vec<(usize, &'a Shape, &'a Shape, f64)>,
 }
 
 /// A hop whose parts move.
-pub struct SwayingHop<'a> {
+pub struct VariedHop<'a> {
     hop: Hop<'a>,
-    from: (SwayingFrame, Number),
-    faces: Vec<SwayingFace<'a>>,
-    to: (SwayingFrame, Number),
+    from: (VariedFrame, Number),
+    faces: Vec<VariedSurface<'a>>,
+    to: (VariedFrame, Number),
 }
 
 /// A number from its value and its neighbours'.
@@ -80,7 +82,7 @@ fn number(value: f64, neighbours: impl Iterator<Item = (f64, f64, f64)>) -> Numb
     number
 }
 
-impl SwayingFrame {
+impl VariedFrame {
     fn new<'a>(
         frame: &Frame,
         neighbours: impl Iterator<Item = (&'a Frame, &'a Frame, f64)> + Clone,
@@ -117,7 +119,7 @@ impl SwayingFrame {
     }
 }
 
-impl Axes<Number> for SwayingFrame {
+impl Axes<Number> for VariedFrame {
     fn across(&self) -> [Vec3<Number>; 2] {
         [self.axes[0], self.axes[1]]
     }
@@ -136,12 +138,12 @@ impl Axes<Number> for SwayingFrame {
     }
 }
 
-impl Face<Number> for SwayingFace<'_> {
-    type Axes = SwayingFrame;
+impl Face<Number> for VariedSurface<'_> {
+    type Axes = VariedFrame;
     fn surface(&self) -> &Surface {
         self.surface
     }
-    fn axes(&self) -> &SwayingFrame {
+    fn axes(&self) -> &VariedFrame {
         &self.frame
     }
     fn index(&self) -> [Number; 2] {
@@ -179,9 +181,9 @@ impl Face<Number> for SwayingFace<'_> {
     }
 }
 
-impl<'a> SwayingHop<'a> {
+impl<'a> VariedHop<'a> {
     /// A hop that changes with up to [`BLOCK`] parameters.
-    pub fn new(hop: Hop<'a>, neighbours: &[Neighbours<'a>]) -> Self {
+    pub fn new(hop: Hop<'a>, neighbours: &[PerturbedHops<'a>]) -> Self {
         let screen = |of: &dyn Fn(&Hop<'a>) -> &'a crate::optics::screen::Screen| {
             let pairs = neighbours
                 .iter()
@@ -190,7 +192,7 @@ impl<'a> SwayingHop<'a> {
             let indices = pairs.map(|(a, b, d)| (a.index, b.index, d));
             let here = of(&hop);
             (
-                SwayingFrame::new(&here.frame, frames),
+                VariedFrame::new(&here.frame, frames),
                 number(here.index, indices),
             )
         };
@@ -206,9 +208,9 @@ impl<'a> SwayingHop<'a> {
             };
             let shapes = pairs.clone().enumerate();
             let changing = shapes.filter(|(_, (a, b, _))| a.shape != b.shape);
-            SwayingFace {
+            VariedSurface {
                 surface,
-                frame: SwayingFrame::new(&surface.frame, frames),
+                frame: VariedFrame::new(&surface.frame, frames),
                 index: [index(0), index(1)],
                 shapes: changing
                     .map(|(slot, (a, b, d))| (slot, &a.shape, &b.shape, 1.0 / d))
@@ -228,17 +230,17 @@ impl<'a> SwayingHop<'a> {
     /// # Errors
     /// How it was lost, if it was.
     pub fn trace(&self, at: [Number; 2], p: [Number; 2]) -> Result<Landing<Number>, Loss> {
-        let from = Stand {
+        let from = PosedScreen {
             screen: self.hop.from,
             axes: &self.from.0,
             index: self.from.1,
         };
-        let to = Stand {
+        let to = PosedScreen {
             screen: self.hop.to,
             axes: &self.to.0,
             index: self.to.1,
         };
-        let ray = walk(&self.faces, emit(&from, at, p)?, &mut ())?;
+        let ray = trace_train(&self.faces, emit(&from, at, p)?, &mut ())?;
         land(&to, ray, &mut ())
     }
 
@@ -246,16 +248,21 @@ impl<'a> SwayingHop<'a> {
     ///
     /// # Errors
     /// How its ray was lost, if it was.
-    pub fn carry(&self, seat: &Seat, p: [f64; 2], sigma: f64) -> Result<Carried<Number>, Loss> {
+    pub fn carry(
+        &self,
+        seat: &LaunchPlane,
+        p: [f64; 2],
+        sigma: f64,
+    ) -> Result<Carried<Number>, Loss> {
         let hop = seat.hop(&self.hop);
         let (frame, index) = &self.from;
         let tangent = seat.frame_on(self.hop.from).map(|own| frame.carrying(&own));
-        let from = Stand {
+        let from = PosedScreen {
             screen: hop.from,
             axes: tangent.as_ref().unwrap_or(frame),
             index: *index,
         };
-        let to = Stand {
+        let to = PosedScreen {
             screen: hop.to,
             axes: &self.to.0,
             index: self.to.1,
@@ -307,9 +314,9 @@ pub fn pull(
 mod tests {
     use num_complex::Complex64;
 
-    use crate::engine::beamlet::beamlet_launch::launch_from;
-    use crate::engine::trace::launch_plane::Seat;
-    use crate::engine::trace::ray_sensitivity::{Neighbours, SwayingHop, pull};
+    use crate::engine::beamlet::beamlet_launch::launch_beamlet_from;
+    use crate::engine::trace::launch_plane::LaunchPlane;
+    use crate::engine::trace::ray_sensitivity::{PerturbedHops, VariedHop, pull};
     use crate::math::noise::noise;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
@@ -375,8 +382,8 @@ mod tests {
         let (at, p, sigma, edge) = ([3.0, -2.0], [0.12, 0.05], 4.0, 1e-13);
         let bar = noise((126, 126), 0);
         let land = |hop: &Hop| {
-            let seat = Seat::new(hop.from, at).unwrap();
-            launch_from(&seat, hop, p, sigma).unwrap()
+            let seat = LaunchPlane::new(hop.from, at).unwrap();
+            launch_beamlet_from(&seat, hop, p, sigma).unwrap()
         };
         let value = |change: [f64; 4]| {
             let parts = Parts::new(change);
@@ -395,8 +402,8 @@ mod tests {
         let parts = Parts::new([0.0; 4]);
         let moved = |i: usize| [-1.0, 1.0].map(|sign| Parts::new(along(i, sign * 0.01 * steps[i])));
         let pairs: Vec<[Parts; 2]> = (0..4).map(moved).collect();
-        let neighbours: Vec<Neighbours> = (pairs.iter().zip(steps))
-            .map(|([below, above], step)| Neighbours {
+        let neighbours: Vec<PerturbedHops> = (pairs.iter().zip(steps))
+            .map(|([below, above], step)| PerturbedHops {
                 below: below.hop(),
                 above: above.hop(),
                 distance: 0.02 * step,
@@ -405,8 +412,8 @@ mod tests {
         let hop = parts.hop();
         let arrival = land(&hop);
         let moments = Canvas::holding(raster, &bar).add_adjoint(&[arrival], K, edge);
-        let seat = Seat::new(hop.from, at).unwrap();
-        let carried = SwayingHop::new(hop, &neighbours).carry(&seat, p, sigma);
+        let seat = LaunchPlane::new(hop.from, at).unwrap();
+        let carried = VariedHop::new(hop, &neighbours).carry(&seat, p, sigma);
         let amplitude: Complex64 = arrival.amplitude;
         let found = pull(&carried.unwrap(), amplitude, &moments[0], K);
         for (i, (found, step)) in found.into_iter().zip(steps).enumerate() {

@@ -34,7 +34,7 @@ pub struct Carried<T = f64> {
 }
 
 /// A screen as a ray of numbers `T` meets it.
-pub struct Stand<'a, T, A> {
+pub struct PosedScreen<'a, T, A> {
     /// The screen as it is.
     pub screen: &'a Screen,
     /// Where it stands.
@@ -43,7 +43,7 @@ pub struct Stand<'a, T, A> {
     pub index: T,
 }
 
-impl<'a, T: Real> Stand<'a, T, Frame> {
+impl<'a, T: Real> PosedScreen<'a, T, Frame> {
     /// A screen that stands still.
     #[inline(always)]
     pub fn still(screen: &'a Screen) -> Self {
@@ -62,7 +62,7 @@ impl<'a, T: Real> Stand<'a, T, Frame> {
 /// exist, or when the ray would leave on its wrong side.
 #[inline(always)]
 pub fn emit<T: Real, A: Axes<T>>(
-    from: &Stand<T, A>,
+    from: &PosedScreen<T, A>,
     at: [T; 2],
     p: [T; 2],
 ) -> Result<Ray<T>, Loss> {
@@ -91,7 +91,7 @@ pub fn emit<T: Real, A: Axes<T>>(
 /// # Errors
 /// How the ray was lost, if it was.
 #[inline(always)]
-pub fn walk<T: Real, F: Face<T>, C: Companion<T>>(
+pub fn trace_train<T: Real, F: Face<T>, C: Companion<T>>(
     train: &[F],
     mut ray: Ray<T>,
     companion: &mut C,
@@ -142,7 +142,7 @@ pub fn walk<T: Real, F: Face<T>, C: Companion<T>>(
 /// [`Loss::Missed`] when it runs parallel to the screen or away from the side it should arrive at.
 #[inline(always)]
 pub fn land<T: Real, A: Axes<T>, C: Companion<T>>(
-    to: &Stand<T, A>,
+    to: &PosedScreen<T, A>,
     ray: Ray<T>,
     companion: &mut C,
 ) -> Result<Landing<T>, Loss> {
@@ -171,15 +171,15 @@ pub fn land<T: Real, A: Axes<T>, C: Companion<T>>(
 /// How the ray was lost, if it was.
 #[inline(always)]
 pub fn carry_beamlet<T: Real, A: Axes<T>, F: Face<T>, B: Axes<T>>(
-    from: &Stand<T, A>,
+    from: &PosedScreen<T, A>,
     train: &[F],
-    to: &Stand<T, B>,
+    to: &PosedScreen<T, B>,
     (at, p): ([T; 2], [T; 2]),
     q: Symmetric<T>,
 ) -> Result<Carried<T>, Loss> {
     let ray = emit(from, at, p)?;
     let mut beamlet = Beamlet::launch(ray.direction, from.axes, q);
-    let ray = walk(train, ray, &mut beamlet)?;
+    let ray = trace_train(train, ray, &mut beamlet)?;
     let landing = land(to, ray, &mut beamlet)?;
     Ok(Carried {
         landing,
@@ -200,9 +200,9 @@ impl Hop<'_> {
         p: [T; 2],
         companion: &mut C,
     ) -> Result<Landing<T>, Loss> {
-        let ray = emit(&Stand::still(self.from), at, p)?;
-        let ray = walk(self.train, ray, companion)?;
-        land(&Stand::still(self.to), ray, companion)
+        let ray = emit(&PosedScreen::still(self.from), at, p)?;
+        let ray = trace_train(self.train, ray, companion)?;
+        land(&PosedScreen::still(self.to), ray, companion)
     }
 
     /// The same with a beamlet that starts with curvature `q` on the emitting screen's axes.
@@ -216,7 +216,7 @@ impl Hop<'_> {
         p: [T; 2],
         q: Symmetric<T>,
     ) -> Result<Carried<T>, Loss> {
-        let (from, to) = (Stand::still(self.from), Stand::still(self.to));
+        let (from, to) = (PosedScreen::still(self.from), PosedScreen::still(self.to));
         carry_beamlet(&from, self.train, &to, (at, p), q)
     }
 

@@ -13,9 +13,9 @@ use serde::{Deserialize, Serialize};
 use crate::engine::beamlet::beamlet_plan::BeamletPlan;
 use crate::engine::chain::reference::Reference;
 use crate::engine::chain::simulate::{HopReport, Outcome};
-use crate::engine::error::error_budget::Account;
+use crate::engine::error::error_budget::ErrorBudget;
 use crate::engine::error::tally::{Fate, Tally};
-use crate::engine::monte_carlo::tangent_patch_error::Flatness;
+use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::method_reason::{method_name, reason};
 use crate::engine::plan::settings::{
@@ -434,7 +434,7 @@ impl Channel {
 impl HopEntry {
     fn new(hop: &Hop, report: &HopReport, settings: &Settings) -> Self {
         let tally = &report.tally;
-        let account = Account::of(&report.plan, tally);
+        let account = ErrorBudget::of(&report.plan, tally);
         let [before, behind, landed] = report.power;
         Self {
             plan: PlanEntry::new(hop, &report.plan, settings),
@@ -477,7 +477,7 @@ impl PlanEntry {
             planes: None,
             paper: None,
         };
-        let warning = Flatness::of(hop, plan).and_then(|flat| flat.warning());
+        let warning = TangentPatchError::of(hop, plan).and_then(|flat| flat.warning());
         match plan {
             Plan::Free(..) => {}
             Plan::Beamlets(plan) => entry.beamlets = Some(BeamletEntry::new(plan)),

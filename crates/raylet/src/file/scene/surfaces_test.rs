@@ -5,7 +5,7 @@ use std::path::Path;
 use ndarray::Array2;
 use ndarray_npy::write_npy;
 
-use crate::engine::geometrical::layout_rays::sketch;
+use crate::engine::geometrical::layout_rays::layout_rays;
 use crate::file::model::build::system;
 use crate::file::model::prescription::parts;
 use crate::file::scene::scene_file::Scene;
@@ -283,7 +283,7 @@ pitch_um = 100
 "#;
     let scene = parse(text).unwrap_or_else(|fault| panic!("{fault}"));
     let system = system(&scene, 0).unwrap_or_else(|fault| panic!("{fault}"));
-    let trails = sketch(&system, Vec3::new(1.0, 0.0, 0.0));
+    let trails = layout_rays(&system, Vec3::new(1.0, 0.0, 0.0));
     assert_eq!(trails.len(), 5);
     for trail in trails {
         let end = trail.points[trail.points.len() - 1];
