@@ -122,18 +122,21 @@ struct Looker<'a> {
     project: &'a Project,
     plans: &'a Plans,
     estimator: Estimator,
-    anchors: Vec<raylet::engine::chain::control_variate::ControlVariate>,
+    control_variates: Vec<raylet::engine::chain::control_variate::ControlVariate>,
 }
 
 impl Looker<'_> {
     fn look(&mut self, point: &[f64], iteration: usize) -> Result<(f64, Vec<f64>), Failure> {
-        if self.estimator.anchors(iteration) {
-            self.anchors = self.project.anchors(self.plans, point, 1.0)?;
+        if self.estimator.renews_control_variates(iteration) {
+            self.control_variates = self.project.control_variates(self.plans, point, 1.0)?;
         }
-        let sight = match (self.estimator.draws(7, iteration), self.anchors.is_empty()) {
+        let sight = match (
+            self.estimator.draws(7, iteration),
+            self.control_variates.is_empty(),
+        ) {
             (None, _) => Sight::All,
             (Some(draws), true) => Sight::Drawn(draws),
-            (Some(draws), false) => Sight::From(&self.anchors, draws),
+            (Some(draws), false) => Sight::From(&self.control_variates, draws),
         };
         let look = self.project.look_by(self.plans, point, 1.0, &sight)?;
         Ok((look.value, look.gradient))
@@ -153,7 +156,7 @@ fn descend(
         project,
         plans,
         estimator,
-        anchors: Vec::new(),
+        control_variates: Vec::new(),
     };
 
     // What a look costs, its share of the exact ones with it; a little away from those, for nothing is drawn there.
@@ -165,7 +168,7 @@ fn descend(
         _ => 3,
     };
     for iteration in 0..trial {
-        let exact = estimator.anchors(iteration);
+        let exact = estimator.renews_control_variates(iteration);
         looker.look(if exact { start } else { &moved }, iteration)?;
     }
     let cost = (processor() - before) / trial as f64;
@@ -226,10 +229,10 @@ fn mean_cosine(
         project,
         plans,
         estimator,
-        anchors: Vec::new(),
+        control_variates: Vec::new(),
     };
-    if estimator.anchors(0) {
-        looker.anchors = project.anchors(plans, point, 1.0)?;
+    if estimator.renews_control_variates(0) {
+        looker.control_variates = project.control_variates(plans, point, 1.0)?;
     }
     let mut sum = 0.0;
     for trial in 1..=3 {

@@ -157,10 +157,10 @@ fn drawing(
     window: Option<[f64; 2]>,
 ) -> LayoutScene {
     let mut scene = LayoutScene::default();
-    for trail in trails {
+    for layout_ray in trails {
         scene.rays.push(RayPath {
-            points: trail.points.iter().map(|p| plane.at(*p)).collect(),
-            group: match trail.turn {
+            points: layout_ray.points.iter().map(|p| plane.at(*p)).collect(),
+            group: match layout_ray.turn {
                 Deflection::Straight => 0,
                 Deflection::Up => 1,
                 Deflection::Down => 2,
@@ -169,7 +169,7 @@ fn drawing(
     }
     if trails
         .iter()
-        .any(|trail| trail.turn != Deflection::Straight)
+        .any(|layout_ray| layout_ray.turn != Deflection::Straight)
     {
         scene.ray_groups = ["undeflected", "to the upper side", "to the lower side"]
             .map(String::from)

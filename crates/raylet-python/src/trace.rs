@@ -209,13 +209,13 @@ impl Found {
     }
 
     fn write(&mut self, ray: usize, (followed, slopes): &Course) {
-        for (part, meeting) in followed.meetings.iter().enumerate() {
-            let (p, d) = (meeting.point, meeting.direction);
+        for (part, hit) in followed.hits.iter().enumerate() {
+            let (p, d) = (hit.point, hit.direction);
             for (axis, (p, d)) in [(p.x, d.x), (p.y, d.y), (p.z, d.z)].into_iter().enumerate() {
                 self.points[[part, ray, axis]] = p;
                 self.directions[[part, ray, axis]] = d;
             }
-            self.paths[[part, ray]] = meeting.path;
+            self.paths[[part, ray]] = hit.path;
         }
         for (number, slopes) in slopes.iter().enumerate() {
             for (which, &slope) in slopes.iter().enumerate() {

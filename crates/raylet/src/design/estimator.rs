@@ -66,7 +66,7 @@ impl Estimator {
     }
 
     /// Whether an iteration begins with an exact look to go out from.
-    pub fn anchors(&self, iteration: usize) -> bool {
+    pub fn renews_control_variates(&self, iteration: usize) -> bool {
         matches!(self, Self::ControlVariate { refresh, .. } if iteration.is_multiple_of(*refresh.max(&1)))
     }
 }
@@ -90,13 +90,15 @@ impl Sight<'_> {
     pub fn forward(
         &self,
         channel: usize,
-        bench: &LinearisedSystem,
+        linearised: &LinearisedSystem,
         system: &System,
     ) -> Result<Trace, LinearisedSystemError> {
         match self {
-            Self::All => bench.forward(system),
-            Self::Drawn(draws) => bench.drawn(*draws).forward(system),
-            Self::From(anchors, draws) => anchors[channel].forward(&bench.drawn(*draws), system),
+            Self::All => linearised.forward(system),
+            Self::Drawn(draws) => linearised.drawn(*draws).forward(system),
+            Self::From(control_variates, draws) => {
+                control_variates[channel].forward(&linearised.drawn(*draws), system)
+            }
         }
     }
 
@@ -107,20 +109,20 @@ impl Sight<'_> {
     pub fn back(
         &self,
         channel: usize,
-        (bench, system): (&LinearisedSystem, &System),
+        (linearised, system): (&LinearisedSystem, &System),
         variations: &[Variation],
         trace: &Trace,
         field_bar: &ndarray::Array2<num_complex::Complex64>,
     ) -> Result<Gradient, LinearisedSystemError> {
         match self {
-            Self::All => bench.adjoint(system, variations, trace, field_bar),
-            Self::Drawn(draws) => bench
+            Self::All => linearised.adjoint(system, variations, trace, field_bar),
+            Self::Drawn(draws) => linearised
                 .drawn(*draws)
                 .adjoint(system, variations, trace, field_bar),
             Self::From(..) if !variations.is_empty() => Err(LinearisedSystemError::Drawn),
-            Self::From(anchors, draws) => {
-                let drawn = bench.drawn(*draws);
-                anchors[channel].forward_adjoint(&drawn, system, trace, field_bar)
+            Self::From(control_variates, draws) => {
+                let drawn = linearised.drawn(*draws);
+                control_variates[channel].forward_adjoint(&drawn, system, trace, field_bar)
             }
         }
     }

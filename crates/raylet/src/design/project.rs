@@ -113,7 +113,7 @@ impl Look {
 
 /// The frozen plans of all channels, made about some values of the numbers.
 pub struct Plans {
-    benches: Vec<LinearisedSystem>,
+    linearised_systems: Vec<LinearisedSystem>,
 }
 
 impl Project {
@@ -175,14 +175,14 @@ impl Project {
     /// When a system cannot be made, carried or differentiated there.
     pub fn plan(&self, point: &[f64], share: f64) -> Result<Plans, ProjectError> {
         let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
-        let bench = |channel: usize| {
+        let linearised = |channel: usize| {
             let system = self.system(channel, &made, numbers)?;
             let variations = self.variations(channel, &made, numbers)?;
             Ok(LinearisedSystem::new(&system, &variations, &self.settings)?)
         };
-        let benches = (0..self.channels.len()).map(bench);
+        let linearised_systems = (0..self.channels.len()).map(linearised);
         Ok(Plans {
-            benches: benches.collect::<Result<_, ProjectError>>()?,
+            linearised_systems: linearised_systems.collect::<Result<_, ProjectError>>()?,
         })
     }
 
@@ -198,19 +198,26 @@ impl Project {
     ///
     /// # Errors
     /// As [`Project::look`]; when a channel has more than one hop.
-    pub fn anchors(
+    pub fn control_variates(
         &self,
         plans: &Plans,
         point: &[f64],
         share: f64,
     ) -> Result<Vec<ControlVariate>, ProjectError> {
         let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
-        let benches = self.channels.iter().zip(&plans.benches).enumerate();
-        let anchor = |(number, (channel, bench)): (usize, (&Channel, &LinearisedSystem))| {
-            let system = self.system(number, &made, numbers)?;
-            ControlVariate::new(bench, &system, |field| Ok(channel.judge(&field.values)?.1))
-        };
-        benches.map(anchor).collect()
+        let linearised_systems = self
+            .channels
+            .iter()
+            .zip(&plans.linearised_systems)
+            .enumerate();
+        let control_variate =
+            |(number, (channel, linearised)): (usize, (&Channel, &LinearisedSystem))| {
+                let system = self.system(number, &made, numbers)?;
+                ControlVariate::new(linearised, &system, |field| {
+                    Ok(channel.judge(&field.values)?.1)
+                })
+            };
+        linearised_systems.map(control_variate).collect()
     }
 
     /// The same as [`Project::look`], with the beamlets that `sight` follows.
@@ -232,13 +239,24 @@ impl Project {
             intensities: Vec::new(),
             powers: Vec::new(),
         };
-        for (number, (channel, bench)) in self.channels.iter().zip(&plans.benches).enumerate() {
+        for (number, (channel, linearised)) in self
+            .channels
+            .iter()
+            .zip(&plans.linearised_systems)
+            .enumerate()
+        {
             let system = self.system(number, &made, numbers)?;
-            let trace = sight.forward(number, bench, &system)?;
+            let trace = sight.forward(number, linearised, &system)?;
             let (parts, field_bar) = channel.judge(&trace.field.values)?;
             look.value += channel.total(&parts);
             let variations = self.variations(number, &made, numbers)?;
-            let gradient = sight.back(number, (bench, &system), &variations, &trace, &field_bar)?;
+            let gradient = sight.back(
+                number,
+                (linearised, &system),
+                &variations,
+                &trace,
+                &field_bar,
+            )?;
             self.gather(&made, channel, &gradient.pixels, &mut look.gradient);
             let from = self.numbers_from();
             add(&mut look.gradient[from..], &gradient.parameters);
@@ -265,8 +283,13 @@ impl Project {
     pub fn value(&self, plans: &Plans, point: &[f64], share: f64) -> Result<f64, ProjectError> {
         let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
         let mut value = 0.0;
-        for (number, (channel, bench)) in self.channels.iter().zip(&plans.benches).enumerate() {
-            let trace = bench.forward(&self.system(number, &made, numbers)?)?;
+        for (number, (channel, linearised)) in self
+            .channels
+            .iter()
+            .zip(&plans.linearised_systems)
+            .enumerate()
+        {
+            let trace = linearised.forward(&self.system(number, &made, numbers)?)?;
             value += channel.total(&channel.judge(&trace.field.values)?.0);
         }
         let prices = self.elements.iter().zip(&made);

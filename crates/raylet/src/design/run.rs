@@ -79,7 +79,7 @@ pub struct Run<'p> {
     pub state: State,
     plans: Plans,
     /// The last exact looks, where estimates go out from them.
-    anchors: Vec<ControlVariate>,
+    control_variates: Vec<ControlVariate>,
 }
 
 /// What one evaluation found.
@@ -132,16 +132,16 @@ impl<'p> Run<'p> {
         iterations: usize,
     ) -> Result<Self, ProjectError> {
         let plans = project.plan(&state.planned, state.share)?;
-        let anchors = match state.anchored.is_empty() {
+        let control_variates = match state.anchored.is_empty() {
             true => Vec::new(),
-            false => project.anchors(&plans, &state.anchored, state.share)?,
+            false => project.control_variates(&plans, &state.anchored, state.share)?,
         };
         Ok(Self {
             project,
             iterations,
             state,
             plans,
-            anchors,
+            control_variates,
         })
     }
 
@@ -214,15 +214,15 @@ impl<'p> Run<'p> {
         let (project, iteration) = (self.project, self.iteration());
         let state = &mut self.state;
         let (point, share) = (state.search.point().to_vec(), state.share);
-        if project.estimator.anchors(iteration) {
-            self.anchors = project.anchors(&self.plans, &point, share)?;
+        if project.estimator.renews_control_variates(iteration) {
+            self.control_variates = project.control_variates(&self.plans, &point, share)?;
             state.anchored = point.clone();
         }
         let draws = project.estimator.draws(project.settings.seed, iteration);
         let sight = match draws {
             None => Sight::All,
-            Some(draws) if self.anchors.is_empty() => Sight::Drawn(draws),
-            Some(draws) => Sight::From(&self.anchors, draws),
+            Some(draws) if self.control_variates.is_empty() => Sight::Drawn(draws),
+            Some(draws) => Sight::From(&self.control_variates, draws),
         };
         project.look_by(&self.plans, &point, share, &sight)
     }

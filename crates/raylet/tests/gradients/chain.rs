@@ -25,11 +25,11 @@ pub(crate) fn with_pixels(system: &System, number: usize, purpose: u32) -> Syste
 #[test]
 fn chain_dot_product() {
     for case in cases() {
-        let bench = LinearisedSystem::new(&case.system, &[], &case.settings).unwrap();
-        let trace = bench.forward(&case.system).unwrap();
+        let linearised = LinearisedSystem::new(&case.system, &[], &case.settings).unwrap();
+        let trace = linearised.forward(&case.system).unwrap();
         let (ny, nx) = trace.field.values.dim();
         let field_bar = noise([ny, nx], 40);
-        let gradient = bench
+        let gradient = linearised
             .adjoint(&case.system, &[], &trace, &field_bar)
             .unwrap();
         let mut elements = 0;
@@ -37,7 +37,7 @@ fn chain_dot_product() {
             let Some(bar) = bar else { continue };
             elements += 1;
             let changed = with_pixels(&case.system, number, 50);
-            let field = bench.forward(&changed).unwrap().field.values;
+            let field = linearised.forward(&changed).unwrap().field.values;
             let pixels = noise([bar.nrows(), bar.ncols()], 50);
             let forward: Complex64 = field_bar
                 .iter()
@@ -67,9 +67,9 @@ fn kept_beamlets_change_no_bit() {
                 ..case.settings.clone()
             };
             let anew = simulate(&case.system, &settings, &|_| {}).unwrap();
-            let bench = LinearisedSystem::new(&case.system, &[], &settings).unwrap();
+            let linearised = LinearisedSystem::new(&case.system, &[], &settings).unwrap();
             for _ in 0..2 {
-                let trace = bench.forward(&case.system).unwrap();
+                let trace = linearised.forward(&case.system).unwrap();
                 assert_eq!(trace.field.values, anew.field.values, "{}", case.name);
             }
         }

@@ -177,11 +177,11 @@ fn gradient(case: &Case, parameters: &[Parameter]) -> (LinearisedSystem, Vec<f64
         distance: 0.02,
     };
     let variations: Vec<Variation> = parameters.iter().map(neighbour).collect();
-    let bench = LinearisedSystem::new(&case.system, &variations, &smooth(case)).unwrap();
-    let trace = bench.forward(&case.system).unwrap();
+    let linearised = LinearisedSystem::new(&case.system, &variations, &smooth(case)).unwrap();
+    let trace = linearised.forward(&case.system).unwrap();
     let (_, bar) = loss(&trace.field.values);
-    let gradient = bench.adjoint(&case.system, &variations, &trace, &bar);
-    (bench, gradient.unwrap().parameters)
+    let gradient = linearised.adjoint(&case.system, &variations, &trace, &bar);
+    (linearised, gradient.unwrap().parameters)
 }
 
 /// Every parameter of a lens without rims, of its pose, and of the screens before and behind it, one by one.
@@ -190,10 +190,12 @@ fn lens_and_pose_match_differences() {
     let cases = cases();
     let case = cases.iter().find(|case| case.name == "lens").unwrap();
     let parameters = lens_parameters();
-    let (bench, found) = gradient(case, &parameters);
+    let (linearised, found) = gradient(case, &parameters);
     for ((name, step, change), found) in parameters.iter().zip(&found) {
         let value = |by: f64| {
-            let trace = bench.forward(&change(&case.system, by * step)).unwrap();
+            let trace = linearised
+                .forward(&change(&case.system, by * step))
+                .unwrap();
             loss(&trace.field.values).0
         };
         let slope = slope(&value, 1.0);
@@ -208,13 +210,17 @@ fn lens_and_pose_match_differences() {
 
 /// All parameters at once, each as far as its step.
 fn match_together(case: &Case, parameters: &[Parameter], free: bool) {
-    let (bench, found) = gradient(case, parameters);
+    let (linearised, found) = gradient(case, parameters);
     let is_free = |plan: &Plan| matches!(plan, Plan::Free(..));
-    assert!(!free || bench.plans().iter().all(is_free), "{}", case.name);
+    assert!(
+        !free || linearised.plans().iter().all(is_free),
+        "{}",
+        case.name
+    );
     let value = |by: f64| {
         let move_on = |system: System, (_, step, change): &Parameter| change(&system, by * step);
         let moved = parameters.iter().fold(case.system.clone(), move_on);
-        loss(&bench.forward(&moved).unwrap().field.values).0
+        loss(&linearised.forward(&moved).unwrap().field.values).0
     };
     let (slope, found) = (slope(&value, 1.0), found.iter().sum::<f64>());
     let error = (found - slope).abs() / slope.abs();
@@ -275,10 +281,10 @@ fn profile_matches_differences() {
 #[test]
 fn pixels_match_differences() {
     for case in cases() {
-        let bench = LinearisedSystem::new(&case.system, &[], &smooth(&case)).unwrap();
-        let trace = bench.forward(&case.system).unwrap();
+        let linearised = LinearisedSystem::new(&case.system, &[], &smooth(&case)).unwrap();
+        let trace = linearised.forward(&case.system).unwrap();
         let (_, bar) = loss(&trace.field.values);
-        let gradient = bench.adjoint(&case.system, &[], &trace, &bar).unwrap();
+        let gradient = linearised.adjoint(&case.system, &[], &trace, &bar).unwrap();
         for (number, bar) in gradient.pixels.iter().enumerate() {
             let Some(bar) = bar else { continue };
             for (name, unit) in [("phase", Complex64::I), ("amplitude", Complex64::ONE)] {
@@ -289,7 +295,7 @@ fn pixels_match_differences() {
                     for (at, value) in pixels_of(&mut changed, number).indexed_iter_mut() {
                         *value *= (unit * pattern(at) * by).exp();
                     }
-                    loss(&bench.forward(&changed).unwrap().field.values).0
+                    loss(&linearised.forward(&changed).unwrap().field.values).0
                 };
                 let mut found = 0.0;
                 for (at, value) in pixels_of(&mut case.system.clone(), number).indexed_iter() {

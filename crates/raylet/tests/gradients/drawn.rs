@@ -44,10 +44,10 @@ fn distance(a: &Array2<Complex64>, b: &Array2<Complex64>) -> f64 {
 #[test]
 fn drawn_dot_product() {
     let system = behind_lens();
-    let bench = LinearisedSystem::new(&system, &[], &exact()).unwrap();
-    let behind = bench.pass(&system).unwrap().behind;
+    let linearised = LinearisedSystem::new(&system, &[], &exact()).unwrap();
+    let behind = linearised.pass(&system).unwrap().behind;
     for drawing in [Drawing::WithoutReplacement, Drawing::Multinomial] {
-        let drawn = bench.drawn(draws(drawing, 20, 5));
+        let drawn = linearised.drawn(draws(drawing, 20, 5));
         let field = drawn.through(&system, &behind).unwrap().values;
         let field_bar = noise([12, 12], 40);
         let bar = drawn
@@ -65,9 +65,9 @@ fn drawn_dot_product() {
 #[test]
 fn estimates_have_the_exact_mean() {
     let system = behind_lens();
-    let bench = LinearisedSystem::new(&system, &[], &exact()).unwrap();
-    let whole = bench.forward(&system).unwrap().field.values;
-    let all = bench.drawn(draws(Drawing::WithoutReplacement, usize::MAX, 1));
+    let linearised = LinearisedSystem::new(&system, &[], &exact()).unwrap();
+    let whole = linearised.forward(&system).unwrap().field.values;
+    let all = linearised.drawn(draws(Drawing::WithoutReplacement, usize::MAX, 1));
     let field = all.forward(&system).unwrap().field.values;
     assert!(distance(&field, &whole) < 1e-12);
 
@@ -80,7 +80,7 @@ fn estimates_have_the_exact_mean() {
         let (mut sum, mut square) = (Array2::<Complex64>::zeros(whole.raw_dim()), 0.0);
         let seeds = 36;
         for seed in 1..=seeds {
-            let drawn = bench.drawn(draws(drawing, 16, seed));
+            let drawn = linearised.drawn(draws(drawing, 16, seed));
             let field = drawn.forward(&system).unwrap().field.values;
             square += distance(&field, &whole).powi(2);
             sum += &field;
@@ -116,17 +116,17 @@ fn pixels_of(system: &mut System) -> &mut Array2<Complex64> {
 #[test]
 fn anchor_dot_product() {
     let (mut before, mut after) = (behind_lens(), turned(&behind_lens()));
-    let bench = LinearisedSystem::new(&before, &[], &exact()).unwrap();
+    let linearised = LinearisedSystem::new(&before, &[], &exact()).unwrap();
     let bars = [noise([12, 12], 43), noise([12, 12], 44)];
-    let anchor = ControlVariate::new(&bench, &before, |_| {
+    let control_variate = ControlVariate::new(&linearised, &before, |_| {
         Ok::<_, LinearisedSystemError>(bars[0].clone())
     })
     .unwrap();
-    let there = bench.forward(&before).unwrap();
-    let back = bench.adjoint(&before, &[], &there, &bars[0]).unwrap();
-    let drawn = bench.drawn(draws(Drawing::WithoutReplacement, 16, 3));
-    let moved = anchor.forward(&drawn, &after).unwrap();
-    let returned = anchor
+    let there = linearised.forward(&before).unwrap();
+    let back = linearised.adjoint(&before, &[], &there, &bars[0]).unwrap();
+    let drawn = linearised.drawn(draws(Drawing::WithoutReplacement, 16, 3));
+    let moved = control_variate.forward(&drawn, &after).unwrap();
+    let returned = control_variate
         .forward_adjoint(&drawn, &after, &moved, &bars[1])
         .unwrap();
     let pixels = |gradient: Gradient| gradient.pixels[0].clone().unwrap();
@@ -145,21 +145,25 @@ fn anchor_dot_product() {
 #[test]
 fn anchors_quiet_the_noise() {
     let system = behind_lens();
-    let bench = LinearisedSystem::new(&system, &[], &exact()).unwrap();
+    let linearised = LinearisedSystem::new(&system, &[], &exact()).unwrap();
     let target = noise([12, 12], 41);
     let field_bar = |field: &Field| &field.values - &target;
     let told = |field: &Field| Ok::<_, LinearisedSystemError>(field_bar(field));
-    let anchor = ControlVariate::new(&bench, &system, told).unwrap();
+    let control_variate = ControlVariate::new(&linearised, &system, told).unwrap();
     let nearby = turned(&system);
 
-    let drawn = bench.drawn(draws(Drawing::WithoutReplacement, 16, 3));
+    let drawn = linearised.drawn(draws(Drawing::WithoutReplacement, 16, 3));
     for (system, [field_limit, pixel_limit]) in [(&system, [1e-12; 2]), (&nearby, [0.1; 2])] {
-        let exact = bench.forward(system).unwrap();
+        let exact = linearised.forward(system).unwrap();
         let bar = field_bar(&exact.field);
-        let whole = bench.adjoint(system, &[], &exact, &bar).unwrap().pixels[0].clone();
-        let trace = anchor.forward(&drawn, system).unwrap();
+        let whole = linearised
+            .adjoint(system, &[], &exact, &bar)
+            .unwrap()
+            .pixels[0]
+            .clone();
+        let trace = control_variate.forward(&drawn, system).unwrap();
         let bar = field_bar(&trace.field);
-        let estimate = anchor
+        let estimate = control_variate
             .forward_adjoint(&drawn, system, &trace, &bar)
             .unwrap();
         let field = distance(&trace.field.values, &exact.field.values);
@@ -199,8 +203,8 @@ fn anchors_take_one_hop() {
     let mut screens = behind_lens().screens;
     screens.insert(1, screen(300.0, pixels(4, 4.0, 5, PixelForm::Box)));
     let two = lit(screens, vec![lens(), vec![]]);
-    let bench = LinearisedSystem::new(&two, &[], &exact()).unwrap();
-    let refused = ControlVariate::new(&bench, &two, |field| Ok(field.values.clone()));
+    let linearised = LinearisedSystem::new(&two, &[], &exact()).unwrap();
+    let refused = ControlVariate::new(&linearised, &two, |field| Ok(field.values.clone()));
     assert_eq!(
         refused.err(),
         Some(LinearisedSystemError::ControlVariate(2))

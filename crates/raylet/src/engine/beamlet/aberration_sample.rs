@@ -11,10 +11,10 @@ use crate::engine::chain::backend::Job;
 use crate::math::random::uniform;
 
 /// Looks at the beamlets of all patches, about.
-const LOOKS: f64 = 5000.0;
+const SAMPLES: f64 = 5000.0;
 
 /// What random numbers are drawn for.
-const LOOK: u32 = 4;
+const SAMPLE: u32 = 4;
 
 /// Modes between neighbouring nodes of the aberration's interpolation.
 const NODE_SPACING: usize = 4;
@@ -37,7 +37,7 @@ impl<'a> AberrationSamples<'a> {
             job,
             patch,
             centre,
-            sure: total / LOOKS,
+            sure: total / SAMPLES,
             nodes: HashMap::new(),
         }
     }
@@ -45,7 +45,7 @@ impl<'a> AberrationSamples<'a> {
     /// For how many beamlets like it a mode with this energy stands; nothing when it is not looked at.
     pub fn drawn(&self, mode: [usize; 2], energy: f64) -> Option<f64> {
         let chance = energy / self.sure;
-        let address = [mode[0] as u32, self.patch as u32, mode[1] as u32, LOOK];
+        let address = [mode[0] as u32, self.patch as u32, mode[1] as u32, SAMPLE];
         (uniform(self.job.settings.seed, address) < chance).then(|| 1.0 / chance.min(1.0))
     }
 

@@ -104,8 +104,12 @@ fn symplectic(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 /// the ray or one of its neighbours is lost. `k` is the vacuum wavenumber.
 pub fn aberration(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64, k: f64) -> Option<Aberration> {
     // Positions and cosines on the plane that touches the screen are canonical variables.
-    let seat = LaunchPlane::new(hop.from, at).ok()?;
-    let (hop, at, p) = (&seat.hop(hop), seat.at(), seat.cosines(p).ok()?);
+    let launch_plane = LaunchPlane::new(hop.from, at).ok()?;
+    let (hop, at, p) = (
+        &launch_plane.hop(hop),
+        launch_plane.at(),
+        launch_plane.cosines(p).ok()?,
+    );
     let (centre, jacobian) = hop.jacobian(at, p).ok()?;
     let centre = phase_point(&centre);
     let scale = [sigma, sigma, 1.0 / (k * sigma), 1.0 / (k * sigma)];

@@ -42,7 +42,7 @@ impl PatchBeamlets {
 struct Cached {
     from: Grid,
     to: Raster,
-    aims: Vec<Option<PatchBeamlets>>,
+    beamlets: Vec<Option<PatchBeamlets>>,
 }
 
 /// Where the beamlets of one hop may be kept. They are written once; copies share them.
@@ -56,27 +56,27 @@ impl BeamletCache {
     }
 
     /// Keeps the beamlets of all patches, or nothing for good, if it is new.
-    pub fn fill(&self, from: &Grid, to: &Raster, aims: Option<Vec<Option<PatchBeamlets>>>) {
-        let page = aims.map(|aims| Cached {
+    pub fn fill(&self, from: &Grid, to: &Raster, beamlets: Option<Vec<Option<PatchBeamlets>>>) {
+        let cached = beamlets.map(|beamlets| Cached {
             from: from.clone(),
             to: *to,
-            aims,
+            beamlets,
         });
         // Somebody else may have been faster, with the same.
-        let _ = self.0.set(page);
+        let _ = self.0.set(cached);
     }
 
     /// What is kept, if it is of this grid and this raster.
     pub fn of(&self, from: &Grid, to: &Raster) -> Option<&[Option<PatchBeamlets>]> {
-        let page = self.0.get()?.as_ref()?;
-        (page.from == *from && page.to == *to).then_some(page.aims.as_slice())
+        let cached = self.0.get()?.as_ref()?;
+        (cached.from == *from && cached.to == *to).then_some(cached.beamlets.as_slice())
     }
 }
 
 impl fmt::Debug for BeamletCache {
     fn fmt(&self, out: &mut fmt::Formatter) -> fmt::Result {
-        let page = self.0.get().and_then(Option::as_ref);
-        let patches = page.map_or(0, |page| page.aims.len());
+        let cached = self.0.get().and_then(Option::as_ref);
+        let patches = cached.map_or(0, |cached| cached.beamlets.len());
         write!(out, "BeamletCache({patches} patches)")
     }
 }

@@ -129,11 +129,11 @@ impl<W: Fn(&SearchRay) -> f64> Judge<'_, W> {
 
     /// The light that the discarded tail of a beamlet beside the target would bring there.
     fn discarded(&self, ray: &SearchRay, sigma: f64, tail: Tail) -> f64 {
-        let Ok(seat) = LaunchPlane::new(self.hop.from, ray.at) else {
+        let Ok(launch_plane) = LaunchPlane::new(self.hop.from, ray.at) else {
             return 0.0;
         };
         let leaving = LeavingBeamlet {
-            seat: &seat,
+            launch_plane: &launch_plane,
             p: ray.p,
             sigma,
         };

@@ -19,16 +19,17 @@ pub fn launch_beamlet(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64) -> Resul
 /// How its chief ray was lost, if it was.
 #[inline]
 pub fn launch_beamlet_from(
-    seat: &LaunchPlane,
+    launch_plane: &LaunchPlane,
     hop: &Hop,
     p: [f64; 2],
     sigma: f64,
 ) -> Result<Arrival, Loss> {
     let k = hop.wavenumber();
-    let start = seat.window(sigma, k);
-    let carried = seat
-        .hop(hop)
-        .carry_beamlet(seat.at(), seat.cosines(p)?, start)?;
+    let start = launch_plane.window(sigma, k);
+    let carried =
+        launch_plane
+            .hop(hop)
+            .carry_beamlet(launch_plane.at(), launch_plane.cosines(p)?, start)?;
     let (landing, g) = (carried.landing, carried.curvature);
     Ok(Arrival {
         at: landing.at,

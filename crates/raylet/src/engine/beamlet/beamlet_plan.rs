@@ -98,7 +98,7 @@ pub struct Planner<'a> {
     /// Distance of sample points on the target, when it is known.
     pub pitch: Option<[f64; 2]>,
     /// Where the light goes behind the second screen.
-    pub beyond: &'a Downstream<'a>,
+    pub downstream: &'a Downstream<'a>,
     /// Thresholds and aims.
     pub settings: &'a Settings,
 }
@@ -111,8 +111,8 @@ impl Planner<'_> {
     ///
     /// # Errors
     /// When the error of no width is a number.
-    pub fn plan(&self, fan: &DirectionSearch) -> Result<BeamletPlan, PlanError> {
-        let judges = judges(fan);
+    pub fn plan(&self, search: &DirectionSearch) -> Result<BeamletPlan, PlanError> {
+        let judges = judges(search);
         let wanted = self.wanted_judges(&judges);
         let widths = self.widths(&judges);
         let beside = self.judges_beside(&judges);
@@ -130,7 +130,9 @@ impl Planner<'_> {
             from: self.hop.from.name.clone(),
             to: self.hop.to.name.clone(),
         };
-        let first = self.choose(fan, &judges, &found).ok_or_else(not_finite)?;
+        let first = self
+            .choose(search, &judges, &found)
+            .ok_or_else(not_finite)?;
         if first.expected_error() <= self.settings.target_error {
             return Ok(self.complete(first, widths));
         }
@@ -139,7 +141,9 @@ impl Planner<'_> {
             settings: &self.settings.aiming_at(FINEST),
             ..*self
         };
-        let best = finest.choose(fan, &judges, &found).ok_or_else(not_finite)?;
+        let best = finest
+            .choose(search, &judges, &found)
+            .ok_or_else(not_finite)?;
         let attainable = best
             .error_of_beamlets()
             .max(BESIDE_DISCARDED * best.dropped);
@@ -150,7 +154,7 @@ impl Planner<'_> {
             settings: &settings,
             ..*self
         };
-        let chosen = relaxed.choose(fan, &judges, &found);
+        let chosen = relaxed.choose(search, &judges, &found);
         Ok(relaxed.complete(chosen.ok_or_else(not_finite)?, widths))
     }
 
@@ -186,8 +190,8 @@ impl Planner<'_> {
     }
 
     /// The lattice of directions that a fan asks for, at a patch period in mm.
-    pub fn bands(&self, fan: &DirectionSearch, period: f64) -> [Band; 2] {
-        let p = fan.band.map(|p| if p.is_finite() { p } else { 0.0 });
+    pub fn bands(&self, search: &DirectionSearch, period: f64) -> [Band; 2] {
+        let p = search.band.map(|p| if p.is_finite() { p } else { 0.0 });
         let spacing = self.hop.wavelength / period;
         [
             Band::between(self.light.anchor[0], spacing, p[0], p[1]),
@@ -196,10 +200,10 @@ impl Planner<'_> {
     }
 
     /// Whether some ray that lands beside the target has more aberration than its tail may have.
-    fn is_doubtful(&self, fan: &DirectionSearch, sigma: f64) -> bool {
-        let stride = fan.rim.len().div_ceil(JUDGES).max(1);
+    fn is_doubtful(&self, search: &DirectionSearch, sigma: f64) -> bool {
+        let stride = search.rim.len().div_ceil(JUDGES).max(1);
         let k = self.hop.wavenumber();
-        fan.rim.iter().step_by(stride).any(|ray| {
+        search.rim.iter().step_by(stride).any(|ray| {
             aberration(self.hop, ray.at, ray.p, sigma, k)
                 .is_none_or(|found| found.eta() > TRUSTED_TAIL)
         })
@@ -215,18 +219,18 @@ impl Planner<'_> {
                 jacobian,
                 ..*ray
             };
-            let wanted = self.beyond.is_wanted(landing.at, landing.cosines);
+            let wanted = self.downstream.is_wanted(landing.at, landing.cosines);
             wanted.then_some(ray)
         };
         let sought = || {
-            let (train, to) = self.beyond.joined(self.hop)?;
+            let (train, to) = self.downstream.joined(self.hop)?;
             let joined = Hop {
                 train: &train,
                 to,
                 ..*self.hop
             };
-            let fan = search_directions(&joined, self.from, to.bounds()?, [0.0; 2]);
-            Some(fan.rays.iter().filter_map(here).collect::<Vec<_>>())
+            let search = search_directions(&joined, self.from, to.bounds()?, [0.0; 2]);
+            Some(search.rays.iter().filter_map(here).collect::<Vec<_>>())
         };
         match sought() {
             Some(rays) if !rays.is_empty() => thinned(&rays),
@@ -238,7 +242,7 @@ impl Planner<'_> {
     /// all light.
     fn judge(
         &self,
-        fan: &DirectionSearch,
+        search: &DirectionSearch,
         judges: &[SearchRay],
         (sigma, expected): (f64, Expected),
     ) -> Vec<BeamletPlan> {
@@ -256,7 +260,7 @@ impl Planner<'_> {
 
         // Cost: positions × directions, each traced once and summed over its footprint.
         let period = settings.patch_period() * sigma;
-        let bands = self.bands(fan, period);
+        let bands = self.bands(search, period);
         let rays = |step: f64| {
             let positions = |a: usize| {
                 let edges = [self.from[2 * a], self.from[2 * a + 1]];
@@ -301,7 +305,9 @@ impl Planner<'_> {
 
     /// The weight of a judge: how much light goes its way, if that light is wanted.
     pub fn weight(&self, ray: &SearchRay) -> f64 {
-        let wanted = self.beyond.is_wanted(ray.landing.at, ray.landing.cosines);
+        let wanted = self
+            .downstream
+            .is_wanted(ray.landing.at, ray.landing.cosines);
         let share = if wanted { 1.0 } else { UNWANTED };
         self.envelope.weight(ray.p) * ray.area * share
     }
@@ -398,8 +404,8 @@ pub struct Arrived {
 }
 
 /// The rays of a fan on which choices are judged.
-pub fn judges(fan: &DirectionSearch) -> Vec<SearchRay> {
-    thinned(&fan.rays)
+pub fn judges(search: &DirectionSearch) -> Vec<SearchRay> {
+    thinned(&search.rays)
 }
 
 /// Evenly spaced rays of a list, at most as many as are judged; each stands for the light of those left out.
@@ -450,11 +456,11 @@ impl Planner<'_> {
     /// errors.
     fn choose(
         &self,
-        fan: &DirectionSearch,
+        search: &DirectionSearch,
         judges: &[SearchRay],
         widths: &[(f64, Expected)],
     ) -> Option<BeamletPlan> {
-        let judge = |&found: &(f64, Expected)| self.judge(fan, judges, found);
+        let judge = |&found: &(f64, Expected)| self.judge(search, judges, found);
         let mut candidates: Vec<_> = widths.iter().flat_map(judge).collect();
         let wanted = SHARE * self.settings.target_error;
         let errors = candidates.iter().map(BeamletPlan::error_of_beamlets);

@@ -41,7 +41,7 @@ impl From<Fate> for DiscardedBeamlet {
 /// Where the beamlets of a patch leave.
 pub struct LaunchPlanes {
     /// On the hop that was planned.
-    seat: LaunchPlane,
+    launch_plane: LaunchPlane,
     /// On the hop itself, if it is another one.
     moved: Option<LaunchPlane>,
 }
@@ -54,14 +54,14 @@ impl LaunchPlanes {
     pub fn new(job: &Job, at: [f64; 2]) -> Result<Self, Loss> {
         let moved = job.planned.map(|_| LaunchPlane::new(job.hop.from, at));
         Ok(Self {
-            seat: LaunchPlane::new(job.chooser().from, at)?,
+            launch_plane: LaunchPlane::new(job.chooser().from, at)?,
             moved: moved.transpose()?,
         })
     }
 
     /// The seat on the hop itself.
-    pub fn seat(&self) -> &LaunchPlane {
-        self.moved.as_ref().unwrap_or(&self.seat)
+    pub fn launch_plane(&self) -> &LaunchPlane {
+        self.moved.as_ref().unwrap_or(&self.launch_plane)
     }
 }
 
@@ -71,16 +71,20 @@ impl LaunchPlanes {
 /// Its fate when it does not reach the target, or cannot be believed there.
 pub fn target_beamlet(
     job: &Job,
-    LaunchPlanes { seat, moved }: &LaunchPlanes,
+    LaunchPlanes {
+        launch_plane,
+        moved,
+    }: &LaunchPlanes,
     mode: [usize; 2],
     to: &Canvas,
-    looks: &mut AberrationSamples,
+    samples: &mut AberrationSamples,
 ) -> Result<TargetBeamlet, DiscardedBeamlet> {
     let k = job.hop.wavenumber();
     let [bx, by] = &job.plan.bands;
     let p = [bx.at(mode[0]), by.at(mode[1])];
     let planned = job.chooser();
-    let mut arrival = launch_beamlet_from(seat, planned, p, job.plan.sigma).map_err(Fate::Lost)?;
+    let mut arrival =
+        launch_beamlet_from(launch_plane, planned, p, job.plan.sigma).map_err(Fate::Lost)?;
     if !to.meets(&arrival, k, job.settings.footprint_edge()) {
         return Err(Fate::Outside.into());
     }
@@ -88,17 +92,21 @@ pub fn target_beamlet(
     // The aberration inside the beamlet is made good, or a reason to leave it out.
     let beside = !to.contains(arrival.at);
     let needed = job.plan.correct || (beside && job.plan.doubtful_rim);
-    let found = if needed { looks.between(mode) } else { None };
+    let found = if needed { samples.between(mode) } else { None };
     if needed && beside && found.is_none_or(|found| found.eta() > TRUSTED_TAIL) {
         let leaving = LeavingBeamlet {
-            seat,
+            launch_plane,
             p,
             sigma: job.plan.sigma,
         };
         let share = || discarded_tail_share(planned, &leaving, to.bounds(), to.tail(&arrival, k));
         return Err(DiscardedBeamlet {
             fate: Fate::Unresolved,
-            share: if job.beyond.ends_here() { share() } else { 0.0 },
+            share: if job.downstream.ends_here() {
+                share()
+            } else {
+                0.0
+            },
         });
     }
     if let Some(moved) = moved {

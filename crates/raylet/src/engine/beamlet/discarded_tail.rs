@@ -19,7 +19,7 @@ const TRIALS: usize = 3;
 /// A beamlet as it leaves.
 pub struct LeavingBeamlet<'a> {
     /// Where.
-    pub seat: &'a LaunchPlane,
+    pub launch_plane: &'a LaunchPlane,
     /// Its optical direction cosines on the screen.
     pub p: [f64; 2],
     /// Its width σ in mm.
@@ -45,8 +45,12 @@ pub fn discarded_tail_share(
 /// The distance r from the beamlet's ray to the ray that lands on the nearest point of the box, by the linear map and
 /// by real rays; nothing where these are lost or go the other way.
 fn distances(hop: &Hop, leaving: &LeavingBeamlet, bounds: [f64; 4]) -> Option<[f64; 2]> {
-    let seat = leaving.seat;
-    let (hop, at, p) = (&seat.hop(hop), seat.at(), seat.cosines(leaving.p).ok()?);
+    let launch_plane = leaving.launch_plane;
+    let (hop, at, p) = (
+        &launch_plane.hop(hop),
+        launch_plane.at(),
+        launch_plane.cosines(leaving.p).ok()?,
+    );
     let (landing, jacobian) = hop.jacobian(at, p).ok()?;
     let missing = [0, 1].map(|a| {
         let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
@@ -179,13 +183,13 @@ mod tests {
                 train: &[],
                 to: &to,
             };
-            let seat = LaunchPlane::new(&from, [0.0; 2]).unwrap();
+            let launch_plane = LaunchPlane::new(&from, [0.0; 2]).unwrap();
             let leaving = LeavingBeamlet {
-                seat: &seat,
+                launch_plane: &launch_plane,
                 p: [p, 0.0],
                 sigma,
             };
-            let arrival = launch_beamlet_from(&seat, &hop, leaving.p, sigma).unwrap();
+            let arrival = launch_beamlet_from(&launch_plane, &hop, leaving.p, sigma).unwrap();
             let k = hop.wavenumber();
             let [wx, wy] = arrival.footprint(k, (-0.5f64).exp());
             let x = arrival.at[0] + beside * wx;

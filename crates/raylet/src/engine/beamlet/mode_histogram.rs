@@ -27,13 +27,13 @@ impl Default for ModeHistogram {
 impl ModeHistogram {
     /// Counts some coefficients.
     pub fn of<'a>(coefficients: impl Iterator<Item = &'a Complex64>) -> Self {
-        let mut census = Self::default();
+        let mut histogram = Self::default();
         for c in coefficients {
             let energy = c.norm_sqr();
-            census.counts[(energy.to_bits() >> 52) as usize % CLASSES] += 1;
-            census.strongest = census.strongest.max(energy);
+            histogram.counts[(energy.to_bits() >> 52) as usize % CLASSES] += 1;
+            histogram.strongest = histogram.strongest.max(energy);
         }
-        census
+        histogram
     }
 
     /// Both together.

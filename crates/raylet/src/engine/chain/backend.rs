@@ -29,9 +29,9 @@ pub struct Job<'a> {
     /// Thresholds.
     pub settings: &'a Settings,
     /// Where its light goes next.
-    pub beyond: &'a Downstream<'a>,
+    pub downstream: &'a Downstream<'a>,
     /// Where its beamlets may be kept for the next time.
-    pub shelf: Option<&'a BeamletCache>,
+    pub cache: Option<&'a BeamletCache>,
     /// How they are drawn, with the hop's number; nothing where all are followed.
     pub draws: Option<(Draws, u32)>,
 }
@@ -56,7 +56,7 @@ pub struct Back<'a> {
     /// Cotangent of the field at the nodes of the first screen, [y, x].
     pub from_bar: &'a mut Array2<Complex64>,
     /// How the hop changes with each parameter.
-    pub neighbours: &'a [PerturbedHops<'a>],
+    pub perturbed: &'a [PerturbedHops<'a>],
     /// Derivative with respect to each of them.
     pub parameters: &'a mut [f64],
     /// Told now and then that work goes on.

@@ -29,14 +29,14 @@ impl ControlVariate {
     /// # Errors
     /// [`LinearisedSystemError::ControlVariate`] when there are more screens; as [`LinearisedSystem::forward`] and `field_bar`.
     pub fn new<E: From<LinearisedSystemError>>(
-        bench: &LinearisedSystem,
+        linearised: &LinearisedSystem,
         system: &System,
         field_bar: impl FnOnce(&Field) -> Result<Array2<Complex64>, E>,
     ) -> Result<Self, E> {
-        let passed = bench.pass(system)?;
-        let field = bench.through(system, &passed.behind)?;
+        let passed = linearised.pass(system)?;
+        let field = linearised.through(system, &passed.behind)?;
         let field_bar = field_bar(&field)?;
-        let behind_bar = bench.through_adjoint(system, &passed.behind, &field_bar)?;
+        let behind_bar = linearised.through_adjoint(system, &passed.behind, &field_bar)?;
         let trace = Trace {
             field,
             screens: vec![passed],

@@ -58,18 +58,18 @@ impl Backend for Cpu {
 
         // What all patches hold decides which modes are too weak, also for a part of them.
         let kept = cutter.keep();
-        let census = cutter.census(&kept);
+        let histogram = cutter.histogram(&kept);
         let strength = Strength {
-            floor: census.floor(job.settings),
-            total: census.total(),
+            floor: histogram.floor(job.settings),
+            total: histogram.total(),
         };
 
-        let shelved = cutter.shelved(to);
-        let one = |index: usize, spectrum: &Spectrum, to: &Canvas| match shelved {
+        let cached = cutter.cached(to);
+        let one = |index: usize, spectrum: &Spectrum, to: &Canvas| match cached {
             _ if job.draws.is_some() => draw(job, (index, spectrum), to),
             Some(all) => {
-                let aims = all[index].as_ref();
-                let lit = aims.map(|aims| lit(aims, spectrum, strength.floor));
+                let beamlets = all[index].as_ref();
+                let lit = beamlets.map(|beamlets| lit(beamlets, spectrum, strength.floor));
                 (lit.unwrap_or_default(), Tally::default())
             }
             None => spread(job, (index, spectrum), strength, to),
@@ -108,29 +108,31 @@ impl Backend for Cpu {
         progress: &(dyn Fn(f64) + Sync),
     ) {
         let cutter = Cutter::new(job, from);
-        let sways = sways(job, back.neighbours);
+        let varied_hops = varied_hops(job, back.perturbed);
         let (mut kept, mut floor) = (None, 0.0);
         if job.draws.is_some() {
             kept = cutter.keep();
         } else if job.settings.weakest_mode() > 0.0 {
             kept = cutter.keep();
-            floor = cutter.census(&kept).floor(job.settings);
+            floor = cutter.histogram(&kept).floor(job.settings);
         }
 
-        let shelved = cutter.shelved(to_bar);
+        let cached = cutter.cached(to_bar);
         let strong = |index: usize, place: [usize; 2]| {
             let energy = |spectrum: &Spectrum| spectrum.coefficients[place].norm_sqr();
             let found = || cutter.with(&kept, index, energy);
             floor == 0.0 || found().is_some_and(|energy| energy >= floor)
         };
-        let one = |index: usize| match shelved {
-            _ if job.draws.is_some() => drawn_aims(&cutter, &kept, index, to_bar).map(Cow::Owned),
+        let one = |index: usize| match cached {
+            _ if job.draws.is_some() => {
+                drawn_beamlets(&cutter, &kept, index, to_bar).map(Cow::Owned)
+            }
             Some(all) if floor == 0.0 => all[index].as_ref().map(Cow::Borrowed),
             Some(all) => {
-                let aims = all[index].as_ref()?;
-                Some(Cow::Owned(aims.only(|place| strong(index, place))))
+                let beamlets = all[index].as_ref()?;
+                Some(Cow::Owned(beamlets.only(|place| strong(index, place))))
             }
-            None => aims(&cutter, index, to_bar, &strong).map(Cow::Owned),
+            None => beamlets(&cutter, index, to_bar, &strong).map(Cow::Owned),
         };
 
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
@@ -140,18 +142,18 @@ impl Backend for Cpu {
             // The beamlets of the way there, traced again unless they are kept.
             let first = patches.start + done;
             let last = (first + chunk).min(patches.end);
-            let aims: Vec<Cow<PatchBeamlets>> =
+            let beamlets: Vec<Cow<PatchBeamlets>> =
                 (first..last).into_par_iter().filter_map(one).collect();
 
             // canvas += amplitude·coefficient·beamlet
-            let bars: Vec<(Array2<Complex64>, Vec<f64>)> = aims
+            let bars: Vec<(Array2<Complex64>, Vec<f64>)> = beamlets
                 .par_iter()
-                .map(|aims| give_back(&cutter, &kept, aims, &sways, to_bar))
+                .map(|beamlets| give_back(&cutter, &kept, beamlets, &varied_hops, to_bar))
                 .collect();
 
             // Patches overlap: one after the other.
-            for (aims, (bar, pulled)) in aims.iter().zip(&bars) {
-                let place = cutter.patches.place(aims.index);
+            for (beamlets, (bar, pulled)) in beamlets.iter().zip(&bars) {
+                let place = cutter.patches.place(beamlets.index);
                 let mut part = part(back.from_bar.view_mut(), place.y, place.x);
                 part += bar;
                 for (total, part) in back.parameters.iter_mut().zip(pulled) {
@@ -265,23 +267,23 @@ impl<'a> Cutter<'a> {
     }
 
     /// The beamlets of all patches to a canvas, if they may be kept from run to run and fit.
-    fn shelved(&self, to: &Canvas) -> Option<&'a [Option<PatchBeamlets>]> {
-        let shelf = self.job.shelf.filter(|_| self.job.draws.is_none())?;
+    fn cached(&self, to: &Canvas) -> Option<&'a [Option<PatchBeamlets>]> {
+        let cache = self.job.cache.filter(|_| self.job.draws.is_none())?;
         let (grid, raster) = (&self.field.grid, to.raster());
-        if shelf.is_new() {
+        if cache.is_new() {
             let all = 0..self.patches.count();
             let modes = |index: usize| self.modes(index).map_or(0, |[x, y]| x.len() * y.len());
             let most = all.clone().into_par_iter().map(modes).sum::<usize>();
             let fits =
                 most.saturating_mul(PatchBeamlets::BYTES) <= self.job.settings.memory_limit / 8;
-            let one = |index: usize| aims(self, index, to, &|_, _| true);
+            let one = |index: usize| beamlets(self, index, to, &|_, _| true);
             let found = fits.then(|| all.into_par_iter().map(one).collect());
-            shelf.fill(grid, raster, found);
+            cache.fill(grid, raster, found);
         }
-        shelf.of(grid, raster)
+        cache.of(grid, raster)
     }
 
-    fn census(&self, kept: &Kept) -> ModeHistogram {
+    fn histogram(&self, kept: &Kept) -> ModeHistogram {
         let count = |spectrum: &Spectrum| ModeHistogram::of(spectrum.coefficients.iter());
         (0..self.patches.count())
             .into_par_iter()
@@ -317,11 +319,11 @@ fn spread(
     let mut tally = Tally::default();
     let mut arrivals = Vec::new();
     let mut within = 0.0;
-    let Ok(seats) = LaunchPlanes::new(job, spectrum.centre) else {
+    let Ok(launch_planes) = LaunchPlanes::new(job, spectrum.centre) else {
         tally.add_energy(Fate::Lost(Loss::Missed), spectrum.energy);
         return (arrivals, tally);
     };
-    let mut looks = AberrationSamples::new(job, patch, spectrum.centre, strength.total);
+    let mut samples = AberrationSamples::new(job, patch, spectrum.centre, strength.total);
     for ((my, mx), c) in spectrum.coefficients.indexed_iter() {
         let energy = c.norm_sqr();
         within += energy;
@@ -330,14 +332,14 @@ fn spread(
             continue;
         }
         let mode = [spectrum.first[0] + mx, spectrum.first[1] + my];
-        let fate = match follow(job, &seats, mode, *c, to, &mut looks, &mut tally) {
+        let fate = match follow(job, &launch_planes, mode, *c, to, &mut samples, &mut tally) {
             Ok(arrival) => {
                 arrivals.push(arrival);
                 Fate::Arrived
             }
-            Err(stray) => {
-                tally.untrusted += energy * stray.share;
-                stray.fate
+            Err(discarded) => {
+                tally.untrusted += energy * discarded.share;
+                discarded.fate
             }
         };
         tally.count(fate, energy);
@@ -350,26 +352,27 @@ fn spread(
 fn draw(job: &Job, (patch, spectrum): (usize, &Spectrum), to: &Canvas) -> (Vec<Arrival>, Tally) {
     let mut tally = Tally::default();
     let mut arrivals = Vec::new();
-    let (Some(draws), Ok(seats)) = (job.draws_of(patch), LaunchPlanes::new(job, spectrum.centre))
+    let (Some(draws), Ok(launch_planes)) =
+        (job.draws_of(patch), LaunchPlanes::new(job, spectrum.centre))
     else {
         tally.add_energy(Fate::Lost(Loss::Missed), spectrum.energy);
         return (arrivals, tally);
     };
-    let mut looks = AberrationSamples::new(job, patch, spectrum.centre, f64::INFINITY);
+    let mut samples = AberrationSamples::new(job, patch, spectrum.centre, f64::INFINITY);
     let weights = draws.weights(&spectrum.coefficients);
     for ((place, weight), c) in weights.indexed_iter().zip(&spectrum.coefficients) {
         if *weight == 0.0 {
             continue;
         }
         let mode = [spectrum.first[0] + place.1, spectrum.first[1] + place.0];
-        let fate = match target_beamlet(job, &seats, mode, to, &mut looks) {
-            Ok(aimed) => {
-                let mut arrival = aimed.arrival;
+        let fate = match target_beamlet(job, &launch_planes, mode, to, &mut samples) {
+            Ok(beamlet) => {
+                let mut arrival = beamlet.arrival;
                 arrival.amplitude *= c * *weight;
                 arrivals.push(arrival);
                 Fate::Arrived
             }
-            Err(stray) => stray.fate,
+            Err(discarded) => discarded.fate,
         };
         tally.count(fate, c.norm_sqr() * weight);
     }
@@ -377,39 +380,44 @@ fn draw(job: &Job, (patch, spectrum): (usize, &Spectrum), to: &Canvas) -> (Vec<A
 }
 
 /// The beamlets of one patch that its draws ask for on the way back: those drawn, or all where each is compared.
-fn drawn_aims(cutter: &Cutter, kept: &Kept, index: usize, to: &Canvas) -> Option<PatchBeamlets> {
+fn drawn_beamlets(
+    cutter: &Cutter,
+    kept: &Kept,
+    index: usize,
+    to: &Canvas,
+) -> Option<PatchBeamlets> {
     let draws = cutter.job.draws_of(index)?;
     if let Drawing::Gumbel { .. } = draws.draws.drawing {
-        return aims(cutter, index, to, &|_, _| true);
+        return beamlets(cutter, index, to, &|_, _| true);
     }
     let weights = cutter.with(kept, index, |spectrum| {
         draws.weights(&spectrum.coefficients)
     })?;
-    aims(cutter, index, to, &|_, place| weights[place] != 0.0)
+    beamlets(cutter, index, to, &|_, place| weights[place] != 0.0)
 }
 
 /// Follows one beamlet to the target.
 fn follow(
     job: &Job,
-    seats: &LaunchPlanes,
+    launch_planes: &LaunchPlanes,
     mode: [usize; 2],
     coefficient: Complex64,
     to: &Canvas,
-    looks: &mut AberrationSamples,
+    samples: &mut AberrationSamples,
     tally: &mut Tally,
 ) -> Result<Arrival, DiscardedBeamlet> {
-    let aimed = target_beamlet(job, seats, mode, to, looks)?;
-    let mut arrival = aimed.arrival;
+    let beamlet = target_beamlet(job, launch_planes, mode, to, samples)?;
+    let mut arrival = beamlet.arrival;
     let energy = coefficient.norm_sqr();
-    let seen = match aimed.needed {
-        true => Some((aimed.found, 1.0)),
+    let seen = match beamlet.needed {
+        true => Some((beamlet.found, 1.0)),
         false => {
-            let drawn = looks.drawn(mode, energy);
-            drawn.map(|stands_for| (looks.at(mode), stands_for))
+            let drawn = samples.drawn(mode, energy);
+            drawn.map(|stands_for| (samples.at(mode), stands_for))
         }
     };
     if let Some((found, stands_for)) = seen
-        && job.beyond.is_wanted(arrival.at, arrival.cosines)
+        && job.downstream.is_wanted(arrival.at, arrival.cosines)
     {
         // The tail that falls on the target is more aberrated than the beamlet's middle.
         let tail = to.tail(&arrival, job.hop.wavenumber());
@@ -421,8 +429,8 @@ fn follow(
 }
 
 /// The hop with its parameters, a block at a time.
-fn sways<'a>(job: &Job<'a>, neighbours: &[PerturbedHops<'a>]) -> Vec<VariedHop<'a>> {
-    let blocks = neighbours.chunks(BLOCK);
+fn varied_hops<'a>(job: &Job<'a>, perturbed: &[PerturbedHops<'a>]) -> Vec<VariedHop<'a>> {
+    let blocks = perturbed.chunks(BLOCK);
     blocks.map(|block| VariedHop::new(job.hop, block)).collect()
 }
 
@@ -430,68 +438,74 @@ fn sways<'a>(job: &Job<'a>, neighbours: &[PerturbedHops<'a>]) -> Vec<VariedHop<'
 fn give_back(
     cutter: &Cutter,
     kept: &Kept,
-    aims: &PatchBeamlets,
-    sways: &[VariedHop],
+    beamlets: &PatchBeamlets,
+    varied_hops: &[VariedHop],
     to_bar: &Canvas,
 ) -> (Array2<Complex64>, Vec<f64>) {
     let (k, edge) = (
         cutter.job.hop.wavenumber(),
         cutter.job.settings.footprint_edge(),
     );
-    let moments = to_bar.add_adjoint(&aims.arrivals, k, edge);
-    let mut bar = Array2::zeros([aims.modes[1].len(), aims.modes[0].len()]);
-    for ((place, arrival), moments) in aims.places.iter().zip(&aims.arrivals).zip(&moments) {
+    let moments = to_bar.add_adjoint(&beamlets.arrivals, k, edge);
+    let mut bar = Array2::zeros([beamlets.modes[1].len(), beamlets.modes[0].len()]);
+    for ((place, arrival), moments) in beamlets.places.iter().zip(&beamlets.arrivals).zip(&moments)
+    {
         bar[*place] = arrival.amplitude.conj() * moments[0];
     }
-    if let Some(draws) = cutter.job.draws_of(aims.index) {
+    if let Some(draws) = cutter.job.draws_of(beamlets.index) {
         let weigh = |spectrum: &Spectrum| draws.weights_adjoint(&spectrum.coefficients, &bar);
-        bar = cutter.with(kept, aims.index, weigh).unwrap_or(bar);
+        bar = cutter.with(kept, beamlets.index, weigh).unwrap_or(bar);
     }
-    let pulled = pulled(cutter, kept, aims, sways, &moments);
-    (cutter.cut_adjoint(aims.index, &aims.modes, &bar), pulled)
+    let pulled = pulled(cutter, kept, beamlets, varied_hops, &moments);
+    (
+        cutter.cut_adjoint(beamlets.index, &beamlets.modes, &bar),
+        pulled,
+    )
 }
 
 /// The derivatives with respect to all parameters that one patch brings.
 fn pulled(
     cutter: &Cutter,
     kept: &Kept,
-    aims: &PatchBeamlets,
-    sways: &[VariedHop],
+    beamlets: &PatchBeamlets,
+    varied_hops: &[VariedHop],
     moments: &[Moments],
 ) -> Vec<f64> {
-    let mut total = vec![0.0; BLOCK * sways.len()];
+    let mut total = vec![0.0; BLOCK * varied_hops.len()];
     let (plan, k) = (cutter.job.plan, cutter.job.hop.wavenumber());
     let [bx, by] = &plan.bands;
-    let centre = cutter.patches.place(aims.index).centre;
+    let centre = cutter.patches.place(beamlets.index).centre;
     let mut add = |spectrum: &Spectrum| {
-        let Ok(seats) = LaunchPlanes::new(cutter.job, centre) else {
+        let Ok(launch_planes) = LaunchPlanes::new(cutter.job, centre) else {
             return;
         };
-        for ((place, arrival), moments) in aims.places.iter().zip(&aims.arrivals).zip(moments) {
+        for ((place, arrival), moments) in
+            beamlets.places.iter().zip(&beamlets.arrivals).zip(moments)
+        {
             let amplitude = arrival.amplitude * spectrum.coefficients[*place];
             if amplitude == Complex64::ZERO {
                 continue;
             }
-            let [x, y] = [0, 1].map(|a| aims.modes[a].start + place[1 - a]);
+            let [x, y] = [0, 1].map(|a| beamlets.modes[a].start + place[1 - a]);
             let p = [bx.at(x), by.at(y)];
-            for (sway, total) in sways.iter().zip(total.chunks_mut(BLOCK)) {
-                if let Ok(carried) = sway.carry(seats.seat(), p, plan.sigma) {
+            for (varied_hop, total) in varied_hops.iter().zip(total.chunks_mut(BLOCK)) {
+                if let Ok(carried) = varied_hop.carry(launch_planes.launch_plane(), p, plan.sigma) {
                     let parts = pull(&carried, amplitude, moments, k);
                     total.iter_mut().zip(parts).for_each(|(t, part)| *t += part);
                 }
             }
         }
     };
-    if !sways.is_empty() {
-        cutter.with(kept, aims.index, &mut add);
+    if !varied_hops.is_empty() {
+        cutter.with(kept, beamlets.index, &mut add);
     }
     total
 }
 
 /// What the beamlets of a patch are with the coefficients of a spectrum, without those that are too weak.
-fn lit(aims: &PatchBeamlets, spectrum: &Spectrum, floor: f64) -> Vec<Arrival> {
+fn lit(beamlets: &PatchBeamlets, spectrum: &Spectrum, floor: f64) -> Vec<Arrival> {
     let mut list = Vec::new();
-    for (place, arrival) in aims.places.iter().zip(&aims.arrivals) {
+    for (place, arrival) in beamlets.places.iter().zip(&beamlets.arrivals) {
         let coefficient = spectrum.coefficients[*place];
         let energy = coefficient.norm_sqr();
         if energy < floor || energy == 0.0 {
@@ -506,7 +520,7 @@ fn lit(aims: &PatchBeamlets, spectrum: &Spectrum, floor: f64) -> Vec<Arrival> {
 
 /// The beamlets of one patch of coefficient one that reach the target, of those that are wanted by patch and place
 /// among its modes.
-fn aims(
+fn beamlets(
     cutter: &Cutter,
     index: usize,
     to: &Canvas,
@@ -515,25 +529,25 @@ fn aims(
     let job = cutter.job;
     let modes = cutter.modes(index)?;
     let centre = cutter.patches.place(index).centre;
-    let seats = LaunchPlanes::new(job, centre).ok()?;
-    let mut looks = AberrationSamples::new(job, index, centre, f64::INFINITY);
-    let mut aims = PatchBeamlets {
+    let launch_planes = LaunchPlanes::new(job, centre).ok()?;
+    let mut samples = AberrationSamples::new(job, index, centre, f64::INFINITY);
+    let mut beamlets = PatchBeamlets {
         index,
         places: Vec::new(),
         arrivals: Vec::new(),
         modes,
     };
-    for my in 0..aims.modes[1].len() {
-        for mx in 0..aims.modes[0].len() {
-            let mode = [aims.modes[0].start + mx, aims.modes[1].start + my];
+    for my in 0..beamlets.modes[1].len() {
+        for mx in 0..beamlets.modes[0].len() {
+            let mode = [beamlets.modes[0].start + mx, beamlets.modes[1].start + my];
             if !wanted(index, [my, mx]) {
                 continue;
             }
-            if let Ok(aimed) = target_beamlet(job, &seats, mode, to, &mut looks) {
-                aims.places.push([my, mx]);
-                aims.arrivals.push(aimed.arrival);
+            if let Ok(beamlet) = target_beamlet(job, &launch_planes, mode, to, &mut samples) {
+                beamlets.places.push([my, mx]);
+                beamlets.arrivals.push(beamlet.arrival);
             }
         }
     }
-    Some(aims)
+    Some(beamlets)
 }

@@ -44,9 +44,9 @@ pub struct HopRun<'a> {
     /// Thresholds.
     pub settings: &'a Settings,
     /// Where its light goes next.
-    pub beyond: &'a Downstream<'a>,
+    pub downstream: &'a Downstream<'a>,
     /// Where beamlets may be kept for the next time, for each level of the second screen.
-    pub shelves: &'a [BeamletCache],
+    pub caches: &'a [BeamletCache],
     /// How beamlets are drawn; nothing where all are followed.
     pub draws: Option<Draws>,
 }
@@ -57,7 +57,7 @@ impl<'a> HopRun<'a> {
         (number, hop): (usize, Hop<'a>),
         plan: &'a Plan,
         settings: &'a Settings,
-        beyond: &'a Downstream<'a>,
+        downstream: &'a Downstream<'a>,
     ) -> Self {
         Self {
             number,
@@ -65,8 +65,8 @@ impl<'a> HopRun<'a> {
             planned: None,
             plan,
             settings,
-            beyond,
-            shelves: &[],
+            downstream,
+            caches: &[],
             draws: None,
         }
     }
@@ -136,7 +136,7 @@ impl<'a> HopRun<'a> {
             },
             planned: planned.map(|(hop, to)| Hop { to, ..hop }),
             plan,
-            shelves: self.shelves.get(number..).unwrap_or_default(),
+            caches: self.caches.get(number..).unwrap_or_default(),
             ..*self
         }
     }
@@ -169,15 +169,15 @@ impl<'a> HopRun<'a> {
 
             // The neighbours' planes at the same level.
             let pairs: Vec<[Screen; 2]> = back
-                .neighbours
+                .perturbed
                 .iter()
                 .map(|n| [level_of(n.below.to, *level), level_of(n.above.to, *level)])
                 .collect();
-            let level = back.neighbours.iter().zip(&pairs);
-            let neighbours: Vec<PerturbedHops> = level.map(|(n, pair)| at_level(n, pair)).collect();
+            let level = back.perturbed.iter().zip(&pairs);
+            let perturbed: Vec<PerturbedHops> = level.map(|(n, pair)| at_level(n, pair)).collect();
             let mut back = Back {
                 from_bar: back.from_bar,
-                neighbours: &neighbours,
+                perturbed: &perturbed,
                 parameters: back.parameters,
                 pulse: back.pulse,
             };
@@ -217,8 +217,8 @@ impl<'a> HopRun<'a> {
                     planned: self.planned,
                     plan,
                     settings,
-                    beyond: self.beyond,
-                    shelf: self.shelves.first(),
+                    downstream: self.downstream,
+                    cache: self.caches.first(),
                     draws: self.draws.map(|draws| (draws, self.number as u32)),
                 };
                 let mut canvas = Canvas::new(*raster);
@@ -262,8 +262,8 @@ impl<'a> HopRun<'a> {
                     planned: self.planned,
                     plan,
                     settings,
-                    beyond: self.beyond,
-                    shelf: self.shelves.first(),
+                    downstream: self.downstream,
+                    cache: self.caches.first(),
                     draws: self.draws.map(|draws| (draws, self.number as u32)),
                 };
                 let canvas = Canvas::holding(*raster, bar);
@@ -287,19 +287,19 @@ fn level_of(to: &Screen, level: f64) -> Screen {
 
 /// The neighbours of a hop that lead to other screens.
 fn at_level<'a>(
-    neighbours: &PerturbedHops<'a>,
+    perturbed: &PerturbedHops<'a>,
     [below, above]: &'a [Screen; 2],
 ) -> PerturbedHops<'a> {
     PerturbedHops {
         below: Hop {
             to: below,
-            ..neighbours.below
+            ..perturbed.below
         },
         above: Hop {
             to: above,
-            ..neighbours.above
+            ..perturbed.above
         },
-        distance: neighbours.distance,
+        distance: perturbed.distance,
     }
 }
 
@@ -340,10 +340,10 @@ fn carry_free_adjoint(
     // A parameter that would tilt a screen is planned with rays, so that every neighbour is free as well.
     let neighbour = |hop: &Hop| along(free, hop).unwrap_or_else(|| free.clone());
     let pair = |n: &PerturbedHops| ([neighbour(&n.below), neighbour(&n.above)], n.distance);
-    let neighbours: Vec<([FreeHop; 2], f64)> = back.neighbours.iter().map(pair).collect();
+    let perturbed: Vec<([FreeHop; 2], f64)> = back.perturbed.iter().map(pair).collect();
     let heights = heights(hop, field);
     let surface = heights.as_ref().map(|heights| (heights, hop.from.leaves()));
-    let bars = free.carry_adjoint(bar, raster, (field, surface), plan, &neighbours);
+    let bars = free.carry_adjoint(bar, raster, (field, surface), plan, &perturbed);
     *back.from_bar += &bars.0;
     for (total, part) in back.parameters.iter_mut().zip(bars.1) {
         *total += part;

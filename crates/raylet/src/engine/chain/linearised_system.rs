@@ -89,7 +89,7 @@ pub struct LinearisedSystem {
     settings: Settings,
     plans: Vec<Plan>,
     /// For each hop, where the beamlets of the planned system are kept.
-    shelves: Vec<Vec<BeamletCache>>,
+    caches: Vec<Vec<BeamletCache>>,
     /// How beamlets are drawn; nothing where all are followed.
     draws: Option<Draws>,
 }
@@ -154,11 +154,12 @@ impl LinearisedSystem {
         let mut light = Light { anchor, usual };
         let mut plans = Vec::new();
         for (number, hop) in system.hops().enumerate() {
-            let beyond = &Downstream::of(system, number);
-            let mut chosen = plan(&hop, light, beyond, &settings).map_err(SimulateError::from)?;
+            let downstream = &Downstream::of(system, number);
+            let mut chosen =
+                plan(&hop, light, downstream, &settings).map_err(SimulateError::from)?;
             let stays = |free| {
-                let (_, neighbours) = neighbours(variations, number, &hop);
-                neighbours.iter().all(|n| is_free(free, n))
+                let (_, perturbed) = perturbed(variations, number, &hop);
+                perturbed.iter().all(|n| is_free(free, n))
             };
             if let Plan::Free(free, _) = &chosen
                 && !stays(free)
@@ -167,20 +168,21 @@ impl LinearisedSystem {
                     method: Method::Beamlet,
                     ..settings.clone()
                 };
-                chosen = plan(&hop, light, beyond, &by_beamlets).map_err(SimulateError::from)?;
+                chosen =
+                    plan(&hop, light, downstream, &by_beamlets).map_err(SimulateError::from)?;
             }
             light = chosen.light(&hop, light);
             plans.push(chosen);
         }
-        let mut bench = Self {
+        let mut linearised = Self {
             planned,
             settings,
             plans,
-            shelves: Vec::new(),
+            caches: Vec::new(),
             draws: None,
         };
-        bench.shelves = bench.empty_shelves()?;
-        Ok(bench)
+        linearised.caches = linearised.empty_caches()?;
+        Ok(linearised)
     }
 
     /// The same, with beamlets drawn instead of followed all: an estimate of the field, and of the pixels'
@@ -193,14 +195,14 @@ impl LinearisedSystem {
     }
 
     /// A shelf for each level of each hop's second screen.
-    fn empty_shelves(&self) -> Result<Vec<Vec<BeamletCache>>, LinearisedSystemError> {
+    fn empty_caches(&self) -> Result<Vec<Vec<BeamletCache>>, LinearisedSystemError> {
         let hops = self.planned.system.hops().enumerate();
-        let shelves = |(number, hop)| {
+        let caches = |(number, hop)| {
             let (run, _, reach) = self.run(number, hop, &self.plans)?;
             let levels = run.stack(reach).map_or(1, |stack| stack.len());
             Ok((0..levels).map(|_| BeamletCache::default()).collect())
         };
-        hops.map(shelves).collect()
+        hops.map(caches).collect()
     }
 
     /// The plans, hop by hop.
@@ -297,11 +299,11 @@ impl LinearisedSystem {
 
             // field behind the screen -> sheets of the next
             let mut bar = Field::zeros(passed.behind.grid.clone());
-            let (moving, neighbours) = neighbours(variations, number, hop);
+            let (moving, perturbed) = perturbed(variations, number, hop);
             let mut pulled = vec![0.0; moving.len()];
             let mut back = Back {
                 from_bar: &mut bar.values,
-                neighbours: &neighbours,
+                perturbed: &perturbed,
                 parameters: &mut pulled,
                 pulse,
             };
@@ -382,7 +384,7 @@ impl LinearisedSystem {
             let (run, raster, reach) = self.run(0, hop, &plans)?;
             let mut back = Back {
                 from_bar: &mut bar.values,
-                neighbours: &[],
+                perturbed: &[],
                 parameters: &mut [],
                 pulse: &|| (),
             };
@@ -435,15 +437,15 @@ impl LinearisedSystem {
         let raster = receiving_raster(&hop, reach, &self.settings)?;
         let planned = self.planned.system.hops().nth(number);
         let planned = planned.filter(|planned| !planned.is_same(&hop));
-        let shelves = self.shelves.get(number).map_or(&[][..], Vec::as_slice);
+        let caches = self.caches.get(number).map_or(&[][..], Vec::as_slice);
         let run = HopRun {
             number,
             hop,
             planned,
             plan,
             settings: &self.settings,
-            beyond: Downstream::none(),
-            shelves: if planned.is_none() { shelves } else { &[] },
+            downstream: Downstream::none(),
+            caches: if planned.is_none() { caches } else { &[] },
             draws: self.draws,
         };
         Ok((run, raster, reach))
@@ -484,7 +486,7 @@ fn rimmed(
 }
 
 /// One hop of those variations in which its rays run otherwise, with their numbers.
-fn neighbours<'v>(
+fn perturbed<'v>(
     variations: &'v [Variation],
     number: usize,
     hop: &Hop,
@@ -503,8 +505,8 @@ fn neighbours<'v>(
 }
 
 /// Whether both neighbours of a free hop are free.
-fn is_free(free: &crate::wave::propagate::FreeHop, neighbours: &PerturbedHops) -> bool {
-    along(free, &neighbours.below).is_some() && along(free, &neighbours.above).is_some()
+fn is_free(free: &crate::wave::propagate::FreeHop, perturbed: &PerturbedHops) -> bool {
+    along(free, &perturbed.below).is_some() && along(free, &perturbed.above).is_some()
 }
 
 /// d(value)/dq from the values a little below and above: through the logarithm, whose steps a phase makes

@@ -273,8 +273,8 @@ pub fn simulate(
     let (mut reports, mut standard_error) = (Vec::<HopReport>::new(), None);
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
-        let beyond = &Downstream::of(system, number);
-        let plan = plan(&hop, light.brief, beyond, settings)?;
+        let downstream = &Downstream::of(system, number);
+        let plan = plan(&hop, light.brief, downstream, settings)?;
         let (arrived, field) = light.pass(system, hop.from, leaving(&plan), settings)?;
         let before = arrived.power();
         drop(arrived);
@@ -282,7 +282,7 @@ pub fn simulate(
         let raster = receiving_raster(&hop, reach, settings)?;
         let step = |done: f64| progress(Progress::of(system, number, &plan, done));
         step(0.0);
-        let run = HopRun::new((number, hop), &plan, settings, beyond);
+        let run = HopRun::new((number, hop), &plan, settings, downstream);
         let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
         if !sheets.power().is_finite() {
             return Err(SimulateError::NotFinite(hop.to.name.clone()));

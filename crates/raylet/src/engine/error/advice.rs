@@ -28,7 +28,7 @@ const PLACES: usize = 5;
 const DIRECTIONS: usize = 9;
 
 /// Most rays that are followed from one screen on.
-const MOST_PENCILS: usize = 300;
+const MOST_RAYS: usize = 300;
 
 /// Light is small against a target below this share of its width, in per cent.
 const SMALL: f64 = 25.0;
@@ -39,10 +39,10 @@ const BARE: f64 = 50.0;
 /// Findings about the hops of a system with these plans.
 pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advice> {
     let (mut anchor, _) = incidence(system);
-    let mut pencils = launch(system);
+    let mut rays = launch(system);
     let mut list = Vec::new();
     for (number, (hop, plan)) in system.hops().zip(plans).enumerate() {
-        let light = Light::follow(&hop, &pencils);
+        let light = Light::follow(&hop, &rays);
         let mut say = |warning: bool, text: Option<String>| {
             list.extend(text.map(|text| Advice {
                 hop: number,
@@ -88,7 +88,7 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
             say(false, beamlets.at_limit.then(|| text.to_owned()));
         }
         anchor = chief(&hop, anchor);
-        pencils = light.arrived;
+        rays = light.arrived;
     }
     list
 }
@@ -113,7 +113,7 @@ struct Light {
 }
 
 impl Light {
-    fn follow(hop: &Hop, pencils: &[ScreenRay]) -> Self {
+    fn follow(hop: &Hop, rays: &[ScreenRay]) -> Self {
         let mut light = Self::default();
         let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
             return light;
@@ -123,8 +123,8 @@ impl Light {
             train: &train,
             ..*hop
         };
-        let stride = pencils.len().div_ceil(MOST_PENCILS).max(1);
-        for &(at, arriving) in pencils.iter().step_by(stride) {
+        let stride = rays.len().div_ceil(MOST_RAYS).max(1);
+        for &(at, arriving) in rays.iter().step_by(stride) {
             for p in leaving(hop, at, arriving) {
                 if let Ok((landing, j)) = open.jacobian(at, p) {
                     light.widen(landing.at);

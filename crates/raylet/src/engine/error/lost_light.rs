@@ -30,7 +30,7 @@ const PERIOD: f64 = 18.0;
 const SAMPLES: f64 = 8.0;
 
 /// What random numbers are drawn for.
-const SURVEY: u32 = 3;
+const LOST_LIGHT: u32 = 3;
 
 /// The local spectrum of a patch in all directions, as a plan that serves every place.
 struct Lens {
@@ -54,7 +54,7 @@ pub fn lost_light(hop: &Hop, light: &(dyn Fn(Grid) -> Field + Sync)) -> [f64; FA
         .into_par_iter()
         .map(|place| {
             // Places are drawn one in each cell of a grid over the screen.
-            let [u, v] = pair(0, [place as u32, 0, 0, SURVEY]);
+            let [u, v] = pair(0, [place as u32, 0, 0, LOST_LIGHT]);
             let share = |cell: usize, u: f64| (cell as f64 + u) / PLACES as f64;
             let at = [
                 x0 + (x1 - x0) * share(place % PLACES, u),

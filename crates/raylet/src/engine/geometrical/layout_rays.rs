@@ -60,19 +60,19 @@ pub fn layout_rays(system: &System, normal: Vec3) -> Vec<LayoutRay> {
         let crowded = live.len() * 3 > MOST_RAYS;
         for ray in live {
             for (p, turn) in leaving(&hop, &ray, k, normal, crowded) {
-                let mut trail = ray.trail.clone();
-                trail.points.pop();
-                trail.turn = turn;
+                let mut layout_ray = ray.layout_ray.clone();
+                layout_ray.points.pop();
+                layout_ray.turn = turn;
                 let mut steps = Steps(Vec::new());
                 let landed = hop.trace(ray.at, p, &mut steps);
-                trail.points.extend(steps.0);
+                layout_ray.points.extend(steps.0);
                 match landed {
                     Ok(landing) if passes(hop.to, landing.at) => next.push(Arrived {
                         at: landing.at,
                         p: landing.cosines,
-                        trail,
+                        layout_ray,
                     }),
-                    _ => done.push(trail),
+                    _ => done.push(layout_ray),
                 }
             }
         }
@@ -80,7 +80,7 @@ pub fn layout_rays(system: &System, normal: Vec3) -> Vec<LayoutRay> {
     }
     done.extend(live.into_iter().map(|ray| LayoutRay {
         arrived: true,
-        ..ray.trail
+        ..ray.layout_ray
     }));
     done
 }
@@ -89,7 +89,7 @@ pub fn layout_rays(system: &System, normal: Vec3) -> Vec<LayoutRay> {
 struct Arrived {
     at: [f64; 2],
     p: [f64; 2],
-    trail: LayoutRay,
+    layout_ray: LayoutRay,
 }
 
 /// The points that a walk visits.
@@ -136,7 +136,7 @@ fn launch(system: &System, screen: &Screen, normal: Vec3) -> Vec<Arrived> {
         Arrived {
             at,
             p: [local.x * screen.index, local.y * screen.index],
-            trail: LayoutRay {
+            layout_ray: LayoutRay {
                 points: vec![start, here],
                 turn: Deflection::Straight,
                 arrived: false,
@@ -166,21 +166,21 @@ fn leaving(
     crowded: bool,
 ) -> Vec<([f64; 2], Deflection)> {
     let Act::Doe(doe) = &hop.from.act else {
-        return vec![(ray.p, ray.trail.turn)];
+        return vec![(ray.p, ray.layout_ray.turn)];
     };
     let gradient = doe.phase_gradient(ray.at[0], ray.at[1]);
     let kick = gradient.unwrap_or_default().map(|g| g / k);
     let Some(p) = kicked(hop.from, ray.at, ray.p, kick) else {
         return Vec::new();
     };
-    let mut list = vec![(p, ray.trail.turn)];
+    let mut list = vec![(p, ray.layout_ray.turn)];
     if gradient.is_some() || crowded {
         return list;
     }
     let ray = &Arrived {
         p,
         at: ray.at,
-        trail: ray.trail.clone(),
+        layout_ray: ray.layout_ray.clone(),
     };
     for (side, turn) in [(1.0, Deflection::Up), (-1.0, Deflection::Down)] {
         list.extend(aimed(hop, doe, ray, side, normal).map(|p| (p, turn)));

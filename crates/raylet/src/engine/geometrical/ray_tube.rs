@@ -77,7 +77,7 @@ pub fn trace_tube(system: &System, start: [f64; 2]) -> Result<RayTube, Loss> {
     let mut p = [incident.x * first.index, incident.y * first.index];
 
     let (mut path, mut flux) = (0.0, 1.0);
-    let mut neighbours = TubeRays::default();
+    let mut tube_rays = TubeRays::default();
     for (number, hop) in system.hops().enumerate() {
         // The element bends the ray and lengthens its path.
         if !aperture_of(hop.from).contains(at[0].value, at[1].value) {
@@ -89,20 +89,20 @@ pub fn trace_tube(system: &System, start: [f64; 2]) -> Result<RayTube, Loss> {
         }
 
         // The train; |U|² n cos dA is the same at both ends but for what the surfaces take.
-        neighbours.last = None;
-        let landing = hop.trace(at, p, &mut neighbours)?;
+        tube_rays.last = None;
+        let landing = hop.trace(at, p, &mut tube_rays)?;
         flux *= normal(&hop, p.map(|p| p.value)) / normal_at(&hop, &landing);
         path += landing.path.value;
         (at, p) = (landing.at, landing.cosines);
     }
     let spread = at.map(|s| [s.tangent[0], s.tangent[1]]);
-    let power = flux * neighbours.transmission.powi(2);
+    let power = flux * tube_rays.transmission.powi(2);
     Ok(RayTube {
         at: at.map(|s| s.value),
         cosines: p.map(|p| p.value),
         path,
         amplitude: (power / determinant(spread).abs()).sqrt(),
-        foci: neighbours.foci,
+        foci: tube_rays.foci,
         spread,
         throw: at.map(|s| [s.tangent[2], s.tangent[3]]),
         turn: p.map(|p| [p.tangent[0], p.tangent[1]]),

@@ -29,14 +29,14 @@ pub struct RayHit {
 #[derive(Clone, Debug, PartialEq)]
 pub struct SystemRay {
     /// The screens and surfaces that it met, in order.
-    pub meetings: Vec<RayHit>,
+    pub hits: Vec<RayHit>,
     /// How it was lost before the sensor, if it was.
     pub lost: Option<Loss>,
 }
 
 /// What a ray tells on its way.
 struct Log {
-    meetings: Vec<RayHit>,
+    hits: Vec<RayHit>,
     direction: Vec3,
     path: f64,
     /// Whether the ray stands where it was met last, so that the next visit tells nothing new.
@@ -49,7 +49,7 @@ impl<T: Real> Companion<T> for Log {
     }
     fn bend<A: Axes<T>>(&mut self, encounter: &Encounter<T, A>) {
         self.direction = encounter.frame.turn_out(encounter.bent.direction).value();
-        if let Some(last) = self.meetings.last_mut() {
+        if let Some(last) = self.hits.last_mut() {
             last.direction = self.direction;
         }
     }
@@ -57,7 +57,7 @@ impl<T: Real> Companion<T> for Log {
         if std::mem::take(&mut self.stands) {
             return;
         }
-        self.meetings.push(RayHit {
+        self.hits.push(RayHit {
             point: point.value(),
             direction: self.direction,
             path: self.path,
@@ -71,7 +71,7 @@ pub fn trace_system(system: &System, source: &Source, at: [f64; 2]) -> SystemRay
         Ok(start) => start,
         Err(lost) => {
             return SystemRay {
-                meetings: Vec::new(),
+                hits: Vec::new(),
                 lost: Some(lost),
             };
         }
@@ -90,8 +90,8 @@ pub fn trace_system(system: &System, source: &Source, at: [f64; 2]) -> SystemRay
             }
         }
     }
-    let meetings = log.meetings;
-    SystemRay { meetings, lost }
+    let hits = log.hits;
+    SystemRay { hits, lost }
 }
 
 impl Log {
@@ -100,7 +100,7 @@ impl Log {
         self.direction = direction;
         self.path += added;
         self.stands = true;
-        if let Some(last) = self.meetings.last_mut() {
+        if let Some(last) = self.hits.last_mut() {
             last.direction = direction;
             last.path = self.path;
         }
@@ -120,7 +120,7 @@ fn launch(
     let path = source.path(point, screen.index);
     let local = screen.frame.turn_in(direction);
     let log = Log {
-        meetings: vec![RayHit {
+        hits: vec![RayHit {
             point,
             direction,
             path,
@@ -194,7 +194,7 @@ pub fn sensitivity(
 ) -> Option<Vec<[f64; 5]>> {
     let mut all = Vec::new();
     for block in variations.chunks(BLOCK) {
-        let landing = sway(system, block, source, at)?;
+        let landing = landing_tangents(system, block, source, at)?;
         let [x, y] = landing.at;
         let [p, q] = landing.cosines;
         let of = |i: usize| [x, y, p, q, landing.path].map(|number| number.tangent[i]);
@@ -205,7 +205,7 @@ pub fn sensitivity(
 
 /// One ray on the sensor with its tangents; nothing where it is lost, or where an element turns it, whose own
 /// derivatives are not told.
-fn sway(
+fn landing_tangents(
     system: &System,
     variations: &[Variation],
     source: &Source,
@@ -222,8 +222,8 @@ fn sway(
             return None;
         }
         let each = variations.iter();
-        let neighbours: Option<Vec<_>> = each.map(|v| neighbours(v, number)).collect();
-        let landing = VariedHop::new(hop, &neighbours?).trace(at, p).ok()?;
+        let perturbed: Option<Vec<_>> = each.map(|v| perturbed(v, number)).collect();
+        let landing = VariedHop::new(hop, &perturbed?).trace(at, p).ok()?;
         (at, p, path) = (landing.at, landing.cosines, path + landing.path);
         last = Some(Landing { path, ..landing });
     }
@@ -231,7 +231,7 @@ fn sway(
 }
 
 /// One hop of a variation.
-fn neighbours(variation: &Variation, number: usize) -> Option<PerturbedHops<'_>> {
+fn perturbed(variation: &Variation, number: usize) -> Option<PerturbedHops<'_>> {
     Some(PerturbedHops {
         below: variation.below.hops().nth(number)?,
         above: variation.above.hops().nth(number)?,
@@ -293,15 +293,12 @@ mod tests {
         };
         for at in [[0.0, 0.0], [3.0, 1.0], [-1.0, 3.5]] {
             let ray = trace_system(&system, &source, at);
-            let last = ray.meetings[1];
+            let last = ray.hits[1];
             assert_eq!(ray.lost, None);
             assert!(last.point.x.hypot(last.point.y) < 1e-12, "{last:?}");
             assert!((last.path - focal_length).abs() < 1e-12, "{last:?}");
         }
         let beside = trace_system(&system, &source, [4.1, 0.0]);
-        assert_eq!(
-            (beside.lost, beside.meetings.len()),
-            (Some(Loss::Clipped), 1)
-        );
+        assert_eq!((beside.lost, beside.hits.len()), (Some(Loss::Clipped), 1));
     }
 }

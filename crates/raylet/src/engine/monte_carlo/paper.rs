@@ -158,10 +158,11 @@ fn lay(cover: &mut Array2<f64>, cutter: &TileCutter, at: [f64; 2]) {
 }
 
 /// Which modes of a patch propagate, row by row.
-fn propagating(plan: &PaperPlan, facet: &TangentPatch) -> Vec<bool> {
+fn propagating(plan: &PaperPlan, tangent_patch: &TangentPatch) -> Vec<bool> {
     let [bx, by] = &plan.bands;
-    let row =
-        |my: usize| (0..bx.count).map(move |mx| facet.cosines([bx.at(mx), by.at(my)]).is_some());
+    let row = |my: usize| {
+        (0..bx.count).map(move |mx| tangent_patch.cosines([bx.at(mx), by.at(my)]).is_some())
+    };
     (0..by.count).flat_map(row).collect()
 }
 
@@ -219,7 +220,7 @@ impl<'a> Carrier<'a> {
             order,
             propagates: TangentPatch::new(hop.from, [0.0; 2], plan.along)
                 .filter(|_| hop.from.is_plane())
-                .map(|facet| propagating(plan, &facet)),
+                .map(|tangent_patch| propagating(plan, &tangent_patch)),
             share: plan.share(),
         };
         if plan.coverage {
@@ -262,27 +263,27 @@ impl<'a> Carrier<'a> {
         let mut tally = Tally::default();
         let mut waves = Vec::new();
         let at = self.plan.place(patch, self.address);
-        let Some(facet) = TangentPatch::new(self.hop.from, at, self.plan.along) else {
+        let Some(tangent_patch) = TangentPatch::new(self.hop.from, at, self.plan.along) else {
             return (waves, tally);
         };
         let (k, bands) = (self.hop.wavenumber(), &self.plan.bands);
         let spectrum = match &self.heights {
-            None => facet.cut_plane(&self.cutter, &self.field),
+            None => tangent_patch.cut_plane(&self.cutter, &self.field),
             Some(heights) => match self.plan.sag {
-                Sag::True => facet.cut_true(&self.cutter, &self.field, heights, bands, k),
-                Sag::Incident => facet.cut_incident(&self.cutter, &self.field),
+                Sag::True => tangent_patch.cut_true(&self.cutter, &self.field, heights, bands, k),
+                Sag::Incident => tangent_patch.cut_incident(&self.cutter, &self.field),
                 Sag::Tangent => {
                     let light = [self.plan.along, k];
-                    facet.cut_tangent(&self.cutter, &self.field, heights, light)
+                    tangent_patch.cut_tangent(&self.cutter, &self.field, heights, light)
                 }
             },
         };
-        let (hop, start) = facet.start(&self.hop);
-        let drawn = self.draw(&spectrum, &facet, patch);
+        let (hop, start) = tangent_patch.start(&self.hop);
+        let drawn = self.draw(&spectrum, &tangent_patch, patch);
         let directions: Vec<[f64; 2]> = drawn
             .iter()
             .map(|drawn| [bands[0].at(drawn.mode[1]), bands[1].at(drawn.mode[0])])
-            .map(|rates| facet.cosines(rates).unwrap_or(rates))
+            .map(|rates| tangent_patch.cosines(rates).unwrap_or(rates))
             .collect();
         for (drawn, landing) in drawn.iter().zip(trace_packets(&hop, start, &directions)) {
             let fate = match landing {
@@ -303,10 +304,15 @@ impl<'a> Carrier<'a> {
     }
 
     /// Draws modes that propagate; equal draws become one ray.
-    fn draw(&self, spectrum: &Array2<Complex64>, facet: &TangentPatch, patch: u32) -> Vec<Drawn> {
+    fn draw(
+        &self,
+        spectrum: &Array2<Complex64>,
+        tangent_patch: &TangentPatch,
+        patch: u32,
+    ) -> Vec<Drawn> {
         let own = match &self.propagates {
             Some(_) => Vec::new(),
-            None => propagating(self.plan, facet),
+            None => propagating(self.plan, tangent_patch),
         };
         let weight = |(c, propagates): (&Complex64, &bool)| match self.plan.density {
             _ if !propagates => 0.0,

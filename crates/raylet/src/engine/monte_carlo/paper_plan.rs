@@ -175,16 +175,16 @@ impl PaperPlan {
         let mut reach = [0.0f64; 2];
         for place in 0..25 {
             let at = [between(x0, x1, place % 5, 5), between(y0, y1, place / 5, 5)];
-            let Some(facet) = TangentPatch::new(hop.from, at, self.along) else {
+            let Some(tangent_patch) = TangentPatch::new(hop.from, at, self.along) else {
                 continue;
             };
-            let (start, at) = facet.start(hop);
+            let (start, at) = tangent_patch.start(hop);
             for mode in 0..225 {
                 let rates = [
                     between(px0, px1, mode % 15, 15),
                     between(py0, py1, mode / 15, 15),
                 ];
-                if let Some(p) = facet.cosines(rates)
+                if let Some(p) = tangent_patch.cosines(rates)
                     && let Ok(landing) = start.trace(at, p, &mut ())
                 {
                     reach = [0, 1].map(|a| reach[a].max(landing.cosines[a].abs()));
@@ -215,12 +215,12 @@ fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
         Act::Stop(_) | Act::Sensor(_) => None,
     };
     let Some(pixels) = pixels else {
-        let mut fan = search_directions(hop, planner.from, planner.to, [side; 2]);
+        let mut search = search_directions(hop, planner.from, planner.to, [side; 2]);
         for (a, spare) in spare.iter().enumerate() {
-            fan.band[2 * a] -= spare;
-            fan.band[2 * a + 1] += spare;
+            search.band[2 * a] -= spare;
+            search.band[2 * a + 1] += spare;
         }
-        return planner.bands(&fan, period);
+        return planner.bands(&search, period);
     };
     [0, 1].map(|a| {
         let n = hop.from.index + spare[a];

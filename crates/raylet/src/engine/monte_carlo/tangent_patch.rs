@@ -38,7 +38,7 @@ impl TangentPatch {
     /// The facet at (x, y); `along` is the normal cosine of the incident light, with its sign. Nothing
     /// where a curved screen does not exist.
     pub fn new(screen: &Screen, at: [f64; 2], along: f64) -> Option<Self> {
-        let mut facet = Self {
+        let mut tangent_patch = Self {
             plane: None,
             at,
             z: 0.0,
@@ -53,15 +53,16 @@ impl TangentPatch {
             carrier: [0.0; 2],
         };
         if screen.is_plane() {
-            return Some(facet);
+            return Some(tangent_patch);
         }
         let here = screen.height(at)?;
         let plane = screen.tangent(at)?;
-        facet.axes = [plane.frame.x, plane.frame.y, plane.frame.z].map(|a| screen.frame.turn_in(a));
-        (facet.z, facet.slope) = (here.z, here.slope);
-        facet.carrier = here.slope.map(|s| s * along);
-        facet.plane = Some(plane);
-        Some(facet)
+        tangent_patch.axes =
+            [plane.frame.x, plane.frame.y, plane.frame.z].map(|a| screen.frame.turn_in(a));
+        (tangent_patch.z, tangent_patch.slope) = (here.z, here.slope);
+        tangent_patch.carrier = here.slope.map(|s| s * along);
+        tangent_patch.plane = Some(plane);
+        Some(tangent_patch)
     }
 
     /// The hop as it begins here, and the point on its first plane.

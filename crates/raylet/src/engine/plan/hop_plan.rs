@@ -104,7 +104,7 @@ impl Plan {
     }
 }
 
-/// Plans a hop that begins with `light` on the first screen and whose light goes on `beyond`.
+/// Plans a hop that begins with `light` on the first screen and whose light goes on `downstream`.
 ///
 /// # Errors
 /// When a screen has no edge, no ray reaches the target, a patch has too many modes, or the plan's numbers are not
@@ -112,10 +112,10 @@ impl Plan {
 pub fn plan(
     hop: &Hop,
     light: Light,
-    beyond: &Downstream,
+    downstream: &Downstream,
     settings: &Settings,
 ) -> Result<Plan, PlanError> {
-    let plan = choose(hop, light, beyond, settings)?;
+    let plan = choose(hop, light, downstream, settings)?;
     match plan.is_finite() {
         true => Ok(plan),
         false => Err(PlanError::NotFinite {
@@ -129,7 +129,7 @@ pub fn plan(
 fn choose(
     hop: &Hop,
     light: Light,
-    beyond: &Downstream,
+    downstream: &Downstream,
     settings: &Settings,
 ) -> Result<Plan, PlanError> {
     let pitch = pitch_of(hop.to);
@@ -156,9 +156,9 @@ fn choose(
         let method = "plane";
         return Err(PlanError::Curved { method, screen });
     }
-    let fan = search_directions(hop, from, to, [0.0; 2]);
-    if fan.is_dark() {
-        return Err(dark(hop, &fan));
+    let search = search_directions(hop, from, to, [0.0; 2]);
+    if search.is_dark() {
+        return Err(dark(hop, &search));
     }
     let planner = Planner {
         hop,
@@ -167,17 +167,17 @@ fn choose(
         light,
         envelope: light.behind(hop.from, hop.wavelength),
         pitch,
-        beyond,
+        downstream,
         settings,
     };
     match settings.method {
         Method::Auto | Method::Beamlet => {
-            let plan = planner.plan(&fan)?;
+            let plan = planner.plan(&search)?;
             check_patches(&planner, plan.sigma, [plan.step; 2], &plan.bands)?;
             Ok(Plan::Beamlets(plan))
         }
         Method::Plane => {
-            let plan = PlanePlan::new(&planner, &fan);
+            let plan = PlanePlan::new(&planner, &search);
             check_patches(&planner, plan.sigma, plan.step, &plan.bands)?;
             Ok(Plan::Planes(plan))
         }
@@ -283,11 +283,11 @@ fn paper(planner: &Planner) -> Result<Plan, PlanError> {
     Ok(Plan::Paper(plan))
 }
 
-fn dark(hop: &Hop, fan: &DirectionSearch) -> PlanError {
+fn dark(hop: &Hop, search: &DirectionSearch) -> PlanError {
     let mut causes = String::new();
-    for (loss, count) in &fan.lost {
+    for (loss, count) in &search.lost {
         let name = crate::engine::error::tally::Fate::Lost(*loss).name();
-        causes += &format!("; {count} of {} rays tried: {name}", fan.traced);
+        causes += &format!("; {count} of {} rays tried: {name}", search.traced);
     }
     PlanError::Dark {
         from: hop.from.name.clone(),

@@ -117,9 +117,9 @@ fn columns(m: [[f64; 2]; 2], s: [f64; 2]) -> [f64; 2] {
 
 impl PlanePlan {
     /// Chooses windows and directions, given a fan of rays that reach the target.
-    pub fn new(planner: &Planner, fan: &DirectionSearch) -> Self {
+    pub fn new(planner: &Planner, search: &DirectionSearch) -> Self {
         let (settings, hop) = (planner.settings, planner.hop);
-        let judges = judges(fan);
+        let judges = judges(search);
         let sigma = settings
             .sigma
             .unwrap_or_else(|| starting_width(planner.hop, planner.from, &judges));
@@ -152,7 +152,7 @@ impl PlanePlan {
             sigma,
             step,
             period,
-            bands: planner.bands(fan, period),
+            bands: planner.bands(search, period),
             margin,
             fade,
             target: planner.to,

@@ -83,7 +83,7 @@ fn separate(hop: &Hop) -> f64 {
 
 /// The arriving ray next to a place.
 fn nearest(arriving: &[SourceRay], at: [f64; 2]) -> SourceRay {
-    let far = |pencil: &SourceRay| (pencil.at[0] - at[0]).hypot(pencil.at[1] - at[1]);
+    let far = |source_ray: &SourceRay| (source_ray.at[0] - at[0]).hypot(source_ray.at[1] - at[1]);
     let closer = |a: SourceRay, b: &SourceRay| if far(b) < far(&a) { *b } else { a };
     arriving.iter().fold(arriving[0], closer)
 }
@@ -132,7 +132,7 @@ mod tests {
         let Some(hop) = system.hops().next() else {
             return;
         };
-        let whole: f64 = light.iter().map(|pencil| pencil.energy).sum();
+        let whole: f64 = light.iter().map(|source_ray| source_ray.energy).sum();
         let waves = edge_waves(&hop, &light);
         for [low, high] in [[0.05, 0.15], [0.15, 0.45], [0.3, 0.9]] {
             // The mean over these cones, because the waves have few directions.

@@ -320,9 +320,9 @@ fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[SourceRay], to: 
     let narrowest = (open.wavelength * index / way.max(open.wavelength)).sqrt();
     let width = index * (to[1] - to[0]).hypot(to[3] - to[2]) / way;
     let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
-    let one = |pencil: &SourceRay| {
-        let depth = depth_at_rim(open, place, pencil)?;
-        let landing = open.trace(pencil.at, pencil.p, &mut ()).ok()?;
+    let one = |source_ray: &SourceRay| {
+        let depth = depth_at_rim(open, place, source_ray)?;
+        let landing = open.trace(source_ray.at, source_ray.p, &mut ()).ok()?;
         if depth.abs() > NEAR_RIM * radius {
             return None;
         }
@@ -336,7 +336,7 @@ fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[SourceRay], to: 
             return None;
         }
         let q = (index * beside / way).max(narrowest);
-        let a_length = pencil.energy / (2.0 * NEAR_RIM * radius);
+        let a_length = source_ray.energy / (2.0 * NEAR_RIM * radius);
         Some(a_length * edge_energy(open.wavelength, q, width))
     };
     let some = leaving.iter().step_by(stride);
@@ -344,16 +344,16 @@ fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[SourceRay], to: 
 }
 
 /// How far inside a surface's edge a ray meets it.
-fn depth_at_rim(open: &Hop, place: (usize, &Surface), pencil: &SourceRay) -> Option<f64> {
+fn depth_at_rim(open: &Hop, place: (usize, &Surface), source_ray: &SourceRay) -> Option<f64> {
     let landing = meet_rim(open, place, |hop| {
-        hop.trace(pencil.at, pencil.p, &mut ()).ok()
+        hop.trace(source_ray.at, source_ray.p, &mut ()).ok()
     })?;
     Some(place.1.aperture.depth(landing.at[0], landing.at[1]))
 }
 
 /// The ray with its Jacobian, if it lands in the box `to`; its area is the energy it stands for.
-fn land(open: &Hop, pencil: &SourceRay, to: [f64; 4]) -> Option<SearchRay> {
-    let SourceRay { at, p, energy } = *pencil;
+fn land(open: &Hop, source_ray: &SourceRay, to: [f64; 4]) -> Option<SearchRay> {
+    let SourceRay { at, p, energy } = *source_ray;
     let (landing, jacobian) = open.jacobian(at, p).ok()?;
     let inside = |a: usize| (to[2 * a]..=to[2 * a + 1]).contains(&landing.at[a]);
     (inside(0) && inside(1)).then_some(SearchRay {

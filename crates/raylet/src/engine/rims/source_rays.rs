@@ -77,18 +77,18 @@ pub fn rays_behind(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
     let Some(pitch) = pitch_of(hop.from) else {
         return arriving
             .iter()
-            .map(|pencil| ray_behind(hop, pencil))
+            .map(|source_ray| ray_behind(hop, source_ray))
             .collect();
     };
     let stride = arriving.len().div_ceil(MOST).max(1);
     let some = arriving.iter().step_by(stride);
-    some.flat_map(|pencil| diffract(hop, pitch, pencil))
+    some.flat_map(|source_ray| diffract(hop, pitch, source_ray))
         .collect()
 }
 
 /// The ray that leaves a stop or a smooth element.
-pub fn ray_behind(hop: &Hop, pencil: &SourceRay) -> SourceRay {
-    let SourceRay { at, p, energy } = *pencil;
+pub fn ray_behind(hop: &Hop, source_ray: &SourceRay) -> SourceRay {
+    let SourceRay { at, p, energy } = *source_ray;
     let gradient = match &hop.from.act {
         Act::Doe(doe) => doe.phase_gradient(at[0], at[1]),
         Act::Stop(_) | Act::Sensor(_) => None,
@@ -109,8 +109,8 @@ pub fn obliquity(hop: &Hop, p: [f64; 2]) -> f64 {
 }
 
 /// The rays that leave pixels, by the energy that the diffraction of a pixel gives them.
-fn diffract(hop: &Hop, pitch: [f64; 2], pencil: &SourceRay) -> Vec<SourceRay> {
-    let SourceRay { at, p, energy } = *pencil;
+fn diffract(hop: &Hop, pitch: [f64; 2], source_ray: &SourceRay) -> Vec<SourceRay> {
+    let SourceRay { at, p, energy } = *source_ray;
     // The middles and widths of the orders' ranges, and the energy of a sinc², its mean beyond the first order.
     let range = |a: usize, i: usize| {
         let widest = ORDERS.max(STEEPEST * pitch[a] / hop.wavelength);

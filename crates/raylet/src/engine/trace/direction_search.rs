@@ -72,25 +72,25 @@ pub fn search_directions(
     to: [f64; 4],
     margin: [f64; 2],
 ) -> DirectionSearch {
-    let mut fan = DirectionSearch::empty();
+    let mut search = DirectionSearch::empty();
     for j in 0..POSITIONS {
         for i in 0..POSITIONS {
             let place = |a: usize, i: usize| {
                 let t = i as f64 / (POSITIONS - 1) as f64;
                 from[2 * a] + (from[2 * a + 1] - from[2 * a]) * t
             };
-            fan.seek(hop, [place(0, i), place(1, j)], to, margin);
+            search.seek(hop, [place(0, i), place(1, j)], to, margin);
         }
     }
-    fan
+    search
 }
 
 /// The directions `[p_x low, p_x high, p_y low, p_y high]` that lead from one point to the box `to`,
 /// dilated by `margin` mm; nothing when none does.
 pub fn reach(hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) -> Option<[f64; 4]> {
-    let mut fan = DirectionSearch::empty();
-    fan.seek(hop, at, to, margin);
-    (fan.band[0] <= fan.band[1]).then_some(fan.band)
+    let mut search = DirectionSearch::empty();
+    search.seek(hop, at, to, margin);
+    (search.band[0] <= search.band[1]).then_some(search.band)
 }
 
 impl DirectionSearch {

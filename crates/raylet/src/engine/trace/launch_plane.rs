@@ -26,7 +26,7 @@ impl LaunchPlane {
     /// [`Loss::Missed`] where a curved screen does not exist.
     #[inline]
     pub fn new(screen: &Screen, at: [f64; 2]) -> Result<Self, Loss> {
-        let mut seat = Self {
+        let mut launch_plane = Self {
             plane: None,
             at,
             axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
@@ -39,11 +39,11 @@ impl LaunchPlane {
                 let v = screen.frame.turn_in(axis);
                 [v.x, v.y, v.z]
             };
-            seat.axes = [plane.frame.x, plane.frame.y, plane.frame.z].map(own);
-            seat.at = [0.0; 2];
-            seat.plane = Some(plane);
+            launch_plane.axes = [plane.frame.x, plane.frame.y, plane.frame.z].map(own);
+            launch_plane.at = [0.0; 2];
+            launch_plane.plane = Some(plane);
         }
-        Ok(seat)
+        Ok(launch_plane)
     }
 
     /// The hop as it begins here.

@@ -74,9 +74,9 @@ pub struct VariedHop<'a> {
 }
 
 /// A number from its value and its neighbours'.
-fn number(value: f64, neighbours: impl Iterator<Item = (f64, f64, f64)>) -> Number {
+fn number(value: f64, perturbed: impl Iterator<Item = (f64, f64, f64)>) -> Number {
     let mut number = Number::constant(value);
-    for (slot, (below, above, distance)) in neighbours.enumerate() {
+    for (slot, (below, above, distance)) in perturbed.enumerate() {
         number.tangent[slot] = (above - below) / distance;
     }
     number
@@ -85,11 +85,11 @@ fn number(value: f64, neighbours: impl Iterator<Item = (f64, f64, f64)>) -> Numb
 impl VariedFrame {
     fn new<'a>(
         frame: &Frame,
-        neighbours: impl Iterator<Item = (&'a Frame, &'a Frame, f64)> + Clone,
+        perturbed: impl Iterator<Item = (&'a Frame, &'a Frame, f64)> + Clone,
     ) -> Self {
         let vector = |of: &dyn Fn(&Frame) -> Vec3| {
             let component = |along: &dyn Fn(Vec3) -> f64| {
-                let pairs = neighbours.clone();
+                let pairs = perturbed.clone();
                 let pairs = pairs.map(|(below, above, d)| (along(of(below)), along(of(above)), d));
                 number(along(of(frame)), pairs)
             };
@@ -183,9 +183,9 @@ impl Face<Number> for VariedSurface<'_> {
 
 impl<'a> VariedHop<'a> {
     /// A hop that changes with up to [`BLOCK`] parameters.
-    pub fn new(hop: Hop<'a>, neighbours: &[PerturbedHops<'a>]) -> Self {
+    pub fn new(hop: Hop<'a>, perturbed: &[PerturbedHops<'a>]) -> Self {
         let screen = |of: &dyn Fn(&Hop<'a>) -> &'a crate::optics::screen::Screen| {
-            let pairs = neighbours
+            let pairs = perturbed
                 .iter()
                 .map(|n| (of(&n.below), of(&n.above), n.distance));
             let frames = pairs.clone().map(|(a, b, d)| (&a.frame, &b.frame, d));
@@ -197,7 +197,7 @@ impl<'a> VariedHop<'a> {
             )
         };
         let face = |(i, surface): (usize, &'a Surface)| {
-            let pairs = neighbours
+            let pairs = perturbed
                 .iter()
                 .map(move |n| (&n.below.train[i], &n.above.train[i], n.distance));
             let frames = pairs.clone().map(|(a, b, d)| (&a.frame, &b.frame, d));
@@ -250,13 +250,15 @@ impl<'a> VariedHop<'a> {
     /// How its ray was lost, if it was.
     pub fn carry(
         &self,
-        seat: &LaunchPlane,
+        launch_plane: &LaunchPlane,
         p: [f64; 2],
         sigma: f64,
     ) -> Result<Carried<Number>, Loss> {
-        let hop = seat.hop(&self.hop);
+        let hop = launch_plane.hop(&self.hop);
         let (frame, index) = &self.from;
-        let tangent = seat.frame_on(self.hop.from).map(|own| frame.carrying(&own));
+        let tangent = launch_plane
+            .frame_on(self.hop.from)
+            .map(|own| frame.carrying(&own));
         let from = PosedScreen {
             screen: hop.from,
             axes: tangent.as_ref().unwrap_or(frame),
@@ -268,14 +270,17 @@ impl<'a> VariedHop<'a> {
             index: self.to.1,
         };
         let constant = |v: [f64; 2]| v.map(Number::constant);
-        let start = seat.window(sigma, hop.wavenumber());
+        let start = launch_plane.window(sigma, hop.wavenumber());
         let number = |z: Complex| Complex::new(Number::constant(z.re), Number::constant(z.im));
         let start = Symmetric {
             xx: number(start.xx),
             xy: number(start.xy),
             yy: number(start.yy),
         };
-        let launched = (constant(seat.at()), constant(seat.cosines(p)?));
+        let launched = (
+            constant(launch_plane.at()),
+            constant(launch_plane.cosines(p)?),
+        );
         carry_beamlet(&from, &self.faces, &to, launched, start)
     }
 }
@@ -382,8 +387,8 @@ mod tests {
         let (at, p, sigma, edge) = ([3.0, -2.0], [0.12, 0.05], 4.0, 1e-13);
         let bar = noise((126, 126), 0);
         let land = |hop: &Hop| {
-            let seat = LaunchPlane::new(hop.from, at).unwrap();
-            launch_beamlet_from(&seat, hop, p, sigma).unwrap()
+            let launch_plane = LaunchPlane::new(hop.from, at).unwrap();
+            launch_beamlet_from(&launch_plane, hop, p, sigma).unwrap()
         };
         let value = |change: [f64; 4]| {
             let parts = Parts::new(change);
@@ -402,7 +407,7 @@ mod tests {
         let parts = Parts::new([0.0; 4]);
         let moved = |i: usize| [-1.0, 1.0].map(|sign| Parts::new(along(i, sign * 0.01 * steps[i])));
         let pairs: Vec<[Parts; 2]> = (0..4).map(moved).collect();
-        let neighbours: Vec<PerturbedHops> = (pairs.iter().zip(steps))
+        let perturbed: Vec<PerturbedHops> = (pairs.iter().zip(steps))
             .map(|([below, above], step)| PerturbedHops {
                 below: below.hop(),
                 above: above.hop(),
@@ -412,8 +417,8 @@ mod tests {
         let hop = parts.hop();
         let arrival = land(&hop);
         let moments = Canvas::holding(raster, &bar).add_adjoint(&[arrival], K, edge);
-        let seat = LaunchPlane::new(hop.from, at).unwrap();
-        let carried = VariedHop::new(hop, &neighbours).carry(&seat, p, sigma);
+        let launch_plane = LaunchPlane::new(hop.from, at).unwrap();
+        let carried = VariedHop::new(hop, &perturbed).carry(&launch_plane, p, sigma);
         let amplitude: Complex64 = arrival.amplitude;
         let found = pull(&carried.unwrap(), amplitude, &moments[0], K);
         for (i, (found, step)) in found.into_iter().zip(steps).enumerate() {

@@ -283,13 +283,13 @@ pitch_um = 100
 "#;
     let scene = parse(text).unwrap_or_else(|fault| panic!("{fault}"));
     let system = system(&scene, 0).unwrap_or_else(|fault| panic!("{fault}"));
-    let trails = layout_rays(&system, Vec3::new(1.0, 0.0, 0.0));
-    assert_eq!(trails.len(), 5);
-    for trail in trails {
-        let end = trail.points[trail.points.len() - 1];
+    let rays = layout_rays(&system, Vec3::new(1.0, 0.0, 0.0));
+    assert_eq!(rays.len(), 5);
+    for layout_ray in rays {
+        let end = layout_ray.points[layout_ray.points.len() - 1];
         // The aberration of the third order is below y³/f² = 5e-6.
         assert!(
-            trail.arrived && (end.z + 15.0).abs() < 1e-12 && end.y.abs() < 5e-6,
+            layout_ray.arrived && (end.z + 15.0).abs() < 1e-12 && end.y.abs() < 5e-6,
             "{end:?}"
         );
     }
