@@ -114,7 +114,7 @@ fn pixels_of(system: &mut System) -> &mut Array2<Complex64> {
 
 /// What has changed since the anchor, there and back: Σ (Ū − Ū₀)* (U − U₀) = Σ (v̄ − v̄₀)* (v − v₀) for pixels v.
 #[test]
-fn anchor_dot_product() {
+fn control_variate_dot_product() {
     let (mut before, mut after) = (behind_lens(), turned(&behind_lens()));
     let linearised = LinearisedSystem::new(&before, &[], &exact()).unwrap();
     let bars = [noise([12, 12], 43), noise([12, 12], 44)];

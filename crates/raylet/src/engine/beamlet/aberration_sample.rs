@@ -1,6 +1,6 @@
-//! The aberration of a patch's beamlets, and which of them are looked at when it is not made good.
+//! The aberration of a patch's beamlets, and which of them are sampled when it is not made good.
 //!
-//! A look costs tens of rays, so few beamlets get one. They are drawn with a chance in proportion to their
+//! A sample costs tens of rays, so few beamlets get one. They are drawn with a chance in proportion to their
 //! energy and count for its inverse, so that sums over them are those over all on average, whatever few modes
 //! the light is in.
 
@@ -10,7 +10,7 @@ use crate::engine::beamlet::beamlet_aberration::{Aberration, aberration};
 use crate::engine::chain::backend::Job;
 use crate::math::random::uniform;
 
-/// Looks at the beamlets of all patches, about.
+/// Samples among the beamlets of all patches, about.
 const SAMPLES: f64 = 5000.0;
 
 /// What random numbers are drawn for.
@@ -19,12 +19,12 @@ const SAMPLE: u32 = 4;
 /// Modes between neighbouring nodes of the aberration's interpolation.
 const NODE_SPACING: usize = 4;
 
-/// The looks at one patch.
+/// The samples of one patch.
 pub struct AberrationSamples<'a> {
     job: &'a Job<'a>,
     patch: usize,
     centre: [f64; 2],
-    /// Energy of a beamlet that is surely looked at.
+    /// Energy of a beamlet that is surely sampled.
     sure: f64,
     /// The aberration on a coarse lattice of modes.
     nodes: HashMap<[usize; 2], Option<Aberration>>,
@@ -42,7 +42,7 @@ impl<'a> AberrationSamples<'a> {
         }
     }
 
-    /// For how many beamlets like it a mode with this energy stands; nothing when it is not looked at.
+    /// For how many beamlets like it a mode with this energy stands; nothing when it is not sampled.
     pub fn drawn(&self, mode: [usize; 2], energy: f64) -> Option<f64> {
         let chance = energy / self.sure;
         let address = [mode[0] as u32, self.patch as u32, mode[1] as u32, SAMPLE];

@@ -31,7 +31,7 @@ pub struct Expected {
     pub dropped: f64,
 }
 
-/// A beamlet along a ray of the fan.
+/// A beamlet along a ray of the search.
 struct Judged {
     /// Its aberration; none where its neighbours are lost.
     aberration: Option<Aberration>,

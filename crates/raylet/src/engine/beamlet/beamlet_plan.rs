@@ -71,7 +71,7 @@ const STEPS: [f64; 5] = [1.1, 1.25, 1.5, 1.75, 2.0];
 /// What light counts that misses the sensor further on.
 const UNWANTED: f64 = 1e-6;
 
-/// Rays of the fan on which each width is judged.
+/// Rays of the search on which each width is judged.
 const JUDGES: usize = 300;
 
 /// Footprints beyond the target within which directions are followed, in typical footprints.
@@ -104,7 +104,7 @@ pub struct Planner<'a> {
 }
 
 impl Planner<'_> {
-    /// Chooses the beamlets, given a fan of rays that reach the target.
+    /// Chooses the beamlets, given the rays that reach the target.
     ///
     /// Where no width meets the target error, thresholds aim at the error that can be reached: finer ones would
     /// cost work and gain nothing.
@@ -189,7 +189,7 @@ impl Planner<'_> {
         chosen
     }
 
-    /// The lattice of directions that a fan asks for, at a patch period in mm.
+    /// The lattice of directions that a search asks for, at a patch period in mm.
     pub fn bands(&self, search: &DirectionSearch, period: f64) -> [Band; 2] {
         let p = search.band.map(|p| if p.is_finite() { p } else { 0.0 });
         let spacing = self.hop.wavelength / period;
@@ -365,7 +365,7 @@ impl Planner<'_> {
 }
 
 /// σ₀ = (k‖∂p′/∂x‖)^{−1/2}, the width whose beamlets spread least behind the train's power, by the
-/// median of the fan; without power √(‖∂s/∂p‖/k), and never more than a quarter of the screen.
+/// median of the search; without power √(‖∂s/∂p‖/k), and never more than a quarter of the screen.
 pub fn starting_width(hop: &Hop, from: [f64; 4], judges: &[SearchRay]) -> f64 {
     let k = hop.wavenumber();
     let wavelength = hop.wavelength;
@@ -403,7 +403,7 @@ pub struct Arrived {
     pub usual: [f64; 2],
 }
 
-/// The rays of a fan on which choices are judged.
+/// The rays of a search on which choices are judged.
 pub fn judges(search: &DirectionSearch) -> Vec<SearchRay> {
     thinned(&search.rays)
 }

@@ -17,7 +17,7 @@ use crate::wave::wavelet::Arrival;
 pub struct TargetBeamlet {
     /// The beamlet of coefficient one, the correction of its aberration included.
     pub arrival: Arrival,
-    /// Whether the aberration inside it had to be looked at.
+    /// Whether the aberration inside it had to be sampled.
     pub needed: bool,
     /// What was found then; nothing where its neighbours are lost.
     pub found: Option<Aberration>,
@@ -47,7 +47,7 @@ pub struct LaunchPlanes {
 }
 
 impl LaunchPlanes {
-    /// The seat above (x, y) of the first screen of a job.
+    /// The launch plane above (x, y) of the first screen of a job.
     ///
     /// # Errors
     /// [`Loss::Missed`] where a curved screen does not exist.
@@ -59,13 +59,13 @@ impl LaunchPlanes {
         })
     }
 
-    /// The seat on the hop itself.
+    /// The launch plane on the hop itself.
     pub fn launch_plane(&self) -> &LaunchPlane {
         self.moved.as_ref().unwrap_or(&self.launch_plane)
     }
 }
 
-/// Aims one beamlet; its aberration is looked at if something depends on it.
+/// Aims one beamlet; its aberration is sampled if something depends on it.
 ///
 /// # Errors
 /// Its fate when it does not reach the target, or cannot be believed there.

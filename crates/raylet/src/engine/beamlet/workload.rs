@@ -23,7 +23,7 @@ pub struct Workload {
 }
 
 /// Measured on one core of a server that others share, over the scenes that come with the program: what every
-/// run takes, what a patch and a ray take, a look at the aberration of one beamlet (of which a lattice serves
+/// run takes, what a patch and a ray take, a sample of the aberration of one beamlet (of which a lattice serves
 /// several), and a value summed.
 const START_SECONDS: f64 = 0.3;
 const PATCH_SECONDS: f64 = 5e-5;

@@ -2,7 +2,7 @@
 //! all were followed.
 //!
 //! A hop is linear, U = A·u. With an exact look at u₀ and an estimate Â of the operator, U ≈ A·u₀ + Â·(u − u₀), and the
-//! cotangent ū = Aᴴ·Ū₀ + Âᴴ·(Ū − Ū₀): the noise vanishes with the distance from the anchor (Johnson and Zhang, NIPS
+//! cotangent ū = Aᴴ·Ū₀ + Âᴴ·(Ū − Ū₀): the noise vanishes with the distance from u₀ (Johnson and Zhang, NIPS
 //! 2013, applied to the field instead of the gradient, so that a loss of |U|² is hardly biased either).
 
 use ndarray::Array2;
@@ -56,7 +56,7 @@ impl ControlVariate {
         }
     }
 
-    /// The field on the sensor, by a bench whose beamlets are drawn.
+    /// The field on the sensor, by a linearised system whose beamlets are drawn.
     ///
     /// # Errors
     /// As [`ControlVariate::new`].
@@ -75,7 +75,7 @@ impl ControlVariate {
     }
 
     /// The gradient of the element's pixels, from the same draws: the conjugate transpose of [`ControlVariate::forward`]
-    /// but for what the anchor itself gives; `anchor_dot_product` in the crate's tests holds it.
+    /// but for what the exact run gives; `control_variate_dot_product` in the crate's tests holds it.
     ///
     /// # Errors
     /// As [`ControlVariate::new`].

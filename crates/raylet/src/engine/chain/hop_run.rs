@@ -167,7 +167,7 @@ impl<'a> HopRun<'a> {
             let plan = self.plan.moved(*level);
             let run = self.on_planes(number, &planes, &plan);
 
-            // The neighbours' planes at the same level.
+            // The perturbed planes at the same level.
             let pairs: Vec<[Screen; 2]> = back
                 .perturbed
                 .iter()
@@ -285,7 +285,7 @@ fn level_of(to: &Screen, level: f64) -> Screen {
     }
 }
 
-/// The neighbours of a hop that lead to other screens.
+/// The perturbed hops that lead to other screens.
 fn at_level<'a>(
     perturbed: &PerturbedHops<'a>,
     [below, above]: &'a [Screen; 2],

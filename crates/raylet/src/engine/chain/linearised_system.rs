@@ -40,12 +40,12 @@ pub enum LinearisedSystemError {
         "drawn beamlets have gradients of pixels only, not of the system's numbers; follow all of them"
     )]
     Drawn,
-    /// An anchor is of one hop.
+    /// A control variate is of one hop.
     #[error(
         "an anchor takes one element and its sensor, with no rim that cuts light; there are {0} hops"
     )]
     ControlVariate(usize),
-    /// Its neighbours are other systems.
+    /// The perturbed systems have other parts.
     #[error(
         "with parameter {0} a little smaller or larger the system has other parts, as when a rim begins to \
          cut light: it has no derivative there"
@@ -194,7 +194,7 @@ impl LinearisedSystem {
         }
     }
 
-    /// A shelf for each level of each hop's second screen.
+    /// A cache for each level of each hop's second screen.
     fn empty_caches(&self) -> Result<Vec<Vec<BeamletCache>>, LinearisedSystemError> {
         let hops = self.planned.system.hops().enumerate();
         let caches = |(number, hop)| {
@@ -504,7 +504,7 @@ fn perturbed<'v>(
         .unzip()
 }
 
-/// Whether both neighbours of a free hop are free.
+/// Whether both perturbed ones of a free hop are free.
 fn is_free(free: &crate::wave::propagate::FreeHop, perturbed: &PerturbedHops) -> bool {
     along(free, &perturbed.below).is_some() && along(free, &perturbed.above).is_some()
 }

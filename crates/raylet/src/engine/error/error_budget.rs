@@ -1,4 +1,4 @@
-//! The error account of a hop: what to expect from each cause, and altogether.
+//! The error budget of a hop: what to expect from each cause, and altogether.
 
 use crate::engine::beamlet::window_error::interpolated;
 use crate::engine::error::tally::Tally;
@@ -22,7 +22,7 @@ pub struct ErrorBudget {
 const FREE: [(f64, f64); 2] = [(4.0, 3e-4), (6.0, 1e-4)];
 
 impl ErrorBudget {
-    /// The account of a hop that was carried by `plan` with this tally; nothing for methods whose errors
+    /// The budget of a hop that was carried by `plan` with this tally; nothing for methods whose errors
     /// are not foretold.
     pub fn of(plan: &Plan, tally: &Tally) -> Option<Self> {
         match plan {

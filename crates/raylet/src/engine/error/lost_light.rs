@@ -1,8 +1,8 @@
 //! Where the light goes that no beamlet follows.
 //!
 //! A hop follows only the directions that can reach its target. What the screen sends elsewhere is lost
-//! for a reason: it lands beside the target, meets a rim, is totally reflected, is evanescent. A survey
-//! looks at narrow patches in many places of the screen, whose plane waves go in *all* directions, sends
+//! for a reason: it lands beside the target, meets a rim, is totally reflected, is evanescent. An estimate
+//! takes narrow patches in many places of the screen, whose plane waves go in *all* directions, sends
 //! a ray along each, and adds up the energy by what became of the ray. Its shares are estimates: they
 //! divide energy that is known exactly.
 
@@ -21,7 +21,7 @@ use crate::wave::window::{Positions, Synthesis};
 /// Places along each axis.
 const PLACES: usize = 10;
 
-/// Width σ of a surveyed patch and its period, in wavelengths of the medium.
+/// Width σ of a narrow patch and its period, in wavelengths of the medium.
 const WIDTH: f64 = 3.0;
 const PERIOD: f64 = 18.0;
 

@@ -18,7 +18,7 @@ pub enum Fate {
     Weak,
     /// Its aberration inside one beamlet is too large for it to be carried.
     Unresolved,
-    /// It was not followed, and a survey could not tell why it would be lost.
+    /// It was not followed, and the estimate of lost light could not tell why it would be lost.
     Elsewhere,
 }
 
@@ -88,7 +88,7 @@ pub struct Tally {
     energy: [f64; FATES.len()],
     /// Values evaluated on the receiving screen.
     pub evaluations: u64,
-    /// Over the beamlets whose aberration was looked at, by what each brings to the target.
+    /// Over the beamlets whose aberration was sampled, by what each brings to the target.
     pub aberration: Aberrations,
     /// Energy of tails that fall on the target and are left out, because the beamlets are too aberrated there.
     pub untrusted: f64,
@@ -120,8 +120,8 @@ impl Tally {
         self.energy[fate.place()] += energy;
     }
 
-    /// Divides the energy of [`Fate::Elsewhere`] by a survey of all light: each way of being lost gets what
-    /// its share of the survey lacks so far, and the rest landed outside. Without a survey it stays where it
+    /// Divides the energy of [`Fate::Elsewhere`] by an estimate from all light: each way of being lost gets what
+    /// its share of the estimate lacks so far, and the rest landed outside. Without an estimate it stays where it
     /// is.
     pub fn divide_elsewhere(&mut self, survey: [f64; FATES.len()]) {
         let surveyed: f64 = survey.iter().sum();

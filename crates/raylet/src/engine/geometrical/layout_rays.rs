@@ -16,7 +16,7 @@ use crate::optics::source::Source;
 use crate::optics::system::{Hop, System};
 use crate::wave::wavelet::{Companion, Encounter};
 
-/// Where a sketched ray went.
+/// Where a ray of the layout went.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayoutRay {
     /// Global points in mm: the source or a point before the first screen, then every meeting.
@@ -27,7 +27,7 @@ pub struct LayoutRay {
     pub arrived: bool,
 }
 
-/// What an element that spreads light did to a sketched ray.
+/// What an element that spreads light did to a ray of the layout.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deflection {
     /// Nothing: it went straight on, or nothing on its way spreads light.
@@ -92,7 +92,7 @@ struct Arrived {
     layout_ray: LayoutRay,
 }
 
-/// The points that a walk visits.
+/// The points that a trace visits.
 struct Steps(Vec<Vec3>);
 
 impl<T: Real> Companion<T> for Steps {

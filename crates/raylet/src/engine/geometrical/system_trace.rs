@@ -1,4 +1,4 @@
-//! Single rays through a whole system, meeting by meeting: what geometrical optics makes of it.
+//! Single rays through a whole system, surface by surface: what geometrical optics makes of it.
 //!
 //! A smooth element turns a ray by the gradient of its phase φ and adds φ/k to its path; pixels and sums, whose
 //! phase has no gradient of this kind, let it go straight on.

@@ -35,7 +35,7 @@ pub struct TangentPatch {
 }
 
 impl TangentPatch {
-    /// The facet at (x, y); `along` is the normal cosine of the incident light, with its sign. Nothing
+    /// The tangent patch at (x, y); `along` is the normal cosine of the incident light, with its sign. Nothing
     /// where a curved screen does not exist.
     pub fn new(screen: &Screen, at: [f64; 2], along: f64) -> Option<Self> {
         let mut tangent_patch = Self {

@@ -10,7 +10,7 @@ pub enum PlanError {
         from: String,
         /// Receiving screen.
         to: String,
-        /// How the rays of the fan were lost.
+        /// How the rays of the search were lost.
         causes: String,
     },
     /// Plane wavelets start from planes.

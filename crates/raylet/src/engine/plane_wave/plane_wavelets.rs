@@ -116,7 +116,7 @@ fn columns(m: [[f64; 2]; 2], s: [f64; 2]) -> [f64; 2] {
 }
 
 impl PlanePlan {
-    /// Chooses windows and directions, given a fan of rays that reach the target.
+    /// Chooses windows and directions, given the rays that reach the target.
     pub fn new(planner: &Planner, search: &DirectionSearch) -> Self {
         let (settings, hop) = (planner.settings, planner.hop);
         let judges = judges(search);

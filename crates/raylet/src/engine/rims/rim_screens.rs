@@ -6,7 +6,7 @@
 //! forward), cut there with exactly weighted edges, and sent on. A rim counts when the root of the share of
 //! energy that it cuts, of what would land on the target, is more than half the target error: a safe bound of
 //! the error of leaving it out. Rims of larger surfaces accept or refuse each beamlet by its chief ray; the
-//! energy that this puts on the wrong side of the edge is in the error account.
+//! energy that this puts on the wrong side of the edge is in the error budget.
 
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::starting_width;

@@ -1,10 +1,10 @@
-//! A coarse fan of rays: which directions lead to the target, and what the train does to them.
+//! A search with a coarse set of rays: which directions lead to the target, and what the train does to them.
 
 use crate::engine::trace::ray_trace::Landing;
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
 
-/// A ray of the fan with its Jacobian ∂(s, p′)/∂(x, p).
+/// A ray of the search with its Jacobian ∂(s, p′)/∂(x, p).
 #[derive(Clone, Copy, Debug)]
 pub struct SearchRay {
     /// Where it starts, in mm on the first screen.
@@ -35,7 +35,7 @@ pub struct DirectionSearch {
     pub lost: Vec<(Loss, usize)>,
 }
 
-/// Positions of the fan along each axis.
+/// Positions of the search along each axis.
 const POSITIONS: usize = 5;
 
 /// Cells are accepted when no larger than this share of the index.

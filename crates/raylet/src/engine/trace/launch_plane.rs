@@ -20,7 +20,7 @@ pub struct LaunchPlane {
 }
 
 impl LaunchPlane {
-    /// The seat above (x, y) of a screen.
+    /// The plane above (x, y) of a screen.
     ///
     /// # Errors
     /// [`Loss::Missed`] where a curved screen does not exist.

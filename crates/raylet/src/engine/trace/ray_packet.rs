@@ -1,6 +1,6 @@
 //! Many rays from one place, eight at a time.
 //!
-//! Eight go through the walk together where its surfaces are planes and conics, met without a search. Where one
+//! Eight are traced together where its surfaces are planes and conics, met without a search. Where one
 //! of eight is lost, each goes alone; every ray has the bits that it has alone.
 
 use fearless_simd::{Level, Simd, dispatch};

@@ -1,6 +1,6 @@
 //! How the rays of a hop change with the parameters of a system.
 //!
-//! A parameter is known by two neighbours of the system, a little below and a little above. Frames, indices
+//! A parameter is known by two perturbed systems, a little below and a little above. Frames, indices
 //! and heights of surfaces change between them in proportion, so their derivatives are differences of the
 //! prescription, good to the square of a step that may be tiny; the rays themselves carry exact tangents from
 //! there on: where they land, their directions, their optical paths, the amplitudes and curvatures of their
@@ -73,7 +73,7 @@ pub struct VariedHop<'a> {
     to: (VariedFrame, Number),
 }
 
-/// A number from its value and its neighbours'.
+/// A number from its value and the perturbed ones.
 fn number(value: f64, perturbed: impl Iterator<Item = (f64, f64, f64)>) -> Number {
     let mut number = Number::constant(value);
     for (slot, (below, above, distance)) in perturbed.enumerate() {
@@ -244,7 +244,7 @@ impl<'a> VariedHop<'a> {
         land(&to, ray, &mut ())
     }
 
-    /// The beamlet of width σ that leaves a seat along p, cosines along the screen's axes, where it lands.
+    /// The beamlet of width σ that leaves a launch plane along p, cosines along the screen's axes, where it lands.
     ///
     /// # Errors
     /// How its ray was lost, if it was.

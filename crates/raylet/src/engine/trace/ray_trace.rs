@@ -1,4 +1,4 @@
-//! The one walk of a ray from screen to screen through a train of surfaces.
+//! The one trace of a ray from screen to screen through a train of surfaces.
 
 use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::{Dual, Real};
