@@ -124,9 +124,7 @@ impl Backend for Cpu {
             floor == 0.0 || found().is_some_and(|energy| energy >= floor)
         };
         let one = |index: usize| match cached {
-            _ if job.draws.is_some() => {
-                drawn_beamlets(&cutter, &kept, index, to_bar).map(Cow::Owned)
-            }
+            _ if job.draws.is_some() => drawn(&cutter, &kept, index, to_bar).map(Cow::Owned),
             Some(all) if floor == 0.0 => all[index].as_ref().map(Cow::Borrowed),
             Some(all) => {
                 let beamlets = all[index].as_ref()?;
@@ -142,17 +140,16 @@ impl Backend for Cpu {
             // The beamlets of the way there, traced again unless they are kept.
             let first = patches.start + done;
             let last = (first + chunk).min(patches.end);
-            let beamlets: Vec<Cow<PatchBeamlets>> =
-                (first..last).into_par_iter().filter_map(one).collect();
+            let all: Vec<Cow<_>> = (first..last).into_par_iter().filter_map(one).collect();
 
             // canvas += amplitude·coefficient·beamlet
-            let bars: Vec<(Array2<Complex64>, Vec<f64>)> = beamlets
+            let bars: Vec<(Array2<Complex64>, Vec<f64>)> = all
                 .par_iter()
                 .map(|beamlets| give_back(&cutter, &kept, beamlets, &varied_hops, to_bar))
                 .collect();
 
             // Patches overlap: one after the other.
-            for (beamlets, (bar, pulled)) in beamlets.iter().zip(&bars) {
+            for (beamlets, (bar, pulled)) in all.iter().zip(&bars) {
                 let place = cutter.patches.place(beamlets.index);
                 let mut part = part(back.from_bar.view_mut(), place.y, place.x);
                 part += bar;
@@ -380,7 +377,7 @@ fn draw(job: &Job, (patch, spectrum): (usize, &Spectrum), to: &Canvas) -> (Vec<A
 }
 
 /// The beamlets of one patch that its draws ask for on the way back: those drawn, or all where each is compared.
-fn drawn_beamlets(
+fn drawn(
     cutter: &Cutter,
     kept: &Kept,
     index: usize,
