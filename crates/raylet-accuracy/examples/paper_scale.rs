@@ -3,7 +3,7 @@
 
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::{Method, Paper, Sampler, Settings};
-use raylet::optics::bend::Coating;
+use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 use raylet_accuracy::problems::{doe, face, plane_wave, random_pixels, sensor};
 

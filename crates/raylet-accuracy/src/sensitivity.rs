@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use raylet::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError};
 use raylet::engine::plan::settings::Settings;
 use raylet::engine::trace::ray_sensitivity::Variation;
-use raylet::optics::bend::Coating;
+use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 
 use crate::bench::{Bench, PlanoConvex, Source, Step};

@@ -7,7 +7,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::plan::settings::Settings;
 use raylet::optics::aperture::{Aperture, Outline};
-use raylet::optics::bend::Coating;
+use raylet::optics::refraction::Coating;
 use raylet::optics::screen::Act;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;

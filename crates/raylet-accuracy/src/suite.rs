@@ -2,7 +2,7 @@
 
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::math::part::part;
-use raylet::optics::bend::Coating;
+use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 
 use crate::collins::{Abcd, collins};

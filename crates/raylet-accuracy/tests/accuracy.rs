@@ -4,7 +4,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::Settings;
-use raylet::optics::bend::Coating;
+use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 use raylet_accuracy::pixels::Pixels;
 use raylet_accuracy::problems::{doe, face, plane_wave, sensor};

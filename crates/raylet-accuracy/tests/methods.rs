@@ -4,7 +4,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::{Method, Paper, Settings};
-use raylet::optics::bend::Coating;
+use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 use raylet::wave::metrics::field_error;
 use raylet_accuracy::collins::{Abcd, collins};

@@ -9,7 +9,7 @@ use raylet::engine::geometrical::layout_rays::{Deflection, LayoutRay, cut, layou
 use raylet::file::model::prescription::{Kind, Part, parts};
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::vec3::Vec3;
-use raylet::optics::bend::Interface;
+use raylet::optics::refraction::Interface;
 use raylet::optics::screen::Act;
 use raylet::optics::source::Source;
 use raylet::optics::system::System;

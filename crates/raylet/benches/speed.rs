@@ -16,8 +16,8 @@ mod rays {
     use raylet::math::random;
     use raylet::math::vec3::Vec3;
     use raylet::optics::aperture::Aperture;
-    use raylet::optics::bend::{Coating, Interface};
     use raylet::optics::frame::Frame;
+    use raylet::optics::refraction::{Coating, Interface};
     use raylet::optics::screen::{Act, Screen, Sensor};
     use raylet::optics::shape::{Conic, Shape};
     use raylet::optics::surface::Surface;

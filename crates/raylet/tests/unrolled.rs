@@ -21,9 +21,9 @@ use raylet::optics::profile::Profile;
 use raylet::optics::screen::{Act, Screen, Sensor};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
+use raylet::optics::surface_coordinates::SurfaceCoordinates;
 use raylet::optics::system::System;
 use raylet::optics::toric::Biconic;
-use raylet::optics::unroll::Unroll;
 use raylet::wave::metrics::field_error;
 use raylet::wave::rayleigh::{Emitter, Emitters};
 
@@ -35,7 +35,7 @@ fn conic(curvature: f64) -> Conic {
 }
 
 fn screen(shape: Shape, layers: Vec<Layer>, half: f64) -> Screen {
-    let own = Unroll::of(&shape).unwrap();
+    let own = SurfaceCoordinates::of(&shape).unwrap();
     Screen {
         name: String::from("element"),
         frame: Frame::GLOBAL,

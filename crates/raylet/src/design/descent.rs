@@ -5,7 +5,7 @@
 use serde::{Deserialize, Serialize};
 
 use crate::design::exact;
-use crate::design::long;
+use crate::design::reduction;
 use crate::design::schedule::Schedule;
 use crate::design::space::Space;
 use crate::design::step::{OptimizerError, SavedError, Step, Stop, demand};
@@ -213,11 +213,11 @@ impl Descent {
 
     fn roll(&mut self, rate: f64, momentum: f64, gradient: &[f64]) {
         let (space, scales) = (&self.space, self.space.scales());
-        long::change(&mut self.first, |i, x| {
+        reduction::change(&mut self.first, |i, x| {
             momentum * x + scales[i] * gradient[i]
         });
         let steps = &self.first;
-        long::change(&mut self.point, |i, at| {
+        reduction::change(&mut self.point, |i, at| {
             space.moved(i, at, -rate * scales[i] * steps[i])
         });
     }
@@ -226,13 +226,13 @@ impl Descent {
         let (space, scales) = (&self.space, self.space.scales());
         let g = |i: usize| scales[i] * gradient[i];
         let mix = |beta: f64, mean: f64, new: f64| beta * mean + (1.0 - beta) * new;
-        long::change(&mut self.first, |i, mean| mix(beta[0], mean, g(i)));
-        long::change(&mut self.second, |i, mean| mix(beta[1], mean, g(i) * g(i)));
+        reduction::change(&mut self.first, |i, mean| mix(beta[0], mean, g(i)));
+        reduction::change(&mut self.second, |i, mean| mix(beta[1], mean, g(i) * g(i)));
 
         // Early means lack the weight of a past that was not; their divisors make up for it.
         let whole = beta.map(|beta| 1.0 - beta.powf(self.steps as f64));
         let (first, second) = (&self.first, &self.second);
-        long::change(&mut self.point, |i, at| {
+        reduction::change(&mut self.point, |i, at| {
             let step = first[i] / whole[0] / ((second[i] / whole[1]).sqrt() + epsilon);
             space.moved(i, at, -rate * scales[i] * step)
         });

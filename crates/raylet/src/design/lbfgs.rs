@@ -17,7 +17,7 @@ use std::collections::VecDeque;
 use serde::{Deserialize, Serialize};
 
 use crate::design::exact;
-use crate::design::long;
+use crate::design::reduction;
 use crate::design::space::Space;
 use crate::design::step::{OptimizerError, SavedError, Step, Stop, demand};
 use crate::design::wolfe::{Judgement, Search};
@@ -222,7 +222,7 @@ impl Lbfgs {
         if let Some(stop) = self.stop {
             return Step::Finished(stop);
         }
-        let slope = long::dot(&self.direction, gradient);
+        let slope = reduction::dot(&self.direction, gradient);
         match self.search.as_mut().map(|search| search.tell(value, slope)) {
             None => self.begin(value, gradient),
             Some(Judgement::Again) => {
@@ -256,14 +256,14 @@ impl Lbfgs {
         // What the step teaches about the curvature, unless there is none along it.
         let (base, before) = (&self.base, &self.gradient);
         let (mut step, mut change) = (self.point.clone(), gradient.to_vec());
-        long::change(&mut step, |i, x| x - base[i]);
-        long::change(&mut change, |i, g| g - before[i]);
-        let curvature = long::dot(&step, &change);
-        if curvature > CURVED * -long::dot(&step, before) {
+        reduction::change(&mut step, |i, x| x - base[i]);
+        reduction::change(&mut change, |i, g| g - before[i]);
+        let curvature = reduction::dot(&step, &change);
+        if curvature > CURVED * -reduction::dot(&step, before) {
             if self.pairs.len() == self.settings.memory {
                 self.pairs.pop_front();
             }
-            let square = long::square(self.space.scales(), &change);
+            let square = reduction::square(self.space.scales(), &change);
             self.pairs.push_back(Pair {
                 step,
                 change,
@@ -299,7 +299,7 @@ impl Lbfgs {
     fn aim(&mut self, step: Step) -> Step {
         let free = self.free();
         self.direction = self.newton(free.as_deref());
-        let mut slope = long::dot(&self.direction, &self.gradient);
+        let mut slope = reduction::dot(&self.direction, &self.gradient);
         if free.is_some() {
             let whole = slope;
             slope = self.cut();
@@ -331,7 +331,7 @@ impl Lbfgs {
         let part = |pair: &Pair| match free {
             None => [pair.curvature, pair.square],
             Some(free) => [
-                long::dot_where(free, &pair.step, &pair.change),
+                reduction::dot_where(free, &pair.step, &pair.change),
                 self.square_where(free, &pair.change),
             ],
         };
@@ -348,19 +348,19 @@ impl Lbfgs {
         keep(&mut along, free);
         let mut shares = Vec::with_capacity(useful.len());
         for (pair, [curvature, _]) in useful.iter().rev() {
-            let share = long::dot(&pair.step, &along) / curvature;
-            long::add(&mut along, -share, &pair.change);
+            let share = reduction::dot(&pair.step, &along) / curvature;
+            reduction::add(&mut along, -share, &pair.change);
             keep(&mut along, free);
             shares.push(share);
         }
         let (scales, gamma) = (self.space.scales(), curvature / square);
-        long::change(&mut along, |i, g| gamma * scales[i] * scales[i] * g);
+        reduction::change(&mut along, |i, g| gamma * scales[i] * scales[i] * g);
         for ((pair, [curvature, _]), share) in useful.iter().zip(shares.iter().rev()) {
-            let back = long::dot(&pair.change, &along) / curvature;
-            long::add(&mut along, share - back, &pair.step);
+            let back = reduction::dot(&pair.change, &along) / curvature;
+            reduction::add(&mut along, share - back, &pair.step);
             keep(&mut along, free);
         }
-        long::change(&mut along, |_, value| -value);
+        reduction::change(&mut along, |_, value| -value);
         along
     }
 
@@ -371,26 +371,26 @@ impl Lbfgs {
         let scales = self.space.scales();
         let length = match pair {
             Some(pair) => pair.curvature / pair.square,
-            None => self.settings.first / long::square(scales, &along).sqrt(),
+            None => self.settings.first / reduction::square(scales, &along).sqrt(),
         };
-        long::change(&mut along, |i, g| -length * scales[i] * scales[i] * g);
+        reduction::change(&mut along, |i, g| -length * scales[i] * scales[i] * g);
         along
     }
 
     fn square_where(&self, free: &[bool], change: &[f64]) -> f64 {
         let mut scaled = change.to_vec();
         let scales = self.space.scales();
-        long::change(&mut scaled, |i, g| scales[i] * g);
-        long::dot_where(free, &scaled, &scaled)
+        reduction::change(&mut scaled, |i, g| scales[i] * g);
+        reduction::dot_where(free, &scaled, &scaled)
     }
 
     /// Ends the direction where it leaves the box; its slope.
     fn cut(&mut self) -> f64 {
         let (space, base) = (&self.space, &self.base);
-        long::change(&mut self.direction, |i, step| {
+        reduction::change(&mut self.direction, |i, step| {
             space.moved(i, base[i], step) - base[i]
         });
-        long::dot(&self.direction, &self.gradient)
+        reduction::dot(&self.direction, &self.gradient)
     }
 
     /// The largest multiple of the direction inside the box.
@@ -399,7 +399,7 @@ impl Lbfgs {
             return LONGEST;
         }
         let room = |i: usize| self.space.room(i, self.base[i], self.direction[i]);
-        let least = long::extreme(self.base.len(), LONGEST, room, f64::min);
+        let least = reduction::extreme(self.base.len(), LONGEST, room, f64::min);
         least.max(1.0)
     }
 
@@ -407,7 +407,7 @@ impl Lbfgs {
     fn place(&mut self) {
         let step = self.search.as_ref().map_or(0.0, Search::trial);
         let (space, base, direction) = (&self.space, &self.base, &self.direction);
-        long::change(&mut self.point, |i, _| {
+        reduction::change(&mut self.point, |i, _| {
             space.moved(i, base[i], step * direction[i])
         });
     }
@@ -416,7 +416,7 @@ impl Lbfgs {
 /// Sets to zero what is not free.
 fn keep(values: &mut [f64], free: Option<&[bool]>) {
     if let Some(free) = free {
-        long::change(values, |i, value| if free[i] { value } else { 0.0 });
+        reduction::change(values, |i, value| if free[i] { value } else { 0.0 });
     }
 }
 

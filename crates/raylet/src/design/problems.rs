@@ -6,10 +6,10 @@ use num_complex::Complex64;
 
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
-use crate::optics::bend::{Coating, Interface};
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use crate::optics::frame::Frame;
 use crate::optics::profile::Profile;
+use crate::optics::refraction::{Coating, Interface};
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::shape::{Conic, Shape};
 use crate::optics::source::Source;

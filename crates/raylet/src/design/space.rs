@@ -5,7 +5,7 @@ use std::ops::Range;
 use serde::{Deserialize, Serialize};
 
 use crate::design::exact;
-use crate::design::long;
+use crate::design::reduction;
 
 /// A step that ends within this many units in the last place of a bound ends on it.
 const ULPS: f64 = 4.0;
@@ -153,7 +153,7 @@ impl Space {
             let value = point[index];
             return Err(SpaceError::NotFinite { index, value });
         }
-        long::change(&mut point, |i, x| x.clamp(self.lower[i], self.upper[i]));
+        reduction::change(&mut point, |i, x| x.clamp(self.lower[i], self.upper[i]));
         Ok(point)
     }
 
@@ -206,7 +206,7 @@ impl Space {
             }
             (to.clamp(self.lower[i], self.upper[i]) - point[i]).abs() / scale
         };
-        long::extreme(point.len(), 0.0, one, f64::max)
+        reduction::extreme(point.len(), 0.0, one, f64::max)
     }
 }
 

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 
 use crate::optics::aperture::Aperture;
 use crate::optics::profile::Profile;
-use crate::optics::unroll::Unroll;
+use crate::optics::surface_coordinates::SurfaceCoordinates;
 
 /// A thin element that multiplies the field by a complex transmission (or reflection).
 #[derive(Clone, Debug, PartialEq)]
@@ -29,7 +29,7 @@ pub enum Layer {
     Sum(Vec<(Complex64, Vec<Layer>)>),
     /// A product of layers given on the surface's own coordinates instead of its local x and y; dark where
     /// the surface does not exist.
-    Unrolled(Box<Unroll>, Vec<Layer>),
+    Unrolled(Box<SurfaceCoordinates>, Vec<Layer>),
 }
 
 /// Orders of the spectrum of unrolled pixels that their sampling resolves: their edges lie anywhere between
@@ -233,7 +233,7 @@ impl Pixels {
 const PARTS: u32 = 8;
 
 /// The product of layers on a surface's own coordinates, at a point over x and y.
-fn unrolled<'a, L>(own: &Unroll, layers: L, at: [f64; 2]) -> Complex64
+fn unrolled<'a, L>(own: &SurfaceCoordinates, layers: L, at: [f64; 2]) -> Complex64
 where
     L: IntoIterator<Item = &'a Layer>,
 {
@@ -242,7 +242,7 @@ where
 }
 
 /// Its mean over a cell; one without layers.
-fn mean(own: &Unroll, layers: &[&Layer], spans: [[f64; 2]; 2]) -> Complex64 {
+fn mean(own: &SurfaceCoordinates, layers: &[&Layer], spans: [[f64; 2]; 2]) -> Complex64 {
     if layers.is_empty() {
         return Complex64::ONE;
     }
@@ -288,7 +288,7 @@ fn own_pixels(layer: &Layer) -> Option<&Pixels> {
 
 /// [`Doe::tell_pixels`] for pixels on a surface's own coordinates, beside a factor.
 fn tell_unrolled(
-    (own, layers): (&Unroll, &[Layer]),
+    (own, layers): (&SurfaceCoordinates, &[Layer]),
     factor: Complex64,
     at: [f64; 2],
     spans: [[f64; 2]; 2],
@@ -376,7 +376,7 @@ fn gradient(layers: &[Layer], x: f64, y: f64) -> Option<[f64; 2]> {
 
 /// What [`slopes`] are of layers on a surface's own coordinates, over x and y. Pixels among them have no
 /// sampling of their own, so their orders count.
-fn unrolled_slopes(own: &Unroll, layers: &[Layer], [x, y]: [f64; 2]) -> [f64; 2] {
+fn unrolled_slopes(own: &SurfaceCoordinates, layers: &[Layer], [x, y]: [f64; 2]) -> [f64; 2] {
     let (Some([u, v]), Some(d)) = (own.at([x, y]), own.derivative([x, y])) else {
         return [0.0; 2];
     };
@@ -414,7 +414,7 @@ mod tests {
     use crate::optics::doe::{Doe, Layer};
     use crate::optics::profile::Profile;
     use crate::optics::shape::{Conic, Shape};
-    use crate::optics::unroll::Unroll;
+    use crate::optics::surface_coordinates::SurfaceCoordinates;
     use ndarray::Array2;
     use ndarray::array;
     use num_complex::Complex64;
@@ -461,7 +461,7 @@ mod tests {
                 values: noise((9, 7), 0),
                 form,
             };
-            let own = Box::new(Unroll::of(&round).unwrap());
+            let own = Box::new(SurfaceCoordinates::of(&round).unwrap());
             let curved = Layer::Unrolled(own, vec![bend(), Layer::Pixels(pixels.clone())]);
             for layer in [Layer::Pixels(pixels.clone()), curved] {
                 let doe = Doe {

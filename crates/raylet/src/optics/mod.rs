@@ -6,7 +6,6 @@
 )]
 
 pub mod aperture;
-pub mod bend;
 pub mod bundle;
 pub mod conic;
 pub mod dispersion;
@@ -20,11 +19,12 @@ pub mod paraxial;
 pub mod polygon;
 pub mod profile;
 pub mod ray;
+pub mod refraction;
 pub mod sag_grid;
 pub mod screen;
 pub mod shape;
 pub mod source;
 pub mod surface;
+pub mod surface_coordinates;
 pub mod system;
 pub mod toric;
-pub mod unroll;

@@ -5,8 +5,8 @@
 //! determinant one (Goodman, "General principles of geometric optics", Handbook of Optics I, 1995).
 
 use crate::math::vec3::Vec3;
-use crate::optics::bend::Interface;
 use crate::optics::frame::Frame;
+use crate::optics::refraction::Interface;
 use crate::optics::screen::Screen;
 use crate::optics::surface::Surface;
 use crate::optics::system::{Hop, System};
@@ -370,9 +370,9 @@ fn screen_name(screen: &Screen) -> String {
 mod tests {
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
-    use crate::optics::bend::{Coating, Interface};
     use crate::optics::frame::Frame;
     use crate::optics::paraxial::{Abcd, Cardinal, ParaxialError};
+    use crate::optics::refraction::{Coating, Interface};
     use crate::optics::screen::{Act, Screen};
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;

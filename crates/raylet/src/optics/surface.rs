@@ -3,9 +3,9 @@
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
-use crate::optics::bend::{Coating, Interface};
 use crate::optics::frame::{Axes, Frame};
 use crate::optics::ray::Loss;
+use crate::optics::refraction::{Coating, Interface};
 use crate::optics::shape::{Height, Shape};
 
 /// One refracting or reflecting surface at one wavelength.

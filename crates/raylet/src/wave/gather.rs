@@ -7,8 +7,8 @@ use fearless_simd::{Level, Simd, dispatch};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::wave::beamlet_kernel::{BeamletKernel, Moments, Rows};
 use crate::wave::raster::Raster;
-use crate::wave::stamp::{Moments, Rows, Stamp};
 use crate::wave::wavelet::{Arrival, Tail};
 
 /// Rows of a band: the unit of parallel work.
@@ -149,8 +149,8 @@ fn fill<S: Simd>(
     let limit = -2.0 * threshold.ln() / k;
     let mut evaluations = 0;
     for arrival in arrivals {
-        if let Some(stamp) = Stamp::new(arrival, rows, limit) {
-            evaluations += stamp.press(simd, rows, k);
+        if let Some(kernel) = BeamletKernel::new(arrival, rows, limit) {
+            evaluations += kernel.add(simd, rows, k);
         }
     }
     evaluations
@@ -159,8 +159,8 @@ fn fill<S: Simd>(
 /// What one band gives back to a beamlet.
 #[inline(always)]
 fn read<S: Simd>(simd: S, rows: &Rows, arrival: &Arrival, k: f64, limit: f64) -> Moments {
-    match Stamp::new(arrival, rows, limit) {
-        Some(stamp) => stamp.press_adjoint(simd, rows, k),
+    match BeamletKernel::new(arrival, rows, limit) {
+        Some(kernel) => kernel.add_adjoint(simd, rows, k),
         None => [Complex64::ZERO; 6],
     }
 }

@@ -5,18 +5,18 @@
     reason = "fields, spectra and their axes are indexed by loops over their own sizes"
 )]
 
+pub mod aperture_coverage;
+pub mod beamlet_kernel;
 pub mod beams;
 pub mod collect;
 pub mod collins;
-pub mod cover;
 pub mod curved;
+mod emission_spectrum;
 pub mod field;
 pub mod gather;
+pub mod height_stack;
 pub mod heights;
-pub mod imprint;
-mod leave;
 pub mod metrics;
-pub mod opening;
 pub mod patch;
 pub mod periodic;
 pub mod pixel_hop;
@@ -25,9 +25,9 @@ pub mod propagate;
 pub mod raster;
 pub mod rayleigh;
 pub mod sampling;
-pub mod sheets;
 pub mod spot;
-pub mod stamp;
 pub mod tile;
+pub mod transmission;
 pub mod wavelet;
 pub mod window;
+pub mod window_coverage;

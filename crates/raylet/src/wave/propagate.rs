@@ -23,8 +23,8 @@ pub struct Slab {
     /// Thickness along the direction of travel, in mm.
     pub thickness: f64,
     /// Field transmission of the interface behind it at normal optical cosines (before, after); see
-    /// [`crate::optics::bend::Coating`].
-    pub exit: Option<crate::optics::bend::Coating>,
+    /// [`crate::optics::refraction::Coating`].
+    pub exit: Option<crate::optics::refraction::Coating>,
 }
 
 /// A free hop between parallel planes.
@@ -147,7 +147,7 @@ impl FreeHop {
                 && let Some(coating) = self.slabs[i - 1].exit
             {
                 let ratio = self.slabs[i - 1].index / slab.index;
-                size *= crate::optics::bend::transmission(coating, normal, q, ratio);
+                size *= crate::optics::refraction::transmission(coating, normal, q, ratio);
             }
             normal = q;
             path += slab.thickness.abs() * q;
@@ -190,7 +190,7 @@ impl FreeHop {
         target: &Raster,
         plan: &FreePlan,
     ) -> Array2<Complex64> {
-        let mut waves = self.leave(field, surface, plan);
+        let mut waves = self.emission_spectrum(field, surface, plan);
         self.cross(&mut waves, plan);
         self.land(&waves, target, plan)
     }
@@ -211,12 +211,12 @@ impl FreeHop {
         self.cross_adjoint(&mut waves_bar, plan);
         let mut parameters = Vec::new();
         if !neighbours.is_empty() {
-            let waves = self.leave(field, surface, plan);
+            let waves = self.emission_spectrum(field, surface, plan);
             let along = |pair: &([FreeHop; 2], f64)| pull(pair, &waves, &waves_bar, plan);
             parameters = neighbours.iter().map(along).collect();
         }
         (
-            self.leave_adjoint(&waves_bar, (field, surface), plan),
+            self.emission_spectrum_adjoint(&waves_bar, (field, surface), plan),
             parameters,
         )
     }
@@ -324,7 +324,7 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::math::noise::{assert_transposed, noise};
-    use crate::optics::bend::Coating;
+    use crate::optics::refraction::Coating;
     use crate::wave::field::{Axis, Field, Grid};
     use crate::wave::propagate::{CLEAR, FreeHop, Slab};
     use crate::wave::raster::Raster;

@@ -7,8 +7,8 @@ use rayon::prelude::*;
 use crate::optics::aperture::Aperture;
 use crate::optics::doe::{Doe, PixelForm};
 use crate::optics::screen::{Act, Screen};
+use crate::wave::aperture_coverage::ApertureCoverage;
 use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::opening::Opening;
 use crate::wave::raster::Raster;
 
 /// Why a screen cannot be sampled.
@@ -229,7 +229,7 @@ fn gauss_nodes(cycles: f64) -> usize {
 }
 
 /// Multiplies an arriving field by the screen's transmission, and by what its opening lets through of the
-/// nodes ([`Opening`]).
+/// nodes ([`ApertureCoverage`]).
 pub fn act(screen: &Screen, field: &mut Field) {
     let (doe, aperture) = parts(screen);
     for_open_nodes(aperture, field, |value, at, cell, open| {
@@ -256,7 +256,7 @@ fn pixels_cotangent(doe: &Doe, arrived: &Field, bar: &Field) -> Option<Array2<Co
     let mut total = Array2::zeros(doe.free_pixels()?.values.dim());
     let grid = &arrived.grid;
     let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
-    let opening = Opening::new(&doe.aperture, grid);
+    let opening = ApertureCoverage::new(&doe.aperture, grid);
     let nodes = grid.y.offsets.len();
     for row in 0..grid.y.cells {
         for ((g, i), open) in opening.row(row).indexed_iter() {
@@ -290,7 +290,7 @@ fn for_open_nodes(
 ) {
     let Field { grid, values } = field;
     let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
-    let opening = Opening::new(aperture, grid);
+    let opening = ApertureCoverage::new(aperture, grid);
     let nodes = grid.y.offsets.len();
     let rows = values.axis_chunks_iter_mut(ndarray::Axis(0), nodes);
     rows.into_par_iter()

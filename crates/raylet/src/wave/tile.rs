@@ -10,29 +10,29 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::math::chirp::{Chirp, Comb};
-use crate::math::fitting::Fitting;
+use crate::math::commensurate_dft::CommensurateDft;
 use crate::wave::field::{Axis, Field};
 use crate::wave::patch::Band;
 
 /// Sums from the same node of every cell to the modes.
 enum Sums {
     /// Where the lattice of modes is that of a transform of the cells.
-    Fitting(Fitting),
+    CommensurateDft(CommensurateDft),
     /// Everywhere else.
     Chirp(Chirp),
 }
 
 impl Sums {
     fn new(nodes: Comb, directions: Comb, scale: f64) -> Self {
-        match Fitting::new(nodes, directions, scale) {
-            Some(fitting) => Sums::Fitting(fitting),
+        match CommensurateDft::new(nodes, directions, scale) {
+            Some(fitting) => Sums::CommensurateDft(fitting),
             None => Sums::Chirp(Chirp::new(nodes, directions, scale)),
         }
     }
 
     fn apply(&self, input: &[Complex64], out: &mut [Complex64], scratch: &mut Vec<Complex64>) {
         match self {
-            Sums::Fitting(fitting) => fitting.apply(input, out, scratch),
+            Sums::CommensurateDft(fitting) => fitting.apply(input, out, scratch),
             Sums::Chirp(chirp) => chirp.apply(input, out, scratch),
         }
     }

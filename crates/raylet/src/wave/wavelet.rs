@@ -8,8 +8,8 @@ use crate::math::complex::{Complex, Symmetric};
 use crate::math::erfc::erfc;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
-use crate::optics::bend::Bent;
 use crate::optics::frame::Axes;
+use crate::optics::refraction::Bent;
 use crate::optics::shape::Height;
 
 /// What a walk tells about one surface it meets.

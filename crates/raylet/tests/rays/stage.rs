@@ -2,8 +2,8 @@
 
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::bend::{Coating, Interface};
 use raylet::optics::frame::Frame;
+use raylet::optics::refraction::{Coating, Interface};
 use raylet::optics::screen::{Act, Screen};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::surface::Surface;

@@ -23,12 +23,12 @@ use crate::engine::trace::direction_search::reach;
 use crate::engine::trace::ray_sensitivity::{BLOCK, PerturbedHops, VariedHop, pull};
 use crate::math::part::part;
 use crate::optics::ray::Loss;
+use crate::wave::beamlet_kernel::Moments;
 use crate::wave::curved::CurvedPatches;
 use crate::wave::field::Field;
 use crate::wave::gather::Canvas;
 use crate::wave::heights::Heights;
 use crate::wave::patch::{Patches, Spectrum};
-use crate::wave::stamp::Moments;
 use crate::wave::wavelet::Arrival;
 use crate::wave::window::Positions;
 
@@ -377,12 +377,7 @@ fn draw(job: &Job, (patch, spectrum): (usize, &Spectrum), to: &Canvas) -> (Vec<A
 }
 
 /// The beamlets of one patch that its draws ask for on the way back: those drawn, or all where each is compared.
-fn drawn(
-    cutter: &Cutter,
-    kept: &Kept,
-    index: usize,
-    to: &Canvas,
-) -> Option<PatchBeamlets> {
+fn drawn(cutter: &Cutter, kept: &Kept, index: usize, to: &Canvas) -> Option<PatchBeamlets> {
     let draws = cutter.job.draws_of(index)?;
     if let Drawing::Gumbel { .. } = draws.draws.drawing {
         return beamlets(cutter, index, to, &|_, _| true);

@@ -24,11 +24,11 @@ use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
 use crate::wave::field::Field;
 use crate::wave::gather::Canvas;
+use crate::wave::height_stack::HeightStack;
 use crate::wave::heights::{Heights, Stack, normal_cosines};
 use crate::wave::plane::PlaneSum;
 use crate::wave::propagate::{FreeHop, FreePlan};
 use crate::wave::raster::Raster;
-use crate::wave::sheets::Sheets;
 
 /// A hop with its plan.
 #[derive(Clone, Copy)]
@@ -82,12 +82,12 @@ impl<'a> HopRun<'a> {
         raster: Raster,
         reach: [f64; 2],
         progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<(Sheets, Tally), NufftError> {
+    ) -> Result<(HeightStack, Tally), NufftError> {
         let to = self.hop.to;
         if to.is_plane() {
             let (values, mut tally) = self.carry_to_plane(field, &raster, progress)?;
             tally.spots = self.spots(field, &raster, &values);
-            return Ok((Sheets::plane(raster, values), tally));
+            return Ok((HeightStack::plane(raster, values), tally));
         }
 
         // One plane at each level, and what they give together.
@@ -106,7 +106,7 @@ impl<'a> HopRun<'a> {
             }
             values.push(sheet);
         }
-        let sheets = Sheets {
+        let sheets = HeightStack {
             raster,
             stack: Some(stack),
             values,

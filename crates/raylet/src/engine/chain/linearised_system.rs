@@ -25,9 +25,9 @@ use crate::engine::trace::ray_sensitivity::{PerturbedHops, Variation};
 use crate::optics::screen::Screen;
 use crate::optics::system::{Hop, System};
 use crate::wave::field::Field;
+use crate::wave::height_stack::HeightStack;
 use crate::wave::raster::Raster;
 use crate::wave::sampling::{act, act_adjoint};
-use crate::wave::sheets::Sheets;
 
 /// Why a system cannot be differentiated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -320,7 +320,7 @@ impl LinearisedSystem {
             // sheets of this screen, or the source -> arrived
             if number > 0 {
                 let (before, raster, reach) = self.run(number - 1, hops[number - 1], &plans)?;
-                let sheets = Sheets {
+                let sheets = HeightStack {
                     raster,
                     stack: before.stack(reach),
                     values: Vec::new(),

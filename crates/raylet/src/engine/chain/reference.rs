@@ -17,10 +17,10 @@ use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 use crate::wave::collins::{Collins, CollinsError};
 use crate::wave::field::Field;
+use crate::wave::height_stack::HeightStack;
 use crate::wave::heights::Heights;
 use crate::wave::raster::Raster;
 use crate::wave::rayleigh::{Emitters, PAIRS_PER_SECOND};
-use crate::wave::sheets::Sheets;
 
 /// Period of a reference's free hop over the sum of the half widths of screen and target.
 pub const PADDING: f64 = 8.0;
@@ -300,7 +300,7 @@ fn carry(
         seconds: clock.elapsed().as_secs_f64(),
     };
     let next = Arriving {
-        sum: Some(Sheets::plane(raster, values)),
+        sum: Some(HeightStack::plane(raster, values)),
         brief: Light {
             anchor: chief(hop, light.brief.anchor),
             usual: arriving,

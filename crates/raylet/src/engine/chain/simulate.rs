@@ -18,9 +18,9 @@ use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::field::{Axis, Field, Grid};
+use crate::wave::height_stack::HeightStack;
 use crate::wave::raster::Raster;
 use crate::wave::sampling::{Reach, SamplingError, act, plan_grid, plan_raster};
-use crate::wave::sheets::Sheets;
 
 /// Why a run is impossible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -183,7 +183,7 @@ pub fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
 /// What the light is when it arrives at a screen.
 pub struct Arriving {
     /// The field as summed before the screen acts; nothing on the first screen, which the source lights.
-    pub sum: Option<Sheets>,
+    pub sum: Option<HeightStack>,
     /// Its directions, roughly.
     pub brief: Light,
     /// Its largest |p| along x and y.
@@ -347,10 +347,10 @@ fn note_landed(system: &System, reports: &mut [HopReport]) {
 }
 
 /// The field at the pixel centres of a sensor; dark when no light was summed there.
-fn on_sensor(sensor: &Sensor, sum: Option<Sheets>) -> Field {
+fn on_sensor(sensor: &Sensor, sum: Option<HeightStack>) -> Field {
     let grid = sensor_grid(sensor);
     let dark = || Array2::zeros(grid.shape());
-    let values = sum.map_or_else(dark, Sheets::into_middle);
+    let values = sum.map_or_else(dark, HeightStack::into_middle);
     Field { grid, values }
 }
 

@@ -193,10 +193,10 @@ mod tests {
     use crate::engine::error::tally::Fate;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
-    use crate::optics::bend::{Coating, Interface};
     use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
     use crate::optics::frame::Frame;
     use crate::optics::ray::Loss;
+    use crate::optics::refraction::{Coating, Interface};
     use crate::optics::screen::{Act, Screen, Sensor};
     use crate::optics::shape::Shape;
     use crate::optics::surface::Surface;

@@ -20,13 +20,13 @@ use crate::math::vec3::Vec3;
 use crate::optics::bundle::{Hit, RayError, Rays, check_finite, check_length, check_positive};
 use crate::optics::doe::Doe;
 use crate::optics::screen::{Act, Screen};
-use crate::wave::cover::cover;
 use crate::wave::field::Grid;
 use crate::wave::heights::Heights;
-use crate::wave::imprint::{NoPixels, imprint, phase_bar, pixels_bar};
 use crate::wave::sampling::{Reach, plan_grid};
 use crate::wave::spot::{Ground, Spot, Window};
+use crate::wave::transmission::{NoPixels, phase_bar, pixels_bar, screen_transmission};
 use crate::wave::window::Synthesis;
+use crate::wave::window_coverage::window_coverage;
 
 /// Cotangents of what secondary rays are made from.
 #[derive(Clone, Debug)]
@@ -96,12 +96,12 @@ impl<'a> Scatter<'a> {
             leaving: leaving(screen, &settings),
         };
         let grid = plan_grid(screen, reach, wavelength, settings.samples)?;
-        let transmission = imprint(screen, &grid);
+        let transmission = screen_transmission(screen, &grid);
         let opening = Screen {
             act: Act::Stop(doe.aperture.clone()),
             ..screen.clone()
         };
-        let open = imprint(&opening, &grid).mapv(|t| t != Complex64::ZERO);
+        let open = screen_transmission(&opening, &grid).mapv(|t| t != Complex64::ZERO);
         let share = share(&hits, &grid, &settings);
         let mut scatter = Self {
             screen,
@@ -388,7 +388,7 @@ fn share(hits: &[Hit], grid: &Grid, settings: &Scattering) -> Array2<f64> {
                 Synthesis::Plain => 1,
             };
             let centres: Vec<[f64; 2]> = hits.iter().map(|hit| hit.at).collect();
-            let sum = cover(&centres, grid, window, settings.period, power);
+            let sum = window_coverage(&centres, grid, window, settings.period, power);
             sum.mapv(|sum| if sum > 0.0 { 1.0 / sum } else { 0.0 })
         }
     }

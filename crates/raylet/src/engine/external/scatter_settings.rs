@@ -2,9 +2,9 @@
 
 use crate::engine::plan::settings::Sampler;
 use crate::optics::bundle::{RayError, check_finite, check_positive};
-use crate::wave::imprint::NoPixels;
 use crate::wave::sampling::SamplingError;
 use crate::wave::spot::Window;
+use crate::wave::transmission::NoPixels;
 use crate::wave::window::Synthesis;
 
 /// How patches share the element's area.

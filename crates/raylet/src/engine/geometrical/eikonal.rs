@@ -384,10 +384,10 @@ mod tests {
     use crate::engine::geometrical::eikonal::{EikonalError, carry};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::{Aperture, Outline};
-    use crate::optics::bend::{Coating, Interface};
     use crate::optics::doe::{Doe, Layer};
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
+    use crate::optics::refraction::{Coating, Interface};
     use crate::optics::screen::{Act, Screen, Sensor};
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::source::Source;

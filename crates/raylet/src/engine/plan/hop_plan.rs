@@ -9,7 +9,7 @@ use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::plane_wave::plane_wavelets::PlanePlan;
 use crate::engine::trace::direction_search::{DirectionSearch, search_directions};
 use crate::optics::aperture::Aperture;
-use crate::optics::bend::Interface;
+use crate::optics::refraction::Interface;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;

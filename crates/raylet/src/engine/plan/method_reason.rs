@@ -2,7 +2,7 @@
 
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::{Method, Settings};
-use crate::optics::bend::Interface;
+use crate::optics::refraction::Interface;
 use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
 

@@ -17,7 +17,7 @@ use crate::engine::trace::direction_search::SearchRay;
 use crate::math::erfc::erfc;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::{Aperture, Outline};
-use crate::optics::bend::Interface;
+use crate::optics::refraction::Interface;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;

@@ -6,8 +6,8 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use crate::engine::trace::ray_trace::Landing;
-use crate::math::pack::{PACKED, Pack};
 use crate::math::real::Real;
+use crate::math::simd_packet::{PACKET, SimdPacket};
 use crate::optics::ray::Loss;
 use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
@@ -21,13 +21,13 @@ pub fn trace_packets(
     let level = Level::new();
     let together = is_closed(hop);
     let mut landings = Vec::with_capacity(directions.len());
-    for group in directions.chunks(PACKED) {
-        let packed = match <&[[f64; 2]; PACKED]>::try_from(group) {
+    for group in directions.chunks(PACKET) {
+        let packed = match <&[[f64; 2]; PACKET]>::try_from(group) {
             Ok(group) if together => dispatch!(level, simd => eight(simd, hop, at, group)),
             _ => None,
         };
         match packed {
-            Some(eight) => landings.extend((0..PACKED).map(|i| Ok(alone(&eight, i)))),
+            Some(eight) => landings.extend((0..PACKET).map(|i| Ok(alone(&eight, i)))),
             None => landings.extend(group.iter().map(|p| hop.trace(at, *p, &mut ()))),
         }
     }
@@ -46,15 +46,15 @@ fn eight<S: Simd>(
     _: S,
     hop: &Hop,
     at: [f64; 2],
-    directions: &[[f64; 2]; PACKED],
-) -> Option<Landing<Pack>> {
-    let p = [0, 1].map(|a| Pack(std::array::from_fn(|i| directions[i][a])));
-    hop.trace(at.map(Pack::constant), p, &mut ()).ok()
+    directions: &[[f64; 2]; PACKET],
+) -> Option<Landing<SimdPacket>> {
+    let p = [0, 1].map(|a| SimdPacket(std::array::from_fn(|i| directions[i][a])));
+    hop.trace(at.map(SimdPacket::constant), p, &mut ()).ok()
 }
 
 /// One of eight.
 #[inline(always)]
-fn alone(eight: &Landing<Pack>, i: usize) -> Landing {
+fn alone(eight: &Landing<SimdPacket>, i: usize) -> Landing {
     Landing {
         at: eight.at.map(|v| v.0[i]),
         cosines: eight.cosines.map(|v| v.0[i]),

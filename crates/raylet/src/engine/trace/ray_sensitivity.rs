@@ -20,7 +20,7 @@ use crate::optics::ray::Loss;
 use crate::optics::shape::{Height, Shape};
 use crate::optics::surface::{Face, Surface};
 use crate::optics::system::{Hop, System};
-use crate::wave::stamp::Moments;
+use crate::wave::beamlet_kernel::Moments;
 
 /// A parameter of a system: the same system with the parameter a little smaller and a little larger.
 #[derive(Clone, Debug)]
@@ -325,8 +325,8 @@ mod tests {
     use crate::math::noise::noise;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
-    use crate::optics::bend::{Coating, Interface};
     use crate::optics::frame::Frame;
+    use crate::optics::refraction::{Coating, Interface};
     use crate::optics::screen::{Act, Screen};
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;

@@ -3,9 +3,9 @@
 use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
-use crate::optics::bend::bend;
 use crate::optics::frame::{Axes, Frame};
 use crate::optics::ray::{Loss, Ray};
+use crate::optics::refraction::bend;
 use crate::optics::screen::Screen;
 use crate::optics::surface::Face;
 use crate::optics::system::Hop;
@@ -254,8 +254,8 @@ mod tests {
     use crate::math::complex::{Complex, Symmetric};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
-    use crate::optics::bend::{Coating, Interface};
     use crate::optics::frame::Frame;
+    use crate::optics::refraction::{Coating, Interface};
     use crate::optics::screen::{Act, Screen, Sensor};
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;

@@ -14,17 +14,17 @@ use crate::file::scene::sag::Sag;
 use crate::file::scene::scene_file::{Illumination, Scene};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
-use crate::optics::bend::{Coating, Interface};
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use crate::optics::frame::Frame;
 use crate::optics::medium::{Medium, MediumError};
 use crate::optics::profile::Profile;
+use crate::optics::refraction::{Coating, Interface};
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::surface::Surface;
+use crate::optics::surface_coordinates::SurfaceCoordinates;
 use crate::optics::system::System;
-use crate::optics::unroll::Unroll;
 
 /// Micrometres in a millimetre.
 const UM: f64 = 1e-3;
@@ -389,7 +389,7 @@ impl Layout<'_, '_> {
             let expected = "pixel = \"box\" or \"bilinear\", or coordinates = \"projected\"";
             return Err(self.scene.fault(&place, found, expected));
         }
-        let own = Unroll::of(shape).ok_or_else(|| {
+        let own = SurfaceCoordinates::of(shape).ok_or_else(|| {
             let found = "\"surface\" on a surface that is curved in two ways";
             let expected = "a surface of revolution about its own axis or a cylinder, or coordinates = \
                             \"projected\"";

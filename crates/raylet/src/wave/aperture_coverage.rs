@@ -13,14 +13,14 @@ use crate::optics::moments::{Cell, legendre, open_moments};
 use crate::wave::field::{Axis, Grid};
 
 /// What an opening lets through of each node of a grid.
-pub struct Opening<'a> {
+pub struct ApertureCoverage<'a> {
     aperture: &'a Aperture,
     grid: &'a Grid,
     /// (a + ½)·P_a at each node of a cell, indexed [node, a], along x and y.
     bases: [Array2<f64>; 2],
 }
 
-impl<'a> Opening<'a> {
+impl<'a> ApertureCoverage<'a> {
     /// An opening seen by a grid.
     pub fn new(aperture: &'a Aperture, grid: &'a Grid) -> Self {
         Self {

@@ -11,7 +11,7 @@ use crate::wave::sampling::{interpolate, interpolate_adjoint};
 
 /// Fields on parallel planes at the levels of a screen, all on the same raster.
 #[derive(Clone, Debug)]
-pub struct Sheets {
+pub struct HeightStack {
     /// The planes' sample points.
     pub raster: Raster,
     /// The levels, of a curved screen; a plane screen has its own plane only.
@@ -20,7 +20,7 @@ pub struct Sheets {
     pub values: Vec<Array2<Complex64>>,
 }
 
-impl Sheets {
+impl HeightStack {
     /// The field of a plane screen.
     pub fn plane(raster: Raster, values: Array2<Complex64>) -> Self {
         Self {
@@ -46,7 +46,7 @@ impl Sheets {
         }
     }
 
-    /// The conjugate transpose of [`Sheets::on`]: from the field on the screen to the sheets, whose values do
+    /// The conjugate transpose of [`HeightStack::on`]: from the field on the screen to the sheets, whose values do
     /// not matter.
     pub fn on_adjoint(&self, screen: &Screen, field_bar: &Field) -> Vec<Array2<Complex64>> {
         let back = |bar: &Field| interpolate_adjoint(&self.raster, bar);
@@ -83,9 +83,9 @@ mod tests {
     use crate::optics::screen::{Act, Screen};
     use crate::optics::shape::{Conic, Shape};
     use crate::wave::field::{Axis, Field, Grid};
+    use crate::wave::height_stack::HeightStack;
     use crate::wave::heights::Stack;
     use crate::wave::raster::Raster;
-    use crate::wave::sheets::Sheets;
 
     #[test]
     fn on_dot_product() {
@@ -108,7 +108,7 @@ mod tests {
                 arrives: 1.0,
             };
             let count = stack.as_ref().map_or(1, Stack::len);
-            let sheets = Sheets {
+            let sheets = HeightStack {
                 raster: Raster {
                     start: [-9.0, -9.0],
                     pitch: [0.4, 0.45],

@@ -45,7 +45,7 @@ impl Rows {
 pub type Moments = [Complex64; 6];
 
 /// A beamlet about to be added to some rows.
-pub struct Stamp<'a> {
+pub struct BeamletKernel<'a> {
     arrival: &'a Arrival,
     /// First row and the row after the last.
     span: [usize; 2],
@@ -53,7 +53,7 @@ pub struct Stamp<'a> {
     limit: f64,
 }
 
-impl<'a> Stamp<'a> {
+impl<'a> BeamletKernel<'a> {
     /// The beamlet's footprint on the rows; nothing when it does not meet them.
     #[inline(always)]
     pub fn new(arrival: &'a Arrival, rows: &Rows, limit: f64) -> Option<Self> {
@@ -76,7 +76,7 @@ impl<'a> Stamp<'a> {
 
     /// Adds it; returns the number of values.
     #[inline(always)]
-    pub fn press<S: Simd>(&self, simd: S, rows: &mut Rows, k: f64) -> u64 {
+    pub fn add<S: Simd>(&self, simd: S, rows: &mut Rows, k: f64) -> u64 {
         let [xx, _, _] = self.arrival.curvature;
         let hx = rows.raster.pitch[0];
         let bend = Complex64::new(-k * xx.im, k * xx.re) * (hx * hx);
@@ -103,10 +103,10 @@ impl<'a> Stamp<'a> {
         evaluations
     }
 
-    /// The conjugate transpose of [`Stamp::press`] for a beamlet of unit amplitude, and the same of its
+    /// The conjugate transpose of [`BeamletKernel::add`] for a beamlet of unit amplitude, and the same of its
     /// values times powers of the distance.
     #[inline(always)]
-    pub fn press_adjoint<S: Simd>(&self, simd: S, rows: &Rows, k: f64) -> Moments {
+    pub fn add_adjoint<S: Simd>(&self, simd: S, rows: &Rows, k: f64) -> Moments {
         let [xx, _, _] = self.arrival.curvature;
         let [hx, hy] = rows.raster.pitch;
         let bend = Complex64::new(-k * xx.im, k * xx.re) * (hx * hx);
@@ -315,8 +315,8 @@ mod tests {
     use fearless_simd::{Level, dispatch};
     use num_complex::Complex64;
 
+    use crate::wave::beamlet_kernel::{BeamletKernel, Rows};
     use crate::wave::raster::Raster;
-    use crate::wave::stamp::{Rows, Stamp};
     use crate::wave::wavelet::Arrival;
 
     #[test]
@@ -345,9 +345,9 @@ mod tests {
             }
         }
         let (k, level) = (std::f64::consts::TAU, Level::new());
-        let stamp = Stamp::new(&arrival, &rows, 2.0).unwrap();
-        dispatch!(level, simd => stamp.press(simd, &mut rows, k));
-        let back = dispatch!(level, simd => stamp.press_adjoint(simd, &bar, k))[0];
+        let kernel = BeamletKernel::new(&arrival, &rows, 2.0).unwrap();
+        dispatch!(level, simd => kernel.add(simd, &mut rows, k));
+        let back = dispatch!(level, simd => kernel.add_adjoint(simd, &bar, k))[0];
         let mut forward = Complex64::ZERO;
         for at in 0..rows.re.len() {
             let value = Complex64::new(rows.re[at], rows.im[at]);

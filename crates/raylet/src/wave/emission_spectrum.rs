@@ -3,8 +3,8 @@
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
-use crate::math::braid::Braid2;
 use crate::math::chirp::Comb;
+use crate::math::interleaved_dft::InterleavedDft2;
 use crate::wave::field::{Axis, Field, Grid};
 use crate::wave::heights::{Heights, Stack, normal_cosines};
 use crate::wave::patch::Band;
@@ -12,7 +12,7 @@ use crate::wave::propagate::{FreeHop, FreePlan, Surface, band_comb};
 
 impl FreeHop {
     /// Field to plane waves.
-    pub(in crate::wave) fn leave(
+    pub(in crate::wave) fn emission_spectrum(
         &self,
         field: &Field,
         surface: Surface,
@@ -57,7 +57,7 @@ impl FreeHop {
     }
 
     /// The conjugate transpose of [`FreeHop::leave`].
-    pub(in crate::wave) fn leave_adjoint(
+    pub(in crate::wave) fn emission_spectrum_adjoint(
         &self,
         waves_bar: &Array2<Complex64>,
         (field, surface): (&Field, Surface),
@@ -134,7 +134,7 @@ impl FreeHop {
     /// Field to plane waves, c(p) = 1/P² Σ U e^{−ik p·x} dA.
     fn spread(
         &self,
-        braid: &Braid2,
+        braid: &InterleavedDft2,
         values: ArrayView2<Complex64>,
         grid: &Grid,
         plan: &FreePlan,
@@ -153,7 +153,7 @@ impl FreeHop {
     /// The conjugate transpose of [`FreeHop::spread`].
     fn spread_adjoint(
         &self,
-        braid: &Braid2,
+        braid: &InterleavedDft2,
         waves_bar: &Array2<Complex64>,
         grid: &Grid,
         plan: &FreePlan,
@@ -170,7 +170,7 @@ impl FreeHop {
     }
 
     /// The transforms from the nodes of a grid to a plan's directions.
-    fn braid(&self, grid: &Grid, plan: &FreePlan) -> Braid2 {
+    fn braid(&self, grid: &Grid, plan: &FreePlan) -> InterleavedDft2 {
         let [band_x, band_y] = &plan.bands;
         let combs = |axis: &Axis| -> Vec<Comb> {
             (0..axis.offsets.len())
@@ -178,7 +178,7 @@ impl FreeHop {
                 .collect()
         };
         let (y, x) = (combs(&grid.y), combs(&grid.x));
-        Braid2::new(&y, &x, band_comb(band_y), band_comb(band_x), -self.k)
+        InterleavedDft2::new(&y, &x, band_comb(band_y), band_comb(band_x), -self.k)
     }
 }
 
@@ -247,9 +247,9 @@ mod tests {
         values.row_mut(3).fill(0.0.into());
         let field = Field { grid, values };
         for surface in [None, Some((&heights, 1.0)), Some((&heights, -1.0))] {
-            let there = hop.leave(&field, surface, &plan);
+            let there = hop.emission_spectrum(&field, surface, &plan);
             let bar = noise(there.dim(), 1);
-            let back = hop.leave_adjoint(&bar, (&field, surface), &plan);
+            let back = hop.emission_spectrum_adjoint(&bar, (&field, surface), &plan);
             assert_transposed(&[(&bar, &there)], &[(&back, &field.values)]);
         }
     }

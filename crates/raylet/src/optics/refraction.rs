@@ -95,8 +95,8 @@ pub fn transmission<T: Real>(coating: Coating, before: T, after: T, ratio: T) ->
 #[cfg(test)]
 mod tests {
     use crate::math::vec3::Vec3;
-    use crate::optics::bend::{Coating, Interface, bend};
     use crate::optics::ray::Loss;
+    use crate::optics::refraction::{Coating, Interface, bend};
 
     const NORMAL: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 

@@ -10,7 +10,7 @@ use crate::wave::spot::Window;
 const ROWS: usize = 32;
 
 /// Σ gⱼ^`power` over windows about `centres`, cut at `period`, at each node of a grid, indexed [y, x].
-pub fn cover(
+pub fn window_coverage(
     centres: &[[f64; 2]],
     grid: &Grid,
     window: Window,
@@ -41,9 +41,9 @@ pub fn cover(
 
 #[cfg(test)]
 mod tests {
-    use crate::wave::cover::cover;
     use crate::wave::field::{Axis, Grid};
     use crate::wave::spot::Window;
+    use crate::wave::window_coverage::window_coverage;
 
     #[test]
     fn windows_add_up_at_every_node() {
@@ -59,8 +59,8 @@ mod tests {
                 ]
             })
             .collect();
-        let gaussian = cover(&centres, &grid, Window::Gaussian { sigma: 0.5 }, 3.0, 2);
-        let square = cover(&centres, &grid, Window::Square { side: 1.3 }, 3.0, 1);
+        let gaussian = window_coverage(&centres, &grid, Window::Gaussian { sigma: 0.5 }, 3.0, 2);
+        let square = window_coverage(&centres, &grid, Window::Square { side: 1.3 }, 3.0, 1);
         for ((j, i), found) in gaussian.indexed_iter() {
             let (mut sum, mut count) = (0.0, 0.0);
             for [x, y] in &centres {

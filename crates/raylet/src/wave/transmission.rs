@@ -17,7 +17,7 @@ use crate::wave::sampling::act;
 pub struct NoPixels(pub String);
 
 /// What a screen lets through at the nodes of a grid, times the weight its opening gives each, indexed [y, x].
-pub fn imprint(screen: &Screen, grid: &Grid) -> Array2<Complex64> {
+pub fn screen_transmission(screen: &Screen, grid: &Grid) -> Array2<Complex64> {
     let mut field = Field::zeros(grid.clone());
     field.values.fill(Complex64::ONE);
     act(screen, &mut field);
@@ -64,7 +64,7 @@ pub fn pixels_bar(
         act: Act::Doe(bare),
         ..screen.clone()
     };
-    let rest = imprint(&bare, grid);
+    let rest = screen_transmission(&bare, grid);
 
     // transmission = pixel·rest
     let place = |x: f64, pitch: f64, n: usize| {
@@ -92,7 +92,7 @@ mod tests {
     use crate::optics::screen::{Act, Screen};
     use crate::optics::shape::Shape;
     use crate::wave::field::{Axis, Grid};
-    use crate::wave::imprint::{imprint, phase_bar, pixels_bar};
+    use crate::wave::transmission::{phase_bar, pixels_bar, screen_transmission};
 
     fn noise(shape: (usize, usize), salt: usize) -> Array2<Complex64> {
         Array2::from_shape_fn(shape, |(j, i)| {
@@ -136,7 +136,7 @@ mod tests {
             x: Axis::gauss(7, 0.5, 0.0, 3),
             y: Axis::gauss(8, 0.4, 0.0, 2),
         };
-        let through = imprint(&screen, &grid);
+        let through = screen_transmission(&screen, &grid);
         let bar = noise(through.dim(), 2);
         let back = pixels_bar(&screen, &doe, &grid, &bar).unwrap();
         let dot = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {

@@ -10,13 +10,13 @@ use crate::math::part::{comb, part};
 /// The plan of out\[n, m\] = Σⱼᵢ in\[j, i\]·exp(i·scale·(xᵢ·x′ₘ + yⱼ·y′ₙ)), where the points xᵢ of one axis
 /// are several combs dealt out in turn: point i belongs to comb i mod (number of combs).
 #[derive(Clone, Debug)]
-pub struct Braid2 {
+pub struct InterleavedDft2 {
     x: Vec<Chirp>,
     y: Vec<Chirp>,
     to: [usize; 2],
 }
 
-impl Braid2 {
+impl InterleavedDft2 {
     /// Plans sums from the combs of each axis, all of one length, to the grid `to_y` × `to_x`.
     pub fn new(from_y: &[Comb], from_x: &[Comb], to_y: Comb, to_x: Comb, scale: f64) -> Self {
         let plan = |combs: &[Comb], to: Comb| {
@@ -88,8 +88,8 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::math::braid::Braid2;
     use crate::math::chirp::Comb;
+    use crate::math::interleaved_dft::InterleavedDft2;
     use crate::math::random;
 
     fn comb(start: f64, step: f64, count: usize) -> Comb {
@@ -103,11 +103,11 @@ mod tests {
         })
     }
 
-    fn braid() -> (Braid2, [Vec<Comb>; 2], [Comb; 2]) {
+    fn braid() -> (InterleavedDft2, [Vec<Comb>; 2], [Comb; 2]) {
         let y = vec![comb(-1.0, 0.5, 4), comb(-0.75, 0.5, 4)];
         let x = vec![comb(-2.0, 1.0, 5), comb(-1.7, 1.0, 5), comb(-1.4, 1.0, 5)];
         let to = [comb(-0.3, 0.1, 7), comb(-0.5, 0.07, 6)];
-        (Braid2::new(&y, &x, to[0], to[1], 9.0), [y, x], to)
+        (InterleavedDft2::new(&y, &x, to[0], to[1], 9.0), [y, x], to)
     }
 
     #[test]

@@ -8,13 +8,13 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use crate::math::real::Real;
 
 /// How many numbers a pack holds.
-pub const PACKED: usize = 8;
+pub const PACKET: usize = 8;
 
 /// Eight numbers. Its value is the first of them; decisions are taken for all or not at all.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Pack(pub [f64; PACKED]);
+pub struct SimdPacket(pub [f64; PACKET]);
 
-impl Pack {
+impl SimdPacket {
     #[inline(always)]
     fn each(mut self, of: impl Fn(f64) -> f64) -> Self {
         for number in &mut self.0 {
@@ -32,10 +32,10 @@ impl Pack {
     }
 }
 
-impl Real for Pack {
+impl Real for SimdPacket {
     #[inline(always)]
     fn constant(value: f64) -> Self {
-        Self([value; PACKED])
+        Self([value; PACKET])
     }
     #[inline(always)]
     fn value(self) -> f64 {
@@ -64,7 +64,7 @@ impl Real for Pack {
     }
 }
 
-impl Add for Pack {
+impl Add for SimdPacket {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
@@ -72,7 +72,7 @@ impl Add for Pack {
     }
 }
 
-impl Sub for Pack {
+impl Sub for SimdPacket {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: Self) -> Self {
@@ -80,7 +80,7 @@ impl Sub for Pack {
     }
 }
 
-impl Mul for Pack {
+impl Mul for SimdPacket {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
@@ -88,7 +88,7 @@ impl Mul for Pack {
     }
 }
 
-impl Div for Pack {
+impl Div for SimdPacket {
     type Output = Self;
     #[inline(always)]
     fn div(self, other: Self) -> Self {
@@ -96,7 +96,7 @@ impl Div for Pack {
     }
 }
 
-impl Neg for Pack {
+impl Neg for SimdPacket {
     type Output = Self;
     #[inline(always)]
     fn neg(self) -> Self {
@@ -104,7 +104,7 @@ impl Neg for Pack {
     }
 }
 
-impl Add<f64> for Pack {
+impl Add<f64> for SimdPacket {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: f64) -> Self {
@@ -112,7 +112,7 @@ impl Add<f64> for Pack {
     }
 }
 
-impl Sub<f64> for Pack {
+impl Sub<f64> for SimdPacket {
     type Output = Self;
     #[inline(always)]
     fn sub(self, other: f64) -> Self {
@@ -120,7 +120,7 @@ impl Sub<f64> for Pack {
     }
 }
 
-impl Mul<f64> for Pack {
+impl Mul<f64> for SimdPacket {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: f64) -> Self {

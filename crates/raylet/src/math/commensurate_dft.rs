@@ -21,14 +21,14 @@ const LARGEST_FACTOR: usize = 13;
 
 /// The plan of out\[m\] = Σᵢ in\[i\]·exp(i·scale·xᵢ·yₘ) between fitting combs.
 #[derive(Clone)]
-pub struct Fitting {
+pub struct CommensurateDft {
     /// By which each input is multiplied before the transform, and each output after it.
     before: Vec<Complex64>,
     after: Vec<Complex64>,
     transform: Arc<dyn Fft<f64>>,
 }
 
-impl fmt::Debug for Fitting {
+impl fmt::Debug for CommensurateDft {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         let (from, to) = (self.before.len(), self.after.len());
         write!(
@@ -39,7 +39,7 @@ impl fmt::Debug for Fitting {
     }
 }
 
-impl Fitting {
+impl CommensurateDft {
     /// Plans sums from the points of `from` to those of `to`; nothing when their steps do not fit, or a
     /// transform of that length is slow.
     pub fn new(from: Comb, to: Comb, scale: f64) -> Option<Self> {
@@ -112,7 +112,7 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::math::chirp::{Chirp, Comb};
-    use crate::math::fitting::Fitting;
+    use crate::math::commensurate_dft::CommensurateDft;
     use crate::math::random::pair;
 
     #[test]
@@ -133,7 +133,7 @@ mod tests {
             .map(|[re, im]| Complex64::new(re, im))
             .collect();
         for scale in [-k, k] {
-            let fitting = Fitting::new(from, to, scale).unwrap();
+            let fitting = CommensurateDft::new(from, to, scale).unwrap();
             let chirp = Chirp::new(from, to, scale);
             let (mut ours, mut theirs) = (vec![Complex64::ONE; 150], vec![Complex64::ONE; 150]);
             fitting.apply(&input, &mut ours, &mut Vec::new());
@@ -145,8 +145,8 @@ mod tests {
 
         // Steps that do not fit, and a length that is prime.
         let other = |step| Comb { step, ..to };
-        assert!(Fitting::new(from, other(1.001 * to.step), k).is_none());
-        assert!(Fitting::new(from, other(to.step * 156.0 / 157.0), k).is_none());
-        assert!(Fitting::new(from, other(to.step * 156.0 / 140.0), k).is_none());
+        assert!(CommensurateDft::new(from, other(1.001 * to.step), k).is_none());
+        assert!(CommensurateDft::new(from, other(to.step * 156.0 / 157.0), k).is_none());
+        assert!(CommensurateDft::new(from, other(to.step * 156.0 / 140.0), k).is_none());
     }
 }

@@ -10,7 +10,7 @@ use crate::optics::shape::Shape;
 
 /// The way from a surface's local (x, y) to its own coordinates.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Unroll {
+pub struct SurfaceCoordinates {
     shape: Shape,
     way: Way,
     /// Nodes on [−1, 1] and weights of Gauss's rule.
@@ -32,7 +32,7 @@ enum Way {
 const NODES: NonZero<usize> = NonZero::<usize>::MIN.saturating_add(15);
 const PANELS: usize = 2;
 
-impl Unroll {
+impl SurfaceCoordinates {
     /// The own coordinates of a surface of revolution or a cylinder; nothing for others.
     pub fn of(shape: &Shape) -> Option<Self> {
         let way = match shape {
@@ -136,8 +136,8 @@ impl Unroll {
 mod tests {
     use crate::optics::conic::Conic;
     use crate::optics::shape::Shape;
+    use crate::optics::surface_coordinates::SurfaceCoordinates;
     use crate::optics::toric::{Biconic, Toroid};
-    use crate::optics::unroll::Unroll;
 
     fn conic(curvature: f64, conic: f64) -> Conic {
         Conic { curvature, conic }
@@ -166,13 +166,13 @@ mod tests {
     /// A sphere's meridian is an angle times its radius; a parabola's length has a closed form.
     #[test]
     fn lengths_have_their_closed_forms() {
-        let sphere = Unroll::of(&Shape::Conic(conic(-1.0 / 50.0, 0.0))).unwrap();
+        let sphere = SurfaceCoordinates::of(&Shape::Conic(conic(-1.0 / 50.0, 0.0))).unwrap();
         let [x, y] = sphere.at([18.0, -24.0]).unwrap();
         let arc = 50.0 * (30.0f64 / 50.0).asin();
         assert!((x - 0.6 * arc).abs() < 1e-13 && (y + 0.8 * arc).abs() < 1e-13);
         assert!(sphere.at([40.0, 31.0]).is_none());
 
-        let parabola = Unroll::of(&Shape::Conic(conic(1.0 / 20.0, -1.0))).unwrap();
+        let parabola = SurfaceCoordinates::of(&Shape::Conic(conic(1.0 / 20.0, -1.0))).unwrap();
         let t = 9.0 / 20.0f64;
         let length = 0.5 * 20.0 * (t * (1.0 + t * t).sqrt() + t.asinh());
         let [x, y] = parabola.at([0.0, 9.0]).unwrap();
@@ -184,7 +184,7 @@ mod tests {
     fn derivatives_match_differences_and_lengths() {
         let h = 1e-5;
         for shape in shapes() {
-            let unroll = Unroll::of(&shape).unwrap();
+            let unroll = SurfaceCoordinates::of(&shape).unwrap();
             for [x, y] in [[3.0, -4.0], [0.0, 7.0], [-6.0, 0.5]] {
                 let d = unroll.derivative([x, y]).unwrap();
                 let by = |dx: f64, dy: f64| {
@@ -214,6 +214,6 @@ mod tests {
             x: conic(0.02, 0.0),
             y: conic(-0.02, 0.0),
         });
-        assert!(Unroll::of(&saddle).is_none());
+        assert!(SurfaceCoordinates::of(&saddle).is_none());
     }
 }

@@ -97,7 +97,7 @@ fn in_order(sums: Vec<f64>) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::long;
+    use crate::design::reduction;
     use crate::math::random;
 
     fn noise(count: usize, purpose: u32) -> Vec<f64> {
@@ -114,15 +114,15 @@ mod tests {
             let plain: f64 = pairs().map(|((a, b), _)| a * b).sum();
             let some: f64 = pairs().filter(|(_, m)| **m).map(|((a, b), _)| a * b).sum();
             let squares: f64 = pairs().map(|((a, b), _)| (a * b).powi(2)).sum();
-            assert!((long::dot(&a, &b) - plain).abs() < 1e-12);
-            assert!((long::dot_where(&mask, &a, &b) - some).abs() < 1e-12);
-            assert!((long::square(&a, &b) - squares).abs() < 1e-11);
-            let largest = long::extreme(count, -1.0, |i| a[i], f64::max);
+            assert!((reduction::dot(&a, &b) - plain).abs() < 1e-12);
+            assert!((reduction::dot_where(&mask, &a, &b) - some).abs() < 1e-12);
+            assert!((reduction::square(&a, &b) - squares).abs() < 1e-11);
+            let largest = reduction::extreme(count, -1.0, |i| a[i], f64::max);
             assert_eq!(largest, a.iter().copied().fold(-1.0, f64::max));
 
             let mut to = b.clone();
-            long::add(&mut to, 2.0, &a);
-            long::change(&mut to, |i, value| value - b[i]);
+            reduction::add(&mut to, 2.0, &a);
+            reduction::change(&mut to, |i, value| value - b[i]);
             let off = |(to, a): (&f64, &f64)| (to - 2.0 * a).abs();
             assert!(to.iter().zip(&a).map(off).all(|off| off < 1e-15));
         }
@@ -135,7 +135,7 @@ mod tests {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             pool.build()
                 .unwrap()
-                .install(|| long::dot(&a, &b).to_bits())
+                .install(|| reduction::dot(&a, &b).to_bits())
         });
         assert!(sums.iter().all(|sum| *sum == sums[0]));
     }
