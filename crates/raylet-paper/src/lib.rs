@@ -10,7 +10,7 @@
 //! | [`fig5`], `fig5_chart` | a hologram before a lens, by three designs |
 //! | [`fig6`] | a [`conformal`] mirror by several methods, and the [`conformal_chart`] |
 //! | [`fig6_foci`], [`fig6_s`] | mirrors designed by gradients: `mirror` seeks, [`conformal_seen`] measures, [`mirror_chart`] draws |
-//! | [`system1`], [`system2`], [`system3`] | the systems of figure 4: [`systems`] compares each [`trial`] |
+//! | [`system1`], [`system2`], [`system3`] | the systems of figure 4: [`systems`] compares each [`method_comparison`] |
 //! | [`posed`] | a system of a study as a scene file with its arrays |
 
 #![deny(
@@ -36,6 +36,7 @@ pub mod fig6;
 pub mod fig6_foci;
 pub mod fig6_s;
 pub mod flat_patch;
+pub mod method_comparison;
 mod mirror;
 pub mod mirror_chart;
 pub mod posed;
@@ -46,4 +47,3 @@ pub mod system1;
 pub mod system2;
 pub mod system3;
 pub mod systems;
-pub mod trial;

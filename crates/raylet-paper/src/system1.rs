@@ -14,10 +14,10 @@ use raylet::engine::geometrical::maslov::{Strength, sum_of_directions};
 use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::optics::system::System;
 
+use crate::method_comparison::{Cost, Shown, Trial, figure, light};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
 use crate::systems::{Board, Rod, in_parts, once};
-use crate::trial::{Cost, Shown, Trial, figure, light};
 
 /// Patch of the paper in mm, and its period over that: 40 pixels, padded to 156.
 const PATCH: f64 = 40.0 * 6.3e-3;

@@ -20,10 +20,10 @@ use raylet::file::arrays::phase_file::npy;
 use raylet::optics::doe::PixelForm;
 use raylet::optics::system::System;
 
+use crate::method_comparison::{Cost, Shown, Trial, figure, light};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
 use crate::systems::{Board, Rod, by_paper, in_parts, once};
-use crate::trial::{Cost, Shown, Trial, figure, light};
 
 /// Periods of the angular spectrum over the hologram: the paper's, and one whose copies are far.
 const PADDINGS: [usize; 2] = [2, 8];

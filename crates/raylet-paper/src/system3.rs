@@ -23,10 +23,10 @@ use raylet::optics::system::System;
 use raylet::wave::metrics::ncc;
 use raylet_plot::chart::Series;
 
+use crate::method_comparison::{Cost, Match, Shown, Trial, figure, light};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
 use crate::systems::{Board, Rod, by_paper, in_parts, once};
-use crate::trial::{Cost, Match, Shown, Trial, figure, light};
 
 /// Pixels along each side of hologram and sensor.
 const COUNT: usize = 200;

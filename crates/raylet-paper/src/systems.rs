@@ -14,10 +14,10 @@ use raylet::wave::metrics::ncc;
 use raylet_plot::text_table::table;
 use serde_json::{Value, json};
 
+use crate::method_comparison::{Match, Trial, light};
 use crate::progress_display::ProgressDisplay;
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use crate::trial::{Match, Trial, light};
 
 /// Extension of the files of unfinished runs.
 const KEPT: &str = "npz";

@@ -19,7 +19,7 @@ const TOLERANCE: f64 = 1e-14;
 /// The largest prime factor of an N that is fast.
 const LARGEST_FACTOR: usize = 13;
 
-/// The plan of out\[m\] = Σᵢ in\[i\]·exp(i·scale·xᵢ·yₘ) between fitting combs.
+/// The plan of out\[m\] = Σᵢ in\[i\]·exp(i·scale·xᵢ·yₘ) between commensurate combs.
 #[derive(Clone)]
 pub struct CommensurateDft {
     /// By which each input is multiplied before the transform, and each output after it.
@@ -33,7 +33,7 @@ impl fmt::Debug for CommensurateDft {
         let (from, to) = (self.before.len(), self.after.len());
         write!(
             f,
-            "Fitting({from} -> {to}, by length {})",
+            "CommensurateDft({from} -> {to}, by length {})",
             self.transform.len()
         )
     }
@@ -133,10 +133,10 @@ mod tests {
             .map(|[re, im]| Complex64::new(re, im))
             .collect();
         for scale in [-k, k] {
-            let fitting = CommensurateDft::new(from, to, scale).unwrap();
+            let dft = CommensurateDft::new(from, to, scale).unwrap();
             let chirp = Chirp::new(from, to, scale);
             let (mut ours, mut theirs) = (vec![Complex64::ONE; 150], vec![Complex64::ONE; 150]);
-            fitting.apply(&input, &mut ours, &mut Vec::new());
+            dft.apply(&input, &mut ours, &mut Vec::new());
             chirp.apply(&input, &mut theirs, &mut Vec::new());
             for (ours, theirs) in ours.iter().zip(&theirs) {
                 assert!((ours - theirs).norm() < 1e-11, "{ours} {theirs}");

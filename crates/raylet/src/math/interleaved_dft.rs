@@ -103,7 +103,7 @@ mod tests {
         })
     }
 
-    fn braid() -> (InterleavedDft2, [Vec<Comb>; 2], [Comb; 2]) {
+    fn dft() -> (InterleavedDft2, [Vec<Comb>; 2], [Comb; 2]) {
         let y = vec![comb(-1.0, 0.5, 4), comb(-0.75, 0.5, 4)];
         let x = vec![comb(-2.0, 1.0, 5), comb(-1.7, 1.0, 5), comb(-1.4, 1.0, 5)];
         let to = [comb(-0.3, 0.1, 7), comb(-0.5, 0.07, 6)];
@@ -112,9 +112,9 @@ mod tests {
 
     #[test]
     fn sums_are_those_written() {
-        let (braid, [y, x], to) = braid();
+        let (dft, [y, x], to) = dft();
         let input = noise([8, 15], 1);
-        let found = braid.apply(input.view());
+        let found = dft.apply(input.view());
         for ((n, m), value) in found.indexed_iter() {
             let mut sum = Complex64::ZERO;
             for ((j, i), u) in input.indexed_iter() {
@@ -127,13 +127,13 @@ mod tests {
 
     #[test]
     fn apply_dot_product() {
-        let (braid, ..) = braid();
+        let (dft, ..) = dft();
         let (a, b) = (noise([8, 15], 2), noise([7, 6], 3));
         let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {
             a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
         };
-        let there = inner(&b, &braid.apply(a.view()));
-        let back = inner(&braid.apply_adjoint(b.view(), [8, 15]), &a);
+        let there = inner(&b, &dft.apply(a.view()));
+        let back = inner(&dft.apply_adjoint(b.view(), [8, 15]), &a);
         assert!((there - back).norm() < 1e-13 * there.norm());
     }
 }

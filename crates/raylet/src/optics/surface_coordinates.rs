@@ -184,11 +184,12 @@ mod tests {
     fn derivatives_match_differences_and_lengths() {
         let h = 1e-5;
         for shape in shapes() {
-            let unroll = SurfaceCoordinates::of(&shape).unwrap();
+            let coordinates = SurfaceCoordinates::of(&shape).unwrap();
             for [x, y] in [[3.0, -4.0], [0.0, 7.0], [-6.0, 0.5]] {
-                let d = unroll.derivative([x, y]).unwrap();
+                let d = coordinates.derivative([x, y]).unwrap();
                 let by = |dx: f64, dy: f64| {
-                    let [a, b] = [1.0, -1.0].map(|s| unroll.at([x + s * dx, y + s * dy]).unwrap());
+                    let [a, b] =
+                        [1.0, -1.0].map(|s| coordinates.at([x + s * dx, y + s * dy]).unwrap());
                     [0, 1].map(|c| (a[c] - b[c]) / (2.0 * h))
                 };
                 let (along_x, along_y) = (by(h, 0.0), by(0.0, h));

@@ -18,9 +18,9 @@ impl FreeHop {
         surface: Surface,
         plan: &FreePlan,
     ) -> Array2<Complex64> {
-        let braid = self.braid(&field.grid, plan);
+        let dft = self.dft(&field.grid, plan);
         let Some((heights, leaves)) = surface else {
-            return self.spread(&braid, field.values.view(), &field.grid, plan);
+            return self.spread(&dft, field.values.view(), &field.grid, plan);
         };
         let [band_x, band_y] = &plan.bands;
         let normal = |p: [f64; 2]| leaves * self.normal(p);
@@ -30,12 +30,12 @@ impl FreeHop {
             // What this level holds of the field, and of the field times the slopes.
             let held = level_part(&stack, number, field, heights);
             let part = |weight: Option<&Array2<f64>>| match weight {
-                None => self.spread(&braid, held.view(), &field.grid, plan),
+                None => self.spread(&dft, held.view(), &field.grid, plan),
                 Some(slope) => {
                     let tilted = ndarray::Zip::from(&held)
                         .and(slope)
                         .par_map_collect(|u, s| u * s);
-                    self.spread(&braid, tilted.view(), &field.grid, plan)
+                    self.spread(&dft, tilted.view(), &field.grid, plan)
                 }
             };
             let [sx, sy] = &heights.slope;
@@ -63,9 +63,9 @@ impl FreeHop {
         (field, surface): (&Field, Surface),
         plan: &FreePlan,
     ) -> Array2<Complex64> {
-        let braid = self.braid(&field.grid, plan);
+        let dft = self.dft(&field.grid, plan);
         let Some((heights, leaves)) = surface else {
-            return self.spread_adjoint(&braid, waves_bar, &field.grid, plan);
+            return self.spread_adjoint(&dft, waves_bar, &field.grid, plan);
         };
         let [band_x, band_y] = &plan.bands;
         let stack = self.stack(field, heights, leaves, plan);
@@ -80,7 +80,7 @@ impl FreeHop {
                     let factor = if q == 0.0 { 0.0 } else { weight(p, q) };
                     *wave *= Complex64::from_polar(factor, self.k * q * level);
                 });
-                self.spread_adjoint(&braid, &part_bar, &field.grid, plan)
+                self.spread_adjoint(&dft, &part_bar, &field.grid, plan)
             };
             let flat = back(&|_, _| 1.0);
             let along_x = back(&|p, q| -p[0] / q);
@@ -134,7 +134,7 @@ impl FreeHop {
     /// Field to plane waves, c(p) = 1/P² Σ U e^{−ik p·x} dA.
     fn spread(
         &self,
-        braid: &InterleavedDft2,
+        dft: &InterleavedDft2,
         values: ArrayView2<Complex64>,
         grid: &Grid,
         plan: &FreePlan,
@@ -147,19 +147,19 @@ impl FreeHop {
                 *value *= grid.x.weight(i) * along_y;
             }
         });
-        braid.apply(weighted.view())
+        dft.apply(weighted.view())
     }
 
     /// The conjugate transpose of [`FreeHop::spread`].
     fn spread_adjoint(
         &self,
-        braid: &InterleavedDft2,
+        dft: &InterleavedDft2,
         waves_bar: &Array2<Complex64>,
         grid: &Grid,
         plan: &FreePlan,
     ) -> Array2<Complex64> {
         let area = plan.period[0] * plan.period[1];
-        let mut values_bar = braid.apply_adjoint(waves_bar.view(), grid.shape());
+        let mut values_bar = dft.apply_adjoint(waves_bar.view(), grid.shape());
         ndarray::Zip::indexed(values_bar.rows_mut()).par_for_each(|j, mut row| {
             let along_y = grid.y.weight(j) / area;
             for (i, bar) in row.iter_mut().enumerate() {
@@ -170,7 +170,7 @@ impl FreeHop {
     }
 
     /// The transforms from the nodes of a grid to a plan's directions.
-    fn braid(&self, grid: &Grid, plan: &FreePlan) -> InterleavedDft2 {
+    fn dft(&self, grid: &Grid, plan: &FreePlan) -> InterleavedDft2 {
         let [band_x, band_y] = &plan.bands;
         let combs = |axis: &Axis| -> Vec<Comb> {
             (0..axis.offsets.len())

@@ -25,14 +25,14 @@ enum Sums {
 impl Sums {
     fn new(nodes: Comb, directions: Comb, scale: f64) -> Self {
         match CommensurateDft::new(nodes, directions, scale) {
-            Some(fitting) => Sums::CommensurateDft(fitting),
+            Some(dft) => Sums::CommensurateDft(dft),
             None => Sums::Chirp(Chirp::new(nodes, directions, scale)),
         }
     }
 
     fn apply(&self, input: &[Complex64], out: &mut [Complex64], scratch: &mut Vec<Complex64>) {
         match self {
-            Sums::CommensurateDft(fitting) => fitting.apply(input, out, scratch),
+            Sums::CommensurateDft(dft) => dft.apply(input, out, scratch),
             Sums::Chirp(chirp) => chirp.apply(input, out, scratch),
         }
     }

@@ -64,7 +64,7 @@ macro_rules! table {
             pub semi_aperture_mm: Option<f64>,
             /// The clear aperture where it is no centred disc, instead of `semi_aperture_mm`.
             #[serde(default)]
-            pub aperture: Option<crate::file::scene::opening::Aperture>,
+            pub aperture: Option<crate::file::scene::aperture::Aperture>,
         ]);
     };
     (@fields [] $name:ident [$($meta:tt)*] [$($own:tt)*] [$($fields:tt)*]) => {
@@ -94,8 +94,8 @@ macro_rules! table {
     (@methods rim $name:ident) => {
         impl $name {
             /// The keys that describe its clear aperture.
-            pub fn rim(&self) -> crate::file::scene::opening::Rim<'_> {
-                crate::file::scene::opening::Rim {
+            pub fn rim(&self) -> crate::file::scene::aperture::Rim<'_> {
+                crate::file::scene::aperture::Rim {
                     semi_aperture_mm: self.semi_aperture_mm,
                     aperture: self.aperture.as_ref(),
                 }

@@ -4,9 +4,9 @@ use crate::file::decode::fault::Fault;
 use crate::file::decode::origin::Origin;
 use crate::file::decode::place::Place;
 use crate::file::model::scene_arrays::Arrays;
+use crate::file::scene::aperture::Rim;
 use crate::file::scene::element::{Element, LensElement, LensSurface};
 use crate::file::scene::layer::{Layer, PixelLayer, SumLayer};
-use crate::file::scene::opening::Rim;
 use crate::file::scene::sag::{Sag, check_extent};
 
 /// How many radii, in how many directions, are looked at where two surfaces of a lens might cross.

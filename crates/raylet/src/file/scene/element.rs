@@ -6,9 +6,9 @@ use serde::{Deserialize, Serialize};
 use crate::file::decode::from_toml::tagged;
 use crate::file::decode::number::{count, not_empty, not_zero, one_or_pair_schema, pitch};
 use crate::file::decode::shared_keys::table;
+use crate::file::scene::aperture::Aperture;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::material::Material;
-use crate::file::scene::opening::Aperture;
 use crate::file::scene::sag::Sag;
 
 tagged! {

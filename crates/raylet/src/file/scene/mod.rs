@@ -6,7 +6,7 @@
 //! | `element` | Elements of a scene: what stands along the axis, as a scene file describes it |
 //! | `layer` | Layers of a diffractive element, as a scene file describes them |
 //! | `material` | A medium, as a scene file names it |
-//! | `opening` | Clear apertures, as a scene file describes them |
+//! | `aperture` | Clear apertures, as a scene file describes them |
 //! | `sag` | Shapes of surfaces, as a scene file describes them |
 //! | `settings` | How a scene is to be computed, and the hologram it may ask for |
 //! | `design` | What a scene says about its design by gradients |
@@ -16,6 +16,7 @@
 //! | `check` | What no single value of a scene shows to be wrong: parts that do not fit together |
 //! | `variable` | Numbers of a scene by their address, so that a design may change any of them |
 
+pub mod aperture;
 pub(crate) mod check;
 pub mod design;
 pub mod element;
@@ -24,7 +25,6 @@ pub mod estimator;
 pub mod layer;
 pub mod loss_specification;
 pub mod material;
-pub mod opening;
 pub mod sag;
 pub mod scene_file;
 #[cfg(test)]

@@ -207,7 +207,7 @@ mod tests {
     use raylet::engine::plan::settings::Settings;
     use raylet::optics::doe::PixelForm;
 
-    use crate::trial::{Match, Shown, Trial, figure, light};
+    use crate::method_comparison::{Match, Shown, Trial, figure, light};
 
     #[test]
     fn a_way_is_like_itself_and_shown() {
