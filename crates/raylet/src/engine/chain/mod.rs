@@ -8,7 +8,7 @@
 //! | [`forecast`] | What a run will take: plans, samples and memory of every hop |
 //! | [`hop_run`] | One hop being run, from the field behind the first screen to the light before the second |
 //! | [`linearised_system`] | A system with frozen plans: its fields and its gradients |
-//! | [`reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
+//! | [`mod@reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
 //! | [`simulate`] | A whole run from the source to the sensor |
 
 pub mod backend;
