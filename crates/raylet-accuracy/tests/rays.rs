@@ -5,7 +5,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::external::scatter::Scatter;
 use raylet::engine::external::scatter_settings::Scattering;
-use raylet::engine::external::secondary_rays::Secondary;
+use raylet::engine::external::secondary_rays::SecondaryRays;
 use raylet::engine::plan::settings::Settings;
 use raylet::math::random::pair;
 use raylet::math::vec3::Vec3;
@@ -58,7 +58,7 @@ fn lattice(half: f64, step: f64) -> Vec<[f64; 2]> {
 }
 
 /// Rays of free space to the plane z = `distance`, as an array each.
-fn fly(secondary: &Secondary, distance: f64) -> Columns {
+fn fly(secondary: &SecondaryRays, distance: f64) -> Columns {
     let mut landed = Columns::default();
     for i in 0..secondary.len() {
         let ([x, y, z], [a, b, c]) = (secondary.position[i], secondary.direction[i]);

@@ -5,7 +5,7 @@ use std::time::Instant;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use raylet::engine::chain::simulate::{Progress, SimulateError, simulate};
-use raylet::engine::monte_carlo::repeated_runs::Repeats;
+use raylet::engine::monte_carlo::repeated_runs::RepeatedRuns;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::result::machine::Machine;
 use raylet::math::part::part;
@@ -110,7 +110,7 @@ impl Trial {
     }
 
     /// What the parts of a random run have given so far.
-    pub fn of_parts(name: &str, parts: &Repeats) -> Self {
+    pub fn of_parts(name: &str, parts: &RepeatedRuns) -> Self {
         Self {
             name: name.to_owned(),
             field: parts.mean(),

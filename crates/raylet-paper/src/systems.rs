@@ -5,7 +5,7 @@ use std::path::Path;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use raylet::engine::chain::simulate::Progress;
-use raylet::engine::monte_carlo::repeated_runs::Repeats;
+use raylet::engine::monte_carlo::repeated_runs::RepeatedRuns;
 use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::file::storage::partial::PartialFile;
 use raylet::optics::screen::Act;
@@ -92,7 +92,7 @@ pub(crate) fn in_parts(
         Some(kept) => kept.read(shape)?,
         None => None,
     };
-    let mut repeats = before.unwrap_or_else(|| Repeats::new(shape));
+    let mut repeats = before.unwrap_or_else(|| RepeatedRuns::new(shape));
     for part in repeats.parts..parts.min(effort.most) {
         // One meter for all parts.
         let whole = |progress: Progress| {

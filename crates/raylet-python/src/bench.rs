@@ -8,7 +8,7 @@ use numpy::Ix2;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
 use raylet::engine::chain::linearised_system::{
-    LinearisedSystem as Plans, LinearisedSystemError, Trace,
+    ForwardPass, LinearisedSystem as Plans, LinearisedSystemError,
 };
 use raylet::engine::plan::settings::Settings;
 use raylet::engine::trace::ray_sensitivity::Variation;
@@ -59,7 +59,7 @@ pub(crate) struct Passage {
 struct Channel {
     system: System,
     variations: Vec<Variation>,
-    trace: Trace,
+    trace: ForwardPass,
 }
 
 #[pymethods]

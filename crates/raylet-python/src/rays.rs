@@ -13,7 +13,7 @@ use pyo3::prelude::*;
 use pyo3::types::PyDict;
 use raylet::engine::external::scatter::Scatter;
 use raylet::engine::external::scatter_settings::{Coverage, Drawing, Scattering};
-use raylet::engine::external::secondary_rays::Secondary;
+use raylet::engine::external::secondary_rays::SecondaryRays;
 use raylet::engine::plan::settings::Sampler;
 use raylet::file::decode::fault::shortened;
 use raylet::math::vec3::Vec3;
@@ -244,7 +244,7 @@ pub(crate) struct Drawn<'py> {
 }
 
 impl Drawn<'_> {
-    fn secondary(&self) -> PyResult<Secondary> {
+    fn secondary(&self) -> PyResult<SecondaryRays> {
         let refuse =
             || PyValueError::new_err("indices of secondary rays, expected those that scatter gave");
         let index = |i: i64| usize::try_from(i).map_err(|_| refuse());
@@ -263,11 +263,11 @@ impl Drawn<'_> {
         if parent.len() != mode.len() || times.len() != mode.len() {
             return Err(refuse());
         }
-        Ok(Secondary {
+        Ok(SecondaryRays {
             parent,
             mode,
             times,
-            ..Secondary::default()
+            ..SecondaryRays::default()
         })
     }
 }

@@ -444,7 +444,7 @@ mod gradients {
     use ndarray::Array2;
     use num_complex::Complex64;
     use raylet::design::problems::lens_hologram;
-    use raylet::engine::chain::linearised_system::{LinearisedSystem, Trace};
+    use raylet::engine::chain::linearised_system::{ForwardPass, LinearisedSystem};
     use raylet::engine::plan::settings::Settings;
     use raylet::engine::trace::ray_sensitivity::Variation;
     use raylet::math::random::uniform;
@@ -492,7 +492,7 @@ mod gradients {
     }
 
     /// A benched system with the light that has gone through it, and its variations.
-    fn run(parameters: usize) -> Option<(System, Vec<Variation>, LinearisedSystem, Trace)> {
+    fn run(parameters: usize) -> Option<(System, Vec<Variation>, LinearisedSystem, ForwardPass)> {
         let system = system();
         let mut variations = variations(&system);
         variations.truncate(parameters);

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::external::scatter::Scatter;
 use raylet::engine::external::scatter_settings::Scattering;
-use raylet::engine::external::secondary_rays::Secondary;
+use raylet::engine::external::secondary_rays::SecondaryRays;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
@@ -99,7 +99,7 @@ fn jacobian(faces: &[Face], end: f64, at: Vector, d: Vector) -> [[f64; 4]; 4] {
 }
 
 /// The field that secondary rays bring through faces to a sensor, as beamlets and as plane waves.
-fn collect(secondary: &Secondary, faces: &[Face], sensor: &Screen) -> [Array2<Complex64>; 2] {
+fn collect(secondary: &SecondaryRays, faces: &[Face], sensor: &Screen) -> [Array2<Complex64>; 2] {
     let end = sensor.frame.origin.z;
     let (mut position, mut direction, mut path, mut jacobians) = (vec![], vec![], vec![], vec![]);
     for i in 0..secondary.len() {

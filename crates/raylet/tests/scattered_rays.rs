@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use raylet::engine::external::scatter::Scatter;
 use raylet::engine::external::scatter_settings::{Coverage, Scattering};
-use raylet::engine::external::secondary_rays::Secondary;
+use raylet::engine::external::secondary_rays::SecondaryRays;
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
@@ -115,7 +115,7 @@ fn ranges_and_threads_change_nothing() {
     let columns = Columns::on(&screen);
     let plan = plan(&screen, &columns, settings());
     let whole = plan.scatter(0..49);
-    let mut parts = Secondary::default();
+    let mut parts = SecondaryRays::default();
     for range in [0..20, 20..21, 21..60] {
         parts.append(plan.scatter(range));
     }

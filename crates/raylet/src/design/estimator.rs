@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 use crate::design::exact;
 use crate::engine::chain::control_variate::ControlVariate;
 use crate::engine::chain::linearised_system::{
-    Gradient, LinearisedSystem, LinearisedSystemError, Trace,
+    ForwardPass, Gradient, LinearisedSystem, LinearisedSystemError,
 };
 use crate::engine::monte_carlo::mode_sampling::{Drawing, Draws};
 use crate::engine::trace::ray_sensitivity::Variation;
@@ -92,7 +92,7 @@ impl Sight<'_> {
         channel: usize,
         linearised: &LinearisedSystem,
         system: &System,
-    ) -> Result<Trace, LinearisedSystemError> {
+    ) -> Result<ForwardPass, LinearisedSystemError> {
         match self {
             Self::All => linearised.forward(system),
             Self::Drawn(draws) => linearised.drawn(*draws).forward(system),
@@ -111,7 +111,7 @@ impl Sight<'_> {
         channel: usize,
         (linearised, system): (&LinearisedSystem, &System),
         variations: &[Variation],
-        trace: &Trace,
+        trace: &ForwardPass,
         field_bar: &ndarray::Array2<num_complex::Complex64>,
     ) -> Result<Gradient, LinearisedSystemError> {
         match self {

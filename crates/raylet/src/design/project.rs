@@ -11,7 +11,9 @@ use crate::design::estimator::{Estimator, Sight};
 use crate::design::modulation::{Modulator, Shaped};
 use crate::design::overlap::FieldLoss;
 use crate::engine::chain::control_variate::ControlVariate;
-use crate::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError, Trace};
+use crate::engine::chain::linearised_system::{
+    ForwardPass, LinearisedSystem, LinearisedSystemError,
+};
 use crate::engine::plan::settings::Settings;
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::Act;
@@ -378,7 +380,7 @@ fn add(totals: &mut [f64], parts: &[f64]) {
 }
 
 /// ∫|U|² just behind the first screen.
-fn power_behind(trace: &Trace) -> f64 {
+fn power_behind(trace: &ForwardPass) -> f64 {
     let first = trace.screens.first();
     first.map_or(0.0, |first| first.behind.power())
 }

@@ -20,7 +20,7 @@ pub const TRUSTED_TAIL: f64 = 0.1;
 
 /// Errors that a width of beamlets is expected to have, relative to the field.
 #[derive(Clone, Copy, Debug)]
-pub struct Expected {
+pub struct ExpectedErrors {
     /// From aberration inside beamlets, uncorrected.
     pub eta: f64,
     /// After the correction.
@@ -77,7 +77,7 @@ impl<W: Fn(&SearchRay) -> f64> Judge<'_, W> {
     /// of those beside the target, weighted by the light that goes their way and falls on it. The worst few are left
     /// out: grazing rays or rays whose neighbours are lost, to which the envelope may give more light than they
     /// have; what they do carry is in the tally of the run. Tails that a run discards count as lost light instead.
-    pub fn errors(&self, judges: &[SearchRay], beside: &[SearchRay], sigma: f64) -> Expected {
+    pub fn errors(&self, judges: &[SearchRay], beside: &[SearchRay], sigma: f64) -> ExpectedErrors {
         let mut found = Vec::new();
         let mut discarded = 0.0;
         for ray in judges {
@@ -107,7 +107,7 @@ impl<W: Fn(&SearchRay) -> f64> Judge<'_, W> {
         }
         let [eta, eta_corrected, cubic] = sums.map(|sum| (sum / total).sqrt());
         let dropped = (discarded / (all + discarded)).sqrt();
-        Expected {
+        ExpectedErrors {
             eta,
             eta_corrected,
             cubic,

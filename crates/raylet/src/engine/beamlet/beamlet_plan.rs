@@ -4,10 +4,12 @@
 //! the work that σ asks for.
 
 use crate::engine::beamlet::beamlet_aberration::aberration;
-use crate::engine::beamlet::beamlet_error::{Expected, FARTHEST, Judge, TRUSTED_TAIL};
+use crate::engine::beamlet::beamlet_error::{ExpectedErrors, FARTHEST, Judge, TRUSTED_TAIL};
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::window_error::window_error;
-use crate::engine::plan::direction_spread::{Envelope, Light, weighted_quantile};
+use crate::engine::plan::direction_spread::{
+    DirectionEnvelope, LightDirections, weighted_quantile,
+};
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Correction, Settings};
@@ -92,9 +94,9 @@ pub struct Planner<'a> {
     /// The wanted part of the second screen.
     pub to: [f64; 4],
     /// The incident light.
-    pub light: Light,
+    pub light: LightDirections,
     /// How it is spread over directions behind the first screen.
-    pub envelope: Envelope,
+    pub envelope: DirectionEnvelope,
     /// Distance of sample points on the target, when it is known.
     pub pitch: Option<[f64; 2]>,
     /// Where the light goes behind the second screen.
@@ -244,7 +246,7 @@ impl Planner<'_> {
         &self,
         search: &DirectionSearch,
         judges: &[SearchRay],
-        (sigma, expected): (f64, Expected),
+        (sigma, expected): (f64, ExpectedErrors),
     ) -> Vec<BeamletPlan> {
         let settings = self.settings;
         let Arrived {
@@ -458,9 +460,9 @@ impl Planner<'_> {
         &self,
         search: &DirectionSearch,
         judges: &[SearchRay],
-        widths: &[(f64, Expected)],
+        widths: &[(f64, ExpectedErrors)],
     ) -> Option<BeamletPlan> {
-        let judge = |&found: &(f64, Expected)| self.judge(search, judges, found);
+        let judge = |&found: &(f64, ExpectedErrors)| self.judge(search, judges, found);
         let mut candidates: Vec<_> = widths.iter().flat_map(judge).collect();
         let wanted = SHARE * self.settings.target_error;
         let errors = candidates.iter().map(BeamletPlan::error_of_beamlets);

@@ -52,7 +52,7 @@ impl<'a> Job<'a> {
 }
 
 /// What the way back through a hop adds to.
-pub struct Back<'a> {
+pub struct AdjointSums<'a> {
     /// Cotangent of the field at the nodes of the first screen, [y, x].
     pub from_bar: &'a mut Array2<Complex64>,
     /// How the hop changes with each parameter.
@@ -89,7 +89,7 @@ pub trait Backend {
         from: &Field,
         patches: Range<usize>,
         to_bar: &Canvas,
-        back: &mut Back,
+        back: &mut AdjointSums,
         progress: &(dyn Fn(f64) + Sync),
     );
 }

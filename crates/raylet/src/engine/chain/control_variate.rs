@@ -9,7 +9,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::chain::linearised_system::{
-    Gradient, LinearisedSystem, LinearisedSystemError, Passed, Trace,
+    ForwardPass, Gradient, LinearisedSystem, LinearisedSystemError, ScreenFields,
 };
 use crate::optics::system::System;
 use crate::wave::field::Field;
@@ -18,7 +18,7 @@ use crate::wave::sampling::act_adjoint;
 /// An exact look from which estimates go out.
 #[derive(Clone, Debug)]
 pub struct ControlVariate {
-    trace: Trace,
+    trace: ForwardPass,
     field_bar: Array2<Complex64>,
     behind_bar: Field,
 }
@@ -37,7 +37,7 @@ impl ControlVariate {
         let field = linearised.through(system, &passed.behind)?;
         let field_bar = field_bar(&field)?;
         let behind_bar = linearised.through_adjoint(system, &passed.behind, &field_bar)?;
-        let trace = Trace {
+        let trace = ForwardPass {
             field,
             screens: vec![passed],
         };
@@ -64,11 +64,11 @@ impl ControlVariate {
         &self,
         drawn: &LinearisedSystem,
         system: &System,
-    ) -> Result<Trace, LinearisedSystemError> {
+    ) -> Result<ForwardPass, LinearisedSystemError> {
         let passed = drawn.pass(system)?;
         let mut field = drawn.through(system, &self.change(&passed.behind))?;
         field.values += &self.trace.field.values;
-        Ok(Trace {
+        Ok(ForwardPass {
             field,
             screens: vec![passed],
         })
@@ -83,10 +83,10 @@ impl ControlVariate {
         &self,
         drawn: &LinearisedSystem,
         system: &System,
-        trace: &Trace,
+        trace: &ForwardPass,
         field_bar: &Array2<Complex64>,
     ) -> Result<Gradient, LinearisedSystemError> {
-        let Passed { arrived, behind } = &trace.screens[0];
+        let ScreenFields { arrived, behind } = &trace.screens[0];
         let turned = field_bar - &self.field_bar;
         let mut bar = drawn.through_adjoint(system, &self.change(behind), &turned)?;
         bar.values += &self.behind_bar.values;

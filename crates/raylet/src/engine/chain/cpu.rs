@@ -16,7 +16,7 @@ use crate::engine::beamlet::beamlet_cache::PatchBeamlets;
 use crate::engine::beamlet::beamlet_plan::MARGIN;
 use crate::engine::beamlet::beamlet_target::{DiscardedBeamlet, LaunchPlanes, target_beamlet};
 use crate::engine::beamlet::mode_histogram::ModeHistogram;
-use crate::engine::chain::backend::{Back, Backend, Job};
+use crate::engine::chain::backend::{AdjointSums, Backend, Job};
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::monte_carlo::mode_sampling::Drawing;
 use crate::engine::trace::direction_search::reach;
@@ -104,7 +104,7 @@ impl Backend for Cpu {
         from: &Field,
         patches: Range<usize>,
         to_bar: &Canvas,
-        back: &mut Back,
+        back: &mut AdjointSums,
         progress: &(dyn Fn(f64) + Sync),
     ) {
         let cutter = Cutter::new(job, from);
@@ -414,7 +414,7 @@ fn follow(
         // The tail that falls on the target is more aberrated than the beamlet's middle.
         let tail = to.tail(&arrival, job.hop.wavenumber());
         let found = found.map(|found| found.at_distance(tail.distance));
-        tally.look(found, stands_for * energy * tail.share);
+        tally.add_aberration(found, stands_for * energy * tail.share);
     }
     arrival.amplitude *= coefficient;
     Ok(arrival)

@@ -3,7 +3,7 @@
 use crate::engine::chain::simulate::{
     SimulateError, arrival_reach, incidence, leaving, receiving_raster,
 };
-use crate::engine::plan::direction_spread::Light;
+use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, plan};
 use crate::engine::plan::settings::Settings;
@@ -53,7 +53,7 @@ pub fn forecast_with_progress(
     mut tell: impl FnMut(usize, &Hop),
 ) -> Result<Vec<Forecast>, SimulateError> {
     let (anchor, mut arriving) = incidence(system);
-    let mut light = Light {
+    let mut light = LightDirections {
         anchor,
         usual: arriving,
     };

@@ -5,7 +5,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::beamlet::beamlet_cache::BeamletCache;
-use crate::engine::chain::backend::{Back, Backend, Job};
+use crate::engine::chain::backend::{AdjointSums, Backend, Job};
 use crate::engine::chain::cpu::Cpu;
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::free::spot_check::Spots;
@@ -155,7 +155,7 @@ impl<'a> HopRun<'a> {
         raster: Raster,
         reach: [f64; 2],
         sheets_bar: &[Array2<Complex64>],
-        back: &mut Back,
+        back: &mut AdjointSums,
     ) {
         let to = self.hop.to;
         if to.is_plane() {
@@ -175,7 +175,7 @@ impl<'a> HopRun<'a> {
                 .collect();
             let level = back.perturbed.iter().zip(&pairs);
             let perturbed: Vec<PerturbedHops> = level.map(|(n, pair)| at_level(n, pair)).collect();
-            let mut back = Back {
+            let mut back = AdjointSums {
                 from_bar: back.from_bar,
                 perturbed: &perturbed,
                 parameters: back.parameters,
@@ -248,7 +248,7 @@ impl<'a> HopRun<'a> {
         field: &Field,
         raster: &Raster,
         bar: &Array2<Complex64>,
-        back: &mut Back,
+        back: &mut AdjointSums,
     ) {
         let (hop, settings) = (self.hop, self.settings);
         match self.plan {
@@ -335,7 +335,7 @@ fn carry_free_adjoint(
     (free, plan): (&FreeHop, &FreePlan),
     field: &Field,
     (raster, bar): (&Raster, &Array2<Complex64>),
-    back: &mut Back,
+    back: &mut AdjointSums,
 ) {
     // A parameter that would tilt a screen is planned with rays, so that every neighbour is free as well.
     let neighbour = |hop: &Hop| along(free, hop).unwrap_or_else(|| free.clone());

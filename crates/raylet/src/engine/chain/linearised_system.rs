@@ -9,14 +9,14 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::beamlet::beamlet_cache::BeamletCache;
-use crate::engine::chain::backend::{Back, Pulse};
+use crate::engine::chain::backend::{AdjointSums, Pulse};
 use crate::engine::chain::hop_run::HopRun;
 use crate::engine::chain::simulate::{
     Arriving, SimulateError, arrival_reach, illuminate, incidence, leaving, receiving_raster,
     sensor_grid, sensor_of,
 };
 use crate::engine::monte_carlo::mode_sampling::Draws;
-use crate::engine::plan::direction_spread::Light;
+use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, along, plan};
 use crate::engine::plan::settings::{Method, Settings};
@@ -96,7 +96,7 @@ pub struct LinearisedSystem {
 
 /// What the way there leaves on one screen.
 #[derive(Clone, Debug)]
-pub struct Passed {
+pub struct ScreenFields {
     /// The field that arrived, at the nodes.
     pub arrived: Field,
     /// The field behind the screen.
@@ -105,14 +105,14 @@ pub struct Passed {
 
 /// A run that can be gone back.
 #[derive(Clone, Debug)]
-pub struct Trace {
+pub struct ForwardPass {
     /// Complex field at the sensor's pixel centres.
     pub field: Field,
     /// Every screen before it.
-    pub screens: Vec<Passed>,
+    pub screens: Vec<ScreenFields>,
 }
 
-impl Trace {
+impl ForwardPass {
     /// ∫|U|² of the light that arrived at the first screen, over its nodes, in mm² for unit amplitude.
     pub fn incident_power(&self) -> f64 {
         let first = self.screens.first();
@@ -151,7 +151,7 @@ impl LinearisedSystem {
         let variations = &rimmed(&planned, variations)?;
         let settings = settings.shared(system.trains.len());
         let (anchor, usual) = incidence(system);
-        let mut light = Light { anchor, usual };
+        let mut light = LightDirections { anchor, usual };
         let mut plans = Vec::new();
         for (number, hop) in system.hops().enumerate() {
             let downstream = &Downstream::of(system, number);
@@ -214,7 +214,7 @@ impl LinearisedSystem {
     ///
     /// # Errors
     /// As [`crate::engine::chain::simulate::simulate`]; when the system is not like the one that was planned.
-    pub fn forward(&self, system: &System) -> Result<Trace, LinearisedSystemError> {
+    pub fn forward(&self, system: &System) -> Result<ForwardPass, LinearisedSystemError> {
         self.forward_with(system, &|| ())
     }
 
@@ -226,7 +226,7 @@ impl LinearisedSystem {
         &self,
         system: &System,
         pulse: &Pulse<'_>,
-    ) -> Result<Trace, LinearisedSystemError> {
+    ) -> Result<ForwardPass, LinearisedSystemError> {
         let system = &self.planned.like(system);
         let plans = self.plans_for(system)?;
         let mut light = Arriving::from_source(system);
@@ -237,7 +237,7 @@ impl LinearisedSystem {
             let (arrived, behind) = light.pass(system, hop.from, leaving, &self.settings)?;
             let carried = run.carry(&behind, raster, reach, &|_| pulse());
             let (sheets, _) = carried.map_err(SimulateError::from)?;
-            screens.push(Passed { arrived, behind });
+            screens.push(ScreenFields { arrived, behind });
             light = Arriving {
                 sum: Some(sheets),
                 brief: light.brief,
@@ -249,7 +249,7 @@ impl LinearisedSystem {
             Some(sheets) => sheets.into_middle(),
             None => Array2::zeros(grid.shape()),
         };
-        Ok(Trace {
+        Ok(ForwardPass {
             field: Field { grid, values },
             screens,
         })
@@ -264,7 +264,7 @@ impl LinearisedSystem {
         &self,
         system: &System,
         variations: &[Variation],
-        trace: &Trace,
+        trace: &ForwardPass,
         field_bar: &Array2<Complex64>,
     ) -> Result<Gradient, LinearisedSystemError> {
         self.adjoint_with(system, variations, (trace, field_bar), &|| ())
@@ -278,7 +278,7 @@ impl LinearisedSystem {
         &self,
         system: &System,
         variations: &[Variation],
-        (trace, field_bar): (&Trace, &Array2<Complex64>),
+        (trace, field_bar): (&ForwardPass, &Array2<Complex64>),
         pulse: &Pulse<'_>,
     ) -> Result<Gradient, LinearisedSystemError> {
         if self.draws.is_some() && !variations.is_empty() {
@@ -301,7 +301,7 @@ impl LinearisedSystem {
             let mut bar = Field::zeros(passed.behind.grid.clone());
             let (moving, perturbed) = perturbed(variations, number, hop);
             let mut pulled = vec![0.0; moving.len()];
-            let mut back = Back {
+            let mut back = AdjointSums {
                 from_bar: &mut bar.values,
                 perturbed: &perturbed,
                 parameters: &mut pulled,
@@ -342,12 +342,12 @@ impl LinearisedSystem {
     ///
     /// # Errors
     /// [`LinearisedSystemError::ControlVariate`] for more; as [`LinearisedSystem::forward`].
-    pub fn pass(&self, system: &System) -> Result<Passed, LinearisedSystemError> {
+    pub fn pass(&self, system: &System) -> Result<ScreenFields, LinearisedSystemError> {
         let (system, plans) = self.one_hop(system)?;
         let light = Arriving::from_source(&system);
         let (from, leaving) = (&system.screens[0], leaving(&plans[0]));
         let (arrived, behind) = light.pass(&system, from, leaving, &self.settings)?;
-        Ok(Passed { arrived, behind })
+        Ok(ScreenFields { arrived, behind })
     }
 
     /// Carries a field behind the element of such a system to its sensor.
@@ -382,7 +382,7 @@ impl LinearisedSystem {
         let mut bar = Field::zeros(behind.grid.clone());
         for hop in system.hops() {
             let (run, raster, reach) = self.run(0, hop, &plans)?;
-            let mut back = Back {
+            let mut back = AdjointSums {
                 from_bar: &mut bar.values,
                 perturbed: &[],
                 parameters: &mut [],
@@ -519,7 +519,7 @@ fn rate(below: Complex64, here: Complex64, above: Complex64, distance: f64) -> C
 }
 
 /// The derivative that the light of the source brings on the first screen, when that or the source moves.
-fn pull_light(variation: &Variation, passed: &Passed, arrived_bar: &Field) -> f64 {
+fn pull_light(variation: &Variation, passed: &ScreenFields, arrived_bar: &Field) -> f64 {
     let (below, above) = (&variation.below, &variation.above);
     let still = below.source == above.source
         && below.screens[0].frame == above.screens[0].frame
@@ -537,7 +537,12 @@ fn pull_light(variation: &Variation, passed: &Passed, arrived_bar: &Field) -> f6
 }
 
 /// The derivative that an element brings whose transmission changes.
-fn pull_act(variation: &Variation, number: usize, passed: &Passed, behind_bar: &Field) -> f64 {
+fn pull_act(
+    variation: &Variation,
+    number: usize,
+    passed: &ScreenFields,
+    behind_bar: &Field,
+) -> f64 {
     let [below, above] = [&variation.below, &variation.above].map(|s| &s.screens[number]);
     if below.act == above.act {
         return 0.0;

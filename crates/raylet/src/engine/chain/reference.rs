@@ -8,9 +8,9 @@ use num_complex::Complex64;
 use crate::engine::chain::simulate::{
     Arriving, Progress, SimulateError, check_sound, chief, receiving_raster, sensor_grid, sensor_of,
 };
-use crate::engine::free::free_method::{Approach, Route, route};
+use crate::engine::free::free_method::{Approach, FreeMethod, free_method};
 use crate::engine::geometrical::eikonal::{self, EikonalError, Geometrical};
-use crate::engine::plan::direction_spread::Light;
+use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::settings::Settings;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen};
@@ -229,11 +229,11 @@ fn routes(
     system: &System,
     settings: &Settings,
     approach: Approach,
-) -> Result<Vec<Route>, ReferenceError> {
+) -> Result<Vec<FreeMethod>, ReferenceError> {
     let mut anchor = Arriving::from_source(system).brief.anchor;
     let mut routes = Vec::new();
     for hop in system.hops() {
-        let found = route(&hop, approach, anchor, outlines(&hop)?, settings);
+        let found = free_method(&hop, approach, anchor, outlines(&hop)?, settings);
         routes.push(found.map_err(|why| {
             let (from, to) = (hop.from.name.clone(), hop.to.name.clone());
             match approach {
@@ -255,7 +255,7 @@ fn routes(
 fn carry(
     system: &System,
     hop: &Hop,
-    route: &Route,
+    route: &FreeMethod,
     light: &Arriving,
     settings: &Settings,
     choice: Choice,
@@ -272,15 +272,15 @@ fn carry(
     let raster = receiving_raster(hop, arriving, settings)?;
     progress(0.0);
     let (values, work, neglects) = match route {
-        Route::AngularSpectrum(free, plan) => {
+        FreeMethod::AngularSpectrum(free, plan) => {
             let waves = plan.bands[0].count * plan.bands[1].count;
             (free.carry(&field, None, &raster, plan), waves as f64, "")
         }
-        Route::RayleighSommerfeld(_) => {
+        FreeMethod::RayleighSommerfeld(_) => {
             let (values, pairs) = shine(hop, &field, &raster, choice, progress)?;
             (values, pairs, "")
         }
-        Route::Collins(train) => {
+        FreeMethod::Collins(train) => {
             let plan = Collins::new(hop.wavelength, *train, &field.grid, &raster)?;
             let nodes = field.values.len() as f64;
             let values = plan.carry(field.values.view());
@@ -301,7 +301,7 @@ fn carry(
     };
     let next = Arriving {
         sum: Some(HeightStack::plane(raster, values)),
-        brief: Light {
+        brief: LightDirections {
             anchor: chief(hop, light.brief.anchor),
             usual: arriving,
         },

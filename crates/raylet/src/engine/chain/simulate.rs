@@ -7,7 +7,7 @@ use ndarray::Array2;
 use crate::engine::chain::hop_run::HopRun;
 use crate::engine::error::lost_light::lost_light;
 use crate::engine::error::tally::{FATES, Tally};
-use crate::engine::plan::direction_spread::Light;
+use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, plan};
 use crate::engine::plan::plan_error::PlanError;
@@ -162,7 +162,7 @@ pub fn plan_all(system: &System, settings: &Settings) -> Result<Vec<Plan>, Simul
     let system = &with_rims(system, settings).system;
     let settings = &settings.shared(system.trains.len());
     let (anchor, usual) = incidence(system);
-    let mut light = Light { anchor, usual };
+    let mut light = LightDirections { anchor, usual };
     let mut plans = Vec::new();
     for (number, hop) in system.hops().enumerate() {
         let plan = plan(&hop, light, &Downstream::of(system, number), settings)?;
@@ -185,7 +185,7 @@ pub struct Arriving {
     /// The field as summed before the screen acts; nothing on the first screen, which the source lights.
     pub sum: Option<HeightStack>,
     /// Its directions, roughly.
-    pub brief: Light,
+    pub brief: LightDirections,
     /// Its largest |p| along x and y.
     pub reach: [f64; 2],
 }
@@ -196,7 +196,7 @@ impl Arriving {
         let (anchor, reach) = incidence(system);
         Self {
             sum: None,
-            brief: Light {
+            brief: LightDirections {
                 anchor,
                 usual: reach,
             },

@@ -155,7 +155,7 @@ impl Tally {
     /// Takes note of the aberration of a beamlet that brings `energy` to the target; nothing when it is not
     /// known because neighbouring rays are lost.
     #[inline]
-    pub fn look(&mut self, found: Option<Aberration>, energy: f64) {
+    pub fn add_aberration(&mut self, found: Option<Aberration>, energy: f64) {
         let [eta, left, cubic] = match found {
             Some(found) => [found.eta(), found.left(), found.cubic.min(1.0)],
             None => [1.0; 3],

@@ -15,7 +15,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::engine::external::scatter_settings::{Coverage, ScatterError, Scattering};
-use crate::engine::external::secondary_rays::{Chosen, Secondary};
+use crate::engine::external::secondary_rays::{ChosenMode, SecondaryRays};
 use crate::math::vec3::Vec3;
 use crate::optics::bundle::{Hit, RayError, Rays, check_finite, check_length, check_positive};
 use crate::optics::doe::Doe;
@@ -177,19 +177,19 @@ impl<'a> Scatter<'a> {
 
     /// The secondary rays of some of the arriving rays; what does not propagate, is not wanted, too weak or
     /// not drawn is left out. The same for any number of threads and any division into ranges.
-    pub fn scatter(&self, rays: Range<usize>) -> Secondary {
-        let parts: Vec<(Secondary, [f64; 2])> = (rays.start..rays.end.min(self.hits.len()))
+    pub fn scatter(&self, rays: Range<usize>) -> SecondaryRays {
+        let parts: Vec<(SecondaryRays, [f64; 2])> = (rays.start..rays.end.min(self.hits.len()))
             .into_par_iter()
             .filter_map(|ray| self.split(ray))
             .collect();
-        Secondary::gathered(parts)
+        SecondaryRays::gathered(parts)
     }
 
     /// The same for all rays, as long as there are no more than `most`.
     ///
     /// # Errors
     /// More secondary rays than that.
-    pub fn scatter_within(&self, most: usize) -> Result<Secondary, ScatterError> {
+    pub fn scatter_within(&self, most: usize) -> Result<SecondaryRays, ScatterError> {
         let count = AtomicUsize::new(0);
         let enough = || count.load(Ordering::Relaxed) > most;
         let rays = 0..self.hits.len();
@@ -201,7 +201,7 @@ impl<'a> Scatter<'a> {
             );
             part
         });
-        let parts: Vec<(Secondary, [f64; 2])> = parts.collect();
+        let parts: Vec<(SecondaryRays, [f64; 2])> = parts.collect();
         if enough() {
             return Err(RayError::Setting {
                 field: "rays",
@@ -210,11 +210,11 @@ impl<'a> Scatter<'a> {
             }
             .into());
         }
-        Ok(Secondary::gathered(parts))
+        Ok(SecondaryRays::gathered(parts))
     }
 
     /// The secondary rays of one arriving ray, and Σ|c|² above the threshold and altogether.
-    fn split(&self, ray: usize) -> Option<(Secondary, [f64; 2])> {
+    fn split(&self, ray: usize) -> Option<(SecondaryRays, [f64; 2])> {
         let spot = self.spot(ray)?;
         let mut cut = spot.cut(&self.shared);
         cut.mapv_inplace(|c| c * self.rays.weight[ray]);
@@ -233,8 +233,8 @@ impl<'a> Scatter<'a> {
             Window::Gaussian { sigma } => spot.stretch.map(|v| v / (sigma * sigma)),
             Window::Square { .. } => [0.0; 3],
         };
-        let mut part = Secondary::default();
-        for Chosen { mode, times } in self.settings.drawing.choose(&sizes, cut.dim(), ray) {
+        let mut part = SecondaryRays::default();
+        for ChosenMode { mode, times } in self.settings.drawing.choose(&sizes, cut.dim(), ray) {
             let Some(leaving) = spot.modes[mode] else {
                 continue;
             };
@@ -257,7 +257,7 @@ impl<'a> Scatter<'a> {
     ///
     /// # Errors
     /// When the rays are no secondary rays of these arriving rays.
-    pub fn weigh(&self, secondary: &Secondary) -> Result<Vec<Complex64>, RayError> {
+    pub fn weigh(&self, secondary: &SecondaryRays) -> Result<Vec<Complex64>, RayError> {
         self.check(secondary)?;
         let weights: Vec<Vec<Complex64>> = secondary
             .families()
@@ -285,7 +285,7 @@ impl<'a> Scatter<'a> {
     /// When the rays are no secondary rays of these arriving rays, or there is not one cotangent for each.
     pub fn weigh_adjoint(
         &self,
-        secondary: &Secondary,
+        secondary: &SecondaryRays,
         weight_bar: &[Complex64],
     ) -> Result<ScatterBar, RayError> {
         self.check(secondary)?;
@@ -318,7 +318,7 @@ impl<'a> Scatter<'a> {
     /// What the rays of one patch give back to its nodes and to its amplitude.
     fn give_back(
         &self,
-        secondary: &Secondary,
+        secondary: &SecondaryRays,
         family: Range<usize>,
         weight_bar: &[Complex64],
     ) -> Option<(Spot, Array2<Complex64>, Complex64)> {
@@ -338,7 +338,7 @@ impl<'a> Scatter<'a> {
         Some((spot, nodes, amplitude))
     }
 
-    fn check(&self, secondary: &Secondary) -> Result<(), RayError> {
+    fn check(&self, secondary: &SecondaryRays) -> Result<(), RayError> {
         let fits = |parent: &usize| *parent < self.hits.len();
         match secondary.parent.iter().find(|parent| !fits(parent)) {
             None => Ok(()),

@@ -12,7 +12,7 @@ use crate::math::random::{pair, uniform};
 
 /// Secondary rays, in arrays of one length; those of one parent stand together.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct Secondary {
+pub struct SecondaryRays {
     /// Index of the arriving ray that each comes from.
     pub parent: Vec<usize>,
     /// Where each starts on the element, in mm, global.
@@ -36,7 +36,7 @@ pub struct Secondary {
     pub times: Vec<f64>,
 }
 
-impl Secondary {
+impl SecondaryRays {
     /// Number of rays.
     pub fn len(&self) -> usize {
         self.parent.len()
@@ -61,7 +61,7 @@ impl Secondary {
     }
 
     /// Adds other rays behind these; what they dropped is not taken over.
-    pub fn append(&mut self, mut other: Secondary) {
+    pub fn append(&mut self, mut other: SecondaryRays) {
         self.parent.append(&mut other.parent);
         self.position.append(&mut other.position);
         self.direction.append(&mut other.direction);
@@ -91,7 +91,7 @@ const SCATTER: u32 = 3;
 
 /// A mode of a patch that becomes a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Chosen {
+pub struct ChosenMode {
     /// Its indices [m_y, m_x].
     pub mode: [usize; 2],
     /// How often it was drawn over how often that was expected.
@@ -101,8 +101,8 @@ pub struct Chosen {
 impl Drawing {
     /// Which modes of the patch of one ray become rays, given their sizes, [m_y, m_x] in rows, with zero for
     /// those that do not.
-    pub fn choose(&self, sizes: &[f64], (ny, nx): (usize, usize), ray: usize) -> Vec<Chosen> {
-        let chosen = |index: usize, times: f64| Chosen {
+    pub fn choose(&self, sizes: &[f64], (ny, nx): (usize, usize), ray: usize) -> Vec<ChosenMode> {
+        let chosen = |index: usize, times: f64| ChosenMode {
             mode: [index / nx, index % nx],
             times,
         };

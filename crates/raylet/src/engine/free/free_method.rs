@@ -39,31 +39,31 @@ impl Approach {
 
 /// How one hop is carried.
 #[derive(Clone, Debug)]
-pub enum Route {
+pub enum FreeMethod {
     /// By plane waves.
     AngularSpectrum(FreeHop, FreePlan),
     /// By direct sum.
-    RayleighSommerfeld(Sight),
+    RayleighSommerfeld(LinesOfSight),
     /// By the train's ray matrix.
     Collins(Abcd),
 }
 
 /// Every line of sight between two screens.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Sight {
+pub struct LinesOfSight {
     /// Largest optical direction cosines along the first screen's axes.
     pub leaving: [f64; 2],
     /// Largest optical direction cosines along the second screen's axes.
     pub arriving: [f64; 2],
 }
 
-impl Route {
+impl FreeMethod {
     /// Its method.
     pub fn approach(&self) -> Approach {
         match self {
-            Route::AngularSpectrum(..) => Approach::AngularSpectrum,
-            Route::RayleighSommerfeld(_) => Approach::RayleighSommerfeld,
-            Route::Collins(_) => Approach::Collins,
+            FreeMethod::AngularSpectrum(..) => Approach::AngularSpectrum,
+            FreeMethod::RayleighSommerfeld(_) => Approach::RayleighSommerfeld,
+            FreeMethod::Collins(_) => Approach::Collins,
         }
     }
 
@@ -71,7 +71,7 @@ impl Route {
     /// and `to`.
     pub fn reach(&self, hop: &Hop, from: [f64; 4], to: [f64; 4]) -> ([f64; 2], [f64; 2]) {
         match self {
-            Route::AngularSpectrum(_, plan) => {
+            FreeMethod::AngularSpectrum(_, plan) => {
                 let largest = [0, 1].map(|a| {
                     let band = &plan.bands[a];
                     let last = band.count.max(1) - 1;
@@ -79,8 +79,8 @@ impl Route {
                 });
                 (largest, largest.map(|p| p.min(hop.to.index)))
             }
-            Route::RayleighSommerfeld(sight) => (sight.leaving, sight.arriving),
-            Route::Collins(train) => {
+            FreeMethod::RayleighSommerfeld(sight) => (sight.leaving, sight.arriving),
+            FreeMethod::Collins(train) => {
                 // p = (x′ − A x)/B and p′ = (D x′ − x)/B.
                 let half = |b: [f64; 4], a: usize| b[2 * a].abs().max(b[2 * a + 1].abs());
                 let bound = |s: f64, x: f64| (s + x) / train.b.abs();
@@ -98,15 +98,15 @@ impl Route {
 ///
 /// # Errors
 /// What stands against the approach, or against every approach.
-pub fn route(
+pub fn free_method(
     hop: &Hop,
     approach: Approach,
     anchor: [f64; 2],
     [from, to]: [[f64; 4]; 2],
     settings: &Settings,
-) -> Result<Route, String> {
+) -> Result<FreeMethod, String> {
     let spectrum = || angular_spectrum(hop, anchor, from, to, settings);
-    let sum = || sight(hop, from, to).map(Route::RayleighSommerfeld);
+    let sum = || sight(hop, from, to).map(FreeMethod::RayleighSommerfeld);
     if !hop.to.is_plane() {
         return Err(format!(
             "'{}' is curved, and light is summed on planes",
@@ -123,7 +123,7 @@ pub fn route(
         let train = Abcd::between(hop).map_err(|error| error.to_string())?;
         match train.b == 0.0 {
             true => Err(String::from("the train images one screen onto the other")),
-            false => Ok(Route::Collins(train)),
+            false => Ok(FreeMethod::Collins(train)),
         }
     };
     match approach {
@@ -156,7 +156,7 @@ fn angular_spectrum(
     from: [f64; 4],
     to: [f64; 4],
     settings: &Settings,
-) -> Result<Route, String> {
+) -> Result<FreeMethod, String> {
     let Some(free) = free_hop(hop, from, to, anchor, settings) else {
         return Err(match hop.train.len() {
             0 => String::from("the screens are not parallel"),
@@ -173,7 +173,7 @@ fn angular_spectrum(
             "it needs {nx} × {ny} plane waves, more than the {allowed} that memory_limit_mb allows"
         ));
     }
-    Ok(Route::AngularSpectrum(free, plan))
+    Ok(FreeMethod::AngularSpectrum(free, plan))
 }
 
 /// Points along each axis of a screen from which lines of sight are drawn.
@@ -181,12 +181,12 @@ const STATIONS: usize = 5;
 
 /// The lines of sight from screen to screen, when nothing stands between and the whole of the second
 /// screen lies in front of the first.
-fn sight(hop: &Hop, from: [f64; 4], to: [f64; 4]) -> Result<Sight, String> {
+fn sight(hop: &Hop, from: [f64; 4], to: [f64; 4]) -> Result<LinesOfSight, String> {
     if !hop.train.is_empty() {
         return Err(format!("{} surface(s) stand between", hop.train.len()));
     }
     let (starts, ends) = (stations(hop.from, from), stations(hop.to, to));
-    let mut sight = Sight {
+    let mut sight = LinesOfSight {
         leaving: [0.0; 2],
         arriving: [0.0; 2],
     };

@@ -4,7 +4,7 @@
 //! gradient; behind pixels it goes straight on and, aimed, towards both sides of the next screen.
 
 use crate::engine::error::advice::turning;
-use crate::engine::geometrical::system_trace::{kicked, passes};
+use crate::engine::geometrical::system_trace::{deflected, passes};
 use crate::engine::trace::ray_trace::Landing;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
@@ -170,7 +170,7 @@ fn leaving(
     };
     let gradient = doe.phase_gradient(ray.at[0], ray.at[1]);
     let kick = gradient.unwrap_or_default().map(|g| g / k);
-    let Some(p) = kicked(hop.from, ray.at, ray.p, kick) else {
+    let Some(p) = deflected(hop.from, ray.at, ray.p, kick) else {
         return Vec::new();
     };
     let mut list = vec![(p, ray.layout_ray.turn)];

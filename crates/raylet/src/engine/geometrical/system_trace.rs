@@ -158,14 +158,14 @@ fn leave(screen: &Screen, k: f64, at: [f64; 2], p: [f64; 2]) -> Result<([f64; 2]
     };
     let gradient = doe.phase_gradient(at[0], at[1]);
     let kick = gradient.unwrap_or_default().map(|g| g / k);
-    let turned = kicked(screen, at, p, kick).ok_or(Loss::Evanescent)?;
+    let turned = deflected(screen, at, p, kick).ok_or(Loss::Evanescent)?;
     let phase = doe.smooth_phase(at[0], at[1]).unwrap_or(0.0);
     Ok((turned, phase / k))
 }
 
 /// The direction behind an element that adds `kick` to the optical cosines along its surface: what is
 /// tangential is kept and kicked, what is normal follows, backwards from a mirror.
-pub fn kicked(screen: &Screen, at: [f64; 2], p: [f64; 2], kick: [f64; 2]) -> Option<[f64; 2]> {
+pub fn deflected(screen: &Screen, at: [f64; 2], p: [f64; 2], kick: [f64; 2]) -> Option<[f64; 2]> {
     let [sx, sy] = screen.height(at)?.slope;
     let up = Vec3::new(-sx, -sy, 1.0).unit();
     let [px, py] = p;

@@ -13,7 +13,7 @@ use crate::wave::field::Field;
 
 /// The parts of a random run so far.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Repeats {
+pub struct RepeatedRuns {
     /// Sum of the parts' fields.
     pub sum: Array2<Complex64>,
     /// Sum of their squared moduli, over all samples.
@@ -28,7 +28,7 @@ pub struct Repeats {
     pub seconds: f64,
 }
 
-impl Repeats {
+impl RepeatedRuns {
     /// No part yet, for a sensor of [ny, nx] samples.
     pub fn new(shape: [usize; 2]) -> Self {
         Self {
@@ -91,7 +91,7 @@ mod tests {
 
     use crate::design::problems::near_hologram;
     use crate::engine::chain::simulate::simulate;
-    use crate::engine::monte_carlo::repeated_runs::Repeats;
+    use crate::engine::monte_carlo::repeated_runs::RepeatedRuns;
     use crate::engine::plan::settings::{Method, Paper, Positions, Sampler, Settings};
     use crate::optics::doe::PixelForm;
     use crate::wave::metrics::field_error;
@@ -114,7 +114,7 @@ mod tests {
             ..Settings::default()
         };
         let all = simulate(&system, &settings(Sampler::All), &|_| {}).unwrap();
-        let mut repeats = Repeats::new([20, 20]);
+        let mut repeats = RepeatedRuns::new([20, 20]);
         assert_eq!(repeats.standard_error(), None);
         for _ in 0..20 {
             repeats

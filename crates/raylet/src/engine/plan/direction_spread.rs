@@ -4,7 +4,7 @@ use crate::optics::screen::{Act, Screen};
 
 /// Light that arrives at a screen, in a few numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Light {
+pub struct LightDirections {
     /// Direction of its chief ray, optical cosines on the screen's axes.
     pub anchor: [f64; 2],
     /// |p| along x and y below which most of it stays.
@@ -14,15 +14,15 @@ pub struct Light {
 /// How light behind a screen is spread over directions, roughly: even over a range about a centre, and
 /// falling like that of a hard edge beyond. It only weighs choices.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Envelope {
+pub struct DirectionEnvelope {
     centre: [f64; 2],
     flat: [f64; 2],
     tail: [f64; 2],
 }
 
-impl Light {
+impl LightDirections {
     /// The envelope behind a screen: its phases widen the range, its pixels or else its edge make the tail.
-    pub fn behind(&self, screen: &Screen, wavelength: f64) -> Envelope {
+    pub fn behind(&self, screen: &Screen, wavelength: f64) -> DirectionEnvelope {
         let bounds = screen.bounds().unwrap_or([-1.0, 1.0, -1.0, 1.0]);
         let doe = match &screen.act {
             Act::Doe(doe) => Some(doe),
@@ -35,7 +35,7 @@ impl Light {
             None => bounds[2 * a + 1] - bounds[2 * a],
         };
         let spread = |a: usize| (self.usual[a] - self.anchor[a].abs()).max(0.0);
-        Envelope {
+        DirectionEnvelope {
             centre: self.anchor,
             flat: [0, 1].map(|a| spread(a) + slope[a] * wavelength / std::f64::consts::TAU),
             tail: [0, 1].map(|a| wavelength / (std::f64::consts::PI * feature(a))),
@@ -43,7 +43,7 @@ impl Light {
     }
 }
 
-impl Envelope {
+impl DirectionEnvelope {
     /// The weight of a direction, at most 1.
     pub fn weight(&self, p: [f64; 2]) -> f64 {
         let along = |a: usize| {
@@ -85,11 +85,11 @@ pub fn weighted_quantile(mut values: Vec<(f64, f64)>, share: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::plan::direction_spread::{Envelope, weighted_quantile};
+    use crate::engine::plan::direction_spread::{DirectionEnvelope, weighted_quantile};
 
     #[test]
     fn weights_fall_beyond_the_flat_part() {
-        let envelope = Envelope {
+        let envelope = DirectionEnvelope {
             centre: [0.1, 0.0],
             flat: [0.2, 0.1],
             tail: [0.1, 0.1],

@@ -2,7 +2,7 @@
 
 use crate::engine::beamlet::beamlet_plan::{BeamletPlan, Planner};
 use crate::engine::monte_carlo::paper_plan::PaperPlan;
-use crate::engine::plan::direction_spread::Light;
+use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Method, Settings};
@@ -53,7 +53,7 @@ impl Plan {
     }
 
     /// The light that it brings to the second screen.
-    pub fn light(&self, hop: &Hop, light: Light) -> Light {
+    pub fn light(&self, hop: &Hop, light: LightDirections) -> LightDirections {
         let usual = match self {
             Plan::Free(..) => light.behind(hop.from, hop.wavelength).usual(),
             Plan::Beamlets(beamlets) => beamlets.usual,
@@ -64,7 +64,7 @@ impl Plan {
             Ok(landing) => landing.cosines,
             Err(_) => [0.0, 0.0],
         };
-        Light {
+        LightDirections {
             anchor,
             usual: usual.map(|p| p.min(hop.to.index)),
         }
@@ -111,7 +111,7 @@ impl Plan {
 /// finite.
 pub fn plan(
     hop: &Hop,
-    light: Light,
+    light: LightDirections,
     downstream: &Downstream,
     settings: &Settings,
 ) -> Result<Plan, PlanError> {
@@ -128,7 +128,7 @@ pub fn plan(
 /// The plan of the method that is asked for, or suits best.
 fn choose(
     hop: &Hop,
-    light: Light,
+    light: LightDirections,
     downstream: &Downstream,
     settings: &Settings,
 ) -> Result<Plan, PlanError> {

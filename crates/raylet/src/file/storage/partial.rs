@@ -8,7 +8,7 @@ use ndarray::{Array1, Ix1, Ix2, OwnedRepr, array};
 use ndarray_npy::{NpzReader, NpzWriter, WriteNpzError};
 use num_complex::Complex64;
 
-use crate::engine::monte_carlo::repeated_runs::Repeats;
+use crate::engine::monte_carlo::repeated_runs::RepeatedRuns;
 use crate::file::decode::fault::Fault;
 use crate::file::storage::hidden::{Hidden, unwritable};
 
@@ -39,7 +39,7 @@ impl PartialFile {
     ///
     /// # Errors
     /// A file that is no run's, or whose numbers are none of this run's.
-    pub fn read(&self, shape: [usize; 2]) -> Result<Option<Repeats>, Fault> {
+    pub fn read(&self, shape: [usize; 2]) -> Result<Option<RepeatedRuns>, Fault> {
         if fs::symlink_metadata(&self.path).is_err() {
             return Ok(None);
         }
@@ -59,7 +59,7 @@ impl PartialFile {
     ///
     /// # Errors
     /// What the file system said.
-    pub fn write(&self, run: &Repeats) -> Result<(), Fault> {
+    pub fn write(&self, run: &RepeatedRuns) -> Result<(), Fault> {
         let refuse = |error: io::Error| unwritable(&self.path, &error);
         let bytes = self.pack(run);
         let bytes = bytes.map_err(|error| refuse(io::Error::other(error)))?;
@@ -79,7 +79,7 @@ impl PartialFile {
         }
     }
 
-    fn pack(&self, run: &Repeats) -> Result<Vec<u8>, WriteNpzError> {
+    fn pack(&self, run: &RepeatedRuns) -> Result<Vec<u8>, WriteNpzError> {
         let mut writer = NpzWriter::new(Cursor::new(Vec::new()));
         let description = Array1::from(self.description.as_bytes().to_vec());
         writer.add_array("description", &description)?;
@@ -106,7 +106,7 @@ fn open(path: &Path) -> Option<Opened> {
 }
 
 /// The run in a file.
-fn unpack(archive: &mut NpzReader<BufReader<fs::File>>) -> Option<Repeats> {
+fn unpack(archive: &mut NpzReader<BufReader<fs::File>>) -> Option<RepeatedRuns> {
     let sum = archive.by_name::<OwnedRepr<Complex64>, Ix2>("sum").ok()?;
     let numbers = archive.by_name::<OwnedRepr<f64>, Ix1>("numbers").ok()?;
     let [squares, parts, draws, rays, seconds] = numbers.to_vec()[..] else {
@@ -114,7 +114,7 @@ fn unpack(archive: &mut NpzReader<BufReader<fs::File>>) -> Option<Repeats> {
     };
     let counts = [parts, rays];
     let is_count = |count: &f64| (0.0..WHOLE).contains(count) && count.fract() == 0.0;
-    counts.iter().all(is_count).then_some(Repeats {
+    counts.iter().all(is_count).then_some(RepeatedRuns {
         sum,
         squares,
         parts: parts as usize,
@@ -125,7 +125,7 @@ fn unpack(archive: &mut NpzReader<BufReader<fs::File>>) -> Option<Repeats> {
 }
 
 /// Whether a run on a sensor of [ny, nx] samples can have left this.
-fn is_sound(run: &Repeats, [ny, nx]: [usize; 2]) -> bool {
+fn is_sound(run: &RepeatedRuns, [ny, nx]: [usize; 2]) -> bool {
     let finite = |value: &f64| value.is_finite() && *value >= 0.0;
     run.sum.dim() == (ny, nx)
         && run.sum.iter().all(|u| u.is_finite())
@@ -138,7 +138,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::engine::monte_carlo::repeated_runs::Repeats;
+    use crate::engine::monte_carlo::repeated_runs::RepeatedRuns;
     use crate::file::storage::partial::PartialFile;
 
     #[test]
@@ -147,7 +147,7 @@ mod tests {
         let path = room.path().join("new/run.npz");
         let file = PartialFile::new(&path, "these settings");
         assert_eq!(file.read([3, 4]), Ok(None));
-        let run = Repeats {
+        let run = RepeatedRuns {
             sum: Array2::from_shape_fn((3, 4), |(j, i)| Complex64::new(j as f64, i as f64)),
             squares: 0.1,
             parts: 7,
@@ -163,7 +163,7 @@ mod tests {
         // Numbers that no run leaves are refused.
         assert!(file.read([4, 3]).is_err());
         for squares in [f64::NAN, -1.0, f64::INFINITY] {
-            let forged = Repeats {
+            let forged = RepeatedRuns {
                 squares,
                 ..run.clone()
             };
