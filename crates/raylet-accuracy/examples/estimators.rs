@@ -8,13 +8,13 @@ use std::path::Path;
 use std::sync::LazyLock;
 use std::time::Instant;
 
-use raylet::design::descent::Rule;
 use raylet::design::estimator::{Estimator, Sight};
-use raylet::design::optimizer::{Method, Optimizer};
+use raylet::design::optimizers::descent::Rule;
+use raylet::design::optimizers::optimizer::{Method, Optimizer};
+use raylet::design::optimizers::schedule::Schedule;
+use raylet::design::optimizers::space::Space;
+use raylet::design::optimizers::step::Step;
 use raylet::design::project::{Plans, Project};
-use raylet::design::schedule::Schedule;
-use raylet::design::space::Space;
-use raylet::design::step::Step;
 use raylet::file::model::project::brief;
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::random::uniform;

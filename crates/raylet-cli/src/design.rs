@@ -5,9 +5,9 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{HumanDuration, ProgressBar};
+use raylet::design::optimizers::step::Step;
 use raylet::design::project::Look;
 use raylet::design::run::{Run, State};
-use raylet::design::step::Step;
 use raylet::file::arrays::phase_file::PhaseFile;
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::design_targets::Glance;
@@ -413,8 +413,8 @@ fn share(value: Option<f64>) -> String {
     value.map_or_else(String::new, |value| format!("{value:.6}"))
 }
 
-fn reason(stop: raylet::design::step::Stop) -> &'static str {
-    use raylet::design::step::Stop;
+fn reason(stop: raylet::design::optimizers::step::Stop) -> &'static str {
+    use raylet::design::optimizers::step::Stop;
     match stop {
         Stop::Flat => "the gradient vanishes",
         Stop::Still => "the loss changes no more",

@@ -6,7 +6,7 @@ use std::time::Instant;
 
 use clap::Args;
 use indicatif::ProgressBar;
-use raylet::design::hologram::{Score, design};
+use raylet::design::holograms::hologram::{Score, design};
 use raylet::file::arrays::phase_file::PhaseFile;
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::hologram::{Commission, commission};

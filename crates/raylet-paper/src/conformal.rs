@@ -9,7 +9,7 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::design::conformal::{Conformal, Show, Window};
+use raylet::design::mirrors::conformal::{Conformal, Show, Window};
 use raylet::engine::chain::reference::{Choice, ReferenceError, reference};
 use raylet::engine::chain::simulate::{SimulateError, simulate};
 use raylet::engine::free::free_method::Approach;
@@ -304,7 +304,7 @@ impl Comparison {
 
 #[cfg(test)]
 mod tests {
-    use raylet::design::conformal::{Conformal, Show, Substrate};
+    use raylet::design::mirrors::conformal::{Conformal, Show, Substrate};
     use raylet::engine::plan::settings::Sag;
 
     use crate::conformal::{Comparison, Draws, Way};

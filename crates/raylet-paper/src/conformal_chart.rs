@@ -6,7 +6,7 @@
 )]
 
 use ndarray::Array2;
-use raylet::design::conformal::{Conformal, Show};
+use raylet::design::mirrors::conformal::{Conformal, Show};
 use raylet::wave::field::Field;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;

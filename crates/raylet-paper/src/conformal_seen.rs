@@ -7,7 +7,7 @@
 
 use ndarray::{Array2, ArrayView1};
 use num_complex::Complex64;
-use raylet::design::conformal::{Conformal, Opening, Show, Window};
+use raylet::design::mirrors::conformal::{Conformal, Opening, Show, Window};
 use raylet::engine::chain::reference::{Choice, ReferenceError, reference};
 use raylet::engine::chain::simulate::Progress;
 use raylet::engine::free::free_method::Approach;

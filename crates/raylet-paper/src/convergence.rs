@@ -280,7 +280,7 @@ fn ways() -> [Way; 3] {
 
 #[cfg(test)]
 mod tests {
-    use raylet::design::patterns::metalens;
+    use raylet::design::examples::patterns::metalens;
     use raylet::engine::chain::simulate::simulate;
     use raylet::engine::plan::settings::{Density, Sampler};
     use raylet::wave::metrics::field_error;

@@ -317,7 +317,7 @@ impl Covering {
 
 #[cfg(test)]
 mod tests {
-    use raylet::design::patterns::star_hologram;
+    use raylet::design::examples::patterns::star_hologram;
     use raylet::engine::chain::simulate::simulate;
     use raylet::wave::metrics::field_error;
 

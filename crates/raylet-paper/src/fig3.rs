@@ -5,7 +5,7 @@
     reason = "trials, elements and pixels are made here, as many as are asked for"
 )]
 
-use raylet::design::patterns::{metalens, star_hologram};
+use raylet::design::examples::patterns::{metalens, star_hologram};
 use raylet::optics::system::System;
 use raylet_plot::text_table::table;
 use serde_json::json;

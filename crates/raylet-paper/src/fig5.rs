@@ -10,9 +10,9 @@ use std::path::PathBuf;
 use std::time::Instant;
 
 use ndarray::Array2;
-use raylet::design::hologram::design;
+use raylet::design::holograms::hologram::design;
+use raylet::design::optimizers::step::Step;
 use raylet::design::run::{Run, State};
-use raylet::design::step::Step;
 use raylet::engine::chain::reference::{Choice, reference};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::free::free_method::Approach;

@@ -1,6 +1,6 @@
 //! Figure 6 of the source paper, forward: a conformal diffractive mirror with conjugate phases.
 
-use raylet::design::conformal::{Conformal, Show, Substrate};
+use raylet::design::mirrors::conformal::{Conformal, Show, Substrate};
 use raylet::engine::plan::settings::Sag;
 use raylet::file::result::machine::Machine;
 use raylet_plot::text_table::table;

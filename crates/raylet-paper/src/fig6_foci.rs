@@ -1,7 +1,7 @@
 //! Figure 6 of the source paper, designed: a conformal mirror with two foci, sought by gradients from phases that do
 //! not know its height.
 
-use raylet::design::conformal::{Conformal, Opening, Show, Substrate};
+use raylet::design::mirrors::conformal::{Conformal, Opening, Show, Substrate};
 use raylet::file::arrays::phase_file::npy;
 use raylet::file::result::machine::Machine;
 use raylet_plot::text_table::table;

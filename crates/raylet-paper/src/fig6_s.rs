@@ -1,6 +1,6 @@
 //! Figure 6 of the source paper, designed: a conformal mirror of phases that shows a letter S.
 
-use raylet::design::conformal::{Conformal, Opening, Show, Substrate};
+use raylet::design::mirrors::conformal::{Conformal, Opening, Show, Substrate};
 use raylet::file::arrays::phase_file::npy;
 use raylet::file::result::machine::Machine;
 use raylet::wave::metrics::ncc;

@@ -8,7 +8,7 @@
 
 use std::time::Instant;
 
-use raylet::design::conformal::spherical_patch;
+use raylet::design::mirrors::conformal::spherical_patch;
 use raylet::engine::chain::reference::{Choice, ReferenceError, reference};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::free::free_method::Approach;

@@ -203,7 +203,7 @@ fn row_of_panels(row: Vec<Shown>) -> Vec<Panel<'static>> {
 #[cfg(test)]
 mod tests {
     use ndarray::Array2;
-    use raylet::design::problems::near_hologram;
+    use raylet::design::examples::problems::near_hologram;
     use raylet::engine::plan::settings::Settings;
     use raylet::optics::doe::PixelForm;
 

@@ -7,7 +7,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::design::conformal::{Conformal, Show};
+use raylet::design::mirrors::conformal::{Conformal, Show};
 use raylet::wave::metrics::peak;
 use raylet_plot::chart::Series;
 use raylet_plot::colour::ColourMap;

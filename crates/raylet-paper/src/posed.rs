@@ -154,8 +154,8 @@ fn heights(grid: &SagGrid) -> Array2<f64> {
 mod tests {
     use std::fs;
 
-    use raylet::design::conformal::{Conformal, Show, Substrate, Window};
-    use raylet::design::patterns::star_hologram;
+    use raylet::design::examples::patterns::star_hologram;
+    use raylet::design::mirrors::conformal::{Conformal, Show, Substrate, Window};
     use raylet::engine::chain::simulate::simulate;
     use raylet::engine::plan::settings::Settings;
     use raylet::file::model::build;

@@ -9,7 +9,7 @@ use std::fmt::Write;
 use std::ops::Range;
 use std::time::Instant;
 
-use raylet::design::problems::{GRATING_SENSOR, READINGS, Window, grating};
+use raylet::design::examples::problems::{GRATING_SENSOR, READINGS, Window, grating};
 use raylet::engine::geometrical::maslov::{Strength, sum_of_directions};
 use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::optics::system::System;

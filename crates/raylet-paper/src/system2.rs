@@ -10,9 +10,9 @@ use std::time::Instant;
 
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
-use raylet::design::near::{NearSpace, NearTask, design};
-use raylet::design::problems::{NEAR, PITCH, WAVELENGTH, near_hologram, open};
-use raylet::design::smiley::smiley;
+use raylet::design::examples::problems::{NEAR, PITCH, WAVELENGTH, near_hologram, open};
+use raylet::design::examples::smiley::smiley;
+use raylet::design::holograms::near::{NearSpace, NearTask, design};
 use raylet::engine::chain::reference::{Choice, reference};
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::{Paper, Positions, Sampler, Settings};

@@ -9,10 +9,10 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::design::hologram::{Task, design};
-use raylet::design::problems::{PITCH, WAVELENGTH, lens_hologram, open};
-use raylet::design::smiley::smiley;
-use raylet::design::target::Target;
+use raylet::design::examples::problems::{PITCH, WAVELENGTH, lens_hologram, open};
+use raylet::design::examples::smiley::smiley;
+use raylet::design::holograms::hologram::{Task, design};
+use raylet::design::losses::target::Target;
 use raylet::engine::chain::reference::{Choice, reference};
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::{Paper, Sampler, Settings};

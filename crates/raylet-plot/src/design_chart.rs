@@ -1,7 +1,7 @@
 //! The picture of a design: how it went, what it makes, what that looks like.
 
 use ndarray::{Array2, ArrayView2};
-use raylet::design::modulation::Shaped;
+use raylet::design::constraints::modulation::Shaped;
 use serde::{Deserialize, Serialize};
 
 use crate::chart::Series;

@@ -250,7 +250,7 @@ mod transforms {
 mod paper {
     use ndarray::Array2;
     use num_complex::Complex64;
-    use raylet::design::problems::{PITCH, WAVELENGTH, lens_hologram};
+    use raylet::design::examples::problems::{PITCH, WAVELENGTH, lens_hologram};
     use raylet::engine::chain::simulate::simulate;
     use raylet::engine::plan::settings::{Method, Paper, Settings};
     use raylet::math::draw::draw;
@@ -399,8 +399,8 @@ mod paper {
 
 /// Optimisers of designs.
 mod design {
-    use raylet::design::lbfgs::{Lbfgs, LbfgsSettings};
-    use raylet::design::space::Space;
+    use raylet::design::optimizers::lbfgs::{Lbfgs, LbfgsSettings};
+    use raylet::design::optimizers::space::Space;
 
     use crate::{Bencher, ItemsCount};
 
@@ -443,7 +443,7 @@ mod design {
 mod gradients {
     use ndarray::Array2;
     use num_complex::Complex64;
-    use raylet::design::problems::lens_hologram;
+    use raylet::design::examples::problems::lens_hologram;
     use raylet::engine::chain::linearised_system::{ForwardPass, LinearisedSystem};
     use raylet::engine::plan::settings::Settings;
     use raylet::engine::trace::ray_sensitivity::Variation;

@@ -4,7 +4,7 @@
 //! `cargo run --release -p raylet --example draw_smiley -- scenes/smiley.png`
 //! `cargo run --release -p raylet --example draw_smiley -- scenes/paper/smiley.png 200`
 
-use raylet::design::smiley::{enlarged, smiley};
+use raylet::design::examples::smiley::{enlarged, smiley};
 use raylet::file::arrays::image::{ImageError, write_gray16};
 
 fn main() -> Result<(), ImageError> {

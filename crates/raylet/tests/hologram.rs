@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::Path;
 
-use raylet::design::hologram::{Hologram, design};
+use raylet::design::holograms::hologram::{Hologram, design};
 use raylet::engine::chain::simulate::{Outcome, sensor_grid, simulate};
 use raylet::engine::plan::settings::Settings;
 use raylet::file::arrays::phase_file::PhaseFile;

@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use num_complex::Complex64;
-use raylet::design::problems::{GRATING_SENSOR, grating, lens_hologram, near_hologram};
+use raylet::design::examples::problems::{GRATING_SENSOR, grating, lens_hologram, near_hologram};
 use raylet::engine::plan::settings::{Positions, Sampler};
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;

@@ -1,41 +1,30 @@
 //! What should change.
+//!
+//! | folder or file | what it holds |
+//! | --- | --- |
+//! | [`optimizers`] | From value and gradient to the next point |
+//! | [`losses`] | What is wanted of the light on the sensor |
+//! | [`constraints`] | From free parameters to pixels that can be made |
+//! | [`holograms`] | Iterative Fourier transform algorithms |
+//! | [`mirrors`] | Diffractive mirrors on curved substrates |
+//! | [`examples`] | Systems and pictures on which methods are shown |
+//! | [`project`] | A design: what is free, and how good it is, with the gradient |
+//! | [`run`] | A design under way |
+//! | [`estimator`] | Value and gradient from all beamlets, or from drawn ones |
+//! | [`exact`] | Numbers written down bit for bit |
 
 #![expect(
     clippy::indexing_slicing,
     reason = "parameters and pixels are indexed by loops over the sizes of the element they belong to"
 )]
 
-pub mod conformal;
-pub mod conformal_design;
-pub mod constraint;
-pub mod descent;
+pub mod constraints;
 pub mod estimator;
 pub mod exact;
-pub mod feature;
-pub mod fill;
-pub mod hologram;
-pub mod lbfgs;
-pub mod likeness;
-pub mod loss;
-pub mod mirror;
-pub mod modulation;
-pub mod near;
-pub mod optimizer;
-pub mod overlap;
-pub mod patterns;
-pub mod problems;
+pub mod examples;
+pub mod holograms;
+pub mod losses;
+pub mod mirrors;
+pub mod optimizers;
 pub mod project;
-pub mod reduction;
-pub mod relief;
 pub mod run;
-pub mod schedule;
-pub mod share;
-pub mod smiley;
-pub mod smoothness;
-pub mod space;
-pub mod spots;
-pub mod staircase;
-pub mod start;
-pub mod step;
-pub mod target;
-pub mod wolfe;

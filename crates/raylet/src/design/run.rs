@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::estimator::{Estimator, Sight};
 use crate::design::exact;
-use crate::design::optimizer::Optimizer;
+use crate::design::optimizers::optimizer::Optimizer;
+use crate::design::optimizers::step::{SavedError, Step, Stop};
 use crate::design::project::{Look, Plans, Project, ProjectError};
-use crate::design::step::{SavedError, Step, Stop};
 use crate::engine::chain::control_variate::ControlVariate;
 
 /// Everything of a run that its next steps depend on.

@@ -203,7 +203,7 @@ fn density(tube: &RayTube, q: Matrix, k: f64) -> Complex64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::problems::{Window, grating};
+    use crate::design::examples::problems::{Window, grating};
     use crate::engine::chain::simulate::simulate;
     use crate::engine::geometrical::maslov::{Strength, sum_of_directions};
     use crate::engine::plan::settings::Settings;

@@ -89,7 +89,7 @@ impl RepeatedRuns {
 mod tests {
     use ndarray::Array2;
 
-    use crate::design::problems::near_hologram;
+    use crate::design::examples::problems::near_hologram;
     use crate::engine::chain::simulate::simulate;
     use crate::engine::monte_carlo::repeated_runs::RepeatedRuns;
     use crate::engine::plan::settings::{Method, Paper, Positions, Sampler, Settings};

@@ -66,7 +66,7 @@ fn alone(eight: &Landing<SimdPacket>, i: usize) -> Landing {
 mod tests {
     use ndarray::Array2;
 
-    use crate::design::problems::lens_hologram;
+    use crate::design::examples::problems::lens_hologram;
     use crate::engine::trace::ray_packet::trace_packets;
     use crate::math::random::pair;
     use crate::optics::doe::PixelForm;

@@ -5,12 +5,12 @@ use std::path::{Path, PathBuf};
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::design::likeness::{Brightness, Likeness};
-use crate::design::loss::LossError;
-use crate::design::overlap::{FieldLoss, Overlap};
-use crate::design::share::Share;
-use crate::design::spots::{self, Spots};
-use crate::design::target::Target;
+use crate::design::losses::likeness::{Brightness, Likeness};
+use crate::design::losses::loss::LossError;
+use crate::design::losses::overlap::{FieldLoss, Overlap};
+use crate::design::losses::share::Share;
+use crate::design::losses::spots::{self, Spots};
+use crate::design::losses::target::Target;
 use crate::engine::chain::simulate::sensor_of;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::number::LEAST;

@@ -10,8 +10,8 @@ use std::path::{Path, PathBuf};
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::design::hologram::{HologramError, Task};
-use crate::design::target::Target;
+use crate::design::holograms::hologram::{HologramError, Task};
+use crate::design::losses::target::Target;
 use crate::engine::chain::simulate::{illuminate, simulate};
 use crate::engine::plan::settings::Settings;
 use crate::file::arrays::array::ArrayLook;

@@ -9,11 +9,11 @@ use std::path::PathBuf;
 
 use ndarray::Array2;
 
-use crate::design::constraint::{Constraints, Rules};
-use crate::design::fill::{Fill, Rest};
-use crate::design::modulation::{Modulation, Modulator, Shaped};
-use crate::design::relief::{Levels, Relief};
-use crate::design::staircase::Hardening;
+use crate::design::constraints::constraint::{Constraints, Rules};
+use crate::design::constraints::fill::{Fill, Rest};
+use crate::design::constraints::modulation::{Modulation, Modulator, Shaped};
+use crate::design::constraints::relief::{Levels, Relief};
+use crate::design::constraints::staircase::Hardening;
 use crate::file::decode::fault::Fault;
 use crate::file::model::build;
 use crate::file::scene::design::{Design, Free, Optimizer, Part, Start};

@@ -9,17 +9,17 @@ use std::sync::Arc;
 
 use ndarray::Array2;
 
-use crate::design::descent::Rule;
+use crate::design::constraints::modulation::{Modulation, Modulator};
 use crate::design::estimator::Estimator;
-use crate::design::hologram;
-use crate::design::lbfgs::LbfgsSettings;
-use crate::design::modulation::{Modulation, Modulator};
-use crate::design::optimizer::{Method, Optimizer as Search};
+use crate::design::holograms::hologram;
+use crate::design::holograms::start::{Spreading, random_phase};
+use crate::design::optimizers::descent::Rule;
+use crate::design::optimizers::lbfgs::LbfgsSettings;
+use crate::design::optimizers::optimizer::{Method, Optimizer as Search};
+use crate::design::optimizers::schedule::Schedule;
+use crate::design::optimizers::space::Space;
+use crate::design::optimizers::step::OptimizerError;
 use crate::design::project::{Channel, Element, Number, Project, Rig};
-use crate::design::schedule::Schedule;
-use crate::design::space::Space;
-use crate::design::start::{Spreading, random_phase};
-use crate::design::step::OptimizerError;
 use crate::engine::chain::simulate::sensor_of;
 use crate::engine::plan::settings::Settings;
 use crate::file::decode::fault::Fault;

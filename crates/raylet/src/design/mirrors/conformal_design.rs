@@ -1,0 +1,188 @@
+//! The pixels of a conformal mirror, sought: what is wanted on the sensor, and where the search begins.
+
+use std::f64::consts::TAU;
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::design::losses::likeness::{Brightness, Likeness};
+use crate::design::losses::loss::{Loss, LossError, Sum};
+use crate::design::losses::share::Share;
+use crate::design::mirrors::conformal::{Conformal, Opening, Show, Window};
+use crate::design::mirrors::mirror::{Freedom, MirrorDesign, MirrorError};
+
+/// Distance of the sensor's samples in mm, half a wavelength.
+const PITCH: f64 = 5e-4;
+const WAVELENGTH: f64 = 1e-3;
+
+/// What light in the letter is worth beside likeness: β of −β·log of its share.
+const EFFICIENCY: f64 = 0.01;
+
+/// Radius at full size of the disc on the sensor from which the letter's search begins, in mm: it holds the letter.
+const SPREAD: f64 = 0.08;
+
+/// A search for the pixels of a mirror.
+pub struct Posed {
+    /// The mirror with its sensor and loss.
+    pub design: MirrorDesign,
+    /// The phases that it begins with.
+    pub start: Vec<f64>,
+    /// What is wanted, at the sensor's samples, [y, x].
+    pub wanted: Array2<f64>,
+    /// The sensor.
+    pub sensor: Window,
+}
+
+/// Why a mirror cannot be posed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum PoseError {
+    /// Its loss makes no sense.
+    #[error(transparent)]
+    Loss(#[from] LossError),
+    /// Its system makes no sense.
+    #[error(transparent)]
+    Mirror(#[from] MirrorError),
+}
+
+impl Posed {
+    /// The mirror that shows its foci or its letter on a sensor as wide as itself.
+    ///
+    /// Foci: two free phases a pixel, from those of a flat mirror, so that the height is not known at the start; the
+    /// loss is Σ(s − T)² with the shares s of the light at the samples and T a half at each focus. The letter: one
+    /// phase a pixel, from a wave that lights a disc; the loss is 1 − NCC² and a little for light in the letter.
+    ///
+    /// # Errors
+    /// A mirror so small that the sensor misses what is wanted.
+    pub fn new(mirror: &Conformal, opening: Opening) -> Result<Self, PoseError> {
+        let half = (0.5 * mirror.width() / PITCH).floor() as usize;
+        let sensor = Window {
+            x: 0.0,
+            pixels: [2 * half + 1; 2],
+            pitch: PITCH,
+        };
+        let place = |i: usize| (i as f64 - half as f64) * PITCH;
+        let lit = |(j, i): (usize, usize)| match mirror.show {
+            Show::Letter => mirror.letter(place(i), place(j)),
+            Show::Foci => {
+                let near = |f: f64| (place(i) - f).abs() < 0.5 * PITCH;
+                j == half && mirror.foci().into_iter().any(near)
+            }
+        };
+        let shape = (2 * half + 1, 2 * half + 1);
+        let mut wanted = Array2::from_shape_fn(shape, |at| f64::from(u8::from(lit(at))));
+        if mirror.show == Show::Foci {
+            wanted *= 0.5;
+        }
+        let pixels = (mirror.count(), mirror.count());
+        let blank = mirror.made(Array2::from_elem(pixels, Complex64::ONE), opening, sensor);
+        let freedom = match mirror.show {
+            Show::Foci => Freedom::TwoPhases,
+            Show::Letter => Freedom::Phase,
+        };
+        let design = MirrorDesign::new(&blank, freedom, loss(mirror.show, &wanted)?)?;
+        let start = match mirror.show {
+            Show::Foci => mirror.flat_phases(),
+            Show::Letter => spread(mirror, &design, shape, &place),
+        };
+        Ok(Self {
+            design,
+            start,
+            wanted,
+            sensor,
+        })
+    }
+}
+
+/// What is made small.
+fn loss(show: Show, wanted: &Array2<f64>) -> Result<Box<dyn Loss>, LossError> {
+    let parts: Vec<(f64, Box<dyn Loss>)> = match show {
+        Show::Foci => {
+            let given = Brightness::Given { scale: 1.0 };
+            let alike = Likeness::new(wanted.clone(), None, given)?;
+            // The likeness is a mean over the samples, the paper's loss a sum.
+            vec![(wanted.len() as f64, Box::new(alike))]
+        }
+        Show::Letter => {
+            let alike = Likeness::new(wanted.clone(), None, Brightness::Free)?;
+            let light = Share::efficiency(wanted.clone(), 1.0, 1.0, EFFICIENCY)?;
+            vec![(1.0, Box::new(alike)), (1.0, Box::new(light))]
+        }
+    };
+    Ok(Box::new(Sum::new(parts)?))
+}
+
+/// The phases that send the mirror's light, made smaller, onto a disc of the sensor: those of light that comes back
+/// from it, with a phase that spreads it over the mirror.
+fn spread(
+    mirror: &Conformal,
+    design: &MirrorDesign,
+    shape: (usize, usize),
+    place: &dyn Fn(usize) -> f64,
+) -> Vec<f64> {
+    let radius = SPREAD * mirror.scale;
+    let larger = 0.5 * mirror.width() / radius;
+    let bend = 0.5 * TAU / WAVELENGTH * (1.0 - larger) / mirror.distance();
+    let disc = Array2::from_shape_fn(shape, |(j, i)| {
+        let square = place(i).powi(2) + place(j).powi(2);
+        let lit = f64::from(u8::from(square < radius * radius));
+        Complex64::from_polar(lit, bend * square)
+    });
+    design.conjugate(disc.view()).into_iter().collect()
+}
+
+impl Conformal {
+    /// Two phases for each pixel of a flat mirror, one to each focus: first those of all pixels to the first.
+    fn flat_phases(&self) -> Vec<f64> {
+        let (count, k) = (self.count(), TAU / WAVELENGTH);
+        let to = |focus: f64| {
+            (0..count * count).map(move |n| {
+                let (x, y) = (self.place(n % count), self.place(n / count));
+                -k * ((focus - x).powi(2) + y * y + self.distance().powi(2)).sqrt()
+            })
+        };
+        self.foci().into_iter().flat_map(to).collect()
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::design::mirrors::conformal::{Conformal, Opening, Show, Substrate};
+    use crate::design::mirrors::conformal_design::Posed;
+    use crate::design::optimizers::lbfgs::LbfgsSettings;
+    use crate::design::optimizers::optimizer::Method;
+    use crate::design::optimizers::space::Space;
+
+    /// A tenth of the mirror, whose height turns the phase by fifteen radians that the start does not know of: light
+    /// comes to both foci as it does by the phases that know the height.
+    #[test]
+    fn foci_are_found_from_a_start_that_ignores_the_height() {
+        let mirror = Conformal {
+            substrate: Substrate::Bump,
+            show: Show::Foci,
+            scale: 0.1,
+        };
+        let posed = Posed::new(&mirror, Opening::Disc).unwrap();
+        let in_foci = |phases: &[f64]| {
+            let shares = posed.design.look(phases).shares;
+            (&shares * &posed.wanted).sum()
+        };
+        let before = in_foci(&posed.start);
+        let settings = LbfgsSettings {
+            memory: 10,
+            first: 0.1 * (posed.start.len() as f64).sqrt(),
+            ..LbfgsSettings::default()
+        };
+        let space = Space::free(posed.start.len());
+        let mut search = Method::Lbfgs(settings)
+            .start(posed.start.clone(), space)
+            .unwrap();
+        for _ in 0..30 {
+            let look = posed.design.look(search.point());
+            search.tell(look.value, &look.gradient);
+        }
+        let after = in_foci(search.best().unwrap().0);
+        println!("{before} {after}");
+        // A perfect focus of this aperture has π NA²/λ² of its light on each mm²: 0.039 on half a sample's area.
+        assert!(before < 0.015 && after > 0.032, "{before} {after}");
+    }
+}

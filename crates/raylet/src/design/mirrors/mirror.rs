@@ -1,0 +1,329 @@
+//! A design of the pixels of a curved mirror: phases, or two phases whose waves add up, with the gradient of what
+//! the light on a plane sensor is worth.
+//!
+//! Losses look at shares: |U|² times the area of a sensor's pixel, over all light that leaves the mirror. Light that
+//! is sent past the sensor is so known to be lost, whatever the modulus of the pixels.
+
+use ndarray::{Array2, ArrayView2, Zip};
+use num_complex::Complex64;
+
+use crate::design::losses::loss::Loss;
+use crate::engine::chain::simulate::{SimulateError, illuminate, sensor_of};
+use crate::math::vec3::Vec3;
+use crate::optics::screen::Act;
+use crate::optics::system::System;
+use crate::wave::field::{Axis, Grid};
+use crate::wave::pixel_hop::PixelHop;
+use crate::wave::raster::Raster;
+
+/// What is free in each pixel.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Freedom {
+    /// φ: the pixel reflects e^{iφ}.
+    Phase,
+    /// φ₁ and φ₂: the pixel reflects e^{iφ₁} + e^{iφ₂}, of modulus 0 to 2.
+    TwoPhases,
+}
+
+impl Freedom {
+    /// Phases of each pixel.
+    pub fn count(self) -> usize {
+        match self {
+            Freedom::Phase => 1,
+            Freedom::TwoPhases => 2,
+        }
+    }
+
+    /// The reflections, [y, x], by phases in rad: first those of all pixels, then the second ones of all.
+    pub fn reflect(self, phases: &[f64], shape: (usize, usize)) -> Array2<Complex64> {
+        let pixels = shape.0 * shape.1;
+        Array2::from_shape_fn(shape, |(j, i)| {
+            let own = phases.iter().skip(j * shape.1 + i).step_by(pixels);
+            own.map(|phase| Complex64::cis(*phase)).sum()
+        })
+    }
+
+    /// The derivatives by the phases from the cotangents of the reflections: Im(t̄ e^{−iφ}) for each.
+    pub fn reflect_adjoint(self, phases: &[f64], values_bar: ArrayView2<Complex64>) -> Vec<f64> {
+        let bars = values_bar.iter().cycle();
+        let one = |(phase, bar): (&f64, &Complex64)| (bar * Complex64::cis(-phase)).im;
+        phases.iter().zip(bars).map(one).collect()
+    }
+}
+
+/// A mirror whose pixels are sought.
+pub struct MirrorDesign {
+    hop: PixelHop,
+    shape: (usize, usize),
+    /// Area of each pixel within the opening over that of a pixel of the sensor, [y, x].
+    area: Array2<f64>,
+    freedom: Freedom,
+    loss: Box<dyn Loss>,
+}
+
+/// What phases are worth.
+pub struct MirrorLook {
+    /// The loss.
+    pub value: f64,
+    /// Its derivative by each phase, in 1/rad.
+    pub gradient: Vec<f64>,
+    /// Share of the light behind the mirror on each pixel of the sensor, [y, x].
+    pub shares: Array2<f64>,
+}
+
+/// Why a mirror cannot be designed.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum MirrorError {
+    /// It has no sensor.
+    #[error(transparent)]
+    Sensor(#[from] SimulateError),
+    /// It is not one pixelated element.
+    #[error("expected one element of pixels before the sensor")]
+    Pixels,
+    /// The loss is for another sensor.
+    #[error("a loss for {wanted:?} pixels (rows, columns) on a sensor of {found:?}")]
+    Shape {
+        /// What the loss expects.
+        wanted: (usize, usize),
+        /// What the sensor has.
+        found: (usize, usize),
+    },
+}
+
+impl MirrorDesign {
+    /// Of the mirror of a system that is lit along its axis and has a sensor parallel to it.
+    ///
+    /// # Errors
+    /// When the system is another, or the loss is for another sensor.
+    pub fn new(
+        system: &System,
+        freedom: Freedom,
+        loss: Box<dyn Loss>,
+    ) -> Result<Self, MirrorError> {
+        let raster = Raster::of(sensor_of(system)?);
+        let found = (raster.size[1], raster.size[0]);
+        if loss.shape() != found {
+            let wanted = loss.shape();
+            return Err(MirrorError::Shape { wanted, found });
+        }
+        let [screen, last] = &system.screens[..] else {
+            return Err(MirrorError::Pixels);
+        };
+        let Act::Doe(doe) = &screen.act else {
+            return Err(MirrorError::Pixels);
+        };
+        let pixels = doe.free_pixels().ok_or(MirrorError::Pixels)?;
+        let (shape, pitch) = (pixels.values.dim(), pixels.pitch);
+        let grid = Grid {
+            x: Axis::uniform(shape.1, pitch[0], 0.0),
+            y: Axis::uniform(shape.0, pitch[1], 0.0),
+        };
+        let whole = pitch[0] * pitch[1];
+        let mut area = Array2::from_shape_fn(shape, |(j, i)| {
+            let ([x0, x1], [y0, y1]) = (grid.x.span(i), grid.y.span(j));
+            doe.aperture.coverage(x0, x1, y0, y1)
+        });
+        let mut arrived = illuminate(system, grid);
+        Zip::from(&mut arrived.values)
+            .and(&area)
+            .for_each(|u, open| *u *= open);
+        area *= whole / (raster.pitch[0] * raster.pitch[1]);
+
+        // The sensor's middle as the mirror sees it.
+        let middle = screen
+            .frame
+            .to_local(last.frame.to_global(Vec3::new(0.0, 0.0, 0.0)));
+        let start = [raster.start[0] + middle.x, raster.start[1] + middle.y];
+        let target = Raster { start, ..raster };
+        let hop = PixelHop::new(screen, &arrived, (middle.z, &target), system.wavelength);
+        Ok(Self {
+            hop,
+            shape,
+            area,
+            freedom,
+            loss,
+        })
+    }
+
+    /// Number of phases.
+    pub fn len(&self) -> usize {
+        self.freedom.count() * self.area.len()
+    }
+
+    /// Whether there are no pixels.
+    pub fn is_empty(&self) -> bool {
+        self.area.is_empty()
+    }
+
+    /// The reflections of the pixels by their phases, [y, x].
+    pub fn reflections(&self, phases: &[f64]) -> Array2<Complex64> {
+        self.freedom.reflect(phases, self.shape)
+    }
+
+    /// The phases that send light back to where a field on the sensor says it comes from, [y, x].
+    pub fn conjugate(&self, field: ArrayView2<Complex64>) -> Array2<f64> {
+        self.hop.carry_adjoint(field).mapv(|u| u.arg())
+    }
+
+    /// The share of the light on each pixel of the sensor for reflections, [y, x].
+    pub fn shares(&self, values: ArrayView2<Complex64>) -> Array2<f64> {
+        let sent = self.sent(values);
+        self.hop.carry(values).mapv(|u| u.norm_sqr() / sent)
+    }
+
+    /// ∫|U|² behind the mirror, over the area of a pixel of the sensor.
+    fn sent(&self, values: ArrayView2<Complex64>) -> f64 {
+        let sent = Zip::from(values).and(&self.area);
+        sent.fold(0.0, |sum, value, area| sum + value.norm_sqr() * area)
+    }
+
+    /// Value and gradient for phases in rad.
+    pub fn look(&self, phases: &[f64]) -> MirrorLook {
+        let values = self.reflections(phases);
+        let field = self.hop.carry(values.view());
+        let sent = self.sent(values.view());
+        let shares = field.mapv(|u| u.norm_sqr() / sent);
+
+        // share = |U|²/sent: Ū = 2·bar·U/sent, and sent falls by the shares' own weight.
+        let verdict = self.loss.look(shares.view());
+        let mut field_bar = field;
+        field_bar.zip_mut_with(&verdict.bar, |u, bar| *u *= 2.0 * bar / sent);
+        let mut values_bar = self.hop.carry_adjoint(field_bar.view());
+        let pull = 2.0 * (&verdict.bar * &shares).sum() / sent;
+        Zip::from(&mut values_bar)
+            .and(&values)
+            .and(&self.area)
+            .for_each(|bar, value, area| *bar -= value * (pull * area));
+        MirrorLook {
+            value: verdict.value,
+            gradient: self.freedom.reflect_adjoint(phases, values_bar.view()),
+            shares,
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::design::holograms::start::random_phase;
+    use crate::design::losses::likeness::{Brightness, Likeness};
+    use crate::design::mirrors::conformal::{Conformal, Opening, Show, Substrate, Window};
+    use crate::design::mirrors::mirror::{Freedom, MirrorDesign, MirrorError};
+    use crate::math::noise::noise;
+    use crate::optics::system::System;
+
+    const MIRROR: Conformal = Conformal {
+        substrate: Substrate::Bump,
+        show: Show::Letter,
+        scale: 0.08,
+    };
+
+    fn system() -> System {
+        let window = Window {
+            x: 0.0,
+            pixels: [20; 2],
+            pitch: 1e-3,
+        };
+        let ones = Array2::from_elem((MIRROR.count(), MIRROR.count()), Complex64::ONE);
+        MIRROR.made(ones, Opening::Disc, window)
+    }
+
+    fn design(freedom: Freedom, brightness: Brightness) -> MirrorDesign {
+        // As large as the shares are.
+        let wanted = Array2::from_shape_fn((20, 20), |(j, i)| 4e-4 * ((i * j) % 7) as f64);
+        let loss = Likeness::new(wanted, None, brightness).unwrap();
+        MirrorDesign::new(&system(), freedom, Box::new(loss)).unwrap()
+    }
+
+    #[test]
+    fn reflect_dot_product_with_differences() {
+        let (shape, freedom) = ((3, 4), Freedom::TwoPhases);
+        let phases: Vec<f64> = (0..24).map(|n| f64::from(n * n)).collect();
+        let bar = noise(shape, 1);
+        let back = freedom.reflect_adjoint(&phases, bar.view());
+        for n in 0..24 {
+            let at = |step: f64| {
+                let mut phases = phases.clone();
+                phases[n] += step;
+                let values = freedom.reflect(&phases, shape);
+                let pairs = bar.iter().zip(&values);
+                pairs
+                    .map(|(bar, value)| (bar.conj() * value).re)
+                    .sum::<f64>()
+            };
+            let h = 1e-3;
+            let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
+            assert!((slope - back[n]).abs() < 1e-9, "{slope} {}", back[n]);
+        }
+        let one = Freedom::Phase.reflect(&phases[..12], shape);
+        assert!(one.iter().all(|value| (value.norm() - 1.0).abs() < 1e-15));
+    }
+
+    /// The whole chain, of one phase and of two, for losses that do and do not see how much light is lost.
+    #[test]
+    fn pixel_phases_match_central_differences() {
+        for freedom in [Freedom::Phase, Freedom::TwoPhases] {
+            for brightness in [Brightness::Free, Brightness::Given { scale: 1.0 }] {
+                let design = design(freedom, brightness);
+                let rows = design.len() / MIRROR.count();
+                let phases = random_phase(3, 0, (rows, MIRROR.count()))
+                    .into_raw_vec_and_offset()
+                    .0;
+                let way = random_phase(4, 0, (rows, MIRROR.count()))
+                    .into_raw_vec_and_offset()
+                    .0;
+                let at = |step: f64| {
+                    let there: Vec<f64> =
+                        phases.iter().zip(&way).map(|(p, d)| p + step * d).collect();
+                    design.look(&there).value
+                };
+                let near = (at(1e-4) - at(-1e-4)) / 2e-4;
+                let far = (at(2e-4) - at(-2e-4)) / 4e-4;
+                let slope = (4.0 * near - far) / 3.0;
+                let gradient = design.look(&phases).gradient;
+                let found: f64 = gradient.iter().zip(&way).map(|(g, d)| g * d).sum();
+                let size: f64 = gradient
+                    .iter()
+                    .zip(&way)
+                    .map(|(g, d)| (g * d).powi(2))
+                    .sum();
+                let error = (found - slope).abs() / size.sqrt();
+                println!("{freedom:?} {brightness:?}: {error:.1e}");
+                assert!(error < 1e-7, "{freedom:?} {brightness:?}: {found} {slope}");
+            }
+        }
+    }
+
+    /// No more light arrives than is sent, and twice the modulus is the same share.
+    #[test]
+    fn shares_are_of_the_light_that_is_sent() {
+        let design = design(Freedom::TwoPhases, Brightness::Free);
+        let one = random_phase(5, 0, (design.len() / 2, 1))
+            .into_raw_vec_and_offset()
+            .0;
+        let both: Vec<f64> = one.iter().chain(&one).copied().collect();
+        let shares = design.look(&both).shares;
+        assert!((0.05..1.0).contains(&shares.sum()), "{}", shares.sum());
+        let phase = self::design(Freedom::Phase, Brightness::Free);
+        let same = phase.look(&one).shares;
+        assert!((&shares - &same).iter().all(|off| off.abs() < 1e-12));
+    }
+
+    #[test]
+    fn other_systems_are_refused() {
+        let loss = || {
+            let wanted = Array2::ones((20, 20));
+            Box::new(Likeness::new(wanted, None, Brightness::Free).unwrap())
+        };
+        let mut other = system();
+        other.screens.remove(0);
+        let refused = MirrorDesign::new(&other, Freedom::Phase, loss());
+        assert!(matches!(refused, Err(MirrorError::Pixels)));
+        let wanted = Array2::ones((20, 21));
+        let wide = Likeness::new(wanted, None, Brightness::Free).unwrap();
+        let refused = MirrorDesign::new(&system(), Freedom::Phase, Box::new(wide));
+        assert!(matches!(refused, Err(MirrorError::Shape { .. })));
+    }
+}
