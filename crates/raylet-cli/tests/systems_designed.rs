@@ -192,7 +192,14 @@ fn numbers_of_the_system_are_designed() {
         .map(|line| line.split(',').nth(2).unwrap().parse().unwrap())
         .collect();
     assert!(losses.last().unwrap() < &losses[0], "{course}");
-    let left = ["out", "phase.npy", "scene.designed.toml", "scene.toml"];
+    let record = ".scene.designed.toml.raylet";
+    let left = [
+        record,
+        "out",
+        "phase.npy",
+        "scene.designed.toml",
+        "scene.toml",
+    ];
     assert_eq!(stage.names(), left);
 }
 
