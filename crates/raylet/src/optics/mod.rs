@@ -1,4 +1,30 @@
 //! What the parts are.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`aperture`] | Clear apertures and the share of a small cell that lies inside them |
+//! | [`bundle`] | Rays of any tracer, in plain arrays, where they stand on a screen; and what may be wrong with them |
+//! | [`conic`] | Spheres and conics of revolution, with even powers of the radius on top |
+//! | [`dispersion`] | Dispersion: how an index of refraction depends on the wavelength |
+//! | [`doe`] | Diffractive optical elements: a complex transmission over a plane |
+//! | [`frame`] | Where a part stands: an origin and three orthonormal axes in global coordinates |
+//! | [`freeform`] | Sag terms that are added to a conic, each written once as a formula for z(x, y) |
+//! | [`height`] | The height of a surface over its local plane, with derivatives |
+//! | [`medium`] | What light travels in: a medium and its index of refraction as a function of wavelength |
+//! | [`moments`] | Integrals of polynomials over the part of a cell that an aperture leaves open |
+//! | [`paraxial`] | Paraxial optics of centred trains: ray matrices, focal lengths, principal planes |
+//! | [`polygon`] | Areas inside polygons |
+//! | [`profile`] | Analytic phase profiles of diffractive elements |
+//! | [`ray`] | A ray: a point, a direction, and the optical path behind it |
+//! | [`refraction`] | What an interface does to a direction and to the amplitude of the field |
+//! | [`sag_grid`] | A surface given by heights on a grid, with a smooth spline between them |
+//! | [`screen`] | Screens: where a field lives, and what acts on it there |
+//! | [`shape`] | Surface shapes: height over the local plane, its derivatives, and where a ray meets it |
+//! | [`source`] | Where the light comes from: the field it puts on the first screen |
+//! | [`surface`] | A prescription row: shape, place, clear aperture, and what happens to light there |
+//! | [`surface_coordinates`] | A curved surface's own coordinates: lengths along it instead of their projections |
+//! | [`system`] | A whole optical system at one wavelength: screens joined by trains of surfaces |
+//! | [`toric`] | Surfaces with two curvatures: biconics, cylinders and toroids |
 
 #![expect(
     clippy::indexing_slicing,
