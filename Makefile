@@ -27,8 +27,9 @@ SEED ?= 1
 FROM ?= 0
 JOBS ?= 2
 
+# The whole workspace decides on features, so that what the tests built is not built again.
 fuzz:
-	cargo build --release --quiet --package raylet-cli
+	cargo build --release --quiet --workspace --bin raylet
 	$(PYTHON) -m fuzz --cases $(CASES) --seed $(SEED) --from $(FROM) --jobs $(JOBS)
 
 # A virtual environment with what the Python tests need; the package is built with the same profile as the rest.
