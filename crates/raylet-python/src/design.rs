@@ -2,6 +2,7 @@
 
 use std::path::PathBuf;
 use std::sync::Arc;
+use std::sync::mpsc::{Receiver, RecvTimeoutError, channel};
 
 use ndarray::Array2;
 use numpy::Ix2;
@@ -22,7 +23,7 @@ use crate::arrays::Lent;
 use crate::refusal::{error, fault};
 use crate::scene::Scene;
 use crate::typed::{ByPath, Made, finite};
-use crate::watch::{Watch, run};
+use crate::watch::{BREATH, Watch, run};
 
 /// The phase in rad [y, x] with which the sensor shows a picture, on the paraxial train: its path in the scene, what
 /// goes there, and (NCC with the softened picture, NCC over the sensor, share of the light in it).
@@ -103,10 +104,16 @@ pub(crate) fn design<'py>(
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Answer<'py>> {
     let file = held(py, scene, &arrays)?;
+    let keeps = keeping.is_some();
+    let (at_work, ended) = channel::<()>();
     let found = run(py, threads, progress, move |watch: &Watch| {
+        let _at_work = at_work;
         find(&file, keeping.as_ref(), watch)
-    })?;
-    let found = found.map_err(|told| match told {
+    });
+    if found.is_err() && keeps {
+        wait(py, ended);
+    }
+    let found = found?.map_err(|told| match told {
         Failure::Fault(told) => fault(py, &told),
         Failure::Other(told) => error(py, told),
     })?;
@@ -126,6 +133,20 @@ pub(crate) fn design<'py>(
         found.parts,
         scene,
     ))
+}
+
+/// Waits until a search that was given up has ended and released its folder, or until the next signal.
+fn wait(py: Python<'_>, mut ended: Receiver<()>) {
+    loop {
+        let (back, heard) = py.detach(move || {
+            let heard = ended.recv_timeout(BREATH);
+            (ended, heard)
+        });
+        ended = back;
+        if heard != Err(RecvTimeoutError::Timeout) || py.check_signals().is_err() {
+            return;
+        }
+    }
 }
 
 /// Why nothing was found.

@@ -12,7 +12,7 @@ use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
 /// How often signals are looked for and progress is told.
-const BREATH: Duration = Duration::from_millis(50);
+pub(crate) const BREATH: Duration = Duration::from_millis(50);
 
 /// Most threads that can be asked for.
 const MOST_THREADS: usize = 1024;
@@ -97,7 +97,7 @@ pub(crate) fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
 /// Does work on a thread of its own, while this one looks for signals and tells `progress(done, all, to)`.
 ///
 /// When a signal handler or `progress` raises, that is raised here at once; the work ends by itself soon after,
-/// with everything it holds.
+/// and releases then what it holds.
 ///
 /// # Errors
 /// What the handler or `progress` raised; RuntimeError for work that failed within.
