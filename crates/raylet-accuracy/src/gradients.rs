@@ -13,7 +13,7 @@ use crate::gradient_error::{Comparison, Loss};
 use crate::mirror::{self, Coat};
 use crate::pixels::Pixels;
 use crate::problems::{axis, doe, plane_wave, random_pixels, sensor};
-use crate::rayleigh_sommerfeld::{rayleigh_sommerfeld, rayleigh_sommerfeld_adjoint};
+use crate::rayleigh_sommerfeld::{FieldBar, rayleigh_sommerfeld, rayleigh_sommerfeld_adjoint};
 use crate::sensitivity::through_lens;
 
 /// All comparisons; the reduced list leaves out the slow ones.
@@ -121,7 +121,11 @@ impl Flight {
             let field = rayleigh_sommerfeld(&self.pixels, tilt, 1.0, self.nodes, &points);
             let field = Array2::from_shape_fn((count, count), |(j, i)| field[j * count + i]);
             let bar: Vec<Complex64> = loss.bar(&field).iter().copied().collect();
-            rayleigh_sommerfeld_adjoint(&self.pixels, tilt, 1.0, self.nodes, (&points, &bar))
+            let field_bar = FieldBar {
+                points: &points,
+                values: &bar,
+            };
+            rayleigh_sommerfeld_adjoint(&self.pixels, tilt, 1.0, self.nodes, field_bar)
         };
         Comparison::new(
             name,

@@ -41,6 +41,15 @@ pub fn rayleigh_sommerfeld(
         .collect()
 }
 
+/// The cotangent of a field at points.
+#[derive(Clone, Copy)]
+pub struct FieldBar<'a> {
+    /// The points (x, y, z > 0).
+    pub points: &'a [[f64; 3]],
+    /// The cotangent of its value at each point.
+    pub values: &'a [Complex64],
+}
+
 /// The conjugate transpose of [`rayleigh_sommerfeld`] with respect to the pixels, [y, x]: from the cotangent of
 /// the field at the points to that of each pixel's transmission.
 pub fn rayleigh_sommerfeld_adjoint(
@@ -48,8 +57,9 @@ pub fn rayleigh_sommerfeld_adjoint(
     tilt: [f64; 2],
     wavelength: f64,
     nodes: usize,
-    (points, field_bar): (&[[f64; 3]], &[Complex64]),
+    back: FieldBar,
 ) -> Array2<Complex64> {
+    let FieldBar { points, values } = back;
     let (rows, columns) = pixels.transmission.dim();
     let (ys, xs) = (pixels.nodes(rows, nodes), pixels.nodes(columns, nodes));
     let k = std::f64::consts::TAU / wavelength;
@@ -60,7 +70,7 @@ pub fn rayleigh_sommerfeld_adjoint(
         let area = ys.weights[row] * xs.weights[column] / std::f64::consts::TAU;
         let lit = Complex64::new(c, s) * area;
         let mut sum = Complex64::ZERO;
-        for ([px, py, pz], bar) in points.iter().zip(field_bar) {
+        for ([px, py, pz], bar) in points.iter().zip(values) {
             let r = ((px - x).powi(2) + (py - y).powi(2) + pz * pz).sqrt();
             let (c, s) = cis_turns(r / wavelength);
             let kernel = Complex64::new(1.0 / r, -k) * Complex64::new(c, s) * (pz / (r * r));
@@ -148,7 +158,7 @@ mod tests {
 
     use crate::disc::disc_weights;
     use crate::pixels::Pixels;
-    use crate::rayleigh_sommerfeld::{rayleigh_sommerfeld, rayleigh_sommerfeld_adjoint};
+    use crate::rayleigh_sommerfeld::{FieldBar, rayleigh_sommerfeld, rayleigh_sommerfeld_adjoint};
 
     /// On the axis behind a hard disc the integral is
     /// e^{ikz} − (z/√(z²+a²)) e^{ik√(z²+a²)} exactly.
@@ -215,7 +225,11 @@ mod tests {
             .collect();
         let bar: Vec<Complex64> = (0..30).map(|i| noise(50 + i)).collect();
         let field = rayleigh_sommerfeld(&pixels, [0.2, -0.1], 1.0, 4, &points);
-        let back = rayleigh_sommerfeld_adjoint(&pixels, [0.2, -0.1], 1.0, 4, (&points, &bar));
+        let field_bar = FieldBar {
+            points: &points,
+            values: &bar,
+        };
+        let back = rayleigh_sommerfeld_adjoint(&pixels, [0.2, -0.1], 1.0, 4, field_bar);
         let there: Complex64 = bar.iter().zip(&field).map(|(a, b)| a.conj() * b).sum();
         let back: Complex64 = (back.iter().zip(&pixels.transmission))
             .map(|(a, b)| a.conj() * b)

@@ -7,7 +7,7 @@ use raylet::design::project::{Plans, Project};
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::project::brief;
 use raylet::file::scene::scene_file::Scene;
-use raylet::math::random::uniform;
+use raylet::math::random::{Purpose, uniform};
 
 use crate::failure::Failure;
 use crate::overrides::start_threads;
@@ -58,7 +58,12 @@ impl Gradcheck {
         let mut lines: Vec<(String, Vec<f64>, f64)> = (0..directions)
             .map(|number| {
                 let along = |i: usize| match i < pixels {
-                    true => uniform(scene.seed, [i as u32, number, 0, CHECK]) - 0.5,
+                    true => {
+                        uniform(
+                            scene.seed,
+                            [i as u32, number, 0, Purpose::GradientCheck as u32],
+                        ) - 0.5
+                    }
                     false => 0.0,
                 };
                 let name = format!("all pixels, random direction {}", number + 1);
@@ -72,7 +77,7 @@ impl Gradcheck {
         }
         for (name, along, step) in lines {
             let slope: f64 = along.iter().zip(&look.gradient).map(|(a, g)| a * g).sum();
-            let found = differences(project, &plans, (point, &along), step)
+            let found = differences(project, &plans, point, &along, step)
                 .map_err(|error| refuse(&error))?;
             if !(look.value.is_finite() && slope.is_finite() && found.is_finite()) {
                 return Err(
@@ -95,14 +100,12 @@ fn apart(slope: f64, found: f64) -> String {
     }
 }
 
-/// What random directions are drawn for.
-const CHECK: u32 = 0x4348_4543;
-
 /// The slope of the loss along a direction by fourth-order central differences.
 fn differences(
     project: &Project,
     plans: &Plans,
-    (point, along): (&[f64], &[f64]),
+    point: &[f64],
+    along: &[f64],
     step: f64,
 ) -> Result<f64, raylet::design::project::ProjectError> {
     let at = |by: f64| {

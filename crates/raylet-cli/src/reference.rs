@@ -19,7 +19,7 @@ use raylet::wave::field::Field;
 use crate::failure::Failure;
 use crate::overrides::start_threads;
 use crate::progress::Meter;
-use crate::result_folder::{gather, publish};
+use crate::result_folder::{Light, gather, publish};
 use crate::say::say;
 use crate::simulate::{build_all, summary};
 
@@ -88,7 +88,11 @@ impl Reference {
         let fields = gather(&systems, &fields);
         let seconds = clock.elapsed().as_secs_f64();
         let report = Report::new("reference", &scene, &settings, channels, seconds);
-        let report = publish(&target, &scene, &systems, (fields, &[]), report)?;
+        let light = Light {
+            fields,
+            errors: &[],
+        };
+        let report = publish(&target, &scene, &systems, light, report)?;
         say(&summary(&report, &out))
     }
 

@@ -61,6 +61,14 @@ fn noise_npy(errors: &[StandardError]) -> Result<Vec<u8>, Fault> {
     Ok(file.into_inner())
 }
 
+/// The light of a run on its sensor.
+pub(crate) struct Light<'a> {
+    /// The fields of all channels.
+    pub(crate) fields: Fields,
+    /// Their standard errors; empty where a run has none.
+    pub(crate) errors: &'a [StandardError],
+}
+
 /// Draws the pictures of a run and writes them with its fields, their standard errors where there is one for
 /// every channel, and its document; returns the document as written, which names the files. The systems are
 /// one per wavelength.
@@ -72,9 +80,10 @@ pub(crate) fn publish(
     target: &Target,
     scene: &Scene,
     systems: &[System],
-    (fields, errors): (Fields, &[StandardError]),
+    light: Light,
     mut report: Report,
 ) -> Result<Report, Fault> {
+    let Light { fields, errors } = light;
     let refuse = |error: FigureError| {
         Fault::of_file(
             target.path(),

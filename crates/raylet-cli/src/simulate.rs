@@ -18,7 +18,7 @@ use raylet::wave::field::Field;
 use crate::failure::Failure;
 use crate::overrides::Overrides;
 use crate::progress::Meter;
-use crate::result_folder::{StandardError, gather, publish};
+use crate::result_folder::{Light, StandardError, gather, publish};
 use crate::say::say;
 
 /// Carries the light of a scene to its sensor.
@@ -53,7 +53,11 @@ impl Simulate {
         let fields = gather(&systems, &fields);
         let seconds = clock.elapsed().as_secs_f64();
         let report = Report::new("simulate", &scene, &settings, channels, seconds);
-        let report = publish(&target, &scene, &systems, (fields, &errors), report)?;
+        let light = Light {
+            fields,
+            errors: &errors,
+        };
+        let report = publish(&target, &scene, &systems, light, report)?;
         say(&summary(&report, &out))
     }
 }

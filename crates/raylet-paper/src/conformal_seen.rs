@@ -49,7 +49,8 @@ impl Seen {
     /// As [`reference()`].
     pub fn directly(
         mirror: &Conformal,
-        (values, opening): (&Array2<Complex64>, Opening),
+        values: &Array2<Complex64>,
+        opening: Opening,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<Self, ReferenceError> {
         let choice = Choice {

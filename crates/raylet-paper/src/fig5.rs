@@ -96,19 +96,21 @@ pub fn fig5(effort: Effort) -> Result<Study, StudyError> {
         steps.end();
         let phase = found.map_err(|error| wanted.blame(&scene, &error))?.phase;
         let seconds = clock.elapsed().as_secs_f64();
-        rows.push(seen(&brief, (name, file), phase, (iterations, seconds))?);
+        let found = Found {
+            name,
+            file,
+            phase,
+            iterations,
+            seconds,
+        };
+        rows.push(seen(&brief, found)?);
     }
     let description = brief.design.iterations.to_string();
     let kept = effort
         .keep
         .map(|keep| Checkpoints::within(&keep.join("fig5"), &description));
-    let (phase, cost) = through_lens(&brief, kept.as_ref(), effort)?;
-    rows.push(seen(
-        &brief,
-        ("through the real lens", "real"),
-        phase,
-        cost,
-    )?);
+    let found = through_lens(&brief, kept.as_ref(), effort)?;
+    rows.push(seen(&brief, found)?);
     let study = study(&rows, &brief)?;
     if let Some(kept) = kept {
         kept.remove()?;
@@ -116,12 +118,24 @@ pub fn fig5(effort: Effort) -> Result<Study, StudyError> {
     Ok(study)
 }
 
-/// The phase found by gradients through the real lens; iterations and seconds.
+/// A hologram that was found, and what it took.
+struct Found {
+    /// What it is called.
+    name: &'static str,
+    /// The name of its file.
+    file: &'static str,
+    /// Its phase in rad, [y, x].
+    phase: Array2<f64>,
+    iterations: usize,
+    seconds: f64,
+}
+
+/// The hologram found by gradients through the real lens.
 fn through_lens(
     brief: &Brief,
     kept: Option<&Checkpoints>,
     effort: Effort,
-) -> Result<(Array2<f64>, (usize, f64)), StudyError> {
+) -> Result<Found, StudyError> {
     let (clock, iterations) = (Instant::now(), brief.design.iterations);
     let before = kept.and_then(|kept| kept.read(|saved| check(saved, brief)).ok());
     if let (Some(kept), None) = (kept, &before) {
@@ -152,8 +166,13 @@ fn through_lens(
     }
     steps.end();
     let made = brief.project.make(run.best(), 1.0);
-    let seconds = earlier + clock.elapsed().as_secs_f64();
-    Ok((made[0].phases[0].phase.clone(), (run.iteration(), seconds)))
+    Ok(Found {
+        name: "through the real lens",
+        file: "real",
+        phase: made[0].phases[0].phase.clone(),
+        iterations: run.iteration(),
+        seconds: earlier + clock.elapsed().as_secs_f64(),
+    })
 }
 
 /// Checks that the search can go on from this; returns what was found otherwise.
@@ -173,12 +192,14 @@ fn wanted(brief: &Brief) -> Result<&[Array2<f64>; 2], StudyError> {
 }
 
 /// What a phase shows through the real lens, and by Collins' integral.
-fn seen(
-    brief: &Brief,
-    (name, file): (&'static str, &'static str),
-    phase: Array2<f64>,
-    (iterations, seconds): (usize, f64),
-) -> Result<Row, StudyError> {
+fn seen(brief: &Brief, found: Found) -> Result<Row, StudyError> {
+    let Found {
+        name,
+        file,
+        phase,
+        iterations,
+        seconds,
+    } = found;
     let memory_mb = Machine::here().peak_memory_mb;
     let point: Vec<f64> = phase.iter().copied().collect();
     let made = brief.project.make(&point, 1.0);

@@ -45,7 +45,7 @@ pub fn fig6_foci(effort: Effort) -> Result<Study, StudyError> {
     let iterations = if effort.quick { QUICK } else { ITERATIONS };
     let (mut study, mut rows) = (Study::default(), Vec::new());
     for (name, opening) in NAMES.into_iter().zip([Opening::Square, Opening::Disc]) {
-        let sought = seek(name, (mirror, opening), iterations, effort)?;
+        let sought = seek(name, mirror, opening, iterations, effort)?;
         let values = sought.values();
         let seen = sought.seen(name, &values, effort.display)?;
         let title = format!("Two foci, designed; pixels lit: {name}{}", size(&mirror));

@@ -30,7 +30,7 @@ pub fn fig6_s(effort: Effort) -> Result<Study, StudyError> {
         scale: if effort.quick { SMALL } else { 1.0 },
     };
     let iterations = if effort.quick { QUICK } else { ITERATIONS };
-    let sought = seek(NAME, (mirror, Opening::Disc), iterations, effort)?;
+    let sought = seek(NAME, mirror, Opening::Disc, iterations, effort)?;
     let values = sought.values();
     let shares = sought.posed.design.shares(values.view());
     let known = ncc(shares.view(), sought.posed.wanted.view());

@@ -59,7 +59,8 @@ pub(crate) struct Sought {
 /// Seeks the pixels of a mirror in so many iterations.
 pub(crate) fn seek(
     name: &str,
-    (mirror, opening): (Conformal, Opening),
+    mirror: Conformal,
+    opening: Opening,
     iterations: usize,
     effort: Effort,
 ) -> Result<Sought, StudyError> {
@@ -177,7 +178,7 @@ impl Sought {
     ) -> Result<Seen, StudyError> {
         let (meter, label) = (display.run(), format!("{name}, direct integral, "));
         let note = |progress: Progress| meter(&label, progress);
-        Ok(Seen::directly(&self.mirror, (values, self.opening), &note)?)
+        Ok(Seen::directly(&self.mirror, values, self.opening, &note)?)
     }
 
     /// The picture of these reflections.

@@ -17,7 +17,7 @@ use raylet::optics::system::System;
 use crate::method_comparison::{Cost, Shown, Trial, figure, light};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use crate::systems::{Board, Rod, in_parts, once};
+use crate::systems::{Board, DrawnRun, Rod, in_parts, once};
 
 /// Patch of the paper in mm, and its period over that: 40 pixels, padded to 156.
 const PATCH: f64 = 40.0 * 6.3e-3;
@@ -120,7 +120,13 @@ fn drawn(sizes: &Sizes, effort: Effort) -> Result<Vec<Trial>, StudyError> {
             padding: PADDING,
             ..Paper::default()
         };
-        in_parts(name, &pixels, &paper, (sizes.parts, effort), &mut |_| {})
+        let run = DrawnRun {
+            name,
+            system: &pixels,
+            paper: &paper,
+            parts: sizes.parts,
+        };
+        in_parts(&run, effort, &mut |_| {})
     });
     runs.collect()
 }

@@ -23,7 +23,7 @@ use raylet::optics::system::System;
 use crate::method_comparison::{Cost, Shown, Trial, figure, light};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use crate::systems::{Board, Rod, by_paper, in_parts, once};
+use crate::systems::{Board, DrawnRun, Rod, by_paper, in_parts, once};
 
 /// Periods of the angular spectrum over the hologram: the paper's, and one whose copies are far.
 const PADDINGS: [usize; 2] = [2, 8];
@@ -158,7 +158,13 @@ fn ways(points: &System, effort: Effort) -> Result<Vec<Trial>, StudyError> {
     let code = patches(share(16_384), 10_000, 0.5 * width, 3.92);
     let text = patches(128, if effort.quick { 1000 } else { 8000 }, width, 2.0);
     let by = |name: &str, paper: Paper, parts| {
-        in_parts(name, points, &paper, (parts, effort), &mut |_| {})
+        let run = DrawnRun {
+            name,
+            system: points,
+            paper: &paper,
+            parts,
+        };
+        in_parts(&run, effort, &mut |_| {})
     };
     Ok(vec![
         once(

@@ -26,7 +26,7 @@ use raylet_plot::chart::Series;
 use crate::method_comparison::{Cost, Match, Shown, Trial, figure, light};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use crate::systems::{Board, Rod, by_paper, in_parts, once};
+use crate::systems::{Board, DrawnRun, Rod, by_paper, in_parts, once};
 
 /// Pixels along each side of hologram and sensor.
 const COUNT: usize = 200;
@@ -86,7 +86,12 @@ pub fn system3(effort: Effort) -> Result<Study, StudyError> {
             format!("system3-{}.npy", ["thin", "principal"][number]),
             npy(&phase)?,
         ));
-        let design = carried(name, &phase, (&sizes, positions, effort), &wanted)?;
+        let work = Work {
+            sizes: &sizes,
+            positions,
+            effort,
+        };
+        let design = carried(name, &phase, &wanted, work)?;
         for trial in &design.trials {
             let rods = [Rod {
                 name: "default: beamlets",
@@ -135,13 +140,27 @@ fn found(sizes: &Sizes, thin: bool) -> Result<Array2<f64>, StudyError> {
     Ok(design(&task, &mut |_| {})?.phase)
 }
 
+/// How much work a design gets.
+#[derive(Clone, Copy)]
+struct Work<'a> {
+    sizes: &'a Sizes,
+    /// Positions of the paper's method.
+    positions: usize,
+    effort: Effort<'a>,
+}
+
 /// A design through the real lens: by beamlets, without rays, and by the paper's method.
 fn carried(
     name: &str,
     phase: &Array2<f64>,
-    (sizes, positions, effort): (&Sizes, usize, Effort),
     wanted: &Array2<f64>,
+    work: Work,
 ) -> Result<Design, StudyError> {
+    let Work {
+        sizes,
+        positions,
+        effort,
+    } = work;
     let (points, boxes) = (
         lens_hologram(phase, PixelForm::Point),
         lens_hologram(phase, PixelForm::Box),
@@ -169,20 +188,20 @@ fn carried(
 
     // The paper's method, and how it converges.
     let (mut likeness, mut errors) = (Vec::new(), Vec::new());
-    let drawn = in_parts(
-        &named("paper's method"),
-        &points,
-        &patches,
-        (sizes.parts, effort),
-        &mut |so_far| {
-            let draws = so_far.cost.draws;
-            let shown = light(so_far.field.view());
-            let score = ncc(shown.view(), wanted.view());
-            let error = Match::of(so_far.field.view(), ours.field.view()).shape_error;
-            likeness.push([draws, score.unwrap_or(f64::NAN)]);
-            errors.push([draws, error.unwrap_or(f64::NAN)]);
-        },
-    )?;
+    let run = DrawnRun {
+        name: &named("paper's method"),
+        system: &points,
+        paper: &patches,
+        parts: sizes.parts,
+    };
+    let drawn = in_parts(&run, effort, &mut |so_far| {
+        let draws = so_far.cost.draws;
+        let shown = light(so_far.field.view());
+        let score = ncc(shown.view(), wanted.view());
+        let error = Match::of(so_far.field.view(), ours.field.view()).shape_error;
+        likeness.push([draws, score.unwrap_or(f64::NAN)]);
+        errors.push([draws, error.unwrap_or(f64::NAN)]);
+    })?;
     let curves = [Series::line(name, likeness), Series::line(name, errors)];
     Ok(Design {
         trials: vec![ours, real, paraxial, all, drawn],

@@ -68,15 +68,29 @@ pub(crate) fn once(
     })?)
 }
 
-/// A run of the paper's method in so many parts, which share its positions; `seen` hears of what there is after
+/// A run of the paper's method in parts.
+pub(crate) struct DrawnRun<'a> {
+    /// What it is called.
+    pub(crate) name: &'a str,
+    pub(crate) system: &'a System,
+    pub(crate) paper: &'a Paper,
+    /// How many parts there are.
+    pub(crate) parts: usize,
+}
+
+/// A run of the paper's method in parts, which share its positions; `seen` hears of what there is after
 /// each. With a folder to keep them in, a run that was stopped goes on with the parts that it has.
 pub(crate) fn in_parts(
-    name: &str,
-    system: &System,
-    paper: &Paper,
-    (parts, effort): (usize, Effort),
+    drawn: &DrawnRun,
+    effort: Effort,
     seen: &mut dyn FnMut(&Trial),
 ) -> Result<Trial, StudyError> {
+    let DrawnRun {
+        name,
+        system,
+        paper,
+        parts,
+    } = *drawn;
     let (meter, label) = (effort.display.run(), format!("{name}, "));
     let settings = by_paper(Paper {
         rays: paper.rays.div_ceil(parts),

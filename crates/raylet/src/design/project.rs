@@ -9,7 +9,7 @@ use num_complex::Complex64;
 
 use crate::design::constraints::modulation::{Modulator, Shaped};
 use crate::design::estimator::{Estimator, Sight};
-use crate::design::losses::overlap::FieldLoss;
+use crate::design::losses::loss::FieldLoss;
 use crate::engine::chain::control_variate::ControlVariate;
 use crate::engine::chain::linearised_system::{
     ForwardPass, LinearisedSystem, LinearisedSystemError,

@@ -4,6 +4,28 @@
 //! numbers. The function is Philox4x32-10 (Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as
 //! easy as 1, 2, 3", SC 2011): ten rounds of multiplication that scramble a counter under a key.
 
+/// What random numbers are drawn for: the last word of their address, so that no two steps draw the same numbers.
+///
+/// Drawn beamlets have addresses of their own form, and a seed of their own for each iteration.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+#[repr(u32)]
+pub enum Purpose {
+    /// Positions of patches of the source paper's method.
+    PatchPosition = 1,
+    /// Modes of such a patch.
+    PatchMode = 2,
+    /// Secondary rays of other tracers' rays.
+    SecondaryRay = 3,
+    /// Beamlets whose aberration is measured.
+    AberrationSample = 4,
+    /// Points at which a hop without rays is checked.
+    SpotCheck = 5,
+    /// Phases from which a design starts.
+    StartPhase = 0x5354_4152,
+    /// Directions along which gradients are checked.
+    GradientCheck = 0x4348_4543,
+}
+
 /// Scrambles a counter under a key; every counter gives four independent uniform words.
 #[inline]
 pub fn philox(mut key: [u32; 2], counter: [u32; 4]) -> [u32; 4] {
@@ -26,7 +48,7 @@ pub fn philox(mut key: [u32; 2], counter: [u32; 4]) -> [u32; 4] {
 /// Two independent numbers, uniform in \[0, 1) with 53 bits each, at the address
 /// \[screen, patch, sample, purpose\].
 ///
-/// `purpose` separates numbers that different steps draw for the same sample.
+/// The purpose ([`Purpose`]) separates numbers that different steps draw for the same sample.
 #[inline]
 pub fn pair(seed: u64, address: [u32; 4]) -> [f64; 2] {
     let key = [seed as u32, (seed >> 32) as u32];

@@ -127,7 +127,7 @@ impl Doe {
                 }
             }
             Layer::Unrolled(own, layers) => {
-                tell_unrolled((own, layers), factor, at, spans, tell);
+                tell_unrolled(own, layers, factor, at, spans, tell);
             }
             Layer::Phase(_) | Layer::Sum(_) => {}
         }
@@ -288,7 +288,8 @@ fn own_pixels(layer: &Layer) -> Option<&Pixels> {
 
 /// [`Doe::tell_pixels`] for pixels on a surface's own coordinates, beside a factor.
 fn tell_unrolled(
-    (own, layers): (&SurfaceCoordinates, &[Layer]),
+    own: &SurfaceCoordinates,
+    layers: &[Layer],
     factor: Complex64,
     at: [f64; 2],
     spans: [[f64; 2]; 2],

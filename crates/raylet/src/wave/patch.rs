@@ -195,7 +195,19 @@ impl Patches {
     pub fn energy_of(&self, view: ArrayView2<Complex64>, index: usize) -> f64 {
         let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
         let ((x, _, wx), (y, _, wy)) = (&self.x.rows[jx], &self.y.rows[jy]);
-        self.energy(view, (x.start, wx), (y.start, wy))
+        let [grid_x, grid_y] = &self.grid;
+        let along_x = node_shares(grid_x, x.start, wx);
+        let along_y = node_shares(grid_y, y.start, wy);
+        let mut total = 0.0;
+        for (row, b) in view.outer_iter().zip(&along_y) {
+            let line: f64 = row
+                .iter()
+                .zip(&along_x)
+                .map(|(u, a)| u.norm_sqr() * a)
+                .sum();
+            total += line * b;
+        }
+        total / (self.period * self.period)
     }
 
     /// Number of patches.
@@ -283,27 +295,6 @@ impl Patches {
             coefficients: matrix.dot(&waves),
             energy: energy / (self.period * self.period),
         })
-    }
-
-    /// Parseval's sum of the windowed patch.
-    fn energy(
-        &self,
-        view: ArrayView2<Complex64>,
-        (x0, wx): (usize, &[f64]),
-        (y0, wy): (usize, &[f64]),
-    ) -> f64 {
-        let [x, y] = &self.grid;
-        let (along_x, along_y) = (node_shares(x, x0, wx), node_shares(y, y0, wy));
-        let mut total = 0.0;
-        for (row, b) in view.outer_iter().zip(&along_y) {
-            let line: f64 = row
-                .iter()
-                .zip(&along_x)
-                .map(|(u, a)| u.norm_sqr() * a)
-                .sum();
-            total += line * b;
-        }
-        total / (self.period * self.period)
     }
 }
 

@@ -37,6 +37,15 @@ const FAINT: f64 = 1e-3;
 /// Error that the levels may add to a field, of the steepest light that counts.
 const LEVEL_TOLERANCE: f64 = 1e-3;
 
+/// A plane before a mirror, parallel to it.
+#[derive(Clone, Copy)]
+pub struct TargetPlane<'a> {
+    /// Its height above the mirror's local plane, in mm.
+    pub distance: f64,
+    /// Its points.
+    pub target: &'a Raster,
+}
+
 /// A pixelated mirror before a plane, with everything that does not depend on its pixels' values.
 pub struct PixelHop {
     /// Rows and columns of pixels.
@@ -59,15 +68,10 @@ struct Line {
 }
 
 impl PixelHop {
-    /// The hop from a mirror to the points of a target that is parallel to it, `distance` mm above its local plane,
-    /// in a medium of index 1. `arrived` is the light just before the mirror, one node a pixel; light comes along
+    /// The hop from a mirror to the points of a plane that is parallel to it, in a medium of index 1. `arrived` is the light just before the mirror, one node a pixel; light comes along
     /// the mirror's axis.
-    pub fn new(
-        screen: &Screen,
-        arrived: &Field,
-        (distance, target): (f64, &Raster),
-        wavelength: f64,
-    ) -> Self {
+    pub fn new(screen: &Screen, arrived: &Field, plane: TargetPlane, wavelength: f64) -> Self {
+        let TargetPlane { distance, target } = plane;
         let grid = &arrived.grid;
         let heights = Heights::on(screen, grid);
         let pitch = [grid.x.pitch, grid.y.pitch];
@@ -83,12 +87,13 @@ impl PixelHop {
             padding: PADDING,
             clear: CLEAR,
         };
-        let plan = lattice(&free, (grid.x.edges(), grid.y.edges()), target, pitch);
+        let ([x0, x1], [y0, y1]) = (grid.x.edges(), grid.y.edges());
+        let plan = lattice(&free, [x0, x1, y0, y1], target, pitch);
         let lines = [0, 1].map(|a| Line::new(plan.bands[a], wavelength / pitch[a]));
         let start = [grid.x.start, grid.y.start];
         let (transfer, least) = transfer(&free, &plan, start, pitch);
 
-        let share = tilted(arrived, &heights, (distance, target), wavelength);
+        let share = tilted(arrived, &heights, plane, wavelength);
         let (stack, held) = levelled(&share, &heights, [least, 1.0], free.k);
         Self {
             shape: (grid.y.cells, grid.x.cells),
@@ -308,14 +313,10 @@ fn edges(target: &Raster) -> [f64; 4] {
     [target.start[0], end(0), target.start[1], end(1)]
 }
 
-/// The plan of a hop, on a lattice whose period is a whole number of pixels.
-fn lattice(
-    free: &FreeHop,
-    ([x0, x1], [y0, y1]): ([f64; 2], [f64; 2]),
-    target: &Raster,
-    pitch: [f64; 2],
-) -> FreePlan {
-    let mut plan = free.plan([x0, x1, y0, y1], edges(target));
+/// The plan of a hop from an area `[x_min, x_max, y_min, y_max]`, on a lattice whose period is a whole number of
+/// pixels.
+fn lattice(free: &FreeHop, from: [f64; 4], target: &Raster, pitch: [f64; 2]) -> FreePlan {
+    let mut plan = free.plan(from, edges(target));
     let axes = plan.bands.iter_mut().zip(plan.period).zip(pitch);
     for ((band, period), pitch) in axes {
         let limit = -band.at(0);
@@ -382,9 +383,10 @@ fn levelled(
 fn tilted(
     arrived: &Field,
     heights: &Heights,
-    (distance, target): (f64, &Raster),
+    plane: TargetPlane,
     wavelength: f64,
 ) -> Array2<Complex64> {
+    let TargetPlane { distance, target } = plane;
     let grid = &arrived.grid;
     let [x0, x1, y0, y1] = edges(target);
     let middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
@@ -432,7 +434,7 @@ mod tests {
     use crate::wave::field::{Axis, Field, Grid};
     use crate::wave::heights::Heights;
     use crate::wave::metrics::shape_error;
-    use crate::wave::pixel_hop::PixelHop;
+    use crate::wave::pixel_hop::{PixelHop, TargetPlane};
     use crate::wave::raster::Raster;
     use crate::wave::rayleigh::Emitters;
 
@@ -487,7 +489,11 @@ mod tests {
         let screen = mirror();
         let mut light = arrived(&screen, 1);
         light.values.row_mut(4).fill(0.0.into());
-        let hop = PixelHop::new(&screen, &light, (25.0, &TARGET), 1.0);
+        let plane = TargetPlane {
+            distance: 25.0,
+            target: &TARGET,
+        };
+        let hop = PixelHop::new(&screen, &light, plane, 1.0);
         let (values, bar) = (noise((PIXELS, PIXELS), 1), noise((9, 15), 2));
         let there = hop.carry(values.view());
         let back = hop.carry_adjoint(bar.view());
@@ -500,7 +506,11 @@ mod tests {
     fn as_the_direct_integral_but_for_the_tilt_of_pixels() {
         let (screen, distance) = (mirror(), 25.0);
         let light = arrived(&screen, 1);
-        let hop = PixelHop::new(&screen, &light, (distance, &TARGET), 1.0);
+        let plane = TargetPlane {
+            distance,
+            target: &TARGET,
+        };
+        let hop = PixelHop::new(&screen, &light, plane, 1.0);
         let fine = arrived(&screen, 4);
         let heights = Heights::on(&screen, &fine.grid);
         let points: Vec<[f64; 3]> = (0..9 * 15)

@@ -4,11 +4,8 @@ use std::f64::consts::{PI, TAU};
 
 use ndarray::Array2;
 
-use crate::math::random;
+use crate::math::random::{self, Purpose};
 use crate::optics::paraxial::Abcd;
-
-/// What random numbers of starting phases are drawn for.
-const START: u32 = 0x5354_4152;
 
 /// A quadratic phase that spreads the light geometrically: every ray of the element meets the sensor at
 /// its own place, enlarged.
@@ -48,7 +45,12 @@ impl Spreading {
 /// Phases uniform in \[−π, π), [y, x]: a function of the seed, the number of the element and the pixel.
 pub fn random_phase(seed: u64, element: u32, shape: (usize, usize)) -> Array2<f64> {
     Array2::from_shape_fn(shape, |(j, i)| {
-        PI * (2.0 * random::uniform(seed, [element, j as u32, i as u32, START]) - 1.0)
+        PI * (2.0
+            * random::uniform(
+                seed,
+                [element, j as u32, i as u32, Purpose::StartPhase as u32],
+            )
+            - 1.0)
     })
 }
 

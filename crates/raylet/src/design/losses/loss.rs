@@ -1,10 +1,11 @@
 //! What is wanted of the light on the sensor: a number to be made small, and its gradient.
 //!
 //! A loss looks at intensities I = |U|² at the sensor's pixels and answers with its value L and the
-//! cotangent Ī = ∂L/∂I in one call; the field's own is Ū = 2·Ī·U. A design may hold a loss of the user's:
-//! whatever implements [`Loss`].
+//! cotangent Ī = ∂L/∂I in one call; the field's own is Ū = 2·Ī·U, so that each [`Loss`] is a [`FieldLoss`] too. A
+//! design may hold a loss of the user's: whatever implements one of them.
 
 use ndarray::{Array2, ArrayView2, Zip};
+use num_complex::Complex64;
 
 use crate::math::random;
 
@@ -27,6 +28,50 @@ pub trait Loss: Send + Sync {
 
     /// Value and gradient for intensities of that shape, [y, x].
     fn look(&self, intensity: ArrayView2<'_, f64>) -> Verdict;
+}
+
+/// Value and gradient of a loss of fields.
+#[derive(Clone, Debug, PartialEq)]
+pub struct FieldVerdict {
+    /// L.
+    pub value: f64,
+    /// ∂L/∂Re U + i ∂L/∂Im U at each pixel, [y, x].
+    pub bar: Array2<Complex64>,
+}
+
+/// Something that judges fields.
+pub trait FieldLoss: Send + Sync {
+    /// Rows and columns of the fields that it can judge.
+    fn pixels(&self) -> (usize, usize);
+
+    /// Value and gradient for the complex amplitude at the sensor's pixels, [y, x].
+    fn judge(&self, field: ArrayView2<'_, Complex64>) -> FieldVerdict;
+}
+
+impl<L: Loss> FieldLoss for L {
+    fn pixels(&self) -> (usize, usize) {
+        self.shape()
+    }
+
+    fn judge(&self, field: ArrayView2<'_, Complex64>) -> FieldVerdict {
+        let verdict = self.look(field.mapv(|u| u.norm_sqr()).view());
+        // I = |U|²: Ū = 2ĪU.
+        let back = |bar: &f64, u: &Complex64| u * (2.0 * bar);
+        FieldVerdict {
+            value: verdict.value,
+            bar: Zip::from(&verdict.bar).and(field).map_collect(back),
+        }
+    }
+}
+
+impl Loss for Box<dyn Loss> {
+    fn shape(&self) -> (usize, usize) {
+        self.as_ref().shape()
+    }
+
+    fn look(&self, intensity: ArrayView2<'_, f64>) -> Verdict {
+        self.as_ref().look(intensity)
+    }
 }
 
 /// Why a loss cannot be made.

@@ -3,8 +3,8 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | [`likeness`] | Losses that compare the intensity with a picture |
-//! | [`loss`] | The trait of losses, and their sum |
-//! | [`overlap`] | Losses of the field itself, phase included |
+//! | [`loss`] | The traits of losses of intensities and of fields, and sums of losses |
+//! | [`overlap`] | The share of the light in a wanted mode, phase included |
 //! | [`share`] | Losses that ask how much of the light goes where it is wanted |
 //! | [`smoothness`] | A price for steps between neighbouring pixels |
 //! | [`spots`] | Losses for spots: brightness and evenness |

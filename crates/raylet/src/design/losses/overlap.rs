@@ -1,55 +1,9 @@
-//! Losses that see the field itself, phase and all.
-//!
-//! A loss of intensities is one of fields too: Ū = 2·Ī·U.
+//! The share of the light that is in a wanted mode: a loss of the field itself, phase included.
 
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 
-use crate::design::losses::loss::{Loss, LossError, check_positive};
-
-/// Value and gradient of a loss of fields.
-#[derive(Clone, Debug, PartialEq)]
-pub struct FieldVerdict {
-    /// L.
-    pub value: f64,
-    /// ∂L/∂Re U + i ∂L/∂Im U at each pixel, [y, x].
-    pub bar: Array2<Complex64>,
-}
-
-/// Something that judges fields.
-pub trait FieldLoss: Send + Sync {
-    /// Rows and columns of the fields that it can judge.
-    fn pixels(&self) -> (usize, usize);
-
-    /// Value and gradient for the complex amplitude at the sensor's pixels, [y, x].
-    fn judge(&self, field: ArrayView2<'_, Complex64>) -> FieldVerdict;
-}
-
-impl<L: Loss> FieldLoss for L {
-    fn pixels(&self) -> (usize, usize) {
-        self.shape()
-    }
-
-    fn judge(&self, field: ArrayView2<'_, Complex64>) -> FieldVerdict {
-        let verdict = self.look(field.mapv(|u| u.norm_sqr()).view());
-        // I = |U|²: Ū = 2ĪU.
-        let back = |bar: &f64, u: &Complex64| u * (2.0 * bar);
-        FieldVerdict {
-            value: verdict.value,
-            bar: Zip::from(&verdict.bar).and(field).map_collect(back),
-        }
-    }
-}
-
-impl Loss for Box<dyn Loss> {
-    fn shape(&self) -> (usize, usize) {
-        self.as_ref().shape()
-    }
-
-    fn look(&self, intensity: ArrayView2<'_, f64>) -> crate::design::losses::loss::Verdict {
-        self.as_ref().look(intensity)
-    }
-}
+use crate::design::losses::loss::{FieldLoss, FieldVerdict, LossError, check_positive};
 
 /// L = 1 − η, η = |Σ m*U|²·a/P the share of the light sent out that is in a wanted mode m, Σ|m|² = 1, a the
 /// area of a pixel and P the power sent out.
@@ -109,7 +63,8 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::design::losses::likeness::{Brightness, Likeness};
-    use crate::design::losses::overlap::{FieldLoss, Overlap};
+    use crate::design::losses::loss::FieldLoss;
+    use crate::design::losses::overlap::Overlap;
     use crate::math::noise::noise;
 
     /// Relative distance of the gradient from central differences along a random direction.

@@ -13,7 +13,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::screen::Act;
 use crate::optics::system::System;
 use crate::wave::field::{Axis, Grid};
-use crate::wave::pixel_hop::PixelHop;
+use crate::wave::pixel_hop::{PixelHop, TargetPlane};
 use crate::wave::raster::Raster;
 
 /// What is free in each pixel.
@@ -135,7 +135,11 @@ impl MirrorDesign {
             .to_local(last.frame.to_global(Vec3::new(0.0, 0.0, 0.0)));
         let start = [raster.start[0] + middle.x, raster.start[1] + middle.y];
         let target = Raster { start, ..raster };
-        let hop = PixelHop::new(screen, &arrived, (middle.z, &target), system.wavelength);
+        let plane = TargetPlane {
+            distance: middle.z,
+            target: &target,
+        };
+        let hop = PixelHop::new(screen, &arrived, plane, system.wavelength);
         Ok(Self {
             hop,
             shape,

@@ -8,13 +8,10 @@ use std::collections::HashMap;
 
 use crate::engine::beamlet::beamlet_aberration::{Aberration, aberration};
 use crate::engine::chain::backend::Job;
-use crate::math::random::uniform;
+use crate::math::random::{Purpose, uniform};
 
 /// Samples among the beamlets of all patches, about.
 const SAMPLES: f64 = 5000.0;
-
-/// What random numbers are drawn for.
-const SAMPLE: u32 = 4;
 
 /// Modes between neighbouring nodes of the aberration's interpolation.
 const NODE_SPACING: usize = 4;
@@ -45,7 +42,12 @@ impl<'a> AberrationSamples<'a> {
     /// For how many beamlets like it a mode with this energy stands; nothing when it is not sampled.
     pub fn drawn(&self, mode: [usize; 2], energy: f64) -> Option<f64> {
         let chance = energy / self.sure;
-        let address = [mode[0] as u32, self.patch as u32, mode[1] as u32, SAMPLE];
+        let address = [
+            mode[0] as u32,
+            self.patch as u32,
+            mode[1] as u32,
+            Purpose::AberrationSample as u32,
+        ];
         (uniform(self.job.settings.seed, address) < chance).then(|| 1.0 / chance.min(1.0))
     }
 

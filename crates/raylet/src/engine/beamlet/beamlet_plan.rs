@@ -246,7 +246,8 @@ impl Planner<'_> {
         &self,
         search: &DirectionSearch,
         judges: &[SearchRay],
-        (sigma, expected): (f64, ExpectedErrors),
+        sigma: f64,
+        expected: ExpectedErrors,
     ) -> Vec<BeamletPlan> {
         let settings = self.settings;
         let Arrived {
@@ -462,7 +463,9 @@ impl Planner<'_> {
         judges: &[SearchRay],
         widths: &[(f64, ExpectedErrors)],
     ) -> Option<BeamletPlan> {
-        let judge = |&found: &(f64, ExpectedErrors)| self.judge(search, judges, found);
+        let judge = |&(sigma, expected): &(f64, ExpectedErrors)| {
+            self.judge(search, judges, sigma, expected)
+        };
         let mut candidates: Vec<_> = widths.iter().flat_map(judge).collect();
         let wanted = SHARE * self.settings.target_error;
         let errors = candidates.iter().map(BeamletPlan::error_of_beamlets);

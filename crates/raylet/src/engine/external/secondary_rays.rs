@@ -8,7 +8,7 @@ use crate::engine::external::scatter_settings::Drawing;
 use crate::engine::plan::settings::Sampler;
 use crate::math::draw::{draw, inclusion, systematic};
 use crate::math::hilbert::hilbert_order;
-use crate::math::random::{pair, uniform};
+use crate::math::random::{Purpose, pair, uniform};
 
 /// Secondary rays, in arrays of one length; those of one parent stand together.
 #[derive(Clone, Debug, Default, PartialEq)]
@@ -86,9 +86,6 @@ impl SecondaryRays {
     }
 }
 
-/// What random numbers are drawn for.
-const SCATTER: u32 = 3;
-
 /// A mode of a patch that becomes a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ChosenMode {
@@ -114,7 +111,7 @@ impl Drawing {
         if (0..sizes.len()).filter(kept).count() <= self.most {
             return all();
         }
-        let address = |number: u32| [ray as u32, number, 0, SCATTER];
+        let address = |number: u32| [ray as u32, number, 0, Purpose::SecondaryRay as u32];
         match self.sampler {
             Sampler::All => all(),
             Sampler::Multinomial => {

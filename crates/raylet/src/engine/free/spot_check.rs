@@ -9,7 +9,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::math::random::pair;
+use crate::math::random::{Purpose, pair};
 use crate::math::vec3::Vec3;
 use crate::optics::system::Hop;
 use crate::wave::field::Field;
@@ -27,9 +27,6 @@ const ROWS: usize = 64;
 
 /// Nearer than this many wavelengths of the medium the nodes do not resolve the kernel.
 const NEAR: f64 = 3.0;
-
-/// What random numbers are drawn for.
-const SPOT: u32 = 5;
 
 /// A free hop that was run.
 pub struct Spots<'a> {
@@ -84,7 +81,7 @@ impl Spots<'_> {
 
         // Where the intensity, added up point by point, passes what is drawn.
         let mut wanted: Vec<f64> = (0..count as u32 / 2)
-            .map(|n| pair(seed, [n, 0, 1, SPOT])[0] * total)
+            .map(|n| pair(seed, [n, 0, 1, Purpose::SpotCheck as u32])[0] * total)
             .collect();
         wanted.sort_by(f64::total_cmp);
         let (mut below, mut next) = (0.0, 0);
@@ -98,7 +95,7 @@ impl Spots<'_> {
         }
         let rest = count - places.len();
         places.extend((0..rest as u32).map(|n| {
-            let [u, v] = pair(seed, [n, 0, 0, SPOT]);
+            let [u, v] = pair(seed, [n, 0, 0, Purpose::SpotCheck as u32]);
             [(v * ny as f64) as usize, (u * nx as f64) as usize]
         }));
         let chance = |[j, i]: [usize; 2]| 0.5 * (even + self.values[[j, i]].norm_sqr() / total);

@@ -20,15 +20,12 @@ use crate::engine::trace::ray_packet::trace_packets;
 use crate::engine::trace::ray_trace::Landing;
 use crate::math::draw::{draw, inclusion, systematic};
 use crate::math::hilbert::hilbert_order;
-use crate::math::random::{pair, uniform};
+use crate::math::random::{Purpose, pair, uniform};
 use crate::optics::system::Hop;
 use crate::wave::field::Field;
 use crate::wave::heights::Heights;
 use crate::wave::plane::{PlaneSum, PlaneWave};
 use crate::wave::tile::{TileCutter, TileWindow};
-
-/// What random numbers are drawn for.
-const MODE: u32 = 2;
 
 /// Rays of a chunk: the unit of the sum.
 const CHUNK: usize = 1 << 19;
@@ -340,7 +337,7 @@ impl<'a> Carrier<'a> {
                 .collect(),
             Sampler::Systematic => {
                 let expected = inclusion(&weights, self.plan.secondary);
-                let offset = uniform(seed, [hop, patch, 0, MODE]);
+                let offset = uniform(seed, [hop, patch, 0, Purpose::PatchMode as u32]);
                 systematic(&expected, &self.order, offset)
                     .into_iter()
                     .map(|index| drawn(index, 1.0 / expected[index]))
@@ -360,7 +357,7 @@ impl<'a> Carrier<'a> {
     fn numbers(&self, patch: u32) -> Vec<f64> {
         let Address { seed, hop } = self.address;
         (0..self.plan.secondary.div_ceil(2) as u32)
-            .flat_map(|sample| pair(seed, [hop, patch, sample, MODE]))
+            .flat_map(|sample| pair(seed, [hop, patch, sample, Purpose::PatchMode as u32]))
             .take(self.plan.secondary)
             .collect()
     }

@@ -4,7 +4,7 @@ use crate::engine::beamlet::beamlet_plan::Planner;
 use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Positions, Sag, Sampler};
 use crate::engine::trace::direction_search::search_directions;
-use crate::math::random::pair;
+use crate::math::random::{Purpose, pair};
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::Hop;
 use crate::wave::patch::Band;
@@ -56,9 +56,6 @@ pub struct Address {
     /// Number of the hop.
     pub hop: u32,
 }
-
-/// What random numbers are drawn for.
-const POSITION: u32 = 1;
 
 impl PaperPlan {
     /// The plan that the knobs ask for.
@@ -119,7 +116,7 @@ impl PaperPlan {
         let [x0, x1, y0, y1] = self.area;
         let within = match self.rule {
             Positions::Grid => [0.5; 2],
-            _ => pair(seed, [hop, patch, 0, POSITION]),
+            _ => pair(seed, [hop, patch, 0, Purpose::PatchPosition as u32]),
         };
         let (cell, cells) = match self.rule {
             Positions::Inside | Positions::Dilated => ([0; 2], [1; 2]),

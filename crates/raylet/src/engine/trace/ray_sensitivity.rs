@@ -10,7 +10,7 @@ use num_complex::Complex64;
 
 use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::engine::trace::ray_trace::{
-    Carried, Landing, PosedScreen, carry_beamlet, emit, land, trace_train,
+    BeamletStart, Carried, Landing, PosedScreen, carry_beamlet, emit, land, trace_train,
 };
 use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::{Dual, Real};
@@ -270,18 +270,18 @@ impl<'a> VariedHop<'a> {
             index: self.to.1,
         };
         let constant = |v: [f64; 2]| v.map(Number::constant);
-        let start = launch_plane.window(sigma, hop.wavenumber());
+        let window = launch_plane.window(sigma, hop.wavenumber());
         let number = |z: Complex| Complex::new(Number::constant(z.re), Number::constant(z.im));
-        let start = Symmetric {
-            xx: number(start.xx),
-            xy: number(start.xy),
-            yy: number(start.yy),
+        let start = BeamletStart {
+            at: constant(launch_plane.at()),
+            p: constant(launch_plane.cosines(p)?),
+            q: Symmetric {
+                xx: number(window.xx),
+                xy: number(window.xy),
+                yy: number(window.yy),
+            },
         };
-        let launched = (
-            constant(launch_plane.at()),
-            constant(launch_plane.cosines(p)?),
-        );
-        carry_beamlet(&from, &self.faces, &to, launched, start)
+        carry_beamlet(&from, &self.faces, &to, start)
     }
 }
 

@@ -164,8 +164,18 @@ pub fn land<T: Real, A: Axes<T>, C: Companion<T>>(
     })
 }
 
-/// Takes a beamlet that starts above (x, y) along p, with curvature `q` on the emitting screen's axes, through
-/// a train to a screen.
+/// Where and how a beamlet starts.
+#[derive(Clone, Copy)]
+pub struct BeamletStart<T> {
+    /// The (x, y) above which it starts on the emitting screen.
+    pub at: [T; 2],
+    /// Its optical direction cosines.
+    pub p: [T; 2],
+    /// Its curvature on the emitting screen's axes.
+    pub q: Symmetric<T>,
+}
+
+/// Takes a beamlet through a train to a screen.
 ///
 /// # Errors
 /// How the ray was lost, if it was.
@@ -174,9 +184,9 @@ pub fn carry_beamlet<T: Real, A: Axes<T>, F: Face<T>, B: Axes<T>>(
     from: &PosedScreen<T, A>,
     train: &[F],
     to: &PosedScreen<T, B>,
-    (at, p): ([T; 2], [T; 2]),
-    q: Symmetric<T>,
+    start: BeamletStart<T>,
 ) -> Result<Carried<T>, Loss> {
+    let BeamletStart { at, p, q } = start;
     let ray = emit(from, at, p)?;
     let mut beamlet = Beamlet::launch(ray.direction, from.axes, q);
     let ray = trace_train(train, ray, &mut beamlet)?;
@@ -217,7 +227,7 @@ impl Hop<'_> {
         q: Symmetric<T>,
     ) -> Result<Carried<T>, Loss> {
         let (from, to) = (PosedScreen::still(self.from), PosedScreen::still(self.to));
-        carry_beamlet(&from, self.train, &to, (at, p), q)
+        carry_beamlet(&from, self.train, &to, BeamletStart { at, p, q })
     }
 
     /// The ray with its Jacobian J = ∂(s, p′)/∂(x, p), rows (s_x, s_y, p′_x, p′_y).

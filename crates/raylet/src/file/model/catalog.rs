@@ -32,13 +32,13 @@ const FIRST_CATALOGUE: &str = "SCHOTT";
 const SUGGESTIONS: usize = 5;
 
 static GLASSES: LazyLock<Vec<Glass>> = LazyLock::new(|| {
-    let mut heading = ("", "");
+    let (mut catalogue, mut source) = ("", "");
     let read = |line: &'static str| {
         if let Some(found) = line.strip_prefix("= ") {
-            heading = found.split_once('\t')?;
+            (catalogue, source) = found.split_once('\t')?;
             return None;
         }
-        Glass::read(heading, line)
+        Glass::read(catalogue, source, line)
     };
     DATA.lines().filter_map(read).collect()
 });
@@ -132,7 +132,7 @@ pub fn glass(name: &str) -> Result<&'static Glass, CatalogError> {
 
 impl Glass {
     /// The entry of one line; none for a remark.
-    fn read((catalogue, source): (&'static str, &'static str), line: &'static str) -> Option<Self> {
+    fn read(catalogue: &'static str, source: &'static str, line: &'static str) -> Option<Self> {
         let columns: Vec<&'static str> = line.split('\t').collect();
         let [names, form, range, nd, numbers] = columns[..] else {
             return None;

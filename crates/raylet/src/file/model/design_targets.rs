@@ -6,8 +6,8 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::design::losses::likeness::{Brightness, Likeness};
-use crate::design::losses::loss::LossError;
-use crate::design::losses::overlap::{FieldLoss, Overlap};
+use crate::design::losses::loss::{FieldLoss, LossError};
+use crate::design::losses::overlap::Overlap;
 use crate::design::losses::share::Share;
 use crate::design::losses::spots::{self, Spots};
 use crate::design::losses::target::Target;
@@ -236,7 +236,20 @@ struct Stage<'s> {
 }
 
 /// A picture's file and size, as a loss names them.
-type Named<'w> = (Option<&'w PathBuf>, Option<[f64; 2]>);
+#[derive(Clone, Copy)]
+struct Named<'w> {
+    picture: Option<&'w PathBuf>,
+    /// Width and height in mm.
+    size: Option<[f64; 2]>,
+}
+
+/// A picture's file and size of a loss.
+fn named(picture: &Option<PathBuf>, size: Option<[f64; 2]>) -> Named<'_> {
+    Named {
+        picture: picture.as_ref(),
+        size,
+    }
+}
 
 impl<'s> Stage<'s> {
     fn new(scene: &'s Scene, system: &System) -> Result<Self, Fault> {
@@ -271,15 +284,16 @@ impl<'s> Stage<'s> {
         };
         match wish {
             Wish::Likeness(wish) => {
-                let named = (wish.picture.as_ref(), wish.size_mm);
-                let loss = self.likeness(named, (wish.care, &wish.mask), Brightness::Free, at)?;
+                let named = named(&wish.picture, wish.size_mm);
+                let loss =
+                    self.likeness(named, wish.care, wish.mask.as_ref(), Brightness::Free, at)?;
                 loss.map(|loss| Box::new(loss) as Box<dyn FieldLoss>)
             }
             Wish::Mse(wish) => {
-                let named = (wish.picture.as_ref(), wish.size_mm);
+                let named = named(&wish.picture, wish.size_mm);
                 let given = |scale: f64| Brightness::Given { scale };
                 let brightness = wish.scale.map_or(Brightness::Sum, given);
-                let loss = self.likeness(named, (wish.care, &wish.mask), brightness, at)?;
+                let loss = self.likeness(named, wish.care, wish.mask.as_ref(), brightness, at)?;
                 loss.map(|loss| Box::new(loss) as Box<dyn FieldLoss>)
             }
             Wish::Efficiency(wish) => self.efficiency(wish, at)?,
@@ -292,19 +306,19 @@ impl<'s> Stage<'s> {
 
     /// The picture that a loss compares with, and its outline, at the sensor's pixels.
     fn shown(&self, wish: &Wish, at: &str) -> Result<Option<[Array2<f64>; 2]>, Fault> {
-        let named: Named = match wish {
-            Wish::Likeness(wish) => (wish.picture.as_ref(), wish.size_mm),
-            Wish::Mse(wish) => (wish.picture.as_ref(), wish.size_mm),
-            Wish::Overlap(wish) => (wish.picture.as_ref(), wish.size_mm),
+        let shown = match wish {
+            Wish::Likeness(wish) => named(&wish.picture, wish.size_mm),
+            Wish::Mse(wish) => named(&wish.picture, wish.size_mm),
+            Wish::Overlap(wish) => named(&wish.picture, wish.size_mm),
             _ => return Ok(None),
         };
-        let target = self.target(named, at)?;
+        let target = self.target(shown, at)?;
         Ok(Some([target.on(&self.raster), self.outline(&target)]))
     }
 
     /// A picture and its size, or those of `[hologram]`.
-    fn target(&self, (picture, size): Named, at: &str) -> Result<Target, Fault> {
-        match (picture, size) {
+    fn target(&self, named: Named, at: &str) -> Result<Target, Fault> {
+        match (named.picture, named.size) {
             (None, None) => target(self.scene, asked(self.scene)?),
             (Some(file), Some(size)) => Ok(Target {
                 image: self.image(file, &format!("{at}.picture"))?,
@@ -331,7 +345,8 @@ impl<'s> Stage<'s> {
     fn likeness(
         &self,
         named: Named,
-        (care, mask): (Care, &Option<PathBuf>),
+        care: Care,
+        mask: Option<&PathBuf>,
         brightness: Brightness,
         at: &str,
     ) -> Result<Result<Likeness, LossError>, Fault> {
@@ -377,7 +392,7 @@ impl<'s> Stage<'s> {
             let expected = "`at_mm` and `radius_mm`, or neither for a picture";
             return Err(self.scene.fault(at, "one without the other", expected));
         }
-        let target = self.target((wish.picture.as_ref(), wish.size_mm), at)?;
+        let target = self.target(named(&wish.picture, wish.size_mm), at)?;
         let (picture, mut lit) = (target.on(&self.raster), self.outline(&target));
         let most = picture.iter().fold(0.0f64, |most, value| most.max(*value));
         lit.zip_mut_with(&picture, |lit, value| {
@@ -413,7 +428,7 @@ impl<'s> Stage<'s> {
         wish: &OverlapWish,
         at: &str,
     ) -> Result<Result<Box<dyn FieldLoss>, LossError>, Fault> {
-        let target = self.target((wish.picture.as_ref(), wish.size_mm), at)?;
+        let target = self.target(named(&wish.picture, wish.size_mm), at)?;
         let mode = target.on(&self.raster);
         let mode = mode.mapv(|value| Complex64::from(value.max(0.0).sqrt()));
         let overlap = Overlap::new(&mode, self.power, self.area());

@@ -88,7 +88,7 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
         .iter()
         .map(|part| element(scene, &design, part, first));
     let elements: Vec<Element> = elements.collect::<Result<_, Fault>>()?;
-    let (glances, channels) = channels(scene, judged, (&parts, &elements), first)?;
+    let (glances, channels) = channels(scene, judged, &parts, &elements, first)?;
 
     // What is free, and where it starts.
     let start = starts(scene, &parts, &elements)?;
@@ -130,7 +130,8 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
 fn channels(
     scene: &Scene,
     judged: Vec<Judged>,
-    (parts, elements): (&[PixelPart], &[Element]),
+    parts: &[PixelPart],
+    elements: &[Element],
     systems: &[System],
 ) -> Result<(Vec<Glance>, Vec<Channel>), Fault> {
     let mut list = (Vec::new(), Vec::new());
@@ -293,7 +294,7 @@ fn start(scene: &Scene, part: &PixelPart, element: &Element) -> Result<Vec<f64>,
     let planes = match part.is_read() {
         true => part.stored(scene, modulator)?,
         false => {
-            let found = phase(scene, part, (element.screen, shape))?;
+            let found = phase(scene, part, element.screen, shape)?;
             let mut planes = vec![found; phases];
             if matches!(modulator.modulation(), Modulation::TwoPhase(_)) {
                 // Two phases that are alike would stay so.
@@ -329,7 +330,8 @@ fn packed(modulator: &Modulator, planes: &[Array2<f64>], phases: usize) -> Vec<f
 fn phase(
     scene: &Scene,
     part: &PixelPart,
-    (screen, shape): (usize, (usize, usize)),
+    screen: usize,
+    shape: (usize, usize),
 ) -> Result<Array2<f64>, Fault> {
     let wanted = || {
         let named = scene.hologram.as_ref().map(|hologram| &hologram.element);

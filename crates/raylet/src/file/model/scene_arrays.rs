@@ -64,7 +64,8 @@ impl<'a> Arrays<'a> {
         elements: &[Element],
         origin: &Origin,
         limit: u64,
-        (lent, held): (&BTreeMap<String, ArrayLook<'a>>, &Arrays<'static>),
+        lent: &BTreeMap<String, ArrayLook<'a>>,
+        held: &Arrays<'static>,
     ) -> Result<Self, Fault> {
         let mut loader = Loader {
             origin,

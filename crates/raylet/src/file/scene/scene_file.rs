@@ -241,7 +241,7 @@ impl Scene {
         lent: &BTreeMap<String, ArrayLook<'a>>,
     ) -> Result<Arrays<'a>, Fault> {
         let limit = self.memory_limit();
-        let arrays = Arrays::load(&self.element, &self.origin, limit, (lent, &self.arrays));
+        let arrays = Arrays::load(&self.element, &self.origin, limit, lent, &self.arrays);
         let arrays = arrays.map_err(|fault| match self.awaits_hologram() {
             true => {
                 let file = self.origin.file.display();
