@@ -15,25 +15,20 @@ use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::arrays::array::ArrayLook;
 use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
-use raylet::file::model::scene_arrays::Arrays;
+use raylet::file::model::variations::{NumberValues, varied_system};
 use raylet::file::scene::scene_file::Scene as File;
-use raylet::file::scene::variable::{Address, with_numbers};
+use raylet::file::scene::variable::Address;
 use raylet::optics::doe::Pixels;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 use raylet::wave::field::is_amplitude;
+use raylet::wave::transmission::phase_bar;
 
 use crate::arrays::{Guard, guard};
 use crate::refusal::error;
 use crate::scene::Scene;
 use crate::typed::{ByPath, Made, Row, finite};
 use crate::watch::{Watch, run};
-
-/// Neighbours that tell the derivative by a number are this share of it away, or this if it is zero.
-const NEAR: f64 = 1e-5;
-
-/// Where footprints end when the system changes, so that no value jumps.
-const SMOOTH: f64 = 1e-7;
 
 /// Frozen plans of a scene whose pixels and numbers vary.
 #[pyclass(frozen, module = "raylet._raylet")]
@@ -290,13 +285,9 @@ fn go_back(
             *total += part;
         }
         for (total, (screen, by_phase)) in pixels.iter_mut().zip(elements) {
-            let part = gradient
-                .pixels
-                .get(*screen)
-                .cloned()
-                .flatten()
-                .unwrap_or_default();
-            add(total, part, own_pixels(system, *screen), *by_phase);
+            if let Some(Some(part)) = gradient.pixels.get(*screen) {
+                add(total, part.clone(), own_pixels(system, *screen), *by_phase);
+            }
         }
     }
     let empty = || Bar::Phase(Array2::default((0, 0)));
@@ -309,16 +300,10 @@ fn go_back(
     ))
 }
 
-/// Adds what one wavelength gives; t = |t|e^{iφ} gives φ̄ = Im(t̄ t*).
+/// Adds what one wavelength gives.
 fn add(total: &mut Option<Bar>, part: Array2<Complex64>, own: Option<&Pixels>, by_phase: bool) {
     let part = match (by_phase, own) {
-        (true, Some(own)) => {
-            let terms = part
-                .iter()
-                .zip(&own.values)
-                .map(|(bar, t)| (bar * t.conj()).im);
-            Bar::Phase(Array2::from_shape_vec(part.dim(), terms.collect()).unwrap_or_default())
-        }
+        (true, Some(own)) => Bar::Phase(phase_bar(&part, &own.values)),
         _ => Bar::Transmission(part),
     };
     match (total.as_mut(), part) {
@@ -332,10 +317,10 @@ fn add(total: &mut Option<Bar>, part: Array2<Complex64>, own: Option<&Pixels>, b
 fn settings(file: &File, changing: bool) -> Settings {
     let mut settings = build::settings(file);
     settings.mode_threshold = Some(0.0);
-    if changing {
-        settings.footprint_threshold = Some(settings.footprint_edge().min(SMOOTH));
+    match changing {
+        true => settings.without_jumps(),
+        false => settings,
     }
-    settings
 }
 
 fn values(py: Python<'_>, file: &File, addresses: &[Address]) -> PyResult<Vec<f64>> {
@@ -356,52 +341,16 @@ fn made(
         let (found, expected) = (numbers.len(), addresses.len());
         return Err(error(py, format!("{found} numbers, expected {expected}")));
     }
+    let at = NumberValues {
+        addresses,
+        values: numbers,
+    };
     scene.with_arrays(py, arrays, |file, arrays| {
         let channels = 0..file.wavelength_um.len();
         channels
-            .map(|channel| rig(file, arrays, channel, (addresses, numbers)))
+            .map(|channel| varied_system(file, arrays, channel, at))
             .collect()
     })
-}
-
-/// The system of one wavelength with these numbers, and its neighbours in each.
-fn rig(
-    file: &File,
-    arrays: &Arrays,
-    channel: usize,
-    (addresses, numbers): (&[Address], &[f64]),
-) -> Result<(System, Vec<Variation>), Fault> {
-    if addresses.is_empty() {
-        return Ok((build::system_with(file, arrays, channel)?, Vec::new()));
-    }
-    let at = |numbers: &[f64]| {
-        let scene = with_numbers(file, addresses, numbers)?;
-        build::system_with(&scene, arrays, channel)
-    };
-    let variation = |(i, value): (usize, &f64)| {
-        let step = if *value == 0.0 {
-            NEAR
-        } else {
-            NEAR * value.abs()
-        };
-        let moved = |by: f64| {
-            let mut numbers = numbers.to_vec();
-            numbers
-                .iter_mut()
-                .skip(i)
-                .take(1)
-                .for_each(|number| *number += by);
-            at(&numbers)
-        };
-        Ok(Variation {
-            below: moved(-step)?,
-            above: moved(step)?,
-            distance: 2.0 * step,
-        })
-    };
-    let variations: Result<Vec<Variation>, Fault> =
-        numbers.iter().enumerate().map(variation).collect();
-    Ok((at(numbers)?, variations?))
 }
 
 /// The screen of an element whose pixels can vary.

@@ -11,11 +11,8 @@ use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use raylet::engine::geometrical::system_trace::{SystemRay, sensitivity, trace_system};
 use raylet::engine::trace::ray_sensitivity::Variation;
-use raylet::file::decode::fault::Fault;
 use raylet::file::model::build;
-use raylet::file::model::scene_arrays::Arrays;
-use raylet::file::scene::scene_file::Scene as File;
-use raylet::file::scene::variable::{Address, with_numbers};
+use raylet::file::model::variations::variations;
 use raylet::math::vec3::Vec3;
 use raylet::optics::ray::Loss;
 use raylet::optics::screen::{Act, Screen};
@@ -239,37 +236,6 @@ fn lit(source: &Source, [x, y, z]: [f64; 3]) -> Source {
             reference,
         },
     }
-}
-
-/// Relative distance of the neighbours that tell derivatives.
-const NEAR: f64 = 1e-5;
-
-/// The neighbours of a system in the numbers at these paths.
-fn variations(
-    file: &File,
-    arrays: &Arrays,
-    channel: usize,
-    paths: &[String],
-) -> Result<Vec<Variation>, Fault> {
-    let one = |path: &String| {
-        let address = [Address::new(file, path, "element")?];
-        let value = address[0].value(file)?;
-        let step = if value == 0.0 {
-            NEAR
-        } else {
-            NEAR * value.abs()
-        };
-        let moved = |by: f64| {
-            let scene = with_numbers(file, &address, &[value + by])?;
-            build::system_with(&scene, arrays, channel)
-        };
-        Ok(Variation {
-            below: moved(-step)?,
-            above: moved(step)?,
-            distance: 2.0 * step,
-        })
-    };
-    paths.iter().map(one).collect()
 }
 
 fn fate(loss: Loss) -> u8 {

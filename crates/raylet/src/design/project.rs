@@ -325,18 +325,9 @@ impl Project {
         made: &[Shaped],
         numbers: &[f64],
     ) -> Result<Vec<Variation>, ProjectError> {
-        let neighbour = |i: usize, by: f64| {
-            let mut moved = numbers.to_vec();
-            moved[i] += by;
-            self.system(channel, made, &moved)
-        };
-        let variation = |(i, number): (usize, &Number)| {
-            Ok(Variation {
-                below: neighbour(i, -number.step)?,
-                above: neighbour(i, number.step)?,
-                distance: 2.0 * number.step,
-            })
-        };
+        let system = |moved: &[f64]| self.system(channel, made, moved);
+        let variation =
+            |(i, number): (usize, &Number)| Variation::new(numbers, i, number.step, system);
         self.numbers.iter().enumerate().map(variation).collect()
     }
 }

@@ -180,6 +180,9 @@ impl Default for Settings {
 /// Largest share of the target error that the period of a patch may cost.
 const PERIOD_SHARE: f64 = 0.25;
 
+/// Where footprints end in a system that changes, as a share of their peak.
+const SMOOTH: f64 = 1e-7;
+
 /// The thresholds are the target error, but never more than this.
 const COARSEST: f64 = 1e-3;
 
@@ -214,6 +217,12 @@ impl Settings {
     pub fn footprint_edge(&self) -> f64 {
         self.footprint_threshold
             .unwrap_or(self.target_error.min(COARSEST))
+    }
+
+    /// The settings for a system that changes: footprints end so far out that no value jumps.
+    pub fn without_jumps(mut self) -> Self {
+        self.footprint_threshold = Some(self.footprint_edge().min(SMOOTH));
+        self
     }
 
     /// Complex samples that one array may have: an eighth of the memory limit.

@@ -33,6 +33,31 @@ pub struct Variation {
     pub distance: f64,
 }
 
+impl Variation {
+    /// The variation of a system in one of its numbers: `system` makes it from all of them, and the number at
+    /// `index` is a `step` smaller and larger.
+    ///
+    /// # Errors
+    /// Those of `system`.
+    pub fn new<E>(
+        numbers: &[f64],
+        index: usize,
+        step: f64,
+        system: impl Fn(&[f64]) -> Result<System, E>,
+    ) -> Result<Self, E> {
+        let moved = |by: f64| {
+            let mut moved = numbers.to_vec();
+            moved[index] += by;
+            system(&moved)
+        };
+        Ok(Self {
+            below: moved(-step)?,
+            above: moved(step)?,
+            distance: 2.0 * step,
+        })
+    }
+}
+
 /// One hop of a variation.
 #[derive(Clone, Copy)]
 pub struct PerturbedHops<'a> {

@@ -10,6 +10,7 @@
 //! | `pixel_part` | The elements whose pixels a scene designs |
 //! | `project` | The design that a scene asks for: losses, what is free, the start, the outputs |
 //! | `design_targets` | The runs that a design looks at, and their losses |
+//! | `variations` | A system at values of a scene's numbers, and its perturbed systems for derivatives |
 //! | `error_location` | Faults found while computing, told at the element of the scene they belong to |
 
 pub mod build;
@@ -23,3 +24,4 @@ pub mod pixel_part;
 pub mod prescription;
 pub mod project;
 pub mod scene_arrays;
+pub mod variations;

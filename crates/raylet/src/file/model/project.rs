@@ -59,7 +59,8 @@ pub struct Brief {
 /// Relative size of a step of a number, where none is given.
 const SCALE: f64 = 1e-3;
 
-/// Neighbours that tell a derivative are this share of a step away.
+/// The perturbed systems of a derivative are this share of a step away: with [`SCALE`] the same relative distance as in
+/// [`crate::file::model::variations`].
 const NEAR: f64 = 0.01;
 
 /// The design of a scene without its arrays, which may be still to come.
@@ -218,15 +219,11 @@ fn settings(scene: &Scene, changing: bool) -> Settings {
     if scene.settings.mode_threshold.is_none() {
         settings.mode_threshold = Some(0.0);
     }
-    if changing {
-        let edge = settings.footprint_edge().min(SMOOTH);
-        settings.footprint_threshold = Some(edge);
+    match changing {
+        true => settings.without_jumps(),
+        false => settings,
     }
-    settings
 }
-
-/// Where footprints end when the system changes.
-const SMOOTH: f64 = 1e-7;
 
 /// The numbers that are designed.
 #[derive(Default)]

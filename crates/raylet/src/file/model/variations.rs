@@ -1,0 +1,78 @@
+//! A scene's system at some values of its numbers, and the perturbed systems from which derivatives by these numbers
+//! come.
+
+use crate::engine::trace::ray_sensitivity::Variation;
+use crate::file::decode::fault::Fault;
+use crate::file::model::build;
+use crate::file::model::scene_arrays::Arrays;
+use crate::file::scene::scene_file::Scene;
+use crate::file::scene::variable::{Address, with_numbers};
+use crate::optics::system::System;
+
+/// Step of a number over its size, or the step itself where the number is zero. A design takes a share of its own
+/// step instead (`NEAR` times `SCALE` in [`crate::file::model::project`]), which is the same unless the scene gives
+/// another scale.
+const STEP: f64 = 1e-5;
+
+/// By how much a number of this value changes between the perturbed systems and the system itself.
+fn step(value: f64) -> f64 {
+    if value == 0.0 {
+        STEP
+    } else {
+        STEP * value.abs()
+    }
+}
+
+/// Numbers of a scene, with values that may differ from those in its file.
+#[derive(Clone, Copy)]
+pub struct NumberValues<'a> {
+    /// Where the numbers stand.
+    pub addresses: &'a [Address],
+    /// Their values, as [`Address::value`] counts: of a radius its curvature.
+    pub values: &'a [f64],
+}
+
+/// The system of a wavelength (by its index) with these values of numbers, and its variation in each of them.
+///
+/// # Errors
+/// A scene that is none with these numbers, or a little beside them.
+pub fn varied_system(
+    scene: &Scene,
+    arrays: &Arrays,
+    channel: usize,
+    numbers: NumberValues,
+) -> Result<(System, Vec<Variation>), Fault> {
+    let NumberValues { addresses, values } = numbers;
+    if addresses.is_empty() {
+        return Ok((build::system_with(scene, arrays, channel)?, Vec::new()));
+    }
+    let at = |values: &[f64]| {
+        let scene = with_numbers(scene, addresses, values)?;
+        build::system_with(&scene, arrays, channel)
+    };
+    let one = |(index, value): (usize, &f64)| Variation::new(values, index, step(*value), at);
+    let variations: Result<Vec<Variation>, Fault> = values.iter().enumerate().map(one).collect();
+    Ok((at(values)?, variations?))
+}
+
+/// The variations of a scene's system of a wavelength (by its index) in the numbers at these paths, such as
+/// `element[1].thickness_mm`. Each is by itself: the other numbers are read as the scene has them.
+///
+/// # Errors
+/// A path that leads to no number, or a scene that is none a little beside its numbers.
+pub fn variations(
+    scene: &Scene,
+    arrays: &Arrays,
+    channel: usize,
+    paths: &[String],
+) -> Result<Vec<Variation>, Fault> {
+    let one = |path: &String| {
+        let address = [Address::new(scene, path, "element")?];
+        let value = address[0].value(scene)?;
+        Variation::new(&[value], 0, step(value), |values| {
+            let scene = with_numbers(scene, &address, values)?;
+            build::system_with(&scene, arrays, channel)
+        })
+    };
+    paths.iter().map(one).collect()
+}
