@@ -15,6 +15,7 @@ use raylet::design::optimizers::schedule::Schedule;
 use raylet::design::optimizers::space::Space;
 use raylet::design::optimizers::step::Step;
 use raylet::design::project::{Plans, Project};
+use raylet::engine::progress::uncancelled;
 use raylet::file::model::project::brief;
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::random::uniform;
@@ -64,7 +65,7 @@ fn main() -> Result<(), Failure> {
     let seconds = std::env::args().nth(1).map_or(Ok(60.0), |s| s.parse())?;
     let brief = brief(&Scene::open(Path::new(SCENE))?)?;
     let (project, start) = (&brief.project, brief.search.point().to_vec());
-    let plans = project.plan(&start, 0.0)?;
+    let plans = project.plan(&start, 0.0, &uncancelled)?;
     let Some([picture, _]) = &brief.glances[0].picture else {
         return Err(format!("{SCENE} has no picture").into());
     };
@@ -128,7 +129,9 @@ struct Looker<'a> {
 impl Looker<'_> {
     fn look(&mut self, point: &[f64], iteration: usize) -> Result<(f64, Vec<f64>), Failure> {
         if self.estimator.renews_control_variates(iteration) {
-            self.control_variates = self.project.control_variates(self.plans, point, 1.0)?;
+            self.control_variates =
+                self.project
+                    .control_variates(self.plans, point, 1.0, &uncancelled)?;
         }
         let sight = match (
             self.estimator.draws(7, iteration),
@@ -138,7 +141,9 @@ impl Looker<'_> {
             (Some(draws), true) => Sight::Drawn(draws),
             (Some(draws), false) => Sight::From(&self.control_variates, draws),
         };
-        let look = self.project.look_by(self.plans, point, 1.0, &sight)?;
+        let look = self
+            .project
+            .look_by(self.plans, point, 1.0, &sight, &uncancelled)?;
         Ok((look.value, look.gradient))
     }
 }
@@ -232,7 +237,7 @@ fn mean_cosine(
         control_variates: Vec::new(),
     };
     if estimator.renews_control_variates(0) {
-        looker.control_variates = project.control_variates(plans, point, 1.0)?;
+        looker.control_variates = project.control_variates(plans, point, 1.0, &uncancelled)?;
     }
     let mut sum = 0.0;
     for trial in 1..=3 {

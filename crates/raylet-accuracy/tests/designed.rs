@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use raylet::design::run::Run;
+use raylet::engine::progress::uncancelled;
 use raylet::file::model::project::brief;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::system::System;
@@ -90,7 +91,13 @@ fn designed(text: &str) -> (Scene, System, f64) {
     let scene = Scene::parse(text, &beside).unwrap();
     let brief = brief(&scene).unwrap();
     let project = &brief.project;
-    let mut run = Run::new(project, brief.search.clone(), brief.design.iterations).unwrap();
+    let mut run = Run::new(
+        project,
+        brief.search.clone(),
+        brief.design.iterations,
+        &uncancelled,
+    )
+    .unwrap();
     while !run.is_done() {
         run.step().unwrap();
     }

@@ -8,6 +8,7 @@ use indicatif::{HumanDuration, ProgressBar};
 use raylet::design::optimizers::step::Step;
 use raylet::design::project::Look;
 use raylet::design::run::{Run, State};
+use raylet::engine::progress::uncancelled;
 use raylet::file::arrays::phase_file::PhaseFile;
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::design_targets::Glance;
@@ -128,10 +129,15 @@ impl Design {
                 complain(&format!("warning: {warning}"));
             }
             course.rows = saved.rows;
-            Run::resume(&brief.project, saved.state, iterations)
+            Run::resume(&brief.project, saved.state, iterations, &uncancelled)
         } else {
             course.checkpoints.claim(self.outputs.replace())?;
-            Run::new(&brief.project, brief.search.clone(), iterations)
+            Run::new(
+                &brief.project,
+                brief.search.clone(),
+                iterations,
+                &uncancelled,
+            )
         };
         Ok(run.map_err(|error| course.refuse(&error))?)
     }

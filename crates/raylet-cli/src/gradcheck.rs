@@ -4,6 +4,7 @@ use std::path::PathBuf;
 
 use clap::Args;
 use raylet::design::project::{Plans, Project};
+use raylet::engine::progress::uncancelled;
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::project::brief;
 use raylet::file::scene::scene_file::Scene;
@@ -43,7 +44,9 @@ impl Gradcheck {
             )
         };
         let point = brief.search.point();
-        let plans = project.plan(point, 0.0).map_err(|error| refuse(&error))?;
+        let plans = project
+            .plan(point, 0.0, &uncancelled)
+            .map_err(|error| refuse(&error))?;
         let look = project
             .look(&plans, point, 0.0)
             .map_err(|error| refuse(&error))?;

@@ -17,6 +17,7 @@ use raylet::engine::chain::reference::{Choice, reference};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
+use raylet::engine::progress::uncancelled;
 use raylet::file::arrays::phase_file::npy;
 use raylet::file::model::hologram::commission;
 use raylet::file::model::project::{Brief, brief};
@@ -143,8 +144,13 @@ fn through_lens(
     }
     let earlier = before.as_ref().map_or(0.0, |before| before.state.seconds);
     let mut run = match before {
-        Some(before) => Run::resume(&brief.project, before.state.state, iterations)?,
-        None => Run::new(&brief.project, brief.search.clone(), iterations)?,
+        Some(before) => Run::resume(&brief.project, before.state.state, iterations, &uncancelled)?,
+        None => Run::new(
+            &brief.project,
+            brief.search.clone(),
+            iterations,
+            &uncancelled,
+        )?,
     };
     let [picture, _] = wanted(brief)?;
     let mut steps = effort

@@ -44,7 +44,7 @@ pub fn system2(effort: Effort) -> Result<Study, StudyError> {
         wanted: wanted.clone(),
         iterations: if effort.quick { 40 } else { 500 },
     };
-    let (phase, _) = design(&task, &mut |_, _| {});
+    let (phase, _) = design(&task, &mut |_, _| {})?;
     let points = near_hologram(&phase, PixelForm::Point);
     let boxes = near_hologram(&phase, PixelForm::Box);
 

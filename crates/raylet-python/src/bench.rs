@@ -95,9 +95,10 @@ impl Bench {
         });
         let elements = elements.collect::<PyResult<_>>()?;
         let settings = settings(&file, !addresses.is_empty());
-        let planned = run(py, threads, None, move |_: &Watch| {
+        let planned = run(py, threads, None, move |watch: &Watch| {
+            let pulse = || watch.pulse();
             let plan = |(system, variations): (System, Vec<Variation>)| {
-                let plans = Plans::new(&system, &variations, &settings)?;
+                let plans = Plans::new_with(&system, &variations, &settings, &pulse)?;
                 Ok((system, plans))
             };
             made.into_iter()
@@ -279,7 +280,7 @@ fn go_back(
             trace,
         } = channel;
         let pulse = || watch.pulse();
-        let gradient = plans.adjoint_with(system, variations, (trace, bar), &pulse)?;
+        let gradient = plans.adjoint_with(system, variations, trace, bar, &pulse)?;
         numbers.resize(gradient.parameters.len(), 0.0);
         for (total, part) in numbers.iter_mut().zip(&gradient.parameters) {
             *total += part;

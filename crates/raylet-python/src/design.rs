@@ -11,6 +11,7 @@ use raylet::design::holograms::hologram::{Score, design as seek};
 use raylet::design::optimizers::step::Step;
 use raylet::design::project::ProjectError;
 use raylet::design::run::{Run, State};
+use raylet::engine::progress::{Cancelled, Pulse};
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::hologram::commission;
 use raylet::file::model::project::{Brief, brief};
@@ -43,7 +44,7 @@ pub(crate) fn hologram<'py>(
         let all = wanted.task.iterations as f64;
         let mut tell = |score: Score| {
             let words = format!("NCC {:.4}", score.ncc);
-            watch.tell(score.iteration as f64, all, &words);
+            watch.tell(score.iteration as f64, all, &words)
         };
         let found = seek(&wanted.task, &mut tell).map_err(|told| wanted.blame(&file, &told))?;
         Ok((wanted.field, found.phase / wanted.phase_scale, found.score))
@@ -135,7 +136,7 @@ pub(crate) fn design<'py>(
     ))
 }
 
-/// Waits until a search that was given up has ended and released its folder, or until the next signal.
+/// Waits until a search that was cancelled has ended and released its folder, or until the next signal.
 fn wait(py: Python<'_>, mut ended: Receiver<()>) {
     loop {
         let (back, heard) = py.detach(move || {
@@ -161,6 +162,12 @@ impl From<Fault> for Failure {
     }
 }
 
+impl From<Cancelled> for Failure {
+    fn from(told: Cancelled) -> Self {
+        Self::Other(told.to_string())
+    }
+}
+
 impl From<ProjectError> for Failure {
     fn from(told: ProjectError) -> Self {
         Self::Other(told.to_string())
@@ -183,10 +190,11 @@ impl<'b> Going<'b> {
         file: &File,
         brief: &'b Brief,
         keeping: Option<&(PathBuf, String, bool)>,
+        pulse: &'b Pulse<'b>,
     ) -> Result<Self, Failure> {
         let (project, iterations) = (&brief.project, brief.design.iterations);
         let mut going = Self {
-            search: Run::new(project, brief.search.clone(), iterations)?,
+            search: Run::new(project, brief.search.clone(), iterations, pulse)?,
             course: Vec::new(),
             kept: None,
             warning: None,
@@ -197,9 +205,9 @@ impl<'b> Going<'b> {
         let held = RunFolder::open(folder)?;
         let checkpoints = Checkpoints::within(folder, &(file.to_toml()? + rest));
         if *resume {
-            let check = |saved: &(State, Vec<f64>)| check(saved, brief);
+            let check = |(state, course): &(State, Vec<f64>)| check(state, course, brief);
             let Restored { state, warning } = checkpoints.read(check)?;
-            going.search = Run::resume(project, state.0, iterations)?;
+            going.search = Run::resume(project, state.0, iterations, pulse)?;
             (going.course, going.warning) = (state.1, warning);
         } else {
             checkpoints.claim(Replace::Own)?;
@@ -212,7 +220,6 @@ impl<'b> Going<'b> {
     fn follow(&mut self, brief: &Brief, watch: &Watch) -> Result<(), Failure> {
         let (iterations, each) = (brief.design.iterations, brief.design.checkpoint);
         while !self.search.is_done() {
-            watch.pulse();
             let found = self.search.step()?;
             if found.step == Step::Trial || !found.look.is_finite() {
                 continue;
@@ -222,7 +229,7 @@ impl<'b> Going<'b> {
                 self.search.iteration(),
                 format!("loss {:.5}", found.look.value),
             );
-            watch.tell(done as f64, iterations as f64, &words);
+            Cancelled::check(watch.tell(done as f64, iterations as f64, &words))?;
             if let Some((checkpoints, _)) = &self.kept
                 && (done.is_multiple_of(each) || self.search.is_done())
             {
@@ -234,7 +241,7 @@ impl<'b> Going<'b> {
 }
 
 /// Checks that a design can go on from this; returns what was found otherwise.
-fn check((state, course): &(State, Vec<f64>), brief: &Brief) -> Result<(), String> {
+fn check(state: &State, course: &[f64], brief: &Brief) -> Result<(), String> {
     let checked = state.check(&brief.project, &brief.search, brief.design.iterations);
     checked.map_err(|error| error.to_string())?;
     let counted =
@@ -251,7 +258,8 @@ fn find(
     watch: &Watch,
 ) -> Result<Found, Failure> {
     let brief = brief(file)?;
-    let mut going = Going::new(file, &brief, keeping)?;
+    let pulse = || watch.pulse();
+    let mut going = Going::new(file, &brief, keeping, &pulse)?;
     going.follow(&brief, watch)?;
     let (project, search) = (&brief.project, &going.search);
     let look = search.finish()?;

@@ -6,7 +6,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use numpy::Ix2;
 use pyo3::prelude::*;
-use raylet::engine::chain::forecast::forecast;
+use raylet::engine::chain::forecast::forecast_with_progress;
 use raylet::engine::error::advice::advice;
 use raylet::engine::plan::hop_plan::Plan;
 use raylet::engine::rims::rim_screens::with_rims;
@@ -142,11 +142,12 @@ pub(crate) fn check(
 ) -> PyResult<Vec<(String, bool, String)>> {
     let system = scene.system(py, &arrays, channel)?;
     let file = Arc::clone(&scene.file);
-    let work = move |_: &Watch| {
+    let work = move |watch: &Watch| {
         let settings = build::settings(&file);
         // As it will be run: rims that become screens have hops of their own.
         let system = with_rims(&system, &settings).system;
-        let hops = forecast(&system, &settings).map_err(|told| blame(&file, &told))?;
+        let hops = forecast_with_progress(&system, &settings, |_, _| watch.pulse());
+        let hops = hops.map_err(|told| blame(&file, &told))?;
         let plans: Vec<Plan> = hops.into_iter().map(|hop| hop.plan).collect();
         let findings = advice(&system, &plans, &settings).into_iter();
         let between = |hop: usize| {

@@ -133,13 +133,31 @@ impl Choices<'_> {
     }
 }
 
+/// An element of a scene at one of its wavelengths.
+#[derive(Clone, Copy)]
+struct At<'a, 'py> {
+    scene: &'a Scene,
+    arrays: &'a ByPath<'py>,
+    /// The name of the element.
+    name: &'a str,
+    /// The index of the wavelength.
+    channel: usize,
+}
+
 /// Does something with the rays at an element of a system.
 fn at_element<T: Send + 'static>(
     py: Python<'_>,
-    (scene, arrays, name, channel): (&Scene, &ByPath<'_>, &str, usize),
-    (bundle, choices): (&Bundle<'_>, &Choices<'_>),
-    work: impl FnOnce(&Screen, &Scatter) -> Result<T, String> + Send + 'static,
+    at: At<'_, '_>,
+    bundle: &Bundle<'_>,
+    choices: &Choices<'_>,
+    work: impl FnOnce(&Scatter, &Screen, &Watch) -> Result<T, String> + Send + 'static,
 ) -> PyResult<T> {
+    let At {
+        scene,
+        arrays,
+        name,
+        channel,
+    } = at;
     let system = scene.system(py, arrays, channel)?;
     let wavelength = system.wavelength;
     let mut screens = system.screens.into_iter();
@@ -153,10 +171,11 @@ fn at_element<T: Send + 'static>(
         .map(|array| columns::<f64, 3>("curvature", array))
         .transpose()?;
     let settings = choices.scattering(memory(scene));
-    let done = run(py, None, None, move |_: &Watch| {
+    let done = run(py, None, None, move |watch: &Watch| {
         let (rays, bent) = (held.rays(), curvature.as_deref());
         let scatter = Scatter::new(&screen, wavelength, rays, bent, settings);
-        work(&screen, &scatter.map_err(|told| told.to_string())?)
+        let scatter = scatter.map_err(|told| told.to_string())?;
+        work(&scatter, &screen, watch)
     })?;
     done.map_err(|told| error(py, told))
 }
@@ -193,12 +212,17 @@ pub(crate) fn scatter<'py>(
     choices: Choices<'py>,
 ) -> PyResult<Named<'py>> {
     let (name, channel) = place;
-    let at = (scene, &arrays, name.as_str(), channel);
+    let at = At {
+        scene,
+        arrays: &arrays,
+        name: &name,
+        channel,
+    };
     let most = (memory(scene) / RAY_BYTES) as usize;
     let (made, axes, unevenness) =
-        at_element(py, at, (&bundle, &choices), move |screen, scatter| {
+        at_element(py, at, &bundle, &choices, move |scatter, screen, watch| {
             let made = scatter
-                .scatter_within(most)
+                .scatter_within(most, &|| watch.pulse())
                 .map_err(|told| told.to_string())?;
             let axes: Vec<[[f64; 3]; 3]> = made
                 .position
@@ -285,8 +309,13 @@ pub(crate) fn scatter_adjoint<'py>(
 ) -> PyResult<(Option<Grid<'py>>, Column<'py>)> {
     let ((name, channel), (bundle, choices)) = (place, rays);
     let (secondary, bar) = (drawn.0.secondary()?, column("weight_bar", &drawn.1)?);
-    let at = (scene, &arrays, name.as_str(), channel);
-    let (pixels, weight) = at_element(py, at, (&bundle, &choices), move |_, scatter| {
+    let at = At {
+        scene,
+        arrays: &arrays,
+        name: &name,
+        channel,
+    };
+    let (pixels, weight) = at_element(py, at, &bundle, &choices, move |scatter, _, _| {
         let back = scatter
             .weigh_adjoint(&secondary, &bar)
             .map_err(|told| told.to_string())?;
@@ -352,10 +381,12 @@ type Place<'py> = (PyRef<'py, Scene>, ByPath<'py>, usize);
 /// Does something with rays on the sensor of a system.
 fn on_sensor<T: Send + 'static>(
     py: Python<'_>,
-    (scene, arrays, channel): &Place<'_>,
-    (bundle, tolerance): (&Bundle<'_>, f64),
+    place: &Place<'_>,
+    bundle: &Bundle<'_>,
+    tolerance: f64,
     work: impl FnOnce(&Collector, &Rays, f64) -> Result<T, CollectError> + Send + 'static,
 ) -> PyResult<T> {
+    let (scene, arrays, channel) = place;
     let mut system = scene.system(py, arrays, *channel)?;
     let screen = system.screens.pop();
     let screen = screen.ok_or_else(|| error(py, "no sensor"))?;
@@ -376,7 +407,7 @@ pub(crate) fn beams<'py>(
     ways: Ways<'py>,
 ) -> PyResult<(Column<'py>, Grid<'py>)> {
     let legs = ways.legs()?;
-    let made = on_sensor(py, &place, (&bundle, 1e-3), move |collector, rays, k| {
+    let made = on_sensor(py, &place, &bundle, 1e-3, move |collector, rays, k| {
         let jacobians = Jacobians {
             jacobian: &legs.jacobian,
             window: &legs.window,
@@ -460,7 +491,8 @@ pub(crate) fn gather<'py>(
     let field = on_sensor(
         py,
         &place,
-        (&bundle, sum.tolerance),
+        &bundle,
+        sum.tolerance,
         move |collector, rays, _| collector.collect(rays, &held.wavelet()),
     )?;
     Made::new(py, field)
@@ -482,7 +514,8 @@ pub(crate) fn gather_adjoint<'py>(
     let back = on_sensor(
         py,
         &place,
-        (&bundle, sum.tolerance),
+        &bundle,
+        sum.tolerance,
         move |collector, rays, _| collector.collect_adjoint(rays, &held.wavelet(), &bar),
     )?;
     let answer = PyDict::new(py);

@@ -77,7 +77,7 @@ fn carry_all(
         let tell = |progress: Progress| {
             let before = (number * progress.hops + progress.hop) as f64;
             let all = (systems.len() * progress.hops) as f64;
-            watch.tell(before + progress.done, all, progress.to);
+            watch.tell(before + progress.done, all, progress.to)
         };
         let outcome: Outcome =
             carry(system, settings, &tell).map_err(|error| blame(file, &error))?;

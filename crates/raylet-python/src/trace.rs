@@ -10,6 +10,7 @@ use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use raylet::engine::geometrical::system_trace::{SystemRay, sensitivity, trace_system};
+use raylet::engine::progress::Cancelled;
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::model::build;
 use raylet::file::model::variations::variations;
@@ -83,6 +84,7 @@ pub(crate) fn trace<'py>(
         light,
     };
     let found = run(py, threads, None, move |watch: &Watch| asked.follow(watch))?;
+    let found = found.map_err(|told| error(py, told))?;
     if !found.arrived_are_finite() {
         return Err(error(
             py,
@@ -144,37 +146,44 @@ struct Found {
 }
 
 /// A ray, and its derivatives if it has any.
-type Course = (SystemRay, Vec<[f64; 5]>);
+struct Course {
+    ray: SystemRay,
+    slopes: Vec<[f64; 5]>,
+}
 
 impl Asked {
     /// All rays, round by round, so that only the answer takes memory.
-    fn follow(&self, watch: &Watch) -> Found {
+    fn follow(&self, watch: &Watch) -> Result<Found, Cancelled> {
         let surfaces: usize = self.system.trains.iter().map(Vec::len).sum();
         let (parts, rays) = (self.system.screens.len() + surfaces, self.pupil.len());
         let mut found = Found::nowhere(parts, rays, self.variations.len());
         for first in (0..rays).step_by(ROUND) {
             let round = first..rays.min(first + ROUND);
             let courses: Vec<Course> = (round.clone().into_par_iter())
-                .map(|ray| self.one(ray, watch))
-                .collect();
+                .map(|ray| {
+                    Cancelled::check(watch.pulse())?;
+                    Ok(self.one(ray))
+                })
+                .collect::<Result<_, Cancelled>>()?;
             for (ray, course) in round.zip(&courses) {
                 found.write(ray, course);
             }
         }
-        found
+        Ok(found)
     }
 
-    fn one(&self, ray: usize, watch: &Watch) -> Course {
-        watch.pulse();
+    fn one(&self, ray: usize) -> Course {
         let source = lit(&self.system.source, self.light[ray]);
         let ([x0, x1, y0, y1], [u, v]) = (self.bounds, self.pupil[ray]);
         let at = [
             0.5 * (x0 + x1 + u * (x1 - x0)),
             0.5 * (y0 + y1 + v * (y1 - y0)),
         ];
-        let followed = trace_system(&self.system, &source, at);
         let slopes = sensitivity(&self.system, &self.variations, &source, at);
-        (followed, slopes.unwrap_or_default())
+        Course {
+            ray: trace_system(&self.system, &source, at),
+            slopes: slopes.unwrap_or_default(),
+        }
     }
 }
 
@@ -205,8 +214,8 @@ impl Found {
         })
     }
 
-    fn write(&mut self, ray: usize, (followed, slopes): &Course) {
-        for (part, hit) in followed.hits.iter().enumerate() {
+    fn write(&mut self, ray: usize, course: &Course) {
+        for (part, hit) in course.ray.hits.iter().enumerate() {
             let (p, d) = (hit.point, hit.direction);
             for (axis, (p, d)) in [(p.x, d.x), (p.y, d.y), (p.z, d.z)].into_iter().enumerate() {
                 self.points[[part, ray, axis]] = p;
@@ -214,12 +223,12 @@ impl Found {
             }
             self.paths[[part, ray]] = hit.path;
         }
-        for (number, slopes) in slopes.iter().enumerate() {
+        for (number, slopes) in course.slopes.iter().enumerate() {
             for (which, &slope) in slopes.iter().enumerate() {
                 self.slopes[[number, which, ray]] = slope;
             }
         }
-        self.fates[ray] = followed.lost.map_or(0, fate);
+        self.fates[ray] = course.ray.lost.map_or(0, fate);
     }
 }
 

@@ -1,7 +1,8 @@
 //! Long work: away from Python's lock, on as many threads as asked for, and given up when the user says so.
 
 use std::any::Any;
-use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
+use std::ops::ControlFlow;
+use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{RecvTimeoutError, channel};
 use std::sync::{Arc, Mutex, PoisonError};
@@ -30,22 +31,20 @@ struct Inner {
     stage: Mutex<Option<Stage>>,
 }
 
-/// What unwinds the work that nobody wants any more.
-struct Unwanted;
-
 impl Watch {
-    /// Ends the work here, by unwinding, if nobody wants it any more.
-    pub(crate) fn pulse(&self) {
-        if self.0.unwanted.load(Ordering::Relaxed) {
-            resume_unwind(Box::new(Unwanted));
+    /// Whether the work goes on: `Break` once nobody wants it any more.
+    pub(crate) fn pulse(&self) -> ControlFlow<()> {
+        match self.0.unwanted.load(Ordering::Relaxed) {
+            true => ControlFlow::Break(()),
+            false => ControlFlow::Continue(()),
         }
     }
 
-    /// The same, telling how far the work has come.
-    pub(crate) fn tell(&self, done: f64, all: f64, to: &str) {
-        self.pulse();
+    /// The same, after it took note of how far the work has come.
+    pub(crate) fn tell(&self, done: f64, all: f64, to: &str) -> ControlFlow<()> {
         let mut stage = self.0.stage.lock().unwrap_or_else(PoisonError::into_inner);
         *stage = Some((done, all, to.to_owned()));
+        self.pulse()
     }
 
     fn news(&self) -> Option<Stage> {
@@ -96,8 +95,8 @@ pub(crate) fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
 
 /// Does work on a thread of its own, while this one looks for signals and tells `progress(done, all, to)`.
 ///
-/// When a signal handler or `progress` raises, that is raised here at once; the work ends by itself soon after,
-/// and releases then what it holds.
+/// When a signal handler or `progress` raises, that is raised here at once; the work is cancelled at its next call of
+/// the watch, and releases then what it holds. A panic within the work becomes an error.
 ///
 /// # Errors
 /// What the handler or `progress` raised; RuntimeError for work that failed within.

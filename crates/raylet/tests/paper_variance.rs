@@ -11,6 +11,7 @@ use raylet::engine::error::tally::Tally;
 use raylet::engine::monte_carlo::paper::carry;
 use raylet::engine::monte_carlo::paper_plan::{Address, PaperPlan};
 use raylet::engine::plan::settings::{Density, Positions, Sag, Sampler};
+use raylet::engine::progress::uncancelled;
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
@@ -85,7 +86,7 @@ fn run(field: &Field, plan: &PaperPlan, seed: u64) -> (Array2<Complex64>, Tally)
     };
     let mut sum = PlaneSum::new(RASTER, K, 1e-9).unwrap();
     let address = Address { seed, hop: 0 };
-    let tally = carry(hop, plan, address, field, &mut sum, &|_| {});
+    let tally = carry(hop, plan, address, field, &mut sum, &|_| uncancelled()).unwrap();
     (sum.finish(), tally)
 }
 

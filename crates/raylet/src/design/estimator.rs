@@ -8,6 +8,7 @@ use crate::engine::chain::linearised_system::{
     ForwardPass, Gradient, LinearisedSystem, LinearisedSystemError,
 };
 use crate::engine::monte_carlo::mode_sampling::{Drawing, Draws};
+use crate::engine::progress::Pulse;
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::system::System;
 
@@ -82,22 +83,36 @@ pub enum Sight<'a> {
     From(&'a [ControlVariate], Draws),
 }
 
+/// One channel of a design as a look sees it.
+#[derive(Clone, Copy)]
+pub struct ChannelLook<'a> {
+    /// Its number.
+    pub number: usize,
+    /// Its frozen plans.
+    pub linearised: &'a LinearisedSystem,
+    /// The system that its light goes through.
+    pub system: &'a System,
+    /// Called after each chunk of work; it may cancel the look.
+    pub pulse: &'a Pulse<'a>,
+}
+
 impl Sight<'_> {
     /// The light of a channel.
     ///
     /// # Errors
-    /// As [`LinearisedSystem::forward`] and [`ControlVariate::forward`].
-    pub fn forward(
-        &self,
-        channel: usize,
-        linearised: &LinearisedSystem,
-        system: &System,
-    ) -> Result<ForwardPass, LinearisedSystemError> {
+    /// As [`LinearisedSystem::forward_with`] and [`ControlVariate::forward`].
+    pub fn forward(&self, channel: &ChannelLook) -> Result<ForwardPass, LinearisedSystemError> {
+        let ChannelLook {
+            number,
+            linearised,
+            system,
+            pulse,
+        } = *channel;
         match self {
-            Self::All => linearised.forward(system),
-            Self::Drawn(draws) => linearised.drawn(*draws).forward(system),
+            Self::All => linearised.forward_with(system, pulse),
+            Self::Drawn(draws) => linearised.drawn(*draws).forward_with(system, pulse),
             Self::From(control_variates, draws) => {
-                control_variates[channel].forward(&linearised.drawn(*draws), system)
+                control_variates[number].forward(&linearised.drawn(*draws), system, pulse)
             }
         }
     }
@@ -105,24 +120,29 @@ impl Sight<'_> {
     /// Its way back: the conjugate transpose of [`Sight::forward`] but for what an anchor gives, and of Gumbel's draws.
     ///
     /// # Errors
-    /// As [`LinearisedSystem::adjoint`] and [`ControlVariate::forward_adjoint`].
+    /// As [`LinearisedSystem::adjoint_with`] and [`ControlVariate::forward_adjoint`].
     pub fn back(
         &self,
-        channel: usize,
-        (linearised, system): (&LinearisedSystem, &System),
+        channel: &ChannelLook,
         variations: &[Variation],
         trace: &ForwardPass,
         field_bar: &ndarray::Array2<num_complex::Complex64>,
     ) -> Result<Gradient, LinearisedSystemError> {
+        let ChannelLook {
+            number,
+            linearised,
+            system,
+            pulse,
+        } = *channel;
         match self {
-            Self::All => linearised.adjoint(system, variations, trace, field_bar),
+            Self::All => linearised.adjoint_with(system, variations, trace, field_bar, pulse),
             Self::Drawn(draws) => linearised
                 .drawn(*draws)
-                .adjoint(system, variations, trace, field_bar),
+                .adjoint_with(system, variations, trace, field_bar, pulse),
             Self::From(..) if !variations.is_empty() => Err(LinearisedSystemError::Drawn),
             Self::From(control_variates, draws) => {
                 let drawn = linearised.drawn(*draws);
-                control_variates[channel].forward_adjoint(&drawn, system, trace, field_bar)
+                control_variates[number].forward_adjoint(&drawn, system, trace, field_bar, pulse)
             }
         }
     }

@@ -8,13 +8,14 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::design::constraints::modulation::{Modulator, Shaped};
-use crate::design::estimator::{Estimator, Sight};
+use crate::design::estimator::{ChannelLook, Estimator, Sight};
 use crate::design::losses::loss::FieldLoss;
 use crate::engine::chain::control_variate::ControlVariate;
 use crate::engine::chain::linearised_system::{
     ForwardPass, LinearisedSystem, LinearisedSystemError,
 };
 use crate::engine::plan::settings::Settings;
+use crate::engine::progress::{Pulse, uncancelled};
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::Act;
 use crate::optics::system::System;
@@ -174,13 +175,19 @@ impl Project {
     /// Plans every channel about a point.
     ///
     /// # Errors
-    /// When a system cannot be made, carried or differentiated there.
-    pub fn plan(&self, point: &[f64], share: f64) -> Result<Plans, ProjectError> {
+    /// When a system cannot be made, carried or differentiated there, or the pulse cancels the work.
+    pub fn plan(&self, point: &[f64], share: f64, pulse: &Pulse) -> Result<Plans, ProjectError> {
         let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
         let linearised = |channel: usize| {
             let system = self.system(channel, &made, numbers)?;
             let variations = self.variations(channel, &made, numbers)?;
-            Ok(LinearisedSystem::new(&system, &variations, &self.settings)?)
+            let settings = &self.settings;
+            Ok(LinearisedSystem::new_with(
+                &system,
+                &variations,
+                settings,
+                pulse,
+            )?)
         };
         let linearised_systems = (0..self.channels.len()).map(linearised);
         Ok(Plans {
@@ -193,18 +200,19 @@ impl Project {
     /// # Errors
     /// As [`Project::plan`].
     pub fn look(&self, plans: &Plans, point: &[f64], share: f64) -> Result<Look, ProjectError> {
-        self.look_by(plans, point, share, &Sight::All)
+        self.look_by(plans, point, share, &Sight::All, &uncancelled)
     }
 
     /// Exact looks of all channels, from which estimates go out.
     ///
     /// # Errors
-    /// As [`Project::look`]; when a channel has more than one hop.
+    /// As [`Project::look`]; when a channel has more than one hop, or the pulse cancels the work.
     pub fn control_variates(
         &self,
         plans: &Plans,
         point: &[f64],
         share: f64,
+        pulse: &Pulse,
     ) -> Result<Vec<ControlVariate>, ProjectError> {
         let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
         let linearised_systems = self
@@ -215,7 +223,7 @@ impl Project {
         let control_variate =
             |(number, (channel, linearised)): (usize, (&Channel, &LinearisedSystem))| {
                 let system = self.system(number, &made, numbers)?;
-                ControlVariate::new(linearised, &system, |field| {
+                ControlVariate::new(linearised, &system, pulse, |field| {
                     Ok(channel.judge(&field.values)?.1)
                 })
             };
@@ -225,13 +233,14 @@ impl Project {
     /// The same as [`Project::look`], with the beamlets that `sight` follows.
     ///
     /// # Errors
-    /// As [`Project::look`], [`Sight::forward`] and [`Sight::back`].
+    /// As [`Project::look`], [`Sight::forward`] and [`Sight::back`]; when the pulse cancels the work.
     pub fn look_by(
         &self,
         plans: &Plans,
         point: &[f64],
         share: f64,
         sight: &Sight,
+        pulse: &Pulse,
     ) -> Result<Look, ProjectError> {
         let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
         let mut look = Look {
@@ -248,17 +257,17 @@ impl Project {
             .enumerate()
         {
             let system = self.system(number, &made, numbers)?;
-            let trace = sight.forward(number, linearised, &system)?;
+            let seen = ChannelLook {
+                number,
+                linearised,
+                system: &system,
+                pulse,
+            };
+            let trace = sight.forward(&seen)?;
             let (parts, field_bar) = channel.judge(&trace.field.values)?;
             look.value += channel.total(&parts);
             let variations = self.variations(number, &made, numbers)?;
-            let gradient = sight.back(
-                number,
-                (linearised, &system),
-                &variations,
-                &trace,
-                &field_bar,
-            )?;
+            let gradient = sight.back(&seen, &variations, &trace, &field_bar)?;
             self.gather(&made, channel, &gradient.pixels, &mut look.gradient);
             let from = self.numbers_from();
             add(&mut look.gradient[from..], &gradient.parameters);

@@ -8,6 +8,7 @@ use crate::design::optimizers::optimizer::Optimizer;
 use crate::design::optimizers::step::{SavedError, Step, Stop};
 use crate::design::project::{Look, Plans, Project, ProjectError};
 use crate::engine::chain::control_variate::ControlVariate;
+use crate::engine::progress::Pulse;
 
 /// Everything of a run that its next steps depend on.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -80,6 +81,8 @@ pub struct Run<'p> {
     plans: Plans,
     /// The last exact looks, where estimates go out from them.
     control_variates: Vec<ControlVariate>,
+    /// Called after each chunk of work; it may cancel a step.
+    pulse: &'p Pulse<'p>,
 }
 
 /// What one evaluation found.
@@ -100,14 +103,15 @@ const HARD: f64 = 0.9;
 const FRESH: usize = 10;
 
 impl<'p> Run<'p> {
-    /// A run from the start of a search.
+    /// A run from the start of a search. The pulse is called after each chunk of work, now and in each step.
     ///
     /// # Errors
-    /// When light cannot be planned there.
+    /// When light cannot be planned there, or the pulse cancels the work.
     pub fn new(
         project: &'p Project,
         search: Optimizer,
         iterations: usize,
+        pulse: &'p Pulse<'p>,
     ) -> Result<Self, ProjectError> {
         let planned = search.point().to_vec();
         let state = State {
@@ -119,22 +123,23 @@ impl<'p> Run<'p> {
             evaluations: 0,
             stop: None,
         };
-        Self::resume(project, state, iterations)
+        Self::resume(project, state, iterations, pulse)
     }
 
     /// A run that goes on where it was.
     ///
     /// # Errors
-    /// When light cannot be planned there.
+    /// As [`Run::new`].
     pub fn resume(
         project: &'p Project,
         state: State,
         iterations: usize,
+        pulse: &'p Pulse<'p>,
     ) -> Result<Self, ProjectError> {
-        let plans = project.plan(&state.planned, state.share)?;
+        let plans = project.plan(&state.planned, state.share, pulse)?;
         let control_variates = match state.anchored.is_empty() {
             true => Vec::new(),
-            false => project.control_variates(&plans, &state.anchored, state.share)?,
+            false => project.control_variates(&plans, &state.anchored, state.share, pulse)?,
         };
         Ok(Self {
             project,
@@ -142,6 +147,7 @@ impl<'p> Run<'p> {
             state,
             plans,
             control_variates,
+            pulse,
         })
     }
 
@@ -168,7 +174,7 @@ impl<'p> Run<'p> {
     /// Looks at the point the search asks for, and goes on.
     ///
     /// # Errors
-    /// When light cannot be carried there, or no loss so far was a number.
+    /// When light cannot be carried there, no loss so far was a number, or the pulse cancels the step.
     pub fn step(&mut self) -> Result<Found, ProjectError> {
         let look = self.possible()?;
         let state = &mut self.state;
@@ -215,7 +221,8 @@ impl<'p> Run<'p> {
         let state = &mut self.state;
         let (point, share) = (state.search.point().to_vec(), state.share);
         if project.estimator.renews_control_variates(iteration) {
-            self.control_variates = project.control_variates(&self.plans, &point, share)?;
+            self.control_variates =
+                project.control_variates(&self.plans, &point, share, self.pulse)?;
             state.anchored = point.clone();
         }
         let draws = project.estimator.draws(project.settings.seed, iteration);
@@ -224,7 +231,7 @@ impl<'p> Run<'p> {
             Some(draws) if self.control_variates.is_empty() => Sight::Drawn(draws),
             Some(draws) => Sight::From(&self.control_variates, draws),
         };
-        project.look_by(&self.plans, &point, share, &sight)
+        project.look_by(&self.plans, &point, share, &sight, self.pulse)
     }
 
     /// After an iteration: harder levels, and fresh plans where the system has changed.
@@ -245,7 +252,7 @@ impl<'p> Run<'p> {
         if !self.project.numbers.is_empty() && done >= state.planned_after + FRESH {
             state.planned_after = done;
             state.planned = state.search.point().to_vec();
-            self.plans = self.project.plan(&state.planned, state.share)?;
+            self.plans = self.project.plan(&state.planned, state.share, self.pulse)?;
             state.search.refresh(false);
         }
         Ok(())
@@ -254,11 +261,12 @@ impl<'p> Run<'p> {
     /// The best point as it will be made: levels hard, light planned about it.
     ///
     /// # Errors
-    /// When light cannot be planned or carried there.
+    /// When light cannot be planned or carried there, or the pulse cancels the work.
     pub fn finish(&self) -> Result<Look, ProjectError> {
         let point = self.best();
-        let plans = self.project.plan(point, 1.0)?;
-        let look = self.project.look(&plans, point, 1.0)?;
+        let (project, pulse) = (self.project, self.pulse);
+        let plans = project.plan(point, 1.0, pulse)?;
+        let look = project.look_by(&plans, point, 1.0, &Sight::All, pulse)?;
         match look.is_finite() {
             true => Ok(look),
             false => Err(ProjectError::NotFinite),

@@ -13,6 +13,7 @@
 //! | [`error`] | Fates of rays and energy, the error budget, warnings |
 //! | [`external`] | Rays of other ray tracers at a diffractive element |
 //! | [`chain`] | Runs of a whole system, forward and back |
+//! | [`progress`] | Progress callbacks, and how they cancel long work |
 
 #![expect(
     clippy::indexing_slicing,
@@ -28,5 +29,6 @@ pub mod geometrical;
 pub mod monte_carlo;
 pub mod plan;
 pub mod plane_wave;
+pub mod progress;
 pub mod rims;
 pub mod trace;

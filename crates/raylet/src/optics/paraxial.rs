@@ -9,7 +9,7 @@ use crate::optics::frame::Frame;
 use crate::optics::refraction::Interface;
 use crate::optics::screen::Screen;
 use crate::optics::surface::Surface;
-use crate::optics::system::{Hop, System};
+use crate::optics::system::Hop;
 
 /// Vertices may lie this far (mm) from the axis, and axes differ by this much, and count as centred.
 const CENTRED: f64 = 1e-9;
@@ -172,27 +172,6 @@ impl Cardinal {
         Ok(lens.cardinal())
     }
 
-    /// Of all surfaces of a system together, as if its diffractive elements were flat plates or plane
-    /// mirrors; nothing without surfaces or without power.
-    ///
-    /// # Errors
-    /// When a surface or screen is tilted or off the first screen's axis.
-    pub fn of_system(system: &System) -> Result<Option<Self>, ParaxialError> {
-        let Some(first) = system.screens.first() else {
-            return Ok(None);
-        };
-        let mut lens = Lens::new(Walk::from(first));
-        let mut number = 0;
-        for hop in system.hops() {
-            for surface in hop.train {
-                lens.pass(surface, number)?;
-                number += 1;
-            }
-            lens.pass_screen(hop.to)?;
-        }
-        Ok(lens.cardinal())
-    }
-
     /// 1/f in 1/mm.
     pub fn power(&self) -> f64 {
         -self.matrix.c
@@ -342,13 +321,6 @@ impl Lens {
         let step = (self.walk.matrix.c - old.c).abs();
         let (_, largest, index) = self.found.unwrap_or((old, 0.0, [before, after]));
         self.found = Some((self.walk.matrix, largest.max(step), [index[0], after]));
-        Ok(())
-    }
-
-    fn pass_screen(&mut self, screen: &Screen) -> Result<(), ParaxialError> {
-        self.walk
-            .reach(&screen.frame, screen.index, || screen_name(screen))?;
-        self.walk.towards = screen.frame.z * screen.leaves();
         Ok(())
     }
 

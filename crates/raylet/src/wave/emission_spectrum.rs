@@ -60,7 +60,8 @@ impl FreeHop {
     pub(in crate::wave) fn emission_spectrum_adjoint(
         &self,
         waves_bar: &Array2<Complex64>,
-        (field, surface): (&Field, Surface),
+        field: &Field,
+        surface: Surface,
         plan: &FreePlan,
     ) -> Array2<Complex64> {
         let dft = self.dft(&field.grid, plan);
@@ -249,7 +250,7 @@ mod tests {
         for surface in [None, Some((&heights, 1.0)), Some((&heights, -1.0))] {
             let there = hop.emission_spectrum(&field, surface, &plan);
             let bar = noise(there.dim(), 1);
-            let back = hop.emission_spectrum_adjoint(&bar, (&field, surface), &plan);
+            let back = hop.emission_spectrum_adjoint(&bar, &field, surface, &plan);
             assert_transposed(&[(&bar, &there)], &[(&back, &field.values)]);
         }
     }

@@ -58,6 +58,25 @@ pub fn clear_for(error: f64) -> f64 {
 /// local z axis. Nothing for a plane.
 pub type Surface<'a> = Option<(&'a Heights, f64)>;
 
+/// The field that leaves a screen.
+#[derive(Clone, Copy)]
+pub struct EmittedField<'a> {
+    /// Its values at the nodes of the screen.
+    pub field: &'a Field,
+    /// The surface of a curved screen.
+    pub surface: Surface<'a>,
+}
+
+/// A parameter of a hop without rays: the same hop with the parameter a little smaller and a little larger.
+pub struct PerturbedFreeHops {
+    /// With the smaller value.
+    pub below: FreeHop,
+    /// With the larger value.
+    pub above: FreeHop,
+    /// The difference of the two values.
+    pub distance: f64,
+}
+
 /// What a free hop will do: its directions along x and y.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct FreePlan {
@@ -203,20 +222,21 @@ impl FreeHop {
         &self,
         target_bar: &Array2<Complex64>,
         target: &Raster,
-        (field, surface): (&Field, Surface),
+        emitted: EmittedField,
         plan: &FreePlan,
-        neighbours: &[([FreeHop; 2], f64)],
+        neighbours: &[PerturbedFreeHops],
     ) -> (Array2<Complex64>, Vec<f64>) {
+        let EmittedField { field, surface } = emitted;
         let mut waves_bar = self.land_adjoint(target_bar, target, plan);
         self.cross_adjoint(&mut waves_bar, plan);
         let mut parameters = Vec::new();
         if !neighbours.is_empty() {
             let waves = self.emission_spectrum(field, surface, plan);
-            let along = |pair: &([FreeHop; 2], f64)| pull(pair, &waves, &waves_bar, plan);
+            let along = |pair: &PerturbedFreeHops| pull(pair, &waves, &waves_bar, plan);
             parameters = neighbours.iter().map(along).collect();
         }
         (
-            self.emission_spectrum_adjoint(&waves_bar, (field, surface), plan),
+            self.emission_spectrum_adjoint(&waves_bar, field, surface, plan),
             parameters,
         )
     }
@@ -278,7 +298,7 @@ impl FreeHop {
 /// The derivative of a loss along one parameter, from the waves that leave and the cotangent of them: that of
 /// wave·transfer is its transfer's logarithmic derivative.
 fn pull(
-    ([below, above], distance): &([FreeHop; 2], f64),
+    perturbed: &PerturbedFreeHops,
     waves: &Array2<Complex64>,
     waves_bar: &Array2<Complex64>,
     plan: &FreePlan,
@@ -287,11 +307,12 @@ fn pull(
     let mut rows = Array1::zeros(waves.nrows());
     ndarray::Zip::indexed(&mut rows).par_for_each(|j, row: &mut f64| {
         for (i, (wave, bar)) in waves.row(j).iter().zip(waves_bar.row(j)).enumerate() {
-            let ratio = FreeHop::log_ratio(below, above, [band_x.at(i), band_y.at(j)], plan);
+            let p = [band_x.at(i), band_y.at(j)];
+            let ratio = FreeHop::log_ratio(&perturbed.below, &perturbed.above, p, plan);
             *row += (bar.conj() * wave * ratio).re;
         }
     });
-    rows.sum() / distance
+    rows.sum() / perturbed.distance
 }
 
 /// The weight of a plane wave by its landing offset L: one up to a little beyond W, zero from P − W,
@@ -326,7 +347,7 @@ mod tests {
     use crate::math::noise::{assert_transposed, noise};
     use crate::optics::refraction::Coating;
     use crate::wave::field::{Axis, Field, Grid};
-    use crate::wave::propagate::{CLEAR, FreeHop, Slab};
+    use crate::wave::propagate::{CLEAR, EmittedField, FreeHop, Slab};
     use crate::wave::raster::Raster;
 
     /// Over no distance a field that propagates arrives as it is.
@@ -442,7 +463,11 @@ mod tests {
         };
         let there = hop.carry(&field, None, &raster, &plan);
         let bar = noise(there.dim(), 1);
-        let (back, _) = hop.carry_adjoint(&bar, &raster, (&field, None), &plan, &[]);
+        let emitted = EmittedField {
+            field: &field,
+            surface: None,
+        };
+        let (back, _) = hop.carry_adjoint(&bar, &raster, emitted, &plan, &[]);
         assert_transposed(&[(&bar, &there)], &[(&back, &field.values)]);
     }
 }

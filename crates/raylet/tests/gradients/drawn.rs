@@ -5,6 +5,7 @@ use num_complex::Complex64;
 use raylet::engine::chain::control_variate::ControlVariate;
 use raylet::engine::chain::linearised_system::{Gradient, LinearisedSystem, LinearisedSystemError};
 use raylet::engine::monte_carlo::mode_sampling::{Drawing, Draws, PatchDraws};
+use raylet::engine::progress::uncancelled;
 use raylet::optics::doe::PixelForm;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
@@ -48,10 +49,13 @@ fn drawn_dot_product() {
     let behind = linearised.pass(&system).unwrap().behind;
     for drawing in [Drawing::WithoutReplacement, Drawing::Multinomial] {
         let drawn = linearised.drawn(draws(drawing, 20, 5));
-        let field = drawn.through(&system, &behind).unwrap().values;
+        let field = drawn
+            .through(&system, &behind, &uncancelled)
+            .unwrap()
+            .values;
         let field_bar = noise([12, 12], 40);
         let bar = drawn
-            .through_adjoint(&system, &behind, &field_bar)
+            .through_adjoint(&system, &behind, &field_bar, &uncancelled)
             .unwrap()
             .values;
         let error = (dot(&field_bar, &field) - dot(&bar, &behind.values)).norm();
@@ -118,16 +122,18 @@ fn control_variate_dot_product() {
     let (mut before, mut after) = (behind_lens(), turned(&behind_lens()));
     let linearised = LinearisedSystem::new(&before, &[], &exact()).unwrap();
     let bars = [noise([12, 12], 43), noise([12, 12], 44)];
-    let control_variate = ControlVariate::new(&linearised, &before, |_| {
+    let control_variate = ControlVariate::new(&linearised, &before, &uncancelled, |_| {
         Ok::<_, LinearisedSystemError>(bars[0].clone())
     })
     .unwrap();
     let there = linearised.forward(&before).unwrap();
     let back = linearised.adjoint(&before, &[], &there, &bars[0]).unwrap();
     let drawn = linearised.drawn(draws(Drawing::WithoutReplacement, 16, 3));
-    let moved = control_variate.forward(&drawn, &after).unwrap();
+    let moved = control_variate
+        .forward(&drawn, &after, &uncancelled)
+        .unwrap();
     let returned = control_variate
-        .forward_adjoint(&drawn, &after, &moved, &bars[1])
+        .forward_adjoint(&drawn, &after, &moved, &bars[1], &uncancelled)
         .unwrap();
     let pixels = |gradient: Gradient| gradient.pixels[0].clone().unwrap();
     let changed = pixels_of(&mut after).clone() - &*pixels_of(&mut before);
@@ -149,7 +155,7 @@ fn anchors_quiet_the_noise() {
     let target = noise([12, 12], 41);
     let field_bar = |field: &Field| &field.values - &target;
     let told = |field: &Field| Ok::<_, LinearisedSystemError>(field_bar(field));
-    let control_variate = ControlVariate::new(&linearised, &system, told).unwrap();
+    let control_variate = ControlVariate::new(&linearised, &system, &uncancelled, told).unwrap();
     let nearby = turned(&system);
 
     let drawn = linearised.drawn(draws(Drawing::WithoutReplacement, 16, 3));
@@ -161,10 +167,12 @@ fn anchors_quiet_the_noise() {
             .unwrap()
             .pixels[0]
             .clone();
-        let trace = control_variate.forward(&drawn, system).unwrap();
+        let trace = control_variate
+            .forward(&drawn, system, &uncancelled)
+            .unwrap();
         let bar = field_bar(&trace.field);
         let estimate = control_variate
-            .forward_adjoint(&drawn, system, &trace, &bar)
+            .forward_adjoint(&drawn, system, &trace, &bar, &uncancelled)
             .unwrap();
         let field = distance(&trace.field.values, &exact.field.values);
         let alone = drawn.forward(system).unwrap().field.values;
@@ -204,7 +212,9 @@ fn anchors_take_one_hop() {
     screens.insert(1, screen(300.0, pixels(4, 4.0, 5, PixelForm::Box)));
     let two = lit(screens, vec![lens(), vec![]]);
     let linearised = LinearisedSystem::new(&two, &[], &exact()).unwrap();
-    let refused = ControlVariate::new(&linearised, &two, |field| Ok(field.values.clone()));
+    let refused = ControlVariate::new(&linearised, &two, &uncancelled, |field| {
+        Ok(field.values.clone())
+    });
     assert_eq!(
         refused.err(),
         Some(LinearisedSystemError::ControlVariate(2))

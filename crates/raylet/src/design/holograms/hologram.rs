@@ -12,6 +12,7 @@ use num_complex::Complex64;
 
 use crate::design::holograms::start::Spreading;
 use crate::design::losses::target::Target;
+use crate::engine::progress::{Cancelled, Reply};
 use crate::optics::paraxial::Abcd;
 use crate::wave::collins::{Collins, CollinsError};
 use crate::wave::field::{Axis, Grid};
@@ -124,20 +125,27 @@ pub enum HologramError {
     /// Sizes and distances lie so far apart that no numbers come out.
     #[error("phases or scores of the hologram that are not finite")]
     NotFinite,
+    /// The progress callback cancelled the search.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// Seeks the phases with which the sensor shows the picture; `progress` hears of every iteration.
 ///
 /// # Errors
 /// When the train images the element onto the sensor, no light passes the element, or the picture is
-/// black, larger than the sensor or out of the pixels' reach, or when what comes out is not finite.
-pub fn design(task: &Task, progress: &mut dyn FnMut(Score)) -> Result<Hologram, HologramError> {
+/// black, larger than the sensor or out of the pixels' reach, when what comes out is not finite, or when
+/// `progress` cancels the search.
+pub fn design<R: Reply>(
+    task: &Task,
+    progress: &mut dyn FnMut(Score) -> R,
+) -> Result<Hologram, HologramError> {
     let bench = Bench::new(task)?;
     let mut field = bench.start(task);
     let mut last: Option<Array2<Complex64>> = None;
     for iteration in 0..task.iterations {
         let seen = bench.carry(&field);
-        progress(bench.score(iteration, &seen));
+        Cancelled::check(progress(bench.score(iteration, &seen)).flow())?;
 
         // What the wanted modulus would change, back on the element; then only the phase is kept.
         let left = 1.0 - iteration as f64 / task.iterations as f64;
@@ -159,7 +167,7 @@ pub fn design(task: &Task, progress: &mut dyn FnMut(Score)) -> Result<Hologram, 
         last = Some(here);
     }
     let score = bench.score(task.iterations, &bench.carry(&field));
-    progress(score);
+    Cancelled::check(progress(score).flow())?;
     let phase = Zip::from(&field)
         .and(&task.incident)
         .map_collect(|u, incident| phase_of(u * incident.conj()));

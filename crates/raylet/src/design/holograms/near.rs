@@ -10,6 +10,7 @@ use std::f64::consts::TAU;
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 
+use crate::engine::progress::{Cancelled, Reply};
 use crate::math::chirp::{Chirp2, Comb};
 use crate::wave::metrics::ncc;
 
@@ -89,7 +90,13 @@ impl NearSpace {
 
 /// Seeks the phases, in radians, and the normalised cross-correlation of what they show with what is wanted;
 /// `progress` hears of every iteration. Starts from light that is left alone.
-pub fn design(task: &NearTask, progress: &mut dyn FnMut(usize, f64)) -> (Array2<f64>, f64) {
+///
+/// # Errors
+/// When `progress` cancels the search.
+pub fn design<R: Reply>(
+    task: &NearTask,
+    progress: &mut dyn FnMut(usize, f64) -> R,
+) -> Result<(Array2<f64>, f64), Cancelled> {
     let space = NearSpace::new(
         task.wavelength,
         task.pitch,
@@ -102,7 +109,7 @@ pub fn design(task: &NearTask, progress: &mut dyn FnMut(usize, f64)) -> (Array2<
     let mut last: Option<Array2<Complex64>> = None;
     for iteration in 0..task.iterations {
         let seen = space.carry(field.view());
-        progress(iteration, likeness(&seen, task));
+        Cancelled::check(progress(iteration, likeness(&seen, task)).flow())?;
 
         // The wanted modulus at the field's own brightness and phase, carried back; then only the phase is kept.
         let (mut along, mut square) = (0.0, 0.0);
@@ -130,8 +137,8 @@ pub fn design(task: &NearTask, progress: &mut dyn FnMut(usize, f64)) -> (Array2<
         last = Some(here);
     }
     let found = likeness(&space.carry(field.view()), task);
-    progress(task.iterations, found);
-    (field.mapv(|u| u.arg()), found)
+    Cancelled::check(progress(task.iterations, found).flow())?;
+    Ok((field.mapv(|u| u.arg()), found))
 }
 
 fn likeness(seen: &Array2<Complex64>, task: &NearTask) -> f64 {
@@ -187,7 +194,8 @@ mod tests {
             if iteration % 10 == 0 {
                 println!("{iteration} {score}");
             }
-        });
+        })
+        .unwrap();
         assert_eq!(phase.dim(), (100, 100));
         assert!(found > 0.95 && first < 0.6, "{first} {found}");
     }

@@ -11,6 +11,7 @@ use crate::engine::error::tally::Tally;
 use crate::engine::monte_carlo::mode_sampling::{Draws, PatchDraws};
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::settings::Settings;
+use crate::engine::progress::{Cancelled, Pulse, ShareDone};
 use crate::engine::trace::ray_sensitivity::PerturbedHops;
 use crate::optics::system::Hop;
 use crate::wave::field::Field;
@@ -59,12 +60,9 @@ pub struct AdjointSums<'a> {
     pub perturbed: &'a [PerturbedHops<'a>],
     /// Derivative with respect to each of them.
     pub parameters: &'a mut [f64],
-    /// Told now and then that work goes on.
+    /// Called after each chunk of work.
     pub pulse: &'a Pulse<'a>,
 }
-
-/// Told now and then by whatever takes long; it may end the work by unwinding.
-pub type Pulse<'a> = dyn Fn() + Sync + 'a;
 
 /// Something that carries fields.
 pub trait Backend {
@@ -72,17 +70,24 @@ pub trait Backend {
     fn patches(&self, job: &Job, from: &Field) -> usize;
 
     /// Adds what a range of patches brings to the receiving screen.
+    ///
+    /// # Errors
+    /// When `progress` cancels the work.
     fn carry(
         &self,
         job: &Job,
         from: &Field,
         patches: Range<usize>,
         to: &mut Canvas,
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Tally;
+        progress: &ShareDone,
+    ) -> Result<Tally, Cancelled>;
 
-    /// The conjugate transpose of [`Backend::carry`], held by `chain_dot_product` in the crate's tests: adds what a range of patches gives back. The values of
-    /// `from` only tell which modes were too weak, and what the parameters act on.
+    /// The conjugate transpose of [`Backend::carry`], held by `chain_dot_product` in the crate's tests: adds what a
+    /// range of patches gives back. The values of `from` only tell which modes were too weak, and what the
+    /// parameters act on.
+    ///
+    /// # Errors
+    /// When the pulse of `back` cancels the work.
     fn carry_adjoint(
         &self,
         job: &Job,
@@ -90,6 +95,5 @@ pub trait Backend {
         patches: Range<usize>,
         to_bar: &Canvas,
         back: &mut AdjointSums,
-        progress: &(dyn Fn(f64) + Sync),
-    );
+    ) -> Result<(), Cancelled>;
 }

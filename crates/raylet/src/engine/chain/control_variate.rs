@@ -9,8 +9,10 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::chain::linearised_system::{
-    ForwardPass, Gradient, LinearisedSystem, LinearisedSystemError, ScreenFields,
+    ForwardPass, Gradient, LinearisedSystem, LinearisedSystemError,
 };
+use crate::engine::chain::screen_sensitivity::ScreenFields;
+use crate::engine::progress::Pulse;
 use crate::optics::system::System;
 use crate::wave::field::Field;
 use crate::wave::sampling::act_adjoint;
@@ -27,16 +29,18 @@ impl ControlVariate {
     /// Looks at a system with one element and its sensor; `field_bar` tells the cotangent of the field there.
     ///
     /// # Errors
-    /// [`LinearisedSystemError::ControlVariate`] when there are more screens; as [`LinearisedSystem::forward`] and `field_bar`.
+    /// [`LinearisedSystemError::ControlVariate`] when there are more screens; as [`LinearisedSystem::forward`] and
+    /// `field_bar`; when the pulse cancels the work.
     pub fn new<E: From<LinearisedSystemError>>(
         linearised: &LinearisedSystem,
         system: &System,
+        pulse: &Pulse,
         field_bar: impl FnOnce(&Field) -> Result<Array2<Complex64>, E>,
     ) -> Result<Self, E> {
         let passed = linearised.pass(system)?;
-        let field = linearised.through(system, &passed.behind)?;
+        let field = linearised.through(system, &passed.behind, pulse)?;
         let field_bar = field_bar(&field)?;
-        let behind_bar = linearised.through_adjoint(system, &passed.behind, &field_bar)?;
+        let behind_bar = linearised.through_adjoint(system, &passed.behind, &field_bar, pulse)?;
         let trace = ForwardPass {
             field,
             screens: vec![passed],
@@ -64,9 +68,10 @@ impl ControlVariate {
         &self,
         drawn: &LinearisedSystem,
         system: &System,
+        pulse: &Pulse,
     ) -> Result<ForwardPass, LinearisedSystemError> {
         let passed = drawn.pass(system)?;
-        let mut field = drawn.through(system, &self.change(&passed.behind))?;
+        let mut field = drawn.through(system, &self.change(&passed.behind), pulse)?;
         field.values += &self.trace.field.values;
         Ok(ForwardPass {
             field,
@@ -85,10 +90,11 @@ impl ControlVariate {
         system: &System,
         trace: &ForwardPass,
         field_bar: &Array2<Complex64>,
+        pulse: &Pulse,
     ) -> Result<Gradient, LinearisedSystemError> {
         let ScreenFields { arrived, behind } = &trace.screens[0];
         let turned = field_bar - &self.field_bar;
-        let mut bar = drawn.through_adjoint(system, &self.change(behind), &turned)?;
+        let mut bar = drawn.through_adjoint(system, &self.change(behind), &turned, pulse)?;
         bar.values += &self.behind_bar.values;
         let pixels = act_adjoint(&system.screens[0], arrived, &mut bar);
         Ok(Gradient {

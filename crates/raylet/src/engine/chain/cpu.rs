@@ -19,6 +19,7 @@ use crate::engine::beamlet::mode_histogram::ModeHistogram;
 use crate::engine::chain::backend::{AdjointSums, Backend, Job};
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::monte_carlo::mode_sampling::Drawing;
+use crate::engine::progress::{Cancelled, ShareDone};
 use crate::engine::trace::direction_search::reach;
 use crate::engine::trace::ray_sensitivity::{BLOCK, PerturbedHops, VariedHop, pull};
 use crate::math::part::part;
@@ -51,8 +52,8 @@ impl Backend for Cpu {
         from: &Field,
         patches: Range<usize>,
         to: &mut Canvas,
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Tally {
+        progress: &ShareDone,
+    ) -> Result<Tally, Cancelled> {
         let k = job.hop.wavenumber();
         let cutter = Cutter::new(job, from);
 
@@ -66,13 +67,13 @@ impl Backend for Cpu {
 
         let cached = cutter.cached(to);
         let one = |index: usize, spectrum: &Spectrum, to: &Canvas| match cached {
-            _ if job.draws.is_some() => draw(job, (index, spectrum), to),
+            _ if job.draws.is_some() => draw(job, index, spectrum, to),
             Some(all) => {
                 let beamlets = all[index].as_ref();
                 let lit = beamlets.map(|beamlets| lit(beamlets, spectrum, strength.floor));
                 (lit.unwrap_or_default(), Tally::default())
             }
-            None => spread(job, (index, spectrum), strength, to),
+            None => spread(job, index, spectrum, strength, to),
         };
 
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
@@ -93,9 +94,9 @@ impl Backend for Cpu {
             }
             tally.evaluations += to.add(&arrivals, k, job.settings.footprint_edge());
             done = last - patches.start;
-            progress(done as f64 / total as f64);
+            Cancelled::check(progress(done as f64 / total as f64))?;
         }
-        tally
+        Ok(tally)
     }
 
     fn carry_adjoint(
@@ -105,8 +106,7 @@ impl Backend for Cpu {
         patches: Range<usize>,
         to_bar: &Canvas,
         back: &mut AdjointSums,
-        progress: &(dyn Fn(f64) + Sync),
-    ) {
+    ) -> Result<(), Cancelled> {
         let cutter = Cutter::new(job, from);
         let varied_hops = varied_hops(job, back.perturbed);
         let (mut kept, mut floor) = (None, 0.0);
@@ -134,7 +134,6 @@ impl Backend for Cpu {
         };
 
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
-        let total = patches.len().max(1);
         let mut done = 0;
         while done < patches.len() {
             // The beamlets of the way there, traced again unless they are kept.
@@ -158,8 +157,9 @@ impl Backend for Cpu {
                 }
             }
             done = last - patches.start;
-            progress(done as f64 / total as f64);
+            Cancelled::check((back.pulse)())?;
         }
+        Ok(())
     }
 }
 
@@ -309,7 +309,8 @@ struct Strength {
 /// The beamlets of one patch, given with its number, that reach the target.
 fn spread(
     job: &Job,
-    (patch, spectrum): (usize, &Spectrum),
+    patch: usize,
+    spectrum: &Spectrum,
     strength: Strength,
     to: &Canvas,
 ) -> (Vec<Arrival>, Tally) {
@@ -346,7 +347,7 @@ fn spread(
 }
 
 /// The drawn beamlets of one patch, given with its number, that reach the target.
-fn draw(job: &Job, (patch, spectrum): (usize, &Spectrum), to: &Canvas) -> (Vec<Arrival>, Tally) {
+fn draw(job: &Job, patch: usize, spectrum: &Spectrum, to: &Canvas) -> (Vec<Arrival>, Tally) {
     let mut tally = Tally::default();
     let mut arrivals = Vec::new();
     let (Some(draws), Ok(launch_planes)) =

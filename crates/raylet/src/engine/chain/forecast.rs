@@ -7,6 +7,7 @@ use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, plan};
 use crate::engine::plan::settings::Settings;
+use crate::engine::progress::{Cancelled, Reply};
 use crate::optics::system::{Hop, System};
 use crate::wave::sampling::{Reach, plan_grid};
 
@@ -43,14 +44,14 @@ pub fn forecast(system: &System, settings: &Settings) -> Result<Vec<Forecast>, S
     forecast_with_progress(system, settings, |_, _| ())
 }
 
-/// The same, told the number of every hop and the hop before it is planned: some take seconds.
+/// The same; `progress` is called with the number of every hop and the hop before it is planned: some take seconds.
 ///
 /// # Errors
-/// As [`forecast`].
-pub fn forecast_with_progress(
+/// As [`forecast`]; when `progress` cancels the work.
+pub fn forecast_with_progress<R: Reply>(
     system: &System,
     settings: &Settings,
-    mut tell: impl FnMut(usize, &Hop),
+    mut progress: impl FnMut(usize, &Hop) -> R,
 ) -> Result<Vec<Forecast>, SimulateError> {
     let (anchor, mut arriving) = incidence(system);
     let mut light = LightDirections {
@@ -60,7 +61,7 @@ pub fn forecast_with_progress(
     let mut list = Vec::new();
     let settings = &settings.shared(system.trains.len());
     for (number, hop) in system.hops().enumerate() {
-        tell(number, &hop);
+        Cancelled::check(progress(number, &hop).flow())?;
         let plan = plan(&hop, light, &Downstream::of(system, number), settings)?;
         let reach = Reach {
             arriving,

@@ -16,6 +16,7 @@ use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, along};
 use crate::engine::plan::settings::Settings;
 use crate::engine::plane_wave::plane_wavelets;
+use crate::engine::progress::{Cancelled, ShareDone};
 use crate::engine::trace::ray_sensitivity::PerturbedHops;
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
@@ -27,8 +28,30 @@ use crate::wave::gather::Canvas;
 use crate::wave::height_stack::HeightStack;
 use crate::wave::heights::{Heights, Stack, normal_cosines};
 use crate::wave::plane::PlaneSum;
-use crate::wave::propagate::{FreeHop, FreePlan};
+use crate::wave::propagate::{EmittedField, FreeHop, FreePlan, PerturbedFreeHops};
 use crate::wave::raster::Raster;
+
+/// Why a hop cannot be carried.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum HopError {
+    /// A sum of plane waves cannot be planned.
+    #[error(transparent)]
+    Sum(#[from] NufftError),
+    /// The progress callback cancelled it.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+/// Why there is no way back through a hop.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum HopAdjointError {
+    /// Its method, by the name in scenes, has no adjoint.
+    #[error("method '{0}' has no adjoint")]
+    NoAdjoint(&'static str),
+    /// The progress callback cancelled it.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
 
 /// A hop with its plan.
 #[derive(Clone, Copy)]
@@ -54,7 +77,8 @@ pub struct HopRun<'a> {
 impl<'a> HopRun<'a> {
     /// A hop, with its place in the system, as it was planned; no beamlets are kept.
     pub fn new(
-        (number, hop): (usize, Hop<'a>),
+        number: usize,
+        hop: Hop<'a>,
         plan: &'a Plan,
         settings: &'a Settings,
         downstream: &'a Downstream<'a>,
@@ -75,14 +99,14 @@ impl<'a> HopRun<'a> {
     /// light with direction cosines up to `reach` asks for. The tally is that of the middle level.
     ///
     /// # Errors
-    /// When a sum of plane waves cannot be planned.
+    /// When a sum of plane waves cannot be planned, or `progress` cancels the hop.
     pub fn carry(
         &self,
         field: &Field,
         raster: Raster,
         reach: [f64; 2],
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<(HeightStack, Tally), NufftError> {
+        progress: &ShareDone,
+    ) -> Result<(HeightStack, Tally), HopError> {
         let to = self.hop.to;
         if to.is_plane() {
             let (values, mut tally) = self.carry_to_plane(field, &raster, progress)?;
@@ -149,6 +173,9 @@ impl<'a> HopRun<'a> {
 
     /// The conjugate transpose of [`HopRun::carry`]: from the levels of the second screen, one array each, to the
     /// nodes of `field`, and to the parameters of the hop.
+    ///
+    /// # Errors
+    /// When the method of the hop has no adjoint, or the pulse of `back` cancels the hop.
     pub fn carry_adjoint(
         &self,
         field: &Field,
@@ -156,7 +183,7 @@ impl<'a> HopRun<'a> {
         reach: [f64; 2],
         sheets_bar: &[Array2<Complex64>],
         back: &mut AdjointSums,
-    ) {
+    ) -> Result<(), HopAdjointError> {
         let to = self.hop.to;
         if to.is_plane() {
             return self.carry_to_plane_adjoint(field, &raster, &sheets_bar[0], back);
@@ -181,8 +208,9 @@ impl<'a> HopRun<'a> {
                 parameters: back.parameters,
                 pulse: back.pulse,
             };
-            run.carry_to_plane_adjoint(field, &raster, bar, &mut back);
+            run.carry_to_plane_adjoint(field, &raster, bar, &mut back)?;
         }
+        Ok(())
     }
 
     /// The error of a free hop at a few points of what it brought.
@@ -204,12 +232,12 @@ impl<'a> HopRun<'a> {
         &self,
         field: &Field,
         raster: &Raster,
-        progress: &(dyn Fn(f64) + Sync),
-    ) -> Result<(Array2<Complex64>, Tally), NufftError> {
+        progress: &ShareDone,
+    ) -> Result<(Array2<Complex64>, Tally), HopError> {
         let (hop, settings) = (self.hop, self.settings);
         let planes = || PlaneSum::new(*raster, hop.wavenumber(), settings.nufft_tolerance);
         Ok(match self.plan {
-            Plan::Free(free, waves) => carry_free(&hop, (free, waves), field, raster),
+            Plan::Free(free, plan) => FreeRun { hop, free, plan }.carry(field, raster),
             Plan::Beamlets(plan) => {
                 let settings = &settings.aiming_at(plan.target_error);
                 let job = Job {
@@ -223,12 +251,12 @@ impl<'a> HopRun<'a> {
                 };
                 let mut canvas = Canvas::new(*raster);
                 let patches = 0..Cpu.patches(&job, field);
-                let tally = Cpu.carry(&job, field, patches, &mut canvas, progress);
+                let tally = Cpu.carry(&job, field, patches, &mut canvas, progress)?;
                 (canvas.finish(), tally)
             }
             Plan::Planes(plan) => {
                 let mut sum = planes()?;
-                let tally = plane_wavelets::carry(hop, plan, settings, field, &mut sum, progress);
+                let tally = plane_wavelets::carry(hop, plan, settings, field, &mut sum, progress)?;
                 (sum.finish(), tally)
             }
             Plan::Paper(plan) => {
@@ -237,7 +265,7 @@ impl<'a> HopRun<'a> {
                     seed: settings.seed,
                     hop: self.number as u32,
                 };
-                let tally = paper::carry(hop, plan, address, field, &mut sum, progress);
+                let tally = paper::carry(hop, plan, address, field, &mut sum, progress)?;
                 (sum.finish(), tally)
             }
         })
@@ -249,11 +277,11 @@ impl<'a> HopRun<'a> {
         raster: &Raster,
         bar: &Array2<Complex64>,
         back: &mut AdjointSums,
-    ) {
+    ) -> Result<(), HopAdjointError> {
         let (hop, settings) = (self.hop, self.settings);
         match self.plan {
-            Plan::Free(free, waves) => {
-                carry_free_adjoint(&hop, (free, waves), field, (raster, bar), back);
+            Plan::Free(free, plan) => {
+                FreeRun { hop, free, plan }.carry_adjoint(field, raster, bar, back);
             }
             Plan::Beamlets(plan) => {
                 let settings = &settings.aiming_at(plan.target_error);
@@ -268,11 +296,12 @@ impl<'a> HopRun<'a> {
                 };
                 let canvas = Canvas::holding(*raster, bar);
                 let patches = 0..Cpu.patches(&job, field);
-                let pulse = back.pulse;
-                Cpu.carry_adjoint(&job, field, patches, &canvas, back, &|_| pulse());
+                Cpu.carry_adjoint(&job, field, patches, &canvas, back)?;
             }
-            Plan::Planes(_) | Plan::Paper(_) => {}
+            Plan::Planes(_) => return Err(HopAdjointError::NoAdjoint("plane")),
+            Plan::Paper(_) => return Err(HopAdjointError::NoAdjoint("paper")),
         }
+        Ok(())
     }
 }
 
@@ -312,45 +341,117 @@ fn stack(to: &Screen, reach: [f64; 2], k: f64) -> Stack {
     Stack::new([relief.low, relief.high], cosines, k)
 }
 
-/// A free hop, and its tally: what does not arrive goes elsewhere.
-fn carry_free(
-    hop: &Hop,
-    (free, plan): (&FreeHop, &FreePlan),
-    field: &Field,
-    raster: &Raster,
-) -> (Array2<Complex64>, Tally) {
-    let heights = heights(hop, field);
-    let surface = heights.as_ref().map(|heights| (heights, hop.from.leaves()));
-    let values = free.carry(field, surface, raster, plan);
-    let landed = raster.power(&values);
-    let mut tally = Tally::default();
-    tally.add_energy(Fate::Arrived, landed);
-    tally.add_energy(Fate::Elsewhere, (field.power() - landed).max(0.0));
-    (values, tally)
+/// A hop without rays, with its plan.
+struct FreeRun<'a> {
+    hop: Hop<'a>,
+    free: &'a FreeHop,
+    plan: &'a FreePlan,
 }
 
-/// The conjugate transpose of [`carry_free`].
-fn carry_free_adjoint(
-    hop: &Hop,
-    (free, plan): (&FreeHop, &FreePlan),
-    field: &Field,
-    (raster, bar): (&Raster, &Array2<Complex64>),
-    back: &mut AdjointSums,
-) {
-    // A parameter that would tilt a screen is planned with rays, so that every neighbour is free as well.
-    let neighbour = |hop: &Hop| along(free, hop).unwrap_or_else(|| free.clone());
-    let pair = |n: &PerturbedHops| ([neighbour(&n.below), neighbour(&n.above)], n.distance);
-    let perturbed: Vec<([FreeHop; 2], f64)> = back.perturbed.iter().map(pair).collect();
-    let heights = heights(hop, field);
-    let surface = heights.as_ref().map(|heights| (heights, hop.from.leaves()));
-    let bars = free.carry_adjoint(bar, raster, (field, surface), plan, &perturbed);
-    *back.from_bar += &bars.0;
-    for (total, part) in back.parameters.iter_mut().zip(bars.1) {
-        *total += part;
+impl FreeRun<'_> {
+    /// The field on a raster, and its tally: what does not arrive goes elsewhere.
+    fn carry(&self, field: &Field, raster: &Raster) -> (Array2<Complex64>, Tally) {
+        let heights = heights(&self.hop, field);
+        let leaves = self.hop.from.leaves();
+        let surface = heights.as_ref().map(|heights| (heights, leaves));
+        let values = self.free.carry(field, surface, raster, self.plan);
+        let landed = raster.power(&values);
+        let mut tally = Tally::default();
+        tally.add_energy(Fate::Arrived, landed);
+        tally.add_energy(Fate::Elsewhere, (field.power() - landed).max(0.0));
+        (values, tally)
+    }
+
+    /// The conjugate transpose of [`FreeRun::carry`].
+    fn carry_adjoint(
+        &self,
+        field: &Field,
+        raster: &Raster,
+        bar: &Array2<Complex64>,
+        back: &mut AdjointSums,
+    ) {
+        // A parameter that would tilt a screen is planned with rays, so that every neighbour is free as well.
+        let neighbour = |hop: &Hop| along(self.free, hop).unwrap_or_else(|| self.free.clone());
+        let pair = |n: &PerturbedHops| PerturbedFreeHops {
+            below: neighbour(&n.below),
+            above: neighbour(&n.above),
+            distance: n.distance,
+        };
+        let perturbed: Vec<PerturbedFreeHops> = back.perturbed.iter().map(pair).collect();
+        let heights = heights(&self.hop, field);
+        let leaves = self.hop.from.leaves();
+        let emitted = EmittedField {
+            field,
+            surface: heights.as_ref().map(|heights| (heights, leaves)),
+        };
+        let (field_bar, pulled) =
+            (self.free).carry_adjoint(bar, raster, emitted, self.plan, &perturbed);
+        *back.from_bar += &field_bar;
+        for (total, part) in back.parameters.iter_mut().zip(pulled) {
+            *total += part;
+        }
     }
 }
 
 /// The heights of a curved first screen at the nodes of a field; nothing for a plane one.
 fn heights(hop: &Hop, field: &Field) -> Option<Heights> {
     (!hop.from.is_plane()).then(|| Heights::on(hop.from, &field.grid))
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+
+    use crate::design::examples::problems::near_hologram;
+    use crate::engine::chain::backend::AdjointSums;
+    use crate::engine::chain::hop_run::{HopAdjointError, HopRun};
+    use crate::engine::chain::simulate::{
+        Arriving, arrival_reach, incidence, leaving, receiving_raster,
+    };
+    use crate::engine::plan::direction_spread::LightDirections;
+    use crate::engine::plan::downstream::Downstream;
+    use crate::engine::plan::hop_plan::plan;
+    use crate::engine::plan::settings::{Method, Settings};
+    use crate::engine::progress::uncancelled;
+    use crate::optics::doe::PixelForm;
+    use crate::wave::field::Field;
+
+    /// Methods without an adjoint once gave a gradient of zero.
+    #[test]
+    fn methods_without_an_adjoint_are_refused() {
+        let system = near_hologram(&Array2::zeros((20, 20)), PixelForm::Point);
+        let hop = system.hops().next().unwrap();
+        for (method, name) in [(Method::Plane, "plane"), (Method::Paper, "paper")] {
+            let settings = Settings {
+                method,
+                ..Settings::default()
+            };
+            let (anchor, usual) = incidence(&system);
+            let light = LightDirections { anchor, usual };
+            let plan = plan(&hop, light, Downstream::none(), &settings).unwrap();
+            let reach = arrival_reach(&hop, &plan);
+            let raster = receiving_raster(&hop, reach, &settings).unwrap();
+            let light = Arriving::from_source(&system);
+            let (_, field) = light
+                .pass(&system, hop.from, leaving(&plan), &settings)
+                .unwrap();
+            let mut bar = Field::zeros(field.grid.clone());
+            let mut back = AdjointSums {
+                from_bar: &mut bar.values,
+                perturbed: &[],
+                parameters: &mut [],
+                pulse: &uncancelled,
+            };
+            let [nx, ny] = raster.size;
+            let sheets_bar = [Array2::zeros((ny, nx))];
+            let found = HopRun::new(0, hop, &plan, &settings, Downstream::none()).carry_adjoint(
+                &field,
+                raster,
+                reach,
+                &sheets_bar,
+                &mut back,
+            );
+            assert_eq!(found, Err(HopAdjointError::NoAdjoint(name)));
+        }
+    }
 }

@@ -9,25 +9,26 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::beamlet::beamlet_cache::BeamletCache;
-use crate::engine::chain::backend::{AdjointSums, Pulse};
-use crate::engine::chain::hop_run::HopRun;
+use crate::engine::chain::backend::AdjointSums;
+use crate::engine::chain::hop_run::{HopAdjointError, HopError, HopRun};
+use crate::engine::chain::screen_sensitivity::{ScreenFields, pull_act, pull_light};
 use crate::engine::chain::simulate::{
-    Arriving, SimulateError, arrival_reach, illuminate, incidence, leaving, receiving_raster,
-    sensor_grid, sensor_of,
+    Arriving, SimulateError, arrival_reach, incidence, leaving, receiving_raster, sensor_grid,
+    sensor_of,
 };
 use crate::engine::monte_carlo::mode_sampling::Draws;
 use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, along, plan};
 use crate::engine::plan::settings::{Method, Settings};
+use crate::engine::progress::{Cancelled, Pulse, uncancelled};
 use crate::engine::rims::rim_screens::{Rimmed, with_rims};
 use crate::engine::trace::ray_sensitivity::{PerturbedHops, Variation};
-use crate::optics::screen::Screen;
 use crate::optics::system::{Hop, System};
 use crate::wave::field::Field;
 use crate::wave::height_stack::HeightStack;
 use crate::wave::raster::Raster;
-use crate::wave::sampling::{act, act_adjoint};
+use crate::wave::sampling::act_adjoint;
 
 /// Why a system cannot be differentiated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -81,6 +82,27 @@ pub enum LinearisedSystemError {
     Moved(String, String),
 }
 
+impl From<Cancelled> for LinearisedSystemError {
+    fn from(error: Cancelled) -> Self {
+        Self::Simulate(error.into())
+    }
+}
+
+impl From<HopError> for LinearisedSystemError {
+    fn from(error: HopError) -> Self {
+        Self::Simulate(error.into())
+    }
+}
+
+impl From<HopAdjointError> for LinearisedSystemError {
+    fn from(error: HopAdjointError) -> Self {
+        match error {
+            HopAdjointError::NoAdjoint(method) => Self::Method(method),
+            HopAdjointError::Cancelled(error) => error.into(),
+        }
+    }
+}
+
 /// The frozen choices of a system: how each hop is carried.
 #[derive(Clone, Debug)]
 pub struct LinearisedSystem {
@@ -94,15 +116,6 @@ pub struct LinearisedSystem {
     draws: Option<Draws>,
 }
 
-/// What the way there leaves on one screen.
-#[derive(Clone, Debug)]
-pub struct ScreenFields {
-    /// The field that arrived, at the nodes.
-    pub arrived: Field,
-    /// The field behind the screen.
-    pub behind: Field,
-}
-
 /// A run that can be gone back.
 #[derive(Clone, Debug)]
 pub struct ForwardPass {
@@ -110,14 +123,6 @@ pub struct ForwardPass {
     pub field: Field,
     /// Every screen before it.
     pub screens: Vec<ScreenFields>,
-}
-
-impl ForwardPass {
-    /// ∫|U|² of the light that arrived at the first screen, over its nodes, in mm² for unit amplitude.
-    pub fn incident_power(&self) -> f64 {
-        let first = self.screens.first();
-        first.map_or(0.0, |first| first.arrived.power())
-    }
 }
 
 /// The cotangents of what a system is made of.
@@ -140,6 +145,19 @@ impl LinearisedSystem {
         variations: &[Variation],
         settings: &Settings,
     ) -> Result<Self, LinearisedSystemError> {
+        Self::new_with(system, variations, settings, &uncancelled)
+    }
+
+    /// The same, with a pulse that is called before each hop is planned.
+    ///
+    /// # Errors
+    /// As [`LinearisedSystem::new`]; when the pulse cancels the work.
+    pub fn new_with(
+        system: &System,
+        variations: &[Variation],
+        settings: &Settings,
+        pulse: &Pulse,
+    ) -> Result<Self, LinearisedSystemError> {
         match settings.method {
             Method::Plane => return Err(LinearisedSystemError::Method("plane")),
             Method::Paper => return Err(LinearisedSystemError::Method("paper")),
@@ -154,6 +172,7 @@ impl LinearisedSystem {
         let mut light = LightDirections { anchor, usual };
         let mut plans = Vec::new();
         for (number, hop) in system.hops().enumerate() {
+            Cancelled::check(pulse())?;
             let downstream = &Downstream::of(system, number);
             let mut chosen =
                 plan(&hop, light, downstream, &settings).map_err(SimulateError::from)?;
@@ -215,28 +234,28 @@ impl LinearisedSystem {
     /// # Errors
     /// As [`crate::engine::chain::simulate::simulate`]; when the system is not like the one that was planned.
     pub fn forward(&self, system: &System) -> Result<ForwardPass, LinearisedSystemError> {
-        self.forward_with(system, &|| ())
+        self.forward_with(system, &uncancelled)
     }
 
-    /// The same, with a pulse that is told now and then.
+    /// The same, with a pulse that is called after each chunk of work.
     ///
     /// # Errors
-    /// As [`LinearisedSystem::forward`].
+    /// As [`LinearisedSystem::forward`]; when the pulse cancels the work.
     pub fn forward_with(
         &self,
         system: &System,
-        pulse: &Pulse<'_>,
+        pulse: &Pulse,
     ) -> Result<ForwardPass, LinearisedSystemError> {
         let system = &self.planned.like(system);
         let plans = self.plans_for(system)?;
         let mut light = Arriving::from_source(system);
         let mut screens = Vec::new();
         for (number, hop) in system.hops().enumerate() {
+            Cancelled::check(pulse())?;
             let (run, raster, reach) = self.run(number, hop, &plans)?;
             let leaving = leaving(run.plan);
             let (arrived, behind) = light.pass(system, hop.from, leaving, &self.settings)?;
-            let carried = run.carry(&behind, raster, reach, &|_| pulse());
-            let (sheets, _) = carried.map_err(SimulateError::from)?;
+            let (sheets, _) = run.carry(&behind, raster, reach, &|_| pulse())?;
             screens.push(ScreenFields { arrived, behind });
             light = Arriving {
                 sum: Some(sheets),
@@ -267,19 +286,20 @@ impl LinearisedSystem {
         trace: &ForwardPass,
         field_bar: &Array2<Complex64>,
     ) -> Result<Gradient, LinearisedSystemError> {
-        self.adjoint_with(system, variations, (trace, field_bar), &|| ())
+        self.adjoint_with(system, variations, trace, field_bar, &uncancelled)
     }
 
-    /// The same, with a pulse that is told now and then.
+    /// The same, with a pulse that is called after each chunk of work.
     ///
     /// # Errors
-    /// As [`LinearisedSystem::forward`].
+    /// As [`LinearisedSystem::forward`]; when the pulse cancels the work.
     pub fn adjoint_with(
         &self,
         system: &System,
         variations: &[Variation],
-        (trace, field_bar): (&ForwardPass, &Array2<Complex64>),
-        pulse: &Pulse<'_>,
+        trace: &ForwardPass,
+        field_bar: &Array2<Complex64>,
+        pulse: &Pulse,
     ) -> Result<Gradient, LinearisedSystemError> {
         if self.draws.is_some() && !variations.is_empty() {
             return Err(LinearisedSystemError::Drawn);
@@ -294,6 +314,7 @@ impl LinearisedSystem {
         };
         let mut sheets_bar = vec![field_bar.clone()];
         for (number, hop) in hops.iter().enumerate().rev() {
+            Cancelled::check(pulse())?;
             let (run, raster, reach) = self.run(number, *hop, &plans)?;
             let passed = &trace.screens[number];
 
@@ -307,7 +328,7 @@ impl LinearisedSystem {
                 parameters: &mut pulled,
                 pulse,
             };
-            run.carry_adjoint(&passed.behind, raster, reach, &sheets_bar, &mut back);
+            run.carry_adjoint(&passed.behind, raster, reach, &sheets_bar, &mut back)?;
             let parts = moving.into_iter().zip(pulled);
             parts.for_each(|(parameter, part)| gradient.parameters[parameter] += part);
 
@@ -319,13 +340,7 @@ impl LinearisedSystem {
 
             // sheets of this screen, or the source -> arrived
             if number > 0 {
-                let (before, raster, reach) = self.run(number - 1, hops[number - 1], &plans)?;
-                let sheets = HeightStack {
-                    raster,
-                    stack: before.stack(reach),
-                    values: Vec::new(),
-                };
-                sheets_bar = sheets.on_adjoint(hop.from, &bar);
+                sheets_bar = self.sheets_bar_before(number - 1, hops[number - 1], &plans, &bar)?;
             } else {
                 for (total, variation) in gradient.parameters.iter_mut().zip(variations) {
                     *total += pull_light(variation, passed, &bar);
@@ -336,6 +351,24 @@ impl LinearisedSystem {
         let own = self.planned.own.iter();
         gradient.pixels = own.map(|at| gradient.pixels[*at].take()).collect();
         Ok(gradient)
+    }
+
+    /// The cotangents of the sheets on which a hop is summed, from that of the field that arrives at its second
+    /// screen.
+    fn sheets_bar_before(
+        &self,
+        number: usize,
+        hop: Hop,
+        plans: &[Plan],
+        arrived_bar: &Field,
+    ) -> Result<Vec<Array2<Complex64>>, LinearisedSystemError> {
+        let (run, raster, reach) = self.run(number, hop, plans)?;
+        let sheets = HeightStack {
+            raster,
+            stack: run.stack(reach),
+            values: Vec::new(),
+        };
+        Ok(sheets.on_adjoint(hop.to, arrived_bar))
     }
 
     /// The light of a system of one hop, before and behind its element.
@@ -350,33 +383,41 @@ impl LinearisedSystem {
         Ok(ScreenFields { arrived, behind })
     }
 
-    /// Carries a field behind the element of such a system to its sensor.
+    /// Carries a field behind the element of such a system to its sensor; the pulse is called after each chunk of
+    /// work.
     ///
     /// # Errors
-    /// As [`LinearisedSystem::pass`].
-    pub fn through(&self, system: &System, behind: &Field) -> Result<Field, LinearisedSystemError> {
+    /// As [`LinearisedSystem::pass`]; when the pulse cancels the work.
+    pub fn through(
+        &self,
+        system: &System,
+        behind: &Field,
+        pulse: &Pulse,
+    ) -> Result<Field, LinearisedSystemError> {
         let (system, plans) = self.one_hop(system)?;
         let mut values = Array2::zeros((0, 0));
         for hop in system.hops() {
             let (run, raster, reach) = self.run(0, hop, &plans)?;
-            let carried = run.carry(behind, raster, reach, &|_| ());
-            values = carried.map_err(SimulateError::from)?.0.into_middle();
+            values = run
+                .carry(behind, raster, reach, &|_| pulse())?
+                .0
+                .into_middle();
         }
         let grid = sensor_grid(sensor_of(&system)?);
         Ok(Field { grid, values })
     }
 
     /// The conjugate transpose of [`LinearisedSystem::through`], held by `drawn_dot_product` in the crate's tests: the
-    /// cotangent behind the element. Of the light there, only what
-    /// is drawn or too weak counts.
+    /// cotangent behind the element. Of the light there, only what is drawn or too weak counts.
     ///
     /// # Errors
-    /// As [`LinearisedSystem::pass`].
+    /// As [`LinearisedSystem::through`].
     pub fn through_adjoint(
         &self,
         system: &System,
         behind: &Field,
         field_bar: &Array2<Complex64>,
+        pulse: &Pulse,
     ) -> Result<Field, LinearisedSystemError> {
         let (system, plans) = self.one_hop(system)?;
         let mut bar = Field::zeros(behind.grid.clone());
@@ -386,10 +427,10 @@ impl LinearisedSystem {
                 from_bar: &mut bar.values,
                 perturbed: &[],
                 parameters: &mut [],
-                pulse: &|| (),
+                pulse,
             };
             let sheets_bar = std::slice::from_ref(field_bar);
-            run.carry_adjoint(behind, raster, reach, sheets_bar, &mut back);
+            run.carry_adjoint(behind, raster, reach, sheets_bar, &mut back)?;
         }
         Ok(bar)
     }
@@ -507,66 +548,4 @@ fn perturbed<'v>(
 /// Whether both perturbed ones of a free hop are free.
 fn is_free(free: &crate::wave::propagate::FreeHop, perturbed: &PerturbedHops) -> bool {
     along(free, &perturbed.below).is_some() && along(free, &perturbed.above).is_some()
-}
-
-/// d(value)/dq from the values a little below and above: through the logarithm, whose steps a phase makes
-/// evenly, unless one of them is dark.
-fn rate(below: Complex64, here: Complex64, above: Complex64, distance: f64) -> Complex64 {
-    if below == Complex64::ZERO || above == Complex64::ZERO {
-        return (above - below) / distance;
-    }
-    here * (above / below).ln() / distance
-}
-
-/// The derivative that the light of the source brings on the first screen, when that or the source moves.
-fn pull_light(variation: &Variation, passed: &ScreenFields, arrived_bar: &Field) -> f64 {
-    let (below, above) = (&variation.below, &variation.above);
-    let still = below.source == above.source
-        && below.screens[0].frame == above.screens[0].frame
-        && below.screens[0].index == above.screens[0].index;
-    if still {
-        return 0.0;
-    }
-    let light = |system: &System| illuminate(system, passed.arrived.grid.clone());
-    pull_rate(
-        [light(below), light(above)],
-        &passed.arrived,
-        arrived_bar,
-        variation.distance,
-    )
-}
-
-/// The derivative that an element brings whose transmission changes.
-fn pull_act(
-    variation: &Variation,
-    number: usize,
-    passed: &ScreenFields,
-    behind_bar: &Field,
-) -> f64 {
-    let [below, above] = [&variation.below, &variation.above].map(|s| &s.screens[number]);
-    if below.act == above.act {
-        return 0.0;
-    }
-    let behind = |screen: &Screen| {
-        let mut field = passed.arrived.clone();
-        act(screen, &mut field);
-        field
-    };
-    pull_rate(
-        [behind(below), behind(above)],
-        &passed.behind,
-        behind_bar,
-        variation.distance,
-    )
-}
-
-/// Re Σ bar*·d(field)/dq.
-fn pull_rate([below, above]: [Field; 2], here: &Field, bar: &Field, distance: f64) -> f64 {
-    let terms = below.values.iter().zip(&above.values);
-    let terms = terms.zip(here.values.iter().zip(&bar.values));
-    let each =
-        |((below, above), (here, bar)): ((&Complex64, &Complex64), (&Complex64, &Complex64))| {
-            (bar.conj() * rate(*below, *here, *above, distance)).re
-        };
-    terms.map(each).sum()
 }

@@ -9,6 +9,7 @@
 //! | [`hop_run`] | One hop being run, from the field behind the first screen to the light before the second |
 //! | [`linearised_system`] | A system with frozen plans: its fields and its gradients |
 //! | [`mod@reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
+//! | [`screen_sensitivity`] | How the light on a screen changes with the numbers of its source and element |
 //! | [`simulate`] | A whole run from the source to the sensor |
 
 pub mod backend;
@@ -18,4 +19,5 @@ pub mod forecast;
 pub mod hop_run;
 pub mod linearised_system;
 pub mod reference;
+pub mod screen_sensitivity;
 pub mod simulate;

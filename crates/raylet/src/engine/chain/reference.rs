@@ -1,5 +1,6 @@
 //! A whole run without rays, or with one geometrical ray per pixel: references for every other method.
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use ndarray::Array2;
@@ -12,6 +13,7 @@ use crate::engine::free::free_method::{Approach, FreeMethod, free_method};
 use crate::engine::geometrical::eikonal::{self, EikonalError, Geometrical};
 use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::settings::Settings;
+use crate::engine::progress::{Cancelled, Reply};
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
@@ -101,6 +103,12 @@ pub enum ReferenceError {
     },
 }
 
+impl From<Cancelled> for ReferenceError {
+    fn from(error: Cancelled) -> Self {
+        Self::Run(error.into())
+    }
+}
+
 /// A span of hours in the unit that suits it.
 fn span(hours: f64) -> String {
     let (value, unit) = match hours * 60.0 {
@@ -142,28 +150,35 @@ pub struct Reference {
     pub steps: Vec<Step>,
 }
 
-/// Carries the light of a system to its sensor without beamlets.
+/// Carries the light of a system to its sensor without beamlets. `progress` is called after each chunk of work.
 ///
 /// # Errors
-/// When no method applies, the one that was asked for does not, it would take too long, or the field is not finite.
-pub fn reference(
+/// When no method applies, the one that was asked for does not, it would take too long, the field is not finite, or
+/// `progress` cancels the run.
+pub fn reference<R: Reply>(
     system: &System,
     settings: &Settings,
     choice: Choice,
-    progress: &(dyn Fn(Progress) + Sync),
+    progress: &(dyn Fn(Progress) -> R + Sync),
 ) -> Result<Reference, ReferenceError> {
     sensor_of(system)?;
-    let found = by_routes(system, settings, choice, progress)?;
+    let found = by_routes(system, settings, choice, &|here| progress(here).flow())?;
     check_sound(system, &found.field, None)?;
     Ok(found)
 }
+
+/// Hears how far a reference has come, and may cancel it.
+type Listener<'a> = dyn Fn(Progress) -> ControlFlow<()> + 'a;
+
+/// Hears which share of a hop is done, and may cancel it.
+type HopListener<'a> = dyn Fn(f64) -> Result<(), Cancelled> + 'a;
 
 /// The same, whatever values the field has.
 fn by_routes(
     system: &System,
     settings: &Settings,
     choice: Choice,
-    progress: &(dyn Fn(Progress) + Sync),
+    progress: &Listener,
 ) -> Result<Reference, ReferenceError> {
     if choice.approach == Approach::Refraction {
         return refraction(system, progress);
@@ -192,13 +207,13 @@ fn by_routes(
     let mut steps = Vec::new();
     for (number, (hop, route)) in system.hops().zip(&routes).enumerate() {
         let report = |done: f64| {
-            progress(Progress {
+            Cancelled::check(progress(Progress {
                 hop: number,
                 hops: routes.len(),
                 to: &hop.to.name,
                 done,
                 rays: 0.0,
-            });
+            }))
         };
         let (next, step) = carry(system, &hop, route, &light, &settings, choice, &report)?;
         light = next;
@@ -259,7 +274,7 @@ fn carry(
     light: &Arriving,
     settings: &Settings,
     choice: Choice,
-    progress: &dyn Fn(f64),
+    progress: &HopListener,
 ) -> Result<(Arriving, Step), ReferenceError> {
     let clock = Instant::now();
     let [from, to] = outlines(hop)?;
@@ -270,7 +285,7 @@ fn carry(
     let before = arrived.power();
     drop(arrived);
     let raster = receiving_raster(hop, arriving, settings)?;
-    progress(0.0);
+    progress(0.0)?;
     let (values, work, neglects) = match route {
         FreeMethod::AngularSpectrum(free, plan) => {
             let waves = plan.bands[0].count * plan.bands[1].count;
@@ -287,7 +302,7 @@ fn carry(
             (values, nodes, "aberrations and the rims of lenses")
         }
     };
-    progress(1.0);
+    progress(1.0)?;
     let landed = raster.power(&values);
     let step = Step {
         screens: [hop.from.name.clone(), hop.to.name.clone()],
@@ -327,7 +342,7 @@ fn shine(
     field: &Field,
     raster: &Raster,
     choice: Choice,
-    progress: &dyn Fn(f64),
+    progress: &HopListener,
 ) -> Result<(Array2<Complex64>, f64), ReferenceError> {
     // The first screen as its own light sees it: it leaves towards +z.
     let leaves = hop.from.leaves();
@@ -363,37 +378,34 @@ fn shine(
     let mut values = Vec::with_capacity(points.len());
     for chunk in points.chunks(POINTS_AT_ONCE) {
         values.extend(emitters.shine(chunk, wavelength));
-        progress(values.len() as f64 / points.len() as f64);
+        progress(values.len() as f64 / points.len() as f64)?;
     }
     let array = Array2::from_shape_fn((ny, nx), |(j, i)| values[j * nx + i]);
     Ok((array, pairs))
 }
 
 /// The whole system by the generalised law of refraction.
-fn refraction(
-    system: &System,
-    progress: &(dyn Fn(Progress) + Sync),
-) -> Result<Reference, ReferenceError> {
+fn refraction(system: &System, progress: &Listener) -> Result<Reference, ReferenceError> {
     let clock = Instant::now();
     let name = |screen: Option<&Screen>| screen.map(|s| s.name.clone()).unwrap_or_default();
     let screens = [name(system.screens.first()), name(system.screens.last())];
     let report = |done: f64| {
-        progress(Progress {
+        Cancelled::check(progress(Progress {
             hop: 0,
             hops: 1,
             to: &screens[1],
             done,
             rays: 0.0,
-        });
+        }))
     };
-    report(0.0);
+    report(0.0)?;
     let Geometrical {
         field,
         unresolved,
         rays,
         ..
     } = eikonal::carry(system)?;
-    report(1.0);
+    report(1.0)?;
     let step = Step {
         screens,
         approach: Approach::Refraction,

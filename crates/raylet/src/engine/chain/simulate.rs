@@ -1,10 +1,11 @@
 //! A whole run: from the source through every hop to the sensor.
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
 use ndarray::Array2;
 
-use crate::engine::chain::hop_run::HopRun;
+use crate::engine::chain::hop_run::{HopError, HopRun};
 use crate::engine::error::lost_light::lost_light;
 use crate::engine::error::tally::{FATES, Tally};
 use crate::engine::plan::direction_spread::LightDirections;
@@ -12,6 +13,7 @@ use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, plan};
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::Settings;
+use crate::engine::progress::{Cancelled, Reply};
 use crate::engine::rims::rim_screens::{Rim, Rimmed, edge_error, with_rims};
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
@@ -43,6 +45,18 @@ pub enum SimulateError {
     /// The sum of plane waves cannot be planned.
     #[error(transparent)]
     Sum(#[from] NufftError),
+    /// The progress callback cancelled the run.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+}
+
+impl From<HopError> for SimulateError {
+    fn from(error: HopError) -> Self {
+        match error {
+            HopError::Sum(error) => Self::Sum(error),
+            HopError::Cancelled(error) => Self::Cancelled(error),
+        }
+    }
 }
 
 /// What one hop did.
@@ -154,24 +168,6 @@ pub fn sensor_grid(sensor: &Sensor) -> Grid {
     }
 }
 
-/// The plans of all hops, without running them; `incidence` as the run will meet it.
-///
-/// # Errors
-/// As [`simulate`].
-pub fn plan_all(system: &System, settings: &Settings) -> Result<Vec<Plan>, SimulateError> {
-    let system = &with_rims(system, settings).system;
-    let settings = &settings.shared(system.trains.len());
-    let (anchor, usual) = incidence(system);
-    let mut light = LightDirections { anchor, usual };
-    let mut plans = Vec::new();
-    for (number, hop) in system.hops().enumerate() {
-        let plan = plan(&hop, light, &Downstream::of(system, number), settings)?;
-        light = plan.light(&hop, light);
-        plans.push(plan);
-    }
-    Ok(plans)
-}
-
 /// Direction on the next screen of the ray through the middle of this one; straight on when it is lost.
 pub fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
     match hop.trace([0.0, 0.0], anchor, &mut ()) {
@@ -255,14 +251,24 @@ pub fn receiving_raster(
     })
 }
 
-/// Carries the light of a system to its sensor.
+/// Carries the light of a system to its sensor. `progress` is called after each chunk of work.
 ///
 /// # Errors
-/// When a screen has no edge or needs too many samples, no ray gets through a hop, or no light is left.
-pub fn simulate(
+/// When a screen has no edge or needs too many samples, no ray gets through a hop, no light is left, or `progress`
+/// cancels the run.
+pub fn simulate<R: Reply>(
     system: &System,
     settings: &Settings,
-    progress: &(dyn Fn(Progress) + Sync),
+    progress: &(dyn Fn(Progress) -> R + Sync),
+) -> Result<Outcome, SimulateError> {
+    run_hops(system, settings, &|here| progress(here).flow())
+}
+
+/// The hops of [`simulate`], one after the other.
+fn run_hops(
+    system: &System,
+    settings: &Settings,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
 ) -> Result<Outcome, SimulateError> {
     let sensor = sensor_of(system)?;
     let original = system;
@@ -281,8 +287,8 @@ pub fn simulate(
         let reach = arrival_reach(&hop, &plan);
         let raster = receiving_raster(&hop, reach, settings)?;
         let step = |done: f64| progress(Progress::of(system, number, &plan, done));
-        step(0.0);
-        let run = HopRun::new((number, hop), &plan, settings, downstream);
+        Cancelled::check(step(0.0))?;
+        let run = HopRun::new(number, hop, &plan, settings, downstream);
         let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
         if !sheets.power().is_finite() {
             return Err(SimulateError::NotFinite(hop.to.name.clone()));
@@ -291,7 +297,7 @@ pub fn simulate(
         tally.divide_elsewhere(surveyed(system, &hop, &light));
         let ended = (1.0 - field.power() / before).max(rimmed.cut_at(hop.from));
         tally.edge = edge_error(original, hop.from, ended).hypot(cut_by_ray(&rimmed.rims, number));
-        step(1.0);
+        Cancelled::check(step(1.0))?;
         let brief = plan.light(&hop, light.brief);
         reports.push(HopReport {
             screens: [hop.from.name.clone(), hop.to.name.clone()],

@@ -16,6 +16,7 @@ use rayon::prelude::*;
 
 use crate::engine::external::scatter_settings::{Coverage, ScatterError, Scattering};
 use crate::engine::external::secondary_rays::{ChosenMode, SecondaryRays};
+use crate::engine::progress::{Cancelled, Pulse};
 use crate::math::vec3::Vec3;
 use crate::optics::bundle::{Hit, RayError, Rays, check_finite, check_length, check_positive};
 use crate::optics::doe::Doe;
@@ -185,23 +186,27 @@ impl<'a> Scatter<'a> {
         SecondaryRays::gathered(parts)
     }
 
-    /// The same for all rays, as long as there are no more than `most`.
+    /// The same for all rays, as long as there are no more than `most`; the pulse is called for each arriving ray.
     ///
     /// # Errors
-    /// More secondary rays than that.
-    pub fn scatter_within(&self, most: usize) -> Result<SecondaryRays, ScatterError> {
+    /// More secondary rays than that, or a pulse that cancels the work.
+    pub fn scatter_within(
+        &self,
+        most: usize,
+        pulse: &Pulse,
+    ) -> Result<SecondaryRays, ScatterError> {
         let count = AtomicUsize::new(0);
         let enough = || count.load(Ordering::Relaxed) > most;
         let rays = 0..self.hits.len();
-        let parts = rays.into_par_iter().filter_map(|ray| {
+        let parts = rays.into_par_iter().map(|ray| {
+            Cancelled::check(pulse())?;
             let part = if enough() { None } else { self.split(ray) };
-            count.fetch_add(
-                part.as_ref().map_or(0, |(part, _)| part.parent.len()),
-                Ordering::Relaxed,
-            );
-            part
+            let made = part.as_ref().map_or(0, |(part, _)| part.parent.len());
+            count.fetch_add(made, Ordering::Relaxed);
+            Ok(part)
         });
-        let parts: Vec<(SecondaryRays, [f64; 2])> = parts.collect();
+        let parts: Vec<Option<(SecondaryRays, [f64; 2])>> =
+            parts.collect::<Result<_, Cancelled>>()?;
         if enough() {
             return Err(RayError::Setting {
                 field: "rays",
@@ -210,7 +215,8 @@ impl<'a> Scatter<'a> {
             }
             .into());
         }
-        Ok(SecondaryRays::gathered(parts))
+        let parts = parts.into_iter().flatten();
+        Ok(SecondaryRays::gathered(parts.collect()))
     }
 
     /// The secondary rays of one arriving ray, and Σ|c|² above the threshold and altogether.

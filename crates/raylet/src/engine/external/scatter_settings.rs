@@ -1,6 +1,7 @@
 //! The choices of a scattering of rays at a diffractive element, and why one is impossible.
 
 use crate::engine::plan::settings::Sampler;
+use crate::engine::progress::Cancelled;
 use crate::optics::bundle::{RayError, check_finite, check_positive};
 use crate::wave::sampling::SamplingError;
 use crate::wave::spot::Window;
@@ -174,6 +175,9 @@ pub enum ScatterError {
     /// The screen holds no element.
     #[error("screen '{0}' is no diffractive element, expected one")]
     NoElement(String),
+    /// The progress callback cancelled the scattering.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 #[cfg(test)]

@@ -17,6 +17,7 @@ use crate::engine::geometrical::eikonal::{EikonalError, check_smooth};
 use crate::engine::geometrical::ray_tube::{
     Matrix, RayTube, aperture_of, determinant, inverse, product, signature, trace_tube,
 };
+use crate::engine::progress::{Cancelled, Reply};
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
@@ -51,18 +52,22 @@ pub enum DirectionsError {
     /// The sum cannot be planned.
     #[error(transparent)]
     Sum(#[from] NufftError),
+    /// The progress callback cancelled the sum.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
 }
 
 /// The field at the sensor's pixel centres from `count` rays along each axis of the first screen's outline, and
 /// the number of rays that arrive. `progress` hears of the share that is done.
 ///
 /// # Errors
-/// Elements without a smooth phase, a first screen without an edge, no sensor, or no ray that arrives.
-pub fn sum_of_directions(
+/// Elements without a smooth phase, a first screen without an edge, no sensor, no ray that arrives, or `progress`
+/// that cancels the sum.
+pub fn sum_of_directions<R: Reply>(
     system: &System,
     count: usize,
     strength: Strength,
-    progress: &(dyn Fn(f64) + Sync),
+    progress: &(dyn Fn(f64) -> R + Sync),
 ) -> Result<(Field, u64), DirectionsError> {
     check_smooth(system)?;
     let first = &system.screens[0];
@@ -102,7 +107,7 @@ pub fn sum_of_directions(
             .collect();
         rays += waves.len() as u64;
         sum.add(&waves);
-        progress(end as f64 / all as f64);
+        Cancelled::check(progress(end as f64 / all as f64).flow())?;
     }
     if rays == 0 {
         return Err(EikonalError::Dark(name()).into());

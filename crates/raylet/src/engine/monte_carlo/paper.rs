@@ -16,6 +16,7 @@ use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::monte_carlo::paper_plan::{Address, PaperPlan};
 use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Sag, Sampler};
+use crate::engine::progress::{Cancelled, ShareDone};
 use crate::engine::trace::ray_packet::trace_packets;
 use crate::engine::trace::ray_trace::Landing;
 use crate::math::draw::{draw, inclusion, systematic};
@@ -65,14 +66,17 @@ struct Carrier<'a> {
 /// Adds what drawn rays bring to the receiving screen. Runs in chunks on the current rayon pool; the sum
 /// has the same bits for any number of threads. The tally tells the standard error where positions are
 /// independent.
+///
+/// # Errors
+/// When `progress` cancels the work.
 pub fn carry(
     hop: Hop,
     plan: &PaperPlan,
     address: Address,
     field: &Field,
     to: &mut PlaneSum,
-    progress: &(dyn Fn(f64) + Sync),
-) -> Tally {
+    progress: &ShareDone,
+) -> Result<Tally, Cancelled> {
     let carrier = Carrier::new(hop, plan, address, field);
     let most = CHUNK.max(to.samples()).min(LARGEST_CHUNK);
     let chunk = (most / plan.rays_each().max(1)).max(1);
@@ -88,7 +92,7 @@ pub fn carry(
         for first in (start..end).step_by(chunk) {
             let last = end.min(first + chunk);
             carrier.add(first..last, to, &mut tally);
-            progress(last as f64 / plan.positions as f64);
+            Cancelled::check(progress(last as f64 / plan.positions as f64))?;
         }
         // Batches of one size are compared; a shorter last one is left out.
         if let Some(before) = before
@@ -101,7 +105,7 @@ pub fn carry(
         tally.sampling = Some([variance.sum(), square]);
         tally.noise = Some(variance.mapv(|v| v.max(0.0).sqrt()));
     }
-    tally
+    Ok(tally)
 }
 
 /// The sum of the windows over each node of a grid of this shape; the last row and column lie beyond it.

@@ -8,6 +8,7 @@ use num_complex::Complex64;
 
 use crate::engine::chain::simulate::{Progress, SimulateError, simulate};
 use crate::engine::plan::settings::Settings;
+use crate::engine::progress::Reply;
 use crate::optics::system::System;
 use crate::wave::field::Field;
 
@@ -45,11 +46,11 @@ impl RepeatedRuns {
     ///
     /// # Errors
     /// As [`simulate`].
-    pub fn add(
+    pub fn add<R: Reply>(
         &mut self,
         system: &System,
         settings: &Settings,
-        progress: &(dyn Fn(Progress) + Sync),
+        progress: &(dyn Fn(Progress) -> R + Sync),
     ) -> Result<(), SimulateError> {
         let clock = Instant::now();
         let settings = Settings {

@@ -18,6 +18,7 @@ use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::{Planner, judges, starting_width};
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::plan::settings::Settings;
+use crate::engine::progress::{Cancelled, ShareDone};
 use crate::engine::trace::direction_search::{DirectionSearch, SearchRay, search_directions};
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
@@ -213,14 +214,17 @@ struct Carrier<'a> {
 
 /// Adds what a field brings to the receiving screen. Runs in chunks on the current rayon pool; the sum
 /// has the same bits for any number of threads.
+///
+/// # Errors
+/// When `progress` cancels the work.
 pub fn carry(
     hop: Hop,
     plan: &PlanePlan,
     settings: &Settings,
     field: &Field,
     to: &mut PlaneSum,
-    progress: &(dyn Fn(f64) + Sync),
-) -> Tally {
+    progress: &ShareDone,
+) -> Result<Tally, Cancelled> {
     let cover = |axis: &Axis, a: usize| plan.cover(axis.edges(), plan.step[a]);
     let (px, py) = (cover(&field.grid.x, 0), cover(&field.grid.y, 1));
     let [bx, by] = &plan.bands;
@@ -273,7 +277,7 @@ impl Carrier<'_> {
     }
 
     /// All patches, in chunks of about [`CHUNK`] rays.
-    fn run(&self, to: &mut PlaneSum, progress: &(dyn Fn(f64) + Sync)) -> Tally {
+    fn run(&self, to: &mut PlaneSum, progress: &ShareDone) -> Result<Tally, Cancelled> {
         let [nx, ny] = self.patches.shape();
         let directions = self.plan.bands[0].count * self.plan.bands[1].count;
         let rays = CHUNK.max(to.samples()).min(self.most);
@@ -299,9 +303,9 @@ impl Carrier<'_> {
                 }
                 to.add(&waves);
             }
-            progress((first + strips.len()) as f64 / nx as f64);
+            Cancelled::check(progress((first + strips.len()) as f64 / nx as f64))?;
         }
-        tally
+        Ok(tally)
     }
 
     /// The plane waves that one patch brings to the target.

@@ -25,6 +25,7 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
             let expected = "a system whose field is finite: sizes, distances and amplitudes that lie less far apart";
             scene.fault(&path_of(scene, name), told, expected)
         }
+        SimulateError::Cancelled(_) => Fault::of_file(&scene.origin.file, told, "a run to its end"),
         SimulateError::Sum(_) => {
             let expected = "a sum that can be planned";
             scene.fault("settings.nufft_tolerance", told, expected)

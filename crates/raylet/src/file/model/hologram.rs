@@ -133,6 +133,7 @@ impl Commission {
                 &*self.element,
                 "sizes and distances that lie less far apart",
             ),
+            HologramError::Cancelled(_) => ("hologram", "a search to its end"),
             HologramError::Dark => (&*self.element, "an opening that light reaches"),
             HologramError::Black => ("hologram.target", "a picture that is not all black"),
             HologramError::Outside { .. } => ("hologram.size_mm", "at most the sensor's size"),

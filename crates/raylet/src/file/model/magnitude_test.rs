@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use crate::engine::chain::forecast::forecast;
 use crate::engine::chain::reference::{Choice, ReferenceError, reference};
-use crate::engine::chain::simulate::{SimulateError, plan_all};
+use crate::engine::chain::simulate::SimulateError;
 use crate::engine::free::free_method::Approach;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Method, Settings};
@@ -211,10 +211,10 @@ fn plans_that_are_no_numbers_are_errors() {
         (0.01, f64::NAN),
         (f64::NAN, 5e-4),
     ] {
-        let found = plan_all(&system(distance, pitch), &settings);
+        let found = forecast(&system(distance, pitch), &settings);
         assert!(found.is_err(), "{distance:e} {pitch:e}: {found:?}");
     }
-    let found = plan_all(&system(0.01, 1e152), &settings);
+    let found = forecast(&system(0.01, 1e152), &settings);
     let not_finite =
         |error: &SimulateError| matches!(error, SimulateError::Plan(PlanError::NotFinite { .. }));
     assert!(found.as_ref().is_err_and(not_finite), "{found:?}");
