@@ -90,9 +90,9 @@ class Scene:
     A scene that was read; it never changes.
     """
     @staticmethod
-    def parse(text: str, name: str | PathLike[str]) -> Scene:
+    def build(document: dict[str, Any], name: str | PathLike[str]) -> Scene:
         """
-        The scene of a text; `name` stands for its file in messages and tells its folder.
+        The scene of a document of plain values; `name` stands for its file in messages and tells its folder.
         """
     @staticmethod
     def read(path: str | PathLike[str]) -> Scene:
@@ -108,9 +108,9 @@ class Scene:
         """
         The scene as TOML, with every default.
         """
-    def with_settings(self, /, settings: str) -> Scene:
+    def with_settings(self, /, settings: dict[str, Any]) -> Scene:
         """
-        The same scene with other settings, given as the TOML text of the table `[settings]`.
+        The same scene with other settings, given as plain values by the keys of the table `[settings]`.
         """
 
 def beams(

@@ -14,8 +14,8 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._document import called, copied, put_in, taken_out, without_none
+from raylet._plain import plain
 from raylet._refusal import described
-from raylet._toml import dumps
 from raylet.progress import Progress, telling
 
 if TYPE_CHECKING:
@@ -179,8 +179,8 @@ def _size(layer: dict[str, Any], keys: Sequence[str]) -> None:
 def _compiled(system: System, document: Any) -> tuple[_raylet.Scene, dict[str, NDArray[Any]]]:
     """A document as the library has it, and its arrays in memory."""
     arrays: dict[str, NDArray[Any]] = {}
-    text = dumps(taken_out(document, "", arrays))
-    return _raylet.Scene.parse(text, system._name), arrays
+    bare = plain(taken_out(document, "", arrays))
+    return _raylet.Scene.build(bare, system._name), arrays
 
 
 def _with(system: System, found: Mapping[str, NDArray[Any]], scene: _raylet.Scene | None = None) -> System:

@@ -14,6 +14,7 @@ from raylet import _raylet
 from raylet._arrays import grid, real
 from raylet._document import called, copied, put_in, rebased, taken_out
 from raylet._files import npy, write
+from raylet._plain import plain
 from raylet._refusal import RayletError, shown
 from raylet._toml import dumps
 from raylet.layers import Aperture, Layer, Pair, constant, pixel_shape
@@ -240,12 +241,12 @@ class Prescription:
         if self._scene is None:
             self._arrays = {}
             document = taken_out(self._document, "", self._arrays)
-            self._scene = _raylet.Scene.parse(dumps(document), self._name)
+            self._scene = _raylet.Scene.build(plain(document), self._name)
         scene = self._scene
         if seed is not None:
             document = {**taken_out(self._document, "", {}), "seed": seed}
-            scene = _raylet.Scene.parse(dumps(document), self._name)
-        return scene.with_settings(dumps(settings)) if settings else scene
+            scene = _raylet.Scene.build(plain(document), self._name)
+        return scene.with_settings(plain(settings)) if settings else scene
 
 
 def _plain(wavelength_um: Any) -> Any:

@@ -17,7 +17,7 @@ use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
 use raylet::file::model::variations::{NumberValues, varied_system};
 use raylet::file::scene::scene_file::Scene as File;
-use raylet::file::scene::variable::Address;
+use raylet::file::scene::variable::{Address, VariableScene};
 use raylet::optics::doe::Pixels;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
@@ -25,7 +25,7 @@ use raylet::wave::field::is_amplitude;
 use raylet::wave::transmission::phase_bar;
 
 use crate::arrays::{Guard, guard};
-use crate::refusal::error;
+use crate::refusal::{error, fault};
 use crate::scene::Scene;
 use crate::typed::{ByPath, Made, Row, finite};
 use crate::watch::{Watch, run};
@@ -33,7 +33,7 @@ use crate::watch::{Watch, run};
 /// Frozen plans of a scene whose pixels and numbers vary.
 #[pyclass(frozen, module = "raylet._raylet")]
 pub(crate) struct Bench {
-    file: Arc<File>,
+    file: VariableScene,
     /// Names of the elements and their screens.
     elements: Vec<(String, usize)>,
     addresses: Vec<Address>,
@@ -70,14 +70,15 @@ impl Bench {
         numbers: Vec<String>,
         threads: Option<usize>,
     ) -> PyResult<Self> {
-        let file = Arc::clone(&scene.file);
-        let mut addresses = Vec::new();
-        for path in &numbers {
-            let address = Address::new(&file, path, "element");
-            addresses.push(address.map_err(|told| crate::refusal::fault(py, &told))?);
-        }
-        let values = values(py, &file, &addresses)?;
-        let made = made(py, scene, &arrays, &addresses, &values)?;
+        let found = found(&scene.file, &numbers);
+        let (file, addresses) = found.map_err(|told| fault(py, &told))?;
+        let values = values(&file, &addresses);
+        let at = NumberValues {
+            scene: &file,
+            addresses: &addresses,
+            values: &values,
+        };
+        let made = made(py, scene, &arrays, at)?;
         let elements = elements.into_iter().map(|name| {
             let at = made
                 .first()
@@ -94,7 +95,7 @@ impl Bench {
             Ok((name, at))
         });
         let elements = elements.collect::<PyResult<_>>()?;
-        let settings = settings(&file, !addresses.is_empty());
+        let settings = settings(&scene.file, !addresses.is_empty());
         let planned = run(py, threads, None, move |watch: &Watch| {
             let pulse = || watch.pulse();
             let plan = |(system, variations): (System, Vec<Variation>)| {
@@ -115,8 +116,8 @@ impl Bench {
     }
 
     /// The numbers as the scene has them: of a radius the curvature, 1/radius.
-    fn numbers(&self, py: Python<'_>) -> PyResult<Vec<f64>> {
-        values(py, &self.file, &self.addresses)
+    fn numbers(&self) -> Vec<f64> {
+        values(&self.file, &self.addresses)
     }
 
     /// Light through the system with these pixels (phases float64 or transmissions complex128, [y, x], for each
@@ -136,7 +137,7 @@ impl Bench {
                 .iter()
                 .map(|(system, _)| (system.clone(), Vec::new()))
                 .collect(),
-            false => made(py, scene, &arrays, &self.addresses, &numbers)?,
+            false => made(py, scene, &arrays, self.at(&numbers))?,
         };
         let elements = self.place(py, &pixels, &mut made)?;
         let planned = Arc::clone(&self.planned);
@@ -173,6 +174,15 @@ impl Bench {
 }
 
 impl Bench {
+    /// These values of the numbers.
+    fn at<'a>(&'a self, values: &'a [f64]) -> NumberValues<'a> {
+        NumberValues {
+            scene: &self.file,
+            addresses: &self.addresses,
+            values,
+        }
+    }
+
     /// Puts pixels into the systems; tells the screen of each element and whether it was given by its phases.
     fn place(
         &self,
@@ -324,10 +334,21 @@ fn settings(file: &File, changing: bool) -> Settings {
     }
 }
 
-fn values(py: Python<'_>, file: &File, addresses: &[Address]) -> PyResult<Vec<f64>> {
-    let values = addresses.iter().map(|address| address.value(file));
-    let values: Result<Vec<f64>, Fault> = values.collect();
-    values.map_err(|told| crate::refusal::fault(py, &told))
+/// The numbers at these paths of a scene.
+fn found(file: &File, paths: &[String]) -> Result<(VariableScene, Vec<Address>), Fault> {
+    let file = VariableScene::new(file)?;
+    let addresses = paths
+        .iter()
+        .map(|path| Address::new(&file, path, "element"));
+    let addresses = addresses.collect::<Result<_, Fault>>()?;
+    Ok((file, addresses))
+}
+
+fn values(file: &VariableScene, addresses: &[Address]) -> Vec<f64> {
+    addresses
+        .iter()
+        .map(|address| address.value(file))
+        .collect()
 }
 
 /// The systems of all wavelengths with these numbers, and their neighbours in each.
@@ -335,21 +356,16 @@ fn made(
     py: Python<'_>,
     scene: &Scene,
     arrays: &ByPath<'_>,
-    addresses: &[Address],
-    numbers: &[f64],
+    numbers: NumberValues<'_>,
 ) -> PyResult<Vec<(System, Vec<Variation>)>> {
-    if numbers.len() != addresses.len() {
-        let (found, expected) = (numbers.len(), addresses.len());
+    let (found, expected) = (numbers.values.len(), numbers.addresses.len());
+    if found != expected {
         return Err(error(py, format!("{found} numbers, expected {expected}")));
     }
-    let at = NumberValues {
-        addresses,
-        values: numbers,
-    };
     scene.with_arrays(py, arrays, |file, arrays| {
         let channels = 0..file.wavelength_um.len();
         channels
-            .map(|channel| varied_system(file, arrays, channel, at))
+            .map(|channel| varied_system(numbers, arrays, channel))
             .collect()
     })
 }

@@ -13,6 +13,7 @@
 mod arrays;
 mod bench;
 mod design;
+mod document;
 mod files;
 mod look;
 mod rays;

@@ -6,6 +6,8 @@ use std::sync::Arc;
 use pyo3::exceptions::PyIndexError;
 use pyo3::prelude::*;
 use raylet::file::decode::fault::Fault;
+use raylet::file::decode::origin::Origin;
+use raylet::file::decode::tree::Value;
 use raylet::file::model::build;
 use raylet::file::model::scene_arrays::Arrays;
 use raylet::file::scene::scene_file::Scene as File;
@@ -13,8 +15,9 @@ use raylet::file::scene::variable::with_settings;
 use raylet::optics::system::System;
 
 use crate::arrays::Lent;
+use crate::document::entries;
 use crate::refusal::{error, fault};
-use crate::typed::ByPath;
+use crate::typed::{ByPath, Named};
 use crate::watch::pool;
 
 /// A scene that was read; it never changes.
@@ -25,10 +28,11 @@ pub(crate) struct Scene {
 
 #[pymethods]
 impl Scene {
-    /// The scene of a text; `name` stands for its file in messages and tells its folder.
+    /// The scene of a document of plain values; `name` stands for its file in messages and tells its folder.
     #[staticmethod]
-    fn parse(py: Python<'_>, text: &str, name: PathBuf) -> PyResult<Self> {
-        let read = py.detach(|| File::parse(text, &name));
+    fn build(py: Python<'_>, document: Named<'_>, name: PathBuf) -> PyResult<Self> {
+        let tree = Value::Table(entries(&document)?).into();
+        let read = py.detach(|| File::from_tree(&tree, Origin::new("", &name)));
         Self::of(py, read)
     }
 
@@ -47,10 +51,10 @@ impl Scene {
         Self::of(py, py.detach(read))
     }
 
-    /// The same scene with other settings, given as the TOML text of the table `[settings]`.
-    fn with_settings(&self, py: Python<'_>, settings: &str) -> PyResult<Self> {
-        let table: toml::Table = settings.parse().map_err(|told| error(py, told))?;
-        Self::of(py, with_settings(&self.file, &table))
+    /// The same scene with other settings, given as plain values by the keys of the table `[settings]`.
+    fn with_settings(&self, py: Python<'_>, settings: Named<'_>) -> PyResult<Self> {
+        let settings = entries(&settings)?;
+        Self::of(py, with_settings(&self.file, settings))
     }
 
     /// The scene as TOML, with every default.

@@ -1,4 +1,4 @@
-//! What goes wrong while a TOML value is turned into a Rust one, before it has its full address.
+//! What goes wrong while a value of a tree is turned into a Rust one, before it has its full address.
 
 use std::fmt;
 use std::ops::Range;
@@ -31,9 +31,9 @@ impl Misfit {
         }
     }
 
-    /// Placed at these bytes, unless an inner value has placed it already.
-    pub(crate) fn at(mut self, span: Range<usize>) -> Self {
-        self.span.get_or_insert(span);
+    /// Placed at these bytes, if there are any, unless an inner value has placed it already.
+    pub(crate) fn at(mut self, span: &Option<Range<usize>>) -> Self {
+        self.span = self.span.or_else(|| span.clone());
         self
     }
 
@@ -49,13 +49,20 @@ impl Misfit {
         self
     }
 
-    /// The fault with its full address.
+    /// The fault with its full address. A value that stood in no text is looked up by its path.
     pub(crate) fn into_fault(self, origin: &Origin) -> Fault {
         let path: String = self.path.iter().rev().map(String::as_str).collect();
         let path = path.trim_start_matches('.').to_owned();
+        let fault = match self.span {
+            Some(span) => {
+                let address = origin.address(path, Some(span));
+                Fault::at(address, self.found, self.expected)
+            }
+            None => origin.fault(&path, self.found, self.expected),
+        };
         Fault {
             hint: self.hint,
-            ..Fault::at(origin.address(path, self.span), self.found, self.expected)
+            ..fault
         }
     }
 }

@@ -1,9 +1,11 @@
-//! From TOML text to Rust values, and where a fault is.
+//! From TOML text, or values in memory, to Rust values, and where a fault is.
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | `from_toml` | From TOML text to Rust values, through serde, without losing the address of anything |
-//! | `decode_error` | What goes wrong while a TOML value is turned into a Rust one |
+//! | `tree` | A document as a tree of values: from TOML text, from Python or from a scene whose numbers change |
+//! | `from_tree` | From a tree of values to Rust values, through serde, without losing the address of anything |
+//! | `tagged` | Enums whose variant is chosen by the `kind` key of their table |
+//! | `decode_error` | What goes wrong while a value of a tree is turned into a Rust one |
 //! | `origin` | The text that something was read from, so that later findings can still point into it |
 //! | `fault` | A fault in something the user gave: where it is, what was found there, what was expected |
 //! | `place` | A part of a scene file under inspection |
@@ -13,9 +15,11 @@
 
 pub(crate) mod decode_error;
 pub mod fault;
-pub(crate) mod from_toml;
+pub(crate) mod from_tree;
 pub(crate) mod number;
 pub mod origin;
 pub(crate) mod place;
 pub(crate) mod quantity;
 pub(crate) mod shared_keys;
+pub(crate) mod tagged;
+pub mod tree;

@@ -30,7 +30,7 @@ use crate::file::model::pixel_part::{Output, PixelPart, blanked, pixel_parts};
 use crate::file::scene::design::{Design, Optimizer, Start, Variable};
 use crate::file::scene::estimator::Drawing;
 use crate::file::scene::scene_file::Scene;
-use crate::file::scene::variable::{Address, with_numbers};
+use crate::file::scene::variable::{Address, VariableScene};
 use crate::optics::system::System;
 use crate::wave::raster::Raster;
 
@@ -96,7 +96,7 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
     let numbers = numbers(scene, &blank, &design.variable)?;
     let addresses = Arc::new(numbers.addresses);
     let project = Project {
-        rig: rig(lit, &glances, &addresses),
+        rig: rig(&lit, &glances, &addresses)?,
         channels,
         elements,
         estimator: estimator(scene, &design, &first[0])?,
@@ -155,7 +155,7 @@ impl Brief {
     /// A scene that is none with these numbers.
     pub fn scene_at(&self, scene: &Scene, point: &[f64]) -> Result<Scene, Fault> {
         let values = &point[self.project.numbers_from()..];
-        with_numbers(scene, &self.addresses, values)
+        VariableScene::new(scene)?.with_numbers(&self.addresses, values)
     }
 }
 
@@ -198,18 +198,23 @@ fn around(systems: &[System], screen: usize) -> Vec<f64> {
 }
 
 /// What makes the systems: the scene as it is lit in each run, with the numbers of a point.
-fn rig(lit: Vec<Scene>, glances: &[Glance], addresses: &Arc<Vec<Address>>) -> Rig {
+fn rig(lit: &[Scene], glances: &[Glance], addresses: &Arc<Vec<Address>>) -> Result<Rig, Fault> {
     let places: Vec<[usize; 2]> = glances.iter().map(|glance| glance.place).collect();
     let addresses = Arc::clone(addresses);
-    Box::new(move |channel: usize, values: &[f64]| {
+    let lit: Vec<VariableScene> = lit
+        .iter()
+        .map(VariableScene::new)
+        .collect::<Result<_, _>>()?;
+    Ok(Box::new(move |channel: usize, values: &[f64]| {
         let [field, wavelength] = places[channel];
         let made = match values.is_empty() {
-            true => build::system(&lit[field], wavelength),
-            false => with_numbers(&lit[field], &addresses, values)
+            true => build::system(lit[field].scene(), wavelength),
+            false => lit[field]
+                .with_numbers(&addresses, values)
                 .and_then(|scene| build::system(&scene, wavelength)),
         };
         made.map_err(|fault| fault.to_string())
-    })
+    }))
 }
 
 /// How light is carried: what is kept may not depend on what is sought, unless the scene says how much is left
@@ -236,10 +241,11 @@ struct Numbers {
 
 fn numbers(scene: &Scene, blank: &Scene, variables: &[Variable]) -> Result<Numbers, Fault> {
     let mut numbers = Numbers::default();
+    let blank = VariableScene::new(blank)?;
     for (i, variable) in variables.iter().enumerate() {
         let at = format!("design.variable[{i}].path");
-        let address = Address::new(blank, &variable.path, &at)?;
-        let start = address.value(blank)?;
+        let address = Address::new(&blank, &variable.path, &at)?;
+        let start = address.value(&blank);
         if !start.is_finite() {
             return Err(scene.fault(&at, "infinity", "a finite number to start from"));
         }

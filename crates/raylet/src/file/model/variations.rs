@@ -6,7 +6,7 @@ use crate::file::decode::fault::Fault;
 use crate::file::model::build;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::scene_file::Scene;
-use crate::file::scene::variable::{Address, with_numbers};
+use crate::file::scene::variable::{Address, VariableScene};
 use crate::optics::system::System;
 
 /// Step of a number over its size, or the step itself where the number is zero. A design takes a share of its own
@@ -26,6 +26,8 @@ fn step(value: f64) -> f64 {
 /// Numbers of a scene, with values that may differ from those in its file.
 #[derive(Clone, Copy)]
 pub struct NumberValues<'a> {
+    /// The scene.
+    pub scene: &'a VariableScene,
     /// Where the numbers stand.
     pub addresses: &'a [Address],
     /// Their values, as [`Address::value`] counts: of a radius its curvature.
@@ -37,17 +39,21 @@ pub struct NumberValues<'a> {
 /// # Errors
 /// A scene that is none with these numbers, or a little beside them.
 pub fn varied_system(
-    scene: &Scene,
+    numbers: NumberValues,
     arrays: &Arrays,
     channel: usize,
-    numbers: NumberValues,
 ) -> Result<(System, Vec<Variation>), Fault> {
-    let NumberValues { addresses, values } = numbers;
+    let NumberValues {
+        scene,
+        addresses,
+        values,
+    } = numbers;
     if addresses.is_empty() {
-        return Ok((build::system_with(scene, arrays, channel)?, Vec::new()));
+        let system = build::system_with(scene.scene(), arrays, channel)?;
+        return Ok((system, Vec::new()));
     }
     let at = |values: &[f64]| {
-        let scene = with_numbers(scene, addresses, values)?;
+        let scene = scene.with_numbers(addresses, values)?;
         build::system_with(&scene, arrays, channel)
     };
     let one = |(index, value): (usize, &f64)| Variation::new(values, index, step(*value), at);
@@ -66,11 +72,12 @@ pub fn variations(
     channel: usize,
     paths: &[String],
 ) -> Result<Vec<Variation>, Fault> {
+    let scene = VariableScene::new(scene)?;
     let one = |path: &String| {
-        let address = [Address::new(scene, path, "element")?];
-        let value = address[0].value(scene)?;
+        let address = Address::new(&scene, path, "element")?;
+        let value = address.value(&scene);
         Variation::new(&[value], 0, step(value), |values| {
-            let scene = with_numbers(scene, &address, values)?;
+            let scene = scene.with_numbers(std::slice::from_ref(&address), values)?;
             build::system_with(&scene, arrays, channel)
         })
     };

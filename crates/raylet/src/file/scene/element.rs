@@ -3,9 +3,9 @@
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::file::decode::from_toml::tagged;
 use crate::file::decode::number::{count, not_empty, not_zero, one_or_pair_schema, pitch};
 use crate::file::decode::shared_keys::table;
+use crate::file::decode::tagged::tagged;
 use crate::file::scene::aperture::Aperture;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::material::Material;

@@ -5,11 +5,11 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::file::decode::from_toml::tagged;
 use crate::file::decode::number::{
     acute, count, not_empty, not_zero, one_or_pair_schema, pitch, positive, wavelength,
     whole_or_part, width,
 };
+use crate::file::decode::tagged::tagged;
 use crate::file::scene::material::Material;
 
 tagged! {

@@ -5,8 +5,8 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::file::decode::from_toml::tagged;
 use crate::file::decode::number::{not_empty, not_negative, positive};
+use crate::file::decode::tagged::tagged;
 
 tagged! {
     /// A loss of a design: a number to be made small.

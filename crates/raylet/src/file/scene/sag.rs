@@ -8,10 +8,10 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::file::decode::fault::Fault;
-use crate::file::decode::from_toml::tagged;
 use crate::file::decode::number::{not_empty, one_or_pair_schema, pitch, positive, radius};
 use crate::file::decode::place::Place;
 use crate::file::decode::quantity::LENGTH;
+use crate::file::decode::tagged::tagged;
 use crate::optics::aperture::Aperture;
 use crate::optics::freeform::Term;
 use crate::optics::sag_grid::SagGrid;

@@ -8,10 +8,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::file::arrays::array::ArrayLook;
 use crate::file::decode::fault::Fault;
-use crate::file::decode::from_toml::{decode, tagged};
+use crate::file::decode::from_tree::{decode, parse};
 use crate::file::decode::number::{LEAST, acute, one_or_list_schema, positive, wavelengths};
 use crate::file::decode::origin::Origin;
 use crate::file::decode::quantity::bound;
+use crate::file::decode::tagged::tagged;
+use crate::file::decode::tree::Node;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::check::check_elements;
 use crate::file::scene::design::Design;
@@ -127,7 +129,8 @@ impl Scene {
     /// # Errors
     /// The first fault of the file, with its address.
     pub fn open(path: &Path) -> Result<Self, Fault> {
-        Self::from_origin(Origin::read(path)?)
+        let origin = Origin::read(path)?;
+        Self::from_tree(&parse(&origin)?, origin)
     }
 
     /// Reads the text of a scene without its arrays; `path` names it in faults and tells its folder.
@@ -135,11 +138,16 @@ impl Scene {
     /// # Errors
     /// The first fault of the text, with its address.
     pub fn parse(text: &str, path: &Path) -> Result<Self, Fault> {
-        Self::from_origin(Origin::new(text, path))
+        let origin = Origin::new(text, path);
+        Self::from_tree(&parse(&origin)?, origin)
     }
 
-    fn from_origin(origin: Origin) -> Result<Self, Fault> {
-        let mut scene: Scene = decode(&origin, i64::from(VERSION))?;
+    /// Decodes a scene without its arrays. Faults are told at their key, and in the text of `origin` if it has one.
+    ///
+    /// # Errors
+    /// The first fault of the tree, with its address.
+    pub fn from_tree(tree: &Node, origin: Origin) -> Result<Self, Fault> {
+        let mut scene: Scene = decode(tree, &origin, i64::from(VERSION))?;
         scene.origin = origin;
         scene.check_source()?;
         check_elements(&scene.element, &scene.arrays, &scene.origin)?;

@@ -1,11 +1,20 @@
 //! Numbers of a scene by their address, so that a design may change any of them.
 
-use toml::{Table, Value};
+use toml::Table;
 
 use crate::file::decode::decode_error::nearest;
 use crate::file::decode::fault::{Fault, shortened};
 use crate::file::decode::quantity::LENGTH;
+use crate::file::decode::tree::{Entry, Node, Value, in_memory};
 use crate::file::scene::scene_file::Scene;
+
+/// A scene whose numbers can be changed many times. It is turned into a tree once; each change decodes a copy of the
+/// tree, so numbers keep the same ranges as in a file.
+#[derive(Clone, Debug)]
+pub struct VariableScene {
+    scene: Scene,
+    tree: Node,
+}
 
 /// A number of a scene.
 #[derive(Clone, Debug, PartialEq)]
@@ -16,47 +25,78 @@ pub struct Address {
     inverse: bool,
 }
 
-/// The fault of a path that leads to no number.
-fn unknown(scene: &Scene, path: &str, at: &str) -> Fault {
-    let expected = "the path of a number of this scene, such as element[1].thickness_mm";
-    let fault = scene.fault(at, format!("'{}'", shortened(path)), expected);
-    if path.contains("radius") {
-        return fault.hint("a plane's curvature varies where it is written as radius_mm = inf");
-    }
-    let mut known = Vec::new();
-    if let Ok(table) = table(scene) {
-        collect(&Value::Table(table), "", &mut known);
-    }
-    let known: Vec<&str> = known.iter().map(String::as_str).collect();
-    match nearest(path, &known) {
-        Some(near) => fault.hint(format!("did you mean {near}?")),
-        None => fault,
-    }
-}
-
-/// The paths of all numbers in a value.
-fn collect(value: &Value, path: &str, paths: &mut Vec<String>) {
-    match value {
-        Value::Table(table) => {
-            for (key, value) in table {
-                let dot = if path.is_empty() { "" } else { "." };
-                collect(value, &format!("{path}{dot}{key}"), paths);
-            }
-        }
-        Value::Array(list) => {
-            for (i, value) in list.iter().enumerate() {
-                collect(value, &format!("{path}[{i}]"), paths);
-            }
-        }
-        Value::Integer(_) | Value::Float(_) => paths.push(path.to_owned()),
-        _ => {}
-    }
-}
-
 #[derive(Clone, Debug, PartialEq, Eq)]
 enum Step {
     Key(String),
     Index(usize),
+}
+
+impl VariableScene {
+    /// A scene as it is at first.
+    ///
+    /// # Errors
+    /// A number that TOML cannot hold.
+    pub fn new(scene: &Scene) -> Result<Self, Fault> {
+        Ok(Self {
+            scene: scene.clone(),
+            tree: tree(scene)?,
+        })
+    }
+
+    /// The scene as it is at first.
+    pub fn scene(&self) -> &Scene {
+        &self.scene
+    }
+
+    /// The scene with these values of what a design changes; its arrays are kept.
+    ///
+    /// # Errors
+    /// A scene that is none with these numbers.
+    pub fn with_numbers(&self, addresses: &[Address], values: &[f64]) -> Result<Scene, Fault> {
+        let mut tree = self.tree.clone();
+        for (address, value) in addresses.iter().zip(values) {
+            if let Some(number) = address.number_mut(&mut tree) {
+                *number = address.written(*value).into();
+            }
+        }
+        changed(&self.scene, &tree)
+    }
+
+    /// The fault of a path that leads to no number.
+    fn unknown(&self, path: &str, at: &str) -> Fault {
+        let expected = "the path of a number of this scene, such as element[1].thickness_mm";
+        let found = format!("'{}'", shortened(path));
+        let fault = self.scene.fault(at, found, expected);
+        if path.contains("radius") {
+            return fault.hint("a plane's curvature varies where it is written as radius_mm = inf");
+        }
+        let mut known = Vec::new();
+        collect(&self.tree, "", &mut known);
+        let known: Vec<&str> = known.iter().map(String::as_str).collect();
+        match nearest(path, &known) {
+            Some(near) => fault.hint(format!("did you mean {near}?")),
+            None => fault,
+        }
+    }
+}
+
+/// The paths of all numbers in a tree.
+fn collect(node: &Node, path: &str, paths: &mut Vec<String>) {
+    match &node.value {
+        Value::Table(entries) => {
+            for Entry { key, node, .. } in entries {
+                let dot = if path.is_empty() { "" } else { "." };
+                collect(node, &format!("{path}{dot}{key}"), paths);
+            }
+        }
+        Value::List(list) => {
+            for (i, node) in list.iter().enumerate() {
+                collect(node, &format!("{path}[{i}]"), paths);
+            }
+        }
+        Value::Integer(_) | Value::Float { .. } => paths.push(path.to_owned()),
+        _ => {}
+    }
 }
 
 impl Address {
@@ -64,8 +104,8 @@ impl Address {
     ///
     /// # Errors
     /// A path that leads to no number, told at the field `at` of the scene.
-    pub fn new(scene: &Scene, path: &str, at: &str) -> Result<Self, Fault> {
-        let refuse = || unknown(scene, path, at);
+    pub fn new(scene: &VariableScene, path: &str, at: &str) -> Result<Self, Fault> {
+        let refuse = || scene.unknown(path, at);
         let steps = steps(path).ok_or_else(refuse)?;
         let inverse = matches!(steps.last(), Some(Step::Key(key)) if key.starts_with("radius"));
         let address = Self {
@@ -73,8 +113,7 @@ impl Address {
             steps,
             inverse,
         };
-        let mut table = table(scene)?;
-        address.number(&mut table).ok_or_else(refuse)?;
+        address.number(&scene.tree).ok_or_else(refuse)?;
         Ok(address)
     }
 
@@ -86,18 +125,10 @@ impl Address {
         }
     }
 
-    /// The value that the design changes.
-    ///
-    /// # Errors
-    /// As [`Address::new`].
-    pub fn value(&self, scene: &Scene) -> Result<f64, Fault> {
-        let mut table = table(scene)?;
-        let found = self.number(&mut table).map_or(0.0, |value| match value {
-            Value::Integer(number) => *number as f64,
-            Value::Float(number) => *number,
-            _ => 0.0,
-        });
-        Ok(if self.inverse { 1.0 / found } else { found })
+    /// The value that the design changes; zero where the scene has no such number.
+    pub fn value(&self, scene: &VariableScene) -> f64 {
+        let found = self.number(&scene.tree).unwrap_or(0.0);
+        if self.inverse { 1.0 / found } else { found }
     }
 
     /// The bounds of the value that the design changes, from those of the number; none where no number keeps them
@@ -125,66 +156,68 @@ impl Address {
         }
     }
 
-    fn number<'t>(&self, table: &'t mut Table) -> Option<&'t mut Value> {
-        let Some((Step::Key(first), rest)) = self.steps.split_first() else {
-            return None;
-        };
-        let mut value = table.get_mut(first)?;
-        for step in rest {
-            value = match step {
-                Step::Key(key) => value.as_table_mut()?.get_mut(key)?,
-                Step::Index(index) => value.as_array_mut()?.get_mut(*index)?,
+    /// The number in a tree.
+    fn number(&self, tree: &Node) -> Option<f64> {
+        let mut node = tree;
+        for step in &self.steps {
+            node = match (step, &node.value) {
+                (Step::Key(key), table) => table.get(key)?,
+                (Step::Index(index), Value::List(list)) => list.get(*index)?,
+                _ => return None,
             };
         }
-        (value.is_float() || value.is_integer()).then_some(value)
-    }
-}
-
-/// The scene with these values of what a design changes; its arrays are kept.
-///
-/// # Errors
-/// A scene that is none with these numbers.
-pub fn with_numbers(scene: &Scene, addresses: &[Address], values: &[f64]) -> Result<Scene, Fault> {
-    let mut table = table(scene)?;
-    for (address, value) in addresses.iter().zip(values) {
-        if let Some(number) = address.number(&mut table) {
-            *number = Value::Float(address.written(*value));
+        match node.value {
+            Value::Integer(number) => Some(number as f64),
+            Value::Float { value, .. } => Some(value),
+            _ => None,
         }
     }
-    reread(scene, &table)
+
+    /// The number in a tree, to be changed.
+    fn number_mut<'t>(&self, tree: &'t mut Node) -> Option<&'t mut Value> {
+        let mut node = tree;
+        for step in &self.steps {
+            node = match (step, &mut node.value) {
+                (Step::Key(key), table) => table.get_mut(key)?,
+                (Step::Index(index), Value::List(list)) => list.get_mut(*index)?,
+                _ => return None,
+            };
+        }
+        let value = &mut node.value;
+        matches!(value, Value::Integer(_) | Value::Float { .. }).then_some(value)
+    }
 }
 
 /// The scene with some other settings, as the table `[settings]` of a scene file has them; its arrays are kept.
 ///
 /// # Errors
 /// A setting that is none, or has a value that it cannot have.
-pub fn with_settings(scene: &Scene, settings: &Table) -> Result<Scene, Fault> {
-    let mut all = table(scene)?;
-    let own = all.entry("settings").or_insert_with(|| Table::new().into());
-    if let Value::Table(own) = own {
-        own.extend(settings.clone());
+pub fn with_settings(scene: &Scene, settings: Vec<Entry>) -> Result<Scene, Fault> {
+    let mut all = tree(scene)?;
+    if let Some(Value::Table(own)) = all.value.get_mut("settings").map(|node| &mut node.value) {
+        own.retain(|old| settings.iter().all(|new| new.key != old.key));
+        own.extend(settings);
     }
-    reread(scene, &all)
+    changed(scene, &all)
 }
 
-/// The scene of a changed table, with the arrays of the one it was.
-fn reread(scene: &Scene, table: &Table) -> Result<Scene, Fault> {
-    let file = &scene.origin.file;
-    let text = toml::to_string(table)
-        .map_err(|error| Fault::of_file(file, error.to_string(), "values TOML can hold"))?;
-    let mut changed = Scene::parse(&text, file)?;
+/// The scene of a changed tree, with the arrays and the text of the one it was.
+fn changed(scene: &Scene, tree: &Node) -> Result<Scene, Fault> {
+    let mut changed = Scene::from_tree(tree, scene.origin.clone())?;
     changed.arrays = scene.arrays.clone();
     Ok(changed)
 }
 
-fn table(scene: &Scene) -> Result<Table, Fault> {
-    Table::try_from(scene).map_err(|error| {
+/// The tree of a scene.
+fn tree(scene: &Scene) -> Result<Node, Fault> {
+    let table = Table::try_from(scene).map_err(|error| {
         Fault::of_file(
             &scene.origin.file,
             error.to_string(),
             "values TOML can hold",
         )
-    })
+    })?;
+    Ok(in_memory(table).into())
 }
 
 /// `a[1].b` as key, index, key; nothing when it is no path.
@@ -207,4 +240,103 @@ fn steps(path: &str) -> Option<Vec<Step>> {
         }
     }
     Some(steps)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::file::decode::origin::Origin;
+    use crate::file::decode::tree::{Entry, Value};
+    use crate::file::scene::scene_file::Scene;
+    use crate::file::scene::scene_test::SCENE;
+    use crate::file::scene::variable::{Address, VariableScene, collect, with_settings};
+
+    fn scene() -> VariableScene {
+        let scene = Scene::parse(SCENE, Path::new("demo.toml")).unwrap();
+        VariableScene::new(&scene).unwrap()
+    }
+
+    #[test]
+    fn numbers_change_as_they_do_in_a_text() {
+        let scene = scene();
+        let mut paths = Vec::new();
+        collect(&scene.tree, "", &mut paths);
+        let mut accepted = 0;
+        for path in &paths {
+            let address = [Address::new(&scene, path, "element").unwrap()];
+            let value = address[0].value(&scene) * (1.0 + f64::EPSILON);
+            let Ok(changed) = scene.with_numbers(&address, &[value]) else {
+                continue;
+            };
+            let text = changed.to_toml().unwrap();
+            let mut read = Scene::parse(&text, Path::new("demo.toml")).unwrap();
+            read.origin = changed.origin.clone();
+            assert_eq!(read, changed, "{path}");
+            let written = address[0].value(&VariableScene::new(&changed).unwrap());
+            let (found, expected) = (written, address[0].written(value));
+            let expected = if address[0].inverse {
+                1.0 / expected
+            } else {
+                expected
+            };
+            assert_eq!(found.to_bits(), expected.to_bits(), "{path}");
+            accepted += 1;
+        }
+        assert!(accepted > 10, "{accepted} of {} numbers", paths.len());
+    }
+
+    #[test]
+    fn faults_of_a_changed_number_are_told_at_its_key() {
+        let scene = scene();
+        let path = "element[0].thickness_mm";
+        let address = [Address::new(&scene, path, "element").unwrap()];
+        for (value, found, expected) in [
+            (
+                -1.5,
+                "-1.5",
+                "zero or more: no mirror has turned the light back",
+            ),
+            (
+                1e13,
+                "10000000000000.0",
+                "a length of magnitude up to 1e12 mm",
+            ),
+            (f64::NAN, "nan", "a finite number"),
+        ] {
+            let fault = scene.with_numbers(&address, &[value]).unwrap_err();
+            assert_eq!(
+                (fault.found.as_str(), fault.expected.as_str()),
+                (found, expected)
+            );
+            assert_eq!(fault.address.path, path);
+            assert_eq!(fault.address.file, Path::new("demo.toml"));
+            let line = fault.address.excerpt.map(|excerpt| excerpt.text);
+            assert!(line.is_some_and(|line| line.starts_with("thickness_mm")));
+        }
+        let fault = Address::new(&scene, "element[0].thicknes_mm", "element").unwrap_err();
+        assert_eq!(
+            fault.hint.as_deref(),
+            Some("did you mean element[0].thickness_mm?")
+        );
+    }
+
+    #[test]
+    fn settings_replace_those_of_the_scene() {
+        let scene = Scene {
+            origin: Origin::default(),
+            ..scene().scene().clone()
+        };
+        let target = || vec![Entry::new("target_error", Value::from(1e-2))];
+        let changed = with_settings(&scene, target()).unwrap();
+        assert_eq!(changed.settings.target_error, 1e-2);
+        assert_eq!(changed.element, scene.element);
+        let method = vec![Entry::new("method", Value::Text(String::from("beam")))];
+        let fault = with_settings(&scene, method).unwrap_err();
+        let told = fault.to_string();
+        assert!(
+            told.starts_with("input: settings.method: found \"beam\", expected one of"),
+            "{told}"
+        );
+    }
 }

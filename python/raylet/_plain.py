@@ -1,0 +1,84 @@
+"""Scene documents as plain values: dictionaries, lists, texts, numbers, true and false."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+
+from raylet._refusal import RayletError, check_level, cut, shown
+
+#: The most numbers and texts in a document, arrays apart.
+_MOST_VALUES = 200_000
+
+
+def plain(document: Mapping[str, Any]) -> dict[str, Any]:
+    """A copy of a document with plain values of Python alone; what is None is left out of tables."""
+    return _Walk().table(document, "", 0)
+
+
+class _Walk:
+    """Takes the values of one document, and counts them."""
+
+    def __init__(self) -> None:
+        self._left = _MOST_VALUES
+
+    def table(self, table: Mapping[str, Any], path: str, level: int) -> dict[str, Any]:
+        dot = "." if path else ""
+        given = ((_key(key), item) for key, item in table.items() if item is not None)
+        return {key: self.value(item, f"{path}{dot}{key}", level + 1) for key, item in given}
+
+    def value(self, value: Any, path: str, level: int) -> Any:
+        check_level(level, path)
+        if isinstance(value, np.ndarray) and value.ndim > 0:
+            self._check_room(value.size, path)
+            value = value.tolist()
+        if isinstance(value, np.ndarray):
+            return self.value(value.item(), path, level + 1)
+        self._check_room(1, path)
+        self._left -= 1
+        if isinstance(value, (bool, np.bool_)):
+            return bool(value)
+        if isinstance(value, (int, np.integer)):
+            return _integer(int(value), path)
+        if isinstance(value, (float, np.floating)):
+            return float(value)
+        if isinstance(value, (str, os.PathLike)):
+            return _text(str(os.fspath(value)))
+        if isinstance(value, Mapping):
+            return self.table(value, path, level)
+        if isinstance(value, (list, tuple)):
+            return [self.value(item, f"{path}[{i}]", level + 1) for i, item in enumerate(value)]
+        raise TypeError(f"{cut(path)} is {type(value).__name__}, expected a number, text, list or table")
+
+    def _check_room(self, count: int, path: str) -> None:
+        """Refuses more values than a scene has that somebody wrote."""
+        if count > self._left:
+            raise RayletError(
+                f"{cut(path)} brings the system to more than {_MOST_VALUES} numbers, expected fewer: arrays belong "
+                "under keys that hold them, such as phase"
+            )
+
+
+def _key(key: Any) -> str:
+    if not isinstance(key, str):
+        raise TypeError(f"key {shown(key)} is {type(key).__name__}, expected a string")
+    return _text(key)
+
+
+def _text(text: str) -> str:
+    # Halves of surrogate pairs are no characters.
+    try:
+        text.encode()
+    except UnicodeEncodeError as error:
+        raise ValueError(f"{shown(text)} is no valid text") from error
+    return text
+
+
+def _integer(number: int, path: str) -> int:
+    # Python refuses to write thousands of digits; the library takes 64 bits.
+    if abs(number) >= 1 << 64:
+        raise RayletError(f"{cut(path)} is a whole number beyond 64 bits, expected a smaller one")
+    return number
