@@ -2,6 +2,8 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::optics::aperture::Aperture;
 use crate::optics::profile::Profile;
@@ -37,14 +39,16 @@ pub enum Layer {
 const PIXEL_ORDERS: f64 = 8.0;
 
 /// What a pixel's value means between the pixel centres.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum PixelForm {
-    /// Constant over the pixel: what a real pixelated element does.
+    /// Constant over the pixel, as on a real pixelated element.
     #[default]
     Box,
-    /// One point sample per pixel, at its centre, weighing the pixel's area.
+    /// One point sample at the centre that weighs the pixel's area.
     Point,
-    /// Bilinear interpolation between the centres, constant in the outer half pixels.
+    // Constant in the outer half pixels.
+    /// Bilinear interpolation of the transmission between the centres.
     Bilinear,
 }
 

@@ -1,5 +1,8 @@
 //! What an interface does to a direction and to the amplitude of the field.
 
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
+
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
 use crate::optics::ray::Loss;
@@ -13,15 +16,18 @@ pub enum Interface {
     Reflect,
 }
 
-/// The field transmission of a refracting interface.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// How much of the field a refracting surface transmits.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Coating {
-    /// An ideal antireflection coating: all the energy is transmitted at every angle.
+    /// An ideal antireflection coating: all the energy at every angle.
     #[default]
     Ideal,
-    /// A bare interface, unpolarised light: the root mean square of the two Fresnel coefficients.
+    // The root mean square of the two Fresnel coefficients.
+    /// A bare surface in unpolarised light.
     Fresnel,
-    /// The field amplitude is continuous (coefficient one).
+    // Coefficient one.
+    /// The field amplitude goes on unchanged.
     Unit,
 }
 

@@ -8,6 +8,8 @@ use std::ops::Range;
 
 use ndarray::Array2;
 use num_complex::Complex64;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::math::chirp::{Chirp, Comb};
 use crate::math::commensurate_dft::CommensurateDft;
@@ -38,13 +40,16 @@ impl Sums {
     }
 }
 
-/// What the field in a patch is multiplied by.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// What the method `paper` multiplies the field in a patch by.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+#[schemars(rename = "PatchWindow")]
 pub enum TileWindow {
-    /// One inside of the square.
+    /// Nothing: sharp edges.
     #[default]
     Rectangle,
-    /// cos²(πx/D)·cos²(πy/D) on the square of side D.
+    // cos²(πx/D)·cos²(πy/D) on the square of side D.
+    /// cos² along each side, zero at the edges.
     Hann,
 }
 

@@ -1,13 +1,18 @@
 //! Pixels that are not wholly active.
 
 use num_complex::Complex64;
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
-/// What the rest of a pixel does, between its active area and the next pixel's.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+// It lies between the active area and that of the next pixel.
+/// What the part of a pixel does that carries nothing.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Rest {
     /// It is dark.
+    #[default]
     Dark,
-    /// It lets the light pass (or mirrors it) with phase zero.
+    /// It lets light pass, or mirrors it, with phase zero.
     Flat,
 }
 

@@ -1,6 +1,8 @@
 //! Losses for spots: how bright the light is at given points, and how evenly it is shared among them.
 
 use ndarray::{Array2, ArrayView2};
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::design::losses::loss::{Loss, LossError, Verdict, check_positive};
 use crate::wave::raster::Raster;
@@ -14,12 +16,17 @@ struct Spot {
     ideal: f64,
 }
 
-/// What is made small; sⱼ are intensities at the spots over their ideals, n the number of spots.
-#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+// Their loss is made small; s are the intensities at the spots over their ideals.
+/// How points share the light.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Sharing {
-    /// 1 − mean(sⱼ): as much light as possible on the spots together. Weak spots may starve.
+    // Weak spots may starve.
+    /// As much light as possible on all of them together: 1 − mean s.
+    #[default]
     Linear,
-    /// −mean(log sⱼ): of all ways to share a given sum the even one is best. Infinite while a spot is dark.
+    // Of all ways to share a given sum the even one is best. Infinite while a spot is dark.
+    /// None may starve: −mean log s.
     Log,
 }
 

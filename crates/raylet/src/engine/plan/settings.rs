@@ -1,25 +1,34 @@
-//! What a user may choose about a run.
+//! What a user may choose about a run. Scene files name the options by these enums, and the schema of scenes has their
+//! descriptions.
+
+use schemars::JsonSchema;
+use serde::{Deserialize, Serialize};
 
 use crate::wave::tile::TileWindow;
 
-/// How a field is carried across a hop.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// A method that carries the field.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Method {
-    /// Without rays where no surface has power, by beamlets elsewhere.
+    // Without rays where no surface has power, by beamlets elsewhere.
+    /// The one that promises the target error at the least cost.
     #[default]
     Auto,
-    /// By beamlets everywhere.
+    /// Gaussian beamlets with exact second-order phase.
     Beamlet,
-    /// By plane wavelets with prefactor, summed by a non-uniform FFT.
+    // Wavelets with prefactor, summed by a non-uniform FFT.
+    /// Plane-wave pieces.
     Plane,
-    /// As the source paper does: random positions, rectangular patches, drawn modes, plain plane waves.
+    // As the source paper does: rectangular patches, plain plane waves.
+    /// Random patches and drawn modes, as first published.
     Paper,
 }
 
-/// Whether the aberration inside each beamlet is made good.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// When a correction is applied.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Correction {
-    /// When the estimate says that it matters.
+    /// Where the target error needs it.
     #[default]
     Auto,
     /// Always.
@@ -59,50 +68,59 @@ pub struct Settings {
     pub memory_limit: usize,
 }
 
-/// Where the patches of [`Method::Paper`] stand. Apertures count as the boxes that hold them.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+// Apertures count as the boxes that hold them.
+/// How positions of the method `paper` are chosen.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Positions {
-    /// Uniformly random on the aperture itself: its rim is covered too thinly.
+    /// At random on the aperture alone, whose rim is then covered too thinly.
     Inside,
-    /// Uniformly random on the aperture dilated by half a patch, which covers all of it alike.
+    /// At random on the aperture and half a patch around it.
     #[default]
     Dilated,
-    /// One at random in each cell of a grid over the dilated aperture.
+    /// One at random in each cell of a grid over the same.
     Jittered,
-    /// In the middle of each cell of a grid over the aperture itself.
+    // In the middle of each cell.
+    /// A regular grid over the aperture.
     Grid,
 }
 
-/// With which probability a mode of [`Method::Paper`] is drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// Which modes the method `paper` draws more often.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Density {
-    /// In proportion to |c|.
+    /// The stronger ones, in proportion to their amplitude.
     #[default]
     Amplitude,
-    /// Alike for all modes that propagate.
+    /// None.
     Uniform,
 }
 
-/// How modes of [`Method::Paper`] are drawn.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// How the method `paper` draws modes.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Sampler {
-    /// Independently, with replacement; equal draws become one ray.
+    // Equal draws become one ray.
+    /// Independently, with replacement.
     #[default]
     Multinomial,
-    /// Without replacement, at equal distances of summed probability along Hilbert's curve.
+    // At equal distances of summed probability along Hilbert's curve.
+    /// Without replacement, evenly along a curve through all modes.
     Systematic,
-    /// Not at all: every mode is followed.
+    /// All of them, whatever `secondary` is.
     All,
 }
 
-/// What [`Method::Paper`] makes of the height of a curved screen over the plane that touches a patch.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+/// What a patch of the method `paper` makes of the height of a curved element over its tangent plane.
+#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
 pub enum Sag {
-    /// Nothing: the patch is taken to be that plane, for the light that comes and for the light that goes.
+    // The patch is taken to be that plane, for the light that comes and for the light that goes.
+    /// Nothing.
     Tangent,
-    /// The light that comes meets the screen where it is; the light that goes leaves the plane.
+    /// The phase that it has for the light that comes, not for the light that goes.
     Incident,
-    /// Each mode's coefficient has its phase.
+    /// The phase that it has for each mode.
     #[default]
     True,
 }

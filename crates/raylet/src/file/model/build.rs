@@ -2,16 +2,18 @@
 
 use num_complex::Complex64;
 
+use crate::engine::plan::settings::{Paper, Settings};
 use crate::file::decode::fault::Fault;
 use crate::file::model::catalog;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::element::{
     self, Coordinates, Element, LensElement, MirrorElement, ParaxialLens, SensorElement,
 };
-use crate::file::scene::layer::{self, PixelForm as FilePixelForm};
+use crate::file::scene::layer;
 use crate::file::scene::material::Material;
 use crate::file::scene::sag::Sag;
 use crate::file::scene::scene_file::{Illumination, Scene};
+use crate::file::scene::settings as keys;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
@@ -246,15 +248,11 @@ impl Layout<'_, '_> {
         shape: Shape,
         frame: Frame,
         aperture: Aperture,
-        coating: Option<element::Coating>,
+        coating: Option<Coating>,
         after: f64,
     ) {
         self.enter(&aperture, &frame);
-        let coating = match coating.unwrap_or(self.scene.settings.coating) {
-            element::Coating::Ideal => Coating::Ideal,
-            element::Coating::Fresnel => Coating::Fresnel,
-            element::Coating::Unit => Coating::Unit,
-        };
+        let coating = coating.unwrap_or(self.scene.settings.coating);
         let before = std::mem::replace(&mut self.index, after);
         self.push_surface(Surface {
             shape,
@@ -493,15 +491,11 @@ impl Layout<'_, '_> {
     }
 }
 
-fn grid(pitch_um: [f64; 2], values: ndarray::Array2<Complex64>, form: FilePixelForm) -> Layer {
+fn grid(pitch_um: [f64; 2], values: ndarray::Array2<Complex64>, form: PixelForm) -> Layer {
     Layer::Pixels(Pixels {
         pitch: pitch_um.map(|p| p * UM),
         values,
-        form: match form {
-            FilePixelForm::Box => PixelForm::Box,
-            FilePixelForm::Point => PixelForm::Point,
-            FilePixelForm::Bilinear => PixelForm::Bilinear,
-        },
+        form,
     })
 }
 
@@ -520,29 +514,18 @@ fn collect_lattices(layers: &[Layer], found: &mut Vec<([f64; 2], (usize, usize),
 }
 
 /// The settings of a run, as a scene states them; what it leaves out keeps the engine's default.
-pub fn settings(scene: &Scene) -> crate::engine::plan::settings::Settings {
-    use crate::engine::plan::settings as engine;
-    use crate::file::scene::settings as file;
+pub fn settings(scene: &Scene) -> Settings {
     let given = &scene.settings;
-    let standard = engine::Settings::default();
-    engine::Settings {
-        method: match given.method {
-            file::Method::Auto => engine::Method::Auto,
-            file::Method::Beamlet => engine::Method::Beamlet,
-            file::Method::Plane => engine::Method::Plane,
-            file::Method::Paper => engine::Method::Paper,
-        },
+    let standard = Settings::default();
+    Settings {
+        method: given.method,
         target_error: given.target_error,
         sigma: given.sigma_um.map(|s| s * UM),
         step: given.step,
         period: given.period,
         mode_threshold: given.mode_threshold,
         footprint_threshold: given.footprint_threshold,
-        correction: match given.correction {
-            file::Correction::Auto => engine::Correction::Auto,
-            file::Correction::On => engine::Correction::On,
-            file::Correction::Off => engine::Correction::Off,
-        },
+        correction: given.correction,
         padding: standard.padding,
         nufft_tolerance: given.nufft_tolerance.unwrap_or(standard.nufft_tolerance),
         paper: paper(&given.paper, standard.paper),
@@ -552,44 +535,19 @@ pub fn settings(scene: &Scene) -> crate::engine::plan::settings::Settings {
 }
 
 /// The knobs of the method `paper`.
-fn paper(
-    given: &crate::file::scene::settings::Paper,
-    standard: crate::engine::plan::settings::Paper,
-) -> crate::engine::plan::settings::Paper {
-    use crate::engine::plan::settings as engine;
-    use crate::file::scene::settings as file;
-    use crate::wave::tile::TileWindow;
-    engine::Paper {
+fn paper(given: &keys::Paper, standard: Paper) -> Paper {
+    Paper {
         rays: given.rays.unwrap_or(standard.rays),
         secondary: given.secondary.unwrap_or(standard.secondary),
         patch: given.patch_um.map(|p| p * UM),
-        window: match given.window {
-            file::PatchWindow::Rectangle => TileWindow::Rectangle,
-            file::PatchWindow::Hann => TileWindow::Hann,
-        },
+        window: given.window,
         padding: given.padding.unwrap_or(standard.padding),
         orders: given.orders.unwrap_or(standard.orders),
-        positions: match given.positions {
-            file::Positions::Inside => engine::Positions::Inside,
-            file::Positions::Dilated => engine::Positions::Dilated,
-            file::Positions::Jittered => engine::Positions::Jittered,
-            file::Positions::Grid => engine::Positions::Grid,
-        },
+        positions: given.positions,
         coverage: given.coverage,
-        density: match given.density {
-            file::Density::Amplitude => engine::Density::Amplitude,
-            file::Density::Uniform => engine::Density::Uniform,
-        },
-        sampler: match given.sampler {
-            file::Sampler::Multinomial => engine::Sampler::Multinomial,
-            file::Sampler::Systematic => engine::Sampler::Systematic,
-            file::Sampler::All => engine::Sampler::All,
-        },
-        sag: match given.sag {
-            file::Sag::Tangent => engine::Sag::Tangent,
-            file::Sag::Incident => engine::Sag::Incident,
-            file::Sag::True => engine::Sag::True,
-        },
+        density: given.density,
+        sampler: given.sampler,
+        sag: given.sag,
         obliquity: given.obliquity,
     }
 }

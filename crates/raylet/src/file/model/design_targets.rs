@@ -9,7 +9,7 @@ use crate::design::losses::likeness::{Brightness, Likeness};
 use crate::design::losses::loss::{FieldLoss, LossError};
 use crate::design::losses::overlap::Overlap;
 use crate::design::losses::share::Share;
-use crate::design::losses::spots::{self, Spots};
+use crate::design::losses::spots::Spots;
 use crate::design::losses::target::Target;
 use crate::engine::chain::simulate::sensor_of;
 use crate::file::decode::fault::Fault;
@@ -17,7 +17,7 @@ use crate::file::decode::number::LEAST;
 use crate::file::model::hologram::{asked, picture_of, target};
 use crate::file::scene::design::{Design, View};
 use crate::file::scene::loss_specification::{
-    Care, CirclesWish, EfficiencyWish, OverlapWish, PictureWish, Sharing, SpotWish, Wish,
+    Care, CirclesWish, EfficiencyWish, OverlapWish, PictureWish, SpotWish, Wish,
 };
 use crate::file::scene::scene_file::{Illumination, Scene};
 use crate::math::vec3::Vec3;
@@ -415,11 +415,7 @@ impl<'s> Stage<'s> {
             None => self.power / self.area(),
         };
         let points: Vec<([f64; 2], f64)> = wish.at_mm.iter().map(|at| (*at, ideal)).collect();
-        let sharing = match wish.sharing {
-            Sharing::Linear => spots::Sharing::Linear,
-            Sharing::Log => spots::Sharing::Log,
-        };
-        let spots = Spots::new(&self.raster, &points, sharing, wish.evenness)?;
+        let spots = Spots::new(&self.raster, &points, wish.sharing, wish.evenness)?;
         Ok(Box::new(spots))
     }
 

@@ -18,7 +18,7 @@ use crate::file::decode::fault::Fault;
 use crate::file::model::build;
 use crate::file::scene::design::{Design, Free, Optimizer, Part, Start};
 use crate::file::scene::element::{Element, WITH_PIXELS};
-use crate::file::scene::layer::{self, HeightLayer, Layer, PixelLayer, SumLayer};
+use crate::file::scene::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
 use crate::file::scene::scene_file::Scene;
 use crate::optics::screen::Act;
 use crate::optics::system::System;
@@ -243,11 +243,7 @@ impl PixelPart {
     }
 
     fn fill(&self, scene: &Scene) -> Result<Fill, Fault> {
-        let rest = match self.blank.rest {
-            layer::Rest::Dark => Rest::Dark,
-            layer::Rest::Flat => Rest::Flat,
-        };
-        Fill::new(self.blank.fill, rest).map_err(|error| {
+        Fill::new(self.blank.fill, self.blank.rest).map_err(|error| {
             let expected = "more than 0 and at most 1";
             scene.fault(&self.name_key, error.to_string(), expected)
         })
@@ -467,7 +463,7 @@ fn blank(scene: &Scene, layer: &Layer, free: Free, path: &str) -> Result<PixelLa
                 key: None,
                 pixel: height.pixel,
                 fill: 1.0,
-                rest: layer::Rest::Dark,
+                rest: Rest::Dark,
             })
         }
         (Layer::Sum(sum), Free::TwoPhase) => blank_sum(scene, sum, path),

@@ -73,14 +73,14 @@ pub struct Report {
     reason = "named and explained in docs/result.md, and as in the scene file"
 )]
 pub struct SettingsEntry {
-    pub method: String,
+    pub method: Method,
     pub target_error: f64,
     pub sigma_um: Option<f64>,
     pub step: Option<f64>,
     pub period: f64,
     pub mode_threshold: f64,
     pub footprint_threshold: f64,
-    pub correction: String,
+    pub correction: Correction,
     pub padding: f64,
     pub nufft_tolerance: f64,
     pub paper: PaperEntry,
@@ -98,14 +98,14 @@ pub struct PaperEntry {
     pub rays: usize,
     pub secondary: usize,
     pub patch_um: Option<f64>,
-    pub window: String,
+    pub window: TileWindow,
     pub padding: f64,
     pub orders: usize,
-    pub positions: String,
+    pub positions: Positions,
     pub coverage: bool,
-    pub density: String,
-    pub sampler: String,
-    pub sag: String,
+    pub density: Density,
+    pub sampler: Sampler,
+    pub sag: Sag,
     pub obliquity: bool,
 }
 
@@ -324,25 +324,14 @@ impl SettingsEntry {
     /// The entry of these settings.
     pub fn new(settings: &Settings) -> Self {
         Self {
-            method: match settings.method {
-                Method::Auto => "auto",
-                Method::Beamlet => "beamlet",
-                Method::Plane => "plane",
-                Method::Paper => "paper",
-            }
-            .to_owned(),
+            method: settings.method,
             target_error: settings.target_error,
             sigma_um: settings.sigma.map(|sigma| sigma * UM),
             step: settings.step,
             period: settings.patch_period(),
             mode_threshold: settings.weakest_mode(),
             footprint_threshold: settings.footprint_edge(),
-            correction: match settings.correction {
-                Correction::Auto => "auto",
-                Correction::On => "on",
-                Correction::Off => "off",
-            }
-            .to_owned(),
+            correction: settings.correction,
             padding: settings.padding,
             nufft_tolerance: settings.nufft_tolerance,
             paper: PaperEntry::new(&settings.paper),
@@ -358,38 +347,14 @@ impl PaperEntry {
             rays: paper.rays,
             secondary: paper.secondary,
             patch_um: paper.patch.map(|patch| patch * UM),
-            window: match paper.window {
-                TileWindow::Rectangle => "rectangle",
-                TileWindow::Hann => "hann",
-            }
-            .to_owned(),
+            window: paper.window,
             padding: paper.padding,
             orders: paper.orders,
-            positions: match paper.positions {
-                Positions::Inside => "inside",
-                Positions::Dilated => "dilated",
-                Positions::Jittered => "jittered",
-                Positions::Grid => "grid",
-            }
-            .to_owned(),
+            positions: paper.positions,
             coverage: paper.coverage,
-            density: match paper.density {
-                Density::Amplitude => "amplitude",
-                Density::Uniform => "uniform",
-            }
-            .to_owned(),
-            sampler: match paper.sampler {
-                Sampler::Multinomial => "multinomial",
-                Sampler::Systematic => "systematic",
-                Sampler::All => "all",
-            }
-            .to_owned(),
-            sag: match paper.sag {
-                Sag::Tangent => "tangent",
-                Sag::Incident => "incident",
-                Sag::True => "true",
-            }
-            .to_owned(),
+            density: paper.density,
+            sampler: paper.sampler,
+            sag: paper.sag,
             obliquity: paper.obliquity,
         }
     }

@@ -10,6 +10,7 @@ use crate::file::scene::aperture::Aperture;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::material::Material;
 use crate::file::scene::sag::Sag;
+use crate::optics::refraction::Coating;
 
 tagged! {
     /// One element along the axis. Light runs towards +z first; `thickness_mm` leads from an element's
@@ -151,19 +152,6 @@ pub enum Coordinates {
     /// the vertex and the azimuth stays; on a cylinder the length along the curve from the vertex line takes
     /// the place of its x or y. Other surfaces have none.
     Surface,
-}
-
-/// How much of the field a refracting surface transmits.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Coating {
-    /// An ideal antireflection coating: all the energy at every angle.
-    #[default]
-    Ideal,
-    /// A bare surface in unpolarised light.
-    Fresnel,
-    /// The field amplitude goes on unchanged.
-    Unit,
 }
 
 /// What every element has in common.

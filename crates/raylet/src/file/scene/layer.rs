@@ -5,12 +5,14 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::design::constraints::fill::Rest;
 use crate::file::decode::number::{
     acute, count, not_empty, not_zero, one_or_pair_schema, pitch, positive, wavelength,
     whole_or_part, width,
 };
 use crate::file::decode::tagged::tagged;
 use crate::file::scene::material::Material;
+use crate::optics::doe::PixelForm;
 
 tagged! {
     /// One factor of a diffractive element's complex transmission. Layers of an element multiply, so
@@ -79,17 +81,6 @@ pub struct PixelLayer {
     pub rest: Rest,
 }
 
-/// What the part of a pixel does that carries nothing.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Rest {
-    /// It is dark.
-    #[default]
-    Dark,
-    /// It lets light pass, or mirrors it, with phase zero.
-    Flat,
-}
-
 impl PixelLayer {
     /// The transmission of the rest, times its share of the area.
     pub fn flat_share(&self) -> f64 {
@@ -98,19 +89,6 @@ impl PixelLayer {
             Rest::Flat => 1.0 - self.fill,
         }
     }
-}
-
-/// What a pixel's value means between the pixel centres.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum PixelForm {
-    /// Constant over the pixel, as on a real pixelated element.
-    #[default]
-    Box,
-    /// One point sample at the centre that weighs the pixel's area.
-    Point,
-    /// Bilinear interpolation of the transmission between the centres.
-    Bilinear,
 }
 
 /// A relief of one material in the ambient medium.

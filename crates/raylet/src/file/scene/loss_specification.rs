@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::design::losses::spots::Sharing;
 use crate::file::decode::number::{not_empty, not_negative, positive};
 use crate::file::decode::tagged::tagged;
 
@@ -181,17 +182,6 @@ pub enum Care {
     Sensor,
     /// Within the picture's outline.
     Outline,
-}
-
-/// How points share the light.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Sharing {
-    /// As much light as possible on all of them together: 1 − mean s.
-    #[default]
-    Linear,
-    /// None may starve: −mean log s.
-    Log,
 }
 
 /// The keys that all losses have.

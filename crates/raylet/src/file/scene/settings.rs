@@ -5,10 +5,12 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::engine::plan::settings::{Correction, Density, Method, Positions, Sag, Sampler};
 use crate::file::decode::number::{
     count, from_one, period, positive, share, step, target, tolerance, width,
 };
-use crate::file::scene::element::Coating;
+use crate::optics::refraction::Coating;
+use crate::wave::tile::TileWindow;
 
 /// How the scene is computed. What is absent is chosen from the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
@@ -75,34 +77,6 @@ impl Default for Settings {
     }
 }
 
-/// A method that carries the field.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Method {
-    /// The one that promises the target error at the least cost.
-    #[default]
-    Auto,
-    /// Gaussian beamlets with exact second-order phase.
-    Beamlet,
-    /// Plane-wave pieces.
-    Plane,
-    /// Random patches and drawn modes, as first published.
-    Paper,
-}
-
-/// When a correction is applied.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Correction {
-    /// Where the target error needs it.
-    #[default]
-    Auto,
-    /// Always.
-    On,
-    /// Never.
-    Off,
-}
-
 /// Numbers of the method `paper`. What is absent is chosen from the scene.
 #[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields, default)]
@@ -120,7 +94,7 @@ pub struct Paper {
     #[schemars(extend("minimum" = 1e-6, "maximum" = 1e9))]
     pub patch_um: Option<f64>,
     /// What the field in a patch is multiplied by.
-    pub window: PatchWindow,
+    pub window: TileWindow,
     /// Width of the padded patch in units of the patch.
     #[serde(deserialize_with = "from_one")]
     #[schemars(extend("minimum" = 1, "maximum" = 1e6))]
@@ -141,69 +115,6 @@ pub struct Paper {
     pub sag: Sag,
     /// Whether contributions carry an obliquity factor.
     pub obliquity: bool,
-}
-
-/// What the method `paper` multiplies the field in a patch by.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum PatchWindow {
-    /// Nothing: sharp edges.
-    #[default]
-    Rectangle,
-    /// cos² along each side, zero at the edges.
-    Hann,
-}
-
-/// How positions of the method `paper` are chosen.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Positions {
-    /// At random on the aperture alone, whose rim is then covered too thinly.
-    Inside,
-    /// At random on the aperture and half a patch around it.
-    #[default]
-    Dilated,
-    /// One at random in each cell of a grid over the same.
-    Jittered,
-    /// A regular grid over the aperture.
-    Grid,
-}
-
-/// Which modes the method `paper` draws more often.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Density {
-    /// The stronger ones, in proportion to their amplitude.
-    #[default]
-    Amplitude,
-    /// None.
-    Uniform,
-}
-
-/// How the method `paper` draws modes.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Sampler {
-    /// Independently, with replacement.
-    #[default]
-    Multinomial,
-    /// Without replacement, evenly along a curve through all modes.
-    Systematic,
-    /// All of them, whatever `secondary` is.
-    All,
-}
-
-/// What a patch of the method `paper` makes of the height of a curved element over its tangent plane.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum Sag {
-    /// Nothing.
-    Tangent,
-    /// The phase that it has for the light that comes, not for the light that goes.
-    Incident,
-    /// The phase that it has for each mode.
-    #[default]
-    True,
 }
 
 /// A hologram to be computed, so that the sensor shows an image.
