@@ -9,6 +9,7 @@ use raylet::engine::chain::simulate::SimulateError;
 use raylet::engine::error::advice::advice;
 use raylet::engine::plan::hop_plan::Plan;
 use raylet::engine::plan::settings::Settings;
+use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::model::build;
 use raylet::file::model::error_location::blame;
@@ -148,7 +149,7 @@ fn paraxial(system: &System) -> String {
 /// What a run would do hop by hop, and what there is to say about it.
 fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, Failure> {
     // As it will be run: rims that become screens have hops of their own.
-    let rimmed = with_rims(system, settings);
+    let rimmed = with_rims(system, settings, PixelValues::Fixed);
     let system = &rimmed.system;
     let hops = planned(system, settings).map_err(|error| blame(scene, &error))?;
     let plans: Vec<Plan> = hops.iter().map(|hop| hop.plan.clone()).collect();

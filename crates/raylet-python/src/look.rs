@@ -9,6 +9,7 @@ use pyo3::prelude::*;
 use raylet::engine::chain::forecast::forecast_with_progress;
 use raylet::engine::error::advice::advice;
 use raylet::engine::plan::hop_plan::Plan;
+use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
@@ -145,7 +146,7 @@ pub(crate) fn check(
     let work = move |watch: &Watch| {
         let settings = build::settings(&file);
         // As it will be run: rims that become screens have hops of their own.
-        let system = with_rims(&system, &settings).system;
+        let system = with_rims(&system, &settings, PixelValues::Fixed).system;
         let hops = forecast_with_progress(&system, &settings, |_, _| watch.pulse());
         let hops = hops.map_err(|told| blame(&file, &told))?;
         let plans: Vec<Plan> = hops.into_iter().map(|hop| hop.plan).collect();

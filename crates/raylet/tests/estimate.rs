@@ -8,6 +8,7 @@ use raylet::engine::chain::forecast::forecast;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
+use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::{Treatment, with_rims};
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
@@ -116,7 +117,7 @@ fn a_rim_cuts_what_the_integral_says() {
     if let Act::Sensor(sensor) = &mut system.screens[1].act {
         sensor.pitch = [20.0; 2];
     }
-    let found = with_rims(&system, &settings);
+    let found = with_rims(&system, &settings, PixelValues::Fixed);
     let steps = 3000;
     let part = |i: i32| {
         let r = lit * (f64::from(i) + 0.5) / f64::from(steps);
@@ -138,10 +139,10 @@ fn a_rim_cuts_what_the_integral_says() {
 #[test]
 fn rims_are_treated_by_what_they_cut() {
     let settings = Settings::default();
-    let far = with_rims(&lens(50.0, 0.0, 200.0), &settings);
+    let far = with_rims(&lens(50.0, 0.0, 200.0), &settings, PixelValues::Fixed);
     assert_eq!(far.rims[0].treatment, Treatment::Ignored);
     assert!(far.rims[0].bound() < 1e-6 && far.system.screens.len() == 2);
-    let near = with_rims(&lens(90.0, 0.0, 91.0), &settings);
+    let near = with_rims(&lens(90.0, 0.0, 91.0), &settings, PixelValues::Fixed);
     assert_eq!(near.rims[0].treatment, Treatment::Screen);
     assert!(near.rims[0].bound() > 0.5 * settings.target_error);
     assert_eq!(near.system.screens.len(), 3);
@@ -251,13 +252,13 @@ fn a_tighter_target_never_raises_the_reported_error() {
 #[test]
 fn a_rim_that_fits_memory_is_a_screen() {
     let system = lens(120.0, 0.0, 121.0);
-    let screen = with_rims(&system, &Settings::default());
+    let screen = with_rims(&system, &Settings::default(), PixelValues::Fixed);
     assert_eq!(screen.rims[0].treatment, Treatment::Screen);
     let little = Settings {
         memory_limit: 64 << 20,
         ..Settings::default()
     };
-    let by_ray = &with_rims(&system, &little).rims[0];
+    let by_ray = &with_rims(&system, &little, PixelValues::Fixed).rims[0];
     assert_eq!(by_ray.treatment, Treatment::ByRay);
     assert!(by_ray.misplaced > 0.0 && by_ray.misplaced <= by_ray.cut);
     assert_eq!(by_ray.error(), by_ray.misplaced.sqrt());

@@ -22,6 +22,7 @@ use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, along, plan};
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::progress::{Cancelled, Pulse, uncancelled};
+use crate::engine::rims::pixel_light::PixelValues;
 use crate::engine::rims::rim_screens::{Rimmed, with_rims};
 use crate::engine::trace::ray_sensitivity::{PerturbedHops, Variation};
 use crate::optics::system::{Hop, System};
@@ -164,7 +165,7 @@ impl LinearisedSystem {
             Method::Auto | Method::Beamlet => {}
         }
         sensor_of(system)?;
-        let planned = with_rims(system, settings);
+        let planned = with_rims(system, settings, PixelValues::Varying);
         let system = &planned.system;
         let variations = &rimmed(&planned, variations)?;
         let settings = settings.shared(system.trains.len());

@@ -14,6 +14,7 @@ use crate::engine::plan::hop_plan::{Plan, plan};
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Cancelled, Reply};
+use crate::engine::rims::pixel_light::PixelValues;
 use crate::engine::rims::rim_screens::{Rim, Rimmed, edge_error, with_rims};
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
@@ -272,7 +273,7 @@ fn run_hops(
 ) -> Result<Outcome, SimulateError> {
     let sensor = sensor_of(system)?;
     let original = system;
-    let rimmed = with_rims(original, settings);
+    let rimmed = with_rims(original, settings, PixelValues::Fixed);
     let system = &rimmed.system;
     let settings = &settings.shared(system.trains.len());
     let mut light = Arriving::from_source(system);

@@ -12,6 +12,7 @@ use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::starting_width;
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::{edge_energy, edge_waves};
+use crate::engine::rims::pixel_light::PixelValues;
 use crate::engine::rims::source_rays::{SourceRay, rays_behind, source_rays};
 use crate::engine::trace::direction_search::SearchRay;
 use crate::math::erfc::erfc;
@@ -103,12 +104,13 @@ struct Cut {
     misplaced: f64,
 }
 
-/// The system with a screen at every rim that matters and is small enough.
-pub fn with_rims(system: &System, settings: &Settings) -> Rimmed {
+/// The system with a screen at every rim that matters and is small enough, for the pixels as they are or for all
+/// that they may become.
+pub fn with_rims(system: &System, settings: &Settings, values: PixelValues) -> Rimmed {
     let mut light = source_rays(system);
     let cuts = system
         .hops()
-        .map(|hop| cut_shares(&hop, &mut light, settings));
+        .map(|hop| cut_shares(&hop, &mut light, settings, values));
     let empty = Rimmed {
         system: system.clone(),
         rims: Vec::new(),
@@ -261,8 +263,13 @@ pub fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
 
 /// What each surface's rim does to the energy on its way to the target; `light` becomes what arrives on the
 /// next screen.
-fn cut_shares(hop: &Hop, light: &mut Vec<SourceRay>, settings: &Settings) -> Vec<Cut> {
-    let mut leaving = rays_behind(hop, light);
+fn cut_shares(
+    hop: &Hop,
+    light: &mut Vec<SourceRay>,
+    settings: &Settings,
+    values: PixelValues,
+) -> Vec<Cut> {
+    let mut leaving = rays_behind(hop, light, values);
     leaving.extend(edge_waves(hop, light));
     light.clear();
     let none = vec![Cut::default(); hop.train.len()];

@@ -3,6 +3,7 @@
 //! They tell where most of the energy goes before any field is known. Behind smooth elements there is one for
 //! each place; behind pixels the pixels' own diffraction makes many.
 
+use crate::engine::rims::pixel_light::{PixelLight, PixelValues};
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
@@ -11,11 +12,9 @@ use crate::optics::system::{Hop, System};
 /// many, and behind smooth elements and stops, where each sends one.
 const PLACES: [usize; 2] = [7, 41];
 
-/// Directions along each axis behind pixels, closer together about the middle, over all sines up to this one and
-/// over this many orders of their lattice at least to each side.
-const DIRECTIONS: usize = 21;
-const STEEPEST: f64 = 1.2;
-const ORDERS: f64 = 1.5;
+/// Steps of the place within its cell from cell to cell behind pixels, whose places then see edges as often as
+/// they lie near one (Roberts' sequence of low discrepancy).
+const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
 
 /// Most rays of one screen that are followed from the next.
 const MOST: usize = 300;
@@ -37,9 +36,21 @@ pub fn source_rays(system: &System) -> Vec<SourceRay> {
     let Some([x0, x1, y0, y1]) = screen.bounds() else {
         return Vec::new();
     };
-    let along = PLACES[usize::from(pitch_of(screen).is_none())];
-    let place = |i: usize, a: f64, b: f64| a + (b - a) * (i as f64 + 0.5) / along as f64;
-    let places = (0..along * along).map(|n| [place(n % along, x0, x1), place(n / along, y0, y1)]);
+    let pixels = has_pixels(screen);
+    let along = PLACES[usize::from(!pixels)];
+    let within = |n: usize, step: f64| {
+        if pixels {
+            (n as f64 * step).fract()
+        } else {
+            0.5
+        }
+    };
+    let place =
+        |i: usize, a: f64, b: f64, share: f64| a + (b - a) * (i as f64 + share) / along as f64;
+    let places = (0..along * along).map(|n| {
+        let x = place(n % along, x0, x1, within(n, STEPS[0]));
+        [x, place(n / along, y0, y1, within(n, STEPS[1]))]
+    });
     let lit = places.filter(|at| is_open(screen, *at));
     lit.map(|at| {
         let z = screen.height(at).map_or(0.0, |here| here.z);
@@ -63,18 +74,22 @@ fn is_open(screen: &Screen, [x, y]: [f64; 2]) -> bool {
     }
 }
 
-/// Distance of a screen's pixels, if it has any.
-fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
+/// Whether a screen has pixels that diffract.
+fn has_pixels(screen: &Screen) -> bool {
     match &screen.act {
-        Act::Doe(doe) => doe.pixels().map(|pixels| pixels.pitch),
-        Act::Stop(_) | Act::Sensor(_) => None,
+        Act::Doe(doe) => doe.pixels().is_some(),
+        Act::Stop(_) | Act::Sensor(_) => false,
     }
 }
 
 /// The rays that leave a screen for those that arrive: behind pixels, where there are many for each, for a part
 /// of them.
-pub fn rays_behind(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
-    let Some(pitch) = pitch_of(hop.from) else {
+pub fn rays_behind(hop: &Hop, arriving: &[SourceRay], values: PixelValues) -> Vec<SourceRay> {
+    let light = match &hop.from.act {
+        Act::Doe(doe) => PixelLight::new(doe, hop.wavelength, values),
+        Act::Stop(_) | Act::Sensor(_) => None,
+    };
+    let Some(light) = light else {
         return arriving
             .iter()
             .map(|source_ray| ray_behind(hop, source_ray))
@@ -82,7 +97,7 @@ pub fn rays_behind(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
     };
     let stride = arriving.len().div_ceil(MOST).max(1);
     let some = arriving.iter().step_by(stride);
-    some.flat_map(|source_ray| diffract(hop, pitch, source_ray))
+    some.flat_map(|source_ray| light.rays(hop, source_ray))
         .collect()
 }
 
@@ -106,38 +121,4 @@ pub fn ray_behind(hop: &Hop, source_ray: &SourceRay) -> SourceRay {
 pub fn obliquity(hop: &Hop, p: [f64; 2]) -> f64 {
     let sine = p[0].hypot(p[1]) / hop.from.index;
     (1.0 - sine * sine).max(0.0).sqrt()
-}
-
-/// The rays that leave pixels, by the energy that the diffraction of a pixel gives them.
-fn diffract(hop: &Hop, pitch: [f64; 2], source_ray: &SourceRay) -> Vec<SourceRay> {
-    let SourceRay { at, p, energy } = *source_ray;
-    // The middles and widths of the orders' ranges, and the energy of a sinc², its mean beyond the first order.
-    let range = |a: usize, i: usize| {
-        let widest = ORDERS.max(STEEPEST * pitch[a] / hop.wavelength);
-        let edge = |i: usize| {
-            let t = 2.0 * i as f64 / DIRECTIONS as f64 - 1.0;
-            widest * t * t.abs()
-        };
-        let (low, high) = (edge(i), edge(i + 1));
-        (0.5 * (low + high), high - low)
-    };
-    let strength = |u: f64| {
-        let phase = std::f64::consts::PI * u.abs();
-        match phase {
-            phase if phase < 1e-9 => 1.0,
-            phase if u.abs() < 1.0 => (phase.sin() / phase).powi(2),
-            phase => 0.5 / (phase * phase),
-        }
-    };
-    let turned = |n: usize| {
-        let orders = [range(0, n % DIRECTIONS), range(1, n / DIRECTIONS)];
-        let p = [0, 1].map(|a| p[a] + orders[a].0 * hop.wavelength / pitch[a]);
-        let strengths = orders.iter().map(|(u, width)| strength(*u) * width);
-        SourceRay {
-            at,
-            p,
-            energy: energy * strengths.product::<f64>() * obliquity(hop, p),
-        }
-    };
-    (0..DIRECTIONS * DIRECTIONS).map(turned).collect()
 }

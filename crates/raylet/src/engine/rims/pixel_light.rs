@@ -1,0 +1,264 @@
+//! Into which directions pixels send the light that meets them, and how much of it.
+//!
+//! A pixel alone spreads light by its sinc². What many of them send is that times the power spectrum of their
+//! transmissions about the place: smooth phases keep the light together, dark pixels send none. Where pixels are
+//! going to change, as in a design, the spectrum is taken to be even.
+
+use num_complex::Complex64;
+
+use crate::engine::rims::source_rays::{SourceRay, obliquity};
+use crate::optics::doe::Doe;
+use crate::optics::system::Hop;
+
+/// Directions along each axis, closer together about the middle, over all sines up to this one and over this
+/// many orders of the pixels' lattice at least to each side.
+const DIRECTIONS: usize = 21;
+const STEEPEST: f64 = 1.2;
+const ORDERS: f64 = 1.5;
+
+/// Pixels along each axis of the patch whose spectrum is taken, and its points in each order.
+const PATCH: usize = 32;
+
+/// Whether the pixels stay as they are.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum PixelValues {
+    /// They do, and their spectrum counts.
+    Fixed,
+    /// They will have other values: all directions that a single pixel lights count.
+    Varying,
+}
+
+/// What pixels of an element do to light, for rays that arrive anywhere on it.
+pub struct PixelLight<'a> {
+    doe: &'a Doe,
+    values: PixelValues,
+    pitch: [f64; 2],
+    /// For each axis the points of the spectrum.
+    axes: [Vec<Point>; 2],
+    /// exp(−2πi n/PATCH).
+    turns: Vec<Complex64>,
+}
+
+/// A point of the spectrum along an axis.
+struct Point {
+    /// Its direction from the ray's own, in orders of the lattice.
+    order: f64,
+    /// The share of a pixel's light about it: sinc² times the width that it stands for.
+    share: f64,
+    /// Which direction it belongs to, and which point of an order it is.
+    direction: usize,
+    within: usize,
+}
+
+/// What goes into a direction: its share of the light, and that times the order along x and y.
+type Sent = [f64; 3];
+
+impl<'a> PixelLight<'a> {
+    /// Of the pixels of this element, at this wavelength; nothing if it has none.
+    pub fn new(doe: &'a Doe, wavelength: f64, values: PixelValues) -> Option<Self> {
+        let pitch = doe.pixels()?.pitch;
+        let turn = |n: usize| -std::f64::consts::TAU * n as f64 / PATCH as f64;
+        Some(Self {
+            doe,
+            values,
+            pitch,
+            axes: pitch.map(|pitch| points(ORDERS.max(STEEPEST * pitch / wavelength))),
+            turns: (0..PATCH).map(|n| Complex64::cis(turn(n))).collect(),
+        })
+    }
+
+    /// The rays that leave for one that arrives, by directions; those without energy are left out.
+    pub fn rays(&self, hop: &Hop, arriving: &SourceRay) -> Vec<SourceRay> {
+        let ray = |[share, x, y]: Sent| {
+            let orders = [x / share, y / share];
+            let p = [0, 1].map(|a| arriving.p[a] + orders[a] * hop.wavelength / self.pitch[a]);
+            SourceRay {
+                at: arriving.at,
+                p,
+                energy: arriving.energy * share * obliquity(hop, p),
+            }
+        };
+        let sent = self.sent(arriving.at).into_iter();
+        let rays = sent.filter(|[share, ..]| *share > 0.0).map(ray);
+        rays.filter(|ray| ray.energy > 0.0).collect()
+    }
+
+    /// What the pixels about a place send into each direction [y, x].
+    fn sent(&self, at: [f64; 2]) -> Vec<Sent> {
+        let spectrum = match self.values {
+            PixelValues::Fixed => self.spectrum(at),
+            PixelValues::Varying => vec![1.0; PATCH * PATCH],
+        };
+        let mut sent = vec![[0.0; 3]; DIRECTIONS * DIRECTIONS];
+        let [along_x, along_y] = &self.axes;
+        for y in along_y {
+            for x in along_x {
+                let share = x.share * y.share * spectrum[y.within * PATCH + x.within];
+                let sum = &mut sent[y.direction * DIRECTIONS + x.direction];
+                let parts = [share, share * x.order, share * y.order];
+                sum.iter_mut()
+                    .zip(parts)
+                    .for_each(|(sum, part)| *sum += part);
+            }
+        }
+        sent
+    }
+
+    /// The power spectrum of the patch about a place, [y, x]; its mean is that of |transmission|².
+    fn spectrum(&self, at: [f64; 2]) -> Vec<f64> {
+        let window = window();
+        let energy: f64 = window.iter().map(|w| w * w).sum();
+        let mut values = self.patch(at);
+        for (n, value) in values.iter_mut().enumerate() {
+            *value *= window[n / PATCH] * window[n % PATCH] / energy;
+        }
+
+        // Along rows, then along columns.
+        let rows = self.transform(&values);
+        let power = self.transform(&rows);
+        power.iter().map(|value| value.norm_sqr()).collect()
+    }
+
+    /// The Fourier sums along the rows, as columns.
+    fn transform(&self, values: &[Complex64]) -> Vec<Complex64> {
+        let sum = |row: &[Complex64], n: usize| {
+            let terms = row.iter().enumerate();
+            terms
+                .map(|(i, value)| value * self.turns[n * i % PATCH])
+                .sum::<Complex64>()
+        };
+        let one = |m: usize| sum(&values[m % PATCH * PATCH..][..PATCH], m / PATCH);
+        (0..PATCH * PATCH).map(one).collect()
+    }
+
+    /// Transmissions of the pixels about a place, [y, x]; zero outside the opening.
+    fn patch(&self, at: [f64; 2]) -> Vec<Complex64> {
+        let place = |n: usize, a: usize| {
+            let steps = n as f64 - 0.5 * (PATCH as f64 - 1.0);
+            at[a] + steps * self.pitch[a]
+        };
+        let value = |n: usize| {
+            let (x, y) = (place(n % PATCH, 0), place(n / PATCH, 1));
+            let open = self.doe.aperture.contains(x, y);
+            let here = open.then(|| self.doe.transmission(x, y));
+            here.unwrap_or(Complex64::ZERO)
+        };
+        (0..PATCH * PATCH).map(value).collect()
+    }
+}
+
+/// The window of a patch along an axis: Hann's, which lets no light leak into other directions.
+fn window() -> [f64; PATCH] {
+    let place = |i: usize| std::f64::consts::PI * (i as f64 + 0.5) / PATCH as f64;
+    std::array::from_fn(|i| place(i).sin().powi(2))
+}
+
+/// The points of the spectrum up to so many orders to each side.
+fn points(widest: f64) -> Vec<Point> {
+    let most = (widest * PATCH as f64).floor() as i64;
+    let point = |n: i64| {
+        let order = n as f64 / PATCH as f64;
+        let phase = std::f64::consts::PI * order;
+        let sinc = if n == 0 { 1.0 } else { phase.sin() / phase };
+        // From −1 to 1 over all directions, the square root of the order.
+        let place = (order.abs() / widest).sqrt().copysign(order);
+        let direction = (0.5 * (place + 1.0) * DIRECTIONS as f64) as usize;
+        Point {
+            order,
+            share: sinc * sinc / PATCH as f64,
+            direction: direction.min(DIRECTIONS - 1),
+            within: n.rem_euclid(PATCH as i64) as usize,
+        }
+    };
+    (-most..=most).map(point).collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::engine::rims::pixel_light::{PixelLight, PixelValues};
+    use crate::engine::rims::source_rays::SourceRay;
+    use crate::math::noise::noise;
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::{Act, Screen, Sensor};
+    use crate::optics::shape::Shape;
+    use crate::optics::system::Hop;
+
+    /// Rays of unit energy behind pixels of pitch 4 at wavelength 1.
+    fn rays(values: Array2<Complex64>, fixed: PixelValues) -> Vec<SourceRay> {
+        let pixels = Pixels {
+            pitch: [4.0; 2],
+            values,
+            form: PixelForm::Box,
+        };
+        let doe = Doe {
+            layers: vec![Layer::Pixels(pixels)],
+            aperture: Aperture::OPEN,
+            reflect: false,
+        };
+        let screen = |act: Act| Screen {
+            name: String::new(),
+            frame: Frame::GLOBAL,
+            shape: Shape::Plane,
+            act,
+            index: 1.0,
+            arrives: 1.0,
+        };
+        let light = PixelLight::new(&doe, 1.0, fixed).unwrap();
+        let mut to = screen(Act::Sensor(Sensor {
+            pixels: [1; 2],
+            pitch: [1.0; 2],
+        }));
+        to.frame.origin = Vec3::new(0.0, 0.0, 100.0);
+        let from = screen(Act::Doe(doe.clone()));
+        let hop = Hop {
+            from: &from,
+            to: &to,
+            train: &[],
+            wavelength: 1.0,
+        };
+        let arriving = SourceRay {
+            at: [0.7, -0.3],
+            p: [0.0; 2],
+            energy: 1.0,
+        };
+        light.rays(&hop, &arriving)
+    }
+
+    /// The share of the energy within this distance of a direction.
+    fn near(rays: &[SourceRay], [x, y]: [f64; 2], far: f64) -> f64 {
+        let close = |ray: &&SourceRay| (ray.p[0] - x).hypot(ray.p[1] - y) < far;
+        rays.iter().filter(close).map(|ray| ray.energy).sum()
+    }
+
+    /// Phases that rise by a quarter turn from pixel to pixel send sinc²(1/4) = 81 % into one direction; the sinc²
+    /// alone sends next to none there.
+    #[test]
+    fn a_grating_of_pixels_keeps_its_order_together() {
+        let turn = |(_, i): (usize, usize)| Complex64::cis(0.25 * std::f64::consts::TAU * i as f64);
+        let found = rays(Array2::from_shape_fn((60, 60), turn), PixelValues::Fixed);
+        let order = near(&found, [1.0 / 16.0, 0.0], 0.03);
+        assert!((order - 0.81).abs() < 0.01, "{order}");
+        let even = rays(Array2::from_shape_fn((60, 60), turn), PixelValues::Varying);
+        let there = near(&even, [1.0 / 16.0, 0.0], 0.03);
+        assert!(there < 0.1, "{there}");
+    }
+
+    /// All the light goes somewhere: random phases lose a tenth to directions beyond the orders that are followed,
+    /// as the sinc² does, and pixels of half the amplitude send a quarter of that.
+    #[test]
+    fn random_pixels_send_what_the_sinc_sends() {
+        let random = noise((60, 60), 3).mapv(|value| value / value.norm());
+        let sum = |rays: Vec<SourceRay>| rays.iter().map(|ray| ray.energy).sum::<f64>();
+        let found = sum(rays(random.clone(), PixelValues::Fixed));
+        let even = sum(rays(random.clone(), PixelValues::Varying));
+        assert!((found / even - 1.0).abs() < 0.1, "{found} {even}");
+        let dim = sum(rays(random.mapv(|value| 0.5 * value), PixelValues::Fixed));
+        assert!((dim / found - 0.25).abs() < 1e-12, "{dim} {found}");
+    }
+}
