@@ -113,7 +113,6 @@ impl DimLens {
                 self.tilt, self.decentre
             ),
             reference: "direct sums and surface integrals",
-            limit: 2e-3,
             system: System {
                 wavelength: 1.0,
                 source: plane_wave([0.0; 2]),

@@ -5,6 +5,8 @@ use num_complex::Complex64;
 use raylet::engine::chain::linearised_system::LinearisedSystemError;
 use raylet::math::random::uniform;
 
+use crate::bounds::bound;
+
 /// A real function of the field on a sensor.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Loss {
@@ -60,8 +62,6 @@ pub struct Comparison {
     pub loss: &'static str,
     /// What it is measured against.
     pub reference: &'static str,
-    /// Largest error allowed.
-    pub limit: f64,
     /// raylet's gradient and the reference's, entry by entry.
     run: Box<dyn Fn() -> Result<[Vec<f64>; 2], LinearisedSystemError>>,
 }
@@ -72,16 +72,19 @@ impl Comparison {
         name: String,
         loss: &'static str,
         reference: &'static str,
-        limit: f64,
         run: Box<dyn Fn() -> Result<[Vec<f64>; 2], LinearisedSystemError>>,
     ) -> Self {
         Self {
             name,
             loss,
             reference,
-            limit,
             run,
         }
+    }
+
+    /// The largest error allowed; nothing where none is recorded.
+    pub fn bound(&self) -> Option<f64> {
+        bound(&format!("{} | {}", self.name, self.loss))
     }
 
     /// The relative L2 error, and the number of entries.

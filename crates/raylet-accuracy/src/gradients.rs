@@ -131,7 +131,6 @@ impl Flight {
             name,
             loss.name(),
             "adjoint of Rayleigh–Sommerfeld",
-            1e-3,
             Box::new(move || Ok([ours(&system, &settings, loss)?, parts(&exact())])),
         )
     }
@@ -160,7 +159,6 @@ fn bump(method: Method, loss: Loss) -> Comparison {
         ),
         loss.name(),
         "adjoint of Rayleigh–Sommerfeld on the true surface",
-        1e-3,
         Box::new(move || {
             let ours = ours(&problem.system, &problem.settings, loss)?;
             let bar = loss.bar(&bench().exact(nodes));

@@ -6,6 +6,7 @@
 //! exp(ik(p·x + q z)) with q = √(n² − |p|²) and k = 2π/λ of the vacuum.
 //!
 //! In import order:
+//! [`bounds`]: the errors that are allowed;
 //! [`phase`], [`quadrature`], [`dense`], [`fourier`]: numbers;
 //! [`pixels`]: a plane of box pixels; [`disc`]: a hard disc on a grid and its spectrum;
 //! [`rayleigh_sommerfeld`]: pixels to any points in free space, by direct sum;
@@ -32,6 +33,8 @@
     clippy::unreachable,
     clippy::unwrap_used
 )]
+
+pub mod bounds;
 
 pub mod phase;
 pub mod quadrature;

@@ -35,13 +35,14 @@ fn main() -> ExitCode {
          the best complex factor). NCC is the normalised cross-correlation of the intensities. The \
          references are in `crates/raylet-accuracy`; their own convergence is shown by its tests and \
          its `convergence` example. raylet runs with its default settings; its own estimate is \
-         what it prints as the expected field error.\n",
+         what it prints as the expected field error. Each allowed error is at most three times the one that was \
+         measured when it was set (`crates/raylet-accuracy/data/bounds.txt`).\n",
         if reduced { " -- --reduced" } else { "" }
     );
     println!(
-        "| problem | reference | absolute | shape | 1 − NCC | own estimate | rays | seconds | allowed |"
+        "| problem | reference | absolute | shape | 1 − NCC | own estimate | rays | allowed |"
     );
-    println!("|---|---|---|---|---|---|---|---|---|");
+    println!("|---|---|---|---|---|---|---|---|");
     let only = std::env::args().skip_while(|word| word != "--only").nth(1);
     let wanted = |problem: &Problem| only.as_ref().is_none_or(|only| problem.name.contains(only));
     let (mut within, mut told) = (true, Vec::new());
@@ -49,7 +50,7 @@ fn main() -> ExitCode {
     for problem in problems(reduced).into_iter().filter(wanted) {
         match problem.measure() {
             Ok(found) => {
-                within &= found.absolute <= problem.limit;
+                within &= problem.bound().is_some_and(|bound| found.absolute <= bound);
                 if problem.reference != COLLINS {
                     told.push((problem.name.clone(), found.absolute / found.estimate));
                 }
@@ -58,7 +59,7 @@ fn main() -> ExitCode {
             Err(error) => {
                 within = false;
                 println!(
-                    "| {} | {} | {error} | | | | | | |",
+                    "| {} | {} | {error} | | | | | |",
                     problem.name, problem.reference
                 );
             }
@@ -91,28 +92,27 @@ fn gradients(reduced: bool, only: Option<&str>) -> bool {
          phases are named. Against adjoints raylet aims at field errors of 3e-4, against differences at the usual \
          1e-3.\n"
     );
-    println!("| gradient | loss | reference | entries | error | seconds | allowed |");
-    println!("|---|---|---|---|---|---|---|");
+    println!("| gradient | loss | reference | entries | error | allowed |");
+    println!("|---|---|---|---|---|---|");
     let mut within = true;
     let wanted = |name: &str| only.is_none_or(|only| name.contains(only));
     for comparison in comparisons(reduced) {
         if !wanted(&comparison.name) {
             continue;
         }
-        let clock = std::time::Instant::now();
         let head = format!(
             "| {} | {} | {} |",
             comparison.name, comparison.loss, comparison.reference
         );
         match comparison.measure() {
             Ok((error, entries)) => {
-                within &= error <= comparison.limit;
-                let (seconds, limit) = (clock.elapsed().as_secs_f64(), comparison.limit);
-                println!("{head} {entries} | {error:.1e} | {seconds:.2} | {limit:.0e} |");
+                let bound = comparison.bound();
+                within &= bound.is_some_and(|bound| error <= bound);
+                println!("{head} {entries} | {error:.1e} | {} |", allowed(bound));
             }
             Err(error) => {
                 within = false;
-                println!("{head} {error} | | | |");
+                println!("{head} {error} | | |");
             }
         }
     }
@@ -122,7 +122,7 @@ fn gradients(reduced: bool, only: Option<&str>) -> bool {
 /// A problem as a row of the table.
 fn row(problem: &Problem, found: &Measured) -> String {
     format!(
-        "| {} | {} | {:.1e} | {:.1e} | {:.1e} | {:.1e} | {} | {:.2} | {:.0e} |",
+        "| {} | {} | {:.1e} | {:.1e} | {:.1e} | {:.1e} | {} | {} |",
         problem.name,
         problem.reference,
         found.absolute,
@@ -130,8 +130,15 @@ fn row(problem: &Problem, found: &Measured) -> String {
         1.0 - found.ncc,
         found.estimate,
         found.rays,
-        found.seconds,
-        problem.limit
+        allowed(problem.bound())
+    )
+}
+
+/// A bound as it is written in the tables.
+fn allowed(bound: Option<f64>) -> String {
+    bound.map_or_else(
+        || String::from("none recorded"),
+        |bound| format!("{bound:.0e}"),
     )
 }
 

@@ -247,7 +247,6 @@ impl Bench {
         Problem {
             name: format!("{name} on a Gaussian bump (radius 506λ), {by}"),
             reference: "Rayleigh–Sommerfeld on the true surface",
-            limit: 3e-3,
             system,
             settings,
             exact: Box::new(move || self.exact(nodes)),

@@ -105,7 +105,6 @@ pub fn through_lens(reduced: bool) -> Vec<Comparison> {
             format!("{name} before a lens of radius 100λ"),
             "Σ(I − T)²",
             "differences of surface integrals",
-            2e-2,
             run,
         )
     };

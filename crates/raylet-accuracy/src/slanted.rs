@@ -51,7 +51,6 @@ pub fn slanted(effort: Effort) -> Vec<Problem> {
         sensor: at(165.0),
         points: (60, 0.7),
         effort,
-        limit: 5e-3,
     };
     let aside = at(0.0).moved(Vec3::new(52.0, 0.0, 165.0));
     let decentred = at(20.0).moved(Vec3::new(6.0, -4.0, 0.0));

@@ -57,8 +57,6 @@ pub struct Setup {
     pub points: (usize, f64),
     /// How exactly the reference is computed.
     pub effort: Effort,
-    /// Largest error allowed.
-    pub limit: f64,
 }
 
 /// Radius of a plate that stands for an endless one, softly blocked over the outer quarter.
@@ -189,7 +187,6 @@ impl Setup {
         Problem {
             name: self.name.to_owned(),
             reference: "direct sum and surface integrals",
-            limit: self.limit,
             system: System {
                 wavelength: 1.0,
                 source: Source::Plane {

@@ -1,0 +1,72 @@
+//! `docs/accuracy.md` is the report that the code makes, and its bounds are close to what was measured.
+
+use raylet_accuracy::gradients::comparisons;
+use raylet_accuracy::suite::problems;
+
+const REPORT: &str = include_str!("../../../docs/accuracy.md");
+
+/// The cells of the report's rows that have so many.
+fn rows(cells: usize) -> Vec<Vec<&'static str>> {
+    let rows = REPORT.lines().filter_map(|line| line.strip_prefix("| "));
+    let rows = rows.map(|row| row.trim_end_matches(" |").split(" | ").collect::<Vec<_>>());
+    rows.filter(|row| row.len() == cells).collect()
+}
+
+/// What a row says was measured, and what it says is allowed.
+fn numbers(row: &[&str], measured: usize) -> Option<[f64; 2]> {
+    let number = |text: &str| text.parse::<f64>().ok();
+    Some([number(row.get(measured)?)?, number(row.last()?)?])
+}
+
+/// The row allows what the code allows: at least what was measured, and at most three times that, as far as two
+/// digits tell it.
+fn assert_bound(row: &[&str], measured: usize, bound: Option<f64>) {
+    let [measured, allowed] = numbers(row, measured).unwrap_or_else(|| panic!("{row:?}"));
+    assert_eq!(Some(allowed), bound, "{row:?}");
+    assert!(measured <= allowed && allowed <= 3.15 * measured, "{row:?}");
+}
+
+#[test]
+fn every_problem_has_its_row_and_a_bound_near_its_error() {
+    let rows = rows(8);
+    for problem in problems(false) {
+        let own: Vec<_> = rows.iter().filter(|row| row[0] == problem.name).collect();
+        assert_eq!(own.len(), 1, "{}", problem.name);
+        assert_eq!(own[0][1], problem.reference, "{}", problem.name);
+        assert_bound(own[0], 2, problem.bound());
+    }
+    // The head of the table is the one row that is no problem.
+    assert_eq!(rows.len(), problems(false).len() + 1);
+}
+
+#[test]
+fn every_gradient_has_its_row_and_a_bound_near_its_error() {
+    let rows = rows(6);
+    let named = |row: &&Vec<&str>, name: &str, loss: &str| row[0] == name && row[1] == loss;
+    for comparison in comparisons(false) {
+        let (name, loss) = (&comparison.name, comparison.loss);
+        let own: Vec<_> = rows.iter().filter(|row| named(row, name, loss)).collect();
+        assert_eq!(own.len(), 1, "{name}, {loss}");
+        assert_bound(own[0], 4, comparison.bound());
+    }
+}
+
+/// What is quick to measure again is what the report says, to a tenth.
+#[test]
+fn quick_rows_are_as_reported() {
+    let rows = rows(8);
+    for problem in problems(false) {
+        if !problem.name.contains("120λ of free space") {
+            continue;
+        }
+        let row = rows.iter().find(|row| row[0] == problem.name).unwrap();
+        let reported: f64 = row[2].parse().unwrap();
+        let found = problem.measure().unwrap();
+        let off = found.absolute / reported - 1.0;
+        assert!(
+            off.abs() < 0.1,
+            "{}: {found:?}, reported {reported:e}",
+            problem.name
+        );
+    }
+}
