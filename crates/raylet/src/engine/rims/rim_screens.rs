@@ -240,8 +240,9 @@ fn side_behind(hop: &Hop, number: usize) -> f64 {
 
 /// What the edge wave of a rim on a curved surface is off by, over the slope of the surface there and the
 /// root of the share of the light that is cut: whether the field is cut along the surface or in the plane
-/// of the rim, both within Kirchhoff's approximation. Measured on spheres of slope 0.25.
-const EDGE: f64 = 0.06;
+/// of the rim, both within Kirchhoff's approximation. Measured on 95 random systems in which this is the largest
+/// error: the true one is between 0.1 and 3.1 times as large, in the median 0.66 times.
+const EDGE: f64 = 0.075;
 
 /// The relative error to expect because a share `cut` of the light ends at the rim that this screen stands
 /// for; zero for other screens and for rims of planes.
