@@ -21,7 +21,7 @@ use raylet::file::scene::variable::{Address, with_numbers};
 use raylet::optics::doe::Pixels;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
-use raylet::wave::field::is_amplitude;
+use raylet::wave::grid::field::is_amplitude;
 
 use crate::arrays::{Guard, guard};
 use crate::refusal::error;

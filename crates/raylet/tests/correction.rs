@@ -16,7 +16,7 @@ use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
-use raylet::wave::metrics::field_error;
+use raylet::wave::grid::metrics::field_error;
 
 fn screen(z: f64, act: Act) -> Screen {
     Screen {
@@ -98,6 +98,5 @@ fn wide_beamlets_are_put_right() {
         field_error(wide.view(), narrow.view()).unwrap()
     };
     let (off, on) = (error(Correction::Off), error(Correction::On));
-    println!("wide beamlets are off by {off:.2e} as they are, {on:.2e} corrected");
     assert!(off > 2.5e-3 && on < 0.4 * off, "{off:.2e}, {on:.2e}");
 }

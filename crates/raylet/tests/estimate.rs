@@ -98,7 +98,6 @@ fn few_looks_tell_what_all_do() {
         run.hops[0].tally.eta()
     };
     let (few, all) = (eta(Correction::Off), eta(Correction::On));
-    println!("by a few looks {few:.3e}, by all {all:.3e}");
     assert!((0.8..1.25).contains(&(few / all)), "{few:.3e} {all:.3e}");
 }
 
@@ -235,7 +234,6 @@ fn a_tighter_target_never_raises_the_reported_error() {
             let squares = accounts.map(|account| account.total().powi(2));
             squares.sum::<f64>().sqrt()
         });
-        println!("radius {radius} tilt {tilt}: {reported:?}");
         for pair in reported.windows(2) {
             assert!(
                 pair[1] <= 1.05 * pair[0],

@@ -21,9 +21,9 @@ use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
-use raylet::wave::beams::{Beams, Jacobians};
-use raylet::wave::collect::{Collector, Wavelet};
-use raylet::wave::metrics::field_error;
+use raylet::wave::beamlet::beams::{Beams, Jacobians};
+use raylet::wave::beamlet::secondary_ray_sum::{SecondaryRaySum, Wavelet};
+use raylet::wave::grid::metrics::field_error;
 
 const WAVELENGTH: f64 = 0.7e-3;
 const K: f64 = std::f64::consts::TAU / WAVELENGTH;
@@ -116,17 +116,17 @@ fn collect(secondary: &SecondaryRays, faces: &[Face], sensor: &Screen) -> [Array
         path: &path,
         weight: &secondary.weight,
     };
-    let collector = Collector::new(sensor, WAVELENGTH, 1e-4).unwrap();
+    let ray_sum = SecondaryRaySum::new(sensor, WAVELENGTH, 1e-4).unwrap();
     let jacobians = Jacobians {
         jacobian: &jacobians,
         window: &secondary.window,
         cosine: &secondary.cosine,
         images: None,
     };
-    let hits = collector.hits(&rays).unwrap();
+    let hits = ray_sum.hits(&rays).unwrap();
     let beams = Beams::from_jacobians(&jacobians, &hits, K).unwrap();
     [Wavelet::Beamlet(&beams), Wavelet::Prefactor(&beams)]
-        .map(|wavelet| collector.collect(&rays, &wavelet).unwrap())
+        .map(|wavelet| ray_sum.sum(&rays, &wavelet).unwrap())
 }
 
 fn screen(name: &str, z: f64, act: Act) -> Screen {
@@ -270,11 +270,7 @@ fn beamlets_of_a_foreign_tracer_match_a_run() {
     let secondary = plan.scatter(0..count);
     let [beamlets, _] = collect(&secondary, &faces(), &sensor);
     let error = field_error(beamlets.view(), own.view()).unwrap();
-    println!(
-        "{} rays by beamlets: {error:.1e} from a run",
-        secondary.len()
-    );
-    assert!(error < 1e-7);
+    assert!(error < 1e-7, "{error:e}");
 }
 
 /// The same by plane waves with prefactor: places so close that copies, λf/step away, pass beside the sensor
@@ -311,11 +307,7 @@ fn plane_waves_of_a_foreign_tracer_match_a_run() {
     }
     let [_, waves] = collect(&secondary, &faces(), &sensor);
     let error = field_error(waves.view(), own.view()).unwrap();
-    println!(
-        "{} rays by plane waves: {error:.1e} from a run",
-        secondary.len()
-    );
-    assert!(error < 3e-4);
+    assert!(error < 3e-4, "{error:e}");
 }
 
 /// Light that an ideal lens has bent arrives at random pixels in the same plane. With the curvature of its
@@ -361,6 +353,5 @@ fn converging_light_needs_its_curvature() {
         let [beamlets, _] = collect(&secondary, &[], &sensor);
         field_error(beamlets.view(), own.view()).unwrap()
     });
-    println!("with its curvature {with:.1e}, without {without:.1e}");
-    assert!(with < 2e-4 && without > 0.1);
+    assert!(with < 2e-4 && without > 0.1, "{with:e} {without:e}");
 }

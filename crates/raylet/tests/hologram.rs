@@ -13,8 +13,8 @@ use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::own_file::Replace;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
-use raylet::wave::metrics::ncc;
-use raylet::wave::raster::Raster;
+use raylet::wave::grid::metrics::ncc;
+use raylet::wave::grid::raster::Raster;
 
 /// What the sensor shows: NCC with the softened picture over the whole sensor and within the picture's
 /// outline, with the sharp picture within the outline, and the share of the light within the outline.
@@ -53,10 +53,6 @@ fn seen(name: &str, naive: bool, distance: &str) -> (Hologram, Seen) {
     let system = build::system(&Scene::read(&path).unwrap(), 0).unwrap();
     let outcome = simulate(&system, &Settings::default(), &|_| {}).unwrap();
     let seen = look(&system, &outcome, &found);
-    println!(
-        "{name}, naive {naive}, {distance} mm: {:?}, {seen:?}",
-        found.score
-    );
     (found, seen)
 }
 

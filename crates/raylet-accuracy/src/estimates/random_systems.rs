@@ -15,7 +15,7 @@ use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 
-use crate::problems::{at, face, plane_wave, screen};
+use crate::problems::problem::{at, face, plane_wave, screen};
 
 /// What a system consists of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]

@@ -11,7 +11,7 @@ use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 
 use crate::math::chirp::{Chirp2, Comb};
-use crate::wave::metrics::ncc;
+use crate::wave::grid::metrics::ncc;
 
 /// Width of the lattice's period over that of the pixels.
 const PADDING: usize = 2;
@@ -183,9 +183,6 @@ mod tests {
         let (phase, found) = design(&task, &mut |iteration, score| {
             if iteration == 0 {
                 first = score;
-            }
-            if iteration % 10 == 0 {
-                println!("{iteration} {score}");
             }
         });
         assert_eq!(phase.dim(), (100, 100));

@@ -12,11 +12,11 @@ use crate::engine::error::tally::{FATES, Fate};
 use crate::math::random::pair;
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
-use crate::wave::curved::CurvedPatches;
-use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::heights::Heights;
-use crate::wave::patch::{Band, Patches, Spectrum};
-use crate::wave::window::{Positions, Synthesis};
+use crate::wave::grid::field::{Axis, Field, Grid};
+use crate::wave::grid::heights::Heights;
+use crate::wave::patches::curved::CurvedPatches;
+use crate::wave::patches::patch::{Band, Patches, Spectrum};
+use crate::wave::patches::window::{Positions, Synthesis};
 
 /// Places along each axis.
 const PLACES: usize = 10;
@@ -201,8 +201,8 @@ mod tests {
     use crate::optics::shape::Shape;
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
-    use crate::wave::field::{Field, Grid};
-    use crate::wave::sampling::act;
+    use crate::wave::grid::field::{Field, Grid};
+    use crate::wave::grid::sampling::act;
 
     fn screen(z: f64, act: Act) -> Screen {
         Screen {

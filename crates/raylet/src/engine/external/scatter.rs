@@ -20,13 +20,13 @@ use crate::math::vec3::Vec3;
 use crate::optics::bundle::{Hit, RayError, Rays, check_finite, check_length, check_positive};
 use crate::optics::doe::Doe;
 use crate::optics::screen::{Act, Screen};
-use crate::wave::field::Grid;
-use crate::wave::heights::Heights;
-use crate::wave::sampling::{Reach, plan_grid};
-use crate::wave::spot::{Ground, Spot, Window};
-use crate::wave::transmission::{NoPixels, phase_bar, pixels_bar, screen_transmission};
-use crate::wave::window::Synthesis;
-use crate::wave::window_coverage::window_coverage;
+use crate::wave::grid::field::Grid;
+use crate::wave::grid::heights::Heights;
+use crate::wave::grid::sampling::{Reach, plan_grid};
+use crate::wave::grid::transmission::{NoPixels, phase_bar, pixels_bar, screen_transmission};
+use crate::wave::patches::spot::{Ground, Spot, Window};
+use crate::wave::patches::window::Synthesis;
+use crate::wave::patches::window_coverage::window_coverage;
 
 /// Cotangents of what secondary rays are made from.
 #[derive(Clone, Debug)]

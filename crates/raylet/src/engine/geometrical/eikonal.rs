@@ -14,7 +14,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::System;
-use crate::wave::field::{Field, Grid};
+use crate::wave::grid::field::{Field, Grid};
 
 /// Why the generalised law of refraction cannot carry a system's light.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -393,7 +393,7 @@ mod tests {
     use crate::optics::source::Source;
     use crate::optics::surface::Surface;
     use crate::optics::system::System;
-    use crate::wave::field::Axis;
+    use crate::wave::grid::field::Axis;
 
     const WAVELENGTH: f64 = 0.7e-3;
     const K: f64 = std::f64::consts::TAU / WAVELENGTH;

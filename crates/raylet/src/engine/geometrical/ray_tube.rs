@@ -12,7 +12,7 @@ use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
-use crate::wave::wavelet::{Companion, Encounter};
+use crate::wave::beamlet::wavelet::{Companion, Encounter};
 
 /// Tangents along the start (x, y) and along a change of the starting direction (p_x, p_y).
 type Number = Dual<4>;

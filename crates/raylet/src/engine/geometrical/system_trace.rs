@@ -12,7 +12,7 @@ use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::source::Source;
 use crate::optics::system::System;
-use crate::wave::wavelet::{Companion, Encounter};
+use crate::wave::beamlet::wavelet::{Companion, Encounter};
 
 /// A ray where it meets a screen or surface.
 #[derive(Clone, Copy, Debug, PartialEq)]

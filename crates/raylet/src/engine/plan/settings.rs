@@ -1,6 +1,6 @@
 //! What a user may choose about a run.
 
-use crate::wave::tile::TileWindow;
+use crate::wave::patches::tile::TileWindow;
 
 /// How a field is carried across a hop.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]

@@ -9,7 +9,7 @@ use crate::optics::refraction::bend;
 use crate::optics::screen::Screen;
 use crate::optics::surface::Face;
 use crate::optics::system::Hop;
-use crate::wave::wavelet::{Beamlet, Companion, Encounter};
+use crate::wave::beamlet::wavelet::{Beamlet, Companion, Encounter};
 
 /// A ray where it meets a receiving screen.
 #[derive(Clone, Copy, Debug, PartialEq)]

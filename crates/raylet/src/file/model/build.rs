@@ -10,8 +10,8 @@ use crate::file::scene::element::{
 };
 use crate::file::scene::layer::{self, PixelForm as FilePixelForm};
 use crate::file::scene::material::Material;
-use crate::file::scene::sag::Sag;
 use crate::file::scene::scene_file::{Illumination, Scene};
+use crate::file::scene::surface_shape::SurfaceShape;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
@@ -135,7 +135,7 @@ impl Layout<'_, '_> {
         let mut along = element.thickness_mm().unwrap_or(0.0);
         match element {
             Element::Doe(doe) => {
-                let shape = self.shape(&doe.sag(), &path)?;
+                let shape = self.shape(&doe.surface_shape(), &path)?;
                 let act = Act::Doe(self.doe(doe, &shape, &path)?);
                 self.screen(name, frame, act, &path)?;
                 if let Some(screen) = self.screens.last_mut() {
@@ -155,7 +155,7 @@ impl Layout<'_, '_> {
             Element::Surface(surface) => {
                 let glass = surface.glass.as_ref();
                 let after = self.after(glass, &format!("{path}.glass"))?;
-                let shape = self.shape(&surface.sag(), &path)?;
+                let shape = self.shape(&surface.surface_shape(), &path)?;
                 let rim = surface.rim().optics();
                 self.surface(shape, frame, rim, surface.coating, after);
             }
@@ -195,7 +195,7 @@ impl Layout<'_, '_> {
         let aperture = mirror.rim().optics();
         self.enter(&aperture, &frame);
         self.push_surface(Surface {
-            shape: self.shape(&mirror.sag(), path)?,
+            shape: self.shape(&mirror.surface_shape(), path)?,
             frame,
             aperture,
             interface: Interface::Reflect,
@@ -214,7 +214,7 @@ impl Layout<'_, '_> {
             let glass = surface.glass.as_ref().filter(|_| number < last);
             let after = self.after(glass, &format!("{path}.glass"))?;
             let at = frame.moved(Vec3::new(0.0, 0.0, depth));
-            let shape = self.shape(&surface.sag(), &path)?;
+            let shape = self.shape(&surface.surface_shape(), &path)?;
             self.surface(shape, at, surface.rim().optics(), surface.coating, after);
             depth += surface.thickness_mm.unwrap_or(0.0);
         }
@@ -231,8 +231,8 @@ impl Layout<'_, '_> {
     }
 
     /// The shape of a surface at a path.
-    fn shape(&self, sag: &Sag<'_>, path: &str) -> Result<Shape, Fault> {
-        self.arrays.shape(sag, path).ok_or_else(|| {
+    fn shape(&self, shape: &SurfaceShape<'_>, path: &str) -> Result<Shape, Fault> {
+        self.arrays.shape(shape, path).ok_or_else(|| {
             self.scene.fault(
                 &format!("{path}.shape.height_um"),
                 "an array that is not loaded",
@@ -558,7 +558,7 @@ fn paper(
 ) -> crate::engine::plan::settings::Paper {
     use crate::engine::plan::settings as engine;
     use crate::file::scene::settings as file;
-    use crate::wave::tile::TileWindow;
+    use crate::wave::patches::tile::TileWindow;
     engine::Paper {
         rays: given.rays.unwrap_or(standard.rays),
         secondary: given.secondary.unwrap_or(standard.secondary),

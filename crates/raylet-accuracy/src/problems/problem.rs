@@ -1,0 +1,240 @@
+//! The problems on which raylet is measured: each a system for raylet and an independent reference.
+
+use ndarray::{Array1, Array2};
+use num_complex::Complex64;
+use raylet::engine::chain::simulate::{Outcome, SimulateError, simulate};
+use raylet::engine::error::error_budget::ErrorBudget;
+use raylet::engine::plan::settings::Settings;
+use raylet::math::random::uniform;
+use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::Aperture;
+use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels as DoePixels};
+use raylet::optics::frame::Frame;
+use raylet::optics::refraction::{Coating, Interface};
+use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::shape::{Conic, Shape};
+use raylet::optics::source::Source;
+use raylet::optics::surface::Surface;
+use raylet::optics::system::System;
+
+use crate::numbers::pixels::Pixels;
+
+/// A system, how raylet is to run it, and the field that a reference finds on its sensor.
+pub struct Problem {
+    /// What it is.
+    pub name: String,
+    /// What the reference is.
+    pub reference: &'static str,
+    /// The largest error allowed.
+    pub limit: f64,
+    /// The system.
+    pub system: System,
+    /// How raylet runs it.
+    pub settings: Settings,
+    /// The reference's field on the sensor, [y, x]; may take a while.
+    pub exact: Box<dyn Fn() -> Array2<Complex64>>,
+}
+
+/// How far a field is from the reference.
+#[derive(Clone, Copy, Debug)]
+pub struct Measured {
+    /// Relative L2 error of the complex field, nothing fitted.
+    pub absolute: f64,
+    /// The same after the best complex factor.
+    pub shape: f64,
+    /// Normalised cross-correlation of the intensities.
+    pub ncc: f64,
+    /// What raylet says its error is.
+    pub estimate: f64,
+    /// Rays followed.
+    pub rays: u64,
+    /// Seconds raylet took.
+    pub seconds: f64,
+}
+
+impl Problem {
+    /// Runs raylet and the reference.
+    ///
+    /// # Errors
+    /// When raylet refuses the system.
+    pub fn measure(&self) -> Result<Measured, SimulateError> {
+        let clock = std::time::Instant::now();
+        let outcome = simulate(&self.system, &self.settings, &|_| {})?;
+        let seconds = clock.elapsed().as_secs_f64();
+        Ok(measured(&outcome, &(self.exact)(), seconds))
+    }
+}
+
+fn measured(outcome: &Outcome, exact: &Array2<Complex64>, seconds: f64) -> Measured {
+    let ours = &outcome.field.values;
+    let power = |a: &Array2<Complex64>| a.iter().map(|u| u.norm_sqr()).sum::<f64>();
+    let overlap: Complex64 = ours.iter().zip(exact).map(|(a, b)| a.conj() * b).sum();
+    let off: f64 = ours
+        .iter()
+        .zip(exact)
+        .map(|(a, b)| (a - b).norm_sqr())
+        .sum();
+    let intensity = |a: &Array2<Complex64>| a.mapv(|u| u.norm_sqr());
+    let (ia, ib) = (intensity(ours), intensity(exact));
+    let sum = |a: &Array2<f64>, b: &Array2<f64>| (a * b).sum();
+    let rays = outcome.hops.iter().map(|hop| hop.tally.total_rays());
+    Measured {
+        absolute: (off / power(exact)).sqrt(),
+        shape: (1.0 - overlap.norm_sqr() / power(ours) / power(exact))
+            .max(0.0)
+            .sqrt(),
+        ncc: sum(&ia, &ib) / (sum(&ia, &ia) * sum(&ib, &ib)).sqrt(),
+        estimate: told_error(outcome),
+        rays: rays.sum(),
+        seconds,
+    }
+}
+
+/// What a run tells of its error: the errors of its hops together.
+pub fn told_error(outcome: &Outcome) -> f64 {
+    let accounts = outcome.hops.iter();
+    let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.plan, &hop.tally));
+    accounts
+        .map(|account| account.total().powi(2))
+        .sum::<f64>()
+        .sqrt()
+}
+
+/// A frame on the axis.
+pub fn at(z: f64) -> Frame {
+    Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z))
+}
+
+/// A screen on the axis, in air, light going +z.
+pub fn screen(name: &str, z: f64, act: Act) -> Screen {
+    Screen {
+        name: name.to_owned(),
+        frame: at(z),
+        act,
+        index: 1.0,
+        shape: Shape::Plane,
+        arrives: 1.0,
+    }
+}
+
+/// A screen of box pixels.
+pub fn doe(z: f64, pixels: &Pixels) -> Screen {
+    let layer = Layer::Pixels(DoePixels {
+        pitch: [pixels.pitch; 2],
+        values: pixels.transmission.clone(),
+        form: PixelForm::Box,
+    });
+    let element = Doe {
+        layers: vec![layer],
+        aperture: Aperture::OPEN,
+        reflect: false,
+    };
+    screen("doe", z, Act::Doe(element))
+}
+
+/// A sensor of `count`² points.
+pub fn sensor(z: f64, count: usize, pitch: f64) -> Screen {
+    let sensor = Sensor {
+        pixels: [count; 2],
+        pitch: [pitch; 2],
+    };
+    screen("sensor", z, Act::Sensor(sensor))
+}
+
+/// The positions of such a sensor's points along one axis.
+pub fn axis(count: usize, pitch: f64) -> Array1<f64> {
+    Array1::from_iter((0..count).map(|i| (i as f64 - 0.5 * (count as f64 - 1.0)) * pitch))
+}
+
+/// Collimated light with direction cosines `p`, phase zero at the origin.
+pub fn plane_wave(p: [f64; 2]) -> Source {
+    let q = (1.0 - p[0] * p[0] - p[1] * p[1]).sqrt();
+    Source::Plane {
+        direction: Vec3::new(p[0], p[1], q),
+        origin: Vec3::new(0.0, 0.0, 0.0),
+    }
+}
+
+/// A refracting surface on the axis; `radius` infinite for a plane.
+pub fn face(z: f64, radius: f64, semi_aperture: f64, coating: Coating, index: [f64; 2]) -> Surface {
+    let shape = if radius.is_finite() {
+        Shape::Conic(Conic {
+            curvature: 1.0 / radius,
+            conic: 0.0,
+        })
+    } else {
+        Shape::Plane
+    };
+    Surface {
+        shape,
+        frame: at(z),
+        aperture: Aperture::disc(semi_aperture),
+        interface: Interface::Refract,
+        coating,
+        index,
+    }
+}
+
+/// `count`² pixels of random phase.
+pub fn random_pixels(count: usize, pitch: f64) -> Pixels {
+    let phase = |j: usize, i: usize| uniform(7, [j as u32, i as u32, 0, 0]);
+    Pixels {
+        pitch,
+        transmission: Array2::from_shape_fn((count, count), |(j, i)| {
+            Complex64::cis(std::f64::consts::TAU * phase(j, i))
+        }),
+    }
+}
+
+/// `count`² pixels of random amplitude, 0 to 1, and random phase.
+pub fn random_amplitude(count: usize, pitch: f64) -> Pixels {
+    let mut pixels = random_pixels(count, pitch);
+    for ((j, i), value) in pixels.transmission.indexed_iter_mut() {
+        *value *= uniform(11, [j as u32, i as u32, 0, 0]);
+    }
+    pixels
+}
+
+/// Pixels of pitch one, `count`² of them, with random light whose sines stay below about 0.15: narrow
+/// Gaussian beams about the middle, added.
+pub fn smooth_random(count: usize) -> Pixels {
+    let (width, beams) = (6.0, 40);
+    let draw = |beam: u32, part: u32| uniform(13, [beam, part, 0, 0]) - 0.5;
+    let at = axis(count, 1.0);
+    let beam = |beam: u32, y: f64, x: f64| {
+        let [x0, y0] = [0, 1].map(|part| 0.5 * count as f64 * draw(beam, part));
+        let [px, py] = [2, 3].map(|part| 0.14 * draw(beam, part));
+        let (dx, dy) = (x - x0, y - y0);
+        let size = (-(dx * dx + dy * dy) / (2.0 * width * width)).exp();
+        Complex64::from_polar(
+            size,
+            std::f64::consts::TAU * (px * dx + py * dy + draw(beam, 4)),
+        )
+    };
+    Pixels {
+        pitch: 1.0,
+        transmission: Array2::from_shape_fn((count, count), |(j, i)| {
+            (0..beams).map(|number| beam(number, at[j], at[i])).sum()
+        }),
+    }
+}
+
+/// `count`² pixels of phase 0 and π in turn.
+pub fn checkerboard(count: usize, pitch: f64) -> Pixels {
+    Pixels {
+        pitch,
+        transmission: Array2::from_shape_fn((count, count), |(j, i)| {
+            Complex64::new(if (i + j) % 2 == 0 { 1.0 } else { -1.0 }, 0.0)
+        }),
+    }
+}
+
+/// `count`² pixels of a linear phase: a grating of this sine, at wavelength one.
+pub fn grating_pixels(count: usize, pitch: f64, sine: f64) -> Pixels {
+    Pixels {
+        pitch,
+        transmission: Array2::from_shape_fn((count, count), |(_, i)| {
+            Complex64::cis(std::f64::consts::TAU * sine * pitch * i as f64)
+        }),
+    }
+}
