@@ -8,6 +8,7 @@ use crate::file::scene::aperture::Rim;
 use crate::file::scene::element::{Element, LensElement, LensSurface};
 use crate::file::scene::layer::{Layer, PixelLayer, SumLayer};
 use crate::file::scene::surface_shape::{SurfaceShape, check_extent};
+use crate::optics::assembly::part_check::wanted_heading;
 
 /// How many radii, in how many directions, are looked at where two surfaces of a lens might cross.
 const RADII: usize = 256;
@@ -154,15 +155,10 @@ fn check_thickness(element: &Element, place: &Place<'_>, heading: f64) -> Result
 
 /// A distance must have the sign of the way light runs.
 fn check_heading(thickness: f64, place: &Place<'_>, heading: f64) -> Result<(), Fault> {
-    if thickness * heading >= 0.0 {
-        return Ok(());
+    match wanted_heading(thickness, heading) {
+        None => Ok(()),
+        Some(expected) => place.refuse(thickness.to_string(), expected),
     }
-    let expected = if heading > 0.0 {
-        "zero or more: no mirror has turned the light back"
-    } else {
-        "zero or less: after an odd number of mirrors light runs towards -z"
-    };
-    place.refuse(thickness.to_string(), expected)
 }
 
 /// The surfaces of a lens must be complete, exist, and not cross.

@@ -13,6 +13,7 @@ use crate::file::decode::number::{not_empty, one_or_pair_schema, pitch, positive
 use crate::file::decode::place::Place;
 use crate::file::decode::quantity::LENGTH;
 use crate::optics::aperture::Aperture;
+use crate::optics::assembly::part_check::missing_point;
 use crate::optics::freeform::Term;
 use crate::optics::sag_grid::SagGrid;
 use crate::optics::shape::{self as optics, Conic};
@@ -349,12 +350,7 @@ pub(crate) fn check_extent(
     key: &str,
     place: &Place<'_>,
 ) -> Result<(), Fault> {
-    let points = aperture.rim().into_iter().chain(aperture.inside());
-    let exists = |[x, y]: &[f64; 2]| {
-        let height = shape.height(*x, *y);
-        height.is_some_and(|here| here.z.abs() <= LENGTH)
-    };
-    let gap = { points }.find(|point| !exists(point));
+    let gap = missing_point(shape, aperture, LENGTH);
     let Some([x, y]) = gap else {
         return Ok(());
     };

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::optics::dispersion::{Dispersion, Misfit};
+use crate::optics::media::dispersion::{Dispersion, Misfit};
 
 /// A wavelength this close to the end of a range, relatively, counts as inside: unit conversion rounds.
 const RANGE_ROUNDING: f64 = 1e-12;
@@ -169,8 +169,8 @@ impl Medium {
 
 #[cfg(test)]
 mod tests {
-    use crate::optics::dispersion::{Dispersion, Formula};
-    use crate::optics::medium::{Medium, MediumError};
+    use crate::optics::media::dispersion::{Dispersion, Formula};
+    use crate::optics::media::medium::{Medium, MediumError};
 
     fn by_formula(formula: Formula, coefficients: &[f64]) -> Result<Medium, MediumError> {
         let dispersion = Dispersion::Formula {

@@ -19,8 +19,8 @@ use std::sync::LazyLock;
 
 use thiserror::Error;
 
-use crate::optics::dispersion::{Dispersion, Formula};
-use crate::optics::medium::{Medium, MediumError};
+use crate::optics::media::dispersion::{Dispersion, Formula};
+use crate::optics::media::medium::{Medium, MediumError};
 
 /// The data, one glass a line; `data/README.md` explains the columns.
 const DATA: &str = include_str!("../../../data/glass.tsv");
@@ -250,8 +250,8 @@ fn nearest(catalogue: Option<&str>, own: &str) -> Vec<String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::file::model::catalog::{CatalogError, DATA, glass, glasses, medium};
-    use crate::optics::medium::{Medium, MediumError};
+    use crate::optics::media::catalog::{CatalogError, DATA, glass, glasses, medium};
+    use crate::optics::media::medium::{Medium, MediumError};
 
     /// The d line of helium, in millimetres.
     const D_LINE_MM: f64 = 0.5875618e-3;

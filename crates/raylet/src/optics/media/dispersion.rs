@@ -248,7 +248,7 @@ fn interpolate(wavelengths: &[f64], indices: &[f64], wavelength: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::optics::dispersion::{Dispersion, Formula, Misfit};
+    use crate::optics::media::dispersion::{Dispersion, Formula, Misfit};
 
     fn by_formula(formula: Formula, coefficients: &[f64]) -> Dispersion {
         Dispersion::Formula {
