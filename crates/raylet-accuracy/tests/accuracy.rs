@@ -7,9 +7,10 @@ use raylet::engine::plan::settings::Settings;
 use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 use raylet_accuracy::numbers::pixels::Pixels;
-use raylet_accuracy::problems::problem::{doe, face, plane_wave, sensor};
+use raylet_accuracy::problems::problem::{doe, face, sensor};
 use raylet_accuracy::problems::slanted::tilted_planes;
 use raylet_accuracy::problems::suite::problems;
+use raylet_testkit::parts::plane_wave;
 
 #[test]
 fn reduced_suite_stays_within_its_bounds() {

@@ -8,9 +8,10 @@ use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::field_error;
 use raylet_accuracy::numbers::pixels::Pixels;
-use raylet_accuracy::problems::problem::{axis, doe, face, plane_wave, sensor};
+use raylet_accuracy::problems::problem::{axis, doe, face, sensor};
 use raylet_accuracy::references::collins::{Abcd, collins};
 use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
+use raylet_testkit::parts::plane_wave;
 
 const WAVELENGTH: f64 = 0.7e-3;
 const PITCH: f64 = 6.3e-3;

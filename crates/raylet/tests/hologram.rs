@@ -1,7 +1,6 @@
 //! Holograms designed on the paraxial train, looked at through the real lens.
 
 use std::fs;
-use std::path::Path;
 
 use raylet::design::holograms::hologram::{Hologram, design};
 use raylet::engine::chain::simulate::{Outcome, sensor_grid, simulate};
@@ -15,6 +14,7 @@ use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::ncc;
 use raylet::wave::grid::raster::Raster;
+use raylet_testkit::scenes::scene_folder;
 
 /// What the sensor shows: NCC with the softened picture over the whole sensor and within the picture's
 /// outline, with the sharp picture within the outline, and the share of the light within the outline.
@@ -29,7 +29,7 @@ struct Seen {
 /// Designs the hologram of a scene, writes it, reads the scene with it, and carries the light to a sensor
 /// `distance` mm behind the lens.
 fn seen(name: &str, naive: bool, distance: &str) -> (Hologram, Seen) {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let scenes = scene_folder();
     let room = tempfile::tempdir().unwrap();
     for file in [name, "photograph.png", "smiley.png"] {
         fs::copy(scenes.join(file), room.path().join(file)).unwrap();

@@ -12,17 +12,13 @@ use raylet::engine::monte_carlo::paper::carry;
 use raylet::engine::monte_carlo::paper_plan::{Address, PaperPlan};
 use raylet::engine::plan::settings::{Density, Positions, Sag, Sampler};
 use raylet::math::random::uniform;
-use raylet::math::vec3::Vec3;
-use raylet::optics::aperture::Aperture;
-use raylet::optics::frame::Frame;
-use raylet::optics::screen::{Act, Screen};
-use raylet::optics::shape::Shape;
 use raylet::optics::system::Hop;
 use raylet::wave::beamlet::plane::PlaneSum;
 use raylet::wave::grid::field::{Axis, Field, Grid};
 use raylet::wave::grid::raster::Raster;
 use raylet::wave::patches::patch::Band;
 use raylet::wave::patches::tile::TileWindow;
+use raylet_testkit::parts::{on_axis, open_screen};
 
 /// Wavelength, pitch of the field, and distance of the screens.
 const WAVELENGTH: f64 = 1.0;
@@ -41,17 +37,6 @@ const RASTER: Raster = Raster {
     pitch: [3.0, 2.5],
     size: [7, 6],
 };
-
-fn screen(z: f64) -> Screen {
-    Screen {
-        name: String::from("screen"),
-        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-        act: Act::Stop(Aperture::OPEN),
-        shape: Shape::Plane,
-        index: 1.0,
-        arrives: 1.0,
-    }
-}
 
 fn field() -> Field {
     let axis = Axis::uniform(FIELD, PITCH, 0.0);
@@ -76,7 +61,7 @@ fn band(period: usize) -> Band {
 
 /// The library's estimate at the raster's points, and its tally.
 fn run(field: &Field, plan: &PaperPlan, seed: u64) -> (Array2<Complex64>, Tally) {
-    let (from, to) = (screen(0.0), screen(DISTANCE));
+    let (from, to) = (open_screen(on_axis(0.0)), open_screen(on_axis(DISTANCE)));
     let hop = Hop {
         wavelength: WAVELENGTH,
         from: &from,

@@ -8,12 +8,13 @@ use num_complex::Complex64;
 use raylet::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError};
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::optics::system::System;
+use raylet_testkit::parts::plane_wave;
 
 use crate::gradients::gradient_error::{Comparison, Loss};
 use crate::gradients::sensitivity::through_lens;
 use crate::numbers::pixels::Pixels;
 use crate::problems::mirror::{self, Coat};
-use crate::problems::problem::{axis, doe, plane_wave, random_pixels, sensor};
+use crate::problems::problem::{axis, doe, random_pixels, sensor};
 use crate::references::rayleigh_sommerfeld::{rayleigh_sommerfeld, rayleigh_sommerfeld_adjoint};
 
 /// All comparisons; the reduced list leaves out the slow ones.

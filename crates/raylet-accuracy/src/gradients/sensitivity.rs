@@ -7,10 +7,11 @@ use raylet::engine::plan::settings::Settings;
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
+use raylet_testkit::parts::plane_wave;
 
 use crate::gradients::gradient_error::{Comparison, Loss};
 use crate::numbers::pixels::Pixels;
-use crate::problems::problem::{axis, doe, face, plane_wave, random_pixels, sensor};
+use crate::problems::problem::{axis, doe, face, random_pixels, sensor};
 use crate::references::bench::{Bench, PlanoConvex, Source, Step};
 
 /// A lens and where the sensor stands behind it, in wavelengths.

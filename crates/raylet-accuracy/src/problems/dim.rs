@@ -15,9 +15,10 @@ use raylet::optics::refraction::Coating;
 use raylet::optics::screen::Act;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
+use raylet_testkit::parts::{on_axis, plane_wave, screen};
 
 use crate::estimates::nodes::{Fineness, rectangle_in_disc};
-use crate::problems::problem::{Problem, at, face, plane_wave, random_pixels, screen, sensor};
+use crate::problems::problem::{Problem, face, random_pixels, sensor};
 use crate::problems::strong::Effort;
 use crate::problems::tilted::{sensor_points, standing};
 use crate::references::direct::Sheet;
@@ -96,7 +97,7 @@ impl DimLens {
     /// The problem for raylet.
     pub fn problem(self) -> Problem {
         let [x, y, z] = self.sensor;
-        let frame = at(GAP + THICKNESS + z).moved(Vec3::new(x, y, 0.0));
+        let frame = on_axis(GAP + THICKNESS + z).moved(Vec3::new(x, y, 0.0));
         let pixels = random_pixels(23, PITCH);
         let element = Doe {
             layers: vec![Layer::Pixels(DoePixels {
@@ -118,7 +119,7 @@ impl DimLens {
                 wavelength: 1.0,
                 source: plane_wave([0.0; 2]),
                 screens: vec![
-                    screen("doe", 0.0, Act::Doe(element)),
+                    screen(on_axis(0.0), Act::Doe(element)),
                     standing(sensor(0.0, SENSOR.0, SENSOR.1), frame),
                 ],
                 trains: vec![self.faces()],
@@ -131,7 +132,7 @@ impl DimLens {
     /// The frame of its first face.
     fn frame(&self) -> Frame {
         let [a, b] = self.tilt.map(f64::to_radians);
-        at(GAP)
+        on_axis(GAP)
             .moved(Vec3::new(self.decentre, 0.0, 0.0))
             .tilted([a, b, 0.0])
     }

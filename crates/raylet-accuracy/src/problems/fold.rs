@@ -13,9 +13,10 @@ use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 use raylet::optics::toric::Toroid;
+use raylet_testkit::parts::{on_axis, plane_wave};
 
 use crate::numbers::pixels::Pixels;
-use crate::problems::problem::{Problem, at, doe, plane_wave, sensor};
+use crate::problems::problem::{Problem, doe, sensor};
 use crate::problems::tilted::{sensor_points, soft, standing};
 use crate::references::direct::Sheet;
 
@@ -64,7 +65,7 @@ pub fn tilted_sensor(pixels: Pixels, frame: Frame, nodes: usize) -> Problem {
     ];
     let name = "random 2λ pixels, 120λ of free space, sensor tilted 30°";
     problem(name, 5e-3, screens, vec![vec![]], move |points| {
-        Sheet::pixels(&pixels, &at(0.0), nodes)
+        Sheet::pixels(&pixels, &on_axis(0.0), nodes)
             .lit(ALONG, 1.0)
             .radiate(1.0, points)
     })
@@ -79,7 +80,7 @@ pub fn tilted_element(first: Pixels, second: Pixels, frame: Frame, nodes: usize)
     ];
     let name = "random pixels, random pixels tilted 25° 120λ on, sensor 140λ on";
     problem(name, 5e-3, screens, vec![vec![], vec![]], move |points| {
-        let before = Sheet::pixels(&first, &at(0.0), nodes).lit(ALONG, 1.0);
+        let before = Sheet::pixels(&first, &on_axis(0.0), nodes).lit(ALONG, 1.0);
         let behind = Sheet::pixels(&second, &frame, nodes);
         let arriving = before.radiate(1.0, &behind.points);
         behind.times(&arriving).radiate(1.0, points)
@@ -183,7 +184,7 @@ pub fn toroidal_mirror(pixels: Pixels, nodes: usize) -> Problem {
     ];
     let name = "smooth random light of sines below 0.15, toroidal mirror at 45°, sensor between its images";
     problem(name, 1e-2, screens, vec![vec![mirror]], move |points| {
-        let before = Sheet::pixels(&pixels, &at(0.0), nodes).lit(ALONG, 1.0);
+        let before = Sheet::pixels(&pixels, &on_axis(0.0), nodes).lit(ALONG, 1.0);
         let mirror = mirror_sheet();
         let arriving = before.radiate(1.0, &mirror.points);
         mirror.times(&arriving).radiate(1.0, points)

@@ -13,11 +13,12 @@ use raylet::optics::screen::{Act, Screen};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
+use raylet_testkit::parts::{on_axis, screen};
 use rayon::prelude::*;
 
 use crate::numbers::phase::cis_turns;
 use crate::numbers::quadrature::gauss_legendre;
-use crate::problems::problem::{Problem, axis, screen, sensor};
+use crate::problems::problem::{Problem, axis, sensor};
 
 /// A Gaussian bump of this height and width: its smallest radius of curvature is 506 λ.
 const HEIGHT: f64 = 12.65;
@@ -229,7 +230,7 @@ impl Bench {
                 terms: vec![bump],
             },
             arrives: -1.0,
-            ..screen("mirror", 0.0, Act::Doe(element))
+            ..screen(on_axis(0.0), Act::Doe(element))
         };
         let system = System {
             wavelength: 1.0,

@@ -6,18 +6,16 @@ use raylet::engine::chain::simulate::{Outcome, SimulateError, simulate};
 use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::Settings;
 use raylet::math::random::uniform;
-use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels as DoePixels};
-use raylet::optics::frame::Frame;
-use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen, Sensor};
-use raylet::optics::shape::{Conic, Shape};
-use raylet::optics::source::Source;
+use raylet::optics::refraction::Coating;
+use raylet::optics::screen::Screen;
+use raylet::optics::shape::Shape;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 
 use crate::numbers::pixels::Pixels;
+use raylet_testkit::noise::phases;
+use raylet_testkit::parts::{self, box_pixels, on_axis, screen};
 
 /// A system, how raylet is to run it, and the field that a reference finds on its sensor.
 pub struct Problem {
@@ -100,45 +98,17 @@ pub fn told_error(outcome: &Outcome) -> f64 {
         .sqrt()
 }
 
-/// A frame on the axis.
-pub fn at(z: f64) -> Frame {
-    Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z))
-}
-
-/// A screen on the axis, in air, light going +z.
-pub fn screen(name: &str, z: f64, act: Act) -> Screen {
-    Screen {
-        name: name.to_owned(),
-        frame: at(z),
-        act,
-        index: 1.0,
-        shape: Shape::Plane,
-        arrives: 1.0,
-    }
-}
-
-/// A screen of box pixels.
+/// A screen of box pixels on the axis.
 pub fn doe(z: f64, pixels: &Pixels) -> Screen {
-    let layer = Layer::Pixels(DoePixels {
-        pitch: [pixels.pitch; 2],
-        values: pixels.transmission.clone(),
-        form: PixelForm::Box,
-    });
-    let element = Doe {
-        layers: vec![layer],
-        aperture: Aperture::OPEN,
-        reflect: false,
-    };
-    screen("doe", z, Act::Doe(element))
+    screen(
+        on_axis(z),
+        box_pixels(pixels.transmission.clone(), pixels.pitch),
+    )
 }
 
-/// A sensor of `count`² points.
+/// A sensor of `count`² points on the axis.
 pub fn sensor(z: f64, count: usize, pitch: f64) -> Screen {
-    let sensor = Sensor {
-        pixels: [count; 2],
-        pitch: [pitch; 2],
-    };
-    screen("sensor", z, Act::Sensor(sensor))
+    screen(on_axis(z), parts::sensor(count, pitch))
 }
 
 /// The positions of such a sensor's points along one axis.
@@ -146,43 +116,20 @@ pub fn axis(count: usize, pitch: f64) -> Array1<f64> {
     Array1::from_iter((0..count).map(|i| (i as f64 - 0.5 * (count as f64 - 1.0)) * pitch))
 }
 
-/// Collimated light with direction cosines `p`, phase zero at the origin.
-pub fn plane_wave(p: [f64; 2]) -> Source {
-    let q = (1.0 - p[0] * p[0] - p[1] * p[1]).sqrt();
-    Source::Plane {
-        direction: Vec3::new(p[0], p[1], q),
-        origin: Vec3::new(0.0, 0.0, 0.0),
-    }
-}
-
 /// A refracting surface on the axis; `radius` infinite for a plane.
 pub fn face(z: f64, radius: f64, semi_aperture: f64, coating: Coating, index: [f64; 2]) -> Surface {
-    let shape = if radius.is_finite() {
-        Shape::Conic(Conic {
-            curvature: 1.0 / radius,
-            conic: 0.0,
-        })
-    } else {
-        Shape::Plane
-    };
     Surface {
-        shape,
-        frame: at(z),
         aperture: Aperture::disc(semi_aperture),
-        interface: Interface::Refract,
         coating,
-        index,
+        ..parts::face(on_axis(z), Shape::sphere(radius), index)
     }
 }
 
 /// `count`² pixels of random phase.
 pub fn random_pixels(count: usize, pitch: f64) -> Pixels {
-    let phase = |j: usize, i: usize| uniform(7, [j as u32, i as u32, 0, 0]);
     Pixels {
         pitch,
-        transmission: Array2::from_shape_fn((count, count), |(j, i)| {
-            Complex64::cis(std::f64::consts::TAU * phase(j, i))
-        }),
+        transmission: phases([count, count], 7),
     }
 }
 

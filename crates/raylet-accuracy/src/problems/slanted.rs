@@ -2,9 +2,10 @@
 
 use raylet::math::vec3::Vec3;
 use raylet::optics::frame::Frame;
+use raylet_testkit::parts::on_axis;
 
 use crate::problems::fold::{tilted_element, tilted_sensor, toroidal_mirror};
-use crate::problems::problem::{Problem, at, random_pixels, smooth_random};
+use crate::problems::problem::{Problem, random_pixels, smooth_random};
 use crate::problems::strong::{Effort, LENS};
 use crate::problems::tilted::{Glass, Setup};
 
@@ -33,9 +34,9 @@ fn lens(frame: Frame) -> Glass {
 /// Tilted planes in free space.
 pub fn tilted_planes() -> Vec<Problem> {
     let pixels = || random_pixels(30, 2.0);
-    let element = turned(at(120.0), 0.0, 25.0);
+    let element = turned(on_axis(120.0), 0.0, 25.0);
     vec![
-        tilted_sensor(pixels(), turned(at(120.0), 10.0, 30.0), 5),
+        tilted_sensor(pixels(), turned(on_axis(120.0), 10.0, 30.0), 5),
         tilted_element(pixels(), random_pixels(20, 2.0), element, 5),
     ]
 }
@@ -46,23 +47,23 @@ pub fn slanted(effort: Effort) -> Vec<Problem> {
         name: "",
         light: slanting(0.0),
         pixels: random_pixels(30, 2.0),
-        doe: at(0.0),
-        glass: lens(at(20.0)),
-        sensor: at(165.0),
+        doe: on_axis(0.0),
+        glass: lens(on_axis(20.0)),
+        sensor: on_axis(165.0),
         points: (60, 0.7),
         effort,
         limit: 5e-3,
     };
-    let aside = at(0.0).moved(Vec3::new(52.0, 0.0, 165.0));
-    let decentred = at(20.0).moved(Vec3::new(6.0, -4.0, 0.0));
+    let aside = on_axis(0.0).moved(Vec3::new(52.0, 0.0, 165.0));
+    let decentred = on_axis(20.0).moved(Vec3::new(6.0, -4.0, 0.0));
     let far = Glass {
         radius: 400.0,
-        ..lens(at(20.0).moved(Vec3::new(40.0, 0.0, 0.0)))
+        ..lens(on_axis(20.0).moved(Vec3::new(40.0, 0.0, 0.0)))
     };
     let plate = Glass {
         radius: f64::INFINITY,
         rim: None,
-        ..lens(turned(at(50.0), 0.0, 25.0))
+        ..lens(turned(on_axis(50.0), 0.0, 25.0))
     };
     let list = [
         Setup {
@@ -83,12 +84,12 @@ pub fn slanted(effort: Effort) -> Vec<Problem> {
         },
         Setup {
             name: "random 2λ pixels, lens, sensor tilted 25°",
-            sensor: turned(at(165.0), 10.0, 25.0),
+            sensor: turned(on_axis(165.0), 10.0, 25.0),
             ..straight.clone()
         },
         Setup {
             name: "random 2λ pixels tilted 20°, lens, sensor 120λ behind it",
-            doe: turned(at(-10.0), 0.0, 20.0),
+            doe: turned(on_axis(-10.0), 0.0, 20.0),
             ..straight.clone()
         },
         Setup {

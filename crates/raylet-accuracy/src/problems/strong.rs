@@ -11,9 +11,10 @@ use raylet::optics::refraction::Coating;
 use raylet::optics::screen::Act;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
+use raylet_testkit::parts::{on_axis, plane_wave, screen};
 
 use crate::numbers::pixels::Pixels;
-use crate::problems::problem::{Problem, axis, doe, face, plane_wave, screen, sensor};
+use crate::problems::problem::{Problem, axis, doe, face, sensor};
 use crate::references::bench::{Bench, PlanoConvex, Source, Step};
 
 /// The lens.
@@ -133,7 +134,7 @@ pub fn after_lens(
             wavelength: 1.0,
             source: plane_wave([0.0; 2]),
             screens: vec![
-                screen("beam", 0.0, Act::Stop(Aperture::disc(beam))),
+                screen(on_axis(0.0), Act::Stop(Aperture::disc(beam))),
                 doe(depth, &pixels),
                 sensor(depth + back, SENSOR.0, SENSOR.1),
             ],
@@ -168,7 +169,7 @@ pub fn between_lenses(
             wavelength: 1.0,
             source: plane_wave([0.0; 2]),
             screens: vec![
-                screen("beam", 0.0, Act::Stop(Aperture::disc(beam))),
+                screen(on_axis(0.0), Act::Stop(Aperture::disc(beam))),
                 doe(middle, &pixels),
                 sensor(end, SENSOR.0, SENSOR.1),
             ],
@@ -262,7 +263,7 @@ pub fn stopped(pixels: Pixels, gap: f64, back: f64, effort: Effort) -> Problem {
             source: plane_wave([0.0; 2]),
             screens: vec![
                 doe(0.0, &pixels),
-                screen("stop", depth, Act::Stop(opening)),
+                screen(on_axis(depth), Act::Stop(opening)),
                 sensor(depth + back, SENSOR.0, SENSOR.1),
             ],
             trains: vec![lens(LENS.gap_before), vec![]],

@@ -4,13 +4,13 @@ use raylet::engine::plan::settings::{Method, Settings};
 use raylet::math::part::part;
 use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
+use raylet_testkit::parts::plane_wave;
 
 use crate::numbers::pixels::Pixels;
 use crate::problems::dim::{DIM_LENSES, DimLens};
 use crate::problems::mirror::{self, Coat};
 use crate::problems::problem::{
-    Problem, axis, checkerboard, doe, face, grating_pixels, plane_wave, random_amplitude,
-    random_pixels, sensor,
+    Problem, axis, checkerboard, doe, face, grating_pixels, random_amplitude, random_pixels, sensor,
 };
 use crate::problems::slanted::{slanted, tilted_planes};
 use crate::problems::strong::{

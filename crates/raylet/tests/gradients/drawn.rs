@@ -11,7 +11,8 @@ use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
 use raylet::wave::grid::metrics::field_error;
 
-use crate::stage::{exact, lens, lit, noise, pixels, screen, sensor};
+use crate::stage::{exact, lens, lit, noise, pixels, screen};
+use raylet_testkit::parts::sensor;
 
 /// Pixels, two lens faces and a sensor.
 fn behind_lens() -> System {

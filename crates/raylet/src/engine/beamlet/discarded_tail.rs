@@ -103,27 +103,17 @@ mod tests {
     use crate::engine::beamlet::beamlet_launch::launch_beamlet_from;
     use crate::engine::beamlet::discarded_tail::{LeavingBeamlet, discarded_tail_share};
     use crate::engine::trace::launch_plane::LaunchPlane;
+    use crate::fixtures::parts::{self, on_axis, screen};
     use crate::math::vec3::Vec3;
-    use crate::optics::frame::Frame;
-    use crate::optics::screen::{Act, Screen, Sensor};
-    use crate::optics::shape::Shape;
+
+    use crate::optics::screen::Screen;
+
     use crate::optics::system::Hop;
     use crate::wave::beamlet::wavelet::Tail;
 
     fn sensor(distance: f64, tilt: f64) -> Screen {
-        Screen {
-            name: String::new(),
-            frame: Frame::GLOBAL
-                .moved(Vec3::new(0.0, 0.0, distance))
-                .tilted([0.0, tilt, 0.0]),
-            shape: Shape::Plane,
-            act: Act::Sensor(Sensor {
-                pixels: [1; 2],
-                pitch: [1.0; 2],
-            }),
-            index: 1.0,
-            arrives: 1.0,
-        }
+        let frame = on_axis(distance).tilted([0.0, tilt, 0.0]);
+        screen(frame, parts::sensor(1, 1.0))
     }
 
     /// The energy flux on a box of the screen of the Gaussian exp(−s²/2σ² + ikp·s), as a share of all that leaves its

@@ -277,30 +277,27 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
+    use crate::fixtures::parts::screen;
     use crate::math::random::pair;
     use crate::math::vec3::Vec3;
     use crate::optics::bundle::Rays;
     use crate::optics::frame::Frame;
     use crate::optics::screen::{Act, Screen, Sensor};
-    use crate::optics::shape::Shape;
+
     use crate::wave::beamlet::beams::Beams;
     use crate::wave::beamlet::secondary_ray_sum::{SecondaryRaySum, Wavelet};
 
     const WAVELENGTH: f64 = 1.0;
 
     fn sensor() -> Screen {
+        let frame = Frame::GLOBAL.moved(Vec3::new(3.0, -5.0, 40.0));
+        let pixels = Act::Sensor(Sensor {
+            pixels: [41, 32],
+            pitch: [0.7, 0.9],
+        });
         Screen {
-            name: String::from("sensor"),
-            frame: Frame::GLOBAL
-                .moved(Vec3::new(3.0, -5.0, 40.0))
-                .tilted([0.2, -0.3, 0.4]),
-            shape: Shape::Plane,
-            act: Act::Sensor(Sensor {
-                pixels: [41, 32],
-                pitch: [0.7, 0.9],
-            }),
             index: 1.2,
-            arrives: 1.0,
+            ..screen(frame.tilted([0.2, -0.3, 0.4]), pixels)
         }
     }
 

@@ -81,33 +81,21 @@ fn basis(axis: &Axis) -> Array2<f64> {
 mod tests {
     use num_complex::Complex64;
 
+    use crate::fixtures::parts::{element, pixel_layer, screen};
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+    use crate::optics::doe::PixelForm;
     use crate::optics::frame::Frame;
     use crate::optics::screen::{Act, Screen};
-    use crate::optics::shape::Shape;
+
     use crate::wave::grid::field::{Axis, Field};
     use crate::wave::grid::sampling::{Reach, act, plan_grid};
 
     /// A screen on which a disc of a radius opens pixels of a pitch; all of them let everything through.
     fn round_pixels(count: usize, pitch: f64, radius: f64) -> Screen {
-        let pixels = Pixels {
-            pitch: [pitch; 2],
-            values: ndarray::Array2::from_elem((count, count), Complex64::ONE),
-            form: PixelForm::Box,
-        };
-        Screen {
-            name: String::new(),
-            frame: Frame::GLOBAL,
-            shape: Shape::Plane,
-            act: Act::Doe(Doe {
-                layers: vec![Layer::Pixels(pixels)],
-                aperture: Aperture::disc(radius),
-                reflect: false,
-            }),
-            index: 1.0,
-            arrives: 1.0,
-        }
+        let values = ndarray::Array2::from_elem((count, count), Complex64::ONE);
+        let pixels = pixel_layer(values, pitch, PixelForm::Box);
+        let doe = element(pixels, Aperture::disc(radius));
+        screen(Frame::GLOBAL, Act::Doe(doe))
     }
 
     /// The integral of exp(2πi·p·x) over a disc, in rings.

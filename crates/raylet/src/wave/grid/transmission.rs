@@ -85,12 +85,13 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
+    use crate::fixtures::parts;
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
     use crate::optics::screen::{Act, Screen};
-    use crate::optics::shape::Shape;
+
     use crate::wave::grid::field::{Axis, Grid};
     use crate::wave::grid::transmission::{phase_bar, pixels_bar, screen_transmission};
 
@@ -118,14 +119,7 @@ mod tests {
     }
 
     fn screen(doe: &Doe) -> Screen {
-        Screen {
-            name: String::from("element"),
-            frame: Frame::GLOBAL,
-            shape: Shape::Plane,
-            act: Act::Doe(doe.clone()),
-            index: 1.0,
-            arrives: 1.0,
-        }
+        parts::screen(Frame::GLOBAL, Act::Doe(doe.clone()))
     }
 
     #[test]

@@ -377,10 +377,11 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::optics::aperture::Aperture;
+    use crate::fixtures::parts::open_screen;
+
     use crate::optics::bundle::Hit;
     use crate::optics::frame::Frame;
-    use crate::optics::screen::{Act, Screen};
+    use crate::optics::screen::Screen;
     use crate::optics::shape::{Conic, Shape};
     use crate::wave::grid::field::{Axis, Grid};
     use crate::wave::grid::heights::Heights;
@@ -390,12 +391,8 @@ mod tests {
 
     fn screen(shape: Shape) -> Screen {
         Screen {
-            name: String::from("screen"),
-            frame: Frame::GLOBAL,
             shape,
-            act: Act::Stop(Aperture::OPEN),
-            index: 1.0,
-            arrives: 1.0,
+            ..open_screen(Frame::GLOBAL)
         }
     }
 
