@@ -7,8 +7,8 @@ use std::time::Instant;
 
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
-use raylet_accuracy::bench::{Bench, PlanoConvex, Source, Step};
-use raylet_accuracy::pixels::Pixels;
+use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::references::bench::{Bench, PlanoConvex, Source, Step};
 
 /// A source, the steps to the sensor, the sensor's half width.
 struct Case<'a> {

@@ -19,8 +19,8 @@ use raylet::engine::progress::uncancelled;
 use raylet::file::model::project::brief;
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::random::uniform;
-use raylet::wave::metrics::ncc;
-use raylet_plot::chart::Series;
+use raylet::wave::grid::metrics::ncc;
+use raylet_plot::chart_panel::Series;
 use raylet_plot::figure::{Figure, Panel};
 
 type Failure = Box<dyn std::error::Error>;

@@ -19,9 +19,9 @@ use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
-use raylet_accuracy::collins::{Abcd, collins};
-use raylet_accuracy::pixels::Pixels as Boxes;
-use raylet_accuracy::rayleigh_sommerfeld::rayleigh_sommerfeld;
+use raylet_accuracy::numbers::pixels::Pixels as Boxes;
+use raylet_accuracy::references::collins::{Abcd, collins};
+use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
 
 const WAVELENGTH: f64 = 0.7e-3;
 const PITCH: f64 = 6.3e-3;

@@ -5,7 +5,8 @@ use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::{Method, Paper, Sampler, Settings};
 use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
-use raylet_accuracy::problems::{doe, face, plane_wave, random_pixels, sensor};
+use raylet_accuracy::problems::problem::{doe, face, random_pixels, sensor};
+use raylet_testkit::parts::plane_wave;
 
 const PITCH: f64 = 6.3e-3;
 

@@ -18,10 +18,10 @@ use raylet::optics::shape::Shape;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 
-use crate::bench::{Bench, Source, Step};
-use crate::pixels::Pixels;
-use crate::spectrum::Spectrum;
-use crate::surface::Sag;
+use crate::numbers::pixels::Pixels;
+use crate::references::bench::{Bench, Source, Step};
+use crate::references::spectrum::Spectrum;
+use crate::references::surface::Sag;
 
 /// What can go wrong: nothing that more than a message would help.
 type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;

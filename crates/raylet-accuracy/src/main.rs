@@ -18,9 +18,9 @@ use num_complex::Complex64;
 use raylet::engine::chain::simulate::{SimulateError, simulate};
 use raylet::engine::plan::settings::Settings;
 use raylet_accuracy::estimates::report::print_estimates;
-use raylet_accuracy::gradients::comparisons;
-use raylet_accuracy::problems::{Measured, Problem};
-use raylet_accuracy::suite::{COLLINS, problems};
+use raylet_accuracy::gradients::gradient_problems::comparisons;
+use raylet_accuracy::problems::problem::{Measured, Problem};
+use raylet_accuracy::problems::suite::{COLLINS, problems};
 
 /// Random systems whose told errors are checked.
 const ESTIMATES: u32 = 200;

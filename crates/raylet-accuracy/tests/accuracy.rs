@@ -6,10 +6,11 @@ use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::Settings;
 use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
-use raylet_accuracy::pixels::Pixels;
-use raylet_accuracy::problems::{doe, face, plane_wave, sensor};
-use raylet_accuracy::slanted::tilted_planes;
-use raylet_accuracy::suite::problems;
+use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::problems::problem::{doe, face, sensor};
+use raylet_accuracy::problems::slanted::tilted_planes;
+use raylet_accuracy::problems::suite::problems;
+use raylet_testkit::parts::plane_wave;
 
 #[test]
 fn reduced_suite_stays_within_its_bounds() {

@@ -1,8 +1,8 @@
 //! A tilted lens that sends little of its light to the sensor: the error that is told is the true one.
 
-use raylet_accuracy::dim::{DIM_LENSES, USUAL};
 use raylet_accuracy::estimates::survey::distance;
-use raylet_accuracy::strong::Effort;
+use raylet_accuracy::problems::dim::{DIM_LENSES, USUAL};
+use raylet_accuracy::problems::strong::Effort;
 
 /// At a target of 1e-3 the error was told as 1.07e-3 and was 7.5e-3. The accuracy report has this system and five
 /// like it.

@@ -1,6 +1,6 @@
 //! raylet's gradients against adjoints and differences of references that share no code with it.
 
-use raylet_accuracy::gradients::comparisons;
+use raylet_accuracy::gradients::gradient_problems::comparisons;
 
 #[test]
 fn gradients_stay_within_their_bounds() {

@@ -6,11 +6,12 @@ use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
-use raylet::wave::metrics::field_error;
-use raylet_accuracy::collins::{Abcd, collins};
-use raylet_accuracy::pixels::Pixels;
-use raylet_accuracy::problems::{axis, doe, face, plane_wave, sensor};
-use raylet_accuracy::rayleigh_sommerfeld::rayleigh_sommerfeld;
+use raylet::wave::grid::metrics::field_error;
+use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::problems::problem::{axis, doe, face, sensor};
+use raylet_accuracy::references::collins::{Abcd, collins};
+use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
+use raylet_testkit::parts::plane_wave;
 
 const WAVELENGTH: f64 = 0.7e-3;
 const PITCH: f64 = 6.3e-3;

@@ -5,9 +5,9 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
-use raylet::wave::metrics::{field_error, shape_error};
-use raylet::wave::tile::TileWindow;
-use raylet_accuracy::mirror::{Bench, Coat};
+use raylet::wave::grid::metrics::{field_error, shape_error};
+use raylet::wave::patches::tile::TileWindow;
+use raylet_accuracy::problems::mirror::{Bench, Coat};
 
 /// Random pixels of 1.6 wavelengths on a Gaussian bump, whose smallest radius of curvature is 506 λ.
 fn bench(width: f64) -> Bench {

@@ -12,11 +12,11 @@ use raylet::optics::screen::{Act, Screen};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::surface::Surface;
 use raylet::optics::system::Hop;
-use raylet::wave::collins::Collins;
-use raylet::wave::field::{Axis, Grid};
-use raylet::wave::raster::Raster;
-use raylet_accuracy::collins::{Abcd as Direct, collins};
-use raylet_accuracy::pixels::Pixels;
+use raylet::wave::free::collins::Collins;
+use raylet::wave::grid::field::{Axis, Grid};
+use raylet::wave::grid::raster::Raster;
+use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::references::collins::{Abcd as Direct, collins};
 
 fn screen(z: f64, index: f64, arrives: f64) -> Screen {
     Screen {

@@ -11,13 +11,13 @@ use raylet::math::random::pair;
 use raylet::math::vec3::Vec3;
 use raylet::optics::bundle::Rays;
 use raylet::optics::screen::Screen;
-use raylet::wave::beams::{Beams, Jacobians};
-use raylet::wave::collect::{Collector, Wavelet};
-use raylet::wave::metrics::field_error;
-use raylet_accuracy::mirror::{Bench, Coat};
-use raylet_accuracy::pixels::Pixels;
-use raylet_accuracy::problems::{axis, doe, random_pixels, sensor};
-use raylet_accuracy::rayleigh_sommerfeld::rayleigh_sommerfeld;
+use raylet::wave::beamlet::beams::{Beams, Jacobians};
+use raylet::wave::beamlet::secondary_ray_sum::{SecondaryRaySum, Wavelet};
+use raylet::wave::grid::metrics::field_error;
+use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::problems::mirror::{Bench, Coat};
+use raylet_accuracy::problems::problem::{axis, doe, random_pixels, sensor};
+use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
 
 const K: f64 = std::f64::consts::TAU;
 
@@ -137,7 +137,7 @@ impl Free {
         let plan = Scatter::new(&self.element, 1.0, arriving.rays(), None, settings).unwrap();
         let secondary = plan.scatter(0..arriving.path.len());
         let landed = fly(&secondary, DISTANCE);
-        let collector = Collector::new(&self.sensor, 1.0, 1e-3).unwrap();
+        let ray_sum = SecondaryRaySum::new(&self.sensor, 1.0, 1e-3).unwrap();
         let ours = if beams {
             let jacobian: Vec<_> = landed
                 .direction
@@ -150,12 +150,12 @@ impl Free {
                 cosine: &secondary.cosine,
                 images: None,
             };
-            let hits = collector.hits(&landed.rays()).unwrap();
+            let hits = ray_sum.hits(&landed.rays()).unwrap();
             let beams = Beams::from_jacobians(&jacobians, &hits, K).unwrap();
-            collector.collect(&landed.rays(), &Wavelet::Beamlet(&beams))
+            ray_sum.sum(&landed.rays(), &Wavelet::Beamlet(&beams))
         } else {
-            let collector = Collector::new(&self.sensor, 1.0, 1e-9).unwrap();
-            collector.collect(&landed.rays(), &Wavelet::Plain)
+            let ray_sum = SecondaryRaySum::new(&self.sensor, 1.0, 1e-9).unwrap();
+            ray_sum.sum(&landed.rays(), &Wavelet::Plain)
         };
         let exact = images(&self.pixels, tilt, 24, 1.3, DISTANCE);
         let error = field_error(ours.unwrap().view(), exact.view()).unwrap();
@@ -287,17 +287,17 @@ fn curved_mirror_matches_the_sum_over_its_surface() {
                 j
             })
             .collect();
-        let collector = Collector::new(sensor, 1.0, 1e-3).unwrap();
+        let ray_sum = SecondaryRaySum::new(sensor, 1.0, 1e-3).unwrap();
         let jacobians = Jacobians {
             jacobian: &jacobian,
             window: &secondary.window,
             cosine: &secondary.cosine,
             images: None,
         };
-        let hits = collector.hits(&landed.rays()).unwrap();
+        let hits = ray_sum.hits(&landed.rays()).unwrap();
         let beams = Beams::from_jacobians(&jacobians, &hits, K).unwrap();
-        let ours = collector
-            .collect(&landed.rays(), &Wavelet::Beamlet(&beams))
+        let ours = ray_sum
+            .sum(&landed.rays(), &Wavelet::Beamlet(&beams))
             .unwrap();
         let error = field_error(ours.view(), exact.view()).unwrap();
         println!("{coat:?}: {} rays, error {error:.1e}", secondary.len());

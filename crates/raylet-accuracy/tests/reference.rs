@@ -5,61 +5,32 @@ use num_complex::Complex64;
 use raylet::engine::chain::reference::{Choice, Reference, ReferenceError, reference};
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
-use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
 use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::screen::{Act, Sensor};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
-use raylet_accuracy::pixels::Pixels as Boxes;
-use raylet_accuracy::rayleigh_sommerfeld::rayleigh_sommerfeld;
+use raylet_accuracy::numbers::pixels::Pixels as Boxes;
+use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
+use raylet_testkit::noise::phases;
+use raylet_testkit::parts::{box_pixels, on_axis, screen, sensor};
 
 const WAVELENGTH: f64 = 1e-3;
 const CELLS: usize = 60;
 const PITCH: f64 = 0.5e-3;
 
 fn transmission() -> Array2<Complex64> {
-    Array2::from_shape_fn((CELLS, CELLS), |(j, i)| {
-        Complex64::cis(std::f64::consts::TAU * uniform(3, [j as u32, i as u32, 0, 0]))
-    })
-}
-
-fn screen(name: &str, frame: Frame, act: Act) -> Screen {
-    Screen {
-        name: name.to_owned(),
-        frame,
-        act,
-        index: 1.0,
-        shape: Shape::Plane,
-        arrives: 1.0,
-    }
-}
-
-fn at(z: f64) -> Frame {
-    Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z))
+    phases([CELLS, CELLS], 3)
 }
 
 /// Random half-wave pixels, lit at 10°, and a sensor.
-fn free(sensor: Frame) -> System {
-    let doe = Doe {
-        layers: vec![Layer::Pixels(Pixels {
-            pitch: [PITCH; 2],
-            values: transmission(),
-            form: PixelForm::Box,
-        })],
-        aperture: Aperture::OPEN,
-        reflect: false,
-    };
-    let pixels = Sensor {
-        pixels: [30, 30],
-        pitch: [1.2e-3; 2],
-    };
+fn free(place: Frame) -> System {
     let x = 10f64.to_radians().sin();
     System {
         wavelength: WAVELENGTH,
@@ -68,8 +39,8 @@ fn free(sensor: Frame) -> System {
             origin: Vec3::new(0.0, 0.0, 0.0),
         },
         screens: vec![
-            screen("hologram", Frame::GLOBAL, Act::Doe(doe)),
-            screen("sensor", sensor, Act::Sensor(pixels)),
+            screen(Frame::GLOBAL, box_pixels(transmission(), PITCH)),
+            screen(place, sensor(30, 1.2e-3)),
         ],
         trains: vec![vec![]],
     }
@@ -117,7 +88,7 @@ fn angular_spectrum_and_direct_sum_meet_the_exact_sum() {
     // Half-wave random pixels send light along the screen; the plane waves' period cuts what lands far
     // away, which matters most at half the width behind them.
     for (z, bound) in [(0.03, 6e-4), (0.12, 1.5e-4)] {
-        let system = free(at(z));
+        let system = free(on_axis(z));
         let exact = exact(&system);
         let spectrum = run(&system, Approach::AngularSpectrum).unwrap();
         let spectrum = error(&spectrum.field.values, &exact);
@@ -130,7 +101,7 @@ fn angular_spectrum_and_direct_sum_meet_the_exact_sum() {
 
 #[test]
 fn tilted_sensor_is_summed_directly() {
-    let system = free(at(0.08).tilted([0.3, -0.5, 0.2]));
+    let system = free(on_axis(0.08).tilted([0.3, -0.5, 0.2]));
     let ours = run(&system, Approach::Auto).unwrap();
     assert_eq!(ours.steps[0].approach, Approach::RayleighSommerfeld);
     let error = error(&ours.field.values, &exact(&system));
@@ -148,10 +119,10 @@ fn tilted_sensor_is_summed_directly() {
 /// A stop between two free hops changes nothing when it is wide: two fields passed on against one.
 #[test]
 fn chained_hops_agree_with_one() {
-    let mut system = free(at(0.12));
+    let mut system = free(on_axis(0.12));
     let exact = exact(&system);
     let stop = Act::Stop(Aperture::disc(0.25));
-    system.screens.insert(1, screen("stop", at(0.05), stop));
+    system.screens.insert(1, screen(on_axis(0.05), stop));
     system.trains.push(vec![]);
     let ours = run(&system, Approach::Auto).unwrap();
     assert_eq!(ours.steps.len(), 2);
@@ -161,7 +132,7 @@ fn chained_hops_agree_with_one() {
 
 #[test]
 fn lenses_go_by_collins_and_the_rest_is_refused_with_reasons() {
-    let mut system = free(at(30.0));
+    let mut system = free(on_axis(30.0));
     let surface = |frame: Frame| Surface {
         shape: Shape::Conic(Conic {
             curvature: 1.0 / 25.0,
@@ -173,7 +144,7 @@ fn lenses_go_by_collins_and_the_rest_is_refused_with_reasons() {
         coating: Coating::Ideal,
         index: [1.0, 1.0001],
     };
-    system.trains[0] = vec![surface(at(10.0))];
+    system.trains[0] = vec![surface(on_axis(10.0))];
     system.screens[1].index = 1.0001;
     let ours = run(&system, Approach::Auto).unwrap();
     assert_eq!(ours.steps[0].approach, Approach::Collins);
@@ -208,7 +179,8 @@ fn endless_sums_are_not_begun() {
         approach: Approach::RayleighSommerfeld,
         patience: 1e-6,
     };
-    let refused = reference(&free(at(0.1)), &Settings::default(), choice, &|_| {}).unwrap_err();
+    let refused =
+        reference(&free(on_axis(0.1)), &Settings::default(), choice, &|_| {}).unwrap_err();
     assert!(
         matches!(refused, ReferenceError::TooLong { .. }),
         "{refused}"
@@ -233,7 +205,7 @@ fn open_areas_agree_between_methods() {
         },
         reflect: false,
     };
-    let mut system = free(at(5.0));
+    let mut system = free(on_axis(5.0));
     system.source = Source::Plane {
         direction: Vec3::new(0.0, 0.0, 1.0),
         origin: Vec3::new(0.0, 0.0, 0.0),

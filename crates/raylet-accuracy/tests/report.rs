@@ -1,7 +1,7 @@
 //! `docs/accuracy.md` is the report that the code makes, and its bounds are close to what was measured.
 
-use raylet_accuracy::gradients::comparisons;
-use raylet_accuracy::suite::problems;
+use raylet_accuracy::gradients::gradient_problems::comparisons;
+use raylet_accuracy::problems::suite::problems;
 
 const REPORT: &str = include_str!("../../../docs/accuracy.md");
 

@@ -18,7 +18,7 @@ use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::checkpoint::{Checkpoints, Restored};
 use raylet::file::storage::own_file::OwnFile;
 use raylet::file::storage::run_folder::RunFolder;
-use raylet::wave::metrics::ncc;
+use raylet::wave::grid::metrics::ncc;
 use raylet_plot::design_chart::{DesignChart, Row};
 use serde::{Deserialize, Serialize};
 

@@ -4,18 +4,18 @@ use std::path::PathBuf;
 
 use clap::{Args, ValueEnum};
 use raylet::file::storage::folder::Target;
-use raylet_paper::fig2::fig2;
-use raylet_paper::fig3::fig3;
 use raylet_paper::fig5::fig5;
-use raylet_paper::fig6::fig6;
-use raylet_paper::fig6_foci::fig6_foci;
-use raylet_paper::fig6_s::fig6_s;
+use raylet_paper::mirrors::fig6::fig6;
+use raylet_paper::mirrors::fig6_foci::fig6_foci;
+use raylet_paper::mirrors::fig6_s::fig6_s;
+use raylet_paper::patches::fig2::fig2;
+use raylet_paper::patches::fig3::fig3;
 use raylet_paper::study::{Effort, STUDY_FILE, Study};
 use raylet_paper::study_error::StudyError;
-use raylet_paper::system1::system1;
-use raylet_paper::system2::system2;
-use raylet_paper::system3::system3;
-use raylet_paper::systems::clear;
+use raylet_paper::systems::system_table::clear;
+use raylet_paper::systems::system1::system1;
+use raylet_paper::systems::system2::system2;
+use raylet_paper::systems::system3::system3;
 
 use crate::failure::Failure;
 use crate::overrides::start_threads;

@@ -14,7 +14,7 @@ use raylet::file::result::report::{Channel, Report, micrometres};
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::folder::Target;
 use raylet::optics::system::System;
-use raylet::wave::field::Field;
+use raylet::wave::grid::field::Field;
 
 use crate::failure::Failure;
 use crate::overrides::start_threads;

@@ -18,10 +18,10 @@ use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::folder::Target;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
-use raylet::wave::field::Field;
+use raylet::wave::grid::field::Field;
+use raylet_plot::layout_picture::layout_png;
 use raylet_plot::panel::FigureError;
 use raylet_plot::pictures::{DoeView, MOST_CHANNELS, doe_png, sensor_png};
-use raylet_plot::section::layout_png;
 
 /// The fields of all channels, which share the sensor's grid.
 pub(crate) fn gather(systems: &[System], fields: &[Field]) -> Fields {

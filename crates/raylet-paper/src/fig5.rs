@@ -25,7 +25,7 @@ use raylet::file::result::machine::Machine;
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::checkpoint::Checkpoints;
 use raylet::file::storage::own_file::Replace;
-use raylet::wave::metrics::{field_error, ncc};
+use raylet::wave::grid::metrics::{field_error, ncc};
 use raylet_plot::text_table::table;
 use serde::{Deserialize, Serialize};
 use serde_json::json;

@@ -161,7 +161,7 @@ mod tests {
     use raylet::file::model::build;
     use raylet::file::scene::scene_file::Scene;
     use raylet::optics::system::System;
-    use raylet::wave::metrics::field_error;
+    use raylet::wave::grid::metrics::field_error;
 
     use crate::posed::posed;
 

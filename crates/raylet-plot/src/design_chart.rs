@@ -4,7 +4,7 @@ use ndarray::{Array2, ArrayView2};
 use raylet::design::constraints::modulation::Shaped;
 use serde::{Deserialize, Serialize};
 
-use crate::chart::Series;
+use crate::chart_panel::Series;
 use crate::colour::ColourMap;
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;

@@ -14,12 +14,12 @@ use raylet::file::arrays::image::encode_rgb;
 use resvg::tiny_skia::{Pixmap, Transform};
 use resvg::usvg::{Options, Tree, fontdb::Database};
 
-use crate::chart::{LinePanel, Series};
-use crate::layout::{LayoutPanel, LayoutScene};
+use crate::chart_panel::{ChartPanel, Series};
+use crate::image_panel::ImagePanel;
+use crate::layout_panel::{LayoutPanel, LayoutScene};
 use crate::panel::{
     Aspect, Content, FAINT, FigureError, Heading, Margins, NOTE_SIZE, TITLE_SIZE, ink,
 };
-use crate::picture::ImagePanel;
 use crate::svg::{Anchor, FONT, FONT_FAMILY, Letters, Rect, Svg, wrap};
 
 /// Letter size of the figure's title in pixels.
@@ -52,7 +52,7 @@ pub enum Panel<'a> {
     /// Values as colours.
     Image(ImagePanel<'a>),
     /// Lines over x and y.
-    Lines(LinePanel),
+    Lines(ChartPanel),
     /// A section through an optical system.
     Layout(LayoutPanel),
 }
@@ -69,8 +69,8 @@ impl<'a> Panel<'a> {
     }
 
     /// Lines over x and y.
-    pub fn lines(series: Vec<Series>) -> LinePanel {
-        LinePanel::new(series)
+    pub fn lines(series: Vec<Series>) -> ChartPanel {
+        ChartPanel::new(series)
     }
 
     /// A section through an optical system.
@@ -94,8 +94,8 @@ impl<'a> From<ImagePanel<'a>> for Panel<'a> {
     }
 }
 
-impl From<LinePanel> for Panel<'_> {
-    fn from(panel: LinePanel) -> Self {
+impl From<ChartPanel> for Panel<'_> {
+    fn from(panel: ChartPanel) -> Self {
         Panel::Lines(panel)
     }
 }
@@ -365,10 +365,10 @@ mod tests {
     use ndarray::Array2;
     use resvg::usvg::{Options, Tree};
 
-    use crate::chart::Series;
+    use crate::chart_panel::Series;
     use crate::colour::ColourMap;
     use crate::figure::{BORDER, Figure, Panel};
-    use crate::layout::{Curve, CurveKind, Label, LayoutScene, RayPath};
+    use crate::layout_panel::{Curve, CurveKind, Label, LayoutScene, RayPath};
 
     /// A figure with every kind of panel.
     fn every_kind() -> Figure<'static> {

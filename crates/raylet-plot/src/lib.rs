@@ -6,13 +6,13 @@
 //! | --- | --- |
 //! | [`figure`] | figures: panels in rows, as SVG or PNG |
 //! | [`panel`] | what all panels share: title, axes, margins, errors |
-//! | [`picture`] | a panel of coloured values, with its colour bar |
-//! | [`chart`] | a panel of lines |
-//! | [`layout`] | a panel with a section through a system |
+//! | [`image_panel`] | a panel of coloured values, with its colour bar |
+//! | [`chart_panel`] | a panel of lines |
+//! | [`layout_panel`] | a panel with a section through a system |
 //! | [`colour`] | colour maps and scales |
 //! | `axis`, `label`, `svg` | ticks; words that keep clear of each other; writing SVG |
 //! | [`pictures`] | the sensor and the elements of a result |
-//! | [`section`] | the drawing of a system and a few rays |
+//! | [`layout_picture`] | the drawing of a system and a few rays |
 //! | [`design_chart`] | the course of a design |
 //! | [`contrast`] | two results side by side |
 //! | [`text_table`] | plain text tables |
@@ -27,16 +27,16 @@
 )]
 
 mod axis;
-pub mod chart;
+pub mod chart_panel;
 pub mod colour;
 pub mod contrast;
 pub mod design_chart;
 pub mod figure;
+pub mod image_panel;
 mod label;
-pub mod layout;
+pub mod layout_panel;
+pub mod layout_picture;
 pub mod panel;
-pub mod picture;
 pub mod pictures;
-pub mod section;
 mod svg;
 pub mod text_table;

@@ -21,8 +21,8 @@ use raylet::file::scene::variable::{Address, VariableScene};
 use raylet::optics::doe::Pixels;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
-use raylet::wave::field::is_amplitude;
-use raylet::wave::transmission::phase_bar;
+use raylet::wave::grid::field::is_amplitude;
+use raylet::wave::grid::transmission::phase_bar;
 
 use crate::arrays::{Guard, guard};
 use crate::refusal::{error, fault};

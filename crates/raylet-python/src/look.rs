@@ -13,13 +13,13 @@ use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
-use raylet::file::model::catalog;
 use raylet::file::model::error_location::blame;
 use raylet::file::model::prescription::parts as list;
+use raylet::optics::media::catalog;
 use raylet::optics::screen::Act;
-use raylet_plot::layout::CurveKind;
+use raylet_plot::layout_panel::CurveKind;
+use raylet_plot::layout_picture;
 use raylet_plot::pictures::doe_map;
-use raylet_plot::section;
 use serde_json::{Value, json};
 
 use crate::refusal::{error, fault};
@@ -36,7 +36,7 @@ pub(crate) fn layout(
     channel: usize,
 ) -> PyResult<String> {
     let system = scene.system(py, &arrays, channel)?;
-    let (drawn, transverse) = section::layout(&scene.file, &system);
+    let (drawn, transverse) = layout_picture::layout(&scene.file, &system);
     let kind = |kind: CurveKind| match kind {
         CurveKind::Surface => "surface",
         CurveKind::Mirror => "mirror",

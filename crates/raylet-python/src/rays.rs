@@ -19,9 +19,9 @@ use raylet::file::decode::fault::shortened;
 use raylet::math::vec3::Vec3;
 use raylet::optics::bundle::Rays;
 use raylet::optics::screen::Screen;
-use raylet::wave::beams::{Beams, Jacobians};
-use raylet::wave::collect::{CollectError, Collector, Wavelet};
-use raylet::wave::window::Synthesis;
+use raylet::wave::beamlet::beams::{Beams, Jacobians};
+use raylet::wave::beamlet::secondary_ray_sum::{SecondaryRayError, SecondaryRaySum, Wavelet};
+use raylet::wave::patches::window::Synthesis;
 
 use crate::arrays::{check_memory, column, columns};
 use crate::refusal::error;
@@ -384,7 +384,7 @@ fn on_sensor<T: Send + 'static>(
     place: &Place<'_>,
     bundle: &Bundle<'_>,
     tolerance: f64,
-    work: impl FnOnce(&Collector, &Rays, f64) -> Result<T, CollectError> + Send + 'static,
+    work: impl FnOnce(&SecondaryRaySum, &Rays, f64) -> Result<T, SecondaryRayError> + Send + 'static,
 ) -> PyResult<T> {
     let (scene, arrays, channel) = place;
     let mut system = scene.system(py, arrays, *channel)?;
@@ -392,8 +392,8 @@ fn on_sensor<T: Send + 'static>(
     let screen = screen.ok_or_else(|| error(py, "no sensor"))?;
     let (held, wavelength) = (bundle.columns()?, system.wavelength);
     let done = run(py, None, None, move |_: &Watch| {
-        let collector = Collector::new(&screen, wavelength, tolerance)?;
-        work(&collector, &held.rays(), std::f64::consts::TAU / wavelength)
+        let ray_sum = SecondaryRaySum::new(&screen, wavelength, tolerance)?;
+        work(&ray_sum, &held.rays(), std::f64::consts::TAU / wavelength)
     })?;
     done.map_err(|told| error(py, told))
 }
@@ -407,18 +407,14 @@ pub(crate) fn beams<'py>(
     ways: Ways<'py>,
 ) -> PyResult<(Column<'py>, Grid<'py>)> {
     let legs = ways.legs()?;
-    let made = on_sensor(py, &place, &bundle, 1e-3, move |collector, rays, k| {
+    let made = on_sensor(py, &place, &bundle, 1e-3, move |ray_sum, rays, k| {
         let jacobians = Jacobians {
             jacobian: &legs.jacobian,
             window: &legs.window,
             cosine: &legs.cosine,
             images: legs.images.as_deref(),
         };
-        Ok(Beams::from_jacobians(
-            &jacobians,
-            &collector.hits(rays)?,
-            k,
-        )?)
+        Ok(Beams::from_jacobians(&jacobians, &ray_sum.hits(rays)?, k)?)
     })?;
     Ok((one(py, made.amplitude)?, rows(py, &made.curvature)?))
 }
@@ -493,7 +489,7 @@ pub(crate) fn gather<'py>(
         &place,
         &bundle,
         sum.tolerance,
-        move |collector, rays, _| collector.collect(rays, &held.wavelet()),
+        move |ray_sum, rays, _| ray_sum.sum(rays, &held.wavelet()),
     )?;
     Made::new(py, field)
 }
@@ -516,7 +512,7 @@ pub(crate) fn gather_adjoint<'py>(
         &place,
         &bundle,
         sum.tolerance,
-        move |collector, rays, _| collector.collect_adjoint(rays, &held.wavelet(), &bar),
+        move |ray_sum, rays, _| ray_sum.sum_adjoint(rays, &held.wavelet(), &bar),
     )?;
     let answer = PyDict::new(py);
     answer.set_item("weight", one(py, back.weight)?)?;

@@ -61,7 +61,7 @@ type Answer<'py> = (
 
 /// What came out of all wavelengths.
 struct Carried {
-    fields: Vec<(raylet::wave::field::Field, Option<Array2<f64>>)>,
+    fields: Vec<(raylet::wave::grid::field::Field, Option<Array2<f64>>)>,
     report: Report,
 }
 

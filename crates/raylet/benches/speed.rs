@@ -122,9 +122,9 @@ mod rays {
 mod beamlets {
     use num_complex::Complex64;
     use raylet::math::random;
-    use raylet::wave::gather::Canvas;
-    use raylet::wave::raster::Raster;
-    use raylet::wave::wavelet::Arrival;
+    use raylet::wave::beamlet::beamlet_sum::Canvas;
+    use raylet::wave::beamlet::wavelet::Arrival;
+    use raylet::wave::grid::raster::Raster;
 
     use crate::{Bencher, ItemsCount};
 
@@ -257,11 +257,11 @@ mod paper {
     use raylet::math::random::{pair, uniform};
     use raylet::optics::doe::PixelForm;
     use raylet::optics::system::System;
-    use raylet::wave::field::{Axis, Field, Grid};
-    use raylet::wave::patch::Band;
-    use raylet::wave::plane::{PlaneSum, PlaneWave};
-    use raylet::wave::raster::Raster;
-    use raylet::wave::tile::{Tile, TileCutter, TileWindow};
+    use raylet::wave::beamlet::plane::{PlaneSum, PlaneWave};
+    use raylet::wave::grid::field::{Axis, Field, Grid};
+    use raylet::wave::grid::raster::Raster;
+    use raylet::wave::patches::patch::Band;
+    use raylet::wave::patches::tile::{Tile, TileCutter, TileWindow};
 
     use crate::{Bencher, ItemsCount, black_box};
 

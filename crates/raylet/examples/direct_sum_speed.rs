@@ -1,9 +1,9 @@
 //! Pairs per second of the direct Rayleigh–Sommerfeld sum on one core.
 
 use num_complex::Complex64;
-use raylet::wave::field::{Axis, Field, Grid};
-use raylet::wave::heights::Heights;
-use raylet::wave::rayleigh::Emitters;
+use raylet::wave::free::rayleigh::Emitters;
+use raylet::wave::grid::field::{Axis, Field, Grid};
+use raylet::wave::grid::heights::Heights;
 
 fn main() {
     let axis = Axis::uniform(256, 1e-3, 0.0);

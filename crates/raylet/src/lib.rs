@@ -13,6 +13,24 @@
     clippy::unwrap_used
 )]
 
+#[cfg(test)]
+extern crate self as raylet;
+
+/// Fixtures of the unit tests: the files of raylet-testkit, compiled as a part of this crate, because that crate's types
+/// belong to another copy of the library.
+#[cfg(test)]
+#[path = "../../raylet-testkit/src"]
+#[allow(
+    dead_code,
+    unreachable_pub,
+    reason = "the files are written for a crate of its own; not every test needs all of them"
+)]
+mod fixtures {
+    pub(crate) mod noise;
+    pub(crate) mod parts;
+    pub(crate) mod scattered;
+}
+
 pub mod design;
 pub mod engine;
 pub mod file;

@@ -1,7 +1,5 @@
 //! What a run tells of itself beforehand and afterwards: rays, rims, and the aberration inside beamlets.
 
-use std::path::Path;
-
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::forecast::forecast;
@@ -10,75 +8,41 @@ use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::{Treatment, with_rims};
-use raylet::file::model::build;
-use raylet::file::scene::scene_file::Scene;
 use raylet::math::erfc::erfc;
-use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use raylet::optics::frame::Frame;
+use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
 use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen, Sensor};
-use raylet::optics::shape::{Conic, Shape};
-use raylet::optics::source::Source;
+use raylet::optics::screen::{Act, Screen};
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
+use raylet_testkit::parts::{box_pixels, conic, element, face, lit, on_axis, screen, sensor};
+use raylet_testkit::scenes::scene_system;
 
-fn screen(z: f64, act: Act) -> Screen {
-    Screen {
-        name: format!("at {z}"),
-        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-        shape: Shape::Plane,
-        act,
-        index: 1.0,
-        arrives: 1.0,
-    }
-}
-
-fn face(z: f64, curvature: f64, rim: f64, index: [f64; 2]) -> Surface {
+/// A surface on the axis with a rim, and no loss.
+fn rimmed_face(z: f64, curvature: f64, rim: f64, index: [f64; 2]) -> Surface {
     Surface {
-        shape: Shape::Conic(Conic {
-            curvature,
-            conic: 0.0,
-        }),
-        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
         aperture: Aperture::disc(rim),
-        interface: Interface::Refract,
         coating: Coating::Unit,
-        index,
+        ..face(on_axis(z), conic(curvature, 0.0), index)
     }
 }
 
-/// A disc of light of radius `lit` with the phase gradient `slope` (sine) before a lens of radius `rim`, of
+/// A disc of light of this radius with the phase gradient `slope` (sine) before a lens of radius `rim`, of
 /// focal length 1200, and a sensor near its focus; lengths in wavelengths.
-fn lens(lit: f64, slope: f64, rim: f64) -> System {
+fn lens(radius: f64, slope: f64, rim: f64) -> System {
     let gradient = [std::f64::consts::TAU * slope, 0.0];
-    let doe = Doe {
-        layers: vec![Layer::Phase(Profile::Linear { gradient })],
-        aperture: Aperture::disc(lit),
-        reflect: false,
-    };
-    let mut sensor = screen(
-        1150.0,
-        Act::Sensor(Sensor {
-            pixels: [50; 2],
-            pitch: [1.0; 2],
-        }),
-    );
-    sensor.frame.origin.x = 1150.0 * slope;
-    System {
-        wavelength: 1.0,
-        source: Source::Plane {
-            direction: Vec3::new(0.0, 0.0, 1.0),
-            origin: Vec3::new(0.0, 0.0, 0.0),
-        },
-        screens: vec![screen(0.0, Act::Doe(doe)), sensor],
-        trains: vec![vec![
-            face(20.0, 1.0 / 600.0, rim, [1.0, 1.5]),
-            face(50.0, 0.0, 2.0 * rim, [1.5, 1.0]),
+    let grating = Layer::Phase(Profile::Linear { gradient });
+    let doe = element(grating, Aperture::disc(radius));
+    let mut seen = screen(on_axis(1150.0), sensor(50, 1.0));
+    seen.frame.origin.x = 1150.0 * slope;
+    lit(
+        vec![screen(on_axis(0.0), Act::Doe(doe)), seen],
+        vec![vec![
+            rimmed_face(20.0, 1.0 / 600.0, rim, [1.0, 1.5]),
+            rimmed_face(50.0, 0.0, 2.0 * rim, [1.5, 1.0]),
         ]],
-    }
+    )
 }
 
 /// A grating sends its light into few modes of each patch, and the rim of its lens, too large for a screen in this
@@ -99,7 +63,6 @@ fn few_looks_tell_what_all_do() {
         run.hops[0].tally.eta()
     };
     let (few, all) = (eta(Correction::Off), eta(Correction::On));
-    println!("by a few looks {few:.3e}, by all {all:.3e}");
     assert!((0.8..1.25).contains(&(few / all)), "{few:.3e} {all:.3e}");
 }
 
@@ -152,12 +115,7 @@ fn rims_are_treated_by_what_they_cut() {
 /// core; a toroidal mirror is run here.
 #[test]
 fn what_is_told_beforehand_is_what_is_done() {
-    let system = |name: &str| {
-        let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../scenes/{name}.toml"));
-        let scene = Scene::read(&path).unwrap();
-        (build::system(&scene, 0).unwrap(), build::settings(&scene))
-    };
-    let (grating, settings) = system("paper/system1");
+    let (grating, settings) = scene_system("paper/system1").unwrap();
     let told = forecast(&grating, &settings).unwrap();
     let raylet::engine::plan::hop_plan::Plan::Beamlets(plan) = &told[0].plan else {
         panic!("no beamlets");
@@ -167,7 +125,7 @@ fn what_is_told_beforehand_is_what_is_done() {
         (0.5..2.0).contains(&rays) && (0.5..2.0).contains(&seconds),
         "{rays} {seconds}"
     );
-    let (fold, settings) = system("toroidal_fold");
+    let (fold, settings) = scene_system("toroidal_fold").unwrap();
     let hop = &simulate(&fold, &settings, &|_| {}).unwrap().hops[0];
     let rays = hop.plan.rays() / hop.tally.total_rays() as f64;
     assert!((0.5..2.0).contains(&rays), "{rays}");
@@ -177,40 +135,21 @@ fn what_is_told_beforehand_is_what_is_done() {
 /// (rad), and a sensor at 0.4 of its radius; lengths in wavelengths.
 fn strong_mirror(radius: f64, tilt: f64) -> System {
     let phase = |(j, i): (usize, usize)| Complex64::cis((3 * i * i + 5 * j * j + 7 * i * j) as f64);
-    let doe = Doe {
-        layers: vec![Layer::Pixels(Pixels {
-            pitch: [2.0; 2],
-            values: Array2::from_shape_fn((20, 20), phase),
-            form: PixelForm::Box,
-        })],
-        aperture: Aperture::OPEN,
-        reflect: false,
-    };
+    let pixels = box_pixels(Array2::from_shape_fn((20, 20), phase), 2.0);
     let (before, behind) = (10.0, 0.4 * radius);
     let mirror = Surface {
         interface: Interface::Reflect,
-        ..face(before, -1.0 / radius, 0.6 * radius, [1.0, 1.0])
+        ..rimmed_face(before, -1.0 / radius, 0.6 * radius, [1.0, 1.0])
     };
     let frame = mirror.frame.tilted([tilt, 0.0, 0.0]);
-    let sensor = Sensor {
-        pixels: [16; 2],
-        pitch: [0.5; 2],
+    let seen = Screen {
+        arrives: -1.0,
+        ..screen(on_axis(before - behind), sensor(16, 0.5))
     };
-    System {
-        wavelength: 1.0,
-        source: Source::Plane {
-            direction: Vec3::new(0.0, 0.0, 1.0),
-            origin: Vec3::new(0.0, 0.0, 0.0),
-        },
-        screens: vec![
-            screen(0.0, Act::Doe(doe)),
-            Screen {
-                arrives: -1.0,
-                ..screen(before - behind, Act::Sensor(sensor))
-            },
-        ],
-        trains: vec![vec![Surface { frame, ..mirror }]],
-    }
+    lit(
+        vec![screen(on_axis(0.0), pixels), seen],
+        vec![vec![Surface { frame, ..mirror }]],
+    )
 }
 
 /// Mirrors of 60 to 400 wavelengths: where beamlets reach the target error its tightening lowers what the run
@@ -236,7 +175,6 @@ fn a_tighter_target_never_raises_the_reported_error() {
             let squares = accounts.map(|account| account.total().powi(2));
             squares.sum::<f64>().sqrt()
         });
-        println!("radius {radius} tilt {tilt}: {reported:?}");
         for pair in reported.windows(2) {
             assert!(
                 pair[1] <= 1.05 * pair[0],

@@ -9,21 +9,17 @@ use raylet::engine::external::scatter_settings::Scattering;
 use raylet::engine::external::secondary_rays::SecondaryRays;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::math::random::uniform;
-use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::bundle::Rays;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use raylet::optics::frame::Frame;
+use raylet::optics::doe::{Doe, Layer, PixelForm};
 use raylet::optics::profile::Profile;
-use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen, Sensor};
-use raylet::optics::shape::{Conic, Shape};
-use raylet::optics::source::Source;
+use raylet::optics::screen::{Act, Screen};
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
-use raylet::wave::beams::{Beams, Jacobians};
-use raylet::wave::collect::{Collector, Wavelet};
-use raylet::wave::metrics::field_error;
+use raylet::wave::beamlet::beams::{Beams, Jacobians};
+use raylet::wave::beamlet::secondary_ray_sum::{SecondaryRaySum, Wavelet};
+use raylet::wave::grid::metrics::field_error;
+use raylet_testkit::parts::{self, conic, face, on_axis, pixel_layer, screen};
 
 const WAVELENGTH: f64 = 0.7e-3;
 const K: f64 = std::f64::consts::TAU / WAVELENGTH;
@@ -116,36 +112,21 @@ fn collect(secondary: &SecondaryRays, faces: &[Face], sensor: &Screen) -> [Array
         path: &path,
         weight: &secondary.weight,
     };
-    let collector = Collector::new(sensor, WAVELENGTH, 1e-4).unwrap();
+    let ray_sum = SecondaryRaySum::new(sensor, WAVELENGTH, 1e-4).unwrap();
     let jacobians = Jacobians {
         jacobian: &jacobians,
         window: &secondary.window,
         cosine: &secondary.cosine,
         images: None,
     };
-    let hits = collector.hits(&rays).unwrap();
+    let hits = ray_sum.hits(&rays).unwrap();
     let beams = Beams::from_jacobians(&jacobians, &hits, K).unwrap();
     [Wavelet::Beamlet(&beams), Wavelet::Prefactor(&beams)]
-        .map(|wavelet| collector.collect(&rays, &wavelet).unwrap())
-}
-
-fn screen(name: &str, z: f64, act: Act) -> Screen {
-    Screen {
-        name: String::from(name),
-        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-        shape: Shape::Plane,
-        act,
-        index: 1.0,
-        arrives: 1.0,
-    }
+        .map(|wavelet| ray_sum.sum(&rays, &wavelet).unwrap())
 }
 
 fn sensor(z: f64, pixels: usize, pitch: f64) -> Screen {
-    let act = Act::Sensor(Sensor {
-        pixels: [pixels; 2],
-        pitch: [pitch; 2],
-    });
-    screen("sensor", z, act)
+    screen(on_axis(z), parts::sensor(pixels, pitch))
 }
 
 /// Random pixels, with an analytic phase before them where there is one.
@@ -153,13 +134,9 @@ fn element(count: usize, pitch: f64, before: Option<Profile>) -> Screen {
     let pixel = |(j, i): (usize, usize)| {
         Complex64::cis(std::f64::consts::TAU * uniform(5, [i as u32, j as u32, 0, 0]))
     };
-    let pixels = Pixels {
-        pitch: [pitch; 2],
-        values: Array2::from_shape_fn((count, count), pixel),
-        form: PixelForm::Box,
-    };
+    let values = Array2::from_shape_fn((count, count), pixel);
     let mut layers: Vec<Layer> = before.into_iter().map(Layer::Phase).collect();
-    layers.push(Layer::Pixels(pixels));
+    layers.push(pixel_layer(values, pitch, PixelForm::Box));
     let half = 0.5 * count as f64 * pitch;
     let doe = Doe {
         layers,
@@ -172,18 +149,13 @@ fn element(count: usize, pitch: f64, before: Option<Profile>) -> Screen {
         },
         reflect: false,
     };
-    screen("element", 0.0, Act::Doe(doe))
+    screen(on_axis(0.0), Act::Doe(doe))
 }
 
 fn lit(element: Screen, train: Vec<Surface>, sensor: &Screen) -> System {
     System {
         wavelength: WAVELENGTH,
-        source: Source::Plane {
-            direction: Vec3::new(0.0, 0.0, 1.0),
-            origin: Vec3::new(0.0, 0.0, 0.0),
-        },
-        screens: vec![element, sensor.clone()],
-        trains: vec![train],
+        ..parts::lit(vec![element, sensor.clone()], vec![train])
     }
 }
 
@@ -219,15 +191,8 @@ fn faces() -> [Face; 2] {
 /// The field of raylet's own run through that lens.
 fn run(element: &Screen, sensor: &Screen) -> Array2<Complex64> {
     let surface = |z: f64, curvature: f64, index: [f64; 2]| Surface {
-        shape: Shape::Conic(Conic {
-            curvature,
-            conic: 0.0,
-        }),
-        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
         aperture: Aperture::disc(6.0),
-        interface: Interface::Refract,
-        coating: Coating::Ideal,
-        index,
+        ..face(on_axis(z), conic(curvature, 0.0), index)
     };
     let train = vec![
         surface(3.0, 1.0 / RADIUS, [1.0, INDEX]),
@@ -270,11 +235,7 @@ fn beamlets_of_a_foreign_tracer_match_a_run() {
     let secondary = plan.scatter(0..count);
     let [beamlets, _] = collect(&secondary, &faces(), &sensor);
     let error = field_error(beamlets.view(), own.view()).unwrap();
-    println!(
-        "{} rays by beamlets: {error:.1e} from a run",
-        secondary.len()
-    );
-    assert!(error < 1e-7);
+    assert!(error < 1e-7, "{error:e}");
 }
 
 /// The same by plane waves with prefactor: places so close that copies, λf/step away, pass beside the sensor
@@ -311,11 +272,7 @@ fn plane_waves_of_a_foreign_tracer_match_a_run() {
     }
     let [_, waves] = collect(&secondary, &faces(), &sensor);
     let error = field_error(waves.view(), own.view()).unwrap();
-    println!(
-        "{} rays by plane waves: {error:.1e} from a run",
-        secondary.len()
-    );
-    assert!(error < 3e-4);
+    assert!(error < 3e-4, "{error:e}");
 }
 
 /// Light that an ideal lens has bent arrives at random pixels in the same plane. With the curvature of its
@@ -361,6 +318,5 @@ fn converging_light_needs_its_curvature() {
         let [beamlets, _] = collect(&secondary, &[], &sensor);
         field_error(beamlets.view(), own.view()).unwrap()
     });
-    println!("with its curvature {with:.1e}, without {without:.1e}");
-    assert!(with < 2e-4 && without > 0.1);
+    assert!(with < 2e-4 && without > 0.1, "{with:e} {without:e}");
 }

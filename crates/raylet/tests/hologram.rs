@@ -1,7 +1,6 @@
 //! Holograms designed on the paraxial train, looked at through the real lens.
 
 use std::fs;
-use std::path::Path;
 
 use raylet::design::holograms::hologram::{Hologram, design};
 use raylet::engine::chain::simulate::{Outcome, sensor_grid, simulate};
@@ -13,8 +12,9 @@ use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::own_file::Replace;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
-use raylet::wave::metrics::ncc;
-use raylet::wave::raster::Raster;
+use raylet::wave::grid::metrics::ncc;
+use raylet::wave::grid::raster::Raster;
+use raylet_testkit::scenes::scene_folder;
 
 /// What the sensor shows: NCC with the softened picture over the whole sensor and within the picture's
 /// outline, with the sharp picture within the outline, and the share of the light within the outline.
@@ -29,7 +29,7 @@ struct Seen {
 /// Designs the hologram of a scene, writes it, reads the scene with it, and carries the light to a sensor
 /// `distance` mm behind the lens.
 fn seen(name: &str, naive: bool, distance: &str) -> (Hologram, Seen) {
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let scenes = scene_folder();
     let room = tempfile::tempdir().unwrap();
     for file in [name, "photograph.png", "smiley.png"] {
         fs::copy(scenes.join(file), room.path().join(file)).unwrap();
@@ -53,10 +53,6 @@ fn seen(name: &str, naive: bool, distance: &str) -> (Hologram, Seen) {
     let system = build::system(&Scene::read(&path).unwrap(), 0).unwrap();
     let outcome = simulate(&system, &Settings::default(), &|_| {}).unwrap();
     let seen = look(&system, &outcome, &found);
-    println!(
-        "{name}, naive {naive}, {distance} mm: {:?}, {seen:?}",
-        found.score
-    );
     (found, seen)
 }
 

@@ -1,7 +1,5 @@
 //! The scenes in scenes/paper are the problems of the paper's studies.
 
-use std::path::{Path, PathBuf};
-
 use num_complex::Complex64;
 use raylet::design::examples::problems::{GRATING_SENSOR, grating, lens_hologram, near_hologram};
 use raylet::engine::plan::settings::{Positions, Sampler};
@@ -10,10 +8,7 @@ use raylet::file::scene::scene_file::Scene;
 use raylet::optics::doe::PixelForm;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
-
-fn scene(name: &str) -> PathBuf {
-    Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../../scenes/paper/{name}.toml"))
-}
+use raylet_testkit::scenes::scene_path;
 
 /// Places, shapes, indices, sensor: everything but the element itself.
 fn compare(ours: &System, theirs: &System) {
@@ -35,7 +30,7 @@ fn compare(ours: &System, theirs: &System) {
 
 #[test]
 fn system1_is_the_grating() {
-    let scene = Scene::read(&scene("system1")).unwrap();
+    let scene = Scene::read(&scene_path("paper/system1")).unwrap();
     let (ours, theirs) = (
         build::system(&scene, 0).unwrap(),
         grating(12.7, false, GRATING_SENSOR),
@@ -54,7 +49,7 @@ fn system1_is_the_grating() {
 
 #[test]
 fn system2_is_the_near_hologram() {
-    let scene = Scene::read(&scene("system2")).unwrap();
+    let scene = Scene::read(&scene_path("paper/system2")).unwrap();
     let ours = build::system(&scene, 0).unwrap();
     let phase = match &ours.screens[0].act {
         Act::Doe(doe) => doe.pixels().unwrap().values.mapv(|u| u.arg()),
@@ -70,7 +65,7 @@ fn system2_is_the_near_hologram() {
 #[test]
 fn system3_is_the_hologram_and_the_lens() {
     // Its phase is computed by `raylet hologram`; here it is blank.
-    let scene = Scene::open(&scene("system3")).unwrap();
+    let scene = Scene::open(&scene_path("paper/system3")).unwrap();
     let hologram = scene.hologram.clone().unwrap();
     assert_eq!(hologram.size_mm, [1.26; 2]);
     let task = raylet::file::model::hologram::commission(&scene, false)
@@ -89,7 +84,7 @@ fn system3_is_the_hologram_and_the_lens() {
 /// Each of the two waves undoes the phase k(h − |F − X|) from the true surface to its focus.
 #[test]
 fn figure_6_has_its_two_foci() {
-    let scene = Scene::read(&scene("fig6_foci")).unwrap();
+    let scene = Scene::read(&scene_path("paper/fig6_foci")).unwrap();
     let system = build::system(&scene, 0).unwrap();
     let mirror = &system.screens[0];
     let Act::Doe(doe) = &mirror.act else {

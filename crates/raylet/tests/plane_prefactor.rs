@@ -4,17 +4,17 @@
 //! empty space and is continued while the surfaces are brought to life: the determinant never vanishes,
 //! because the Jacobian stays symplectic.
 
+use std::f64::consts::{FRAC_PI_2, PI};
+
 use num_complex::Complex64;
 use raylet::engine::beamlet::beamlet_launch::launch_beamlet;
 use raylet::math::vec3::Vec3;
-use raylet::optics::aperture::Aperture;
 use raylet::optics::frame::Frame;
-use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen};
-use raylet::optics::shape::{Conic, Shape};
+use raylet::optics::screen::Screen;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::Hop;
-use raylet::wave::plane::PlaneWave;
+use raylet::wave::beamlet::plane::PlaneWave;
+use raylet_testkit::parts::{conic, face, mirror, open_screen};
 
 const WAVELENGTH: f64 = 0.7e-3;
 const K: f64 = std::f64::consts::TAU / WAVELENGTH;
@@ -32,12 +32,8 @@ const STEPS: usize = 200;
 
 fn screen(frame: Frame, arrives: f64) -> Screen {
     Screen {
-        name: String::from("screen"),
-        frame,
-        act: Act::Stop(Aperture::OPEN),
-        index: 1.0,
-        shape: Shape::Plane,
         arrives,
+        ..open_screen(frame)
     }
 }
 
@@ -45,37 +41,23 @@ fn place(z: f64, tilt: [f64; 3]) -> Frame {
     Frame::GLOBAL.moved(Vec3::new(0.1, -0.2, z)).tilted(tilt)
 }
 
-fn surface(frame: Frame, radius: f64, interface: Interface, index: [f64; 2]) -> Surface {
-    Surface {
-        shape: Shape::Conic(Conic {
-            curvature: 1.0 / radius,
-            conic: -0.4,
-        }),
-        frame,
-        aperture: Aperture::OPEN,
-        interface,
-        coating: Coating::Ideal,
-        index,
-    }
-}
-
 /// Two tilted lenses of index `n`, each behind the image that the one before makes.
 fn lenses(n: f64) -> Vec<Surface> {
     let lens = |z: f64, tilt: [f64; 3]| {
         [(z, 20.0, [1.0, n]), (z + 3.0, -20.0, [n, 1.0])]
-            .map(|(z, radius, index)| surface(place(z, tilt), radius, Interface::Refract, index))
+            .map(|(z, radius, index)| face(place(z, tilt), conic(1.0 / radius, -0.4), index))
     };
     let (first, second) = (lens(42.0, [0.25, -0.1, 0.0]), lens(130.0, [-0.1, 0.3, 0.0]));
     first.into_iter().chain(second).collect()
 }
 
 /// A tilted mirror whose curvature is `share` of 1/60 per mm.
-fn mirror(share: f64) -> Vec<Surface> {
+fn grown_mirror(share: f64) -> Vec<Surface> {
     let frame = Frame::GLOBAL
         .moved(Vec3::new(0.0, 0.0, 60.0))
         .tilted([0.0, 0.5, 0.0]);
     let radius = -60.0 / share.max(1e-12);
-    vec![surface(frame, radius, Interface::Reflect, [1.0, 1.0])]
+    vec![mirror(frame, conic(1.0 / radius, -0.4))]
 }
 
 /// √(cos₁/cos₂·|det(D + ikσ²C)|), and the phase of the root, continued from `alive(0)` to `alive(1)`.
@@ -160,8 +142,7 @@ fn prefactor_of_tilted_lenses_follows_from_the_jacobian() {
     let first = |share: f64| grown(share)[..2].to_vec();
     let one = compare(first, [&from, &to]);
     let two = compare(grown, [&from, &to]);
-    println!("phases of the prefactor up to {one:.2} and {two:.2} rad");
-    assert!(one > std::f64::consts::FRAC_PI_2 && two > std::f64::consts::PI);
+    assert!(one > FRAC_PI_2 && two > PI, "{one} {two}");
 }
 
 /// A mirror changes the handedness of the axes; the prefactor knows nothing of it.
@@ -177,7 +158,6 @@ fn prefactor_of_a_tilted_mirror_follows_from_the_jacobian() {
             .tilted([0.1, 0.2, 0.0]),
         -1.0,
     );
-    let phase = compare(mirror, [&from, &to]);
-    println!("phase of the prefactor up to {phase:.2} rad");
-    assert!(phase > std::f64::consts::FRAC_PI_2);
+    let phase = compare(grown_mirror, [&from, &to]);
+    assert!(phase > FRAC_PI_2, "{phase}");
 }

@@ -1,95 +1,13 @@
 //! What goes into and comes out of a scattering: the same for any ranges and threads, unit directions, and
 //! one clear error for every wrong array.
 
-use ndarray::Array2;
-use num_complex::Complex64;
-
 use raylet::engine::external::scatter::Scatter;
 use raylet::engine::external::scatter_settings::{Coverage, Scattering};
 use raylet::engine::external::secondary_rays::SecondaryRays;
-use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
-use raylet::optics::aperture::Aperture;
-use raylet::optics::bundle::Rays;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use raylet::optics::frame::Frame;
-use raylet::optics::screen::{Act, Screen};
-use raylet::optics::shape::{Conic, Shape};
-
-const COUNT: usize = 12;
-
-fn noise(count: usize, salt: u64) -> Vec<Complex64> {
-    let draw = |i: usize, part| uniform(salt, [i as u32, part, 0, 0]) - 0.5;
-    (0..count)
-        .map(|i| Complex64::new(draw(i, 0), draw(i, 1)))
-        .collect()
-}
-
-/// A tilted reflecting element, plane or curved, of these pixels.
-fn screen(curvature: f64, values: &[Complex64]) -> Screen {
-    let pixels = Pixels {
-        pitch: [1.5, 1.5],
-        values: Array2::from_shape_vec((COUNT, COUNT), values.to_vec()).unwrap(),
-        form: PixelForm::Box,
-    };
-    Screen {
-        name: String::from("mirror"),
-        frame: Frame::GLOBAL
-            .moved(Vec3::new(1.0, 2.0, 30.0))
-            .tilted([0.2, -0.1, 0.3]),
-        shape: if curvature == 0.0 {
-            Shape::Plane
-        } else {
-            Shape::Conic(Conic {
-                curvature,
-                conic: 0.0,
-            })
-        },
-        act: Act::Doe(Doe {
-            layers: vec![Layer::Pixels(pixels)],
-            aperture: Aperture::OPEN,
-            reflect: true,
-        }),
-        index: 1.0,
-        arrives: 1.0,
-    }
-}
-
-/// Rays on a screen, in columns.
-struct Columns {
-    position: Vec<[f64; 3]>,
-    direction: Vec<[f64; 3]>,
-    path: Vec<f64>,
-    weight: Vec<Complex64>,
-    curvature: Vec<[f64; 3]>,
-}
-
-impl Columns {
-    fn on(screen: &Screen) -> Self {
-        let places = (0..49).map(|i| [3.0 * f64::from(i % 7) - 9.0, 3.0 * f64::from(i / 7) - 9.1]);
-        let position = places.map(|[x, y]| {
-            let z = screen.height([x, y]).unwrap().z;
-            let v = screen.frame.to_global(Vec3::new(x, y, z));
-            [v.x, v.y, v.z]
-        });
-        Self {
-            position: position.collect(),
-            direction: vec![[0.0, 0.0, 1.0]; 49],
-            path: (0..49).map(f64::from).collect(),
-            weight: noise(49, 3),
-            curvature: vec![[0.01, 0.002, -0.005]; 49],
-        }
-    }
-
-    fn rays(&self) -> Rays<'_> {
-        Rays {
-            position: &self.position,
-            direction: &self.direction,
-            path: &self.path,
-            weight: &self.weight,
-        }
-    }
-}
+use raylet::optics::screen::Screen;
+use raylet_testkit::noise::column;
+use raylet_testkit::scattered::{COUNT, Columns, tilted_element};
 
 fn settings() -> Scattering {
     Scattering {
@@ -111,7 +29,7 @@ fn plan<'a>(screen: &'a Screen, columns: &'a Columns, settings: Scattering) -> S
 
 #[test]
 fn ranges_and_threads_change_nothing() {
-    let screen = screen(0.01, &noise(COUNT * COUNT, 1));
+    let screen = tilted_element(0.01, &column(COUNT * COUNT, 1));
     let columns = Columns::on(&screen);
     let plan = plan(&screen, &columns, settings());
     let whole = plan.scatter(0..49);
@@ -147,7 +65,7 @@ fn ranges_and_threads_change_nothing() {
 
 /// What `change` does to good rays is told in these words.
 fn fault(change: impl Fn(&mut Columns, &mut Scattering)) -> String {
-    let screen = screen(0.0, &noise(COUNT * COUNT, 1));
+    let screen = tilted_element(0.0, &column(COUNT * COUNT, 1));
     let mut columns = Columns::on(&screen);
     let mut settings = settings();
     change(&mut columns, &mut settings);
@@ -211,7 +129,7 @@ fn bad_input_is_one_clear_error() {
 
 #[test]
 fn foreign_rays_have_no_transpose() {
-    let screen = screen(0.0, &noise(COUNT * COUNT, 1));
+    let screen = tilted_element(0.0, &column(COUNT * COUNT, 1));
     let columns = Columns::on(&screen);
     let plan = plan(&screen, &columns, settings());
     let mut secondary = plan.scatter(0..2);

@@ -1,6 +1,6 @@
 //! Quadrature nodes of plane regions: discs, rectangles, and pixels that a disc may cut.
 
-use crate::quadrature::gauss_legendre;
+use crate::numbers::quadrature::gauss_legendre;
 
 /// Nodes [x, y] and what area each stands for.
 pub type Nodes = Vec<([f64; 2], f64)>;
@@ -96,8 +96,8 @@ pub fn rectangle_in_disc(bounds: [f64; 4], radius: f64, fine: Fineness) -> Nodes
 mod tests {
     use num_complex::Complex64;
 
-    use crate::disc::disc_transform;
     use crate::estimates::nodes::{Fineness, Nodes, disc, rectangle_in_disc};
+    use crate::numbers::disc::disc_transform;
 
     fn transform(nodes: &Nodes, frequency: f64) -> Complex64 {
         let turn = std::f64::consts::TAU * frequency;

@@ -14,8 +14,9 @@ use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
+use raylet_testkit::parts::{on_axis, plane_wave, screen};
 
-use crate::problems::{at, face, plane_wave, screen};
+use crate::problems::problem::face;
 
 /// What a system consists of.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -162,7 +163,7 @@ fn element(draw: &mut Draw, z: f64, half: f64) -> Screen {
         Aperture::turned_rectangle(half, half, 0.0, [0.0; 2])
     };
     if form < 0.15 {
-        return screen("opening", z, Act::Stop(aperture));
+        return screen(on_axis(z), Act::Stop(aperture));
     }
     let layers = if form < 0.4 {
         let gradient = draw.offset(0.2).map(|p| std::f64::consts::TAU * p);
@@ -194,8 +195,7 @@ fn element(draw: &mut Draw, z: f64, half: f64) -> Screen {
         })]
     };
     screen(
-        "element",
-        z,
+        on_axis(z),
         Act::Doe(Doe {
             layers,
             aperture,
@@ -213,7 +213,7 @@ fn sensor(draw: &mut Draw, frame: Frame) -> Screen {
     });
     Screen {
         frame,
-        ..screen("sensor", 0.0, act)
+        ..screen(on_axis(0.0), act)
     }
 }
 
@@ -225,7 +225,7 @@ fn free(draw: &mut Draw, system: &mut System, tilted: bool) {
         .map_or(0.0, |screen| screen.frame.origin.z);
     let z = last + draw.ratio(25.0, 150.0);
     let [x, y] = draw.offset(0.1 * (z - last));
-    let mut frame = at(z).moved(Vec3::new(x, y, 0.0));
+    let mut frame = on_axis(z).moved(Vec3::new(x, y, 0.0));
     if tilted {
         let [a, b] = draw.offset(0.6);
         frame = frame.tilted([a, b, 0.0]);
@@ -292,7 +292,7 @@ fn lenses(draw: &mut Draw, system: &mut System, kind: Kind) {
         z += draw.between(8.0, 30.0);
         let half = draw.between(4.5, 9.0);
         let second = match kind {
-            Kind::Stop => screen("stop", z, Act::Stop(Aperture::disc(half))),
+            Kind::Stop => screen(on_axis(z), Act::Stop(Aperture::disc(half))),
             _ => element(draw, z, half),
         };
         system.screens.push(second);
@@ -305,7 +305,7 @@ fn lenses(draw: &mut Draw, system: &mut System, kind: Kind) {
         draw.between(0.0, 6.0)
     };
     let turn = draw.between(0.0, std::f64::consts::TAU);
-    let frame = at(z).moved(Vec3::new(aside * turn.cos(), aside * turn.sin(), 0.0));
+    let frame = on_axis(z).moved(Vec3::new(aside * turn.cos(), aside * turn.sin(), 0.0));
     system.screens.push(sensor(draw, frame));
 }
 
@@ -314,7 +314,7 @@ fn mirror(draw: &mut Draw, system: &mut System) {
     let (z, angle) = (draw.between(30.0, 60.0), draw.between(0.35, 0.7));
     let away = draw.ratio(50.0, 150.0);
     let radius = draw.ratio(150.0, 600.0) * if draw.chance(0.7) { -1.0 } else { 1.0 };
-    let frame = at(z).tilted([0.0, angle, 0.0]);
+    let frame = on_axis(z).tilted([0.0, angle, 0.0]);
     let semi_aperture = draw.between(12.0, 17.0);
     let mirror = Surface {
         frame,

@@ -2,7 +2,7 @@
 //!
 //! Each screen and each lens surface is a sheet of quadrature nodes ([`Sheet`]) over its own opening; light goes
 //! from each node to each node of the next by the first Rayleigh–Sommerfeld integral. What a refracting or
-//! reflecting surface sends on is corrected by its mean curvature (see [`crate::interface`]); interfaces let
+//! reflecting surface sends on is corrected by its mean curvature (see [`crate::references::interface`]); interfaces let
 //! everything through. Only heights, openings and transmissions are raylet's.
 
 use ndarray::Array2;
@@ -17,9 +17,9 @@ use raylet::optics::shape::Shape;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 
-use crate::direct::Sheet;
 use crate::estimates::nodes::{Fineness, Nodes, disc, rectangle, rectangle_in_disc};
-use crate::tilted::sensor_points;
+use crate::problems::tilted::sensor_points;
+use crate::references::direct::Sheet;
 
 /// One surface on the way.
 struct Station<'a> {

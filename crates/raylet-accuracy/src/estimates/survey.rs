@@ -9,7 +9,7 @@ use raylet::optics::system::System;
 
 use crate::estimates::random_systems::{KINDS, Kind, random_system};
 use crate::estimates::surface_sum::surface_sum;
-use crate::problems::told_error;
+use crate::problems::problem::told_error;
 
 /// A random system, the error that raylet told and the true one.
 #[derive(Clone, Debug)]

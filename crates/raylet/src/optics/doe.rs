@@ -176,6 +176,13 @@ impl Doe {
         steepest
     }
 
+    /// Whether all pixel grids of the element have the same pitch, size and form: one sampling holds for all.
+    pub fn shares_lattice(&self) -> bool {
+        let lattices = lattices(&self.layers);
+        let pairs = lattices.iter().zip(lattices.iter().skip(1));
+        { pairs }.all(|(a, b)| a == b)
+    }
+
     /// The part of the plane where the element transmits, `[x_min, x_max, y_min, y_max]`: its aperture
     /// and its pixel grid; nothing when neither limits it.
     pub fn bounds(&self) -> Option<[f64; 4]> {
@@ -190,6 +197,20 @@ impl Doe {
             (a, b) => a.or(b),
         }
     }
+}
+
+/// What makes up a pixel grid: pitch along x and y in mm, rows and columns, and form.
+pub(crate) type Lattice = ([f64; 2], (usize, usize), PixelForm);
+
+/// The lattice of every pixel grid among layers.
+pub(crate) fn lattices(layers: &[Layer]) -> Vec<Lattice> {
+    let own = |layer: &Layer| match layer {
+        Layer::Pixels(pixels) => vec![(pixels.pitch, pixels.values.dim(), pixels.form)],
+        Layer::Phase(_) => Vec::new(),
+        Layer::Sum(terms) => terms.iter().flat_map(|term| lattices(&term.1)).collect(),
+        Layer::Unrolled(_, layers) => lattices(layers),
+    };
+    layers.iter().flat_map(own).collect()
 }
 
 impl Pixels {

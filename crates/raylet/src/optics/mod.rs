@@ -1,16 +1,16 @@
 //! What the parts are.
 //!
-//! | file | what it holds |
+//! | file or folder | what it holds |
 //! | --- | --- |
+//! | [`assembly`] | Systems from parts laid one behind another, in code and from scenes |
+//! | [`media`] | What light travels in: indices of refraction, the catalogue of glasses |
 //! | [`aperture`] | Clear apertures and the share of a small cell that lies inside them |
 //! | [`bundle`] | Rays of any tracer, in plain arrays, where they stand on a screen; and what may be wrong with them |
 //! | [`conic`] | Spheres and conics of revolution, with even powers of the radius on top |
-//! | [`dispersion`] | Dispersion: how an index of refraction depends on the wavelength |
 //! | [`doe`] | Diffractive optical elements: a complex transmission over a plane |
 //! | [`frame`] | Where a part stands: an origin and three orthonormal axes in global coordinates |
 //! | [`freeform`] | Sag terms that are added to a conic, each written once as a formula for z(x, y) |
 //! | [`height`] | The height of a surface over its local plane, with derivatives |
-//! | [`medium`] | What light travels in: a medium and its index of refraction as a function of wavelength |
 //! | [`moments`] | Integrals of polynomials over the part of a cell that an aperture leaves open |
 //! | [`paraxial`] | Paraxial optics of centred trains: ray matrices, focal lengths, principal planes |
 //! | [`polygon`] | Areas inside polygons |
@@ -32,14 +32,14 @@
 )]
 
 pub mod aperture;
+pub mod assembly;
 pub mod bundle;
 pub mod conic;
-pub mod dispersion;
 pub mod doe;
 pub mod frame;
 pub mod freeform;
 pub mod height;
-pub mod medium;
+pub mod media;
 pub mod moments;
 pub mod paraxial;
 pub mod polygon;

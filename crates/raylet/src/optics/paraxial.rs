@@ -340,11 +340,12 @@ fn screen_name(screen: &Screen) -> String {
 
 #[cfg(test)]
 mod tests {
+    use crate::fixtures::parts::{self, conic, face, on_axis};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
-    use crate::optics::frame::Frame;
+
     use crate::optics::paraxial::{Abcd, Cardinal, ParaxialError};
-    use crate::optics::refraction::{Coating, Interface};
+    use crate::optics::refraction::Interface;
     use crate::optics::screen::{Act, Screen};
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;
@@ -356,27 +357,15 @@ mod tests {
 
     fn screen(z: f64, arrives: f64) -> Screen {
         Screen {
-            name: String::from("screen"),
-            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-            act: Act::Stop(Aperture::disc(0.63)),
-            index: 1.0,
-            shape: Shape::Plane,
             arrives,
+            ..parts::screen(on_axis(z), Act::Stop(Aperture::disc(0.63)))
         }
     }
 
     fn surface(z: f64, radius: f64, index: [f64; 2]) -> Surface {
-        let conic = Conic {
-            curvature: 1.0 / radius,
-            conic: 0.0,
-        };
         Surface {
-            shape: Shape::Conic(conic),
-            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
             aperture: Aperture::disc(12.7),
-            interface: Interface::Refract,
-            coating: Coating::Ideal,
-            index,
+            ..face(on_axis(z), conic(1.0 / radius, 0.0), index)
         }
     }
 

@@ -44,6 +44,17 @@ const NEWTON_STEPS: usize = 60;
 const HALVINGS: usize = 40;
 
 impl Shape {
+    /// A sphere by its radius in mm, positive where the centre lies at larger z; a plane where it is infinite.
+    pub fn sphere(radius: f64) -> Self {
+        if radius.is_infinite() {
+            return Shape::Plane;
+        }
+        Shape::Conic(Conic {
+            curvature: 1.0 / radius,
+            conic: 0.0,
+        })
+    }
+
     /// Height and derivatives at (x, y); nothing where the surface does not exist.
     #[inline(always)]
     pub fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {

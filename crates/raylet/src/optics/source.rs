@@ -25,6 +25,23 @@ pub enum Source {
 }
 
 impl Source {
+    /// Collimated light at these angles in rad, whose sines are its direction cosines along x and y; its phase is zero
+    /// at `origin`. Nothing where no direction has such angles.
+    pub fn collimated(angle: [f64; 2], origin: Vec3) -> Option<Self> {
+        let [x, y] = angle.map(f64::sin);
+        let under = 1.0 - x * x - y * y;
+        let direction = Vec3::new(x, y, under.sqrt());
+        (under > 0.0).then_some(Source::Plane { direction, origin })
+    }
+
+    /// Light from a point in mm, global; the field is one at `reference`.
+    pub fn point([x, y, z]: [f64; 3], reference: Vec3) -> Self {
+        Source::Point {
+            position: Vec3::new(x, y, z),
+            reference,
+        }
+    }
+
     /// The field at a global point, in a medium of wavenumber `k` = 2πn/λ (rad/mm).
     pub fn field(&self, point: Vec3, k: f64) -> Complex64 {
         match self {

@@ -200,7 +200,6 @@ fn lens_and_pose_match_differences() {
         };
         let slope = slope(&value, 1.0);
         let error = (found - slope).abs() / slope.abs();
-        println!("{name}: {found:.9e} against {slope:.9e}: {error:.1e}");
         assert!(
             error < 1e-6,
             "{name}: {found:e} against {slope:e}, {error:e} apart"
@@ -224,10 +223,6 @@ fn match_together(case: &Case, parameters: &[Parameter], free: bool) {
     };
     let (slope, found) = (slope(&value, 1.0), found.iter().sum::<f64>());
     let error = (found - slope).abs() / slope.abs();
-    println!(
-        "{}: {found:.9e} against {slope:.9e}: {error:.1e}",
-        case.name
-    );
     assert!(
         error < 1e-6,
         "{}: {found:e} against {slope:e}, {error:e} apart",
@@ -305,7 +300,6 @@ fn pixels_match_differences() {
                 let step = 1e-4;
                 let slope = (value(step) - value(-step)) / (2.0 * step);
                 let error = (found - slope).abs() / slope.abs();
-                println!("{}, {name} of element {number}: {error:.1e}", case.name);
                 assert!(
                     error < 1e-7,
                     "{}, {name} of element {number}: {error:e}",

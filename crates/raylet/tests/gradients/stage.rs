@@ -6,15 +6,15 @@ use raylet::engine::plan::settings::{Method, Settings};
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use raylet::optics::frame::Frame;
+use raylet::optics::doe::PixelForm;
 use raylet::optics::freeform::Term;
-use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::refraction::Coating;
+use raylet::optics::screen::{Act, Screen};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
+use raylet_testkit::parts::{self, conic, element, on_axis, pixel_layer, sensor};
 
 /// A system and how it is carried.
 pub(crate) struct Case {
@@ -31,48 +31,20 @@ pub(crate) fn noise(shape: [usize; 2], purpose: u32) -> Array2<Complex64> {
 }
 
 pub(crate) fn screen(z: f64, act: Act) -> Screen {
-    Screen {
-        name: format!("at {z}"),
-        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-        shape: Shape::Plane,
-        act,
-        index: 1.0,
-        arrives: 1.0,
-    }
+    parts::screen(on_axis(z), act)
 }
 
 /// Random phases on square pixels.
 pub(crate) fn pixels(count: usize, pitch: f64, purpose: u32, form: PixelForm) -> Act {
     let phase = |value: Complex64| Complex64::cis(12.0 * value.re);
-    Act::Doe(Doe {
-        layers: vec![Layer::Pixels(Pixels {
-            pitch: [pitch; 2],
-            values: noise([count, count], purpose).mapv(phase),
-            form,
-        })],
-        aperture: Aperture::OPEN,
-        reflect: false,
-    })
-}
-
-pub(crate) fn sensor(count: usize, pitch: f64) -> Act {
-    Act::Sensor(Sensor {
-        pixels: [count; 2],
-        pitch: [pitch; 2],
-    })
+    let values = noise([count, count], purpose).mapv(phase);
+    Act::Doe(element(pixel_layer(values, pitch, form), Aperture::OPEN))
 }
 
 pub(crate) fn face(z: f64, curvature: f64, index: [f64; 2]) -> Surface {
     Surface {
-        shape: Shape::Conic(Conic {
-            curvature,
-            conic: -0.4,
-        }),
-        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-        aperture: Aperture::OPEN,
-        interface: Interface::Refract,
         coating: Coating::Fresnel,
-        index,
+        ..parts::face(on_axis(z), conic(curvature, -0.4), index)
     }
 }
 

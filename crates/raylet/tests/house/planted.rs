@@ -1,6 +1,8 @@
-//! Every rule on imports finds what is planted to break it, and nothing in sources that keep it.
+//! Every rule on imports, sizes and output finds what is planted to break it, and nothing in sources that keep it.
 
+use crate::prints::prints;
 use crate::rules::{looks_up, ring, through_the_root, uses_super};
+use crate::sizes::{full_folders, long_files};
 use crate::source::Source;
 
 fn sources(pairs: &[(&str, &str)]) -> Vec<Source> {
@@ -125,4 +127,52 @@ fn a_ring_through_an_imported_module_is_found() {
     ];
     let expected = ["import ring: engine/plan.rs -> engine/trace/walk.rs -> engine/plan.rs"];
     assert_eq!(planted(ring, &bad), expected);
+}
+
+#[test]
+fn a_long_file_is_found() {
+    let lines = |count: usize| "x\n".repeat(count);
+    assert_eq!(
+        planted(long_files, &[("math/real.rs", &lines(600))]),
+        Vec::<String>::new()
+    );
+    assert_eq!(
+        planted(long_files, &[("math/real.rs", &lines(601))]),
+        ["math/real.rs has 601 lines"]
+    );
+}
+
+#[test]
+fn a_full_folder_is_found() {
+    let names: Vec<String> = (0..26).map(|n| format!("wave/grid/part{n}.rs")).collect();
+    let files: Vec<(&str, &str)> = names.iter().map(|name| (name.as_str(), "")).collect();
+    assert_eq!(planted(full_folders, &files[..25]), Vec::<String>::new());
+    // Files of subfolders count in these.
+    let mut beside = files[..25].to_vec();
+    beside.push(("wave/grid/deeper/part.rs", ""));
+    assert_eq!(planted(full_folders, &beside), Vec::<String>::new());
+    assert_eq!(
+        planted(full_folders, &files),
+        ["wave/grid has 26 source files"]
+    );
+}
+
+#[test]
+fn a_print_is_found() {
+    let bad = [
+        (
+            "crates/raylet/src/math/real.rs",
+            "fn f() {}\n#[cfg(test)]\nmod tests {\n    println!(\"a\");\n}\n",
+        ),
+        (
+            "crates/raylet/tests/rays.rs",
+            "eprintln!(\"b\");\n// dbg!(c);\n",
+        ),
+        ("crates/raylet/examples/tour.rs", "println!(\"d\");\n"),
+    ];
+    let expected = [
+        "crates/raylet/src/math/real.rs calls println!",
+        "crates/raylet/tests/rays.rs calls eprintln!",
+    ];
+    assert_eq!(planted(prints, &bad), expected);
 }

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Path of a source below its `src` folder with `/` between the parts, and its text.
+/// Path of a source below a folder (its `src`, or the repository) with `/` between the parts, and its text.
 pub(crate) type Source = (String, String);
 
 /// The folder that holds the crates of the workspace.
@@ -13,12 +13,18 @@ fn crates() -> PathBuf {
 
 /// The Rust files in a folder and its subfolders, but for what was built.
 pub(crate) fn files(folder: &Path) -> Vec<PathBuf> {
+    files_of(folder, &["rs"])
+}
+
+/// The files with one of these endings in a folder and its subfolders, but for what was built.
+fn files_of(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
+    let ends = |path: &Path| endings.iter().any(|e| path.extension() == Some(e.as_ref()));
     let mut found = Vec::new();
     for entry in fs::read_dir(folder).unwrap() {
         let path = entry.unwrap().path();
         if path.is_dir() && !path.ends_with("target") {
-            found.extend(files(&path));
-        } else if path.extension().is_some_and(|e| e == "rs") {
+            found.extend(files_of(&path, endings));
+        } else if ends(&path) {
             found.push(path);
         }
     }
@@ -34,6 +40,21 @@ pub(crate) fn of_crate(name: &str) -> Vec<PathBuf> {
 /// All Rust files of the workspace.
 pub(crate) fn workspace() -> Vec<PathBuf> {
     files(&crates())
+}
+
+/// The Rust and Python sources of the repository, with their paths from its root.
+pub(crate) fn all_sources() -> Vec<Source> {
+    let root = crates().join("..");
+    let folders = ["crates", "python", "fuzz", "docs"].map(|name| root.join(name));
+    let paths = folders.iter().flat_map(|f| files_of(f, &["rs", "py"]));
+    paths.map(|path| source(&root, &path)).collect()
+}
+
+/// A source with its path below a folder.
+fn source(folder: &Path, path: &Path) -> Source {
+    let below = path.strip_prefix(folder).unwrap();
+    let parts: Vec<_> = below.iter().map(|part| part.to_string_lossy()).collect();
+    (parts.join("/"), fs::read_to_string(path).unwrap())
 }
 
 /// The names of all crates of the workspace.
@@ -52,12 +73,10 @@ pub(crate) fn crate_names() -> Vec<String> {
 /// The sources of a crate, as the rules on imports take them.
 pub(crate) fn sources(name: &str) -> Vec<Source> {
     let root = crates().join(name).join("src");
-    let source = |path: PathBuf| {
-        let below = path.strip_prefix(&root).unwrap();
-        let parts: Vec<_> = below.iter().map(|part| part.to_string_lossy()).collect();
-        (parts.join("/"), fs::read_to_string(&path).unwrap())
-    };
-    of_crate(name).into_iter().map(source).collect()
+    of_crate(name)
+        .iter()
+        .map(|path| source(&root, path))
+        .collect()
 }
 
 /// The part of a text before its tests, without comments.

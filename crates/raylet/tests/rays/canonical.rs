@@ -7,7 +7,8 @@ use raylet::optics::frame::Frame;
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::surface::Surface;
 
-use crate::stage::{Bench, conic, lens_face, mirror, on_axis, screen};
+use crate::stage::{Bench, conic, screen};
+use raylet_testkit::parts::{face as lens_face, mirror, on_axis};
 
 /// Rays, [x, y, p_x, p_y].
 const RAYS: [[f64; 4]; 3] = [

@@ -1,6 +1,6 @@
 //! Indices that glass makers and standard papers print.
 
-use raylet::file::model::catalog::medium;
+use raylet::optics::media::catalog::medium;
 
 fn index(name: &str, um: f64) -> f64 {
     medium(name).unwrap().index(um * 1e-3).unwrap()

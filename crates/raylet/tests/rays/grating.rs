@@ -10,7 +10,8 @@ use raylet::optics::screen::{Act, Screen};
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
 
-use crate::stage::{on_axis, screen};
+use crate::stage::screen;
+use raylet_testkit::parts::{self, element, on_axis};
 
 const WAVELENGTH: f64 = 0.7e-3;
 const K: f64 = std::f64::consts::TAU / WAVELENGTH;
@@ -18,15 +19,10 @@ const K: f64 = std::f64::consts::TAU / WAVELENGTH;
 /// A grating of `lines` per mm (negative for the order on the other side), grooves along its y axis.
 fn grating(frame: Frame, lines: f64, reflect: bool) -> Screen {
     let gradient = [std::f64::consts::TAU * lines, 0.0];
-    let element = Doe {
-        layers: vec![Layer::Phase(Profile::Linear { gradient })],
-        aperture: Aperture::disc(10.0),
-        reflect,
-    };
-    Screen {
-        act: Act::Doe(element),
-        ..screen(frame, 1.0, 1.0)
-    }
+    let layer = Layer::Phase(Profile::Linear { gradient });
+    let mut doe = element(layer, Aperture::disc(10.0));
+    doe.reflect = reflect;
+    parts::screen(frame, Act::Doe(doe))
 }
 
 fn system(direction: Vec3, element: Screen, to: Screen) -> System {

@@ -5,7 +5,8 @@
 
 use raylet::optics::shape::{Conic, Shape};
 
-use crate::stage::{Bench, lens_face, on_axis, screen};
+use crate::stage::{Bench, screen};
+use raylet_testkit::parts::{face as lens_face, on_axis};
 
 /// Terms of a power series in u.
 const TERMS: usize = 14;

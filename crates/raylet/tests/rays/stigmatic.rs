@@ -1,6 +1,7 @@
 //! Conics that bring every ray to one point over one optical path.
 
-use crate::stage::{Bench, conic, lens_face, mirror, on_axis, screen};
+use crate::stage::{Bench, conic, screen};
+use raylet_testkit::parts::{face, mirror, on_axis};
 
 /// Allowed difference of optical paths and distance from the focus, in mm.
 const EXACT: f64 = 1e-12;
@@ -36,7 +37,7 @@ fn ellipsoid_focuses_collimated_light_into_glass() {
         let shape = conic(radius, -1.0 / (n * n));
         let bench = Bench {
             from: screen(on_axis(-5.0), 1.0, 1.0),
-            train: vec![lens_face(on_axis(0.0), shape, [1.0, n])],
+            train: vec![face(on_axis(0.0), shape, [1.0, n])],
             to: screen(on_axis(focus), n, 1.0),
         };
         assert_stigmatic(&bench, &collimated(height), 5.0 + n * focus);
@@ -51,7 +52,7 @@ fn hyperboloid_focuses_collimated_light_out_of_glass() {
         let shape = conic(-radius, -n * n);
         let bench = Bench {
             from: screen(on_axis(-20.0), n, 1.0),
-            train: vec![lens_face(on_axis(0.0), shape, [n, 1.0])],
+            train: vec![face(on_axis(0.0), shape, [n, 1.0])],
             to: screen(on_axis(focus), 1.0, 1.0),
         };
         assert_stigmatic(&bench, &collimated(height), 20.0 * n + focus);
@@ -66,8 +67,8 @@ fn two_hyperboloids_image_a_point_into_a_point() {
     let bench = Bench {
         from: screen(on_axis(-focus), 1.0, 1.0),
         train: vec![
-            lens_face(on_axis(0.0), conic(radius, -n * n), [1.0, n]),
-            lens_face(on_axis(thickness), conic(-radius, -n * n), [n, 1.0]),
+            face(on_axis(0.0), conic(radius, -n * n), [1.0, n]),
+            face(on_axis(thickness), conic(-radius, -n * n), [n, 1.0]),
         ],
         to: screen(on_axis(thickness + focus), 1.0, 1.0),
     };
@@ -101,7 +102,7 @@ fn sphere_shortens_a_focus_at_its_aplanatic_points() {
     let (far, near) = (radius * (1.0 + n), radius * (1.0 + 1.0 / n));
     let bench = Bench {
         from: screen(on_axis(far), 1.0, 1.0),
-        train: vec![lens_face(on_axis(0.0), conic(radius, 0.0), [1.0, n])],
+        train: vec![face(on_axis(0.0), conic(radius, 0.0), [1.0, n])],
         to: screen(on_axis(near), n, 1.0),
     };
     // Rays are launched from the virtual focus and fly back to the sphere first.

@@ -15,9 +15,9 @@ use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::system::System;
-use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::propagate::{CLEAR, FreeHop, Slab};
-use crate::wave::raster::Raster;
+use crate::wave::free::propagate::{CLEAR, FreeHop, Slab};
+use crate::wave::grid::field::{Axis, Field, Grid};
+use crate::wave::grid::raster::Raster;
 
 /// Spokes of the star.
 const SPOKES: f64 = 18.0;
@@ -135,7 +135,7 @@ mod tests {
     use crate::design::examples::patterns::{metalens, star, star_hologram};
     use crate::engine::chain::simulate::simulate;
     use crate::engine::plan::settings::Settings;
-    use crate::wave::metrics::ncc;
+    use crate::wave::grid::metrics::ncc;
 
     /// The middle of the focus is the sum of all pixels in phase, by the first Rayleigh–Sommerfeld
     /// integral with one node each: Σ h² (z/r)(1/r − ik) e^{ik·focus}/(2πr).

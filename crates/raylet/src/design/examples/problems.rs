@@ -15,7 +15,7 @@ use crate::optics::shape::{Conic, Shape};
 use crate::optics::source::Source;
 use crate::optics::surface::Surface;
 use crate::optics::system::System;
-use crate::wave::field::Axis;
+use crate::wave::grid::field::Axis;
 
 /// Wavelength in mm.
 pub const WAVELENGTH: f64 = 0.7e-3;

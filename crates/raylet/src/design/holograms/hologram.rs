@@ -14,10 +14,10 @@ use crate::design::holograms::start::Spreading;
 use crate::design::losses::target::Target;
 use crate::engine::progress::{Cancelled, Reply};
 use crate::optics::paraxial::Abcd;
-use crate::wave::collins::{Collins, CollinsError};
-use crate::wave::field::{Axis, Grid};
-use crate::wave::metrics::ncc;
-use crate::wave::raster::Raster;
+use crate::wave::free::collins::{Collins, CollinsError};
+use crate::wave::grid::field::{Axis, Grid};
+use crate::wave::grid::metrics::ncc;
+use crate::wave::grid::raster::Raster;
 
 /// Samples of the design raster in a cell λB/(width of the element). The intensity has two; at 2 the
 /// score is already that of a raster of 4 within 5e-5, at 3 within 1e-5 (a 200 × 200 hologram).
@@ -414,10 +414,10 @@ mod tests {
     use crate::math::random;
     use crate::optics::aperture::Aperture;
     use crate::optics::paraxial::Abcd;
-    use crate::wave::collins::Collins;
-    use crate::wave::field::{Axis, Grid};
-    use crate::wave::metrics::ncc;
-    use crate::wave::raster::Raster;
+    use crate::wave::free::collins::Collins;
+    use crate::wave::grid::field::{Axis, Grid};
+    use crate::wave::grid::metrics::ncc;
+    use crate::wave::grid::raster::Raster;
 
     /// 60 × 60 pixels of 6.3 µm within a disc, LA1131-A, an uneven picture 0.6 mm wide.
     fn task() -> Task {

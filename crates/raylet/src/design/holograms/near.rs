@@ -12,7 +12,7 @@ use num_complex::Complex64;
 
 use crate::engine::progress::{Cancelled, Reply};
 use crate::math::chirp::{Chirp2, Comb};
-use crate::wave::metrics::ncc;
+use crate::wave::grid::metrics::ncc;
 
 /// Width of the lattice's period over that of the pixels.
 const PADDING: usize = 2;
@@ -190,9 +190,6 @@ mod tests {
         let (phase, found) = design(&task, &mut |iteration, score| {
             if iteration == 0 {
                 first = score;
-            }
-            if iteration % 10 == 0 {
-                println!("{iteration} {score}");
             }
         })
         .unwrap();

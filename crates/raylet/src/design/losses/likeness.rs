@@ -128,7 +128,7 @@ mod tests {
     use crate::design::losses::likeness::{Brightness, Likeness};
     use crate::design::losses::loss::{Loss, discrepancy};
     use crate::math::random;
-    use crate::wave::metrics::ncc;
+    use crate::wave::grid::metrics::ncc;
 
     fn noise(purpose: u32) -> Array2<f64> {
         Array2::from_shape_fn((7, 9), |(j, i)| {

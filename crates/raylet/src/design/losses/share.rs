@@ -6,7 +6,7 @@ use crate::design::losses::loss::{
     Loss, LossError, Verdict, check_pixels, check_positive, weights,
 };
 use crate::optics::aperture::Aperture;
-use crate::wave::raster::Raster;
+use crate::wave::grid::raster::Raster;
 
 /// Of what the light in the window is a share.
 #[derive(Clone, Debug, PartialEq)]
@@ -165,7 +165,7 @@ mod tests {
     use crate::design::losses::loss::{Loss, discrepancy};
     use crate::design::losses::share::Share;
     use crate::math::random;
-    use crate::wave::raster::Raster;
+    use crate::wave::grid::raster::Raster;
 
     /// Jₙ(v), n = 0 and 1, by the midpoint rule for its integral: exact to rounding.
     fn bessel(v: f64) -> [f64; 2] {

@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::design::losses::loss::{Loss, LossError, Verdict, check_positive};
-use crate::wave::raster::Raster;
+use crate::wave::grid::raster::Raster;
 
 /// A point of the sensor between four pixels.
 #[derive(Clone, Debug, PartialEq)]
@@ -159,7 +159,7 @@ mod tests {
     use crate::design::losses::loss::{Loss, LossError, discrepancy};
     use crate::design::losses::spots::{Sharing, Spots};
     use crate::math::random;
-    use crate::wave::raster::Raster;
+    use crate::wave::grid::raster::Raster;
 
     const RASTER: Raster = Raster {
         start: [-0.4, -0.2],

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use crate::wave::raster::Raster;
+use crate::wave::grid::raster::Raster;
 
 /// A picture of box pixels, centred on the sensor, and how much it is softened.
 ///
@@ -60,7 +60,7 @@ mod tests {
     use ndarray::array;
 
     use crate::design::losses::target::Target;
-    use crate::wave::raster::Raster;
+    use crate::wave::grid::raster::Raster;
 
     fn raster(pitch: f64, size: [usize; 2]) -> Raster {
         Raster {

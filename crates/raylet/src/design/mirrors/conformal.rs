@@ -19,7 +19,7 @@ use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::system::System;
-use crate::wave::rayleigh::{Emitter, Emitters};
+use crate::wave::free::rayleigh::{Emitter, Emitters};
 
 /// Wavelength in mm; pixels are half of it.
 const WAVELENGTH: f64 = 1e-3;

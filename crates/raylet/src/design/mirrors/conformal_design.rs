@@ -181,7 +181,6 @@ mod tests {
             search.tell(look.value, &look.gradient);
         }
         let after = in_foci(search.best().unwrap().0);
-        println!("{before} {after}");
         // A perfect focus of this aperture has π NA²/λ² of its light on each mm²: 0.039 on half a sample's area.
         assert!(before < 0.015 && after > 0.032, "{before} {after}");
     }

@@ -12,9 +12,9 @@ use crate::engine::chain::simulate::{SimulateError, illuminate, sensor_of};
 use crate::math::vec3::Vec3;
 use crate::optics::screen::Act;
 use crate::optics::system::System;
-use crate::wave::field::{Axis, Grid};
-use crate::wave::pixel_hop::{PixelHop, TargetPlane};
-use crate::wave::raster::Raster;
+use crate::wave::free::pixel_hop::{PixelHop, TargetPlane};
+use crate::wave::grid::field::{Axis, Grid};
+use crate::wave::grid::raster::Raster;
 
 /// What is free in each pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
@@ -294,7 +294,6 @@ mod tests {
                     .map(|(g, d)| (g * d).powi(2))
                     .sum();
                 let error = (found - slope).abs() / size.sqrt();
-                println!("{freedom:?} {brightness:?}: {error:.1e}");
                 assert!(error < 1e-7, "{freedom:?} {brightness:?}: {found} {slope}");
             }
         }

@@ -4,9 +4,9 @@ use std::fmt;
 use std::ops::Range;
 use std::sync::{Arc, OnceLock};
 
-use crate::wave::field::Grid;
-use crate::wave::raster::Raster;
-use crate::wave::wavelet::Arrival;
+use crate::wave::beamlet::wavelet::Arrival;
+use crate::wave::grid::field::Grid;
+use crate::wave::grid::raster::Raster;
 
 /// The beamlets of one patch that reach the target, in the order of their modes.
 #[derive(Clone, Debug)]

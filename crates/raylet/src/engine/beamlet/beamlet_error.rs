@@ -7,7 +7,7 @@ use crate::engine::beamlet::discarded_tail::{LeavingBeamlet, discarded_tail_shar
 use crate::engine::trace::direction_search::SearchRay;
 use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::optics::system::Hop;
-use crate::wave::wavelet::Tail;
+use crate::wave::beamlet::wavelet::Tail;
 
 /// Share of the light on which each width is judged.
 const TRUSTED_SHARE: f64 = 0.98;

@@ -3,7 +3,7 @@
 use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
-use crate::wave::wavelet::Arrival;
+use crate::wave::beamlet::wavelet::Arrival;
 
 /// A beamlet of width σ and unit coefficient at the end of a hop, its optical path's phase included.
 ///

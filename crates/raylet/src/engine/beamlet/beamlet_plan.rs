@@ -16,8 +16,8 @@ use crate::engine::plan::settings::{Correction, Settings};
 use crate::engine::trace::direction_search::{DirectionSearch, SearchRay, search_directions};
 use crate::optics::screen::Act;
 use crate::optics::system::Hop;
-use crate::wave::patch::Band;
-use crate::wave::window::Positions;
+use crate::wave::patches::patch::Band;
+use crate::wave::patches::window::Positions;
 
 /// The lattice of a beamlet sum.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,8 +10,8 @@ use crate::engine::chain::backend::Job;
 use crate::engine::error::tally::Fate;
 use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::optics::ray::Loss;
-use crate::wave::gather::Canvas;
-use crate::wave::wavelet::Arrival;
+use crate::wave::beamlet::beamlet_sum::Canvas;
+use crate::wave::beamlet::wavelet::Arrival;
 
 /// A beamlet that reaches the target.
 pub struct TargetBeamlet {

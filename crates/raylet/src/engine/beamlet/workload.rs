@@ -11,7 +11,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::screen::Act;
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
-use crate::wave::window::Positions;
+use crate::wave::patches::window::Positions;
 
 /// Rays followed, and seconds of one core.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -14,8 +14,8 @@ use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Cancelled, Pulse, ShareDone};
 use crate::engine::trace::ray_sensitivity::PerturbedHops;
 use crate::optics::system::Hop;
-use crate::wave::field::Field;
-use crate::wave::gather::Canvas;
+use crate::wave::beamlet::beamlet_sum::Canvas;
+use crate::wave::grid::field::Field;
 
 /// One hop to be carried by beamlets.
 #[derive(Clone, Copy)]

@@ -14,8 +14,8 @@ use crate::engine::chain::linearised_system::{
 use crate::engine::chain::screen_sensitivity::ScreenFields;
 use crate::engine::progress::Pulse;
 use crate::optics::system::System;
-use crate::wave::field::Field;
-use crate::wave::sampling::act_adjoint;
+use crate::wave::grid::field::Field;
+use crate::wave::grid::sampling::act_adjoint;
 
 /// An exact look from which estimates go out.
 #[derive(Clone, Debug)]

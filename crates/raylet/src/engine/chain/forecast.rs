@@ -9,7 +9,7 @@ use crate::engine::plan::hop_plan::{Plan, plan};
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Cancelled, Reply};
 use crate::optics::system::{Hop, System};
-use crate::wave::sampling::{Reach, plan_grid};
+use crate::wave::grid::sampling::{Reach, plan_grid};
 
 /// One hop as it would be run.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 
 use crate::engine::beamlet::beamlet_cache::BeamletCache;
 use crate::engine::chain::backend::{AdjointSums, Backend, Job};
-use crate::engine::chain::cpu::Cpu;
+use crate::engine::chain::beamlet_propagation::BeamletPropagation;
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::free::spot_check::Spots;
 use crate::engine::monte_carlo::mode_sampling::Draws;
@@ -23,13 +23,13 @@ use crate::math::vec3::Vec3;
 use crate::optics::screen::Screen;
 use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
-use crate::wave::field::Field;
-use crate::wave::gather::Canvas;
-use crate::wave::height_stack::HeightStack;
-use crate::wave::heights::{Heights, Stack, normal_cosines};
-use crate::wave::plane::PlaneSum;
-use crate::wave::propagate::{EmittedField, FreeHop, FreePlan, PerturbedFreeHops};
-use crate::wave::raster::Raster;
+use crate::wave::beamlet::beamlet_sum::Canvas;
+use crate::wave::beamlet::plane::PlaneSum;
+use crate::wave::free::propagate::{EmittedField, FreeHop, FreePlan, PerturbedFreeHops};
+use crate::wave::grid::field::Field;
+use crate::wave::grid::height_stack::HeightStack;
+use crate::wave::grid::heights::{Heights, Stack, normal_cosines};
+use crate::wave::grid::raster::Raster;
 
 /// Why a hop cannot be carried.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -250,8 +250,9 @@ impl<'a> HopRun<'a> {
                     draws: self.draws.map(|draws| (draws, self.number as u32)),
                 };
                 let mut canvas = Canvas::new(*raster);
-                let patches = 0..Cpu.patches(&job, field);
-                let tally = Cpu.carry(&job, field, patches, &mut canvas, progress)?;
+                let patches = 0..BeamletPropagation.patches(&job, field);
+                let tally =
+                    BeamletPropagation.carry(&job, field, patches, &mut canvas, progress)?;
                 (canvas.finish(), tally)
             }
             Plan::Planes(plan) => {
@@ -295,8 +296,8 @@ impl<'a> HopRun<'a> {
                     draws: self.draws.map(|draws| (draws, self.number as u32)),
                 };
                 let canvas = Canvas::holding(*raster, bar);
-                let patches = 0..Cpu.patches(&job, field);
-                Cpu.carry_adjoint(&job, field, patches, &canvas, back)?;
+                let patches = 0..BeamletPropagation.patches(&job, field);
+                BeamletPropagation.carry_adjoint(&job, field, patches, &canvas, back)?;
             }
             Plan::Planes(_) => return Err(HopAdjointError::NoAdjoint("plane")),
             Plan::Paper(_) => return Err(HopAdjointError::NoAdjoint("paper")),
@@ -414,7 +415,7 @@ mod tests {
     use crate::engine::plan::settings::{Method, Settings};
     use crate::engine::progress::uncancelled;
     use crate::optics::doe::PixelForm;
-    use crate::wave::field::Field;
+    use crate::wave::grid::field::Field;
 
     /// Methods without an adjoint once gave a gradient of zero.
     #[test]

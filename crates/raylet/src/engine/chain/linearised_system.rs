@@ -26,10 +26,10 @@ use crate::engine::rims::pixel_light::PixelValues;
 use crate::engine::rims::rim_screens::{Rimmed, with_rims};
 use crate::engine::trace::ray_sensitivity::{PerturbedHops, Variation};
 use crate::optics::system::{Hop, System};
-use crate::wave::field::Field;
-use crate::wave::height_stack::HeightStack;
-use crate::wave::raster::Raster;
-use crate::wave::sampling::act_adjoint;
+use crate::wave::grid::field::Field;
+use crate::wave::grid::height_stack::HeightStack;
+use crate::wave::grid::raster::Raster;
+use crate::wave::grid::sampling::act_adjoint;
 
 /// Why a system cannot be differentiated.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -547,6 +547,6 @@ fn perturbed<'v>(
 }
 
 /// Whether both perturbed ones of a free hop are free.
-fn is_free(free: &crate::wave::propagate::FreeHop, perturbed: &PerturbedHops) -> bool {
+fn is_free(free: &crate::wave::free::propagate::FreeHop, perturbed: &PerturbedHops) -> bool {
     along(free, &perturbed.below).is_some() && along(free, &perturbed.above).is_some()
 }

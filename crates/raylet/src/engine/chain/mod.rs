@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | [`backend`] | The interface between fields and rays: everything that crosses it adds |
 //! | [`control_variate`] | A control variate for drawn beamlets: only the change since an exact run is estimated |
-//! | [`cpu`] | The backend of the machine's own cores |
+//! | [`beamlet_propagation`] | The backend that carries beamlets of a range of patches on the threads of this machine |
 //! | [`forecast`] | What a run will take: plans, samples and memory of every hop |
 //! | [`hop_run`] | One hop being run, from the field behind the first screen to the light before the second |
 //! | [`linearised_system`] | A system with frozen plans: its fields and its gradients |
@@ -13,8 +13,8 @@
 //! | [`simulate`] | A whole run from the source to the sensor |
 
 pub mod backend;
+pub mod beamlet_propagation;
 pub mod control_variate;
-pub mod cpu;
 pub mod forecast;
 pub mod hop_run;
 pub mod linearised_system;

@@ -17,12 +17,12 @@ use crate::engine::progress::{Cancelled, Reply};
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
-use crate::wave::collins::{Collins, CollinsError};
-use crate::wave::field::Field;
-use crate::wave::height_stack::HeightStack;
-use crate::wave::heights::Heights;
-use crate::wave::raster::Raster;
-use crate::wave::rayleigh::{Emitters, PAIRS_PER_SECOND};
+use crate::wave::free::collins::{Collins, CollinsError};
+use crate::wave::free::rayleigh::{Emitters, PAIRS_PER_SECOND};
+use crate::wave::grid::field::Field;
+use crate::wave::grid::height_stack::HeightStack;
+use crate::wave::grid::heights::Heights;
+use crate::wave::grid::raster::Raster;
 
 /// Period of a reference's free hop over the sum of the half widths of screen and target.
 pub const PADDING: f64 = 8.0;
@@ -233,7 +233,7 @@ fn by_routes(
 /// The outlines of both screens of a hop.
 fn outlines(hop: &Hop) -> Result<[[f64; 4]; 2], SimulateError> {
     let bounds = |screen: &Screen| {
-        let missing = || crate::wave::sampling::SamplingError::Boundless(screen.name.clone());
+        let missing = || crate::wave::grid::sampling::SamplingError::Boundless(screen.name.clone());
         screen.bounds().ok_or_else(missing)
     };
     Ok([bounds(hop.from)?, bounds(hop.to)?])

@@ -9,8 +9,8 @@ use crate::engine::chain::simulate::illuminate;
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::Screen;
 use crate::optics::system::System;
-use crate::wave::field::Field;
-use crate::wave::sampling::act;
+use crate::wave::grid::field::Field;
+use crate::wave::grid::sampling::act;
 
 /// What a run leaves on one screen.
 #[derive(Clone, Debug)]

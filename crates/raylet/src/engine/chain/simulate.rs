@@ -20,10 +20,10 @@ use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
-use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::height_stack::HeightStack;
-use crate::wave::raster::Raster;
-use crate::wave::sampling::{Reach, SamplingError, act, plan_grid, plan_raster};
+use crate::wave::grid::field::{Axis, Field, Grid};
+use crate::wave::grid::height_stack::HeightStack;
+use crate::wave::grid::raster::Raster;
+use crate::wave::grid::sampling::{Reach, SamplingError, act, plan_grid, plan_raster};
 
 /// Why a run is impossible.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]

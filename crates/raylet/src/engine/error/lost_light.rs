@@ -12,11 +12,11 @@ use crate::engine::error::tally::{FATES, Fate};
 use crate::math::random::pair;
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
-use crate::wave::curved::CurvedPatches;
-use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::heights::Heights;
-use crate::wave::patch::{Band, Patches, Spectrum};
-use crate::wave::window::{Positions, Synthesis};
+use crate::wave::grid::field::{Axis, Field, Grid};
+use crate::wave::grid::heights::Heights;
+use crate::wave::patches::curved::CurvedPatches;
+use crate::wave::patches::patch::{Band, Patches, Spectrum};
+use crate::wave::patches::window::{Positions, Synthesis};
 
 /// Places along each axis.
 const PLACES: usize = 10;
@@ -191,29 +191,17 @@ mod tests {
 
     use crate::engine::error::lost_light::lost_light;
     use crate::engine::error::tally::Fate;
-    use crate::math::vec3::Vec3;
+    use crate::fixtures::parts::{box_pixels, face, on_axis, screen, sensor};
+
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
-    use crate::optics::frame::Frame;
+
     use crate::optics::ray::Loss;
-    use crate::optics::refraction::{Coating, Interface};
-    use crate::optics::screen::{Act, Screen, Sensor};
+
     use crate::optics::shape::Shape;
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
-    use crate::wave::field::{Field, Grid};
-    use crate::wave::sampling::act;
-
-    fn screen(z: f64, act: Act) -> Screen {
-        Screen {
-            name: "screen".into(),
-            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-            act,
-            index: 1.0,
-            shape: Shape::Plane,
-            arrives: 1.0,
-        }
-    }
+    use crate::wave::grid::field::{Field, Grid};
+    use crate::wave::grid::sampling::act;
 
     /// A grating of stripes with phases 0 and π, period 4λ, sends (2/πm)² of the light into each odd order
     /// m at sin θ = m/4. Behind it a window lets the first orders through and cuts the third ones; the
@@ -221,28 +209,12 @@ mod tests {
     #[test]
     fn orders_of_a_binary_grating_are_told_apart() {
         let stripe = |(_, x): (usize, usize)| Complex64::new(1.0 - 2.0 * (x % 2) as f64, 0.0);
-        let doe = Doe {
-            layers: vec![Layer::Pixels(Pixels {
-                pitch: [2.0, 2.0],
-                values: Array2::from_shape_fn((60, 60), stripe),
-                form: PixelForm::Box,
-            })],
-            aperture: Aperture::OPEN,
-            reflect: false,
-        };
-        let sensor = Sensor {
-            pixels: [10, 10],
-            pitch: [1.0, 1.0],
-        };
-        let from = screen(0.0, Act::Doe(doe));
-        let to = screen(1000.0, Act::Sensor(sensor));
+        let grating = box_pixels(Array2::from_shape_fn((60, 60), stripe), 2.0);
+        let from = screen(on_axis(0.0), grating);
+        let to = screen(on_axis(1000.0), sensor(10, 1.0));
         let window = Surface {
-            shape: Shape::Plane,
-            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, 500.0)),
             aperture: Aperture::disc(350.0),
-            interface: Interface::Refract,
-            coating: Coating::Ideal,
-            index: [1.0, 1.0],
+            ..face(on_axis(500.0), Shape::Plane, [1.0, 1.0])
         };
         let hop = Hop {
             wavelength: 1.0,

@@ -21,13 +21,13 @@ use crate::math::vec3::Vec3;
 use crate::optics::bundle::{Hit, RayError, Rays, check_finite, check_length, check_positive};
 use crate::optics::doe::Doe;
 use crate::optics::screen::{Act, Screen};
-use crate::wave::field::Grid;
-use crate::wave::heights::Heights;
-use crate::wave::sampling::{Reach, plan_grid};
-use crate::wave::spot::{Ground, Spot, Window};
-use crate::wave::transmission::{NoPixels, phase_bar, pixels_bar, screen_transmission};
-use crate::wave::window::Synthesis;
-use crate::wave::window_coverage::window_coverage;
+use crate::wave::grid::field::Grid;
+use crate::wave::grid::heights::Heights;
+use crate::wave::grid::sampling::{Reach, plan_grid};
+use crate::wave::grid::transmission::{NoPixels, phase_bar, pixels_bar, screen_transmission};
+use crate::wave::patches::spot::{Ground, Spot, Window};
+use crate::wave::patches::window::Synthesis;
+use crate::wave::patches::window_coverage::window_coverage;
 
 /// Cotangents of what secondary rays are made from.
 #[derive(Clone, Debug)]
@@ -429,90 +429,10 @@ mod tests {
     use crate::engine::external::scatter::Scatter;
     use crate::engine::external::scatter_settings::{Drawing, Scattering};
     use crate::engine::plan::settings::Sampler;
-    use crate::math::random::uniform;
-    use crate::math::vec3::Vec3;
-    use crate::optics::aperture::Aperture;
-    use crate::optics::bundle::Rays;
-    use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
-    use crate::optics::frame::Frame;
-    use crate::optics::screen::{Act, Screen};
-    use crate::optics::shape::{Conic, Shape};
+    use crate::fixtures::noise::column;
+    use crate::fixtures::scattered::{COUNT, Columns, tilted_element};
 
-    const COUNT: usize = 12;
-
-    fn noise(count: usize, salt: u64) -> Vec<Complex64> {
-        let draw = |i: usize, part| uniform(salt, [i as u32, part, 0, 0]) - 0.5;
-        (0..count)
-            .map(|i| Complex64::new(draw(i, 0), draw(i, 1)))
-            .collect()
-    }
-
-    /// A tilted reflecting element, plane or curved, of these pixels.
-    fn screen(curvature: f64, values: &[Complex64]) -> Screen {
-        let pixels = Pixels {
-            pitch: [1.5, 1.5],
-            values: Array2::from_shape_vec((COUNT, COUNT), values.to_vec()).unwrap(),
-            form: PixelForm::Box,
-        };
-        Screen {
-            name: String::from("mirror"),
-            frame: Frame::GLOBAL
-                .moved(Vec3::new(1.0, 2.0, 30.0))
-                .tilted([0.2, -0.1, 0.3]),
-            shape: if curvature == 0.0 {
-                Shape::Plane
-            } else {
-                Shape::Conic(Conic {
-                    curvature,
-                    conic: 0.0,
-                })
-            },
-            act: Act::Doe(Doe {
-                layers: vec![Layer::Pixels(pixels)],
-                aperture: Aperture::OPEN,
-                reflect: true,
-            }),
-            index: 1.0,
-            arrives: 1.0,
-        }
-    }
-
-    /// Rays on a screen, in columns.
-    struct Columns {
-        position: Vec<[f64; 3]>,
-        direction: Vec<[f64; 3]>,
-        path: Vec<f64>,
-        weight: Vec<Complex64>,
-        curvature: Vec<[f64; 3]>,
-    }
-
-    impl Columns {
-        fn on(screen: &Screen) -> Self {
-            let places =
-                (0..49).map(|i| [3.0 * f64::from(i % 7) - 9.0, 3.0 * f64::from(i / 7) - 9.1]);
-            let position = places.map(|[x, y]| {
-                let z = screen.height([x, y]).unwrap().z;
-                let v = screen.frame.to_global(Vec3::new(x, y, z));
-                [v.x, v.y, v.z]
-            });
-            Self {
-                position: position.collect(),
-                direction: vec![[0.0, 0.0, 1.0]; 49],
-                path: (0..49).map(f64::from).collect(),
-                weight: noise(49, 3),
-                curvature: vec![[0.01, 0.002, -0.005]; 49],
-            }
-        }
-
-        fn rays(&self) -> Rays<'_> {
-            Rays {
-                position: &self.position,
-                direction: &self.direction,
-                path: &self.path,
-                weight: &self.weight,
-            }
-        }
-    }
+    use crate::optics::screen::Screen;
 
     fn settings() -> Scattering {
         Scattering {
@@ -544,8 +464,8 @@ mod tests {
             (0.01, Sampler::Multinomial),
             (0.01, Sampler::All),
         ] {
-            let pixels = noise(COUNT * COUNT, 1);
-            let screen = screen(curvature, &pixels);
+            let pixels = column(COUNT * COUNT, 1);
+            let screen = tilted_element(curvature, &pixels);
             let columns = Columns::on(&screen);
             let drawing = Drawing {
                 sampler,
@@ -563,7 +483,7 @@ mod tests {
             let off = weights.iter().zip(&secondary.weight);
             assert!(off.map(|(a, b)| (a - b).norm()).sum::<f64>() < 1e-12);
 
-            let bar = noise(weights.len(), 2);
+            let bar = column(weights.len(), 2);
             let back = plan.weigh_adjoint(&secondary, &bar).unwrap();
             let forward = inner(&bar, &weights);
             let size = (inner(&bar, &bar) * inner(&weights, &weights))
@@ -585,7 +505,7 @@ mod tests {
             let value = |turn: f64| {
                 let mut pixels = pixels.clone();
                 pixels[77] *= Complex64::cis(turn);
-                let screen = self::screen(curvature, &pixels);
+                let screen = tilted_element(curvature, &pixels);
                 let weights = self::plan(&screen, &columns, settings).weigh(&secondary);
                 inner(&bar, &weights.unwrap()).re
             };

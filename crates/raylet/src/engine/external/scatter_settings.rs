@@ -3,10 +3,10 @@
 use crate::engine::plan::settings::Sampler;
 use crate::engine::progress::Cancelled;
 use crate::optics::bundle::{RayError, check_finite, check_positive};
-use crate::wave::sampling::SamplingError;
-use crate::wave::spot::Window;
-use crate::wave::transmission::NoPixels;
-use crate::wave::window::Synthesis;
+use crate::wave::grid::sampling::SamplingError;
+use crate::wave::grid::transmission::NoPixels;
+use crate::wave::patches::spot::Window;
+use crate::wave::patches::window::Synthesis;
 
 /// How patches share the element's area.
 #[derive(Clone, Copy, Debug, PartialEq)]

@@ -12,11 +12,11 @@ use rayon::prelude::*;
 use crate::math::random::{Purpose, pair};
 use crate::math::vec3::Vec3;
 use crate::optics::system::Hop;
-use crate::wave::field::Field;
-use crate::wave::heights::Heights;
-use crate::wave::propagate::FreeHop;
-use crate::wave::raster::Raster;
-use crate::wave::rayleigh::{Emitter, Emitters};
+use crate::wave::free::propagate::FreeHop;
+use crate::wave::free::rayleigh::{Emitter, Emitters};
+use crate::wave::grid::field::Field;
+use crate::wave::grid::heights::Heights;
+use crate::wave::grid::raster::Raster;
 
 /// Fewest and most points, and the node–point pairs that are worth more than the fewest.
 const POINTS: [usize; 2] = [8, 32];

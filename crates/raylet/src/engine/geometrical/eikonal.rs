@@ -14,7 +14,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::System;
-use crate::wave::field::{Field, Grid};
+use crate::wave::grid::field::{Field, Grid};
 
 /// Why the generalised law of refraction cannot carry a system's light.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -382,62 +382,38 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::engine::geometrical::eikonal::{EikonalError, carry};
-    use crate::math::vec3::Vec3;
-    use crate::optics::aperture::{Aperture, Outline};
-    use crate::optics::doe::{Doe, Layer};
-    use crate::optics::frame::Frame;
+    use crate::fixtures::parts::{conic, element, face, on_axis, plane_wave, screen, sensor};
+
+    use crate::optics::aperture::Aperture;
+    use crate::optics::doe::Layer;
+
     use crate::optics::profile::Profile;
-    use crate::optics::refraction::{Coating, Interface};
-    use crate::optics::screen::{Act, Screen, Sensor};
-    use crate::optics::shape::{Conic, Shape};
-    use crate::optics::source::Source;
+
+    use crate::optics::screen::Act;
+
     use crate::optics::surface::Surface;
     use crate::optics::system::System;
-    use crate::wave::field::Axis;
+    use crate::wave::grid::field::Axis;
 
     const WAVELENGTH: f64 = 0.7e-3;
     const K: f64 = std::f64::consts::TAU / WAVELENGTH;
     const HALF: f64 = 4.0;
     const TILT: f64 = 0.005;
 
-    fn at(z: f64) -> Frame {
-        Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z))
-    }
-
-    fn screen(z: f64, act: Act) -> Screen {
-        Screen {
-            name: String::from("screen"),
-            frame: at(z),
-            act,
-            index: 1.0,
-            shape: Shape::Plane,
-            arrives: 1.0,
-        }
-    }
-
     /// A square diffractive lens, lit at a small angle, and a sensor.
-    fn weak_lens(focal_length: f64, z: f64, sensor: Sensor) -> System {
-        let lens = Doe {
-            layers: vec![Layer::Phase(Profile::Lens {
-                focal_length,
-                wavenumber: K,
-            })],
-            aperture: Aperture {
-                outline: Outline::Rectangle {
-                    half_x: HALF,
-                    half_y: HALF,
-                },
-                centre: [0.0; 2],
-            },
-            reflect: false,
-        };
+    fn weak_lens(focal_length: f64, z: f64, sensor: Act) -> System {
+        let lens = Layer::Phase(Profile::Lens {
+            focal_length,
+            wavenumber: K,
+        });
+        let square = Aperture::turned_rectangle(HALF, HALF, 0.0, [0.0; 2]);
         System {
             wavelength: WAVELENGTH,
-            source: Source::Plane {
-                direction: Vec3::new(TILT, 0.0, (1.0 - TILT * TILT).sqrt()),
-                origin: Vec3::new(0.0, 0.0, 0.0),
-            },
-            screens: vec![screen(0.0, Act::Doe(lens)), screen(z, Act::Sensor(sensor))],
+            source: plane_wave([TILT, 0.0]),
+            screens: vec![
+                screen(on_axis(0.0), Act::Doe(element(lens, square))),
+                screen(on_axis(z), sensor),
+            ],
             trains: vec![vec![]],
         }
     }
@@ -461,10 +437,7 @@ mod tests {
     fn weak_lens_agrees_with_the_fresnel_integral() {
         for (z, width, bound) in [(20.0, 4.0, 2e-2), (1200.0, 8.0, 8e-2)] {
             let (focal_length, n) = (400.0, 60);
-            let sensor = Sensor {
-                pixels: [n, n],
-                pitch: [width / n as f64; 2],
-            };
+            let sensor = sensor(n, width / n as f64);
             let mut system = weak_lens(focal_length, z, sensor);
             let centre = TILT * z;
             system.screens[1].frame.origin.x = centre;
@@ -493,22 +466,11 @@ mod tests {
     fn power_through_a_thick_lens_is_kept() {
         // A disc of light through a strong plano-convex lens, caught whole before its focus.
         let surface = |z: f64, curvature: f64, index: [f64; 2]| Surface {
-            shape: Shape::Conic(Conic {
-                curvature,
-                conic: 0.0,
-            }),
-            frame: at(z),
             aperture: Aperture::disc(6.0),
-            interface: Interface::Refract,
-            coating: Coating::Ideal,
-            index,
+            ..face(on_axis(z), conic(curvature, 0.0), index)
         };
         let radius = 3.0;
-        let sensor = Sensor {
-            pixels: [400, 400],
-            pitch: [0.012; 2],
-        };
-        let mut system = weak_lens(1.0, 15.0, sensor);
+        let mut system = weak_lens(1.0, 15.0, sensor(400, 0.012));
         system.screens[0].act = Act::Stop(Aperture::disc(radius));
         system.trains[0] = vec![
             surface(1.0, 1.0 / 25.8, [1.0, 1.5]),
@@ -522,11 +484,7 @@ mod tests {
 
     #[test]
     fn focus_is_refused() {
-        let sensor = Sensor {
-            pixels: [31, 31],
-            pitch: [0.5e-3; 2],
-        };
-        let mut system = weak_lens(200.0, 199.9, sensor);
+        let mut system = weak_lens(200.0, 199.9, sensor(31, 0.5e-3));
         system.screens[1].frame.origin.x = 1.0;
         let refused = carry(&system).unwrap_err();
         assert!(matches!(refused, EikonalError::Focus { .. }), "{refused}");

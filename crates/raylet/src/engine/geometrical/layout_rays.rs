@@ -14,7 +14,7 @@ use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::source::Source;
 use crate::optics::system::{Hop, System};
-use crate::wave::wavelet::{Companion, Encounter};
+use crate::wave::beamlet::wavelet::{Companion, Encounter};
 
 /// Where a ray of the layout went.
 #[derive(Clone, Debug, PartialEq)]

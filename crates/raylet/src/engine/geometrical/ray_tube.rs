@@ -12,7 +12,7 @@ use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
-use crate::wave::wavelet::{Companion, Encounter};
+use crate::wave::beamlet::wavelet::{Companion, Encounter};
 
 /// Tangents along the start (x, y) and along a change of the starting direction (p_x, p_y).
 type Number = Dual<4>;
@@ -252,13 +252,14 @@ fn eigenvalues(m: Matrix) -> (f64, f64) {
 #[cfg(test)]
 mod tests {
     use crate::engine::geometrical::ray_tube::trace_tube;
+    use crate::fixtures::parts::{element, on_axis, plane_wave, screen, sensor};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::{Doe, Layer};
+    use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
     use crate::optics::refraction::{Coating, Interface};
-    use crate::optics::screen::{Act, Screen, Sensor};
+    use crate::optics::screen::{Act, Screen};
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::source::Source;
     use crate::optics::surface::Surface;
@@ -267,49 +268,21 @@ mod tests {
     const WAVELENGTH: f64 = 0.7e-3;
     const K: f64 = std::f64::consts::TAU / WAVELENGTH;
 
-    fn screen(z: f64, act: Act) -> Screen {
-        Screen {
-            name: String::from("screen"),
-            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-            act,
-            index: 1.0,
-            shape: Shape::Plane,
-            arrives: 1.0,
-        }
-    }
-
     /// Elements at these places, then a sensor.
-    fn system(source: Source, elements: Vec<(f64, Profile)>, sensor: f64) -> System {
+    fn system(source: Source, elements: Vec<(f64, Profile)>, end: f64) -> System {
         let mut screens: Vec<Screen> = elements
             .into_iter()
             .map(|(z, profile)| {
-                let doe = Doe {
-                    layers: vec![Layer::Phase(profile)],
-                    aperture: Aperture::disc(12.7),
-                    reflect: false,
-                };
-                screen(z, Act::Doe(doe))
+                let doe = element(Layer::Phase(profile), Aperture::disc(12.7));
+                screen(on_axis(z), Act::Doe(doe))
             })
             .collect();
-        screens.push(screen(
-            sensor,
-            Act::Sensor(Sensor {
-                pixels: [1, 1],
-                pitch: [1.0; 2],
-            }),
-        ));
+        screens.push(screen(on_axis(end), sensor(1, 1.0)));
         System {
             wavelength: WAVELENGTH,
             source,
             trains: vec![vec![]; screens.len() - 1],
             screens,
-        }
-    }
-
-    fn collimated(x: f64, y: f64) -> Source {
-        Source::Plane {
-            direction: Vec3::new(x, y, (1.0 - x * x - y * y).sqrt()),
-            origin: Vec3::new(0.0, 0.0, 0.0),
         }
     }
 
@@ -322,7 +295,7 @@ mod tests {
 
     #[test]
     fn diffractive_lens_has_one_path_to_its_focus() {
-        let system = system(collimated(0.0, 0.0), vec![(0.0, lens(30.0))], 30.0);
+        let system = system(plane_wave([0.0, 0.0]), vec![(0.0, lens(30.0))], 30.0);
         for (x, y) in [(0.0, 0.0), (1.0, -3.0), (-8.0, 9.0), (12.0, 0.5)] {
             let tube = trace_tube(&system, [x, y]).unwrap();
             assert!(tube.at[0].hypot(tube.at[1]) < 1e-12, "{tube:?}");
@@ -338,7 +311,7 @@ mod tests {
             (0.0, Profile::Linear { gradient: a }),
             (4.0, Profile::Linear { gradient: b }),
         ];
-        let system = system(collimated(-0.2, 0.35), gratings, 9.0);
+        let system = system(plane_wave([-0.2, 0.35]), gratings, 9.0);
         let tube = trace_tube(&system, [0.3, -0.2]).unwrap();
         let p = [-0.2 + (a[0] + b[0]) / K, 0.35 + (a[1] + b[1]) / K];
         assert!((tube.cosines[0] - p[0]).abs() < 1e-15);
@@ -363,7 +336,7 @@ mod tests {
         // Behind a diffractive lens the wave is spherical: amplitude ∝ cos/r at fixed start, with the
         // power of each tube kept, and two line foci are passed in its centre.
         for (z, foci) in [(10.0, 0), (29.0, 0), (31.0, 2), (75.0, 2)] {
-            let system = system(collimated(0.0, 0.0), vec![(0.0, lens(30.0))], z);
+            let system = system(plane_wave([0.0, 0.0]), vec![(0.0, lens(30.0))], z);
             let (x, y) = (4.0, -3.0);
             let tube = trace_tube(&system, [x, y]).unwrap();
             // Radii 30/cos before and |z − 30|/cos behind: |U| scales with their ratio.

@@ -12,7 +12,7 @@ use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::source::Source;
 use crate::optics::system::System;
-use crate::wave::wavelet::{Companion, Encounter};
+use crate::wave::beamlet::wavelet::{Companion, Encounter};
 
 /// A ray where it meets a screen or surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -242,15 +242,15 @@ fn perturbed(variation: &Variation, number: usize) -> Option<PerturbedHops<'_>> 
 #[cfg(test)]
 mod tests {
     use crate::engine::geometrical::system_trace::trace_system;
-    use crate::math::vec3::Vec3;
+    use crate::fixtures::parts::{element, lit, on_axis, screen, sensor};
+
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::{Doe, Layer};
+    use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
     use crate::optics::ray::Loss;
-    use crate::optics::screen::{Act, Screen, Sensor};
-    use crate::optics::shape::Shape;
-    use crate::optics::source::Source;
+    use crate::optics::screen::Act;
+
     use crate::optics::system::System;
 
     /// Fermat: all optical paths to the focus of an ideal diffractive lens are alike; beside it rays are clipped.
@@ -258,39 +258,22 @@ mod tests {
     fn paths_to_a_focus_are_alike() {
         let (wavelength, focal_length) = (0.5e-3, 10.0);
         let wavenumber = std::f64::consts::TAU / wavelength;
-        let lens = Screen {
-            name: String::from("lens"),
-            frame: Frame::GLOBAL,
-            shape: Shape::Plane,
-            act: Act::Doe(Doe {
-                layers: vec![Layer::Phase(Profile::Lens {
-                    focal_length,
-                    wavenumber,
-                })],
-                aperture: Aperture::disc(4.0),
-                reflect: false,
-            }),
-            index: 1.0,
-            arrives: 1.0,
-        };
-        let sensor = Screen {
-            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, focal_length)),
-            act: Act::Sensor(Sensor {
-                pixels: [2, 2],
-                pitch: [1e-3; 2],
-            }),
-            ..lens.clone()
-        };
-        let source = Source::Plane {
-            direction: Vec3::new(0.0, 0.0, 1.0),
-            origin: Frame::GLOBAL.origin,
-        };
+        let lens = Layer::Phase(Profile::Lens {
+            focal_length,
+            wavenumber,
+        });
+        let doe = element(lens, Aperture::disc(4.0));
         let system = System {
             wavelength,
-            source,
-            screens: vec![lens, sensor],
-            trains: vec![Vec::new()],
+            ..lit(
+                vec![
+                    screen(Frame::GLOBAL, Act::Doe(doe)),
+                    screen(on_axis(focal_length), sensor(2, 1e-3)),
+                ],
+                vec![vec![]],
+            )
         };
+        let source = system.source;
         for at in [[0.0, 0.0], [3.0, 1.0], [-1.0, 3.5]] {
             let ray = trace_system(&system, &source, at);
             let last = ray.hits[1];

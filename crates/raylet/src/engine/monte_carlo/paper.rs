@@ -23,10 +23,10 @@ use crate::math::draw::{draw, inclusion, systematic};
 use crate::math::hilbert::hilbert_order;
 use crate::math::random::{Purpose, pair, uniform};
 use crate::optics::system::Hop;
-use crate::wave::field::Field;
-use crate::wave::heights::Heights;
-use crate::wave::plane::{PlaneSum, PlaneWave};
-use crate::wave::tile::{TileCutter, TileWindow};
+use crate::wave::beamlet::plane::{PlaneSum, PlaneWave};
+use crate::wave::grid::field::Field;
+use crate::wave::grid::heights::Heights;
+use crate::wave::patches::tile::{TileCutter, TileWindow};
 
 /// Rays of a chunk: the unit of the sum.
 const CHUNK: usize = 1 << 19;

@@ -7,8 +7,8 @@ use crate::engine::trace::direction_search::search_directions;
 use crate::math::random::{Purpose, pair};
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::Hop;
-use crate::wave::patch::Band;
-use crate::wave::tile::{Tile, TileWindow};
+use crate::wave::patches::patch::Band;
+use crate::wave::patches::tile::{Tile, TileWindow};
 
 /// What is drawn, and from what.
 #[derive(Clone, Debug, PartialEq)]

@@ -10,7 +10,7 @@ use crate::engine::chain::simulate::{Progress, SimulateError, simulate};
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::Reply;
 use crate::optics::system::System;
-use crate::wave::field::Field;
+use crate::wave::grid::field::Field;
 
 /// The parts of a random run so far.
 #[derive(Clone, Debug, PartialEq)]
@@ -95,7 +95,7 @@ mod tests {
     use crate::engine::monte_carlo::repeated_runs::RepeatedRuns;
     use crate::engine::plan::settings::{Method, Paper, Positions, Sampler, Settings};
     use crate::optics::doe::PixelForm;
-    use crate::wave::metrics::field_error;
+    use crate::wave::grid::metrics::field_error;
 
     /// The mean comes as near to the field with all modes as its standard error says.
     #[test]
@@ -124,8 +124,7 @@ mod tests {
         }
         let error = field_error(repeats.mean().view(), all.field.values.view()).unwrap();
         let said = repeats.standard_error().unwrap();
-        println!("{error:e}, said to be {said:e}");
-        assert!((error / said - 1.0).abs() < 0.2);
+        assert!((error / said - 1.0).abs() < 0.2, "{error:e} {said:e}");
         assert_eq!(repeats.draws, 40_000.0);
         assert!(repeats.rays < 40_000);
     }

@@ -12,10 +12,10 @@ use num_complex::Complex64;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::Screen;
 use crate::optics::system::Hop;
-use crate::wave::field::Field;
-use crate::wave::heights::{Heights, Stack};
-use crate::wave::patch::Band;
-use crate::wave::tile::TileCutter;
+use crate::wave::grid::field::Field;
+use crate::wave::grid::heights::{Heights, Stack};
+use crate::wave::patches::patch::Band;
+use crate::wave::patches::tile::TileCutter;
 
 /// A place on a screen where a patch stands.
 pub struct TangentPatch {

@@ -14,8 +14,8 @@ use crate::optics::screen::{Act, Screen};
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::optics::system::Hop;
-use crate::wave::patch::Band;
-use crate::wave::propagate::{FreeHop, FreePlan, Slab, clear_for};
+use crate::wave::free::propagate::{FreeHop, FreePlan, Slab, clear_for};
+use crate::wave::patches::patch::Band;
 
 /// How one hop is carried.
 #[derive(Clone, Debug)]

@@ -22,10 +22,10 @@ use crate::engine::progress::{Cancelled, ShareDone};
 use crate::engine::trace::direction_search::{DirectionSearch, SearchRay, search_directions};
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
-use crate::wave::field::{Axis, Field};
-use crate::wave::patch::{Band, Patches, Spectrum};
-use crate::wave::plane::{PlaneSum, PlaneWave};
-use crate::wave::window::Positions;
+use crate::wave::beamlet::plane::{PlaneSum, PlaneWave};
+use crate::wave::grid::field::{Axis, Field};
+use crate::wave::patches::patch::{Band, Patches, Spectrum};
+use crate::wave::patches::window::Positions;
 
 /// The lattice of a sum of plane wavelets.
 #[derive(Clone, Debug, PartialEq)]

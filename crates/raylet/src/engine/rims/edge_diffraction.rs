@@ -92,42 +92,19 @@ fn nearest(arriving: &[SourceRay], at: [f64; 2]) -> SourceRay {
 mod tests {
     use crate::engine::rims::edge_diffraction::edge_waves;
     use crate::engine::rims::source_rays::{SourceRay, source_rays};
-    use crate::math::vec3::Vec3;
+    use crate::fixtures::parts::{lit, on_axis, screen, sensor};
+
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
-    use crate::optics::screen::{Act, Screen, Sensor};
-    use crate::optics::shape::Shape;
-    use crate::optics::source::Source;
-    use crate::optics::system::System;
+    use crate::optics::screen::Act;
 
     /// Beyond a cone, a disc's edge waves carry what Airy's pattern has there: J₀² + J₁² of 2πap/λ.
     #[test]
     fn edge_waves_carry_the_rings_of_airy() {
         let radius = 20.0;
-        let screen = |act: Act| Screen {
-            name: String::new(),
-            frame: Frame::GLOBAL,
-            shape: Shape::Plane,
-            act,
-            index: 1.0,
-            arrives: 1.0,
-        };
-        let origin = Vec3::new(0.0, 0.0, 0.0);
-        let sensor = Sensor {
-            pixels: [1; 2],
-            pitch: [1.0; 2],
-        };
-        let mut far = screen(Act::Sensor(sensor));
-        far.frame.origin.z = 1e4;
-        let system = System {
-            wavelength: 1.0,
-            source: Source::Plane {
-                direction: Vec3::new(0.0, 0.0, 1.0),
-                origin,
-            },
-            screens: vec![screen(Act::Stop(Aperture::disc(radius))), far],
-            trains: vec![vec![]],
-        };
+        let stop = Act::Stop(Aperture::disc(radius));
+        let far = screen(on_axis(1e4), sensor(1, 1.0));
+        let system = lit(vec![screen(Frame::GLOBAL, stop), far], vec![vec![]]);
         let light = source_rays(&system);
         let Some(hop) = system.hops().next() else {
             return;

@@ -23,7 +23,7 @@ use crate::optics::screen::{Act, Screen};
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::optics::system::{Hop, System};
-use crate::wave::wavelet::Arrival;
+use crate::wave::beamlet::wavelet::Arrival;
 
 /// Most samples along a rim's diameter, at λ/(3n), where memory allows them.
 const AFFORDABLE: f64 = 2500.0;

@@ -20,7 +20,7 @@ use crate::optics::ray::Loss;
 use crate::optics::shape::{Height, Shape};
 use crate::optics::surface::{Face, Surface};
 use crate::optics::system::{Hop, System};
-use crate::wave::beamlet_kernel::Moments;
+use crate::wave::beamlet::beamlet_kernel::Moments;
 
 /// A parameter of a system: the same system with the parameter a little smaller and a little larger.
 #[derive(Clone, Debug)]
@@ -356,8 +356,8 @@ mod tests {
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
-    use crate::wave::gather::Canvas;
-    use crate::wave::raster::Raster;
+    use crate::wave::beamlet::beamlet_sum::Canvas;
+    use crate::wave::grid::raster::Raster;
 
     const K: f64 = std::f64::consts::TAU;
 

@@ -9,7 +9,7 @@ use crate::optics::refraction::bend;
 use crate::optics::screen::Screen;
 use crate::optics::surface::Face;
 use crate::optics::system::Hop;
-use crate::wave::wavelet::{Beamlet, Companion, Encounter};
+use crate::wave::beamlet::wavelet::{Beamlet, Companion, Encounter};
 
 /// A ray where it meets a receiving screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -261,29 +261,16 @@ impl Hop<'_> {
 mod tests {
     use num_complex::Complex64;
 
+    use crate::fixtures::parts::open_screen;
     use crate::math::complex::{Complex, Symmetric};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
     use crate::optics::refraction::{Coating, Interface};
-    use crate::optics::screen::{Act, Screen, Sensor};
+
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
-
-    fn screen(frame: Frame) -> Screen {
-        Screen {
-            name: String::from("screen"),
-            frame,
-            act: Act::Sensor(Sensor {
-                pixels: [1, 1],
-                pitch: [1.0, 1.0],
-            }),
-            index: 1.0,
-            shape: Shape::Plane,
-            arrives: 1.0,
-        }
-    }
 
     fn surface(frame: Frame, curvature: f64, interface: Interface, index: [f64; 2]) -> Surface {
         let conic = Conic {
@@ -309,21 +296,21 @@ mod tests {
 
     /// A tilted lens followed by a tilted mirror, between tilted screens.
     fn with_system<R>(mirror: bool, test: impl Fn(Hop) -> R) -> R {
-        let from = screen(Frame::GLOBAL.tilted([0.1, -0.2, 0.05]));
+        let from = open_screen(Frame::GLOBAL.tilted([0.1, -0.2, 0.05]));
         let first = Frame::GLOBAL.moved(shift(8.0)).tilted([0.15, 0.1, 0.0]);
         let second = Frame::GLOBAL.moved(shift(12.0)).tilted([-0.1, 0.05, 0.3]);
         let mut train = vec![
             surface(first, 0.05, Interface::Refract, [1.0, 1.5]),
             surface(second, -0.04, Interface::Refract, [1.5, 1.0]),
         ];
-        let mut to = screen(Frame::GLOBAL.moved(shift(40.0)).tilted([0.0, 0.3, 0.0]));
+        let mut to = open_screen(Frame::GLOBAL.moved(shift(40.0)).tilted([0.0, 0.3, 0.0]));
         if mirror {
             let fold = Frame::GLOBAL.moved(shift(25.0)).tilted([0.5, 0.0, 0.0]);
             train.push(surface(fold, -0.02, Interface::Reflect, [1.0, 1.0]));
             let direction = Vec3::new(0.0, 1.0f64.sin(), -(1.0f64.cos()));
             let mut frame = Frame::GLOBAL.moved(shift(25.0)).tilted([1.0, 0.2, 0.0]);
             frame.origin = frame.origin + direction * 30.0;
-            to = screen(frame);
+            to = open_screen(frame);
             to.arrives = -1.0;
         }
         let hop = Hop {
@@ -410,9 +397,9 @@ mod tests {
     #[test]
     fn parabola_and_ellipse_bring_every_path_to_one_length() {
         // A parabolic mirror focuses collimated light, an ellipsoid one focus into the other.
-        let plane = screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, -30.0)));
+        let plane = open_screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, -30.0)));
         let focus = |z: f64| {
-            let mut s = screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)));
+            let mut s = open_screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)));
             s.arrives = -1.0;
             s
         };
@@ -443,7 +430,7 @@ mod tests {
         // Ellipse with semi-axes a, b: R = b²/a, κ = −e², foci at a(1 ∓ e) from the vertex.
         let (a, e) = (50.0, 0.6f64);
         let train = [mirror(-a * (1.0 - e * e), -e * e)];
-        let source = screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, -a * (1.0 - e))));
+        let source = open_screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, -a * (1.0 - e))));
         let to = focus(-a * (1.0 + e));
         let hop = Hop {
             wavelength: 1e-3,
@@ -474,9 +461,10 @@ mod tests {
             index: [n, 1.0],
         };
         // Object at distance R(1 + 1/n) before the vertex; its virtual image at R(1 + n).
-        let mut from = screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, radius * (1.0 + 1.0 / n))));
+        let mut from =
+            open_screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, radius * (1.0 + 1.0 / n))));
         from.index = n;
-        let to = screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, radius * (1.0 + n))));
+        let to = open_screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, radius * (1.0 + n))));
         let train = [surface];
         let hop = Hop {
             wavelength: 1e-3,

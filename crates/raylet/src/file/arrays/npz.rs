@@ -16,7 +16,7 @@ use crate::file::arrays::npy_header::{Header, plain};
 use crate::file::arrays::regular_file;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::quantity::LENGTH;
-use crate::wave::field::{LARGEST_AMPLITUDE, is_amplitude};
+use crate::wave::grid::field::{LARGEST_AMPLITUDE, is_amplitude};
 
 /// The fields of all channels on one grid of sample points.
 #[derive(Clone, Debug, PartialEq)]

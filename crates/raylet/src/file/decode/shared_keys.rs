@@ -52,7 +52,7 @@ macro_rules! table {
             pub aspheric: Vec<f64>,
             /// A shape that is no conic with even powers of r: it replaces them, or is added to them.
             #[serde(default)]
-            pub shape: Option<crate::file::scene::sag::Shape>,
+            pub shape: Option<crate::file::scene::surface_shape::Shape>,
         ]);
     };
     (@fields [rim $($more:ident)*] $name:ident $meta:tt $own:tt [$($fields:tt)*]) => {
@@ -81,8 +81,8 @@ macro_rules! table {
     (@methods curve $name:ident) => {
         impl $name {
             /// The keys that describe its shape.
-            pub fn sag(&self) -> crate::file::scene::sag::Sag<'_> {
-                crate::file::scene::sag::Sag {
+            pub fn surface_shape(&self) -> crate::file::scene::surface_shape::SurfaceShape<'_> {
+                crate::file::scene::surface_shape::SurfaceShape {
                     radius_mm: self.radius_mm,
                     conic: self.conic,
                     aspheric: &self.aspheric,

@@ -4,27 +4,26 @@ use num_complex::Complex64;
 
 use crate::engine::plan::settings::{Paper, Settings};
 use crate::file::decode::fault::Fault;
-use crate::file::model::catalog;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::element::{
-    self, Coordinates, Element, LensElement, MirrorElement, ParaxialLens, SensorElement,
+    self, Coordinates, Element, LensElement, ParaxialLens, SensorElement,
 };
 use crate::file::scene::layer;
 use crate::file::scene::material::Material;
-use crate::file::scene::sag::Sag;
 use crate::file::scene::scene_file::{Illumination, Scene};
 use crate::file::scene::settings as keys;
+use crate::file::scene::surface_shape::SurfaceShape;
 use crate::math::vec3::Vec3;
-use crate::optics::aperture::Aperture;
-use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
+use crate::optics::doe::{Doe, Lattice, Layer, PixelForm, Pixels, lattices};
 use crate::optics::frame::Frame;
-use crate::optics::medium::{Medium, MediumError};
+use crate::optics::media::catalog;
+use crate::optics::media::medium::{Medium, MediumError};
 use crate::optics::profile::Profile;
-use crate::optics::refraction::{Coating, Interface};
-use crate::optics::screen::{Act, Screen, Sensor};
+use crate::optics::refraction::Coating;
+use crate::optics::screen::{Act, Sensor};
 use crate::optics::shape::Shape;
 use crate::optics::source::Source;
-use crate::optics::surface::Surface;
 use crate::optics::surface_coordinates::SurfaceCoordinates;
 use crate::optics::system::System;
 
@@ -47,27 +46,19 @@ pub fn system(scene: &Scene, channel: usize) -> Result<System, Fault> {
 pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<System, Fault> {
     let wavelength = scene.wavelength_mm(channel)?;
     let ambient = medium(scene, &scene.ambient, "ambient")?;
+    let around = index(scene, &ambient, wavelength, "ambient")?;
     let mut layout = Layout {
         scene,
         arrays,
         wavelength,
-        axis: Frame::GLOBAL,
-        towards: 1.0,
-        index: index(scene, &ambient, wavelength, "ambient")?,
         ambient,
-        screens: Vec::new(),
-        trains: Vec::new(),
+        axis: AxisLayout::new(around, beam_radius(scene)),
     };
     for (number, element) in scene.element.iter().enumerate() {
         layout.place(number, element)?;
     }
     let source = layout.source()?;
-    Ok(System {
-        wavelength,
-        source,
-        screens: layout.screens,
-        trains: layout.trains,
-    })
+    Ok(layout.axis.into_system(wavelength, source))
 }
 
 /// The index of a material of the scene, told at `path`, at its `channel`-th wavelength.
@@ -111,63 +102,69 @@ fn index(scene: &Scene, medium: &Medium, wavelength: f64, path: &str) -> Result<
     })
 }
 
-/// The axis as it is laid, element by element.
+/// Radius of the beam in mm, where the scene states one.
+fn beam_radius(scene: &Scene) -> Option<f64> {
+    match &scene.source {
+        Illumination::Plane(plane) => plane.beam_radius_mm,
+        Illumination::Point(point) => point.beam_radius_mm,
+    }
+}
+
+/// The scene whose elements are laid along an axis.
 struct Layout<'a, 'l> {
     scene: &'a Scene,
     arrays: &'a Arrays<'l>,
     wavelength: f64,
-    axis: Frame,
-    /// +1 while light runs towards the axis's +z, −1 after an odd number of mirrors.
-    towards: f64,
-    /// Index of the medium the light is in.
-    index: f64,
     ambient: Medium,
-    screens: Vec<Screen>,
-    trains: Vec<Vec<Surface>>,
+    axis: AxisLayout,
 }
 
 impl Layout<'_, '_> {
     /// Places one element and moves the axis on to the next.
     fn place(&mut self, number: usize, element: &Element) -> Result<(), Fault> {
         let path = format!("element[{number}]");
-        let [dx, dy] = element.decenter_mm();
-        let moved = self.axis.moved(Vec3::new(dx, dy, 0.0));
-        let frame = moved.tilted(element.tilt_deg().map(f64::to_radians));
+        let tilt = element.tilt_deg().map(f64::to_radians);
+        let frame = self.axis.frame(element.decenter_mm(), tilt);
         let name = self.scene.called(number);
         let mut along = element.thickness_mm().unwrap_or(0.0);
         match element {
             Element::Doe(doe) => {
-                let shape = self.shape(&doe.sag(), &path)?;
+                let shape = self.shape(&doe.surface_shape(), &path)?;
                 let act = Act::Doe(self.doe(doe, &shape, &path)?);
-                self.screen(name, frame, act, &path)?;
-                if let Some(screen) = self.screens.last_mut() {
-                    screen.shape = shape;
-                }
+                self.check_beam(&path)?;
+                self.axis.screen(name, frame, shape, act);
             }
             Element::ParaxialLens(lens) => {
                 let act = Act::Doe(self.paraxial_lens(lens));
-                self.screen(name, frame, act, &path)?;
+                self.check_beam(&path)?;
+                self.axis.screen(name, frame, Shape::Plane, act);
             }
             Element::Stop(stop) => {
                 let act = Act::Stop(stop.aperture.optics());
-                self.screen(name, frame, act, &path)?;
+                self.check_beam(&path)?;
+                self.axis.screen(name, frame, Shape::Plane, act);
             }
             Element::Sensor(sensor) => self.sensor(name, frame, sensor, &path)?,
             Element::Lens(lens) => along += self.lens(lens, frame, &path)?,
             Element::Surface(surface) => {
                 let glass = surface.glass.as_ref();
                 let after = self.after(glass, &format!("{path}.glass"))?;
-                let shape = self.shape(&surface.sag(), &path)?;
-                let rim = surface.rim().optics();
-                self.surface(shape, frame, rim, surface.coating, after);
+                let face = PlacedShape {
+                    shape: self.shape(&surface.surface_shape(), &path)?,
+                    frame,
+                    aperture: surface.rim().optics(),
+                };
+                self.axis
+                    .refract(face, self.coating(surface.coating), after);
             }
-            Element::Mirror(mirror) => self.mirror(mirror, frame, &path)?,
-            Element::CoordinateBreak(_) => self.axis = frame,
+            Element::Mirror(mirror) => self.axis.reflect(PlacedShape {
+                shape: self.shape(&mirror.surface_shape(), &path)?,
+                frame,
+                aperture: mirror.rim().optics(),
+            }),
+            Element::CoordinateBreak(_) => self.axis.turn(frame),
         }
-        if element.reflects() {
-            self.towards = -self.towards;
-        }
-        self.axis = self.axis.moved(Vec3::new(0.0, 0.0, along));
+        self.axis.advance(along);
         Ok(())
     }
 
@@ -178,7 +175,7 @@ impl Layout<'_, '_> {
         sensor: &SensorElement,
         path: &str,
     ) -> Result<(), Fault> {
-        if self.screens.is_empty() {
+        if self.axis.is_empty() {
             return Err(self.scene.fault(
                 path,
                 "a sensor as the only element",
@@ -189,21 +186,7 @@ impl Layout<'_, '_> {
             pixels: sensor.pixels,
             pitch: sensor.pitch_um.map(|p| p * UM),
         });
-        self.push_screen(name, frame, act);
-        Ok(())
-    }
-
-    fn mirror(&mut self, mirror: &MirrorElement, frame: Frame, path: &str) -> Result<(), Fault> {
-        let aperture = mirror.rim().optics();
-        self.enter(&aperture, &frame);
-        self.push_surface(Surface {
-            shape: self.shape(&mirror.sag(), path)?,
-            frame,
-            aperture,
-            interface: Interface::Reflect,
-            coating: Coating::Ideal,
-            index: [self.index; 2],
-        });
+        self.axis.screen(name, frame, Shape::Plane, act);
         Ok(())
     }
 
@@ -215,9 +198,13 @@ impl Layout<'_, '_> {
             let path = format!("{path}.surface[{number}]");
             let glass = surface.glass.as_ref().filter(|_| number < last);
             let after = self.after(glass, &format!("{path}.glass"))?;
-            let at = frame.moved(Vec3::new(0.0, 0.0, depth));
-            let shape = self.shape(&surface.sag(), &path)?;
-            self.surface(shape, at, surface.rim().optics(), surface.coating, after);
+            let face = PlacedShape {
+                shape: self.shape(&surface.surface_shape(), &path)?,
+                frame: frame.moved(Vec3::new(0.0, 0.0, depth)),
+                aperture: surface.rim().optics(),
+            };
+            self.axis
+                .refract(face, self.coating(surface.coating), after);
             depth += surface.thickness_mm.unwrap_or(0.0);
         }
         Ok(depth)
@@ -233,8 +220,8 @@ impl Layout<'_, '_> {
     }
 
     /// The shape of a surface at a path.
-    fn shape(&self, sag: &Sag<'_>, path: &str) -> Result<Shape, Fault> {
-        self.arrays.shape(sag, path).ok_or_else(|| {
+    fn shape(&self, shape: &SurfaceShape<'_>, path: &str) -> Result<Shape, Fault> {
+        self.arrays.shape(shape, path).ok_or_else(|| {
             self.scene.fault(
                 &format!("{path}.shape.height_um"),
                 "an array that is not loaded",
@@ -243,78 +230,21 @@ impl Layout<'_, '_> {
         })
     }
 
-    fn surface(
-        &mut self,
-        shape: Shape,
-        frame: Frame,
-        aperture: Aperture,
-        coating: Option<Coating>,
-        after: f64,
-    ) {
-        self.enter(&aperture, &frame);
-        let coating = coating.unwrap_or(self.scene.settings.coating);
-        let before = std::mem::replace(&mut self.index, after);
-        self.push_surface(Surface {
-            shape,
-            frame,
-            aperture,
-            interface: Interface::Refract,
-            coating,
-            index: [before, after],
-        });
+    /// How a surface transmits: by its own coating, or that of the whole scene.
+    fn coating(&self, own: Option<Coating>) -> Coating {
+        own.unwrap_or(self.scene.settings.coating)
     }
 
-    /// A stop or element as a screen of its own; it limits the beam itself.
-    fn screen(&mut self, name: String, frame: Frame, act: Act, path: &str) -> Result<(), Fault> {
-        if self.screens.is_empty() && self.beam_radius().is_some() {
+    /// A stop or element that meets the light first limits it itself: no beam radius is stated then.
+    fn check_beam(&self, path: &str) -> Result<(), Fault> {
+        if self.axis.is_empty() && beam_radius(self.scene).is_some() {
             return Err(self.scene.fault(
                 "source.beam_radius_mm",
                 format!("a beam radius, though the first element ({path}) has an aperture"),
                 "no beam_radius_mm: that element's aperture limits the beam",
             ));
         }
-        self.push_screen(name, frame, act);
         Ok(())
-    }
-
-    /// Where light meets a surface first, an opening of the beam's radius (or the surface's own) stands
-    /// before it: the field has to live on some screen.
-    fn enter(&mut self, own: &Aperture, frame: &Frame) {
-        if self.screens.is_empty() {
-            let beam = self.beam_radius().map(Aperture::disc);
-            let act = Act::Stop(beam.unwrap_or_else(|| own.clone()));
-            self.push_screen(String::from("entrance"), *frame, act);
-        }
-    }
-
-    fn beam_radius(&self) -> Option<f64> {
-        match &self.scene.source {
-            Illumination::Plane(plane) => plane.beam_radius_mm,
-            Illumination::Point(point) => point.beam_radius_mm,
-        }
-    }
-
-    fn push_screen(&mut self, name: String, frame: Frame, act: Act) {
-        if !self.screens.is_empty() && self.trains.len() < self.screens.len() {
-            self.trains.push(Vec::new());
-        }
-        self.screens.push(Screen {
-            name,
-            frame,
-            act,
-            index: self.index,
-            shape: Shape::Plane,
-            arrives: self.towards,
-        });
-    }
-
-    fn push_surface(&mut self, surface: Surface) {
-        if self.trains.len() < self.screens.len() {
-            self.trains.push(Vec::new());
-        }
-        if let Some(train) = self.trains.last_mut() {
-            train.push(surface);
-        }
     }
 
     /// The source, its phase zero at the first screen's vertex.
@@ -322,29 +252,18 @@ impl Layout<'_, '_> {
     /// # Errors
     /// Angles that no direction has.
     fn source(&self) -> Result<Source, Fault> {
-        let origin = self
-            .screens
-            .first()
-            .map_or(Frame::GLOBAL.origin, |s| s.frame.origin);
+        let origin = self.axis.origin();
         match &self.scene.source {
             Illumination::Plane(plane) => {
-                let [x, y] = plane.angle_deg.map(|a| a.to_radians().sin());
-                let under = 1.0 - x * x - y * y;
-                if under <= 0.0 {
+                let angle = plane.angle_deg.map(f64::to_radians);
+                Source::collimated(angle, origin).ok_or_else(|| {
+                    let [x, y] = angle.map(f64::sin);
                     let found = format!("direction cosines {x:.3} and {y:.3}");
                     let expected = "angles whose sines' squares add up to less than one";
-                    return Err(self.scene.fault("source.angle_deg", found, expected));
-                }
-                let direction = Vec3::new(x, y, under.sqrt());
-                Ok(Source::Plane { direction, origin })
-            }
-            Illumination::Point(point) => {
-                let [x, y, z] = point.position_mm;
-                Ok(Source::Point {
-                    position: Vec3::new(x, y, z),
-                    reference: origin,
+                    self.scene.fault("source.angle_deg", found, expected)
                 })
             }
+            Illumination::Point(point) => Ok(Source::point(point.position_mm, origin)),
         }
     }
 
@@ -358,13 +277,7 @@ impl Layout<'_, '_> {
             aperture: doe.aperture.optics(),
             reflect: doe.reflect,
         };
-        let mut lattices = Vec::new();
-        collect_lattices(&doe.layers, &mut lattices);
-        if lattices
-            .iter()
-            .zip(lattices.iter().skip(1))
-            .any(|(a, b)| a != b)
-        {
+        if !doe.shares_lattice() {
             return Err(self.scene.fault(
                 &format!("{path}.layer"),
                 "pixel grids of different pitch, size or pixel form in one element",
@@ -377,12 +290,8 @@ impl Layout<'_, '_> {
     /// Layers on the own coordinates of a surface.
     fn unrolled(&self, layers: Vec<Layer>, shape: &Shape, path: &str) -> Result<Layer, Fault> {
         let place = format!("{path}.coordinates");
-        let mut lattices = Vec::new();
-        collect_lattices(&layers, &mut lattices);
-        if lattices
-            .iter()
-            .any(|(_, _, form)| *form == PixelForm::Point)
-        {
+        let is_point = |lattice: &Lattice| lattice.2 == PixelForm::Point;
+        if lattices(&layers).iter().any(is_point) {
             let found = "\"surface\" with pixels that are points";
             let expected = "pixel = \"box\" or \"bilinear\", or coordinates = \"projected\"";
             return Err(self.scene.fault(&place, found, expected));
@@ -400,7 +309,7 @@ impl Layout<'_, '_> {
     fn paraxial_lens(&self, lens: &ParaxialLens) -> Doe {
         let phase = Profile::Lens {
             focal_length: lens.focal_length_mm,
-            wavenumber: std::f64::consts::TAU * self.index / self.wavelength,
+            wavenumber: std::f64::consts::TAU * self.axis.index() / self.wavelength,
         };
         Doe {
             layers: vec![Layer::Phase(phase)],
@@ -431,7 +340,7 @@ impl Layout<'_, '_> {
             layer::Layer::Height(relief) => {
                 let heights = self.arrays.heights_um(path).ok_or_else(missing)?;
                 let place = format!("{path}.glass");
-                let step = self.after(Some(&relief.glass), &place)? - self.index;
+                let step = self.after(Some(&relief.glass), &place)? - self.axis.index();
                 let values = heights.mapv(|h| Complex64::cis(k * step * h * UM));
                 grid(relief.pitch_um, values, relief.pixel)
             }
@@ -467,11 +376,11 @@ impl Layout<'_, '_> {
                 let made_for = made_for.map_or(self.wavelength, |um| um * UM);
                 Profile::Lens {
                     focal_length: lens.focal_length_mm,
-                    wavenumber: std::f64::consts::TAU * self.index / made_for,
+                    wavenumber: std::f64::consts::TAU * self.axis.index() / made_for,
                 }
             }
             layer::Layer::Axicon(axicon) => Profile::Axicon {
-                slope: -k * self.index * axicon.angle_deg.to_radians().sin(),
+                slope: -k * self.axis.index() * axicon.angle_deg.to_radians().sin(),
             },
             layer::Layer::Vortex(vortex) => Profile::Vortex {
                 charge: vortex.charge,
@@ -497,20 +406,6 @@ fn grid(pitch_um: [f64; 2], values: ndarray::Array2<Complex64>, form: PixelForm)
         values,
         form,
     })
-}
-
-/// Pitch, size and form of every pixel grid among the layers.
-fn collect_lattices(layers: &[Layer], found: &mut Vec<([f64; 2], (usize, usize), PixelForm)>) {
-    for layer in layers {
-        match layer {
-            Layer::Pixels(pixels) => found.push((pixels.pitch, pixels.values.dim(), pixels.form)),
-            Layer::Phase(_) => {}
-            Layer::Sum(terms) => terms
-                .iter()
-                .for_each(|(_, layers)| collect_lattices(layers, found)),
-            Layer::Unrolled(_, layers) => collect_lattices(layers, found),
-        }
-    }
 }
 
 /// The settings of a run, as a scene states them; what it leaves out keeps the engine's default.

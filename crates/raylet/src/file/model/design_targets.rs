@@ -24,7 +24,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::Act;
 use crate::optics::system::System;
-use crate::wave::raster::Raster;
+use crate::wave::grid::raster::Raster;
 
 /// One run that a design looks at.
 #[derive(Clone, Debug)]

@@ -6,7 +6,7 @@ use crate::engine::geometrical::eikonal::EikonalError;
 use crate::engine::plan::plan_error::PlanError;
 use crate::file::decode::fault::Fault;
 use crate::file::scene::scene_file::Scene;
-use crate::wave::sampling::SamplingError;
+use crate::wave::grid::sampling::SamplingError;
 
 /// The fault of a scene that cannot be computed.
 pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {

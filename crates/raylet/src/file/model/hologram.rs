@@ -28,8 +28,8 @@ use crate::file::scene::settings::Hologram;
 use crate::optics::paraxial::Abcd;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
-use crate::wave::field::{Axis, Field, Grid};
-use crate::wave::sampling::act;
+use crate::wave::grid::field::{Axis, Field, Grid};
+use crate::wave::grid::sampling::act;
 
 /// A hologram to be computed for an element of a scene.
 #[derive(Clone, Debug)]

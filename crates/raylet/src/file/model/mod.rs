@@ -3,7 +3,6 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `build` | From a scene to the optical system it describes, one wavelength at a time |
-//! | `catalog` | Glasses by name: catalogues of the makers and a shelf of single materials, with their sources |
 //! | `prescription` | The parts of a system in the order light meets them, with the names the scene gives them |
 //! | `scene_arrays` | All the arrays that the layers of a scene name, and the transmissions they make |
 //! | `hologram` | The hologram that a scene asks for |
@@ -14,7 +13,6 @@
 //! | `error_location` | Faults found while computing, told at the element of the scene they belong to |
 
 pub mod build;
-pub mod catalog;
 pub mod design_targets;
 pub mod error_location;
 pub mod hologram;

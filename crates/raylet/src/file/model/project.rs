@@ -32,7 +32,7 @@ use crate::file::scene::estimator::Drawing;
 use crate::file::scene::scene_file::Scene;
 use crate::file::scene::variable::{Address, VariableScene};
 use crate::optics::system::System;
-use crate::wave::raster::Raster;
+use crate::wave::grid::raster::Raster;
 
 /// A design that a scene asks for.
 pub struct Brief {

@@ -13,7 +13,7 @@ use crate::file::decode::fault::Fault;
 use crate::file::decode::origin::Origin;
 use crate::file::scene::element::Element;
 use crate::file::scene::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
-use crate::file::scene::sag::{GridShape, Sag, Shape};
+use crate::file::scene::surface_shape::{GridShape, Shape, SurfaceShape};
 use crate::math::spline::FEWEST;
 use crate::optics::shape as optics;
 
@@ -79,8 +79,8 @@ impl<'a> Arrays<'a> {
             if let Element::Doe(doe) = element {
                 loader.layers(&doe.layer, &format!("element[{i}].layer"))?;
             }
-            for (place, sag) in element.sags() {
-                if let Some(Shape::Grid(grid)) = sag.shape {
+            for (place, surface) in element.surface_shapes() {
+                if let Some(Shape::Grid(grid)) = surface.shape {
                     loader.grid(grid, &format!("element[{i}]{place}.shape"))?;
                 }
             }
@@ -136,8 +136,8 @@ impl<'a> Arrays<'a> {
     }
 
     /// The shape that the keys of a surface at a path describe; nothing when its array is not loaded.
-    pub fn shape(&self, sag: &Sag<'_>, path: &str) -> Option<optics::Shape> {
-        sag.optics(self.heights_um(&format!("{path}.shape")))
+    pub fn shape(&self, shape: &SurfaceShape<'_>, path: &str) -> Option<optics::Shape> {
+        shape.optics(self.heights_um(&format!("{path}.shape")))
     }
 
     /// The heights [y, x] in µm of a height layer or grid at a path; nothing when not loaded.

@@ -16,7 +16,7 @@ use crate::file::arrays::npz::Fields;
 use crate::file::decode::fault::Fault;
 use crate::file::result::report::Metrics;
 use crate::file::result::result_folder::FIELD_FILE;
-use crate::wave::metrics::{field_error, ncc, shape_error, unit_sum_mse};
+use crate::wave::grid::metrics::{field_error, ncc, shape_error, unit_sum_mse};
 
 /// Version of the document that a comparison writes.
 pub const VERSION: u32 = 1;

@@ -27,10 +27,10 @@ use crate::file::result::rim::RimEntry;
 use crate::file::scene::scene_file::Scene;
 use crate::optics::ray::Loss;
 use crate::optics::system::{Hop, System};
-use crate::wave::field::Field;
-use crate::wave::metrics::{centroid, encircled_energy, fwhm, peak};
-use crate::wave::patch::Band;
-use crate::wave::tile::TileWindow;
+use crate::wave::grid::field::Field;
+use crate::wave::grid::metrics::{centroid, encircled_energy, fwhm, peak};
+use crate::wave::patches::patch::Band;
+use crate::wave::patches::tile::TileWindow;
 
 /// The version of the document that this program writes.
 pub const VERSION: u32 = 1;

@@ -7,7 +7,8 @@ use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::aperture::Rim;
 use crate::file::scene::element::{Element, LensElement, LensSurface};
 use crate::file::scene::layer::{Layer, PixelLayer, SumLayer};
-use crate::file::scene::sag::{Sag, check_extent};
+use crate::file::scene::surface_shape::{SurfaceShape, check_extent};
+use crate::optics::assembly::part_check::wanted_heading;
 
 /// How many radii, in how many directions, are looked at where two surfaces of a lens might cross.
 const RADII: usize = 256;
@@ -110,28 +111,28 @@ fn check_element(
                 semi_aperture_mm: None,
                 aperture: Some(&doe.aperture),
             };
-            check_surface(&doe.sag(), &aperture, arrays, place)?;
+            check_surface(&doe.surface_shape(), &aperture, arrays, place)?;
             check_layers(&doe.layer, &place.inner(".layer"))
         }
         Element::Stop(stop) => stop.aperture.check(&place.inner(".aperture")),
         Element::ParaxialLens(lens) => lens.aperture.check(&place.inner(".aperture")),
         Element::Lens(lens) => check_lens(lens, arrays, place, heading),
-        Element::Surface(one) => check_surface(&one.sag(), &one.rim(), arrays, place),
-        Element::Mirror(one) => check_surface(&one.sag(), &one.rim(), arrays, place),
+        Element::Surface(one) => check_surface(&one.surface_shape(), &one.rim(), arrays, place),
+        Element::Mirror(one) => check_surface(&one.surface_shape(), &one.rim(), arrays, place),
         Element::CoordinateBreak(_) | Element::Sensor(_) => Ok(()),
     }
 }
 
 /// A surface must be described in one way, and exist up to its edge.
 fn check_surface(
-    sag: &Sag<'_>,
+    shape: &SurfaceShape<'_>,
     rim: &Rim<'_>,
     arrays: &Arrays,
     place: &Place<'_>,
 ) -> Result<(), Fault> {
-    sag.check(place)?;
+    shape.check(place)?;
     rim.check(place)?;
-    match arrays.shape(sag, &place.path) {
+    match arrays.shape(shape, &place.path) {
         Some(shape) => check_extent(&shape, &rim.optics(), rim.key(), place),
         None => Ok(()),
     }
@@ -154,15 +155,10 @@ fn check_thickness(element: &Element, place: &Place<'_>, heading: f64) -> Result
 
 /// A distance must have the sign of the way light runs.
 fn check_heading(thickness: f64, place: &Place<'_>, heading: f64) -> Result<(), Fault> {
-    if thickness * heading >= 0.0 {
-        return Ok(());
+    match wanted_heading(thickness, heading) {
+        None => Ok(()),
+        Some(expected) => place.refuse(thickness.to_string(), expected),
     }
-    let expected = if heading > 0.0 {
-        "zero or more: no mirror has turned the light back"
-    } else {
-        "zero or less: after an odd number of mirrors light runs towards -z"
-    };
-    place.refuse(thickness.to_string(), expected)
 }
 
 /// The surfaces of a lens must be complete, exist, and not cross.
@@ -180,7 +176,7 @@ fn check_lens(
     }
     let part = |i: usize| place.inner(&format!(".surface[{i}]"));
     for (i, surface) in lens.surface.iter().enumerate() {
-        check_surface(&surface.sag(), &surface.rim(), arrays, &part(i))?;
+        check_surface(&surface.surface_shape(), &surface.rim(), arrays, &part(i))?;
         match lens.surface.get(i + 1) {
             Some(_) => check_gap(surface, &part(i), heading)?,
             None => check_last(surface, &part(i))?,
@@ -228,8 +224,9 @@ fn check_order(
     places: [&Place<'_>; 2],
     heading: f64,
 ) -> Result<(), Fault> {
-    let shape =
-        |surface: &LensSurface, place: &Place<'_>| arrays.shape(&surface.sag(), &place.path);
+    let shape = |surface: &LensSurface, place: &Place<'_>| {
+        arrays.shape(&surface.surface_shape(), &place.path)
+    };
     let (Some(front), Some(back)) = (shape(surfaces[0], places[0]), shape(surfaces[1], places[1]))
     else {
         return Ok(());

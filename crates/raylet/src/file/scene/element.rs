@@ -9,7 +9,7 @@ use crate::file::decode::tagged::tagged;
 use crate::file::scene::aperture::Aperture;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::material::Material;
-use crate::file::scene::sag::Sag;
+use crate::file::scene::surface_shape::SurfaceShape;
 use crate::optics::refraction::Coating;
 
 tagged! {
@@ -213,16 +213,16 @@ impl Element {
     }
 
     /// The keys that describe its curved surfaces, each with its path from the element.
-    pub fn sags(&self) -> Vec<(String, Sag<'_>)> {
-        let own = |sag| vec![(String::new(), sag)];
+    pub fn surface_shapes(&self) -> Vec<(String, SurfaceShape<'_>)> {
+        let own = |shape| vec![(String::new(), shape)];
         match self {
-            Element::Doe(doe) => own(doe.sag()),
-            Element::Surface(surface) => own(surface.sag()),
-            Element::Mirror(mirror) => own(mirror.sag()),
+            Element::Doe(doe) => own(doe.surface_shape()),
+            Element::Surface(surface) => own(surface.surface_shape()),
+            Element::Mirror(mirror) => own(mirror.surface_shape()),
             Element::Lens(lens) => {
                 let surfaces = lens.surface.iter().enumerate();
                 surfaces
-                    .map(|(i, surface)| (format!(".surface[{i}]"), surface.sag()))
+                    .map(|(i, surface)| (format!(".surface[{i}]"), surface.surface_shape()))
                     .collect()
             }
             _ => Vec::new(),

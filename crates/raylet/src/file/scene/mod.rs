@@ -7,7 +7,7 @@
 //! | `layer` | Layers of a diffractive element, as a scene file describes them |
 //! | `material` | A medium, as a scene file names it |
 //! | `aperture` | Clear apertures, as a scene file describes them |
-//! | `sag` | Shapes of surfaces, as a scene file describes them |
+//! | `surface_shape` | Shapes of surfaces, as a scene file describes them |
 //! | `settings` | How a scene is to be computed, and the hologram it may ask for |
 //! | `design` | What a scene says about its design by gradients |
 //! | `estimator` | Which beamlets a design's looks follow |
@@ -25,13 +25,13 @@ pub mod estimator;
 pub mod layer;
 pub mod loss_specification;
 pub mod material;
-pub mod sag;
 pub mod scene_file;
 #[cfg(test)]
 pub(crate) mod scene_test;
 #[cfg(test)]
 mod schema_test;
 pub mod settings;
+pub mod surface_shape;
 #[cfg(test)]
 pub(crate) mod surfaces_test;
 pub mod variable;

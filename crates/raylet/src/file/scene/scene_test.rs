@@ -123,7 +123,7 @@ fn values_arrive() {
         panic!("{:?}", scene.element[1]);
     };
     assert_eq!(lens.surface[1].radius_mm, Some(f64::NEG_INFINITY));
-    let shape = lens.surface[1].sag().optics(None);
+    let shape = lens.surface[1].surface_shape().optics(None);
     assert_eq!(shape, Some(crate::optics::shape::Shape::Plane));
 }
 

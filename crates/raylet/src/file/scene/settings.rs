@@ -10,7 +10,7 @@ use crate::file::decode::number::{
     count, from_one, period, positive, share, step, target, tolerance, width,
 };
 use crate::optics::refraction::Coating;
-use crate::wave::tile::TileWindow;
+use crate::wave::patches::tile::TileWindow;
 
 /// How the scene is computed. What is absent is chosen from the scene.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

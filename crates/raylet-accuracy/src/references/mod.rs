@@ -1,0 +1,19 @@
+//! Diffraction by methods that are slow, simple and not those of the library.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`rayleigh_sommerfeld`] | Pixels to any points in free space, by direct sum |
+//! | [`collins`] | Pixels through a paraxial ABCD train, by direct sum |
+//! | [`spectrum`] | Plane waves on a lattice, through plane-parallel slabs, to sensor points |
+//! | [`surface`] | A curved refracting surface's sag and the samples on its aperture |
+//! | [`interface`] | Plane waves to such a surface and back |
+//! | [`direct`] | Samples anywhere in space and the sum over them |
+//! | [`bench`] | These joined to a train of small, strongly refracting lenses and pixel planes |
+
+pub mod bench;
+pub mod collins;
+pub mod direct;
+pub mod interface;
+pub mod rayleigh_sommerfeld;
+pub mod spectrum;
+pub mod surface;

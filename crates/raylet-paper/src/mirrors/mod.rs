@@ -1,0 +1,21 @@
+//! Figure 6: conformal diffractive mirrors.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`fig6`] | Figure 6, forward: a mirror with conjugate phases |
+//! | [`conformal`] | Such a mirror by several methods, against the direct integral over its surface |
+//! | [`conformal_chart`] | The pictures of it |
+//! | [`fig6_foci`] | Figure 6, designed: a mirror with two foci |
+//! | [`fig6_s`] | Figure 6, designed: a mirror that shows a letter S |
+//! | `mirror` | What these designs share: the search for a mirror's pixels |
+//! | [`mirror_chart`] | The picture of such a search |
+//! | [`conformal_seen`] | What a mirror with given pixels shows |
+
+pub mod conformal;
+pub mod conformal_chart;
+pub mod conformal_seen;
+pub mod fig6;
+pub mod fig6_foci;
+pub mod fig6_s;
+mod mirror;
+pub mod mirror_chart;

@@ -1,0 +1,374 @@
+//! The drawing of a system: its parts cut by a plane, and a few rays.
+
+#![expect(
+    clippy::indexing_slicing,
+    reason = "what is drawn is numbered by the lists it was laid out from"
+)]
+
+use raylet::engine::geometrical::layout_rays::{Deflection, LayoutRay, cut, layout_rays};
+use raylet::file::model::prescription::{Kind, Part, parts};
+use raylet::file::scene::scene_file::Scene;
+use raylet::math::vec3::Vec3;
+use raylet::optics::refraction::Interface;
+use raylet::optics::screen::Act;
+use raylet::optics::source::Source;
+use raylet::optics::system::System;
+
+use crate::figure::{Figure, Panel};
+use crate::layout_panel::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};
+use crate::panel::FigureError;
+
+/// Points along the cut of a part.
+const POINTS: i32 = 1200;
+
+/// Points of a drawn curve.
+const DRAWN: usize = 80;
+
+/// A second panel shows the light alone where it takes less than this share of the parts' height.
+const THIN: f64 = 0.3;
+
+/// Device pixels per pixel of a figure.
+const SCALE: f64 = 1.5;
+
+/// The plane of the drawing: global z to the right, and x or y up.
+#[derive(Clone, Copy, Debug)]
+struct Plane {
+    up: Vec3,
+    normal: Vec3,
+    name: &'static str,
+}
+
+impl Plane {
+    fn at(&self, point: Vec3) -> [f64; 2] {
+        [point.z, point.dot(self.up)]
+    }
+}
+
+/// The system cut by the plane through z in which it is bent, as plain geometry, and the name of its
+/// transverse axis, "x" or "y".
+pub fn layout(scene: &Scene, system: &System) -> (LayoutScene, &'static str) {
+    let plane = plane_of(system);
+    let trails = layout_rays(system, plane.normal);
+    let drawn = drawing(&parts(scene, system), &trails, &plane, None);
+    (drawn, plane.name)
+}
+
+/// The system as PNG, as the light of one wavelength sees it.
+///
+/// # Errors
+/// A picture that cannot be drawn.
+pub fn layout_png(scene: &Scene, system: &System) -> Result<Vec<u8>, FigureError> {
+    let plane = plane_of(system);
+    let parts = parts(scene, system);
+    let trails = layout_rays(system, plane.normal);
+
+    // Where the light is thin against the parts, a second view shows what it meets.
+    let light = extent(
+        trails
+            .iter()
+            .flat_map(|t| &t.points)
+            .map(|p| plane.at(*p)[1]),
+    );
+    let whole = drawing(&parts, &trails, &plane, None);
+    let all = extent(whole.surfaces.iter().flat_map(|c| &c.points).map(|p| p[1]));
+    let thin = match (light, all) {
+        (Some([a, b]), Some([c, d])) if b - a < THIN * (d - c) => {
+            let room = 0.25 * (b - a).max(1e-3 * (d - c));
+            Some([a - room, b + room])
+        }
+        _ => None,
+    };
+    let panel = |content: LayoutScene, title: &str| -> Vec<Panel<'static>> {
+        vec![
+            Panel::layout(content)
+                .transverse(plane.name)
+                .title(title)
+                .into(),
+        ]
+    };
+    let section = format!("Section through z and {}", plane.name);
+    let mut rows = vec![panel(whole, &section)];
+    if let Some(window) = thin {
+        let close = drawing(&parts, &trails, &plane, Some(window));
+        rows.push(panel(close, "The light, close up"));
+    }
+    let title = match scene.title.as_str() {
+        "" => String::from("Layout"),
+        title => title.to_owned(),
+    };
+    Figure::new(rows, title).to_png(SCALE)
+}
+
+/// The plane, of the two through the z axis, in which more of the system is tilted, shifted or turned.
+fn plane_of(system: &System) -> Plane {
+    let mut score = [0.0f64; 2];
+    let mut add = |v: Vec3, weight: f64| {
+        score[0] += weight * v.x.abs();
+        score[1] += weight * v.y.abs();
+    };
+    let screens = system.screens.iter().map(|s| &s.frame);
+    let surfaces = system.trains.iter().flatten().map(|s| &s.frame);
+    for frame in screens.chain(surfaces) {
+        add(frame.z, 10.0);
+        add(frame.origin, 1.0);
+    }
+    match system.source {
+        Source::Plane { direction, .. } => add(direction, 3.0),
+        Source::Point { position, .. } => add(position, 1.0),
+    }
+    // A smooth phase that turns the light as a whole, such as a grating.
+    for screen in &system.screens {
+        if let Act::Doe(doe) = &screen.act
+            && let Some([gx, gy]) = doe.phase_gradient(0.0, 0.0)
+        {
+            let turned = system.wavelength / std::f64::consts::TAU;
+            add(Vec3::new(gx * turned, gy * turned, 0.0), 3.0);
+        }
+    }
+    let (x, y) = (Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0));
+    if score[0] > score[1] {
+        Plane {
+            up: x,
+            normal: y * -1.0,
+            name: "x",
+        }
+    } else {
+        Plane {
+            up: y,
+            normal: x,
+            name: "y",
+        }
+    }
+}
+
+/// The range of finite values.
+fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
+    values.filter(|v| v.is_finite()).fold(None, |range, v| {
+        let [lo, hi] = range.unwrap_or([v, v]);
+        Some([lo.min(v), hi.max(v)])
+    })
+}
+
+/// Everything as plain geometry, within a window of the transverse coordinate if one is given.
+fn drawing(
+    parts: &[Part],
+    trails: &[LayoutRay],
+    plane: &Plane,
+    window: Option<[f64; 2]>,
+) -> LayoutScene {
+    let mut scene = LayoutScene::default();
+    for layout_ray in trails {
+        scene.rays.push(RayPath {
+            points: layout_ray.points.iter().map(|p| plane.at(*p)).collect(),
+            group: match layout_ray.turn {
+                Deflection::Straight => 0,
+                Deflection::Up => 1,
+                Deflection::Down => 2,
+            },
+        });
+    }
+    if trails
+        .iter()
+        .any(|layout_ray| layout_ray.turn != Deflection::Straight)
+    {
+        scene.ray_groups = ["undeflected", "to the upper side", "to the lower side"]
+            .map(String::from)
+            .to_vec();
+    }
+    let lines: Vec<Vec<Place>> = parts.iter().map(|part| line(part, plane, window)).collect();
+    let ambient = parts.first().map_or(1.0, Part::index);
+    for (number, part) in parts.iter().enumerate() {
+        let before = number.checked_sub(1).map(|n| parts[n].frame().origin);
+        scene
+            .surfaces
+            .extend(symbols(part, &lines[number], before, plane));
+        if part.index() != ambient
+            && let Some(next) = lines.get(number + 1)
+        {
+            scene.glass.push(between(&lines[number], next));
+        }
+        scene.labels.extend(label(part, &lines[number]));
+    }
+    scene
+}
+
+/// A place on the cut of a part.
+#[derive(Clone, Copy, Debug)]
+struct Place {
+    at: [f64; 2],
+    /// Whether light may pass (or turn back) there.
+    open: bool,
+}
+
+/// A part cut by the plane, as places from one end of its opening to the other.
+fn line(part: &Part, plane: &Plane, window: Option<[f64; 2]>) -> Vec<Place> {
+    let Some([x0, x1, y0, y1]) = part.bounds() else {
+        return Vec::new();
+    };
+    let frame = part.frame();
+    let u = cut(frame, plane.normal);
+    let middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
+
+    // How far the line through the middle runs inside the box.
+    let half = [0.5 * (x1 - x0), 0.5 * (y1 - y0)];
+    let reach = (0..2)
+        .map(|a| half[a] / u[a].abs().max(1e-12))
+        .fold(f64::INFINITY, f64::min);
+    let all = (0..=POINTS).filter_map(|i| {
+        let t = reach * (2.0 * f64::from(i) / f64::from(POINTS) - 1.0);
+        let (x, y) = (middle[0] + t * u[0], middle[1] + t * u[1]);
+        let height = part.shape().height(x, y)?;
+        let at = plane.at(frame.to_global(Vec3::new(x, y, height.z)));
+        let open = part.aperture().is_none_or(|a| a.contains(x, y));
+        Some(Place { at, open })
+    });
+    let shown = |p: &Place| window.is_none_or(|[lo, hi]| p.at[1] >= lo && p.at[1] <= hi);
+    let places: Vec<Place> = all.filter(shown).collect();
+    let ends = [
+        places.iter().position(|p| p.open),
+        places.iter().rposition(|p| p.open),
+    ];
+    match ends {
+        [Some(first), Some(last)] => thinned(&places[first..=last]),
+        _ => Vec::new(),
+    }
+}
+
+/// At most some eighty places of a line, its ends among them.
+fn thinned(places: &[Place]) -> Vec<Place> {
+    let last = places.len() - 1;
+    let count = DRAWN.min(last.max(1));
+    (0..=count).map(|i| places[i * last / count]).collect()
+}
+
+/// The symbols of a part whose cut is `line`; the part before it stands at `before`.
+fn symbols(part: &Part, line: &[Place], before: Option<Vec3>, plane: &Plane) -> Vec<Curve> {
+    if line.len() < 2 {
+        return Vec::new();
+    }
+    let here = plane.at(part.frame().origin);
+    let from = before.map_or([here[0] - 1.0, here[1]], |point| plane.at(point));
+    let travel = [here[0] - from[0], here[1] - from[1]];
+    let (kind, side) = match part.kind {
+        Kind::Surface(surface) if surface.interface == Interface::Reflect => {
+            (CurveKind::Mirror, 1.0)
+        }
+        Kind::Surface(_) => (CurveKind::Surface, 1.0),
+        Kind::Screen(screen) => match &screen.act {
+            Act::Stop(_) => (CurveKind::Stop, 1.0),
+            Act::Sensor(_) => (CurveKind::Sensor, 1.0),
+            Act::Doe(doe) if doe.reflect => (CurveKind::Doe, -1.0),
+            Act::Doe(_) => (CurveKind::Doe, 1.0),
+        },
+    };
+
+    // Symbols with a back and a front have it to the right of their points.
+    let mut places = line.to_vec();
+    let (first, last) = (places[0].at, places[places.len() - 1].at);
+    let right = [last[1] - first[1], first[0] - last[0]];
+    if (right[0] * travel[0] + right[1] * travel[1]) * side < 0.0 {
+        places.reverse();
+    }
+
+    // A stop is drawn by its ends and by what stands inside; other parts where they are open.
+    if kind == CurveKind::Stop {
+        let mut curves = runs(&places, false, CurveKind::Surface);
+        let points = points(&places);
+        curves.push(Curve { points, kind });
+        return curves;
+    }
+    runs(&places, true, kind)
+}
+
+/// The curves along which a part is open, or is not.
+fn runs(places: &[Place], open: bool, kind: CurveKind) -> Vec<Curve> {
+    let stretches = places.split(|place| place.open != open);
+    stretches
+        .filter(|stretch| stretch.len() > 1)
+        .map(points)
+        .map(|points| Curve { points, kind })
+        .collect()
+}
+
+fn points(places: &[Place]) -> Vec<[f64; 2]> {
+    places.iter().map(|place| place.at).collect()
+}
+
+/// The region between two cuts.
+fn between(first: &[Place], second: &[Place]) -> Polygon {
+    let (first, second) = (points(first), points(second));
+    let mut points = first.clone();
+    let chord = |line: &[[f64; 2]]| match (line.first(), line.last()) {
+        (Some(a), Some(b)) => [b[0] - a[0], b[1] - a[1]],
+        _ => [0.0; 2],
+    };
+    // The way back runs along the second cut against the first one's direction, so that sides do not cross.
+    let ([ax, ay], [bx, by]) = (chord(&first), chord(&second));
+    if ax * bx + ay * by > 0.0 {
+        points.extend(second.iter().rev());
+    } else {
+        points.extend(second);
+    }
+    Polygon { points }
+}
+
+/// The name of an element at its first part, above it.
+fn label(part: &Part, line: &[Place]) -> Option<Label> {
+    let [index, count] = part.surface;
+    if index > 0 {
+        return None;
+    }
+    let text = match (part.named, count) {
+        (true, _) => part.name.clone(),
+        (false, 1) => part.word().to_owned(),
+        (false, _) => String::from("lens"),
+    };
+    let top = points(line)
+        .into_iter()
+        .max_by(|a, b| a[1].total_cmp(&b[1]))?;
+    Some(Label { at: top, text })
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use ndarray_npy::write_npy;
+    use raylet::file::model::build::system;
+    use raylet::file::scene::scene_file::Scene;
+    use raylet::optics::polygon::{area, crosses_itself};
+
+    use crate::layout_picture::{Place, between, layout_png};
+
+    /// A scene with one of every shape and aperture, which the library's tests read.
+    const SCENE: &str = include_str!("../../raylet/tests/scenes/every_shape.toml");
+
+    #[test]
+    fn every_shape_is_drawn() {
+        let folder = tempfile::tempdir().unwrap();
+        let path = folder.path().join("demo.toml");
+        std::fs::write(&path, SCENE).unwrap();
+        let place = |i: usize| i as f64 - 4.5;
+        let bowl = Array2::from_shape_fn((10, 10), |(j, i)| {
+            0.2 * (place(i).powi(2) + place(j).powi(2))
+        });
+        write_npy(folder.path().join("heights.npy"), &bowl).unwrap();
+        let scene = Scene::read(&path).unwrap();
+        let system = system(&scene, 0).unwrap();
+        assert!(layout_png(&scene, &system).is_ok_and(|png| !png.is_empty()));
+    }
+
+    /// A thick tilted plate seen close up, each face drawn either way: its sides never cross.
+    #[test]
+    fn glass_between_tilted_faces_does_not_cross_itself() {
+        let cut = |ends: [[f64; 2]; 2]| ends.map(|at| Place { at, open: true });
+        let (front, back) = (
+            [[9.55, -0.77], [10.35, 0.58]],
+            [[11.85, -0.77], [12.65, 0.58]],
+        );
+        for back in [back, [back[1], back[0]]] {
+            let region = between(&cut(front), &cut(back)).points;
+            assert!(!crosses_itself(&region), "{region:?}");
+            assert!((area(&region).abs() - 2.3 * 1.35).abs() < 1e-12);
+        }
+    }
+}

@@ -1,0 +1,146 @@
+//! What may be wrong with one part, and the error that says so.
+
+use crate::optics::aperture::{Aperture, Outline};
+use crate::optics::doe::{Doe, Layer, Pixels};
+use crate::optics::screen::Sensor;
+use crate::optics::shape::Shape;
+
+/// Why a system cannot be built: the first part that is wrong, what was found, and what is expected.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+#[error("{part}: found {found}, expected {expected}")]
+pub struct BuildError {
+    /// The part, such as `surface 2` or `element 'hologram'`.
+    pub part: String,
+    /// What was found.
+    pub found: String,
+    /// What is expected there.
+    pub expected: String,
+}
+
+/// What was found and what is expected, of a part that is known elsewhere.
+pub(crate) type Wrong = (String, &'static str);
+
+/// A length or wavelength above zero.
+pub(crate) fn check_above_zero(what: &str, value: f64) -> Result<(), Wrong> {
+    match value > 0.0 && value.is_finite() {
+        true => Ok(()),
+        false => Err((format!("{what} of {value} mm"), "one above zero")),
+    }
+}
+
+/// A place aside of the axis in mm and angles in rad must be numbers.
+pub(crate) fn check_finite(decentre: &[f64; 2], tilt: &[f64; 3]) -> Result<(), Wrong> {
+    match decentre.iter().chain(tilt).all(|number| number.is_finite()) {
+        true => Ok(()),
+        false => Err((
+            format!("an offset of {decentre:?} mm and angles of {tilt:?} rad"),
+            "finite numbers",
+        )),
+    }
+}
+
+/// A surface must be curved by finite numbers, and exist all over its opening.
+pub(crate) fn check_face(shape: &Shape, aperture: &Aperture) -> Result<(), Wrong> {
+    if let Shape::Conic(conic) = shape
+        && !conic.curvature.is_finite()
+    {
+        let found = format!("a curvature of {} per mm", conic.curvature);
+        return Err((found, "a radius that is not zero; infinite for a plane"));
+    }
+    check_opening(aperture)?;
+    match missing_point(shape, aperture, f64::MAX) {
+        None => Ok(()),
+        Some([x, y]) => {
+            let found =
+                format!("an opening at ({x:.6}, {y:.6}) mm, where the surface does not exist");
+            Err((found, "an opening all over which it exists"))
+        }
+    }
+}
+
+/// A point of the opening, in mm, where the surface does not exist or is further than `highest` mm from its local plane.
+pub(crate) fn missing_point(shape: &Shape, aperture: &Aperture, highest: f64) -> Option<[f64; 2]> {
+    let mut points = aperture.rim().into_iter().chain(aperture.inside());
+    points.find(|[x, y]| {
+        let height = shape.height(*x, *y);
+        !height.is_some_and(|here| here.z.abs() <= highest)
+    })
+}
+
+/// An opening must have a width above zero.
+pub(crate) fn check_opening(aperture: &Aperture) -> Result<(), Wrong> {
+    if let Outline::Disc { radius } = aperture.outline {
+        return check_above_zero("a radius of the opening", radius);
+    }
+    let Some([x0, x1, y0, y1]) = aperture.bounds() else {
+        return Ok(());
+    };
+    check_above_zero("a width of the opening", x1 - x0)?;
+    check_above_zero("a height of the opening", y1 - y0)
+}
+
+/// An element must have an edge, and pixels that are numbers on one lattice.
+pub(crate) fn check_element(doe: &Doe) -> Result<(), Wrong> {
+    check_opening(&doe.aperture)?;
+    for layer in &doe.layers {
+        if let Layer::Pixels(pixels) = layer {
+            check_pixels(pixels)?;
+        }
+    }
+    if doe.bounds().is_none() {
+        return Err((String::from("no edge"), "an aperture, or a layer of pixels"));
+    }
+    match doe.shares_lattice() {
+        true => Ok(()),
+        false => Err((
+            String::from("pixel grids of different pitch, size or pixel form in one element"),
+            "grids that share their lattice; or two elements at a distance",
+        )),
+    }
+}
+
+fn check_pixels(pixels: &Pixels) -> Result<(), Wrong> {
+    for pitch in pixels.pitch {
+        check_above_zero("a pitch", pitch)?;
+    }
+    if pixels.values.is_empty() {
+        return Err((String::from("no pixels"), "at least one"));
+    }
+    match pixels.values.iter().find(|value| !value.is_finite()) {
+        None => Ok(()),
+        Some(value) => Err((format!("a pixel of {value}"), "finite transmissions")),
+    }
+}
+
+/// A sensor must have pixels of a size.
+pub(crate) fn check_sensor(sensor: &Sensor) -> Result<(), Wrong> {
+    for pitch in sensor.pitch {
+        check_above_zero("a pitch", pitch)?;
+    }
+    match sensor.pixels.contains(&0) {
+        true => Err((
+            format!("{:?} pixels", sensor.pixels),
+            "at least one each way",
+        )),
+        false => Ok(()),
+    }
+}
+
+/// A distance must have the sign of the way that light runs.
+pub(crate) fn check_heading(distance: f64, towards: f64) -> Result<(), Wrong> {
+    match wanted_heading(distance, towards) {
+        None => Ok(()),
+        Some(expected) => Err((format!("a distance of {distance} mm"), expected)),
+    }
+}
+
+/// What is expected in place of a distance that is not the way light runs; nothing where it is.
+pub(crate) fn wanted_heading(distance: f64, towards: f64) -> Option<&'static str> {
+    if distance * towards >= 0.0 && distance.is_finite() {
+        return None;
+    }
+    Some(match towards > 0.0 {
+        true => "zero or more: no mirror has turned the light back",
+        false => "zero or less: after an odd number of mirrors light runs towards -z",
+    })
+}

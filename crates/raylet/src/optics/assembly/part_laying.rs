@@ -1,0 +1,189 @@
+//! The parts of a [`SystemBuilder`], checked and laid on the axis one by one.
+//!
+//! [`SystemBuilder`]: crate::optics::assembly::system_builder::SystemBuilder
+
+use crate::optics::aperture::Aperture;
+use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
+use crate::optics::assembly::glass::Glass;
+use crate::optics::assembly::part_check::{
+    Wrong, check_element, check_face, check_finite, check_heading, check_opening, check_sensor,
+};
+use crate::optics::doe::Doe;
+use crate::optics::frame::Frame;
+use crate::optics::refraction::Coating;
+use crate::optics::screen::{Act, Sensor};
+use crate::optics::shape::Shape;
+
+/// One call of the builder: lengths in mm, angles in rad.
+#[derive(Clone, Debug)]
+pub(crate) enum Part {
+    Gap(f64),
+    /// The next part is moved aside and turned.
+    Offset([f64; 2], [f64; 3]),
+    /// The axis is moved aside and turned.
+    Turn([f64; 2], [f64; 3]),
+    Surface(Shape, Aperture, Glass),
+    Mirror(Shape, Aperture),
+    Stop(Aperture),
+    Element(String, Shape, Doe),
+    Sensor(Sensor),
+}
+
+impl Part {
+    fn kind(&self) -> &'static str {
+        match self {
+            Part::Gap(_) => "gap",
+            Part::Offset(..) => "offset",
+            Part::Turn(..) => "turn",
+            Part::Surface(..) => "surface",
+            Part::Mirror(..) => "mirror",
+            Part::Stop(_) => "stop",
+            Part::Element(..) => "element",
+            Part::Sensor(_) => "sensor",
+        }
+    }
+}
+
+/// What a part is called in errors: its name, or its kind and its number among the parts of that kind.
+pub(crate) fn address(parts: &[Part], number: usize) -> String {
+    let up_to = || parts.iter().take(number + 1);
+    match up_to().next_back() {
+        Some(Part::Element(name, ..)) => format!("element '{name}'"),
+        Some(part) => {
+            let alike = up_to().filter(|other| other.kind() == part.kind());
+            format!("{} {}", part.kind(), alike.count())
+        }
+        None => String::from("no part"),
+    }
+}
+
+/// Index of a medium at a vacuum wavelength in mm.
+pub(crate) fn glass_index(glass: &Glass, wavelength: f64) -> Result<f64, Wrong> {
+    let index = glass.index(wavelength);
+    index.map_err(|found| (found, "a medium that is known at the wavelength"))
+}
+
+/// The axis while parts are laid on it.
+pub(crate) struct Laying {
+    axis: AxisLayout,
+    wavelength: f64,
+    coating: Coating,
+    beam_radius: Option<f64>,
+    /// How the next part is moved and turned.
+    next: Option<([f64; 2], [f64; 3])>,
+    /// Whether the sensor stands.
+    ended: bool,
+}
+
+impl Laying {
+    /// An axis without parts in a medium of the index `ambient`.
+    pub(crate) fn new(
+        wavelength: f64,
+        coating: Coating,
+        beam_radius: Option<f64>,
+        ambient: f64,
+    ) -> Self {
+        Self {
+            axis: AxisLayout::new(ambient, beam_radius),
+            wavelength,
+            coating,
+            beam_radius,
+            next: None,
+            ended: false,
+        }
+    }
+
+    /// Checks a part and adds it.
+    pub(crate) fn lay(&mut self, part: &Part) -> Result<(), Wrong> {
+        if self.ended {
+            let found = String::from("a part behind the sensor");
+            return Err((found, "the sensor as the last part"));
+        }
+        match part {
+            Part::Gap(distance) => {
+                check_heading(*distance, self.axis.towards())?;
+                self.axis.advance(*distance);
+            }
+            Part::Offset(decentre, tilt) => {
+                check_finite(decentre, tilt)?;
+                self.next = Some((*decentre, *tilt));
+            }
+            Part::Turn(decentre, tilt) => {
+                check_finite(decentre, tilt)?;
+                self.axis.turn(self.axis.frame(*decentre, *tilt));
+            }
+            Part::Surface(shape, aperture, behind) => {
+                let face = self.face(shape, aperture)?;
+                let behind = glass_index(behind, self.wavelength)?;
+                self.axis.refract(face, self.coating, behind);
+            }
+            Part::Mirror(shape, aperture) => {
+                let face = self.face(shape, aperture)?;
+                self.axis.reflect(face);
+            }
+            Part::Stop(aperture) => {
+                check_opening(aperture)?;
+                self.limit(
+                    String::from("stop"),
+                    Shape::Plane,
+                    Act::Stop(aperture.clone()),
+                )?;
+            }
+            Part::Element(name, shape, doe) => {
+                check_element(doe)?;
+                self.limit(name.clone(), shape.clone(), Act::Doe(doe.clone()))?;
+            }
+            Part::Sensor(sensor) => self.sensor(*sensor)?,
+        }
+        Ok(())
+    }
+
+    /// The axis with all its parts.
+    pub(crate) fn end(self) -> Result<AxisLayout, Wrong> {
+        match self.ended {
+            true => Ok(self.axis),
+            false => Err((String::from("no sensor"), "one as the last part")),
+        }
+    }
+
+    fn frame(&mut self) -> Frame {
+        let (decentre, tilt) = self.next.take().unwrap_or_default();
+        self.axis.frame(decentre, tilt)
+    }
+
+    fn face(&mut self, shape: &Shape, aperture: &Aperture) -> Result<PlacedShape, Wrong> {
+        check_face(shape, aperture)?;
+        Ok(PlacedShape {
+            shape: shape.clone(),
+            frame: self.frame(),
+            aperture: aperture.clone(),
+        })
+    }
+
+    /// A stop or element. One that meets the light first limits it: a beam radius has no use then.
+    fn limit(&mut self, name: String, shape: Shape, act: Act) -> Result<(), Wrong> {
+        if let Some(radius) = self.beam_radius.filter(|_| self.axis.is_empty()) {
+            return Err((
+                format!("a beam radius of {radius} mm, though this part meets the light first"),
+                "no beam radius: the opening of this part limits the light",
+            ));
+        }
+        let frame = self.frame();
+        self.axis.screen(name, frame, shape, act);
+        Ok(())
+    }
+
+    fn sensor(&mut self, sensor: Sensor) -> Result<(), Wrong> {
+        check_sensor(&sensor)?;
+        if self.axis.is_empty() {
+            let found = String::from("a sensor as the only part");
+            return Err((found, "at least one part before the sensor"));
+        }
+        let frame = self.frame();
+        let name = String::from("sensor");
+        self.axis
+            .screen(name, frame, Shape::Plane, Act::Sensor(sensor));
+        self.ended = true;
+        Ok(())
+    }
+}

@@ -1,0 +1,232 @@
+//! Systems in code: parts by their usual numbers, with one clear error.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::optics::aperture::Aperture;
+use crate::optics::assembly::axis_layout::AxisLayout;
+use crate::optics::assembly::glass::Glass;
+use crate::optics::assembly::part_check::{BuildError, Wrong, check_above_zero};
+use crate::optics::assembly::part_laying::{Laying, Part, address, glass_index};
+use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use crate::optics::refraction::Coating;
+use crate::optics::screen::Sensor;
+use crate::optics::shape::Shape;
+use crate::optics::source::Source;
+use crate::optics::system::System;
+
+/// Where the light comes from, before the first screen is known.
+#[derive(Clone, Copy, Debug)]
+enum Light {
+    /// Collimated, at these angles to the yz and xz planes, in rad.
+    Collimated([f64; 2]),
+    /// From a point, in mm.
+    Point([f64; 3]),
+}
+
+/// Lays parts along an axis and makes the [`System`] of them.
+///
+/// The axis starts at the global origin towards +z. Lengths are in mm, angles in rad. Each call adds one part where the
+/// axis has come to; [`SystemBuilder::gap`] goes on to the vertex of the next. What is wrong is reported by
+/// [`SystemBuilder::build`], the first part first.
+///
+/// ```
+/// use raylet::optics::aperture::Aperture;
+/// use raylet::optics::assembly::system_builder::SystemBuilder;
+///
+/// // A plano-convex lens behind a stop of 2 mm radius, and a sensor in its focus.
+/// let system = SystemBuilder::new(0.55e-3)
+///     .stop(Aperture::disc(2.0))
+///     .gap(1.0)
+///     .surface(25.8, "N-BK7", 12.7)
+///     .gap(5.3)
+///     .surface(f64::INFINITY, "air", 12.7)
+///     .gap(46.2)
+///     .sensor([64, 64], [2e-3, 2e-3])
+///     .build()?;
+/// assert_eq!((system.screens.len(), system.trains[0].len()), (2, 2));
+///
+/// let refused = SystemBuilder::new(0.55e-3).surface(25.8, "NBK77", 12.7).build();
+/// assert!(refused.is_err_and(|error| error.to_string().starts_with("surface 1: found no glass is named 'NBK77'")));
+/// # Ok::<(), raylet::optics::assembly::part_check::BuildError>(())
+/// ```
+#[derive(Clone, Debug)]
+pub struct SystemBuilder {
+    wavelength: f64,
+    light: Light,
+    beam_radius: Option<f64>,
+    ambient: Glass,
+    coating: Coating,
+    parts: Vec<Part>,
+}
+
+impl SystemBuilder {
+    /// A system without parts, in air, with collimated light along the axis; `wavelength` is that of the vacuum in mm.
+    pub fn new(wavelength: f64) -> Self {
+        Self {
+            wavelength,
+            light: Light::Collimated([0.0; 2]),
+            beam_radius: None,
+            ambient: Glass::from("air"),
+            coating: Coating::default(),
+            parts: Vec::new(),
+        }
+    }
+
+    /// Collimated light that comes at these angles in rad: its direction cosines along x and y are their sines.
+    pub fn collimated(mut self, angle: [f64; 2]) -> Self {
+        self.light = Light::Collimated(angle);
+        self
+    }
+
+    /// Light from a point, given in global coordinates in mm.
+    pub fn point_source(mut self, position: [f64; 3]) -> Self {
+        self.light = Light::Point(position);
+        self
+    }
+
+    /// Radius of the beam in mm, where the first part is a surface or mirror: without it the opening of that part
+    /// limits the light.
+    pub fn beam_radius(mut self, radius: f64) -> Self {
+        self.beam_radius = Some(radius);
+        self
+    }
+
+    /// The medium before the first part, and around all of them; air where nothing is said.
+    pub fn ambient(mut self, medium: impl Into<Glass>) -> Self {
+        self.ambient = medium.into();
+        self
+    }
+
+    /// How all refracting surfaces transmit; ideally where nothing is said.
+    pub fn coating(mut self, coating: Coating) -> Self {
+        self.coating = coating;
+        self
+    }
+
+    /// The distance from the vertex of the last part to that of the next, in mm; negative where light runs towards −z.
+    pub fn gap(self, distance: f64) -> Self {
+        self.with(Part::Gap(distance))
+    }
+
+    /// Moves the next part, and nothing behind it, aside by `decentre` mm and turns it by `tilt` rad, right-handed,
+    /// about its x axis, its new y axis and its new z axis.
+    pub fn offset(self, decentre: [f64; 2], tilt: [f64; 3]) -> Self {
+        self.with(Part::Offset(decentre, tilt))
+    }
+
+    /// The same for the axis itself, and so for all that follows.
+    pub fn turn(self, decentre: [f64; 2], tilt: [f64; 3]) -> Self {
+        self.with(Part::Turn(decentre, tilt))
+    }
+
+    /// A spherical surface by its radius in mm, positive where the centre lies at larger z, infinite for a plane; the
+    /// medium behind it; and half its clear diameter in mm.
+    pub fn surface(self, radius: f64, behind: impl Into<Glass>, semi_aperture: f64) -> Self {
+        let aperture = Aperture::disc(semi_aperture);
+        self.shaped_surface(Shape::sphere(radius), behind, aperture)
+    }
+
+    /// A refracting surface of any shape.
+    pub fn shaped_surface(
+        self,
+        shape: Shape,
+        behind: impl Into<Glass>,
+        aperture: Aperture,
+    ) -> Self {
+        self.with(Part::Surface(shape, aperture, behind.into()))
+    }
+
+    /// A spherical mirror by its radius and half its clear diameter in mm. Light runs back behind it.
+    pub fn mirror(self, radius: f64, semi_aperture: f64) -> Self {
+        self.shaped_mirror(Shape::sphere(radius), Aperture::disc(semi_aperture))
+    }
+
+    /// A mirror of any shape.
+    pub fn shaped_mirror(self, shape: Shape, aperture: Aperture) -> Self {
+        self.with(Part::Mirror(shape, aperture))
+    }
+
+    /// An opening.
+    pub fn stop(self, aperture: Aperture) -> Self {
+        self.with(Part::Stop(aperture))
+    }
+
+    /// A plane element of phase pixels: their phases in rad, [y, x], and the distances of their centres along x and y in
+    /// mm. Each phase holds over its whole pixel.
+    pub fn phase_pixels(self, name: &str, phases: &Array2<f64>, pitch: [f64; 2]) -> Self {
+        self.pixels(name, phases.mapv(Complex64::cis), pitch)
+    }
+
+    /// The same by complex transmissions.
+    pub fn pixels(self, name: &str, values: Array2<Complex64>, pitch: [f64; 2]) -> Self {
+        let pixels = Pixels {
+            pitch,
+            values,
+            form: PixelForm::Box,
+        };
+        let doe = Doe {
+            layers: vec![Layer::Pixels(pixels)],
+            aperture: Aperture::OPEN,
+            reflect: false,
+        };
+        self.element(name, Shape::Plane, doe)
+    }
+
+    /// A diffractive element of any layers on a surface of any shape.
+    pub fn element(self, name: &str, shape: Shape, doe: Doe) -> Self {
+        self.with(Part::Element(name.to_owned(), shape, doe))
+    }
+
+    /// The sensor, the last part: its pixels [nx, ny], and the distances of their centres along x and y in mm.
+    pub fn sensor(self, pixels: [usize; 2], pitch: [f64; 2]) -> Self {
+        self.with(Part::Sensor(Sensor { pixels, pitch }))
+    }
+
+    /// The system of all parts.
+    ///
+    /// # Errors
+    /// The first part that is wrong: an unknown glass, one that is not known at the wavelength, a number out of its
+    /// range, a surface that does not exist all over its opening, or a sensor that is missing or not the last part.
+    pub fn build(self) -> Result<System, BuildError> {
+        let light = |wrong| error("light", wrong);
+        check_above_zero("a wavelength", self.wavelength).map_err(light)?;
+        if let Some(radius) = self.beam_radius {
+            check_above_zero("a beam radius", radius).map_err(light)?;
+        }
+        let ambient = glass_index(&self.ambient, self.wavelength);
+        let ambient = ambient.map_err(|wrong| error("ambient", wrong))?;
+        let mut laying = Laying::new(self.wavelength, self.coating, self.beam_radius, ambient);
+        for (number, part) in self.parts.iter().enumerate() {
+            let laid = laying.lay(part);
+            laid.map_err(|wrong| error(&address(&self.parts, number), wrong))?;
+        }
+        let axis = laying.end().map_err(|wrong| error("end", wrong))?;
+        let source = self.source(&axis).map_err(light)?;
+        Ok(axis.into_system(self.wavelength, source))
+    }
+
+    fn with(mut self, part: Part) -> Self {
+        self.parts.push(part);
+        self
+    }
+
+    fn source(&self, axis: &AxisLayout) -> Result<Source, Wrong> {
+        let origin = axis.origin();
+        match self.light {
+            Light::Point([x, y, z]) => Ok(Source::point([x, y, z], origin)),
+            Light::Collimated(angle) => Source::collimated(angle, origin).ok_or_else(|| {
+                let found = format!("angles of {angle:?} rad");
+                (found, "angles whose sines' squares add up to less than one")
+            }),
+        }
+    }
+}
+
+fn error(part: &str, (found, expected): Wrong) -> BuildError {
+    BuildError {
+        part: part.to_owned(),
+        found,
+        expected: expected.to_owned(),
+    }
+}

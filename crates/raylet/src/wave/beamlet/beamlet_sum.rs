@@ -1,0 +1,294 @@
+//! The coherent sum of beamlets on a uniform grid.
+//!
+//! Each beamlet is evaluated over its own footprint only. Rows are dealt out in bands of fixed height; a
+//! band takes its beamlets in order, so the sum has the same bits for any number of threads.
+
+use fearless_simd::{Level, Simd, dispatch};
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Moments, Rows};
+use crate::wave::beamlet::wavelet::{Arrival, Tail};
+use crate::wave::grid::raster::Raster;
+
+/// Rows of a band: the unit of parallel work.
+const BAND_ROWS: usize = 32;
+
+/// A field being summed: real and imaginary part in bands of rows.
+pub struct Canvas {
+    raster: Raster,
+    bands: Vec<Band>,
+}
+
+struct Band {
+    first_row: usize,
+    rows: Rows,
+}
+
+/// What a footprint costs: how many values the sums so far have evaluated.
+pub type Evaluations = u64;
+
+impl Canvas {
+    /// An empty sum on a raster.
+    pub fn new(raster: Raster) -> Self {
+        let [nx, ny] = raster.size;
+        let bands = (0..ny.div_ceil(BAND_ROWS))
+            .map(|b| {
+                let first_row = b * BAND_ROWS;
+                let above = first_row as f64 * raster.pitch[1];
+                let rows = Rows::zeros(Raster {
+                    start: [raster.start[0], raster.start[1] + above],
+                    size: [nx, BAND_ROWS.min(ny - first_row)],
+                    ..raster
+                });
+                Band { first_row, rows }
+            })
+            .collect();
+        Self { raster, bands }
+    }
+
+    /// Adds beamlets, each where it exceeds `threshold` of its own peak; `k` is the vacuum wavenumber.
+    pub fn add(&mut self, arrivals: &[Arrival], k: f64, threshold: f64) -> Evaluations {
+        let level = Level::new();
+        self.bands
+            .par_iter_mut()
+            .map(
+                |band| dispatch!(level, simd => fill(simd, &mut band.rows, arrivals, k, threshold)),
+            )
+            .sum()
+    }
+
+    /// The conjugate transpose of [`Canvas::add`]: for each beamlet, with its amplitude taken for one, what
+    /// the canvas holds times its conjugate, summed over its footprint; the first of the moments is the
+    /// cotangent of the amplitude when the canvas holds the cotangent of the sum.
+    pub fn add_adjoint(&self, arrivals: &[Arrival], k: f64, threshold: f64) -> Vec<Moments> {
+        let level = Level::new();
+        let limit = -2.0 * threshold.ln() / k;
+        arrivals
+            .par_iter()
+            .map(|arrival| {
+                let mut total = [Complex64::ZERO; 6];
+                for band in &self.bands {
+                    let part = dispatch!(level, simd => read(simd, &band.rows, arrival, k, limit));
+                    total.iter_mut().zip(part).for_each(|(t, p)| *t += p);
+                }
+                total
+            })
+            .collect()
+    }
+
+    /// A canvas that holds these values, indexed [y, x].
+    pub fn holding(raster: Raster, values: &ndarray::Array2<Complex64>) -> Self {
+        let mut canvas = Self::new(raster);
+        for ((j, i), value) in values.indexed_iter() {
+            let band = &mut canvas.bands[j / BAND_ROWS];
+            let at = (j - band.first_row) * band.rows.stride + i;
+            (band.rows.re[at], band.rows.im[at]) = (value.re, value.im);
+        }
+        canvas
+    }
+
+    /// Its sample points.
+    pub fn raster(&self) -> &Raster {
+        &self.raster
+    }
+
+    /// Whether a beamlet's footprint meets the raster.
+    pub fn meets(&self, arrival: &Arrival, k: f64, threshold: f64) -> bool {
+        let reach = arrival.footprint(k, threshold);
+        (0..2).all(|a| {
+            let low = self.raster.start[a];
+            let high = low + (self.raster.size[a] as f64 - 1.0) * self.raster.pitch[a];
+            arrival.at[a] + reach[a] >= low && arrival.at[a] - reach[a] <= high
+        })
+    }
+
+    /// The box of its points, `[x_min, x_max, y_min, y_max]` in mm.
+    pub fn bounds(&self) -> [f64; 4] {
+        let [x, y] = self.raster.size;
+        let [px, py] = self.raster.pitch;
+        let [low_x, low_y] = self.raster.start;
+        let high = [low_x + (x as f64 - 1.0) * px, low_y + (y as f64 - 1.0) * py];
+        [low_x, high[0], low_y, high[1]]
+    }
+
+    /// How a beamlet lies to the raster.
+    pub fn tail(&self, arrival: &Arrival, k: f64) -> Tail {
+        Tail::of(arrival, self.bounds(), k)
+    }
+
+    /// Whether a point lies within the raster.
+    pub fn contains(&self, point: [f64; 2]) -> bool {
+        (0..2).all(|a| {
+            let low = self.raster.start[a];
+            let high = low + (self.raster.size[a] as f64 - 1.0) * self.raster.pitch[a];
+            (low..=high).contains(&point[a])
+        })
+    }
+
+    /// The sum, indexed [y, x].
+    pub fn finish(self) -> ndarray::Array2<Complex64> {
+        let [nx, ny] = self.raster.size;
+        ndarray::Array2::from_shape_fn((ny, nx), |(j, i)| {
+            let band = &self.bands[j / BAND_ROWS];
+            let at = (j - band.first_row) * band.rows.stride + i;
+            Complex64::new(band.rows.re[at], band.rows.im[at])
+        })
+    }
+}
+
+/// All beamlets on one band.
+#[inline(always)]
+fn fill<S: Simd>(
+    simd: S,
+    rows: &mut Rows,
+    arrivals: &[Arrival],
+    k: f64,
+    threshold: f64,
+) -> Evaluations {
+    let limit = -2.0 * threshold.ln() / k;
+    let mut evaluations = 0;
+    for arrival in arrivals {
+        if let Some(kernel) = BeamletKernel::new(arrival, rows, limit) {
+            evaluations += kernel.add(simd, rows, k);
+        }
+    }
+    evaluations
+}
+
+/// What one band gives back to a beamlet.
+#[inline(always)]
+fn read<S: Simd>(simd: S, rows: &Rows, arrival: &Arrival, k: f64, limit: f64) -> Moments {
+    match BeamletKernel::new(arrival, rows, limit) {
+        Some(kernel) => kernel.add_adjoint(simd, rows, k),
+        None => [Complex64::ZERO; 6],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::wave::beamlet::beamlet_sum::Canvas;
+    use crate::wave::beamlet::wavelet::Arrival;
+    use crate::wave::grid::raster::Raster;
+
+    fn arrivals() -> Vec<Arrival> {
+        let random =
+            |i: usize, j: usize| (((i * 37 + j * 101) as f64) * 0.618_033_988_7).fract() - 0.5;
+        (0..40)
+            .map(|i| {
+                let (a, b) = (0.02 + 0.01 * random(i, 1), 0.03 + 0.02 * random(i, 2));
+                let shear = (a * b).sqrt() * 1.6 * random(i, 3);
+                Arrival {
+                    at: [60.0 * random(i, 4), 50.0 * random(i, 5)],
+                    cosines: [0.4 * random(i, 6), 0.4 * random(i, 7)],
+                    amplitude: Complex64::new(random(i, 8), random(i, 9)),
+                    curvature: [
+                        Complex64::new(0.05 * random(i, 10), a),
+                        Complex64::new(0.05 * random(i, 11), shear),
+                        Complex64::new(0.05 * random(i, 12), b),
+                    ],
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn sum_matches_the_formula() {
+        let k = std::f64::consts::TAU;
+        let raster = Raster {
+            start: [-20.0, -21.0],
+            pitch: [0.31, 0.43],
+            size: [131, 97],
+        };
+        let mut canvas = Canvas::new(raster);
+        canvas.add(&arrivals(), k, 1e-9);
+        let sum = canvas.finish();
+        let (mut error, mut norm) = (0.0, 0.0);
+        for ((j, i), value) in sum.indexed_iter() {
+            let (x, y) = (-20.0 + 0.31 * i as f64, -21.0 + 0.43 * j as f64);
+            let mut exact = Complex64::ZERO;
+            for a in arrivals() {
+                let (u, v) = (x - a.at[0], y - a.at[1]);
+                let [xx, xy, yy] = a.curvature;
+                let bend = 0.5 * (xx * u * u + xy * 2.0 * u * v + yy * v * v);
+                let linear = a.cosines[0] * u + a.cosines[1] * v;
+                exact += a.amplitude * (Complex64::i() * k * (bend + linear)).exp();
+            }
+            error += (value - exact).norm_sqr();
+            norm += exact.norm_sqr();
+        }
+        assert!((error / norm).sqrt() < 2e-9, "{:e}", (error / norm).sqrt());
+    }
+
+    /// Σ conj(ȳ)·y is the same as Σ conj(amplitudē)·amplitude, and moments match their formulas.
+    #[test]
+    fn add_dot_product() {
+        let k = std::f64::consts::TAU;
+        let raster = Raster {
+            start: [-20.0, -21.0],
+            pitch: [0.31, 0.43],
+            size: [131, 97],
+        };
+        let bar = ndarray::Array2::from_shape_fn((97, 131), |(j, i)| {
+            let t = (j * 131 + i) as f64 * 0.618_033_988_7;
+            Complex64::new(t.fract() - 0.5, (3.7 * t).fract() - 0.5)
+        });
+        let mut canvas = Canvas::new(raster);
+        canvas.add(&arrivals(), k, 1e-3);
+        let sum = canvas.finish();
+        let moments = Canvas::holding(raster, &bar).add_adjoint(&arrivals(), k, 1e-3);
+        let forward: Complex64 = bar.iter().zip(&sum).map(|(a, b)| a.conj() * b).sum();
+        let back: Complex64 = moments
+            .iter()
+            .zip(&arrivals())
+            .map(|(m, arrival)| m[0].conj() * arrival.amplitude)
+            .sum();
+        let size = (bar.iter().map(|v| v.norm_sqr()).sum::<f64>()
+            * sum.iter().map(|v| v.norm_sqr()).sum::<f64>())
+        .sqrt();
+        assert!((forward - back).norm() < 1e-14 * size, "{forward} {back}");
+
+        // The moments as written, over footprints wide enough.
+        let moments = Canvas::holding(raster, &bar).add_adjoint(&arrivals(), k, 1e-12);
+        for (found, a) in moments.iter().zip(&arrivals()) {
+            let mut exact = [Complex64::ZERO; 6];
+            for ((j, i), bar) in bar.indexed_iter() {
+                let u = -20.0 + 0.31 * i as f64 - a.at[0];
+                let v = -21.0 + 0.43 * j as f64 - a.at[1];
+                let [xx, xy, yy] = a.curvature;
+                let bend = 0.5 * (xx * u * u + xy * 2.0 * u * v + yy * v * v);
+                let linear = a.cosines[0] * u + a.cosines[1] * v;
+                let part = (Complex64::i() * k * (bend + linear)).exp().conj() * bar;
+                for (e, power) in exact.iter_mut().zip([1.0, u, v, u * u, u * v, v * v]) {
+                    *e += part * power;
+                }
+            }
+            for (found, exact) in found.iter().zip(exact) {
+                assert!((found - exact).norm() < 1e-8, "{found} {exact}");
+            }
+        }
+    }
+
+    #[test]
+    fn bits_do_not_depend_on_threads() {
+        let raster = Raster {
+            start: [-20.0, -21.0],
+            pitch: [0.31, 0.43],
+            size: [131, 97],
+        };
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new()
+                .num_threads(threads)
+                .build()
+                .unwrap();
+            pool.install(|| {
+                let mut canvas = Canvas::new(raster);
+                canvas.add(&arrivals(), std::f64::consts::TAU, 1e-3);
+                canvas.finish()
+            })
+        };
+        assert_eq!(run(1), run(3));
+    }
+}

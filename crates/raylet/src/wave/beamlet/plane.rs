@@ -1,0 +1,257 @@
+//! Plane waves that arrive on a screen, and their coherent sum on a uniform grid.
+//!
+//! An infinite plane wave per ray is a Fourier sum over scattered frequencies, done by a non-uniform
+//! FFT: what a ray costs does not depend on the size of the screen.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::math::nufft::{Nufft, NufftError};
+use crate::wave::beamlet::wavelet::Arrival;
+use crate::wave::grid::raster::Raster;
+
+/// A plane wave amplitude·exp(ik p·(x − at)) on a receiving screen.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct PlaneWave {
+    /// Where its ray lands, in mm, screen coordinates.
+    pub at: [f64; 2],
+    /// Optical direction cosines p along the screen's axes.
+    pub cosines: [f64; 2],
+    /// Complex amplitude where the ray lands, optical path included.
+    pub amplitude: Complex64,
+}
+
+impl PlaneWave {
+    /// The plane wavelet of a ray, from the beamlet of width σ that travelled with it.
+    ///
+    /// Its prefactor √det(D + ikσ²C), with J = \[\[A, B\], \[C, D\]\] the ray's Jacobian ∂(s, p′)/∂(x, p)
+    /// (Herman and Kluk, Chem. Phys. 91, 27, 1984, in the limit of final waves without width), follows
+    /// from the beamlet's det(A + Bq₀)^{−1/2} and G = (C + Dq₀)(A + Bq₀)⁻¹, q₀ = i/kσ²: it is
+    /// conj √det(G/q₀) over the conjugate of that root, whose modulus is known from Im G because J is
+    /// symplectic. −iG has a positive definite real part, so the principal root of det(−iG) is the
+    /// continuous one, and the beamlet's root was continued flight by flight: the branch is right behind
+    /// any number of foci and images. Interfaces and cosines are in the beamlet's amplitude already.
+    #[inline]
+    pub fn from_beamlet(beamlet: &Arrival) -> Self {
+        let [xx, xy, yy] = beamlet.curvature;
+        let spread = (xx.im * yy.im - xy.im * xy.im).sqrt();
+        let root = (xy * xy - xx * yy).sqrt();
+        Self {
+            at: beamlet.at,
+            cosines: beamlet.cosines,
+            amplitude: beamlet.amplitude * root.conj() / spread,
+        }
+    }
+}
+
+/// A sum of plane waves on a raster.
+pub struct PlaneSum {
+    raster: Raster,
+    k: f64,
+    transform: Nufft,
+    values: Array2<Complex64>,
+}
+
+impl PlaneSum {
+    /// An empty sum; `k` is the vacuum wavenumber, `tolerance` that of the non-uniform FFT.
+    ///
+    /// # Errors
+    /// When the tolerance or the size of the raster is out of reach.
+    pub fn new(raster: Raster, k: f64, tolerance: f64) -> Result<Self, NufftError> {
+        let [nx, ny] = raster.size;
+        Ok(Self {
+            raster,
+            k,
+            transform: Nufft::new([ny, nx], tolerance)?,
+            values: Array2::zeros((ny, nx)),
+        })
+    }
+
+    /// Adds waves. Those that turn by more than half a cycle per sample are wrapped, which changes
+    /// nothing at the sample points.
+    pub fn add(&mut self, waves: &[PlaneWave]) {
+        if waves.is_empty() {
+            return;
+        }
+        let (points, phases) = self.places(waves);
+        let strengths: Vec<Complex64> = waves
+            .par_iter()
+            .zip(&phases)
+            .map(|(wave, phase)| wave.amplitude * phase)
+            .collect();
+        self.transform.type1(&points, &strengths, &mut self.values);
+    }
+
+    /// The conjugate transpose of [`PlaneSum::add`] for waves of amplitude one, and the same of values times
+    /// distances: given cotangents of the samples, indexed [y, x], Σ conj(W)·bar, and that with the bar
+    /// times u and v, (u, v) = x − at, for each wave W.
+    pub fn add_adjoint(&self, bar: &Array2<Complex64>, waves: &[PlaneWave]) -> Vec<[Complex64; 3]> {
+        let (points, phases) = self.places(waves);
+        let middle = self.middle();
+        let [nx, ny] = self.raster.size;
+        let away = |a: usize, index: usize| {
+            let half = [nx / 2, ny / 2][a] as f64;
+            (index as f64 - half) * self.raster.pitch[a]
+        };
+        let mut along = [bar.clone(), bar.clone()];
+        for (a, part) in along.iter_mut().enumerate() {
+            for ((j, i), value) in part.indexed_iter_mut() {
+                *value *= away(a, [i, j][a]);
+            }
+        }
+        // values += type1(strengths), strengths = amplitude·phase
+        let [x, y] = along.map(|part| self.transform.type2(part.view(), &points));
+        let one = self.transform.type2(bar.view(), &points);
+        (0..waves.len())
+            .map(|i| {
+                let back = phases[i].conj();
+                let one = one[i] * back;
+                let [dx, dy] = [0, 1].map(|a| middle[a] - waves[i].at[a]);
+                [one, x[i] * back + one * dx, y[i] * back + one * dy]
+            })
+            .collect()
+    }
+
+    /// The sample that is mode zero of the transform.
+    fn middle(&self) -> [f64; 2] {
+        [0, 1].map(|a| {
+            let half = (self.raster.size[a] / 2) as f64;
+            self.raster.start[a] + half * self.raster.pitch[a]
+        })
+    }
+
+    /// Angles per sample of waves, and their phases at the sample in the middle.
+    fn places(&self, waves: &[PlaneWave]) -> (Vec<[f64; 2]>, Vec<Complex64>) {
+        let (pitch, k, middle) = (self.raster.pitch, self.k, self.middle());
+        waves
+            .par_iter()
+            .map(|wave| {
+                let turn = [0, 1].map(|a| k * pitch[a] * wave.cosines[a]);
+                let along = |a: usize| wave.cosines[a] * (middle[a] - wave.at[a]);
+                (turn, Complex64::cis(k * (along(0) + along(1))))
+            })
+            .unzip()
+    }
+
+    /// Whether a point lies within the raster.
+    pub fn contains(&self, point: [f64; 2]) -> bool {
+        (0..2).all(|a| {
+            let low = self.raster.start[a];
+            let high = low + (self.raster.size[a] as f64 - 1.0) * self.raster.pitch[a];
+            (low..=high).contains(&point[a])
+        })
+    }
+
+    /// Number of samples of the raster.
+    pub fn samples(&self) -> usize {
+        self.values.len()
+    }
+
+    /// The sum so far, indexed [y, x].
+    pub fn values(&self) -> &Array2<Complex64> {
+        &self.values
+    }
+
+    /// The sum, indexed [y, x].
+    pub fn finish(self) -> Array2<Complex64> {
+        self.values
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::math::random::pair;
+    use crate::wave::beamlet::plane::{PlaneSum, PlaneWave};
+    use crate::wave::grid::raster::Raster;
+
+    fn waves() -> Vec<PlaneWave> {
+        (0..200)
+            .map(|i| {
+                let draw = |what| pair(5, [i, what, 0, 0]).map(|u| u - 0.5);
+                let [re, im] = draw(2);
+                PlaneWave {
+                    at: draw(0).map(|u| 80.0 * u),
+                    cosines: draw(1).map(|u| 1.8 * u),
+                    amplitude: Complex64::new(re, im),
+                }
+            })
+            .collect()
+    }
+
+    #[test]
+    fn sum_matches_the_formula_beyond_the_nyquist_band() {
+        // Half a cycle per sample is p = 0.25 along x and 0.19 along y; waves go up to 0.9.
+        let k = std::f64::consts::TAU;
+        let raster = Raster {
+            start: [3.0, -40.0],
+            pitch: [2.0, 2.6],
+            size: [31, 24],
+        };
+        let waves = waves();
+        let mut sum = PlaneSum::new(raster, k, 1e-11).unwrap();
+        sum.add(&waves[..70]);
+        sum.add(&waves[70..]);
+        let values = sum.finish();
+        let (mut error, mut norm) = (0.0, 0.0);
+        for ((j, i), value) in values.indexed_iter() {
+            let (x, y) = (3.0 + 2.0 * i as f64, -40.0 + 2.6 * j as f64);
+            let mut exact = Complex64::ZERO;
+            for wave in &waves {
+                let ([p, q], [a, b]) = (wave.cosines, wave.at);
+                exact += wave.amplitude * Complex64::cis(k * (p * (x - a) + q * (y - b)));
+            }
+            error += (value - exact).norm_sqr();
+            norm += exact.norm_sqr();
+        }
+        assert!((error / norm).sqrt() < 2e-11, "{:e}", (error / norm).sqrt());
+    }
+    #[test]
+    fn add_dot_product() {
+        let k = std::f64::consts::TAU;
+        let raster = Raster {
+            start: [3.0, -40.0],
+            pitch: [2.0, 2.6],
+            size: [31, 24],
+        };
+        let bar = Array2::from_shape_fn((24, 31), |(j, i)| {
+            let [re, im] = pair(6, [i as u32, j as u32, 0, 0]);
+            Complex64::new(re - 0.5, im - 0.5)
+        });
+        let mut sum = PlaneSum::new(raster, k, 1e-6).unwrap();
+        sum.add(&waves());
+        let back = sum.add_adjoint(&bar, &waves());
+        let forward: Complex64 = bar
+            .iter()
+            .zip(sum.values())
+            .map(|(a, b)| a.conj() * b)
+            .sum();
+        let reverse: Complex64 = back
+            .iter()
+            .zip(waves())
+            .map(|(back, wave)| back[0].conj() * wave.amplitude)
+            .sum();
+        let norm = |values: &Array2<Complex64>| values.iter().map(|v| v.norm_sqr()).sum::<f64>();
+        let size = (norm(&bar) * norm(sum.values())).sqrt();
+        assert!((forward - reverse).norm() < 1e-13 * size);
+
+        // The distances as written, at the tolerance of the transform.
+        for (found, wave) in back.iter().zip(waves()).take(20) {
+            let mut exact = [Complex64::ZERO; 3];
+            for ((j, i), bar) in bar.indexed_iter() {
+                let u = 3.0 + 2.0 * i as f64 - wave.at[0];
+                let v = -40.0 + 2.6 * j as f64 - wave.at[1];
+                let part = bar * Complex64::cis(-k * (wave.cosines[0] * u + wave.cosines[1] * v));
+                for (e, power) in exact.iter_mut().zip([1.0, u, v]) {
+                    *e += part * power;
+                }
+            }
+            for (found, exact) in found.iter().zip(exact) {
+                assert!((found - exact).norm() < 1e-3, "{found} {exact}");
+            }
+        }
+    }
+}

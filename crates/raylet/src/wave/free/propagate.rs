@@ -1,0 +1,473 @@
+//! Hops that need no rays: from a plane or curved screen to a parallel plane, through homogeneous or
+//! plane-parallel media.
+//!
+//! Band-limited angular spectrum. The plane waves of a period P much larger than both screens are summed
+//! with the pixel's own spectrum (the nodes integrate the box pixels), and a taper over landing offsets
+//! removes the directions whose periodic copies would reach the target (after Matsushima and Shimobaba,
+//! Opt. Express 17, 19662, 2009, who cut where this tapers).
+
+use ndarray::{Array1, Array2};
+use num_complex::Complex64;
+
+use crate::math::chirp::{Chirp2, Comb};
+use crate::wave::grid::field::Field;
+use crate::wave::grid::heights::Heights;
+use crate::wave::grid::raster::Raster;
+use crate::wave::patches::patch::Band;
+
+/// A plane-parallel layer of homogeneous medium.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Slab {
+    /// Refractive index.
+    pub index: f64,
+    /// Thickness along the direction of travel, in mm.
+    pub thickness: f64,
+    /// Field transmission of the interface behind it at normal optical cosines (before, after); see
+    /// [`crate::optics::refraction::Coating`].
+    pub exit: Option<crate::optics::refraction::Coating>,
+}
+
+/// A free hop between parallel planes.
+#[derive(Clone, Debug)]
+pub struct FreeHop {
+    /// Vacuum wavenumber in rad/mm.
+    pub k: f64,
+    /// The media between, in order.
+    pub slabs: Vec<Slab>,
+    /// Position of the receiving plane's origin in the emitting plane, in mm.
+    pub offset: [f64; 2],
+    /// Direction of the incident light, optical cosines: the lattice of plane waves is anchored there.
+    pub anchor: [f64; 2],
+    /// Period P over W, the sum of the half widths of screen and target; at least 4.
+    pub padding: f64,
+    /// P − 2W in units of √(λ × depth), at least: the directions between W and P − W, where the taper falls, blur
+    /// what arrives by that length.
+    pub clear: f64,
+}
+
+/// [`FreeHop::clear`] for an error of 1e-3: what small screens far apart have with 6 is 1e-3 to 1e-2, with 10 3e-4 to
+/// 2e-3, with 16 1e-5 to 4e-4, with 24 1e-6 to 7e-5; with no more than the period of nearer screens, 1e-2 to 1.
+pub const CLEAR: f64 = 13.0;
+
+/// [`FreeHop::clear`] for an error.
+pub fn clear_for(error: f64) -> f64 {
+    (CLEAR + 2.5 * (1e-3 / error).ln()).clamp(6.0, 30.0)
+}
+
+/// A curved screen under a field: its heights at the nodes, and the sign with which light leaves along its
+/// local z axis. Nothing for a plane.
+pub type Surface<'a> = Option<(&'a Heights, f64)>;
+
+/// The field that leaves a screen.
+#[derive(Clone, Copy)]
+pub struct EmittedField<'a> {
+    /// Its values at the nodes of the screen.
+    pub field: &'a Field,
+    /// The surface of a curved screen.
+    pub surface: Surface<'a>,
+}
+
+/// A parameter of a hop without rays: the same hop with the parameter a little smaller and a little larger.
+pub struct PerturbedFreeHops {
+    /// With the smaller value.
+    pub below: FreeHop,
+    /// With the larger value.
+    pub above: FreeHop,
+    /// The difference of the two values.
+    pub distance: f64,
+}
+
+/// What a free hop will do: its directions along x and y.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct FreePlan {
+    /// Period along each axis, in mm.
+    pub period: [f64; 2],
+    /// W along each axis, in mm.
+    pub span: [f64; 2],
+    /// Lattice of directions along each axis.
+    pub bands: [Band; 2],
+    /// Σ thickness/index of the slabs, in mm.
+    pub depth: f64,
+    /// Vacuum wavelength in mm.
+    pub wavelength: f64,
+}
+
+impl FreeHop {
+    /// Chooses period and directions for a field within `from` and a target within `to`, both
+    /// `[x_min, x_max, y_min, y_max]` in mm on their own planes.
+    pub fn plan(&self, from: [f64; 4], to: [f64; 4]) -> FreePlan {
+        let wavelength = std::f64::consts::TAU / self.k;
+        let lowest = self
+            .slabs
+            .iter()
+            .map(|s| s.index)
+            .fold(f64::INFINITY, f64::min);
+        let depth: f64 = self.slabs.iter().map(|s| s.thickness.abs() / s.index).sum();
+        let axis = |a: usize| {
+            // W covers every path from a point of the screen to a point of the target.
+            let low = to[2 * a] + self.offset[a] - from[2 * a + 1];
+            let high = to[2 * a + 1] + self.offset[a] - from[2 * a];
+            let span = 0.5 * (high - low).max(0.0) + (0.5 * (high + low)).abs();
+            let period =
+                (self.padding * span).max(2.0 * span + self.clear * (wavelength * depth).sqrt());
+            // Beyond the direction that lands P − W away nothing is kept.
+            let reach = |p: f64| self.landing(p, p * p).unwrap_or(f64::INFINITY);
+            let (mut inside, mut outside) = (0.0, lowest);
+            for _ in 0..60 {
+                let middle = 0.5 * (inside + outside);
+                if reach(middle) < period - span {
+                    inside = middle;
+                } else {
+                    outside = middle;
+                }
+            }
+            let limit = outside.min(lowest);
+            let band = Band::between(self.anchor[a], wavelength / period, -limit, limit);
+            (period, span, band)
+        };
+        let (x, y) = (axis(0), axis(1));
+        FreePlan {
+            period: [x.0, y.0],
+            span: [x.1, y.1],
+            bands: [x.2, y.2],
+            depth,
+            wavelength,
+        }
+    }
+
+    /// The landing offset along an axis of a plane wave with cosine p there and square |p|²; nothing
+    /// when it is evanescent somewhere.
+    fn landing(&self, p: f64, square: f64) -> Option<f64> {
+        let mut total = 0.0;
+        for slab in &self.slabs {
+            let under = slab.index * slab.index - square;
+            if under <= 0.0 {
+                return None;
+            }
+            total += slab.thickness.abs() * p / under.sqrt();
+        }
+        Some(total)
+    }
+
+    /// What the plane wave (p, q) meets: its optical path through the slabs, and what interfaces and taper
+    /// leave of it; nothing when it is evanescent.
+    fn crossing(&self, p: [f64; 2], plan: &FreePlan) -> Option<(f64, f64)> {
+        let square = p[0] * p[0] + p[1] * p[1];
+        let (mut path, mut size) = (0.0, 1.0);
+        let mut offset = [0.0; 2];
+        let mut normal = 0.0;
+        for (i, slab) in self.slabs.iter().enumerate() {
+            let under = slab.index * slab.index - square;
+            if under <= 0.0 {
+                return None;
+            }
+            let q = under.sqrt();
+            if i > 0
+                && let Some(coating) = self.slabs[i - 1].exit
+            {
+                let ratio = self.slabs[i - 1].index / slab.index;
+                size *= crate::optics::refraction::transmission(coating, normal, q, ratio);
+            }
+            normal = q;
+            path += slab.thickness.abs() * q;
+            offset[0] += slab.thickness.abs() * p[0] / q;
+            offset[1] += slab.thickness.abs() * p[1] / q;
+        }
+        let keep = |a: usize| taper(offset[a].abs(), plan, a);
+        Some((path, size * keep(0) * keep(1)))
+    }
+
+    /// Transfer of the plane wave (p, q): phase of the slabs, interfaces, taper; zero when evanescent.
+    pub(in crate::wave) fn transfer(&self, p: [f64; 2], plan: &FreePlan) -> Complex64 {
+        let crossing = self.crossing(p, plan);
+        crossing.map_or(Complex64::ZERO, |(path, size)| {
+            Complex64::from_polar(size, self.k * path)
+        })
+    }
+
+    /// The difference of two hops' logarithms of transfer, landing offset included.
+    fn log_ratio(below: &Self, above: &Self, p: [f64; 2], plan: &FreePlan) -> Complex64 {
+        let (Some(low), Some(high)) = (below.crossing(p, plan), above.crossing(p, plan)) else {
+            return Complex64::ZERO;
+        };
+        if low.1 <= 0.0 || high.1 <= 0.0 {
+            return Complex64::ZERO;
+        }
+        let shift = |a: usize| p[a] * (above.offset[a] - below.offset[a]);
+        let path = high.0 - low.0 + shift(0) + shift(1);
+        Complex64::new((high.1 / low.1).ln(), below.k * path)
+    }
+
+    /// Carries a field to the raster of the receiving plane. From a curved screen, along whose local z axis
+    /// light leaves with a sign, by Weyl's sum over the true surface,
+    /// c(p) = 1/P² Σ U e^{−ik(p·x ± q s)} N·(p, ±q)/(±q) dA with N = (−∇s, 1),
+    /// the surface taken apart into levels.
+    pub fn carry(
+        &self,
+        field: &Field,
+        surface: Surface,
+        target: &Raster,
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
+        let mut waves = self.emission_spectrum(field, surface, plan);
+        self.cross(&mut waves, plan);
+        self.land(&waves, target, plan)
+    }
+
+    /// The conjugate transpose of [`FreeHop::carry`], from the target's points to the nodes of the field; and
+    /// the derivative with respect to each parameter, known by the hops a little below and above and the
+    /// distance of its values. Dark nodes of a curved screen stay dark; without neighbours the derivative is
+    /// nothing.
+    pub fn carry_adjoint(
+        &self,
+        target_bar: &Array2<Complex64>,
+        target: &Raster,
+        emitted: EmittedField,
+        plan: &FreePlan,
+        neighbours: &[PerturbedFreeHops],
+    ) -> (Array2<Complex64>, Vec<f64>) {
+        let EmittedField { field, surface } = emitted;
+        let mut waves_bar = self.land_adjoint(target_bar, target, plan);
+        self.cross_adjoint(&mut waves_bar, plan);
+        let mut parameters = Vec::new();
+        if !neighbours.is_empty() {
+            let waves = self.emission_spectrum(field, surface, plan);
+            let along = |pair: &PerturbedFreeHops| pull(pair, &waves, &waves_bar, plan);
+            parameters = neighbours.iter().map(along).collect();
+        }
+        (
+            self.emission_spectrum_adjoint(&waves_bar, field, surface, plan),
+            parameters,
+        )
+    }
+
+    /// Each wave crosses the slabs.
+    fn cross(&self, waves: &mut Array2<Complex64>, plan: &FreePlan) {
+        let [band_x, band_y] = &plan.bands;
+        ndarray::Zip::indexed(waves).par_for_each(|(j, i), wave| {
+            *wave *= self.transfer([band_x.at(i), band_y.at(j)], plan);
+        });
+    }
+
+    /// The conjugate transpose of [`FreeHop::cross`].
+    fn cross_adjoint(&self, waves_bar: &mut Array2<Complex64>, plan: &FreePlan) {
+        let [band_x, band_y] = &plan.bands;
+        ndarray::Zip::indexed(waves_bar).par_for_each(|(j, i), wave| {
+            *wave *= self.transfer([band_x.at(i), band_y.at(j)], plan).conj();
+        });
+    }
+
+    /// Plane waves to the target's points, in the emitting plane's coordinates.
+    fn land(
+        &self,
+        waves: &Array2<Complex64>,
+        target: &Raster,
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
+        self.points(target, plan).apply(waves.view())
+    }
+
+    /// The conjugate transpose of [`FreeHop::land`].
+    fn land_adjoint(
+        &self,
+        target_bar: &Array2<Complex64>,
+        target: &Raster,
+        plan: &FreePlan,
+    ) -> Array2<Complex64> {
+        self.points(target, plan).apply_adjoint(target_bar.view())
+    }
+
+    /// The transform from a plan's directions to the target's points.
+    fn points(&self, target: &Raster, plan: &FreePlan) -> Chirp2 {
+        let [band_x, band_y] = &plan.bands;
+        let points = |a: usize| Comb {
+            start: target.start[a] + self.offset[a],
+            step: target.pitch[a],
+            count: target.size[a],
+        };
+        Chirp2::new(
+            band_comb(band_y),
+            band_comb(band_x),
+            points(1),
+            points(0),
+            self.k,
+        )
+    }
+}
+
+/// The derivative of a loss along one parameter, from the waves that leave and the cotangent of them: that of
+/// wave·transfer is its transfer's logarithmic derivative.
+fn pull(
+    perturbed: &PerturbedFreeHops,
+    waves: &Array2<Complex64>,
+    waves_bar: &Array2<Complex64>,
+    plan: &FreePlan,
+) -> f64 {
+    let [band_x, band_y] = &plan.bands;
+    let mut rows = Array1::zeros(waves.nrows());
+    ndarray::Zip::indexed(&mut rows).par_for_each(|j, row: &mut f64| {
+        for (i, (wave, bar)) in waves.row(j).iter().zip(waves_bar.row(j)).enumerate() {
+            let p = [band_x.at(i), band_y.at(j)];
+            let ratio = FreeHop::log_ratio(&perturbed.below, &perturbed.above, p, plan);
+            *row += (bar.conj() * wave * ratio).re;
+        }
+    });
+    rows.sum() / perturbed.distance
+}
+
+/// The weight of a plane wave by its landing offset L: one up to a little beyond W, zero from P − W,
+/// where its first periodic copy reaches the target, a C³ step between. The step is even in the cosine
+/// D/√(D² + L²) rather than in L, which would crowd the grazing directions.
+fn taper(landing: f64, plan: &FreePlan, axis: usize) -> f64 {
+    let (span, period, depth) = (plan.span[axis], plan.period[axis], plan.depth);
+    // Over no distance nothing moves, and no copy arrives.
+    if depth == 0.0 {
+        return 1.0;
+    }
+    let cosine = |l: f64| depth / depth.hypot(l);
+    let inside = span + (1.5 * (plan.wavelength * depth).sqrt()).min(0.25 * (period - 2.0 * span));
+    let (full, none) = (cosine(inside), cosine(period - span));
+    let t = ((full - cosine(landing)) / (full - none)).clamp(0.0, 1.0);
+    1.0 - t.powi(4) * (35.0 - t * (84.0 - t * (70.0 - 20.0 * t)))
+}
+
+/// The comb of a band's directions.
+pub(in crate::wave) fn band_comb(band: &Band) -> Comb {
+    Comb {
+        start: band.at(0),
+        step: band.spacing,
+        count: band.count,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::math::noise::{assert_transposed, noise};
+    use crate::optics::refraction::Coating;
+    use crate::wave::free::propagate::{CLEAR, EmittedField, FreeHop, Slab};
+    use crate::wave::grid::field::{Axis, Field, Grid};
+    use crate::wave::grid::raster::Raster;
+
+    /// Over no distance a field that propagates arrives as it is.
+    #[test]
+    fn no_distance_changes_nothing() {
+        let axis = Axis::uniform(60, 0.2, 0.0);
+        let mut field = Field::zeros(Grid {
+            x: axis.clone(),
+            y: axis.clone(),
+        });
+        for ((j, i), value) in field.values.indexed_iter_mut() {
+            let (x, y) = (axis.node(i), axis.node(j));
+            *value = Complex64::from_polar((-(x * x + y * y) / 2.0).exp(), 0.5 * x);
+        }
+        let hop = FreeHop {
+            k: std::f64::consts::TAU,
+            slabs: vec![Slab {
+                index: 1.0,
+                thickness: 0.0,
+                exit: None,
+            }],
+            offset: [0.0; 2],
+            anchor: [0.0; 2],
+            padding: 4.0,
+            clear: CLEAR,
+        };
+        let raster = Raster {
+            start: [axis.node(0); 2],
+            pitch: [0.2; 2],
+            size: [60; 2],
+        };
+        let plan = hop.plan([-6.0, 6.0, -6.0, 6.0], [-6.0, 6.0, -6.0, 6.0]);
+        let carried = hop.carry(&field, None, &raster, &plan);
+        for (there, here) in carried.iter().zip(&field.values) {
+            assert!((there - here).norm() < 1e-6, "{there} {here}");
+        }
+    }
+
+    /// A Gaussian beam has a closed form: the paraxial one, accurate to (λ/πw)² for a wide waist.
+    #[test]
+    fn gaussian_beam_spreads_as_it_should() {
+        let (wavelength, waist, z) = (1e-3, 0.1, 60.0);
+        let k = std::f64::consts::TAU / wavelength;
+        let axis = Axis::uniform(120, 0.01, 0.0);
+        let mut field = Field::zeros(Grid {
+            x: axis.clone(),
+            y: axis.clone(),
+        });
+        for ((j, i), value) in field.values.indexed_iter_mut() {
+            let square = axis.node(i).powi(2) + axis.node(j).powi(2);
+            *value = Complex64::new((-square / (waist * waist)).exp(), 0.0);
+        }
+        let hop = FreeHop {
+            k,
+            slabs: vec![Slab {
+                index: 1.0,
+                thickness: z,
+                exit: None,
+            }],
+            offset: [0.1, -0.05],
+            anchor: [0.0, 0.0],
+            padding: 4.0,
+            clear: CLEAR,
+        };
+        let raster = Raster {
+            start: [-0.4, -0.4],
+            pitch: [0.02, 0.02],
+            size: [41, 41],
+        };
+        let plan = hop.plan([-0.6, 0.6, -0.6, 0.6], [-0.4, 0.4, -0.4, 0.4]);
+        let carried = hop.carry(&field, None, &raster, &plan);
+        let q = Complex64::new(1.0, z / (0.5 * k * waist * waist));
+        let (mut error, mut norm) = (0.0, 0.0);
+        for ((j, i), value) in carried.indexed_iter() {
+            let (x, y) = (-0.3 + 0.02 * i as f64, -0.45 + 0.02 * j as f64);
+            let exact = (-(x * x + y * y) / (waist * waist) / q).exp() / q * Complex64::cis(k * z);
+            error += (value - exact).norm_sqr();
+            norm += exact.norm_sqr();
+        }
+        assert!((error / norm).sqrt() < 2e-4, "{:e}", (error / norm).sqrt());
+    }
+
+    /// Through two media, to a target aside.
+    #[test]
+    fn carry_dot_product() {
+        let axis = Axis::gauss(20, 0.5, 0.0, 2);
+        let grid = Grid {
+            x: axis.clone(),
+            y: axis.clone(),
+        };
+        let slab = |index: f64, exit: Option<Coating>| Slab {
+            index,
+            thickness: 6.0,
+            exit,
+        };
+        let hop = FreeHop {
+            k: std::f64::consts::TAU,
+            slabs: vec![slab(1.0, Some(Coating::Fresnel)), slab(1.5, None)],
+            offset: [0.6, -0.4],
+            anchor: [0.1, 0.0],
+            padding: 4.0,
+            clear: CLEAR,
+        };
+        let raster = Raster {
+            start: [-4.0, -5.0],
+            pitch: [0.3, 0.4],
+            size: [27, 23],
+        };
+        let plan = hop.plan([-5.0, 5.0, -5.0, 5.0], [-4.0, 4.0, -5.0, 4.0]);
+        let field = Field {
+            values: noise(grid.shape(), 0),
+            grid,
+        };
+        let there = hop.carry(&field, None, &raster, &plan);
+        let bar = noise(there.dim(), 1);
+        let emitted = EmittedField {
+            field: &field,
+            surface: None,
+        };
+        let (back, _) = hop.carry_adjoint(&bar, &raster, emitted, &plan, &[]);
+        assert_transposed(&[(&bar, &there)], &[(&back, &field.values)]);
+    }
+}

@@ -1,0 +1,163 @@
+//! How much of what the nodes of a grid stand for an opening lets through.
+//!
+//! Gauss nodes integrate a smooth field over their whole cell. In a cell that an edge cuts they integrate it
+//! over the open part when each is weighted by the polynomial that comes closest, in the mean square over the
+//! cell, to a function that is one on the open part and zero elsewhere: all polynomials of a lower degree than
+//! there are nodes are then integrated exactly. With one node a cell the weight is the open share of its area.
+
+use ndarray::Array2;
+
+use crate::math::part::part;
+use crate::optics::aperture::Aperture;
+use crate::optics::moments::{Cell, legendre, open_moments};
+use crate::wave::grid::field::{Axis, Grid};
+
+/// What an opening lets through of each node of a grid.
+pub struct ApertureCoverage<'a> {
+    aperture: &'a Aperture,
+    grid: &'a Grid,
+    /// (a + ½)·P_a at each node of a cell, indexed [node, a], along x and y.
+    bases: [Array2<f64>; 2],
+}
+
+impl<'a> ApertureCoverage<'a> {
+    /// An opening seen by a grid.
+    pub fn new(aperture: &'a Aperture, grid: &'a Grid) -> Self {
+        Self {
+            aperture,
+            grid,
+            bases: [basis(&grid.x), basis(&grid.y)],
+        }
+    }
+
+    /// The weights of the nodes in a row of cells, indexed [node in the cell, node along x].
+    pub fn row(&self, row: usize) -> Array2<f64> {
+        let nodes = [self.bases[0].nrows(), self.bases[1].nrows()];
+        let mut weights = Array2::ones((nodes[1], self.grid.x.len()));
+        let y = edges(&self.grid.y, row);
+        for column in 0..self.grid.x.cells {
+            let x = edges(&self.grid.x, column);
+            let open = self.aperture.coverage(x[0], x[1], y[0], y[1]);
+            if open == 1.0 {
+                continue;
+            }
+            let mut cell = part(
+                weights.view_mut(),
+                ..,
+                column * nodes[0]..(column + 1) * nodes[0],
+            );
+            if open == 0.0 {
+                cell.fill(0.0);
+            } else {
+                let counts = nodes;
+                let moments = open_moments(self.aperture, &Cell { x, y, counts });
+                cell.assign(&self.bases[1].dot(&moments).dot(&self.bases[0].t()));
+            }
+        }
+        weights
+    }
+}
+
+/// The lower and upper end of a cell.
+fn edges(axis: &Axis, cell: usize) -> [f64; 2] {
+    let low = axis.start + (cell as f64 - 0.5) * axis.pitch;
+    [low, low + axis.pitch]
+}
+
+/// (a + ½)·P_a at each node of a cell of an axis, for as many polynomials as there are nodes.
+fn basis(axis: &Axis) -> Array2<f64> {
+    let count = axis.offsets.len();
+    let mut basis = Array2::zeros((count, count));
+    for (mut row, offset) in basis.rows_mut().into_iter().zip(&axis.offsets) {
+        let values = legendre(2.0 * offset / axis.pitch, count);
+        for (a, (entry, value)) in row.iter_mut().zip(values).enumerate() {
+            *entry = (a as f64 + 0.5) * value;
+        }
+    }
+    basis
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::fixtures::parts::{element, pixel_layer, screen};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::doe::PixelForm;
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::{Act, Screen};
+
+    use crate::wave::grid::field::{Axis, Field};
+    use crate::wave::grid::sampling::{Reach, act, plan_grid};
+
+    /// A screen on which a disc of a radius opens pixels of a pitch; all of them let everything through.
+    fn round_pixels(count: usize, pitch: f64, radius: f64) -> Screen {
+        let values = ndarray::Array2::from_elem((count, count), Complex64::ONE);
+        let pixels = pixel_layer(values, pitch, PixelForm::Box);
+        let doe = element(pixels, Aperture::disc(radius));
+        screen(Frame::GLOBAL, Act::Doe(doe))
+    }
+
+    /// The integral of exp(2πi·p·x) over a disc, in rings.
+    fn disc_spectrum(radius: f64, [px, py]: [f64; 2]) -> Complex64 {
+        let rings = Axis::gauss(40, radius / 40.0, 0.5 * radius, 6);
+        let turn = std::f64::consts::TAU;
+        let around = 720;
+        let ring = |i: usize| {
+            let r = rings.node(i);
+            let wave = |n: i32| {
+                let (s, c) = (turn * f64::from(n) / f64::from(around)).sin_cos();
+                Complex64::cis(turn * r * (px * c + py * s))
+            };
+            (0..around).map(wave).sum::<Complex64>()
+                * (rings.weight(i) * r * turn / f64::from(around))
+        };
+        (0..rings.len()).map(ring).sum()
+    }
+
+    /// Spectra of round openings, of few wide pixels and of none, at λ = 1.
+    #[test]
+    fn round_openings_have_their_spectrum() {
+        let stop = |radius: f64| Screen {
+            act: Act::Stop(Aperture::disc(radius)),
+            ..round_pixels(1, 1.0, radius)
+        };
+        let reach = Reach {
+            arriving: [0.1; 2],
+            leaving: [0.9; 2],
+        };
+        for (name, radius, screen) in [
+            ("8 pixels of 2", 7.3, round_pixels(8, 2.0, 7.3)),
+            ("30 pixels of 0.9", 12.1, round_pixels(30, 0.9, 12.1)),
+            ("4 pixels of 20", 37.0, round_pixels(4, 20.0, 37.0)),
+            ("stop of 5", 5.0, stop(5.0)),
+            ("stop of 21", 21.3, stop(21.3)),
+        ] {
+            let grid = plan_grid(&screen, reach, 1.0, 10_000_000).unwrap();
+            let mut field = Field::zeros(grid.clone());
+            field.values.fill(Complex64::ONE);
+            act(&screen, &mut field);
+            let area = std::f64::consts::PI * radius * radius;
+            for p in [
+                [0.0, 0.0],
+                [0.05, 0.02],
+                [0.3, -0.2],
+                [0.6, 0.6],
+                [0.9, 0.0],
+            ] {
+                let mut found = Complex64::ZERO;
+                for ((j, i), value) in field.values.indexed_iter() {
+                    let turns = p[0] * grid.x.node(i) + p[1] * grid.y.node(j);
+                    let weight = grid.x.weight(i) * grid.y.weight(j);
+                    found += value * weight * Complex64::cis(std::f64::consts::TAU * turns);
+                }
+                let error = (found - disc_spectrum(radius, p)).norm() / area;
+                assert!(
+                    error < 1e-4,
+                    "{name} {p:?}: {error:e}, nodes {:?}",
+                    grid.shape()
+                );
+            }
+        }
+    }
+}

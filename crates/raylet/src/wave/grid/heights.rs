@@ -1,0 +1,257 @@
+//! A curved screen under the nodes of a grid, and fields known on levels above and below it.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::math::chebyshev::Levels;
+use crate::optics::screen::Screen;
+use crate::wave::grid::field::{Field, Grid};
+
+/// Height and slope of a screen over its local plane, at the nodes of a grid, indexed [y, x].
+#[derive(Clone, Debug, PartialEq)]
+pub struct Heights {
+    /// z in mm; zero where the screen does not exist.
+    pub z: Array2<f64>,
+    /// ∂z/∂x and ∂z/∂y.
+    pub slope: [Array2<f64>; 2],
+}
+
+impl Heights {
+    /// Those of a plane.
+    pub fn flat(grid: &Grid) -> Self {
+        let shape = grid.shape();
+        Self {
+            z: Array2::zeros(shape),
+            slope: [Array2::zeros(shape), Array2::zeros(shape)],
+        }
+    }
+
+    /// Those of a screen.
+    pub fn on(screen: &Screen, grid: &Grid) -> Self {
+        let mut heights = Self::flat(grid);
+        if screen.is_plane() {
+            return heights;
+        }
+        let [sx, sy] = &mut heights.slope;
+        ndarray::Zip::indexed(&mut heights.z)
+            .and(sx)
+            .and(sy)
+            .par_for_each(|(j, i), z, sx, sy| {
+                if let Some(here) = screen.height([grid.x.node(i), grid.y.node(j)]) {
+                    (*z, *sx, *sy) = (here.z, here.slope[0], here.slope[1]);
+                }
+            });
+        heights
+    }
+}
+
+/// What light that travels with normal cosines `low` to `high` (signed, optical) asks of the levels
+/// between two heights: few of them, once its mean phase is taken out.
+#[derive(Clone, Debug, PartialEq)]
+pub struct Stack {
+    /// Where they are.
+    pub levels: Levels,
+    /// Phase per mm that is taken out, k times the mean normal cosine.
+    pub carrier: f64,
+}
+
+/// Error that the levels may add to a field.
+const LEVEL_TOLERANCE: f64 = 1e-5;
+
+impl Stack {
+    /// The levels for heights from `bottom` to `top`, in mm; `k` is the vacuum wavenumber.
+    pub fn new(range: [f64; 2], cosines: [f64; 2], k: f64) -> Self {
+        Self::within(LEVEL_TOLERANCE, range, cosines, k)
+    }
+
+    /// The same, that add an error of about `tolerance`.
+    pub fn within(tolerance: f64, [bottom, top]: [f64; 2], [low, high]: [f64; 2], k: f64) -> Self {
+        Self {
+            levels: Levels::new(bottom, top, 0.5 * k * (high - low), tolerance),
+            carrier: 0.5 * k * (low + high),
+        }
+    }
+
+    /// Number of levels.
+    pub fn len(&self) -> usize {
+        self.levels.at.len()
+    }
+
+    /// Whether there are none.
+    pub fn is_empty(&self) -> bool {
+        self.levels.at.is_empty()
+    }
+
+    /// The field on a curved screen from the fields on the levels, all at the same nodes:
+    /// U(z) = Σᵢ ℓᵢ(z) e^{iκ(z − zᵢ)} Uᵢ with the carrier κ.
+    pub fn merge(&self, sheets: &[Field], heights: &Heights) -> Field {
+        let mut merged = Field::zeros(sheets[0].grid.clone());
+        ndarray::Zip::indexed(merged.values.rows_mut()).par_for_each(|j, mut row| {
+            let mut shares = vec![0.0; self.len()];
+            for (i, value) in row.iter_mut().enumerate() {
+                let z = heights.z[[j, i]];
+                self.levels.shares(z, &mut shares);
+                for ((sheet, level), share) in sheets.iter().zip(&self.levels.at).zip(&shares) {
+                    let turn = Complex64::from_polar(*share, self.carrier * (z - level));
+                    *value += sheet.values[[j, i]] * turn;
+                }
+            }
+        });
+        merged
+    }
+
+    /// The conjugate transpose of [`Stack::merge`]: what each level gets back.
+    pub fn merge_adjoint(&self, merged_bar: &Field, heights: &Heights) -> Vec<Field> {
+        let level = |number: usize| {
+            let mut bar = merged_bar.clone();
+            ndarray::Zip::from(&mut bar.values)
+                .and(&heights.z)
+                // value += sheet·turn
+                .par_for_each(|bar, z| *bar = self.part(*bar, *z, number));
+            bar
+        };
+        (0..self.len()).map(level).collect()
+    }
+
+    /// What the field at one height puts on one level.
+    #[inline]
+    pub fn part(&self, value: Complex64, z: f64, number: usize) -> Complex64 {
+        if value == Complex64::ZERO {
+            return value;
+        }
+        let turn = -self.carrier * (z - self.levels.at[number]);
+        value * Complex64::from_polar(self.levels.share(z, number), turn)
+    }
+
+    /// The conjugate transpose of [`Stack::part`].
+    #[inline]
+    pub fn part_adjoint(&self, part_bar: Complex64, z: f64, number: usize) -> Complex64 {
+        let turn = self.carrier * (z - self.levels.at[number]);
+        part_bar * Complex64::from_polar(self.levels.share(z, number), turn)
+    }
+
+    /// What the field at one height puts on each level, so that Σ U e^{−iκ′z} over heights, for every κ′
+    /// of the stack, is Σᵢ e^{−iκ′zᵢ} of what the levels hold: U·ℓᵢ(z)·e^{−iκ(z − zᵢ)}.
+    #[inline]
+    pub fn split(&self, value: Complex64, z: f64, shares: &mut [f64], parts: &mut [Complex64]) {
+        self.levels.shares(z, shares);
+        for ((part, level), share) in parts.iter_mut().zip(&self.levels.at).zip(shares.iter()) {
+            *part = value * Complex64::from_polar(*share, -self.carrier * (z - level));
+        }
+    }
+}
+
+/// Smallest and largest normal cosine of light in a medium of index `n` whose directions lie in the box
+/// `[x_low, x_high, y_low, y_high]`; zero at the smallest where it reaches grazing.
+pub fn normal_cosines([x0, x1, y0, y1]: [f64; 4], n: f64) -> [f64; 2] {
+    let nearest = |low: f64, high: f64| if low > 0.0 { low } else { (-high).max(0.0) };
+    let least = nearest(x0, x1).powi(2) + nearest(y0, y1).powi(2);
+    let most = x0.abs().max(x1.abs()).powi(2) + y0.abs().max(y1.abs()).powi(2);
+    [most, least].map(|square| (n * n - square).max(0.0).sqrt())
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::math::noise::{assert_transposed, noise};
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::wave::grid::field::{Axis, Field, Grid};
+    use crate::wave::grid::heights::{Heights, Stack, normal_cosines};
+
+    fn heights(grid: &Grid) -> Heights {
+        let at = |(j, i): (usize, usize)| 4.0 * (0.2 * grid.x.node(i) + 0.3 * grid.y.node(j)).sin();
+        let shape = grid.shape();
+        Heights {
+            z: Array2::from_shape_fn(shape, at),
+            slope: [Array2::zeros(shape), Array2::zeros(shape)],
+        }
+    }
+
+    /// Plane waves of a wide cone, known on the levels, are known on the surface between.
+    #[test]
+    fn levels_give_the_field_between_them() {
+        let k = std::f64::consts::TAU;
+        let axis = Axis::uniform(20, 0.7, 0.0);
+        let grid = Grid {
+            x: axis.clone(),
+            y: axis,
+        };
+        let heights = heights(&grid);
+        let cosines = normal_cosines([-0.5, 0.3, -0.2, 0.4], 1.0);
+        let stack = Stack::new([-4.0, 4.0], cosines, k);
+        let waves = [[-0.5, 0.4], [0.3, 0.0], [0.0, 0.0], [-0.1, -0.2]];
+        let light = |x: f64, y: f64, z: f64| -> Complex64 {
+            let wave = |p: &[f64; 2]| {
+                let q = (1.0 - p[0] * p[0] - p[1] * p[1]).sqrt();
+                Complex64::cis(k * (p[0] * x + p[1] * y + q * z))
+            };
+            waves.iter().map(wave).sum()
+        };
+        let sheet = |z: f64| {
+            let mut field = Field::zeros(grid.clone());
+            for ((j, i), value) in field.values.indexed_iter_mut() {
+                *value = light(grid.x.node(i), grid.y.node(j), z);
+            }
+            field
+        };
+        let sheets: Vec<Field> = stack.levels.at.iter().map(|z| sheet(*z)).collect();
+        let merged = stack.merge(&sheets, &heights);
+        for ((j, i), value) in merged.values.indexed_iter() {
+            let exact = light(grid.x.node(i), grid.y.node(j), heights.z[[j, i]]);
+            assert!((value - exact).norm() < 4e-4, "{}", stack.len());
+        }
+
+        // The other way round: sums over the surface are sums over the levels.
+        let (mut shares, mut parts) = (vec![0.0; stack.len()], vec![Complex64::ZERO; stack.len()]);
+        for kappa in [cosines[0] * k, 0.93 * k, cosines[1] * k] {
+            for z in [-3.9, 0.2, 3.3] {
+                stack.split(Complex64::ONE, z, &mut shares, &mut parts);
+                let terms = parts.iter().zip(&stack.levels.at);
+                let sum: Complex64 = terms.map(|(u, z)| u * Complex64::cis(-kappa * z)).sum();
+                assert!((sum - Complex64::cis(-kappa * z)).norm() < 1e-4);
+            }
+        }
+    }
+
+    fn stack_and_grid() -> (Stack, Grid) {
+        let axis = Axis::uniform(20, 0.7, 0.0);
+        let grid = Grid {
+            x: axis.clone(),
+            y: axis,
+        };
+        let cosines = normal_cosines([-0.5, 0.3, -0.2, 0.4], 1.0);
+        (
+            Stack::new([-4.0, 4.0], cosines, std::f64::consts::TAU),
+            grid,
+        )
+    }
+
+    #[test]
+    fn merge_dot_product() {
+        let (stack, grid) = stack_and_grid();
+        let heights = heights(&grid);
+        let field = |purpose: usize| Field {
+            grid: grid.clone(),
+            values: noise(grid.shape(), purpose as u32),
+        };
+        let sheets: Vec<Field> = (0..stack.len()).map(field).collect();
+        let bar = field(100);
+        let merged = stack.merge(&sheets, &heights);
+        let back = stack.merge_adjoint(&bar, &heights);
+        let pairs = back.iter().zip(&sheets);
+        let pairs: Vec<_> = pairs.map(|(bar, u)| (&bar.values, &u.values)).collect();
+        assert_transposed(&[(&bar.values, &merged.values)], &pairs);
+    }
+
+    #[test]
+    fn part_dot_product() {
+        let (stack, _) = stack_and_grid();
+        let (value, bar) = (noise((1, 1), 0), noise((1, 1), 1));
+        for number in 0..stack.len() {
+            let there = value.mapv(|u| stack.part(u, 1.7, number));
+            let back = bar.mapv(|u| stack.part_adjoint(u, 1.7, number));
+            assert_transposed(&[(&bar, &there)], &[(&back, &value)]);
+        }
+    }
+}

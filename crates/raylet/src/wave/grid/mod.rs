@@ -1,0 +1,21 @@
+//! Fields on grids: where a field is sampled, what a screen does to it there, and how fields compare.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`raster`] | Uniform grids of sample points |
+//! | [`field`] | Complex fields on the nodes of a plane grid |
+//! | [`sampling`] | Where a screen's field is sampled, and what the screen does to it there |
+//! | [`aperture_coverage`] | How much an opening lets through of what each node stands for |
+//! | [`transmission`] | What an element does at the nodes of a grid, and the way back to phases and pixels |
+//! | [`heights`] | The levels around a curved screen, and interpolation between them |
+//! | [`height_stack`] | A field as it is summed: on a plane, or on levels around a curved screen |
+//! | [`metrics`] | How alike two fields are, and how large a spot is |
+
+pub mod aperture_coverage;
+pub mod field;
+pub mod height_stack;
+pub mod heights;
+pub mod metrics;
+pub mod raster;
+pub mod sampling;
+pub mod transmission;

@@ -1,0 +1,579 @@
+//! Where a screen's field is sampled, and what the screen does to it there.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::optics::aperture::Aperture;
+use crate::optics::doe::{Doe, PixelForm};
+use crate::optics::screen::{Act, Screen};
+use crate::wave::grid::aperture_coverage::ApertureCoverage;
+use crate::wave::grid::field::{Axis, Field, Grid};
+use crate::wave::grid::raster::Raster;
+
+/// Why a screen cannot be sampled.
+#[derive(Clone, Debug, PartialEq, thiserror::Error)]
+pub enum SamplingError {
+    /// The screen has no edge, so there is no finite field on it.
+    #[error("screen '{0}' has no edge; give its element an aperture")]
+    Boundless(String),
+    /// A curved screen exists nowhere within its edge.
+    #[error(
+        "the surface of screen '{0}' does not exist within its edge; make its aperture smaller"
+    )]
+    Absent(String),
+    /// The grid would be larger than allowed.
+    #[error(
+        "the field on screen '{screen}' needs {needed} × {needed_y} samples, more than the {allowed} \
+         allowed; reduce its size or its steepest phase, or raise memory_limit_mb"
+    )]
+    TooLarge {
+        /// The screen.
+        screen: String,
+        /// Samples along x.
+        needed: usize,
+        /// Samples along y.
+        needed_y: usize,
+        /// Samples allowed altogether.
+        allowed: usize,
+    },
+}
+
+/// The range of optical direction cosines a grid must resolve, per axis [x, y].
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Reach {
+    /// Largest |p| of the arriving light.
+    pub arriving: [f64; 2],
+    /// Largest |p| of the light wanted behind the screen.
+    pub leaving: [f64; 2],
+}
+
+/// Accuracy of the integral over a box pixel, relative to its undeviated light.
+const PIXEL_TOLERANCE: f64 = 3e-5;
+
+/// Sampling above the Nyquist rate for fields without pixels.
+const OVERSAMPLING: f64 = 1.3;
+
+/// Error of a field that cells cut by an edge may bring, of the steepest light.
+const CUT_TOLERANCE: f64 = 1e-4;
+
+/// Edges that lie anywhere in the cells of a uniform grid bring errors of the square of the pitch, so where cells
+/// are few they are made finer, up to this factor, as long as they stay within this number along an axis.
+const EDGE_FINENESS: f64 = 4.0;
+const EDGE_CELLS: f64 = 800.0;
+
+/// Samples that an opening has along an axis at least.
+const LEAST_SAMPLES: f64 = 16.0;
+
+/// Uniform samples for which one cell of Gauss nodes stands.
+const GAUSS_CELL: f64 = 4.0;
+
+/// Cycles of the steepest light in one cell of Gauss nodes, and nodes in it, at most.
+const MOST_CYCLES: f64 = 5.0;
+const MOST_NODES: usize = 32;
+
+/// Plans the nodes of a screen: the pixels of its element, or equal cells over its opening, with enough Gauss
+/// nodes each for what arrives, what the element adds and what is wanted.
+///
+/// # Errors
+/// When the screen has no edge, or needs more than `allowed` samples.
+pub fn plan_grid(
+    screen: &Screen,
+    reach: Reach,
+    wavelength: f64,
+    allowed: usize,
+) -> Result<Grid, SamplingError> {
+    let bounds = screen
+        .bounds()
+        .ok_or_else(|| SamplingError::Boundless(screen.name.clone()))?;
+    let doe = match &screen.act {
+        Act::Doe(doe) => Some(doe),
+        Act::Stop(_) | Act::Sensor(_) => None,
+    };
+    let slope = doe.map_or([0.0; 2], |doe| {
+        doe.steepest(bounds)
+            .map(|g| g * wavelength / std::f64::consts::TAU)
+    });
+    let relief = screen
+        .relief()
+        .ok_or_else(|| SamplingError::Absent(screen.name.clone()))?;
+    let swing = swing(screen, reach);
+    let total =
+        |a: usize| reach.arriving[a] + slope[a] + reach.leaving[a] + relief.slope[a] * swing;
+
+    let cut = !ends_with_cells(screen, doe, bounds);
+    let axis = |a: usize| {
+        let frequency = total(a) / wavelength;
+        match doe.and_then(|doe| doe.pixels()) {
+            Some(pixels) => {
+                let cells = [pixels.values.ncols(), pixels.values.nrows()][a];
+                pixel_axis(cells, pixels.pitch[a], pixels.form, frequency, cut)
+            }
+            None => {
+                let unrolled = doe.is_some_and(Doe::has_unrolled_pixels);
+                open_axis([bounds[2 * a], bounds[2 * a + 1]], frequency, unrolled, cut)
+            }
+        }
+    };
+    let grid = Grid {
+        x: axis(0),
+        y: axis(1),
+    };
+    let [needed_y, needed] = grid.shape();
+    if needed.saturating_mul(needed_y) > allowed {
+        return Err(SamplingError::TooLarge {
+            screen: screen.name.clone(),
+            needed,
+            needed_y,
+            allowed,
+        });
+    }
+    Ok(grid)
+}
+
+/// How much the normal cosine of light changes at a screen, at most: on a curved screen this times its
+/// slope is a phase rate.
+fn swing(screen: &Screen, reach: Reach) -> f64 {
+    let n = screen.index;
+    if screen.leaves() != screen.arrives {
+        return 2.0 * n;
+    }
+    let least = |p: [f64; 2]| (n * n - p[0] * p[0] - p[1] * p[1]).max(0.0).sqrt();
+    n - least(reach.arriving).min(least(reach.leaving))
+}
+
+/// Whether the opening of a screen ends at the outer sides of its cells, so that it cuts none of them.
+fn ends_with_cells(screen: &Screen, doe: Option<&Doe>, bounds: [f64; 4]) -> bool {
+    let Some(pixels) = doe.and_then(|doe| doe.pixels()) else {
+        return screen.is_rectangular();
+    };
+    let (rows, columns) = pixels.values.dim();
+    let half = [columns, rows].map(|cells| 0.5 * cells as f64);
+    let on_side = |a: usize, end: f64| {
+        let place = end / pixels.pitch[a] + half[a];
+        (place - place.round()).abs() < 1e-9
+    };
+    let open = doe.is_some_and(|doe| doe.aperture == Aperture::OPEN);
+    open || screen.is_rectangular() && (0..4).all(|i| on_side(i / 2, bounds[i]))
+}
+
+/// The nodes along one axis of an opening without pixels, or with pixels on the surface's own coordinates;
+/// `frequency` as for [`pixel_axis`].
+fn open_axis([low, high]: [f64; 2], frequency: f64, unrolled: bool, cut: bool) -> Axis {
+    let needed = ((high - low) * OVERSAMPLING * frequency).max(LEAST_SAMPLES);
+    let middle = 0.5 * (low + high);
+    if unrolled {
+        // Cells take the mean over edges that lie anywhere in them: many small ones.
+        let cells = (needed * EDGE_FINENESS).min(EDGE_CELLS).max(needed).ceil();
+        return Axis::uniform(cells as usize, (high - low) / cells, middle);
+    }
+    let cells = (needed / GAUSS_CELL).ceil();
+    let pitch = (high - low) / cells;
+    let nodes = cell_nodes(frequency * pitch, cells as usize, cut);
+    Axis::gauss(cells as usize, pitch, middle, nodes)
+}
+
+/// The nodes along one axis of a pixel grid; `frequency` is the largest spatial frequency in 1/mm that
+/// the product of field and plane wave reaches.
+fn pixel_axis(cells: usize, pitch: f64, form: PixelForm, frequency: f64, cut: bool) -> Axis {
+    // Interpolation bends at the centres: half cells, where it is smooth.
+    let (least, parts) = match form {
+        PixelForm::Point => return Axis::uniform(cells, pitch, 0.0),
+        PixelForm::Box => (1, 1.0),
+        PixelForm::Bilinear => (2, 2.0),
+    };
+    let cycles = frequency * pitch / parts;
+    let parts = parts * (cycles / MOST_CYCLES).ceil().max(1.0);
+    let (cells, pitch) = (cells.saturating_mul(parts as usize), pitch / parts);
+    let nodes = cell_nodes(frequency * pitch, cells, cut).max(least);
+    Axis::gauss(cells, pitch, 0.0, nodes)
+}
+
+/// How many Gauss nodes a cell has of so many cycles, on an axis of so many cells, some of which an edge cuts or
+/// none.
+fn cell_nodes(cycles: f64, cells: usize, cut: bool) -> usize {
+    let whole = gauss_nodes(cycles);
+    if !cut {
+        return whole;
+    }
+    // Of a wave's Legendre series (2m+1)·j_m(π·cycles) the terms from the number of nodes on are lost in cut
+    // cells, times the moments of their open part, which fall as m^−1.5. There are some 4n cut cells, whose errors
+    // add at random, among ¾n².
+    let x = std::f64::consts::PI * cycles;
+    let share = 2.5 * (cells.max(1) as f64).powf(-1.5);
+    let mut bessel = 1.0;
+    for m in 1..MOST_NODES {
+        let n = m as f64;
+        bessel *= x / (2.0 * n + 1.0);
+        let lost = (2.0 * n + 1.0) * f64::min(bessel, 1.0) * n.powf(-1.5);
+        if m >= whole && share * lost <= CUT_TOLERANCE {
+            return m;
+        }
+    }
+    MOST_NODES
+}
+
+/// How many Gauss nodes integrate exp(2πi·cycles·t) over a cell of length one.
+fn gauss_nodes(cycles: f64) -> usize {
+    let half = std::f64::consts::PI * cycles;
+    let exact = if half > 0.0 { half.sin() / half } else { 1.0 };
+    let error = |nodes: usize| {
+        let cell = Axis::gauss(1, 2.0, 0.0, nodes);
+        let sum: f64 = (0..nodes)
+            .map(|i| 0.5 * cell.weight(i) * (half * cell.node(i)).cos())
+            .sum();
+        (sum - exact).abs()
+    };
+    let fits = (1..MOST_NODES).find(|&n| error(n) <= PIXEL_TOLERANCE);
+    fits.unwrap_or(MOST_NODES)
+}
+
+/// Multiplies an arriving field by the screen's transmission, and by what its opening lets through of the
+/// nodes ([`ApertureCoverage`]).
+pub fn act(screen: &Screen, field: &mut Field) {
+    let (doe, aperture) = parts(screen);
+    for_open_nodes(aperture, field, |value, at, cell, open| {
+        *value *= open * doe.map_or(Complex64::ONE, |doe| doe.transmission_over(at, cell));
+    });
+}
+
+/// The conjugate transpose of [`act`] with respect to the arriving field, in place; and, from the field
+/// that arrived, the cotangent of the transmission of the pixels of the element's first pixel layer, [y, x].
+pub fn act_adjoint(screen: &Screen, arrived: &Field, bar: &mut Field) -> Option<Array2<Complex64>> {
+    let (doe, aperture) = parts(screen);
+    let pixels_bar = doe.and_then(|doe| pixels_cotangent(doe, arrived, bar));
+
+    // The field: value = arrived·(open·t).
+    for_open_nodes(aperture, bar, |value, at, cell, open| {
+        let through = doe.map_or(Complex64::ONE, |doe| doe.transmission_over(at, cell));
+        *value *= open * through.conj();
+    });
+    pixels_bar
+}
+
+/// The cotangent of the pixels a design may change: value = arrived·open·t, t linear in each pixel.
+fn pixels_cotangent(doe: &Doe, arrived: &Field, bar: &Field) -> Option<Array2<Complex64>> {
+    let mut total = Array2::zeros(doe.free_pixels()?.values.dim());
+    let grid = &arrived.grid;
+    let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
+    let opening = ApertureCoverage::new(&doe.aperture, grid);
+    let nodes = grid.y.offsets.len();
+    for row in 0..grid.y.cells {
+        for ((g, i), open) in opening.row(row).indexed_iter() {
+            let j = row * nodes + g;
+            let weight = bar.values[[j, i]] * arrived.values[[j, i]].conj() * open;
+            if weight != Complex64::ZERO {
+                let mut add = |pixel: [usize; 2], by: Complex64| total[pixel] += weight * by.conj();
+                let at = [grid.x.node(i), grid.y.node(j)];
+                doe.tell_pixels(at, [spans_x[i], spans_y[j]], &mut add);
+            }
+        }
+    }
+    Some(total)
+}
+
+/// The element of a screen, if it has one, and its opening.
+fn parts(screen: &Screen) -> (Option<&Doe>, &Aperture) {
+    match &screen.act {
+        Act::Doe(doe) => (Some(doe), &doe.aperture),
+        Act::Stop(aperture) => (None, aperture),
+        Act::Sensor(_) => (None, &Aperture::OPEN),
+    }
+}
+
+/// Changes the value of each node that an opening lets something through of, told its place, the spans it
+/// stands for and its weight; the others become zero.
+fn for_open_nodes(
+    aperture: &Aperture,
+    field: &mut Field,
+    change: impl Fn(&mut Complex64, [f64; 2], [[f64; 2]; 2], f64) + Sync,
+) {
+    let Field { grid, values } = field;
+    let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
+    let opening = ApertureCoverage::new(aperture, grid);
+    let nodes = grid.y.offsets.len();
+    let rows = values.axis_chunks_iter_mut(ndarray::Axis(0), nodes);
+    rows.into_par_iter()
+        .enumerate()
+        .for_each(|(row, mut values)| {
+            let weights = opening.row(row);
+            for (((g, i), value), open) in values.indexed_iter_mut().zip(&weights) {
+                let j = row * nodes + g;
+                if *open == 0.0 {
+                    *value = Complex64::ZERO;
+                } else {
+                    let at = [grid.x.node(i), grid.y.node(j)];
+                    change(value, at, [spans_x[i], spans_y[j]], *open);
+                }
+            }
+        });
+}
+
+/// What each node of an axis stands for.
+fn spans(axis: &Axis) -> Vec<[f64; 2]> {
+    (0..axis.len()).map(|i| axis.span(i)).collect()
+}
+
+/// The raster on which an arriving field is summed before it meets a screen: over the screen's opening
+/// and a margin for the interpolation, at a pitch of λ/(3 p_max).
+///
+/// # Errors
+/// As [`plan_grid`].
+pub fn plan_raster(
+    screen: &Screen,
+    reach: [f64; 2],
+    wavelength: f64,
+    allowed: usize,
+) -> Result<Raster, SamplingError> {
+    let bounds = screen
+        .bounds()
+        .ok_or_else(|| SamplingError::Boundless(screen.name.clone()))?;
+    let pitch = reach.map(|p| wavelength / (3.0 * p.max(1e-3)));
+    let mut raster = Raster {
+        start: [0.0; 2],
+        pitch,
+        size: [0; 2],
+    };
+    for a in 0..2 {
+        let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
+        let across = ((high - low) / pitch[a]).ceil() as usize;
+        raster.size[a] = across.saturating_add(TAPS + 1);
+        raster.start[a] = 0.5 * (low + high) - 0.5 * (raster.size[a] as f64 - 1.0) * pitch[a];
+    }
+    if raster.size[0].saturating_mul(raster.size[1]) > allowed {
+        return Err(SamplingError::TooLarge {
+            screen: screen.name.clone(),
+            needed: raster.size[0],
+            needed_y: raster.size[1],
+            allowed,
+        });
+    }
+    Ok(raster)
+}
+
+/// Samples that take part in one interpolated value.
+const TAPS: usize = 24;
+
+/// Interpolates a band-limited field from a raster to the nodes of a grid.
+///
+/// Kaiser-windowed sinc of 24 taps; for a field sampled 1.5 times above its Nyquist rate the error is
+/// about 3e-6 of its amplitude.
+pub fn interpolate(raster: &Raster, values: &Array2<Complex64>, grid: &Grid) -> Field {
+    let along_x = taps(&grid.x, raster.start[0], raster.pitch[0], raster.size[0]);
+    let along_y = taps(&grid.y, raster.start[1], raster.pitch[1], raster.size[1]);
+    let mut rows = Array2::zeros((values.nrows(), grid.x.len()));
+    ndarray::Zip::from(rows.rows_mut())
+        .and(values.rows())
+        .par_for_each(|mut out, row| {
+            for (value, (first, weights)) in out.iter_mut().zip(&along_x) {
+                let terms = row.iter().skip(*first).zip(weights);
+                *value = terms.map(|(u, w)| u * w).sum::<Complex64>();
+            }
+        });
+    let mut field = Field::zeros(grid.clone());
+    ndarray::Zip::indexed(field.values.rows_mut()).par_for_each(|j, mut out| {
+        let (first, weights) = &along_y[j];
+        for (t, w) in weights.iter().enumerate() {
+            out.scaled_add(Complex64::new(*w, 0.0), &rows.row(first + t));
+        }
+    });
+    field
+}
+
+/// The conjugate transpose of [`interpolate`]: from the nodes of a grid to a raster.
+pub fn interpolate_adjoint(raster: &Raster, field_bar: &Field) -> Array2<Complex64> {
+    let grid = &field_bar.grid;
+    let along_x = taps(&grid.x, raster.start[0], raster.pitch[0], raster.size[0]);
+    let along_y = taps(&grid.y, raster.start[1], raster.pitch[1], raster.size[1]);
+    // out += w·row, a strip of columns at a time
+    let mut rows_bar: Array2<Complex64> = Array2::zeros((raster.size[1], grid.x.len()));
+    let columns = ndarray::Axis(1);
+    rows_bar
+        .axis_chunks_iter_mut(columns, STRIP)
+        .into_par_iter()
+        .zip(field_bar.values.axis_chunks_iter(columns, STRIP))
+        .for_each(|(mut rows_bar, bar)| {
+            for ((first, weights), bar) in along_y.iter().zip(bar.rows()) {
+                for (t, w) in weights.iter().enumerate() {
+                    let mut row = rows_bar.row_mut(first + t);
+                    row.scaled_add(Complex64::new(*w, 0.0), &bar);
+                }
+            }
+        });
+    // value = Σ u·w
+    let mut values_bar = Array2::zeros((raster.size[1], raster.size[0]));
+    ndarray::Zip::from(values_bar.rows_mut())
+        .and(rows_bar.rows())
+        .par_for_each(|mut values_bar, row| {
+            for (bar, (first, weights)) in row.iter().zip(&along_x) {
+                for (t, w) in weights.iter().enumerate() {
+                    values_bar[first + t] += bar * w;
+                }
+            }
+        });
+    values_bar
+}
+
+/// Columns that one thread takes at a time.
+const STRIP: usize = 64;
+
+/// First raster index and weights for each node of an axis.
+fn taps(axis: &Axis, start: f64, pitch: f64, size: usize) -> Vec<(usize, Vec<f64>)> {
+    let half = 0.5 * TAPS as f64;
+    // β = π·half·(1 − 1/1.5) balances pass band and stop band for 1.5-fold oversampling.
+    let beta = std::f64::consts::PI * half / 3.0;
+    let kernel = |t: f64| {
+        if t.abs() >= half {
+            return 0.0;
+        }
+        let sinc = if t == 0.0 {
+            1.0
+        } else {
+            (std::f64::consts::PI * t).sin() / (std::f64::consts::PI * t)
+        };
+        sinc * bessel_i0(beta * (1.0 - (t / half).powi(2)).sqrt()) / bessel_i0(beta)
+    };
+    (0..axis.len())
+        .map(|i| {
+            let place = (axis.node(i) - start) / pitch;
+            let first = (place - half).ceil().clamp(0.0, (size - TAPS) as f64) as usize;
+            let weights = (0..TAPS)
+                .map(|t| kernel(place - (first + t) as f64))
+                .collect();
+            (first, weights)
+        })
+        .collect()
+}
+
+/// Modified Bessel function I₀ by its power series.
+fn bessel_i0(x: f64) -> f64 {
+    let quarter = 0.25 * x * x;
+    let (mut term, mut sum, mut n) = (1.0, 1.0, 1.0);
+    while term > 1e-17 * sum {
+        term *= quarter / (n * n);
+        sum += term;
+        n += 1.0;
+    }
+    sum
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::math::noise::{assert_transposed, noise};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+    use crate::optics::frame::Frame;
+    use crate::optics::profile::Profile;
+    use crate::optics::screen::{Act, Screen};
+    use crate::optics::shape::Shape;
+    use crate::wave::grid::field::Field;
+    use crate::wave::grid::sampling::{act, act_adjoint, interpolate_adjoint};
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::wave::grid::field::{Axis, Grid};
+    use crate::wave::grid::raster::Raster;
+    use crate::wave::grid::sampling::{gauss_nodes, interpolate};
+
+    #[test]
+    fn interpolation_is_exact_within_the_band() {
+        // p_max = 0.9 at λ = 1: pitch λ/(3 p_max), nodes well inside the raster's margin.
+        let raster = Raster {
+            start: [-15.0, -15.0],
+            pitch: [1.0 / 2.7; 2],
+            size: [82, 82],
+        };
+        let wave = |x: f64, y: f64| {
+            let k = std::f64::consts::TAU;
+            Complex64::cis(k * (0.9 * x + 0.2 * y)) + Complex64::cis(k * (0.1 * x - 0.9 * y))
+        };
+        let values = Array2::from_shape_fn((82, 82), |(j, i)| {
+            wave(-15.0 + i as f64 / 2.7, -15.0 + j as f64 / 2.7)
+        });
+        let grid = Grid {
+            x: Axis::gauss(20, 0.5, 0.0, 3),
+            y: Axis::gauss(20, 0.5, 0.0, 3),
+        };
+        let field = interpolate(&raster, &values, &grid);
+        let mut worst = 0.0f64;
+        for ((j, i), value) in field.values.indexed_iter() {
+            worst = worst.max((value - wave(grid.x.node(i), grid.y.node(j))).norm());
+        }
+        assert!(worst < 1e-5, "{worst:e}");
+    }
+
+    #[test]
+    fn nodes_grow_with_the_frequency() {
+        assert_eq!(gauss_nodes(0.0), 1);
+        assert!(gauss_nodes(0.1) <= 3);
+        assert_eq!(gauss_nodes(0.5), 4);
+    }
+
+    #[test]
+    fn interpolate_dot_product() {
+        let raster = Raster {
+            start: [-15.0, -12.0],
+            pitch: [0.4, 0.5],
+            size: [90, 60],
+        };
+        let grid = Grid {
+            x: Axis::gauss(20, 0.5, 0.0, 3),
+            y: Axis::uniform(70, 0.3, 0.4),
+        };
+        let values = noise((60, 90), 0);
+        let bar = Field {
+            values: noise(grid.shape(), 1),
+            grid,
+        };
+        let there = interpolate(&raster, &values, &bar.grid).values;
+        let back = interpolate_adjoint(&raster, &bar);
+        assert_transposed(&[(&bar.values, &there)], &[(&back, &values)]);
+    }
+
+    /// Both transposes: to the field that arrives, and to the pixels.
+    #[test]
+    fn act_dot_product() {
+        for form in [PixelForm::Box, PixelForm::Bilinear] {
+            let screen = |values: Array2<Complex64>| Screen {
+                name: String::new(),
+                frame: Frame::GLOBAL,
+                shape: Shape::Plane,
+                act: Act::Doe(Doe {
+                    layers: vec![
+                        Layer::Phase(Profile::Axicon { slope: 0.7 }),
+                        Layer::Pixels(Pixels {
+                            pitch: [0.9, 1.1],
+                            values,
+                            form,
+                        }),
+                    ],
+                    aperture: Aperture::disc(4.3),
+                    reflect: false,
+                }),
+                index: 1.0,
+                arrives: 1.0,
+            };
+            let grid = Grid {
+                x: Axis::gauss(12, 0.9, 0.0, 3),
+                y: Axis::uniform(33, 0.31, 0.0),
+            };
+            let arrived = Field {
+                values: noise(grid.shape(), 2),
+                grid,
+            };
+            let pixels = noise((9, 11), 3);
+            let screen = screen(pixels.clone());
+            let mut behind = arrived.clone();
+            act(&screen, &mut behind);
+            let bar = noise(behind.values.dim(), 4);
+            let mut arrived_bar = Field {
+                values: bar.clone(),
+                grid: arrived.grid.clone(),
+            };
+            let pixels_bar = act_adjoint(&screen, &arrived, &mut arrived_bar).unwrap();
+            let there = [(&bar, &behind.values)];
+            assert_transposed(&there, &[(&arrived_bar.values, &arrived.values)]);
+            assert_transposed(&there, &[(&pixels_bar, &pixels)]);
+        }
+    }
+}
