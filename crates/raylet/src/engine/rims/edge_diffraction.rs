@@ -5,7 +5,8 @@
 //! normal (the mean of a slit's sinc² far from its middle). It decides which rims matter where little or none of
 //! the light goes to the target by itself; it enters no field.
 
-use crate::engine::rims::source_rays::{SourceRay, obliquity, ray_behind};
+use crate::engine::rims::source_ray::{SourceRay, obliquity};
+use crate::engine::rims::source_rays::ray_behind;
 use crate::optics::aperture::Aperture;
 use crate::optics::polygon;
 use crate::optics::screen::Act;
@@ -91,7 +92,8 @@ fn nearest(arriving: &[SourceRay], at: [f64; 2]) -> SourceRay {
 #[cfg(test)]
 mod tests {
     use crate::engine::rims::edge_diffraction::edge_waves;
-    use crate::engine::rims::source_rays::{SourceRay, source_rays};
+    use crate::engine::rims::source_ray::SourceRay;
+    use crate::engine::rims::source_rays::source_rays;
     use crate::fixtures::parts::{lit, on_axis, screen, sensor};
 
     use crate::optics::aperture::Aperture;

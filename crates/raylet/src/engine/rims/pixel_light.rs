@@ -6,7 +6,7 @@
 
 use num_complex::Complex64;
 
-use crate::engine::rims::source_rays::{SourceRay, obliquity};
+use crate::engine::rims::source_ray::{SourceRay, obliquity};
 use crate::optics::doe::Doe;
 use crate::optics::system::Hop;
 
@@ -179,7 +179,7 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::engine::rims::pixel_light::{PixelLight, PixelValues};
-    use crate::engine::rims::source_rays::SourceRay;
+    use crate::engine::rims::source_ray::SourceRay;
     use crate::math::noise::noise;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;

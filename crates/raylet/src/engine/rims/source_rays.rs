@@ -4,6 +4,7 @@
 //! each place; behind pixels the pixels' own diffraction makes many.
 
 use crate::engine::rims::pixel_light::{PixelLight, PixelValues};
+use crate::engine::rims::source_ray::SourceRay;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
@@ -18,17 +19,6 @@ const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
 
 /// Most rays of one screen that are followed from the next.
 const MOST: usize = 300;
-
-/// A ray that stands on a screen before the screen acts.
-#[derive(Clone, Copy, Debug)]
-pub struct SourceRay {
-    /// Its place in mm.
-    pub at: [f64; 2],
-    /// Its optical direction cosines.
-    pub p: [f64; 2],
-    /// The energy it stands for.
-    pub energy: f64,
-}
 
 /// The source's light on its first screen, evenly over the opening.
 pub fn source_rays(system: &System) -> Vec<SourceRay> {
@@ -115,10 +105,4 @@ pub fn ray_behind(hop: &Hop, source_ray: &SourceRay) -> SourceRay {
         p: [p[0] + gx / k, p[1] + gy / k],
         energy,
     }
-}
-
-/// The normal cosine of a direction: what a plane wave of unit amplitude carries through the screen.
-pub fn obliquity(hop: &Hop, p: [f64; 2]) -> f64 {
-    let sine = p[0].hypot(p[1]) / hop.from.index;
-    (1.0 - sine * sine).max(0.0).sqrt()
 }
