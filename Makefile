@@ -1,10 +1,11 @@
-# `make demo` shows what raylet does; `make test` runs everything that continuous integration runs.
+# `make demo` shows what raylet does; `make quick` is for every save; `make test` runs everything that continuous
+# integration runs.
 
 OUT ?= out/demo
 SCENE = scenes/hologram_through_lens.toml
 RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 
-.PHONY: demo test test-rust test-python test-torch fuzz bench accuracy wheel docs
+.PHONY: demo quick test test-rust test-python test-torch fuzz bench accuracy wheel docs
 
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
@@ -12,6 +13,13 @@ demo:
 	$(RAYLET) hologram $(SCENE)
 	$(RAYLET) check $(SCENE)
 	$(RAYLET) simulate $(SCENE) --out $(OUT)
+
+# What a developer runs at every save: format, lints, the rules of the house, and the unit tests but for slow ones, whose
+# names end with _slow.
+quick:
+	cargo fmt --all --check
+	cargo clippy --profile quick --workspace --all-targets -- -D warnings
+	cargo test --profile quick --quiet --workspace --lib --test house -- --skip _slow
 
 test: test-rust fuzz test-python test-torch
 

@@ -11,7 +11,7 @@ use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
 use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Sensor};
+use raylet::optics::screen::{Act, Screen, Sensor};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
@@ -39,7 +39,10 @@ fn free(place: Frame) -> System {
             origin: Vec3::new(0.0, 0.0, 0.0),
         },
         screens: vec![
-            screen(Frame::GLOBAL, box_pixels(transmission(), PITCH)),
+            Screen {
+                name: String::from("hologram"),
+                ..screen(Frame::GLOBAL, box_pixels(transmission(), PITCH))
+            },
             screen(place, sensor(30, 1.2e-3)),
         ],
         trains: vec![vec![]],

@@ -22,6 +22,7 @@ pub fn tilted_element(curvature: f64, values: &[Complex64]) -> Screen {
     doe.reflect = true;
     let frame = Frame::GLOBAL.moved(Vec3::new(1.0, 2.0, 30.0));
     Screen {
+        name: String::from("mirror"),
         shape: match curvature == 0.0 {
             true => Shape::Plane,
             false => conic(curvature, 0.0),

@@ -1,0 +1,202 @@
+//! Systems in code are those of scene files, and what is wrong with them is one clear error.
+
+use std::path::Path;
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::file::model::build;
+use raylet::file::scene::scene_file::Scene;
+use raylet::optics::aperture::Aperture;
+use raylet::optics::assembly::system_builder::SystemBuilder;
+use raylet::optics::doe::PixelForm;
+use raylet::optics::refraction::Coating;
+use raylet::optics::screen::Act;
+use raylet::optics::shape::Shape;
+use raylet::optics::system::System;
+use raylet_testkit::parts::{element, pixel_layer};
+
+fn of_text(text: &str) -> System {
+    let scene = Scene::parse(text, Path::new("scene.toml")).unwrap();
+    build::system(&scene, 0).unwrap()
+}
+
+/// A stop, a tilted lens in water, and a mirror that sends the light back to a sensor on a turned axis.
+#[test]
+fn parts_stand_where_a_scene_puts_them() {
+    let scene = of_text(
+        r#"
+version = 1
+wavelength_um = 0.55
+ambient = "water"
+source = { kind = "plane", angle_deg = [2, -1] }
+settings = { coating = "fresnel" }
+[[element]]
+kind = "stop"
+name = "stop"
+thickness_mm = 2.5
+aperture = { disc = { radius_mm = 1.5 } }
+[[element]]
+kind = "surface"
+thickness_mm = 4
+radius_mm = 30
+glass = "SF6"
+semi_aperture_mm = 5
+decenter_mm = [0.1, -0.2]
+tilt_deg = [3, 0, 0]
+[[element]]
+kind = "surface"
+thickness_mm = 20
+radius_mm = -50
+semi_aperture_mm = 5
+[[element]]
+kind = "coordinate_break"
+tilt_deg = [0, 10, 0]
+[[element]]
+kind = "mirror"
+thickness_mm = -15
+radius_mm = -80
+semi_aperture_mm = 6
+[[element]]
+kind = "sensor"
+name = "sensor"
+pixels = [8, 6]
+pitch_um = 3
+"#,
+    );
+    let angle = [2f64, -1.0].map(f64::to_radians);
+    let code = SystemBuilder::new(0.55e-3)
+        .ambient("water")
+        .collimated(angle)
+        .coating(Coating::Fresnel)
+        .stop(Aperture::disc(1.5))
+        .gap(2.5)
+        .offset([0.1, -0.2], [3f64.to_radians(), 0.0, 0.0])
+        .surface(30.0, "SF6", 5.0)
+        .gap(4.0)
+        .surface(-50.0, "water", 5.0)
+        .gap(20.0)
+        .turn([0.0; 2], [0.0, 10f64.to_radians(), 0.0])
+        .mirror(-80.0, 6.0)
+        .gap(-15.0)
+        .sensor([8, 6], [3e-3, 3e-3])
+        .build()
+        .unwrap();
+    assert_eq!(code, scene);
+    assert_eq!(code.screens[1].arrives, -1.0);
+}
+
+/// Where a lens meets the light first, the opening before it has the beam's radius.
+#[test]
+fn a_beam_enters_by_its_radius() {
+    let build = |builder: SystemBuilder| {
+        let lens = builder
+            .point_source([0.0, 0.0, -100.0])
+            .surface(40.0, 1.5, 8.0);
+        let system = lens.gap(3.0).sensor([4, 4], [0.1; 2]).build().unwrap();
+        system.screens[0].act.clone()
+    };
+    let new = || SystemBuilder::new(0.5e-3);
+    assert_eq!(build(new()), Act::Stop(Aperture::disc(8.0)));
+    assert_eq!(
+        build(new().beam_radius(2.0)),
+        Act::Stop(Aperture::disc(2.0))
+    );
+}
+
+#[test]
+fn phases_become_transmissions() {
+    let phases = Array2::from_shape_fn((2, 3), |(j, i)| 0.1 * (i + 10 * j) as f64);
+    let system = SystemBuilder::new(0.5e-3)
+        .phase_pixels("pixels", &phases, [0.1, 0.2])
+        .gap(5.0)
+        .sensor([4, 4], [0.1; 2])
+        .build()
+        .unwrap();
+    let Act::Doe(doe) = &system.screens[0].act else {
+        panic!("the first screen is the element");
+    };
+    let pixels = doe.pixels().unwrap();
+    assert_eq!((pixels.pitch, pixels.form), ([0.1, 0.2], PixelForm::Box));
+    assert_eq!(pixels.values[[1, 2]], Complex64::cis(phases[[1, 2]]));
+}
+
+/// What a builder says once it has a sensor too.
+fn refusal(parts: impl Fn(SystemBuilder) -> SystemBuilder) -> String {
+    let builder = parts(SystemBuilder::new(0.5e-3)).gap(1.0);
+    let built = builder.sensor([4, 4], [1e-3; 2]).build();
+    built.unwrap_err().to_string()
+}
+
+#[test]
+fn what_is_wrong_is_one_clear_error() {
+    let stop = |builder: SystemBuilder| builder.stop(Aperture::disc(1.0));
+    let small =
+        |value: Complex64| pixel_layer(Array2::from_elem((2, 2), value), 0.1, PixelForm::Box);
+    for (found, expected) in [
+        (
+            refusal(|b| stop(b).gap(-1.0)),
+            "gap 1: found a distance of -1 mm, expected zero or more: no mirror has turned the light back",
+        ),
+        (
+            refusal(|b| stop(b).surface(10.0, 1.5, 3.0).surface(0.0, 1.0, 3.0)),
+            "surface 2: found a curvature of inf per mm, expected a radius that is not zero; infinite for a plane",
+        ),
+        (
+            refusal(|b| stop(b).mirror(-2.0, 3.0)),
+            "mirror 1: found an opening at (3.000000, 0.000000) mm, where the surface does not exist, expected an \
+             opening all over which it exists",
+        ),
+        (
+            refusal(|b| b.stop(Aperture::disc(-1.0))),
+            "stop 1: found a radius of the opening of -1 mm, expected one above zero",
+        ),
+        (
+            refusal(|b| b.phase_pixels("p", &Array2::zeros((2, 2)), [0.0, 1.0])),
+            "element 'p': found a pitch of 0 mm, expected one above zero",
+        ),
+        (
+            refusal(|b| {
+                b.element(
+                    "e",
+                    Shape::Plane,
+                    element(small(Complex64::new(f64::NAN, 0.0)), Aperture::OPEN),
+                )
+            }),
+            "element 'e': found a pixel of NaN+0i, expected finite transmissions",
+        ),
+        (
+            refusal(|b| stop(b.beam_radius(1.0))),
+            "stop 1: found a beam radius of 1 mm, though this part meets the light first, expected no beam radius: \
+             the opening of this part limits the light",
+        ),
+        (
+            refusal(|b| b),
+            "sensor 1: found a sensor as the only part, expected at least one part before the sensor",
+        ),
+        (
+            refusal(|b| stop(b).gap(1.0).sensor([2, 2], [1.0; 2])),
+            "gap 2: found a part behind the sensor, expected the sensor as the last part",
+        ),
+        (
+            refusal(|b| stop(b.collimated([1.5, 1.0]))),
+            "light: found angles of [1.5, 1.0] rad, expected angles whose sines' squares add up to less than one",
+        ),
+    ] {
+        assert_eq!(found, expected);
+    }
+}
+
+#[test]
+fn glasses_are_known_by_name_and_wavelength() {
+    let found = refusal(|b| b.surface(10.0, "N-BK77", 3.0));
+    assert!(
+        found.starts_with("surface 1: found no glass is named 'N-BK77'"),
+        "{found}"
+    );
+    let far = SystemBuilder::new(0.1).surface(10.0, "N-BK7", 3.0).build();
+    let found = far.unwrap_err().to_string();
+    assert!(found.contains("found a wavelength of 100 µm"), "{found}");
+    let none = SystemBuilder::new(0.5e-3).stop(Aperture::disc(1.0)).build();
+    let expected = "end: found no sensor, expected one as the last part";
+    assert_eq!(none.unwrap_err().to_string(), expected);
+}
