@@ -67,8 +67,8 @@
 //! # Layers
 //!
 //! A module uses only those before it: [`math`] (numbers, no light), [`optics`] (what the parts are), [`wave`] (what happens
-//! to waves), [`engine`] (propagation from screen to screen), [`design`] (what should change), [`file`] (how it is written
-//! down).
+//! to waves), [`engine`] (propagation from screen to screen), [`design`] (what should change), [`mod@file`] (how it is
+//! written down).
 //!
 //! [`System`]: optics::system::System
 //! [`Screen`]: optics::screen::Screen

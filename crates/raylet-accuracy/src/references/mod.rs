@@ -8,7 +8,7 @@
 //! | [`surface`] | A curved refracting surface's sag and the samples on its aperture |
 //! | [`interface`] | Plane waves to such a surface and back |
 //! | [`direct`] | Samples anywhere in space and the sum over them |
-//! | [`bench`] | These joined to a train of small, strongly refracting lenses and pixel planes |
+//! | [`mod@bench`] | These joined to a train of small, strongly refracting lenses and pixel planes |
 
 pub mod bench;
 pub mod collins;
