@@ -19,6 +19,13 @@ const ORDERS: f64 = 1.5;
 /// Pixels along each axis of the patch whose spectrum is taken, and its points in each order.
 const PATCH: usize = 32;
 
+/// Orders up to which the spectrum is resolved. Beyond them pixels send a hundredth of the light, by the mean of the
+/// spectrum over an order.
+const RESOLVED: f64 = 8.0;
+
+/// Where the mean of the spectrum stands along an axis, behind its points.
+const MEAN: usize = PATCH;
+
 /// Whether the pixels stay as they are.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelValues {
@@ -45,7 +52,7 @@ struct Point {
     order: f64,
     /// The share of a pixel's light about it: sinc² times the width that it stands for.
     share: f64,
-    /// Which direction it belongs to, and which point of an order it is.
+    /// Which direction it belongs to, and which point of an order it is, or [`MEAN`].
     direction: usize,
     within: usize,
 }
@@ -87,13 +94,13 @@ impl<'a> PixelLight<'a> {
     fn sent(&self, at: [f64; 2]) -> Vec<Sent> {
         let spectrum = match self.values {
             PixelValues::Fixed => self.spectrum(at),
-            PixelValues::Varying => vec![1.0; PATCH * PATCH],
+            PixelValues::Varying => vec![1.0; (PATCH + 1) * (PATCH + 1)],
         };
         let mut sent = vec![[0.0; 3]; DIRECTIONS * DIRECTIONS];
         let [along_x, along_y] = &self.axes;
         for y in along_y {
             for x in along_x {
-                let share = x.share * y.share * spectrum[y.within * PATCH + x.within];
+                let share = x.share * y.share * spectrum[y.within * (PATCH + 1) + x.within];
                 let sum = &mut sent[y.direction * DIRECTIONS + x.direction];
                 let parts = [share, share * x.order, share * y.order];
                 sum.iter_mut()
@@ -104,7 +111,8 @@ impl<'a> PixelLight<'a> {
         sent
     }
 
-    /// The power spectrum of the patch about a place, [y, x]; its mean is that of |transmission|².
+    /// The power spectrum of the patch about a place, [y, x], and behind each row and column its mean; the mean of
+    /// all is that of |transmission|².
     fn spectrum(&self, at: [f64; 2]) -> Vec<f64> {
         let window = window();
         let energy: f64 = window.iter().map(|w| w * w).sum();
@@ -116,7 +124,18 @@ impl<'a> PixelLight<'a> {
         // Along rows, then along columns.
         let rows = self.transform(&values);
         let power = self.transform(&rows);
-        power.iter().map(|value| value.norm_sqr()).collect()
+        let mean = |values: &[f64]| values.iter().sum::<f64>() / PATCH as f64;
+        let mut found = Vec::with_capacity((PATCH + 1) * (PATCH + 1));
+        for row in power.chunks(PATCH) {
+            let row: Vec<f64> = row.iter().map(|value| value.norm_sqr()).collect();
+            found.extend_from_slice(&row);
+            found.push(mean(&row));
+        }
+        for x in 0..=PATCH {
+            let column: Vec<f64> = found.iter().skip(x).step_by(PATCH + 1).copied().collect();
+            found.push(mean(&column[..PATCH]));
+        }
+        found
     }
 
     /// The Fourier sums along the rows, as columns.
@@ -155,7 +174,7 @@ fn window() -> [f64; PATCH] {
 
 /// The points of the spectrum up to so many orders to each side.
 fn points(widest: f64) -> Vec<Point> {
-    let most = (widest * PATCH as f64).floor() as i64;
+    let most = (widest.min(RESOLVED) * PATCH as f64).floor() as i64;
     let point = |n: i64| {
         let order = n as f64 / PATCH as f64;
         let phase = std::f64::consts::PI * order;
@@ -170,7 +189,30 @@ fn points(widest: f64) -> Vec<Point> {
             within: n.rem_euclid(PATCH as i64) as usize,
         }
     };
-    (-most..=most).map(point).collect()
+    let mut points: Vec<Point> = (-most..=most).map(point).collect();
+    points.extend((0..DIRECTIONS).filter_map(|direction| unresolved(direction, widest)));
+    points
+}
+
+/// What of a direction lies beyond the orders that are resolved: one point, with the mean 1/(2π²u²) of sinc².
+fn unresolved(direction: usize, widest: f64) -> Option<Point> {
+    let edge = |i: usize| {
+        let t = 2.0 * i as f64 / DIRECTIONS as f64 - 1.0;
+        widest * t * t.abs()
+    };
+    let ends = [edge(direction), edge(direction + 1)];
+    let [near, far] = [
+        ends[0].abs().min(ends[1].abs()),
+        ends[0].abs().max(ends[1].abs()),
+    ];
+    let near = near.max(RESOLVED);
+    let pi = std::f64::consts::PI;
+    (near < far).then(|| Point {
+        order: (0.5 * (near + far)).copysign(ends[0] + ends[1]),
+        share: 0.5 * (1.0 / near - 1.0 / far) / (pi * pi),
+        direction,
+        within: MEAN,
+    })
 }
 
 #[cfg(test)]
@@ -247,6 +289,14 @@ mod tests {
         let even = rays(Array2::from_shape_fn((60, 60), turn), PixelValues::Varying);
         let there = near(&even, [1.0 / 16.0, 0.0], 0.03);
         assert!(there < 0.1, "{there}");
+    }
+
+    /// Pixels of 200 wavelengths are followed as far as small ones, at no greater cost, and send all their light.
+    #[test]
+    fn large_pixels_have_few_points() {
+        let points = super::points(240.0);
+        let share: f64 = points.iter().map(|point| point.share).sum();
+        assert!(points.len() < 600 && (share - 1.0).abs() < 2e-3, "{share}");
     }
 
     /// All the light goes somewhere: random phases lose a tenth to directions beyond the orders that are followed,
