@@ -67,8 +67,8 @@ def apart(one: Any, other: Any) -> float:
 
 
 def field(bend: float, phase: Any = PHASE, source: Any = None, **keys: Any) -> Any:
-    """Field behind the lens with so much more curvature, of collimated light or of a point, as far below the bounds of
-    the comparisons that its own error does not fill them."""
+    """Field behind the lens with so much more curvature, of collimated light or of a point. Its target error is well
+    below the bounds of the comparisons."""
     own = hologram_behind(lens_radius=1.0 / (0.1 + bend), **keys).with_pixels("doe", phase=phase)
     own = own.settings(target_error=3e-4)
     return (own if source is None else own.point_source(source)).simulate().field

@@ -1,4 +1,4 @@
-//! Random values by address: the same ones wherever they are asked for.
+//! Random values by address: the same address gives the same value everywhere.
 
 use ndarray::Array2;
 use num_complex::Complex64;

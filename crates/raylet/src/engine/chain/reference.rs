@@ -153,7 +153,7 @@ pub struct Reference {
 /// Carries the light of a system to its sensor without beamlets. `progress` is called after each chunk of work.
 ///
 /// # Errors
-/// When no method applies, the one that was asked for does not, it would take too long, the field is not finite, or
+/// No method applies; the chosen method does not apply; the sum would take too long; the field is not finite;
 /// `progress` cancels the run.
 pub fn reference<R: Reply>(
     system: &System,

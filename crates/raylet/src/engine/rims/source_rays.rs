@@ -13,8 +13,8 @@ use crate::optics::system::{Hop, System};
 /// many, and behind smooth elements and stops, where each sends one.
 const PLACES: [usize; 2] = [7, 41];
 
-/// Steps of the place within its cell from cell to cell behind pixels, whose places then see edges as often as
-/// they lie near one (Roberts' sequence of low discrepancy).
+/// Behind pixels a place moves within its cell by these steps from cell to cell (Roberts' sequence of low
+/// discrepancy). So the share of places near an edge is that of the area near it.
 const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
 
 /// Most rays of one screen that are followed from the next.

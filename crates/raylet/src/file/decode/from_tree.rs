@@ -42,7 +42,7 @@ pub(crate) fn parse(origin: &Origin) -> Result<Node, Fault> {
     })?;
     Ok(Node {
         value: parsed(document.into_inner()),
-        // What is missing from the document is told at its start.
+        // The error of a missing key points at the start of the document.
         span: Some(0..1),
     })
 }
@@ -279,7 +279,7 @@ impl<'de> At<'de> {
         entries: &'de [Entry],
         variants: &'static [&'static str],
     ) -> Result<Choice<'de, At<'de>>, Misfit> {
-        // An unknown key is told before a wrong number of keys.
+        // The error of an unknown key comes before that of a wrong number of keys.
         for Entry { key, span, .. } in entries {
             if !variants.contains(&key.as_str()) {
                 return Err(Misfit::unknown_field(key, variants).at(span).below_key(key));
@@ -382,7 +382,7 @@ impl<'de> Deserializer<'de> for At<'de> {
                 visitor.visit_enum(StrDeserializer::<Misfit>::new(tag))
             }
             other if name == BY_KIND => Err(wrong_type(other, "a table with a `kind`")),
-            // Told by its names, not by the name that Rust has for it.
+            // The error lists the names that are possible, not the name of the Rust type.
             other => Err(wrong_type(other, &one_of(variants))),
         }
     }

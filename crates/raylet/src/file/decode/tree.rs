@@ -120,7 +120,7 @@ pub(crate) fn parsed(table: DeTable<'_>) -> Value {
         },
     };
     let mut entries: Vec<Entry> = table.into_iter().map(entry).collect();
-    // In the order of the text, so that the first fault told is the first in it.
+    // In the order of the text, so that the first error is the first in the text.
     entries.sort_by_key(|entry| entry.span.as_ref().map(|span| span.start));
     Value::Table(entries)
 }

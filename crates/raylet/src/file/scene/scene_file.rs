@@ -142,7 +142,8 @@ impl Scene {
         Self::from_tree(&parse(&origin)?, origin)
     }
 
-    /// Decodes a scene without its arrays. Faults are told at their key, and in the text of `origin` if it has one.
+    /// Decodes a scene without its arrays. An error names its key, and its line in the text of `origin` if
+    /// there is one.
     ///
     /// # Errors
     /// The first fault of the tree, with its address.
