@@ -87,7 +87,8 @@ class Case:
 
     def memory_limit_mb(self) -> float:
         """What its scene allows, or what a scene does that says nothing."""
-        found = re.search(rb"memory_limit_mb = ([0-9.e]+)", self.files.get("scene.toml", b""))
+        number = rb"([0-9]+(?:\.[0-9]+)?(?:e[-+]?[0-9]+)?)"
+        found = re.search(rb"memory_limit_mb = " + number, self.files.get("scene.toml", b""))
         return float(found[1]) if found else 4096.0
 
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 import random
 from collections.abc import Sequence
 from typing import Any
@@ -20,7 +21,8 @@ class Draft:
         return self.random.random() < share
 
     def pick(self, among: Sequence[Any]) -> Any:
-        return self.random.choice(among)
+        """One of these, as a copy: what is done to it later must not reach the next case."""
+        return copy.deepcopy(self.random.choice(among))
 
     def weighted(self, weights: dict[Any, float]) -> Any:
         return self.random.choices(list(weights), list(weights.values()))[0]

@@ -40,6 +40,15 @@ def test_cases_are_told_by_seed_and_number() -> None:
     assert random_case(3, 14) == random_case(3, 14) != random_case(4, 14)
 
 
+def test_no_case_depends_on_those_before_it() -> None:
+    cases = [random_case(1, number) for number in range(1500)]
+    assert cases == [random_case(1, number) for number in reversed(range(1500))][::-1]
+
+
+def test_a_number_that_is_cut_off_is_still_a_limit() -> None:
+    assert Case("check-1", {"scene.toml": b"memory_limit_mb = 3.35e"}, []).memory_limit_mb() == 3.35
+
+
 def fall(room: Path, script: str) -> list[str]:
     """Why a program falls that does what a script says."""
     room.mkdir(exist_ok=True)
