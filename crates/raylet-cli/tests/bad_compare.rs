@@ -1,8 +1,5 @@
 //! Bad input to `raylet compare`: one message that names the file, exit code 2, nothing written.
 
-mod refusal;
-mod stage;
-
 use std::fs;
 use std::io::Cursor;
 

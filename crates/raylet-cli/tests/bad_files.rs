@@ -1,8 +1,5 @@
 //! Files that are no regular files, or larger than allowed, are refused at once: nothing hangs, nothing fills memory.
 
-mod refusal;
-mod stage;
-
 use std::io::Write;
 use std::process::{Command, Stdio};
 use std::time::{Duration, Instant};

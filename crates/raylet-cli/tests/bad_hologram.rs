@@ -1,8 +1,5 @@
 //! Bad input to `raylet hologram`: one message with an address, exit code 2, nothing written.
 
-mod refusal;
-mod stage;
-
 use std::fs;
 
 use ndarray::Array2;

@@ -1,9 +1,5 @@
 //! Bad input at the command line: one message with an address, exit code 2, nothing written.
 
-mod elements;
-mod refusal;
-mod stage;
-
 use std::fs;
 
 use crate::refusal::none_of;
@@ -142,7 +138,11 @@ fn scenes_are_refused_at_the_right_place() {
         let stage = Stage::new(&SCENE.replacen(from, to, 1));
         let dark = ndarray::Array2::<f64>::zeros((30, 30));
         ndarray_npy::write_npy(stage.join("dark.npy"), &dark).unwrap();
-        wrong.push(refusal::wrong(&stage, &["simulate", "scene.toml"], says));
+        wrong.push(crate::refusal::wrong(
+            &stage,
+            &["simulate", "scene.toml"],
+            says,
+        ));
     }
     none_of(wrong);
 }

@@ -1,9 +1,6 @@
 //! Bad input to `raylet reference`, `check` and `schema`: one message with an address, exit code 2, nothing
 //! written.
 
-mod refusal;
-mod stage;
-
 use std::fs;
 
 use crate::refusal::{none_of, wrong};

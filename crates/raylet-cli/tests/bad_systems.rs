@@ -1,8 +1,5 @@
 //! Designs of systems that cannot be: one message with an address, exit code 2, nothing written.
 
-mod refusal;
-mod stage;
-
 use ndarray::Array2;
 use raylet::file::arrays::image::write_gray16;
 

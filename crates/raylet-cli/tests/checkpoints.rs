@@ -1,7 +1,5 @@
 //! Forged and torn checkpoints: whatever stands in them, a design goes on from its own alone.
 
-mod stage;
-
 use std::fs;
 
 use base64::Engine;

@@ -1,7 +1,5 @@
 //! `raylet design`: what it finds, and that nothing is lost when it is stopped.
 
-mod stage;
-
 use std::fs;
 use std::process::{Command, Stdio};
 use std::thread::sleep;

@@ -1,7 +1,5 @@
 //! However a run ends, what stands on the disk is whole, and nothing hidden stays.
 
-mod stage;
-
 use std::fs::{self, OpenOptions};
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;

@@ -1,7 +1,5 @@
 //! Nothing that raylet did not write is lost: files of others, results in use, and what killed runs leave.
 
-mod stage;
-
 use std::fs;
 use std::process::{Child, Command, Stdio};
 use std::thread::sleep;

@@ -1,8 +1,6 @@
 //! `raylet simulate` as a user runs it: complete results, the same for any number of threads, whole or
 //! not at all.
 
-mod stage;
-
 use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;

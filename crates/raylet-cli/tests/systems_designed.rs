@@ -1,7 +1,5 @@
 //! `raylet design` and `raylet gradcheck` of systems: several elements, losses, wavelengths and fields.
 
-mod stage;
-
 use std::fs;
 
 use ndarray::{Array2, Array3, Axis};

@@ -5,8 +5,8 @@ use std::sync::Arc;
 use crate::math::jet::Jet;
 use crate::math::real::Real;
 use crate::optics::height::Height;
-use crate::optics::profile::zernikes;
 use crate::optics::sag_grid::SagGrid;
+use crate::optics::zernike::ZernikeSum;
 
 /// A term that is added to the height of a surface.
 #[derive(Clone, Debug, PartialEq)]
@@ -30,13 +30,8 @@ pub enum Term {
         /// Exponents i and j with the coefficient a in mm.
         terms: Vec<([u32; 2], f64)>,
     },
-    /// z = Σ aⱼ Zⱼ(x/ρ, y/ρ), Noll's order and normalisation.
-    Zernike {
-        /// Normalising radius ρ in mm.
-        radius: f64,
-        /// Coefficients in mm of Z₁, Z₂, …
-        coefficients: Vec<f64>,
-    },
+    /// z = Σ aⱼ Zⱼ(x/ρ, y/ρ), coefficients in mm.
+    Zernike(ZernikeSum),
     /// Heights on a grid with a spline between them; nothing outside it.
     Grid(Arc<SagGrid>),
 }
@@ -51,7 +46,7 @@ impl Term {
 
     /// z(x, y).
     #[inline(always)]
-    fn sag<T: Real>(&self, x: T, y: T) -> Option<T> {
+    pub fn sag<T: Real>(&self, x: T, y: T) -> Option<T> {
         match self {
             Term::Gaussian {
                 height,
@@ -68,14 +63,7 @@ impl Term {
                     |sum: T, ([i, j], a): &([u32; 2], f64)| sum + power(x, *i) * power(y, *j) * *a;
                 Some(terms.iter().fold(T::constant(0.0), add))
             }
-            Term::Zernike {
-                radius,
-                coefficients,
-            } => Some(zernikes(
-                coefficients,
-                x * (1.0 / radius),
-                y * (1.0 / radius),
-            )),
+            Term::Zernike(sum) => Some(sum.at(x, y)),
             Term::Grid(grid) => grid.sag(x, y),
         }
     }
@@ -107,6 +95,7 @@ mod tests {
     use crate::optics::conic::Conic;
     use crate::optics::freeform::Term;
     use crate::optics::height::Height;
+    use crate::optics::zernike::ZernikeSum;
 
     const PLACES: [(f64, f64); 4] = [(0.0, 0.0), (1.5, -0.5), (-2.0, 2.5), (0.0, 3.0)];
 
@@ -159,10 +148,7 @@ mod tests {
     #[test]
     fn defocus_is_noll_four() {
         // Z₄ = √3 (2ρ² − 1).
-        let term = Term::Zernike {
-            radius: 2.0,
-            coefficients: vec![0.0, 0.0, 0.0, 0.01],
-        };
+        let term = Term::Zernike(ZernikeSum::new(2.0, vec![0.0, 0.0, 0.0, 0.01]));
         for (x, y) in PLACES {
             let square = (x * x + y * y) / 4.0;
             let expected = 0.01 * 3.0f64.sqrt() * (2.0 * square - 1.0);

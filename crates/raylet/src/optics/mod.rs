@@ -25,6 +25,7 @@
 //! | [`surface_coordinates`] | A curved surface's own coordinates: lengths along it instead of their projections |
 //! | [`system`] | A whole optical system at one wavelength: screens joined by trains of surfaces |
 //! | [`toric`] | Surfaces with two curvatures: biconics, cylinders and toroids |
+//! | [`zernike`] | Sums of Zernike polynomials |
 
 #![expect(
     clippy::indexing_slicing,
@@ -54,3 +55,4 @@ pub mod surface;
 pub mod surface_coordinates;
 pub mod system;
 pub mod toric;
+pub mod zernike;

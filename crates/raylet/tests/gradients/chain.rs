@@ -7,7 +7,7 @@ use raylet::engine::plan::settings::Settings;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 
-use crate::stage::{cases, noise};
+use crate::gradients::stage::{cases, noise};
 
 /// The system with other pixels on one of its screens.
 pub(crate) fn with_pixels(system: &System, number: usize, purpose: u32) -> System {

@@ -13,7 +13,7 @@ use raylet::optics::screen::Act;
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::system::System;
 
-use crate::stage::{Case, cases, noise};
+use crate::gradients::stage::{Case, cases, noise};
 
 /// A smooth real function of the field, and its cotangent there: Σ w|U|² + Re Σ v* U with random w and v, so that
 /// modulus and phase both count.

@@ -12,7 +12,7 @@ use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
 use raylet::wave::grid::metrics::field_error;
 
-use crate::stage::{exact, lens, lit, noise, pixels, screen};
+use crate::gradients::stage::{exact, lens, lit, noise, pixels, screen};
 use raylet_testkit::parts::sensor;
 
 /// Pixels, two lens faces and a sensor.

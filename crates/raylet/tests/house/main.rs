@@ -1,6 +1,7 @@
 //! The rules of the house, held by reading the code.
 
 mod imports;
+mod orphans;
 mod planted;
 mod prints;
 mod rules;
@@ -10,6 +11,7 @@ mod source;
 use std::fs;
 use std::path::PathBuf;
 
+use crate::orphans::orphans;
 use crate::prints::prints;
 use crate::rules::{looks_up, ring, through_the_root, uses_super};
 use crate::sizes::{full_folders, long_files};
@@ -55,6 +57,12 @@ fn files_are_short_and_folders_small() {
     assert!(sources.len() > 400, "{}", sources.len());
     assert_eq!(long_files(&sources), Vec::<String>::new());
     assert_eq!(full_folders(&sources), Vec::<String>::new());
+}
+
+#[test]
+fn every_file_is_compiled() {
+    let sources = all_sources();
+    assert_eq!(orphans(&sources), Vec::<String>::new());
 }
 
 #[test]

@@ -1,5 +1,6 @@
 //! Every rule on imports, sizes and output finds what is planted to break it, and nothing in sources that keep it.
 
+use crate::orphans::orphans;
 use crate::prints::prints;
 use crate::rules::{looks_up, ring, through_the_root, uses_super};
 use crate::sizes::{full_folders, long_files};
@@ -175,4 +176,29 @@ fn a_print_is_found() {
         "crates/raylet/tests/rays.rs calls eprintln!",
     ];
     assert_eq!(planted(prints, &bad), expected);
+}
+
+#[test]
+fn a_forgotten_file_is_found() {
+    let bad = [
+        (
+            "crates/a/src/lib.rs",
+            "//! mod d;\npub mod b;\npub(crate) mod e;\n",
+        ),
+        ("crates/a/src/b.rs", ""),
+        ("crates/a/src/d.rs", ""),
+        ("crates/a/src/e/mod.rs", "    mod f;\n"),
+        ("crates/a/src/e/f.rs", ""),
+        ("crates/a/src/g/mod.rs", ""),
+        ("crates/a/tests/integration.rs", "mod rays;\n"),
+        ("crates/a/tests/rays.rs", ""),
+        ("crates/a/tests/waves.rs", ""),
+        ("crates/a/examples/tour.rs", ""),
+    ];
+    let expected = [
+        "crates/a/src/d.rs is in no module",
+        "crates/a/src/g/mod.rs is in no module",
+        "crates/a/tests/waves.rs is in no module",
+    ];
+    assert_eq!(planted(orphans, &bad), expected);
 }

@@ -7,7 +7,7 @@ use raylet::optics::frame::Frame;
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::surface::Surface;
 
-use crate::stage::{Bench, conic, screen};
+use crate::rays::stage::{Bench, conic, screen};
 use raylet_testkit::parts::{face as lens_face, mirror, on_axis};
 
 /// Rays, [x, y, p_x, p_y].

@@ -10,7 +10,7 @@ use raylet::optics::screen::{Act, Screen};
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
 
-use crate::stage::screen;
+use crate::rays::stage::screen;
 use raylet_testkit::parts::{self, element, on_axis};
 
 const WAVELENGTH: f64 = 0.7e-3;

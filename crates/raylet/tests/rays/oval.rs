@@ -5,7 +5,7 @@
 
 use raylet::optics::shape::{Conic, Shape};
 
-use crate::stage::{Bench, screen};
+use crate::rays::stage::{Bench, screen};
 use raylet_testkit::parts::{face as lens_face, on_axis};
 
 /// Terms of a power series in u.

@@ -1,6 +1,6 @@
 //! Conics that bring every ray to one point over one optical path.
 
-use crate::stage::{Bench, conic, screen};
+use crate::rays::stage::{Bench, conic, screen};
 use raylet_testkit::parts::{face, mirror, on_axis};
 
 /// Allowed difference of optical paths and distance from the focus, in mm.

@@ -26,6 +26,7 @@ use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::surface_coordinates::SurfaceCoordinates;
 use crate::optics::system::System;
+use crate::optics::zernike::ZernikeSum;
 
 /// Micrometres in a millimetre.
 const UM: f64 = 1e-3;
@@ -389,10 +390,10 @@ impl Layout<'_, '_> {
                 radius: radial.norm_radius_mm,
                 coefficients: radial.coefficients.clone(),
             },
-            layer::Layer::Zernike(zernike) => Profile::Zernike {
-                radius: zernike.norm_radius_mm,
-                coefficients: zernike.coefficients.clone(),
-            },
+            layer::Layer::Zernike(zernike) => Profile::Zernike(ZernikeSum::new(
+                zernike.norm_radius_mm,
+                zernike.coefficients.clone(),
+            )),
             layer::Layer::Pixels(_) | layer::Layer::Height(_) | layer::Layer::Sum(_) => {
                 Profile::Linear { gradient: [0.0; 2] }
             }

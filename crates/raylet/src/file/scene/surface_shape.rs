@@ -18,6 +18,7 @@ use crate::optics::freeform::Term;
 use crate::optics::sag_grid::SagGrid;
 use crate::optics::shape::{self as optics, Conic};
 use crate::optics::toric;
+use crate::optics::zernike::ZernikeSum;
 
 /// Micrometres in a millimetre.
 const UM: f64 = 1e-3;
@@ -330,10 +331,10 @@ fn terms(shape: &Shape, heights_um: Option<ArrayView2<f64>>) -> Option<Vec<Term>
                 .map(|term| ([term.x, term.y], term.height_um * UM))
                 .collect(),
         },
-        Shape::Zernike(sum) => Term::Zernike {
-            radius: sum.norm_radius_mm,
-            coefficients: sum.coefficients_um.iter().map(|a| a * UM).collect(),
-        },
+        Shape::Zernike(sum) => Term::Zernike(ZernikeSum::new(
+            sum.norm_radius_mm,
+            sum.coefficients_um.iter().map(|a| a * UM).collect(),
+        )),
         Shape::Grid(grid) => {
             let heights = heights_um?.mapv(|height| height * UM);
             let grid = SagGrid::new(&heights, grid.pitch_um.map(|p| p * UM))?;

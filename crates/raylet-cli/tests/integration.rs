@@ -1,0 +1,22 @@
+//! What the program does, run as its users run it.
+//!
+//! One program for all files: it compiles in a fraction of the time of one program each.
+
+mod bad_compare;
+mod bad_files;
+mod bad_hologram;
+mod bad_input;
+mod bad_reference;
+mod bad_systems;
+mod checkpoints;
+mod compare;
+mod design;
+mod elements;
+mod endings;
+mod flat_patches;
+mod overwriting;
+mod paper;
+mod refusal;
+mod simulate;
+mod stage;
+mod systems_designed;

@@ -1,0 +1,20 @@
+//! What the library computes, through its public interface.
+//!
+//! One program for all files: it compiles in a fraction of the time of one program each.
+
+mod abandon;
+mod astigmatism;
+mod correction;
+mod estimate;
+mod far_away;
+mod foreign_rays;
+mod gradients;
+mod hologram;
+mod paper_scenes;
+mod paper_variance;
+mod plane_prefactor;
+mod rays;
+mod scattered_rays;
+mod scene_elements;
+mod system_builder;
+mod unrolled;
