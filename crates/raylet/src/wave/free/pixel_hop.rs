@@ -542,4 +542,53 @@ mod tests {
             assert!(error < 0.08 && shape < 0.05, "{error:e} {shape:e}");
         }
     }
+
+    /// Large pixels of a flat mirror send much less light aside than ahead. Nothing is approximated here but the
+    /// period, so a box that is a hundredth too wide or too strong shows.
+    #[test]
+    fn large_flat_pixels_as_the_direct_integral() {
+        let mut screen = mirror();
+        screen.shape = Shape::Plane;
+        let axis = |nodes| Axis::gauss(9, 2.0, 0.0, nodes);
+        let light = |nodes| {
+            let grid = Grid {
+                x: axis(nodes),
+                y: axis(nodes),
+            };
+            let shape = (grid.y.len(), grid.x.len());
+            Field {
+                values: Array2::ones(shape),
+                grid,
+            }
+        };
+        let target = Raster {
+            start: [-14.0, -12.0],
+            pitch: [2.0, 3.0],
+            size: [15, 9],
+        };
+        let plane = TargetPlane {
+            distance: 25.0,
+            target: &target,
+        };
+        let values = noise((9, 9), 7);
+        let found = PixelHop::new(&screen, &light(1), plane, 1.0).carry(values.view());
+
+        let mut behind = light(6);
+        for ((j, i), value) in behind.values.indexed_iter_mut() {
+            *value = values[[j / 6, i / 6]];
+        }
+        let points: Vec<[f64; 3]> = (0..9 * 15)
+            .map(|n| {
+                let [i, j] = [n % 15, n / 15];
+                [2.0 * i as f64 - 14.0, 3.0 * j as f64 - 12.0, 25.0]
+            })
+            .collect();
+        let heights = Heights::on(&screen, &behind.grid);
+        let exact = Emitters::new(&behind, &heights).shine(&points, 1.0);
+        let exact = Array2::from_shape_vec((9, 15), exact).unwrap();
+        let off: f64 = (&found - &exact).iter().map(|u| u.norm_sqr()).sum();
+        let size: f64 = exact.iter().map(|u| u.norm_sqr()).sum();
+        let error = (off / size).sqrt();
+        assert!(error < 1.2e-4, "{error:e}");
+    }
 }
