@@ -54,7 +54,7 @@ install: $(VENV)/ready
 	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/pip install --quiet --disable-pip-version-check \
 		--no-build-isolation --no-deps --force-reinstall .
 
-# The types of the extension module, told by the module itself.
+# The types of the extension module, written by the module itself.
 STUBS = out/stubs/raylet/_raylet.pyi
 
 .PHONY: stubs $(STUBS)
@@ -84,7 +84,7 @@ wheel: $(VENV)/ready
 	rm -rf $(WHEELS)
 	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/maturin build --release --quiet --out $(WHEELS)
 
-# The wheel beside PyTorch and the ray tracers that need it. DeepLens asks for Python 3.12; with another one its tests
+# The wheel beside PyTorch and the ray tracers that need it. DeepLens needs Python 3.12; with another one its tests
 # are skipped. PyTorch's wheel for Linux brings CUDA along: 7 GB on disk.
 TORCH_VENV = .venv-torch
 PYTHON_TORCH ?= $(firstword $(shell for p in python3.12 "$$HOME"/.pyenv/versions/3.12.*/bin/python3 $(PYTHON); do \

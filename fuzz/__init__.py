@@ -1,4 +1,4 @@
-"""Throws random scenes, files and arguments at the `raylet` program and watches what becomes of them.
+"""Runs the `raylet` program with random scenes, files and arguments, and judges how each run ends.
 
-`python3 -m fuzz --help` tells how; `docs/fuzzing.md` tells what is made and what counts as fallen.
+`python3 -m fuzz --help` lists the options; `docs/fuzzing.md` says what is made and what counts as a failure.
 """

@@ -27,7 +27,7 @@ def arguments() -> argparse.Namespace:
     parser.add_argument("--jobs", type=int, default=1, help="cases at a time (1)")
     parser.add_argument("--only", metavar="N", help="one random case, or one of the corpus by name; keeps its folder")
     parser.add_argument("--corpus", type=Path, default=CORPUS, help="folder of cases to begin with")
-    parser.add_argument("--fallen", type=Path, default=Path("out/fuzz"), help="where fallen cases are kept (out/fuzz)")
+    parser.add_argument("--failed", type=Path, default=Path("out/fuzz"), help="where failed cases are kept (out/fuzz)")
     return parser.parse_args()
 
 
@@ -37,34 +37,34 @@ def corpus(folder: Path) -> list[Case]:
     return [Case.load(path.parent, shared) for path in sorted(folder.glob("*/case.json"))]
 
 
-def work(asked: argparse.Namespace, queue: Any, counter: Any, stop: Any, scratch: Path) -> None:
+def work(options: argparse.Namespace, queue: Any, counter: Any, stop: Any, scratch: Path) -> None:
     """One worker: takes the next case until there is none. The main process handles Ctrl-C and requests to end."""
-    for asking in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(asking, signal.SIG_IGN)
-    kept = corpus(asked.corpus) if asked.first == 0 else []
+    for request in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(request, signal.SIG_IGN)
+    kept = corpus(options.corpus) if options.first == 0 else []
     while not stop.is_set():
         with counter.get_lock():
             number = counter.value
             counter.value += 1
-        if number >= len(kept) + asked.cases:
+        if number >= len(kept) + options.cases:
             break
         try:
-            case = kept[number] if number < len(kept) else random_case(asked.seed, asked.first + number - len(kept))
-            queue.put(attempt(case, asked.binary, scratch, asked.fallen))
+            case = kept[number] if number < len(kept) else random_case(options.seed, options.first + number - len(kept))
+            queue.put(attempt(case, options.binary, scratch, options.failed))
         except Exception as error:
-            name = f"random-{asked.first + number - len(kept)}"
+            name = f"random-{options.first + number - len(kept)}"
             queue.put(Outcome(name, "failed", [f"the fuzzer itself: {type(error).__name__}: {error}"]))
     queue.put(None)
 
 
-def campaign(asked: argparse.Namespace, scratch: Path) -> Tally:
-    """Runs all cases with some workers; Ctrl-C lets those finish that have begun."""
+def campaign(options: argparse.Namespace, scratch: Path) -> Tally:
+    """Runs all cases with some workers; after Ctrl-C only those that have begun are finished."""
     queue: Any = multiprocessing.Queue()
     counter, stop = multiprocessing.Value("q", 0), multiprocessing.Event()
-    tally = Tally(asked.cases + (len(corpus(asked.corpus)) if asked.first == 0 else 0))
+    tally = Tally(options.cases + (len(corpus(options.corpus)) if options.first == 0 else 0))
     workers = [
-        multiprocessing.Process(target=work, args=(asked, queue, counter, stop, scratch / str(i)))
-        for i in range(asked.jobs)
+        multiprocessing.Process(target=work, args=(options, queue, counter, stop, scratch / str(i)))
+        for i in range(options.jobs)
     ]
     for worker in workers:
         worker.start()
@@ -77,36 +77,36 @@ def campaign(asked: argparse.Namespace, scratch: Path) -> Tally:
                 tally.add(outcome)
         except KeyboardInterrupt:
             if not stop.is_set():
-                print(f"\nstopping; --from {asked.first + max(0, tally.done - asked.jobs)} goes on", flush=True)
+                print(f"\nstopping; --from {options.first + max(0, tally.done - options.jobs)} goes on", flush=True)
             stop.set()
     return tally
 
 
-def only(asked: argparse.Namespace) -> int:
+def only(options: argparse.Namespace) -> int:
     """One case, whose folder is kept."""
-    known = {case.name: case for case in corpus(asked.corpus)}
-    case = known.get(asked.only) or random_case(asked.seed, int(asked.only))
-    folder = asked.fallen / f"only-{case.name}"
+    known = {case.name: case for case in corpus(options.corpus)}
+    case = known.get(options.only) or random_case(options.seed, int(options.only))
+    folder = options.failed / f"only-{case.name}"
     shutil.rmtree(folder, ignore_errors=True)
-    outcome = attempt(case, asked.binary, folder, None)
+    outcome = attempt(case, options.binary, folder, None)
     print(f"{case.name} in {folder}: {outcome.end}, {outcome.cpu:.2f} s, {outcome.peak_mb:.0f} MB {outcome.slow}")
-    print("\n".join(outcome.reasons) or "not fallen")
+    print("\n".join(outcome.reasons) or "not failed")
     return 1 if outcome.reasons else 0
 
 
 def main() -> int:
-    asked = arguments()
-    for asking in (signal.SIGINT, signal.SIGTERM):
-        signal.signal(asking, signal.default_int_handler)
-    asked.binary = asked.binary.resolve()
-    if not asked.binary.is_file():
-        sys.exit(f"error: no program {asked.binary}; build it with cargo build --release -p raylet-cli")
-    if asked.only is not None:
-        return only(asked)
+    options = arguments()
+    for request in (signal.SIGINT, signal.SIGTERM):
+        signal.signal(request, signal.default_int_handler)
+    options.binary = options.binary.resolve()
+    if not options.binary.is_file():
+        sys.exit(f"error: no program {options.binary}; build it with cargo build --release -p raylet-cli")
+    if options.only is not None:
+        return only(options)
     with tempfile.TemporaryDirectory(prefix="raylet-fuzz-") as scratch:
-        tally = campaign(asked, Path(scratch))
+        tally = campaign(options, Path(scratch))
     print("\n" + tally.table())
-    return 1 if tally.fallen or tally.done < tally.total else 0
+    return 1 if tally.failed or tally.done < tally.total else 0
 
 
 if __name__ == "__main__":

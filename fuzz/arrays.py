@@ -1,4 +1,4 @@
-"""Array and picture files from the standard library alone: good ones, and ones that lie."""
+"""Array and picture files from the standard library alone: correct ones, and ones with wrong headers."""
 
 from __future__ import annotations
 
@@ -55,10 +55,10 @@ def chunk(kind: bytes, content: bytes) -> bytes:
 
 
 def png(
-    width: int, height: int, depth: int, rows: bytes, colour: int = 0, told: tuple[int, int] | None = None
+    width: int, height: int, depth: int, rows: bytes, colour: int = 0, claimed: tuple[int, int] | None = None
 ) -> bytes:
-    """A picture of these rows; `told` is the size that its head claims."""
-    size = told or (width, height)
+    """A picture of these rows; `claimed` is the size that its head claims."""
+    size = claimed or (width, height)
     step = len(rows) // height
     lines = b"".join(b"\0" + rows[i * step : (i + 1) * step] for i in range(height))
     head = struct.pack(">IIBBBBB", *size, depth, colour, 0, 0, 0)
@@ -78,13 +78,13 @@ def packed_zeros(raw: bool) -> bytes:
     return b"".join(packer.compress(step) for _ in range(BOMB // len(step))) + packer.flush()
 
 
-def zip_bomb(shape: str, told: int) -> bytes:
-    """An archive of one array of zeros without end, which says that it takes `told` bytes."""
+def zip_bomb(shape: str, claimed: int) -> bytes:
+    """An archive of one array of zeros without end, which says that it takes `claimed` bytes."""
     name, start = b"phase.npy", header("'<f8'", shape)
     body = b"\0" + struct.pack("<HH", len(start), 0xFFFF ^ len(start)) + start + packed_zeros(raw=True)
-    told_twice = struct.pack("<HHHHHIII", 20, 0, 8, 0, 33, 0, len(body), told)
-    local = b"PK\3\4" + told_twice + struct.pack("<HH", len(name), 0) + name
-    central = b"PK\1\2" + struct.pack("<H", 20) + told_twice
+    both = struct.pack("<HHHHHIII", 20, 0, 8, 0, 33, 0, len(body), claimed)
+    local = b"PK\3\4" + both + struct.pack("<HH", len(name), 0) + name
+    central = b"PK\1\2" + struct.pack("<H", 20) + both
     central += struct.pack("<HHHHHII", len(name), 0, 0, 0, 0, 0, 0) + name
     end = b"PK\5\6" + struct.pack("<HHHHIIH", 0, 0, 1, 1, len(central), len(local) + len(body), 0)
     return local + body + central + end

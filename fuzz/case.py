@@ -70,23 +70,23 @@ class Case:
     def save(self, folder: Path) -> None:
         """Keeps it as a case of the corpus."""
         folder.mkdir(parents=True, exist_ok=True)
-        told = {"commands": self.commands, "special": self.special, "slow": self.slow}
-        (folder / "case.json").write_text(json.dumps({k: v for k, v in told.items() if v}, indent=1) + "\n")
+        document = {"commands": self.commands, "special": self.special, "slow": self.slow}
+        (folder / "case.json").write_text(json.dumps({k: v for k, v in document.items() if v}, indent=1) + "\n")
         for name, content in self.files.items():
             (folder / name).write_bytes(content)
 
     @classmethod
     def load(cls, folder: Path, shared: dict[str, bytes]) -> Case:
         """A case of the corpus, with those of the shared files that its scene names."""
-        told = json.loads((folder / "case.json").read_text())
+        document = json.loads((folder / "case.json").read_text())
         own = [path for path in sorted(folder.iterdir()) if path.name not in ("case.json", "reasons")]
         files = {path.name: path.read_bytes() for path in own}
         text = b"\n".join(files.values())
         files |= {name: content for name, content in shared.items() if name not in files and name.encode() in text}
-        return cls(folder.name, files, told["commands"], told.get("special", {}), told.get("slow", ""))
+        return cls(folder.name, files, document["commands"], document.get("special", {}), document.get("slow", ""))
 
     def memory_limit_mb(self) -> float:
-        """What its scene allows, or what a scene does that says nothing."""
+        """The limit of its scene, or the default."""
         number = rb"([0-9]+(?:\.[0-9]+)?(?:e[-+]?[0-9]+)?)"
         found = re.search(rb"memory_limit_mb = " + number, self.files.get("scene.toml", b""))
         return float(found[1]) if found else 4096.0

@@ -11,7 +11,7 @@ from fuzz import arrays
 
 
 class Draft:
-    """Everything random comes from one generator, so that seed and number tell the whole case."""
+    """Everything random comes from one generator, so that seed and number give the whole case."""
 
     def __init__(self, seed: int, number: int) -> None:
         self.random = random.Random(f"{seed} {number}")

@@ -125,7 +125,7 @@ def spoil(draft: Draft, name: str, content: bytes) -> bytes:
 
 
 def array(draft: Draft) -> bytes:
-    """An array of another kind or shape, with values that are no numbers, or whose header lies."""
+    """An array of another kind or shape, with values that are no numbers, or whose header is wrong."""
     shape = draft.pick(["(4, 4)", "(0, 4)", "(4,)", "()", "(2, 2, 4)", "(-4, 4)", "(4, 4", "(100000, 100000)"])
     shape = draft.pick([shape, "(9223372036854775807, 9223372036854775807)", "(4294967296, 4294967296)", "(16, 1)"])
     kind = draft.pick(
@@ -150,6 +150,6 @@ def picture(draft: Draft) -> bytes:
     """A picture whose head says another size or kind than its data have, or whose data never end."""
     if draft.chance(0.15):
         return arrays.png_bomb(*draft.pick([(4, 4), (20_000, 20_000), (2**31 - 1, 2**31 - 1)]))
-    told = draft.pick([(4, 4), (0, 4), (5, 5), (2**31 - 1, 1), (60_000, 60_000), (2**32 - 1, 2**32 - 1)])
+    claimed = draft.pick([(4, 4), (0, 4), (5, 5), (2**31 - 1, 1), (60_000, 60_000), (2**32 - 1, 2**32 - 1)])
     depth = draft.pick([8, 16, 1, 4, 7, 0])
-    return arrays.png(4, 4, depth, draft.random.randbytes(64), draft.pick([0, 0, 2, 3, 4, 6, 1]), told)
+    return arrays.png(4, 4, depth, draft.random.randbytes(64), draft.pick([0, 0, 2, 3, 4, 6, 1]), claimed)

@@ -67,7 +67,7 @@ def blank(draft: Draft, radius: float, free: str) -> dict:
 def smooth(draft: Draft, radius: float) -> dict:
     """A layer that a formula describes."""
     kind = draft.pick(["grating", "lens", "axicon", "vortex", "radial", "zernike"])
-    told = {
+    keys = {
         "grating": {"period_um": draft.scale(3, 300), "direction_deg": draft.number(-180, 180)},
         "lens": {"focal_length_mm": draft.signed(1, 50)},
         "axicon": {"angle_deg": draft.number(-4, 4)},
@@ -75,7 +75,7 @@ def smooth(draft: Draft, radius: float) -> dict:
         "radial": {"norm_radius_mm": radius, "coefficients": terms(draft, 4, 8)},
         "zernike": {"norm_radius_mm": radius, "coefficients": terms(draft, 6, 1)},
     }
-    layer = {"kind": kind, **told[kind]}
+    layer = {"kind": kind, **keys[kind]}
     if kind == "grating" and draft.chance(0.3):
         layer["order"] = draft.whole(-2, 2)
     return layer
@@ -117,7 +117,7 @@ def shape(draft: Draft, radius: float, bent: dict) -> dict:
     size = [draft.whole(4, 7), draft.whole(4, 7)]
     grid = {"pitch_um": float(f"{2200 * radius / (min(size) - 1):.4g}")}
     kind = draft.pick(["biconic", "toroid", "cylinder", "odd", "xy", "zernike", "gaussian", "grid"])
-    told: dict[str, dict] = {
+    keys: dict[str, dict] = {
         "biconic": {"radius_x_mm": curves[0], "radius_y_mm": curves[1]},
         "toroid": {"radius_mm": curves[0], "rotation_radius_mm": curves[1]},
         "cylinder": {"straight_along": draft.pick("xy"), "radius_mm": curves[0]},
@@ -129,5 +129,5 @@ def shape(draft: Draft, radius: float, bent: dict) -> dict:
     }
     if kind == "grid":
         grid["height_um"] = draft.array("height_um", size, 0.5)
-    own = {"shape": {"kind": kind, **told[kind]}}
+    own = {"shape": {"kind": kind, **keys[kind]}}
     return own if kind in ("biconic", "toroid", "cylinder") or draft.chance(0.4) else bent | own

@@ -1,4 +1,4 @@
-"""Runs the program within limits and tells what it took."""
+"""Runs the program within limits and measures what it took."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ SHOWN = 2_000_000
 
 @dataclass
 class Run:
-    """What became of a process. A signal that ended it is a code below zero."""
+    """How a process ended. A signal is a code below zero."""
 
     code: int
     out: str

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from fuzz.draft import Draft
 from fuzz.parts import GLASSES, aperture, blank, curve, layers
-from fuzz.wishes import design, hologram
+from fuzz.tasks import design, hologram
 
 #: Most memory that a scene may take, in units of 10⁶ bytes.
 MEMORY_LIMIT_MB = 24
@@ -52,7 +52,7 @@ def source(draft: Draft) -> dict:
 
 def settings(draft: Draft) -> dict:
     """How it is computed: mostly roughly."""
-    told: dict = {"memory_limit_mb": MEMORY_LIMIT_MB, "target_error": draft.weighted({0.3: 12, 0.1: 3})}
+    table: dict = {"memory_limit_mb": MEMORY_LIMIT_MB, "target_error": draft.weighted({0.3: 12, 0.1: 3})}
     rare = {
         "sigma_um": draft.scale(2, 50),
         "step": draft.number(1, 2),
@@ -63,16 +63,16 @@ def settings(draft: Draft) -> dict:
         "nufft_tolerance": draft.scale(1e-9, 1e-2),
         "coating": draft.pick(["ideal", "fresnel", "unit"]),
     }
-    told |= {name: one for name, one in rare.items() if draft.chance(0.06)}
-    told["method"] = draft.weighted({"auto": 20, "beamlet": 2, "plane": 1, "paper": 2})
-    if told["method"] == "paper":
-        told["paper"] = paper(draft)
-    return told
+    table |= {name: one for name, one in rare.items() if draft.chance(0.06)}
+    table["method"] = draft.weighted({"auto": 20, "beamlet": 2, "plane": 1, "paper": 2})
+    if table["method"] == "paper":
+        table["paper"] = paper(draft)
+    return table
 
 
 def paper(draft: Draft) -> dict:
     """The knobs of the random-ray method."""
-    told: dict = {"rays": draft.whole(1, 60), "secondary": draft.whole(1, 30), "patch_um": draft.scale(3, 60)}
+    table: dict = {"rays": draft.whole(1, 60), "secondary": draft.whole(1, 30), "patch_um": draft.scale(3, 60)}
     rare = {
         "window": draft.pick(["rectangle", "hann"]),
         "padding": draft.number(1, 3),
@@ -84,7 +84,7 @@ def paper(draft: Draft) -> dict:
         "sag": draft.pick(["tangent", "incident", "true"]),
         "obliquity": draft.chance(0.5),
     }
-    return told | {name: one for name, one in rare.items() if draft.chance(0.3)}
+    return table | {name: one for name, one in rare.items() if draft.chance(0.3)}
 
 
 def system(draft: Draft, radius: float, verb: str) -> list[dict]:

@@ -1,4 +1,4 @@
-"""Counts what becomes of the cases, and tells it."""
+"""Counts how the cases end, and prints it."""
 
 from __future__ import annotations
 
@@ -10,11 +10,11 @@ from fuzz.trial import Outcome
 
 
 class Tally:
-    """What has come of the cases so far."""
+    """How the cases so far have ended."""
 
     def __init__(self, total: int) -> None:
-        self.total, self.done, self.start, self.told = total, 0, time.monotonic(), 0.0
-        self.fallen: list[Outcome] = []
+        self.total, self.done, self.start, self.last_line = total, 0, time.monotonic(), 0.0
+        self.failed: list[Outcome] = []
         self.slow: list[Outcome] = []
         self.ends: Counter[tuple[str, str]] = Counter()
         self.seconds: Counter[str] = Counter()
@@ -29,8 +29,8 @@ class Tally:
         self.slowest = max(self.slowest, outcome, key=lambda one: one.cpu)
         self.peak = max(self.peak, outcome.peak_mb)
         if outcome.reasons:
-            self.fallen.append(outcome)
-            print(f"\nFALLEN {outcome.name}: {'; '.join(outcome.reasons)}", flush=True)
+            self.failed.append(outcome)
+            print(f"\nFAILED {outcome.name}: {'; '.join(outcome.reasons)}", flush=True)
         elif outcome.slow:
             self.slow.append(outcome)
         self.progress()
@@ -38,12 +38,12 @@ class Tally:
     def progress(self) -> None:
         """A line each second on a terminal, each half minute elsewhere."""
         now, terminal = time.monotonic(), sys.stdout.isatty()
-        if now - self.told < (1 if terminal else 30) and self.done < self.total:
+        if now - self.last_line < (1 if terminal else 30) and self.done < self.total:
             return
-        self.told = now
+        self.last_line = now
         rate = self.done / (now - self.start)
         left = (self.total - self.done) / rate
-        line = f"{self.done} of {self.total}, {rate:.1f} a second, {left:.0f} s left, {len(self.fallen)} fallen"
+        line = f"{self.done} of {self.total}, {rate:.1f} a second, {left:.0f} s left, {len(self.failed)} failed"
         print(f"\r{line}" if terminal else line, end="" if terminal else "\n", flush=True)
 
     def table(self) -> str:
@@ -58,5 +58,5 @@ class Tally:
         lines.append(f"{self.done} cases in {time.monotonic() - self.start:.0f} s; most memory {self.peak:.0f} MB")
         lines.append(f"slowest: {self.slowest.name}, {self.slowest.cpu:.1f} s")
         lines += [f"slow: {one.name} took {one.cpu:.1f} s; {one.slow}" for one in self.slow]
-        lines += [f"fallen: {one.name}: {'; '.join(one.reasons)[:200]}" for one in self.fallen]
-        return "\n".join([*lines, f"{len(self.fallen)} fallen"])
+        lines += [f"failed: {one.name}: {'; '.join(one.reasons)[:200]}" for one in self.failed]
+        return "\n".join([*lines, f"{len(self.failed)} failed"])

@@ -1,4 +1,4 @@
-"""Runs a case in a folder of its own, judges it and keeps it if it has fallen."""
+"""Runs a case in a folder of its own, judges it and keeps it if it fails."""
 
 from __future__ import annotations
 
@@ -14,19 +14,19 @@ from fuzz.verdict import SLOW, SLOW_CHECK, judge, look
 
 @dataclass
 class Outcome:
-    """What became of a case."""
+    """How a case ended."""
 
     name: str
     end: str = "done"
     reasons: list[str] = field(default_factory=list)
     cpu: float = 0.0
     peak_mb: float = 0.0
-    #: Why it is told apart though it has not fallen.
+    #: Why it is reported as slow though it has not failed.
     slow: str = ""
 
 
 def attempt(case: Case, binary: Path, folder: Path, keep: Path | None) -> Outcome:
-    """Runs every command of a case. `keep` takes fallen cases; without it the folder stays."""
+    """Runs every command of a case. `keep` takes failed cases; without it the folder stays."""
     if keep:
         shutil.rmtree(folder, ignore_errors=True)
     case.lay(folder / "files" / "here")
@@ -51,6 +51,6 @@ def step(case: Case, line: list[str], binary: Path, folder: Path, outcome: Outco
         outcome.end, outcome.slow = "slow", case.slow
         return
     outcome.reasons += judge(case, line, done, here, before)
-    outcome.end = "fallen" if outcome.reasons else {0: "done"}.get(done.code, "refused")
+    outcome.end = "failed" if outcome.reasons else {0: "done"}.get(done.code, "refused")
     if done.cpu > (SLOW_CHECK if line[0] == "check" else SLOW):
         outcome.slow = f"{line[0]} takes long"

@@ -1,4 +1,4 @@
-"""What counts as fallen."""
+"""What counts as a failure."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ LONGEST = 2000
 #: glasses, the text of the scene, tables and pictures, which are no arrays.
 ALLOWANCE_MB = 64
 
-#: Processor time above which a case is told apart, in seconds; `check` should take no time.
+#: Processor time above which a case is reported as slow, in seconds; `check` should take no time.
 SLOW = 20
 SLOW_CHECK = 2
 
@@ -44,16 +44,16 @@ def look(root: Path) -> Look:
     for folder, folders, files in os.walk(root):
         for name in [*folders, *files]:
             path = Path(folder, name)
-            told = path.lstat()
-            kind = told.st_mode & 0o170000
-            content = path.read_bytes() if kind == 0o100000 and told.st_size < 1e6 else str(told.st_size).encode()
+            status = path.lstat()
+            kind = status.st_mode & 0o170000
+            content = path.read_bytes() if kind == 0o100000 and status.st_size < 1e6 else str(status.st_size).encode()
             plain = kind == 0o100000
-            found[str(path.relative_to(root))] = (kind, told.st_mtime_ns if plain else 0, content if plain else b"")
+            found[str(path.relative_to(root))] = (kind, status.st_mtime_ns if plain else 0, content if plain else b"")
     return found
 
 
 def judge(case: Case, line: list[str], run: Run, folder: Path, before: Look) -> list[str]:
-    """Every reason for which a run has fallen."""
+    """Every reason for which a run fails."""
     reasons = []
     if run.code == -signal.SIGXCPU or run.wall >= WALL_LIMIT:
         return [f"hang: {run.cpu:.0f} s of processor time, {run.wall:.0f} s in all"]
@@ -82,7 +82,7 @@ def unclear(err: str) -> Iterator[str]:
 
 
 def target(line: list[str]) -> str:
-    """Where a command writes, as it was told or by default; nothing where it writes nothing."""
+    """Where a command writes, by its option or by default; nothing where it writes nothing."""
     verb = line[0] if line else ""
     for option, after in zip(line, [*line[1:], ""]):
         if option == "--out":

@@ -22,15 +22,15 @@ def on_files(files: Any, config: Any) -> Any:
 
 def page(schema: dict[str, Any]) -> str:
     parts = [HEAD, section("Scene", schema)]
-    parts += [section(name, told) for name, told in schema["$defs"].items()]
+    parts += [section(name, entry) for name, entry in schema["$defs"].items()]
     return "\n".join(parts)
 
 
-def section(name: str, told: dict[str, Any]) -> str:
+def section(name: str, entry: dict[str, Any]) -> str:
     """One kind of table: its keys, its variants, or the words it may be."""
-    lines = [f"## {name}", "", line(told.get("description", "")), ""]
-    variants = told.get("oneOf") or told.get("anyOf") or []
-    lines += table(told)
+    lines = [f"## {name}", "", line(entry.get("description", "")), ""]
+    variants = entry.get("oneOf") or entry.get("anyOf") or []
+    lines += table(entry)
     words = [one for one in variants if "const" in one or "enum" in one]
     lines += [f"- {word(one)}" for one in words]
     for one in variants:
@@ -48,12 +48,12 @@ def word(one: dict[str, Any]) -> str:
     return f"{values}: {line(one['description'])}" if one.get("description") else values
 
 
-def table(told: dict[str, Any]) -> list[str]:
+def table(entry: dict[str, Any]) -> list[str]:
     """The keys of a table with what they mean."""
-    keys = {key: value for key, value in told.get("properties", {}).items() if "const" not in value}
+    keys = {key: value for key, value in entry.get("properties", {}).items() if "const" not in value}
     if not keys:
         return []
-    needed = set(told.get("required", []))
+    needed = set(entry.get("required", []))
     rows = ["| key | value | default | |", "| --- | --- | --- | --- |"]
     for key, value in keys.items():
         default = "needed" if key in needed else simple(value.get("default"))

@@ -4,7 +4,7 @@
 
 The scene is a row of point sources at infinity, bright or dark, one direction each. What the sensor sees of each
 direction is the intensity behind a phase element and a real plano-convex lens; directions add incoherently. A network
-of two layers is to tell from the noisy, coarse sensor which sources shine. Element, curvature and network are trained
+of two layers is to find from the noisy, coarse sensor which sources shine. Element, curvature and network are trained
 together by Adam: raylet gives the gradients of the optics, PyTorch those of the network.
 """
 

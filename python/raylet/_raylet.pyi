@@ -92,7 +92,7 @@ class Scene:
     @staticmethod
     def build(document: dict[str, Any], name: str | PathLike[str]) -> Scene:
         """
-        The scene of a document of plain values; `name` stands for its file in messages and tells its folder.
+        The scene of a document of plain values; messages call its file `name`, whose folder is that of its arrays.
         """
     @staticmethod
     def read(path: str | PathLike[str]) -> Scene:
@@ -139,7 +139,7 @@ def design(
     Scene,
 ]:
     """
-    Designs what the `[design]` of a scene asks for.
+    Runs the `[design]` of a scene.
 
     Returns (arrays by their paths in the scene, numbers by name, (loss after each iteration, loss of what was found,
     evaluations, what was wrong with the newest checkpoint), (field, wavelength, losses by kind) of each run, the scene

@@ -113,14 +113,14 @@ class Hybrid(raylet.hybrid.Hybrid):
         ray = self.lens.trace(ray, surf_range=range(self.surface))[0] if self.surface else ray
         ray = ray.prop_to(float(self.frames[0].origin[2]), n=self.indices[1])
         path = ray.opl[:, 0] + ((launch * start).sum(1) if far is None else -far)
-        position, direction, share = _told(ray)
+        position, direction, share = _arrays_of(ray)
         return Reached(position, direction, path, launch, start, share)
 
     def land(self, position: Any, direction: Any, path: Any) -> tuple[Any, Any, Any, Any]:
         ray = self._ray(position, direction, path)
         ray, _ = self.lens.trace(ray, surf_range=range(self.surface, len(self.lens.surfaces)))
         ray = ray.prop_to(float(self.frames[1].origin[2]), n=self.indices[2])
-        landed, heading, share = _told(ray)
+        landed, heading, share = _arrays_of(ray)
         return landed, heading, ray.opl[:, 0], share
 
     def _ray(self, position: Tensor, direction: Tensor, path: Tensor) -> Any:
@@ -134,7 +134,7 @@ class Hybrid(raylet.hybrid.Hybrid):
         return Frame(np.array([0.0, 0.0, z]), np.eye(3))
 
 
-def _told(ray: Any) -> tuple[Tensor, Tensor, Tensor]:
+def _arrays_of(ray: Any) -> tuple[Tensor, Tensor, Tensor]:
     """Positions, directions and shares of intensity; what is lost is nowhere."""
     lost = (ray.is_valid <= 0.0)[:, None]
     nowhere = torch.full_like(ray.o, torch.nan)

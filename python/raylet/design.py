@@ -1,4 +1,4 @@
-"""Systems that are sought: holograms on the paraxial train, and designs by gradients through the real system."""
+"""Designed systems: holograms on the paraxial train, and designs by gradients through the real system."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from raylet import _raylet
 from raylet._document import called, copied, put_in, taken_out, without_none
 from raylet._plain import plain
 from raylet._refusal import described
-from raylet.progress import Progress, telling
+from raylet.progress import Progress, reporting
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -37,14 +37,14 @@ _KEYS = {
 
 
 class Design:
-    """What was sought and found.
+    """The result of a search.
 
     Attributes
     ----------
     system : the system with it.
     arrays : what was found for the pixels, by its path in the scene: phases in rad, amplitudes, heights in µm.
     numbers : the numbers that were found, by their names; of a radius the curvature, "1/….radius_mm".
-    scores : what tells how good it is, by name.
+    scores : numbers that say how good it is, by name.
     course : the loss at the start and after each iteration; empty for a hologram.
     """
 
@@ -82,14 +82,14 @@ def hologram(
     system: System, table: Mapping[str, Any], *, naive: bool, threads: int | None, progress: Progress
 ) -> Design:
     """The phase that shows a picture, by Gerchberg and Saxton's iteration on the paraxial train."""
-    document = _asking(system._document, "hologram", table)
-    wanted, pixelled = document.get("hologram", {}), _pixelled(document)
-    if "element" not in wanted and len(pixelled) == 1:
-        wanted["element"] = pixelled[0]
+    document = _with_table(system._document, "hologram", table)
+    task, pixelled = document.get("hologram", {}), _pixelled(document)
+    if "element" not in task and len(pixelled) == 1:
+        task["element"] = pixelled[0]
     _make_room(document, document.get("hologram", {}).get("element"), "phase")
     scene, arrays = _compiled(system, document)
-    with telling(progress, "{}") as tell:
-        path, phase, scores = _raylet.hologram(scene, arrays, naive, threads, tell)
+    with reporting(progress, "{}") as report:
+        path, phase, scores = _raylet.hologram(scene, arrays, naive, threads, report)
     found = {path: phase}
     return Design(_with(system, found), found, dict(zip(("ncc", "ncc_sensor", "efficiency"), scores)))
 
@@ -103,9 +103,9 @@ def design(
     threads: int | None,
     progress: Progress,
 ) -> Design:
-    """What the table `[design]` asks for, and `[hologram]` of the picture."""
-    document = _asking(system._document, "hologram", picture)
-    document = _asking(document, "design", table)
+    """Runs the table `[design]`, with the picture of `[hologram]`."""
+    document = _with_table(system._document, "hologram", picture)
+    document = _with_table(document, "design", table)
     rows = document.get("design", {}).get("element")
     if not rows:
         rows = [{"name": document.get("hologram", {}).get("element")}]
@@ -115,8 +115,8 @@ def design(
             _make_room(document, row.get("name"), row.get("free", "phase"), start=start)
     scene, arrays = _compiled(system, document)
     kept = None if keeping is None else (os.fspath(keeping[0]), _digest(arrays), keeping[1])
-    with telling(progress, "{}") as tell:
-        pixels, numbers, course, parts, made = _raylet.design(scene, arrays, kept, threads, tell)
+    with reporting(progress, "{}") as report:
+        pixels, numbers, course, parts, made = _raylet.design(scene, arrays, kept, threads, report)
     losses, loss, evaluations, warning = course
     if warning is not None:
         warnings.warn(warning, stacklevel=3)
@@ -127,7 +127,7 @@ def design(
     return Design(system, dict(pixels), scores, numbers=dict(numbers), course=losses)
 
 
-def _asking(document: Mapping[str, Any], name: str, table: Mapping[str, Any]) -> dict[str, Any]:
+def _with_table(document: Mapping[str, Any], name: str, table: Mapping[str, Any]) -> dict[str, Any]:
     """A copy of a document with a table, whose keys replace those that it has."""
     copy: dict[str, Any] = copied(document)
     given = {key: value for key, value in table.items() if value is not None}
@@ -144,12 +144,12 @@ def _pixelled(document: Mapping[str, Any]) -> list[str]:
 
 
 def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
-    """What tells the arrays in memory from others."""
-    told = hashlib.sha256()
+    """A checksum of the arrays in memory."""
+    digest = hashlib.sha256()
     for path, array in sorted(arrays.items()):
-        told.update(f"{path} {array.dtype.str} {array.shape}".encode())
-        told.update(np.ascontiguousarray(array).data)
-    return told.hexdigest()
+        digest.update(f"{path} {array.dtype.str} {array.shape}".encode())
+        digest.update(np.ascontiguousarray(array).data)
+    return digest.hexdigest()
 
 
 def _make_room(document: Any, element: Any, free: Any, *, start: bool = False) -> None:

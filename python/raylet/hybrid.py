@@ -24,7 +24,7 @@ from raylet.system import System
 
 __all__ = ["Frame", "Hybrid", "Reached"]
 
-#: Positions this share of σ apart, and cosines this far apart, tell a Jacobian.
+#: Steps of position (share of σ) and of direction cosine for the differences that give a Jacobian.
 _NEAR_PLACE, _NEAR_COSINE = 1e-3, 1e-5
 
 #: Rays on the element are this many σ apart, and go on so many σ beyond its rim. Fields bear 1.5 σ, gradients to what
@@ -75,8 +75,8 @@ class Reached:
 
     def chosen(self, which: Any) -> Reached:
         """Some of the rays."""
-        told = (self.position, self.direction, self.path, self.launch, self.start, self.share)
-        return Reached(*(each[which] for each in told))
+        columns = (self.position, self.direction, self.path, self.launch, self.start, self.share)
+        return Reached(*(each[which] for each in columns))
 
 
 class Hybrid(ABC):
@@ -93,7 +93,7 @@ class Hybrid(ABC):
     indices : refractive indices of the media where light starts, at the element and at the sensor.
     pixels, pitch_um : the sensor.
     sigma_mm : width of the beamlets; near √(f/k) behind a lens of focal length f.
-    towards : wanted optical cosines (x_low, x_high, y_low, y_high) behind the element; all by default.
+    towards : optical cosines to follow (x_low, x_high, y_low, y_high) behind the element; all by default.
     threshold : modes below this share of the strongest are left out; 0 for gradients that match differences.
     tolerance : beamlets end where they fall below this share of their peak.
     """
@@ -150,7 +150,7 @@ class Hybrid(ABC):
 
     @abstractmethod
     def reach(self, light: Any, across: Any) -> Reached:
-        """Follows rays of one field from where `across` (rays, 2) of its pupil tells to the element."""
+        """Follows rays of one field from the places `across` (rays, 2) in its pupil to the element."""
 
     @abstractmethod
     def distance(self, light: Any) -> float | None:
@@ -249,8 +249,8 @@ class Hybrid(ABC):
         xp, rays = self.xp, len(across)
         moves = _NEAR_PUPIL * np.array([[0.0, 0.0], [1.0, 0.0], [-1.0, 0.0], [0.0, 1.0], [0.0, -1.0]])
         many = self.reach(light, xp.concatenate([across + xp.asarray(move) for move in moves]))
-        told = xp.concatenate([many.position, many.direction, many.launch, many.start], 1)
-        sides = [told[which * rays : (which + 1) * rays] for which in range(5)]
+        columns = xp.concatenate([many.position, many.direction, many.launch, many.start], 1)
+        sides = [columns[which * rays : (which + 1) * rays] for which in range(5)]
         slopes = [(sides[1] - sides[2]) / (2.0 * _NEAR_PUPIL), (sides[3] - sides[4]) / (2.0 * _NEAR_PUPIL)]
         return many.chosen(slice(0, rays)), xp.stack(slopes, 2)
 

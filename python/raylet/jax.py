@@ -34,7 +34,7 @@ def intensity(bench: Bench, *pixels: Any, numbers: Any = None) -> Any:
 
 
 class _Hashed:
-    """A bench that JAX can tell from others, with its latest passage: the way back follows the way there."""
+    """A bench that JAX can distinguish from others, with its latest passage: the way back follows the way there."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench = bench

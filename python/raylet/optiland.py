@@ -41,8 +41,8 @@ def _frame(surface: Any) -> Frame:
     zero, (a, b, c) = np.zeros(3), np.eye(3)
     rays = RealRays(zero, zero, zero, a, b, c, zero, zero)
     surface.geometry.globalize(rays)
-    told = [_array(value) for value in (rays.x, rays.y, rays.z, rays.L, rays.M, rays.N)]
-    return Frame(np.array(told[:3])[:, 0], np.array(told[3:]).T)
+    values = [_array(value) for value in (rays.x, rays.y, rays.z, rays.L, rays.M, rays.N)]
+    return Frame(np.array(values[:3])[:, 0], np.array(values[3:]).T)
 
 
 def _place(surface: Any) -> tuple[float, float, float]:

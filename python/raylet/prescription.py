@@ -146,7 +146,7 @@ class Prescription:
         return self.add("coordinate_break", **turn)
 
     def add_sensor(self, *, pixels: Sequence[int], pitch_um: Pair, **keys: Any) -> Self:
-        """Adds the sensor: the field is wanted at the centres of [nx, ny] pixels. It is the last element."""
+        """Adds the sensor: the field is computed at the centres of [nx, ny] pixels. It is the last element."""
         return self.add("sensor", pixels=pixels, pitch_um=pitch_um, **keys)
 
     def settings(self, **settings: Any) -> Self:

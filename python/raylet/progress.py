@@ -10,18 +10,18 @@ from typing import Any, Union
 
 Progress = Union[bool, None, Callable[[float, str], Any]]
 
-#: Seconds before a bar that nobody asked for appears.
+#: Seconds before a bar appears by itself.
 _PATIENCE = 1.0
 
 
 @contextmanager
-def telling(progress: Progress, words: str = "to '{}'") -> Iterator[Callable[[float, float, str], None] | None]:
+def reporting(progress: Progress, words: str = "to '{}'") -> Iterator[Callable[[float, float, str], None] | None]:
     """What the library is to call with (done, all, what), for as long as the call lasts; `words` has a place for it."""
     if progress is not None and not isinstance(progress, bool) and not callable(progress):
         raise TypeError(f"progress is {type(progress).__name__}, expected a function, True, False or None")
     if callable(progress):
-        tell = progress
-        yield lambda done, whole, what: tell(done / whole if whole else 1.0, words.format(what))
+        report = progress
+        yield lambda done, whole, what: report(done / whole if whole else 1.0, words.format(what))
     elif progress is False or (progress is None and not _watched()):
         yield None
     else:

@@ -6,7 +6,7 @@
 
 The system says where the element and the sensor stand; what lies between them is the other tracer's affair. Positions
 are (rays, 3) in mm and directions (rays, 3) unit vectors in the system's global frame: right-handed, the first vertex
-at the origin, +z along the axis. Optical paths (rays,) are index × length in mm; a ray stands for weight · exp(ik
+at the origin, +z along the axis. Optical paths (rays,) are index × length in mm; a ray carries weight · exp(ik
 path). docs/rays.md has the whole account.
 """
 
@@ -146,8 +146,8 @@ def scatter(
     curvature : (rays, 3) second derivatives xx, xy, yy in 1/mm of the arriving light's optical path, where it is not
         collimated.
     waves : whether what is gathered are plane waves instead of beamlets.
-    area_mm2 : what each ray stands for, where rays are evenly spread; by default the windows share the element.
-    towards : wanted optical cosines (x_low, x_high, y_low, y_high) on the element's axes.
+    area_mm2 : the area of each ray, where rays are evenly spread; by default the windows share the element.
+    towards : optical cosines to follow (x_low, x_high, y_low, y_high) on the element's axes.
     threshold : modes below this share of the strongest are left out.
     most, systematic, seed : at most so many modes at each ray, drawn without or with replacement.
     """
@@ -168,9 +168,9 @@ def scatter(
     call = (system._compiled(), system._arrays, (element, system._channel(channel)), bundle, choices)
     made = _raylet.scatter(*call)
     drawn = {key: made[key] for key in ("parent", "mode", "times")}
-    told = {key: made[key] for key in ("position", "direction", "weight", "window", "cosine", "axes", "parent")}
+    own = {key: made[key] for key in ("position", "direction", "weight", "window", "cosine", "axes", "parent")}
     rest = {"dropped": made["dropped"], "unevenness": made["unevenness"], "_call": call, "_drawn": drawn}
-    return Secondary(path_mm=made["path"], **told, **rest)
+    return Secondary(path_mm=made["path"], **own, **rest)
 
 
 def beams(

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Result:
-    """The complex field on the sensor, with where it is, how it was computed and how far it may be off.
+    """The complex field on the sensor, with where it is, how it was computed, and its estimated error.
 
     Attributes
     ----------
@@ -78,7 +78,7 @@ class Result:
     @property
     def error(self) -> float | None:
         """Expected relative L2 error of the complex field, the largest of all wavelengths; None where a method does
-        not foretell it."""
+        not estimate it."""
         errors = [channel["error"] for channel in self.report["channels"]]
         return None if None in errors else float(max(errors))
 
@@ -139,8 +139,8 @@ class Result:
         lines = [f"<raylet.Result {nx} x {ny} pixels of {pitch:.4g} µm, {self.seconds:.2f} s>"]
         for channel, share in zip(self.report["channels"], self.power_share):
             error = channel["error"]
-            told = f", expected field error {error:.1e}" if error is not None else ""
-            lines.append(f"  λ = {channel['wavelength_um']:g} µm: {share:.2%} of the light on the sensor{told}")
+            estimate = f", expected field error {error:.1e}" if error is not None else ""
+            lines.append(f"  λ = {channel['wavelength_um']:g} µm: {share:.2%} of the light on the sensor{estimate}")
             lines += [f"    {line}" for hop in channel["hops"] for line in _hop_lines(hop)]
         return "\n".join(lines)
 

@@ -16,7 +16,7 @@ from raylet._refusal import cut, described, shown
 from raylet.bench import Bench
 from raylet.design import Design, design, hologram
 from raylet.prescription import Prescription
-from raylet.progress import Progress, telling
+from raylet.progress import Progress, reporting
 from raylet.result import Result
 from raylet.trace import Rays, trace
 
@@ -36,7 +36,7 @@ def load(path: str | os.PathLike[str]) -> System:
     system._document = without_none(json.loads(scene.to_json()))
     waves = system._document["wavelength_um"]
     system._document["wavelength_um"] = waves[0] if len(waves) == 1 else waves
-    # Its text is Python's from now on: no line of the file is meant by what is told of it.
+    # From now on messages name the Python object, and no line of the file.
     system._name, system._scene, system._arrays = f"{os.fspath(path)} in Python", scene, {}
     system.field_deg = system.field_mm = None
     return system
@@ -44,8 +44,8 @@ def load(path: str | os.PathLike[str]) -> System:
 
 def schema() -> dict[str, Any]:
     """The JSON Schema of scenes: every key of every element, layer, shape and setting, with what it means."""
-    told: dict[str, Any] = json.loads(_raylet.schema())
-    return told
+    found: dict[str, Any] = json.loads(_raylet.schema())
+    return found
 
 
 def glasses() -> list[str]:
@@ -97,8 +97,8 @@ class System(Prescription):
         """
         chosen = {"method": method, "target_error": target_error, "memory_limit_mb": memory_limit_mb}
         scene = self._compiled(seed, {key: value for key, value in chosen.items() if value is not None})
-        with telling(progress) as tell:
-            answer = _raylet.simulate(scene, self._arrays, _threads(threads), tell)
+        with reporting(progress) as report:
+            answer = _raylet.simulate(scene, self._arrays, _threads(threads), report)
         return Result._of(answer, several=isinstance(self._document["wavelength_um"], list), title=self.title)
 
     def bench(self, *elements: str, numbers: Sequence[str] = (), threads: int | None = None) -> Bench:
@@ -207,7 +207,7 @@ class System(Prescription):
             "amplitude", "both", "two_phase", "height"), `start` ("flat", "random", "file" for what the system has;
             "spread" and "paraxial" for the element of `hologram`), `levels`, `highest_um`, `block`, `blur`,
             `smoothness`.
-        loss : what is wanted: dictionaries with `kind` ("likeness", "mse", "efficiency", "encircled_energy", "spot",
+        loss : the losses: dictionaries with `kind` ("likeness", "mse", "efficiency", "encircled_energy", "spot",
             "overlap") and the keys of that kind.
         variable : numbers that are sought: dictionaries with `path`, such as "element[1].surface[0].radius_mm", and
             `scale` (the size of a step), `lowest`, `highest`.

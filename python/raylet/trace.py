@@ -33,7 +33,7 @@ class Rays:
     L, M, N : direction cosines behind it, global.
     opl_mm : optical path up to it, from where the source's phase is zero.
     fate : for each ray one of :data:`FATES`, as an index.
-    derivatives : for each number asked for, arrays (5, rays): derivatives of x and y (mm) and the optical direction
+    derivatives : for each requested number, arrays (5, rays): derivatives of x and y (mm) and the optical direction
         cosines on the sensor's axes, and of the optical path (mm).
     """
 

@@ -18,7 +18,7 @@ def scenes() -> Path:
 
 
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Tests that ask for PyTorch can be chosen by `-m torch`."""
+    """Tests that need PyTorch can be chosen by `-m torch`."""
     for item in items:
         if "torch" in getattr(item, "fixturenames", ()):
             item.add_marker("torch")

@@ -164,23 +164,23 @@ def main(count: int, seed: int) -> None:
     draw, stage, counts = random.Random(seed), Stage(), Counter()
     for number in range(count):
         calls = usual()
-        # Runs that succeed take long: they are asked for less often than they are refused.
+        # Runs that succeed take long: they are drawn less often than calls that are refused.
         name = draw.choice(sorted(calls))
         given = calls[name]
         for key in draw.sample(sorted(given), k=min(len(given), draw.choice([1, 1, 1, 2, 3]))):
             given[key] = anything(draw)
         if name == "simulate" and draw.random() < 0.9:
             given["method"] = anything(draw)
-        told = f"call {number}: {name}({', '.join(f'{key}={value!r}' for key, value in given.items())})"
+        call = f"call {number}: {name}({', '.join(f'{key}={value!r}' for key, value in given.items())})"
         try:
             stage.call(name, given)
             counts["returned"] += 1
         except PROMISED as error:
             counts[type(error).__name__] += 1
             if not str(error) or "internal error" in str(error):
-                sys.exit(f"{told}\nraised {error!r}")
+                sys.exit(f"{call}\nraised {error!r}")
         except BaseException as error:
-            sys.exit(f"{told}\nraised {error!r}")
+            sys.exit(f"{call}\nraised {error!r}")
     print(dict(counts), sum(counts.values()))
 
 

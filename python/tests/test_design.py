@@ -52,14 +52,14 @@ LOSS = {"kind": "likeness", "picture": PICTURE, "size_mm": (0.024, 0.024)}
 
 def test_a_hologram_shows_its_picture() -> None:
     """Its own score is of the softened picture on the paraxial train; the sensor sees the picture better for it."""
-    told: list[str] = []
+    reported: list[str] = []
     made = blank().hologram(
-        PICTURE, element="slm", size_mm=(0.024, 0.024), iterations=30, progress=lambda _, what: told.append(what)
+        PICTURE, element="slm", size_mm=(0.024, 0.024), iterations=30, progress=lambda _, what: reported.append(what)
     )
     assert made.arrays["element[0].layer[0].phase"].shape == (10, 10)
     assert ncc(made.system.simulate().intensity) > ncc(blank().simulate().intensity) + 0.1
     assert 0.0 < made.scores["efficiency"] <= 1.0 and "ncc: 0." in repr(made)
-    assert all(what.startswith("NCC 0.") for what in told)
+    assert all(what.startswith("NCC 0.") for what in reported)
 
 
 def test_what_is_found_is_what_the_system_does() -> None:
@@ -152,22 +152,22 @@ def write_gray(path: Path, values: np.ndarray) -> None:
     imsave(path, values[::-1], cmap="gray", vmin=0.0, vmax=1.0)
 
 
-def test_what_cannot_be_sought_is_told() -> None:
+def test_impossible_designs_are_reported() -> None:
     system = blank()
-    for call, told in [
+    for call, message in [
         (lambda: system.hologram(), "no hologram"),
         (lambda: system.design(), "no design"),
         (lambda: system.design(iterations=3), "nothing to design"),
         (lambda: system.hologram(PICTURE, element="none", size_mm=(1, 1)), "hologram.element"),
         (lambda: system.hologram(-PICTURE, element="slm", size_mm=(0.024, 0.024)), "values from 0"),
-        (lambda: system.design(element=[{"name": "slm"}]), "nothing that tells how good it is"),
+        (lambda: system.design(element=[{"name": "slm"}]), "found no loss"),
         (lambda: system.design(element=[{"name": "slm"}], loss=[LOSS], rate=0.1), "optimizer lbfgs"),
         (lambda: system.hologram("none.png", element="slm", size_mm=(0.024, 0.024)), "none.png"),
         (lambda: system.design(element=[{"name": "slm"}], loss=[{"kind": "beauty"}]), "beauty"),
         (lambda: system.design(element=[{"name": "slm"}], loss=[LOSS], iterations=0), "iterations"),
         (lambda: system.design(variable=[{"path": "element[0].radius"}], loss=[LOSS]), "radius"),
     ]:
-        with pytest.raises(raylet.RayletError, match=told):
+        with pytest.raises(raylet.RayletError, match=message):
             call()
 
 
@@ -197,9 +197,9 @@ def test_starts_of_a_hologram() -> None:
 
 
 def test_refusals_of_python_have_attributes_too() -> None:
-    with pytest.raises(raylet.RayletError) as told:
+    with pytest.raises(raylet.RayletError) as caught:
         blank().with_pixels("none", phase=PICTURE)
-    assert told.value.path == "" and told.value.hint == ""
+    assert caught.value.path == "" and caught.value.hint == ""
 
 
 def test_a_search_can_be_ended() -> None:

@@ -63,16 +63,16 @@ def test_one_design_at_a_time_keeps_checkpoints(tmp_path: Path) -> None:
     system.add_sensor(pixels=(6, 6), pitch_um=2.0)
     spot = {"kind": "encircled_energy", "at_mm": [(0.002, 0.0)], "radius_mm": 0.003}
     task = {"element": [{"name": "slm", "start": "random"}], "loss": [spot], "iterations": 4}
-    kept, told = tmp_path / "kept", []
+    kept, errors = tmp_path / "kept", []
 
     def meanwhile(done: float, what: str) -> None:
-        if not told:
+        if not errors:
             with pytest.raises(raylet.RayletError, match=f"process {os.getpid()} on ") as caught:
                 system.design(**task, checkpoints=kept)
-            told.append(caught.value)
+            errors.append(caught.value)
 
     system.design(**task, checkpoints=kept, progress=meanwhile)
-    assert told
+    assert errors
     assert sorted(os.listdir(kept)) == ["checkpoint.before.json", "checkpoint.json"]
     system.design(**task, checkpoints=kept, resume=True)
 

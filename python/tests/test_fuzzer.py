@@ -1,4 +1,4 @@
-"""What the fuzzer of the program (fuzz/ at the root) counts as fallen, seen with programs that fall on purpose."""
+"""What the fuzzer of the program (fuzz/ at the root) counts as a failure, seen with programs that fail on purpose."""
 
 from __future__ import annotations
 
@@ -11,7 +11,7 @@ sys.path.insert(0, str(Path(__file__).parents[2]))
 from fuzz.case import Case, random_case
 from fuzz.trial import attempt
 
-FALLS = {
+FAILURES = {
     "echo 'power NaN mm²'": "not finite",
     "mkdir out; echo '{\"a\": 1e999}' > out/result.json": "not finite",
     "mkdir out; echo a > keep/new": "made outside",
@@ -26,17 +26,17 @@ FALLS = {
 }
 
 
-@pytest.mark.parametrize("script", FALLS)
-def test_falls_are_seen(tmp_path: Path, script: str) -> None:
-    assert FALLS[script] in "; ".join(fall(tmp_path, script))
+@pytest.mark.parametrize("script", FAILURES)
+def test_failures_are_seen(tmp_path: Path, script: str) -> None:
+    assert FAILURES[script] in "; ".join(failures(tmp_path, script))
 
 
-def test_good_ends_are_no_falls(tmp_path: Path) -> None:
-    assert fall(tmp_path / "a", "mkdir out; echo '{\"a\": 1.5}' > out/result.json; echo 'power 1 mm²'") == []
-    assert fall(tmp_path / "b", "echo 'error: scene.toml: nothing in it' >&2; exit 2") == []
+def test_good_ends_are_no_failures(tmp_path: Path) -> None:
+    assert failures(tmp_path / "a", "mkdir out; echo '{\"a\": 1.5}' > out/result.json; echo 'power 1 mm²'") == []
+    assert failures(tmp_path / "b", "echo 'error: scene.toml: nothing in it' >&2; exit 2") == []
 
 
-def test_cases_are_told_by_seed_and_number() -> None:
+def test_seed_and_number_give_the_case() -> None:
     assert random_case(3, 14) == random_case(3, 14) != random_case(4, 14)
 
 
@@ -49,8 +49,8 @@ def test_a_number_that_is_cut_off_is_still_a_limit() -> None:
     assert Case("check-1", {"scene.toml": b"memory_limit_mb = 3.35e"}, []).memory_limit_mb() == 3.35
 
 
-def fall(room: Path, script: str) -> list[str]:
-    """Why a program falls that does what a script says."""
+def failures(room: Path, script: str) -> list[str]:
+    """Why a program fails that does what a script says."""
     room.mkdir(exist_ok=True)
     program = room / "program"
     program.write_text(f"#!/bin/sh\n{script}\n")

@@ -13,7 +13,7 @@ import jax.numpy as jnp  # noqa: E402
 import raylet.jax  # noqa: E402
 
 
-def test_wrong_shapes_are_told_before_anything_runs() -> None:
+def test_wrong_shapes_are_refused_before_anything_runs() -> None:
     bench = hologram(noise((6, 6))).bench("hologram")
     with pytest.raises(ValueError, match=r"shape \(5, 6\), expected \(6, 6\)"):
         raylet.jax.field(bench, noise((5, 6)))

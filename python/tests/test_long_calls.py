@@ -18,21 +18,21 @@ from conftest import ROOT, noise, through_lens
 import raylet
 
 
-def test_progress_is_told_and_may_end_the_call() -> None:
+def test_progress_is_reported_and_may_end_the_call() -> None:
     system = through_lens(noise((20, 20)))
-    told: list[tuple[float, str]] = []
+    reported: list[tuple[float, str]] = []
 
     class Enough(Exception):
         pass
 
     def progress(done: float, what: str) -> None:
-        told.append((done, what))
+        reported.append((done, what))
         if done > 0.0:
             raise Enough
 
     with pytest.raises(Enough):
         system.simulate(progress=progress)
-    assert all(0.0 <= done <= 1.0 for done, _ in told) and "element[3]" in told[-1][1]
+    assert all(0.0 <= done <= 1.0 for done, _ in reported) and "element[3]" in reported[-1][1]
     with pytest.raises(TypeError, match="progress is str"):
         system.simulate(progress="yes")
 

@@ -203,7 +203,7 @@ def test_finite_object() -> None:
     assert apart(lens_first(distance=200.0, height=1.0).field(Hy=1.0), own.simulate().field) < 1e-3
 
 
-#: Light and elements, as raylet and Optiland are told of them.
+#: Light and elements, for raylet and for Optiland.
 WAYS: dict[str, tuple[dict[str, Any], dict[str, Any], float]] = {
     "point": ({"source": (0.0, 1.0, -200.0)}, {"distance": 200.0, "height": 1.0}, 1.0),
     "curved": ({"radius_mm": 12.0}, {"radius": 12.0}, 0.0),

@@ -91,7 +91,7 @@ def test_gather_is_transposed(stage: tuple[raylet.System, raylet.Secondary]) -> 
 
 
 def test_scatter_is_transposed(stage: tuple[raylet.System, raylet.Secondary]) -> None:
-    """Weights change with the element's phases as the transpose tells."""
+    """Weights change with the element's phases as the transpose says."""
     system, made = stage
     bar = np.exp(1j * noise(made.weight.shape, 3))
     by_pixels, by_weight = made.adjoint(bar)

@@ -13,7 +13,7 @@ from conftest import hologram, noise, through_lens
 import raylet
 
 
-def test_what_may_be_wrong_is_told_before_a_run() -> None:
+def test_what_may_be_wrong_is_reported_before_a_run() -> None:
     system = raylet.System(wavelength_um=[0.7, 0.6])
     pixels = raylet.pixels(pitch_um=0.8, phase=np.zeros((20, 20)))
     system.add_doe(pixels, aperture=raylet.disc(0.1), thickness_mm=5.0, name="doe")
@@ -132,7 +132,7 @@ def test_errors_name_the_field() -> None:
 
 
 @pytest.mark.parametrize(
-    ("phase", "error", "told"),
+    ("phase", "error", "message"),
     [
         (np.zeros(4), ValueError, r"shape \(4,\), expected two axes"),
         (np.zeros((0, 4)), ValueError, "at least one value"),
@@ -140,8 +140,8 @@ def test_errors_name_the_field() -> None:
         (np.array([[None]]), TypeError, "real or complex"),
     ],
 )
-def test_arrays_are_refused_where_they_are_given(phase: np.ndarray, error: type[Exception], told: str) -> None:
-    with pytest.raises(error, match=told):
+def test_arrays_are_refused_where_they_are_given(phase: np.ndarray, error: type[Exception], message: str) -> None:
+    with pytest.raises(error, match=message):
         raylet.pixels(pitch_um=4.0, phase=phase)
 
 

@@ -54,13 +54,13 @@ def test_positive_orders_turn_towards_plus_x_and_fields_tilt_towards_plus() -> N
     assert rays.M[0, 1] == pytest.approx(np.sin(np.radians(2.0)))
 
 
-def test_lost_rays_are_told() -> None:
+def test_lost_rays_are_reported() -> None:
     rays = singlet().trace(Px=[0.0, 0.9, 2.1], Py=[0.0, 0.9, 0.0])
     assert list(rays.fate) == [0, 1, 1] and np.isnan(rays.x[-1, 1:]).all()
     assert "1 arrived, 2 clipped" in repr(rays)
 
 
-def test_derivatives_are_not_told_where_elements_turn_rays() -> None:
+def test_derivatives_are_refused_where_elements_turn_rays() -> None:
     system = raylet.System(wavelength_um=0.7)
     system.add_doe(raylet.lens(focal_length_mm=5.0), aperture=raylet.disc(0.1), thickness_mm=4.0, name="lens")
     system.add_sensor(pixels=(3, 3), pitch_um=1.0)

@@ -164,9 +164,9 @@ fn main() {
             steps: between,
         },
     ];
-    let asked: Option<usize> = std::env::args().nth(1).and_then(|text| text.parse().ok());
+    let only: Option<usize> = std::env::args().nth(1).and_then(|text| text.parse().ok());
     for (index, case) in cases.iter().enumerate() {
-        if asked.is_none_or(|asked| asked == index) {
+        if only.is_none_or(|only| only == index) {
             table(case);
         }
     }

@@ -1,7 +1,7 @@
 //! Designed scenes seen by references that share no code with raylet's rays.
 //!
-//! `cargo run --release -p raylet-accuracy --example designed -- overlap SCENE` tells the share of the light in the
-//! mode that an overlap asks for, behind planes of pixels in free space; `… -- spots SCENE` the brightness of each
+//! `cargo run --release -p raylet-accuracy --example designed -- overlap SCENE` prints the share of the light in the
+//! mode of an overlap, behind planes of pixels in free space; `… -- spots SCENE` the brightness of each
 //! spot at each wavelength, behind one analytic phase and one lens.
 
 use std::path::Path;

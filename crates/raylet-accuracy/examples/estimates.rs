@@ -1,4 +1,4 @@
-//! Prints told and true errors of random systems, one a line: `cargo run --release -p raylet-accuracy --example
+//! Prints estimated and true errors of random systems, one a line: `cargo run --release -p raylet-accuracy --example
 //! estimates -- [FROM] [TO] [KIND]`; with the word `check` behind them how far the reference is from a finer one.
 
 use raylet_accuracy::estimates::surface_sum::surface_sum;
@@ -15,7 +15,7 @@ fn main() {
     let check = words.iter().any(|word| word == "check");
     let kind = words.get(2).filter(|word| *word != "check");
     println!(
-        "kind number target told true told/true intensity seconds seconds | aberration windows dropped rims"
+        "kind number target estimated true ratio intensity seconds seconds | aberration windows dropped rims"
     );
     for index in number(0, 0)..number(1, 200) {
         let (its, number, _, system) = case_at(index);
@@ -32,7 +32,7 @@ fn main() {
                 "{:?} {number} {:.0e} {:.2e} {:.2e} {:.2} {:.1e} {:.2} {:.2} | {}",
                 case.kind,
                 case.target,
-                case.told,
+                case.estimate,
                 case.truth,
                 case.ratio(),
                 case.intensity,

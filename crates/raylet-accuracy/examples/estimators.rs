@@ -1,4 +1,4 @@
-//! The estimators of a design's gradient side by side: how near the exact gradient each comes, and what it makes of one
+//! The estimators of a design's gradient side by side: how near the exact gradient each comes, and what it reaches on one
 //! hologram in equal time. Prints the table of `docs/estimators.md` and draws its picture, scores and cosines against
 //! time, as `out/estimators.png`.
 //!
@@ -37,15 +37,15 @@ const RATE: f64 = 0.2;
 /// When the program began.
 static BEGAN: LazyLock<Instant> = LazyLock::new(Instant::now);
 
-/// Seconds of the processor so far, which other programs do not change; of the clock where they are not told.
+/// Seconds of the processor so far, which other programs do not change; of the clock where the system reports none.
 fn processor() -> f64 {
-    let told = || {
+    let reported = || {
         let stat = std::fs::read_to_string("/proc/self/stat").ok()?;
         let fields: Vec<&str> = stat.rsplit(')').next()?.split_whitespace().collect();
         let ticks = |field: usize| fields.get(field)?.parse::<f64>().ok();
         Some((ticks(11)? + ticks(12)?) / 100.0)
     };
-    told().unwrap_or_else(|| BEGAN.elapsed().as_secs_f64())
+    reported().unwrap_or_else(|| BEGAN.elapsed().as_secs_f64())
 }
 
 /// One estimator's run.
@@ -118,7 +118,7 @@ fn estimators() -> Vec<(&'static str, Estimator)> {
     ]
 }
 
-/// One look by an estimator; anchors are renewed where it asks for them.
+/// One look by an estimator; anchors are renewed where it needs them.
 struct Looker<'a> {
     project: &'a Project,
     plans: &'a Plans,
@@ -198,7 +198,7 @@ fn descend(
             nearness.push([spent, cosine(&gradient, &truth)]);
         }
         let before = processor();
-        let step = search.tell(value, &gradient);
+        let step = search.report(value, &gradient);
         spent += looked + processor() - before;
         if let Step::Finished(_) = step {
             break;

@@ -10,7 +10,7 @@ use raylet::file::arrays::memory::MemoryLimit;
 use raylet::file::model::build;
 use raylet::file::scene::element::Element;
 use raylet::file::scene::layer::Layer;
-use raylet::file::scene::loss_specification::{OverlapWish, SpotWish, Wish};
+use raylet::file::scene::loss_specification::{LossSpecification, OverlapLoss, SpotLoss};
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::screen::{Act, Sensor};
@@ -26,7 +26,7 @@ use crate::references::surface::Sag;
 /// What can go wrong: nothing that more than a message would help.
 type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 
-/// What an overlap asks for, as a reference sees it.
+/// The overlap of a reference field with its mode, and its brightness.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
     /// Share of the light behind the first opening that is in the mode.
@@ -86,10 +86,10 @@ fn distance(system: &System, from: usize) -> f64 {
     system.screens[from + 1].frame.origin.z - system.screens[from].frame.origin.z
 }
 
-/// The overlap that a scene asks for, of planes of pixels in free space: by their plane waves, pixel by pixel.
+/// The overlap that a scene describes, of planes of pixels in free space: by their plane waves, pixel by pixel.
 ///
 /// # Errors
-/// When the scene asks for none, or the system is none of pixels alone.
+/// When the scene has none, or the system is none of pixels alone.
 pub fn overlap(scene: &Scene, system: &System) -> Outcome<Share> {
     let last = system.screens.len() - 1;
     let planes: Vec<Pixels> = (0..last)
@@ -120,7 +120,7 @@ pub fn overlap(scene: &Scene, system: &System) -> Outcome<Share> {
     share(scene, system, (&x, &y), &field)
 }
 
-/// How much of a field is in the mode that is wanted, and how bright it looks.
+/// How much of a field is in the target mode, and how bright it looks.
 fn share(
     scene: &Scene,
     system: &System,
@@ -129,8 +129,8 @@ fn share(
 ) -> Outcome<Share> {
     // The mode at the sensor's pixels, and the light that the first opening lets in.
     let sensor = sensor(system)?;
-    let wish = wanted(scene)?;
-    let (Some(file), Some(size)) = (&wish.picture, wish.size_mm) else {
+    let spec = overlap_of(scene)?;
+    let (Some(file), Some(size)) = (&spec.picture, spec.size_mm) else {
         return Err("an overlap without its picture".into());
     };
     let limit = MemoryLimit::of_settings((scene.settings.memory_limit_mb * 1e6) as u64);
@@ -144,24 +144,24 @@ fn share(
     let pairs = || mode.iter().zip(field);
     let inner: Complex64 = pairs().map(|(m, u)| u * *m).sum();
     let norm: f64 = mode.iter().map(|m| m * m).sum();
-    let wanted: f64 = mode.iter().map(|m| m.powi(4)).sum();
+    let target: f64 = mode.iter().map(|m| m.powi(4)).sum();
     let bright: f64 = field.iter().map(|u| u.norm_sqr().powi(2)).sum();
     let like: f64 = pairs().map(|(m, u)| m * m * u.norm_sqr()).sum();
     Ok(Share {
         mode: inner.norm_sqr() / norm * area / power,
         seen: field.iter().map(|u| u.norm_sqr()).sum::<f64>() * area / power,
-        ncc: like / (wanted * bright).sqrt(),
+        ncc: like / (target * bright).sqrt(),
     })
 }
 
-/// The overlap that is asked for.
-fn wanted(scene: &Scene) -> Outcome<&OverlapWish> {
-    let wishes = scene.design.iter().flat_map(|design| &design.loss);
-    let mut wanted = wishes.filter_map(|wish| match wish {
-        Wish::Overlap(wish) => Some(wish),
+/// The overlap of the scene's design.
+fn overlap_of(scene: &Scene) -> Outcome<&OverlapLoss> {
+    let specs = scene.design.iter().flat_map(|design| &design.loss);
+    let mut overlaps = specs.filter_map(|spec| match spec {
+        LossSpecification::Overlap(spec) => Some(spec),
         _ => None,
     });
-    Ok(wanted.next().ok_or("no overlap is asked for")?)
+    Ok(overlaps.next().ok_or("no overlap")?)
 }
 
 /// The root of a picture of this size at the sensor's pixel centres, [y, x].
@@ -206,7 +206,7 @@ fn conic(surface: &Surface) -> Outcome<impl Fn(f64, f64) -> [f64; 3] + Sync> {
     })
 }
 
-/// The spots that a scene asks for, behind a radial phase and one lens: by integrals from surface to surface.
+/// The spots that a scene describes, behind a radial phase and one lens: by integrals from surface to surface.
 ///
 /// # Errors
 /// When the scene has no such phase and lens, or a field without its spot.
@@ -226,15 +226,15 @@ pub fn spots(scene: &Scene) -> Outcome<Vec<Brightness>> {
     let mut found = Vec::new();
     for (field, view) in design.field.iter().enumerate() {
         let angle = view.angle_deg.ok_or("a field without its angle")?;
-        let wish = design.loss.iter().find_map(|wish| match wish {
-            Wish::Spot(spot) if spot.field == Some(vec![field]) => Some(spot),
+        let spec = design.loss.iter().find_map(|spec| match spec {
+            LossSpecification::Spot(spot) if spot.field == Some(vec![field]) => Some(spot),
             _ => None,
         });
-        let wish = wish.ok_or("a field without its spot")?;
+        let spec = spec.ok_or("a field without its spot")?;
         for channel in 0..scene.wavelength_um.len() {
             let system = build::system(scene, channel)?;
             let tilt = angle.map(|angle| angle.to_radians().sin());
-            let strehl = strehl(&system, &phase, tilt, wish)?;
+            let strehl = strehl(&system, &phase, tilt, spec)?;
             let place = [field, channel];
             found.push(Brightness { place, strehl });
         }
@@ -247,7 +247,7 @@ fn strehl(
     system: &System,
     phase: &(dyn Fn(f64, f64) -> f64 + Sync),
     tilt: [f64; 2],
-    wish: &SpotWish,
+    spec: &SpotLoss,
 ) -> Outcome<f64> {
     let [front, back] = &system.trains[0][..] else {
         return Err("not one lens".into());
@@ -280,12 +280,12 @@ fn strehl(
         stencil: 6,
         pixel_nodes: 2,
     };
-    let half = end.x.abs() + wish.at_mm[0][0].abs() + 0.02;
+    let half = end.x.abs() + spec.at_mm[0][0].abs() + 0.02;
     let spectrum = bench.run(Source::Phase(radius, phase, tilt), &steps, half);
     let spectrum = spectrum.map_err(|error| format!("{error:?}"))?;
 
-    let seen = between(&spectrum, &sensor(system)?, wish.at_mm[0], [end.x, end.y]);
-    let focal = wish
+    let seen = between(&spectrum, &sensor(system)?, spec.at_mm[0], [end.x, end.y]);
+    let focal = spec
         .focal_length_mm
         .ok_or("a spot without its focal length")?;
     let ideal = std::f64::consts::PI * radius * radius / (system.wavelength * focal);

@@ -22,7 +22,7 @@ use raylet_accuracy::gradients::gradient_problems::comparisons;
 use raylet_accuracy::problems::problem::{Measured, Problem};
 use raylet_accuracy::problems::suite::{COLLINS, problems};
 
-/// Random systems whose told errors are checked.
+/// Random systems whose estimated errors are checked.
 const ESTIMATES: u32 = 200;
 const REDUCED_ESTIMATES: u32 = 24;
 
@@ -44,15 +44,15 @@ fn main() -> ExitCode {
     );
     println!("|---|---|---|---|---|---|---|---|");
     let only = std::env::args().skip_while(|word| word != "--only").nth(1);
-    let wanted = |problem: &Problem| only.as_ref().is_none_or(|only| problem.name.contains(only));
-    let (mut within, mut told) = (true, Vec::new());
+    let chosen = |problem: &Problem| only.as_ref().is_none_or(|only| problem.name.contains(only));
+    let (mut within, mut ratios) = (true, Vec::new());
     let mut paraxial = Vec::new();
-    for problem in problems(reduced).into_iter().filter(wanted) {
+    for problem in problems(reduced).into_iter().filter(chosen) {
         match problem.measure() {
             Ok(found) => {
                 within &= problem.bound().is_some_and(|bound| found.absolute <= bound);
                 if problem.reference != COLLINS {
-                    told.push((problem.name.clone(), found.absolute / found.estimate));
+                    ratios.push((problem.name.clone(), found.absolute / found.estimate));
                 }
                 println!("{}", row(&problem, &found));
             }
@@ -68,7 +68,7 @@ fn main() -> ExitCode {
             paraxial.push(problem);
         }
     }
-    cover(&told);
+    cover(&ratios);
     let doubts = paraxial.iter().try_for_each(doubt);
     let gradients = gradients(reduced, only.as_deref());
     let count = if reduced {
@@ -95,9 +95,9 @@ fn gradients(reduced: bool, only: Option<&str>) -> bool {
     println!("| gradient | loss | reference | entries | error | allowed |");
     println!("|---|---|---|---|---|---|");
     let mut within = true;
-    let wanted = |name: &str| only.is_none_or(|only| name.contains(only));
+    let chosen = |name: &str| only.is_none_or(|only| name.contains(only));
     for comparison in comparisons(reduced) {
-        if !wanted(&comparison.name) {
+        if !chosen(&comparison.name) {
             continue;
         }
         let head = format!(
@@ -142,10 +142,10 @@ fn allowed(bound: Option<f64>) -> String {
     )
 }
 
-/// How many errors the estimates tell, and which they do not, by name and the ratio of error to estimate. What
+/// How many errors the estimates cover, and which they do not, by name and the ratio of error to estimate. What
 /// a paraxial reference calls an error is left out.
-fn cover(told: &[(String, f64)]) {
-    let apart = told
+fn cover(ratios: &[(String, f64)]) {
+    let apart = ratios
         .iter()
         .filter(|(_, ratio)| !(0.5..=2.0).contains(ratio));
     let apart: Vec<String> = apart
@@ -154,8 +154,8 @@ fn cover(told: &[(String, f64)]) {
     println!(
         "\nOf the {} problems whose reference is exact, the error is between half the estimate and twice in {}; \
          it is not in: {}.",
-        told.len(),
-        told.len() - apart.len(),
+        ratios.len(),
+        ratios.len() - apart.len(),
         apart.join("; ")
     );
 }

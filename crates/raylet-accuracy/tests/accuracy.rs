@@ -28,10 +28,10 @@ fn reduced_suite_stays_within_its_bounds() {
     }
 }
 
-/// A run meets the error that is asked for, and tells its own error within a factor of two; what it plans is
+/// A run meets its target error, and estimates its own error within a factor of two; what it plans is
 /// what it does.
 #[test]
-fn the_target_error_is_met_and_told() {
+fn the_target_error_is_met_and_estimated() {
     let mut problem = tilted_planes().swap_remove(0);
     let mut before = f64::INFINITY;
     for target in [1e-2, 1e-3, 3e-4] {
@@ -39,8 +39,8 @@ fn the_target_error_is_met_and_told() {
         let found = problem.measure().unwrap();
         assert!(found.absolute < target, "{target}: {found:?}");
         assert!(found.estimate < 1.1 * target, "{target}: {found:?}");
-        let told = found.estimate / found.absolute;
-        assert!((0.5..3.0).contains(&told), "{target}: {found:?}");
+        let ratio = found.estimate / found.absolute;
+        assert!((0.5..3.0).contains(&ratio), "{target}: {found:?}");
         assert!(found.absolute < before, "{target}: {found:?}");
         before = found.absolute;
     }
@@ -77,18 +77,18 @@ fn a_collected_beam_keeps_its_energy() {
     assert!((landed / behind - 1.0).abs() < 5e-3, "{landed} of {behind}");
 }
 
-/// Without rays a run tells its error within a factor of two, whether it is 1e-3 of half-wave pixels close by or
+/// Without rays a run estimates its error within a factor of two, whether it is 1e-3 of half-wave pixels close by or
 /// 1e-7 farther off.
 #[test]
-fn free_hops_tell_their_error() {
+fn free_hops_estimate_their_error() {
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
     for problem in problems(false) {
         if !problem.name.contains("λ of free space, light") {
             continue;
         }
         let found = problem.measure().unwrap();
-        let told = found.estimate / found.absolute;
-        assert!((0.5..2.0).contains(&told), "{}: {found:?}", problem.name);
+        let ratio = found.estimate / found.absolute;
+        assert!((0.5..2.0).contains(&ratio), "{}: {found:?}", problem.name);
         least = least.min(found.absolute);
         most = most.max(found.absolute);
     }

@@ -1,4 +1,4 @@
-//! Systems designed together beat the better of their parts, as references see them that share no code with the rays.
+//! Systems designed together are better than the best of their parts, by references that share no code with the rays.
 
 use std::path::Path;
 
@@ -85,7 +85,7 @@ loss = [{ kind = "spot", field = [0], at_mm = [[0.0, 0.0]], focal_length_mm = 1.
 variable = [VARIABLES]
 "#;
 
-/// What a design makes of a scene: the scene with its numbers, the system with its pixels, and the loss of both.
+/// The result of a design: the scene with its numbers, the system with its pixels, and the loss of both.
 fn designed(text: &str) -> (Scene, System, f64) {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/in_a_test.toml");
     let scene = Scene::parse(text, &beside).unwrap();

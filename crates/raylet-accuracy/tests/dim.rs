@@ -1,19 +1,19 @@
-//! A tilted lens that sends little of its light to the sensor: the error that is told is the true one.
+//! A tilted lens that sends little of its light to the sensor: the estimated error is the true one.
 
 use raylet_accuracy::estimates::survey::distance;
 use raylet_accuracy::problems::dim::{DIM_LENSES, USUAL};
 use raylet_accuracy::problems::strong::Effort;
 
-/// At a target of 1e-3 the error was told as 1.07e-3 and was 7.5e-3. The accuracy report has this system and five
+/// At a target of 1e-3 the error was estimated as 1.07e-3 and was 7.5e-3. The accuracy report has this system and five
 /// like it.
 #[test]
 #[ignore = "takes a minute of a processor"]
-fn errors_of_dim_sensors_are_met_and_told() {
+fn errors_of_dim_sensors_are_met_and_estimated() {
     let problem = DIM_LENSES[0].problem();
     let found = problem.measure().unwrap();
     assert!(found.absolute < 1e-3, "{found:?}");
-    let told = found.estimate / found.absolute;
-    assert!((0.5..5.0).contains(&told), "{found:?}");
+    let ratio = found.estimate / found.absolute;
+    assert!((0.5..5.0).contains(&ratio), "{found:?}");
 }
 
 /// The reference changes little with a longer period and denser samples.

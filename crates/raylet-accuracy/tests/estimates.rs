@@ -1,4 +1,4 @@
-//! What raylet tells of its error, of random small systems beside their exact fields.
+//! The errors that raylet estimates for random small systems, beside their exact fields.
 
 use raylet_accuracy::estimates::surface_sum::surface_sum;
 use raylet_accuracy::estimates::survey::{EFFORT, FINER, Spread, case_at, distance, run_case};
@@ -6,17 +6,17 @@ use raylet_accuracy::estimates::survey::{EFFORT, FINER, Spread, case_at, distanc
 /// Cases that are run here; `RAYLET_TEST_ESTIMATES=200` runs as many as the report.
 const CASES: u32 = 60;
 
-/// The told error is at least half of the true one in 95 of 100 systems, at most five times it in 90 of 100, and
+/// The estimated error is at least half of the true one in 95 of 100 systems, at most five times it in 90 of 100, and
 /// never ten times too small.
 #[test]
-fn told_errors_cover_the_true_ones() {
+fn estimated_errors_cover_the_true_ones() {
     let given = std::env::var("RAYLET_TEST_ESTIMATES").ok();
     let count = given.and_then(|count| count.parse().ok()).unwrap_or(CASES);
     let cases: Vec<_> = (0..count).map(|index| run_case(index).unwrap()).collect();
     for case in &cases {
         println!(
-            "{:?} {}: {:.2e} told, {:.2e} true",
-            case.kind, case.number, case.told, case.truth
+            "{:?} {}: {:.2e} estimated, {:.2e} true",
+            case.kind, case.number, case.estimate, case.truth
         );
     }
     let spread = Spread::of(&cases);

@@ -4,7 +4,7 @@ use raylet_accuracy::gradients::gradient_problems::comparisons;
 
 #[test]
 fn gradients_stay_within_their_bounds() {
-    let mut beyond = Vec::new();
+    let mut failures = Vec::new();
     for comparison in comparisons(true) {
         let clock = std::time::Instant::now();
         let (error, entries) = comparison.measure().unwrap();
@@ -12,8 +12,8 @@ fn gradients_stay_within_their_bounds() {
         let (name, loss) = (&comparison.name, comparison.loss);
         println!("{name}, {loss}: {error:.1e} of {entries}, {seconds:.1} s");
         if comparison.bound().is_none_or(|bound| error > bound) {
-            beyond.push(format!("{name}, {loss}: {error:e}"));
+            failures.push(format!("{name}, {loss}: {error:e}"));
         }
     }
-    assert!(beyond.is_empty(), "{beyond:?}");
+    assert!(failures.is_empty(), "{failures:?}");
 }

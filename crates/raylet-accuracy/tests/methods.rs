@@ -1,4 +1,4 @@
-//! What each method does as rays are added, against Collins' integral and Rayleigh and Sommerfeld's.
+//! Convergence of each method with the number of rays, against Collins' integral and Rayleigh and Sommerfeld's.
 
 use ndarray::Array2;
 use num_complex::Complex64;

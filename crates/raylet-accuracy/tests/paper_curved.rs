@@ -1,4 +1,4 @@
-//! The source paper's method on a curved diffractive mirror: its patches stand for the planes that touch
+//! The source paper's method on a curved diffractive mirror: its patches lie on the planes that touch
 //! the mirror, and their error grows with them; with the height of the mirror it does not.
 
 use ndarray::Array2;
@@ -77,7 +77,7 @@ fn tangent_patches_err_with_their_size_and_true_ones_do_not() {
     }
 }
 
-/// How large the error of a plane is depends on what it is asked for: half the phase where the light that
+/// How large the error of a plane is depends on its use: half the phase where the light that
 /// comes meets the true surface, and of what overlapping patches have in common only a factor is left.
 #[test]
 fn overlap_and_the_incident_light_decide_about_planes() {

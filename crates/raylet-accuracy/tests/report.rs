@@ -19,7 +19,7 @@ fn numbers(row: &[&str], measured: usize) -> Option<[f64; 2]> {
 }
 
 /// The row allows what the code allows: at least what was measured, and at most three times that, as far as two
-/// digits tell it.
+/// digits show it.
 fn assert_bound(row: &[&str], measured: usize, bound: Option<f64>) {
     let [measured, allowed] = numbers(row, measured).unwrap_or_else(|| panic!("{row:?}"));
     assert_eq!(Some(allowed), bound, "{row:?}");

@@ -1,4 +1,4 @@
-//! `raylet check SCENE`: what a scene says, what a run would do, and what may surprise.
+//! `raylet check SCENE`: what a scene says, what a run would do, and warnings.
 
 use std::fmt::Write;
 use std::path::PathBuf;
@@ -176,7 +176,7 @@ fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, F
     Ok(text)
 }
 
-/// Plans all hops, and tells on a terminal which one it is at where that takes long.
+/// Plans all hops. Where that takes long, a terminal shows which hop is being planned.
 fn planned(system: &System, settings: &Settings) -> Result<Vec<Forecast>, SimulateError> {
     let (wait, count) = (Wait::new(), system.trains.len());
     let wavelength = micrometres(system.wavelength);

@@ -23,13 +23,13 @@ use raylet_plot::design_chart::{DesignChart, Row};
 use serde::{Deserialize, Serialize};
 
 use crate::failure::Failure;
-use crate::interrupt::{end, is_wanted, wait_for_step};
+use crate::interrupt::{end, is_requested, wait_for_step};
 use crate::outputs::Outputs;
 use crate::overrides::start_threads;
 use crate::progress::dress;
 use crate::say::{complain, say};
 
-/// Designs what a scene's [design] asks for: phases of pixels and numbers of the system.
+/// Runs the [design] of a scene: phases of pixels and numbers of the system.
 #[derive(Args)]
 pub(crate) struct Design {
     /// The scene file, with a table `[design]`.
@@ -45,7 +45,7 @@ pub(crate) struct Design {
     /// Number of iterations, in place of the scene's.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u32).range(1..=1_000_000))]
     iterations: Option<u32>,
-    /// Threads to use; all processors unless told otherwise. Results do not depend on it.
+    /// Threads to use; all processors by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 }
@@ -100,11 +100,11 @@ impl Design {
         let stopped = course.follow(&mut run)?;
         course.save(&run)?;
         if stopped {
-            let told = format!(
+            let note = format!(
                 "stopped after {} iterations; the same command with --resume goes on",
                 run.iteration()
             );
-            complain(&told);
+            complain(&note);
             end();
         }
         let look = run.finish().map_err(|error| course.refuse(&error))?;
@@ -180,7 +180,7 @@ impl Saved {
     }
 }
 
-/// Whether rows tell the course to a state: one for each accepted point, up to the last evaluation.
+/// Whether rows are the course to a state: one for each accepted point, up to the last evaluation.
 fn are_sound(rows: &[Row], state: &State) -> bool {
     let numbers = |row: &Row| {
         [row.loss, row.slope]
@@ -201,7 +201,7 @@ fn are_sound(rows: &[Row], state: &State) -> bool {
 }
 
 impl Course<'_> {
-    /// Goes on until the iterations are done, or the user stops it; tells whether it was stopped.
+    /// Goes on until the iterations are done, or the user stops it; returns whether it was stopped.
     fn follow(&mut self, run: &mut Run) -> Result<bool, Failure> {
         let iterations = self.brief.design.iterations;
         let bar = ProgressBar::new(iterations as u64);
@@ -210,7 +210,7 @@ impl Course<'_> {
         }
         dress(&bar, "design [{bar:30}] {pos}/{len}  {msg}  {left}");
         let (clock, before) = (Instant::now(), run.iteration());
-        let mut told = Instant::now();
+        let mut last_line = Instant::now();
         wait_for_step(true);
         while !run.is_done() {
             let found = run.step().map_err(|error| self.refuse(&error))?;
@@ -221,8 +221,8 @@ impl Course<'_> {
             self.rows.push(row);
             bar.set_position(run.iteration() as u64);
             bar.set_message(line(&row));
-            if bar.is_hidden() && told.elapsed() > PATIENCE {
-                told = Instant::now();
+            if bar.is_hidden() && last_line.elapsed() > PATIENCE {
+                last_line = Instant::now();
                 let done = (run.iteration() - before).max(1) as f64;
                 let left = clock
                     .elapsed()
@@ -238,7 +238,7 @@ impl Course<'_> {
                 self.save(run)?;
                 self.draw(run, &found.look)?;
             }
-            if is_wanted() {
+            if is_requested() {
                 bar.finish_and_clear();
                 return Ok(!run.is_done());
             }
@@ -299,7 +299,7 @@ impl Course<'_> {
             rows: &self.rows,
             made: &made,
             elements: &self.brief.elements,
-            wanted: pictures.next().map(|[picture, _]| picture),
+            target: pictures.next().map(|[picture, _]| picture),
             intensities: seen.collect(),
             sensor: self.brief.sensor_half,
         };
@@ -359,42 +359,42 @@ impl Course<'_> {
     }
 
     fn summary(&self, run: &Run, look: &Look) -> String {
-        let mut told = format!(
+        let mut summary = format!(
             "after {} iterations, {} evaluations, through the real system: loss {:.6}",
             run.iteration(),
             run.state.evaluations,
             look.value
         );
         if let [Some(ncc), Some(efficiency)] = self.scores(look) {
-            told += &format!(
+            summary += &format!(
                 ", NCC {ncc:.4} over the sensor, {:.1} % of the light in the picture's outline",
                 100.0 * efficiency
             );
         }
         if !self.brief.design.loss.is_empty() {
             for (glance, parts) in self.brief.glances.iter().zip(&look.parts) {
-                told += &format!("\n{}:", self.name(glance));
+                summary += &format!("\n{}:", self.name(glance));
                 for (kind, part) in glance.kinds.iter().zip(parts) {
-                    told += &format!(" {kind} {part:.5}");
+                    summary += &format!(" {kind} {part:.5}");
                 }
             }
         }
         for output in &self.brief.outputs {
-            told += &format!("\n{} in {}", output.what(), output.file.display());
+            summary += &format!("\n{} in {}", output.what(), output.file.display());
         }
-        told += &format!("\ncourse and picture in {}", self.out.display());
+        summary += &format!("\ncourse and picture in {}", self.out.display());
         if let Some(stop) = run.state.stop {
-            told += &format!("\nthe search ended by itself: {}", reason(stop));
+            summary += &format!("\nthe search ended by itself: {}", reason(stop));
         }
         let numbers = run.best().iter().skip(self.brief.project.numbers_from());
         for (number, value) in self.brief.project.numbers.iter().zip(numbers) {
-            told += &format!("\n{}: {} -> {value}", number.name, number.start);
+            summary += &format!("\n{}: {} -> {value}", number.name, number.start);
         }
         if let Some(file) = &self.files.designed {
             let file = file.path().display();
-            told += &format!("\nscene with these numbers in {file}");
+            summary += &format!("\nscene with these numbers in {file}");
         }
-        told
+        summary
     }
 
     fn refuse(&self, error: &dyn std::fmt::Display) -> Fault {
@@ -414,7 +414,7 @@ fn line(row: &Row) -> String {
     line + &format!("  gradient {:.1e}", row.slope)
 }
 
-/// A share as the course tells it; nothing where there is none.
+/// A share as the course writes it; nothing where there is none.
 fn share(value: Option<f64>) -> String {
     value.map_or_else(String::new, |value| format!("{value:.6}"))
 }

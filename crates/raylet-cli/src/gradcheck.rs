@@ -19,7 +19,7 @@ use crate::say::say;
 pub(crate) struct Gradcheck {
     /// The scene file, with a table `[design]`.
     scene: PathBuf,
-    /// Threads to use; all processors unless told otherwise.
+    /// Threads to use; all processors by default.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 }
@@ -124,7 +124,7 @@ fn differences(
 mod tests {
     use crate::gradcheck::apart;
 
-    /// A slope of zero was once divided by, which told 1.4e306.
+    /// A slope of zero was once divided by, which gave 1.4e306.
     #[test]
     fn slopes_are_compared_with_the_larger_one() {
         assert_eq!(apart(2.0, 2.0), "0.0e0");

@@ -18,13 +18,13 @@ use crate::overrides::start_threads;
 use crate::progress::dress;
 use crate::say::say;
 
-/// Computes the phase hologram that a scene asks for, on its paraxial train.
+/// Computes the phase hologram of a scene, on its paraxial train.
 #[derive(Args)]
 pub(crate) struct Hologram {
     /// The scene file, with a table `[hologram]`.
     scene: PathBuf,
-    /// The .npy file for the phase in radians, float64 [y, x]; the one that the scene names unless told
-    /// otherwise. An earlier one that raylet wrote is replaced.
+    /// The .npy file for the phase in radians, float64 [y, x]; by default the one that the scene
+    /// names. An earlier one that raylet wrote is replaced.
     #[arg(long, value_name = "FILE")]
     out: Option<PathBuf>,
     #[command(flatten)]
@@ -35,7 +35,7 @@ pub(crate) struct Hologram {
     /// Replace the lenses by one thin lens at the first vertex, for comparison.
     #[arg(long)]
     naive: bool,
-    /// Threads to use; all processors unless told otherwise. Results do not depend on it.
+    /// Threads to use; all processors by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 }
@@ -45,21 +45,21 @@ impl Hologram {
         let clock = Instant::now();
         start_threads(self.threads)?;
         let scene = Scene::open(&self.scene)?;
-        let mut wanted = commission(&scene, self.naive)?;
+        let mut job = commission(&scene, self.naive)?;
         if let Some(iterations) = self.iterations {
-            wanted.task.iterations = iterations as usize;
+            job.task.iterations = iterations as usize;
         }
         // A place that cannot be written is refused before the work begins.
-        let file = self.claim(&scene, &wanted)?;
+        let file = self.claim(&scene, &job)?;
 
-        let bar = bar(wanted.task.iterations as u64);
-        let found = design(&wanted.task, &mut |score| {
+        let bar = bar(job.task.iterations as u64);
+        let found = design(&job.task, &mut |score| {
             bar.set_position(score.iteration as u64);
             bar.set_message(format!("NCC {:.4}", score.ncc));
         });
         bar.finish_and_clear();
-        let found = found.map_err(|error| wanted.blame(&scene, &error))?;
-        wanted.write(&found.phase, &file)?;
+        let found = found.map_err(|error| job.blame(&scene, &error))?;
+        job.write(&found.phase, &file)?;
         let seconds = clock.elapsed().as_secs_f64();
         let written = file.path().display();
         let mut summary = summary(&found.score);
@@ -70,11 +70,11 @@ impl Hologram {
     }
 
     /// The file for the phase: the user's choice, or what the scene names.
-    fn claim(&self, scene: &Scene, wanted: &Commission) -> Result<PhaseFile, Fault> {
-        match (&self.out, &wanted.file) {
+    fn claim(&self, scene: &Scene, job: &Commission) -> Result<PhaseFile, Fault> {
+        match (&self.out, &job.file) {
             (Some(file), _) => PhaseFile::claim(file, self.outputs.replace()),
             (None, Some(file)) => {
-                PhaseFile::of_scene(scene, &wanted.field, file, self.outputs.allowed(None))
+                PhaseFile::of_scene(scene, &job.field, file, self.outputs.allowed(None))
             }
             (None, None) => {
                 let expected = "--out FILE, or `phase` in the scene's layer of pixels";

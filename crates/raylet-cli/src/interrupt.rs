@@ -1,4 +1,4 @@
-//! What happens when the program is told to end: nothing half-written stays behind.
+//! What happens when the program is interrupted: no incomplete file stays behind.
 
 use std::sync::atomic::{AtomicBool, AtomicI32, Ordering};
 
@@ -6,21 +6,21 @@ use raylet::file::storage::unfinished::abandon;
 
 use crate::failure::Failure;
 
-/// The signal that told the program to end while it does a step that it finishes first; 0 for none.
-static WANTED: AtomicI32 = AtomicI32::new(0);
+/// The signal that came during a step that the program finishes before it ends; 0 for none.
+static SIGNAL: AtomicI32 = AtomicI32::new(0);
 
 /// Whether it finishes its step first.
 static PATIENT: AtomicBool = AtomicBool::new(false);
 
-/// Whether the program was told to end and has finished its step.
-pub(crate) fn is_wanted() -> bool {
-    WANTED.load(Ordering::Relaxed) != 0
+/// Whether a signal to end has come during a step; called when the step is finished.
+pub(crate) fn is_requested() -> bool {
+    SIGNAL.load(Ordering::Relaxed) != 0
 }
 
 /// Ends the program as it would have ended without waiting for the step.
 pub(crate) fn end() -> ! {
     let _standstill = abandon();
-    std::process::exit(128 + WANTED.load(Ordering::Relaxed))
+    std::process::exit(128 + SIGNAL.load(Ordering::Relaxed))
 }
 
 /// From now on the first request to end waits for a step to be done (`true`), or does not.
@@ -43,7 +43,7 @@ pub(crate) fn watch() -> Result<(), Failure> {
     let mut signals = Signals::new([SIGINT, SIGTERM])?;
     std::thread::spawn(move || {
         for signal in signals.forever() {
-            if PATIENT.load(Ordering::Relaxed) && WANTED.swap(signal, Ordering::Relaxed) == 0 {
+            if PATIENT.load(Ordering::Relaxed) && SIGNAL.swap(signal, Ordering::Relaxed) == 0 {
                 complain("\nstopping after this step; once more ends at once");
                 continue;
             }
@@ -55,7 +55,7 @@ pub(crate) fn watch() -> Result<(), Failure> {
     Ok(())
 }
 
-/// Elsewhere the system ends the program as it likes.
+/// On other systems the system itself ends the program.
 #[cfg(not(unix))]
 pub(crate) fn watch() -> Result<(), Failure> {
     Ok(())

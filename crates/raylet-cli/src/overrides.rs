@@ -11,7 +11,7 @@ pub(crate) struct Overrides {
     /// How fields are carried through lenses, in place of the scene's settings.method.
     #[arg(long, value_enum)]
     method: Option<MethodName>,
-    /// Threads to use; all processors unless told otherwise. Results do not depend on it.
+    /// Threads to use; all processors by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 }
@@ -43,7 +43,7 @@ impl Overrides {
     }
 }
 
-/// Starts the threads that the user asked for.
+/// Starts the number of threads that the user chose.
 pub(crate) fn start_threads(threads: Option<u16>) -> Result<(), Failure> {
     if let Some(threads) = threads {
         rayon::ThreadPoolBuilder::new()

@@ -32,14 +32,14 @@ pub(crate) struct Paper {
     #[arg(long)]
     quick: bool,
     /// Writes paper.json, the pictures and scenes of the elements into this folder. A system or a design that is
-    /// stopped goes on where it was when asked again; until then what it has is kept in DIR.parts.
+    /// stopped goes on where it was when run again; until then what it has is kept in DIR.parts.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Does only so many of the parts (20 or fewer) of each long random run of a system, for a first look. The
-    /// parts are kept in DIR.parts, and asked for more the run goes on from them.
+    /// parts are kept in DIR.parts; with a larger N the run goes on from them.
     #[arg(long, value_name = "N", requires = "out", value_parser = clap::value_parser!(u16).range(1..))]
     parts: Option<u16>,
-    /// Threads to use; all processors unless told otherwise. Results do not depend on it.
+    /// Threads to use; all processors by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 }

@@ -31,7 +31,7 @@ struct Shown {
     /// How far it was then.
     before: f64,
     /// When the last line was written.
-    told: Instant,
+    last_line: Instant,
     finished: bool,
 }
 
@@ -57,8 +57,8 @@ impl Meter {
         if let Some(bar) = &shown.bar {
             bar.set_position((progress.done * shown.steps) as u64);
         }
-        if shown.bar.is_none() && shown.told.elapsed() > PATIENCE {
-            shown.told = Instant::now();
+        if shown.bar.is_none() && shown.last_line.elapsed() > PATIENCE {
+            shown.last_line = Instant::now();
             complain(&shown.line(progress));
         }
         if progress.done >= 1.0 {
@@ -91,7 +91,7 @@ impl Meter {
             steps,
             start: Instant::now(),
             before: done,
-            told: Instant::now(),
+            last_line: Instant::now(),
             finished: false,
         }
     }

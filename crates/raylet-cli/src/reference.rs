@@ -28,7 +28,7 @@ use crate::simulate::{build_all, summary};
 pub(crate) struct Reference {
     /// The scene file.
     scene: PathBuf,
-    /// Folder for the results; named after the scene unless told otherwise. An earlier result there is
+    /// Folder for the results; named after the scene by default. An earlier result there is
     /// replaced, anything else is left alone.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
@@ -39,7 +39,7 @@ pub(crate) struct Reference {
     #[arg(long, value_name = "HOURS", default_value_t = 3.0, value_parser = hours)]
     #[arg(allow_negative_numbers = true)]
     most_hours: f64,
-    /// Threads to use; all processors unless told otherwise. Results do not depend on it.
+    /// Threads to use; all processors by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
 }

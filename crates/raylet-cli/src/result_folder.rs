@@ -49,9 +49,9 @@ const NOISE_FILE: &str = "standard_error.npy";
 
 /// Standard errors of the fields of all channels as a .npy file, float64 [channel, y, x].
 fn noise_npy(errors: &[StandardError]) -> Result<Vec<u8>, Fault> {
-    let refuse = |told: String| {
+    let refuse = |found: String| {
         let expected = "arrays that can be written";
-        Fault::of_file(Path::new(NOISE_FILE), told, expected)
+        Fault::of_file(Path::new(NOISE_FILE), found, expected)
     };
     let views: Vec<_> = errors.iter().map(|error| error.view()).collect();
     let all = stack(Axis(0), &views).map_err(|error| refuse(error.to_string()))?;

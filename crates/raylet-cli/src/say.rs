@@ -15,7 +15,7 @@ pub(crate) fn say(text: &str) -> Result<(), Failure> {
     }
 }
 
-/// Writes a line on standard error; where nobody can hear it, nobody is told.
+/// Writes a line on standard error; a line that cannot be written is dropped.
 pub(crate) fn complain(line: &str) {
     let _ = writeln!(std::io::stderr(), "{line}");
 }

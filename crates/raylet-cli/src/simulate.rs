@@ -26,7 +26,7 @@ use crate::say::say;
 pub(crate) struct Simulate {
     /// The scene file.
     scene: PathBuf,
-    /// Folder for the results; named after the scene unless told otherwise. An earlier result there is
+    /// Folder for the results; named after the scene by default. An earlier result there is
     /// replaced, anything else is left alone.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,

@@ -19,7 +19,7 @@ pub(crate) struct Steps {
     before: usize,
     bar: ProgressBar,
     start: Instant,
-    told: Instant,
+    last_line: Instant,
 }
 
 impl Steps {
@@ -36,7 +36,7 @@ impl Steps {
             before,
             bar,
             start: Instant::now(),
-            told: Instant::now(),
+            last_line: Instant::now(),
         }
     }
 }
@@ -45,8 +45,8 @@ impl SearchDisplay for Steps {
     fn note(&mut self, done: usize, line: &str) {
         self.bar.set_position(done as u64);
         self.bar.set_message(line.to_owned());
-        if self.bar.is_hidden() && self.told.elapsed() > PATIENCE {
-            self.told = Instant::now();
+        if self.bar.is_hidden() && self.last_line.elapsed() > PATIENCE {
+            self.last_line = Instant::now();
             let here = done.saturating_sub(self.before).max(1) as f64;
             let share = self.total.saturating_sub(done) as f64 / here;
             let left = HumanDuration(self.start.elapsed().mul_f64(share));

@@ -1,4 +1,4 @@
-//! What is being done while one waits: a line on a terminal from the first second on, which goes when it is done.
+//! A line on a terminal that shows what is being done, from the first second of a wait to its end.
 
 use std::io::IsTerminal;
 use std::sync::mpsc::{Receiver, RecvTimeoutError, Sender, channel};
@@ -7,7 +7,7 @@ use std::time::Duration;
 
 use indicatif::{ProgressBar, ProgressStyle};
 
-/// What nobody needs to be told of.
+/// A wait shorter than this shows no line.
 const PATIENCE: Duration = Duration::from_secs(1);
 
 /// Time between changes of the line.
@@ -15,15 +15,15 @@ const TICK: Duration = Duration::from_millis(200);
 
 /// One wait, to its end when this is dropped.
 pub(crate) struct Wait {
-    /// Where the line is shown, told what to say; nothing where there is no terminal.
+    /// Sends the text of the line to the thread that shows it; none where there is no terminal.
     shown: Option<(Sender<String>, JoinHandle<()>)>,
 }
 
 impl Wait {
     pub(crate) fn new() -> Self {
         let begin = || {
-            let (tell, told) = channel();
-            (tell, std::thread::spawn(move || show(&told)))
+            let (sender, texts) = channel();
+            (sender, std::thread::spawn(move || show(&texts)))
         };
         Self {
             shown: std::io::stderr().is_terminal().then(begin),
@@ -32,25 +32,25 @@ impl Wait {
 
     /// Notes what is being done now.
     pub(crate) fn note(&self, doing: String) {
-        if let Some((tell, _)) = &self.shown {
+        if let Some((sender, _)) = &self.shown {
             // A line that cannot be shown is no failure.
-            let _ = tell.send(doing);
+            let _ = sender.send(doing);
         }
     }
 }
 
 impl Drop for Wait {
     fn drop(&mut self) {
-        if let Some((tell, shown)) = self.shown.take() {
-            // Without a teller the line ends; what follows on the terminal must wait for that.
-            drop(tell);
+        if let Some((sender, shown)) = self.shown.take() {
+            // Without a sender the thread removes the line; what follows on the terminal must wait for that.
+            drop(sender);
             let _ = shown.join();
         }
     }
 }
 
-/// Shows what is told, from when patience is over until nobody tells any more.
-fn show(told: &Receiver<String>) {
+/// Shows the texts that arrive, from the end of `PATIENCE` until the sender is dropped.
+fn show(texts: &Receiver<String>) {
     let bar = ProgressBar::new_spinner();
     if let Ok(style) = ProgressStyle::with_template("{spinner} {msg}  {elapsed}") {
         bar.set_style(style);
@@ -58,7 +58,7 @@ fn show(told: &Receiver<String>) {
     let end = std::time::Instant::now() + PATIENCE;
     loop {
         let left = end.saturating_duration_since(std::time::Instant::now());
-        match told.recv_timeout(left.max(TICK)) {
+        match texts.recv_timeout(left.max(TICK)) {
             Ok(doing) => bar.set_message(doing),
             Err(RecvTimeoutError::Timeout) => bar.tick(),
             Err(RecvTimeoutError::Disconnected) => break,

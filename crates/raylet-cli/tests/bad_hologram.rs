@@ -116,7 +116,7 @@ fn scenes_are_refused_at_the_right_place() {
 }
 
 #[test]
-fn what_a_scene_lacks_is_told() {
+fn what_a_scene_lacks_is_reported() {
     let lens = "[[element]]\nkind = \"lens\"";
     let stop = format!(
         "[[element]]\nkind = \"stop\"\nthickness_mm = 1\naperture = {{ disc = {{ radius_mm = 1 }} }}\n{lens}"

@@ -164,11 +164,11 @@ fn arguments_are_checked() {
         (&["fly"], "fly"),
     ] {
         let output = stage.raylet(arguments);
-        let told = complaint(&output);
-        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {told}");
+        let message = complaint(&output);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {message}");
         assert!(
-            told.contains(says) && !told.contains("panicked"),
-            "{arguments:?}: {told}"
+            message.contains(says) && !message.contains("panicked"),
+            "{arguments:?}: {message}"
         );
     }
     assert_eq!(stage.names(), ["binary.toml", "phase.npy", "scene.toml"]);

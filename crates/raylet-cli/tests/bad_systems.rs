@@ -1,4 +1,4 @@
-//! Designs of systems that cannot be: one message with an address, exit code 2, nothing written.
+//! Designs of impossible systems: one message with an address, exit code 2, nothing written.
 
 use ndarray::Array2;
 use raylet::file::arrays::image::write_gray16;
@@ -204,7 +204,7 @@ const LOSSES: [Case; 17] = [
     (
         "[[design.loss]]\nkind = \"likeness\"\npicture = \"picture.png\"\nsize_mm = [0.03, 0.03]\n",
         "",
-        &["design.loss", "nothing that tells how good it is"],
+        &["design.loss", "found no loss"],
     ),
 ];
 
@@ -257,7 +257,7 @@ fn stage(text: &str) -> Stage {
 }
 
 #[test]
-fn systems_that_cannot_be_are_told_at_the_right_place() {
+fn impossible_systems_are_reported_at_the_right_place() {
     let cases = PARTS.iter().chain(&LOSSES).chain(&REST);
     none_of(cases.map(|(from, to, says)| {
         assert!(TWO.contains(from), "{from}");

@@ -1,4 +1,4 @@
-//! Forged and torn checkpoints: whatever stands in them, a design goes on from its own alone.
+//! Forged and torn checkpoints: whatever their content, a design goes on from its own alone.
 
 use std::fs;
 
@@ -10,7 +10,7 @@ use serde_json::{Value, json};
 use crate::stage::{SCENE, Stage, complaint};
 
 /// What stands behind the small scene.
-const ASKED: &str = r#"
+const DESIGN: &str = r#"
 [hologram]
 target = "picture.png"
 element = "pixels"
@@ -33,7 +33,7 @@ fn designed(more: &str) -> Stage {
         .replace("phase.npy\"", "found.npy\"\nsize = [10, 10]")
         .replace("radius_mm = 0.09", "radius_mm = 0.03")
         .replace("[48, 40]", "[12, 10]");
-    let stage = Stage::new(&format!("{few}{ASKED}{more}"));
+    let stage = Stage::new(&format!("{few}{DESIGN}{more}"));
     let picture = Array2::from_shape_fn((8, 8), |(y, x)| f64::from(u8::from(x < 3 || y == 5)));
     let file = stage.join("picture.png");
     raylet::file::arrays::image::write_gray16(file, picture.view(), [0.0, 1.0]).unwrap();
@@ -198,14 +198,14 @@ fn body(stage: &Stage) -> Value {
 fn wrong(stage: &Stage, what: &str) -> Option<String> {
     let before = stage.names();
     let run = stage.raylet(&["design", "scene.toml", "--out", "run", "--resume"]);
-    let told = complaint(&run);
+    let message = complaint(&run);
     let fine = run.status.code() == Some(2)
-        && told.starts_with("error: ")
-        && told.matches("error:").count() == 1
-        && told.contains("checkpoint.json: found ")
-        && !told.contains("panicked")
+        && message.starts_with("error: ")
+        && message.matches("error:").count() == 1
+        && message.contains("checkpoint.json: found ")
+        && !message.contains("panicked")
         && stage.names() == before;
-    (!fine).then(|| format!("{what}: {:?}, {told}", run.status.code()))
+    (!fine).then(|| format!("{what}: {:?}, {message}", run.status.code()))
 }
 
 #[test]
@@ -249,12 +249,12 @@ fn a_torn_checkpoint_is_reported_and_the_one_before_it_is_taken() {
     for torn in [&[0xff, 0xfe, 0x00, 0x80], &whole[..whole.len() / 2], b""] {
         fs::write(&checkpoint, torn).unwrap();
         let run = resume();
-        let told = complaint(&run);
-        assert!(run.status.success(), "{told}");
-        assert!(told.contains("the newest checkpoint is torn (run/checkpoint.json)"));
+        let message = complaint(&run);
+        assert!(run.status.success(), "{message}");
+        assert!(message.contains("the newest checkpoint is torn (run/checkpoint.json)"));
         assert!(
-            told.contains("the one before it (run/checkpoint.before.json)"),
-            "{told}"
+            message.contains("the one before it (run/checkpoint.before.json)"),
+            "{message}"
         );
         assert!(fs::read(stage.join("found.npy")).unwrap() == found);
     }
@@ -264,10 +264,10 @@ fn a_torn_checkpoint_is_reported_and_the_one_before_it_is_taken() {
     fs::remove_file(stage.join("run/checkpoint.before.json")).unwrap();
     let run = resume();
     assert_eq!(run.status.code(), Some(2));
-    let told = complaint(&run);
+    let message = complaint(&run);
     assert!(
-        told.contains("checkpoint.json: found a torn file"),
-        "{told}"
+        message.contains("checkpoint.json: found a torn file"),
+        "{message}"
     );
     let fresh = stage.raylet(&["design", "scene.toml", "--out", "run"]);
     assert_eq!(fresh.status.code(), Some(2));

@@ -61,7 +61,7 @@ fn numbers_are_printed_and_written() {
         let found = document.pointer(place).unwrap();
         assert!((found["field_error"].as_f64().unwrap() - exact).abs() < 1e-12);
         assert!(found["shape_error"].as_f64().unwrap() < 1e-12);
-        // w √(2 ln 2), within what straight lines between 0.02 mm steps can tell.
+        // w √(2 ln 2), within the accuracy of straight lines between 0.02 mm steps.
         let width = found["a"]["fwhm_um"][0].as_f64().unwrap();
         assert!((width - 117.741).abs() < 0.5, "{width}");
     }
@@ -73,28 +73,28 @@ fn numbers_are_printed_and_written() {
 }
 
 #[test]
-fn what_cannot_be_compared_is_told() {
+fn what_cannot_be_compared_is_reported() {
     let room = tempfile::tempdir().unwrap();
     write(&room.path().join("a.npz"), Complex64::ONE, 0.4);
     write(&room.path().join("wider.npz"), Complex64::ONE, 0.5);
-    let told = |arguments: &[&str]| {
+    let refusal = |arguments: &[&str]| {
         let output = compare(room.path(), arguments);
         assert_eq!(output.status.code(), Some(2));
         assert!(output.stdout.is_empty());
         String::from_utf8(output.stderr).unwrap()
     };
-    let grids = told(&["a.npz", "wider.npz", "--out", "out"]);
+    let grids = refusal(&["a.npz", "wider.npz", "--out", "out"]);
     assert!(
         grids.contains("x_mm[0] = -0.5") && grids.contains("-0.4 as in a.npz"),
         "{grids}"
     );
     assert!(!room.path().join("out").exists());
-    let missing = told(&["a.npz", "none.npz"]);
+    let missing = refusal(&["a.npz", "none.npz"]);
     assert!(missing.contains("none.npz"), "{missing}");
 
     // Results are not replaced by a comparison.
     fs::create_dir(room.path().join("run")).unwrap();
     fs::write(room.path().join("run/result.json"), "{}").unwrap();
-    let refused = told(&["a.npz", "a.npz", "--out", "run"]);
+    let refused = refusal(&["a.npz", "a.npz", "--out", "run"]);
     assert!(refused.contains("compare.json to replace"), "{refused}");
 }

@@ -15,9 +15,8 @@ fn stage(design: &str) -> Stage {
         "phase = \"phase.npy\"",
         "phase = \"found.npy\"\nsize = [30, 30]",
     );
-    let asked =
-        "[hologram]\ntarget = \"picture.png\"\nelement = \"pixels\"\nsize_mm = [0.2, 0.2]\n";
-    let stage = Stage::new(&format!("{sized}{asked}[design]\n{design}"));
+    let task = "[hologram]\ntarget = \"picture.png\"\nelement = \"pixels\"\nsize_mm = [0.2, 0.2]\n";
+    let stage = Stage::new(&format!("{sized}{task}[design]\n{design}"));
     let picture = Array2::from_shape_fn((20, 20), |(j, i)| {
         let dot = |y: usize, x: usize| j.abs_diff(y) < 3 && i.abs_diff(x) < 3;
         f64::from(u8::from(
@@ -63,12 +62,12 @@ fn phases_are_found_and_simulate_agrees() {
 }
 
 /// What a run leaves that was killed and went on, the same to the bit as a run that was not.
-fn stopped_and_resumed(asked: &str, files: &[&str]) -> Stage {
-    let whole = stage(asked);
+fn stopped_and_resumed(task: &str, files: &[&str]) -> Stage {
+    let whole = stage(task);
     let run = whole.raylet(&["design", "scene.toml", "--threads", "1"]);
     assert!(run.status.success(), "{}", complaint(&run));
 
-    let broken = stage(asked);
+    let broken = stage(task);
     let checkpoint = broken.join("out/design/checkpoint.json");
     let mut child = Command::new(env!("CARGO_BIN_EXE_raylet"))
         .current_dir(broken.path())
@@ -99,10 +98,10 @@ fn estimators_go_on_bit_for_bit() {
         "{ kind = \"control_variate\", each = 24, refresh = 5 }",
         "{ kind = \"gumbel\", each = 8, temperature = 0.5 }",
     ] {
-        let asked = format!(
+        let task = format!(
             "iterations = 24\ncheckpoint = 4\noptimizer = \"adam\"\nestimator = {estimator}\n"
         );
-        let stage = stopped_and_resumed(&asked, &["found.npy", "out/design/course.csv"]);
+        let stage = stopped_and_resumed(&task, &["found.npy", "out/design/course.csv"]);
         let run = stage.raylet(&["design", "scene.toml", "--resume", "--iterations", "24"]);
         let said = String::from_utf8(run.stdout).unwrap();
         assert!(number(&said, "NCC ") > 0.6, "{said}");
@@ -113,9 +112,9 @@ fn estimators_go_on_bit_for_bit() {
 /// number of threads.
 #[test]
 fn a_stopped_run_goes_on_bit_for_bit() {
-    let asked = "iterations = 24\ncheckpoint = 4\n[[design.variable]]\npath = \"element[1].thickness_mm\"\n";
+    let task = "iterations = 24\ncheckpoint = 4\n[[design.variable]]\npath = \"element[1].thickness_mm\"\n";
     let files = ["found.npy", "scene.designed.toml", "out/design/course.csv"];
-    let broken = stopped_and_resumed(asked, &files);
+    let broken = stopped_and_resumed(task, &files);
 
     // The scene with the number that was found is simulated as it is.
     let simulated = broken.raylet(&["simulate", "scene.designed.toml", "--out", "seen"]);
@@ -151,8 +150,8 @@ fn levels_and_blocks_are_what_is_exported() {
 }
 
 #[test]
-fn bad_designs_are_told() {
-    for (design, told) in [
+fn bad_designs_are_reported() {
+    for (design, parts) in [
         ("iterations = 0\n", ["iterations", "above zero"]),
         ("optimizer = \"newton\"\n", ["optimizer", "lbfgs"]),
         ("start = \"none\"\n", ["start", "spread"]),
@@ -203,7 +202,7 @@ fn bad_designs_are_told() {
         assert_eq!(run.status.code(), Some(2), "{design}: {said}");
         assert!(said.contains("scene.toml"), "{said}");
         assert!(
-            told.iter().all(|part| said.contains(part)),
+            parts.iter().all(|part| said.contains(part)),
             "{design}: {said}"
         );
     }

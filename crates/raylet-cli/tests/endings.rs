@@ -1,4 +1,4 @@
-//! However a run ends, what stands on the disk is whole, and nothing hidden stays.
+//! However a run ends, its files are complete, and nothing hidden stays.
 
 use std::fs::{self, OpenOptions};
 use std::process::{Child, Command, Stdio};
@@ -148,7 +148,7 @@ fn links_are_not_replaced() {
     fs::create_dir(stage.join("real")).unwrap();
     std::os::unix::fs::symlink("real", stage.join("link")).unwrap();
     std::os::unix::fs::symlink("nowhere", stage.join("loose")).unwrap();
-    for (out, told) in [
+    for (out, message) in [
         ("link", "symbolic link"),
         ("link/", "symbolic link"),
         ("loose", "symbolic link"),
@@ -156,7 +156,11 @@ fn links_are_not_replaced() {
     ] {
         let output = stage.raylet(&["simulate", "scene.toml", "--out", out]);
         assert_eq!(output.status.code(), Some(2), "{out}");
-        assert!(complaint(&output).contains(told), "{}", complaint(&output));
+        assert!(
+            complaint(&output).contains(message),
+            "{}",
+            complaint(&output)
+        );
     }
 
     // Through a link is fine.
@@ -176,7 +180,7 @@ fn deaf_listeners_are_no_panic() {
         command.stdout(out).stderr(err).output().unwrap()
     };
 
-    // A full disk behind standard output is told; nobody can be told of one behind standard error.
+    // A full disk behind standard output is an error; one behind standard error cannot be reported.
     let output = run(&["schema"], full(), Stdio::piped());
     assert_eq!(output.status.code(), Some(2));
     assert!(complaint(&output).starts_with("error: cannot write to standard output"));

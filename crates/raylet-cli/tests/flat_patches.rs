@@ -1,4 +1,4 @@
-//! Patches that stand for planes on a curved mirror: `check` and `simulate` say how wrong their phase is.
+//! Flat patches on a curved mirror: `check` and `simulate` report the error of their phase.
 
 use std::fs;
 use std::process::Command;
@@ -28,7 +28,7 @@ paper = { rays = 9, secondary = 10, patch_um = 25, padding = 4, sag = "tangent" 
 "#;
 
 #[test]
-fn the_phase_is_told_beside_the_angle() {
+fn the_phase_is_reported_beside_the_angle() {
     let room = tempfile::tempdir().unwrap();
     let path = |name: &str| room.path().join(name);
     let said = |verb: &str, scene: &str| {

@@ -1,4 +1,4 @@
-//! Nothing that raylet did not write is lost: files of others, results in use, and what killed runs leave.
+//! Nothing that raylet did not write is lost: files of others, results in use, and files of killed runs.
 
 use std::fs;
 use std::process::{Child, Command, Stdio};
@@ -13,9 +13,9 @@ use crate::stage::{SCENE, Stage, complaint, names};
 /// The small scene with a hologram and a design, and the name of the file for the phase.
 fn sought(phase: &str) -> Stage {
     let named = format!("phase = \"{phase}\"\nsize = [30, 30]");
-    let asked = "[hologram]\ntarget = \"picture.png\"\nelement = \"pixels\"\n\
+    let hologram = "[hologram]\ntarget = \"picture.png\"\nelement = \"pixels\"\n\
         size_mm = [0.2, 0.2]\niterations = 2\n[design]\niterations = 2\n";
-    let stage = Stage::new(&(SCENE.replace("phase = \"phase.npy\"", &named) + asked));
+    let stage = Stage::new(&(SCENE.replace("phase = \"phase.npy\"", &named) + hologram));
     let picture = Array2::from_shape_fn((9, 9), |(y, x)| f64::from(u8::from(x < 3 || y == 5)));
     let file = stage.join("picture.png");
     raylet::file::arrays::image::write_gray16(file, picture.view(), [0.0, 1.0]).unwrap();
@@ -25,13 +25,13 @@ fn sought(phase: &str) -> Stage {
 /// Asserts that a run was refused, in words that hold these pieces.
 fn refused(stage: &Stage, arguments: &[&str], says: &[&str]) {
     let run = stage.raylet(arguments);
-    let told = complaint(&run);
-    assert_eq!(run.status.code(), Some(2), "{arguments:?}: {told}");
-    assert_eq!(told.matches("error:").count(), 1, "{told}");
+    let message = complaint(&run);
+    assert_eq!(run.status.code(), Some(2), "{arguments:?}: {message}");
+    assert_eq!(message.matches("error:").count(), 1, "{message}");
     for piece in says {
         assert!(
-            told.contains(piece),
-            "{arguments:?} should say {piece}: {told}"
+            message.contains(piece),
+            "{arguments:?} should say {piece}: {message}"
         );
     }
 }
@@ -72,7 +72,7 @@ fn folders_with_hidden_entries_are_not_replaced() {
         fs::write(&path, "{}").unwrap();
         let name = file.split('/').next().unwrap();
         for verb in ["simulate", "reference"] {
-            let told = format!(
+            let message = format!(
                 "such as {}",
                 if name == "result.json" {
                     "a result"
@@ -80,7 +80,11 @@ fn folders_with_hidden_entries_are_not_replaced() {
                     name
                 }
             );
-            refused(&stage, &[verb, "scene.toml", "--out", &out], &[&out, &told]);
+            refused(
+                &stage,
+                &[verb, "scene.toml", "--out", &out],
+                &[&out, &message],
+            );
         }
         assert_eq!(fs::read_to_string(path).unwrap(), "{}");
     }
@@ -293,9 +297,9 @@ fn limits_of_file_size_are_errors() {
             .env("RAYLET", env!("CARGO_BIN_EXE_raylet"))
             .output()
             .unwrap();
-        let told = complaint(&run);
-        assert_eq!(run.status.code(), Some(2), "{arguments}: {told}");
-        assert!(told.contains("File too large"), "{arguments}: {told}");
+        let message = complaint(&run);
+        assert_eq!(run.status.code(), Some(2), "{arguments}: {message}");
+        assert!(message.contains("File too large"), "{arguments}: {message}");
         fs::write(stage.join("scene.toml"), scene).unwrap();
         assert_eq!(stage.names(), before, "{arguments}");
     }

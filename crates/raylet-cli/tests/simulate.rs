@@ -192,7 +192,7 @@ fn earlier_results_are_replaced_and_failures_change_nothing() {
 }
 
 #[test]
-fn check_and_schema_tell_without_running() {
+fn check_and_schema_report_without_running() {
     let stage = Stage::new(SCENE);
     let output = stage.raylet(&["check", "scene.toml"]);
     assert!(output.status.success(), "{}", complaint(&output));
@@ -246,7 +246,7 @@ fn check_warns_of_what_may_surprise() {
         assert!(output.status.success(), "{to}{}", complaint(&output));
         assert!(
             said.contains(warning),
-            "{to} should tell '{warning}':\n{said}"
+            "{to} should have '{warning}':\n{said}"
         );
     }
 }

@@ -118,7 +118,7 @@ fn whatever_is_free_has_its_gradient() {
 
 /// Every loss at once, at two wavelengths and from two fields: gradients add up, and a wrong one shows in the sum.
 #[test]
-fn whatever_is_wanted_has_its_gradient() {
+fn every_loss_has_its_gradient() {
     let fields =
         "[[design.field]]\nangle_deg = [0.0, 0.0]\n[[design.field]]\nangle_deg = [2.0, -1.0]\n";
     let losses = [
@@ -139,9 +139,9 @@ fn whatever_is_wanted_has_its_gradient() {
         ),
     ];
     let losses = losses.map(|loss| format!("[[design.loss]]\n{loss}"));
-    let wanted = format!("{fields}{}", losses.concat());
+    let parts = format!("{fields}{}", losses.concat());
     let layer = format!("{PIXELS}{PHASE}");
-    let stage = two("0.6, 0.5", &layer, "start = \"random\"", &wanted);
+    let stage = two("0.6, 0.5", &layer, "start = \"random\"", &parts);
     for (line, apart) in apart(&stage) {
         assert!(apart < 1e-7, "{line}");
     }
@@ -218,7 +218,7 @@ fn what_is_left_is_what_was_designed() {
     );
     let loss = format!("[[design.loss]]\nkind = \"likeness\"\n{PICTURE}");
     let picture = Array2::from_shape_fn((10, 12), |(j, i)| {
-        // The picture's cells are 3 µm wide; pixels are told by their centres.
+        // The picture's cells are 3 µm wide; pixels are read at their centres.
         let cell = |n: usize, count: f64| ((n as f64 - 0.5 * (count - 1.0)) * 4.0 + 15.0) / 3.0;
         let (y, x) = (cell(j, 10.0), cell(i, 12.0));
         let inside = (0.0..10.0).contains(&y) && (0.0..10.0).contains(&x);
@@ -232,7 +232,7 @@ fn what_is_left_is_what_was_designed() {
         let run = stage.raylet(&["design", "scene.toml"]);
         assert!(run.status.success(), "{}", complaint(&run));
         let said = String::from_utf8(run.stdout).unwrap();
-        let told: f64 = said
+        let printed: f64 = said
             .split("loss ")
             .nth(1)
             .unwrap()
@@ -252,11 +252,14 @@ fn what_is_left_is_what_was_designed() {
             .map(|field| unlikeness(&field.to_owned(), &picture))
             .sum::<f64>()
             / 2.0;
-        assert!((mean - told).abs() < 2e-3 * told, "{free}: {mean} {told}");
+        assert!(
+            (mean - printed).abs() < 2e-3 * printed,
+            "{free}: {mean} {printed}"
+        );
     }
 }
 
-/// A design that is told to stop leaves a checkpoint, and ends as programs end that are interrupted.
+/// A design that is interrupted leaves a checkpoint, and ends with the exit code of interrupted programs.
 #[cfg(unix)]
 #[test]
 fn interrupted_designs_say_so() {

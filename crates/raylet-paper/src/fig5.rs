@@ -3,7 +3,7 @@
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "trials, elements and pixels are made here, as many as are asked for"
+    reason = "trials, elements and pixels are made here, as many as are given"
 )]
 
 use std::path::PathBuf;
@@ -88,14 +88,14 @@ pub fn fig5(effort: Effort) -> Result<Study, StudyError> {
         ("paraxial, with principal planes", "paraxial", false),
     ] {
         let clock = Instant::now();
-        let wanted = commission(&scene, naive)?;
-        let iterations = wanted.task.iterations;
+        let job = commission(&scene, naive)?;
+        let iterations = job.task.iterations;
         let mut steps = effort.display.search(name, 0, iterations);
-        let found = design(&wanted.task, &mut |score| {
+        let found = design(&job.task, &mut |score| {
             steps.note(score.iteration, &format!("NCC {:.4}", score.ncc));
         });
         steps.end();
-        let phase = found.map_err(|error| wanted.blame(&scene, &error))?.phase;
+        let phase = found.map_err(|error| job.blame(&scene, &error))?.phase;
         let seconds = clock.elapsed().as_secs_f64();
         let found = Found {
             name,
@@ -152,7 +152,7 @@ fn through_lens(
             &uncancelled,
         )?,
     };
-    let [picture, _] = wanted(brief)?;
+    let [picture, _] = target(brief)?;
     let mut steps = effort
         .display
         .search("through the real lens", run.iteration(), iterations);
@@ -189,7 +189,7 @@ fn check(saved: &Saved, brief: &Brief) -> Result<(), String> {
 }
 
 /// The picture on the sensor, and where its outline is.
-fn wanted(brief: &Brief) -> Result<&[Array2<f64>; 2], StudyError> {
+fn target(brief: &Brief) -> Result<&[Array2<f64>; 2], StudyError> {
     let picture = brief
         .glances
         .first()
@@ -218,7 +218,7 @@ fn seen(brief: &Brief, found: Found) -> Result<Row, StudyError> {
     let other = reference(&system, &Settings::default(), choice, &|_| {})?.field;
     let intensity = ours.field.intensity();
     let behind = ours.hops.first().map_or(f64::NAN, |hop| hop.power[1]);
-    let [picture, window] = wanted(brief)?;
+    let [picture, window] = target(brief)?;
     let like = |seen: &Array2<f64>| ncc(seen.view(), picture.view()).unwrap_or(f64::NAN);
     let apart = field_error(ours.field.values.view(), other.values.view());
     Ok(Row {
@@ -282,7 +282,7 @@ fn study(rows: &[Row], brief: &Brief) -> Result<Study, StudyError> {
         intensity: &row.intensity,
         ncc: row.ncc,
     });
-    let [picture, _] = wanted(brief)?;
+    let [picture, _] = target(brief)?;
     let png = fig5_picture(&shown.collect::<Vec<_>>(), picture, brief)?;
     let mut pictures = vec![(String::from("fig5.png"), png)];
     for row in rows {

@@ -1,8 +1,8 @@
-//! The picture of figure 5: what is wanted, and the phase and the sensor of each design.
+//! The picture of figure 5: the target, and the phase and the sensor of each design.
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "trials, elements and pixels are made here, as many as are asked for"
+    reason = "trials, elements and pixels are made here, as many as are given"
 )]
 
 use std::f64::consts::PI;
@@ -21,22 +21,22 @@ pub(crate) struct Shown<'a> {
     pub(crate) phase: &'a Array2<f64>,
     /// |U|² on the sensor through the real lens, [y, x].
     pub(crate) intensity: &'a Array2<f64>,
-    /// Correlation of it with the picture that is wanted.
+    /// Correlation of it with the target picture.
     pub(crate) ncc: f64,
 }
 
-/// The phases above, the picture wanted and the sensors below.
+/// The phases above, the target picture and the sensors below.
 pub(crate) fn fig5_picture(
     designs: &[Shown],
-    wanted: &Array2<f64>,
+    target: &Array2<f64>,
     brief: &Brief,
 ) -> Result<Vec<u8>, StudyError> {
     let ends = |half: f64| [-half, half];
     let (x, y) = (ends(brief.sensor_half[0]), ends(brief.sensor_half[1]));
-    let wanted = Panel::image(wanted.view(), x, y)
-        .title("Wanted")
+    let target = Panel::image(target.view(), x, y)
+        .title("Target")
         .quantity("intensity", "");
-    let (mut phases, mut seen): (Vec<Panel>, Vec<Panel>) = (Vec::new(), vec![wanted.into()]);
+    let (mut phases, mut seen): (Vec<Panel>, Vec<Panel>) = (Vec::new(), vec![target.into()]);
     for design in designs {
         let wrapped = design
             .phase

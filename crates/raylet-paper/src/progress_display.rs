@@ -1,4 +1,4 @@
-//! Who shows how far a study has come.
+//! How the progress of a study is shown.
 
 use raylet::engine::chain::simulate::Progress;
 

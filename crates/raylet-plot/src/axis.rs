@@ -1,4 +1,4 @@
-//! Axes: where the ticks go and what they say.
+//! Axes: places and labels of their ticks.
 //!
 //! Ticks are 1, 2 or 5 times a power of ten apart, as many as fit without their labels touching.
 

@@ -70,14 +70,14 @@ impl Series {
 
 /// One of the two axes as the caller wants it.
 #[derive(Clone, Debug, Default)]
-struct Wanted {
+struct Choices {
     name: String,
     unit: String,
     log: bool,
     range: Option<[f64; 2]>,
 }
 
-impl Wanted {
+impl Choices {
     /// The axis over its pixels and its label, for values from `lo` to `hi`.
     fn axis(&self, [lo, hi]: [f64; 2], pixels: [f64; 2], direction: Direction) -> (Axis, String) {
         let range = self.range.unwrap_or([lo, hi]);
@@ -113,8 +113,8 @@ impl Wanted {
 pub struct ChartPanel {
     series: Vec<Series>,
     title: String,
-    x: Wanted,
-    y: Wanted,
+    x: Choices,
+    y: Choices,
 }
 
 impl ChartPanel {
@@ -123,8 +123,8 @@ impl ChartPanel {
         ChartPanel {
             series,
             title: String::new(),
-            x: Wanted::default(),
-            y: Wanted::default(),
+            x: Choices::default(),
+            y: Choices::default(),
         }
     }
 

@@ -1,4 +1,4 @@
-//! Colours for values: which colour stands for which number, and the ticks of the colour bar.
+//! Colours for values: which colour means which number, and the ticks of the colour bar.
 
 use std::f64::consts::PI;
 
@@ -7,7 +7,7 @@ use crate::axis::{Axis, Direction, Tick};
 /// The colour of values that are not numbers: a neutral grey-blue in none of the maps' bright parts.
 pub(crate) const MISSING: [u8; 3] = [120, 160, 160];
 
-/// Which colours stand for low and high values.
+/// Colours of low and high values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColourMap {
     /// Black over purple and orange to pale yellow: irradiance and other amounts.

@@ -1,4 +1,4 @@
-//! The picture of a design: how it went, what it makes, what that looks like.
+//! The picture of a design: its course, the designed pixels, and the light on the sensor.
 
 use ndarray::{Array2, ArrayView2};
 use raylet::design::constraints::modulation::Shaped;
@@ -38,8 +38,8 @@ pub struct DesignChart<'a> {
     pub made: &'a [Shaped],
     /// Name, half width and half height in mm of each element.
     pub elements: &'a [(String, [f64; 2])],
-    /// The picture wanted, [y, x], if there is one.
-    pub wanted: Option<&'a Array2<f64>>,
+    /// The target picture, [y, x], if there is one.
+    pub target: Option<&'a Array2<f64>>,
     /// What each channel is called, and its intensity.
     pub intensities: Vec<(String, ArrayView2<'a, f64>)>,
     /// Half width and height of the sensor in mm.
@@ -63,9 +63,9 @@ impl DesignChart<'_> {
         let elements = self.elements();
         let mut seen: Vec<Panel> = Vec::new();
         let [x, y] = self.sensor.map(|half| [-half, half]);
-        if let Some(wanted) = self.wanted {
-            let panel = Panel::image(wanted.view(), x, y);
-            seen.push(panel.title("Wanted").quantity("intensity", "").into());
+        if let Some(target) = self.target {
+            let panel = Panel::image(target.view(), x, y);
+            seen.push(panel.title("Target").quantity("intensity", "").into());
         }
         for (name, intensity) in self.intensities.iter().take(SHOWN) {
             let panel = Panel::image(*intensity, x, y);

@@ -161,7 +161,7 @@ impl<'a> Figure<'a> {
             return Err(refuse(height));
         }
 
-        // The built-in letters stand for every family.
+        // The built-in letters replace every family.
         let options = Options {
             fontdb: FONTS.clone(),
             font_family: FONT_FAMILY.into(),

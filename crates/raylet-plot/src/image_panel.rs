@@ -20,7 +20,7 @@ const SHAPES: [f64; 2] = [0.25, 5.0];
 /// Distance of the colour bar from the plot, and its width.
 const BAR: [f64; 2] = [10.0, 14.0];
 
-/// Decades a logarithmic picture spans unless told otherwise.
+/// Decades that a logarithmic picture spans by default.
 const DECADES: u32 = 5;
 
 /// Values [y, x] shown as colours at their true aspect ratio, +x to the right and +y up.
@@ -109,13 +109,13 @@ impl<'a> ImagePanel<'a> {
         self
     }
 
-    /// What values that are not finite stand for, in place of their count ("" for no note).
+    /// What values that are not finite mean, in place of their count ("" for no note).
     pub fn missing(mut self, what: impl Into<String>) -> Self {
         self.missing = Some(what.into());
         self
     }
 
-    /// Which colours stand for the values; [`ColourMap::Inferno`] unless told otherwise.
+    /// The colours of the values; [`ColourMap::Inferno`] by default.
     pub fn colours(mut self, colours: ColourMap) -> Self {
         self.colours = colours;
         self
@@ -150,7 +150,7 @@ impl<'a> ImagePanel<'a> {
         self
     }
 
-    /// Names of the horizontal and the vertical axis; "x" and "y" unless told otherwise.
+    /// Names of the horizontal and the vertical axis; "x" and "y" by default.
     pub fn axes(mut self, across: impl Into<String>, up: impl Into<String>) -> Self {
         self.axes = [across.into(), up.into()];
         self

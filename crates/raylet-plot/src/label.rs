@@ -192,7 +192,7 @@ impl Room {
             let middle = rect.y + 4.0 + (i as f64 + 0.5) * line;
             let from = rect.x + 8.0;
             match pen.stroke {
-                // Dots stand for themselves.
+                // Dots are dots.
                 "none" => svg.disc([from + 12.0, middle], 3.0, *pen),
                 _ => svg.line([from, middle], [from + 24.0, middle], *pen),
             }

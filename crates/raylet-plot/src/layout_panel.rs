@@ -27,7 +27,7 @@ pub struct RayPath {
     pub group: usize,
 }
 
-/// What a curve in a layout stands for, which decides how it is drawn.
+/// What a curve in a layout means, which decides how it is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CurveKind {
     /// A refracting surface: a thin line.
@@ -50,7 +50,7 @@ pub enum CurveKind {
 pub struct Curve {
     /// The curve as a polyline.
     pub points: Vec<[f64; 2]>,
-    /// What it stands for.
+    /// What it means.
     pub kind: CurveKind,
 }
 
@@ -155,7 +155,7 @@ impl LayoutPanel {
         self
     }
 
-    /// The name of the transverse coordinate; "y" unless told otherwise.
+    /// The name of the transverse coordinate; "y" by default.
     pub fn transverse(mut self, name: impl Into<String>) -> Self {
         self.transverse = name.into();
         self
@@ -279,7 +279,7 @@ fn below(value: f64) -> f64 {
     }
 }
 
-/// Draws a curve as the symbol of what it stands for and notes its ink.
+/// Draws a curve as the symbol of what it means and notes its ink.
 fn draw_curve(svg: &mut Svg, room: &mut Room, line: &[[f64; 2]], kind: CurveKind) {
     room.add_ink(line);
     match kind {

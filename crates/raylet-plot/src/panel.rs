@@ -44,7 +44,7 @@ pub enum FigureError {
         "figure: expected a positive scale giving at most 20000 pixels a side, found {scale} giving {width} x {height}"
     )]
     Scale {
-        /// The scale asked for.
+        /// The requested scale.
         scale: f64,
         /// Pixels across that would result.
         width: f64,
@@ -97,7 +97,7 @@ pub(crate) trait Content {
     /// Title and notes.
     fn heading(&self) -> Heading;
 
-    /// The plot's wanted shape.
+    /// The requested shape of the plot.
     fn aspect(&self) -> Aspect;
 
     /// Space around a plot of about this width and height.

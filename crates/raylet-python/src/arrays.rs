@@ -1,4 +1,4 @@
-//! NumPy arrays that are looked at where they are.
+//! NumPy arrays that are read in place.
 
 use std::collections::BTreeMap;
 
@@ -26,7 +26,7 @@ impl Guard<'_> {
     }
 }
 
-/// Arrays by the path of the field that they stand for.
+/// Arrays by the path of the field that they replace.
 pub(crate) struct Lent<'py>(Vec<(String, Guard<'py>)>);
 
 impl<'py> Lent<'py> {
@@ -107,8 +107,8 @@ pub(crate) fn columns<T: Element + Copy, const N: usize>(
     let view: ArrayView2<T> = array.as_array();
     if view.ncols() != N {
         let shape = view.shape();
-        let told = format!("{name}: an array of shape {shape:?}, expected (rays, {N})");
-        return Err(PyValueError::new_err(told));
+        let message = format!("{name}: an array of shape {shape:?}, expected (rays, {N})");
+        return Err(PyValueError::new_err(message));
     }
     // Rows that lie side by side are taken in one piece: millions come in little time.
     if let Some(numbers) = view.as_slice() {

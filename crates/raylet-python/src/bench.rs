@@ -71,7 +71,7 @@ impl Bench {
         threads: Option<usize>,
     ) -> PyResult<Self> {
         let found = found(&scene.file, &numbers);
-        let (file, addresses) = found.map_err(|told| fault(py, &told))?;
+        let (file, addresses) = found.map_err(|failure| fault(py, &failure))?;
         let values = values(&file, &addresses);
         let at = NumberValues {
             scene: &file,
@@ -106,7 +106,7 @@ impl Bench {
                 .map(plan)
                 .collect::<Result<Vec<_>, LinearisedSystemError>>()
         })?;
-        let planned = Arc::new(planned.map_err(|told| error(py, told))?);
+        let planned = Arc::new(planned.map_err(|failure| error(py, failure))?);
         Ok(Self {
             file,
             elements,
@@ -158,8 +158,8 @@ impl Bench {
             each.map(one)
                 .collect::<Result<Vec<_>, LinearisedSystemError>>()
         })?;
-        let mut channels = channels.map_err(|told| error(py, told))?;
-        // Nothing on the way back asks for the field itself: its memory becomes NumPy's.
+        let mut channels = channels.map_err(|failure| error(py, failure))?;
+        // Nothing on the way back needs the field itself: its memory becomes NumPy's.
         let take = |channel: &mut Channel| std::mem::take(&mut channel.trace.field.values);
         let fields = channels.iter_mut().map(take);
         let fields = fields.map(|field| Made::new(py, field));
@@ -183,7 +183,7 @@ impl Bench {
         }
     }
 
-    /// Puts pixels into the systems; tells the screen of each element and whether it was given by its phases.
+    /// Puts pixels into the systems; returns the screen of each element and whether it was given by its phases.
     fn place(
         &self,
         py: Python<'_>,
@@ -208,8 +208,9 @@ impl Bench {
                 for system in std::iter::once(system).chain(near) {
                     let own = pixels_of(system, *screen)
                         .ok_or_else(|| error(py, format!("element '{name}' has no pixels")))?;
-                    put(own, look)
-                        .map_err(|told| error(py, format!("pixels of element '{name}': {told}")))?;
+                    put(own, look).map_err(|failure| {
+                        error(py, format!("pixels of element '{name}': {failure}"))
+                    })?;
                 }
             }
             kinds.push((*screen, matches!(guard, Guard::Real(_))));
@@ -257,7 +258,7 @@ impl Passage {
         let gradient = run(py, threads, None, move |watch: &Watch| {
             go_back(&planned, &channels, &elements, &bars, watch)
         })?;
-        let (pixels, numbers) = gradient.map_err(|told| error(py, told))?;
+        let (pixels, numbers) = gradient.map_err(|failure| error(py, failure))?;
         let each = pixels.into_iter().map(|pixels| match pixels {
             Bar::Phase(bar) => Made::new(py, bar)?.into_bound_py_any(py),
             Bar::Transmission(bar) => Made::new(py, bar)?.into_bound_py_any(py),

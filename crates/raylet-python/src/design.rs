@@ -1,4 +1,4 @@
-//! Holograms and designs that a scene asks for.
+//! Holograms and designs that a scene describes.
 
 use std::path::PathBuf;
 use std::sync::Arc;
@@ -40,17 +40,17 @@ pub(crate) fn hologram<'py>(
 ) -> PyResult<(String, Made<'py, f64, Ix2>, [f64; 3])> {
     let file = held(py, scene, &arrays)?;
     let work = move |watch: &Watch| {
-        let wanted = commission(&file, naive)?;
-        let all = wanted.task.iterations as f64;
-        let mut tell = |score: Score| {
+        let job = commission(&file, naive)?;
+        let all = job.task.iterations as f64;
+        let mut report = |score: Score| {
             let words = format!("NCC {:.4}", score.ncc);
-            watch.tell(score.iteration as f64, all, &words)
+            watch.report(score.iteration as f64, all, &words)
         };
-        let found = seek(&wanted.task, &mut tell).map_err(|told| wanted.blame(&file, &told))?;
-        Ok((wanted.field, found.phase / wanted.phase_scale, found.score))
+        let found = seek(&job.task, &mut report).map_err(|failure| job.blame(&file, &failure))?;
+        Ok((job.field, found.phase / job.phase_scale, found.score))
     };
     let found: Result<(String, Array2<f64>, Score), Fault> = run(py, threads, progress, work)?;
-    let (path, phase, score) = found.map_err(|told| fault(py, &told))?;
+    let (path, phase, score) = found.map_err(|failure| fault(py, &failure))?;
     let scores = [score.ncc, score.ncc_sensor, score.efficiency];
     finite(py, &scores)?;
     Ok((path, Made::new(py, phase)?, scores))
@@ -89,7 +89,7 @@ type Answer<'py> = (
 /// last of them.
 type Keeping = Option<(PathBuf, String, bool)>;
 
-/// Designs what the `[design]` of a scene asks for.
+/// Runs the `[design]` of a scene.
 ///
 /// Returns (arrays by their paths in the scene, numbers by name, (loss after each iteration, loss of what was found,
 /// evaluations, what was wrong with the newest checkpoint), (field, wavelength, losses by kind) of each run, the scene
@@ -114,9 +114,9 @@ pub(crate) fn design<'py>(
     if found.is_err() && keeps {
         wait(py, ended);
     }
-    let found = found?.map_err(|told| match told {
-        Failure::Fault(told) => fault(py, &told),
-        Failure::Other(told) => error(py, told),
+    let found = found?.map_err(|failure| match failure {
+        Failure::Fault(failure) => fault(py, &failure),
+        Failure::Other(failure) => error(py, failure),
     })?;
     let pixels = found.pixels.into_iter();
     let pixels = pixels.map(|(path, array)| Ok((path, Made::new(py, array)?)));
@@ -139,12 +139,12 @@ pub(crate) fn design<'py>(
 /// Waits until a search that was cancelled has ended and released its folder, or until the next signal.
 fn wait(py: Python<'_>, mut ended: Receiver<()>) {
     loop {
-        let (back, heard) = py.detach(move || {
-            let heard = ended.recv_timeout(BREATH);
-            (ended, heard)
+        let (back, outcome) = py.detach(move || {
+            let outcome = ended.recv_timeout(BREATH);
+            (ended, outcome)
         });
         ended = back;
-        if heard != Err(RecvTimeoutError::Timeout) || py.check_signals().is_err() {
+        if outcome != Err(RecvTimeoutError::Timeout) || py.check_signals().is_err() {
             return;
         }
     }
@@ -157,20 +157,20 @@ enum Failure {
 }
 
 impl From<Fault> for Failure {
-    fn from(told: Fault) -> Self {
-        Self::Fault(Box::new(told))
+    fn from(failure: Fault) -> Self {
+        Self::Fault(Box::new(failure))
     }
 }
 
 impl From<Cancelled> for Failure {
-    fn from(told: Cancelled) -> Self {
-        Self::Other(told.to_string())
+    fn from(failure: Cancelled) -> Self {
+        Self::Other(failure.to_string())
     }
 }
 
 impl From<ProjectError> for Failure {
-    fn from(told: ProjectError) -> Self {
-        Self::Other(told.to_string())
+    fn from(failure: ProjectError) -> Self {
+        Self::Other(failure.to_string())
     }
 }
 
@@ -216,7 +216,7 @@ impl<'b> Going<'b> {
         Ok(going)
     }
 
-    /// To the end, keeping a checkpoint as often as the design asks for one.
+    /// To the end, keeping a checkpoint as often as the design says.
     fn follow(&mut self, brief: &Brief, watch: &Watch) -> Result<(), Failure> {
         let (iterations, each) = (brief.design.iterations, brief.design.checkpoint);
         while !self.search.is_done() {
@@ -229,7 +229,7 @@ impl<'b> Going<'b> {
                 self.search.iteration(),
                 format!("loss {:.5}", found.look.value),
             );
-            Cancelled::check(watch.tell(done as f64, iterations as f64, &words))?;
+            Cancelled::check(watch.report(done as f64, iterations as f64, &words))?;
             if let Some((checkpoints, _)) = &self.kept
                 && (done.is_multiple_of(each) || self.search.is_done())
             {
@@ -296,5 +296,5 @@ fn find(
 fn held(py: Python<'_>, scene: &Scene, arrays: &ByPath<'_>) -> PyResult<File> {
     let lent = Lent::new(arrays)?;
     let held = (*scene.file).clone().holding(&lent.looks());
-    held.map_err(|told| fault(py, &told))
+    held.map_err(|failure| fault(py, &failure))
 }

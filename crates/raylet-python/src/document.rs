@@ -30,8 +30,8 @@ fn entries_at(table: &Bound<'_, PyDict>, level: usize) -> PyResult<Vec<Entry>> {
 
 fn value_at(value: &Bound<'_, PyAny>, level: usize) -> PyResult<Value> {
     if level > MOST_LEVELS {
-        let told = format!("a value more than {MOST_LEVELS} lists or tables deep");
-        return Err(error(value.py(), told));
+        let message = format!("a value more than {MOST_LEVELS} lists or tables deep");
+        return Err(error(value.py(), message));
     }
     // A truth value is a whole number too.
     if let Ok(truth) = value.cast::<PyBool>() {
@@ -57,6 +57,6 @@ fn value_at(value: &Bound<'_, PyAny>, level: usize) -> PyResult<Value> {
         return Ok(Value::Table(entries_at(table, level)?));
     }
     let found = value.get_type().name()?;
-    let told = format!("{found}, expected a number, text, list or table");
-    Err(PyTypeError::new_err(told))
+    let message = format!("{found}, expected a number, text, list or table");
+    Err(PyTypeError::new_err(message))
 }

@@ -1,4 +1,4 @@
-//! Files that Python leaves: whole or not at all, and never in the place of what raylet did not write.
+//! Files that Python writes: complete or not at all, and never in place of files that raylet did not write.
 
 use std::path::PathBuf;
 
@@ -24,5 +24,5 @@ pub(crate) fn write_files(
         let mut contents = claimed.iter().zip(&files);
         contents.try_for_each(|(file, (_, content))| file.write(content))
     };
-    py.detach(write).map_err(|told| fault(py, &told))
+    py.detach(write).map_err(|failure| fault(py, &failure))
 }

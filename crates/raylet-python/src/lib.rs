@@ -1,5 +1,5 @@
-//! The extension module behind the Python package `raylet`: arrays and words in, arrays and words out. What they
-//! mean is the library's affair, and how they are asked for that of `python/raylet`.
+//! The extension module behind the Python package `raylet`: arrays and words in, arrays and words out. The
+//! library defines what they mean, and `python/raylet` how they are called.
 
 #![deny(
     clippy::expect_used,

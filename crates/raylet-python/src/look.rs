@@ -120,11 +120,11 @@ pub(crate) fn element<'py>(
             true => String::from("there is none"),
             false => format!("there are: '{}'", names.join("', '")),
         };
-        let told = format!(
+        let message = format!(
             "no diffractive element is called '{}'; {known}",
             shortened(name)
         );
-        return Err(error(py, told));
+        return Err(error(py, message));
     };
     let bounds = doe
         .bounds()
@@ -148,7 +148,7 @@ pub(crate) fn check(
         // As it will be run: rims that become screens have hops of their own.
         let system = with_rims(&system, &settings, PixelValues::Fixed).system;
         let hops = forecast_with_progress(&system, &settings, |_, _| watch.pulse());
-        let hops = hops.map_err(|told| blame(&file, &told))?;
+        let hops = hops.map_err(|failure| blame(&file, &failure))?;
         let plans: Vec<Plan> = hops.into_iter().map(|hop| hop.plan).collect();
         let findings = advice(&system, &plans, &settings).into_iter();
         let between = |hop: usize| {
@@ -160,7 +160,7 @@ pub(crate) fn check(
             .map(|one| (between(one.hop), one.warning, one.text))
             .collect())
     };
-    run(py, None, None, work)?.map_err(|told: Fault| fault(py, &told))
+    run(py, None, None, work)?.map_err(|failure: Fault| fault(py, &failure))
 }
 
 /// The JSON Schema of scenes, in which every key is explained.

@@ -2,7 +2,7 @@
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "arrays that came have the columns that were asked for before, and those that go are made to size"
+    reason = "the columns of arrays from Python are checked before, and arrays for Python are made to size"
 )]
 
 use ndarray::{Array1, Array2, Array3, ArrayView2};
@@ -174,10 +174,10 @@ fn at_element<T: Send + 'static>(
     let done = run(py, None, None, move |watch: &Watch| {
         let (rays, bent) = (held.rays(), curvature.as_deref());
         let scatter = Scatter::new(&screen, wavelength, rays, bent, settings);
-        let scatter = scatter.map_err(|told| told.to_string())?;
+        let scatter = scatter.map_err(|failure| failure.to_string())?;
         work(&scatter, &screen, watch)
     })?;
-    done.map_err(|told| error(py, told))
+    done.map_err(|failure| error(py, failure))
 }
 
 /// Rows of `N` numbers as an array (rows, N).
@@ -223,7 +223,7 @@ pub(crate) fn scatter<'py>(
         at_element(py, at, &bundle, &choices, move |scatter, screen, watch| {
             let made = scatter
                 .scatter_within(most, &|| watch.pulse())
-                .map_err(|told| told.to_string())?;
+                .map_err(|failure| failure.to_string())?;
             let axes: Vec<[[f64; 3]; 3]> = made
                 .position
                 .iter()
@@ -318,14 +318,14 @@ pub(crate) fn scatter_adjoint<'py>(
     let (pixels, weight) = at_element(py, at, &bundle, &choices, move |scatter, _, _| {
         let back = scatter
             .weigh_adjoint(&secondary, &bar)
-            .map_err(|told| told.to_string())?;
+            .map_err(|failure| failure.to_string())?;
         Ok((scatter.pixels_bar(&back).ok(), back.weight))
     })?;
     let pixels = pixels.map(|pixels| Made::new(py, pixels)).transpose()?;
     Ok((pixels, one(py, weight)?))
 }
 
-/// What a tracer tells of the way of each ray: (rays, 4, 4) Jacobians, (rays, 3) windows, (rays,) cosines where they
+/// What a tracer reports of the path of each ray: (rays, 4, 4) Jacobians, (rays, 3) windows, (rays,) cosines where they
 /// started and numbers of images they passed.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
@@ -350,11 +350,11 @@ impl Ways<'_> {
         let view = self.jacobian.as_array();
         let (_, rows, across) = view.dim();
         if (rows, across) != (4, 4) {
-            let told = format!(
+            let message = format!(
                 "jacobian: an array of shape {:?}, expected (rays, 4, 4)",
                 view.shape()
             );
-            return Err(PyValueError::new_err(told));
+            return Err(PyValueError::new_err(message));
         }
         let images = self
             .images
@@ -395,7 +395,7 @@ fn on_sensor<T: Send + 'static>(
         let ray_sum = SecondaryRaySum::new(&screen, wavelength, tolerance)?;
         work(&ray_sum, &held.rays(), std::f64::consts::TAU / wavelength)
     })?;
-    done.map_err(|told| error(py, told))
+    done.map_err(|failure| error(py, failure))
 }
 
 /// The amplitudes (rays,) and curvatures (rays, 3) in 1/mm of the beamlets of rays on the sensor.
@@ -452,8 +452,8 @@ impl Sum<'_> {
         let beams = || {
             let (Some(amplitude), Some(curvature)) = (&self.amplitude, &self.curvature) else {
                 let wavelet = shortened(&self.wavelet);
-                let told = format!("no beams, expected them for wavelet '{wavelet}'");
-                return Err(PyValueError::new_err(told));
+                let message = format!("no beams, expected them for wavelet '{wavelet}'");
+                return Err(PyValueError::new_err(message));
             };
             Ok(Beams {
                 amplitude: column("amplitude", amplitude)?,
@@ -465,11 +465,11 @@ impl Sum<'_> {
             "prefactor" => Ok(Held::Prefactor(beams()?)),
             "beamlet" => Ok(Held::Beamlet(beams()?)),
             other => {
-                let told = format!(
+                let message = format!(
                     "wavelet is '{}', expected 'beamlet', 'prefactor' or 'plain'",
                     shortened(other)
                 );
-                Err(PyValueError::new_err(told))
+                Err(PyValueError::new_err(message))
             }
         }
     }

@@ -28,7 +28,7 @@ pub(crate) struct Scene {
 
 #[pymethods]
 impl Scene {
-    /// The scene of a document of plain values; `name` stands for its file in messages and tells its folder.
+    /// The scene of a document of plain values; messages call its file `name`, whose folder is that of its arrays.
     #[staticmethod]
     fn build(py: Python<'_>, document: Named<'_>, name: PathBuf) -> PyResult<Self> {
         let tree = Value::Table(entries(&document)?).into();
@@ -59,18 +59,18 @@ impl Scene {
 
     /// The scene as TOML, with every default.
     fn to_toml(&self, py: Python<'_>) -> PyResult<String> {
-        self.file.to_toml().map_err(|told| fault(py, &told))
+        self.file.to_toml().map_err(|failure| fault(py, &failure))
     }
 
     /// The scene as JSON, with every default.
     fn to_json(&self, py: Python<'_>) -> PyResult<String> {
-        serde_json::to_string(&*self.file).map_err(|told| error(py, told))
+        serde_json::to_string(&*self.file).map_err(|failure| error(py, failure))
     }
 }
 
 impl Scene {
     fn of(py: Python<'_>, read: Result<File, Fault>) -> PyResult<Self> {
-        let file = read.map_err(|told| fault(py, &told))?;
+        let file = read.map_err(|failure| fault(py, &failure))?;
         Ok(Self {
             file: Arc::new(file),
         })
@@ -86,7 +86,7 @@ impl Scene {
         let (lent, pool) = (Lent::new(arrays)?, pool(None)?);
         let (looks, file) = (lent.looks(), &*self.file);
         let done = py.detach(|| pool.install(|| work(file, &file.load_with(&looks)?)));
-        done.map_err(|told| fault(py, &told))
+        done.map_err(|failure| fault(py, &failure))
     }
 
     /// The systems of all wavelengths.
@@ -117,7 +117,7 @@ impl Scene {
         if channel < count {
             return Ok(());
         }
-        let told = format!("channel is {channel}, expected from 0 to {}", count - 1);
-        Err(PyIndexError::new_err(told))
+        let message = format!("channel is {channel}, expected from 0 to {}", count - 1);
+        Err(PyIndexError::new_err(message))
     }
 }

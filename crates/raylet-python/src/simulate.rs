@@ -39,8 +39,9 @@ pub(crate) fn simulate<'py>(
     let systems = scene.systems(py, &arrays)?;
     let (file, settings) = (Arc::clone(&scene.file), build::settings(&scene.file));
     let work = move |watch: &Watch| carry_all(&file, &systems, &settings, watch, clock);
-    let carried = run(py, threads, progress, work)?.map_err(|told| fault(py, &told))?;
-    let report = document::text(&carried.report, "report").map_err(|told| fault(py, &told))?;
+    let carried = run(py, threads, progress, work)?.map_err(|failure| fault(py, &failure))?;
+    let report =
+        document::text(&carried.report, "report").map_err(|failure| fault(py, &failure))?;
     let (mut fields, mut errors, mut axes) = (Vec::new(), Vec::new(), [Vec::new(), Vec::new()]);
     for (field, noise) in carried.fields {
         axes = [field.grid.x.nodes(), field.grid.y.nodes()];
@@ -74,13 +75,13 @@ fn carry_all(
 ) -> Result<Carried, Fault> {
     let (mut fields, mut channels) = (Vec::new(), Vec::new());
     for (number, system) in systems.iter().enumerate() {
-        let tell = |progress: Progress| {
+        let report = |progress: Progress| {
             let before = (number * progress.hops + progress.hop) as f64;
             let all = (systems.len() * progress.hops) as f64;
-            watch.tell(before + progress.done, all, progress.to)
+            watch.report(before + progress.done, all, progress.to)
         };
         let outcome: Outcome =
-            carry(system, settings, &tell).map_err(|error| blame(file, &error))?;
+            carry(system, settings, &report).map_err(|error| blame(file, &error))?;
         channels.push(Channel::new(&outcome, settings));
         fields.push((outcome.field, outcome.standard_error));
     }

@@ -63,10 +63,10 @@ pub(crate) fn trace<'py>(
     let is_far = pupil.as_flattened().iter().any(|p| far(p, WIDEST))
         || light.as_flattened().iter().any(|x| far(x, FARTHEST));
     if is_far {
-        let told = format!(
+        let message = format!(
             "places in the pupil beyond {WIDEST:e} half widths, or of the source beyond {FARTHEST:e} mm"
         );
-        return Err(PyValueError::new_err(told));
+        return Err(PyValueError::new_err(message));
     }
     scene.check(channel)?;
     let (system, variations) = scene.with_arrays(py, &arrays, |file, arrays| {
@@ -76,15 +76,15 @@ pub(crate) fn trace<'py>(
     let bounds = system.screens.first().and_then(Screen::bounds);
     let bounds = bounds.ok_or_else(|| error(py, "the first screen has no edge"))?;
     refuse_turned(py, &system, &variations)?;
-    let asked = Asked {
+    let job = Job {
         system,
         variations,
         bounds,
         pupil,
         light,
     };
-    let found = run(py, threads, None, move |watch: &Watch| asked.follow(watch))?;
-    let found = found.map_err(|told| error(py, told))?;
+    let found = run(py, threads, None, move |watch: &Watch| job.follow(watch))?;
+    let found = found.map_err(|failure| error(py, failure))?;
     if !found.arrived_are_finite() {
         return Err(error(
             py,
@@ -114,7 +114,7 @@ fn refuse_turned(py: Python<'_>, system: &System, variations: &[Variation]) -> P
         Some(screen) if !variations.is_empty() => Err(error(
             py,
             format!(
-                "derivatives of rays that element '{}' turns: they are told through surfaces, mirrors and stops; \
+                "derivatives of rays that element '{}' turns: they exist through surfaces, mirrors and stops; \
                  System.bench has those of the field",
                 screen.name
             ),
@@ -127,7 +127,7 @@ fn refuse_turned(py: Python<'_>, system: &System, variations: &[Variation]) -> P
 const ROUND: usize = 1 << 14;
 
 /// Rays to follow.
-struct Asked {
+struct Job {
     system: System,
     variations: Vec<Variation>,
     /// Edges of the first screen's opening.
@@ -151,7 +151,7 @@ struct Course {
     slopes: Vec<[f64; 5]>,
 }
 
-impl Asked {
+impl Job {
     /// All rays, round by round, so that only the answer takes memory.
     fn follow(&self, watch: &Watch) -> Result<Found, Cancelled> {
         let surfaces: usize = self.system.trains.iter().map(Vec::len).sum();
@@ -199,7 +199,7 @@ impl Found {
         }
     }
 
-    /// Whether what is told of the rays that arrived are numbers.
+    /// Whether all numbers of the rays that arrived are finite.
     fn arrived_are_finite(&self) -> bool {
         let arrived = self
             .fates

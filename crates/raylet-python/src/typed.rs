@@ -1,4 +1,4 @@
-//! Arrays and dictionaries that tell their Python types where functions are declared: type stubs are made of that.
+//! Arrays and dictionaries that declare their Python types; type stubs are made of these.
 
 use std::ops::Deref;
 
@@ -21,7 +21,7 @@ pub(crate) trait Number: Element + Copy {
     fn is_number(self) -> bool;
 }
 
-/// Declares a kind of number by its name in Python and what tells whether one is finite.
+/// Declares a kind of number by its name in Python and its test for finite values.
 macro_rules! number {
     ($kind:ty, $name:literal, $is_number:expr) => {
         impl Number for $kind {
@@ -75,7 +75,7 @@ impl<'py, T: Number, D: Dimension> Made<'py, T, D> {
         }
     }
 
-    /// An array in which NaN stands for what is not there.
+    /// An array in which NaN marks missing values.
     pub(crate) fn with_gaps(py: Python<'py>, array: Array<T, D>) -> Self {
         Self(PyArray::from_owned_array(py, array))
     }
@@ -147,7 +147,7 @@ macro_rules! container {
 }
 
 container!(
-    /// Arrays by the path of the field that they stand for.
+    /// Arrays by the path of the field that they replace.
     ByPath,
     PyDict,
     type_hint_subscript!(

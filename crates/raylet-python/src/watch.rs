@@ -1,4 +1,4 @@
-//! Long work: away from Python's lock, on as many threads as asked for, and given up when the user says so.
+//! Long work: without Python's lock, on the chosen number of threads, and cancelled when the user requests it.
 
 use std::any::Any;
 use std::ops::ControlFlow;
@@ -12,42 +12,42 @@ use pyo3::exceptions::{PyRuntimeError, PyValueError};
 use pyo3::prelude::*;
 use rayon::{ThreadPool, ThreadPoolBuilder};
 
-/// How often signals are looked for and progress is told.
+/// Time between checks for signals and reports of progress.
 pub(crate) const BREATH: Duration = Duration::from_millis(50);
 
-/// Most threads that can be asked for.
+/// Largest number of threads.
 const MOST_THREADS: usize = 1024;
 
 /// How far work has come: hops done and all hops, as floating numbers, and where the current one leads.
 type Stage = (f64, f64, String);
 
-/// What work tells its watcher, and hears from it.
+/// The state that work shares with the thread that watches it: progress one way, cancellation the other.
 #[derive(Clone, Default)]
 pub(crate) struct Watch(Arc<Inner>);
 
 #[derive(Default)]
 struct Inner {
-    unwanted: AtomicBool,
+    cancelled: AtomicBool,
     stage: Mutex<Option<Stage>>,
 }
 
 impl Watch {
-    /// Whether the work goes on: `Break` once nobody wants it any more.
+    /// Whether the work goes on: `Break` once it is cancelled.
     pub(crate) fn pulse(&self) -> ControlFlow<()> {
-        match self.0.unwanted.load(Ordering::Relaxed) {
+        match self.0.cancelled.load(Ordering::Relaxed) {
             true => ControlFlow::Break(()),
             false => ControlFlow::Continue(()),
         }
     }
 
-    /// The same, after it took note of how far the work has come.
-    pub(crate) fn tell(&self, done: f64, all: f64, to: &str) -> ControlFlow<()> {
+    /// The same, after it notes how far the work has come.
+    pub(crate) fn report(&self, done: f64, all: f64, to: &str) -> ControlFlow<()> {
         let mut stage = self.0.stage.lock().unwrap_or_else(PoisonError::into_inner);
         *stage = Some((done, all, to.to_owned()));
         self.pulse()
     }
 
-    fn news(&self) -> Option<Stage> {
+    fn take_stage(&self) -> Option<Stage> {
         self.0
             .stage
             .lock()
@@ -59,7 +59,7 @@ impl Watch {
 /// Threads that are kept from call to call: of this process, and so many.
 static POOL: Mutex<Option<(u32, usize, Arc<ThreadPool>)>> = Mutex::new(None);
 
-/// Threads to work on; all processors unless told otherwise.
+/// Threads to work on; all processors by default.
 ///
 /// # Errors
 /// ValueError for a number that cannot be; RuntimeError when they cannot be started.
@@ -93,7 +93,7 @@ pub(crate) fn pool(threads: Option<usize>) -> PyResult<Arc<ThreadPool>> {
     Ok(pool)
 }
 
-/// Does work on a thread of its own, while this one looks for signals and tells `progress(done, all, to)`.
+/// Does work on a thread of its own, while this one checks for signals and calls `progress(done, all, to)`.
 ///
 /// When a signal handler or `progress` raises, that is raised here at once; the work is cancelled at its next call of
 /// the watch, and releases then what it holds. A panic within the work becomes an error.
@@ -111,43 +111,45 @@ pub(crate) fn run<T: Send + 'static>(
     let there = watch.clone();
     std::thread::Builder::new().spawn(move || {
         let outcome = catch_unwind(AssertUnwindSafe(|| pool.install(|| work(&there))));
-        // Nobody listens to work that was given up.
+        // A cancelled call has dropped the receiver.
         let _ = sender.send(outcome);
     })?;
     loop {
-        let (back, heard) = py.detach(move || {
-            let heard = receiver.recv_timeout(BREATH);
-            (receiver, heard)
+        let (back, outcome) = py.detach(move || {
+            let outcome = receiver.recv_timeout(BREATH);
+            (receiver, outcome)
         });
         receiver = back;
-        let heard = match heard {
-            Ok(outcome) => outcome.map_err(|payload| PyRuntimeError::new_err(told(&*payload)))?,
+        let outcome = match outcome {
+            Ok(outcome) => {
+                outcome.map_err(|payload| PyRuntimeError::new_err(panic_message(&*payload)))?
+            }
             Err(RecvTimeoutError::Disconnected) => {
                 return Err(PyRuntimeError::new_err("the work ended without a result"));
             }
             Err(RecvTimeoutError::Timeout) => {
-                let kept = py.check_signals().and_then(|()| tell(progress, &watch));
+                let kept = py.check_signals().and_then(|()| report(progress, &watch));
                 if let Err(error) = kept {
-                    watch.0.unwanted.store(true, Ordering::Relaxed);
+                    watch.0.cancelled.store(true, Ordering::Relaxed);
                     return Err(error);
                 }
                 continue;
             }
         };
-        tell(progress, &watch)?;
-        return Ok(heard);
+        report(progress, &watch)?;
+        return Ok(outcome);
     }
 }
 
-fn tell(progress: Option<&Bound<'_, PyAny>>, watch: &Watch) -> PyResult<()> {
-    if let (Some(progress), Some(stage)) = (progress, watch.news()) {
+fn report(progress: Option<&Bound<'_, PyAny>>, watch: &Watch) -> PyResult<()> {
+    if let (Some(progress), Some(stage)) = (progress, watch.take_stage()) {
         progress.call1(stage)?;
     }
     Ok(())
 }
 
-/// What a failure within said.
-fn told(payload: &(dyn Any + Send)) -> String {
+/// The error message of a panic.
+fn panic_message(payload: &(dyn Any + Send)) -> String {
     let text = payload
         .downcast_ref::<&str>()
         .map(|text| (*text).to_owned());

@@ -195,7 +195,7 @@ mod transforms {
     /// Points of a non-uniform sum.
     const POINTS: u32 = 1_000_000;
 
-    /// Asked accuracies.
+    /// Target accuracies.
     const TOLERANCES: [f64; 3] = [1e-3, 1e-6, 1e-9];
 
     /// Random points, the slowest order to sort.
@@ -425,14 +425,14 @@ mod design {
         };
         for _ in 0..30 {
             let (value, gradient) = function(search.point());
-            search.tell(value, &gradient);
+            search.report(value, &gradient);
         }
         let (value, gradient) = function(search.point());
         bencher
             .counter(ItemsCount::new(count))
             .with_inputs(|| search.clone())
             .bench_local_values(|mut search| {
-                search.tell(value, &gradient);
+                search.report(value, &gradient);
                 search
             });
     }

@@ -74,8 +74,8 @@ fn main() -> Result<(), Box<dyn Error>> {
         pitch: [SPACING; 2],
         size: [POINTS; 2],
     };
-    let wanted = found.target.on(&raster);
-    let seen = ncc(outcome.field.intensity().view(), wanted.view()).ok_or("a dark sensor")?;
+    let picture = found.target.on(&raster);
+    let seen = ncc(outcome.field.intensity().view(), picture.view()).ok_or("a dark sensor")?;
     println!("likeness through the real lens: {seen:.4}");
     for hop in &outcome.hops {
         if let Some(budget) = ErrorBudget::of(&hop.plan, &hop.tally) {

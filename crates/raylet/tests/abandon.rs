@@ -1,4 +1,4 @@
-//! A program that is told to end sweeps away what is unfinished. Alone in its process, for everybody stops.
+//! A program that is interrupted removes unfinished files. Alone in its process, because all threads stop.
 
 use std::fs;
 

@@ -1,5 +1,5 @@
-//! The correction of the aberration inside beamlets brings wide beamlets to what narrow ones, which have
-//! hardly any, find.
+//! With the correction of the aberration inside beamlets, wide beamlets give the same field as narrow ones,
+//! which have hardly any aberration.
 
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::{Correction, Method, Settings};

@@ -1,4 +1,4 @@
-//! What a run tells of itself beforehand and afterwards: rays, rims, and the aberration inside beamlets.
+//! What a run reports before and after: rays, rims, and the aberration inside beamlets.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -46,10 +46,10 @@ fn lens(radius: f64, slope: f64, rim: f64) -> System {
 }
 
 /// A grating sends its light into few modes of each patch, and the rim of its lens, too large for a screen in this
-/// memory, stops neighbours of some of these beamlets. Looking at a few, drawn by energy, tells what looking at all does; one mode in 97 of every
-/// patch told 6e-4 instead of 0.2.
+/// memory, stops neighbours of some of these beamlets. A few, drawn by energy, give
+/// the same estimate as all; one mode in 97 of every patch gave 6e-4 instead of 0.2.
 #[test]
-fn few_looks_tell_what_all_do() {
+fn few_samples_estimate_what_all_do() {
     let eta = |correction: Correction| {
         let settings = Settings {
             method: Method::Beamlet,
@@ -111,13 +111,13 @@ fn rims_are_treated_by_what_they_cut() {
     assert_eq!(near.system.screens.len(), 3);
 }
 
-/// Rays and seconds told beforehand, against runs: system 1 at its full size took 2.76e6 rays and 103 s of one
+/// Forecast rays and seconds, against runs: system 1 at its full size took 2.76e6 rays and 103 s of one
 /// core; a toroidal mirror is run here.
 #[test]
-fn what_is_told_beforehand_is_what_is_done() {
+fn what_is_forecast_is_what_is_done() {
     let (grating, settings) = scene_system("paper/system1").unwrap();
-    let told = forecast(&grating, &settings).unwrap();
-    let raylet::engine::plan::hop_plan::Plan::Beamlets(plan) = &told[0].plan else {
+    let forecasts = forecast(&grating, &settings).unwrap();
+    let raylet::engine::plan::hop_plan::Plan::Beamlets(plan) = &forecasts[0].plan else {
         panic!("no beamlets");
     };
     let [rays, seconds] = [plan.rays / 2.76e6, plan.seconds / 103.0];

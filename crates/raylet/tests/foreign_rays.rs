@@ -276,7 +276,7 @@ fn plane_waves_of_a_foreign_tracer_match_a_run() {
 }
 
 /// Light that an ideal lens has bent arrives at random pixels in the same plane. With the curvature of its
-/// wavefront each ray tells enough; without, its patches are lit by plane waves, and wrongly.
+/// wavefront each ray carries enough; without, its patches are lit by plane waves, and wrongly.
 #[test]
 fn converging_light_needs_its_curvature() {
     let (focal_length, sigma) = (20.0, 0.03);

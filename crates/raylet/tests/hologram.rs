@@ -35,12 +35,12 @@ fn seen(name: &str, naive: bool, distance: &str) -> (Hologram, Seen) {
         fs::copy(scenes.join(file), room.path().join(file)).unwrap();
     }
     let path = room.path().join(name);
-    let wanted = commission(&Scene::open(&path).unwrap(), naive).unwrap();
-    let found = design(&wanted.task, &mut |_| {}).unwrap();
-    let file = wanted.file.clone().unwrap();
+    let job = commission(&Scene::open(&path).unwrap(), naive).unwrap();
+    let found = design(&job.task, &mut |_| {}).unwrap();
+    let file = job.file.clone().unwrap();
     assert!(!file.exists());
     let claimed = PhaseFile::claim(&file, Replace::Own).unwrap();
-    wanted.write(&found.phase, &claimed).unwrap();
+    job.write(&found.phase, &claimed).unwrap();
 
     let text = fs::read_to_string(&path).unwrap();
     let place = "thickness_mm = 44.7";
@@ -92,7 +92,7 @@ fn photograph_comes_through_the_real_lens() {
 
 #[test]
 fn principal_planes_matter() {
-    // The paraxial scores hardly differ; the real lens tells the designs apart.
+    // The paraxial scores hardly differ; the real lens separates the designs.
     let (with, through) = seen("smiley_through_lens.toml", false, "44.7");
     let (without, astray) = seen("smiley_through_lens.toml", true, "44.7");
     assert!((with.score.ncc - without.score.ncc).abs() < 1e-3);

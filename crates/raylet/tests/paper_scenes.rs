@@ -94,7 +94,7 @@ fn figure_6_has_its_two_foci() {
     assert!((mirror.smallest_radius().unwrap() - 0.5059).abs() < 1e-4);
     assert!((sensor.z + 0.2505).abs() < 1e-12 && doe.reflect);
     let k = std::f64::consts::TAU / 1e-3;
-    let wanted = |x: f64, y: f64| -> Complex64 {
+    let expected = |x: f64, y: f64| -> Complex64 {
         let h = -mirror.height([x, y]).unwrap().z;
         let to = |f: f64| ((f - x).powi(2) + y * y + (0.2505 - h).powi(2)).sqrt();
         [-0.05, 0.05]
@@ -107,7 +107,7 @@ fn figure_6_has_its_two_foci() {
         .map(|(i, j)| (0.012 * i, 0.012 * j))
         .filter(|(x, y)| x.hypot(*y) < 0.124);
     let pairs: Vec<_> = inside
-        .map(|(x, y)| (doe.transmission(x, y), wanted(x, y)))
+        .map(|(x, y)| (doe.transmission(x, y), expected(x, y)))
         .collect();
     assert!(pairs.len() > 250);
 

@@ -402,14 +402,14 @@ fn standard_error_of_each_point_covers_its_error() {
             sampler,
             ..plan(positions, secondary, half)
         };
-        let (mut error, mut told, mut once, mut twice, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
+        let (mut error, mut estimated, mut once, mut twice, mut count) = (0.0, 0.0, 0.0, 0.0, 0.0);
         for seed in 0..100 {
             let (values, tally) = run(&field, &plan, seed);
             let noise = tally.noise.unwrap();
             for ((value, mean), noise) in values.iter().zip(&mean).zip(&noise) {
                 let off = value - mean;
                 error += off.norm_sqr();
-                told += noise * noise;
+                estimated += noise * noise;
                 for part in [off.re, off.im] {
                     let spreads = part.abs() / (noise / 2f64.sqrt());
                     once += f64::from(u8::from(spreads < 1.0));
@@ -418,7 +418,7 @@ fn standard_error_of_each_point_covers_its_error() {
                 }
             }
         }
-        let (ratio, once, twice) = (told / error, once / count, twice / count);
+        let (ratio, once, twice) = (estimated / error, once / count, twice / count);
         assert!((ratio - 1.0).abs() < 0.1, "{sampler:?}: {ratio}");
         assert!((once - 0.675).abs() < 0.03, "{sampler:?}: {once}");
         assert!((twice - 0.945).abs() < 0.02, "{sampler:?}: {twice}");

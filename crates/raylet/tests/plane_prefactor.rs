@@ -145,7 +145,7 @@ fn prefactor_of_tilted_lenses_follows_from_the_jacobian() {
     assert!(one > FRAC_PI_2 && two > PI, "{one} {two}");
 }
 
-/// A mirror changes the handedness of the axes; the prefactor knows nothing of it.
+/// A mirror changes the handedness of the axes; the prefactor does not depend on it.
 #[test]
 fn prefactor_of_a_tilted_mirror_follows_from_the_jacobian() {
     let from = screen(Frame::GLOBAL.tilted([0.1, 0.0, 0.0]), 1.0);

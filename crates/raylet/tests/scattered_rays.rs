@@ -63,7 +63,7 @@ fn ranges_and_threads_change_nothing() {
     }
 }
 
-/// What `change` does to good rays is told in these words.
+/// The error message after `change` to good rays.
 fn fault(change: impl Fn(&mut Columns, &mut Scattering)) -> String {
     let screen = tilted_element(0.0, &column(COUNT * COUNT, 1));
     let mut columns = Columns::on(&screen);
@@ -76,26 +76,26 @@ fn fault(change: impl Fn(&mut Columns, &mut Scattering)) -> String {
 
 #[test]
 fn bad_input_is_one_clear_error() {
-    let told = |text: String, words: [&str; 3]| {
+    let expect_words = |text: String, words: [&str; 3]| {
         assert!(words.iter().all(|word| text.contains(word)), "{text}");
     };
-    told(
+    expect_words(
         fault(|c, _| c.path.truncate(40)),
         ["path", "40", "expected 49"],
     );
-    told(
+    expect_words(
         fault(|c, _| c.curvature.truncate(2)),
         ["curvature", "2", "expected 49"],
     );
-    told(
+    expect_words(
         fault(|c, _| c.weight[5].im = f64::NAN),
         ["weight[5]", "NaN", "finite"],
     );
-    told(
+    expect_words(
         fault(|c, _| c.direction[7] = [0.0; 3]),
         ["direction[7]", "length 0", "unit vector"],
     );
-    told(
+    expect_words(
         fault(|c, _| c.position[8][2] += 0.5),
         [
             "position[8]",
@@ -103,24 +103,24 @@ fn bad_input_is_one_clear_error() {
             "at most",
         ],
     );
-    told(
+    expect_words(
         fault(|c, _| c.direction[9] = [0.0, 0.0, -1.0]),
         ["direction[9]", "cosine -0.9", "sign 1"],
     );
-    told(
+    expect_words(
         fault(|_, s| *s = Scattering::beamlets(-1.0)),
         ["window sigma", "-1", "positive"],
     );
-    told(
+    expect_words(
         fault(|_, s| s.coverage = Coverage::Area(0.0)),
         ["area of a ray", "0", "positive"],
     );
-    told(fault(|_, s| s.threshold = 2.0), ["threshold", "2", "share"]);
-    told(
+    expect_words(fault(|_, s| s.threshold = 2.0), ["threshold", "2", "share"]);
+    expect_words(
         fault(|_, s| s.samples = 100),
         ["period", "modes of a patch", "fewer directions"],
     );
-    told(
+    expect_words(
         fault(|_, s| s.samples = 700),
         ["screen 'mirror'", "samples", "700"],
     );

@@ -1,5 +1,5 @@
 //! What the layers and sensors of a scene do to light, by formulas of their own: a scene in water, whose layers are
-//! asked for their phase gradient ∇φ and phase.
+//! evaluated for their phase gradient ∇φ and phase.
 
 use std::f64::consts::TAU;
 use std::path::Path;

@@ -249,7 +249,7 @@ pixels = [8, 8]
 pitch_um = 10
 "#;
 
-fn told(text: &str) -> String {
+fn refusal(text: &str) -> String {
     let scene = Scene::parse(text, Path::new("demo.toml"));
     let built = scene.and_then(|scene| build::system(&scene, 0).map(|_| ()));
     built
@@ -271,7 +271,7 @@ fn scenes_choose_coordinates() {
     assert!((gx - expected).abs() < 1e-9 * expected);
 
     let both = "shape = { kind = \"biconic\", radius_x_mm = 20, radius_y_mm = -30 }";
-    let text = told(&SCENE.replace("radius_mm = 20\n", &format!("{both}\n")));
+    let text = refusal(&SCENE.replace("radius_mm = 20\n", &format!("{both}\n")));
     let words = [
         "coordinates",
         "curved in two ways",
@@ -279,10 +279,10 @@ fn scenes_choose_coordinates() {
         "projected",
     ];
     assert!(words.iter().all(|word| text.contains(word)), "{text}");
-    let text = told(&SCENE.replace("\"surface\"", "\"polar\""));
+    let text = refusal(&SCENE.replace("\"surface\"", "\"polar\""));
     assert!(
         text.contains("coordinates") && text.contains("projected"),
         "{text}"
     );
-    assert_eq!(told(SCENE), "");
+    assert_eq!(refusal(SCENE), "");
 }

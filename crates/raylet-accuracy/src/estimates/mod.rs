@@ -1,4 +1,4 @@
-//! How well raylet tells its own error: random small systems, their exact fields, and the ratios of the two.
+//! How well raylet estimates its own error: random small systems, their exact fields, and the ratios of the two.
 //!
 //! | file | what it holds |
 //! |---|---|

@@ -2,7 +2,7 @@
 
 use crate::numbers::quadrature::gauss_legendre;
 
-/// Nodes [x, y] and what area each stands for.
+/// Nodes [x, y] and the area that each represents.
 pub type Nodes = Vec<([f64; 2], f64)>;
 
 /// How finely fields are sampled: the highest frequency along a line in 1/length, and how much finer than just

@@ -1,4 +1,4 @@
-//! Told and true errors as a section of the accuracy report.
+//! Estimated and true errors as a section of the accuracy report.
 
 use crate::estimates::random_systems::KINDS;
 use crate::estimates::survey::{BOUNDS, Case, Spread, run_case};
@@ -6,15 +6,15 @@ use crate::estimates::survey::{BOUNDS, Case, Spread, run_case};
 /// Cells of the longest bar of the histogram.
 const LONGEST: usize = 50;
 
-/// Runs `count` cases and prints how told errors compare with true ones; whether they cover them as they should:
+/// Runs `count` cases and prints how estimated errors compare with true ones; whether they cover them as they should:
 /// at least half of the true error in 95 of 100, at most five times in 90 of 100, never ten times too small.
 pub fn print_estimates(count: u32) -> bool {
     println!(
-        "\n## Told errors\n\n{count} random systems of twelve kinds, each some 10 to 30 wavelengths across, with target \
+        "\n## Estimated errors\n\n{count} random systems of twelve kinds, each some 10 to 30 wavelengths across, with target \
          errors of 1e-3, 3e-3 and 3e-4 in turn, many with sensors on which little light falls. The true error is the \
          relative L2 distance of the complex field from surface integrals from each surface to the next, nothing \
-         fitted. Ratios are of the told to the true error; below 2e-5 errors count as alike. Where the told error \
-         is larger than the target, the target was not met, and raylet says so.\n"
+         fitted. Ratios are of the estimated to the true error; errors below 2e-5 count as equal. Where the \
+         estimated error is larger than the target, the target was not met, and raylet says so.\n"
     );
     let mut cases = Vec::new();
     for index in 0..count {
@@ -27,8 +27,8 @@ pub fn print_estimates(count: u32) -> bool {
     let spread = Spread::of(&cases);
     print_histogram(&spread);
     println!(
-        "\nAt least half of the true error: {:.1} % (95 wanted). At most five times: {:.1} % (90 wanted). Smallest \
-         ratio: {:.2} (0.1 wanted). The case is run alone by `cargo run --release -p raylet-accuracy --example \
+        "\nAt least half of the true error: {:.1} % (95 required). At most five times: {:.1} % (90 required). Smallest \
+         ratio: {:.2} (0.1 required). The case is run alone by `cargo run --release -p raylet-accuracy --example \
          estimates`.",
         100.0 * spread.at_least_half,
         100.0 * spread.at_most_five,
@@ -59,7 +59,7 @@ fn print_kinds(cases: &[Case]) {
 /// A bar for each range of ratios.
 fn print_histogram(spread: &Spread) {
     let most = spread.counts.iter().copied().max().unwrap_or(0).max(1);
-    println!("\n```text\ntold / true   systems");
+    println!("\n```text\nratio         systems");
     for (place, count) in spread.counts.iter().enumerate() {
         let low = place.checked_sub(1).map(|below| BOUNDS[below]);
         let range = match (low, BOUNDS.get(place)) {

@@ -1,4 +1,4 @@
-//! Runs of raylet beside the exact fields, and how the ratios of told to true errors are spread.
+//! Runs of raylet beside the exact fields, and how the ratios of estimated to true errors are spread.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -9,19 +9,19 @@ use raylet::optics::system::System;
 
 use crate::estimates::random_systems::{KINDS, Kind, random_system};
 use crate::estimates::surface_sum::surface_sum;
-use crate::problems::problem::told_error;
+use crate::problems::problem::estimated_error;
 
-/// A random system, the error that raylet told and the true one.
+/// A random system, the error that raylet estimated and the true one.
 #[derive(Clone, Debug)]
 pub struct Case {
     /// What it consists of.
     pub kind: Kind,
     /// Which of its kind.
     pub number: u32,
-    /// The error that was asked for.
+    /// The target error of the run.
     pub target: f64,
-    /// What raylet told of its error.
-    pub told: f64,
+    /// The error that raylet estimated.
+    pub estimate: f64,
     /// What that consists of: aberration, windows, dropped light, rims.
     pub parts: [f64; 4],
     /// Relative L2 distance of the complex field from the exact one, nothing fitted.
@@ -45,9 +45,9 @@ pub const FINER: f64 = 1.3;
 pub const FLOOR: f64 = 2e-5;
 
 impl Case {
-    /// Told over true.
+    /// Estimated over true error.
     pub fn ratio(&self) -> f64 {
-        self.told.max(FLOOR) / self.truth.max(FLOOR)
+        self.estimate.max(FLOOR) / self.truth.max(FLOOR)
     }
 }
 
@@ -78,7 +78,7 @@ pub fn run_case(index: u32) -> Result<Case, SimulateError> {
         kind,
         number,
         target,
-        told: told_error(&outcome),
+        estimate: estimated_error(&outcome),
         parts: parts(&outcome),
         truth: distance(&outcome.field.values, &exact),
         intensity: power(&exact) / exact.len() as f64,
@@ -86,7 +86,7 @@ pub fn run_case(index: u32) -> Result<Case, SimulateError> {
     })
 }
 
-/// The errors that the hops of a run tell, by cause.
+/// The errors that the hops of a run estimate, by cause.
 fn parts(outcome: &Outcome) -> [f64; 4] {
     let accounts = outcome.hops.iter();
     let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.plan, &hop.tally));
@@ -110,10 +110,10 @@ fn power(field: &Array2<Complex64>) -> f64 {
     field.iter().map(|value| value.norm_sqr()).sum()
 }
 
-/// How the ratios of told to true errors are spread.
+/// How the ratios of estimated to true errors are spread.
 #[derive(Clone, Debug)]
 pub struct Spread {
-    /// The share of cases in which the told error is at least half of the true one.
+    /// The share of cases in which the estimated error is at least half of the true one.
     pub at_least_half: f64,
     /// The share in which it is at most five times the true one.
     pub at_most_five: f64,
@@ -145,7 +145,7 @@ impl Spread {
         }
     }
 
-    /// Whether told errors cover true ones as they should.
+    /// Whether estimated errors cover true ones as they should.
     pub fn covers(&self) -> bool {
         self.at_least_half >= 0.95 && self.at_most_five >= 0.9 && self.least > 0.1
     }

@@ -1,5 +1,5 @@
 //! Two-dimensional discrete Fourier transforms of centred squares, of which only a centred square
-//! of the output is wanted.
+//! of the output is needed.
 
 use std::sync::Arc;
 

@@ -82,13 +82,13 @@ fn measured(outcome: &Outcome, exact: &Array2<Complex64>) -> Measured {
             .max(0.0)
             .sqrt(),
         ncc: sum(&ia, &ib) / (sum(&ia, &ia) * sum(&ib, &ib)).sqrt(),
-        estimate: told_error(outcome),
+        estimate: estimated_error(outcome),
         rays: rays.sum(),
     }
 }
 
-/// What a run tells of its error: the errors of its hops together.
-pub fn told_error(outcome: &Outcome) -> f64 {
+/// The error that a run estimates: the errors of its hops together.
+pub fn estimated_error(outcome: &Outcome) -> f64 {
     let accounts = outcome.hops.iter();
     let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.plan, &hop.tally));
     accounts

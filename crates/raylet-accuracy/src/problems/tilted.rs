@@ -59,7 +59,7 @@ pub struct Setup {
     pub effort: Effort,
 }
 
-/// Radius of a plate that stands for an endless one, softly blocked over the outer quarter.
+/// Radius of a plate that replaces an endless one, softly blocked over the outer quarter.
 const ENDLESS: f64 = 110.0;
 
 /// Gauss nodes along each side of a pixel.

@@ -1,7 +1,7 @@
 //! An optical bench of pixel planes and small, strongly refracting lenses, carried from screen to
 //! screen by plane waves and surface integrals.
 //!
-//! Accuracy: the discretisation converges as told at each setting of [`Bench`]; the physics is
+//! Accuracy: the discretisation converges as described at each setting of [`Bench`]; the physics is
 //! exact for scalar waves in free space and through plane faces, and Kirchhoff's at a curved
 //! interface (a field that is continuous, with unit transmission, zero outside the aperture), in
 //! error there by about χ²/(k n R).

@@ -7,7 +7,7 @@
 //! curvature it is the Kirchhoff approximation, which adds a relative
 //! (i/2kn)(κ₁/cos³χ + κ₂/cos χ) (from the double layer's eigenvalues on a sphere; κ₁ the normal
 //! curvature in the plane of incidence, χ the angle to the normal). Its value at χ = 0, i/kn times
-//! the mean curvature, is taken off; what is left is of order χ²/(k n R) in phase. A field continuous across the interface (unit transmission
+//! the mean curvature, is subtracted; the remaining error is of order χ²/(k n R) in phase. A field continuous across the interface (unit transmission
 //! for every direction) joins two media.
 //!
 //! Both sums run over FFTs at Chebyshev nodes in z. With the mean q₀ of the modes taken out, a

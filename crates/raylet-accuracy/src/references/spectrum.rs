@@ -56,7 +56,7 @@ pub struct Slab {
 /// The period is too short for the widths of the screens at both ends of a hop.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct PeriodTooShort {
-    /// The period that was asked.
+    /// The requested period.
     pub period: f64,
     /// The period must exceed this; four times half of it is advised.
     pub least: f64,

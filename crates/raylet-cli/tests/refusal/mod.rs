@@ -7,17 +7,17 @@ use crate::stage::{Stage, complaint};
 pub(crate) fn wrong(stage: &Stage, arguments: &[&str], says: &[&str]) -> Option<String> {
     let before = stage.names();
     let output = stage.raylet(arguments);
-    let told = complaint(&output);
+    let message = complaint(&output);
     let fine = output.status.code() == Some(2)
-        && told.starts_with("error: ")
-        && told.matches("error:").count() == 1
-        && (told.contains("expected") || told.contains("invalid value"))
-        && !told.contains("panicked")
-        && says.iter().all(|piece| told.contains(piece))
+        && message.starts_with("error: ")
+        && message.matches("error:").count() == 1
+        && (message.contains("expected") || message.contains("invalid value"))
+        && !message.contains("panicked")
+        && says.iter().all(|piece| message.contains(piece))
         && output.stdout.is_empty()
         && stage.names() == before;
     let code = output.status.code();
-    (!fine).then(|| format!("{arguments:?} should say {says:?}: {code:?} in\n{told}"))
+    (!fine).then(|| format!("{arguments:?} should say {says:?}: {code:?} in\n{message}"))
 }
 
 /// Fails with all that is wrong.

@@ -55,8 +55,8 @@ impl Comparison {
         };
         let mut rows: Vec<Vec<Panel>> = vec![vec![substrate.into(), sensor.into()]];
         if self.mirror.show == Show::Letter {
-            let wanted = Panel::image(letter(&self.mirror, overview), x, y).title("Wanted");
-            rows[0].push(wanted.quantity("intensity", "").into());
+            let target = Panel::image(letter(&self.mirror, overview), x, y).title("Target");
+            rows[0].push(target.quantity("intensity", "").into());
         }
         rows.push(self.windows());
         Figure::new(rows, title).to_png(1.5)

@@ -64,11 +64,11 @@ impl Seen {
             let exact = reference(&system, &Settings::default(), choice, progress)?;
             let sent = exact.steps.first().and_then(|step| step.power[1]);
             let bright = exact.field.intensity();
-            let wanted = match mirror.show {
+            let lit = match mirror.show {
                 Show::Foci => bright.sum(),
                 Show::Letter => (&bright * &letter(mirror, &exact.field)).sum(),
             };
-            inside += wanted * window.pitch * window.pitch / sent.unwrap_or(f64::NAN);
+            inside += lit * window.pitch * window.pitch / sent.unwrap_or(f64::NAN);
             pairs += exact.steps.iter().map(|step| step.work).sum::<f64>();
             fields.push(exact.field);
         }
@@ -113,13 +113,15 @@ fn lobe(fields: &[Field]) -> Option<f64> {
 
 /// The largest value of a line beyond the first minima on either side of a peak.
 fn beside(line: ArrayView1<f64>, peak: usize) -> f64 {
-    let beyond = |values: Vec<f64>| {
+    let side_lobe = |values: Vec<f64>| {
         let fall = values.windows(2).position(|pair| pair[1] > pair[0]);
         let rest = values.iter().skip(fall.unwrap_or(values.len()));
         rest.fold(0.0f64, |most, value| most.max(*value))
     };
-    let right = beyond(line.iter().skip(peak).copied().collect());
-    right.max(beyond(line.iter().take(peak + 1).rev().copied().collect()))
+    let right = side_lobe(line.iter().skip(peak).copied().collect());
+    right.max(side_lobe(
+        line.iter().take(peak + 1).rev().copied().collect(),
+    ))
 }
 
 #[cfg(test)]

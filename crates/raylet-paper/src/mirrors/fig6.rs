@@ -54,7 +54,7 @@ fn draws(sag: Sag, quick: bool) -> Draws {
     Draws { rays, secondary }
 }
 
-/// What is compared; on the nearly flat substrate the ways between planes and the height tell little.
+/// What is compared; on the nearly flat substrate the ways between planes and the height hardly differ.
 fn ways(substrate: Substrate, quick: bool) -> Vec<Way> {
     let paper = |sag| Way::Paper(sag, draws(sag, quick));
     let mut ways = vec![Way::Default, paper(Sag::Tangent)];

@@ -1,5 +1,5 @@
-//! Figure 6 of the source paper, designed: a conformal mirror with two foci, sought by gradients from phases that do
-//! not know its height.
+//! Figure 6 of the source paper, designed: a conformal mirror with two foci, found by gradients from phases that
+//! ignore its height.
 
 use raylet::design::mirrors::conformal::{Conformal, Opening, Show, Substrate};
 use raylet::file::arrays::phase_file::npy;

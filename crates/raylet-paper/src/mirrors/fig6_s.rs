@@ -33,7 +33,7 @@ pub fn fig6_s(effort: Effort) -> Result<Study, StudyError> {
     let sought = seek(NAME, mirror, Opening::Disc, iterations, effort)?;
     let values = sought.values();
     let shares = sought.posed.design.shares(values.view());
-    let known = ncc(shares.view(), sought.posed.wanted.view());
+    let known = ncc(shares.view(), sought.posed.target.view());
     let seen = sought.seen(NAME, &values, effort.display)?;
     let size = match mirror.scale {
         1.0 => String::new(),

@@ -2,7 +2,7 @@
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "trials, elements and pixels are made here, as many as are asked for"
+    reason = "trials, elements and pixels are made here, as many as are given"
 )]
 
 use std::path::Path;
@@ -42,7 +42,7 @@ struct Saved {
     course: Vec<[f64; 2]>,
 }
 
-/// A mirror whose pixels were sought.
+/// A mirror whose pixels were designed.
 pub(crate) struct Sought {
     pub(crate) mirror: Conformal,
     pub(crate) opening: Opening,
@@ -75,7 +75,7 @@ pub(crate) fn seek(
     let mut steps = (effort.display).search(name, saved.search.iteration(), iterations);
     while saved.search.iteration() < iterations {
         let look = posed.design.look(saved.search.point());
-        let step = saved.search.tell(look.value, &look.gradient);
+        let step = saved.search.report(look.value, &look.gradient);
         saved.evaluations += 1;
         saved.seconds = earlier + clock.elapsed().as_secs_f64();
         if let Step::Finished(_) = step {
@@ -138,10 +138,10 @@ fn begin(kept: Option<&Checkpoints>, posed: &Posed) -> Result<Saved, StudyError>
 /// Likeness to the letter, or the share of the light in the samples at the foci.
 fn score(mirror: &Conformal, posed: &Posed, look: &MirrorLook) -> f64 {
     match mirror.show {
-        Show::Letter => ncc(look.shares.view(), posed.wanted.view()).unwrap_or(0.0),
+        Show::Letter => ncc(look.shares.view(), posed.target.view()).unwrap_or(0.0),
         Show::Foci => {
-            let lit = look.shares.iter().zip(&posed.wanted);
-            lit.filter(|(_, wanted)| **wanted > 0.0)
+            let lit = look.shares.iter().zip(&posed.target);
+            lit.filter(|(_, target)| **target > 0.0)
                 .map(|(share, _)| share)
                 .sum()
         }
@@ -203,7 +203,7 @@ impl Sought {
             values: &shown,
             shares: &shares,
             pitch: self.posed.sensor.pitch,
-            wanted: &self.posed.wanted,
+            target: &self.posed.target,
             seen,
             course: (score_name(self.mirror.show), self.course.clone()),
         };

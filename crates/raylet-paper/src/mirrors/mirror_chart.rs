@@ -1,4 +1,4 @@
-//! The picture of a mirror whose pixels were sought: what they are, what is seen, and how the search went.
+//! The picture of a mirror whose pixels were designed: the pixels, what the mirror shows, and the course of the search.
 
 #![expect(
     clippy::indexing_slicing,
@@ -28,8 +28,8 @@ pub struct MirrorChart<'a> {
     pub shares: &'a Array2<f64>,
     /// Distance of these samples in mm.
     pub pitch: f64,
-    /// What is wanted there.
-    pub wanted: &'a Array2<f64>,
+    /// The target there.
+    pub target: &'a Array2<f64>,
     /// What the direct integral says.
     pub seen: &'a Seen,
     /// Name of the score, and its values over the iterations.
@@ -133,13 +133,13 @@ impl MirrorChart<'_> {
         row
     }
 
-    /// What is wanted, what the design knows and what the direct integral says.
+    /// The target, what the design knows and what the direct integral says.
     fn letters(&self) -> Vec<Panel<'_>> {
-        let half = 0.5 * self.pitch * self.wanted.ncols() as f64;
-        let wanted = Panel::image(self.wanted.view(), [-half, half], [-half, half])
-            .title("Wanted")
+        let half = 0.5 * self.pitch * self.target.ncols() as f64;
+        let target = Panel::image(self.target.view(), [-half, half], [-half, half])
+            .title("Target")
             .quantity("intensity", "");
-        let mut row: Vec<Panel> = vec![wanted.into(), self.sensor().into()];
+        let mut row: Vec<Panel> = vec![target.into(), self.sensor().into()];
         for field in &self.seen.fields {
             let note = self
                 .seen

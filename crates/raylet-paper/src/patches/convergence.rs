@@ -209,8 +209,8 @@ impl Convergence {
     pub fn png(&self, title: &str) -> Result<Vec<u8>, FigureError> {
         let mut series: Vec<Series> = Vec::new();
         for way in &self.ways {
-            let told = way.errors.iter().filter(|error| error[1] > ROUNDING);
-            series.push(Series::line(way.name, told.copied()));
+            let shown = way.errors.iter().filter(|error| error[1] > ROUNDING);
+            series.push(Series::line(way.name, shown.copied()));
         }
         for (way, name) in self
             .ways

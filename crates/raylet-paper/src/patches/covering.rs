@@ -1,7 +1,7 @@
 //! How many patches it takes to cover a hologram, by rules of position, and the pictures of it.
 //!
 //! In free space all modes of all patches of one period add up to the angular spectrum of the field times
-//! the number of patches over each place ([`PeriodicHop`]): no ray is needed to know what they bring.
+//! the number of patches over each place ([`PeriodicHop`]): no ray is needed for their sum.
 
 #![expect(
     clippy::indexing_slicing,

@@ -51,8 +51,8 @@ impl Covering {
         });
         let needed = RULES.iter().map(|rule| {
             let of_rule = self.needs.iter().filter(|need| need.rule == rule.0);
-            let told = of_rule.filter_map(|need| Some([need.side, need.positions? as f64]));
-            Series::line(rule.0, told)
+            let points = of_rule.filter_map(|need| Some([need.side, need.positions? as f64]));
+            Series::line(rule.0, points)
         });
         let needed = Panel::lines(needed.collect())
             .title("Incident rays for NCC 0.99, where it is reached")

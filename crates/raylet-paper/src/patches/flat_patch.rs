@@ -165,7 +165,7 @@ impl FlatPatches {
             ),
             Series::dots("with the height", over_phase(|bent| bent.whole[0])),
         ])
-        .title("All radii: the phase error tells the field error")
+        .title("All radii: the field error follows the phase error")
         .x_axis("2k·D²/8R", "rad")
         .y_axis("relative error of the field", "")
         .log_x()

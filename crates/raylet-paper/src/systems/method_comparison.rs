@@ -26,7 +26,7 @@ pub struct Trial {
     pub field: Array2<Complex64>,
     /// What it took.
     pub cost: Cost,
-    /// The standard error that a random run told, over the norm of its field.
+    /// The standard error that a random run estimated, over the norm of its field.
     pub standard_error: Option<f64>,
 }
 

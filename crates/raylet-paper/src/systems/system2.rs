@@ -2,7 +2,7 @@
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "trials, elements and pixels are made here, as many as are asked for"
+    reason = "trials, elements and pixels are made here, as many as are given"
 )]
 
 use std::f64::consts::TAU;
@@ -35,13 +35,13 @@ const PADDINGS: [usize; 2] = [2, 8];
 pub fn system2(effort: Effort) -> Result<Study, StudyError> {
     // Pixels along each side of hologram and sensor.
     let count = if effort.quick { 40 } else { 100 };
-    let wanted = smiley(count);
+    let target = smiley(count);
     let task = NearTask {
         wavelength: WAVELENGTH,
         pitch: PITCH,
         distance: NEAR,
         amplitude: open(count),
-        wanted: wanted.clone(),
+        target: target.clone(),
         iterations: if effort.quick { 40 } else { 500 },
     };
     let (phase, _) = design(&task, &mut |_, _| {})?;
@@ -74,9 +74,9 @@ pub fn system2(effort: Effort) -> Result<Study, StudyError> {
         effort.display,
     )?);
     let mut board = Board::default();
-    board.add(&near, &[], Some(&wanted));
+    board.add(&near, &[], Some(&target));
     for trial in &trials {
-        board.add(trial, &rods, Some(&wanted));
+        board.add(trial, &rods, Some(&target));
     }
     let image = picture(&near, &trials)?;
     let files = vec![

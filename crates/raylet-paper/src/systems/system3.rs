@@ -2,7 +2,7 @@
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "trials, elements and pixels are made here, as many as are asked for"
+    reason = "trials, elements and pixels are made here, as many as are given"
 )]
 
 use std::time::Instant;
@@ -75,7 +75,7 @@ struct Design {
 /// What the library refuses, and files that cannot be kept.
 pub fn system3(effort: Effort) -> Result<Study, StudyError> {
     let sizes = Sizes::new(effort.quick);
-    let wanted = smiley(COUNT);
+    let target = smiley(COUNT);
     let mut board = Board::default();
     let mut designs = Vec::new();
     let mut files = Vec::new();
@@ -91,17 +91,17 @@ pub fn system3(effort: Effort) -> Result<Study, StudyError> {
             positions,
             effort,
         };
-        let design = carried(name, &phase, &wanted, work)?;
+        let design = carried(name, &phase, &target, work)?;
         for trial in &design.trials {
             let rods = [Rod {
                 name: "default: beamlets",
                 field: design.trials[0].field.view(),
             }];
-            board.add(trial, &rods, Some(&wanted));
+            board.add(trial, &rods, Some(&target));
         }
         designs.push(design);
     }
-    files.insert(0, (String::from("system3.png"), picture(&wanted, designs)?));
+    files.insert(0, (String::from("system3.png"), picture(&target, designs)?));
     let notes = "Pixels are points, as in the paper; \"box pixels\" is what a real element does.\nThe phases are \
                  our own (Gerchberg–Saxton on the paraxial train); the paper's is not to be had.\n";
     Ok(board.study(
@@ -153,7 +153,7 @@ struct Work<'a> {
 fn carried(
     name: &str,
     phase: &Array2<f64>,
-    wanted: &Array2<f64>,
+    target: &Array2<f64>,
     work: Work,
 ) -> Result<Design, StudyError> {
     let Work {
@@ -197,7 +197,7 @@ fn carried(
     let drawn = in_parts(&run, effort, &mut |so_far| {
         let draws = so_far.cost.draws;
         let shown = light(so_far.field.view());
-        let score = ncc(shown.view(), wanted.view());
+        let score = ncc(shown.view(), target.view());
         let error = Match::of(so_far.field.view(), ours.field.view()).shape_error;
         likeness.push([draws, score.unwrap_or(f64::NAN)]);
         errors.push([draws, error.unwrap_or(f64::NAN)]);
@@ -225,9 +225,9 @@ fn collins(name: &str, system: &System) -> Result<Trial, StudyError> {
     })
 }
 
-/// For each design the picture wanted, ours, all modes of the paper's method and its draws; below them how it
+/// For each design the target picture, ours, all modes of the paper's method and its draws; below them how it
 /// converges.
-fn picture(wanted: &Array2<f64>, designs: Vec<Design>) -> Result<Vec<u8>, StudyError> {
+fn picture(target: &Array2<f64>, designs: Vec<Design>) -> Result<Vec<u8>, StudyError> {
     let half = 0.5 * COUNT as f64 * PITCH;
     let shown = |title: &str, values: Array2<f64>| Shown {
         title: title.to_owned(),
@@ -237,7 +237,7 @@ fn picture(wanted: &Array2<f64>, designs: Vec<Design>) -> Result<Vec<u8>, StudyE
     };
     let (mut rows, mut scores, mut errors) = (Vec::new(), Vec::new(), Vec::new());
     for design in designs {
-        let mut row = vec![shown("wanted", wanted.clone())];
+        let mut row = vec![shown("target", target.clone())];
         for number in [0, 3, 4] {
             let trial = &design.trials[number];
             row.push(shown(&trial.name, light(trial.field.view())));

@@ -33,7 +33,7 @@ struct Entry {
     trial: Trial,
     /// How alike it is to references, by name.
     matches: Vec<(String, Match)>,
-    /// Correlation of its intensity with the picture wanted.
+    /// Correlation of its intensity with the target picture.
     picture: Option<f64>,
     /// Where its brightest pixel is, in µm.
     peak_um: Option<[f64; 2]>,
@@ -78,7 +78,7 @@ pub(crate) struct DrawnRun<'a> {
     pub(crate) parts: usize,
 }
 
-/// A run of the paper's method in parts, which share its positions; `seen` hears of what there is after
+/// A run of the paper's method in parts, which share its positions; `seen` is called with what there is after
 /// each. With a folder to keep them in, a run that was stopped goes on with the parts that it has.
 pub(crate) fn in_parts(
     drawn: &DrawnRun,
@@ -158,7 +158,7 @@ fn shape(system: &System) -> [usize; 2] {
 }
 
 impl Board {
-    /// Notes a way, compared with references and with the picture wanted.
+    /// Notes a way, compared with references and with the target picture.
     pub(crate) fn add(&mut self, trial: &Trial, rods: &[Rod], picture: Option<&Array2<f64>>) {
         // A field is not compared with itself.
         let others = rods.iter().filter(|rod| rod.field != trial.field);

@@ -1,4 +1,4 @@
-//! Numbers written down so that they come back bit for bit, whatever the format.
+//! Numbers written so that reading gives back the same bits, whatever the format.
 //!
 //! Decimal digits may lose the last bit on the way through a file, and JSON has no infinity. For the
 //! attribute `#[serde(with = "...")]`.

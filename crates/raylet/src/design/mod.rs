@@ -1,17 +1,17 @@
-//! What should change.
+//! Designs: what changes, in which steps, and for which loss.
 //!
 //! | folder or file | what it holds |
 //! | --- | --- |
 //! | [`optimizers`] | From value and gradient to the next point |
-//! | [`losses`] | What is wanted of the light on the sensor |
+//! | [`losses`] | Losses: numbers that judge the light on the sensor |
 //! | [`constraints`] | From free parameters to pixels that can be made |
 //! | [`holograms`] | Iterative Fourier transform algorithms |
 //! | [`mirrors`] | Diffractive mirrors on curved substrates |
 //! | [`examples`] | Systems and pictures on which methods are shown |
-//! | [`project`] | A design: what is free, and how good it is, with the gradient |
+//! | [`project`] | A design: its free numbers, its loss, and the gradient |
 //! | [`run`] | A design under way |
 //! | [`estimator`] | Value and gradient from all beamlets, or from drawn ones |
-//! | [`exact`] | Numbers written down bit for bit |
+//! | [`exact`] | Numbers written so that reading gives the same bits |
 
 #![expect(
     clippy::indexing_slicing,

@@ -1,8 +1,8 @@
-//! A design: which numbers are free, and how good what they make is, with the gradient.
+//! A design: its free numbers, its loss, and the gradient of the loss.
 //!
 //! One flat vector holds the parameters of the pixels of each element that is designed, then the numbers of
 //! the system (curvatures, distances, tilts, anything). Every channel, a wavelength or a field, sends light
-//! through the system made from them; the losses of what their sensors see add up.
+//! through the system made from them; the losses on their sensors add up.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -44,7 +44,7 @@ pub struct Number {
     pub name: String,
     /// Its value at the start.
     pub start: f64,
-    /// By how much it changes between the neighbours that tell its derivative.
+    /// By how much it changes between the neighbours that give its derivative.
     pub step: f64,
 }
 
@@ -83,10 +83,10 @@ pub enum ProjectError {
     #[error("screen {0} has no pixels to design")]
     Pixels(usize),
     /// A loss for another sensor.
-    #[error("a loss for {wanted:?} pixels (rows, columns) on a sensor of {found:?}")]
+    #[error("a loss for {expected:?} pixels (rows, columns) on a sensor of {found:?}")]
     Shape {
         /// What the loss expects.
-        wanted: (usize, usize),
+        expected: (usize, usize),
         /// What the sensor has.
         found: (usize, usize),
     },
@@ -94,7 +94,7 @@ pub enum ProjectError {
 
 /// What a point of a design is like.
 pub struct Look {
-    /// The sum of the losses, and of the price of steps.
+    /// The sum of the losses, and of the penalty on steps.
     pub value: f64,
     /// Every loss of every channel, without its factor.
     pub parts: Vec<Vec<f64>>,
@@ -327,7 +327,7 @@ impl Project {
         }
     }
 
-    /// The neighbours that tell the derivatives with respect to the numbers.
+    /// The neighbours that give the derivatives with respect to the numbers.
     fn variations(
         &self,
         channel: usize,
@@ -361,9 +361,9 @@ impl Channel {
         let mut field_bar = Array2::zeros(field.dim());
         let mut parts = Vec::new();
         for (factor, loss) in &self.losses {
-            let (wanted, found) = (loss.pixels(), field.dim());
-            if wanted != found {
-                return Err(ProjectError::Shape { wanted, found });
+            let (expected, found) = (loss.pixels(), field.dim());
+            if expected != found {
+                return Err(ProjectError::Shape { expected, found });
             }
             let verdict = loss.judge(field.view());
             field_bar.zip_mut_with(&verdict.bar, |total, bar| *total += bar * factor);

@@ -1,4 +1,4 @@
-//! A design under way: one evaluation after another, with everything that going on later needs.
+//! A design under way: one evaluation after another, with everything that is needed to go on later.
 
 use serde::{Deserialize, Serialize};
 
@@ -74,7 +74,7 @@ impl State {
 /// A design under way.
 pub struct Run<'p> {
     project: &'p Project,
-    /// Iterations wanted.
+    /// Number of iterations to do.
     iterations: usize,
     /// Where it is.
     pub state: State,
@@ -89,7 +89,7 @@ pub struct Run<'p> {
 pub struct Found {
     /// What the design is like there.
     pub look: Look,
-    /// What the search makes of it.
+    /// What became of the point in the search.
     pub step: Step,
     /// |gradient|, each part times its parameter's scale left out.
     pub slope: f64,
@@ -171,14 +171,14 @@ impl<'p> Run<'p> {
         search.best().map_or(search.point(), |(point, _)| point)
     }
 
-    /// Looks at the point the search asks for, and goes on.
+    /// Evaluates the next point of the search, and goes on.
     ///
     /// # Errors
     /// When light cannot be carried there, no loss so far was a number, or the pulse cancels the step.
     pub fn step(&mut self) -> Result<Found, ProjectError> {
         let look = self.possible()?;
         let state = &mut self.state;
-        let step = state.search.tell(look.value, &look.gradient);
+        let step = state.search.report(look.value, &look.gradient);
         state.evaluations += 1;
         if let Step::Finished(stop) = step {
             state.stop = Some(stop);
@@ -205,7 +205,7 @@ impl<'p> Run<'p> {
             let nowhere = vec![0.0; state.search.point().len()];
             if !trial
                 || matches!(
-                    state.search.tell(f64::INFINITY, &nowhere),
+                    state.search.report(f64::INFINITY, &nowhere),
                     Step::Finished(_)
                 )
             {

@@ -140,7 +140,7 @@ mod tests {
             pitch: PITCH,
             distance: NEAR,
             amplitude: open(20),
-            wanted: open(20),
+            target: open(20),
             iterations: 3,
         };
         let mut seen = Vec::new();

@@ -1,11 +1,11 @@
-//! How it is written down.
+//! Files: scenes, arrays and results, read and written.
 //!
 //! | folder | what it holds |
 //! | --- | --- |
 //! | [`decode`] | From TOML text to Rust values, and where a fault is |
 //! | [`arrays`] | Arrays and pictures of users: NumPy files and PNG |
 //! | [`storage`] | How results reach the disk: whole, under locks, and only over what raylet wrote |
-//! | [`scene`] | What a scene file says |
+//! | [`scene`] | The content of a scene file |
 //! | [`model`] | From a scene to the system, hologram or design that it describes |
 //! | [`result`] | What a run leaves behind: its document, its fields, and how alike two of them are |
 

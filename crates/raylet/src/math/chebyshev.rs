@@ -1,6 +1,6 @@
 //! Interpolation on Chebyshev points, for functions whose oscillation is known.
 
-/// The Chebyshev points of an interval, as many as a function of known oscillation asks for.
+/// The Chebyshev points of an interval, as many as a function of known oscillation needs.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Levels {
     /// The points, ascending.

@@ -411,7 +411,7 @@ mod tests {
         assert!((a - b).norm() < 1e-15 * size, "{:e}", (a - b).norm() / size);
     }
 
-    /// Four combs such that the wanted axis is the cheaper one to do first.
+    /// Four combs such that the given axis is the cheaper one to do first.
     fn plan(x_first: bool) -> (Chirp2, [Comb; 4]) {
         let counts = if x_first {
             [45, 50, 51, 20]

@@ -1,5 +1,5 @@
-//! Twice the usual precision, for phases: after the whole turns of many radians are dropped, what is left
-//! must still be right to 16 digits.
+//! Numbers of twice the usual precision, for phases. After the whole turns of a phase of many radians are
+//! dropped, the rest must still be right to 16 digits.
 //!
 //! The sums and products without error are those of Dekker, "A floating-point technique for extending the
 //! available precision", Numer. Math. 18, 224, 1971.

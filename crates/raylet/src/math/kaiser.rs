@@ -61,14 +61,15 @@ impl Kaiser {
 
     /// Mean over the modes of an axis of aliased over true energy, by the closed form of the transform.
     fn aliased(&self, [modes, grid]: [usize; 2]) -> f64 {
-        // Some of the modes, evenly chosen, stand for all.
+        // Some of the modes, evenly chosen, represent all.
         let chosen = modes.min(64);
         let mode = |i: usize| {
             let j = (i * modes + modes / 2) / chosen;
             let cycles = (j as f64 - (modes / 2) as f64) / grid as f64;
             let alias = |m: usize| {
                 let m = m as f64;
-                self.beyond(m + cycles).powi(2) + self.beyond(m - cycles).powi(2)
+                self.transform_above_cut(m + cycles).powi(2)
+                    + self.transform_above_cut(m - cycles).powi(2)
             };
             (1..=ALIASES).map(alias).sum::<f64>() / self.transform(cycles).powi(2)
         };
@@ -94,15 +95,15 @@ impl Kaiser {
         width * root.sinh() / (root * bessel_i0(self.beta))
     }
 
-    /// The same integral for frequencies beyond the cut, where it oscillates.
-    fn beyond(&self, cycles: f64) -> f64 {
+    /// The same integral for frequencies above the cut, where it oscillates.
+    fn transform_above_cut(&self, cycles: f64) -> f64 {
         let width = self.width as f64;
         let across = PI * width * cycles;
         let root = (across * across - self.beta * self.beta).sqrt();
         width * root.sin() / (root * bessel_i0(self.beta))
     }
 
-    /// Fits polynomials of the given degree, and tells whether their last terms are below `bound`.
+    /// Fits polynomials of the given degree, and returns whether their last terms are below `bound`.
     fn fit(&mut self, degree: usize, bound: f64) -> bool {
         self.coefficients = vec![[0.0; LANES]; degree + 1];
         let mut last = 0.0_f64;
@@ -217,7 +218,7 @@ mod tests {
             let closed = if inside {
                 kernel.transform(cycles)
             } else {
-                kernel.beyond(cycles)
+                kernel.transform_above_cut(cycles)
             };
             assert!(
                 (closed - integral).abs() < 1e-13,

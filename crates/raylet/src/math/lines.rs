@@ -15,7 +15,7 @@ struct Buffers {
     scratch: Vec<Complex64>,
 }
 
-/// Adds to row j of `to` what `transform` makes of row j of `from`, for every j.
+/// Adds to row j of `to` the `transform` of row j of `from`, for every j.
 ///
 /// `transform(before, after, scratch)` receives one row as a slice, a row of zeros to add to, and a
 /// vector it may resize at will. To work along columns, pass both arrays transposed: rows travel in

@@ -16,7 +16,7 @@
 //! | [`lanes`] | Eight numbers at once: exponentials and phases for the hot loops |
 //! | [`nufft`] | Fourier sums over scattered points, at a chosen tolerance: the non-uniform fast Fourier transform |
 //! | [`part`] | Parts of arrays by rows and columns |
-//! | [`random`] | Random numbers as addresses: a pure function of a seed and of where the number is wanted |
+//! | [`random`] | Random numbers as addresses: a pure function of a seed and of where the number is used |
 //! | [`real`] | One number in a formula: a plain `f64`, or a number that carries tangents |
 //! | [`simd_packet`] | Several plain numbers in one formula: eight rays at once |
 //! | [`spline`] | Cubic splines through equally spaced values: twice continuously differentiable, exact for cubics |

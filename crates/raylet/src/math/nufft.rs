@@ -3,7 +3,7 @@
 //! Strengths are spread to a twice oversampled grid with a smooth bump, transformed, and divided by the
 //! bump's transform (Barnett, Magland and af Klinteberg, "A parallel nonuniform fast Fourier transform
 //! library based on an 'exponential of semicircle' kernel", SIAM J. Sci. Comput. 41, C479, 2019; here
-//! with the Kaiser–Bessel bump). What is given up is the aliased tail of the bump, and it is an argument.
+//! with the Kaiser–Bessel bump). The error is the aliased tail of the bump; its size is an argument.
 
 use std::f64::consts::TAU;
 use std::fmt;
@@ -41,7 +41,7 @@ struct Modes {
 
 /// The plan of sums between scattered points (u, v) and modes, Σ exp(±i(m₁u + m₂v)).
 ///
-/// Index j along an axis of N modes stands for the integer m = j − N/2 (division rounding down): −N/2 to
+/// Index j along an axis of N modes means the integer m = j − N/2 (division rounding down): −N/2 to
 /// N/2 − 1 for even N, −(N−1)/2 to (N−1)/2 for odd. Points are angles in radians, \[u, v\] = \[along x,
 /// along y\], of any size; they are wrapped.
 #[derive(Clone)]

@@ -1,4 +1,4 @@
-//! Parts of arrays by rows and columns. They do what `ndarray::s!` does, whose expansion cannot stand where unsafe
+//! Parts of arrays by rows and columns. They do what `ndarray::s!` does, whose expansion is not allowed where unsafe
 //! code is forbidden.
 
 use ndarray::{ArrayBase, Axis, Ix2, RawData, Slice};

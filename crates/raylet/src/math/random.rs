@@ -1,4 +1,4 @@
-//! Random numbers as addresses: a pure function of a seed and of where the number is wanted.
+//! Random numbers as addresses: a pure function of a seed and of where the number is used.
 //!
 //! There is no generator and no state, so a replayed, split or resumed calculation draws the same
 //! numbers. The function is Philox4x32-10 (Salmon, Moraes, Dror and Shaw, "Parallel random numbers: as

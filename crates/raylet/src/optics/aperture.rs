@@ -270,7 +270,7 @@ fn around(half_x: f64, half_y: f64) -> [f64; 4] {
 /// The share of a cell that is open and not blocked: exact wherever at most one of the two has an edge,
 /// and found by quartering the cell elsewhere.
 fn left_open(open: &Aperture, by: &Aperture, cell: [f64; 4], quarterings: u32) -> f64 {
-    // Shares that only tell whether to divide the cell are rough ones: finding them by quartering at each quartering
+    // Rough shares are enough to decide whether to divide the cell: finding them by quartering at each quartering
     // took five hundred times as long for every obstruction more.
     let mixed = |part: &Aperture| {
         let share = part.rough_share(cell);

@@ -1,4 +1,4 @@
-//! Rays of any tracer, in plain arrays, where they stand on a screen; and what may be wrong with them.
+//! Rays of any tracer on a screen, in plain arrays, and the faults that such arrays may have.
 
 use num_complex::Complex64;
 
@@ -7,7 +7,7 @@ use crate::optics::screen::Screen;
 
 /// Rays on a screen in arrays of one length, one entry per ray, global coordinates.
 ///
-/// The light that ray i stands for is weightᵢ·exp(ik·pathᵢ) where it meets the screen, with the vacuum
+/// The light that ray i represents is weightᵢ·exp(ik·pathᵢ) where it meets the screen, with the vacuum
 /// wavenumber k and the sign convention exp(+ikz) for light that goes +z.
 #[derive(Clone, Copy, Debug)]
 pub struct Rays<'a> {
@@ -32,7 +32,7 @@ pub struct Hit {
     pub along: f64,
 }
 
-/// What is wrong with arrays of rays, or with what is asked of them.
+/// What is wrong with arrays of rays, or with a call that uses them.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RayError {
     /// An array has another length than its fellows.

@@ -109,13 +109,13 @@ impl Doe {
         }
     }
 
-    /// Tells, for a small cell about (x, y), of each pixel of [`Doe::free_pixels`] that takes part in
-    /// [`Doe::transmission_over`] there, and of its derivative with respect to that pixel's value.
-    pub fn tell_pixels(
+    /// Visits, for a small cell about (x, y), each pixel of [`Doe::free_pixels`] that takes part in
+    /// [`Doe::transmission_over`] there, with its derivative with respect to that pixel's value.
+    pub fn visit_pixels(
         &self,
         at: [f64; 2],
         spans: [[f64; 2]; 2],
-        tell: &mut impl FnMut([usize; 2], Complex64),
+        visit: &mut impl FnMut([usize; 2], Complex64),
     ) {
         let own = |layer: &Layer| own_pixels(layer).is_some();
         let Some(place) = self.layers.iter().position(own) else {
@@ -127,11 +127,11 @@ impl Doe {
         match &self.layers[place] {
             Layer::Pixels(pixels) => {
                 for (pixel, share) in pixels.shares(at[0], at[1]) {
-                    tell(pixel, factor * share);
+                    visit(pixel, factor * share);
                 }
             }
             Layer::Unrolled(own, layers) => {
-                tell_unrolled(own, layers, factor, at, spans, tell);
+                visit_unrolled(own, layers, factor, at, spans, visit);
             }
             Layer::Phase(_) | Layer::Sum(_) => {}
         }
@@ -311,14 +311,14 @@ fn own_pixels(layer: &Layer) -> Option<&Pixels> {
     }
 }
 
-/// [`Doe::tell_pixels`] for pixels on a surface's own coordinates, beside a factor.
-fn tell_unrolled(
+/// [`Doe::visit_pixels`] for pixels on a surface's own coordinates, beside a factor.
+fn visit_unrolled(
     own: &SurfaceCoordinates,
     layers: &[Layer],
     factor: Complex64,
     at: [f64; 2],
     spans: [[f64; 2]; 2],
-    tell: &mut impl FnMut([usize; 2], Complex64),
+    visit: &mut impl FnMut([usize; 2], Complex64),
 ) {
     let (edged, smooth): (Vec<&Layer>, Vec<&Layer>) = layers.iter().partition(is_edged);
     let place = edged.iter().position(|layer| own_pixels(layer).is_some());
@@ -336,7 +336,7 @@ fn tell_unrolled(
         let Some([u, v]) = own.at(part) else { continue };
         let beside = factor * product(others.iter().copied(), u, v) / f64::from(PARTS * PARTS);
         for (pixel, share) in pixels.shares(u, v) {
-            tell(pixel, beside * share);
+            visit(pixel, beside * share);
         }
     }
 }
@@ -472,9 +472,9 @@ mod tests {
         assert!((pixels.at(0.99, 1.9).re - 4.0).abs() < 1e-15);
     }
 
-    /// What is told of the pixels, times their values, is the transmission: it is linear in them.
+    /// The derivatives by the pixels, times their values, are the transmission: it is linear in them.
     #[test]
-    fn tell_pixels_dot_product() {
+    fn visit_pixels_dot_product() {
         let round = Shape::Conic(Conic {
             curvature: 0.3,
             conic: 0.0,
@@ -498,9 +498,13 @@ mod tests {
                 for place in 0..40 {
                     let at = [0.09, 0.07].map(|step| step * f64::from(place % 20) - 0.8);
                     let spans = at.map(|v| [v - 0.06, v + 0.06]);
-                    let mut told: Array2<Complex64> = Array2::zeros((9, 7));
-                    doe.tell_pixels(at, spans, &mut |pixel, by| told[pixel] += by);
-                    let sum: Complex64 = told.iter().zip(&pixels.values).map(|(a, b)| a * b).sum();
+                    let mut derivatives: Array2<Complex64> = Array2::zeros((9, 7));
+                    doe.visit_pixels(at, spans, &mut |pixel, by| derivatives[pixel] += by);
+                    let sum: Complex64 = derivatives
+                        .iter()
+                        .zip(&pixels.values)
+                        .map(|(a, b)| a * b)
+                        .sum();
                     let whole = doe.transmission_over(at, spans);
                     assert!(
                         (sum - whole).norm() < 1e-14,

@@ -1,11 +1,11 @@
-//! What the parts are.
+//! The parts of an optical system.
 //!
 //! | file or folder | what it holds |
 //! | --- | --- |
 //! | [`assembly`] | Systems from parts laid one behind another, in code and from scenes |
 //! | [`media`] | What light travels in: indices of refraction, the catalogue of glasses |
 //! | [`aperture`] | Clear apertures and the share of a small cell that lies inside them |
-//! | [`bundle`] | Rays of any tracer, in plain arrays, where they stand on a screen; and what may be wrong with them |
+//! | [`bundle`] | Rays of any tracer on a screen, in plain arrays, and the faults that such arrays may have |
 //! | [`conic`] | Spheres and conics of revolution, with even powers of the radius on top |
 //! | [`doe`] | Diffractive optical elements: a complex transmission over a plane |
 //! | [`frame`] | Where a part stands: an origin and three orthonormal axes in global coordinates |

@@ -107,7 +107,7 @@ mod tests {
     }
 
     #[test]
-    fn bow_ties_are_told_apart() {
+    fn bow_ties_are_recognised() {
         assert!(!crosses_itself(&ARROW));
         assert!(crosses_itself(&[
             [0.0, 0.0],

@@ -337,7 +337,7 @@ mod tests {
             let position = Vec3::new(14.0 * step(a), 14.0 * step(b), -4.0);
             let direction = Vec3::new(step(c), step(d), 1.0).unit();
             let exact = sphere.meet(position, direction);
-            // Next to the equator the slope is infinite and no digit of the length is worth much.
+            // Next to the equator the slope is infinite and no digit of the length is accurate.
             if exact.is_ok_and(|length| position.z + direction.z * length > 9.9) {
                 continue;
             }

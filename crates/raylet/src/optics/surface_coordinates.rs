@@ -2,7 +2,7 @@
 //!
 //! On a surface of revolution the radius r becomes the length s(r) of the meridian from the vertex, and the
 //! azimuth stays; on a cylinder the coordinate along the curve becomes the length of the curve from the
-//! vertex line, and the other stays. Other surfaces have no coordinates that would be plain to everybody.
+//! vertex line, and the other stays. Other surfaces have no such natural coordinates.
 
 use std::num::NonZero;
 
@@ -83,10 +83,10 @@ impl SurfaceCoordinates {
                     return Some([[1.0, 0.0], [0.0, 1.0]]);
                 }
                 let across = self.length(r)? / r;
-                let beyond = (self.rate(r)? - across) / (r * r);
+                let excess = (self.rate(r)? - across) / (r * r);
                 Some([
-                    [across + beyond * x * x, beyond * x * y],
-                    [beyond * x * y, across + beyond * y * y],
+                    [across + excess * x * x, excess * x * y],
+                    [excess * x * y, across + excess * y * y],
                 ])
             }
         }

@@ -29,7 +29,7 @@ pub struct Hop<'a> {
     pub from: &'a Screen,
     /// The surfaces between.
     pub train: &'a [Surface],
-    /// Where the field is wanted.
+    /// Where the field is computed.
     pub to: &'a Screen,
 }
 

@@ -1,4 +1,4 @@
-//! What happens to waves.
+//! Waves: fields, their patches, beamlets, and hops without rays.
 //!
 //! | folder | what it holds |
 //! | --- | --- |

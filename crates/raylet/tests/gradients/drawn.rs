@@ -1,4 +1,4 @@
-//! Drawn beamlets: estimates whose mean is the exact field and gradient, and the control variate that quiets them.
+//! Drawn beamlets: estimates whose mean is the exact field and gradient, and the control variate that reduces their noise.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -152,8 +152,9 @@ fn anchors_quiet_the_noise() {
     let linearised = LinearisedSystem::new(&system, &[], &exact()).unwrap();
     let target = noise([12, 12], 41);
     let field_bar = |field: &Field| &field.values - &target;
-    let told = |field: &Field| Ok::<_, LinearisedSystemError>(field_bar(field));
-    let control_variate = ControlVariate::new(&linearised, &system, &uncancelled, told).unwrap();
+    let cotangent = |field: &Field| Ok::<_, LinearisedSystemError>(field_bar(field));
+    let control_variate =
+        ControlVariate::new(&linearised, &system, &uncancelled, cotangent).unwrap();
     let nearby = turned(&system);
 
     let drawn = linearised.drawn(draws(Drawing::WithoutReplacement, 16, 3));

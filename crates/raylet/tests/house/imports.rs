@@ -95,7 +95,7 @@ impl Imports {
     }
 }
 
-/// All paths in a text that begin with this word, which stands for the module `start`.
+/// All paths in a text that begin with this word, which means the module `start`.
 fn paths(text: &str, word: &str, start: &[String]) -> Vec<Named> {
     let mut found = Vec::new();
     for (at, _) in text.match_indices(&format!("{word}::")) {

@@ -11,7 +11,7 @@ use crate::design::constraints::feature::{Blocks, Blur, FeatureError};
 use crate::design::constraints::fill::Fill;
 use crate::design::constraints::relief::Relief;
 
-/// What a tool asks for.
+/// What a tool can make.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
     /// Pixels along a side of the blocks that have one value; 1 for none.
@@ -52,8 +52,8 @@ pub struct Made {
     pub height: Option<Array2<f64>>,
     /// Mean complex transmission of each pixel.
     pub transmission: Array2<Complex64>,
-    /// The phase asked of the relief, and the share of the iterations done.
-    asked: Array2<f64>,
+    /// The phase that the relief is to make, and the share of the iterations done.
+    requested: Array2<f64>,
     share: f64,
 }
 
@@ -113,21 +113,21 @@ impl Constraints {
 
     /// The element, `share` of the iterations done (0 to 1: how hard soft levels are).
     pub fn make(&self, parameters: ArrayView2<'_, f64>, share: f64) -> Made {
-        let asked = self.spread(parameters);
+        let requested = self.spread(parameters);
         let height = self.relief.map(|relief| {
             let height = |phase: &f64| relief.height(*phase, share);
-            Zip::from(&asked).par_map_collect(height)
+            Zip::from(&requested).par_map_collect(height)
         });
         let phase = match (&height, &self.relief) {
             (Some(height), Some(relief)) => height * relief.factor(),
-            _ => asked.clone(),
+            _ => requested.clone(),
         };
         let transmit = |phase: &f64| self.fill.transmit(*phase);
         Made {
             transmission: Zip::from(&phase).par_map_collect(transmit),
             phase,
             height,
-            asked,
+            requested,
             share,
         }
     }
@@ -149,15 +149,15 @@ impl Constraints {
             bar += &phase_bar;
         }
 
-        // phase = relief(asked)
+        // phase = relief(requested)
         if let Some(relief) = &self.relief {
             let share = made.share;
             Zip::from(&mut bar)
-                .and(&made.asked)
-                .par_for_each(|bar, asked| *bar = relief.make_adjoint(*asked, share, *bar));
+                .and(&made.requested)
+                .par_for_each(|bar, requested| *bar = relief.make_adjoint(*requested, share, *bar));
         }
 
-        // asked = blocks(blur(parameters))
+        // requested = blocks(blur(parameters))
         self.spread_adjoint(bar.view())
     }
 
@@ -326,7 +326,7 @@ mod tests {
                     return (free, made);
                 }
                 let back = chain.make_adjoint(&made, bar.view(), None);
-                search.tell(value, back.as_slice().unwrap());
+                search.report(value, back.as_slice().unwrap());
             }
             panic!("the last evaluation returns")
         }
@@ -365,7 +365,7 @@ mod tests {
     }
 
     #[test]
-    fn blocks_hold_whatever_else_is_asked_for() {
+    fn blocks_hold_with_all_other_constraints() {
         let rules = Rules {
             block: 3,
             blur: Some(2.0),

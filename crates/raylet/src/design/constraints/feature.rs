@@ -1,4 +1,4 @@
-//! Nothing smaller than a tool can make: blocks of pixels, or a blur before the levels.
+//! The smallest feature that a tool can make: blocks of pixels, or a blur before the levels.
 
 use ndarray::parallel::prelude::*;
 use ndarray::{Array2, ArrayView2, Axis};

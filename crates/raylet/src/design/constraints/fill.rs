@@ -1,4 +1,4 @@
-//! Pixels that are not wholly active.
+//! Pixels of which only a part is active.
 
 use num_complex::Complex64;
 use schemars::JsonSchema;

@@ -1,4 +1,4 @@
-//! What of an element's pixels is free: phases, amplitudes, both, or two phases whose waves are added.
+//! Which property of an element's pixels is free: phases, amplitudes, both, or two phases whose waves are added.
 
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
@@ -56,7 +56,7 @@ impl Modulator {
         }
     }
 
-    /// With a price on steps between neighbouring phases: this times their [`roughness`] is added to the loss.
+    /// With a penalty on steps between neighbouring phases: this times their [`roughness`] is added to the loss.
     pub fn smooth(mut self, price: f64) -> Self {
         self.smoothness = price;
         self
@@ -181,7 +181,7 @@ impl Modulator {
         flat(&planes)
     }
 
-    /// The price of steps between neighbours, and its gradient to the parameters; nothing where there is none.
+    /// The penalty on steps between neighbours, and its gradient to the parameters; nothing where there is none.
     pub fn price(&self, shaped: &Shaped) -> Option<(f64, Vec<f64>)> {
         if self.smoothness == 0.0 {
             return None;

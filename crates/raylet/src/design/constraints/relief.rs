@@ -152,7 +152,7 @@ impl Relief {
         self.factor * self.height(phase, share)
     }
 
-    /// What a change of the phase made is times a change of the phase asked for.
+    /// What a change of the phase made is times a change of the requested phase.
     pub fn slope(&self, phase: f64, share: f64) -> f64 {
         let (height, slope) = self.nearest(phase);
         match self.levels {
@@ -163,7 +163,7 @@ impl Relief {
         }
     }
 
-    /// The cotangent of the phase asked for, from that of the phase made.
+    /// The cotangent of the requested phase, from that of the phase made.
     pub fn make_adjoint(&self, phase: f64, share: f64, made_bar: f64) -> f64 {
         // made = factor · height(phase)
         self.slope(phase, share) * made_bar
@@ -235,7 +235,7 @@ mod tests {
     }
 
     #[test]
-    fn levels_are_as_many_as_asked_for_and_the_nearest() {
+    fn levels_have_the_given_number_and_are_the_nearest() {
         let relief = Relief::transmission(0.6e-3, [1.5, 1.0], 1.2e-3, Some(levels(5))).unwrap();
         let phases = (0..1000).map(|i| 0.031 * f64::from(i) - 11.0);
         let mut seen = Vec::new();

@@ -1,4 +1,4 @@
-//! Stairs that a value climbs from one allowed level to the next: hard, or softened on the way there.
+//! Stairs from one allowed level of a value to the next: hard, or softened during a design.
 
 use serde::{Deserialize, Serialize};
 

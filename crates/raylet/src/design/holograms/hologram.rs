@@ -1,11 +1,11 @@
 //! Phase holograms by an iterative Fourier transform algorithm through a paraxial train.
 //!
 //! After Gerchberg and Saxton (Optik 35, 237, 1972): the field goes to the sensor by Collins' integral, its
-//! modulus there is replaced by the wanted one, what changed goes back by the adjoint, and only the phase
-//! is kept. What lies outside the sensor is left alone. Three things are added, each because it measured
-//! better on a photograph and on a line drawing: a smooth start that spreads the light geometrically over
-//! the image, without which vortices freeze in as speckle; momentum, each step going on past the update;
-//! and a goal a little brighter than the field, which draws light into the image, fading to none.
+//! modulus there is replaced by the target's, what changed goes back by the adjoint, and only the phase
+//! is kept. The field outside the sensor is not changed. Three things are added, each because results
+//! on a photograph and on a line drawing were better with it: a smooth start that spreads the light geometrically over
+//! the image, without which vortices freeze in as speckle; momentum: each step goes past the update;
+//! and a goal a little brighter than the field, which draws light into the image and fades during the run.
 
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
@@ -47,7 +47,7 @@ pub struct Task {
     /// The field at the centres of the element's pixels, [y, x], all but the hologram itself included:
     /// light, other layers, opening (by the open share of each pixel).
     pub incident: Array2<Complex64>,
-    /// The picture wanted; its softening is chosen here.
+    /// The target picture; its softening is chosen here.
     pub target: Target,
     /// Width and height of the sensor in mm: around the picture it is to be dark.
     pub sensor: [f64; 2],
@@ -82,7 +82,7 @@ pub struct Hologram {
     pub target: Target,
 }
 
-/// Why a hologram cannot be sought.
+/// Why a hologram cannot be designed.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum HologramError {
     /// The sensor shows an image of the element.
@@ -91,7 +91,7 @@ pub enum HologramError {
     /// No light passes the element.
     #[error("no light passes the element of the hologram")]
     Dark,
-    /// Nothing is wanted.
+    /// The target is black.
     #[error("the picture is black")]
     Black,
     /// The picture is larger than the sensor.
@@ -130,7 +130,7 @@ pub enum HologramError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Seeks the phases with which the sensor shows the picture; `progress` hears of every iteration.
+/// Seeks the phases with which the sensor shows the picture; `progress` is called after every iteration.
 ///
 /// # Errors
 /// When the train images the element onto the sensor, no light passes the element, or the picture is
@@ -147,7 +147,7 @@ pub fn design<R: Reply>(
         let seen = bench.carry(&field);
         Cancelled::check(progress(bench.score(iteration, &seen)).flow())?;
 
-        // What the wanted modulus would change, back on the element; then only the phase is kept.
+        // The change by the target's modulus, back on the element; then only the phase is kept.
         let left = 1.0 - iteration as f64 / task.iterations as f64;
         let change = bench.change(&seen, 1.0 + EXPANSION * left);
         let back = bench.carry_adjoint(&change);
@@ -212,7 +212,7 @@ struct Bench {
     amplitude: Array2<f64>,
     /// The picture as softened, its values and its roots on the raster, and where it is.
     target: Target,
-    wanted: Array2<f64>,
+    picture: Array2<f64>,
     modulus: Array2<f64>,
     inside: Array2<bool>,
     /// Area of a raster cell over the light's power behind the element.
@@ -243,8 +243,8 @@ impl Bench {
             ..task.target.clone()
         };
         let raster = design_raster(task, reach, cell);
-        let wanted = target.on(&raster).mapv(|value| value.max(0.0));
-        if wanted.iter().all(|value| *value == 0.0) {
+        let picture = target.on(&raster).mapv(|value| value.max(0.0));
+        if picture.iter().all(|value| *value == 0.0) {
             return Err(HologramError::Black);
         }
 
@@ -269,10 +269,10 @@ impl Bench {
             plan: Collins::new(task.wavelength, task.train, &grid, &raster)?,
             envelope,
             amplitude: task.incident.mapv(|u| u.norm()),
-            modulus: wanted.mapv(f64::sqrt),
+            modulus: picture.mapv(f64::sqrt),
             inside: target.inside(&raster),
             target,
-            wanted,
+            picture,
             share: sample / power,
             least: task.efficiency * power / sample,
             gain: sample / pixel,
@@ -319,8 +319,8 @@ impl Bench {
         }
     }
 
-    /// The wanted modulus at the field's own phase and mean brightness times `expansion`, or as bright as is
-    /// asked for, less the field.
+    /// The target's modulus at the field's own phase and mean brightness times `expansion`, or at the requested
+    /// brightness, less the field.
     fn change(&self, seen: &Array2<Complex64>, expansion: f64) -> Array2<Complex64> {
         let (mut along, mut square) = (0.0, 0.0);
         Zip::from(seen).and(&self.modulus).for_each(|u, modulus| {
@@ -340,11 +340,11 @@ impl Bench {
                 .and(&self.inside)
                 .map_collect(|value, inside| if *inside { *value } else { 0.0 })
         };
-        let (shown, picture) = (within(&intensity), within(&self.wanted));
+        let (shown, picture) = (within(&intensity), within(&self.picture));
         Score {
             iteration,
             ncc: ncc(shown.view(), picture.view()).unwrap_or(0.0),
-            ncc_sensor: ncc(intensity.view(), self.wanted.view()).unwrap_or(0.0),
+            ncc_sensor: ncc(intensity.view(), self.picture.view()).unwrap_or(0.0),
             efficiency: shown.sum() * self.share,
         }
     }
@@ -367,9 +367,9 @@ fn check_size(task: &Task, reach: [f64; 2]) -> Result<(), HologramError> {
 fn design_raster(task: &Task, reach: [f64; 2], cell: [f64; 2]) -> Raster {
     let width = [0, 1].map(|a| task.sensor[a].min(reach[a]));
     let size = [0, 1].map(|a| {
-        let wanted = (SAMPLES_PER_CELL * width[a] / cell[a]).ceil();
-        if wanted.is_finite() {
-            (wanted as usize).max(1)
+        let count = (SAMPLES_PER_CELL * width[a] / cell[a]).ceil();
+        if count.is_finite() {
+            (count as usize).max(1)
         } else {
             1
         }
@@ -484,23 +484,23 @@ mod tests {
     }
 
     #[test]
-    fn every_iteration_is_told_and_phases_are_wrapped() {
+    fn every_iteration_is_reported_and_phases_are_wrapped() {
         let task = Task {
             iterations: 5,
             ..task()
         };
-        let mut told = Vec::new();
-        let found = design(&task, &mut |score| told.push(score)).unwrap();
-        let numbers: Vec<usize> = told.iter().map(|score| score.iteration).collect();
+        let mut scores = Vec::new();
+        let found = design(&task, &mut |score| scores.push(score)).unwrap();
+        let numbers: Vec<usize> = scores.iter().map(|score| score.iteration).collect();
         assert_eq!(numbers, [0, 1, 2, 3, 4, 5]);
-        assert_eq!(told.last(), Some(&found.score));
+        assert_eq!(scores.last(), Some(&found.score));
         let pi = std::f64::consts::PI;
         assert!(found.phase.iter().all(|phase| (-pi..pi).contains(phase)));
         assert_eq!(found.phase[[0, 0]], 0.0);
     }
 
-    /// What a goal of so much light makes of a picture that pixels hardly resolve.
-    fn asked(efficiency: f64) -> Score {
+    /// The score with a goal of so much light, for a picture that pixels hardly resolve.
+    fn with_efficiency(efficiency: f64) -> Score {
         let mut task = task();
         (task.efficiency, task.iterations) = (efficiency, 40);
         task.target.image = Array2::from_shape_fn((8, 8), |(j, i)| {
@@ -510,8 +510,8 @@ mod tests {
     }
 
     #[test]
-    fn light_that_is_asked_for_is_kept_and_costs_likeness() {
-        let scores = [0.0, 0.4, 0.6].map(asked);
+    fn requested_light_is_kept_and_costs_likeness() {
+        let scores = [0.0, 0.4, 0.6].map(with_efficiency);
         for (less, more) in scores.iter().zip(&scores[1..]) {
             assert!(more.efficiency > less.efficiency + 0.08, "{scores:?}");
             assert!(more.ncc < less.ncc && more.ncc > 0.94, "{scores:?}");
@@ -532,7 +532,7 @@ mod tests {
             })
         };
         let field = noise(bench.amplitude.dim(), 1);
-        let seen_bar = noise(bench.wanted.dim(), 2);
+        let seen_bar = noise(bench.picture.dim(), 2);
         let (seen, field_bar) = (bench.carry(&field), bench.carry_adjoint(&seen_bar));
         let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| {
             a.iter()

@@ -2,8 +2,8 @@
 //! spectrum.
 //!
 //! Pixels are point samples of a band-limited field, as the source paper has them: plane waves of their own
-//! band alone, on a lattice of twice their width. The sensor has the same pixels. As in the far
-//! ([`crate::design::holograms::hologram`]) each step goes on past the last.
+//! band alone, on a lattice of twice their width. The sensor has the same pixels. As in
+//! [`crate::design::holograms::hologram`], steps have momentum.
 
 use std::f64::consts::TAU;
 
@@ -31,8 +31,8 @@ pub struct NearTask {
     pub distance: f64,
     /// Modulus of the light behind each pixel, [y, x].
     pub amplitude: Array2<f64>,
-    /// The intensity wanted at each pixel of the sensor, up to a factor.
-    pub wanted: Array2<f64>,
+    /// The target intensity at each pixel of the sensor, up to a factor.
+    pub target: Array2<f64>,
     /// Number of iterations.
     pub iterations: usize,
 }
@@ -88,8 +88,8 @@ impl NearSpace {
     }
 }
 
-/// Seeks the phases, in radians, and the normalised cross-correlation of what they show with what is wanted;
-/// `progress` hears of every iteration. Starts from light that is left alone.
+/// Seeks the phases, in radians, and the normalised cross-correlation of what they show with the target;
+/// `progress` is called after every iteration. The phases are zero at the start.
 ///
 /// # Errors
 /// When `progress` cancels the search.
@@ -104,14 +104,14 @@ pub fn design<R: Reply>(
         task.amplitude.ncols(),
         PADDING,
     );
-    let modulus = task.wanted.mapv(|value| value.max(0.0).sqrt());
+    let modulus = task.target.mapv(|value| value.max(0.0).sqrt());
     let mut field = task.amplitude.mapv(Complex64::from);
     let mut last: Option<Array2<Complex64>> = None;
     for iteration in 0..task.iterations {
         let seen = space.carry(field.view());
         Cancelled::check(progress(iteration, likeness(&seen, task)).flow())?;
 
-        // The wanted modulus at the field's own brightness and phase, carried back; then only the phase is kept.
+        // The target's modulus at the field's own brightness and phase, carried back; then only the phase is kept.
         let (mut along, mut square) = (0.0, 0.0);
         Zip::from(&seen).and(&modulus).for_each(|u, m| {
             along += u.norm() * m;
@@ -143,7 +143,7 @@ pub fn design<R: Reply>(
 
 fn likeness(seen: &Array2<Complex64>, task: &NearTask) -> f64 {
     let intensity = seen.mapv(|u| u.norm_sqr());
-    ncc(intensity.view(), task.wanted.view()).unwrap_or(0.0)
+    ncc(intensity.view(), task.target.view()).unwrap_or(0.0)
 }
 
 #[cfg(test)]
@@ -183,7 +183,7 @@ mod tests {
             pitch: PITCH,
             distance: NEAR,
             amplitude: open(100),
-            wanted: smiley(100),
+            target: smiley(100),
             iterations: 60,
         };
         let mut first = 0.0;

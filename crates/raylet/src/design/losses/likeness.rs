@@ -33,7 +33,7 @@ pub struct Likeness {
 }
 
 impl Likeness {
-    /// From the picture wanted at the sensor's pixels, [y, x], and how much each of them counts, from 0
+    /// From the target picture at the sensor's pixels, [y, x], and how much each of them counts, from 0
     /// (don't care) to 1.
     ///
     /// # Errors

@@ -1,8 +1,8 @@
-//! What is wanted of the light on the sensor: a number to be made small, and its gradient.
+//! A loss of the light on the sensor: a number to be made small, and its gradient.
 //!
-//! A loss looks at intensities I = |U|² at the sensor's pixels and answers with its value L and the
+//! A loss takes intensities I = |U|² at the sensor's pixels and returns its value L and the
 //! cotangent Ī = ∂L/∂I in one call; the field's own is Ū = 2·Ī·U, so that each [`Loss`] is a [`FieldLoss`] too. A
-//! design may hold a loss of the user's: whatever implements one of them.
+//! design accepts a user's own loss: any type that implements one of these traits.
 
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
@@ -99,7 +99,7 @@ pub enum LossError {
         /// What may be.
         expected: &'static str,
     },
-    /// Nothing is wanted: no pixel counts.
+    /// No pixel counts.
     #[error("{0} is zero everywhere")]
     Empty(&'static str),
     /// A number that makes no sense.

@@ -1,14 +1,14 @@
-//! Losses: what is wanted of the light on the sensor, with its gradient.
+//! Losses: numbers that judge the light on the sensor, with their gradients.
 //!
 //! | file | what it holds |
 //! | --- | --- |
 //! | [`likeness`] | Losses that compare the intensity with a picture |
 //! | [`loss`] | The traits of losses of intensities and of fields, and sums of losses |
-//! | [`overlap`] | The share of the light in a wanted mode, phase included |
-//! | [`share`] | Losses that ask how much of the light goes where it is wanted |
-//! | [`smoothness`] | A price for steps between neighbouring pixels |
+//! | [`overlap`] | The share of the light in a target mode, phase included |
+//! | [`share`] | Losses by the share of the light that goes to its target |
+//! | [`smoothness`] | A penalty on steps between neighbouring pixels |
 //! | [`spots`] | Losses for spots: brightness and evenness |
-//! | [`target`] | The image wanted on the sensor, on any raster |
+//! | [`target`] | The target image on the sensor, on any raster |
 
 pub mod likeness;
 pub mod loss;

@@ -1,14 +1,14 @@
-//! The share of the light that is in a wanted mode: a loss of the field itself, phase included.
+//! The share of the light that is in a target mode: a loss of the field itself, phase included.
 
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 
 use crate::design::losses::loss::{FieldLoss, FieldVerdict, LossError, check_positive};
 
-/// L = 1 − η, η = |Σ m*U|²·a/P the share of the light sent out that is in a wanted mode m, Σ|m|² = 1, a the
+/// L = 1 − η, η = |Σ m*U|²·a/P the share of the light sent out that is in a target mode m, Σ|m|² = 1, a the
 /// area of a pixel and P the power sent out.
 ///
-/// It is the efficiency of coupling into that mode; one only where amplitude and phase are those wanted, but
+/// It is the efficiency of coupling into that mode; one only where amplitude and phase are those of the mode, but
 /// for one phase factor.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Overlap {

@@ -1,4 +1,4 @@
-//! Losses that ask how much of the light goes where it is wanted.
+//! Losses by the share of the light that goes to its target.
 
 use ndarray::{Array2, ArrayView2, Zip};
 

@@ -1,4 +1,4 @@
-//! A price for steps between neighbouring pixels.
+//! A penalty on steps between neighbouring pixels.
 
 use ndarray::{Array2, ArrayView2};
 

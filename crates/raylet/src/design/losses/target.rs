@@ -1,4 +1,4 @@
-//! The image wanted on the sensor, on any raster.
+//! The target image on the sensor, on any raster.
 
 use ndarray::Array2;
 
@@ -19,7 +19,7 @@ pub struct Target {
 }
 
 impl Target {
-    /// The intensity wanted at the points of a raster, [y, x]; zero outside the picture.
+    /// The target intensity at the points of a raster, [y, x]; zero outside the picture.
     pub fn on(&self, raster: &Raster) -> Array2<f64> {
         let shares = |axis: usize| {
             let cells = [self.image.ncols(), self.image.nrows()][axis];
@@ -78,10 +78,10 @@ mod tests {
             blur: [0.0; 2],
         };
         // Row 0 is low in y, column 0 low in x; around the picture it is dark.
-        let wanted = target.on(&raster(1.0, [5, 4]));
-        assert_eq!(wanted.row(0).sum(), 0.0);
-        assert_eq!(wanted.row(1), array![0.0, 1.0, 2.0, 3.0, 0.0]);
-        assert_eq!(wanted.row(2), array![0.0, 4.0, 5.0, 6.0, 0.0]);
+        let found = target.on(&raster(1.0, [5, 4]));
+        assert_eq!(found.row(0).sum(), 0.0);
+        assert_eq!(found.row(1), array![0.0, 1.0, 2.0, 3.0, 0.0]);
+        assert_eq!(found.row(2), array![0.0, 4.0, 5.0, 6.0, 0.0]);
         let inside = target.inside(&raster(1.0, [5, 4]));
         assert_eq!(inside.iter().filter(|inside| **inside).count(), 6);
     }

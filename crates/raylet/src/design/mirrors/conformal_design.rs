@@ -1,4 +1,4 @@
-//! The pixels of a conformal mirror, sought: what is wanted on the sensor, and where the search begins.
+//! The design of the pixels of a conformal mirror: the target on the sensor, and where the search begins.
 
 use std::f64::consts::TAU;
 
@@ -15,7 +15,7 @@ use crate::design::mirrors::mirror::{Freedom, MirrorDesign, MirrorError};
 const PITCH: f64 = 5e-4;
 const WAVELENGTH: f64 = 1e-3;
 
-/// What light in the letter is worth beside likeness: β of −β·log of its share.
+/// The weight β of the loss −β·log(share of the light in the letter) beside likeness.
 const EFFICIENCY: f64 = 0.01;
 
 /// Radius at full size of the disc on the sensor from which the letter's search begins, in mm: it holds the letter.
@@ -27,8 +27,8 @@ pub struct Posed {
     pub design: MirrorDesign,
     /// The phases that it begins with.
     pub start: Vec<f64>,
-    /// What is wanted, at the sensor's samples, [y, x].
-    pub wanted: Array2<f64>,
+    /// The target at the sensor's samples, [y, x].
+    pub target: Array2<f64>,
     /// The sensor.
     pub sensor: Window,
 }
@@ -52,7 +52,7 @@ impl Posed {
     /// phase a pixel, from a wave that lights a disc; the loss is 1 − NCC² and a little for light in the letter.
     ///
     /// # Errors
-    /// A mirror so small that the sensor misses what is wanted.
+    /// A mirror so small that the sensor misses the target.
     pub fn new(mirror: &Conformal, opening: Opening) -> Result<Self, PoseError> {
         let half = (0.5 * mirror.width() / PITCH).floor() as usize;
         let sensor = Window {
@@ -69,9 +69,9 @@ impl Posed {
             }
         };
         let shape = (2 * half + 1, 2 * half + 1);
-        let mut wanted = Array2::from_shape_fn(shape, |at| f64::from(u8::from(lit(at))));
+        let mut target = Array2::from_shape_fn(shape, |at| f64::from(u8::from(lit(at))));
         if mirror.show == Show::Foci {
-            wanted *= 0.5;
+            target *= 0.5;
         }
         let pixels = (mirror.count(), mirror.count());
         let blank = mirror.made(Array2::from_elem(pixels, Complex64::ONE), opening, sensor);
@@ -79,7 +79,7 @@ impl Posed {
             Show::Foci => Freedom::TwoPhases,
             Show::Letter => Freedom::Phase,
         };
-        let design = MirrorDesign::new(&blank, freedom, loss(mirror.show, &wanted)?)?;
+        let design = MirrorDesign::new(&blank, freedom, loss(mirror.show, &target)?)?;
         let start = match mirror.show {
             Show::Foci => mirror.flat_phases(),
             Show::Letter => spread(mirror, &design, shape, &place),
@@ -87,24 +87,24 @@ impl Posed {
         Ok(Self {
             design,
             start,
-            wanted,
+            target,
             sensor,
         })
     }
 }
 
 /// What is made small.
-fn loss(show: Show, wanted: &Array2<f64>) -> Result<Box<dyn Loss>, LossError> {
+fn loss(show: Show, target: &Array2<f64>) -> Result<Box<dyn Loss>, LossError> {
     let parts: Vec<(f64, Box<dyn Loss>)> = match show {
         Show::Foci => {
             let given = Brightness::Given { scale: 1.0 };
-            let alike = Likeness::new(wanted.clone(), None, given)?;
+            let alike = Likeness::new(target.clone(), None, given)?;
             // The likeness is a mean over the samples, the paper's loss a sum.
-            vec![(wanted.len() as f64, Box::new(alike))]
+            vec![(target.len() as f64, Box::new(alike))]
         }
         Show::Letter => {
-            let alike = Likeness::new(wanted.clone(), None, Brightness::Free)?;
-            let light = Share::efficiency(wanted.clone(), 1.0, 1.0, EFFICIENCY)?;
+            let alike = Likeness::new(target.clone(), None, Brightness::Free)?;
+            let light = Share::efficiency(target.clone(), 1.0, 1.0, EFFICIENCY)?;
             vec![(1.0, Box::new(alike)), (1.0, Box::new(light))]
         }
     };
@@ -164,7 +164,7 @@ mod tests {
         let posed = Posed::new(&mirror, Opening::Disc).unwrap();
         let in_foci = |phases: &[f64]| {
             let shares = posed.design.look(phases).shares;
-            (&shares * &posed.wanted).sum()
+            (&shares * &posed.target).sum()
         };
         let before = in_foci(&posed.start);
         let settings = LbfgsSettings {
@@ -178,7 +178,7 @@ mod tests {
             .unwrap();
         for _ in 0..30 {
             let look = posed.design.look(search.point());
-            search.tell(look.value, &look.gradient);
+            search.report(look.value, &look.gradient);
         }
         let after = in_foci(search.best().unwrap().0);
         // A perfect focus of this aperture has π NA²/λ² of its light on each mm²: 0.039 on half a sample's area.

@@ -1,8 +1,8 @@
-//! A design of the pixels of a curved mirror: phases, or two phases whose waves add up, with the gradient of what
-//! the light on a plane sensor is worth.
+//! A design of the pixels of a curved mirror: phases, or two phases whose waves add up, with the gradient of a
+//! loss of the light on a plane sensor.
 //!
-//! Losses look at shares: |U|² times the area of a sensor's pixel, over all light that leaves the mirror. Light that
-//! is sent past the sensor is so known to be lost, whatever the modulus of the pixels.
+//! Losses look at shares: |U|² times the area of a sensor's pixel, over all light that leaves the mirror. So light
+//! that misses the sensor counts as lost, whatever the modulus of the pixels.
 
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
@@ -51,7 +51,7 @@ impl Freedom {
     }
 }
 
-/// A mirror whose pixels are sought.
+/// A mirror whose pixels are designed.
 pub struct MirrorDesign {
     hop: PixelHop,
     shape: (usize, usize),
@@ -61,7 +61,7 @@ pub struct MirrorDesign {
     loss: Box<dyn Loss>,
 }
 
-/// What phases are worth.
+/// One evaluation of the phases.
 pub struct MirrorLook {
     /// The loss.
     pub value: f64,
@@ -81,10 +81,10 @@ pub enum MirrorError {
     #[error("expected one element of pixels before the sensor")]
     Pixels,
     /// The loss is for another sensor.
-    #[error("a loss for {wanted:?} pixels (rows, columns) on a sensor of {found:?}")]
+    #[error("a loss for {expected:?} pixels (rows, columns) on a sensor of {found:?}")]
     Shape {
         /// What the loss expects.
-        wanted: (usize, usize),
+        expected: (usize, usize),
         /// What the sensor has.
         found: (usize, usize),
     },
@@ -103,8 +103,8 @@ impl MirrorDesign {
         let raster = Raster::of(sensor_of(system)?);
         let found = (raster.size[1], raster.size[0]);
         if loss.shape() != found {
-            let wanted = loss.shape();
-            return Err(MirrorError::Shape { wanted, found });
+            let expected = loss.shape();
+            return Err(MirrorError::Shape { expected, found });
         }
         let [screen, last] = &system.screens[..] else {
             return Err(MirrorError::Pixels);
@@ -236,8 +236,8 @@ mod tests {
 
     fn design(freedom: Freedom, brightness: Brightness) -> MirrorDesign {
         // As large as the shares are.
-        let wanted = Array2::from_shape_fn((20, 20), |(j, i)| 4e-4 * ((i * j) % 7) as f64);
-        let loss = Likeness::new(wanted, None, brightness).unwrap();
+        let target = Array2::from_shape_fn((20, 20), |(j, i)| 4e-4 * ((i * j) % 7) as f64);
+        let loss = Likeness::new(target, None, brightness).unwrap();
         MirrorDesign::new(&system(), freedom, Box::new(loss)).unwrap()
     }
 
@@ -317,15 +317,15 @@ mod tests {
     #[test]
     fn other_systems_are_refused() {
         let loss = || {
-            let wanted = Array2::ones((20, 20));
-            Box::new(Likeness::new(wanted, None, Brightness::Free).unwrap())
+            let target = Array2::ones((20, 20));
+            Box::new(Likeness::new(target, None, Brightness::Free).unwrap())
         };
         let mut other = system();
         other.screens.remove(0);
         let refused = MirrorDesign::new(&other, Freedom::Phase, loss());
         assert!(matches!(refused, Err(MirrorError::Pixels)));
-        let wanted = Array2::ones((20, 21));
-        let wide = Likeness::new(wanted, None, Brightness::Free).unwrap();
+        let target = Array2::ones((20, 21));
+        let wide = Likeness::new(target, None, Brightness::Free).unwrap();
         let refused = MirrorDesign::new(&system(), Freedom::Phase, Box::new(wide));
         assert!(matches!(refused, Err(MirrorError::Shape { .. })));
     }

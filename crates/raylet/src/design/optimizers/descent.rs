@@ -1,6 +1,6 @@
 //! Descents whose step lengths are set beforehand: gradient descent with momentum, and Adam.
 //!
-//! One evaluation a step, and no step is refused: for gradients with noise, and to repeat what others did.
+//! One evaluation a step, and no step is refused: for gradients with noise, and to repeat published designs.
 
 use serde::{Deserialize, Serialize};
 
@@ -77,7 +77,7 @@ pub struct Descent {
     first: Vec<f64>,
     #[serde(with = "exact::list")]
     second: Vec<f64>,
-    /// The best point told of, and its value.
+    /// The best point so far, and its value.
     #[serde(with = "exact::list")]
     best: Vec<f64>,
     #[serde(with = "exact::number")]
@@ -158,12 +158,12 @@ impl Descent {
         &self.space
     }
 
-    /// Where value and gradient are wanted next.
+    /// The point at which the caller evaluates next.
     pub fn point(&self) -> &[f64] {
         &self.point
     }
 
-    /// The best point told of, and its value. None before the first value.
+    /// The best point so far, and its value. None before the first value.
     pub fn best(&self) -> Option<(&[f64], f64)> {
         let known = self.best_value.is_finite();
         known.then_some((&self.best, self.best_value))
@@ -188,7 +188,7 @@ impl Descent {
     ///
     /// # Panics
     /// When the gradient has another length than the point.
-    pub fn tell(&mut self, value: f64, gradient: &[f64]) -> Step {
+    pub fn report(&mut self, value: f64, gradient: &[f64]) -> Step {
         assert_eq!(gradient.len(), self.point.len(), "length of the gradient");
         self.stopped |= !(value.is_finite() && gradient.iter().all(|g| g.is_finite()));
         if self.stopped {
@@ -258,7 +258,7 @@ mod tests {
         for _ in 0..40 {
             let x = descent.point()[0];
             seen.push(x);
-            descent.tell(2.0 * x * x, &[4.0 * x]);
+            descent.report(2.0 * x * x, &[4.0 * x]);
         }
         for x in seen.windows(3) {
             assert!((x[2] - trace * x[1] + product * x[0]).abs() < 1e-14);
@@ -269,10 +269,10 @@ mod tests {
     fn adam_takes_the_steps_of_its_paper() {
         // By hand for gradients 1, then 3: m̂ and v̂ are means with weights (0.1, 0.09), (1e-3, 9.99e-4).
         let mut descent = Descent::new(vec![0.0], Space::free(1), Rule::ADAM, RATE).unwrap();
-        descent.tell(0.0, &[1.0]);
+        descent.report(0.0, &[1.0]);
         assert!((descent.point()[0] + 0.1 / (1.0 + 1e-8)).abs() < 1e-15);
         let before = descent.point()[0];
-        descent.tell(0.0, &[3.0]);
+        descent.report(0.0, &[3.0]);
         let mean = (0.09 * 1.0 + 0.1 * 3.0) / 0.19;
         let square: f64 = (9.99e-4 * 1.0 + 1e-3 * 9.0) / 1.999e-3;
         let step = 0.1 * mean / (square.sqrt() + 1e-8);
@@ -290,12 +290,12 @@ mod tests {
             for _ in 0..30 {
                 let [x, y] = [descent.point()[0], 1e3 * descent.point()[1]];
                 assert!((x - y).abs() < 1e-12);
-                descent.tell(x * x + y * y, &[2.0 * x, 2e3 * y]);
+                descent.report(x * x + y * y, &[2.0 * x, 2e3 * y]);
             }
             let best = descent.best().unwrap();
             assert!(best.1 < 1.0 && best.0[0].abs() < 0.7);
             for _ in 0..500 {
-                descent.tell(0.0, &[-9.0, 9e9]);
+                descent.report(0.0, &[-9.0, 9e9]);
             }
             assert_eq!(descent.point(), [10.0, -1e-2].as_slice());
         }
@@ -305,8 +305,8 @@ mod tests {
     fn what_is_no_number_ends_the_descent() {
         let mut descent = Descent::new(vec![1.0], Space::free(1), Rule::ADAM, RATE).unwrap();
         let end = Step::Finished(Stop::NotFinite);
-        assert_eq!(descent.tell(1.0, &[f64::NAN]), end);
-        assert_eq!(descent.tell(1.0, &[1.0]), end);
+        assert_eq!(descent.report(1.0, &[f64::NAN]), end);
+        assert_eq!(descent.report(1.0, &[1.0]), end);
         assert_eq!(descent.point(), [1.0].as_slice());
         let rule = Rule::Momentum { momentum: 1.0 };
         assert!(Descent::new(vec![1.0], Space::free(1), rule, RATE).is_err());

@@ -2,13 +2,13 @@
 //!
 //! Two-loop recursion (Nocedal, Math. Comp. 35, 773, 1980), Moré–Thuente line search, initial curvature
 //! from the last pair (Liu and Nocedal, Math. Program. 45, 503, 1989), all in the metric of the
-//! parameters' scales. Bounds: parameters at a bound that downhill would leave stay there, and the
+//! parameters' scales. Bounds: parameters at a bound stay there if downhill leads out, and the
 //! recursion runs in the others alone; the full step is cut off by the box and searched along a straight
 //! line (Kim, Sra and Dhillon, SIAM J. Sci. Comput. 32, 3548, 2010, with the segment of L-BFGS-B: Zhu,
 //! Byrd, Lu and Nocedal, ACM Trans. Math. Softw. 23, 550, 1997).
 //!
-//! Asked and told: one evaluation of a design takes seconds to minutes, the caller stops after any one of
-//! them and goes on from what serde wrote, bit for bit. That is why no crate serves: ganesh 0.29.1 and
+//! The caller evaluates: one evaluation of a design takes seconds to minutes, the caller stops after any one of
+//! them and goes on from what serde wrote, bit for bit. So no crate can be used: ganesh 0.29.1 and
 //! argmin 0.11.0 call the function from within a step, a whole line search at a time, and what they can
 //! save is the state between iterations only (argmin has no bounds besides).
 
@@ -81,7 +81,7 @@ struct Pair {
 pub struct Lbfgs {
     settings: LbfgsSettings,
     space: Space,
-    /// Where the value is wanted next; after the end the best point.
+    /// The point at which the caller evaluates next; after the end the best point.
     #[serde(with = "exact::list")]
     point: Vec<f64>,
     /// The last accepted point, value and gradient.
@@ -186,7 +186,7 @@ impl Lbfgs {
         &self.space
     }
 
-    /// Where value and gradient are wanted next; once finished, the best point.
+    /// The point at which the caller evaluates next; once finished, the best point.
     pub fn point(&self) -> &[f64] {
         &self.point
     }
@@ -201,7 +201,7 @@ impl Lbfgs {
         self.iteration
     }
 
-    /// The function has changed: goes on from the last accepted point, whose value is wanted anew.
+    /// The function has changed: goes on from the last accepted point, which is evaluated again.
     /// `forget`: its curvature is not to be relied on any more.
     pub fn refresh(&mut self, forget: bool) {
         self.point.copy_from_slice(&self.base);
@@ -217,13 +217,17 @@ impl Lbfgs {
     ///
     /// # Panics
     /// When the gradient has another length than the point.
-    pub fn tell(&mut self, value: f64, gradient: &[f64]) -> Step {
+    pub fn report(&mut self, value: f64, gradient: &[f64]) -> Step {
         assert_eq!(gradient.len(), self.point.len(), "length of the gradient");
         if let Some(stop) = self.stop {
             return Step::Finished(stop);
         }
         let slope = reduction::dot(&self.direction, gradient);
-        match self.search.as_mut().map(|search| search.tell(value, slope)) {
+        match self
+            .search
+            .as_mut()
+            .map(|search| search.report(value, slope))
+        {
             None => self.begin(value, gradient),
             Some(Judgement::Again) => {
                 self.place();
@@ -432,7 +436,7 @@ mod tests {
     fn run(search: &mut Lbfgs, function: Function<'_>) -> (Stop, usize) {
         for count in 1..100_000 {
             let (value, gradient) = function(search.point());
-            if let Step::Finished(stop) = search.tell(value, &gradient) {
+            if let Step::Finished(stop) = search.report(value, &gradient) {
                 return (stop, count);
             }
         }
@@ -557,7 +561,7 @@ mod tests {
         let mut lost = Lbfgs::new(scaled, Space::free(40), memory(20)).unwrap();
         for _ in 0..3 * needed {
             let (value, gradient) = bad(lost.point());
-            lost.tell(value, &gradient);
+            lost.report(value, &gradient);
         }
         assert!(lost.best().unwrap().1 > 1e-3);
     }

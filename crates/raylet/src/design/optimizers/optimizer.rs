@@ -1,7 +1,7 @@
-//! Optimisers that are asked for a point and told what is there.
+//! Optimisers: they give a point, and the caller reports value and gradient there.
 //!
-//! The caller owns the loop: it computes value and gradient at [`Optimizer::point`] and tells them; it may
-//! stop after any evaluation, write the optimiser down with serde, and go on later bit for bit.
+//! The caller owns the loop: it computes value and gradient at [`Optimizer::point`] and reports them; it may
+//! stop after any evaluation, save the optimiser with serde, and go on later bit for bit.
 
 use serde::{Deserialize, Serialize};
 
@@ -73,7 +73,7 @@ impl Optimizer {
         }
     }
 
-    /// Where value and gradient are wanted next.
+    /// The point at which the caller evaluates next.
     pub fn point(&self) -> &[f64] {
         match self {
             Self::Lbfgs(search) => search.point(),
@@ -85,10 +85,10 @@ impl Optimizer {
     ///
     /// # Panics
     /// When the gradient has another length than the point.
-    pub fn tell(&mut self, value: f64, gradient: &[f64]) -> Step {
+    pub fn report(&mut self, value: f64, gradient: &[f64]) -> Step {
         match self {
-            Self::Lbfgs(search) => search.tell(value, gradient),
-            Self::Descent(search) => search.tell(value, gradient),
+            Self::Lbfgs(search) => search.report(value, gradient),
+            Self::Descent(search) => search.report(value, gradient),
         }
     }
 
@@ -178,9 +178,9 @@ mod tests {
                     stopped.refresh(true);
                 }
                 let (value, gradient) = rosenbrock(through.point());
-                let here = through.tell(value, &gradient);
+                let here = through.report(value, &gradient);
                 let (value, gradient) = rosenbrock(stopped.point());
-                assert_eq!(stopped.tell(value, &gradient), here);
+                assert_eq!(stopped.report(value, &gradient), here);
                 let text = serde_json::to_string(&stopped).unwrap();
                 stopped = serde_json::from_str(&text).unwrap();
                 assert_eq!(stopped.check(&started(method)), Ok(()));
@@ -203,7 +203,7 @@ mod tests {
             let mut least = f64::INFINITY;
             for _ in 0..200 {
                 let (value, gradient) = rosenbrock(search.point());
-                match search.tell(value, &gradient) {
+                match search.report(value, &gradient) {
                     Step::Accepted => least = least.min(value),
                     Step::Trial | Step::Restarted => {}
                     Step::Finished(_) => break,
@@ -227,7 +227,7 @@ mod tests {
                 let mut search = method.start(start, Space::free(count)).unwrap();
                 for _ in 0..25 {
                     let (value, gradient) = rosenbrock(search.point());
-                    search.tell(value, &gradient);
+                    search.report(value, &gradient);
                 }
                 let bits = search.point().iter().map(|x| x.to_bits());
                 bits.collect::<Vec<_>>()

@@ -5,7 +5,7 @@
 
 use rayon::prelude::*;
 
-/// Numbers in a chunk: enough work for a thread to be worth waking.
+/// Numbers in a chunk: enough work to start a thread for.
 const CHUNK: usize = 8192;
 
 /// Running sums inside a chunk: as many as fill the registers of a processor.

@@ -1,4 +1,4 @@
-//! Where parameters may be, and in what steps they are counted.
+//! Bounds and scales of parameters.
 
 use std::ops::Range;
 
@@ -195,7 +195,7 @@ impl Space {
         }
     }
 
-    /// The largest downhill step, in scales, that the bounds allow of what the gradient asks for: zero at
+    /// The largest downhill step, in scales, that the bounds allow against the gradient: zero at
     /// a minimum.
     pub fn slope(&self, point: &[f64], gradient: &[f64]) -> f64 {
         let one = |i: usize| {

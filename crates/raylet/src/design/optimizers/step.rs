@@ -1,10 +1,10 @@
-//! What an optimiser answers when it is told a value and a gradient.
+//! What an optimiser returns when a value and a gradient are reported to it.
 
 use serde::{Deserialize, Serialize};
 
 use crate::design::optimizers::space::SpaceError;
 
-/// What became of the point that an optimiser was told about.
+/// What became of the point whose value was reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// It ends an iteration: the search goes on from it. The very first point counts as one.
@@ -21,9 +21,9 @@ pub enum Step {
 /// Why a search is over.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Stop {
-    /// The gradient is as small as asked for.
+    /// The gradient is below its limit.
     Flat,
-    /// The value changes as little as asked for.
+    /// The change of the value is below its limit.
     Still,
     /// Not even straight downhill is anything better: rounding, or a gradient that is not the value's.
     Stuck,

@@ -2,8 +2,8 @@
 //!
 //! Moré and Thuente, "Line search algorithms with guaranteed sufficient decrease" (ACM Trans. Math. Softw.
 //! 20, 286, 1994), as in MINPACK-2's `dcsrch`: cubic and quadratic interpolation inside an interval that
-//! is known to hold an acceptable step and shrinks by a third at least every other time. Asked and told:
-//! the search holds no function, only what it has learnt of it.
+//! is known to hold an acceptable step and shrinks by a third at least every other time. The search
+//! calls no function: the caller reports value and slope at each trial.
 
 use serde::{Deserialize, Serialize};
 
@@ -18,7 +18,7 @@ const FLATNESS: f64 = 0.9;
 /// The interval is small enough when it is this share of its larger end.
 const NARROW: f64 = 0.1;
 
-/// Before the minimum is bracketed, the next step is between these multiples of the last advance beyond it.
+/// Before the minimum is bracketed, the next step is between these multiples of the last advance extrapolated it.
 const ADVANCE: [f64; 2] = [1.1, 4.0];
 
 /// A bracket that did not shrink to this share in two trials is halved.
@@ -52,7 +52,7 @@ impl Sample {
     }
 }
 
-/// What a search says of the sample that it was told.
+/// What a search says of the sample that was reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Judgement {
     /// Good enough.
@@ -138,7 +138,7 @@ impl Search {
     }
 
     /// Learns the value and the slope at the trial step.
-    pub fn tell(&mut self, value: f64, slope: f64) -> Judgement {
+    pub fn report(&mut self, value: f64, slope: f64) -> Judgement {
         self.trials += 1;
         if !(value.is_finite() && slope.is_finite()) {
             return self.retreat();
@@ -244,7 +244,7 @@ impl Search {
 
         // 3. Lower, and less steep. 4. Lower, and no less steep.
         if seen.slope.abs() < best.slope.abs() {
-            return (self.beyond(seen, secant), false);
+            return (self.extrapolated(seen, secant), false);
         }
         let next = match (self.bracketed, seen.step > best.step) {
             (true, _) => minimum(seen, &self.other, seen),
@@ -254,8 +254,8 @@ impl Search {
         (next, false)
     }
 
-    /// Case 3: the cubic may have no minimum beyond the sample.
-    fn beyond(&self, seen: &Sample, secant: f64) -> f64 {
+    /// Case 3: the cubic may have no minimum behind the sample.
+    fn extrapolated(&self, seen: &Sample, secant: f64) -> f64 {
         let best = &self.best;
         let forward = seen.step > best.step;
         let (reach, gamma) = cubic_reach(seen, best);
@@ -378,7 +378,7 @@ mod tests {
                 let at = loop {
                     let at = function(search.trial());
                     count += 1;
-                    match search.tell(at[0], at[1]) {
+                    match search.report(at[0], at[1]) {
                         Judgement::Again => {}
                         Judgement::Enough => break at,
                         Judgement::Hopeless => panic!("function {which} from {trial}"),
@@ -395,12 +395,12 @@ mod tests {
     #[test]
     fn the_largest_step_is_taken_when_it_is_still_downhill_and_uphill_is_hopeless() {
         let mut search = Search::new(0.0, -1.0, 0.5, 2.0);
-        while search.tell(-search.trial(), -1.0) == Judgement::Again {}
+        while search.report(-search.trial(), -1.0) == Judgement::Again {}
         assert_eq!(search.trial(), 2.0);
 
         let mut search = Search::new(0.0, -1.0, 1.0, 2.0);
         let end = loop {
-            match search.tell(search.trial(), 1.0) {
+            match search.report(search.trial(), 1.0) {
                 Judgement::Again => {}
                 end => break end,
             }

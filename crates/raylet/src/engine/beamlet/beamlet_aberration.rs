@@ -1,4 +1,4 @@
-//! What the parabasal map leaves out inside one beamlet: its size, and the factor that makes it good.
+//! The aberration inside one beamlet, which the parabasal map leaves out: its size, and the factor that corrects it.
 //!
 //! The cubic and quartic parts of the ray map's Hamiltonian are found from real rays displaced by the
 //! beamlet's own width in phase space, in 24 directions that with their opposites form a spherical
@@ -19,7 +19,7 @@ pub struct Aberration {
     pub quartic: f64,
 }
 
-/// Largest η that is made good.
+/// Largest η that is corrected.
 const CORRECTABLE: f64 = 0.15;
 
 /// What the correction leaves, over η(ε₃ + η): between 2 and 5 behind tilted sensors and rims.

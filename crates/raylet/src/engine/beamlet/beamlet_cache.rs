@@ -25,7 +25,7 @@ impl PatchBeamlets {
     /// Bytes that a beamlet takes.
     pub const BYTES: usize = size_of::<Arrival>() + size_of::<[usize; 2]>();
 
-    /// Those whose places are wanted.
+    /// Those at the given places.
     pub fn only(&self, wanted: impl Fn([usize; 2]) -> bool) -> Self {
         let pairs = self.places.iter().zip(&self.arrivals);
         let (places, arrivals) = pairs.filter(|(place, _)| wanted(**place)).unzip();

@@ -1,4 +1,4 @@
-//! The errors to expect of beamlets of one width, from real rays: aberration inside them, and tails that are
+//! Expected errors of beamlets of one width, from real rays: aberration inside them, and tails that are
 //! discarded.
 
 use crate::engine::beamlet::beamlet_aberration::{Aberration, aberration};
@@ -15,7 +15,7 @@ const TRUSTED_SHARE: f64 = 0.98;
 /// Tails are judged up to this distance r, where the amplitude is exp(−r²/2).
 pub const FARTHEST: f64 = 4.0;
 
-/// Largest η that a beamlet beside the target may have for its tail on the target to be believed.
+/// Largest η that a beamlet beside the target may have for its tail on the target to be accurate.
 pub const TRUSTED_TAIL: f64 = 0.1;
 
 /// Errors that a width of beamlets is expected to have, relative to the field.
@@ -66,7 +66,7 @@ impl Judged {
 pub struct Judge<'a, W> {
     /// The hop.
     pub hop: &'a Hop<'a>,
-    /// The wanted box of the second screen, `[x_min, x_max, y_min, y_max]` in mm.
+    /// The target box of the second screen, `[x_min, x_max, y_min, y_max]` in mm.
     pub to: [f64; 4],
     /// How much light goes a ray's way.
     pub weight: W,

@@ -1,5 +1,5 @@
-//! One beamlet of a patch aimed at the target: where it lands, what it looks like there, how far it is to be
-//! believed. Nothing of this depends on the field.
+//! One beamlet of a patch aimed at the target: where it lands, its shape there, and whether it is accurate
+//! enough. Nothing of this depends on the field.
 
 use crate::engine::beamlet::aberration_sample::AberrationSamples;
 use crate::engine::beamlet::beamlet_aberration::Aberration;
@@ -68,7 +68,7 @@ impl LaunchPlanes {
 /// Aims one beamlet; its aberration is sampled if something depends on it.
 ///
 /// # Errors
-/// Its fate when it does not reach the target, or cannot be believed there.
+/// Its fate when it does not reach the target, or is not accurate there.
 pub fn target_beamlet(
     job: &Job,
     LaunchPlanes {
@@ -89,7 +89,7 @@ pub fn target_beamlet(
         return Err(Fate::Outside.into());
     }
 
-    // The aberration inside the beamlet is made good, or a reason to leave it out.
+    // The aberration inside the beamlet is corrected, or is a reason to leave it out.
     let beside = !to.contains(arrival.at);
     let needed = job.plan.correct || (beside && job.plan.doubtful_rim);
     let found = if needed { samples.between(mode) } else { None };

@@ -2,7 +2,7 @@
 //!
 //! Where a beamlet is too aberrated to count, its Gaussian says little about its tail. The ray map's linear part
 //! names the ray of the beamlet that would land on the nearest point of the target at the smallest distance r in
-//! phase space, where the Wigner distribution is exp(−r²) of its peak. Real rays tell how far it is in truth.
+//! phase space, where the Wigner distribution is exp(−r²) of its peak. Real rays then give the true distance.
 
 use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::math::erfc::erfc;

@@ -5,7 +5,7 @@
 //! | [`aberration_sample`] | Which beamlets are sampled for their aberration, and its interpolation |
 //! | [`beamlet_aberration`] | Cubic and quartic aberration inside one beamlet, and its correction |
 //! | [`beamlet_cache`] | Beamlets that are kept from one run to the next |
-//! | [`beamlet_error`] | The errors to expect of beamlets of one width, from real rays |
+//! | [`beamlet_error`] | Expected errors of beamlets of one width, from real rays |
 //! | [`beamlet_launch`] | One beamlet from its place on a screen to its landing on the next |
 //! | [`beamlet_plan`] | The plan of a beamlet sum: width, positions, directions and cost |
 //! | [`beamlet_target`] | One beamlet of a patch and the target: where it lands, or why it is discarded |

@@ -50,7 +50,7 @@ impl ModeHistogram {
         (0..CLASSES - 1).map(|class| self.energy(class)).sum()
     }
 
-    /// The energy of a class: the middle of [2ᵉ, 2ᵉ⁺¹) stands for its modes.
+    /// The energy of a class: the middle of [2ᵉ, 2ᵉ⁺¹) represents its modes.
     fn energy(&self, class: usize) -> f64 {
         self.counts[class] as f64 * 1.5 * lower(class)
     }

@@ -1,6 +1,6 @@
 //! What a chosen beamlet plan will take, counted on a few of its patches.
 //!
-//! The choice between plans needs only what differs between them. What is told of the chosen one follows the
+//! The choice between plans needs only what differs between them. The forecast of the chosen one follows the
 //! run more closely: each patch follows the directions that lead from it to the target and that its light may
 //! have, and a beamlet is summed over the part of its footprint that lies on the target.
 
@@ -115,7 +115,7 @@ impl Planner<'_> {
             return;
         }
 
-        // A few of its directions stand for all.
+        // A few of its directions represent all.
         let (mut tried, mut values) = (0.0, 0.0);
         for j in spread(my.len(), DIRECTIONS) {
             for i in spread(mx.len(), DIRECTIONS) {

@@ -1,4 +1,4 @@
-//! The door between fields and rays: everything that crosses it adds.
+//! The interface between fields and rays: everything that crosses it adds.
 
 use std::ops::Range;
 
@@ -83,8 +83,8 @@ pub trait Backend {
     ) -> Result<Tally, Cancelled>;
 
     /// The conjugate transpose of [`Backend::carry`], held by `chain_dot_product` in the crate's tests: adds what a
-    /// range of patches gives back. The values of `from` only tell which modes were too weak, and what the
-    /// parameters act on.
+    /// range of patches gives back. The values of `from` only show which modes were too weak, and on what
+    /// the parameters act.
     ///
     /// # Errors
     /// When the pulse of `back` cancels the work.

@@ -255,7 +255,7 @@ impl<'a> Cutter<'a> {
         })
     }
 
-    /// What is made of the spectrum of one patch, kept or cut anew.
+    /// The result of the spectrum of one patch, which is kept or computed again.
     fn with<T>(&self, kept: &Kept, index: usize, then: impl FnOnce(&Spectrum) -> T) -> Option<T> {
         match kept {
             Some(all) => all[index].as_ref().map(then),
@@ -377,7 +377,7 @@ fn draw(job: &Job, patch: usize, spectrum: &Spectrum, to: &Canvas) -> (Vec<Arriv
     (arrivals, tally)
 }
 
-/// The beamlets of one patch that its draws ask for on the way back: those drawn, or all where each is compared.
+/// The beamlets of one patch that its draws need on the way back: those drawn, or all where each is compared.
 fn drawn(cutter: &Cutter, kept: &Kept, index: usize, to: &Canvas) -> Option<PatchBeamlets> {
     let draws = cutter.job.draws_of(index)?;
     if let Drawing::Gumbel { .. } = draws.draws.drawing {
@@ -511,13 +511,13 @@ fn lit(beamlets: &PatchBeamlets, spectrum: &Spectrum, floor: f64) -> Vec<Arrival
     list
 }
 
-/// The beamlets of one patch of coefficient one that reach the target, of those that are wanted by patch and place
+/// The beamlets of one patch of coefficient one that reach the target, of those that are selected by patch and place
 /// among its modes.
 fn beamlets(
     cutter: &Cutter,
     index: usize,
     to: &Canvas,
-    wanted: &dyn Fn(usize, [usize; 2]) -> bool,
+    selected: &dyn Fn(usize, [usize; 2]) -> bool,
 ) -> Option<PatchBeamlets> {
     let job = cutter.job;
     let modes = cutter.modes(index)?;
@@ -533,7 +533,7 @@ fn beamlets(
     for my in 0..beamlets.modes[1].len() {
         for mx in 0..beamlets.modes[0].len() {
             let mode = [beamlets.modes[0].start + mx, beamlets.modes[1].start + my];
-            if !wanted(index, [my, mx]) {
+            if !selected(index, [my, mx]) {
                 continue;
             }
             if let Ok(beamlet) = target_beamlet(job, &launch_planes, mode, to, &mut samples) {

@@ -1,5 +1,5 @@
-//! A control variate: beamlets that are drawn need only tell how far the light has changed since a look in which
-//! all were followed.
+//! A control variate: beamlets that are drawn estimate only how far the light has changed since a run in
+//! which all were followed.
 //!
 //! A hop is linear, U = A·u. With an exact look at u₀ and an estimate Â of the operator, U ≈ A·u₀ + Â·(u − u₀), and the
 //! cotangent ū = Aᴴ·Ū₀ + Âᴴ·(Ū − Ū₀): the noise vanishes with the distance from u₀ (Johnson and Zhang, NIPS
@@ -26,7 +26,7 @@ pub struct ControlVariate {
 }
 
 impl ControlVariate {
-    /// Looks at a system with one element and its sensor; `field_bar` tells the cotangent of the field there.
+    /// Looks at a system with one element and its sensor; `field_bar` gives the cotangent of the field there.
     ///
     /// # Errors
     /// [`LinearisedSystemError::ControlVariate`] when there are more screens; as [`LinearisedSystem::forward`] and

@@ -96,7 +96,7 @@ impl<'a> HopRun<'a> {
     }
 
     /// Carries a field to a raster of the second screen; to levels around it when it is curved, as many as
-    /// light with direction cosines up to `reach` asks for. The tally is that of the middle level.
+    /// light with direction cosines up to `reach` needs. The tally is that of the middle level.
     ///
     /// # Errors
     /// When a sum of plane waves cannot be planned, or `progress` cancels the hop.

@@ -62,7 +62,7 @@ pub enum ReferenceError {
     /// Collins' integral does not apply.
     #[error(transparent)]
     Collins(#[from] CollinsError),
-    /// The method that was asked for does not apply to a hop.
+    /// The chosen method does not apply to a hop.
     #[error("{approach} does not apply from '{from}' to '{to}': {why}")]
     NotApplicable {
         /// The method.
@@ -167,10 +167,10 @@ pub fn reference<R: Reply>(
     Ok(found)
 }
 
-/// Hears how far a reference has come, and may cancel it.
+/// Called with the progress of a reference, which it may cancel.
 type Listener<'a> = dyn Fn(Progress) -> ControlFlow<()> + 'a;
 
-/// Hears which share of a hop is done, and may cancel it.
+/// Called with the share of a hop that is done; it may cancel the hop.
 type HopListener<'a> = dyn Fn(f64) -> Result<(), Cancelled> + 'a;
 
 /// The same, whatever values the field has.

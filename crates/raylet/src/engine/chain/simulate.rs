@@ -209,7 +209,7 @@ impl Arriving {
         }
     }
 
-    /// The field just before and just behind a screen, on nodes that resolve what arrives and what is wanted
+    /// The field just before and just behind a screen, on nodes that resolve what arrives and what matters
     /// behind it.
     ///
     /// # Errors

@@ -1,4 +1,4 @@
-//! What a planner sees that a user may want to know before a run.
+//! Warnings and hints that follow from the plans, before a run.
 
 use crate::engine::chain::simulate::{chief, incidence};
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
@@ -101,7 +101,7 @@ type ScreenRay = ([f64; 2], [f64; 2]);
 struct Light {
     /// Rays that would land on the target if every surface were large enough, and those of them that
     /// an aperture stops.
-    wanted: usize,
+    landing: usize,
     clipped: usize,
     /// Largest |p| on arrival within the target.
     cosines: [f64; 2],
@@ -149,7 +149,7 @@ impl Light {
 
     /// Notes a ray that lands on the target unless an aperture stops it.
     fn arrive(&mut self, hop: &Hop, at: [f64; 2], p: [f64; 2]) {
-        self.wanted += 1;
+        self.landing += 1;
         match hop.trace(at, p, &mut ()) {
             Err(Loss::Clipped) => self.clipped += 1,
             Ok(landing) => {
@@ -226,7 +226,7 @@ pub fn turning(doe: &Doe, wavelength: f64) -> [f64; 2] {
 /// Light that clear apertures cut off.
 fn clipping(light: &Light) -> Option<String> {
     (light.clipped > 0).then(|| {
-        let share = 100.0 * light.clipped as f64 / light.wanted as f64;
+        let share = 100.0 * light.clipped as f64 / light.landing as f64;
         format!(
             "clear apertures of the surfaces stop {share:.0} % of the rays that would land on the \
              target; they are cut ray by ray, without diffraction at the edge; a stop element \

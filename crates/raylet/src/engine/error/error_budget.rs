@@ -23,7 +23,7 @@ const FREE: [(f64, f64); 2] = [(4.0, 3e-4), (6.0, 1e-4)];
 
 impl ErrorBudget {
     /// The budget of a hop that was carried by `plan` with this tally; nothing for methods whose errors
-    /// are not foretold.
+    /// are not estimated.
     pub fn of(plan: &Plan, tally: &Tally) -> Option<Self> {
         match plan {
             Plan::Free(free, _) => Some(Self {

@@ -207,7 +207,7 @@ mod tests {
     /// m at sin θ = m/4. Behind it a window lets the first orders through and cuts the third ones; the
     /// fifth and higher ones are evanescent.
     #[test]
-    fn orders_of_a_binary_grating_are_told_apart() {
+    fn orders_of_a_binary_grating_are_distinguished() {
         let stripe = |(_, x): (usize, usize)| Complex64::new(1.0 - 2.0 * (x % 2) as f64, 0.0);
         let grating = box_pixels(Array2::from_shape_fn((60, 60), stripe), 2.0);
         let from = screen(on_axis(0.0), grating);

@@ -18,7 +18,7 @@ pub enum Fate {
     Weak,
     /// Its aberration inside one beamlet is too large for it to be carried.
     Unresolved,
-    /// It was not followed, and the estimate of lost light could not tell why it would be lost.
+    /// It was not followed, and the estimate of lost light found no reason why it would be lost.
     Elsewhere,
 }
 
@@ -97,7 +97,7 @@ pub struct Tally {
     /// The error to expect from rims: from that where the hop begins, if it begins at one, and from those
     /// whose light was cut ray by ray.
     pub edge: f64,
-    /// The error of a free hop, measured at a few points, where a direct sum can tell.
+    /// The error of a free hop, measured at a few points, where a direct sum resolves it.
     pub spots: Option<f64>,
     /// Σ variance and Σ|U|² over the receiving screen, where rays were drawn at random.
     pub sampling: Option<[f64; 2]>,

@@ -1,7 +1,7 @@
 //! Rays of any tracer at a diffractive element: the secondary rays that leave it, and the transposed call.
 //!
 //! About each arriving ray a patch of the element is cut out, lit as that ray says, and split into plane
-//! waves; each plane wave is a secondary ray that stands for weight·exp(ik·path). Where the rays arrive, how
+//! waves; each plane wave is a secondary ray that carries weight·exp(ik·path). Where the rays arrive, how
 //! they got there and what becomes of the secondary rays is up to their tracer; arrays go in and come out.
 //!
 //! All rays of one call belong to one wavefront: where their windows overlap, they are shares of the same
@@ -71,7 +71,7 @@ impl<'a> Scatter<'a> {
     /// cosines d, R positive when it diverges. Without it every ray is taken for a plane wave.
     ///
     /// # Errors
-    /// When arrays or settings are wrong, or the element has no edge or asks for too many samples.
+    /// When arrays or settings are wrong, or the element has no edge or needs too many samples.
     pub fn new(
         screen: &'a Screen,
         wavelength: f64,
@@ -157,7 +157,7 @@ impl<'a> Scatter<'a> {
             k: self.k,
             window: self.settings.window,
             period: self.settings.period,
-            towards: self.settings.wanted(self.screen.index),
+            towards: self.settings.followed(self.screen.index),
         };
         Spot::new(&ground, &self.hits[ray], self.curvature.map(|k| k[ray]))
     }
@@ -176,7 +176,7 @@ impl<'a> Scatter<'a> {
         all.filter_map(strongest).reduce(|| 0.0, f64::max)
     }
 
-    /// The secondary rays of some of the arriving rays; what does not propagate, is not wanted, too weak or
+    /// The secondary rays of some of the arriving rays; what does not propagate, is not to be followed, too weak or
     /// not drawn is left out. The same for any number of threads and any division into ranges.
     pub fn scatter(&self, rays: Range<usize>) -> SecondaryRays {
         let parts: Vec<(SecondaryRays, [f64; 2])> = (rays.start..rays.end.min(self.hits.len()))
@@ -211,7 +211,7 @@ impl<'a> Scatter<'a> {
             return Err(RayError::Setting {
                 field: "rays",
                 found: format!("more than {most} secondary rays, for which the memory limit has no room"),
-                expected: "fewer wanted directions, a shorter period, a higher threshold or fewer rays",
+                expected: "fewer directions to follow, a shorter period, a higher threshold or fewer rays",
             }
             .into());
         }
@@ -400,10 +400,10 @@ fn share(hits: &[Hit], grid: &Grid, settings: &Scattering) -> Array2<f64> {
     }
 }
 
-/// Largest |p| of the light that is wanted behind the element, along x and y.
+/// Largest |p| of the light that is followed behind the element, along x and y.
 fn leaving(screen: &Screen, settings: &Scattering) -> [f64; 2] {
     let n = screen.index;
-    let [x0, x1, y0, y1] = settings.wanted(n);
+    let [x0, x1, y0, y1] = settings.followed(n);
     [x0.abs().max(x1.abs()), y0.abs().max(y1.abs())].map(|p| p.min(n))
 }
 

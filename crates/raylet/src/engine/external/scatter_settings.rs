@@ -14,7 +14,7 @@ pub enum Coverage {
     /// The element is divided by what the windows of all rays add up to at each of its points, so any
     /// positions do that leave no gaps.
     Divide,
-    /// Every ray stands for this area in mm² of the element's local plane: for evenly spread rays.
+    /// Every ray represents this area in mm² of the element's local plane: for evenly spread rays.
     Area(f64),
 }
 
@@ -41,7 +41,7 @@ pub struct Scattering {
     pub synthesis: Synthesis,
     /// How patches share the area.
     pub coverage: Coverage,
-    /// Directions wanted, as optical cosines on the element's x and y axes `[x_low, x_high, y_low,
+    /// Directions to follow, as optical cosines on the element's x and y axes `[x_low, x_high, y_low,
     /// y_high]`; all when absent.
     pub towards: Option<[f64; 4]>,
     /// Modes weaker than this share of the strongest of all rays are dropped.
@@ -131,11 +131,11 @@ impl Scattering {
         Ok(())
     }
 
-    /// The directions wanted in a medium of index `n`: those that propagate there.
-    pub fn wanted(&self, n: f64) -> [f64; 4] {
+    /// The directions to follow in a medium of index `n`: those that propagate there.
+    pub fn followed(&self, n: f64) -> [f64; 4] {
         let all = [-n, n, -n, n];
         self.towards
-            .map_or(all, |wanted| wanted.map(|p| p.clamp(-n, n)))
+            .map_or(all, |followed| followed.map(|p| p.clamp(-n, n)))
     }
 
     /// Refuses patches of more modes than samples are allowed; `wavelength` is that of the vacuum, in mm.
@@ -143,7 +143,7 @@ impl Scattering {
     /// # Errors
     /// When a patch would have too many.
     pub fn check_modes(&self, n: f64, wavelength: f64) -> Result<(), RayError> {
-        let [x0, x1, y0, y1] = self.wanted(n);
+        let [x0, x1, y0, y1] = self.followed(n);
         let along = |low: f64, high: f64| (high - low) * self.period / wavelength + 1.0;
         let modes = along(x0, x1) * along(y0, y1);
         if modes <= self.samples as f64 {
@@ -155,7 +155,7 @@ impl Scattering {
                 "{} mm, which makes {modes:.1e} modes of a patch",
                 self.period
             ),
-            expected: "a shorter one, or fewer directions wanted",
+            expected: "a shorter one, or fewer directions to follow",
         })
     }
 }
@@ -207,14 +207,14 @@ mod tests {
         );
     }
 
-    /// Directions that do not propagate are none that are wanted.
+    /// Directions that do not propagate are not followed.
     #[test]
-    fn wanted_directions_propagate() {
+    fn followed_directions_propagate() {
         let choice = Scattering {
             towards: Some([-9.0, 0.2, -0.1, 1e300]),
             ..Scattering::beamlets(0.1)
         };
-        assert_eq!(choice.wanted(1.5), [-1.5, 0.2, -0.1, 1.5]);
+        assert_eq!(choice.followed(1.5), [-1.5, 0.2, -0.1, 1.5]);
         let reversed = Scattering {
             towards: Some([0.2, -0.2, 0.0, 0.0]),
             ..choice

@@ -143,7 +143,7 @@ mod tests {
     use crate::engine::plan::settings::Sampler;
 
     /// Each sampler's mean over many rays is what all modes would give; a systematic draw is never above the
-    /// number asked for.
+    /// requested number.
     #[test]
     fn draws_are_right_on_average() {
         let sizes: Vec<f64> = (0..35).map(|i| f64::from(i % 7) * 0.3).collect();

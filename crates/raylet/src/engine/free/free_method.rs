@@ -67,7 +67,7 @@ impl FreeMethod {
         }
     }
 
-    /// Largest |p| wanted behind the first screen, and brought to the second, whose outlines are `from`
+    /// Largest |p| that matters behind the first screen, and brought to the second, whose outlines are `from`
     /// and `to`.
     pub fn reach(&self, hop: &Hop, from: [f64; 4], to: [f64; 4]) -> ([f64; 2], [f64; 2]) {
         match self {
@@ -132,18 +132,18 @@ pub fn free_method(
         Approach::Collins => collins(),
         Approach::Refraction => Err(String::from("it carries whole systems, not single hops")),
         Approach::Auto => {
-            let told =
+            let refusal =
                 |approach: Approach, reason: String| format!("{}: {reason}", approach.name());
             let first = match spectrum() {
                 Ok(route) => return Ok(route),
-                Err(reason) => told(Approach::AngularSpectrum, reason),
+                Err(reason) => refusal(Approach::AngularSpectrum, reason),
             };
             let second = match sum() {
                 Ok(route) => return Ok(route),
-                Err(reason) => told(Approach::RayleighSommerfeld, reason),
+                Err(reason) => refusal(Approach::RayleighSommerfeld, reason),
             };
             collins().map_err(|reason| {
-                let third = told(Approach::Collins, reason);
+                let third = refusal(Approach::Collins, reason);
                 [first, second, third].join("; ")
             })
         }

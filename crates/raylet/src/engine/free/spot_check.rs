@@ -18,7 +18,7 @@ use crate::wave::grid::field::Field;
 use crate::wave::grid::heights::Heights;
 use crate::wave::grid::raster::Raster;
 
-/// Fewest and most points, and the node–point pairs that are worth more than the fewest.
+/// Fewest and most points, and the node–point pairs up to which more than the fewest are taken.
 const POINTS: [usize; 2] = [8, 32];
 const PAIRS: usize = 100_000_000;
 
@@ -80,15 +80,15 @@ impl Spots<'_> {
         let even = 1.0 / (nx * ny) as f64;
 
         // Where the intensity, added up point by point, passes what is drawn.
-        let mut wanted: Vec<f64> = (0..count as u32 / 2)
+        let mut levels: Vec<f64> = (0..count as u32 / 2)
             .map(|n| pair(seed, [n, 0, 1, Purpose::SpotCheck as u32])[0] * total)
             .collect();
-        wanted.sort_by(f64::total_cmp);
+        levels.sort_by(f64::total_cmp);
         let (mut below, mut next) = (0.0, 0);
         let mut places = Vec::new();
         for (at, value) in self.values.indexed_iter() {
             below += value.norm_sqr();
-            while next < wanted.len() && wanted[next] < below {
+            while next < levels.len() && levels[next] < below {
                 places.push([at.0, at.1]);
                 next += 1;
             }

@@ -49,7 +49,7 @@ pub enum EikonalError {
     },
 }
 
-/// Least Fresnel number of a pixel that is believed.
+/// Least Fresnel number of a pixel that is used.
 pub const LEAST_FRESNEL: f64 = 1.0;
 
 /// Cells along each axis of the first screen.
@@ -58,7 +58,7 @@ const CELLS: usize = 160;
 /// Newton steps allowed; two or three are usual.
 const STEPS: usize = 12;
 
-/// What came of it.
+/// The result.
 #[derive(Clone, Debug)]
 pub struct Geometrical {
     /// Field at the pixel centres.
@@ -67,7 +67,7 @@ pub struct Geometrical {
     pub lit: u64,
     /// Pixels left dark because a sheet that reaches them has a focus or caustic too close.
     pub unresolved: u64,
-    /// Smallest Fresnel number among the pixels believed.
+    /// Smallest Fresnel number among the pixels used.
     pub fresnel: f64,
     /// Rays traced.
     pub rays: u64,

@@ -58,7 +58,7 @@ pub enum DirectionsError {
 }
 
 /// The field at the sensor's pixel centres from `count` rays along each axis of the first screen's outline, and
-/// the number of rays that arrive. `progress` hears of the share that is done.
+/// the number of rays that arrive. `progress` is called with the share that is done.
 ///
 /// # Errors
 /// Elements without a smooth phase, a first screen without an edge, no sensor, no ray that arrives, or `progress`

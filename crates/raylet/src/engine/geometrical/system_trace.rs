@@ -1,4 +1,4 @@
-//! Single rays through a whole system, surface by surface: what geometrical optics makes of it.
+//! Single rays through a whole system by geometrical optics, surface by surface.
 //!
 //! A smooth element turns a ray by the gradient of its phase φ and adds φ/k to its path; pixels and sums, whose
 //! phase has no gradient of this kind, let it go straight on.
@@ -34,12 +34,12 @@ pub struct SystemRay {
     pub lost: Option<Loss>,
 }
 
-/// What a ray tells on its way.
+/// What is recorded of a ray on its way.
 struct Log {
     hits: Vec<RayHit>,
     direction: Vec3,
     path: f64,
-    /// Whether the ray stands where it was met last, so that the next visit tells nothing new.
+    /// Whether the ray is where it was met last, so that the next visit records nothing new.
     stands: bool,
 }
 
@@ -204,7 +204,7 @@ pub fn sensitivity(
 }
 
 /// One ray on the sensor with its tangents; nothing where it is lost, or where an element turns it, whose own
-/// derivatives are not told.
+/// derivatives are not included.
 fn landing_tangents(
     system: &System,
     variations: &[Variation],

@@ -37,7 +37,7 @@ const LARGEST_CHUNK: usize = 1 << 22;
 /// Sums of windows below this count as no patch.
 const DARK: f64 = 1e-9;
 
-/// Batches whose differences tell the standard error.
+/// Batches whose differences give the standard error.
 const BATCHES: usize = 16;
 
 /// A drawn mode: its indices, its amplitude over the number of draws, and its share of the energy.
@@ -52,7 +52,7 @@ struct Carrier<'a> {
     hop: Hop<'a>,
     plan: &'a PaperPlan,
     address: Address,
-    /// The field, divided by its coverage where that is asked for.
+    /// The field, divided by its coverage where the plan says so.
     field: Field,
     heights: Option<Heights>,
     cutter: TileCutter,
@@ -64,7 +64,7 @@ struct Carrier<'a> {
 }
 
 /// Adds what drawn rays bring to the receiving screen. Runs in chunks on the current rayon pool; the sum
-/// has the same bits for any number of threads. The tally tells the standard error where positions are
+/// has the same bits for any number of threads. The tally holds the standard error where positions are
 /// independent.
 ///
 /// # Errors

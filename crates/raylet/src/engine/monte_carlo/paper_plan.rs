@@ -58,7 +58,7 @@ pub struct Address {
 }
 
 impl PaperPlan {
-    /// The plan that the knobs ask for.
+    /// The plan that follows from the knobs.
     pub fn new(planner: &Planner) -> Self {
         let (hop, knobs) = (planner.hop, &planner.settings.paper);
         let [x0, x1, y0, y1] = planner.from;
@@ -202,7 +202,7 @@ fn grid([x0, x1, y0, y1]: [f64; 4], count: usize) -> [usize; 2] {
     [columns as usize, rows as usize]
 }
 
-/// The modes of a patch: those of the FFT of its pixels, as many bands of it as asked for; without
+/// The modes of a patch: those of the FFT of its pixels, in the given number of bands; without
 /// pixels those that lead to the target. Never beyond what propagates.
 fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
     let hop = planner.hop;

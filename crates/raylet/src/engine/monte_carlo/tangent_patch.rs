@@ -30,7 +30,7 @@ pub struct TangentPatch {
     axes: [Vec3<f64>; 3],
     index: f64,
     leaves: f64,
-    /// Rates of the modes that the middle of the lattice stands for, beyond those on the local plane.
+    /// Rates of the modes that the middle of the lattice represents, beyond those on the local plane.
     carrier: [f64; 2],
 }
 

@@ -1,8 +1,8 @@
-//! What patches leave out that stand for the planes that touch a curved screen.
+//! The error of patches that replace a curved screen by the planes that touch it.
 //!
 //! At its edge a patch of side D lies D²/8R from the plane that touches a surface of radius R. Light that
 //! comes with the normal cosine a and leaves with q there has the phase k(q − a)·D²/8R wrong: for a mirror
-//! 2k·D²/8R. The turn arcsin(D/2R) of the surface over half a patch, small as it may be, tells nothing of it.
+//! 2k·D²/8R. The turn arcsin(D/2R) of the surface over half a patch, small as it may be, says nothing about it.
 
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::Sag;
@@ -49,7 +49,7 @@ impl TangentPatchError {
     pub fn warning(&self) -> Option<String> {
         (self.phase > WORTH_SAYING).then(|| {
             format!(
-                "patches of {:.1} µm stand for planes that touch a surface whose smallest radius is \
+                "patches of {:.1} µm lie on planes that touch a surface whose smallest radius is \
                  {:.1} µm: at their edges the phase is wrong by up to {:.2} rad (the angle arcsin(D/2R) is \
                  only {:.3} rad); take smaller patches, or the height into account (paper.sag = \"true\")",
                 self.side * 1e3,

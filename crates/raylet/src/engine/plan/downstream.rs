@@ -14,7 +14,7 @@ pub struct Downstream<'a> {
 }
 
 impl<'a> Downstream<'a> {
-    /// Nothing is known of what lies behind: all light is wanted.
+    /// Nothing is known of what lies behind: all light counts.
     pub fn none() -> &'static Downstream<'static> {
         const { &Downstream { hops: Vec::new() } }
     }
@@ -34,7 +34,7 @@ impl<'a> Downstream<'a> {
         behind.count() == Self::of(system, number).hops.len()
     }
 
-    /// Whether the light of the hop is wanted wherever it arrives on the second screen.
+    /// Whether the light of the hop counts wherever it arrives on the second screen.
     pub fn ends_here(&self) -> bool {
         self.hops.is_empty()
     }
@@ -48,7 +48,7 @@ impl<'a> Downstream<'a> {
         Some((train, last.to))
     }
 
-    /// Whether a ray that arrives at (x, y) with these cosines goes on to where the light is wanted.
+    /// Whether a ray that arrives at (x, y) with these cosines goes on to where the light counts.
     pub fn is_wanted(&self, at: [f64; 2], cosines: [f64; 2]) -> bool {
         let (mut at, mut p) = (at, cosines);
         for hop in &self.hops {

@@ -125,7 +125,7 @@ pub fn plan(
     }
 }
 
-/// The plan of the method that is asked for, or suits best.
+/// The plan of the chosen method, or of the one that suits best.
 fn choose(
     hop: &Hop,
     light: LightDirections,
@@ -231,7 +231,7 @@ fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
 /// Plane waves that cost little: a free hop whose period may grow takes the widest one within them.
 const CHEAP_DIRECTIONS: usize = 3_000_000;
 
-/// Transforms that a curved screen asks for, roughly.
+/// Transforms that a curved screen needs, roughly.
 const CURVED_LAYERS: usize = 20;
 
 /// Periods tried in turn, over the sum of the half widths.

@@ -1,4 +1,4 @@
-//! Why a hop is carried the way it is, in words.
+//! The reason for the method of a hop, in words.
 
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::{Method, Settings};
@@ -19,7 +19,7 @@ pub fn method_name(plan: &Plan) -> &'static str {
 /// Why this plan was made for this hop.
 pub fn reason(hop: &Hop, plan: &Plan, settings: &Settings) -> String {
     if settings.method != Method::Auto {
-        return String::from("asked for");
+        return String::from("requested");
     }
     if let Plan::Free(..) = plan {
         return String::from("parallel screens with nothing but plane plates between them");

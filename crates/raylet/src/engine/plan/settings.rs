@@ -111,7 +111,7 @@ pub enum Sampler {
     All,
 }
 
-/// What a patch of the method `paper` makes of the height of a curved element over its tangent plane.
+/// How a patch of the method `paper` uses the height of a curved element over its tangent plane.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sag {

@@ -8,8 +8,8 @@
 //! Two lattices have copies that must not reach the target: windows `step` apart send copies
 //! λ/(C·step) beside the target; a patch period P sends copies P/D away when there is no power, and
 //! where there is they are damped by the windows' overlap as exp(−P²/2(σ² + (μ/kσ)²)), μ an eigenvalue
-//! of C⁻¹D along which the copy lies. The aberration inside one wavelet is not made good: where a beamlet
-//! plan asks for the correction, beamlets are more accurate.
+//! of C⁻¹D along which the copy lies. The aberration inside one wavelet is not corrected: where a beamlet
+//! plan has the correction, beamlets are more accurate.
 
 use num_complex::Complex64;
 use rayon::prelude::*;

@@ -122,9 +122,9 @@ mod tests {
             let share = waves.iter().map(part).sum::<f64>() / whole;
             // Its slope is λ/(π²ap²) far out; the cosine of the direction times it has this integral up to sine one.
             let pi = std::f64::consts::PI;
-            let beyond = |sine: f64| (1.0 - sine * sine).sqrt() / sine - sine.acos();
+            let weighted_tail = |sine: f64| (1.0 - sine * sine).sqrt() / sine - sine.acos();
             let sine = |n: i32| low + (high - low) * (f64::from(n) + 0.5) / 100.0;
-            let far = (0..100).map(|n| beyond(sine(n))).sum::<f64>() / 100.0;
+            let far = (0..100).map(|n| weighted_tail(sine(n))).sum::<f64>() / 100.0;
             let expected = far / (pi * pi * radius);
             assert!(
                 (share / expected - 1.0).abs() < 0.15,

@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | [`edge_diffraction`] | Estimates of the light that hard edges diffract, by direction |
-//! | [`pixel_light`] | Into which directions pixels send the light, by the power spectrum about a place |
+//! | [`pixel_light`] | The directions into which pixels send light, by the power spectrum about a place |
 //! | [`rim_screens`] | Rims that become screens, and the error of those that do not |
 //! | [`source_ray`] | One ray of the source's light on a screen |
 //! | [`source_rays`] | Rays of the light itself, from the source through every screen |

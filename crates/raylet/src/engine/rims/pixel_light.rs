@@ -1,4 +1,4 @@
-//! Into which directions pixels send the light that meets them, and how much of it.
+//! The directions into which pixels send light, and how much goes into each.
 //!
 //! A pixel alone spreads light by its sinc². What many of them send is that times the power spectrum of their
 //! transmissions about the place: smooth phases keep the light together, dark pixels send none. Where pixels are
@@ -50,7 +50,7 @@ pub struct PixelLight<'a> {
 struct Point {
     /// Its direction from the ray's own, in orders of the lattice.
     order: f64,
-    /// The share of a pixel's light about it: sinc² times the width that it stands for.
+    /// The share of a pixel's light about it: sinc² times the width that it represents.
     share: f64,
     /// Which direction it belongs to, and which point of an order it is, or [`MEAN`].
     direction: usize,

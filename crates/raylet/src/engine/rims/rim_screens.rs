@@ -69,7 +69,7 @@ impl Rim {
         self.cut.sqrt()
     }
 
-    /// The error to expect of a rim that cuts ray by ray though it matters; zero of others. The light that
+    /// The expected error of a rim that clips single rays though it matters; zero of others. The light that
     /// is wrongly kept or lost is taken to be incoherent with the rest: it counts by the root of its energy.
     pub fn error(&self) -> f64 {
         match self.treatment {
@@ -129,7 +129,7 @@ impl Rimmed {
         self.clone().filled(system).system
     }
 
-    /// The share of the light on its way to the target that ends at the rim which a screen stands for, its edge
+    /// The share of the light on its way to the target that ends at the rim which a screen replaces, its edge
     /// wave included; zero for other screens.
     pub fn cut_at(&self, screen: &Screen) -> f64 {
         let own = self.rims.iter().find(|rim| rim.name == screen.name);
@@ -360,7 +360,7 @@ fn depth_at_rim(open: &Hop, place: (usize, &Surface), source_ray: &SourceRay) ->
     Some(place.1.aperture.depth(landing.at[0], landing.at[1]))
 }
 
-/// The ray with its Jacobian, if it lands in the box `to`; its area is the energy it stands for.
+/// The ray with its Jacobian, if it lands in the box `to`; its area is the energy it represents.
 fn land(open: &Hop, source_ray: &SourceRay, to: [f64; 4]) -> Option<SearchRay> {
     let SourceRay { at, p, energy } = *source_ray;
     let (landing, jacobian) = open.jacobian(at, p).ok()?;

@@ -9,7 +9,7 @@ pub struct SourceRay {
     pub at: [f64; 2],
     /// Its optical direction cosines.
     pub p: [f64; 2],
-    /// The energy it stands for.
+    /// The energy it represents.
     pub energy: f64,
 }
 

@@ -1,6 +1,6 @@
 //! Rays of the light itself: from the source, on through every screen, as the screens turn them.
 //!
-//! They tell where most of the energy goes before any field is known. Behind smooth elements there is one for
+//! They show where most of the energy goes before any field is known. Behind smooth elements there is one for
 //! each place; behind pixels the pixels' own diffraction makes many.
 
 use crate::engine::rims::pixel_light::{PixelLight, PixelValues};

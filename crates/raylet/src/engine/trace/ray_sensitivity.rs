@@ -401,7 +401,7 @@ mod tests {
         }
     }
 
-    /// One beamlet summed under a cotangent changes as its moments tell.
+    /// One beamlet summed under a cotangent changes as its moments say.
     #[test]
     fn pull_matches_differences() {
         let raster = Raster {

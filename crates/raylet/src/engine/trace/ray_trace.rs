@@ -86,7 +86,7 @@ pub fn emit<T: Real, A: Axes<T>>(
     Ok(Ray::new(position, from.axes.turn_out(local)))
 }
 
-/// Takes a ray through a train of surfaces, telling the companion of every flight and bend.
+/// Takes a ray through a train of surfaces, and reports every flight and bend to the companion.
 ///
 /// # Errors
 /// How the ray was lost, if it was.

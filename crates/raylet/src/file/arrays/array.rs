@@ -119,7 +119,7 @@ impl Array {
         let extension = path.extension().and_then(|e| e.to_str()).unwrap_or("");
         let file = regular_file::open(path)
             .map_err(|found| Fault::of_file(path, found, "a readable array file"))?;
-        let wanted = Wanted {
+        let expected = Expected {
             path,
             field: usual,
             limit: MemoryLimit::of_settings(limit),
@@ -131,9 +131,9 @@ impl Array {
                     format!("the key `{key}` for a .npy file"),
                     "no key: such a file holds one array",
                 )),
-                None => wanted.array(io::BufReader::new(file)),
+                None => expected.array(io::BufReader::new(file)),
             },
-            "npz" => wanted.member(file, key),
+            "npz" => expected.member(file, key),
             _ => Err(Fault::of_file(
                 path,
                 format!("a file of type `{extension}`"),
@@ -143,16 +143,16 @@ impl Array {
     }
 }
 
-/// What is wanted of a file.
+/// The array that a file is to hold.
 #[derive(Clone, Copy)]
-struct Wanted<'a> {
+struct Expected<'a> {
     path: &'a Path,
     /// The key of the scene that names the file.
     field: &'a str,
     limit: MemoryLimit,
 }
 
-impl Wanted<'_> {
+impl Expected<'_> {
     /// One array of a .npz file, which is a zip archive of .npy files.
     fn member(&self, file: File, key: Option<&str>) -> Result<Array, Fault> {
         let broken = |error: zip::result::ZipError| {
@@ -169,7 +169,7 @@ impl Wanted<'_> {
             .collect();
 
         // Choose the array by name; without a name there must be no doubt.
-        let has = |wanted: &str| names.iter().any(|name| name == wanted);
+        let has = |key: &str| names.iter().any(|name| name == key);
         let known = format!("one of its arrays: {}", names.join(", "));
         let chosen = match (key, names.as_slice()) {
             (Some(key), _) if has(key) => key,
@@ -405,28 +405,28 @@ mod tests {
     fn refusals_are_plain() {
         let folder = folder();
         let path = folder.path().join("a.npy");
-        let told = |words: &str, limit| {
+        let refused = |words: &str, limit| {
             let fault = refusal(&path, None, limit);
             assert!(fault.contains(words), "{fault}");
         };
-        told("No such file", LIMIT);
+        refused("No such file", LIMIT);
         std::fs::write(&path, b"PK\x03\x04 not an array").expect("written");
-        told("without NumPy's mark", LIMIT);
+        refused("without NumPy's mark", LIMIT);
         std::fs::write(&path, b"\x93NUMPY\x01\x00").expect("written");
-        told("ends within its header", LIMIT);
+        refused("ends within its header", LIMIT);
         write_npy(&path, &Array1::from(vec![1.0, 2.0])).expect("written");
-        told("an array of 1 axes, shape [2]", LIMIT);
+        refused("an array of 1 axes, shape [2]", LIMIT);
         write_npy(&path, &Array2::<f64>::zeros((0, 3))).expect("written");
-        told("an empty array", LIMIT);
+        refused("an empty array", LIMIT);
         write_npy(&path, &array![[0.0, 1.0], [f64::NAN, 2.0]]).expect("written");
-        told("NaN at [1, 0]", LIMIT);
+        refused("NaN at [1, 0]", LIMIT);
         write_npy(&path, &array![[Complex64::new(0.0, f64::INFINITY)]]).expect("written");
-        told("at [0, 0]", LIMIT);
+        refused("at [0, 0]", LIMIT);
         write_npy(&path, &Array2::<f32>::zeros((1000, 1000))).expect("written");
-        told("1000 x 1000 values that take 12 MB", 11_999_999);
+        refused("1000 x 1000 values that take 12 MB", 11_999_999);
         let bytes = std::fs::read(&path).expect("read");
         std::fs::write(&path, &bytes[..bytes.len() - 4]).expect("written");
-        told("all the data its header promises", 12_000_000);
+        refused("all the data its header promises", 12_000_000);
         let half = String::from_utf8_lossy(&bytes[..128]).replace("<f4", "<f2");
         assert!(half.contains("<f2"));
         std::fs::write(
@@ -434,7 +434,7 @@ mod tests {
             [b"\x93", &bytes[1..10], &half.as_bytes()[12..]].concat(),
         )
         .expect("written");
-        told("elements of NumPy type `f2`", LIMIT);
+        refused("elements of NumPy type `f2`", LIMIT);
     }
 
     /// An archive of 40 MB of zeros behind a header of four values; the reader once kept all that followed.

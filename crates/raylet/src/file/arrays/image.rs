@@ -447,14 +447,14 @@ mod tests {
         bytes[29..33].copy_from_slice(&crc);
         std::fs::write(file.path(), &bytes).unwrap();
         let limit = MemoryLimit::of_settings(100_000_000);
-        let told = read_gray(file.path(), limit).unwrap_err().to_string();
+        let message = read_gray(file.path(), limit).unwrap_err().to_string();
         for words in [
             "10000 x 10000",
             "take 1600 MB",
             "at most 100 MB",
             "memory_limit_mb",
         ] {
-            assert!(told.contains(words), "{told}");
+            assert!(message.contains(words), "{message}");
         }
     }
 

@@ -1,4 +1,4 @@
-//! The limit on memory, which is held against the sizes that headers tell before any memory is taken.
+//! The limit on memory, which the sizes in headers must keep before any memory is taken.
 
 use std::fmt::Display;
 

@@ -6,7 +6,7 @@
 //! | `npy_header` | The header of a NumPy array, read before its data |
 //! | `npz` | The field on the sensor as a .npz file, written and read |
 //! | `image` | Plain pictures: reading and writing PNG, and changing their number of pixels |
-//! | `phase_file` | The .npy files that a scene names for what is sought: phases, amplitudes, heights |
+//! | `phase_file` | The .npy files that a scene names for the results of a search: phases, amplitudes, heights |
 //! | `memory` | The limit on memory, checked before any memory is taken |
 //! | `regular_file` | Opening files to read: regular ones only |
 

@@ -1,8 +1,8 @@
 //! The header of a NumPy array, read before its data so that kind, shape and size can be refused in plain words
 //! before any memory is taken.
 //!
-//! The reader of the data gets a header that is written anew from what was checked, and no more bytes than that
-//! promises: what a header says twice, or what follows behind the data, cannot take memory.
+//! The reader of the data gets a new header, made from the checked values, and no more bytes than that header
+//! states. So repeated keys of a header, or bytes behind the data, cannot take memory.
 
 use std::io::{Chain, Cursor, Read, Take};
 
@@ -119,7 +119,7 @@ pub(crate) fn plain(error: &ReadNpyError) -> String {
 fn parse(text: &str) -> Option<Header> {
     let after = |key: &str| text.split_once(key).map(|(_, rest)| rest.trim_start());
     let descriptor = after("'descr':")?;
-    // A structured type is a list; it is told as it stands.
+    // A structured type is a list; the message has it as written.
     let descriptor = match descriptor.strip_prefix('\'') {
         Some(rest) => rest.split('\'').next()?,
         None => "a structure",

@@ -224,25 +224,25 @@ mod tests {
     fn misfits_are_refused() {
         let room = tempfile::tempdir().unwrap();
         let path = room.path().join("field.npz");
-        let told = |fields: &Fields| {
+        let refusal = |fields: &Fields| {
             std::fs::write(&path, fields.to_npz().unwrap()).unwrap();
             Fields::read(&path, LIMIT).unwrap_err().to_string()
         };
         let mut short = fields();
         short.x_mm = Array1::linspace(-1.0, 1.0, 3);
-        assert!(told(&short).contains("[2, 3, 4]"), "{}", told(&short));
+        assert!(refusal(&short).contains("[2, 3, 4]"), "{}", refusal(&short));
         let mut falling = fields();
         falling.y_mm = Array1::linspace(1.0, -1.0, 3);
-        assert!(told(&falling).contains("y_mm"));
+        assert!(refusal(&falling).contains("y_mm"));
         let mut broken = fields();
         for value in [f64::NAN, f64::INFINITY, -1e200] {
             broken.field[[1, 2, 3]].im = value;
-            assert!(told(&broken).contains("(1, 2, 3)"));
+            assert!(refusal(&broken).contains("(1, 2, 3)"));
         }
         for value in [f64::NAN, 0.0, -0.5] {
             let mut colourless = fields();
             colourless.wavelength_um[1] = value;
-            assert!(told(&colourless).contains("`wavelength_um`"));
+            assert!(refusal(&colourless).contains("`wavelength_um`"));
         }
 
         // Not an archive, and none at all.
@@ -259,7 +259,10 @@ mod tests {
         assert_eq!(fields().bytes(), 16 * 24 + 8 * 9);
         let within = |bytes| Fields::read(&path, MemoryLimit { bytes, ..LIMIT });
         assert!(within(fields().bytes()).is_ok());
-        let told = within(fields().bytes() - 1).unwrap_err().to_string();
-        assert!(told.contains("--limit") && told.contains("MB"), "{told}");
+        let message = within(fields().bytes() - 1).unwrap_err().to_string();
+        assert!(
+            message.contains("--limit") && message.contains("MB"),
+            "{message}"
+        );
     }
 }

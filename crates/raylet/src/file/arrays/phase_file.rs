@@ -1,4 +1,4 @@
-//! The .npy files that a scene names for what is sought: phases, amplitudes, heights.
+//! The .npy files that a scene names for the results of a search: phases, amplitudes, heights.
 
 use std::path::Path;
 
@@ -116,13 +116,13 @@ mod tests {
     fn places_are_checked_before_and_made_after() {
         let room = tempfile::tempdir().unwrap();
         fs::create_dir(room.path().join("folder.npy")).unwrap();
-        for (name, told) in [
+        for (name, words) in [
             ("phase.npz", "extension `npz`"),
             ("phase", "no extension"),
             ("folder.npy", "a folder"),
         ] {
             let fault = PhaseFile::claim(&room.path().join(name), Replace::Own).unwrap_err();
-            assert!(fault.to_string().contains(told), "{fault}");
+            assert!(fault.to_string().contains(words), "{fault}");
         }
         let place = room.path().join("new/folder/phase.npy");
         let claimed = PhaseFile::claim(&place, Replace::Own).unwrap();

@@ -239,12 +239,12 @@ mod tests {
             (2500, 2503),
             (4999, 5000),
         ] {
-            let told = Excerpt::new(&text, start..end).to_string();
-            let lines: Vec<&str> = told.lines().collect();
+            let excerpt = Excerpt::new(&text, start..end).to_string();
+            let lines: Vec<&str> = excerpt.lines().collect();
             assert_eq!(lines.len(), 3);
             assert!(lines.iter().all(|line| line.chars().count() <= 165));
             let (shown, marks) = (lines[1].chars().count(), lines[2].chars().count());
-            assert!(marks <= shown && lines[2].contains('^'), "{told}");
+            assert!(marks <= shown && lines[2].contains('^'), "{excerpt}");
         }
     }
 

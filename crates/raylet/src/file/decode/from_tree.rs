@@ -2,8 +2,8 @@
 //!
 //! The `toml` crate's own deserializer loses lines inside enums chosen by a `kind` key, because serde has
 //! to buffer them. This one walks the tree, so it can look at `kind` first and then read the rest
-//! of the same table in place. It also takes the keys in the order of the file, so the first fault told
-//! is the first in the text, refuses numbers that are not finite unless a field asks for them, and holds every number
+//! of the same table in place. It also takes the keys in the order of the file, so the first fault reported
+//! is the first in the text, refuses numbers that are not finite unless a field allows them, and holds every number
 //! to the magnitude of what its key measures.
 
 use std::ops::Range;
@@ -21,7 +21,7 @@ use crate::file::decode::origin::Origin;
 use crate::file::decode::quantity::Quantity;
 use crate::file::decode::tree::{Entry, Node, Value, parsed};
 
-/// The name under which an enum asks to be chosen by the `kind` key of its table; see [`crate::file::decode::tagged`].
+/// The name of an enum that is chosen by the `kind` key of its table; see [`crate::file::decode::tagged`].
 pub(crate) const BY_KIND: &str = "an enum chosen by kind";
 
 /// The key that chooses.
@@ -329,7 +329,7 @@ impl<'de> Deserializer<'de> for At<'de> {
     }
 
     fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
-        // Only a field that asks for any value may be infinite, and none may be NaN.
+        // Only a field that allows any value may be infinite, and none may be NaN.
         if let Value::Float { value, digits } = &self.node.value
             && !value.is_finite()
         {

@@ -8,7 +8,7 @@
 //! | `decode_error` | What goes wrong while a value of a tree is turned into a Rust one |
 //! | `origin` | The text that something was read from, so that later findings can still point into it |
 //! | `fault` | A fault in something the user gave: where it is, what was found there, what was expected |
-//! | `place` | A part of a scene file under inspection |
+//! | `place` | A part of a scene file that is being checked |
 //! | `number` | Numbers of a scene file with the ranges they must keep, checked while they are read |
 //! | `quantity` | What a value of a scene measures, by the end of its key, and the magnitude or length it keeps |
 //! | `shared_keys` | Keys that several tables of a scene file share, written once |

@@ -1,6 +1,6 @@
 //! Numbers of a scene file with the ranges they must keep, checked while they are read.
 //!
-//! The functions stand in `#[serde(deserialize_with = "…")]`, so a value out of range is refused at its
+//! The functions are named in `#[serde(deserialize_with = "…")]`, so a value out of range is refused at its
 //! own address. When a number comes here it is finite already, except a radius, and keeps the magnitude of what its
 //! key measures (`quantity.rs`); the ranges here are those that are tighter by meaning. What is divided by is at least
 //! [`LEAST`], so that quotients stay finite too.
@@ -42,7 +42,7 @@ impl<T: Numbers, const N: usize> Numbers for [T; N] {
     }
 }
 
-/// Reads numbers that must all keep a range, told in words.
+/// Reads numbers that must all be in a range, which the message describes in words.
 fn within<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
     words: &str,
@@ -71,7 +71,7 @@ pub(crate) fn not_negative<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numb
     within(deserializer, "zero or more", |x| x >= 0.0)
 }
 
-/// Counts from one to a thousand million: more than anybody waits for, and fewer than addresses.
+/// Counts from one to a thousand million: more than any run needs, and fewer than addresses.
 pub(crate) fn count<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
 ) -> Result<T, D::Error> {
@@ -287,7 +287,7 @@ pub(crate) fn pitch<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 
             ));
         }
     };
-    // Up to a metre: samples further apart than any light reaches would be dark without a reason told.
+    // Up to a metre: samples further apart than any light reaches would be dark without a reported reason.
     let is_pitch = |step: f64| (1e-6..=1e6).contains(&step);
     match pair.into_iter().find(|&step| !is_pitch(step)) {
         Some(step) => Err(D::Error::invalid_value(

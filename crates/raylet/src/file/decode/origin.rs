@@ -60,7 +60,7 @@ impl Origin {
         Fault::at(self.address(path.to_owned(), span), found, expected)
     }
 
-    /// A fault of another file that the field at `path` names, told at that field.
+    /// A fault of another file that the field at `path` names, reported at that field.
     pub fn fault_of_file(&self, path: &str, inner: Fault) -> Fault {
         let found = format!("{}: {}", inner.address, inner.found);
         Fault {
@@ -161,7 +161,7 @@ mod tests {
     }
 
     #[test]
-    fn other_files_are_told_at_the_field_that_names_them() {
+    fn other_files_are_reported_at_the_field_that_names_them() {
         let origin = Origin::new(TEXT, Path::new("folder/x.toml"));
         let file = origin.beside(Path::new("p.npy"));
         assert_eq!(file, Path::new("folder/p.npy"));

@@ -1,4 +1,4 @@
-//! A part of a scene file under inspection.
+//! A part of a scene file that is being checked.
 
 use crate::file::decode::fault::Fault;
 use crate::file::decode::origin::Origin;

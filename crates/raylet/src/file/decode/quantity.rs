@@ -25,7 +25,7 @@ pub(crate) struct Quantity {
 }
 
 /// Keys that name no unit because theirs is another in each place: coefficients of powers of a length, and what
-/// stands for any number of the scene.
+/// means any number of the scene.
 const OF_ANY_UNIT: [&str; 5] = ["aspheric", "coefficients", "scale", "lowest", "highest"];
 
 /// Whole numbers without a meaning as a magnitude.

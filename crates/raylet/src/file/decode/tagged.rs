@@ -2,7 +2,7 @@
 
 /// Declares an enum whose variant is chosen by the `kind` key of its table.
 ///
-/// Writing and the JSON Schema use serde's `tag = "kind"`; reading asks the decoder for the choice.
+/// Writing and the JSON Schema use serde's `tag = "kind"`; reading leaves the choice to the decoder.
 macro_rules! tagged {
     (
         $(#[$meta:meta])*

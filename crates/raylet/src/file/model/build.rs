@@ -35,7 +35,7 @@ const UM: f64 = 1e-3;
 ///
 /// # Errors
 /// An unknown glass, a wavelength outside a glass's range, arrays that are not loaded, or pixel grids
-/// of one element that do not share their lattice; told at the field.
+/// of one element that do not share their lattice; reported at the field.
 pub fn system(scene: &Scene, channel: usize) -> Result<System, Fault> {
     system_with(scene, &scene.arrays, channel)
 }
@@ -62,7 +62,7 @@ pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<Sys
     Ok(layout.axis.into_system(wavelength, source))
 }
 
-/// The index of a material of the scene, told at `path`, at its `channel`-th wavelength.
+/// The index of a material of the scene at its `channel`-th wavelength; faults are reported at `path`.
 ///
 /// # Errors
 /// An unknown glass, or a wavelength outside its range.

@@ -14,10 +14,10 @@ use crate::design::losses::target::Target;
 use crate::engine::chain::simulate::sensor_of;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::number::LEAST;
-use crate::file::model::hologram::{asked, picture_of, target};
+use crate::file::model::hologram::{hologram_of, picture_of, target};
 use crate::file::scene::design::{Design, View};
 use crate::file::scene::loss_specification::{
-    Care, CirclesWish, EfficiencyWish, OverlapWish, PictureWish, SpotWish, Wish,
+    Care, CirclesLoss, EfficiencyLoss, LossSpecification, OverlapLoss, PictureLoss, SpotLoss,
 };
 use crate::file::scene::scene_file::{Illumination, Scene};
 use crate::math::vec3::Vec3;
@@ -91,7 +91,7 @@ pub(crate) fn judged(
     design: &Design,
     systems: &[Vec<System>],
 ) -> Result<Vec<Judged>, Fault> {
-    let wishes = wishes(scene, design)?;
+    let counted = counted_losses(scene, design)?;
     let mut list = Vec::new();
     for (field, systems) in systems.iter().enumerate() {
         for (wavelength, system) in systems.iter().enumerate() {
@@ -103,12 +103,12 @@ pub(crate) fn judged(
                 picture: None,
             };
             let mut losses = Vec::new();
-            for wish in wishes.iter().filter(|wish| wish.counts(place)) {
-                let loss = stage.loss(&wish.wish, &wish.at)?;
-                run.kinds.push(wish.wish.name());
-                losses.push((wish.weight, loss));
+            for own in counted.iter().filter(|own| own.counts(place)) {
+                let loss = stage.loss(&own.spec, &own.at)?;
+                run.kinds.push(own.spec.name());
+                losses.push((own.weight, loss));
                 if run.picture.is_none() {
-                    run.picture = stage.shown(&wish.wish, &wish.at)?;
+                    run.picture = stage.shown(&own.spec, &own.at)?;
                 }
             }
             if !losses.is_empty() {
@@ -121,7 +121,7 @@ pub(crate) fn judged(
 
 /// A loss and where it counts.
 struct Counted {
-    wish: Wish,
+    spec: LossSpecification,
     /// Where the scene says it.
     at: String,
     /// Its factor in each run in which it counts.
@@ -136,8 +136,13 @@ impl Counted {
     }
 
     /// A loss that stands at this place of the scene.
-    fn new(scene: &Scene, design: &Design, wish: Wish, at: String) -> Result<Self, Fault> {
-        let common = wish.common();
+    fn new(
+        scene: &Scene,
+        design: &Design,
+        spec: LossSpecification,
+        at: String,
+    ) -> Result<Self, Fault> {
+        let common = spec.common();
         let all = design.field.len().max(1);
         let fields = match common.field {
             None => (0..all).collect(),
@@ -155,7 +160,7 @@ impl Counted {
         let wavelengths: Vec<usize> = match common.wavelength_um {
             None => (0..lengths.len()).collect(),
             Some(given) => {
-                let find = |wanted: &f64| lengths.iter().position(|length| length == wanted);
+                let find = |one: &f64| lengths.iter().position(|length| length == one);
                 let found: Option<Vec<usize>> = given.iter().map(find).collect();
                 found.filter(|found| !found.is_empty()).ok_or_else(|| {
                     let expected = format!("wavelengths of the scene: {lengths:?}");
@@ -168,14 +173,14 @@ impl Counted {
             weight: common.weight / (fields.len() * wavelengths.len()) as f64,
             fields,
             wavelengths,
-            wish,
+            spec,
             at,
         })
     }
 }
 
 /// The losses of a scene; those of `[hologram]` where it lists none.
-fn wishes(scene: &Scene, design: &Design) -> Result<Vec<Counted>, Fault> {
+fn counted_losses(scene: &Scene, design: &Design) -> Result<Vec<Counted>, Fault> {
     if !design.loss.is_empty() {
         if design.efficiency.is_some() {
             let expected = "a [[design.loss]] of kind \"efficiency\"";
@@ -184,14 +189,14 @@ fn wishes(scene: &Scene, design: &Design) -> Result<Vec<Counted>, Fault> {
         }
         let listed = design.loss.iter().enumerate();
         return listed
-            .map(|(i, wish)| Counted::new(scene, design, wish.clone(), format!("design.loss[{i}]")))
+            .map(|(i, spec)| Counted::new(scene, design, spec.clone(), format!("design.loss[{i}]")))
             .collect();
     }
     if scene.hologram.is_none() {
         let expected = "a [[design.loss]], or the picture of a [hologram]";
-        return Err(scene.fault("design.loss", "nothing that tells how good it is", expected));
+        return Err(scene.fault("design.loss", "no loss", expected));
     }
-    let likeness = PictureWish {
+    let likeness = PictureLoss {
         weight: 1.0,
         wavelength_um: None,
         field: None,
@@ -200,10 +205,10 @@ fn wishes(scene: &Scene, design: &Design) -> Result<Vec<Counted>, Fault> {
         care: Care::Sensor,
         mask: None,
     };
-    let mut list = vec![Wish::Likeness(likeness)];
+    let mut list = vec![LossSpecification::Likeness(likeness)];
     let beta = design.efficiency.unwrap_or(BETA);
     if beta > 0.0 {
-        list.push(Wish::Efficiency(EfficiencyWish {
+        list.push(LossSpecification::Efficiency(EfficiencyLoss {
             weight: beta,
             wavelength_um: None,
             field: None,
@@ -216,7 +221,7 @@ fn wishes(scene: &Scene, design: &Design) -> Result<Vec<Counted>, Fault> {
     let at = || String::from("hologram");
     let counted = list
         .into_iter()
-        .map(|wish| Counted::new(scene, design, wish, at()));
+        .map(|spec| Counted::new(scene, design, spec, at()));
     counted.collect()
 }
 
@@ -269,12 +274,12 @@ impl<'s> Stage<'s> {
     }
 
     /// A loss that the scene describes at this place.
-    fn loss(&self, wish: &Wish, at: &str) -> Result<Box<dyn FieldLoss>, Fault> {
+    fn loss(&self, spec: &LossSpecification, at: &str) -> Result<Box<dyn FieldLoss>, Fault> {
         let refuse = |error: LossError| {
-            let (key, expected) = match wish {
-                Wish::EncircledEnergy(_) => (".at_mm", "circles on the sensor"),
-                Wish::Spot(_) => (".at_mm", "points on the sensor"),
-                Wish::Efficiency(wish) if !wish.at_mm.is_empty() => {
+            let (key, expected) = match spec {
+                LossSpecification::EncircledEnergy(_) => (".at_mm", "circles on the sensor"),
+                LossSpecification::Spot(_) => (".at_mm", "points on the sensor"),
+                LossSpecification::Efficiency(spec) if !spec.at_mm.is_empty() => {
                     (".at_mm", "circles on the sensor")
                 }
                 _ => ("", "a picture on the sensor that is not black"),
@@ -282,34 +287,34 @@ impl<'s> Stage<'s> {
             let found = error.to_string();
             self.scene.fault(&format!("{at}{key}"), found, expected)
         };
-        match wish {
-            Wish::Likeness(wish) => {
-                let named = named(&wish.picture, wish.size_mm);
+        match spec {
+            LossSpecification::Likeness(spec) => {
+                let named = named(&spec.picture, spec.size_mm);
                 let loss =
-                    self.likeness(named, wish.care, wish.mask.as_ref(), Brightness::Free, at)?;
+                    self.likeness(named, spec.care, spec.mask.as_ref(), Brightness::Free, at)?;
                 loss.map(|loss| Box::new(loss) as Box<dyn FieldLoss>)
             }
-            Wish::Mse(wish) => {
-                let named = named(&wish.picture, wish.size_mm);
+            LossSpecification::Mse(spec) => {
+                let named = named(&spec.picture, spec.size_mm);
                 let given = |scale: f64| Brightness::Given { scale };
-                let brightness = wish.scale.map_or(Brightness::Sum, given);
-                let loss = self.likeness(named, wish.care, wish.mask.as_ref(), brightness, at)?;
+                let brightness = spec.scale.map_or(Brightness::Sum, given);
+                let loss = self.likeness(named, spec.care, spec.mask.as_ref(), brightness, at)?;
                 loss.map(|loss| Box::new(loss) as Box<dyn FieldLoss>)
             }
-            Wish::Efficiency(wish) => self.efficiency(wish, at)?,
-            Wish::EncircledEnergy(wish) => self.circles(wish),
-            Wish::Spot(wish) => self.spot(wish),
-            Wish::Overlap(wish) => self.overlap(wish, at)?,
+            LossSpecification::Efficiency(spec) => self.efficiency(spec, at)?,
+            LossSpecification::EncircledEnergy(spec) => self.circles(spec),
+            LossSpecification::Spot(spec) => self.spot(spec),
+            LossSpecification::Overlap(spec) => self.overlap(spec, at)?,
         }
         .map_err(refuse)
     }
 
     /// The picture that a loss compares with, and its outline, at the sensor's pixels.
-    fn shown(&self, wish: &Wish, at: &str) -> Result<Option<[Array2<f64>; 2]>, Fault> {
-        let shown = match wish {
-            Wish::Likeness(wish) => named(&wish.picture, wish.size_mm),
-            Wish::Mse(wish) => named(&wish.picture, wish.size_mm),
-            Wish::Overlap(wish) => named(&wish.picture, wish.size_mm),
+    fn shown(&self, spec: &LossSpecification, at: &str) -> Result<Option<[Array2<f64>; 2]>, Fault> {
+        let shown = match spec {
+            LossSpecification::Likeness(spec) => named(&spec.picture, spec.size_mm),
+            LossSpecification::Mse(spec) => named(&spec.picture, spec.size_mm),
+            LossSpecification::Overlap(spec) => named(&spec.picture, spec.size_mm),
             _ => return Ok(None),
         };
         let target = self.target(shown, at)?;
@@ -319,7 +324,7 @@ impl<'s> Stage<'s> {
     /// A picture and its size, or those of `[hologram]`.
     fn target(&self, named: Named, at: &str) -> Result<Target, Fault> {
         match (named.picture, named.size) {
-            (None, None) => target(self.scene, asked(self.scene)?),
+            (None, None) => target(self.scene, hologram_of(self.scene)?),
             (Some(file), Some(size)) => Ok(Target {
                 image: self.image(file, &format!("{at}.picture"))?,
                 size,
@@ -362,9 +367,9 @@ impl<'s> Stage<'s> {
                 blur: [0.0; 2],
             };
             if mask.image.dim() != target.image.dim() {
-                let told = |(rows, across): (usize, usize)| format!("{across} x {rows} pixels");
-                let expected = format!("{}, as the picture has", told(target.image.dim()));
-                let found = told(mask.image.dim());
+                let size = |(rows, across): (usize, usize)| format!("{across} x {rows} pixels");
+                let expected = format!("{}, as the picture has", size(target.image.dim()));
+                let found = size(mask.image.dim());
                 return Err(self.scene.fault(&format!("{at}.mask"), found, expected));
             }
 
@@ -379,20 +384,20 @@ impl<'s> Stage<'s> {
 
     fn efficiency(
         &self,
-        wish: &EfficiencyWish,
+        spec: &EfficiencyLoss,
         at: &str,
     ) -> Result<Result<Box<dyn FieldLoss>, LossError>, Fault> {
         let boxed = |share: Share| Box::new(share) as Box<dyn FieldLoss>;
         let light = (self.power, self.area());
-        if let (false, Some(radius)) = (wish.at_mm.is_empty(), wish.radius_mm) {
-            let share = Share::within(&self.raster, &wish.at_mm, radius, light);
+        if let (false, Some(radius)) = (spec.at_mm.is_empty(), spec.radius_mm) {
+            let share = Share::within(&self.raster, &spec.at_mm, radius, light);
             return Ok(share.map(boxed));
         }
-        if !wish.at_mm.is_empty() || wish.radius_mm.is_some() {
+        if !spec.at_mm.is_empty() || spec.radius_mm.is_some() {
             let expected = "`at_mm` and `radius_mm`, or neither for a picture";
             return Err(self.scene.fault(at, "one without the other", expected));
         }
-        let target = self.target(named(&wish.picture, wish.size_mm), at)?;
+        let target = self.target(named(&spec.picture, spec.size_mm), at)?;
         let (picture, mut lit) = (target.on(&self.raster), self.outline(&target));
         let most = picture.iter().fold(0.0f64, |most, value| most.max(*value));
         lit.zip_mut_with(&picture, |lit, value| {
@@ -403,28 +408,28 @@ impl<'s> Stage<'s> {
         Ok(Share::efficiency(lit, light.0, light.1, 1.0).map(boxed))
     }
 
-    fn circles(&self, wish: &CirclesWish) -> Result<Box<dyn FieldLoss>, LossError> {
-        let share = Share::encircled(&self.raster, &wish.at_mm, wish.radius_mm, None)?;
+    fn circles(&self, spec: &CirclesLoss) -> Result<Box<dyn FieldLoss>, LossError> {
+        let share = Share::encircled(&self.raster, &spec.at_mm, spec.radius_mm, None)?;
         Ok(Box::new(share))
     }
 
-    fn spot(&self, wish: &SpotWish) -> Result<Box<dyn FieldLoss>, LossError> {
-        let ideal = match wish.focal_length_mm {
+    fn spot(&self, spec: &SpotLoss) -> Result<Box<dyn FieldLoss>, LossError> {
+        let ideal = match spec.focal_length_mm {
             // A wave of unit amplitude over the area A makes |U| = A/λf in its focus.
             Some(focal) => (self.power / (self.wavelength * focal)).powi(2),
             None => self.power / self.area(),
         };
-        let points: Vec<([f64; 2], f64)> = wish.at_mm.iter().map(|at| (*at, ideal)).collect();
-        let spots = Spots::new(&self.raster, &points, wish.sharing, wish.evenness)?;
+        let points: Vec<([f64; 2], f64)> = spec.at_mm.iter().map(|at| (*at, ideal)).collect();
+        let spots = Spots::new(&self.raster, &points, spec.sharing, spec.evenness)?;
         Ok(Box::new(spots))
     }
 
     fn overlap(
         &self,
-        wish: &OverlapWish,
+        spec: &OverlapLoss,
         at: &str,
     ) -> Result<Result<Box<dyn FieldLoss>, LossError>, Fault> {
-        let target = self.target(named(&wish.picture, wish.size_mm), at)?;
+        let target = self.target(named(&spec.picture, spec.size_mm), at)?;
         let mode = target.on(&self.raster);
         let mode = mode.mapv(|value| Complex64::from(value.max(0.0).sqrt()));
         let overlap = Overlap::new(&mode, self.power, self.area());

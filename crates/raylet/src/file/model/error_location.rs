@@ -1,4 +1,4 @@
-//! Faults found while computing, told at the element of the scene they belong to.
+//! Faults found while computing, reported at the element of the scene they belong to.
 
 use crate::engine::chain::reference::ReferenceError;
 use crate::engine::chain::simulate::SimulateError;
@@ -10,31 +10,33 @@ use crate::wave::grid::sampling::SamplingError;
 
 /// The fault of a scene that cannot be computed.
 pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
-    let told = error.to_string();
+    let found = error.to_string();
     match error {
         SimulateError::Plan(error) => blame_plan(scene, error),
         SimulateError::Sampling(error) => blame_sampling(scene, error),
         SimulateError::NoSensor(name) => {
-            scene.fault(&path_of(scene, name), told, "a sensor as the last element")
+            scene.fault(&path_of(scene, name), found, "a sensor as the last element")
         }
         SimulateError::NoLight(name) => {
             let expected = "an element that lets some light through";
-            scene.fault(&path_of(scene, name), told, expected)
+            scene.fault(&path_of(scene, name), found, expected)
         }
         SimulateError::NotFinite(name) => {
             let expected = "a system whose field is finite: sizes, distances and amplitudes that lie less far apart";
-            scene.fault(&path_of(scene, name), told, expected)
+            scene.fault(&path_of(scene, name), found, expected)
         }
-        SimulateError::Cancelled(_) => Fault::of_file(&scene.origin.file, told, "a run to its end"),
+        SimulateError::Cancelled(_) => {
+            Fault::of_file(&scene.origin.file, found, "a run to its end")
+        }
         SimulateError::Sum(_) => {
             let expected = "a sum that can be planned";
-            scene.fault("settings.nufft_tolerance", told, expected)
+            scene.fault("settings.nufft_tolerance", found, expected)
         }
     }
 }
 
 /// What may help where a hop takes many plane waves.
-const NEARER: &str = "a greater distance behind it asks for less; what touches a diffractive element, such as a thin \
+const NEARER: &str = "a greater distance behind it needs less; what touches a diffractive element, such as a thin \
                       lens, can be one of its layers";
 
 fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
@@ -88,7 +90,7 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
         return fault.hint(NEARER);
     }
 
-    // A width that was asked for is more likely wrong than the element.
+    // A width that the scene gives is more likely wrong than the element.
     let patches = matches!(error, PlanError::Modes { .. } | PlanError::Patches { .. });
     match scene.settings.sigma_um {
         Some(_) if patches => scene.fault("settings.sigma_um", found, expected),
@@ -111,7 +113,7 @@ fn blame_sampling(scene: &Scene, error: &SamplingError) -> Fault {
             let enough = (more * scene.settings.memory_limit_mb).ceil();
             fault.hint(format!(
                 "settings.memory_limit_mb = {enough} would do; a smaller opening, a greater distance before it, \
-                 or light of fewer directions asks for less"
+                 or light of fewer directions needs less"
             ))
         }
         SamplingError::Absent(name) => {
@@ -129,7 +131,7 @@ fn memory(allowed: usize, what: &str) -> String {
     format!("at most {allowed} {what} (settings.memory_limit_mb)")
 }
 
-/// The fault of a scene that has no reference, or not the one that was asked for.
+/// The fault of a scene that has no reference, or not the chosen one.
 pub fn blame_reference(scene: &Scene, error: &ReferenceError) -> Fault {
     let here = |screen: &str, expected: &str| {
         scene.fault(&path_of(scene, screen), error.to_string(), expected)

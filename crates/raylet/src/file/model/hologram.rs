@@ -1,4 +1,4 @@
-//! The hologram that a scene asks for: what is given, what is sought, and where it is written.
+//! The hologram of a scene: what is given, what is designed, and where it is written.
 
 #![expect(
     clippy::indexing_slicing,
@@ -34,7 +34,7 @@ use crate::wave::grid::sampling::act;
 /// A hologram to be computed for an element of a scene.
 #[derive(Clone, Debug)]
 pub struct Commission {
-    /// What is sought.
+    /// The task of the search.
     pub task: Task,
     /// The file that the scene names for the phase, if it does.
     pub file: Option<PathBuf>,
@@ -46,7 +46,7 @@ pub struct Commission {
     element: String,
 }
 
-/// What the `[hologram]` of a scene without its arrays asks for, at the first wavelength; the phase file
+/// The task of the `[hologram]` of a scene without its arrays, at the first wavelength; the phase file
 /// need not exist. With `naive`, or `principal_planes = false`, the lenses between element and sensor are
 /// one thin lens at the first vertex.
 ///
@@ -54,7 +54,7 @@ pub struct Commission {
 /// No `[hologram]`, a pixel layer of unknown size, a picture or array that cannot be read, elements
 /// between hologram and sensor that are neither lens nor mirror, or a train that is not centred.
 pub fn commission(scene: &Scene, naive: bool) -> Result<Commission, Fault> {
-    let hologram = asked(scene)?;
+    let hologram = hologram_of(scene)?;
     let (blank, place) = blanked(scene, hologram)?;
     let blank = blank.load()?;
     let system = build::system(&blank, 0)?;
@@ -97,7 +97,7 @@ pub fn commission(scene: &Scene, naive: bool) -> Result<Commission, Fault> {
 ///
 /// # Errors
 /// No `[hologram]`.
-pub(crate) fn asked(scene: &Scene) -> Result<&Hologram, Fault> {
+pub(crate) fn hologram_of(scene: &Scene) -> Result<&Hologram, Fault> {
     scene.hologram.as_ref().ok_or_else(|| {
         let expected = "a table [hologram] with target, element and size_mm";
         scene.fault("hologram", "no hologram", expected)
@@ -125,7 +125,7 @@ fn last_hop<'s>(
 }
 
 impl Commission {
-    /// The fault of a scene whose hologram cannot be sought.
+    /// The fault of a scene whose hologram cannot be designed.
     pub fn blame(&self, scene: &Scene, error: &HologramError) -> Fault {
         let (path, expected) = match error {
             HologramError::Collins(_) => (&*self.element, "a sensor that is not in an image of it"),
@@ -322,8 +322,8 @@ element = "slm"
 size_mm = [0.4, 0.2]
 "#;
 
-    /// What a scene, altered in one passage, asks for; the picture has a bright lower left corner.
-    fn asked(from: &str, to: &str) -> Result<Commission, Fault> {
+    /// The commission of a scene, altered in one passage; the picture has a bright lower left corner.
+    fn altered(from: &str, to: &str) -> Result<Commission, Fault> {
         assert!(SCENE.contains(from), "{from}");
         let room = tempfile::tempdir().unwrap();
         let picture = array![[1.0, 0.0], [0.2, 0.0]];
@@ -336,7 +336,11 @@ size_mm = [0.4, 0.2]
 
     fn picture(extra: &str) -> Array2<f64> {
         let line = format!("element = \"slm\"\n{extra}");
-        let image = asked("element = \"slm\"", &line).unwrap().task.target.image;
+        let image = altered("element = \"slm\"", &line)
+            .unwrap()
+            .task
+            .target
+            .image;
         image.mapv(|value| (value * 10.0).round() / 10.0)
     }
 
@@ -350,8 +354,8 @@ size_mm = [0.4, 0.2]
 
     #[test]
     fn light_and_train_are_the_scenes() {
-        let asked_for = asked("", "").unwrap();
-        let task = &asked_for.task;
+        let commission = altered("", "").unwrap();
+        let task = &commission.task;
         assert_eq!(task.incident.dim(), (8, 12));
         assert!(
             task.sensor
@@ -363,7 +367,7 @@ size_mm = [0.4, 0.2]
         let amplitude = |i: usize| task.incident[[4, i]].norm();
         assert!(amplitude(6 + 3) == 1.0 && amplitude(6 + 5) == 0.0);
         let plain = task.train;
-        let thin = asked(
+        let thin = altered(
             "element = \"slm\"",
             "element = \"slm\"\nprincipal_planes = false",
         );
@@ -375,18 +379,18 @@ size_mm = [0.4, 0.2]
         // The same element behind a stop: half the disc is dark, the rest is lit as diffraction has it.
         let before = "[[element]]\nkind = \"stop\"\nthickness_mm = 0.1\n\
             aperture = { disc = { radius_mm = 0.03 } }\n[[element]]\nkind = \"doe\"";
-        let task = asked("[[element]]\nkind = \"doe\"", before).unwrap().task;
+        let task = altered("[[element]]\nkind = \"doe\"", before).unwrap().task;
         assert_eq!(task.incident.dim(), (8, 12));
         let amplitude = |i: usize| task.incident[[4, i]].norm();
         assert!(amplitude(6) > 0.5 && amplitude(6 + 4) < 0.3 * amplitude(6));
     }
 
     #[test]
-    fn what_is_missing_is_told_at_its_place() {
+    fn what_is_missing_is_reported_at_its_place() {
         let lens = "[[element]]\nkind = \"lens\"";
         let stop = "[[element]]\nkind = \"stop\"\nthickness_mm = 1\n\
             aperture = { disc = { radius_mm = 1 } }\n[[element]]\nkind = \"lens\"";
-        for (from, to, told) in [
+        for (from, to, parts) in [
             (
                 "size = [12, 8]\n",
                 "",
@@ -400,8 +404,8 @@ size_mm = [0.4, 0.2]
                 ["element[0]", "surface 1 is tilted"],
             ),
         ] {
-            let fault = asked(from, to).unwrap_err().to_string();
-            assert!(told.iter().all(|part| fault.contains(part)), "{fault}");
+            let fault = altered(from, to).unwrap_err().to_string();
+            assert!(parts.iter().all(|part| fault.contains(part)), "{fault}");
         }
         let bare = SCENE.split("[hologram]").next().unwrap();
         let scene = Scene::parse(bare, Path::new("scene.toml")).unwrap();
@@ -411,12 +415,12 @@ size_mm = [0.4, 0.2]
 
     #[test]
     fn phases_are_written_as_they_will_be_read() {
-        let asked_for = asked("", "").unwrap();
+        let commission = altered("", "").unwrap();
         let room = tempfile::tempdir().unwrap();
         let file = room.path().join("phase.npy");
         for phase in [array![[1.0, -2.0]], array![[0.5], [3.0]]] {
             let claimed = PhaseFile::claim(&file, Replace::Own).unwrap();
-            asked_for.write(&phase, &claimed).unwrap();
+            commission.write(&phase, &claimed).unwrap();
             let read = Array::read(&file, None, "phase", 1000).unwrap();
             assert_eq!(read, Array::Real(phase / 2.0));
         }

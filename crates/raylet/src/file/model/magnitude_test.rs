@@ -79,11 +79,11 @@ fn altered(text: &str) -> Vec<(String, String)> {
     let mut all = Vec::new();
     for path in &paths {
         for number in ABSURD {
-            let told = format!("{number:e} at {path:?}");
-            all.push((told, with(&document, path, Value::Float(number))));
+            let change = format!("{number:e} at {path:?}");
+            all.push((change, with(&document, path, Value::Float(number))));
         }
-        let told = format!("9.2e18 at {path:?}, a whole number");
-        all.push((told, with(&document, path, Value::Integer(i64::MAX))));
+        let change = format!("9.2e18 at {path:?}, a whole number");
+        all.push((change, with(&document, path, Value::Integer(i64::MAX))));
     }
     all
 }
@@ -111,23 +111,23 @@ fn scenes() -> Vec<(PathBuf, String)> {
 fn absurd_numbers_are_refused_wherever_they_stand() {
     let (mut refused, mut taken) = (0, Vec::new());
     for (path, text) in scenes() {
-        for (told, altered) in altered(&text) {
+        for (change, altered) in altered(&text) {
             match Scene::parse(&altered, &path) {
                 Err(_) => refused += 1,
-                Ok(_) => taken.push(told),
+                Ok(_) => taken.push(change),
             }
         }
     }
     // A radius may be infinite, a seed anything, a number of any unit large in its own, and a tiny number may stand
     // where zero may.
-    let harmless = |told: &String| {
-        let at = |keys: &[&str]| keys.iter().any(|key| told.contains(&format!("{key}\"")));
-        let radius = told.starts_with("inf") && told.contains("radius");
-        let any_unit = told.starts_with("9.2e18") && at(&["aspheric", "coefficients", "scale"]);
-        radius || any_unit || at(&["seed"]) || told.starts_with("5e-324")
+    let harmless = |change: &String| {
+        let at = |keys: &[&str]| keys.iter().any(|key| change.contains(&format!("{key}\"")));
+        let radius = change.starts_with("inf") && change.contains("radius");
+        let any_unit = change.starts_with("9.2e18") && at(&["aspheric", "coefficients", "scale"]);
+        radius || any_unit || at(&["seed"]) || change.starts_with("5e-324")
     };
     assert!(refused > 2000, "{refused}");
-    let wrong: Vec<&String> = taken.iter().filter(|told| !harmless(told)).collect();
+    let wrong: Vec<&String> = taken.iter().filter(|change| !harmless(change)).collect();
     assert!(wrong.is_empty(), "{wrong:?}");
 }
 
@@ -166,7 +166,7 @@ pitch_um = 5
 #[test]
 fn what_is_not_refused_has_finite_plans() {
     let mut planned = 0;
-    for (told, text) in altered(SMALL) {
+    for (change, text) in altered(SMALL) {
         let Ok(scene) = Scene::parse(&text, Path::new("small.toml")) else {
             continue;
         };
@@ -176,7 +176,7 @@ fn what_is_not_refused_has_finite_plans() {
         };
         for (hop, forecast) in system.hops().zip(&forecasts) {
             let entry = PlanEntry::new(&hop, &forecast.plan, &settings);
-            document::text(&entry, "plan").unwrap_or_else(|fault| panic!("{told}: {fault}"));
+            document::text(&entry, "plan").unwrap_or_else(|fault| panic!("{change}: {fault}"));
         }
         planned += 1;
     }

@@ -5,12 +5,12 @@
 //! | `build` | From a scene to the optical system it describes, one wavelength at a time |
 //! | `prescription` | The parts of a system in the order light meets them, with the names the scene gives them |
 //! | `scene_arrays` | All the arrays that the layers of a scene name, and the transmissions they make |
-//! | `hologram` | The hologram that a scene asks for |
+//! | `hologram` | The hologram of a scene |
 //! | `pixel_part` | The elements whose pixels a scene designs |
-//! | `project` | The design that a scene asks for: losses, what is free, the start, the outputs |
+//! | `project` | The design of a scene: losses, what is free, the start, the outputs |
 //! | `design_targets` | The runs that a design looks at, and their losses |
 //! | `variations` | A system at values of a scene's numbers, and its perturbed systems for derivatives |
-//! | `error_location` | Faults found while computing, told at the element of the scene they belong to |
+//! | `error_location` | Faults found while computing, reported at the element of the scene they belong to |
 
 pub mod build;
 pub mod design_targets;

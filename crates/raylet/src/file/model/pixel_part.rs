@@ -303,7 +303,7 @@ impl PixelPart {
     /// The files that it leaves.
     ///
     /// # Errors
-    /// A layer that names no file for what is sought.
+    /// A layer that names no file for the result.
     pub(crate) fn outputs(&self, scene: &Scene, element: usize) -> Result<Vec<Output>, Fault> {
         let mut list = Vec::new();
         let [number, layer] = self.place;

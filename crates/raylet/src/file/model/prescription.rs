@@ -243,12 +243,12 @@ pitch_um = 10
         let scene = Scene::parse(text, Path::new("a.toml")).unwrap();
         let system = system(&scene, 0).unwrap();
         let parts = parts(&scene, &system);
-        let told: Vec<_> = parts
+        let columns: Vec<_> = parts
             .iter()
             .map(|p| (p.name.as_str(), p.word(), p.medium.as_str(), p.radii()[1]))
             .collect();
         assert_eq!(
-            told,
+            columns,
             [
                 ("entrance", "stop", "air", None),
                 ("L", "sphere", "N-BK7", Some(25.8)),

@@ -1,4 +1,4 @@
-//! The design that a scene asks for: its losses, what is free, where it starts, and what it leaves.
+//! The design of a scene: its losses, what is free, where it starts, and what it leaves.
 
 #![expect(
     clippy::indexing_slicing,
@@ -34,7 +34,7 @@ use crate::file::scene::variable::{Address, VariableScene};
 use crate::optics::system::System;
 use crate::wave::grid::raster::Raster;
 
-/// A design that a scene asks for.
+/// The design of a scene.
 pub struct Brief {
     /// What is looked for.
     pub project: Project,
@@ -66,7 +66,7 @@ const NEAR: f64 = 0.01;
 /// The design of a scene without its arrays, which may be still to come.
 ///
 /// # Errors
-/// No `[design]`, nothing to design, or what is asked for cannot be.
+/// No `[design]`, nothing to design, or an impossible design.
 pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
     let Some(design) = scene.design.clone() else {
         return Err(scene.fault("design", "no design", "a table [design]"));
@@ -83,7 +83,7 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
     let systems: Vec<Vec<System>> = systems.collect::<Result<_, Fault>>()?;
     let first = &systems[0];
 
-    // What is wanted, and of what.
+    // The losses, and the light that they judge.
     let judged = judged(scene, &design, &systems)?;
     let elements = parts
         .iter()
@@ -257,11 +257,11 @@ fn numbers(scene: &Scene, blank: &Scene, variables: &[Variable]) -> Result<Numbe
         let scale = variable.scale.unwrap_or(usual);
         let bounds = address.bounds([variable.lowest, variable.highest]);
         let Some(bounds) = bounds.filter(|[low, high]| low <= &start && &start <= high) else {
-            let told = |bound: Option<f64>| bound.map_or(String::from("none"), |b| b.to_string());
+            let text = |bound: Option<f64>| bound.map_or(String::from("none"), |b| b.to_string());
             let found = format!(
                 "lowest {} and highest {}",
-                told(variable.lowest),
-                told(variable.highest)
+                text(variable.lowest),
+                text(variable.highest)
             );
             let expected =
                 "lowest and highest about the scene's own value; both of one sign for a radius";
@@ -336,7 +336,7 @@ fn phase(
     screen: usize,
     shape: (usize, usize),
 ) -> Result<Array2<f64>, Fault> {
-    let wanted = || {
+    let task = || {
         let named = scene.hologram.as_ref().map(|hologram| &hologram.element);
         if named != Some(&part.part.name) {
             let expected =
@@ -349,18 +349,20 @@ fn phase(
     Ok(match part.part.start {
         Start::Flat | Start::File => Array2::zeros(shape),
         Start::Random => random_phase(scene.seed, screen as u32, shape),
-        Start::Spread => spread(&wanted()?, shape),
+        Start::Spread => spread(&task()?, shape),
         Start::Paraxial => {
-            let wanted = wanted()?;
-            let found = hologram::design(&wanted.task, &mut |_| ());
-            found.map_err(|error| wanted.blame(scene, &error))?.phase
+            let commission = task()?;
+            let found = hologram::design(&commission.task, &mut |_| ());
+            found
+                .map_err(|error| commission.blame(scene, &error))?
+                .phase
         }
     })
 }
 
 /// The phase that spreads the light over the picture.
-fn spread(wanted: &Commission, shape: (usize, usize)) -> Array2<f64> {
-    let task = &wanted.task;
+fn spread(commission: &Commission, shape: (usize, usize)) -> Array2<f64> {
+    let task = &commission.task;
     let spreading = Spreading {
         wavelength: task.wavelength,
         train: task.train,
@@ -421,7 +423,7 @@ fn search(
     method.start(start, space)
 }
 
-/// Length of a step of adam or momentum, where the scene tells none, in rad.
+/// Length of a step of adam or momentum, where the scene gives none, in rad.
 const RATE: f64 = 0.2;
 
 /// Refuses lengths of steps for an optimiser that finds its own.
@@ -441,18 +443,18 @@ fn check_rates(scene: &Scene, design: &Design) -> Result<(), Fault> {
 ///
 /// # Errors
 /// Drawn ones with what they cannot serve.
-fn estimator(scene: &Scene, asked: &Design, system: &System) -> Result<Estimator, Fault> {
-    let Some(given) = &asked.estimator else {
+fn estimator(scene: &Scene, design: &Design, system: &System) -> Result<Estimator, Fault> {
+    let Some(given) = &design.estimator else {
         return Ok(Estimator::Exact);
     };
     let fault = |found: &str, expected: &str| Err(scene.fault("design.estimator", found, expected));
-    if asked.optimizer == Optimizer::Lbfgs {
+    if design.optimizer == Optimizer::Lbfgs {
         return fault(
             "drawn beamlets with the optimizer lbfgs",
             "adam or momentum, which bear noise",
         );
     }
-    if !asked.variable.is_empty() {
+    if !design.variable.is_empty() {
         return fault(
             "drawn beamlets and numbers that are designed",
             "one of the two",

@@ -59,7 +59,7 @@ impl<'a> Arrays<'a> {
     /// the rest are read.
     ///
     /// # Errors
-    /// The first array that cannot be used, told at the field that names it.
+    /// The first array that cannot be used, reported at the field that names it.
     pub fn load(
         elements: &[Element],
         origin: &Origin,
@@ -90,7 +90,7 @@ impl<'a> Arrays<'a> {
         })
     }
 
-    /// Adds copies of arrays in the memory of a caller, by the path of the field that each stands for.
+    /// Adds copies of arrays in the memory of a caller, by the path of the field that each replaces.
     pub(crate) fn hold(&mut self, lent: &BTreeMap<String, ArrayLook<'_>>) {
         let copy = |(path, look): (&String, &ArrayLook)| {
             let array = match look {

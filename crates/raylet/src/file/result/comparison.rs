@@ -187,7 +187,7 @@ impl Likeness {
     }
 }
 
-/// Refuses fields that do not stand on one grid; the fault is told of B and names what A has.
+/// Refuses fields on different grids; the fault names B and what A has.
 fn check_grids(a: &Side, b: &Side) -> Result<(), Fault> {
     let of = |side: &Side| {
         let (channels, ny, nx) = side.fields.field.dim();
@@ -282,24 +282,24 @@ mod tests {
 
     #[test]
     fn other_grids_are_refused() {
-        let told = |change: fn(&mut Fields)| {
+        let refusal = |change: fn(&mut Fields)| {
             let mut other = side(Complex64::ONE);
             change(&mut other.fields);
             Comparison::of(&side(Complex64::ONE), &other)
                 .unwrap_err()
                 .to_string()
         };
-        let size = told(|fields| fields.field = Array3::zeros((2, 51, 50)));
+        let size = refusal(|fields| fields.field = Array3::zeros((2, 51, 50)));
         assert!(
             size.contains("51 × 50") && size.contains("51 × 51"),
             "{size}"
         );
-        let place = told(|fields| fields.y_mm[3] += 2e-9);
+        let place = refusal(|fields| fields.y_mm[3] += 2e-9);
         assert!(
             place.contains("y_mm[3]") && place.contains("-0.44"),
             "{place}"
         );
-        let wavelength = told(|fields| fields.wavelength_um[1] = 0.7);
+        let wavelength = refusal(|fields| fields.wavelength_um[1] = 0.7);
         assert!(
             wavelength.contains("0.7") && wavelength.contains("0.6"),
             "{wavelength}"

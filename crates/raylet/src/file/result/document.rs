@@ -1,6 +1,6 @@
 //! JSON documents whose numbers are all finite.
 //!
-//! JSON has no infinity and no NaN, and its writer puts `null` for them without a word. So a document is read again
+//! JSON has no infinity and no NaN, and its writer puts `null` for them without an error. So a document is read again
 //! after it is written: where it differs from what was meant, it is refused. What may be infinite, such as the radius
 //! of a plane, is an `Option` that is `None`.
 
@@ -50,18 +50,18 @@ mod tests {
 
     #[test]
     fn numbers_that_are_not_finite_are_refused_at_their_path() {
-        let told = |width, sums: &[f64]| {
+        let written = |width, sums: &[f64]| {
             let sums = sums.to_vec();
             text(&Spot { width, sums }, "spot.json").map_err(|fault| fault.to_string())
         };
-        assert!(told(None, &[0.1, 5e-324, -1.7e308]).is_ok());
+        assert!(written(None, &[0.1, 5e-324, -1.7e308]).is_ok());
         for bad in [f64::NAN, f64::INFINITY, f64::NEG_INFINITY] {
-            let fault = told(Some(1.0), &[0.0, bad]).unwrap_err();
+            let fault = written(Some(1.0), &[0.0, bad]).unwrap_err();
             assert!(
                 fault.contains("spot.json") && fault.contains("sums[1]"),
                 "{fault}"
             );
-            assert!(told(Some(bad), &[]).is_err());
+            assert!(written(Some(bad), &[]).is_err());
         }
     }
 }

@@ -13,7 +13,7 @@ pub struct Machine {
     pub cpus: usize,
     /// Threads that shared the work.
     pub threads: usize,
-    /// Most memory that the program held, in units of 10⁶ bytes; none where the system does not tell.
+    /// Most memory that the program held, in units of 10⁶ bytes; none where the system does not report it.
     pub peak_memory_mb: Option<f64>,
 }
 
@@ -30,7 +30,7 @@ impl Machine {
     }
 }
 
-/// Linux tells the high-water mark of the resident memory as VmHWM, in units of 1024 bytes.
+/// Linux reports the high-water mark of the resident memory as VmHWM, in units of 1024 bytes.
 fn peak_memory_mb() -> Option<f64> {
     let status = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = status

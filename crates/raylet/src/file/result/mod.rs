@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | `report` | The document of a run, `result.json` |
 //! | `rim` | What a report says of the rim of a surface |
-//! | `reference_step` | What a reference did, as `result.json` tells it |
+//! | `reference_step` | What a reference did, as `result.json` has it |
 //! | `machine` | The program and the machine that a result was made by |
 //! | `document` | JSON documents whose numbers are all finite |
 //! | `result_folder` | Folders of results: the document and the fields, written and read |

@@ -1,4 +1,4 @@
-//! What a reference did, as `result.json` tells it.
+//! What a reference did, as `result.json` has it.
 
 use serde::{Deserialize, Serialize};
 

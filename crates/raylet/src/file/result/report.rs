@@ -141,7 +141,7 @@ pub struct HopEntry {
     pub evaluations: u64,
     /// ∫|U|² in mm² for unit amplitude.
     pub power: Power,
-    /// Expected error by cause; none for methods whose errors are not foretold.
+    /// Expected error by cause; none for methods whose errors are not estimated.
     pub error: Option<ErrorEntry>,
     /// Standard error of the field from what was drawn at random, relative to the field; none where
     /// nothing was, or positions are not independent. It knows of no bias.
@@ -227,7 +227,7 @@ pub struct BeamletEntry {
     pub period_um: f64,
     /// Half width of a typical footprint on the second screen in micrometres.
     pub footprint_um: f64,
-    /// Whether the aberration inside beamlets was made good.
+    /// Whether the aberration inside beamlets was corrected.
     pub corrected: bool,
     /// Seconds on one core that the plan expected.
     pub expected_seconds: f64,

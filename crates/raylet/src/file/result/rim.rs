@@ -14,7 +14,7 @@ pub struct RimEntry {
     /// Root of the share that it cuts of the energy on its way to the second screen, which the error of
     /// leaving it out does not exceed.
     pub bound: f64,
-    /// The error to expect of cutting it ray by ray.
+    /// The expected error of clipping single rays at it.
     pub error: f64,
     /// What is wrong with that.
     pub warning: Option<String>,

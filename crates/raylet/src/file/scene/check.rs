@@ -1,4 +1,4 @@
-//! What no single value of a scene shows to be wrong: parts that do not fit together.
+//! Faults of a scene that no single value shows: parts that do not fit together.
 
 use crate::file::decode::fault::Fault;
 use crate::file::decode::origin::Origin;

@@ -5,11 +5,11 @@ use serde::{Deserialize, Serialize};
 
 use crate::file::decode::number::{acute, count, from_one, not_negative, positive};
 use crate::file::scene::estimator::Estimator;
-use crate::file::scene::loss_specification::Wish;
+use crate::file::scene::loss_specification::LossSpecification;
 
-/// A design by gradients through the real system: what is free, what is wanted, and how it is sought.
+/// A design by gradients through the real system: what is free, the losses, and the search.
 ///
-/// Without `[[design.element]]` the phases of the element that `[hologram]` names are sought, if there is one;
+/// Without `[[design.element]]` the phases of the element that `[hologram]` names are designed, if there is one;
 /// without `[[design.loss]]` the picture that it names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -18,7 +18,7 @@ pub struct Design {
     #[serde(default = "hundred", deserialize_with = "count")]
     #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub iterations: usize,
-    /// How the minimum is sought.
+    /// How the search finds the minimum.
     #[serde(default)]
     pub optimizer: Optimizer,
     /// Which beamlets a look follows; all by default. Drawn ones take adam or momentum, and a system without
@@ -58,9 +58,9 @@ pub struct Design {
     /// Directions or places from which the light comes, one after the other, instead of the source's own.
     #[serde(default)]
     pub field: Vec<View>,
-    /// What is wanted on the sensor; all of it is added up.
+    /// The losses of the light on the sensor; the sum of all of them counts.
     #[serde(default)]
-    pub loss: Vec<Wish>,
+    pub loss: Vec<LossSpecification>,
     /// Iterations between two checkpoints.
     #[serde(default = "ten", deserialize_with = "count")]
     #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
@@ -119,7 +119,7 @@ pub enum Free {
     Height,
 }
 
-/// How a minimum is sought.
+/// How a search finds a minimum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Optimizer {
@@ -155,7 +155,7 @@ pub enum Start {
 pub struct Variable {
     /// Where it stands, such as `element[1].surface[0].radius_mm`. Radii change by their curvature.
     pub path: String,
-    /// By how much it is worth changing it: the unit of its steps. A thousandth of its value by default.
+    /// The change of the number that matters, which is the unit of its steps. A thousandth of its value by default.
     #[serde(default, deserialize_with = "positive")]
     #[schemars(extend("minimum" = 1e-12))]
     pub scale: Option<f64>,

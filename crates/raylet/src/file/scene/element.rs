@@ -31,7 +31,7 @@ tagged! {
         Stop(StopElement) = "stop",
         /// A turn and shift of the axis for all that follows.
         CoordinateBreak(CoordinateBreak) = "coordinate_break",
-        /// The plane where the field is wanted; the last element.
+        /// The plane where the field is computed; the last element.
         Sensor(SensorElement) = "sensor",
     }
 }
@@ -128,7 +128,7 @@ table! {
 }
 
 table! {
-    /// The plane where the field is wanted: sample points at the centres of a grid of pixels.
+    /// The plane where the field is computed: sample points at the centres of a grid of pixels.
     pub struct SensorElement with [place] {
         /// Number of pixels [nx, ny].
         #[serde(deserialize_with = "count")]
@@ -170,7 +170,7 @@ macro_rules! common {
     };
 }
 
-/// What is expected where an element is named whose pixels are sought.
+/// What is expected where an element is named whose pixels are designed.
 pub(crate) const WITH_PIXELS: &str = "the name of a diffractive element with a layer of pixels";
 
 impl Element {

@@ -1,4 +1,4 @@
-//! Which beamlets a design's looks follow.
+//! Which beamlets the evaluations of a design follow.
 
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};

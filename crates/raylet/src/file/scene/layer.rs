@@ -48,7 +48,7 @@ pub struct PixelLayer {
     #[serde(deserialize_with = "pitch")]
     #[schemars(schema_with = "one_or_pair_schema")]
     pub pitch_um: [f64; 2],
-    /// Number of pixels [nx, ny]. Needed only where no array tells it, for a hologram that is still to
+    /// Number of pixels [nx, ny]. Needed only where no array gives it, for a hologram that is still to
     /// be computed; checked against the arrays otherwise.
     #[serde(default, deserialize_with = "count")]
     pub size: Option<[usize; 2]>,

@@ -1,4 +1,4 @@
-//! What a scene wants of the light on its sensor.
+//! The losses of a design, as a scene describes them.
 
 use std::path::PathBuf;
 
@@ -11,24 +11,24 @@ use crate::file::decode::tagged::tagged;
 
 tagged! {
     /// A loss of a design: a number to be made small.
-    pub enum Wish {
+    pub enum LossSpecification {
         /// 1 − NCC² with a picture, however bright it is.
-        Likeness(PictureWish) = "likeness",
+        Likeness(PictureLoss) = "likeness",
         /// The mean square distance from a picture.
-        Mse(MseWish) = "mse",
-        /// −log of the share of the light sent out that falls where it is wanted.
-        Efficiency(EfficiencyWish) = "efficiency",
+        Mse(MseLoss) = "mse",
+        /// −log of the share of the light sent out that falls on its target.
+        Efficiency(EfficiencyLoss) = "efficiency",
         /// 1 − the share of the light on the sensor that falls within circles.
-        EncircledEnergy(CirclesWish) = "encircled_energy",
+        EncircledEnergy(CirclesLoss) = "encircled_energy",
         /// How bright the light is at points.
-        Spot(SpotWish) = "spot",
-        /// 1 − the share of the light sent out that is in a wanted mode: amplitude and phase.
-        Overlap(OverlapWish) = "overlap",
+        Spot(SpotLoss) = "spot",
+        /// 1 − the share of the light sent out that is in a target mode: amplitude and phase.
+        Overlap(OverlapLoss) = "overlap",
     }
 }
 
 /// Declares a loss, with the keys that all of them have.
-macro_rules! wish {
+macro_rules! loss_table {
     (
         $(#[$meta:meta])*
         pub struct $name:ident { $($own:tt)* }
@@ -64,9 +64,9 @@ macro_rules! wish {
     };
 }
 
-wish! {
+loss_table! {
     /// 1 − NCC² with a picture.
-    pub struct PictureWish {
+    pub struct PictureLoss {
         /// The picture, a PNG file; that of `[hologram]` by default.
         #[serde(default)]
         pub picture: Option<PathBuf>,
@@ -82,9 +82,9 @@ wish! {
     }
 }
 
-wish! {
+loss_table! {
     /// The mean of (scale·I − T)² over the sensor's pixels, T the picture.
-    pub struct MseWish {
+    pub struct MseLoss {
         /// The picture, a PNG file; that of `[hologram]` by default.
         #[serde(default)]
         pub picture: Option<PathBuf>,
@@ -105,10 +105,10 @@ wish! {
     }
 }
 
-wish! {
+loss_table! {
     /// −log of a share of the light that is sent out: of what falls into the lit part of a picture, or into
     /// circles.
-    pub struct EfficiencyWish {
+    pub struct EfficiencyLoss {
         /// The picture, a PNG file; that of `[hologram]` by default, where no circles are given.
         #[serde(default)]
         pub picture: Option<PathBuf>,
@@ -125,9 +125,9 @@ wish! {
     }
 }
 
-wish! {
+loss_table! {
     /// 1 − encircled energy.
-    pub struct CirclesWish {
+    pub struct CirclesLoss {
         /// Middles of the circles, [x, y] in millimetres from the sensor's middle.
         #[serde(deserialize_with = "not_empty")]
         #[schemars(extend("minItems" = 1))]
@@ -139,9 +139,9 @@ wish! {
     }
 }
 
-wish! {
+loss_table! {
     /// The brightness s of points: 1 − mean s, or −mean log s.
-    pub struct SpotWish {
+    pub struct SpotLoss {
         /// The points, [x, y] in millimetres from the sensor's middle.
         #[serde(deserialize_with = "not_empty")]
         #[schemars(extend("minItems" = 1))]
@@ -161,9 +161,9 @@ wish! {
     }
 }
 
-wish! {
+loss_table! {
     /// 1 − the share of the light in a mode whose amplitude is the root of a picture and whose phase is flat.
-    pub struct OverlapWish {
+    pub struct OverlapLoss {
         /// The picture of the mode's intensity, a PNG file; that of `[hologram]` by default.
         #[serde(default)]
         pub picture: Option<PathBuf>,
@@ -194,28 +194,28 @@ pub(crate) struct Common<'w> {
     pub(crate) field: Option<&'w [usize]>,
 }
 
-impl Wish {
+impl LossSpecification {
     /// The keys that all losses have.
     pub(crate) fn common(&self) -> Common<'_> {
         match self {
-            Wish::Likeness(wish) => wish.common(),
-            Wish::Mse(wish) => wish.common(),
-            Wish::Efficiency(wish) => wish.common(),
-            Wish::EncircledEnergy(wish) => wish.common(),
-            Wish::Spot(wish) => wish.common(),
-            Wish::Overlap(wish) => wish.common(),
+            LossSpecification::Likeness(spec) => spec.common(),
+            LossSpecification::Mse(spec) => spec.common(),
+            LossSpecification::Efficiency(spec) => spec.common(),
+            LossSpecification::EncircledEnergy(spec) => spec.common(),
+            LossSpecification::Spot(spec) => spec.common(),
+            LossSpecification::Overlap(spec) => spec.common(),
         }
     }
 
     /// Its `kind`.
     pub fn name(&self) -> &'static str {
         match self {
-            Wish::Likeness(_) => "likeness",
-            Wish::Mse(_) => "mse",
-            Wish::Efficiency(_) => "efficiency",
-            Wish::EncircledEnergy(_) => "encircled_energy",
-            Wish::Spot(_) => "spot",
-            Wish::Overlap(_) => "overlap",
+            LossSpecification::Likeness(_) => "likeness",
+            LossSpecification::Mse(_) => "mse",
+            LossSpecification::Efficiency(_) => "efficiency",
+            LossSpecification::EncircledEnergy(_) => "encircled_energy",
+            LossSpecification::Spot(_) => "spot",
+            LossSpecification::Overlap(_) => "overlap",
         }
     }
 }

@@ -1,4 +1,4 @@
-//! What a scene file says.
+//! The content of a scene file.
 //!
 //! | file | what it holds |
 //! | --- | --- |
@@ -8,12 +8,12 @@
 //! | `material` | A medium, as a scene file names it |
 //! | `aperture` | Clear apertures, as a scene file describes them |
 //! | `surface_shape` | Shapes of surfaces, as a scene file describes them |
-//! | `settings` | How a scene is to be computed, and the hologram it may ask for |
+//! | `settings` | How a scene is to be computed, and the table of a hologram |
 //! | `design` | What a scene says about its design by gradients |
-//! | `estimator` | Which beamlets a design's looks follow |
-//! | `loss_specification` | What a scene wants of the light on its sensor |
+//! | `estimator` | Which beamlets the evaluations of a design follow |
+//! | `loss_specification` | The losses of a design, as a scene describes them |
 //! | `element_names` | What elements are called: by their names, or by their places where they have none |
-//! | `check` | What no single value of a scene shows to be wrong: parts that do not fit together |
+//! | `check` | Faults of a scene that no single value shows: parts that do not fit together |
 //! | `variable` | Numbers of a scene by their address, so that a design may change any of them |
 
 pub mod aperture;

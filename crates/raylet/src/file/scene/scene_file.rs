@@ -133,7 +133,7 @@ impl Scene {
         Self::from_tree(&parse(&origin)?, origin)
     }
 
-    /// Reads the text of a scene without its arrays; `path` names it in faults and tells its folder.
+    /// Reads the text of a scene without its arrays; faults name it as `path`, whose folder is that of its files.
     ///
     /// # Errors
     /// The first fault of the text, with its address.

@@ -75,7 +75,7 @@ fn json(text: &str) -> Value {
 }
 
 #[test]
-fn schema_tells_good_scenes_from_bad_ones() {
+fn schema_distinguishes_good_scenes_from_bad_ones() {
     let schema = schema();
     assert!(fits(&schema, &json(SCENE), &schema));
     for (from, to) in [
@@ -137,7 +137,7 @@ fn schema_describes_every_key() {
     properties(&schema, "", &mut all);
     assert!(all.len() > 100, "{}", all.len());
     for (place, property) in all {
-        let told = property["description"].is_string() || property["const"].is_string();
-        assert!(told, "{place}");
+        let described = property["description"].is_string() || property["const"].is_string();
+        assert!(described, "{place}");
     }
 }

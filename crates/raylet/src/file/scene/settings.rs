@@ -1,4 +1,4 @@
-//! How a scene is to be computed, and the hologram it may ask for.
+//! How a scene is to be computed, and the table of a hologram.
 
 use std::path::PathBuf;
 
@@ -111,7 +111,7 @@ pub struct Paper {
     pub density: Density,
     /// How modes are drawn.
     pub sampler: Sampler,
-    /// What a patch of a curved element makes of its height.
+    /// How a patch of a curved element uses its height.
     pub sag: Sag,
     /// Whether contributions carry an obliquity factor.
     pub obliquity: bool,
@@ -121,7 +121,7 @@ pub struct Paper {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct Hologram {
-    /// The image wanted on the sensor: a PNG file.
+    /// The target image on the sensor: a PNG file.
     pub target: PathBuf,
     /// Name of the diffractive element that takes the hologram.
     pub element: String,
@@ -137,7 +137,7 @@ pub struct Hologram {
     #[serde(default, deserialize_with = "share")]
     #[schemars(extend("minimum" = 1e-30, "exclusiveMaximum" = 1))]
     pub efficiency_goal: Option<f64>,
-    /// Whether the lenses are replaced by their principal planes while the hologram is sought.
+    /// Whether the lenses are replaced by their principal planes during the search for the hologram.
     #[serde(default = "yes")]
     pub principal_planes: bool,
     /// Whether dark and bright are exchanged.

@@ -103,7 +103,7 @@ impl Address {
     /// The number at a path such as `element[1].surface[0].radius_mm`.
     ///
     /// # Errors
-    /// A path that leads to no number, told at the field `at` of the scene.
+    /// A path that leads to no number, reported at the field `at` of the scene.
     pub fn new(scene: &VariableScene, path: &str, at: &str) -> Result<Self, Fault> {
         let refuse = || scene.unknown(path, at);
         let steps = steps(path).ok_or_else(refuse)?;
@@ -287,7 +287,7 @@ mod tests {
     }
 
     #[test]
-    fn faults_of_a_changed_number_are_told_at_its_key() {
+    fn faults_of_a_changed_number_are_reported_at_its_key() {
         let scene = scene();
         let path = "element[0].thickness_mm";
         let address = [Address::new(&scene, path, "element").unwrap()];
@@ -333,10 +333,10 @@ mod tests {
         assert_eq!(changed.element, scene.element);
         let method = vec![Entry::new("method", Value::Text(String::from("beam")))];
         let fault = with_settings(&scene, method).unwrap_err();
-        let told = fault.to_string();
+        let message = fault.to_string();
         assert!(
-            told.starts_with("input: settings.method: found \"beam\", expected one of"),
-            "{told}"
+            message.starts_with("input: settings.method: found \"beam\", expected one of"),
+            "{message}"
         );
     }
 }

@@ -219,9 +219,12 @@ mod tests {
             fs::write(&newest, &bytes).unwrap();
             let found = read(&files).unwrap();
             assert_eq!(found.state, [1, 2], "{bytes:?}");
-            let told = found.warning.unwrap();
-            assert!(told.contains("newest checkpoint is torn ("), "{told}");
-            assert!(told.contains("going on from the one before it"), "{told}");
+            let message = found.warning.unwrap();
+            assert!(message.contains("newest checkpoint is torn ("), "{message}");
+            assert!(
+                message.contains("going on from the one before it"),
+                "{message}"
+            );
         }
 
         // The next one leaves the whole one in its place; a file that is not there is reported as that.
@@ -245,13 +248,13 @@ mod tests {
         let files = |description| Checkpoints::within(room.path(), description);
         files("one").write(&7).unwrap();
         let read = files("another").read(|_: &u32| Ok(()));
-        let told = read.unwrap_err().to_string();
-        assert!(told.contains("another scene"), "{told}");
+        let message = read.unwrap_err().to_string();
+        assert!(message.contains("another scene"), "{message}");
         let read = files("one").read(|found: &u32| Err(format!("{found} iterations")));
-        let told = read.unwrap_err().to_string();
+        let message = read.unwrap_err().to_string();
         assert!(
-            told.contains("checkpoint.json: found 7 iterations"),
-            "{told}"
+            message.contains("checkpoint.json: found 7 iterations"),
+            "{message}"
         );
     }
 
@@ -263,8 +266,8 @@ mod tests {
         for name in ["checkpoint.json", "checkpoint.before.json"] {
             let path = room.path().join(name);
             fs::write(&path, "{\"mine\": 1}").unwrap();
-            let told = files.claim(Replace::Own).unwrap_err().to_string();
-            assert!(told.contains(name), "{told}");
+            let message = files.claim(Replace::Own).unwrap_err().to_string();
+            assert!(message.contains(name), "{message}");
             files.claim(Replace::Any).unwrap();
             files.remove().unwrap();
             assert_eq!(fs::read_to_string(&path).unwrap(), "{\"mine\": 1}");

@@ -158,11 +158,11 @@ fn stranger(place: &Path, mark: &str) -> io::Result<Option<String>> {
         names.push(entry?.file_name().to_string_lossy().into_owned());
     }
     // Without a document of its own nothing here is raylet's.
-    let told = names.iter().find(|name| *name != mark);
+    let stranger = names.iter().find(|name| *name != mark);
     let unsealed = || format!("a {mark} which raylet did not write so");
     Ok(match names.iter().any(|name| name == mark) {
         true => Some(unsealed()),
-        false => told.cloned(),
+        false => stranger.cloned(),
     })
 }
 
@@ -253,8 +253,8 @@ mod tests {
         fs::create_dir(&out).unwrap();
         Target::claim(&out).unwrap();
         fs::write(out.join("diary.txt"), "mine").unwrap();
-        let told = |path: &Path| Target::claim(path).unwrap_err().to_string();
-        let fault = told(&out);
+        let refusal = |path: &Path| Target::claim(path).unwrap_err().to_string();
+        let fault = refusal(&out);
         assert!(
             fault.contains("other files") && fault.contains("diary.txt"),
             "{fault}"
@@ -263,7 +263,7 @@ mod tests {
         assert!(Target::claim(&file).is_err());
         assert!(Target::claim(&file.join("below")).is_err());
         for nameless in [".", "..", "/", "", "out/.."] {
-            let fault = told(nameless.as_ref());
+            let fault = refusal(nameless.as_ref());
             assert!(fault.contains("without a name"), "{nameless}: {fault}");
         }
         assert_eq!(fs::read_to_string(file).unwrap(), "mine");
@@ -275,7 +275,7 @@ mod tests {
         let seeming = room.path().join("seeming");
         fs::create_dir(&seeming).unwrap();
         fs::write(seeming.join(RESULT_FILE), "{\"files\": [\"field.npz\"]}").unwrap();
-        let fault = told(&seeming);
+        let fault = refusal(&seeming);
         assert!(fault.contains("did not write so"), "{fault}");
     }
 

@@ -1,4 +1,4 @@
-//! What is written under a hidden name and takes its own when it is whole.
+//! Files and folders that are written under a hidden name, and take their own name when they are complete.
 //!
 //! A hidden folder stands beside the place that is meant, or beside the first of its folders that is not there yet, so
 //! that the last step is a rename. It holds a lock, by which a later run sees whether it was left by a killed one.
@@ -40,8 +40,8 @@ impl Hidden {
         let around = standing(path);
         let refuse = |error: io::Error| {
             // The name of the hidden folder, at the end, says nothing to the user.
-            let told = error.to_string();
-            let found = told.split(" at path ").next().unwrap_or_default();
+            let message = error.to_string();
+            let found = message.split(" at path ").next().unwrap_or_default();
             Fault::of_file(&around, found, "a folder that can be written")
         };
         let mut swept = io::Error::from(io::ErrorKind::NotFound);
@@ -134,7 +134,7 @@ impl Hidden {
             // A file gives way to a file at one stroke.
             fs::rename(&new, path).map_err(refuse)?;
         } else if swap(&new, path).map_err(refuse)? {
-            // The earlier folder is in the draft now, and is looked at once more: somebody may have been as fast.
+            // The earlier folder is in the draft now, and is checked again: another process may have changed it.
             if let Err(fault) = judge(&new) {
                 swap(&new, path).map_err(refuse)?;
                 return Err(fault);
@@ -224,15 +224,15 @@ mod tests {
     }
 
     #[test]
-    fn a_file_in_the_way_is_told() {
+    fn a_file_in_the_way_is_reported() {
         let room = tempfile::tempdir().unwrap();
         fs::write(room.path().join("file"), "").unwrap();
         for place in ["file/out", "file/a/out"] {
             let fault = Hidden::beside(&room.path().join(place)).unwrap_err();
-            let told = fault.to_string();
+            let message = fault.to_string();
             assert!(
-                told.contains("file: found ") && !told.contains(".raylet"),
-                "{told}"
+                message.contains("file: found ") && !message.contains(".raylet"),
+                "{message}"
             );
         }
     }

@@ -12,7 +12,7 @@ use crate::file::storage::unfinished::{Trace, unfinished};
 /// The first word of every lock file.
 const MARK: &str = "raylet";
 
-/// A lock that is held this long after it was first asked for belongs to another run; a shorter one to a process that
+/// A lock that is held this long after the first attempt to take it belongs to another run; a shorter one to a process that
 /// looks for stale locks.
 const TRIES: u32 = 10;
 const WAIT: Duration = Duration::from_millis(20);
@@ -252,9 +252,12 @@ mod tests {
         let room = tempfile::tempdir().unwrap();
         let path = room.path().join(".raylet-out.lock");
         let lock = Lock::take(&path).unwrap();
-        let told = Lock::take(&path).unwrap_err().to_string();
+        let message = Lock::take(&path).unwrap_err().to_string();
         let own = format!("process {} on ", std::process::id());
-        assert!(told.starts_with(&own) && told.ends_with(" s"), "{told}");
+        assert!(
+            message.starts_with(&own) && message.ends_with(" s"),
+            "{message}"
+        );
         drop(lock);
         assert_eq!(fs::read_dir(room.path()).unwrap().count(), 0);
 

@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `parent_folders` | The folders around a path, which may not be there yet |
-//! | `hidden` | What is written under a hidden name and takes its own when it is whole |
+//! | `hidden` | Files and folders that are written under a hidden name, and take their own name when they are complete |
 //! | `lock` | Locks that the kernel holds, and that end with their process |
 //! | `unfinished` | Drafts, locks and folders that this process has on the disk only while it works |
 //! | `seal` | How raylet recognises folders that it wrote: checksums in their document |

@@ -221,8 +221,8 @@ mod tests {
         let room = tempfile::tempdir().unwrap();
         let path = room.path().join("phase.npy");
         fs::write(&path, "mine").unwrap();
-        let told = write(&path, Replace::Own, "ours").unwrap_err();
-        assert!(told.contains("did not write") && told.contains("--overwrite"));
+        let message = write(&path, Replace::Own, "ours").unwrap_err();
+        assert!(message.contains("did not write") && message.contains("--overwrite"));
         assert_eq!(fs::read_to_string(&path).unwrap(), "mine");
         assert_eq!(fs::read_dir(room.path()).unwrap().count(), 1);
 
@@ -258,8 +258,8 @@ mod tests {
         let room = tempfile::tempdir().unwrap();
         let (path, record) = (room.path().join("a.npy"), room.path().join(".a.npy.raylet"));
         fs::write(&record, "mine").unwrap();
-        let told = write(&path, Replace::Own, "ours").unwrap_err();
-        assert!(told.contains(".a.npy.raylet"), "{told}");
+        let message = write(&path, Replace::Own, "ours").unwrap_err();
+        assert!(message.contains(".a.npy.raylet"), "{message}");
         assert_eq!(fs::read_to_string(record).unwrap(), "mine");
         assert!(!path.exists());
     }
@@ -271,8 +271,8 @@ mod tests {
         let (path, real) = (room.path().join("phase.npy"), room.path().join("real.npy"));
         fs::write(&real, "mine").unwrap();
         std::os::unix::fs::symlink("real.npy", &path).unwrap();
-        let told = write(&path, Replace::Own, "ours").unwrap_err();
-        assert!(told.contains("a symbolic link"), "{told}");
+        let message = write(&path, Replace::Own, "ours").unwrap_err();
+        assert!(message.contains("a symbolic link"), "{message}");
         write(&path, Replace::Any, "ours").unwrap();
         assert_eq!(fs::read_to_string(&real).unwrap(), "mine");
         assert!(!path.is_symlink());

@@ -73,11 +73,11 @@ mod tests {
         let room = tempfile::tempdir().unwrap();
         let path = room.path().join("out/design");
         let folder = RunFolder::open(&path).unwrap();
-        let told = RunFolder::open(&path).unwrap_err().to_string();
+        let message = RunFolder::open(&path).unwrap_err().to_string();
         let process = format!("process {}", std::process::id());
         assert!(
-            told.contains(&process) && told.contains("no other run"),
-            "{told}"
+            message.contains(&process) && message.contains("no other run"),
+            "{message}"
         );
         drop(folder);
         assert_eq!(fs::read_dir(room.path()).unwrap().count(), 0);

@@ -1,7 +1,7 @@
-//! How raylet knows again the folders that it wrote: their document lists every file with its size and checksum, and
+//! How raylet recognises the folders that it wrote: their document lists every file with its size and checksum, and
 //! holds a checksum of itself.
 //!
-//! A folder with one entry more, or with one that was changed, is not raylet's to replace.
+//! raylet does not replace a folder that has an additional or a changed entry.
 
 use std::fs::{self, File};
 use std::io::{self, Read};
@@ -12,7 +12,7 @@ use serde::{Deserialize, Serialize};
 /// The start of the line that holds a document's checksum, which is its last.
 const MARK: &str = "  \"checksum\": \"raylet ";
 
-/// What stands for the eight digits of the checksum while it is computed, and what follows them.
+/// What replaces the eight digits of the checksum while it is computed, and what follows them.
 const BLANK: &str = "00000000";
 const END: &str = "\"\n}\n";
 
@@ -245,7 +245,7 @@ mod tests {
             assert!(found().is_some());
         }
 
-        // A document with any byte changed is nobody's, and one without a seal neither.
+        // A document with a changed byte, or without a seal, is not recognised.
         for at in 0..text.len() {
             let mut bytes = text.clone().into_bytes();
             bytes[at] ^= 1;

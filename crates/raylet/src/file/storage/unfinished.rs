@@ -1,4 +1,4 @@
-//! What this process has on the disk only for as long as it works: drafts, locks, and folders made for them.
+//! What this process keeps on the disk only while it works: drafts, locks, and folders made for them.
 //!
 //! A program that is about to end can remove all of it.
 

@@ -7,13 +7,13 @@
 //!   materials (`fused silica`, `CaF2`, `PMMA`, `water`, …), among them `air` and `vacuum`, both of
 //!   index exactly 1.
 //! * Capitals, spaces, hyphens and underscores do not matter: `nbk7` is N-BK7.
-//! * A name without catalogue means the one glass that bears it, or SCHOTT's among several. Other
+//! * A name without catalogue means the one glass that has it, or SCHOTT's among several. Other
 //!   makers' glasses of one name differ (HIKARI's F1 and CDGM's by 0.02), so such a name is refused.
 //! * `BaF2` (a crystal) and `BAF2` (a glass) differ by capitals alone: the first is taken as written,
 //!   the second is refused, because lens files put every name in capitals.
 //!
-//! Birefringent crystals mean their ordinary index; `-e` at the end of the name asks for the other.
-//! The medium's own name is always catalogue and glass, so that what was taken can be told.
+//! Birefringent crystals mean their ordinary index; `-e` at the end of the name selects the other.
+//! The medium's own name is always catalogue and glass, so that a report names what was taken.
 
 use std::sync::LazyLock;
 
@@ -49,7 +49,7 @@ pub enum CatalogError {
     /// No glass has the name.
     #[error("no glass is named '{name}'; the nearest names are {}", nearest.join(", "))]
     Unknown {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The nearest known names, best first, each with its catalogue.
         nearest: Vec<String>,
@@ -57,7 +57,7 @@ pub enum CatalogError {
     /// Several glasses have the name, and nothing says which is meant.
     #[error("the name '{name}' may mean {}; write one of these", meanings.join(" or "))]
     Ambiguous {
-        /// The name asked for.
+        /// The requested name.
         name: String,
         /// The glasses that have it, each with its catalogue.
         meanings: Vec<String>,
@@ -72,7 +72,7 @@ pub enum CatalogError {
 pub struct Glass {
     /// The maker's catalogue, or `MATERIAL`.
     pub catalogue: &'static str,
-    /// The names it goes by, the proper one first.
+    /// Its names, the proper one first.
     pub names: Vec<&'static str>,
     /// Where the numbers come from, and the temperature they hold at where it is known.
     pub source: &'static str,
@@ -206,20 +206,20 @@ fn split(name: &str) -> (Option<&str>, &str) {
     }
 }
 
-/// The characters of a name that tell it from others.
-fn telling(name: &str) -> impl Iterator<Item = char> {
+/// The characters of a name that are compared.
+fn compared(name: &str) -> impl Iterator<Item = char> {
     name.chars()
         .filter(|c| !matches!(c, '-' | '_') && !c.is_whitespace())
         .flat_map(char::to_lowercase)
 }
 
 fn same(a: &str, b: &str) -> bool {
-    telling(a).eq(telling(b))
+    compared(a).eq(compared(b))
 }
 
 /// The nearest names by edits, those that hold the name in full first; of a catalogue if there is one.
 fn nearest(catalogue: Option<&str>, own: &str) -> Vec<String> {
-    let wanted: String = telling(own).collect();
+    let wanted: String = compared(own).collect();
     let in_catalogue = |glass: &&Glass| catalogue.is_some_and(|c| same(c, glass.catalogue));
     let known_catalogue = glasses().iter().any(|glass| in_catalogue(&glass));
 
@@ -232,7 +232,7 @@ fn nearest(catalogue: Option<&str>, own: &str) -> Vec<String> {
                 .names
                 .iter()
                 .map(|known| {
-                    let known: String = telling(known).collect();
+                    let known: String = compared(known).collect();
                     let apart = wanted.is_empty() || !known.contains(&wanted);
                     (apart, strsim::damerau_levenshtein(&known, &wanted))
                 })

@@ -12,7 +12,7 @@ const TABLE_WINDOW: usize = 4;
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("expected {expected}, found {found}")]
 pub struct Misfit {
-    /// What the form asks for.
+    /// What the form needs.
     pub expected: &'static str,
     /// What was given.
     pub found: String,

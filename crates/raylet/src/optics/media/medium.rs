@@ -1,12 +1,12 @@
 //! What light travels in: a medium and its index of refraction as a function of wavelength.
 //!
 //! Indices are relative to air, as the makers of glass publish them, so that air is exactly 1 and the
-//! wavelengths of a design are wavelengths in air. (Vacuum differs by 2.7e-4 and is treated alike; a
-//! lens that works in vacuum has its catalogue index times 1.00027.)
+//! wavelengths of a design are wavelengths in air. (Vacuum differs by 2.7e-4, and is treated as air. For a
+//! lens in vacuum multiply the catalogue index by 1.00027.)
 //! They hold at the temperature of the measurement, 20 to 25 °C for most; absorption is ignored.
 //!
 //! A medium answers inside the range it was measured in and nowhere else: there is no clamping, no
-//! extrapolation and no stand-in.
+//! extrapolation and no substitute.
 
 use std::sync::Arc;
 
@@ -23,9 +23,9 @@ pub enum MediumError {
     /// The wavelength is not a length.
     #[error("{name}: expected a wavelength above zero in millimetres, found {wavelength_mm}")]
     Wavelength {
-        /// The medium asked.
+        /// The medium.
         name: String,
-        /// The wavelength it was asked for, in millimetres.
+        /// The requested wavelength, in millimetres.
         wavelength_mm: f64,
     },
     /// The wavelength lies outside the range in which the medium is known.
@@ -33,9 +33,9 @@ pub enum MediumError {
         "{name} is known from {from_um} to {to_um} µm, found a wavelength of {wavelength_um} µm"
     )]
     OutOfRange {
-        /// The medium asked.
+        /// The medium.
         name: String,
-        /// The wavelength it was asked for, in micrometres.
+        /// The requested wavelength, in micrometres.
         wavelength_um: f64,
         /// The shortest wavelength it is known for, in micrometres.
         from_um: f64,
@@ -45,9 +45,9 @@ pub enum MediumError {
     /// The dispersion formula does not give an index.
     #[error("{name}: expected an index above zero at {wavelength_um} µm, found {found}")]
     Index {
-        /// The medium asked.
+        /// The medium.
         name: String,
-        /// The wavelength it was asked for, in micrometres.
+        /// The requested wavelength, in micrometres.
         wavelength_um: f64,
         /// What the formula gave.
         found: f64,
@@ -76,7 +76,7 @@ struct Description {
 impl Medium {
     /// A medium of the same index at every wavelength.
     ///
-    /// That the index is a number above zero is checked where it is asked for.
+    /// That the index is a number above zero is checked where it is used.
     pub fn constant(index: f64) -> Self {
         Self(Arc::new(Description {
             name: format!("constant index {index}"),

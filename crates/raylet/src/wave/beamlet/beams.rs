@@ -273,7 +273,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_arrays_are_told() {
+    fn wrong_arrays_are_refused() {
         let window = [[1.0, 0.0, 1.0]];
         let j = [train(1.0, [5.0; 2], 2.0)];
         let found = Beams::from_jacobians(&jacobians(&j, &window, &[]), &[hit()], K).unwrap_err();

@@ -488,7 +488,7 @@ mod tests {
     }
 
     #[test]
-    fn wrong_arrays_are_told() {
+    fn wrong_arrays_are_refused() {
         let screen = sensor();
         let ray_sum = SecondaryRaySum::new(&screen, WAVELENGTH, 1e-6).unwrap();
         let columns = Columns::new(3);

@@ -12,7 +12,7 @@ use crate::optics::frame::Axes;
 use crate::optics::refraction::Bent;
 use crate::optics::shape::Height;
 
-/// What a walk tells about one surface it meets.
+/// What a walk reports about one surface it meets.
 pub struct Encounter<'a, T, A> {
     /// The surface's frame.
     pub frame: &'a A,
@@ -182,8 +182,8 @@ impl Tail {
             let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
             let [below, above] = [low - arrival.at[a], high - arrival.at[a]];
             tail.share *= 0.5 * (erfc(below / width[a]) - erfc(above / width[a]));
-            let beyond = below.max(-above).max(0.0);
-            tail.distance = tail.distance.hypot(beyond / width[a]);
+            let outside = below.max(-above).max(0.0);
+            tail.distance = tail.distance.hypot(outside / width[a]);
         }
         tail
     }

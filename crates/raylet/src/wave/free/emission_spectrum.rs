@@ -115,7 +115,7 @@ impl FreeHop {
         (n * n - p[0] * p[0] - p[1] * p[1]).max(0.0).sqrt()
     }
 
-    /// The levels of a curved screen that all directions of a plan ask for.
+    /// The levels of a curved screen that all directions of a plan need.
     pub fn stack(&self, field: &Field, heights: &Heights, leaves: f64, plan: &FreePlan) -> Stack {
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for (z, value) in heights.z.iter().zip(&field.values) {

@@ -1,5 +1,5 @@
-//! A free hop from the pixels of a curved mirror to a parallel plane, quick enough for the hundreds of looks of a
-//! design.
+//! A free hop from the pixels of a curved mirror to a parallel plane, fast enough for the hundreds of evaluations
+//! of a design.
 //!
 //! Weyl's sum over the true surface as in [`FreeHop::carry`], with one node a pixel,
 //! c(p) = h²/P² sinc(hpₓ/λ) sinc(hp_y/λ) Σⱼ wⱼ vⱼ aⱼ e^{−ik(p·xⱼ + q sⱼ)},
@@ -55,7 +55,7 @@ pub struct PixelHop {
     /// What each level holds of a pixel of value one, [y, x].
     held: Vec<Array2<Complex64>>,
     lines: [Line; 2],
-    /// What the way to the plane makes of each plane wave, [x, y].
+    /// The factor of each plane wave for the way to the plane, [x, y].
     transfer: Array2<Complex64>,
     land: Chirp2,
 }

@@ -5,8 +5,8 @@
 //!
 //! with X = (x, y, s) and r = |P−X|; over a plane N·(P−X) is the height of P. Over a curved screen the
 //! integral is Kirchhoff's approximation, good to about 1/kR (Goodman, Introduction to Fourier Optics,
-//! section 3.5). No approximation but the quadrature of the field's own nodes, so tilted planes and
-//! scattered points cost nothing extra; every node meets every point.
+//! section 3.5). The only approximation is the quadrature by the field's own nodes. Tilted planes and
+//! scattered points cost nothing extra. Every node adds to every point.
 
 use fearless_simd::{Level, Simd, SimdBase, SimdFloat, dispatch, f64x8};
 use num_complex::Complex64;

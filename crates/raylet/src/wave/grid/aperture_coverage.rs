@@ -1,4 +1,4 @@
-//! How much of what the nodes of a grid stand for an opening lets through.
+//! The open share of the cell of each node of a grid.
 //!
 //! Gauss nodes integrate a smooth field over their whole cell. In a cell that an edge cuts they integrate it
 //! over the open part when each is weighted by the polynomial that comes closest, in the mean square over the

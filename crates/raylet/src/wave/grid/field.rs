@@ -5,7 +5,7 @@ use num_complex::Complex64;
 
 /// The nodes of a grid along one axis: equal cells, each with the same few nodes inside.
 ///
-/// Node `cell·q + g` sits at `start + cell·pitch + offsets[g]` and stands for a length `weights[g]`;
+/// Node `cell·q + g` sits at `start + cell·pitch + offsets[g]` and represents a length `weights[g]`;
 /// the weights of a cell add up to its pitch. One central node per cell is a uniform grid; Gauss nodes
 /// integrate the box pixels of a diffractive element.
 #[derive(Clone, Debug, PartialEq)]
@@ -18,7 +18,7 @@ pub struct Axis {
     pub cells: usize,
     /// Node positions relative to the cell centre, in mm, ascending.
     pub offsets: Vec<f64>,
-    /// The length each node stands for, in mm.
+    /// The length each node represents, in mm.
     pub weights: Vec<f64>,
 }
 
@@ -61,13 +61,13 @@ impl Axis {
         self.start + (index / q) as f64 * self.pitch + self.offsets[index % q]
     }
 
-    /// The length a node stands for, in mm.
+    /// The length a node represents, in mm.
     #[inline]
     pub fn weight(&self, index: usize) -> f64 {
         self.weights[index % self.weights.len()]
     }
 
-    /// The interval a node stands for: its share of the cell, shares in order of the nodes.
+    /// The interval a node represents: its share of the cell, shares in order of the nodes.
     pub fn span(&self, index: usize) -> [f64; 2] {
         let (cell, g) = (index / self.offsets.len(), index % self.offsets.len());
         let before: f64 = self.weights[..g].iter().sum();

@@ -1,4 +1,4 @@
-//! Light as it was summed before a screen: on the screen's plane, or on levels around a curved screen.
+//! Light that is summed before a screen: on the screen's plane, or on levels around a curved screen.
 
 use ndarray::Array2;
 use num_complex::Complex64;

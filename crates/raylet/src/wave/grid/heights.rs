@@ -45,7 +45,7 @@ impl Heights {
     }
 }
 
-/// What light that travels with normal cosines `low` to `high` (signed, optical) asks of the levels
+/// What light that travels with normal cosines `low` to `high` (signed, optical) needs of the levels
 /// between two heights: few of them, once its mean phase is taken out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stack {

@@ -1,7 +1,7 @@
 //! Numbers that say how alike two fields are, and how large a spot is.
 //!
 //! Arrays are indexed [y, x]; `x` and `y` are the positions of columns and rows in mm, ascending and equally
-//! spaced, so that each sample stands for the same area. A number that does not exist (of dark fields, of
+//! spaced, so that each sample represents the same area. A number that does not exist (of dark fields, of
 //! arrays that differ in shape) is `None`, never NaN.
 
 use ndarray::{Array2, ArrayView2, Zip};

@@ -44,7 +44,7 @@ pub enum SamplingError {
 pub struct Reach {
     /// Largest |p| of the arriving light.
     pub arriving: [f64; 2],
-    /// Largest |p| of the light wanted behind the screen.
+    /// Largest |p| of the light that matters behind the screen.
     pub leaving: [f64; 2],
 }
 
@@ -73,7 +73,7 @@ const MOST_CYCLES: f64 = 5.0;
 const MOST_NODES: usize = 32;
 
 /// Plans the nodes of a screen: the pixels of its element, or equal cells over its opening, with enough Gauss
-/// nodes each for what arrives, what the element adds and what is wanted.
+/// nodes each for what arrives, what the element adds and what matters behind it.
 ///
 /// # Errors
 /// When the screen has no edge, or needs more than `allowed` samples.
@@ -265,7 +265,7 @@ fn pixels_cotangent(doe: &Doe, arrived: &Field, bar: &Field) -> Option<Array2<Co
             if weight != Complex64::ZERO {
                 let mut add = |pixel: [usize; 2], by: Complex64| total[pixel] += weight * by.conj();
                 let at = [grid.x.node(i), grid.y.node(j)];
-                doe.tell_pixels(at, [spans_x[i], spans_y[j]], &mut add);
+                doe.visit_pixels(at, [spans_x[i], spans_y[j]], &mut add);
             }
         }
     }
@@ -281,8 +281,8 @@ fn parts(screen: &Screen) -> (Option<&Doe>, &Aperture) {
     }
 }
 
-/// Changes the value of each node that an opening lets something through of, told its place, the spans it
-/// stands for and its weight; the others become zero.
+/// Changes the value of each node that an opening leaves open at least in part, from its place, its spans
+/// and its weight; the other nodes become zero.
 fn for_open_nodes(
     aperture: &Aperture,
     field: &mut Field,
@@ -309,7 +309,7 @@ fn for_open_nodes(
         });
 }
 
-/// What each node of an axis stands for.
+/// What each node of an axis represents.
 fn spans(axis: &Axis) -> Vec<[f64; 2]> {
     (0..axis.len()).map(|i| axis.span(i)).collect()
 }

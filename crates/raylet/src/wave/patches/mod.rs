@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | [`window`] | Gaussian windows on a regular lattice, divided by their coverage |
-//! | [`window_coverage`] | What windows about scattered points add up to |
+//! | [`window_coverage`] | The sum of windows about scattered points |
 //! | [`patch`] | Patches of a field and their plane waves |
 //! | [`curved`] | Patches of a field on a curved screen and their plane waves |
 //! | [`spot`] | One window about any point of a screen, and its plane waves |

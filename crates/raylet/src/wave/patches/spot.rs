@@ -71,7 +71,7 @@ pub struct Ground<'a> {
     pub window: Window,
     /// Period P of a patch in mm.
     pub period: f64,
-    /// Directions wanted, as optical cosines on the screen's axes `[x_low, x_high, y_low, y_high]`.
+    /// Directions to follow, as optical cosines on the screen's axes `[x_low, x_high, y_low, y_high]`.
     pub towards: [f64; 4],
 }
 
@@ -94,7 +94,7 @@ struct Sheet {
 
 /// The linear map from transmission to plane waves about one point.
 pub struct Spot {
-    /// Its modes, indexed [m_y, m_x]; nothing where one does not propagate or is not wanted.
+    /// Its modes, indexed [m_y, m_x]; nothing where one does not propagate or is not to be followed.
     pub modes: Array2<Option<Mode>>,
     /// Height of the surface there, in mm.
     pub height: f64,
@@ -167,7 +167,7 @@ impl Spot {
         let lift = n * hit.along;
         let carrier = [0, 1].map(|a| hit.cosines[a] + lift * touch.slope[a]);
         let bands = [0, 1].map(|a| {
-            // Rates p + q∇s of the wanted directions, whatever their q.
+            // Rates p + q∇s of the directions to follow, whatever their q.
             let tip = screen.leaves() * n * touch.slope[a];
             let low = ground.towards[2 * a] + tip.min(0.0) - carrier[a];
             let high = ground.towards[2 * a + 1] + tip.max(0.0) - carrier[a];
@@ -176,12 +176,12 @@ impl Spot {
         });
         let modes = Array2::from_shape_fn((bands[1].count, bands[0].count), |(my, mx)| {
             let f = [bands[0].at(mx) + carrier[0], bands[1].at(my) + carrier[1]];
-            let wanted = |mode: &Mode| {
+            let followed = |mode: &Mode| {
                 let [x0, x1, y0, y1] = ground.towards;
                 let p = [mode.direction.x * n, mode.direction.y * n];
                 (x0..=x1).contains(&p[0]) && (y0..=y1).contains(&p[1])
             };
-            touch.mode(screen, f).filter(wanted)
+            touch.mode(screen, f).filter(followed)
         });
         let [ax, ay, _] = touch.axes;
         let axis = |a: usize| [&ground.grid.x, &ground.grid.y][a];

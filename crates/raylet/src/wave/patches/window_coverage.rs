@@ -1,4 +1,4 @@
-//! What windows about scattered points add up to.
+//! The sum of windows about scattered points.
 
 use ndarray::{Array2, Axis};
 use rayon::prelude::*;
