@@ -48,7 +48,7 @@ pub enum Profile {
 
 impl Profile {
     /// The phase in radians.
-    pub fn phase(&self, x: f64, y: f64) -> f64 {
+    pub(crate) fn phase(&self, x: f64, y: f64) -> f64 {
         match self {
             Profile::Vortex { charge } => f64::from(*charge) * y.atan2(x),
             _ => self.smooth(x, y),
@@ -56,7 +56,7 @@ impl Profile {
     }
 
     /// The phase gradient in rad/mm; zero at the singular centre of a vortex or axicon.
-    pub fn gradient(&self, x: f64, y: f64) -> [f64; 2] {
+    pub(crate) fn gradient(&self, x: f64, y: f64) -> [f64; 2] {
         match self {
             Profile::Vortex { charge } => {
                 let square = x * x + y * y;
@@ -77,7 +77,7 @@ impl Profile {
 
     /// The second derivatives (xx, xy, yy) of the phase in rad/mm²; zero at the singular centre of a
     /// vortex or axicon.
-    pub fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
+    pub(crate) fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
         let square = x * x + y * y;
         match self {
             Profile::Vortex { .. } | Profile::Axicon { .. } if square == 0.0 => [0.0; 3],
@@ -125,7 +125,7 @@ impl Profile {
 }
 
 /// Radial order n and signed azimuthal order m of Noll's index (from 1); negative m for sines.
-pub fn noll(index: usize) -> (u32, i32) {
+pub(crate) fn noll(index: usize) -> (u32, i32) {
     let mut n = 0;
     let mut first = 1;
     while first + n < index {
@@ -144,7 +144,7 @@ pub fn noll(index: usize) -> (u32, i32) {
 }
 
 /// Σ aⱼ Zⱼ(x, y) with the coefficients of Z₁, Z₂, … in Noll's order and normalisation.
-pub fn zernikes<T: Real>(coefficients: &[f64], x: T, y: T) -> T {
+pub(crate) fn zernikes<T: Real>(coefficients: &[f64], x: T, y: T) -> T {
     let mut sum = T::constant(0.0);
     for (index, a) in coefficients.iter().enumerate() {
         if *a != 0.0 {

@@ -208,7 +208,7 @@ impl Wish {
     }
 
     /// Its `kind`.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
             Wish::Likeness(_) => "likeness",
             Wish::Mse(_) => "mse",
