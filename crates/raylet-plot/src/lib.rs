@@ -16,6 +16,13 @@
 //! | [`design_chart`] | the course of a design |
 //! | [`contrast`] | two results side by side |
 //! | [`text_table`] | plain text tables |
+//!
+//! Axes, legends and labels are this crate's own code. In November 2026 it was compared with plotters 0.3.7, of
+//! September 2024, on an error chart, a field and a layout. plotters leaves to its caller the powers of ten on an axis,
+//! the true aspect ratio, the colour bar, the unit, and names that keep clear of lines: 49, 54 and 52 lines of code
+//! instead of 13, 8 and 15. Its SVG of a field of 240 x 160 values has 3.3 MB instead of 63 kB. Each length has to be
+//! doubled by hand for a picture of twice the pixels, and letters are a fifth smaller than asked for. It adds 10
+//! packages. charming and plotly make PNG only with a JavaScript engine or a browser.
 
 #![deny(
     clippy::expect_used,

@@ -121,4 +121,4 @@ pub mod wave;
 /// The examples of the user guide, run as tests.
 #[cfg(doctest)]
 #[doc = include_str!("../../../docs/rays.md")]
-pub struct Guide;
+pub(crate) struct Guide;

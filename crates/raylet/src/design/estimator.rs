@@ -85,7 +85,7 @@ pub enum Sight<'a> {
 
 /// One channel of a design as a look sees it.
 #[derive(Clone, Copy)]
-pub struct ChannelLook<'a> {
+pub(crate) struct ChannelLook<'a> {
     /// Its number.
     pub number: usize,
     /// Its frozen plans.
@@ -101,7 +101,10 @@ impl Sight<'_> {
     ///
     /// # Errors
     /// As [`LinearisedSystem::forward_with`] and [`ControlVariate::forward`].
-    pub fn forward(&self, channel: &ChannelLook) -> Result<ForwardPass, LinearisedSystemError> {
+    pub(crate) fn forward(
+        &self,
+        channel: &ChannelLook,
+    ) -> Result<ForwardPass, LinearisedSystemError> {
         let ChannelLook {
             number,
             linearised,
@@ -121,7 +124,7 @@ impl Sight<'_> {
     ///
     /// # Errors
     /// As [`LinearisedSystem::adjoint_with`] and [`ControlVariate::forward_adjoint`].
-    pub fn back(
+    pub(crate) fn back(
         &self,
         channel: &ChannelLook,
         variations: &[Variation],

@@ -11,7 +11,7 @@ pub mod number {
     ///
     /// # Errors
     /// Those of the format.
-    pub fn serialize<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(value: &f64, to: S) -> Result<S::Ok, S::Error> {
         (value.to_bits() as i64).serialize(to)
     }
 
@@ -19,7 +19,7 @@ pub mod number {
     ///
     /// # Errors
     /// Those of the format.
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<f64, D::Error> {
         Ok(f64::from_bits(i64::deserialize(from)? as u64))
     }
 }
@@ -35,7 +35,7 @@ pub mod list {
     ///
     /// # Errors
     /// Those of the format.
-    pub fn serialize<S: Serializer>(values: &[f64], to: S) -> Result<S::Ok, S::Error> {
+    pub(crate) fn serialize<S: Serializer>(values: &[f64], to: S) -> Result<S::Ok, S::Error> {
         let bytes: Vec<u8> = values
             .iter()
             .flat_map(|value| value.to_le_bytes())
@@ -47,7 +47,7 @@ pub mod list {
     ///
     /// # Errors
     /// Those of the format, and text that is not base64 of whole numbers.
-    pub fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
+    pub(crate) fn deserialize<'de, D: Deserializer<'de>>(from: D) -> Result<Vec<f64>, D::Error> {
         let text = String::deserialize(from)?;
         let bytes = BASE64_STANDARD.decode(text).map_err(D::Error::custom)?;
         let (numbers, rest) = bytes.as_chunks::<8>();

@@ -49,7 +49,7 @@ pub struct Number {
 }
 
 /// Makes the system of a channel from the numbers; the designed pixels may have any value.
-pub type Rig = Box<dyn Fn(usize, &[f64]) -> Result<System, String> + Send + Sync>;
+pub(crate) type Rig = Box<dyn Fn(usize, &[f64]) -> Result<System, String> + Send + Sync>;
 
 /// Everything that a design is.
 pub struct Project {
@@ -233,7 +233,7 @@ impl Project {
     /// The same as [`Project::look`], with the beamlets that `sight` follows.
     ///
     /// # Errors
-    /// As [`Project::look`], [`Sight::forward`] and [`Sight::back`]; when the pulse cancels the work.
+    /// As [`Project::look`], `Sight::forward` and `Sight::back`; when the pulse cancels the work.
     pub fn look_by(
         &self,
         plans: &Plans,

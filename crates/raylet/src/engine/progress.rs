@@ -24,7 +24,7 @@ impl Reply for ControlFlow<()> {
 pub type Pulse<'a> = dyn Fn() -> ControlFlow<()> + Sync + 'a;
 
 /// The same, with the share of the work that is done, 0 to 1.
-pub type ShareDone<'a> = dyn Fn(f64) -> ControlFlow<()> + Sync + 'a;
+pub(crate) type ShareDone<'a> = dyn Fn(f64) -> ControlFlow<()> + Sync + 'a;
 
 /// The pulse of work that nobody cancels.
 pub fn uncancelled() -> ControlFlow<()> {

@@ -15,7 +15,7 @@ const MOST: usize = 400;
 impl Levels {
     /// Points between `low` and `high` on which f(z) = exp(iκz), |κ| ≤ `rate`, is interpolated to within
     /// about `tolerance`.
-    pub fn new(low: f64, high: f64, rate: f64, tolerance: f64) -> Self {
+    pub(crate) fn new(low: f64, high: f64, rate: f64, tolerance: f64) -> Self {
         let (middle, half) = (0.5 * (low + high), 0.5 * (high - low));
         let count = count(rate * half, tolerance);
         let angle = |i: usize| std::f64::consts::PI * (i as f64 + 0.5) / count as f64;
@@ -27,7 +27,7 @@ impl Levels {
     }
 
     /// The share of one level in the value at z.
-    pub fn share(&self, z: f64, number: usize) -> f64 {
+    pub(crate) fn share(&self, z: f64, number: usize) -> f64 {
         let (mut own, mut total) = (0.0, 0.0);
         for (i, level) in self.at.iter().enumerate() {
             if z == *level {
@@ -44,7 +44,7 @@ impl Levels {
 
     /// The share of each level in the value at z: barycentric weights (Berrut and Trefethen, SIAM Rev. 46,
     /// 501, 2004). They add up to one.
-    pub fn shares(&self, z: f64, shares: &mut [f64]) {
+    pub(crate) fn shares(&self, z: f64, shares: &mut [f64]) {
         if let Some(exact) = self.at.iter().position(|level| *level == z) {
             shares.fill(0.0);
             shares[exact] = 1.0;

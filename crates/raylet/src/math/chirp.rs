@@ -45,7 +45,7 @@ impl Comb {
 
 /// The plan of out\[m\] = Σᵢ in\[i\]·exp(i·scale·xᵢ·yₘ) for xᵢ in one comb and yₘ in another.
 #[derive(Clone)]
-pub struct Chirp {
+pub(crate) struct Chirp {
     /// By which each input is multiplied before the convolution.
     before: Vec<Complex64>,
     /// By which each output is multiplied after it, the transforms' normalisation included.
@@ -69,7 +69,7 @@ impl Chirp {
     /// `scale` is any real number; its sign is the sign of the exponent. Exact to rounding (1e-14 of the
     /// output's norm) however large the phases, with the combs taken at their face value, each a uniform
     /// comb of exactly the given numbers.
-    pub fn new(from: Comb, to: Comb, scale: f64) -> Self {
+    pub(crate) fn new(from: Comb, to: Comb, scale: f64) -> Self {
         let length = quick_length(from.count.max(1) + to.count.max(1) - 1);
         let mut planner = FftPlanner::new();
         let forward = planner.plan_fft_forward(length);
@@ -115,7 +115,12 @@ impl Chirp {
     ///
     /// # Panics
     /// If the slices do not have the lengths of the two combs.
-    pub fn apply(&self, input: &[Complex64], out: &mut [Complex64], scratch: &mut Vec<Complex64>) {
+    pub(crate) fn apply(
+        &self,
+        input: &[Complex64],
+        out: &mut [Complex64],
+        scratch: &mut Vec<Complex64>,
+    ) {
         self.check(input.len(), out.len());
         let (work, spare) = self.split(scratch);
         for ((work, value), before) in work.iter_mut().zip(input).zip(&self.before) {
@@ -135,7 +140,7 @@ impl Chirp {
     ///
     /// # Panics
     /// If the slices do not have the lengths of the two combs.
-    pub fn apply_adjoint(
+    pub(crate) fn apply_adjoint(
         &self,
         out_bar: &[Complex64],
         input_bar: &mut [Complex64],
@@ -207,7 +212,7 @@ fn wrapped(
     values
 }
 
-/// The plan of out\[n, m\] = Σⱼᵢ in\[j, i\]·exp(i·scale·(xᵢ·x′ₘ + yⱼ·y′ₙ)): a [`Chirp`] along each axis.
+/// The plan of out\[n, m\] = Σⱼᵢ in\[j, i\]·exp(i·scale·(xᵢ·x′ₘ + yⱼ·y′ₙ)): a `Chirp` along each axis.
 #[derive(Clone, Debug)]
 pub struct Chirp2 {
     x: Chirp,
@@ -248,7 +253,7 @@ impl Chirp2 {
     ///
     /// # Panics
     /// If `out_bar` has another shape.
-    pub fn apply_adjoint(&self, out_bar: ArrayView2<'_, Complex64>) -> Array2<Complex64> {
+    pub(crate) fn apply_adjoint(&self, out_bar: ArrayView2<'_, Complex64>) -> Array2<Complex64> {
         let shape = [self.y.before.len(), self.x.before.len()];
         let along = |chirp: &Chirp, line: &[_], bar: &mut [_], scratch: &mut _| {
             chirp.apply_adjoint(line, bar, scratch);

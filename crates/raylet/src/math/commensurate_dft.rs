@@ -21,7 +21,7 @@ const LARGEST_FACTOR: usize = 13;
 
 /// The plan of out\[m\] = Σᵢ in\[i\]·exp(i·scale·xᵢ·yₘ) between commensurate combs.
 #[derive(Clone)]
-pub struct CommensurateDft {
+pub(crate) struct CommensurateDft {
     /// By which each input is multiplied before the transform, and each output after it.
     before: Vec<Complex64>,
     after: Vec<Complex64>,
@@ -42,7 +42,7 @@ impl fmt::Debug for CommensurateDft {
 impl CommensurateDft {
     /// Plans sums from the points of `from` to those of `to`; nothing when their steps do not fit, or a
     /// transform of that length is slow.
-    pub fn new(from: Comb, to: Comb, scale: f64) -> Option<Self> {
+    pub(crate) fn new(from: Comb, to: Comb, scale: f64) -> Option<Self> {
         let turns = scale * from.step * to.step / TAU;
         let length = (1.0 / turns).abs().round();
         let fits = ((1.0 / turns).abs() - length).abs() <= TOLERANCE * length;
@@ -77,7 +77,12 @@ impl CommensurateDft {
 
     /// Adds the sums over `input` to `out`; both may be shorter than their combs. `scratch` is resized as
     /// needed.
-    pub fn apply(&self, input: &[Complex64], out: &mut [Complex64], scratch: &mut Vec<Complex64>) {
+    pub(crate) fn apply(
+        &self,
+        input: &[Complex64],
+        out: &mut [Complex64],
+        scratch: &mut Vec<Complex64>,
+    ) {
         let length = self.transform.len();
         scratch.clear();
         scratch.resize(

@@ -27,32 +27,32 @@ impl<T: Real> Complex<T> {
 
     /// The real number one.
     #[inline(always)]
-    pub fn one() -> Self {
+    pub(crate) fn one() -> Self {
         Self::new(T::constant(1.0), T::constant(0.0))
     }
 
     /// The number without tangents.
     #[inline(always)]
-    pub fn value(self) -> Complex64 {
+    pub(crate) fn value(self) -> Complex64 {
         Complex64::new(self.re.value(), self.im.value())
     }
 
     /// Multiplied by a real number.
     #[inline(always)]
-    pub fn scale(self, factor: T) -> Self {
+    pub(crate) fn scale(self, factor: T) -> Self {
         Self::new(self.re * factor, self.im * factor)
     }
 
     /// 1/z.
     #[inline(always)]
-    pub fn inverse(self) -> Self {
+    pub(crate) fn inverse(self) -> Self {
         let norm = self.re * self.re + self.im * self.im;
         Self::new(self.re / norm, -self.im / norm)
     }
 
     /// The principal square root (real part not negative).
     #[inline(always)]
-    pub fn sqrt(self) -> Self {
+    pub(crate) fn sqrt(self) -> Self {
         let modulus = (self.re * self.re + self.im * self.im).sqrt();
         // The larger of the two parts is formed by a sum without cancellation, the other from it.
         if self.re.value() >= 0.0 {
@@ -110,13 +110,13 @@ pub struct Symmetric<T = f64> {
 impl<T: Real> Symmetric<T> {
     /// xx·yy − xy².
     #[inline(always)]
-    pub fn determinant(self) -> Complex<T> {
+    pub(crate) fn determinant(self) -> Complex<T> {
         self.xx * self.yy - self.xy * self.xy
     }
 
     /// Mᵀ·self·M for a real matrix M given by rows.
     #[inline(always)]
-    pub fn congruent(self, m: [[T; 2]; 2]) -> Self {
+    pub(crate) fn congruent(self, m: [[T; 2]; 2]) -> Self {
         let [[a, b], [c, d]] = m;
         let two = T::constant(2.0);
         Self {
@@ -132,7 +132,7 @@ impl<T: Real> Symmetric<T> {
     /// With Im self positive definite every 1 + sμ stays in one half plane, so the product of principal
     /// roots is the continuous branch for any real s.
     #[inline(always)]
-    pub fn fly(self, s: T) -> (Self, Complex<T>) {
+    pub(crate) fn fly(self, s: T) -> (Self, Complex<T>) {
         let determinant = self.determinant();
         let trace = self.xx + self.yy;
         let total = Complex::one() + trace.scale(s) + determinant.scale(s * s);

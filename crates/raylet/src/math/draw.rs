@@ -35,7 +35,7 @@ pub fn draw(weights: &[f64], numbers: &mut [f64]) -> Vec<(usize, u32)> {
 
 /// Probabilities min(1, const·weight) that add up to `count`; one for every positive weight when there
 /// are no more than that.
-pub fn inclusion(weights: &[f64], count: usize) -> Vec<f64> {
+pub(crate) fn inclusion(weights: &[f64], count: usize) -> Vec<f64> {
     let positive = weights.iter().filter(|w| **w > 0.0).count();
     if positive <= count {
         return weights
@@ -66,7 +66,7 @@ pub fn inclusion(weights: &[f64], count: usize) -> Vec<f64> {
 /// Systematic sampling without replacement (Madow, Ann. Math. Stat. 20, 333, 1949): the indices whose
 /// share of the summed `probabilities`, taken in `order`, holds one of the points offset, offset + 1, ….
 /// An index is among them with its own probability; those of probability one always are.
-pub fn systematic(probabilities: &[f64], order: &[usize], offset: f64) -> Vec<usize> {
+pub(crate) fn systematic(probabilities: &[f64], order: &[usize], offset: f64) -> Vec<usize> {
     let mut sum = 0.0;
     let mut next = offset;
     let mut drawn = Vec::new();

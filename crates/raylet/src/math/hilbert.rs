@@ -1,7 +1,7 @@
 //! The order of grid cells along Hilbert's curve, on which near cells stay near.
 
 /// Place of the cell [x, y] along the curve through a square of 2^`level` cells a side.
-pub fn hilbert_place(level: u32, [mut x, mut y]: [u32; 2]) -> u64 {
+pub(crate) fn hilbert_place(level: u32, [mut x, mut y]: [u32; 2]) -> u64 {
     let mut place = 0;
     for bit in (0..level).rev() {
         let side = 1 << bit;
@@ -22,7 +22,7 @@ pub fn hilbert_place(level: u32, [mut x, mut y]: [u32; 2]) -> u64 {
 
 /// The cells of an `nx` × `ny` grid as indices y·nx + x, in the order of the curve through the smallest
 /// square of a power of two that holds them.
-pub fn hilbert_order([nx, ny]: [usize; 2]) -> Vec<usize> {
+pub(crate) fn hilbert_order([nx, ny]: [usize; 2]) -> Vec<usize> {
     let level = nx.max(ny).max(1).next_power_of_two().trailing_zeros();
     let mut cells: Vec<usize> = (0..nx * ny).collect();
     cells.sort_by_cached_key(|cell| hilbert_place(level, [(cell % nx) as u32, (cell / nx) as u32]));

@@ -10,7 +10,7 @@ use crate::math::part::{comb, part};
 /// The plan of out\[n, m\] = Σⱼᵢ in\[j, i\]·exp(i·scale·(xᵢ·x′ₘ + yⱼ·y′ₙ)), where the points xᵢ of one axis
 /// are several combs dealt out in turn: point i belongs to comb i mod (number of combs).
 #[derive(Clone, Debug)]
-pub struct InterleavedDft2 {
+pub(crate) struct InterleavedDft2 {
     x: Vec<Chirp>,
     y: Vec<Chirp>,
     to: [usize; 2],
@@ -18,7 +18,13 @@ pub struct InterleavedDft2 {
 
 impl InterleavedDft2 {
     /// Plans sums from the combs of each axis, all of one length, to the grid `to_y` × `to_x`.
-    pub fn new(from_y: &[Comb], from_x: &[Comb], to_y: Comb, to_x: Comb, scale: f64) -> Self {
+    pub(crate) fn new(
+        from_y: &[Comb],
+        from_x: &[Comb],
+        to_y: Comb,
+        to_x: Comb,
+        scale: f64,
+    ) -> Self {
         let plan = |combs: &[Comb], to: Comb| {
             let one = |comb: &Comb| Chirp::new(*comb, to, scale);
             combs.iter().map(one).collect()
@@ -34,7 +40,7 @@ impl InterleavedDft2 {
     ///
     /// # Panics
     /// If `input` has another shape.
-    pub fn apply(&self, input: ArrayView2<'_, Complex64>) -> Array2<Complex64> {
+    pub(crate) fn apply(&self, input: ArrayView2<'_, Complex64>) -> Array2<Complex64> {
         // Along x every row is summed by its combs, along y every column of what that gives.
         let mut middle: Array2<Complex64> = Array2::zeros([input.nrows(), self.to[1]]);
         for (g, chirp) in self.x.iter().enumerate() {
@@ -54,7 +60,7 @@ impl InterleavedDft2 {
     ///
     /// # Panics
     /// If `out_bar` has another shape than the grid.
-    pub fn apply_adjoint(
+    pub(crate) fn apply_adjoint(
         &self,
         out_bar: ArrayView2<'_, Complex64>,
         points: [usize; 2],

@@ -6,7 +6,7 @@ use crate::math::real::Real;
 
 /// f, its slopes f_x, f_y and its bends f_xx, f_xy, f_yy.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Jet<T = f64> {
+pub(crate) struct Jet<T = f64> {
     /// The number.
     pub value: T,
     /// First derivatives (x, y).
@@ -18,7 +18,7 @@ pub struct Jet<T = f64> {
 impl<T: Real> Jet<T> {
     /// The `index`-th of the two inputs.
     #[inline(always)]
-    pub fn variable(value: T, index: usize) -> Self {
+    pub(crate) fn variable(value: T, index: usize) -> Self {
         let zero = T::constant(0.0);
         let mut slope = [zero; 2];
         slope[index] = T::constant(1.0);

@@ -6,10 +6,10 @@
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, f64x8, u64x8};
 
 /// Number of lanes.
-pub const LANES: usize = 8;
+pub(crate) const LANES: usize = 8;
 
 /// Eight numbers.
-pub type Lanes = [f64; LANES];
+pub(crate) type Lanes = [f64; LANES];
 
 /// 1.5·2⁵²: adding and subtracting it rounds to the nearest integer.
 const ROUND: f64 = 6_755_399_441_055_744.0;
@@ -23,7 +23,7 @@ const HALF_PI: [f64; 3] = [
 
 /// Cosine and sine, to 3e-16 for |x| up to 1e6.
 #[inline(always)]
-pub fn cis<S: Simd>(x: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
+pub(crate) fn cis<S: Simd>(x: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
     // Reduce to |r| ≤ π/4 and the quadrant, kept as the low bits of a shifted double.
     let simd = x.simd;
     let splat = |v: f64| f64x8::splat(simd, v);
@@ -36,7 +36,7 @@ pub fn cis<S: Simd>(x: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
 
 /// Cosine and sine of 2πt, to 3e-16 beside the rounding of t itself, for |t| up to 1e14.
 #[inline(always)]
-pub fn cis_turns<S: Simd>(t: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
+pub(crate) fn cis_turns<S: Simd>(t: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
     let splat = |v: f64| f64x8::splat(t.simd, v);
     // The distance to the nearest quarter turn is exact.
     let quarters = t * splat(4.0);
@@ -108,7 +108,7 @@ fn quarter<S: Simd>(r: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
 
 /// e^x, to 5e-16 relative for −700 ≤ x ≤ 700; held at e^{±700} beyond.
 #[inline(always)]
-pub fn exp<S: Simd>(x: f64x8<S>) -> f64x8<S> {
+pub(crate) fn exp<S: Simd>(x: f64x8<S>) -> f64x8<S> {
     // x = n ln 2 + r with |r| ≤ ln 2 / 2; ln 2 in two parts.
     let simd = x.simd;
     let splat = |v: f64| f64x8::splat(simd, v);

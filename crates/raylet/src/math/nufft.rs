@@ -146,7 +146,7 @@ impl Nufft {
     }
 
     /// Numbers of modes \[y, x\].
-    pub fn shape(&self) -> [usize; 2] {
+    pub(crate) fn shape(&self) -> [usize; 2] {
         [self.y.factors.len(), self.x.factors.len()]
     }
 

@@ -18,7 +18,7 @@ pub fn part<S: RawData>(
 }
 
 /// Every `step`-th row or column from `first` on.
-pub fn comb(first: usize, step: usize) -> Slice {
+pub(crate) fn comb(first: usize, step: usize) -> Slice {
     Slice::new(first as isize, None, step as isize)
 }
 

@@ -28,7 +28,7 @@ pub enum Purpose {
 
 /// Scrambles a counter under a key; every counter gives four independent uniform words.
 #[inline]
-pub fn philox(mut key: [u32; 2], counter: [u32; 4]) -> [u32; 4] {
+pub(crate) fn philox(mut key: [u32; 2], counter: [u32; 4]) -> [u32; 4] {
     let [mut a, mut b, mut c, mut d] = counter;
     for _ in 0..10 {
         // Two 32 × 32 → 64 bit products; high halves mix with the other words and the key.

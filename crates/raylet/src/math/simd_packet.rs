@@ -8,11 +8,11 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 use crate::math::real::Real;
 
 /// How many numbers a pack holds.
-pub const PACKET: usize = 8;
+pub(crate) const PACKET: usize = 8;
 
 /// Eight numbers. Its value is the first of them; decisions are taken for all or not at all.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct SimdPacket(pub [f64; PACKET]);
+pub(crate) struct SimdPacket(pub [f64; PACKET]);
 
 impl SimdPacket {
     #[inline(always)]

@@ -3,7 +3,7 @@
 use crate::math::real::Real;
 
 /// Fewest values that such a spline passes through.
-pub const FEWEST: usize = 4;
+pub(crate) const FEWEST: usize = 4;
 
 /// The coefficients of the cubic B-spline that takes the `values` at 0, 1, 2, …, two more than values;
 /// the first belongs to the knot before the first value. The third derivative is continuous at the
@@ -11,7 +11,7 @@ pub const FEWEST: usize = 4;
 ///
 /// # Panics
 /// With fewer than [`FEWEST`] values.
-pub fn coefficients(values: &[f64]) -> Vec<f64> {
+pub(crate) fn coefficients(values: &[f64]) -> Vec<f64> {
     let n = values.len();
     assert!(n >= FEWEST, "{n} values");
     // c[i + 1] belongs to value i: (c[i] + 4 c[i+1] + c[i+2]) / 6 = values[i]. At the second value the
@@ -43,7 +43,7 @@ pub fn coefficients(values: &[f64]) -> Vec<f64> {
 /// The weights of four neighbouring coefficients at the share `t` of the way from the second one's knot
 /// to the third one's.
 #[inline(always)]
-pub fn weights<T: Real>(t: T) -> [T; 4] {
+pub(crate) fn weights<T: Real>(t: T) -> [T; 4] {
     let s = -t + 1.0;
     let inner = |t: T| ((t * 3.0 - 6.0) * t * t + 4.0) * (1.0 / 6.0);
     [

@@ -24,13 +24,13 @@ impl<T: Real> Vec3<T> {
 
     /// A vector of constants.
     #[inline(always)]
-    pub fn constant(v: Vec3<f64>) -> Self {
+    pub(crate) fn constant(v: Vec3<f64>) -> Self {
         Self::new(T::constant(v.x), T::constant(v.y), T::constant(v.z))
     }
 
     /// The vector without tangents.
     #[inline(always)]
-    pub fn value(self) -> Vec3<f64> {
+    pub(crate) fn value(self) -> Vec3<f64> {
         Vec3::new(self.x.value(), self.y.value(), self.z.value())
     }
 

@@ -89,7 +89,7 @@ impl Aperture {
     }
 
     /// A regular polygon with corners on a circle, the first of them at `angle` rad from x towards y.
-    pub fn regular_polygon(sides: usize, radius: f64, angle: f64, centre: [f64; 2]) -> Self {
+    pub(crate) fn regular_polygon(sides: usize, radius: f64, angle: f64, centre: [f64; 2]) -> Self {
         let corner = |i: usize| {
             let (s, c) = (angle + std::f64::consts::TAU * i as f64 / sides as f64).sin_cos();
             [radius * c, radius * s]
@@ -100,7 +100,7 @@ impl Aperture {
     }
 
     /// This aperture without what `by` covers.
-    pub fn blocked(self, by: Aperture) -> Self {
+    pub(crate) fn blocked(self, by: Aperture) -> Self {
         Self {
             outline: Outline::Blocked {
                 open: Box::new(self),
@@ -169,7 +169,7 @@ impl Aperture {
     }
 
     /// Points along the outer edge; none without an edge.
-    pub fn rim(&self) -> Vec<[f64; 2]> {
+    pub(crate) fn rim(&self) -> Vec<[f64; 2]> {
         let circle = |radius: f64| Self::regular_polygon(RIM, radius, 0.0, self.centre).rim();
         let [cx, cy] = self.centre;
         match &self.outline {
@@ -203,7 +203,7 @@ impl Aperture {
     }
 
     /// A lattice of points inside; none without an edge.
-    pub fn inside(&self) -> Vec<[f64; 2]> {
+    pub(crate) fn inside(&self) -> Vec<[f64; 2]> {
         let Some([x0, x1, y0, y1]) = self.bounds() else {
             return Vec::new();
         };
@@ -245,7 +245,7 @@ impl Aperture {
 
     /// 0 and 1 as the share of a cell `[x0, x1, y0, y1]` that is open, and otherwise something between: without
     /// quarterings.
-    pub fn rough_share(&self, cell: [f64; 4]) -> f64 {
+    pub(crate) fn rough_share(&self, cell: [f64; 4]) -> f64 {
         match &self.outline {
             Outline::Blocked { open, by } => {
                 let ([x0, x1, y0, y1], [x, y]) = (cell, self.centre);

@@ -132,7 +132,7 @@ const OFF_UNIT: f64 = 1e-6;
 ///
 /// # Errors
 /// [`RayError::Length`] when it has not.
-pub fn check_length(
+pub(crate) fn check_length(
     field: &'static str,
     found: usize,
     expected: usize,
@@ -156,7 +156,7 @@ const LARGEST: f64 = 1e60;
 ///
 /// # Errors
 /// [`RayError::NotFinite`] for the first that is not.
-pub fn check_finite<const N: usize>(
+pub(crate) fn check_finite<const N: usize>(
     field: &'static str,
     entries: impl Iterator<Item = [f64; N]>,
 ) -> Result<(), RayError> {
@@ -180,7 +180,7 @@ pub fn check_finite<const N: usize>(
 ///
 /// # Errors
 /// [`RayError::Setting`] when it is not.
-pub fn check_positive(field: &'static str, found: f64) -> Result<(), RayError> {
+pub(crate) fn check_positive(field: &'static str, found: f64) -> Result<(), RayError> {
     if (1e-12..=1e12).contains(&found) {
         return Ok(());
     }
@@ -193,7 +193,7 @@ pub fn check_positive(field: &'static str, found: f64) -> Result<(), RayError> {
 
 impl Rays<'_> {
     /// Number of rays.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.position.len()
     }
 
@@ -207,7 +207,7 @@ impl Rays<'_> {
     /// # Errors
     /// When lengths differ, a number is not finite, a direction has not length one, a ray does not stand
     /// on the screen, or comes from its other side.
-    pub fn hits(&self, screen: &Screen, wavelength: f64) -> Result<Vec<Hit>, RayError> {
+    pub(crate) fn hits(&self, screen: &Screen, wavelength: f64) -> Result<Vec<Hit>, RayError> {
         check_length("direction", self.direction.len(), self.len(), "position")?;
         check_length("path", self.path.len(), self.len(), "position")?;
         check_length("weight", self.weight.len(), self.len(), "position")?;

@@ -17,7 +17,7 @@ pub struct Conic {
 impl Conic {
     /// Height and derivatives at (x, y); nothing where the surface does not exist.
     #[inline(always)]
-    pub fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
+    pub(crate) fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
         let c = self.curvature;
         let k = (1.0 + self.conic) * c * c;
         let square = x * x + y * y;
@@ -46,7 +46,7 @@ impl Conic {
     /// # Errors
     /// [`Loss::Missed`] when they do not meet.
     #[inline(always)]
-    pub fn meet<T: Real>(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
+    pub(crate) fn meet<T: Real>(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
         // Closed form: the root of a L² + 2 b L + e = 0 that belongs to that sheet. Starting from the
         // point nearest the vertex keeps the equation free of cancellation.
         let near = -position.dot(direction);
@@ -73,7 +73,7 @@ impl Conic {
 
 /// Adds Σ aᵢ r^{2i+4} to a height.
 #[inline(always)]
-pub fn add_powers<T: Real>(base: Height<T>, coefficients: &[f64], x: T, y: T) -> Height<T> {
+pub(crate) fn add_powers<T: Real>(base: Height<T>, coefficients: &[f64], x: T, y: T) -> Height<T> {
     // With u = r² the sum is f(u) = u²·(a₀ + a₁u + …); Horner's rule for f and its two derivatives.
     let u = x * x + y * y;
     let zero = T::constant(0.0);

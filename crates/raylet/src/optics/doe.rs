@@ -71,7 +71,7 @@ impl Doe {
 
     /// The transmission of a small cell about (x, y), given as its spans: that of the point, with the mean over
     /// the cell of unrolled pixels, whose edges lie anywhere in it.
-    pub fn transmission_over(&self, [x, y]: [f64; 2], spans: [[f64; 2]; 2]) -> Complex64 {
+    pub(crate) fn transmission_over(&self, [x, y]: [f64; 2], spans: [[f64; 2]; 2]) -> Complex64 {
         let factors = self.layers.iter().map(|layer| over(layer, [x, y], spans));
         factors.product()
     }
@@ -82,7 +82,7 @@ impl Doe {
     }
 
     /// Whether a layer has pixels on the surface's own coordinates.
-    pub fn has_unrolled_pixels(&self) -> bool {
+    pub(crate) fn has_unrolled_pixels(&self) -> bool {
         let unrolled = |layer: &Layer| match layer {
             Layer::Unrolled(_, layers) => first_pixels(layers).is_some(),
             Layer::Phase(_) | Layer::Pixels(_) | Layer::Sum(_) => false,
@@ -111,7 +111,7 @@ impl Doe {
 
     /// Visits, for a small cell about (x, y), each pixel of [`Doe::free_pixels`] that takes part in
     /// [`Doe::transmission_over`] there, with its derivative with respect to that pixel's value.
-    pub fn visit_pixels(
+    pub(crate) fn visit_pixels(
         &self,
         at: [f64; 2],
         spans: [[f64; 2]; 2],
@@ -145,13 +145,13 @@ impl Doe {
 
     /// The phase in rad where it is smooth, from the analytic layers, not wrapped; nothing where
     /// [`Doe::phase_gradient`] has nothing.
-    pub fn smooth_phase(&self, x: f64, y: f64) -> Option<f64> {
+    pub(crate) fn smooth_phase(&self, x: f64, y: f64) -> Option<f64> {
         smooth_phase(&self.layers, x, y)
     }
 
     /// The analytic phases over x and y whose sum is this element's phase; nothing when other layers take
     /// part.
-    pub fn profiles(&self) -> Option<Vec<&Profile>> {
+    pub(crate) fn profiles(&self) -> Option<Vec<&Profile>> {
         let mut profiles = Vec::new();
         for layer in &self.layers {
             match layer {
@@ -177,7 +177,7 @@ impl Doe {
     }
 
     /// Whether all pixel grids of the element have the same pitch, size and form: one sampling holds for all.
-    pub fn shares_lattice(&self) -> bool {
+    pub(crate) fn shares_lattice(&self) -> bool {
         let lattices = lattices(&self.layers);
         let pairs = lattices.iter().zip(lattices.iter().skip(1));
         { pairs }.all(|(a, b)| a == b)
@@ -215,7 +215,7 @@ pub(crate) fn lattices(layers: &[Layer]) -> Vec<Lattice> {
 
 impl Pixels {
     /// The transmission at (x, y); zero outside the grid.
-    pub fn at(&self, x: f64, y: f64) -> Complex64 {
+    pub(crate) fn at(&self, x: f64, y: f64) -> Complex64 {
         let part = |(pixel, share)| self.values[pixel] * share;
         self.shares(x, y).map(part).sum()
     }
@@ -246,7 +246,7 @@ impl Pixels {
     }
 
     /// The grid's outline `[x_min, x_max, y_min, y_max]` in mm.
-    pub fn bounds(&self) -> [f64; 4] {
+    pub(crate) fn bounds(&self) -> [f64; 4] {
         let (ny, nx) = self.values.dim();
         let half_x = 0.5 * nx as f64 * self.pitch[0];
         let half_y = 0.5 * ny as f64 * self.pitch[1];

@@ -86,7 +86,7 @@ impl Frame {
     }
 
     /// Whether `other` has the same axes within rounding (the frames differ by a shift only).
-    pub fn is_parallel(&self, other: &Frame) -> bool {
+    pub(crate) fn is_parallel(&self, other: &Frame) -> bool {
         let close = |a: Vec3, b: Vec3| (a - b).norm() < 1e-12;
         close(self.x, other.x) && close(self.y, other.y) && close(self.z, other.z)
     }

@@ -39,7 +39,7 @@ pub enum Term {
 impl Term {
     /// Adds the term to a height; nothing where the term does not exist.
     #[inline(always)]
-    pub fn add<T: Real>(&self, height: Height<T>, x: T, y: T) -> Option<Height<T>> {
+    pub(crate) fn add<T: Real>(&self, height: Height<T>, x: T, y: T) -> Option<Height<T>> {
         let jet = self.sag(Jet::variable(x, 0), Jet::variable(y, 1))?;
         Some(height.plus(jet))
     }

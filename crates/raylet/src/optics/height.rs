@@ -17,7 +17,7 @@ pub struct Height<T = f64> {
 impl<T: Real> Height<T> {
     /// The local plane's own.
     #[inline(always)]
-    pub fn flat() -> Self {
+    pub(crate) fn flat() -> Self {
         let zero = T::constant(0.0);
         Self {
             z: zero,
@@ -28,7 +28,7 @@ impl<T: Real> Height<T> {
 
     /// This height with that of a formula on top of it.
     #[inline(always)]
-    pub fn plus(self, jet: Jet<T>) -> Self {
+    pub(crate) fn plus(self, jet: Jet<T>) -> Self {
         Self {
             z: self.z + jet.value,
             slope: std::array::from_fn(|i| self.slope[i] + jet.slope[i]),
@@ -50,7 +50,7 @@ impl<T> From<Jet<T>> for Height<T> {
 
 impl Height {
     /// The larger of the two principal curvatures, without its sign, in 1/mm.
-    pub fn sharpest(&self) -> f64 {
+    pub(crate) fn sharpest(&self) -> f64 {
         // Half the trace and the determinant of g⁻¹H/√det g, with the metric g = 1 + ∇s∇sᵀ and the second
         // derivatives H.
         let ([sx, sy], [xx, xy, yy]) = (self.slope, self.bend);

@@ -11,7 +11,7 @@
 //! | [`frame`] | Where a part stands: an origin and three orthonormal axes in global coordinates |
 //! | [`freeform`] | Sag terms that are added to a conic, each written once as a formula for z(x, y) |
 //! | [`height`] | The height of a surface over its local plane, with derivatives |
-//! | [`moments`] | Integrals of polynomials over the part of a cell that an aperture leaves open |
+//! | `moments` | Integrals of polynomials over the part of a cell that an aperture leaves open |
 //! | [`paraxial`] | Paraxial optics of centred trains: ray matrices, focal lengths, principal planes |
 //! | [`polygon`] | Areas inside polygons |
 //! | [`profile`] | Analytic phase profiles of diffractive elements |
@@ -41,7 +41,7 @@ pub mod frame;
 pub mod freeform;
 pub mod height;
 pub mod media;
-pub mod moments;
+pub(crate) mod moments;
 pub mod paraxial;
 pub mod polygon;
 pub mod profile;

@@ -12,7 +12,7 @@ use crate::optics::polygon;
 
 /// A cell, and how many Legendre polynomials are integrated along each axis of it.
 #[derive(Clone, Copy, Debug)]
-pub struct Cell {
+pub(crate) struct Cell {
     /// Its lowest and highest x, in mm.
     pub x: [f64; 2],
     /// Its lowest and highest y, in mm.
@@ -32,7 +32,7 @@ const LONGEST_ARC: f64 = 0.8;
 
 /// The integrals of P_a(ξ)·P_b(η) over the open part of a cell, indexed [b, a]: Legendre polynomials of
 /// coordinates that run from −1 to 1 over the cell.
-pub fn open_moments(aperture: &Aperture, cell: &Cell) -> Array2<f64> {
+pub(crate) fn open_moments(aperture: &Aperture, cell: &Cell) -> Array2<f64> {
     let mut sum = Sum {
         cell,
         rule: gauss_rule(cell.counts[0] + cell.counts[1] + 2),
@@ -248,7 +248,7 @@ fn gauss_rule(count: usize) -> Vec<(f64, f64)> {
 }
 
 /// The first Legendre polynomials at a point.
-pub fn legendre(t: f64, count: usize) -> Vec<f64> {
+pub(crate) fn legendre(t: f64, count: usize) -> Vec<f64> {
     let mut values = vec![1.0, t];
     for n in 1..count.saturating_sub(1) {
         let n_real = n as f64;

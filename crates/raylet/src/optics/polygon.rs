@@ -1,7 +1,7 @@
 //! Areas inside polygons.
 
 /// Whether a point lies inside a polygon, by the number of its sides on one side of the point.
-pub fn contains(corners: &[[f64; 2]], x: f64, y: f64) -> bool {
+pub(crate) fn contains(corners: &[[f64; 2]], x: f64, y: f64) -> bool {
     let crosses = |[[x0, y0], [x1, y1]]: [[f64; 2]; 2]| {
         (y0 > y) != (y1 > y) && x < x0 + (y - y0) * (x1 - x0) / (y1 - y0)
     };
@@ -9,7 +9,7 @@ pub fn contains(corners: &[[f64; 2]], x: f64, y: f64) -> bool {
 }
 
 /// The distance from a point to the nearest side.
-pub fn distance(corners: &[[f64; 2]], x: f64, y: f64) -> f64 {
+pub(crate) fn distance(corners: &[[f64; 2]], x: f64, y: f64) -> f64 {
     let to_side = |[[x0, y0], [x1, y1]]: [[f64; 2]; 2]| {
         let (dx, dy) = (x1 - x0, y1 - y0);
         let along = ((x - x0) * dx + (y - y0) * dy) / (dx * dx + dy * dy);
@@ -20,7 +20,7 @@ pub fn distance(corners: &[[f64; 2]], x: f64, y: f64) -> f64 {
 }
 
 /// The area common to a polygon and the box `[x0, x1] × [y0, y1]`, exactly.
-pub fn area_within(corners: &[[f64; 2]], x0: f64, x1: f64, y0: f64, y1: f64) -> f64 {
+pub(crate) fn area_within(corners: &[[f64; 2]], x0: f64, x1: f64, y0: f64, y1: f64) -> f64 {
     // The signed areas between each side and the bottom of the box add up to it.
     let below = |[[ax, ay], [bx, by]]: [[f64; 2]; 2]| {
         let (from, to) = (ax.clamp(x0, x1), bx.clamp(x0, x1));
@@ -49,7 +49,7 @@ pub fn crosses_itself(corners: &[[f64; 2]]) -> bool {
 }
 
 /// The sides of a closed polygon.
-pub fn sides(corners: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
+pub(crate) fn sides(corners: &[[f64; 2]]) -> impl Iterator<Item = [[f64; 2]; 2]> + '_ {
     let next = corners.iter().cycle().skip(1);
     corners.iter().zip(next).map(|(a, b)| [*a, *b])
 }

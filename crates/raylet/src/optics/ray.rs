@@ -5,7 +5,7 @@ use crate::math::vec3::Vec3;
 
 /// A ray on its way.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Ray<T = f64> {
+pub(crate) struct Ray<T = f64> {
     /// Where it is, in mm, global coordinates.
     pub position: Vec3<T>,
     /// Where it goes: a unit vector.
@@ -16,7 +16,7 @@ pub struct Ray<T = f64> {
 
 impl<T: Real> Ray<T> {
     /// A ray that starts here.
-    pub fn new(position: Vec3<T>, direction: Vec3<T>) -> Self {
+    pub(crate) fn new(position: Vec3<T>, direction: Vec3<T>) -> Self {
         Self {
             position,
             direction,
@@ -26,7 +26,7 @@ impl<T: Real> Ray<T> {
 
     /// The ray after flying `length` mm in a medium of the given index; negative lengths fly back.
     #[inline(always)]
-    pub fn flown(self, length: T, index: T) -> Self {
+    pub(crate) fn flown(self, length: T, index: T) -> Self {
         Self {
             position: self.position + self.direction * length,
             path: self.path + length * index,

@@ -49,7 +49,7 @@ pub struct Bent<T> {
 /// # Errors
 /// [`Loss::TotalReflection`] when no refracted ray exists.
 #[inline(always)]
-pub fn bend<T: Real>(
+pub(crate) fn bend<T: Real>(
     interface: Interface,
     coating: Coating,
     direction: Vec3<T>,
@@ -85,7 +85,7 @@ pub fn bend<T: Real>(
 
 /// The field coefficient from the normal optical cosines on both sides (n₁cos χ₁, n₂cos χ₂).
 #[inline(always)]
-pub fn transmission<T: Real>(coating: Coating, before: T, after: T, ratio: T) -> T {
+pub(crate) fn transmission<T: Real>(coating: Coating, before: T, after: T, ratio: T) -> T {
     match coating {
         Coating::Unit => T::constant(1.0),
         Coating::Ideal => (before / after).sqrt(),

@@ -45,7 +45,7 @@ pub struct Sensor {
 
 /// How far a screen departs from its local plane.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Relief {
+pub(crate) struct Relief {
     /// Lowest z, in mm.
     pub low: f64,
     /// Highest z, in mm.
@@ -56,7 +56,7 @@ pub struct Relief {
 
 impl Relief {
     /// A plane's.
-    pub const FLAT: Relief = Relief {
+    pub(crate) const FLAT: Relief = Relief {
         low: 0.0,
         high: 0.0,
         slope: [0.0; 2],
@@ -68,7 +68,7 @@ const RELIEF: usize = 64;
 
 impl Screen {
     /// +1 when light leaves towards the local +z, −1 when it leaves towards −z.
-    pub fn leaves(&self) -> f64 {
+    pub(crate) fn leaves(&self) -> f64 {
         match &self.act {
             Act::Doe(doe) if doe.reflect => -self.arrives,
             _ => self.arrives,
@@ -76,7 +76,7 @@ impl Screen {
     }
 
     /// Whether the part that matters ends at the edges of [`Screen::bounds`].
-    pub fn is_rectangular(&self) -> bool {
+    pub(crate) fn is_rectangular(&self) -> bool {
         let outline = match &self.act {
             Act::Stop(aperture) => &aperture.outline,
             Act::Doe(doe) => &doe.aperture.outline,
@@ -86,7 +86,7 @@ impl Screen {
     }
 
     /// Whether the screen is a plane.
-    pub fn is_plane(&self) -> bool {
+    pub(crate) fn is_plane(&self) -> bool {
         self.shape == Shape::Plane
     }
 
@@ -120,7 +120,7 @@ impl Screen {
 
     /// Lowest and highest z over the part that matters, and the largest |slope| along x and y; from a
     /// grid of points, widened by what may lie between them.
-    pub fn relief(&self) -> Option<Relief> {
+    pub(crate) fn relief(&self) -> Option<Relief> {
         let [x0, x1, y0, y1] = self.bounds()?;
         let mut relief = Relief::FLAT;
         if self.is_plane() {

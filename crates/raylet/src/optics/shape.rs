@@ -87,7 +87,7 @@ impl Shape {
     }
 
     /// Whether it looks the same from every direction about its axis.
-    pub fn is_round(&self) -> bool {
+    pub(crate) fn is_round(&self) -> bool {
         match self {
             Shape::Plane | Shape::Conic(_) | Shape::Asphere { .. } => true,
             Shape::Biconic(_) | Shape::Toroid(_) => false,
@@ -103,7 +103,7 @@ impl Shape {
     /// # Errors
     /// [`Loss::Missed`] when they do not meet.
     #[inline(always)]
-    pub fn meet<T: Real>(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
+    pub(crate) fn meet<T: Real>(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
         match self {
             Shape::Plane => {
                 if direction.z.any(|z| z == 0.0) {

@@ -27,7 +27,7 @@ pub enum Source {
 impl Source {
     /// Collimated light at these angles in rad, whose sines are its direction cosines along x and y; its phase is zero
     /// at `origin`. Nothing where no direction has such angles.
-    pub fn collimated(angle: [f64; 2], origin: Vec3) -> Option<Self> {
+    pub(crate) fn collimated(angle: [f64; 2], origin: Vec3) -> Option<Self> {
         let [x, y] = angle.map(f64::sin);
         let under = 1.0 - x * x - y * y;
         let direction = Vec3::new(x, y, under.sqrt());
@@ -35,7 +35,7 @@ impl Source {
     }
 
     /// Light from a point in mm, global; the field is one at `reference`.
-    pub fn point([x, y, z]: [f64; 3], reference: Vec3) -> Self {
+    pub(crate) fn point([x, y, z]: [f64; 3], reference: Vec3) -> Self {
         Source::Point {
             position: Vec3::new(x, y, z),
             reference,
@@ -62,7 +62,7 @@ impl Source {
     }
 
     /// The optical path of the light at a global point in mm, zero where its phase is, in a medium of index `n`.
-    pub fn path(&self, point: Vec3, n: f64) -> f64 {
+    pub(crate) fn path(&self, point: Vec3, n: f64) -> f64 {
         match self {
             Source::Plane { direction, origin } => n * direction.dot(point - *origin),
             Source::Point {
@@ -73,7 +73,7 @@ impl Source {
     }
 
     /// The unit direction of the light at a global point.
-    pub fn direction<T: Real>(&self, point: Vec3<T>) -> Vec3<T> {
+    pub(crate) fn direction<T: Real>(&self, point: Vec3<T>) -> Vec3<T> {
         match self {
             Source::Plane { direction, .. } => Vec3::constant(*direction),
             Source::Point { position, .. } => (point - Vec3::constant(*position)).unit(),

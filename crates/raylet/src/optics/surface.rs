@@ -26,7 +26,7 @@ pub struct Surface {
 }
 
 /// A surface as a ray of numbers `T` meets it: one that stands still, or one that moves and bends.
-pub trait Face<T: Real> {
+pub(crate) trait Face<T: Real> {
     /// Its axes.
     type Axes: Axes<T>;
     /// The surface as it is.

@@ -57,7 +57,7 @@ impl SurfaceCoordinates {
     }
 
     /// The own coordinates (X, Y) in mm of the point above (x, y); nothing where the surface does not exist.
-    pub fn at(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+    pub(crate) fn at(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
         match self.way {
             Way::X => Some([self.length(x)?, y]),
             Way::Y => Some([x, self.length(y)?]),
@@ -73,7 +73,7 @@ impl SurfaceCoordinates {
     }
 
     /// ∂(X, Y)/∂(x, y) by rows; nothing where the surface does not exist.
-    pub fn derivative(&self, [x, y]: [f64; 2]) -> Option<[[f64; 2]; 2]> {
+    pub(crate) fn derivative(&self, [x, y]: [f64; 2]) -> Option<[[f64; 2]; 2]> {
         match self.way {
             Way::X => Some([[self.rate(x)?, 0.0], [0.0, 1.0]]),
             Way::Y => Some([[1.0, 0.0], [0.0, self.rate(y)?]]),

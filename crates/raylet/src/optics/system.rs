@@ -55,14 +55,14 @@ impl System {
 
 impl Hop<'_> {
     /// Whether rays run alike in another hop: places, shapes and media are the same.
-    pub fn is_same(&self, other: &Hop) -> bool {
+    pub(crate) fn is_same(&self, other: &Hop) -> bool {
         let alike =
             |a: &Screen, b: &Screen| a.frame == b.frame && a.shape == b.shape && a.index == b.index;
         alike(self.from, other.from) && alike(self.to, other.to) && self.train == other.train
     }
 
     /// Vacuum wavenumber 2π/λ in rad/mm.
-    pub fn wavenumber(&self) -> f64 {
+    pub(crate) fn wavenumber(&self) -> f64 {
         std::f64::consts::TAU / self.wavelength
     }
 }

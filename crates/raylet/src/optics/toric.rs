@@ -36,7 +36,7 @@ fn square<T: Real>(a: T) -> T {
 
 impl Biconic {
     /// The surface of revolution that is nearest to it at the vertex.
-    pub fn mean(&self) -> Conic {
+    pub(crate) fn mean(&self) -> Conic {
         Conic {
             curvature: 0.5 * (self.x.curvature + self.y.curvature),
             conic: 0.5 * (self.x.conic + self.y.conic),
@@ -45,7 +45,7 @@ impl Biconic {
 
     /// Height and derivatives at (x, y); nothing where the surface does not exist.
     #[inline(always)]
-    pub fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
+    pub(crate) fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
         self.sag(Jet::variable(x, 0), Jet::variable(y, 1))
             .map(Height::from)
     }
@@ -64,7 +64,7 @@ impl Biconic {
 
 impl Toroid {
     /// The surface of revolution that is nearest to it at the vertex.
-    pub fn mean(&self) -> Conic {
+    pub(crate) fn mean(&self) -> Conic {
         Conic {
             curvature: 0.5 * (self.rotation + self.curve.curvature),
             conic: 0.0,
@@ -73,7 +73,7 @@ impl Toroid {
 
     /// Height and derivatives at (x, y); nothing where the surface does not exist.
     #[inline(always)]
-    pub fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
+    pub(crate) fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
         self.sag(Jet::variable(x, 0), Jet::variable(y, 1))
             .map(Height::from)
     }

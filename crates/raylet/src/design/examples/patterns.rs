@@ -81,7 +81,7 @@ pub fn star_hologram(width: usize, aperture: f64, wavelength: f64) -> System {
 }
 
 /// A Siemens star of `count`² pixels, one and zero, within 0.9 of the square.
-pub fn star(count: usize) -> Array2<f64> {
+pub(crate) fn star(count: usize) -> Array2<f64> {
     let middle = 0.5 * (count as f64 - 1.0);
     Array2::from_shape_fn((count, count), |(j, i)| {
         let (x, y) = (i as f64 - middle, j as f64 - middle);

@@ -24,7 +24,7 @@ pub const WAVELENGTH: f64 = 0.7e-3;
 pub const PITCH: f64 = 6.3e-3;
 
 /// Phase gradient of the grating in rad/mm.
-pub const GRADIENT: f64 = 30.0;
+pub(crate) const GRADIENT: f64 = 30.0;
 
 /// From the hologram to the sensor that is close to it, in mm: four times its radius.
 pub const NEAR: f64 = 1.26;

@@ -4,8 +4,8 @@
 //! | --- | --- |
 //! | [`hologram`] | Holograms through a paraxial train |
 //! | [`near`] | Holograms for a sensor close behind them (Gerchberg and Saxton) |
-//! | [`start`] | Phases to start a design from |
+//! | `start` | Phases to start a design from |
 
 pub mod hologram;
 pub mod near;
-pub mod start;
+pub(crate) mod start;

@@ -81,7 +81,7 @@ impl NearSpace {
     }
 
     /// The conjugate transpose of [`NearSpace::carry`].
-    pub fn carry_adjoint(&self, seen_bar: ArrayView2<Complex64>) -> Array2<Complex64> {
+    pub(crate) fn carry_adjoint(&self, seen_bar: ArrayView2<Complex64>) -> Array2<Complex64> {
         // seen = adjoint spectrum · (transfer · spectrum(field))
         let modes = self.spectrum.apply(seen_bar) * self.transfer.mapv(|t| t.conj());
         self.spectrum.apply_adjoint(modes.view()) * Complex64::from(self.share)

@@ -13,7 +13,7 @@ use crate::optics::paraxial::Abcd;
 /// Along each axis φ = ½k·((s/r − A)/B)·x², which sends the rim x = r to s: x′ = A·x + B·φ′/k. Designs from
 /// here end without the vortices of a random start, which no descent removes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Spreading {
+pub(crate) struct Spreading {
     /// Vacuum wavelength in mm.
     pub wavelength: f64,
     /// From the element to the sensor; its b is not zero.
@@ -28,7 +28,7 @@ pub struct Spreading {
 
 impl Spreading {
     /// The phase of each pixel of an element of that many rows and columns, in rad, [y, x].
-    pub fn phase(&self, shape: (usize, usize)) -> Array2<f64> {
+    pub(crate) fn phase(&self, shape: (usize, usize)) -> Array2<f64> {
         let k = TAU / self.wavelength;
         let Abcd { a, b, .. } = self.train;
         let lens = |axis: usize, count: usize, i: usize| {
@@ -43,7 +43,7 @@ impl Spreading {
 }
 
 /// Phases uniform in \[−π, π), [y, x]: a function of the seed, the number of the element and the pixel.
-pub fn random_phase(seed: u64, element: u32, shape: (usize, usize)) -> Array2<f64> {
+pub(crate) fn random_phase(seed: u64, element: u32, shape: (usize, usize)) -> Array2<f64> {
     Array2::from_shape_fn(shape, |(j, i)| {
         PI * (2.0
             * random::uniform(

@@ -125,8 +125,9 @@ impl Loss for Likeness {
 mod tests {
     use ndarray::{Array2, array};
 
+    use crate::design::losses::discrepancy::discrepancy;
     use crate::design::losses::likeness::{Brightness, Likeness};
-    use crate::design::losses::loss::{Loss, discrepancy};
+    use crate::design::losses::loss::Loss;
     use crate::math::random;
     use crate::wave::grid::metrics::ncc;
 

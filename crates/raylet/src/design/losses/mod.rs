@@ -10,6 +10,8 @@
 //! | [`spots`] | Losses for spots: brightness and evenness |
 //! | [`target`] | The target image on the sensor, on any raster |
 
+#[cfg(test)]
+pub(crate) mod discrepancy;
 pub mod likeness;
 pub mod loss;
 pub mod overlap;

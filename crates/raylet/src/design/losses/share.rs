@@ -162,7 +162,9 @@ mod tests {
 
     use ndarray::Array2;
 
-    use crate::design::losses::loss::{Loss, discrepancy};
+    use crate::design::losses::discrepancy::discrepancy;
+
+    use crate::design::losses::loss::Loss;
     use crate::design::losses::share::Share;
     use crate::math::random;
     use crate::wave::grid::raster::Raster;

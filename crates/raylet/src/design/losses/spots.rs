@@ -156,7 +156,9 @@ impl Loss for Spots {
 mod tests {
     use ndarray::Array2;
 
-    use crate::design::losses::loss::{Loss, LossError, discrepancy};
+    use crate::design::losses::discrepancy::discrepancy;
+
+    use crate::design::losses::loss::{Loss, LossError};
     use crate::design::losses::spots::{Sharing, Spots};
     use crate::math::random;
     use crate::wave::grid::raster::Raster;

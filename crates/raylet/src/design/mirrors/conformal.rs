@@ -228,7 +228,7 @@ impl Conformal {
     }
 
     /// Distance of the sensor's plane in mm.
-    pub fn distance(&self) -> f64 {
+    pub(crate) fn distance(&self) -> f64 {
         DISTANCE * self.scale
     }
 }

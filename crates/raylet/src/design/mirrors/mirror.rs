@@ -18,7 +18,7 @@ use crate::wave::grid::raster::Raster;
 
 /// What is free in each pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Freedom {
+pub(crate) enum Freedom {
     /// φ: the pixel reflects e^{iφ}.
     Phase,
     /// φ₁ and φ₂: the pixel reflects e^{iφ₁} + e^{iφ₂}, of modulus 0 to 2.
@@ -27,7 +27,7 @@ pub enum Freedom {
 
 impl Freedom {
     /// Phases of each pixel.
-    pub fn count(self) -> usize {
+    pub(crate) fn count(self) -> usize {
         match self {
             Freedom::Phase => 1,
             Freedom::TwoPhases => 2,
@@ -35,7 +35,7 @@ impl Freedom {
     }
 
     /// The reflections, [y, x], by phases in rad: first those of all pixels, then the second ones of all.
-    pub fn reflect(self, phases: &[f64], shape: (usize, usize)) -> Array2<Complex64> {
+    pub(crate) fn reflect(self, phases: &[f64], shape: (usize, usize)) -> Array2<Complex64> {
         let pixels = shape.0 * shape.1;
         Array2::from_shape_fn(shape, |(j, i)| {
             let own = phases.iter().skip(j * shape.1 + i).step_by(pixels);
@@ -44,7 +44,11 @@ impl Freedom {
     }
 
     /// The derivatives by the phases from the cotangents of the reflections: Im(t̄ e^{−iφ}) for each.
-    pub fn reflect_adjoint(self, phases: &[f64], values_bar: ArrayView2<Complex64>) -> Vec<f64> {
+    pub(crate) fn reflect_adjoint(
+        self,
+        phases: &[f64],
+        values_bar: ArrayView2<Complex64>,
+    ) -> Vec<f64> {
         let bars = values_bar.iter().cycle();
         let one = |(phase, bar): (&f64, &Complex64)| (bar * Complex64::cis(-phase)).im;
         phases.iter().zip(bars).map(one).collect()
@@ -95,7 +99,7 @@ impl MirrorDesign {
     ///
     /// # Errors
     /// When the system is another, or the loss is for another sensor.
-    pub fn new(
+    pub(crate) fn new(
         system: &System,
         freedom: Freedom,
         loss: Box<dyn Loss>,
@@ -165,7 +169,7 @@ impl MirrorDesign {
     }
 
     /// The phases that send light back to where a field on the sensor says it comes from, [y, x].
-    pub fn conjugate(&self, field: ArrayView2<Complex64>) -> Array2<f64> {
+    pub(crate) fn conjugate(&self, field: ArrayView2<Complex64>) -> Array2<f64> {
         self.hop.carry_adjoint(field).mapv(|u| u.arg())
     }
 

@@ -91,7 +91,7 @@ impl Descent {
     ///
     /// # Errors
     /// When the point does not fit the space or a setting makes no sense.
-    pub fn new(
+    pub(crate) fn new(
         start: Vec<f64>,
         space: Space,
         rule: Rule,
@@ -122,7 +122,7 @@ impl Descent {
     ///
     /// # Errors
     /// Other settings or parameters, or what no descent leaves.
-    pub fn check(&self, fresh: &Self) -> Result<(), SavedError> {
+    pub(crate) fn check(&self, fresh: &Self) -> Result<(), SavedError> {
         let same =
             self.rule == fresh.rule && self.schedule == fresh.schedule && self.space == fresh.space;
         if !same {
@@ -149,33 +149,33 @@ impl Descent {
     }
 
     /// Why it is over, if it is.
-    pub fn stop(&self) -> Option<Stop> {
+    pub(crate) fn stop(&self) -> Option<Stop> {
         self.stopped.then_some(Stop::NotFinite)
     }
 
     /// The space that it searches.
-    pub fn space(&self) -> &Space {
+    pub(crate) fn space(&self) -> &Space {
         &self.space
     }
 
     /// The point at which the caller evaluates next.
-    pub fn point(&self) -> &[f64] {
+    pub(crate) fn point(&self) -> &[f64] {
         &self.point
     }
 
     /// The best point so far, and its value. None before the first value.
-    pub fn best(&self) -> Option<(&[f64], f64)> {
+    pub(crate) fn best(&self) -> Option<(&[f64], f64)> {
         let known = self.best_value.is_finite();
         known.then_some((&self.best, self.best_value))
     }
 
     /// Steps taken.
-    pub fn iteration(&self) -> usize {
+    pub(crate) fn iteration(&self) -> usize {
         self.steps
     }
 
     /// The function has changed: the best value is not one of its own. `forget`: neither are the means.
-    pub fn refresh(&mut self, forget: bool) {
+    pub(crate) fn refresh(&mut self, forget: bool) {
         self.best_value = f64::INFINITY;
         self.stopped = false;
         if forget {
@@ -188,7 +188,7 @@ impl Descent {
     ///
     /// # Panics
     /// When the gradient has another length than the point.
-    pub fn report(&mut self, value: f64, gradient: &[f64]) -> Step {
+    pub(crate) fn report(&mut self, value: f64, gradient: &[f64]) -> Step {
         assert_eq!(gradient.len(), self.point.len(), "length of the gradient");
         self.stopped |= !(value.is_finite() && gradient.iter().all(|g| g.is_finite()));
         if self.stopped {

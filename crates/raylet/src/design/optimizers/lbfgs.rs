@@ -141,7 +141,7 @@ impl Lbfgs {
     ///
     /// # Errors
     /// Other settings or parameters, or what no search leaves.
-    pub fn check(&self, fresh: &Self) -> Result<(), SavedError> {
+    pub(crate) fn check(&self, fresh: &Self) -> Result<(), SavedError> {
         if self.settings != fresh.settings || self.space != fresh.space {
             return Err(SavedError::Settings);
         }
@@ -177,12 +177,12 @@ impl Lbfgs {
     }
 
     /// Why it is over, if it is.
-    pub fn stop(&self) -> Option<Stop> {
+    pub(crate) fn stop(&self) -> Option<Stop> {
         self.stop
     }
 
     /// The space that it searches.
-    pub fn space(&self) -> &Space {
+    pub(crate) fn space(&self) -> &Space {
         &self.space
     }
 
@@ -192,18 +192,18 @@ impl Lbfgs {
     }
 
     /// The last accepted point and its value: no accepted point was better. None before the first value.
-    pub fn best(&self) -> Option<(&[f64], f64)> {
+    pub(crate) fn best(&self) -> Option<(&[f64], f64)> {
         self.value.is_finite().then_some((&self.base, self.value))
     }
 
     /// Iterations done: accepted points but the first.
-    pub fn iteration(&self) -> usize {
+    pub(crate) fn iteration(&self) -> usize {
         self.iteration
     }
 
     /// The function has changed: goes on from the last accepted point, which is evaluated again.
     /// `forget`: its curvature is not to be relied on any more.
-    pub fn refresh(&mut self, forget: bool) {
+    pub(crate) fn refresh(&mut self, forget: bool) {
         self.point.copy_from_slice(&self.base);
         self.value = f64::NAN;
         self.search = None;

@@ -58,7 +58,7 @@ impl Optimizer {
     }
 
     /// The space that it searches.
-    pub fn space(&self) -> &Space {
+    pub(crate) fn space(&self) -> &Space {
         match self {
             Self::Lbfgs(search) => search.space(),
             Self::Descent(search) => search.space(),
@@ -66,7 +66,7 @@ impl Optimizer {
     }
 
     /// Why it is over, if it is.
-    pub fn stop(&self) -> Option<Stop> {
+    pub(crate) fn stop(&self) -> Option<Stop> {
         match self {
             Self::Lbfgs(search) => search.stop(),
             Self::Descent(search) => search.stop(),
@@ -110,7 +110,7 @@ impl Optimizer {
 
     /// The function has changed (a sharper staircase, another choice of rays): values so far do not
     /// compare with those to come. `forget`: nor do gradients.
-    pub fn refresh(&mut self, forget: bool) {
+    pub(crate) fn refresh(&mut self, forget: bool) {
         match self {
             Self::Lbfgs(search) => search.refresh(forget),
             Self::Descent(search) => search.refresh(forget),

@@ -12,13 +12,13 @@ const CHUNK: usize = 8192;
 const LANES: usize = 8;
 
 /// Σ aᵢbᵢ.
-pub fn dot(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let chunks = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK));
     in_order(chunks.map(|(a, b)| lanes(a, b, |a, b| a * b)).collect())
 }
 
 /// Σ aᵢbᵢ over those i for which `mask` is true.
-pub fn dot_where(mask: &[bool], a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn dot_where(mask: &[bool], a: &[f64], b: &[f64]) -> f64 {
     let chunks = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK));
     let chunks = chunks.zip(mask.par_chunks(CHUNK));
     let one = |((a, b), mask): ((&[f64], &[f64]), &[bool])| {
@@ -32,7 +32,7 @@ pub fn dot_where(mask: &[bool], a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Σ (aᵢbᵢ)².
-pub fn square(a: &[f64], b: &[f64]) -> f64 {
+pub(crate) fn square(a: &[f64], b: &[f64]) -> f64 {
     let chunks = a.par_chunks(CHUNK).zip(b.par_chunks(CHUNK));
     in_order(
         chunks
@@ -42,7 +42,7 @@ pub fn square(a: &[f64], b: &[f64]) -> f64 {
 }
 
 /// Replaces each number: `change(index, number)`.
-pub fn change(values: &mut [f64], change: impl Fn(usize, f64) -> f64 + Sync) {
+pub(crate) fn change(values: &mut [f64], change: impl Fn(usize, f64) -> f64 + Sync) {
     let chunks = values.par_chunks_mut(CHUNK).enumerate();
     chunks.for_each(|(number, chunk)| {
         for (i, value) in chunk.iter_mut().enumerate() {
@@ -52,7 +52,7 @@ pub fn change(values: &mut [f64], change: impl Fn(usize, f64) -> f64 + Sync) {
 }
 
 /// to += factor·from.
-pub fn add(to: &mut [f64], factor: f64, from: &[f64]) {
+pub(crate) fn add(to: &mut [f64], factor: f64, from: &[f64]) {
     let chunks = to.par_chunks_mut(CHUNK).zip(from.par_chunks(CHUNK));
     chunks.for_each(|(to, from)| {
         for (to, from) in to.iter_mut().zip(from) {
@@ -62,7 +62,7 @@ pub fn add(to: &mut [f64], factor: f64, from: &[f64]) {
 }
 
 /// The smallest or largest, by `pick`, of a value of each index; `start` when there are none.
-pub fn extreme(
+pub(crate) fn extreme(
     count: usize,
     start: f64,
     value: impl Fn(usize) -> f64 + Sync,

@@ -41,7 +41,7 @@ pub enum Schedule {
 
 impl Schedule {
     /// Length of step `t`, counted from 0.
-    pub fn rate(&self, t: usize) -> f64 {
+    pub(crate) fn rate(&self, t: usize) -> f64 {
         match *self {
             Self::Constant { rate } => rate,
             Self::Cosine { to, iterations, .. } if t >= iterations => to,
@@ -65,7 +65,7 @@ impl Schedule {
     ///
     /// # Errors
     /// When one is not a positive number or a schedule takes no steps.
-    pub fn check(&self) -> Result<(), OptimizerError> {
+    pub(crate) fn check(&self) -> Result<(), OptimizerError> {
         let positive = |name, value: f64| {
             let good = value > 0.0 && value.is_finite();
             demand(good, name, value, "a positive number")

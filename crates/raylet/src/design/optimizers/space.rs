@@ -82,7 +82,7 @@ impl Space {
     ///
     /// # Errors
     /// When there are no such parameters or no number lies between the bounds.
-    pub fn with_bounds(
+    pub(crate) fn with_bounds(
         mut self,
         block: Range<usize>,
         lower: f64,
@@ -103,7 +103,11 @@ impl Space {
     ///
     /// # Errors
     /// When there are no such parameters or the scale is not a positive number.
-    pub fn with_scale(mut self, block: Range<usize>, scale: f64) -> Result<Self, SpaceError> {
+    pub(crate) fn with_scale(
+        mut self,
+        block: Range<usize>,
+        scale: f64,
+    ) -> Result<Self, SpaceError> {
         self.check(&block)?;
         if !(scale.is_finite() && scale > 0.0) {
             return Err(SpaceError::Scale(scale));
@@ -121,7 +125,7 @@ impl Space {
     }
 
     /// Number of parameters.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.scale.len()
     }
 
@@ -131,12 +135,12 @@ impl Space {
     }
 
     /// Whether any bound is finite.
-    pub fn is_bounded(&self) -> bool {
+    pub(crate) fn is_bounded(&self) -> bool {
         self.bounded
     }
 
     /// The scale of each parameter.
-    pub fn scales(&self) -> &[f64] {
+    pub(crate) fn scales(&self) -> &[f64] {
         &self.scale
     }
 
@@ -144,7 +148,7 @@ impl Space {
     ///
     /// # Errors
     /// When it has another length or holds what is not a number.
-    pub fn start(&self, mut point: Vec<f64>) -> Result<Vec<f64>, SpaceError> {
+    pub(crate) fn start(&self, mut point: Vec<f64>) -> Result<Vec<f64>, SpaceError> {
         let (found, count) = (point.len(), self.len());
         if found != count {
             return Err(SpaceError::Length { found, count });
@@ -158,7 +162,7 @@ impl Space {
     }
 
     /// Whether a point has the right length and lies between the bounds.
-    pub fn holds(&self, point: &[f64]) -> bool {
+    pub(crate) fn holds(&self, point: &[f64]) -> bool {
         let bounds = self.lower.iter().zip(&self.upper);
         let inside =
             |(x, (lower, upper)): (&f64, (&f64, &f64))| x.is_finite() && lower <= x && x <= upper;
@@ -168,7 +172,7 @@ impl Space {
     /// Where parameter `i` comes to by a step from `from`: not beyond its bounds, and onto one that it
     /// misses by rounding alone.
     #[inline]
-    pub fn moved(&self, i: usize, from: f64, step: f64) -> f64 {
+    pub(crate) fn moved(&self, i: usize, from: f64, step: f64) -> f64 {
         let (lower, upper) = (self.lower[i], self.upper[i]);
         let to = (from + step).clamp(lower, upper);
         let near = ULPS * f64::EPSILON * (from.abs() + step.abs());
@@ -181,13 +185,13 @@ impl Space {
 
     /// Whether parameter `i` is at a bound and going downhill would leave it.
     #[inline]
-    pub fn binds(&self, i: usize, at: f64, slope: f64) -> bool {
+    pub(crate) fn binds(&self, i: usize, at: f64, slope: f64) -> bool {
         (at <= self.lower[i] && slope >= 0.0) || (at >= self.upper[i] && slope <= 0.0)
     }
 
     /// How often a step fits between where parameter `i` is and its bound; infinite without one.
     #[inline]
-    pub fn room(&self, i: usize, at: f64, step: f64) -> f64 {
+    pub(crate) fn room(&self, i: usize, at: f64, step: f64) -> f64 {
         match step {
             step if step > 0.0 => (self.upper[i] - at) / step,
             step if step < 0.0 => (self.lower[i] - at) / step,
@@ -197,7 +201,7 @@ impl Space {
 
     /// The largest downhill step, in scales, that the bounds allow against the gradient: zero at
     /// a minimum.
-    pub fn slope(&self, point: &[f64], gradient: &[f64]) -> f64 {
+    pub(crate) fn slope(&self, point: &[f64], gradient: &[f64]) -> f64 {
         let one = |i: usize| {
             let scale = self.scale[i];
             let to = point[i] - scale * scale * gradient[i];

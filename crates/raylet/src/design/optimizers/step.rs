@@ -53,7 +53,7 @@ pub enum OptimizerError {
 ///
 /// # Errors
 /// When it is not.
-pub fn demand(
+pub(crate) fn demand(
     good: bool,
     name: &'static str,
     value: f64,

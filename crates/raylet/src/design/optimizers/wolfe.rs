@@ -29,7 +29,7 @@ const TRIALS: u32 = 20;
 
 /// A step α, the value φ(α) there and the slope φ′(α).
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Sample {
+pub(crate) struct Sample {
     /// α.
     #[serde(with = "exact::number")]
     pub step: f64,
@@ -54,7 +54,7 @@ impl Sample {
 
 /// What a search says of the sample that was reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Judgement {
+pub(crate) enum Judgement {
     /// Good enough.
     Enough,
     /// Another one is to be looked at: [`Search::trial`].
@@ -65,7 +65,7 @@ pub enum Judgement {
 
 /// A search under way.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Search {
+pub(crate) struct Search {
     start: Sample,
     /// The ends of the interval: the best sample yet, and another one.
     best: Sample,
@@ -92,7 +92,7 @@ pub struct Search {
 
 impl Search {
     /// From the value and the (negative) slope at step 0; the first trial and the largest step.
-    pub fn new(value: f64, slope: f64, trial: f64, most: f64) -> Self {
+    pub(crate) fn new(value: f64, slope: f64, trial: f64, most: f64) -> Self {
         let start = Sample {
             step: 0.0,
             value,
@@ -115,7 +115,7 @@ impl Search {
     }
 
     /// Whether a search can have come to be so: one that was read may be anything.
-    pub fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         let samples = [self.start, self.best, self.other];
         let finite = |sample: &Sample| {
             let numbers = [sample.step, sample.value, sample.slope];
@@ -133,12 +133,12 @@ impl Search {
     }
 
     /// The step to be looked at.
-    pub fn trial(&self) -> f64 {
+    pub(crate) fn trial(&self) -> f64 {
         self.trial
     }
 
     /// Learns the value and the slope at the trial step.
-    pub fn report(&mut self, value: f64, slope: f64) -> Judgement {
+    pub(crate) fn report(&mut self, value: f64, slope: f64) -> Judgement {
         self.trials += 1;
         if !(value.is_finite() && slope.is_finite()) {
             return self.retreat();

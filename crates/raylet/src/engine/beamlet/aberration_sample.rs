@@ -17,7 +17,7 @@ const SAMPLES: f64 = 5000.0;
 const NODE_SPACING: usize = 4;
 
 /// The samples of one patch.
-pub struct AberrationSamples<'a> {
+pub(crate) struct AberrationSamples<'a> {
     job: &'a Job<'a>,
     patch: usize,
     centre: [f64; 2],
@@ -29,7 +29,7 @@ pub struct AberrationSamples<'a> {
 
 impl<'a> AberrationSamples<'a> {
     /// Of the patch of this number and centre, where the beamlets of all patches have `total` energy.
-    pub fn new(job: &'a Job<'a>, patch: usize, centre: [f64; 2], total: f64) -> Self {
+    pub(crate) fn new(job: &'a Job<'a>, patch: usize, centre: [f64; 2], total: f64) -> Self {
         Self {
             job,
             patch,
@@ -40,7 +40,7 @@ impl<'a> AberrationSamples<'a> {
     }
 
     /// For how many beamlets like it a mode with this energy stands; nothing when it is not sampled.
-    pub fn drawn(&self, mode: [usize; 2], energy: f64) -> Option<f64> {
+    pub(crate) fn drawn(&self, mode: [usize; 2], energy: f64) -> Option<f64> {
         let chance = energy / self.sure;
         let address = [
             mode[0] as u32,
@@ -53,7 +53,7 @@ impl<'a> AberrationSamples<'a> {
 
     /// The aberration of one mode between those of four nodes, for it is a smooth function of direction; by
     /// its own rays where a node has none.
-    pub fn between(&mut self, mode: [usize; 2]) -> Option<Aberration> {
+    pub(crate) fn between(&mut self, mode: [usize; 2]) -> Option<Aberration> {
         let low = mode.map(|m| m - m % NODE_SPACING);
         let t = mode.map(|m| (m % NODE_SPACING) as f64 / NODE_SPACING as f64);
         let (mut cubic, mut quartic) = (0.0, 0.0);
@@ -85,7 +85,7 @@ impl<'a> AberrationSamples<'a> {
     }
 
     /// The aberration of one mode by its own rays.
-    pub fn at(&self, mode: [usize; 2]) -> Option<Aberration> {
+    pub(crate) fn at(&self, mode: [usize; 2]) -> Option<Aberration> {
         let [bx, by] = &self.job.plan.bands;
         let p = [bx.at(mode[0]), by.at(mode[1])];
         let hop = self.job.chooser();

@@ -12,7 +12,7 @@ use crate::optics::system::Hop;
 
 /// Higher-order aberration inside one beamlet.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Aberration {
+pub(crate) struct Aberration {
     /// ε₃², the mean square cubic phase (rad²).
     pub cubic: f64,
     /// m₄, the mean quartic phase (rad).
@@ -27,14 +27,14 @@ const LEFT: f64 = 3.0;
 
 impl Aberration {
     /// η of one beamlet: the modulus of what the correction changes, √((½ε₃²)² + (3m₄)²), at most 1.
-    pub fn eta(&self) -> f64 {
+    pub(crate) fn eta(&self) -> f64 {
         (0.5 * self.cubic).hypot(3.0 * self.quartic).min(1.0)
     }
 
     /// The same beamlet's aberration at a distance r from its ray, where its amplitude is exp(−r²/2) of the
     /// peak: the cubic phase grows as r³, the quartic one as r⁴, from ⟨r⁶⟩ = 24 and ⟨r⁴⟩ = 6 over the beamlet's
     /// energy in its four dimensions.
-    pub fn at_distance(&self, r: f64) -> Self {
+    pub(crate) fn at_distance(&self, r: f64) -> Self {
         Self {
             cubic: self.cubic * (r.powi(6) / 24.0).max(1.0),
             quartic: self.quartic * (r.powi(4) / 6.0).max(1.0),
@@ -42,7 +42,7 @@ impl Aberration {
     }
 
     /// What the correction leaves of it, some η(ε₃ + η); all of it where there is none.
-    pub fn left(&self) -> f64 {
+    pub(crate) fn left(&self) -> f64 {
         let eta = self.eta();
         if eta > CORRECTABLE {
             return eta;
@@ -51,7 +51,7 @@ impl Aberration {
     }
 
     /// The factor exp(½ε₃² − 3i m₄) for the beamlet's amplitude; one where the expansion does not hold.
-    pub fn correction(&self) -> Complex64 {
+    pub(crate) fn correction(&self) -> Complex64 {
         if self.eta() > CORRECTABLE {
             return Complex64::ONE;
         }
@@ -102,7 +102,13 @@ fn symplectic(a: &[f64; 4], b: &[f64; 4]) -> f64 {
 
 /// Aberration inside the beamlet of width `sigma` about the ray that leaves (x, y) along p; nothing when
 /// the ray or one of its neighbours is lost. `k` is the vacuum wavenumber.
-pub fn aberration(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64, k: f64) -> Option<Aberration> {
+pub(crate) fn aberration(
+    hop: &Hop,
+    at: [f64; 2],
+    p: [f64; 2],
+    sigma: f64,
+    k: f64,
+) -> Option<Aberration> {
     // Positions and cosines on the plane that touches the screen are canonical variables.
     let launch_plane = LaunchPlane::new(hop.from, at).ok()?;
     let (hop, at, p) = (

@@ -10,7 +10,7 @@ use crate::wave::grid::raster::Raster;
 
 /// The beamlets of one patch that reach the target, in the order of their modes.
 #[derive(Clone, Debug)]
-pub struct PatchBeamlets {
+pub(crate) struct PatchBeamlets {
     /// The patch.
     pub index: usize,
     /// The directions that were tried, as indices in the bands along x and y.
@@ -23,10 +23,10 @@ pub struct PatchBeamlets {
 
 impl PatchBeamlets {
     /// Bytes that a beamlet takes.
-    pub const BYTES: usize = size_of::<Arrival>() + size_of::<[usize; 2]>();
+    pub(crate) const BYTES: usize = size_of::<Arrival>() + size_of::<[usize; 2]>();
 
     /// Those at the given places.
-    pub fn only(&self, wanted: impl Fn([usize; 2]) -> bool) -> Self {
+    pub(crate) fn only(&self, wanted: impl Fn([usize; 2]) -> bool) -> Self {
         let pairs = self.places.iter().zip(&self.arrivals);
         let (places, arrivals) = pairs.filter(|(place, _)| wanted(**place)).unzip();
         Self {
@@ -47,16 +47,21 @@ struct Cached {
 
 /// Where the beamlets of one hop may be kept. They are written once; copies share them.
 #[derive(Clone, Default)]
-pub struct BeamletCache(Arc<OnceLock<Option<Cached>>>);
+pub(crate) struct BeamletCache(Arc<OnceLock<Option<Cached>>>);
 
 impl BeamletCache {
     /// Whether nothing has been decided about it yet.
-    pub fn is_new(&self) -> bool {
+    pub(crate) fn is_new(&self) -> bool {
         self.0.get().is_none()
     }
 
     /// Keeps the beamlets of all patches, or nothing for good, if it is new.
-    pub fn fill(&self, from: &Grid, to: &Raster, beamlets: Option<Vec<Option<PatchBeamlets>>>) {
+    pub(crate) fn fill(
+        &self,
+        from: &Grid,
+        to: &Raster,
+        beamlets: Option<Vec<Option<PatchBeamlets>>>,
+    ) {
         let cached = beamlets.map(|beamlets| Cached {
             from: from.clone(),
             to: *to,
@@ -67,7 +72,7 @@ impl BeamletCache {
     }
 
     /// What is kept, if it is of this grid and this raster.
-    pub fn of(&self, from: &Grid, to: &Raster) -> Option<&[Option<PatchBeamlets>]> {
+    pub(crate) fn of(&self, from: &Grid, to: &Raster) -> Option<&[Option<PatchBeamlets>]> {
         let cached = self.0.get()?.as_ref()?;
         (cached.from == *from && cached.to == *to).then_some(cached.beamlets.as_slice())
     }

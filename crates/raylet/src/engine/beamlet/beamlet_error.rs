@@ -13,14 +13,14 @@ use crate::wave::beamlet::wavelet::Tail;
 const TRUSTED_SHARE: f64 = 0.98;
 
 /// Tails are judged up to this distance r, where the amplitude is exp(−r²/2).
-pub const FARTHEST: f64 = 4.0;
+pub(crate) const FARTHEST: f64 = 4.0;
 
 /// Largest η that a beamlet beside the target may have for its tail on the target to be accurate.
-pub const TRUSTED_TAIL: f64 = 0.1;
+pub(crate) const TRUSTED_TAIL: f64 = 0.1;
 
 /// Errors that a width of beamlets is expected to have, relative to the field.
 #[derive(Clone, Copy, Debug)]
-pub struct ExpectedErrors {
+pub(crate) struct ExpectedErrors {
     /// From aberration inside beamlets, uncorrected.
     pub eta: f64,
     /// After the correction.
@@ -63,7 +63,7 @@ impl Judged {
 }
 
 /// What beamlets are judged on.
-pub struct Judge<'a, W> {
+pub(crate) struct Judge<'a, W> {
     /// The hop.
     pub hop: &'a Hop<'a>,
     /// The target box of the second screen, `[x_min, x_max, y_min, y_max]` in mm.
@@ -77,7 +77,12 @@ impl<W: Fn(&SearchRay) -> f64> Judge<'_, W> {
     /// of those beside the target, weighted by the light that goes their way and falls on it. The worst few are left
     /// out: grazing rays or rays whose neighbours are lost, to which the envelope may give more light than they
     /// have; what they do carry is in the tally of the run. Tails that a run discards count as lost light instead.
-    pub fn errors(&self, judges: &[SearchRay], beside: &[SearchRay], sigma: f64) -> ExpectedErrors {
+    pub(crate) fn errors(
+        &self,
+        judges: &[SearchRay],
+        beside: &[SearchRay],
+        sigma: f64,
+    ) -> ExpectedErrors {
         let mut found = Vec::new();
         let mut discarded = 0.0;
         for ray in judges {

@@ -18,7 +18,7 @@ pub fn launch_beamlet(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64) -> Resul
 /// # Errors
 /// How its chief ray was lost, if it was.
 #[inline]
-pub fn launch_beamlet_from(
+pub(crate) fn launch_beamlet_from(
     launch_plane: &LaunchPlane,
     hop: &Hop,
     p: [f64; 2],

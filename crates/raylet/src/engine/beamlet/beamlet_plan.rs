@@ -77,7 +77,7 @@ const UNWANTED: f64 = 1e-6;
 const JUDGES: usize = 300;
 
 /// Footprints beyond the target within which directions are followed, in typical footprints.
-pub const MARGIN: f64 = 2.5;
+pub(crate) const MARGIN: f64 = 2.5;
 
 /// A target error that no beamlet sum reaches.
 const FINEST: f64 = 1e-6;
@@ -86,7 +86,7 @@ const FINEST: f64 = 1e-6;
 const BESIDE_DISCARDED: f64 = 0.01;
 
 /// What a beamlet plan is made from.
-pub struct Planner<'a> {
+pub(crate) struct Planner<'a> {
     /// The hop.
     pub hop: &'a Hop<'a>,
     /// The lit part of the first screen, `[x_min, x_max, y_min, y_max]` in mm.
@@ -113,7 +113,7 @@ impl Planner<'_> {
     ///
     /// # Errors
     /// When the error of no width is a number.
-    pub fn plan(&self, search: &DirectionSearch) -> Result<BeamletPlan, PlanError> {
+    pub(crate) fn plan(&self, search: &DirectionSearch) -> Result<BeamletPlan, PlanError> {
         let judges = judges(search);
         let wanted = self.wanted_judges(&judges);
         let widths = self.widths(&judges);
@@ -192,7 +192,7 @@ impl Planner<'_> {
     }
 
     /// The lattice of directions that a search asks for, at a patch period in mm.
-    pub fn bands(&self, search: &DirectionSearch, period: f64) -> [Band; 2] {
+    pub(crate) fn bands(&self, search: &DirectionSearch, period: f64) -> [Band; 2] {
         let p = search.band.map(|p| if p.is_finite() { p } else { 0.0 });
         let spacing = self.hop.wavelength / period;
         [
@@ -307,7 +307,7 @@ impl Planner<'_> {
     }
 
     /// The weight of a judge: how much light goes its way, if that light is wanted.
-    pub fn weight(&self, ray: &SearchRay) -> f64 {
+    pub(crate) fn weight(&self, ray: &SearchRay) -> f64 {
         let wanted = self
             .downstream
             .is_wanted(ray.landing.at, ray.landing.cosines);
@@ -338,7 +338,7 @@ impl Planner<'_> {
 
     /// What arrives: half width of the footprints on the target, of which 95 % of the light has smaller
     /// ones, and direction cosines there, the beamlets' own spread included.
-    pub fn arrival(&self, judges: &[SearchRay], sigma: f64) -> Arrived {
+    pub(crate) fn arrival(&self, judges: &[SearchRay], sigma: f64) -> Arrived {
         let k = self.hop.wavenumber();
         let threshold = self.settings.footprint_edge();
         let mut footprints = Vec::new();
@@ -369,7 +369,7 @@ impl Planner<'_> {
 
 /// σ₀ = (k‖∂p′/∂x‖)^{−1/2}, the width whose beamlets spread least behind the train's power, by the
 /// median of the search; without power √(‖∂s/∂p‖/k), and never more than a quarter of the screen.
-pub fn starting_width(hop: &Hop, from: [f64; 4], judges: &[SearchRay]) -> f64 {
+pub(crate) fn starting_width(hop: &Hop, from: [f64; 4], judges: &[SearchRay]) -> f64 {
     let k = hop.wavenumber();
     let wavelength = hop.wavelength;
     let norm = |ray: &SearchRay, row: usize, column: usize| {
@@ -397,7 +397,7 @@ pub fn starting_width(hop: &Hop, from: [f64; 4], judges: &[SearchRay]) -> f64 {
 }
 
 /// What a width brings to the target.
-pub struct Arrived {
+pub(crate) struct Arrived {
     /// Half width of a typical footprint, in mm.
     pub footprint: f64,
     /// Largest |p|.
@@ -407,7 +407,7 @@ pub struct Arrived {
 }
 
 /// The rays of a search on which choices are judged.
-pub fn judges(search: &DirectionSearch) -> Vec<SearchRay> {
+pub(crate) fn judges(search: &DirectionSearch) -> Vec<SearchRay> {
     thinned(&search.rays)
 }
 
@@ -423,7 +423,7 @@ fn thinned(rays: &[SearchRay]) -> Vec<SearchRay> {
 
 impl BeamletPlan {
     /// The error to expect: that of beamlets and that of tails which are discarded.
-    pub fn expected_error(&self) -> f64 {
+    pub(crate) fn expected_error(&self) -> f64 {
         self.error_of_beamlets().hypot(self.dropped)
     }
 
@@ -439,7 +439,7 @@ impl BeamletPlan {
     }
 
     /// The error to expect from windows and period alone, for the cubic phase `cubic` (rad).
-    pub fn window_error(&self, cubic: f64) -> f64 {
+    pub(crate) fn window_error(&self, cubic: f64) -> f64 {
         window_error(self.step / self.sigma, self.period / self.sigma, cubic)
     }
 }

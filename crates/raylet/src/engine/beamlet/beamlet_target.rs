@@ -14,7 +14,7 @@ use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::beamlet::wavelet::Arrival;
 
 /// A beamlet that reaches the target.
-pub struct TargetBeamlet {
+pub(crate) struct TargetBeamlet {
     /// The beamlet of coefficient one, the correction of its aberration included.
     pub arrival: Arrival,
     /// Whether the aberration inside it had to be sampled.
@@ -25,7 +25,7 @@ pub struct TargetBeamlet {
 
 /// A beamlet that adds nothing to the target.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DiscardedBeamlet {
+pub(crate) struct DiscardedBeamlet {
     /// What became of it.
     pub fate: Fate,
     /// The share of its energy that its tail would bring to the target where the light ends, by real rays.
@@ -39,7 +39,7 @@ impl From<Fate> for DiscardedBeamlet {
 }
 
 /// Where the beamlets of a patch leave.
-pub struct LaunchPlanes {
+pub(crate) struct LaunchPlanes {
     /// On the hop that was planned.
     launch_plane: LaunchPlane,
     /// On the hop itself, if it is another one.
@@ -51,7 +51,7 @@ impl LaunchPlanes {
     ///
     /// # Errors
     /// [`Loss::Missed`] where a curved screen does not exist.
-    pub fn new(job: &Job, at: [f64; 2]) -> Result<Self, Loss> {
+    pub(crate) fn new(job: &Job, at: [f64; 2]) -> Result<Self, Loss> {
         let moved = job.planned.map(|_| LaunchPlane::new(job.hop.from, at));
         Ok(Self {
             launch_plane: LaunchPlane::new(job.chooser().from, at)?,
@@ -60,7 +60,7 @@ impl LaunchPlanes {
     }
 
     /// The launch plane on the hop itself.
-    pub fn launch_plane(&self) -> &LaunchPlane {
+    pub(crate) fn launch_plane(&self) -> &LaunchPlane {
         self.moved.as_ref().unwrap_or(&self.launch_plane)
     }
 }
@@ -69,7 +69,7 @@ impl LaunchPlanes {
 ///
 /// # Errors
 /// Its fate when it does not reach the target, or is not accurate there.
-pub fn target_beamlet(
+pub(crate) fn target_beamlet(
     job: &Job,
     LaunchPlanes {
         launch_plane,

@@ -17,7 +17,7 @@ const COUNTED: f64 = 3.0;
 const TRIALS: usize = 3;
 
 /// A beamlet as it leaves.
-pub struct LeavingBeamlet<'a> {
+pub(crate) struct LeavingBeamlet<'a> {
     /// Where.
     pub launch_plane: &'a LaunchPlane,
     /// Its optical direction cosines on the screen.
@@ -29,7 +29,7 @@ pub struct LeavingBeamlet<'a> {
 /// The share of a beamlet's energy that falls into the box `[x_min, x_max, y_min, y_max]` (mm) on the next screen,
 /// for a ray that lands beside it with the Gaussian tail `tail`; zero where real rays do not get there within
 /// r = 3.
-pub fn discarded_tail_share(
+pub(crate) fn discarded_tail_share(
     hop: &Hop,
     leaving: &LeavingBeamlet,
     bounds: [f64; 4],

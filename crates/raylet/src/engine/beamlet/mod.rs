@@ -2,26 +2,26 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | [`aberration_sample`] | Which beamlets are sampled for their aberration, and its interpolation |
-//! | [`beamlet_aberration`] | Cubic and quartic aberration inside one beamlet, and its correction |
-//! | [`beamlet_cache`] | Beamlets that are kept from one run to the next |
-//! | [`beamlet_error`] | Expected errors of beamlets of one width, from real rays |
+//! | `aberration_sample` | Which beamlets are sampled for their aberration, and its interpolation |
+//! | `beamlet_aberration` | Cubic and quartic aberration inside one beamlet, and its correction |
+//! | `beamlet_cache` | Beamlets that are kept from one run to the next |
+//! | `beamlet_error` | Expected errors of beamlets of one width, from real rays |
 //! | [`beamlet_launch`] | One beamlet from its place on a screen to its landing on the next |
 //! | [`beamlet_plan`] | The plan of a beamlet sum: width, positions, directions and cost |
-//! | [`beamlet_target`] | One beamlet of a patch and the target: where it lands, or why it is discarded |
-//! | [`discarded_tail`] | The energy that the tail of a discarded beamlet would bring to the target |
-//! | [`mode_histogram`] | The energy of all modes by their strength: what a threshold leaves out |
-//! | [`window_error`] | The error of the windows of a beamlet sum, by their distance and period |
-//! | [`workload`] | What a beamlet plan will take, counted on a few patches |
+//! | `beamlet_target` | One beamlet of a patch and the target: where it lands, or why it is discarded |
+//! | `discarded_tail` | The energy that the tail of a discarded beamlet would bring to the target |
+//! | `mode_histogram` | The energy of all modes by their strength: what a threshold leaves out |
+//! | `window_error` | The error of the windows of a beamlet sum, by their distance and period |
+//! | `workload` | What a beamlet plan will take, counted on a few patches |
 
-pub mod aberration_sample;
-pub mod beamlet_aberration;
-pub mod beamlet_cache;
-pub mod beamlet_error;
+pub(crate) mod aberration_sample;
+pub(crate) mod beamlet_aberration;
+pub(crate) mod beamlet_cache;
+pub(crate) mod beamlet_error;
 pub mod beamlet_launch;
 pub mod beamlet_plan;
-pub mod beamlet_target;
-pub mod discarded_tail;
-pub mod mode_histogram;
-pub mod window_error;
-pub mod workload;
+pub(crate) mod beamlet_target;
+pub(crate) mod discarded_tail;
+pub(crate) mod mode_histogram;
+pub(crate) mod window_error;
+pub(crate) mod workload;

@@ -10,7 +10,7 @@ const CLASSES: usize = 2048;
 /// Modes counted by the binary exponent of their energy |c|². Counts are whole numbers, so censuses can
 /// be merged in any order with the same result.
 #[derive(Clone)]
-pub struct ModeHistogram {
+pub(crate) struct ModeHistogram {
     counts: Vec<u64>,
     strongest: f64,
 }
@@ -26,7 +26,7 @@ impl Default for ModeHistogram {
 
 impl ModeHistogram {
     /// Counts some coefficients.
-    pub fn of<'a>(coefficients: impl Iterator<Item = &'a Complex64>) -> Self {
+    pub(crate) fn of<'a>(coefficients: impl Iterator<Item = &'a Complex64>) -> Self {
         let mut histogram = Self::default();
         for c in coefficients {
             let energy = c.norm_sqr();
@@ -37,7 +37,7 @@ impl ModeHistogram {
     }
 
     /// Both together.
-    pub fn merge(mut self, other: Self) -> Self {
+    pub(crate) fn merge(mut self, other: Self) -> Self {
         for (a, b) in self.counts.iter_mut().zip(&other.counts) {
             *a += b;
         }
@@ -46,7 +46,7 @@ impl ModeHistogram {
     }
 
     /// The energy of all modes, to the width of a class.
-    pub fn total(&self) -> f64 {
+    pub(crate) fn total(&self) -> f64 {
         (0..CLASSES - 1).map(|class| self.energy(class)).sum()
     }
 
@@ -57,7 +57,7 @@ impl ModeHistogram {
 
     /// The energy below which modes are left out: the threshold's share of the strongest, or less, so
     /// that what is left out stays within a third of the target error.
-    pub fn floor(&self, settings: &Settings) -> f64 {
+    pub(crate) fn floor(&self, settings: &Settings) -> f64 {
         let ceiling = self.strongest * settings.weakest_mode().powi(2);
         let budget = self.total() * (settings.target_error / 3.0).powi(2);
         let mut left_out = 0.0;

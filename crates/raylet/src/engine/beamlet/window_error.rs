@@ -15,14 +15,14 @@ const RIPPLE: [(f64, f64); 7] = [
 
 /// Expected field error of windows `step` σ apart in patches of `period` σ, for beamlets with the cubic
 /// phase `cubic` (rad).
-pub fn window_error(step: f64, period: f64, cubic: f64) -> f64 {
+pub(crate) fn window_error(step: f64, period: f64, cubic: f64) -> f64 {
     let ripple = interpolated(&RIPPLE, step) * cubic;
     ripple.hypot(2.0 * (-0.25 * period * period).exp())
 }
 
 /// Between the entries of a table their logarithms are joined by straight lines; before the first entry
 /// its value holds, beyond the last one the last line goes on.
-pub fn interpolated(table: &[(f64, f64)], at: f64) -> f64 {
+pub(crate) fn interpolated(table: &[(f64, f64)], at: f64) -> f64 {
     let pair = table
         .windows(2)
         .find(|pair| at <= pair[1].0)

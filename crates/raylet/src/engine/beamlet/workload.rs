@@ -15,7 +15,7 @@ use crate::wave::patches::window::Positions;
 
 /// Rays followed, and seconds of one core.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Workload {
+pub(crate) struct Workload {
     /// Rays followed.
     pub rays: f64,
     /// Seconds on one core.
@@ -55,7 +55,7 @@ struct Sample {
 
 impl Planner<'_> {
     /// What the run of a plan will take; `spacing` is the distance of the points summed on the target.
-    pub fn workload(&self, plan: &BeamletPlan, spacing: [f64; 2]) -> Workload {
+    pub(crate) fn workload(&self, plan: &BeamletPlan, spacing: [f64; 2]) -> Workload {
         let axis = |a: usize| {
             let edges = [self.from[2 * a], self.from[2 * a + 1]];
             Positions::cover(edges, plan.sigma, plan.step, 0.5 * plan.period)

@@ -19,7 +19,7 @@ use crate::wave::grid::field::Field;
 
 /// One hop to be carried by beamlets.
 #[derive(Clone, Copy)]
-pub struct Job<'a> {
+pub(crate) struct Job<'a> {
     /// Screens and train.
     pub hop: Hop<'a>,
     /// The hop that was planned, if `hop` is a slightly changed one: by it beamlets are chosen and corrected,
@@ -39,12 +39,12 @@ pub struct Job<'a> {
 
 impl<'a> Job<'a> {
     /// The hop by which beamlets are chosen.
-    pub fn chooser(&self) -> &Hop<'a> {
+    pub(crate) fn chooser(&self) -> &Hop<'a> {
         self.planned.as_ref().unwrap_or(&self.hop)
     }
 
     /// The draws of one patch.
-    pub fn draws_of(&self, patch: usize) -> Option<PatchDraws> {
+    pub(crate) fn draws_of(&self, patch: usize) -> Option<PatchDraws> {
         self.draws.map(|(draws, hop)| PatchDraws {
             draws,
             at: [hop, patch as u32],
@@ -53,7 +53,7 @@ impl<'a> Job<'a> {
 }
 
 /// What the way back through a hop adds to.
-pub struct AdjointSums<'a> {
+pub(crate) struct AdjointSums<'a> {
     /// Cotangent of the field at the nodes of the first screen, [y, x].
     pub from_bar: &'a mut Array2<Complex64>,
     /// How the hop changes with each parameter.
@@ -65,7 +65,7 @@ pub struct AdjointSums<'a> {
 }
 
 /// Something that carries fields.
-pub trait Backend {
+pub(crate) trait Backend {
     /// Number of patches that a field has.
     fn patches(&self, job: &Job, from: &Field) -> usize;
 

@@ -35,7 +35,7 @@ use crate::wave::patches::window::Positions;
 
 /// This machine's cores, through the current rayon pool.
 #[derive(Clone, Copy, Debug, Default)]
-pub struct BeamletPropagation;
+pub(crate) struct BeamletPropagation;
 
 /// Directions of a chunk of patches.
 const CHUNK: usize = 1 << 18;

@@ -33,7 +33,7 @@ use crate::wave::grid::raster::Raster;
 
 /// Why a hop cannot be carried.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum HopError {
+pub(crate) enum HopError {
     /// A sum of plane waves cannot be planned.
     #[error(transparent)]
     Sum(#[from] NufftError),
@@ -44,7 +44,7 @@ pub enum HopError {
 
 /// Why there is no way back through a hop.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum HopAdjointError {
+pub(crate) enum HopAdjointError {
     /// Its method, by the name in scenes, has no adjoint.
     #[error("method '{0}' has no adjoint")]
     NoAdjoint(&'static str),
@@ -55,7 +55,7 @@ pub enum HopAdjointError {
 
 /// A hop with its plan.
 #[derive(Clone, Copy)]
-pub struct HopRun<'a> {
+pub(crate) struct HopRun<'a> {
     /// Its place in the system.
     pub number: usize,
     /// Screens and train.
@@ -76,7 +76,7 @@ pub struct HopRun<'a> {
 
 impl<'a> HopRun<'a> {
     /// A hop, with its place in the system, as it was planned; no beamlets are kept.
-    pub fn new(
+    pub(crate) fn new(
         number: usize,
         hop: Hop<'a>,
         plan: &'a Plan,
@@ -100,7 +100,7 @@ impl<'a> HopRun<'a> {
     ///
     /// # Errors
     /// When a sum of plane waves cannot be planned, or `progress` cancels the hop.
-    pub fn carry(
+    pub(crate) fn carry(
         &self,
         field: &Field,
         raster: Raster,
@@ -166,7 +166,7 @@ impl<'a> HopRun<'a> {
     }
 
     /// The levels around the second screen on which [`HopRun::carry`] sums light; nothing for a plane one.
-    pub fn stack(&self, reach: [f64; 2]) -> Option<Stack> {
+    pub(crate) fn stack(&self, reach: [f64; 2]) -> Option<Stack> {
         let to = self.hop.to;
         (!to.is_plane()).then(|| stack(to, reach, self.hop.wavenumber()))
     }
@@ -176,7 +176,7 @@ impl<'a> HopRun<'a> {
     ///
     /// # Errors
     /// When the method of the hop has no adjoint, or the pulse of `back` cancels the hop.
-    pub fn carry_adjoint(
+    pub(crate) fn carry_adjoint(
         &self,
         field: &Field,
         raster: Raster,

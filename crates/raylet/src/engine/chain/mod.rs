@@ -2,21 +2,21 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | [`backend`] | The interface between fields and rays: everything that crosses it adds |
+//! | `backend` | The interface between fields and rays: everything that crosses it adds |
 //! | [`control_variate`] | A control variate for drawn beamlets: only the change since an exact run is estimated |
-//! | [`beamlet_propagation`] | The backend that carries beamlets of a range of patches on the threads of this machine |
+//! | `beamlet_propagation` | The backend that carries beamlets of a range of patches on the threads of this machine |
 //! | [`forecast`] | What a run will take: plans, samples and memory of every hop |
-//! | [`hop_run`] | One hop being run, from the field behind the first screen to the light before the second |
+//! | `hop_run` | One hop being run, from the field behind the first screen to the light before the second |
 //! | [`linearised_system`] | A system with frozen plans: its fields and its gradients |
 //! | [`mod@reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
 //! | [`screen_sensitivity`] | How the light on a screen changes with the numbers of its source and element |
 //! | [`simulate`] | A whole run from the source to the sensor |
 
-pub mod backend;
-pub mod beamlet_propagation;
+pub(crate) mod backend;
+pub(crate) mod beamlet_propagation;
 pub mod control_variate;
 pub mod forecast;
-pub mod hop_run;
+pub(crate) mod hop_run;
 pub mod linearised_system;
 pub mod reference;
 pub mod screen_sensitivity;

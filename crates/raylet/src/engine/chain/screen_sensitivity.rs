@@ -31,7 +31,7 @@ fn rate(below: Complex64, here: Complex64, above: Complex64, distance: f64) -> C
 }
 
 /// The derivative that the light of the source brings on the first screen, when that or the source moves.
-pub fn pull_light(variation: &Variation, passed: &ScreenFields, arrived_bar: &Field) -> f64 {
+pub(crate) fn pull_light(variation: &Variation, passed: &ScreenFields, arrived_bar: &Field) -> f64 {
     let (below, above) = (&variation.below, &variation.above);
     let still = below.source == above.source
         && below.screens[0].frame == above.screens[0].frame
@@ -49,7 +49,7 @@ pub fn pull_light(variation: &Variation, passed: &ScreenFields, arrived_bar: &Fi
 }
 
 /// The derivative that an element brings whose transmission changes.
-pub fn pull_act(
+pub(crate) fn pull_act(
     variation: &Variation,
     number: usize,
     passed: &ScreenFields,

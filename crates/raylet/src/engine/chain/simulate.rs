@@ -120,7 +120,7 @@ impl<'a> Progress<'a> {
 }
 
 /// Directions of the incident light on the first screen: cosines at its centre and the largest |p|.
-pub fn incidence(system: &System) -> ([f64; 2], [f64; 2]) {
+pub(crate) fn incidence(system: &System) -> ([f64; 2], [f64; 2]) {
     let screen = &system.screens[0];
     let cosines = |point: Vec3| {
         let d = screen.frame.turn_in(system.source.direction(point));
@@ -144,7 +144,7 @@ fn cut_by_ray(rims: &[Rim], hop: usize) -> f64 {
 }
 
 /// The incident field of the source on a grid of the first screen.
-pub fn illuminate(system: &System, grid: Grid) -> Field {
+pub(crate) fn illuminate(system: &System, grid: Grid) -> Field {
     let screen = &system.screens[0];
     let k = system.wavenumber() * screen.index;
     let mut field = Field::zeros(grid.clone());
@@ -170,7 +170,7 @@ pub fn sensor_grid(sensor: &Sensor) -> Grid {
 }
 
 /// Direction on the next screen of the ray through the middle of this one; straight on when it is lost.
-pub fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
+pub(crate) fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
     match hop.trace([0.0, 0.0], anchor, &mut ()) {
         Ok(landing) => landing.cosines,
         Err(_) => [0.0, 0.0],
@@ -202,7 +202,7 @@ impl Arriving {
     }
 
     /// The light on any grid of the screen, before the screen acts.
-    pub fn on(&self, system: &System, screen: &Screen, grid: Grid) -> Field {
+    pub(crate) fn on(&self, system: &System, screen: &Screen, grid: Grid) -> Field {
         match &self.sum {
             None => illuminate(system, grid),
             Some(sheets) => sheets.on(screen, &grid),
@@ -329,7 +329,7 @@ fn run_hops(
 ///
 /// # Errors
 /// [`SimulateError::NotFinite`] with the sensor's name.
-pub fn check_sound(
+pub(crate) fn check_sound(
     system: &System,
     field: &Field,
     noise: Option<&Array2<f64>>,
@@ -365,7 +365,7 @@ fn on_sensor(sensor: &Sensor, sum: Option<HeightStack>) -> Field {
 ///
 /// # Errors
 /// When the last screen is none.
-pub fn sensor_of(system: &System) -> Result<&Sensor, SimulateError> {
+pub(crate) fn sensor_of(system: &System) -> Result<&Sensor, SimulateError> {
     match system.screens.last() {
         Some(Screen {
             act: Act::Sensor(sensor),
@@ -388,7 +388,7 @@ pub fn leaving(plan: &Plan) -> [f64; 2] {
 }
 
 /// Largest |p| of the light that a plan brings to the next screen.
-pub fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
+pub(crate) fn arrival_reach(hop: &Hop, plan: &Plan) -> [f64; 2] {
     match plan {
         Plan::Free(..) => leaving(plan).map(|p| p.min(hop.to.index)),
         Plan::Beamlets(beamlets) => beamlets.arriving,

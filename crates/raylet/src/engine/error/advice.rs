@@ -214,7 +214,7 @@ fn leaving(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Vec<[f64; 2]> {
 
 /// How far an element turns light along x and y, in optical direction cosines: half the lattice order of
 /// its pixels and its steepest analytic phase.
-pub fn turning(doe: &Doe, wavelength: f64) -> [f64; 2] {
+pub(crate) fn turning(doe: &Doe, wavelength: f64) -> [f64; 2] {
     let steep = doe.bounds().map_or([0.0; 2], |bounds| doe.steepest(bounds));
     let pixels = doe.pixels().map(|pixels| pixels.pitch);
     [0, 1].map(|a| {

@@ -44,7 +44,7 @@ struct Lens {
 /// there is no reason why it should not have been followed.
 ///
 /// `light` is the field just behind the first screen, on any grid.
-pub fn lost_light(hop: &Hop, light: &(dyn Fn(Grid) -> Field + Sync)) -> [f64; FATES.len()] {
+pub(crate) fn lost_light(hop: &Hop, light: &(dyn Fn(Grid) -> Field + Sync)) -> [f64; FATES.len()] {
     let mut energy = [0.0; FATES.len()];
     let Some([x0, x1, y0, y1]) = hop.from.bounds() else {
         return energy;

@@ -4,10 +4,10 @@
 //! | --- | --- |
 //! | [`advice`] | Warnings and hints about a system before a run |
 //! | [`error_budget`] | The expected error of a hop, by cause and altogether |
-//! | [`lost_light`] | Where the light goes that no beamlet follows |
+//! | `lost_light` | Where the light goes that no beamlet follows |
 //! | [`tally`] | Rays and energy of a hop by fate |
 
 pub mod advice;
 pub mod error_budget;
-pub mod lost_light;
+pub(crate) mod lost_light;
 pub mod tally;

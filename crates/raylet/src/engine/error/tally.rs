@@ -7,7 +7,7 @@ use crate::optics::ray::Loss;
 
 /// What became of a ray or of a share of the energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Fate {
+pub(crate) enum Fate {
     /// It reached the target.
     Arrived,
     /// It landed beside the target.
@@ -23,7 +23,7 @@ pub enum Fate {
 }
 
 /// All fates, in the order of reports.
-pub const FATES: [Fate; 10] = [
+pub(crate) const FATES: [Fate; 10] = [
     Fate::Arrived,
     Fate::Outside,
     Fate::Lost(Loss::Clipped),
@@ -38,7 +38,7 @@ pub const FATES: [Fate; 10] = [
 
 impl Fate {
     /// The name used in reports.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Fate::Arrived => "arrived",
             Fate::Outside => "outside",
@@ -54,7 +54,7 @@ impl Fate {
     }
 
     /// Its place in [`FATES`].
-    pub fn place(self) -> usize {
+    pub(crate) fn place(self) -> usize {
         FATES.iter().position(|fate| *fate == self).unwrap_or(0)
     }
 }
@@ -109,21 +109,21 @@ pub struct Tally {
 impl Tally {
     /// Counts one ray with its energy.
     #[inline]
-    pub fn count(&mut self, fate: Fate, energy: f64) {
+    pub(crate) fn count(&mut self, fate: Fate, energy: f64) {
         let place = fate.place();
         self.rays[place] += 1;
         self.energy[place] += energy;
     }
 
     /// Counts energy that no ray carried.
-    pub fn add_energy(&mut self, fate: Fate, energy: f64) {
+    pub(crate) fn add_energy(&mut self, fate: Fate, energy: f64) {
         self.energy[fate.place()] += energy;
     }
 
     /// Divides the energy of [`Fate::Elsewhere`] by an estimate from all light: each way of being lost gets what
     /// its share of the estimate lacks so far, and the rest landed outside. Without an estimate it stays where it
     /// is.
-    pub fn divide_elsewhere(&mut self, survey: [f64; FATES.len()]) {
+    pub(crate) fn divide_elsewhere(&mut self, survey: [f64; FATES.len()]) {
         let surveyed: f64 = survey.iter().sum();
         if surveyed <= 0.0 {
             return;
@@ -143,7 +143,7 @@ impl Tally {
     }
 
     /// Rays of this fate.
-    pub fn rays(&self, fate: Fate) -> u64 {
+    pub(crate) fn rays(&self, fate: Fate) -> u64 {
         self.rays[fate.place()]
     }
 
@@ -155,7 +155,7 @@ impl Tally {
     /// Takes note of the aberration of a beamlet that brings `energy` to the target; nothing when it is not
     /// known because neighbouring rays are lost.
     #[inline]
-    pub fn add_aberration(&mut self, found: Option<Aberration>, energy: f64) {
+    pub(crate) fn add_aberration(&mut self, found: Option<Aberration>, energy: f64) {
         let [eta, left, cubic] = match found {
             Some(found) => [found.eta(), found.left(), found.cubic.min(1.0)],
             None => [1.0; 3],
@@ -167,7 +167,7 @@ impl Tally {
     }
 
     /// Energy of this fate as a share of all.
-    pub fn share(&self, fate: Fate) -> f64 {
+    pub(crate) fn share(&self, fate: Fate) -> f64 {
         let total: f64 = self.energy.iter().sum();
         if total > 0.0 {
             self.energy[fate.place()] / total
@@ -177,7 +177,7 @@ impl Tally {
     }
 
     /// Adds another tally.
-    pub fn merge(&mut self, other: &Tally) {
+    pub(crate) fn merge(&mut self, other: &Tally) {
         for i in 0..FATES.len() {
             self.rays[i] += other.rays[i];
             self.energy[i] += other.energy[i];
@@ -193,18 +193,18 @@ impl Tally {
     }
 
     /// What is left of it after the correction.
-    pub fn eta_corrected(&self) -> f64 {
+    pub(crate) fn eta_corrected(&self) -> f64 {
         ratio(self.aberration.left, self.aberration.energy).sqrt() * self.darkness()
     }
 
     /// ε₃: the root mean square cubic phase inside beamlets, in rad.
-    pub fn cubic_phase(&self) -> f64 {
+    pub(crate) fn cubic_phase(&self) -> f64 {
         ratio(self.aberration.cubic, self.aberration.energy).sqrt()
     }
 
     /// How much stronger the beamlets that meet the target are than the field they add up to there: their tails
     /// cancel where the target is darker than what surrounds it, and their errors do not. At least 1.
-    pub fn darkness(&self) -> f64 {
+    pub(crate) fn darkness(&self) -> f64 {
         let total: f64 = self.energy.iter().sum();
         match self.landed {
             Some(landed) => ratio(self.aberration.energy, ALIKE * landed * total)
@@ -222,7 +222,7 @@ impl Tally {
     }
 
     /// √ of the share of the energy in modes below the threshold and in tails that are not trusted.
-    pub fn dropped(&self) -> f64 {
+    pub(crate) fn dropped(&self) -> f64 {
         let kept = self.energy[Fate::Arrived.place()];
         let weak = self.energy[Fate::Weak.place()];
         let tails = ratio(self.untrusted, self.aberration.energy + self.untrusted);

@@ -93,7 +93,7 @@ impl Scattering {
     ///
     /// # Errors
     /// When one is out of range.
-    pub fn check(&self) -> Result<(), RayError> {
+    pub(crate) fn check(&self) -> Result<(), RayError> {
         let (name, width) = match self.window {
             Window::Gaussian { sigma } => ("window sigma", sigma),
             Window::Square { side } => ("window side", side),
@@ -132,7 +132,7 @@ impl Scattering {
     }
 
     /// The directions to follow in a medium of index `n`: those that propagate there.
-    pub fn followed(&self, n: f64) -> [f64; 4] {
+    pub(crate) fn followed(&self, n: f64) -> [f64; 4] {
         let all = [-n, n, -n, n];
         self.towards
             .map_or(all, |followed| followed.map(|p| p.clamp(-n, n)))
@@ -142,7 +142,7 @@ impl Scattering {
     ///
     /// # Errors
     /// When a patch would have too many.
-    pub fn check_modes(&self, n: f64, wavelength: f64) -> Result<(), RayError> {
+    pub(crate) fn check_modes(&self, n: f64, wavelength: f64) -> Result<(), RayError> {
         let [x0, x1, y0, y1] = self.followed(n);
         let along = |low: f64, high: f64| (high - low) * self.period / wavelength + 1.0;
         let modes = along(x0, x1) * along(y0, y1);

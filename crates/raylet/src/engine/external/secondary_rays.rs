@@ -74,7 +74,7 @@ impl SecondaryRays {
     }
 
     /// Ranges of rays with one parent.
-    pub fn families(&self) -> Vec<Range<usize>> {
+    pub(crate) fn families(&self) -> Vec<Range<usize>> {
         let mut families: Vec<Range<usize>> = Vec::new();
         for (i, parent) in self.parent.iter().enumerate() {
             match families.last_mut() {
@@ -88,7 +88,7 @@ impl SecondaryRays {
 
 /// A mode of a patch that becomes a ray.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct ChosenMode {
+pub(crate) struct ChosenMode {
     /// Its indices [m_y, m_x].
     pub mode: [usize; 2],
     /// How often it was drawn over how often that was expected.
@@ -98,7 +98,12 @@ pub struct ChosenMode {
 impl Drawing {
     /// Which modes of the patch of one ray become rays, given their sizes, [m_y, m_x] in rows, with zero for
     /// those that do not.
-    pub fn choose(&self, sizes: &[f64], (ny, nx): (usize, usize), ray: usize) -> Vec<ChosenMode> {
+    pub(crate) fn choose(
+        &self,
+        sizes: &[f64],
+        (ny, nx): (usize, usize),
+        ray: usize,
+    ) -> Vec<ChosenMode> {
         let chosen = |index: usize, times: f64| ChosenMode {
             mode: [index / nx, index % nx],
             times,

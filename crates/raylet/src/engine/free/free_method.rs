@@ -26,7 +26,7 @@ pub enum Approach {
 
 impl Approach {
     /// The name used in reports and messages.
-    pub fn name(self) -> &'static str {
+    pub(crate) fn name(self) -> &'static str {
         match self {
             Approach::Auto => "auto",
             Approach::AngularSpectrum => "angular spectrum",
@@ -39,7 +39,7 @@ impl Approach {
 
 /// How one hop is carried.
 #[derive(Clone, Debug)]
-pub enum FreeMethod {
+pub(crate) enum FreeMethod {
     /// By plane waves.
     AngularSpectrum(FreeHop, FreePlan),
     /// By direct sum.
@@ -50,7 +50,7 @@ pub enum FreeMethod {
 
 /// Every line of sight between two screens.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct LinesOfSight {
+pub(crate) struct LinesOfSight {
     /// Largest optical direction cosines along the first screen's axes.
     pub leaving: [f64; 2],
     /// Largest optical direction cosines along the second screen's axes.
@@ -59,7 +59,7 @@ pub struct LinesOfSight {
 
 impl FreeMethod {
     /// Its method.
-    pub fn approach(&self) -> Approach {
+    pub(crate) fn approach(&self) -> Approach {
         match self {
             FreeMethod::AngularSpectrum(..) => Approach::AngularSpectrum,
             FreeMethod::RayleighSommerfeld(_) => Approach::RayleighSommerfeld,
@@ -69,7 +69,7 @@ impl FreeMethod {
 
     /// Largest |p| that matters behind the first screen, and brought to the second, whose outlines are `from`
     /// and `to`.
-    pub fn reach(&self, hop: &Hop, from: [f64; 4], to: [f64; 4]) -> ([f64; 2], [f64; 2]) {
+    pub(crate) fn reach(&self, hop: &Hop, from: [f64; 4], to: [f64; 4]) -> ([f64; 2], [f64; 2]) {
         match self {
             FreeMethod::AngularSpectrum(_, plan) => {
                 let largest = [0, 1].map(|a| {
@@ -98,7 +98,7 @@ impl FreeMethod {
 ///
 /// # Errors
 /// What stands against the approach, or against every approach.
-pub fn free_method(
+pub(crate) fn free_method(
     hop: &Hop,
     approach: Approach,
     anchor: [f64; 2],

@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | [`free_method`] | Which method without rays carries a hop, and why the others do not |
-//! | [`spot_check`] | The error of a free hop, measured at a few points by the direct sum |
+//! | `spot_check` | The error of a free hop, measured at a few points by the direct sum |
 
 pub mod free_method;
-pub mod spot_check;
+pub(crate) mod spot_check;

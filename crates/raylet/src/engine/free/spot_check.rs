@@ -29,7 +29,7 @@ const ROWS: usize = 64;
 const NEAR: f64 = 3.0;
 
 /// A free hop that was run.
-pub struct Spots<'a> {
+pub(crate) struct Spots<'a> {
     /// Its screens.
     pub hop: &'a Hop<'a>,
     /// How it was carried.
@@ -44,7 +44,7 @@ pub struct Spots<'a> {
 
 impl Spots<'_> {
     /// The relative error of what was found; nothing through plates, very near the screen or in the dark.
-    pub fn error(&self, seed: u64) -> Option<f64> {
+    pub(crate) fn error(&self, seed: u64) -> Option<f64> {
         let wavelength = self.hop.wavelength / self.hop.from.index;
         let near = self.nearest()? < NEAR * wavelength;
         let total: f64 = self.values.iter().map(|u| u.norm_sqr()).sum();

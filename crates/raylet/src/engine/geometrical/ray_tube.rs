@@ -43,7 +43,7 @@ pub struct RayTube {
 impl RayTube {
     /// Half width `half` of the pupil in Fresnel zones of this ray, N = a²/(λ|M⁻¹B|): geometrical optics
     /// holds for N ≫ 1 and fails where N falls to one, at caustics and foci.
-    pub fn fresnel_number(&self, half: f64, wavelength: f64) -> f64 {
+    pub(crate) fn fresnel_number(&self, half: f64, wavelength: f64) -> f64 {
         let Some(inverse) = inverse(self.spread) else {
             return 0.0;
         };
@@ -54,7 +54,7 @@ impl RayTube {
 }
 
 /// The aperture of a screen.
-pub fn aperture_of(screen: &Screen) -> Aperture {
+pub(crate) fn aperture_of(screen: &Screen) -> Aperture {
     match &screen.act {
         Act::Stop(aperture) => aperture.clone(),
         Act::Doe(doe) => doe.aperture.clone(),

@@ -140,7 +140,7 @@ fn outwards(screen: &Screen, [px, py]: [f64; 2]) -> Vec3 {
 }
 
 /// Whether a screen lets light on at a point.
-pub fn passes(screen: &Screen, at: [f64; 2]) -> bool {
+pub(crate) fn passes(screen: &Screen, at: [f64; 2]) -> bool {
     match &screen.act {
         Act::Stop(aperture) => aperture.contains(at[0], at[1]),
         Act::Doe(doe) => doe.aperture.contains(at[0], at[1]),
@@ -165,7 +165,12 @@ fn leave(screen: &Screen, k: f64, at: [f64; 2], p: [f64; 2]) -> Result<([f64; 2]
 
 /// The direction behind an element that adds `kick` to the optical cosines along its surface: what is
 /// tangential is kept and kicked, what is normal follows, backwards from a mirror.
-pub fn deflected(screen: &Screen, at: [f64; 2], p: [f64; 2], kick: [f64; 2]) -> Option<[f64; 2]> {
+pub(crate) fn deflected(
+    screen: &Screen,
+    at: [f64; 2],
+    p: [f64; 2],
+    kick: [f64; 2],
+) -> Option<[f64; 2]> {
     let [sx, sy] = screen.height(at)?.slope;
     let up = Vec3::new(-sx, -sy, 1.0).unit();
     let [px, py] = p;

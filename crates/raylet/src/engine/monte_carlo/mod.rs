@@ -6,12 +6,12 @@
 //! | [`paper`] | The source paper's method: patches anywhere, drawn modes, plain plane waves |
 //! | [`paper_plan`] | The plan of the source paper's method: where patches stand, and which modes they have |
 //! | [`repeated_runs`] | The mean of random runs and its standard error |
-//! | [`tangent_patch`] | The plane that touches a screen at a patch, and the plane waves that leave it |
-//! | [`tangent_patch_error`] | The error of flat patches on a curved screen |
+//! | `tangent_patch` | The plane that touches a screen at a patch, and the plane waves that leave it |
+//! | `tangent_patch_error` | The error of flat patches on a curved screen |
 
 pub mod mode_sampling;
 pub mod paper;
 pub mod paper_plan;
 pub mod repeated_runs;
-pub mod tangent_patch;
-pub mod tangent_patch_error;
+pub(crate) mod tangent_patch;
+pub(crate) mod tangent_patch_error;

@@ -56,7 +56,7 @@ const NOISE: u32 = 6;
 
 impl PatchDraws {
     /// By what each mode is multiplied, [m_y, m_x]: zero where it is not drawn.
-    pub fn weights(&self, modes: &Array2<Complex64>) -> Array2<f64> {
+    pub(crate) fn weights(&self, modes: &Array2<Complex64>) -> Array2<f64> {
         let size: Vec<f64> = modes.iter().map(|c| c.norm()).collect();
         let total: f64 = size.iter().sum();
         let mut weights = Array2::zeros(modes.raw_dim());

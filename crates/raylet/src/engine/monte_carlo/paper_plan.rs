@@ -59,7 +59,7 @@ pub struct Address {
 
 impl PaperPlan {
     /// The plan that follows from the knobs.
-    pub fn new(planner: &Planner) -> Self {
+    pub(crate) fn new(planner: &Planner) -> Self {
         let (hop, knobs) = (planner.hop, &planner.settings.paper);
         let [x0, x1, y0, y1] = planner.from;
         let side = knobs.patch.unwrap_or(0.25 * (x1 - x0).min(y1 - y0));
@@ -112,7 +112,7 @@ impl PaperPlan {
     }
 
     /// The position of a patch.
-    pub fn place(&self, patch: u32, Address { seed, hop }: Address) -> [f64; 2] {
+    pub(crate) fn place(&self, patch: u32, Address { seed, hop }: Address) -> [f64; 2] {
         let [x0, x1, y0, y1] = self.area;
         let within = match self.rule {
             Positions::Grid => [0.5; 2],
@@ -136,12 +136,12 @@ impl PaperPlan {
     }
 
     /// Whether every position is drawn for itself, and the field not divided by what they cover together.
-    pub fn is_independent(&self) -> bool {
+    pub(crate) fn is_independent(&self) -> bool {
         matches!(self.rule, Positions::Inside | Positions::Dilated) && !self.coverage
     }
 
     /// Rays of a patch, at most.
-    pub fn rays_each(&self) -> usize {
+    pub(crate) fn rays_each(&self) -> usize {
         let modes = self.bands[0].count.saturating_mul(self.bands[1].count);
         match self.sampler {
             Sampler::All => modes,
@@ -150,7 +150,7 @@ impl PaperPlan {
     }
 
     /// Rays that it expects; equal draws counted as often as they are drawn.
-    pub fn rays(&self) -> f64 {
+    pub(crate) fn rays(&self) -> f64 {
         let each = match self.sampler {
             Sampler::Multinomial => self.secondary,
             Sampler::Systematic | Sampler::All => self.rays_each(),

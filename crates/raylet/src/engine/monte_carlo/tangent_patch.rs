@@ -18,7 +18,7 @@ use crate::wave::patches::patch::Band;
 use crate::wave::patches::tile::TileCutter;
 
 /// A place on a screen where a patch stands.
-pub struct TangentPatch {
+pub(crate) struct TangentPatch {
     /// The touching plane; nothing on a plane screen.
     plane: Option<Screen>,
     /// The place, in mm on the screen's local plane.
@@ -37,7 +37,7 @@ pub struct TangentPatch {
 impl TangentPatch {
     /// The tangent patch at (x, y); `along` is the normal cosine of the incident light, with its sign. Nothing
     /// where a curved screen does not exist.
-    pub fn new(screen: &Screen, at: [f64; 2], along: f64) -> Option<Self> {
+    pub(crate) fn new(screen: &Screen, at: [f64; 2], along: f64) -> Option<Self> {
         let mut tangent_patch = Self {
             plane: None,
             at,
@@ -66,7 +66,7 @@ impl TangentPatch {
     }
 
     /// The hop as it begins here, and the point on its first plane.
-    pub fn start<'a>(&'a self, hop: &Hop<'a>) -> (Hop<'a>, [f64; 2]) {
+    pub(crate) fn start<'a>(&'a self, hop: &Hop<'a>) -> (Hop<'a>, [f64; 2]) {
         match &self.plane {
             None => (*hop, self.at),
             Some(plane) => (
@@ -82,7 +82,7 @@ impl TangentPatch {
     /// Cosines on the touching plane of the mode with these rates on the lattice; nothing when it does
     /// not propagate.
     #[inline]
-    pub fn cosines(&self, rates: [f64; 2]) -> Option<[f64; 2]> {
+    pub(crate) fn cosines(&self, rates: [f64; 2]) -> Option<[f64; 2]> {
         let f = [rates[0] + self.carrier[0], rates[1] + self.carrier[1]];
         let [x, y, _] = &self.axes;
         let p = [x.x * f[0] + x.y * f[1], y.x * f[0] + y.y * f[1]];
@@ -98,13 +98,13 @@ impl TangentPatch {
     }
 
     /// The modes of the patch here on a plane screen.
-    pub fn cut_plane(&self, cutter: &TileCutter, field: &Field) -> Array2<Complex64> {
+    pub(crate) fn cut_plane(&self, cutter: &TileCutter, field: &Field) -> Array2<Complex64> {
         cutter.cut(field, self.at)
     }
 
     /// The modes of the patch as if it were the touching plane: light of normal cosine `along` has the
     /// phase there that it would have, and leaves from there.
-    pub fn cut_tangent(
+    pub(crate) fn cut_tangent(
         &self,
         cutter: &TileCutter,
         field: &Field,
@@ -118,7 +118,7 @@ impl TangentPatch {
     }
 
     /// The modes of the patch as if its light left the touching plane, with the field of the true surface.
-    pub fn cut_incident(&self, cutter: &TileCutter, field: &Field) -> Array2<Complex64> {
+    pub(crate) fn cut_incident(&self, cutter: &TileCutter, field: &Field) -> Array2<Complex64> {
         cutter.cut_nodes(self.at, self.carrier, |node| field.values[node])
     }
 
@@ -132,7 +132,7 @@ impl TangentPatch {
 
     /// The modes with the field on the true surface, Σ U e^{−ik(f·Δ + q h)} with the height h over the
     /// touching plane: few levels of h separate place and mode.
-    pub fn cut_true(
+    pub(crate) fn cut_true(
         &self,
         cutter: &TileCutter,
         field: &Field,

@@ -13,7 +13,7 @@ const WORTH_SAYING: f64 = 0.5;
 
 /// How flat a patch is against its screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct TangentPatchError {
+pub(crate) struct TangentPatchError {
     /// Side of the patch in mm.
     pub side: f64,
     /// Smallest radius of curvature of the screen in mm.
@@ -26,7 +26,7 @@ pub struct TangentPatchError {
 
 impl TangentPatchError {
     /// That of a hop whose patches ignore heights; nothing for others, and for plane screens.
-    pub fn of(hop: &Hop, plan: &Plan) -> Option<Self> {
+    pub(crate) fn of(hop: &Hop, plan: &Plan) -> Option<Self> {
         let Plan::Paper(plan) = plan else {
             return None;
         };
@@ -46,7 +46,7 @@ impl TangentPatchError {
     }
 
     /// The warning that it deserves.
-    pub fn warning(&self) -> Option<String> {
+    pub(crate) fn warning(&self) -> Option<String> {
         (self.phase > WORTH_SAYING).then(|| {
             format!(
                 "patches of {:.1} µm lie on planes that touch a surface whose smallest radius is \

@@ -14,7 +14,7 @@ pub struct LightDirections {
 /// How light behind a screen is spread over directions, roughly: even over a range about a centre, and
 /// falling like that of a hard edge beyond. It only weighs choices.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct DirectionEnvelope {
+pub(crate) struct DirectionEnvelope {
     centre: [f64; 2],
     flat: [f64; 2],
     tail: [f64; 2],
@@ -22,7 +22,7 @@ pub struct DirectionEnvelope {
 
 impl LightDirections {
     /// The envelope behind a screen: its phases widen the range, its pixels or else its edge make the tail.
-    pub fn behind(&self, screen: &Screen, wavelength: f64) -> DirectionEnvelope {
+    pub(crate) fn behind(&self, screen: &Screen, wavelength: f64) -> DirectionEnvelope {
         let bounds = screen.bounds().unwrap_or([-1.0, 1.0, -1.0, 1.0]);
         let doe = match &screen.act {
             Act::Doe(doe) => Some(doe),
@@ -45,7 +45,7 @@ impl LightDirections {
 
 impl DirectionEnvelope {
     /// The weight of a direction, at most 1.
-    pub fn weight(&self, p: [f64; 2]) -> f64 {
+    pub(crate) fn weight(&self, p: [f64; 2]) -> f64 {
         let along = |a: usize| {
             let beyond = ((p[a] - self.centre[a]).abs() - self.flat[a]).max(0.0);
             1.0 / (1.0 + (beyond / self.tail[a]).powi(2))
@@ -55,7 +55,7 @@ impl DirectionEnvelope {
 
     /// The cosines that light may have along an axis where a patch's own window widens its directions by
     /// `window`: all of them where details of the element widen them more.
-    pub fn range(&self, axis: usize, window: f64) -> [f64; 2] {
+    pub(crate) fn range(&self, axis: usize, window: f64) -> [f64; 2] {
         let half = match self.tail[axis] > window {
             true => f64::INFINITY,
             false => self.flat[axis] + window,
@@ -64,13 +64,13 @@ impl DirectionEnvelope {
     }
 
     /// |p| along x and y below which most of the light stays.
-    pub fn usual(&self) -> [f64; 2] {
+    pub(crate) fn usual(&self) -> [f64; 2] {
         [0, 1].map(|a| self.centre[a].abs() + self.flat[a] + 2.0 * self.tail[a])
     }
 }
 
 /// The smallest of `values` below which a share of all weight lies; zero without any.
-pub fn weighted_quantile(mut values: Vec<(f64, f64)>, share: f64) -> f64 {
+pub(crate) fn weighted_quantile(mut values: Vec<(f64, f64)>, share: f64) -> f64 {
     values.sort_by(|a, b| a.0.total_cmp(&b.0));
     let total: f64 = values.iter().map(|(_, weight)| weight).sum();
     let mut below = 0.0;

@@ -15,12 +15,12 @@ pub struct Downstream<'a> {
 
 impl<'a> Downstream<'a> {
     /// Nothing is known of what lies behind: all light counts.
-    pub fn none() -> &'static Downstream<'static> {
+    pub(crate) fn none() -> &'static Downstream<'static> {
         const { &Downstream { hops: Vec::new() } }
     }
 
     /// What lies behind hop `number` of a system.
-    pub fn of(system: &'a System, number: usize) -> Self {
+    pub(crate) fn of(system: &'a System, number: usize) -> Self {
         let behind = system.hops().skip(number + 1);
         let kept = |hop: &Hop| matches!(hop.from.act, Act::Stop(_)) && hop.from.is_plane();
         Self {
@@ -29,19 +29,19 @@ impl<'a> Downstream<'a> {
     }
 
     /// Whether the light of a hop goes to the last screen of the system as it came.
-    pub fn reaches_end(system: &'a System, number: usize) -> bool {
+    pub(crate) fn reaches_end(system: &'a System, number: usize) -> bool {
         let behind = system.hops().skip(number + 1);
         behind.count() == Self::of(system, number).hops.len()
     }
 
     /// Whether the light of the hop counts wherever it arrives on the second screen.
-    pub fn ends_here(&self) -> bool {
+    pub(crate) fn ends_here(&self) -> bool {
         self.hops.is_empty()
     }
 
     /// The surfaces from the first screen of `hop` to where the light goes as it came, and the screen there;
     /// nothing where the light of `hop` ends or is sent elsewhere on its second screen.
-    pub fn joined(&self, hop: &Hop) -> Option<(Vec<Surface>, &'a Screen)> {
+    pub(crate) fn joined(&self, hop: &Hop) -> Option<(Vec<Surface>, &'a Screen)> {
         let last = self.hops.last()?;
         let behind = self.hops.iter().flat_map(|hop| hop.train);
         let train = hop.train.iter().chain(behind).cloned().collect();
@@ -49,7 +49,7 @@ impl<'a> Downstream<'a> {
     }
 
     /// Whether a ray that arrives at (x, y) with these cosines goes on to where the light counts.
-    pub fn is_wanted(&self, at: [f64; 2], cosines: [f64; 2]) -> bool {
+    pub(crate) fn is_wanted(&self, at: [f64; 2], cosines: [f64; 2]) -> bool {
         let (mut at, mut p) = (at, cosines);
         for hop in &self.hops {
             if let Act::Stop(opening) = &hop.from.act

@@ -32,7 +32,7 @@ pub enum Plan {
 
 impl Plan {
     /// The lattice of directions along x and y.
-    pub fn bands(&self) -> &[Band; 2] {
+    pub(crate) fn bands(&self) -> &[Band; 2] {
         match self {
             Plan::Free(_, free) => &free.bands,
             Plan::Beamlets(beamlets) => &beamlets.bands,
@@ -42,7 +42,7 @@ impl Plan {
     }
 
     /// The same plan to a target `offset` mm further along the second screen's z axis.
-    pub fn moved(&self, offset: f64) -> Plan {
+    pub(crate) fn moved(&self, offset: f64) -> Plan {
         let mut plan = self.clone();
         if let Plan::Free(free, _) = &mut plan
             && let Some(last) = free.slabs.last_mut()
@@ -53,7 +53,7 @@ impl Plan {
     }
 
     /// The light that it brings to the second screen.
-    pub fn light(&self, hop: &Hop, light: LightDirections) -> LightDirections {
+    pub(crate) fn light(&self, hop: &Hop, light: LightDirections) -> LightDirections {
         let usual = match self {
             Plan::Free(..) => light.behind(hop.from, hop.wavelength).usual(),
             Plan::Beamlets(beamlets) => beamlets.usual,
@@ -297,7 +297,7 @@ fn dark(hop: &Hop, search: &DirectionSearch) -> PlanError {
 }
 
 /// The free hop that this hop is, if nothing between its parallel screens has power or an edge.
-pub fn free_hop(
+pub(crate) fn free_hop(
     hop: &Hop,
     from: [f64; 4],
     to: [f64; 4],
@@ -337,7 +337,7 @@ pub fn free_hop(
 
 /// A free hop with the slabs and the offset of another hop of the same kind; nothing when that has power or
 /// is tilted.
-pub fn along(free: &FreeHop, hop: &Hop) -> Option<FreeHop> {
+pub(crate) fn along(free: &FreeHop, hop: &Hop) -> Option<FreeHop> {
     let frame = &hop.from.frame;
     let target = frame.to_local(hop.to.frame.origin);
     let slabs = slabs(hop).filter(|_| frame.is_parallel(&hop.to.frame))?;

@@ -7,7 +7,7 @@ use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
 
 /// Name of the method of a plan.
-pub fn method_name(plan: &Plan) -> &'static str {
+pub(crate) fn method_name(plan: &Plan) -> &'static str {
     match plan {
         Plan::Free(..) => "free",
         Plan::Beamlets(_) => "beamlet",
@@ -17,7 +17,7 @@ pub fn method_name(plan: &Plan) -> &'static str {
 }
 
 /// Why this plan was made for this hop.
-pub fn reason(hop: &Hop, plan: &Plan, settings: &Settings) -> String {
+pub(crate) fn reason(hop: &Hop, plan: &Plan, settings: &Settings) -> String {
     if settings.method != Method::Auto {
         return String::from("requested");
     }

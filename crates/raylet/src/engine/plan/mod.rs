@@ -5,13 +5,13 @@
 //! | [`direction_spread`] | The directions of the light on a screen, as far as they are known before it is computed |
 //! | [`downstream`] | Where the light of a hop goes next |
 //! | [`hop_plan`] | The choice of a method for a hop |
-//! | [`method_reason`] | The reason for the method of a hop, in words |
+//! | `method_reason` | The reason for the method of a hop, in words |
 //! | [`plan_error`] | Why a hop has no plan |
 //! | [`settings`] | The choices of a user about a run |
 
 pub mod direction_spread;
 pub mod downstream;
 pub mod hop_plan;
-pub mod method_reason;
+pub(crate) mod method_reason;
 pub mod plan_error;
 pub mod settings;

@@ -207,18 +207,18 @@ const COARSEST: f64 = 1e-3;
 impl Settings {
     /// The period of a patch in σ: as given, or the one whose error 2e^{−P²/4σ²} is a quarter of the
     /// target.
-    pub fn patch_period(&self) -> f64 {
+    pub(crate) fn patch_period(&self) -> f64 {
         let chosen = || 2.0 * (2.0 / (PERIOD_SHARE * self.target_error)).ln().sqrt();
         self.period.unwrap_or_else(chosen)
     }
 
     /// The settings of each of so many hops, whose errors add in squares to the target.
-    pub fn shared(&self, hops: usize) -> Self {
+    pub(crate) fn shared(&self, hops: usize) -> Self {
         self.aiming_at(self.target_error / (hops.max(1) as f64).sqrt())
     }
 
     /// The same settings with another target error.
-    pub fn aiming_at(&self, target_error: f64) -> Self {
+    pub(crate) fn aiming_at(&self, target_error: f64) -> Self {
         Self {
             target_error,
             ..self.clone()
@@ -226,13 +226,13 @@ impl Settings {
     }
 
     /// The share of the strongest mode below which modes are dropped.
-    pub fn weakest_mode(&self) -> f64 {
+    pub(crate) fn weakest_mode(&self) -> f64 {
         self.mode_threshold
             .unwrap_or(self.target_error.min(COARSEST))
     }
 
     /// The share of its peak at which a footprint ends.
-    pub fn footprint_edge(&self) -> f64 {
+    pub(crate) fn footprint_edge(&self) -> f64 {
         self.footprint_threshold
             .unwrap_or(self.target_error.min(COARSEST))
     }
@@ -244,7 +244,7 @@ impl Settings {
     }
 
     /// Complex samples that one array may have: an eighth of the memory limit.
-    pub fn samples_allowed(&self) -> usize {
+    pub(crate) fn samples_allowed(&self) -> usize {
         self.memory_limit / (8 * size_of::<num_complex::Complex64>())
     }
 }

@@ -118,7 +118,7 @@ fn columns(m: [[f64; 2]; 2], s: [f64; 2]) -> [f64; 2] {
 
 impl PlanePlan {
     /// Chooses windows and directions, given the rays that reach the target.
-    pub fn new(planner: &Planner, search: &DirectionSearch) -> Self {
+    pub(crate) fn new(planner: &Planner, search: &DirectionSearch) -> Self {
         let (settings, hop) = (planner.settings, planner.hop);
         let judges = judges(search);
         let sigma = settings
@@ -217,7 +217,7 @@ struct Carrier<'a> {
 ///
 /// # Errors
 /// When `progress` cancels the work.
-pub fn carry(
+pub(crate) fn carry(
     hop: Hop,
     plan: &PlanePlan,
     settings: &Settings,

@@ -20,14 +20,14 @@ const DIRECTIONS: i32 = 14;
 
 /// The energy that an edge sends into directions from `q` to `q + width` off the light's own, of light of unit
 /// energy a length of it.
-pub fn edge_energy(wavelength: f64, q: f64, width: f64) -> f64 {
+pub(crate) fn edge_energy(wavelength: f64, q: f64, width: f64) -> f64 {
     let four_pi_square = (2.0 * std::f64::consts::PI).powi(2);
     wavelength / four_pi_square * (1.0 / q - 1.0 / (q + width))
 }
 
 /// Rays for the light that the outline of a stop or a smooth element sends aside, for the rays that arrive there.
 /// What pixels send aside is among the rays that leave them.
-pub fn edge_waves(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
+pub(crate) fn edge_waves(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
     let aperture = match &hop.from.act {
         Act::Stop(aperture) => aperture,
         Act::Doe(doe) if doe.pixels().is_none() => &doe.aperture,

@@ -2,14 +2,14 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | [`edge_diffraction`] | Estimates of the light that hard edges diffract, by direction |
+//! | `edge_diffraction` | Estimates of the light that hard edges diffract, by direction |
 //! | [`pixel_light`] | The directions into which pixels send light, by the power spectrum about a place |
 //! | [`rim_screens`] | Rims that become screens, and the error of those that do not |
-//! | [`source_ray`] | One ray of the source's light on a screen |
-//! | [`source_rays`] | Rays of the light itself, from the source through every screen |
+//! | `source_ray` | One ray of the source's light on a screen |
+//! | `source_rays` | Rays of the light itself, from the source through every screen |
 
-pub mod edge_diffraction;
+pub(crate) mod edge_diffraction;
 pub mod pixel_light;
 pub mod rim_screens;
-pub mod source_ray;
-pub mod source_rays;
+pub(crate) mod source_ray;
+pub(crate) mod source_rays;

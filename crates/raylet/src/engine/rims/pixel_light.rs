@@ -36,7 +36,7 @@ pub enum PixelValues {
 }
 
 /// What pixels of an element do to light, for rays that arrive anywhere on it.
-pub struct PixelLight<'a> {
+pub(crate) struct PixelLight<'a> {
     doe: &'a Doe,
     values: PixelValues,
     pitch: [f64; 2],
@@ -62,7 +62,7 @@ type Sent = [f64; 3];
 
 impl<'a> PixelLight<'a> {
     /// Of the pixels of this element, at this wavelength; nothing if it has none.
-    pub fn new(doe: &'a Doe, wavelength: f64, values: PixelValues) -> Option<Self> {
+    pub(crate) fn new(doe: &'a Doe, wavelength: f64, values: PixelValues) -> Option<Self> {
         let pitch = doe.pixels()?.pitch;
         let turn = |n: usize| -std::f64::consts::TAU * n as f64 / PATCH as f64;
         Some(Self {
@@ -75,7 +75,7 @@ impl<'a> PixelLight<'a> {
     }
 
     /// The rays that leave for one that arrives, by directions; those without energy are left out.
-    pub fn rays(&self, hop: &Hop, arriving: &SourceRay) -> Vec<SourceRay> {
+    pub(crate) fn rays(&self, hop: &Hop, arriving: &SourceRay) -> Vec<SourceRay> {
         let ray = |[share, x, y]: Sent| {
             let orders = [x / share, y / share];
             let p = [0, 1].map(|a| arriving.p[a] + orders[a] * hop.wavelength / self.pitch[a]);

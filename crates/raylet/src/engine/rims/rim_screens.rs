@@ -125,13 +125,13 @@ pub fn with_rims(system: &System, settings: &Settings, values: PixelValues) -> R
 
 impl Rimmed {
     /// A slightly changed system with screens at the same rims.
-    pub fn like(&self, system: &System) -> System {
+    pub(crate) fn like(&self, system: &System) -> System {
         self.clone().filled(system).system
     }
 
     /// The share of the light on its way to the target that ends at the rim which a screen replaces, its edge
     /// wave included; zero for other screens.
-    pub fn cut_at(&self, screen: &Screen) -> f64 {
+    pub(crate) fn cut_at(&self, screen: &Screen) -> f64 {
         let own = self.rims.iter().find(|rim| rim.name == screen.name);
         own.map_or(0.0, |rim| rim.cut.min(1.0))
     }
@@ -247,7 +247,7 @@ const EDGE: f64 = 0.075;
 
 /// The relative error to expect because a share `cut` of the light ends at the rim that this screen stands
 /// for; zero for other screens and for rims of planes.
-pub fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
+pub(crate) fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
     let slope = |hop: &Hop, number: usize| {
         let surface = &hop.train[number];
         let Outline::Disc { radius } = surface.aperture.outline else {

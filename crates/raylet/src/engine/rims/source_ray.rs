@@ -4,7 +4,7 @@ use crate::optics::system::Hop;
 
 /// A ray that stands on a screen before the screen acts.
 #[derive(Clone, Copy, Debug)]
-pub struct SourceRay {
+pub(crate) struct SourceRay {
     /// Its place in mm.
     pub at: [f64; 2],
     /// Its optical direction cosines.
@@ -14,7 +14,7 @@ pub struct SourceRay {
 }
 
 /// The normal cosine of a direction: what a plane wave of unit amplitude carries through the screen.
-pub fn obliquity(hop: &Hop, p: [f64; 2]) -> f64 {
+pub(crate) fn obliquity(hop: &Hop, p: [f64; 2]) -> f64 {
     let sine = p[0].hypot(p[1]) / hop.from.index;
     (1.0 - sine * sine).max(0.0).sqrt()
 }

@@ -21,7 +21,7 @@ const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
 const MOST: usize = 300;
 
 /// The source's light on its first screen, evenly over the opening.
-pub fn source_rays(system: &System) -> Vec<SourceRay> {
+pub(crate) fn source_rays(system: &System) -> Vec<SourceRay> {
     let screen = &system.screens[0];
     let Some([x0, x1, y0, y1]) = screen.bounds() else {
         return Vec::new();
@@ -74,7 +74,11 @@ fn has_pixels(screen: &Screen) -> bool {
 
 /// The rays that leave a screen for those that arrive: behind pixels, where there are many for each, for a part
 /// of them.
-pub fn rays_behind(hop: &Hop, arriving: &[SourceRay], values: PixelValues) -> Vec<SourceRay> {
+pub(crate) fn rays_behind(
+    hop: &Hop,
+    arriving: &[SourceRay],
+    values: PixelValues,
+) -> Vec<SourceRay> {
     let light = match &hop.from.act {
         Act::Doe(doe) => PixelLight::new(doe, hop.wavelength, values),
         Act::Stop(_) | Act::Sensor(_) => None,
@@ -92,7 +96,7 @@ pub fn rays_behind(hop: &Hop, arriving: &[SourceRay], values: PixelValues) -> Ve
 }
 
 /// The ray that leaves a stop or a smooth element.
-pub fn ray_behind(hop: &Hop, source_ray: &SourceRay) -> SourceRay {
+pub(crate) fn ray_behind(hop: &Hop, source_ray: &SourceRay) -> SourceRay {
     let SourceRay { at, p, energy } = *source_ray;
     let gradient = match &hop.from.act {
         Act::Doe(doe) => doe.phase_gradient(at[0], at[1]),

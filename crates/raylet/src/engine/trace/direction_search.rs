@@ -6,7 +6,7 @@ use crate::optics::system::Hop;
 
 /// A ray of the search with its Jacobian ∂(s, p′)/∂(x, p).
 #[derive(Clone, Copy, Debug)]
-pub struct SearchRay {
+pub(crate) struct SearchRay {
     /// Where it starts, in mm on the first screen.
     pub at: [f64; 2],
     /// Its optical direction cosines there.
@@ -21,7 +21,7 @@ pub struct SearchRay {
 
 /// The rays that reach a target.
 #[derive(Clone, Debug, Default)]
-pub struct DirectionSearch {
+pub(crate) struct DirectionSearch {
     /// Rays that land inside the target.
     pub rays: Vec<SearchRay>,
     /// Rays that land beside it, close enough for their footprints to matter.
@@ -66,7 +66,7 @@ struct Cell {
 ///
 /// The square of all directions is divided like a quadtree wherever a cell's rays, by their Jacobian,
 /// may land on the target, until their landing spread is small against it.
-pub fn search_directions(
+pub(crate) fn search_directions(
     hop: &Hop,
     from: [f64; 4],
     to: [f64; 4],
@@ -87,7 +87,7 @@ pub fn search_directions(
 
 /// The directions `[p_x low, p_x high, p_y low, p_y high]` that lead from one point to the box `to`,
 /// dilated by `margin` mm; nothing when none does.
-pub fn reach(hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) -> Option<[f64; 4]> {
+pub(crate) fn reach(hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) -> Option<[f64; 4]> {
     let mut search = DirectionSearch::empty();
     search.seek(hop, at, to, margin);
     (search.band[0] <= search.band[1]).then_some(search.band)
@@ -207,7 +207,7 @@ impl DirectionSearch {
     }
 
     /// Whether any direction leads to the target.
-    pub fn is_dark(&self) -> bool {
+    pub(crate) fn is_dark(&self) -> bool {
         self.rays.is_empty()
     }
 }

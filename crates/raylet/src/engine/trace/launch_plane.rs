@@ -8,7 +8,7 @@ use crate::optics::screen::Screen;
 use crate::optics::system::Hop;
 
 /// A point of a screen with the plane that touches it.
-pub struct LaunchPlane {
+pub(crate) struct LaunchPlane {
     /// The touching plane of a curved screen; nothing on a plane one.
     plane: Option<Screen>,
     /// The point, in mm on that plane.
@@ -25,7 +25,7 @@ impl LaunchPlane {
     /// # Errors
     /// [`Loss::Missed`] where a curved screen does not exist.
     #[inline]
-    pub fn new(screen: &Screen, at: [f64; 2]) -> Result<Self, Loss> {
+    pub(crate) fn new(screen: &Screen, at: [f64; 2]) -> Result<Self, Loss> {
         let mut launch_plane = Self {
             plane: None,
             at,
@@ -48,7 +48,7 @@ impl LaunchPlane {
 
     /// The hop as it begins here.
     #[inline]
-    pub fn hop<'a>(&'a self, hop: &Hop<'a>) -> Hop<'a> {
+    pub(crate) fn hop<'a>(&'a self, hop: &Hop<'a>) -> Hop<'a> {
         Hop {
             from: self.plane.as_ref().unwrap_or(hop.from),
             ..*hop
@@ -56,7 +56,7 @@ impl LaunchPlane {
     }
 
     /// The touching plane's frame on the axes of its screen; nothing on a plane screen.
-    pub fn frame_on(&self, screen: &Screen) -> Option<Frame> {
+    pub(crate) fn frame_on(&self, screen: &Screen) -> Option<Frame> {
         let plane = self.plane.as_ref()?;
         let [x, y, z] = self.axes.map(|[x, y, z]| Vec3::new(x, y, z));
         Some(Frame {
@@ -69,7 +69,7 @@ impl LaunchPlane {
 
     /// The point on the plane of [`LaunchPlane::hop`], in mm.
     #[inline]
-    pub fn at(&self) -> [f64; 2] {
+    pub(crate) fn at(&self) -> [f64; 2] {
         self.at
     }
 
@@ -78,7 +78,7 @@ impl LaunchPlane {
     /// # Errors
     /// [`Loss::Evanescent`] when it does not propagate, [`Loss::Missed`] when it leaves on the wrong side.
     #[inline]
-    pub fn cosines(&self, p: [f64; 2]) -> Result<[f64; 2], Loss> {
+    pub(crate) fn cosines(&self, p: [f64; 2]) -> Result<[f64; 2], Loss> {
         let under = self.index * self.index - p[0] * p[0] - p[1] * p[1];
         if under <= 0.0 {
             return Err(Loss::Evanescent);
@@ -97,7 +97,7 @@ impl LaunchPlane {
     /// The curvature with which a beamlet starts, whose Gaussian has width σ on the screen's local plane:
     /// (i/kσ²)·AᵀA, A = ∂(x, y)/∂u on the plane's axes.
     #[inline]
-    pub fn window(&self, sigma: f64, k: f64) -> Symmetric<f64> {
+    pub(crate) fn window(&self, sigma: f64, k: f64) -> Symmetric<f64> {
         let [[ax, ay, _], [bx, by, _], _] = self.axes;
         let size = 1.0 / (k * sigma * sigma);
         let imaginary = |v: f64| Complex::new(0.0, size * v);

@@ -2,14 +2,14 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | [`direction_search`] | Which directions of a screen lead to the target, found with a coarse set of rays |
-//! | [`launch_plane`] | The plane from which rays and beamlets leave a screen: on a curved screen the tangent plane |
-//! | [`ray_packet`] | Several rays from one place at once, in SIMD packets |
+//! | `direction_search` | Which directions of a screen lead to the target, found with a coarse set of rays |
+//! | `launch_plane` | The plane from which rays and beamlets leave a screen: on a curved screen the tangent plane |
+//! | `ray_packet` | Several rays from one place at once, in SIMD packets |
 //! | [`ray_sensitivity`] | Derivatives of rays by the parameters of a system, from two perturbed systems |
 //! | [`ray_trace`] | The trace of one ray from screen to screen through a train of surfaces |
 
-pub mod direction_search;
-pub mod launch_plane;
-pub mod ray_packet;
+pub(crate) mod direction_search;
+pub(crate) mod launch_plane;
+pub(crate) mod ray_packet;
 pub mod ray_sensitivity;
 pub mod ray_trace;

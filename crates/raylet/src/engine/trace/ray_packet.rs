@@ -13,7 +13,7 @@ use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
 
 /// The rays from (x, y) along each of these optical direction cosines, where they land or how they were lost.
-pub fn trace_packets(
+pub(crate) fn trace_packets(
     hop: &Hop,
     at: [f64; 2],
     directions: &[[f64; 2]],

@@ -39,7 +39,7 @@ impl Variation {
     ///
     /// # Errors
     /// Those of `system`.
-    pub fn new<E>(
+    pub(crate) fn new<E>(
         numbers: &[f64],
         index: usize,
         step: f64,
@@ -60,7 +60,7 @@ impl Variation {
 
 /// One hop of a variation.
 #[derive(Clone, Copy)]
-pub struct PerturbedHops<'a> {
+pub(crate) struct PerturbedHops<'a> {
     /// With the smaller value of the parameter.
     pub below: Hop<'a>,
     /// With the larger value.
@@ -70,19 +70,19 @@ pub struct PerturbedHops<'a> {
 }
 
 /// Parameters whose tangents travel together.
-pub const BLOCK: usize = 4;
+pub(crate) const BLOCK: usize = 4;
 
 /// A number with its derivatives with respect to a block of parameters.
-pub type Number = Dual<BLOCK>;
+pub(crate) type Number = Dual<BLOCK>;
 
 /// A frame that moves.
-pub struct VariedFrame {
+pub(crate) struct VariedFrame {
     origin: Vec3<Number>,
     axes: [Vec3<Number>; 3],
 }
 
 /// A surface that moves and bends.
-pub struct VariedSurface<'a> {
+pub(crate) struct VariedSurface<'a> {
     surface: &'a Surface,
     frame: VariedFrame,
     index: [Number; 2],
@@ -91,7 +91,7 @@ pub struct VariedSurface<'a> {
 }
 
 /// A hop whose parts move.
-pub struct VariedHop<'a> {
+pub(crate) struct VariedHop<'a> {
     hop: Hop<'a>,
     from: (VariedFrame, Number),
     faces: Vec<VariedSurface<'a>>,
@@ -208,7 +208,7 @@ impl Face<Number> for VariedSurface<'_> {
 
 impl<'a> VariedHop<'a> {
     /// A hop that changes with up to [`BLOCK`] parameters.
-    pub fn new(hop: Hop<'a>, perturbed: &[PerturbedHops<'a>]) -> Self {
+    pub(crate) fn new(hop: Hop<'a>, perturbed: &[PerturbedHops<'a>]) -> Self {
         let screen = |of: &dyn Fn(&Hop<'a>) -> &'a crate::optics::screen::Screen| {
             let pairs = perturbed
                 .iter()
@@ -254,7 +254,7 @@ impl<'a> VariedHop<'a> {
     ///
     /// # Errors
     /// How it was lost, if it was.
-    pub fn trace(&self, at: [Number; 2], p: [Number; 2]) -> Result<Landing<Number>, Loss> {
+    pub(crate) fn trace(&self, at: [Number; 2], p: [Number; 2]) -> Result<Landing<Number>, Loss> {
         let from = PosedScreen {
             screen: self.hop.from,
             axes: &self.from.0,
@@ -273,7 +273,7 @@ impl<'a> VariedHop<'a> {
     ///
     /// # Errors
     /// How its ray was lost, if it was.
-    pub fn carry(
+    pub(crate) fn carry(
         &self,
         launch_plane: &LaunchPlane,
         p: [f64; 2],
@@ -315,7 +315,7 @@ impl<'a> VariedHop<'a> {
 ///
 /// The beamlet a·exp(ik[p·u + ½uᵀGu]), u = x − s, with a ∝ A·exp(ik·path), changes by
 /// dA/A + ik[dpath − p·ds + (dp − G ds)·u + ½uᵀdG u] of itself.
-pub fn pull(
+pub(crate) fn pull(
     carried: &Carried<Number>,
     amplitude: Complex64,
     moments: &Moments,

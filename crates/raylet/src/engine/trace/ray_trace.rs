@@ -34,7 +34,7 @@ pub struct Carried<T = f64> {
 }
 
 /// A screen as a ray of numbers `T` meets it.
-pub struct PosedScreen<'a, T, A> {
+pub(crate) struct PosedScreen<'a, T, A> {
     /// The screen as it is.
     pub screen: &'a Screen,
     /// Where it stands.
@@ -46,7 +46,7 @@ pub struct PosedScreen<'a, T, A> {
 impl<'a, T: Real> PosedScreen<'a, T, Frame> {
     /// A screen that stands still.
     #[inline(always)]
-    pub fn still(screen: &'a Screen) -> Self {
+    pub(crate) fn still(screen: &'a Screen) -> Self {
         Self {
             screen,
             axes: &screen.frame,
@@ -61,7 +61,7 @@ impl<'a, T: Real> PosedScreen<'a, T, Frame> {
 /// [`Loss::Evanescent`] when |p| is not below the index; [`Loss::Missed`] where a curved screen does not
 /// exist, or when the ray would leave on its wrong side.
 #[inline(always)]
-pub fn emit<T: Real, A: Axes<T>>(
+pub(crate) fn emit<T: Real, A: Axes<T>>(
     from: &PosedScreen<T, A>,
     at: [T; 2],
     p: [T; 2],
@@ -91,7 +91,7 @@ pub fn emit<T: Real, A: Axes<T>>(
 /// # Errors
 /// How the ray was lost, if it was.
 #[inline(always)]
-pub fn trace_train<T: Real, F: Face<T>, C: Companion<T>>(
+pub(crate) fn trace_train<T: Real, F: Face<T>, C: Companion<T>>(
     train: &[F],
     mut ray: Ray<T>,
     companion: &mut C,
@@ -141,7 +141,7 @@ pub fn trace_train<T: Real, F: Face<T>, C: Companion<T>>(
 /// # Errors
 /// [`Loss::Missed`] when it runs parallel to the screen or away from the side it should arrive at.
 #[inline(always)]
-pub fn land<T: Real, A: Axes<T>, C: Companion<T>>(
+pub(crate) fn land<T: Real, A: Axes<T>, C: Companion<T>>(
     to: &PosedScreen<T, A>,
     ray: Ray<T>,
     companion: &mut C,
@@ -166,7 +166,7 @@ pub fn land<T: Real, A: Axes<T>, C: Companion<T>>(
 
 /// Where and how a beamlet starts.
 #[derive(Clone, Copy)]
-pub struct BeamletStart<T> {
+pub(crate) struct BeamletStart<T> {
     /// The (x, y) above which it starts on the emitting screen.
     pub at: [T; 2],
     /// Its optical direction cosines.
@@ -180,7 +180,7 @@ pub struct BeamletStart<T> {
 /// # Errors
 /// How the ray was lost, if it was.
 #[inline(always)]
-pub fn carry_beamlet<T: Real, A: Axes<T>, F: Face<T>, B: Axes<T>>(
+pub(crate) fn carry_beamlet<T: Real, A: Axes<T>, F: Face<T>, B: Axes<T>>(
     from: &PosedScreen<T, A>,
     train: &[F],
     to: &PosedScreen<T, B>,

@@ -16,7 +16,7 @@ use crate::file::decode::quantity::Quantity;
 
 /// A 2-D array indexed [y, x]; every value is finite.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Array {
+pub(crate) enum Array {
     /// From float32, float64, any integer or bool.
     Real(Array2<f64>),
     /// From complex64 or complex128.
@@ -34,7 +34,7 @@ pub enum ArrayLook<'a> {
 
 impl<'a> ArrayLook<'a> {
     /// The same for a shorter while.
-    pub fn shorter<'b>(self) -> ArrayLook<'b>
+    pub(crate) fn shorter<'b>(self) -> ArrayLook<'b>
     where
         'a: 'b,
     {
@@ -83,23 +83,15 @@ impl<'a> ArrayLook<'a> {
 
 impl Array {
     /// The values, for a while.
-    pub fn look(&self) -> ArrayLook<'_> {
+    pub(crate) fn look(&self) -> ArrayLook<'_> {
         match self {
             Array::Real(values) => ArrayLook::Real(values.view()),
             Array::Complex(values) => ArrayLook::Complex(values.view()),
         }
     }
 
-    /// Rows and columns: [ny, nx].
-    pub fn shape(&self) -> [usize; 2] {
-        match self {
-            Array::Real(values) => [values.nrows(), values.ncols()],
-            Array::Complex(values) => [values.nrows(), values.ncols()],
-        }
-    }
-
     /// The memory it takes, in bytes.
-    pub fn bytes(&self) -> u64 {
+    pub(crate) fn bytes(&self) -> u64 {
         match self {
             Array::Real(values) => values.len() as u64 * 8,
             Array::Complex(values) => values.len() as u64 * 16,
@@ -112,7 +104,12 @@ impl Array {
     /// # Errors
     /// A file that cannot be read, another format, no such array, an array that is not 2-D, is empty, has
     /// elements that are no numbers, is larger than the limit, cut short, or not finite.
-    pub fn read(path: &Path, key: Option<&str>, usual: &str, limit: u64) -> Result<Self, Fault> {
+    pub(crate) fn read(
+        path: &Path,
+        key: Option<&str>,
+        usual: &str,
+        limit: u64,
+    ) -> Result<Self, Fault> {
         if path.file_name().is_none() {
             return Err(Fault::of_file(path, "no file name", "a .npy or .npz file"));
         }

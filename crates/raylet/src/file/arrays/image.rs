@@ -13,7 +13,7 @@ use crate::file::arrays::memory::MemoryLimit;
 use crate::file::arrays::regular_file;
 
 /// Largest number of pixels read or written: 100 million.
-pub const PIXEL_LIMIT: u64 = 100_000_000;
+pub(crate) const PIXEL_LIMIT: u64 = 100_000_000;
 
 /// Why a picture could not be read or written; each message starts with the file's path.
 #[derive(Debug, thiserror::Error)]
@@ -52,7 +52,7 @@ pub enum ImageError {
         /// What the first bytes look like.
         found: &'static str,
     },
-    /// The picture has more pixels than [`PIXEL_LIMIT`].
+    /// The picture has more pixels than `PIXEL_LIMIT`.
     #[error("{}: expected at most {PIXEL_LIMIT} pixels, found {width} x {height}", path.display())]
     TooLarge {
         /// The file concerned.
@@ -95,7 +95,7 @@ pub enum ImageError {
 /// The result is indexed [y, x] with y upwards. Stored values are taken as they are, without
 /// undoing a display gamma; colours become the Rec. 709 luma 0.2126 R + 0.7152 G + 0.0722 B of
 /// the stored values; what is transparent is dark (the value times alpha). Of an animation the
-/// first frame is read. Errors name the file; pictures over [`PIXEL_LIMIT`], and those which take more
+/// first frame is read. Errors name the file; pictures over `PIXEL_LIMIT`, and those which take more
 /// than the limit on memory while they are read, are refused before memory is taken for them.
 pub fn read_gray(path: impl AsRef<Path>, limit: MemoryLimit) -> Result<Array2<f64>, ImageError> {
     let path = path.as_ref();
@@ -299,11 +299,6 @@ fn encode(
 /// Each new pixel is the mean of the old picture, taken as constant over each old pixel, over
 /// the new pixel's area: the overall mean is kept exactly, shrinking does not alias, and
 /// enlarging repeats pixels. `shape` is [ny, nx]; an empty picture or shape gives zeros.
-pub fn resize(values: &Array2<f64>, [ny, nx]: [usize; 2]) -> Array2<f64> {
-    area_mean(values.view(), [ny, nx])
-}
-
-/// [`resize`] for a part of a larger array.
 pub fn area_mean(values: ArrayView2<f64>, [ny, nx]: [usize; 2]) -> Array2<f64> {
     if values.is_empty() {
         return Array2::zeros((ny, nx));
@@ -335,7 +330,7 @@ fn resize_rows(values: ArrayView2<f64>, new: usize) -> Array2<f64> {
 mod tests {
     use ndarray::{Array2, array};
 
-    use crate::file::arrays::image::{ImageError, encode, read_gray, resize, write_gray16};
+    use crate::file::arrays::image::{ImageError, area_mean, encode, read_gray, write_gray16};
     use crate::file::arrays::memory::MemoryLimit;
 
     const LIMIT: MemoryLimit = MemoryLimit {
@@ -469,11 +464,11 @@ mod tests {
     fn resizing_keeps_the_mean_and_repeats_pixels() {
         let values = Array2::from_shape_fn((6, 9), |(y, x)| ((3 * y + 5 * x) % 7) as f64);
         for shape in [[6, 9], [3, 3], [4, 5], [13, 2], [60, 90]] {
-            let mean = resize(&values, shape).mean().unwrap();
+            let mean = area_mean(values.view(), shape).mean().unwrap();
             assert!((mean - values.mean().unwrap()).abs() < 1e-13, "{shape:?}");
         }
-        assert_eq!(resize(&values, [6, 9]), values);
-        let large = resize(&array![[1.0, 2.0], [3.0, 4.0]], [4, 4]);
+        assert_eq!(area_mean(values.view(), [6, 9]), values);
+        let large = area_mean(array![[1.0, 2.0], [3.0, 4.0]].view(), [4, 4]);
         assert_eq!(large.row(1), array![1.0, 1.0, 2.0, 2.0]);
         assert_eq!(large.row(2), array![3.0, 3.0, 4.0, 4.0]);
     }

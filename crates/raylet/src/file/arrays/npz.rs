@@ -59,7 +59,7 @@ impl Fields {
     /// # Errors
     /// A file that cannot be read, a missing array, an array of another kind, arrays beyond the limit, axes that do
     /// not fit the field, or values that are not finite.
-    pub fn read(path: &Path, limit: MemoryLimit) -> Result<Self, Fault> {
+    pub(crate) fn read(path: &Path, limit: MemoryLimit) -> Result<Self, Fault> {
         let file = regular_file::open(path)
             .map_err(|found| Fault::of_file(path, found, "a field.npz that can be read"))?;
         let mut members = Members {

@@ -79,7 +79,11 @@ impl Fault {
     }
 
     /// A fault at an address.
-    pub fn at(address: Address, found: impl Into<String>, expected: impl Into<String>) -> Self {
+    pub(crate) fn at(
+        address: Address,
+        found: impl Into<String>,
+        expected: impl Into<String>,
+    ) -> Self {
         Self {
             address: Box::new(address),
             found: cut(found.into(), MOST),
@@ -89,7 +93,7 @@ impl Fault {
     }
 
     /// The same fault with a hint for its repair.
-    pub fn hint(self, hint: impl Into<String>) -> Self {
+    pub(crate) fn hint(self, hint: impl Into<String>) -> Self {
         Self {
             hint: Some(hint.into()),
             ..self
@@ -99,7 +103,7 @@ impl Fault {
 
 impl Excerpt {
     /// The excerpt of `text` at a range of bytes; a range over several lines is cut after its first.
-    pub fn new(text: &str, range: Range<usize>) -> Self {
+    pub(crate) fn new(text: &str, range: Range<usize>) -> Self {
         // Step back to a character boundary, so that no range can split a character.
         let (before, behind) = (0..=range.start.min(text.len()))
             .rev()

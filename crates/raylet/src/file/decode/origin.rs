@@ -32,7 +32,7 @@ impl Origin {
     ///
     /// # Errors
     /// A file that is not regular, is larger than 64 MB, cannot be read, or is not UTF-8.
-    pub fn read(file: &Path) -> Result<Self, Fault> {
+    pub(crate) fn read(file: &Path) -> Result<Self, Fault> {
         let refuse = |found: String| Fault::of_file(file, found, "a readable TOML file");
         let text = regular_file::read_text(file).map_err(refuse)?;
         Ok(Self::new(&text, file))
@@ -48,7 +48,7 @@ impl Origin {
     /// A fault of the field at a dotted path such as `element[2].surface[0].glass`.
     ///
     /// A path that leads nowhere is shown at the deepest table on its way that exists.
-    pub fn fault(
+    pub(crate) fn fault(
         &self,
         path: &str,
         found: impl Into<String>,
@@ -61,7 +61,7 @@ impl Origin {
     }
 
     /// A fault of another file that the field at `path` names, reported at that field.
-    pub fn fault_of_file(&self, path: &str, inner: Fault) -> Fault {
+    pub(crate) fn fault_of_file(&self, path: &str, inner: Fault) -> Fault {
         let found = format!("{}: {}", inner.address, inner.found);
         Fault {
             hint: inner.hint,

@@ -60,7 +60,7 @@ impl<'a> Arrays<'a> {
     ///
     /// # Errors
     /// The first array that cannot be used, reported at the field that names it.
-    pub fn load(
+    pub(crate) fn load(
         elements: &[Element],
         origin: &Origin,
         limit: u64,
@@ -103,14 +103,18 @@ impl<'a> Arrays<'a> {
     }
 
     /// The array of a field, if it names one and is loaded.
-    pub fn get(&self, field: &str) -> Option<ArrayLook<'_>> {
+    pub(crate) fn get(&self, field: &str) -> Option<ArrayLook<'_>> {
         self.by_field.get(field).map(Source::look)
     }
 
     /// The complex transmission [y, x] of a pixel layer at the path `layer_path`: amplitude times
     /// exp(i · scale · phase), or the transmission itself, or ones for a blank of known size; its mean over
     /// the pixel where this is not filled. Nothing when its arrays are not loaded.
-    pub fn transmission(&self, layer: &PixelLayer, layer_path: &str) -> Option<Array2<Complex64>> {
+    pub(crate) fn transmission(
+        &self,
+        layer: &PixelLayer,
+        layer_path: &str,
+    ) -> Option<Array2<Complex64>> {
         let get = |key: &str| self.get(&format!("{layer_path}.{key}"));
         let mean = |values: Array2<Complex64>| match layer.fill {
             1.0 => values,
@@ -136,12 +140,12 @@ impl<'a> Arrays<'a> {
     }
 
     /// The shape that the keys of a surface at a path describe; nothing when its array is not loaded.
-    pub fn shape(&self, shape: &SurfaceShape<'_>, path: &str) -> Option<optics::Shape> {
+    pub(crate) fn shape(&self, shape: &SurfaceShape<'_>, path: &str) -> Option<optics::Shape> {
         shape.optics(self.heights_um(&format!("{path}.shape")))
     }
 
     /// The heights [y, x] in µm of a height layer or grid at a path; nothing when not loaded.
-    pub fn heights_um(&self, path: &str) -> Option<ArrayView2<'_, f64>> {
+    pub(crate) fn heights_um(&self, path: &str) -> Option<ArrayView2<'_, f64>> {
         match self.get(&format!("{path}.height_um")) {
             Some(ArrayLook::Real(heights)) => Some(heights),
             _ => None,

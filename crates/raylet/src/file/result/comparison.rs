@@ -19,7 +19,7 @@ use crate::file::result::result_folder::FIELD_FILE;
 use crate::wave::grid::metrics::{field_error, ncc, shape_error, unit_sum_mse};
 
 /// Version of the document that a comparison writes.
-pub const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 1;
 
 /// How far positions in mm and wavelengths in µm of one grid may lie apart.
 const TOLERANCE: f64 = 1e-9;

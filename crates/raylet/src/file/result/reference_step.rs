@@ -29,7 +29,7 @@ pub struct StepEntry {
 
 impl StepEntry {
     /// The entry of a step.
-    pub fn new(step: &Step) -> Self {
+    pub(crate) fn new(step: &Step) -> Self {
         let [from, to] = step.screens.clone();
         Self {
             from,

@@ -33,7 +33,7 @@ use crate::wave::patches::patch::Band;
 use crate::wave::patches::tile::TileWindow;
 
 /// The version of the document that this program writes.
-pub const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 1;
 
 /// Micrometres in a millimetre.
 const UM: f64 = 1e3;
@@ -322,7 +322,7 @@ impl Report {
 
 impl SettingsEntry {
     /// The entry of these settings.
-    pub fn new(settings: &Settings) -> Self {
+    pub(crate) fn new(settings: &Settings) -> Self {
         Self {
             method: settings.method,
             target_error: settings.target_error,
@@ -510,13 +510,17 @@ impl<T> Fates<T> {
 
 impl Metrics {
     /// The metrics of a field on a sensor.
-    pub fn of(field: &Field) -> Self {
+    pub(crate) fn of(field: &Field) -> Self {
         let (x, y) = (field.grid.x.nodes(), field.grid.y.nodes());
         Self::of_light(field.intensity().view(), [&x, &y], field.power())
     }
 
     /// The metrics of an intensity [y, x] at positions x and y in mm, with this power.
-    pub fn of_light(intensity: ArrayView2<'_, f64>, [x, y]: [&[f64]; 2], power: f64) -> Self {
+    pub(crate) fn of_light(
+        intensity: ArrayView2<'_, f64>,
+        [x, y]: [&[f64]; 2],
+        power: f64,
+    ) -> Self {
         let peak = peak(intensity);
         let centre = centroid(intensity, x, y);
         let radii = centre.and_then(|c| encircled_energy(intensity, x, y, c, &[0.5, 0.8]));

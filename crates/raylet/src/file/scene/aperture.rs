@@ -119,7 +119,7 @@ const MOST_CORNERS: usize = 1000;
 
 impl Aperture {
     /// The aperture that is described, once it is checked; one without an outline has no edge.
-    pub fn optics(&self) -> optics::Aperture {
+    pub(crate) fn optics(&self) -> optics::Aperture {
         let shaped = |outline: Outline, centre: [f64; 2]| optics::Aperture { outline, centre };
         let open = if let Some(disc) = &self.disc {
             let radius = disc.radius_mm;
@@ -211,7 +211,7 @@ pub struct Rim<'a> {
 
 impl Rim<'_> {
     /// The aperture that is described, once it is checked.
-    pub fn optics(&self) -> optics::Aperture {
+    pub(crate) fn optics(&self) -> optics::Aperture {
         match (self.aperture, self.semi_aperture_mm) {
             (Some(aperture), _) => aperture.optics(),
             (None, Some(radius)) => optics::Aperture::disc(radius),

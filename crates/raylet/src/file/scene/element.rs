@@ -175,12 +175,12 @@ pub(crate) const WITH_PIXELS: &str = "the name of a diffractive element with a l
 
 impl Element {
     /// Its name, if it has one.
-    pub fn name(&self) -> Option<&str> {
+    pub(crate) fn name(&self) -> Option<&str> {
         common!(self, any => any.name.as_deref())
     }
 
     /// The distance to the next element in mm; nothing for the sensor.
-    pub fn thickness_mm(&self) -> Option<f64> {
+    pub(crate) fn thickness_mm(&self) -> Option<f64> {
         match self {
             Element::Doe(any) => any.thickness_mm,
             Element::Lens(any) => any.thickness_mm,
@@ -194,17 +194,17 @@ impl Element {
     }
 
     /// Its own tilt in degrees about x, y and z.
-    pub fn tilt_deg(&self) -> [f64; 3] {
+    pub(crate) fn tilt_deg(&self) -> [f64; 3] {
         common!(self, any => any.tilt_deg)
     }
 
     /// Its own shift along x and y in mm.
-    pub fn decenter_mm(&self) -> [f64; 2] {
+    pub(crate) fn decenter_mm(&self) -> [f64; 2] {
         common!(self, any => any.decenter_mm)
     }
 
     /// Whether light turns back at it.
-    pub fn reflects(&self) -> bool {
+    pub(crate) fn reflects(&self) -> bool {
         match self {
             Element::Mirror(_) => true,
             Element::Doe(doe) => doe.reflect,
@@ -213,7 +213,7 @@ impl Element {
     }
 
     /// The keys that describe its curved surfaces, each with its path from the element.
-    pub fn surface_shapes(&self) -> Vec<(String, SurfaceShape<'_>)> {
+    pub(crate) fn surface_shapes(&self) -> Vec<(String, SurfaceShape<'_>)> {
         let own = |shape| vec![(String::new(), shape)];
         match self {
             Element::Doe(doe) => own(doe.surface_shape()),

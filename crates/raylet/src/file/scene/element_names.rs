@@ -7,13 +7,13 @@ use crate::file::scene::scene_file::Scene;
 
 impl Scene {
     /// What the element of a number is called: its name, or its place, such as `element[0]`, if it has none.
-    pub fn called(&self, number: usize) -> String {
+    pub(crate) fn called(&self, number: usize) -> String {
         let name = self.element.get(number).and_then(Element::name);
         name.map_or_else(|| format!("element[{number}]"), str::to_owned)
     }
 
     /// The number of the element that is called so.
-    pub fn number_of(&self, called: &str) -> Option<usize> {
+    pub(crate) fn number_of(&self, called: &str) -> Option<usize> {
         (0..self.element.len()).find(|number| self.called(*number) == called)
     }
 

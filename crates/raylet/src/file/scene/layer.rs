@@ -83,7 +83,7 @@ pub struct PixelLayer {
 
 impl PixelLayer {
     /// The transmission of the rest, times its share of the area.
-    pub fn flat_share(&self) -> f64 {
+    pub(crate) fn flat_share(&self) -> f64 {
         match self.rest {
             Rest::Dark => 0.0,
             Rest::Flat => 1.0 - self.fill,

@@ -208,7 +208,7 @@ impl LossSpecification {
     }
 
     /// Its `kind`.
-    pub fn name(&self) -> &'static str {
+    pub(crate) fn name(&self) -> &'static str {
         match self {
             LossSpecification::Likeness(_) => "likeness",
             LossSpecification::Mse(_) => "mse",

@@ -23,7 +23,7 @@ use crate::file::scene::material::Material;
 use crate::file::scene::settings::{Hologram, Settings};
 
 /// The version of the format that this program reads.
-pub const VERSION: u32 = 1;
+pub(crate) const VERSION: u32 = 1;
 
 /// A scene of raylet: light, elements along an axis, a sensor, and how to compute it. Lengths are in
 /// the units that the keys name; thicknesses lead from one element to the next.

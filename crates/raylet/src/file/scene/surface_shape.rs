@@ -225,7 +225,7 @@ fn conic(radius_mm: Option<f64>, conic: f64) -> Conic {
 
 impl SurfaceShape<'_> {
     /// The shape that is described; nothing when it needs an array of heights in µm that is not there.
-    pub fn optics(&self, heights_um: Option<ArrayView2<f64>>) -> Option<optics::Shape> {
+    pub(crate) fn optics(&self, heights_um: Option<ArrayView2<f64>>) -> Option<optics::Shape> {
         let straight = conic(None, 0.0);
         Some(match self.shape {
             None => self.of_revolution(),

@@ -44,7 +44,7 @@ impl VariableScene {
     }
 
     /// The scene as it is at first.
-    pub fn scene(&self) -> &Scene {
+    pub(crate) fn scene(&self) -> &Scene {
         &self.scene
     }
 
@@ -52,7 +52,11 @@ impl VariableScene {
     ///
     /// # Errors
     /// A scene that is none with these numbers.
-    pub fn with_numbers(&self, addresses: &[Address], values: &[f64]) -> Result<Scene, Fault> {
+    pub(crate) fn with_numbers(
+        &self,
+        addresses: &[Address],
+        values: &[f64],
+    ) -> Result<Scene, Fault> {
         let mut tree = self.tree.clone();
         for (address, value) in addresses.iter().zip(values) {
             if let Some(number) = address.number_mut(&mut tree) {
@@ -118,7 +122,7 @@ impl Address {
     }
 
     /// What the design calls it.
-    pub fn name(&self) -> String {
+    pub(crate) fn name(&self) -> String {
         match self.inverse {
             true => format!("1/{}", self.path),
             false => self.path.clone(),
@@ -133,7 +137,7 @@ impl Address {
 
     /// The bounds of the value that the design changes, from those of the number; none where no number keeps them
     /// or, for a radius, where they do not lie on one side of zero.
-    pub fn bounds(&self, [lowest, highest]: [Option<f64>; 2]) -> Option<[f64; 2]> {
+    pub(crate) fn bounds(&self, [lowest, highest]: [Option<f64>; 2]) -> Option<[f64; 2]> {
         let (free, ends) = (f64::INFINITY, [lowest, highest]);
         let bounds = match (self.inverse, ends) {
             (_, [None, None]) => [-free, free],

@@ -15,7 +15,7 @@ use crate::file::storage::seal::{Checksum, Sealed, sealed};
 use crate::file::storage::sweep::{LOCK, sweep_around};
 
 /// The file by which a folder of results is known.
-pub const RESULT_FILE: &str = "result.json";
+pub(crate) const RESULT_FILE: &str = "result.json";
 
 /// The file by which a folder of a comparison is known.
 pub const COMPARISON_FILE: &str = "compare.json";
@@ -102,7 +102,7 @@ impl Target {
 ///
 /// # Errors
 /// Another run that holds it, or a folder around that cannot be written.
-pub fn hold(path: &Path) -> Result<Lock, Fault> {
+pub(crate) fn hold(path: &Path) -> Result<Lock, Fault> {
     let around = standing(path);
     let name = below(&around, path).to_string_lossy();
     let plain = |c: char| if matches!(c, '/' | '\\') { '+' } else { c };

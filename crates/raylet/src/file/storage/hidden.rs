@@ -13,7 +13,7 @@ use crate::file::storage::parent_folders::{below, exchange, make, named, standin
 use crate::file::storage::unfinished::{NEW, OLD, OWNER, PLACE, Trace, clear, unfinished};
 
 /// The start of every hidden name.
-pub const PREFIX: &str = ".raylet-";
+pub(crate) const PREFIX: &str = ".raylet-";
 
 /// A run that looks for what others left may remove a draft before its owner is known.
 const TRIES: u32 = 10;
@@ -26,10 +26,10 @@ pub struct Hidden {
 }
 
 /// Says whether what stands somewhere may be replaced.
-pub type Judge<'a> = &'a dyn Fn(&Path) -> Result<(), Fault>;
+pub(crate) type Judge<'a> = &'a dyn Fn(&Path) -> Result<(), Fault>;
 
 /// Lets two paths change places at one stroke; `false` where that is not possible.
-pub type Swap<'a> = &'a dyn Fn(&Path, &Path) -> io::Result<bool>;
+pub(crate) type Swap<'a> = &'a dyn Fn(&Path, &Path) -> io::Result<bool>;
 
 impl Hidden {
     /// A hidden folder for what will be at `path`.
@@ -180,7 +180,7 @@ impl Drop for Hidden {
 }
 
 /// The fault of a place that cannot be written.
-pub fn unwritable(path: &Path, error: &io::Error) -> Fault {
+pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Fault {
     Fault::of_file(path, error.to_string(), "a place that can be written")
 }
 

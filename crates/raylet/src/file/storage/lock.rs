@@ -22,7 +22,7 @@ const LONGEST: u64 = 4096;
 
 /// A lock file that this process holds, removed when dropped.
 #[derive(Debug)]
-pub struct Lock {
+pub(crate) struct Lock {
     path: PathBuf,
     /// Closing it releases the lock.
     _file: File,
@@ -30,7 +30,7 @@ pub struct Lock {
 
 /// Why there is no lock.
 #[derive(Debug, thiserror::Error)]
-pub enum LockError {
+pub(crate) enum LockError {
     /// Another run holds it.
     #[error("{0}")]
     Held(Holder),
@@ -41,7 +41,7 @@ pub enum LockError {
 
 /// The process that holds a lock, as far as its file says.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub struct Holder(Option<Process>);
+pub(crate) struct Holder(Option<Process>);
 
 /// A process on some machine.
 #[derive(Clone, Debug, PartialEq, Eq)]
@@ -57,7 +57,7 @@ impl Lock {
     ///
     /// # Errors
     /// Another run holds it, or the file cannot be written.
-    pub fn take(path: &Path) -> Result<Self, LockError> {
+    pub(crate) fn take(path: &Path) -> Result<Self, LockError> {
         for attempt in 0..TRIES {
             if attempt > 0 {
                 sleep(WAIT);
@@ -75,7 +75,7 @@ impl Lock {
     ///
     /// # Errors
     /// The file cannot be written.
-    pub fn take_stale(path: &Path) -> io::Result<Option<Self>> {
+    pub(crate) fn take_stale(path: &Path) -> io::Result<Option<Self>> {
         Self::attempt(path, false)
     }
 

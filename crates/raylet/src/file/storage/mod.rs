@@ -19,11 +19,11 @@ pub mod folder;
 pub mod hidden;
 #[cfg(test)]
 mod killed_test;
-pub mod lock;
+pub(crate) mod lock;
 pub mod own_file;
-pub mod parent_folders;
+pub(crate) mod parent_folders;
 pub mod partial;
 pub mod run_folder;
-pub mod seal;
-pub mod sweep;
+pub(crate) mod seal;
+pub(crate) mod sweep;
 pub mod unfinished;

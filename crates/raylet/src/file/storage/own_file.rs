@@ -109,7 +109,7 @@ impl OwnFile {
 
 /// Whether a path leads into a folder, links on the way followed; names that go up again from folders which are not
 /// there lead nowhere.
-pub fn is_within(path: &Path, folder: &Path) -> bool {
+pub(crate) fn is_within(path: &Path, folder: &Path) -> bool {
     let around = standing(path);
     let rest = below(&around, path);
     let goes_up = rest.components().any(|part| part.as_os_str() == "..");

@@ -5,19 +5,19 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 /// The innermost folder around a path that is there already.
-pub fn standing(path: &Path) -> PathBuf {
+pub(crate) fn standing(path: &Path) -> PathBuf {
     let there = |folder: &&Path| fs::symlink_metadata(named(folder)).is_ok();
     let found = path.ancestors().skip(1).find(there);
     found.map_or(PathBuf::from("."), |folder| named(folder).to_path_buf())
 }
 
 /// A path as the folder that stands around it sees it.
-pub fn below<'p>(around: &Path, path: &'p Path) -> &'p Path {
+pub(crate) fn below<'p>(around: &Path, path: &'p Path) -> &'p Path {
     path.strip_prefix(around).unwrap_or(path)
 }
 
 /// The current folder has no name among the ancestors of a relative path.
-pub fn named(folder: &Path) -> &Path {
+pub(crate) fn named(folder: &Path) -> &Path {
     match folder.as_os_str().is_empty() {
         true => Path::new("."),
         false => folder,
@@ -28,7 +28,7 @@ pub fn named(folder: &Path) -> &Path {
 ///
 /// # Errors
 /// What the file system said.
-pub fn make(path: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
+pub(crate) fn make(path: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
     let missing: Vec<&Path> = path
         .ancestors()
         .skip(1)
@@ -46,7 +46,7 @@ pub fn make(path: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
 }
 
 /// Removes folders that were made for nothing, the innermost first; one that others use by now stays.
-pub fn unmake(made: &[PathBuf]) {
+pub(crate) fn unmake(made: &[PathBuf]) {
     for folder in made.iter().rev() {
         let _ = fs::remove_dir(folder);
     }
@@ -56,7 +56,7 @@ pub fn unmake(made: &[PathBuf]) {
 ///
 /// # Errors
 /// What the file system said.
-pub fn sync(folder: &Path) -> io::Result<()> {
+pub(crate) fn sync(folder: &Path) -> io::Result<()> {
     if cfg!(not(unix)) {
         return Ok(());
     }
@@ -79,7 +79,7 @@ pub fn sync(folder: &Path) -> io::Result<()> {
 /// # Errors
 /// What the file system said.
 #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
-pub fn exchange(one: &Path, other: &Path) -> io::Result<bool> {
+pub(crate) fn exchange(one: &Path, other: &Path) -> io::Result<bool> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
     use rustix::io::Errno;
     match renameat_with(CWD, one, CWD, other, RenameFlags::EXCHANGE) {
@@ -91,7 +91,7 @@ pub fn exchange(one: &Path, other: &Path) -> io::Result<bool> {
 
 /// Elsewhere there is no such call.
 #[cfg(not(any(target_os = "linux", target_os = "android", target_vendor = "apple")))]
-pub fn exchange(_: &Path, _: &Path) -> io::Result<bool> {
+pub(crate) fn exchange(_: &Path, _: &Path) -> io::Result<bool> {
     Ok(false)
 }
 

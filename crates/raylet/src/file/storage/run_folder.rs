@@ -12,7 +12,6 @@ use crate::file::storage::unfinished::{Trace, unfinished};
 /// A folder that this run holds. Dropped, it goes again if it was made for the run and nothing is in it.
 #[derive(Debug)]
 pub struct RunFolder {
-    path: PathBuf,
     lock: Option<Lock>,
     made: Vec<PathBuf>,
 }
@@ -24,7 +23,6 @@ impl RunFolder {
     /// Another run that holds it, or a folder that cannot be made or written.
     pub fn open(path: &Path) -> Result<Self, Fault> {
         let mut folder = Self {
-            path: path.to_path_buf(),
             lock: None,
             made: Vec::new(),
         };
@@ -44,11 +42,6 @@ impl RunFolder {
         })?;
         folder.lock = Some(lock);
         Ok(folder)
-    }
-
-    /// Where it is.
-    pub fn path(&self) -> &Path {
-        &self.path
     }
 }
 

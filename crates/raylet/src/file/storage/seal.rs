@@ -21,7 +21,7 @@ const LARGEST: u64 = 64 << 20;
 
 /// Size and checksum of a file's content.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub struct Checksum {
+pub(crate) struct Checksum {
     /// Its length.
     pub bytes: u64,
     /// CRC-32 of all of it (ISO 3309, as in zip files).
@@ -44,14 +44,14 @@ struct List {
 
 /// The document of a folder that raylet wrote, and the files that it lists.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Sealed {
+pub(crate) struct Sealed {
     document: String,
     entries: Vec<Entry>,
 }
 
 impl Checksum {
     /// That of these bytes.
-    pub fn of(content: &[u8]) -> Self {
+    pub(crate) fn of(content: &[u8]) -> Self {
         Self {
             bytes: content.len() as u64,
             crc32: crc32fast::hash(content),
@@ -62,7 +62,7 @@ impl Checksum {
     ///
     /// # Errors
     /// What the file system said.
-    pub fn of_file(path: &Path) -> io::Result<Option<Self>> {
+    pub(crate) fn of_file(path: &Path) -> io::Result<Option<Self>> {
         if !fs::symlink_metadata(path)?.is_file() {
             return Ok(None);
         }
@@ -93,7 +93,7 @@ impl Entry {
 
 /// A JSON object with the list of a folder's other files, and its own checksum at the end; none for a text that is no
 /// object.
-pub fn sealed(document: &str, files: &[(String, Checksum)]) -> Option<String> {
+pub(crate) fn sealed(document: &str, files: &[(String, Checksum)]) -> Option<String> {
     let open = document.trim_end().strip_suffix('}')?.trim_end();
     let comma = if open.ends_with('{') { "" } else { "," };
     let entry = |(file, content): &(String, Checksum)| {
@@ -137,7 +137,7 @@ fn entries(document: &str) -> Option<Vec<Entry>> {
 
 impl Sealed {
     /// What the document of this name lists; none if it is not there, or not as raylet wrote it.
-    pub fn read(folder: &Path, document: &str) -> Option<Self> {
+    pub(crate) fn read(folder: &Path, document: &str) -> Option<Self> {
         let path = folder.join(document);
         let kind = fs::symlink_metadata(&path).ok()?;
         if !kind.is_file() || kind.len() > LARGEST {
@@ -150,7 +150,7 @@ impl Sealed {
     }
 
     /// That of whatever document of raylet lies in a folder.
-    pub fn find(folder: &Path) -> Option<Self> {
+    pub(crate) fn find(folder: &Path) -> Option<Self> {
         let names = fs::read_dir(folder).ok()?.flatten();
         let mut names = names.filter_map(|entry| entry.file_name().into_string().ok());
         names.find_map(|name| {
@@ -163,7 +163,7 @@ impl Sealed {
     ///
     /// # Errors
     /// What the file system said.
-    pub fn stranger(&self, folder: &Path) -> io::Result<Option<String>> {
+    pub(crate) fn stranger(&self, folder: &Path) -> io::Result<Option<String>> {
         for found in fs::read_dir(folder)? {
             let name = found?.file_name().to_string_lossy().into_owned();
             if name == self.document {
@@ -185,7 +185,7 @@ impl Sealed {
     ///
     /// # Errors
     /// What the file system said.
-    pub fn remove(&self, folder: &Path) -> io::Result<()> {
+    pub(crate) fn remove(&self, folder: &Path) -> io::Result<()> {
         for entry in &self.entries {
             let path = folder.join(&entry.file);
             match fs::symlink_metadata(&path) {

@@ -13,14 +13,14 @@ use crate::file::storage::unfinished::{OLD, OWNER, PLACE, clear, unfinished};
 const LETTERS: usize = 6;
 
 /// The end of a lock's name.
-pub const LOCK: &str = ".lock";
+pub(crate) const LOCK: &str = ".lock";
 
 /// So many folders around a path are looked through: a run that makes folders has its draft outside of them.
 const LEVELS: usize = 3;
 
 /// Removes the drafts and locks that killed runs left around a path; a result that stood aside when such a run ended is
 /// put back. Those that a live process holds stay, and so does whatever cannot be removed.
-pub fn sweep_around(path: &Path) {
+pub(crate) fn sweep_around(path: &Path) {
     let there = standing(path);
     let around = there.ancestors().take(LEVELS);
     for folder in around {
@@ -29,7 +29,7 @@ pub fn sweep_around(path: &Path) {
 }
 
 /// The same right inside a folder.
-pub fn sweep(folder: &Path) {
+pub(crate) fn sweep(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
         let Some(rest) = name.strip_prefix(PREFIX) else {

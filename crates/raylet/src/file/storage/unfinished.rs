@@ -9,20 +9,20 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 use crate::file::storage::seal::Sealed;
 
 /// Name of the new thing inside the hidden folder of a draft.
-pub const NEW: &str = "new";
+pub(crate) const NEW: &str = "new";
 
 /// Name of what it replaces, for as long as that stands aside.
-pub const OLD: &str = "old";
+pub(crate) const OLD: &str = "old";
 
 /// Name of the note that says where that stood.
-pub const PLACE: &str = "place";
+pub(crate) const PLACE: &str = "place";
 
 /// Name of the lock that says whose draft it is.
-pub const OWNER: &str = "owner";
+pub(crate) const OWNER: &str = "owner";
 
 /// Something that goes when the work is done.
 #[derive(Clone, Debug, PartialEq, Eq)]
-pub enum Trace {
+pub(crate) enum Trace {
     /// The hidden folder of a draft.
     Draft(PathBuf),
     /// A lock.
@@ -41,7 +41,7 @@ pub struct Standstill {
 }
 
 /// The list, to be held while the disk is changed.
-pub fn unfinished() -> MutexGuard<'static, Vec<Trace>> {
+pub(crate) fn unfinished() -> MutexGuard<'static, Vec<Trace>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
@@ -56,7 +56,7 @@ pub fn abandon() -> Standstill {
 
 impl Trace {
     /// Removes it. Whatever cannot be removed stays for the next start.
-    pub fn remove(&self) {
+    pub(crate) fn remove(&self) {
         match self {
             Trace::Draft(folder) => {
                 clear(folder);
@@ -75,7 +75,7 @@ impl Trace {
 
 /// Removes the content of a draft but for its owner's name: whole results file by file as their document lists them,
 /// and what was not finished. Anything else stays.
-pub fn clear(folder: &Path) {
+pub(crate) fn clear(folder: &Path) {
     for name in [NEW, OLD] {
         let thing = folder.join(name);
         let Ok(kind) = fs::symlink_metadata(&thing) else {

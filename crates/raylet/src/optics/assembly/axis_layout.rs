@@ -17,7 +17,7 @@ use crate::optics::system::System;
 
 /// A surface where it stands: what a ray meets, whatever happens to it there.
 #[derive(Clone, Debug, PartialEq)]
-pub struct PlacedShape {
+pub(crate) struct PlacedShape {
     /// Its shape in its own frame.
     pub shape: Shape,
     /// Where it stands.
@@ -28,7 +28,7 @@ pub struct PlacedShape {
 
 /// The axis as it is laid, part by part.
 #[derive(Clone, Debug)]
-pub struct AxisLayout {
+pub(crate) struct AxisLayout {
     axis: Frame,
     /// +1 while light runs towards the axis's +z, −1 after an odd number of mirrors.
     towards: f64,
@@ -42,7 +42,7 @@ pub struct AxisLayout {
 impl AxisLayout {
     /// An axis without parts, in a medium of this index. The light has the radius `beam_radius` in mm where no
     /// aperture limits it.
-    pub fn new(index: f64, beam_radius: Option<f64>) -> Self {
+    pub(crate) fn new(index: f64, beam_radius: Option<f64>) -> Self {
         Self {
             axis: Frame::GLOBAL,
             towards: 1.0,
@@ -54,37 +54,37 @@ impl AxisLayout {
     }
 
     /// Index of the medium that the light is in, behind the last part.
-    pub fn index(&self) -> f64 {
+    pub(crate) fn index(&self) -> f64 {
         self.index
     }
 
     /// +1 where light runs towards the axis's +z, −1 behind an odd number of mirrors.
-    pub fn towards(&self) -> f64 {
+    pub(crate) fn towards(&self) -> f64 {
         self.towards
     }
 
     /// Whether no part has met the light yet.
-    pub fn is_empty(&self) -> bool {
+    pub(crate) fn is_empty(&self) -> bool {
         self.screens.is_empty()
     }
 
     /// Where a part stands that is moved by `decentre` mm aside of the axis and then turned by `tilt` rad.
-    pub fn frame(&self, [dx, dy]: [f64; 2], tilt: [f64; 3]) -> Frame {
+    pub(crate) fn frame(&self, [dx, dy]: [f64; 2], tilt: [f64; 3]) -> Frame {
         self.axis.moved(Vec3::new(dx, dy, 0.0)).tilted(tilt)
     }
 
     /// Lets the axis go on from this frame.
-    pub fn turn(&mut self, frame: Frame) {
+    pub(crate) fn turn(&mut self, frame: Frame) {
         self.axis = frame;
     }
 
     /// Goes on along the axis by `distance` mm.
-    pub fn advance(&mut self, distance: f64) {
+    pub(crate) fn advance(&mut self, distance: f64) {
         self.axis = self.axis.moved(Vec3::new(0.0, 0.0, distance));
     }
 
     /// Adds a screen. Where it reflects, light turns back.
-    pub fn screen(&mut self, name: String, frame: Frame, shape: Shape, act: Act) {
+    pub(crate) fn screen(&mut self, name: String, frame: Frame, shape: Shape, act: Act) {
         if !self.screens.is_empty() && self.trains.len() < self.screens.len() {
             self.trains.push(Vec::new());
         }
@@ -101,14 +101,14 @@ impl AxisLayout {
     }
 
     /// Adds a surface that light crosses into a medium of the index `behind`.
-    pub fn refract(&mut self, face: PlacedShape, coating: Coating, behind: f64) {
+    pub(crate) fn refract(&mut self, face: PlacedShape, coating: Coating, behind: f64) {
         self.enter(&face);
         let before = std::mem::replace(&mut self.index, behind);
         self.surface(face, (Interface::Refract, coating), [before, behind]);
     }
 
     /// Adds a mirror: light turns back.
-    pub fn reflect(&mut self, face: PlacedShape) {
+    pub(crate) fn reflect(&mut self, face: PlacedShape) {
         self.enter(&face);
         let index = [self.index; 2];
         self.surface(face, (Interface::Reflect, Coating::Ideal), index);
@@ -116,13 +116,13 @@ impl AxisLayout {
     }
 
     /// The light's phase is zero here: at the vertex of the first screen, in mm.
-    pub fn origin(&self) -> Vec3 {
+    pub(crate) fn origin(&self) -> Vec3 {
         let first = self.screens.first();
         first.map_or(Frame::GLOBAL.origin, |screen| screen.frame.origin)
     }
 
     /// The system of these parts at a vacuum wavelength in mm.
-    pub fn into_system(self, wavelength: f64, source: Source) -> System {
+    pub(crate) fn into_system(self, wavelength: f64, source: Source) -> System {
         System {
             wavelength,
             source,

@@ -18,7 +18,7 @@ impl Glass {
     ///
     /// # Errors
     /// An unknown name, or a wavelength at which the medium is not known, in words.
-    pub fn index(&self, wavelength: f64) -> Result<f64, String> {
+    pub(crate) fn index(&self, wavelength: f64) -> Result<f64, String> {
         let medium = match self {
             Glass::Named(name) => catalog::medium(name).map_err(|error| error.to_string())?,
             Glass::Medium(medium) => medium.clone(),

@@ -75,7 +75,7 @@ impl Dispersion {
     ///
     /// # Errors
     /// [`Misfit`] with what was expected and what was found.
-    pub fn check(&self) -> Result<(), Misfit> {
+    pub(crate) fn check(&self) -> Result<(), Misfit> {
         match self {
             Self::Constant(index) => positive("an index above zero", [index]),
             Self::Formula {
@@ -111,7 +111,7 @@ impl Dispersion {
     }
 
     /// Shortest and longest valid wavelength, in micrometres; none for a constant.
-    pub fn range_um(&self) -> Option<[f64; 2]> {
+    pub(crate) fn range_um(&self) -> Option<[f64; 2]> {
         match self {
             Self::Constant(_) => None,
             Self::Formula { range_um, .. } => Some(*range_um),
@@ -123,7 +123,7 @@ impl Dispersion {
 
     /// The index at a wavelength in micrometres, without regard to the range; not a number where the
     /// numbers give none.
-    pub fn evaluate(&self, wavelength_um: f64) -> f64 {
+    pub(crate) fn evaluate(&self, wavelength_um: f64) -> f64 {
         match self {
             Self::Constant(index) => *index,
             Self::Formula {

@@ -12,7 +12,7 @@ use crate::wave::grid::raster::Raster;
 
 /// Rows of a raster being summed: real and imaginary part, row-major, `stride` apart; rows are padded so
 /// that eight columns may be touched past the last one.
-pub struct Rows {
+pub(crate) struct Rows {
     /// Real parts.
     pub re: Vec<f64>,
     /// Imaginary parts.
@@ -27,7 +27,7 @@ pub struct Rows {
 
 impl Rows {
     /// Dark rows of a raster.
-    pub fn zeros(raster: Raster) -> Self {
+    pub(crate) fn zeros(raster: Raster) -> Self {
         let [nx, count] = raster.size;
         let stride = nx + LANES;
         Self {
@@ -42,10 +42,10 @@ impl Rows {
 
 /// Σ conj(B)·value over the samples that a beamlet B of unit amplitude touches, times 1, u, v, u², uv, v²
 /// with (u, v) = x − s.
-pub type Moments = [Complex64; 6];
+pub(crate) type Moments = [Complex64; 6];
 
 /// A beamlet about to be added to some rows.
-pub struct BeamletKernel<'a> {
+pub(crate) struct BeamletKernel<'a> {
     arrival: &'a Arrival,
     /// First row and the row after the last.
     span: [usize; 2],
@@ -56,7 +56,7 @@ pub struct BeamletKernel<'a> {
 impl<'a> BeamletKernel<'a> {
     /// The beamlet's footprint on the rows; nothing when it does not meet them.
     #[inline(always)]
-    pub fn new(arrival: &'a Arrival, rows: &Rows, limit: f64) -> Option<Self> {
+    pub(crate) fn new(arrival: &'a Arrival, rows: &Rows, limit: f64) -> Option<Self> {
         let [xx, xy, yy] = arrival.curvature.map(|g| g.im);
         let determinant = xx * yy - xy * xy;
         let reach = (limit * xx / determinant).sqrt();
@@ -76,7 +76,7 @@ impl<'a> BeamletKernel<'a> {
 
     /// Adds it; returns the number of values.
     #[inline(always)]
-    pub fn add<S: Simd>(&self, simd: S, rows: &mut Rows, k: f64) -> u64 {
+    pub(crate) fn add<S: Simd>(&self, simd: S, rows: &mut Rows, k: f64) -> u64 {
         let [xx, _, _] = self.arrival.curvature;
         let hx = rows.raster.pitch[0];
         let bend = Complex64::new(-k * xx.im, k * xx.re) * (hx * hx);
@@ -106,7 +106,7 @@ impl<'a> BeamletKernel<'a> {
     /// The conjugate transpose of [`BeamletKernel::add`] for a beamlet of unit amplitude, and the same of its
     /// values times powers of the distance.
     #[inline(always)]
-    pub fn add_adjoint<S: Simd>(&self, simd: S, rows: &Rows, k: f64) -> Moments {
+    pub(crate) fn add_adjoint<S: Simd>(&self, simd: S, rows: &Rows, k: f64) -> Moments {
         let [xx, _, _] = self.arrival.curvature;
         let [hx, hy] = rows.raster.pitch;
         let bend = Complex64::new(-k * xx.im, k * xx.re) * (hx * hx);

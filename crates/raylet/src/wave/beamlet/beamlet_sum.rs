@@ -26,7 +26,7 @@ struct Band {
 }
 
 /// What a footprint costs: how many values the sums so far have evaluated.
-pub type Evaluations = u64;
+pub(crate) type Evaluations = u64;
 
 impl Canvas {
     /// An empty sum on a raster.
@@ -61,7 +61,7 @@ impl Canvas {
     /// The conjugate transpose of [`Canvas::add`]: for each beamlet, with its amplitude taken for one, what
     /// the canvas holds times its conjugate, summed over its footprint; the first of the moments is the
     /// cotangent of the amplitude when the canvas holds the cotangent of the sum.
-    pub fn add_adjoint(&self, arrivals: &[Arrival], k: f64, threshold: f64) -> Vec<Moments> {
+    pub(crate) fn add_adjoint(&self, arrivals: &[Arrival], k: f64, threshold: f64) -> Vec<Moments> {
         let level = Level::new();
         let limit = -2.0 * threshold.ln() / k;
         arrivals
@@ -78,7 +78,7 @@ impl Canvas {
     }
 
     /// A canvas that holds these values, indexed [y, x].
-    pub fn holding(raster: Raster, values: &ndarray::Array2<Complex64>) -> Self {
+    pub(crate) fn holding(raster: Raster, values: &ndarray::Array2<Complex64>) -> Self {
         let mut canvas = Self::new(raster);
         for ((j, i), value) in values.indexed_iter() {
             let band = &mut canvas.bands[j / BAND_ROWS];
@@ -89,12 +89,12 @@ impl Canvas {
     }
 
     /// Its sample points.
-    pub fn raster(&self) -> &Raster {
+    pub(crate) fn raster(&self) -> &Raster {
         &self.raster
     }
 
     /// Whether a beamlet's footprint meets the raster.
-    pub fn meets(&self, arrival: &Arrival, k: f64, threshold: f64) -> bool {
+    pub(crate) fn meets(&self, arrival: &Arrival, k: f64, threshold: f64) -> bool {
         let reach = arrival.footprint(k, threshold);
         (0..2).all(|a| {
             let low = self.raster.start[a];
@@ -104,7 +104,7 @@ impl Canvas {
     }
 
     /// The box of its points, `[x_min, x_max, y_min, y_max]` in mm.
-    pub fn bounds(&self) -> [f64; 4] {
+    pub(crate) fn bounds(&self) -> [f64; 4] {
         let [x, y] = self.raster.size;
         let [px, py] = self.raster.pitch;
         let [low_x, low_y] = self.raster.start;
@@ -113,12 +113,12 @@ impl Canvas {
     }
 
     /// How a beamlet lies to the raster.
-    pub fn tail(&self, arrival: &Arrival, k: f64) -> Tail {
+    pub(crate) fn tail(&self, arrival: &Arrival, k: f64) -> Tail {
         Tail::of(arrival, self.bounds(), k)
     }
 
     /// Whether a point lies within the raster.
-    pub fn contains(&self, point: [f64; 2]) -> bool {
+    pub(crate) fn contains(&self, point: [f64; 2]) -> bool {
         (0..2).all(|a| {
             let low = self.raster.start[a];
             let high = low + (self.raster.size[a] as f64 - 1.0) * self.raster.pitch[a];
@@ -127,7 +127,7 @@ impl Canvas {
     }
 
     /// The sum, indexed [y, x].
-    pub fn finish(self) -> ndarray::Array2<Complex64> {
+    pub(crate) fn finish(self) -> ndarray::Array2<Complex64> {
         let [nx, ny] = self.raster.size;
         ndarray::Array2::from_shape_fn((ny, nx), |(j, i)| {
             let band = &self.bands[j / BAND_ROWS];

@@ -74,7 +74,7 @@ impl Beams {
     ///
     /// # Errors
     /// When they do not.
-    pub fn check(&self, rays: usize) -> Result<(), RayError> {
+    pub(crate) fn check(&self, rays: usize) -> Result<(), RayError> {
         check_length("beam amplitude", self.amplitude.len(), rays, "position")?;
         check_length("beam curvature", self.curvature.len(), rays, "position")?;
         check_finite(

@@ -4,12 +4,12 @@
 //! | --- | --- |
 //! | [`wavelet`] | Beamlets: the Gaussian that a ray carries, in flight and at surfaces |
 //! | [`beams`] | Beamlets of rays that another tracer followed |
-//! | [`beamlet_kernel`] | One beamlet on a few rows of a raster |
+//! | `beamlet_kernel` | One beamlet on a few rows of a raster |
 //! | [`beamlet_sum`] | The coherent sum of beamlets on a uniform grid, and its adjoint |
 //! | [`plane`] | Plane waves that arrive on a screen, and their coherent sum |
 //! | [`secondary_ray_sum`] | The sum of rays of another tracer on a sensor, and its adjoint |
 
-pub mod beamlet_kernel;
+pub(crate) mod beamlet_kernel;
 pub mod beamlet_sum;
 pub mod beams;
 pub mod plane;

@@ -86,7 +86,11 @@ impl PlaneSum {
     /// The conjugate transpose of [`PlaneSum::add`] for waves of amplitude one, and the same of values times
     /// distances: given cotangents of the samples, indexed [y, x], Σ conj(W)·bar, and that with the bar
     /// times u and v, (u, v) = x − at, for each wave W.
-    pub fn add_adjoint(&self, bar: &Array2<Complex64>, waves: &[PlaneWave]) -> Vec<[Complex64; 3]> {
+    pub(crate) fn add_adjoint(
+        &self,
+        bar: &Array2<Complex64>,
+        waves: &[PlaneWave],
+    ) -> Vec<[Complex64; 3]> {
         let (points, phases) = self.places(waves);
         let middle = self.middle();
         let [nx, ny] = self.raster.size;
@@ -135,7 +139,7 @@ impl PlaneSum {
     }
 
     /// Whether a point lies within the raster.
-    pub fn contains(&self, point: [f64; 2]) -> bool {
+    pub(crate) fn contains(&self, point: [f64; 2]) -> bool {
         (0..2).all(|a| {
             let low = self.raster.start[a];
             let high = low + (self.raster.size[a] as f64 - 1.0) * self.raster.pitch[a];
@@ -144,12 +148,12 @@ impl PlaneSum {
     }
 
     /// Number of samples of the raster.
-    pub fn samples(&self) -> usize {
+    pub(crate) fn samples(&self) -> usize {
         self.values.len()
     }
 
     /// The sum so far, indexed [y, x].
-    pub fn values(&self) -> &Array2<Complex64> {
+    pub(crate) fn values(&self) -> &Array2<Complex64> {
         &self.values
     }
 

@@ -48,7 +48,7 @@ impl<T: Real> Companion<T> for () {
 
 /// A beamlet's amplitude and curvature.
 #[derive(Clone, Copy, Debug)]
-pub struct Beamlet<T = f64> {
+pub(crate) struct Beamlet<T = f64> {
     /// Complex amplitude, one at the start.
     pub amplitude: Complex<T>,
     /// G⊥ along `across` and direction × across, in 1/mm (vacuum wavenumber convention).
@@ -63,7 +63,7 @@ impl<T: Real> Beamlet<T> {
     /// The beamlet that stands on a screen with curvature `q` (1/mm) along the screen's x and y axes:
     /// G⊥ = P⁻ᵀ q P⁻¹, P_ab = e_a · axis_b.
     #[inline(always)]
-    pub fn launch<A: Axes<T>>(direction: Vec3<T>, screen: &A, q: Symmetric<T>) -> Self {
+    pub(crate) fn launch<A: Axes<T>>(direction: Vec3<T>, screen: &A, q: Symmetric<T>) -> Self {
         let [x, y] = screen.across();
         let across = (x + direction * -direction.dot(x)).unit();
         let along = direction.cross(across);
@@ -78,7 +78,7 @@ impl<T: Real> Beamlet<T> {
 
     /// The curvature along a receiving screen's axes, G = PᵀG⊥P.
     #[inline(always)]
-    pub fn land<A: Axes<T>>(&self, screen: &A) -> Symmetric<T> {
+    pub(crate) fn land<A: Axes<T>>(&self, screen: &A) -> Symmetric<T> {
         let [x, y] = screen.across();
         let along = self.direction.cross(self.across);
         self.curvature.congruent([
@@ -160,7 +160,7 @@ pub struct Arrival {
 
 /// How a beamlet lies to a box on its screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Tail {
+pub(crate) struct Tail {
     /// How much of its energy falls into the box, if the Gaussian holds there.
     pub share: f64,
     /// Distance r of its ray from the box: the amplitude at the edge is exp(−r²/2) of the peak.
@@ -169,13 +169,13 @@ pub struct Tail {
 
 impl Tail {
     /// All of a beamlet's energy falls into the box.
-    pub const WHOLE: Self = Self {
+    pub(crate) const WHOLE: Self = Self {
         share: 1.0,
         distance: 0.0,
     };
 
     /// Of a beamlet to the box `[x_min, x_max, y_min, y_max]` (mm).
-    pub fn of(arrival: &Arrival, bounds: [f64; 4], k: f64) -> Self {
+    pub(crate) fn of(arrival: &Arrival, bounds: [f64; 4], k: f64) -> Self {
         let width = arrival.footprint(k, (-0.5f64).exp());
         let mut tail = Self::WHOLE;
         for a in 0..2 {
@@ -193,7 +193,7 @@ impl Arrival {
     /// Half widths of the box around the footprint where the Gaussian exceeds `threshold`, in mm;
     /// infinite when the curvature does not decay.
     #[inline]
-    pub fn footprint(&self, k: f64, threshold: f64) -> [f64; 2] {
+    pub(crate) fn footprint(&self, k: f64, threshold: f64) -> [f64; 2] {
         let [xx, xy, yy] = self.curvature.map(|g| g.im);
         let determinant = xx * yy - xy * xy;
         if !(determinant > 0.0 && xx > 0.0) {
@@ -205,7 +205,7 @@ impl Arrival {
 
     /// Half widths, in optical direction cosines, of the beamlet's own angular spread.
     #[inline]
-    pub fn spread(&self, k: f64, threshold: f64) -> [f64; 2] {
+    pub(crate) fn spread(&self, k: f64, threshold: f64) -> [f64; 2] {
         let [xx, xy, yy] = self.curvature;
         let reach = self.footprint(k, threshold);
         [

@@ -115,7 +115,7 @@ impl Collins {
     ///
     /// # Panics
     /// If `out_bar` has not the raster's shape.
-    pub fn carry_adjoint(&self, out_bar: ArrayView2<'_, Complex64>) -> Array2<Complex64> {
+    pub(crate) fn carry_adjoint(&self, out_bar: ArrayView2<'_, Complex64>) -> Array2<Complex64> {
         // U′ = after · total
         let total_bar = scaled(out_bar, &self.after, |u, factor| u * factor.conj());
         let mut start_bar = Array2::zeros([self.before[0].len(), self.before[1].len()]);

@@ -116,7 +116,13 @@ impl FreeHop {
     }
 
     /// The levels of a curved screen that all directions of a plan need.
-    pub fn stack(&self, field: &Field, heights: &Heights, leaves: f64, plan: &FreePlan) -> Stack {
+    pub(crate) fn stack(
+        &self,
+        field: &Field,
+        heights: &Heights,
+        leaves: f64,
+        plan: &FreePlan,
+    ) -> Stack {
         let mut range = [f64::INFINITY, f64::NEG_INFINITY];
         for (z, value) in heights.z.iter().zip(&field.values) {
             if value.norm_sqr() > 0.0 {

@@ -4,12 +4,12 @@
 //! | --- | --- |
 //! | [`propagate`] | Hops without rays, from a plane or curved screen to a parallel plane, and their adjoint |
 //! | `emission_spectrum` | From the field on a screen to the plane waves of a free hop, and back |
-//! | [`pixel_hop`] | A free hop from the pixels of a curved mirror to a parallel plane, fast enough for a design |
+//! | `pixel_hop` | A free hop from the pixels of a curved mirror to a parallel plane, fast enough for a design |
 //! | [`collins`] | Collins' integral through a centred paraxial train |
 //! | [`rayleigh`] | The first Rayleigh–Sommerfeld integral by direct sum |
 
 pub mod collins;
 mod emission_spectrum;
-pub mod pixel_hop;
+pub(crate) mod pixel_hop;
 pub mod propagate;
 pub mod rayleigh;

@@ -39,7 +39,7 @@ const LEVEL_TOLERANCE: f64 = 1e-3;
 
 /// A plane before a mirror, parallel to it.
 #[derive(Clone, Copy)]
-pub struct TargetPlane<'a> {
+pub(crate) struct TargetPlane<'a> {
     /// Its height above the mirror's local plane, in mm.
     pub distance: f64,
     /// Its points.
@@ -47,7 +47,7 @@ pub struct TargetPlane<'a> {
 }
 
 /// A pixelated mirror before a plane, with everything that does not depend on its pixels' values.
-pub struct PixelHop {
+pub(crate) struct PixelHop {
     /// Rows and columns of pixels.
     shape: (usize, usize),
     /// Heights of the levels in wavelengths.
@@ -70,7 +70,12 @@ struct Line {
 impl PixelHop {
     /// The hop from a mirror to the points of a plane that is parallel to it, in a medium of index 1. `arrived` is the light just before the mirror, one node a pixel; light comes along
     /// the mirror's axis.
-    pub fn new(screen: &Screen, arrived: &Field, plane: TargetPlane, wavelength: f64) -> Self {
+    pub(crate) fn new(
+        screen: &Screen,
+        arrived: &Field,
+        plane: TargetPlane,
+        wavelength: f64,
+    ) -> Self {
         let TargetPlane { distance, target } = plane;
         let grid = &arrived.grid;
         let heights = Heights::on(screen, grid);
@@ -115,7 +120,7 @@ impl PixelHop {
     ///
     /// # Panics
     /// If there are more or fewer values than pixels.
-    pub fn carry(&self, values: ArrayView2<Complex64>) -> Array2<Complex64> {
+    pub(crate) fn carry(&self, values: ArrayView2<Complex64>) -> Array2<Complex64> {
         assert_eq!(values.dim(), self.shape, "a value for each pixel");
         let [x, y] = &self.lines;
         let along_x: Vec<Array2<Complex64>> = self
@@ -154,7 +159,7 @@ impl PixelHop {
     }
 
     /// The conjugate transpose of [`PixelHop::carry`].
-    pub fn carry_adjoint(&self, target_bar: ArrayView2<Complex64>) -> Array2<Complex64> {
+    pub(crate) fn carry_adjoint(&self, target_bar: ArrayView2<Complex64>) -> Array2<Complex64> {
         let [x, y] = &self.lines;
         let waves_bar = self.land.apply_adjoint(target_bar).reversed_axes();
 

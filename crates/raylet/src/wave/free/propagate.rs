@@ -47,20 +47,20 @@ pub struct FreeHop {
 
 /// [`FreeHop::clear`] for an error of 1e-3: what small screens far apart have with 6 is 1e-3 to 1e-2, with 10 3e-4 to
 /// 2e-3, with 16 1e-5 to 4e-4, with 24 1e-6 to 7e-5; with no more than the period of nearer screens, 1e-2 to 1.
-pub const CLEAR: f64 = 13.0;
+pub(crate) const CLEAR: f64 = 13.0;
 
 /// [`FreeHop::clear`] for an error.
-pub fn clear_for(error: f64) -> f64 {
+pub(crate) fn clear_for(error: f64) -> f64 {
     (CLEAR + 2.5 * (1e-3 / error).ln()).clamp(6.0, 30.0)
 }
 
 /// A curved screen under a field: its heights at the nodes, and the sign with which light leaves along its
 /// local z axis. Nothing for a plane.
-pub type Surface<'a> = Option<(&'a Heights, f64)>;
+pub(crate) type Surface<'a> = Option<(&'a Heights, f64)>;
 
 /// The field that leaves a screen.
 #[derive(Clone, Copy)]
-pub struct EmittedField<'a> {
+pub(crate) struct EmittedField<'a> {
     /// Its values at the nodes of the screen.
     pub field: &'a Field,
     /// The surface of a curved screen.
@@ -68,7 +68,7 @@ pub struct EmittedField<'a> {
 }
 
 /// A parameter of a hop without rays: the same hop with the parameter a little smaller and a little larger.
-pub struct PerturbedFreeHops {
+pub(crate) struct PerturbedFreeHops {
     /// With the smaller value.
     pub below: FreeHop,
     /// With the larger value.
@@ -95,7 +95,7 @@ pub struct FreePlan {
 impl FreeHop {
     /// Chooses period and directions for a field within `from` and a target within `to`, both
     /// `[x_min, x_max, y_min, y_max]` in mm on their own planes.
-    pub fn plan(&self, from: [f64; 4], to: [f64; 4]) -> FreePlan {
+    pub(crate) fn plan(&self, from: [f64; 4], to: [f64; 4]) -> FreePlan {
         let wavelength = std::f64::consts::TAU / self.k;
         let lowest = self
             .slabs
@@ -202,7 +202,7 @@ impl FreeHop {
     /// light leaves with a sign, by Weyl's sum over the true surface,
     /// c(p) = 1/P² Σ U e^{−ik(p·x ± q s)} N·(p, ±q)/(±q) dA with N = (−∇s, 1),
     /// the surface taken apart into levels.
-    pub fn carry(
+    pub(crate) fn carry(
         &self,
         field: &Field,
         surface: Surface,
@@ -218,7 +218,7 @@ impl FreeHop {
     /// the derivative with respect to each parameter, known by the hops a little below and above and the
     /// distance of its values. Dark nodes of a curved screen stay dark; without neighbours the derivative is
     /// nothing.
-    pub fn carry_adjoint(
+    pub(crate) fn carry_adjoint(
         &self,
         target_bar: &Array2<Complex64>,
         target: &Raster,

@@ -17,7 +17,7 @@ use crate::wave::grid::field::Field;
 use crate::wave::grid::heights::Heights;
 
 /// Node–point pairs per second that one core sums; shapes predictions only.
-pub const PAIRS_PER_SECOND: f64 = 1.5e8;
+pub(crate) const PAIRS_PER_SECOND: f64 = 1.5e8;
 
 /// The lit nodes of a field, in columns padded to a multiple of eight with nodes of no amplitude.
 ///

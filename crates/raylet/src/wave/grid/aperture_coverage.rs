@@ -13,7 +13,7 @@ use crate::optics::moments::{Cell, legendre, open_moments};
 use crate::wave::grid::field::{Axis, Grid};
 
 /// What an opening lets through of each node of a grid.
-pub struct ApertureCoverage<'a> {
+pub(crate) struct ApertureCoverage<'a> {
     aperture: &'a Aperture,
     grid: &'a Grid,
     /// (a + ½)·P_a at each node of a cell, indexed [node, a], along x and y.
@@ -22,7 +22,7 @@ pub struct ApertureCoverage<'a> {
 
 impl<'a> ApertureCoverage<'a> {
     /// An opening seen by a grid.
-    pub fn new(aperture: &'a Aperture, grid: &'a Grid) -> Self {
+    pub(crate) fn new(aperture: &'a Aperture, grid: &'a Grid) -> Self {
         Self {
             aperture,
             grid,
@@ -31,7 +31,7 @@ impl<'a> ApertureCoverage<'a> {
     }
 
     /// The weights of the nodes in a row of cells, indexed [node in the cell, node along x].
-    pub fn row(&self, row: usize) -> Array2<f64> {
+    pub(crate) fn row(&self, row: usize) -> Array2<f64> {
         let nodes = [self.bases[0].nrows(), self.bases[1].nrows()];
         let mut weights = Array2::ones((nodes[1], self.grid.x.len()));
         let y = edges(&self.grid.y, row);

@@ -1,6 +1,6 @@
 //! Complex fields on the nodes of a plane grid.
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::Array2;
 use num_complex::Complex64;
 
 /// The nodes of a grid along one axis: equal cells, each with the same few nodes inside.
@@ -63,12 +63,12 @@ impl Axis {
 
     /// The length a node represents, in mm.
     #[inline]
-    pub fn weight(&self, index: usize) -> f64 {
+    pub(crate) fn weight(&self, index: usize) -> f64 {
         self.weights[index % self.weights.len()]
     }
 
     /// The interval a node represents: its share of the cell, shares in order of the nodes.
-    pub fn span(&self, index: usize) -> [f64; 2] {
+    pub(crate) fn span(&self, index: usize) -> [f64; 2] {
         let (cell, g) = (index / self.offsets.len(), index % self.offsets.len());
         let before: f64 = self.weights[..g].iter().sum();
         let low = self.start + (cell as f64 - 0.5) * self.pitch + before;
@@ -82,7 +82,7 @@ impl Axis {
     }
 
     /// Number of nodes below a point; those closer to it than rounding are not.
-    pub fn below(&self, point: f64) -> usize {
+    pub(crate) fn below(&self, point: f64) -> usize {
         let limit = point - 1e-9 * self.pitch;
         let (mut low, mut high) = (0, self.len());
         while low < high {
@@ -128,7 +128,7 @@ impl Grid {
 }
 
 /// Parts of amplitudes lie below it, so that products of four of them, and sums of these, are finite.
-pub const LARGEST_AMPLITUDE: f64 = 1e60;
+pub(crate) const LARGEST_AMPLITUDE: f64 = 1e60;
 
 /// Whether an amplitude is a number of a size that light has.
 pub fn is_amplitude(value: Complex64) -> bool {
@@ -152,7 +152,7 @@ impl Field {
     }
 
     /// Σ|U|² over the nodes times their areas, in mm² for unit amplitude.
-    pub fn power(&self) -> f64 {
+    pub(crate) fn power(&self) -> f64 {
         let mut total = 0.0;
         for (j, row) in self.values.outer_iter().enumerate() {
             let line: f64 = row
@@ -166,18 +166,13 @@ impl Field {
     }
 
     /// Whether all its values are numbers of a size that light has.
-    pub fn is_sound(&self) -> bool {
+    pub(crate) fn is_sound(&self) -> bool {
         self.values.iter().all(|value| is_amplitude(*value))
     }
 
     /// |U|² at each node.
     pub fn intensity(&self) -> Array2<f64> {
         self.values.mapv(|u| u.norm_sqr())
-    }
-
-    /// The values as a view.
-    pub fn view(&self) -> ArrayView2<'_, Complex64> {
-        self.values.view()
     }
 }
 

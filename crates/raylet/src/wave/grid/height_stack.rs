@@ -22,7 +22,7 @@ pub struct HeightStack {
 
 impl HeightStack {
     /// The field of a plane screen.
-    pub fn plane(raster: Raster, values: Array2<Complex64>) -> Self {
+    pub(crate) fn plane(raster: Raster, values: Array2<Complex64>) -> Self {
         Self {
             raster,
             stack: None,
@@ -31,7 +31,7 @@ impl HeightStack {
     }
 
     /// The field on the screen itself at the nodes of a grid.
-    pub fn on(&self, screen: &Screen, grid: &Grid) -> Field {
+    pub(crate) fn on(&self, screen: &Screen, grid: &Grid) -> Field {
         let sheets: Vec<Field> = self
             .values
             .iter()
@@ -48,7 +48,7 @@ impl HeightStack {
 
     /// The conjugate transpose of [`HeightStack::on`]: from the field on the screen to the sheets, whose values do
     /// not matter.
-    pub fn on_adjoint(&self, screen: &Screen, field_bar: &Field) -> Vec<Array2<Complex64>> {
+    pub(crate) fn on_adjoint(&self, screen: &Screen, field_bar: &Field) -> Vec<Array2<Complex64>> {
         let back = |bar: &Field| interpolate_adjoint(&self.raster, bar);
         match &self.stack {
             Some(stack) => {
@@ -61,12 +61,12 @@ impl HeightStack {
     }
 
     /// ∫|U|² on the middle level, in mm² for unit amplitude.
-    pub fn power(&self) -> f64 {
+    pub(crate) fn power(&self) -> f64 {
         self.raster.power(&self.values[self.values.len() / 2])
     }
 
     /// The field on the middle level.
-    pub fn into_middle(mut self) -> Array2<Complex64> {
+    pub(crate) fn into_middle(mut self) -> Array2<Complex64> {
         let middle = self.values.len() / 2;
         self.values.swap_remove(middle)
     }

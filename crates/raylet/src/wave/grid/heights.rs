@@ -27,7 +27,7 @@ impl Heights {
     }
 
     /// Those of a screen.
-    pub fn on(screen: &Screen, grid: &Grid) -> Self {
+    pub(crate) fn on(screen: &Screen, grid: &Grid) -> Self {
         let mut heights = Self::flat(grid);
         if screen.is_plane() {
             return heights;
@@ -60,12 +60,17 @@ const LEVEL_TOLERANCE: f64 = 1e-5;
 
 impl Stack {
     /// The levels for heights from `bottom` to `top`, in mm; `k` is the vacuum wavenumber.
-    pub fn new(range: [f64; 2], cosines: [f64; 2], k: f64) -> Self {
+    pub(crate) fn new(range: [f64; 2], cosines: [f64; 2], k: f64) -> Self {
         Self::within(LEVEL_TOLERANCE, range, cosines, k)
     }
 
     /// The same, that add an error of about `tolerance`.
-    pub fn within(tolerance: f64, [bottom, top]: [f64; 2], [low, high]: [f64; 2], k: f64) -> Self {
+    pub(crate) fn within(
+        tolerance: f64,
+        [bottom, top]: [f64; 2],
+        [low, high]: [f64; 2],
+        k: f64,
+    ) -> Self {
         Self {
             levels: Levels::new(bottom, top, 0.5 * k * (high - low), tolerance),
             carrier: 0.5 * k * (low + high),
@@ -73,7 +78,7 @@ impl Stack {
     }
 
     /// Number of levels.
-    pub fn len(&self) -> usize {
+    pub(crate) fn len(&self) -> usize {
         self.levels.at.len()
     }
 
@@ -84,7 +89,7 @@ impl Stack {
 
     /// The field on a curved screen from the fields on the levels, all at the same nodes:
     /// U(z) = Σᵢ ℓᵢ(z) e^{iκ(z − zᵢ)} Uᵢ with the carrier κ.
-    pub fn merge(&self, sheets: &[Field], heights: &Heights) -> Field {
+    pub(crate) fn merge(&self, sheets: &[Field], heights: &Heights) -> Field {
         let mut merged = Field::zeros(sheets[0].grid.clone());
         ndarray::Zip::indexed(merged.values.rows_mut()).par_for_each(|j, mut row| {
             let mut shares = vec![0.0; self.len()];
@@ -101,7 +106,7 @@ impl Stack {
     }
 
     /// The conjugate transpose of [`Stack::merge`]: what each level gets back.
-    pub fn merge_adjoint(&self, merged_bar: &Field, heights: &Heights) -> Vec<Field> {
+    pub(crate) fn merge_adjoint(&self, merged_bar: &Field, heights: &Heights) -> Vec<Field> {
         let level = |number: usize| {
             let mut bar = merged_bar.clone();
             ndarray::Zip::from(&mut bar.values)
@@ -115,7 +120,7 @@ impl Stack {
 
     /// What the field at one height puts on one level.
     #[inline]
-    pub fn part(&self, value: Complex64, z: f64, number: usize) -> Complex64 {
+    pub(crate) fn part(&self, value: Complex64, z: f64, number: usize) -> Complex64 {
         if value == Complex64::ZERO {
             return value;
         }
@@ -125,7 +130,7 @@ impl Stack {
 
     /// The conjugate transpose of [`Stack::part`].
     #[inline]
-    pub fn part_adjoint(&self, part_bar: Complex64, z: f64, number: usize) -> Complex64 {
+    pub(crate) fn part_adjoint(&self, part_bar: Complex64, z: f64, number: usize) -> Complex64 {
         let turn = self.carrier * (z - self.levels.at[number]);
         part_bar * Complex64::from_polar(self.levels.share(z, number), turn)
     }
@@ -133,7 +138,13 @@ impl Stack {
     /// What the field at one height puts on each level, so that Σ U e^{−iκ′z} over heights, for every κ′
     /// of the stack, is Σᵢ e^{−iκ′zᵢ} of what the levels hold: U·ℓᵢ(z)·e^{−iκ(z − zᵢ)}.
     #[inline]
-    pub fn split(&self, value: Complex64, z: f64, shares: &mut [f64], parts: &mut [Complex64]) {
+    pub(crate) fn split(
+        &self,
+        value: Complex64,
+        z: f64,
+        shares: &mut [f64],
+        parts: &mut [Complex64],
+    ) {
         self.levels.shares(z, shares);
         for ((part, level), share) in parts.iter_mut().zip(&self.levels.at).zip(shares.iter()) {
             *part = value * Complex64::from_polar(*share, -self.carrier * (z - level));
@@ -143,7 +154,7 @@ impl Stack {
 
 /// Smallest and largest normal cosine of light in a medium of index `n` whose directions lie in the box
 /// `[x_low, x_high, y_low, y_high]`; zero at the smallest where it reaches grazing.
-pub fn normal_cosines([x0, x1, y0, y1]: [f64; 4], n: f64) -> [f64; 2] {
+pub(crate) fn normal_cosines([x0, x1, y0, y1]: [f64; 4], n: f64) -> [f64; 2] {
     let nearest = |low: f64, high: f64| if low > 0.0 { low } else { (-high).max(0.0) };
     let least = nearest(x0, x1).powi(2) + nearest(y0, y1).powi(2);
     let most = x0.abs().max(x1.abs()).powi(2) + y0.abs().max(y1.abs()).powi(2);

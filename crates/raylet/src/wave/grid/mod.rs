@@ -5,13 +5,13 @@
 //! | [`raster`] | Uniform grids of sample points |
 //! | [`field`] | Complex fields on the nodes of a plane grid |
 //! | [`sampling`] | Where a screen's field is sampled, and what the screen does to it there |
-//! | [`aperture_coverage`] | The open share of the cell of each node |
+//! | `aperture_coverage` | The open share of the cell of each node |
 //! | [`transmission`] | What an element does at the nodes of a grid, and the way back to phases and pixels |
 //! | [`heights`] | The levels around a curved screen, and interpolation between them |
 //! | [`height_stack`] | A field as it is summed: on a plane, or on levels around a curved screen |
 //! | [`metrics`] | How alike two fields are, and how large a spot is |
 
-pub mod aperture_coverage;
+pub(crate) mod aperture_coverage;
 pub mod field;
 pub mod height_stack;
 pub mod heights;

@@ -18,7 +18,7 @@ pub struct Raster {
 
 impl Raster {
     /// The pixel centres of a sensor.
-    pub fn of(sensor: &Sensor) -> Self {
+    pub(crate) fn of(sensor: &Sensor) -> Self {
         let first = |a: usize| -0.5 * (sensor.pixels[a] as f64 - 1.0) * sensor.pitch[a];
         Self {
             start: [first(0), first(1)],
@@ -28,7 +28,7 @@ impl Raster {
     }
 
     /// ∫|U|² over the raster, in mm² for unit amplitude.
-    pub fn power(&self, values: &Array2<Complex64>) -> f64 {
+    pub(crate) fn power(&self, values: &Array2<Complex64>) -> f64 {
         let area = self.pitch[0] * self.pitch[1];
         values.iter().map(|u| u.norm_sqr()).sum::<f64>() * area
     }

@@ -41,7 +41,7 @@ pub enum SamplingError {
 
 /// The range of optical direction cosines a grid must resolve, per axis [x, y].
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Reach {
+pub(crate) struct Reach {
     /// Largest |p| of the arriving light.
     pub arriving: [f64; 2],
     /// Largest |p| of the light that matters behind the screen.
@@ -77,7 +77,7 @@ const MOST_NODES: usize = 32;
 ///
 /// # Errors
 /// When the screen has no edge, or needs more than `allowed` samples.
-pub fn plan_grid(
+pub(crate) fn plan_grid(
     screen: &Screen,
     reach: Reach,
     wavelength: f64,
@@ -230,7 +230,7 @@ fn gauss_nodes(cycles: f64) -> usize {
 
 /// Multiplies an arriving field by the screen's transmission, and by what its opening lets through of the
 /// nodes ([`ApertureCoverage`]).
-pub fn act(screen: &Screen, field: &mut Field) {
+pub(crate) fn act(screen: &Screen, field: &mut Field) {
     let (doe, aperture) = parts(screen);
     for_open_nodes(aperture, field, |value, at, cell, open| {
         *value *= open * doe.map_or(Complex64::ONE, |doe| doe.transmission_over(at, cell));
@@ -239,7 +239,11 @@ pub fn act(screen: &Screen, field: &mut Field) {
 
 /// The conjugate transpose of [`act`] with respect to the arriving field, in place; and, from the field
 /// that arrived, the cotangent of the transmission of the pixels of the element's first pixel layer, [y, x].
-pub fn act_adjoint(screen: &Screen, arrived: &Field, bar: &mut Field) -> Option<Array2<Complex64>> {
+pub(crate) fn act_adjoint(
+    screen: &Screen,
+    arrived: &Field,
+    bar: &mut Field,
+) -> Option<Array2<Complex64>> {
     let (doe, aperture) = parts(screen);
     let pixels_bar = doe.and_then(|doe| pixels_cotangent(doe, arrived, bar));
 
@@ -319,7 +323,7 @@ fn spans(axis: &Axis) -> Vec<[f64; 2]> {
 ///
 /// # Errors
 /// As [`plan_grid`].
-pub fn plan_raster(
+pub(crate) fn plan_raster(
     screen: &Screen,
     reach: [f64; 2],
     wavelength: f64,
@@ -358,7 +362,7 @@ const TAPS: usize = 24;
 ///
 /// Kaiser-windowed sinc of 24 taps; for a field sampled 1.5 times above its Nyquist rate the error is
 /// about 3e-6 of its amplitude.
-pub fn interpolate(raster: &Raster, values: &Array2<Complex64>, grid: &Grid) -> Field {
+pub(crate) fn interpolate(raster: &Raster, values: &Array2<Complex64>, grid: &Grid) -> Field {
     let along_x = taps(&grid.x, raster.start[0], raster.pitch[0], raster.size[0]);
     let along_y = taps(&grid.y, raster.start[1], raster.pitch[1], raster.size[1]);
     let mut rows = Array2::zeros((values.nrows(), grid.x.len()));
@@ -381,7 +385,7 @@ pub fn interpolate(raster: &Raster, values: &Array2<Complex64>, grid: &Grid) -> 
 }
 
 /// The conjugate transpose of [`interpolate`]: from the nodes of a grid to a raster.
-pub fn interpolate_adjoint(raster: &Raster, field_bar: &Field) -> Array2<Complex64> {
+pub(crate) fn interpolate_adjoint(raster: &Raster, field_bar: &Field) -> Array2<Complex64> {
     let grid = &field_bar.grid;
     let along_x = taps(&grid.x, raster.start[0], raster.pitch[0], raster.size[0]);
     let along_y = taps(&grid.y, raster.start[1], raster.pitch[1], raster.size[1]);

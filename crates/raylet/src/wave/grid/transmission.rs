@@ -17,7 +17,7 @@ use crate::wave::grid::sampling::act;
 pub struct NoPixels(pub String);
 
 /// What a screen lets through at the nodes of a grid, times the weight its opening gives each, indexed [y, x].
-pub fn screen_transmission(screen: &Screen, grid: &Grid) -> Array2<Complex64> {
+pub(crate) fn screen_transmission(screen: &Screen, grid: &Grid) -> Array2<Complex64> {
     let mut field = Field::zeros(grid.clone());
     field.values.fill(Complex64::ONE);
     act(screen, &mut field);
@@ -39,7 +39,7 @@ pub fn phase_bar(
 ///
 /// # Errors
 /// When the element is not one grid of box or point pixels, alone or times analytic phases.
-pub fn pixels_bar(
+pub(crate) fn pixels_bar(
     screen: &Screen,
     doe: &Doe,
     grid: &Grid,

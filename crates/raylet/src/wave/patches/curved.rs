@@ -19,7 +19,7 @@ use crate::wave::grid::heights::{Heights, Stack, normal_cosines};
 use crate::wave::patches::patch::{Band, Patches, Place, Spectrum};
 
 /// What turns a field on a curved screen into patch spectra.
-pub struct CurvedPatches<'a> {
+pub(crate) struct CurvedPatches<'a> {
     /// The plan of the local plane's transforms.
     pub patches: &'a Patches,
     /// The screen.
@@ -43,12 +43,12 @@ struct Centre {
 impl CurvedPatches<'_> {
     /// The spectrum of the patch with this index (x fastest); nothing when the field is dark there, or
     /// the screen does not exist at its centre.
-    pub fn cut(&self, field: &Field, index: usize) -> Option<Spectrum> {
+    pub(crate) fn cut(&self, field: &Field, index: usize) -> Option<Spectrum> {
         self.cut_within(field, index, &self.patches.modes())
     }
 
     /// The same, of some directions only, given by their indices along x and y.
-    pub fn cut_within(
+    pub(crate) fn cut_within(
         &self,
         field: &Field,
         index: usize,
@@ -93,7 +93,7 @@ impl CurvedPatches<'_> {
     /// The conjugate transpose of [`CurvedPatches::cut_within`]: from the coefficients to the nodes of the
     /// patch, [y, x]. `field` is that of the way there: its levels are those of the lit nodes, and dark nodes
     /// stay dark.
-    pub fn cut_adjoint(
+    pub(crate) fn cut_adjoint(
         &self,
         field: &Field,
         index: usize,

@@ -3,15 +3,15 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | [`window`] | Gaussian windows on a regular lattice, divided by their coverage |
-//! | [`window_coverage`] | The sum of windows about scattered points |
+//! | `window_coverage` | The sum of windows about scattered points |
 //! | [`patch`] | Patches of a field and their plane waves |
-//! | [`curved`] | Patches of a field on a curved screen and their plane waves |
+//! | `curved` | Patches of a field on a curved screen and their plane waves |
 //! | [`spot`] | One window about any point of a screen, and its plane waves |
 //! | [`tile`] | Square patches of a field with sharp edges, anywhere on it, and their plane waves |
 
-pub mod curved;
+pub(crate) mod curved;
 pub mod patch;
 pub mod spot;
 pub mod tile;
 pub mod window;
-pub mod window_coverage;
+pub(crate) mod window_coverage;

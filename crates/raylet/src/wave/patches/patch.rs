@@ -40,7 +40,7 @@ impl Band {
     }
 
     /// The indices of this band's directions within [low, high].
-    pub fn within(&self, low: f64, high: f64) -> Range<usize> {
+    pub(crate) fn within(&self, low: f64, high: f64) -> Range<usize> {
         let part = Self::between(self.anchor, self.spacing, low, high);
         let clip = |m: i64| (m - self.first).clamp(0, self.count as i64) as usize;
         let first = clip(part.first);
@@ -82,7 +82,7 @@ impl AxisSpectra {
 }
 
 /// The plan that turns a field into patch spectra.
-pub struct Patches {
+pub(crate) struct Patches {
     x: AxisSpectra,
     y: AxisSpectra,
     grid: [Axis; 2],
@@ -90,7 +90,7 @@ pub struct Patches {
 }
 
 /// Where a patch lies: its centre in mm, and the nodes under its window.
-pub struct Place {
+pub(crate) struct Place {
     /// The centre, on the screen.
     pub centre: [f64; 2],
     /// Nodes along x.
@@ -100,7 +100,7 @@ pub struct Place {
 }
 
 /// One patch: where it is and what plane waves it holds.
-pub struct Spectrum {
+pub(crate) struct Spectrum {
     /// Its centre on the screen, in mm.
     pub centre: [f64; 2],
     /// Indices in the bands, along x and y, of the first direction.
@@ -112,7 +112,7 @@ pub struct Spectrum {
 }
 
 /// A strip of patches, one above the other, transformed along x: what they share of their spectra.
-pub struct Strip {
+pub(crate) struct Strip {
     /// Index of the position along x.
     index: usize,
     /// A row per node along y, a column per direction along x.
@@ -127,7 +127,7 @@ const STRIP_ROWS: usize = 64;
 impl Patches {
     /// Plans the spectra of fields on the grid (x, y), for windows on the given positions and
     /// directions in the given bands; `k` is the vacuum wavenumber, `period` the patch period P in mm.
-    pub fn new(
+    pub(crate) fn new(
         [x, y]: [&Axis; 2],
         positions: [&Positions; 2],
         bands: [&Band; 2],
@@ -143,7 +143,7 @@ impl Patches {
     }
 
     /// Where the patch with this index lies.
-    pub fn place(&self, index: usize) -> Place {
+    pub(crate) fn place(&self, index: usize) -> Place {
         let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
         Place {
             centre: [self.x.positions.at(jx), self.y.positions.at(jy)],
@@ -153,7 +153,7 @@ impl Patches {
     }
 
     /// The windowed Fourier sums of values at the nodes of a patch, for some directions.
-    pub fn transform(
+    pub(crate) fn transform(
         &self,
         view: ArrayView2<Complex64>,
         index: usize,
@@ -171,7 +171,7 @@ impl Patches {
     }
 
     /// The conjugate transpose of [`Patches::transform`]: from some directions of a patch to its nodes.
-    pub fn transform_adjoint(
+    pub(crate) fn transform_adjoint(
         &self,
         waves_bar: ArrayView2<Complex64>,
         index: usize,
@@ -192,7 +192,7 @@ impl Patches {
     }
 
     /// Parseval's sum of the values at the nodes of a patch: [`Spectrum::energy`].
-    pub fn energy_of(&self, view: ArrayView2<Complex64>, index: usize) -> f64 {
+    pub(crate) fn energy_of(&self, view: ArrayView2<Complex64>, index: usize) -> f64 {
         let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
         let ((x, _, wx), (y, _, wy)) = (&self.x.rows[jx], &self.y.rows[jy]);
         let [grid_x, grid_y] = &self.grid;
@@ -211,23 +211,23 @@ impl Patches {
     }
 
     /// Number of patches.
-    pub fn count(&self) -> usize {
+    pub(crate) fn count(&self) -> usize {
         self.x.rows.len() * self.y.rows.len()
     }
 
     /// The spectrum of the patch with this index (x fastest); nothing when the field is dark there.
-    pub fn cut(&self, field: &Field, index: usize) -> Option<Spectrum> {
+    pub(crate) fn cut(&self, field: &Field, index: usize) -> Option<Spectrum> {
         self.cut_within(field, index, &self.modes())
     }
 
     /// All directions, as indices along x and y.
-    pub fn modes(&self) -> [Range<usize>; 2] {
+    pub(crate) fn modes(&self) -> [Range<usize>; 2] {
         let count = |axis: &AxisSpectra| axis.rows.first().map_or(0, |row| row.1.nrows());
         [0..count(&self.x), 0..count(&self.y)]
     }
 
     /// The same, of some directions only, given by their indices along x and y.
-    pub fn cut_within(
+    pub(crate) fn cut_within(
         &self,
         field: &Field,
         index: usize,
@@ -248,13 +248,13 @@ impl Patches {
     }
 
     /// The numbers of patches along x and y.
-    pub fn shape(&self) -> [usize; 2] {
+    pub(crate) fn shape(&self) -> [usize; 2] {
         [self.x.rows.len(), self.y.rows.len()]
     }
 
     /// The strip of patches with this index along x. With many overlapping patches above each other,
     /// their spectra cost less this way than one by one.
-    pub fn strip(&self, field: &Field, index: usize) -> Strip {
+    pub(crate) fn strip(&self, field: &Field, index: usize) -> Strip {
         let (range, matrix, weights) = &self.x.rows[index];
         let view = part(field.values.view(), .., range.clone());
         let mut waves = Array2::zeros((view.nrows(), matrix.nrows()));
@@ -280,7 +280,7 @@ impl Patches {
 
     /// The spectrum of the patch of a strip with this index along y; nothing when the field is dark
     /// there.
-    pub fn cut_strip(&self, strip: &Strip, index: usize) -> Option<Spectrum> {
+    pub(crate) fn cut_strip(&self, strip: &Strip, index: usize) -> Option<Spectrum> {
         let (range, matrix, weights) = &self.y.rows[index];
         let shares = node_shares(&self.grid[1], range.start, weights);
         let lines = &strip.energy[range.clone()];

@@ -40,7 +40,7 @@ const REACH: f64 = 4.5;
 
 impl Window {
     /// The nodes of an axis under the window about a point, and its value at each; both axes multiply.
-    pub fn on(&self, axis: &Axis, centre: f64, period: f64) -> (Range<usize>, Vec<f64>) {
+    pub(crate) fn on(&self, axis: &Axis, centre: f64, period: f64) -> (Range<usize>, Vec<f64>) {
         let half = match self {
             Window::Gaussian { sigma } => (0.5 * period).min(REACH * sigma),
             Window::Square { side } => 0.5 * side,
@@ -56,7 +56,7 @@ impl Window {
 }
 
 /// What all spots of a screen share.
-pub struct Ground<'a> {
+pub(crate) struct Ground<'a> {
     /// The screen.
     pub screen: &'a Screen,
     /// The nodes on which its transmission is known.
@@ -77,7 +77,7 @@ pub struct Ground<'a> {
 
 /// A plane wave that leaves a spot.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Mode {
+pub(crate) struct Mode {
     /// Unit direction on the screen's axes.
     pub direction: Vec3,
     /// Cosine against the surface's normal, positive.
@@ -93,7 +93,7 @@ struct Sheet {
 }
 
 /// The linear map from transmission to plane waves about one point.
-pub struct Spot {
+pub(crate) struct Spot {
     /// Its modes, indexed [m_y, m_x]; nothing where one does not propagate or is not to be followed.
     pub modes: Array2<Option<Mode>>,
     /// Height of the surface there, in mm.
@@ -160,7 +160,7 @@ impl Touch {
 impl Spot {
     /// The spot about a hit, whose light has the second derivatives `curvature` (xx, xy, yy) of its optical
     /// path along the axes of the touching plane, in 1/mm. Nothing where the surface does not exist.
-    pub fn new(ground: &Ground, hit: &Hit, curvature: Option<[f64; 3]>) -> Option<Self> {
+    pub(crate) fn new(ground: &Ground, hit: &Hit, curvature: Option<[f64; 3]>) -> Option<Self> {
         let screen = ground.screen;
         let touch = Touch::new(screen, hit.at)?;
         let n = screen.index;
@@ -280,20 +280,20 @@ impl Spot {
     }
 
     /// The part of an array over the grid that lies under the window.
-    pub fn view<'a, T>(&self, values: &'a Array2<T>) -> ArrayView2<'a, T> {
+    pub(crate) fn view<'a, T>(&self, values: &'a Array2<T>) -> ArrayView2<'a, T> {
         let [x, y] = self.nodes.clone();
         part(values.view(), y, x)
     }
 
     /// Adds values under the window to an array over the grid.
-    pub fn add_to(&self, added: &Array2<Complex64>, values: &mut Array2<Complex64>) {
+    pub(crate) fn add_to(&self, added: &Array2<Complex64>, values: &mut Array2<Complex64>) {
         let [x, y] = self.nodes.clone();
         let mut under = part(values.view_mut(), y, x);
         under += added;
     }
 
     /// The coefficients cₘ of a transmission over the grid, indexed [m_y, m_x]; zero for what is no mode.
-    pub fn cut(&self, transmission: &Array2<Complex64>) -> Array2<Complex64> {
+    pub(crate) fn cut(&self, transmission: &Array2<Complex64>) -> Array2<Complex64> {
         let view = self.view(transmission);
         let [lx, ly] = &self.lines;
         let mut total = Array2::zeros(self.modes.dim());
@@ -318,7 +318,7 @@ impl Spot {
 
     /// The conjugate transpose of [`Spot::cut`]: cotangents of the nodes under the window, given those of
     /// the coefficients.
-    pub fn cut_adjoint(&self, bar: &Array2<Complex64>) -> Array2<Complex64> {
+    pub(crate) fn cut_adjoint(&self, bar: &Array2<Complex64>) -> Array2<Complex64> {
         // c = 0 for what is no mode
         let bar = Zip::from(bar).and(&self.modes).map_collect(|c, mode| {
             if mode.is_some() {

@@ -55,7 +55,7 @@ pub enum TileWindow {
 
 impl TileWindow {
     /// Its factor of one axis at a distance from the middle, in sides.
-    pub fn at(self, distance: f64) -> f64 {
+    pub(crate) fn at(self, distance: f64) -> f64 {
         match self {
             TileWindow::Rectangle => 1.0,
             TileWindow::Hann => (std::f64::consts::PI * distance).cos().powi(2),
@@ -63,7 +63,7 @@ impl TileWindow {
     }
 
     /// Its mean over the square.
-    pub fn mean(self) -> f64 {
+    pub(crate) fn mean(self) -> f64 {
         match self {
             TileWindow::Rectangle => 1.0,
             TileWindow::Hann => 0.25,
@@ -218,12 +218,12 @@ impl TileCutter {
     }
 
     /// The nodes along x and along y that the patch about a point has.
-    pub fn nodes(&self, centre: [f64; 2]) -> [Range<usize>; 2] {
+    pub(crate) fn nodes(&self, centre: [f64; 2]) -> [Range<usize>; 2] {
         [self.x.range(centre[0]), self.y.range(centre[1])]
     }
 
     /// The window along x and along y of the patch about a point, at nodes that it has.
-    pub fn window(&self, centre: [f64; 2], [i, j]: [usize; 2]) -> [f64; 2] {
+    pub(crate) fn window(&self, centre: [f64; 2], [i, j]: [usize; 2]) -> [f64; 2] {
         [
             self.x.window_at(i, centre[0]),
             self.y.window_at(j, centre[1]),
@@ -236,7 +236,7 @@ impl TileCutter {
     }
 
     /// The same of the values that `node` gives by index [y, x], on the bands moved by `carrier`.
-    pub fn cut_nodes(
+    pub(crate) fn cut_nodes(
         &self,
         centre: [f64; 2],
         carrier: [f64; 2],

@@ -17,7 +17,7 @@ pub enum Synthesis {
 
 /// The positions of the windows along one axis.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Positions {
+pub(crate) struct Positions {
     /// First position, in mm.
     pub start: f64,
     /// Distance of neighbouring positions, in mm.
@@ -34,7 +34,7 @@ pub struct Positions {
 
 impl Positions {
     /// Positions that cover `edges` dilated by the windows' reach, centred on it.
-    pub fn cover(edges: [f64; 2], sigma: f64, step: f64, reach: f64) -> Self {
+    pub(crate) fn cover(edges: [f64; 2], sigma: f64, step: f64, reach: f64) -> Self {
         let length = edges[1] - edges[0] + 2.0 * reach;
         // A window whose reach only touches the edge carries nothing, hence the floor.
         let count = ((length / step).floor() as usize).saturating_add(1);
@@ -50,7 +50,7 @@ impl Positions {
     }
 
     /// The same positions for patches that are put together without windows.
-    pub fn plain(self) -> Self {
+    pub(crate) fn plain(self) -> Self {
         Self {
             synthesis: Synthesis::Plain,
             ..self
@@ -58,7 +58,7 @@ impl Positions {
     }
 
     /// The `index`-th position, in mm.
-    pub fn at(&self, index: usize) -> f64 {
+    pub(crate) fn at(&self, index: usize) -> f64 {
         self.start + index as f64 * self.step
     }
 
@@ -84,7 +84,7 @@ impl Positions {
     }
 
     /// The nodes inside the `index`-th window as a range, and ĝⱼ (or wⱼ) times the node's length at each.
-    pub fn analysis(&self, axis: &Axis, index: usize) -> (std::ops::Range<usize>, Vec<f64>) {
+    pub(crate) fn analysis(&self, axis: &Axis, index: usize) -> (std::ops::Range<usize>, Vec<f64>) {
         let centre = self.at(index);
         let q = axis.offsets.len();
         let cell = |x: f64| ((x - axis.start) / axis.pitch + 0.5).floor();

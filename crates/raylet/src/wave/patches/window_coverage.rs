@@ -10,7 +10,7 @@ use crate::wave::patches::spot::Window;
 const ROWS: usize = 32;
 
 /// Σ gⱼ^`power` over windows about `centres`, cut at `period`, at each node of a grid, indexed [y, x].
-pub fn window_coverage(
+pub(crate) fn window_coverage(
     centres: &[[f64; 2]],
     grid: &Grid,
     window: Window,
