@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 use std::time::Instant;
 
-use raylet::design::estimator::{Estimator, Sight};
+use raylet::design::estimator::{Estimator, EvaluationMode};
 use raylet::design::optimizers::descent::Rule;
 use raylet::design::optimizers::optimizer::{Method, Optimizer};
 use raylet::design::optimizers::schedule::Schedule;
@@ -16,7 +16,7 @@ use raylet::design::optimizers::space::Space;
 use raylet::design::optimizers::step::Step;
 use raylet::design::project::{Plans, Project};
 use raylet::engine::progress::uncancelled;
-use raylet::file::model::project::brief;
+use raylet::file::model::project::scene_design;
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::random::uniform;
 use raylet::wave::grid::metrics::ncc;
@@ -63,16 +63,16 @@ struct Course {
 
 fn main() -> Result<(), Failure> {
     let seconds = std::env::args().nth(1).map_or(Ok(60.0), |s| s.parse())?;
-    let brief = brief(&Scene::open(Path::new(SCENE))?)?;
-    let (project, start) = (&brief.project, brief.search.point().to_vec());
+    let scene_design = scene_design(&Scene::open(Path::new(SCENE))?)?;
+    let (project, start) = (&scene_design.project, scene_design.search.point().to_vec());
     let plans = project.plan(&start, 0.0, &uncancelled)?;
-    let Some([picture, _]) = &brief.glances[0].picture else {
+    let Some([picture, _]) = &scene_design.described[0].picture else {
         return Err(format!("{SCENE} has no picture").into());
     };
     let exact = |point: &[f64]| -> Result<(f64, Vec<f64>), Failure> {
-        let look = project.look(&plans, point, 1.0)?;
-        let like = ncc(look.intensities[0].view(), picture.view());
-        Ok((like.unwrap_or(f64::NAN), look.gradient))
+        let evaluation = project.evaluate(&plans, point, 1.0)?;
+        let like = ncc(evaluation.intensities[0].view(), picture.view());
+        Ok((like.unwrap_or(f64::NAN), evaluation.gradient))
     };
 
     let mut courses: Vec<Course> = Vec::new();
@@ -118,7 +118,7 @@ fn estimators() -> Vec<(&'static str, Estimator)> {
     ]
 }
 
-/// One look by an estimator; anchors are renewed where it needs them.
+/// One evaluation by an estimator; anchors are renewed where it needs them.
 struct Looker<'a> {
     project: &'a Project,
     plans: &'a Plans,
@@ -127,24 +127,24 @@ struct Looker<'a> {
 }
 
 impl Looker<'_> {
-    fn look(&mut self, point: &[f64], iteration: usize) -> Result<(f64, Vec<f64>), Failure> {
+    fn evaluate(&mut self, point: &[f64], iteration: usize) -> Result<(f64, Vec<f64>), Failure> {
         if self.estimator.renews_control_variates(iteration) {
             self.control_variates =
                 self.project
                     .control_variates(self.plans, point, 1.0, &uncancelled)?;
         }
-        let sight = match (
+        let mode = match (
             self.estimator.draws(7, iteration),
             self.control_variates.is_empty(),
         ) {
-            (None, _) => Sight::All,
-            (Some(draws), true) => Sight::Drawn(draws),
-            (Some(draws), false) => Sight::From(&self.control_variates, draws),
+            (None, _) => EvaluationMode::All,
+            (Some(draws), true) => EvaluationMode::Drawn(draws),
+            (Some(draws), false) => EvaluationMode::From(&self.control_variates, draws),
         };
-        let look = self
+        let evaluation = self
             .project
-            .look_by(self.plans, point, 1.0, &sight, &uncancelled)?;
-        Ok((look.value, look.gradient))
+            .evaluate_by(self.plans, point, 1.0, &mode, &uncancelled)?;
+        Ok((evaluation.value, evaluation.gradient))
     }
 }
 
@@ -157,16 +157,16 @@ fn descend(
     seconds: f64,
     exact: Truth,
 ) -> Result<Course, Failure> {
-    let mut looker = Looker {
+    let mut evaluator = Looker {
         project,
         plans,
         estimator,
         control_variates: Vec::new(),
     };
 
-    // What a look costs, its share of the exact ones with it; a little away from those, for nothing is drawn there.
+    // What an evaluation costs, its share of the exact ones with it; a little away from those, for nothing is drawn there.
     let moved = moved(start);
-    looker.look(start, 0)?;
+    evaluator.evaluate(start, 0)?;
     let before = processor();
     let trial = match estimator {
         Estimator::ControlVariate { refresh, .. } => refresh,
@@ -174,7 +174,7 @@ fn descend(
     };
     for iteration in 0..trial {
         let exact = estimator.renews_control_variates(iteration);
-        looker.look(if exact { start } else { &moved }, iteration)?;
+        evaluator.evaluate(if exact { start } else { &moved }, iteration)?;
     }
     let cost = (processor() - before) / trial as f64;
     let looks = (seconds / cost).ceil().max(1.0) as usize;
@@ -190,7 +190,7 @@ fn descend(
     let mut spent = 0.0;
     for iteration in 0..looks {
         let before = processor();
-        let (value, gradient) = looker.look(search.point(), iteration)?;
+        let (value, gradient) = evaluator.evaluate(search.point(), iteration)?;
         let looked = processor() - before;
         if iteration % looks.div_ceil(8) == 0 {
             let (like, truth) = exact(search.point())?;
@@ -229,19 +229,19 @@ fn mean_cosine(
     point: &[f64],
 ) -> Result<f64, Failure> {
     let moved = moved(point);
-    let exact = project.look(plans, &moved, 1.0)?.gradient;
-    let mut looker = Looker {
+    let exact = project.evaluate(plans, &moved, 1.0)?.gradient;
+    let mut evaluator = Looker {
         project,
         plans,
         estimator,
         control_variates: Vec::new(),
     };
     if estimator.renews_control_variates(0) {
-        looker.control_variates = project.control_variates(plans, point, 1.0, &uncancelled)?;
+        evaluator.control_variates = project.control_variates(plans, point, 1.0, &uncancelled)?;
     }
     let mut sum = 0.0;
     for trial in 1..=3 {
-        let (_, gradient) = looker.look(&moved, 10 * trial + 1)?;
+        let (_, gradient) = evaluator.evaluate(&moved, 10 * trial + 1)?;
         sum += cosine(&gradient, &exact);
     }
     Ok(sum / 3.0)

@@ -13,7 +13,7 @@ use raylet_accuracy::problems::suite::problems;
 use raylet_testkit::parts::plane_wave;
 
 #[test]
-fn reduced_suite_stays_within_its_bounds() {
+fn reduced_suite_stays_within_its_bounds_slow() {
     for problem in problems(true) {
         let measured = problem.measure().unwrap();
         assert!(
@@ -80,7 +80,7 @@ fn a_collected_beam_keeps_its_energy() {
 /// Without rays a run estimates its error within a factor of two, whether it is 1e-3 of half-wave pixels close by or
 /// 1e-7 farther off.
 #[test]
-fn free_hops_estimate_their_error() {
+fn free_hops_estimate_their_error_slow() {
     let (mut least, mut most) = (f64::INFINITY, 0.0f64);
     for problem in problems(false) {
         if !problem.name.contains("λ of free space, light") {

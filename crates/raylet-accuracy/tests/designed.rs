@@ -4,7 +4,7 @@ use std::path::Path;
 
 use raylet::design::run::Run;
 use raylet::engine::progress::uncancelled;
-use raylet::file::model::project::brief;
+use raylet::file::model::project::scene_design;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::system::System;
 use raylet_accuracy::designed::{overlap, spots};
@@ -89,12 +89,12 @@ variable = [VARIABLES]
 fn designed(text: &str) -> (Scene, System, f64) {
     let beside = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/in_a_test.toml");
     let scene = Scene::parse(text, &beside).unwrap();
-    let brief = brief(&scene).unwrap();
-    let project = &brief.project;
+    let scene_design = scene_design(&scene).unwrap();
+    let project = &scene_design.project;
     let mut run = Run::new(
         project,
-        brief.search.clone(),
-        brief.design.iterations,
+        scene_design.search.clone(),
+        scene_design.design.iterations,
         &uncancelled,
     )
     .unwrap();
@@ -102,9 +102,9 @@ fn designed(text: &str) -> (Scene, System, f64) {
         run.step().unwrap();
     }
     let loss = run.finish().unwrap().value;
-    let numbers = &run.best()[brief.project.numbers_from()..];
+    let numbers = &run.best()[scene_design.project.numbers_from()..];
     let system = project.system(0, &project.make(run.best(), 1.0), numbers);
-    let found = brief.scene_at(&scene, run.best()).unwrap();
+    let found = scene_design.scene_at(&scene, run.best()).unwrap();
     (found, system.unwrap(), loss)
 }
 
@@ -127,7 +127,7 @@ fn shares(names: &[&str]) -> [f64; 2] {
 }
 
 #[test]
-fn two_elements_reach_a_mode_that_one_cannot() {
+fn two_elements_reach_a_mode_that_one_cannot_slow() {
     let one = ["first", "second"].map(|name| shares(&[name]));
     let both = shares(&["first", "second"]);
     println!("{one:?} {both:?}");
@@ -158,7 +158,7 @@ fn dimness(start: [&str; 2], variables: &[(&str, f64)]) -> [f64; 2] {
 }
 
 #[test]
-fn lens_and_phase_together_focus_two_wavelengths() {
+fn lens_and_phase_together_focus_two_wavelengths_slow() {
     let lens = [
         ("element[1].surface[0].radius_mm", 0.002),
         ("element[1].surface[0].conic", 0.3),

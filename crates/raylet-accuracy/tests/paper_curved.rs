@@ -62,7 +62,7 @@ fn error(
 const SIZES: [f64; 3] = [25.0, 50.0, 100.0];
 
 #[test]
-fn tangent_patches_err_with_their_size_and_true_ones_do_not() {
+fn tangent_patches_err_with_their_size_and_true_ones_do_not_slow() {
     let square = || bench(120.0);
     let exact = square().exact(6);
     for (patch, [low, high]) in SIZES
@@ -80,7 +80,7 @@ fn tangent_patches_err_with_their_size_and_true_ones_do_not() {
 /// How large the error of a plane is depends on its use: half the phase where the light that
 /// comes meets the true surface, and of what overlapping patches have in common only a factor is left.
 #[test]
-fn overlap_and_the_incident_light_decide_about_planes() {
+fn overlap_and_the_incident_light_decide_about_planes_slow() {
     let square = || bench(120.0);
     let exact = square().exact(6);
     let expected = [

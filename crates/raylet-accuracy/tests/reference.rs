@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::reference::{Choice, Reference, ReferenceError, reference};
+use raylet::engine::chain::reference::{Reference, ReferenceError, ReferenceOptions, reference};
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
 use raylet::math::vec3::Vec3;
@@ -50,9 +50,9 @@ fn free(place: Frame) -> System {
 }
 
 fn run(system: &System, approach: Approach) -> Result<Reference, ReferenceError> {
-    let choice = Choice {
+    let choice = ReferenceOptions {
         approach,
-        ..Choice::default()
+        ..ReferenceOptions::default()
     };
     reference(system, &Settings::default(), choice, &|_| {})
 }
@@ -178,7 +178,7 @@ fn lenses_go_by_collins_and_the_rest_is_refused_with_reasons() {
 
 #[test]
 fn endless_sums_are_not_begun() {
-    let choice = Choice {
+    let choice = ReferenceOptions {
         approach: Approach::RayleighSommerfeld,
         patience: 1e-6,
     };

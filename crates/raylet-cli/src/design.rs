@@ -6,14 +6,14 @@ use std::time::{Duration, Instant};
 use clap::Args;
 use indicatif::{HumanDuration, ProgressBar};
 use raylet::design::optimizers::step::Step;
-use raylet::design::project::Look;
+use raylet::design::project::DesignEvaluation;
 use raylet::design::run::{Run, State};
 use raylet::engine::progress::uncancelled;
 use raylet::file::arrays::phase_file::PhaseFile;
 use raylet::file::decode::fault::Fault;
-use raylet::file::model::design_targets::Glance;
+use raylet::file::model::design_targets::ChannelDescription;
 use raylet::file::model::pixel_part::Output;
-use raylet::file::model::project::{Brief, brief};
+use raylet::file::model::project::{SceneDesign, scene_design};
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::checkpoint::{Checkpoints, Restored};
 use raylet::file::storage::own_file::OwnFile;
@@ -60,7 +60,7 @@ struct Saved {
 /// A design being run.
 struct Course<'a> {
     scene: &'a Scene,
-    brief: &'a Brief,
+    scene_design: &'a SceneDesign,
     out: &'a Path,
     files: Files,
     checkpoints: Checkpoints,
@@ -69,7 +69,7 @@ struct Course<'a> {
 
 /// The files that a design leaves, each checked before the work begins.
 struct Files {
-    /// The arrays that the scene names, in the order of the brief's outputs.
+    /// The arrays that the scene names, in the order of the scene_design's outputs.
     arrays: Vec<PhaseFile>,
     /// The scene with designed numbers, where there are any.
     designed: Option<OwnFile>,
@@ -87,16 +87,16 @@ impl Design {
         if let (Some(design), Some(iterations)) = (&mut scene.design, self.iterations) {
             design.iterations = iterations as usize;
         }
-        let brief = brief(&scene)?;
+        let scene_design = scene_design(&scene)?;
         let mut course = Course {
-            files: self.claim(&scene, &brief)?,
+            files: self.claim(&scene, &scene_design)?,
             checkpoints: Checkpoints::within(&self.out, &scene.to_toml()?),
             scene: &scene,
-            brief: &brief,
+            scene_design: &scene_design,
             out: &self.out,
             rows: Vec::new(),
         };
-        let mut run = self.start(&brief, &mut course)?;
+        let mut run = self.start(&scene_design, &mut course)?;
         let stopped = course.follow(&mut run)?;
         course.save(&run)?;
         if stopped {
@@ -107,20 +107,24 @@ impl Design {
             complain(&note);
             end();
         }
-        let look = run.finish().map_err(|error| course.refuse(&error))?;
-        course.publish(&run, &look)?;
+        let evaluation = run.finish().map_err(|error| course.refuse(&error))?;
+        course.publish(&run, &evaluation)?;
         say(&format!(
             "{}\n{:.1} s\n",
-            course.summary(&run, &look),
+            course.summary(&run, &evaluation),
             clock.elapsed().as_secs_f64()
         ))
     }
 
     /// The run from its start, or from the last checkpoint.
-    fn start<'b>(&self, brief: &'b Brief, course: &mut Course) -> Result<Run<'b>, Failure> {
-        let iterations = brief.design.iterations;
+    fn start<'b>(
+        &self,
+        scene_design: &'b SceneDesign,
+        course: &mut Course,
+    ) -> Result<Run<'b>, Failure> {
+        let iterations = scene_design.design.iterations;
         let run = if self.resume {
-            let check = |saved: &Saved| saved.check(brief);
+            let check = |saved: &Saved| saved.check(scene_design);
             let Restored {
                 state: saved,
                 warning,
@@ -129,12 +133,12 @@ impl Design {
                 complain(&format!("warning: {warning}"));
             }
             course.rows = saved.rows;
-            Run::resume(&brief.project, saved.state, iterations, &uncancelled)
+            Run::resume(&scene_design.project, saved.state, iterations, &uncancelled)
         } else {
             course.checkpoints.claim(self.outputs.replace())?;
             Run::new(
-                &brief.project,
-                brief.search.clone(),
+                &scene_design.project,
+                scene_design.search.clone(),
                 iterations,
                 &uncancelled,
             )
@@ -143,7 +147,7 @@ impl Design {
     }
 
     /// Everything that will be written: what may not be is refused before the work begins.
-    fn claim(&self, scene: &Scene, brief: &Brief) -> Result<Files, Failure> {
+    fn claim(&self, scene: &Scene, scene_design: &SceneDesign) -> Result<Files, Failure> {
         let allowed = self.outputs.allowed(Some(&self.out));
         let array =
             |output: &Output| PhaseFile::of_scene(scene, &output.field, &output.file, allowed);
@@ -151,8 +155,12 @@ impl Design {
         let held = |name: &str| OwnFile::claim_held(&self.out.join(name), replace);
         Ok(Files {
             _folder: RunFolder::open(&self.out)?,
-            arrays: brief.outputs.iter().map(array).collect::<Result<_, _>>()?,
-            designed: match brief.project.numbers.is_empty() {
+            arrays: scene_design
+                .outputs
+                .iter()
+                .map(array)
+                .collect::<Result<_, _>>()?,
+            designed: match scene_design.project.numbers.is_empty() {
                 true => None,
                 false => Some(OwnFile::claim(&designed(scene), replace)?),
             },
@@ -169,9 +177,11 @@ fn designed(scene: &Scene) -> PathBuf {
 
 impl Saved {
     /// Checks that a design can go on from this; returns what was found otherwise.
-    fn check(&self, brief: &Brief) -> Result<(), String> {
-        let iterations = brief.design.iterations;
-        let checked = self.state.check(&brief.project, &brief.search, iterations);
+    fn check(&self, scene_design: &SceneDesign) -> Result<(), String> {
+        let iterations = scene_design.design.iterations;
+        let checked = self
+            .state
+            .check(&scene_design.project, &scene_design.search, iterations);
         checked.map_err(|error| error.to_string())?;
         match are_sound(&self.rows, &self.state) {
             true => Ok(()),
@@ -203,7 +213,7 @@ fn are_sound(rows: &[Row], state: &State) -> bool {
 impl Course<'_> {
     /// Goes on until the iterations are done, or the user stops it; returns whether it was stopped.
     fn follow(&mut self, run: &mut Run) -> Result<bool, Failure> {
-        let iterations = self.brief.design.iterations;
+        let iterations = self.scene_design.design.iterations;
         let bar = ProgressBar::new(iterations as u64);
         if !std::io::IsTerminal::is_terminal(&std::io::stderr()) {
             bar.set_draw_target(indicatif::ProgressDrawTarget::hidden());
@@ -214,10 +224,10 @@ impl Course<'_> {
         wait_for_step(true);
         while !run.is_done() {
             let found = run.step().map_err(|error| self.refuse(&error))?;
-            if found.step == Step::Trial || !found.look.is_finite() {
+            if found.step == Step::Trial || !found.evaluation.is_finite() {
                 continue;
             }
-            let row = self.row(run, &found.look, found.slope);
+            let row = self.row(run, &found.evaluation, found.slope);
             self.rows.push(row);
             bar.set_position(run.iteration() as u64);
             bar.set_message(line(&row));
@@ -234,9 +244,13 @@ impl Course<'_> {
                     HumanDuration(left)
                 ));
             }
-            if run.iteration().is_multiple_of(self.brief.design.checkpoint) && !run.is_done() {
+            if run
+                .iteration()
+                .is_multiple_of(self.scene_design.design.checkpoint)
+                && !run.is_done()
+            {
                 self.save(run)?;
-                self.draw(run, &found.look)?;
+                self.draw(run, &found.evaluation)?;
             }
             if is_requested() {
                 bar.finish_and_clear();
@@ -248,12 +262,12 @@ impl Course<'_> {
         Ok(false)
     }
 
-    fn row(&self, run: &Run, look: &Look, slope: f64) -> Row {
-        let [ncc, efficiency] = self.scores(look);
+    fn row(&self, run: &Run, evaluation: &DesignEvaluation, slope: f64) -> Row {
+        let [ncc, efficiency] = self.scores(evaluation);
         Row {
             iteration: run.iteration(),
             evaluations: run.state.evaluations,
-            loss: look.value,
+            loss: evaluation.value,
             ncc,
             efficiency,
             slope,
@@ -261,12 +275,12 @@ impl Course<'_> {
     }
 
     /// NCC and efficiency, means of all channels that have a picture.
-    fn scores(&self, look: &Look) -> [Option<f64>; 2] {
-        let area = self.brief.pixel_area;
+    fn scores(&self, evaluation: &DesignEvaluation) -> [Option<f64>; 2] {
+        let area = self.scene_design.pixel_area;
         let (mut sums, mut count) = ([0.0; 2], 0);
-        let seen = look.intensities.iter().zip(&look.powers);
-        for (glance, (intensity, power)) in self.brief.glances.iter().zip(seen) {
-            if let Some([picture, window]) = &glance.picture {
+        let seen = evaluation.intensities.iter().zip(&evaluation.powers);
+        for (description, (intensity, power)) in self.scene_design.described.iter().zip(seen) {
+            if let Some([picture, window]) = &description.picture {
                 sums[0] += ncc(intensity.view(), picture.view()).unwrap_or(0.0);
                 sums[1] += (intensity * window).sum() * area / power.max(f64::MIN_POSITIVE);
                 count += 1;
@@ -284,24 +298,28 @@ impl Course<'_> {
     }
 
     /// The picture of how far it is.
-    fn draw(&self, run: &Run, look: &Look) -> Result<(), Failure> {
-        let made = self.brief.project.make(run.best(), 1.0);
+    fn draw(&self, run: &Run, evaluation: &DesignEvaluation) -> Result<(), Failure> {
+        let made = self.scene_design.project.make(run.best(), 1.0);
         let title = match self.scene.title.as_str() {
             "" => "Design",
             title => title,
         };
-        let pictures = self.brief.glances.iter();
-        let mut pictures = pictures.filter_map(|glance| glance.picture.as_ref());
-        let seen = self.brief.glances.iter().zip(&look.intensities);
-        let seen = seen.map(|(glance, intensity)| (self.name(glance), intensity.view()));
+        let pictures = self.scene_design.described.iter();
+        let mut pictures = pictures.filter_map(|description| description.picture.as_ref());
+        let seen = self
+            .scene_design
+            .described
+            .iter()
+            .zip(&evaluation.intensities);
+        let seen = seen.map(|(description, intensity)| (self.name(description), intensity.view()));
         let chart = DesignChart {
             title,
             rows: &self.rows,
             made: &made,
-            elements: &self.brief.elements,
+            elements: &self.scene_design.elements,
             target: pictures.next().map(|[picture, _]| picture),
             intensities: seen.collect(),
-            sensor: self.brief.sensor_half,
+            sensor: self.scene_design.sensor_half,
         };
         let file = self.files.picture.path();
         let png = chart.png().map_err(|error| {
@@ -311,9 +329,9 @@ impl Course<'_> {
     }
 
     /// What a channel is called.
-    fn name(&self, glance: &Glance) -> String {
-        let [field, wavelength] = glance.place;
-        let (fields, lengths) = (&self.brief.design.field, &self.scene.wavelength_um);
+    fn name(&self, description: &ChannelDescription) -> String {
+        let [field, wavelength] = description.place;
+        let (fields, lengths) = (&self.scene_design.design.field, &self.scene.wavelength_um);
         let mut name = String::from("On the sensor");
         if lengths.len() > 1
             && let Some(length) = lengths.get(wavelength)
@@ -332,12 +350,12 @@ impl Course<'_> {
     }
 
     /// Leaves what was found of the pixels, the numbers, the picture and the course.
-    fn publish(&self, run: &Run, look: &Look) -> Result<(), Failure> {
-        let made = self.brief.project.make(run.best(), 1.0);
-        for (output, file) in self.brief.outputs.iter().zip(&self.files.arrays) {
+    fn publish(&self, run: &Run, evaluation: &DesignEvaluation) -> Result<(), Failure> {
+        let made = self.scene_design.project.make(run.best(), 1.0);
+        for (output, file) in self.scene_design.outputs.iter().zip(&self.files.arrays) {
             file.write(&output.values(&made))?;
         }
-        self.draw(run, look)?;
+        self.draw(run, evaluation)?;
         let mut course = String::from("iteration,evaluations,loss,ncc,efficiency,gradient\n");
         for row in &self.rows {
             course += &format!(
@@ -352,42 +370,45 @@ impl Course<'_> {
         }
         self.files.course.write(course.as_bytes())?;
         if let Some(file) = &self.files.designed {
-            let designed = self.brief.scene_at(self.scene, run.best())?;
+            let designed = self.scene_design.scene_at(self.scene, run.best())?;
             file.write(designed.to_toml()?.as_bytes())?;
         }
         Ok(())
     }
 
-    fn summary(&self, run: &Run, look: &Look) -> String {
+    fn summary(&self, run: &Run, evaluation: &DesignEvaluation) -> String {
         let mut summary = format!(
             "after {} iterations, {} evaluations, through the real system: loss {:.6}",
             run.iteration(),
             run.state.evaluations,
-            look.value
+            evaluation.value
         );
-        if let [Some(ncc), Some(efficiency)] = self.scores(look) {
+        if let [Some(ncc), Some(efficiency)] = self.scores(evaluation) {
             summary += &format!(
                 ", NCC {ncc:.4} over the sensor, {:.1} % of the light in the picture's outline",
                 100.0 * efficiency
             );
         }
-        if !self.brief.design.loss.is_empty() {
-            for (glance, parts) in self.brief.glances.iter().zip(&look.parts) {
-                summary += &format!("\n{}:", self.name(glance));
-                for (kind, part) in glance.kinds.iter().zip(parts) {
+        if !self.scene_design.design.loss.is_empty() {
+            for (description, parts) in self.scene_design.described.iter().zip(&evaluation.parts) {
+                summary += &format!("\n{}:", self.name(description));
+                for (kind, part) in description.kinds.iter().zip(parts) {
                     summary += &format!(" {kind} {part:.5}");
                 }
             }
         }
-        for output in &self.brief.outputs {
+        for output in &self.scene_design.outputs {
             summary += &format!("\n{} in {}", output.what(), output.file.display());
         }
         summary += &format!("\ncourse and picture in {}", self.out.display());
         if let Some(stop) = run.state.stop {
             summary += &format!("\nthe search ended by itself: {}", reason(stop));
         }
-        let numbers = run.best().iter().skip(self.brief.project.numbers_from());
-        for (number, value) in self.brief.project.numbers.iter().zip(numbers) {
+        let numbers = run
+            .best()
+            .iter()
+            .skip(self.scene_design.project.numbers_from());
+        for (number, value) in self.scene_design.project.numbers.iter().zip(numbers) {
             summary += &format!("\n{}: {} -> {value}", number.name, number.start);
         }
         if let Some(file) = &self.files.designed {

@@ -6,7 +6,7 @@ use clap::Args;
 use raylet::design::project::{Plans, Project};
 use raylet::engine::progress::uncancelled;
 use raylet::file::decode::fault::Fault;
-use raylet::file::model::project::brief;
+use raylet::file::model::project::scene_design;
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::random::{Purpose, uniform};
 
@@ -34,8 +34,8 @@ impl Gradcheck {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         start_threads(self.threads)?;
         let scene = Scene::open(&self.scene)?;
-        let brief = brief(&scene)?;
-        let project = &brief.project;
+        let scene_design = scene_design(&scene)?;
+        let project = &scene_design.project;
         let refuse = |error: &dyn std::fmt::Display| -> Fault {
             scene.fault(
                 "design",
@@ -43,18 +43,18 @@ impl Gradcheck {
                 "a system that light gets through",
             )
         };
-        let point = brief.search.point();
+        let point = scene_design.search.point();
         let plans = project
             .plan(point, 0.0, &uncancelled)
             .map_err(|error| refuse(&error))?;
-        let look = project
-            .look(&plans, point, 0.0)
+        let evaluation = project
+            .evaluate(&plans, point, 0.0)
             .map_err(|error| refuse(&error))?;
 
         // Each line: a direction of the parameters, a step, and the two slopes.
         let mut table = format!(
             "loss {:.9e}\n{:<44} {:>16} {:>16} {:>9}\n",
-            look.value, "along", "gradient", "differences", "apart"
+            evaluation.value, "along", "gradient", "differences", "apart"
         );
         let pixels = project.numbers_from();
         let directions = if pixels > 0 { DIRECTIONS } else { 0 };
@@ -79,10 +79,14 @@ impl Gradcheck {
             lines.push((number.name.clone(), along, number.step));
         }
         for (name, along, step) in lines {
-            let slope: f64 = along.iter().zip(&look.gradient).map(|(a, g)| a * g).sum();
+            let slope: f64 = along
+                .iter()
+                .zip(&evaluation.gradient)
+                .map(|(a, g)| a * g)
+                .sum();
             let found = differences(project, &plans, point, &along, step)
                 .map_err(|error| refuse(&error))?;
-            if !(look.value.is_finite() && slope.is_finite() && found.is_finite()) {
+            if !(evaluation.value.is_finite() && slope.is_finite() && found.is_finite()) {
                 return Err(
                     refuse(&format!("a loss or slope along {name} that is not finite")).into(),
                 );

@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 use raylet::design::holograms::hologram::{Score, design};
 use raylet::file::arrays::phase_file::PhaseFile;
 use raylet::file::decode::fault::Fault;
-use raylet::file::model::hologram::{Commission, commission};
+use raylet::file::model::hologram::{HologramDesign, commission};
 use raylet::file::scene::scene_file::Scene;
 
 use crate::failure::Failure;
@@ -70,7 +70,7 @@ impl Hologram {
     }
 
     /// The file for the phase: the user's choice, or what the scene names.
-    fn claim(&self, scene: &Scene, job: &Commission) -> Result<PhaseFile, Fault> {
+    fn claim(&self, scene: &Scene, job: &HologramDesign) -> Result<PhaseFile, Fault> {
         match (&self.out, &job.file) {
             (Some(file), _) => PhaseFile::claim(file, self.outputs.replace()),
             (None, Some(file)) => {

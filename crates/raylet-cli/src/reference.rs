@@ -4,7 +4,7 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::{Args, ValueEnum};
-use raylet::engine::chain::reference::{Choice, PADDING, reference};
+use raylet::engine::chain::reference::{PADDING, ReferenceOptions, reference};
 use raylet::engine::chain::simulate::Progress;
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
@@ -102,7 +102,7 @@ impl Reference {
         systems: &[System],
         settings: &Settings,
     ) -> Result<(Vec<Channel>, Vec<Field>), Failure> {
-        let choice = Choice {
+        let choice = ReferenceOptions {
             approach: self.method.approach(),
             patience: 3600.0 * self.most_hours,
         };

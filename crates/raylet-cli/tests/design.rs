@@ -93,7 +93,7 @@ fn stopped_and_resumed(task: &str, files: &[&str]) -> Stage {
 
 /// Drawn beamlets are the same again when a run goes on, and find a picture too.
 #[test]
-fn estimators_go_on_bit_for_bit() {
+fn estimators_go_on_bit_for_bit_slow() {
     for estimator in [
         "{ kind = \"control_variate\", each = 24, refresh = 5 }",
         "{ kind = \"gumbel\", each = 8, temperature = 0.5 }",
@@ -111,7 +111,7 @@ fn estimators_go_on_bit_for_bit() {
 /// Killed at any time, a run that goes on ends with the same bits as one that was never stopped, with any
 /// number of threads.
 #[test]
-fn a_stopped_run_goes_on_bit_for_bit() {
+fn a_stopped_run_goes_on_bit_for_bit_slow() {
     let task = "iterations = 24\ncheckpoint = 4\n[[design.variable]]\npath = \"element[1].thickness_mm\"\n";
     let files = ["found.npy", "scene.designed.toml", "out/design/course.csv"];
     let broken = stopped_and_resumed(task, &files);

@@ -22,7 +22,7 @@ fn study(name: &str, pictures: &[&str]) -> serde_json::Value {
 }
 
 #[test]
-fn figure_three_in_seconds() {
+fn figure_three_in_seconds_slow() {
     let room = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| {
         Command::new(env!("CARGO_BIN_EXE_raylet"))
@@ -111,7 +111,7 @@ fn figure_two_in_seconds() {
 }
 
 #[test]
-fn figure_six_in_seconds() {
+fn figure_six_in_seconds_slow() {
     let names = ["foci_flat", "letter_flat", "foci_curved", "letter_curved"];
     let document = study("fig6", &names);
     for (place, name) in names.iter().enumerate() {
@@ -125,7 +125,7 @@ fn figure_six_in_seconds() {
 }
 
 #[test]
-fn figure_five_in_seconds() {
+fn figure_five_in_seconds_slow() {
     let document = study("fig5", &["fig5"]);
     let number = |row: usize, what: &str| document["designs"][row][what].as_f64().unwrap();
     for row in 0..3 {
@@ -164,7 +164,7 @@ fn designs_of_the_curved_mirror_in_seconds() {
 /// The systems at small size: references, the paper's method and the default one, a picture, and nothing left of
 /// the parts.
 #[test]
-fn systems_in_seconds() {
+fn systems_in_seconds_slow() {
     let room = tempfile::tempdir().unwrap();
     for (name, ways) in [("system1", 11), ("system2", 8), ("system3", 10)] {
         let output = Command::new(env!("CARGO_BIN_EXE_raylet"))

@@ -83,7 +83,7 @@ fn apart(stage: &Stage) -> Vec<(String, f64)> {
 }
 
 #[test]
-fn whatever_is_free_has_its_gradient() {
+fn whatever_is_free_has_its_gradient_slow() {
     let sum = "[[element.layer]]\nkind = \"sum\"\nweights = [1.0, 0.8]\nterms = [[{ kind = \"pixels\", pitch_um = 2, \
                size = [10, 10], phase = \"a.npy\" }], [{ kind = \"pixels\", pitch_um = 2, size = [10, 10], \
                phase = \"a.npy\" }]]\n";
@@ -210,7 +210,7 @@ fn unlikeness(field: &Array2<Complex64>, picture: &Array2<f64>) -> f64 {
 
 /// What `raylet simulate` sees of the files is what the design saw, with the dispersion of a height, levels and all.
 #[test]
-fn what_is_left_is_what_was_designed() {
+fn what_is_left_is_what_was_designed_slow() {
     let height = "[[element.layer]]\nkind = \"height\"\npitch_um = 2\nsize = [10, 10]\nheight_um = \"h.npy\"\n\
                   glass = \"N-BK7\"\n";
     let both = format!(

@@ -13,14 +13,14 @@ use ndarray::Array2;
 use raylet::design::holograms::hologram::design;
 use raylet::design::optimizers::step::Step;
 use raylet::design::run::{Run, State};
-use raylet::engine::chain::reference::{Choice, reference};
+use raylet::engine::chain::reference::{ReferenceOptions, reference};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
 use raylet::engine::progress::uncancelled;
 use raylet::file::arrays::phase_file::npy;
 use raylet::file::model::hologram::commission;
-use raylet::file::model::project::{Brief, brief};
+use raylet::file::model::project::{SceneDesign, scene_design};
 use raylet::file::result::machine::Machine;
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::checkpoint::Checkpoints;
@@ -81,7 +81,7 @@ pub fn fig5(effort: Effort) -> Result<Study, StudyError> {
     {
         [hologram.iterations, design.iterations] = QUICK;
     }
-    let brief = brief(&scene)?;
+    let scene_design = scene_design(&scene)?;
     let mut rows = Vec::new();
     for (name, file, naive) in [
         ("thin lens at the first vertex", "thin", true),
@@ -104,15 +104,15 @@ pub fn fig5(effort: Effort) -> Result<Study, StudyError> {
             iterations,
             seconds,
         };
-        rows.push(seen(&brief, found)?);
+        rows.push(seen(&scene_design, found)?);
     }
-    let description = brief.design.iterations.to_string();
+    let description = scene_design.design.iterations.to_string();
     let kept = effort
         .keep
         .map(|keep| Checkpoints::within(&keep.join("fig5"), &description));
-    let found = through_lens(&brief, kept.as_ref(), effort)?;
-    rows.push(seen(&brief, found)?);
-    let study = study(&rows, &brief)?;
+    let found = through_lens(&scene_design, kept.as_ref(), effort)?;
+    rows.push(seen(&scene_design, found)?);
+    let study = study(&rows, &scene_design)?;
     if let Some(kept) = kept {
         kept.remove()?;
     }
@@ -133,26 +133,31 @@ struct Found {
 
 /// The hologram found by gradients through the real lens.
 fn through_lens(
-    brief: &Brief,
+    scene_design: &SceneDesign,
     kept: Option<&Checkpoints>,
     effort: Effort,
 ) -> Result<Found, StudyError> {
-    let (clock, iterations) = (Instant::now(), brief.design.iterations);
-    let before = kept.and_then(|kept| kept.read(|saved| check(saved, brief)).ok());
+    let (clock, iterations) = (Instant::now(), scene_design.design.iterations);
+    let before = kept.and_then(|kept| kept.read(|saved| check(saved, scene_design)).ok());
     if let (Some(kept), None) = (kept, &before) {
         kept.claim(Replace::Own)?;
     }
     let earlier = before.as_ref().map_or(0.0, |before| before.state.seconds);
     let mut run = match before {
-        Some(before) => Run::resume(&brief.project, before.state.state, iterations, &uncancelled)?,
+        Some(before) => Run::resume(
+            &scene_design.project,
+            before.state.state,
+            iterations,
+            &uncancelled,
+        )?,
         None => Run::new(
-            &brief.project,
-            brief.search.clone(),
+            &scene_design.project,
+            scene_design.search.clone(),
             iterations,
             &uncancelled,
         )?,
     };
-    let [picture, _] = target(brief)?;
+    let [picture, _] = target(scene_design)?;
     let mut steps = effort
         .display
         .search("through the real lens", run.iteration(), iterations);
@@ -161,7 +166,7 @@ fn through_lens(
         if found.step == Step::Trial {
             continue;
         }
-        let like = ncc(found.look.intensities[0].view(), picture.view());
+        let like = ncc(found.evaluation.intensities[0].view(), picture.view());
         steps.note(run.iteration(), &format!("NCC {:.4}", like.unwrap_or(0.0)));
         if let Some(kept) = kept.filter(|_| run.iteration().is_multiple_of(KEEP)) {
             kept.write(&Saved {
@@ -171,7 +176,7 @@ fn through_lens(
         }
     }
     steps.end();
-    let made = brief.project.make(run.best(), 1.0);
+    let made = scene_design.project.make(run.best(), 1.0);
     Ok(Found {
         name: "through the real lens",
         file: "real",
@@ -182,23 +187,25 @@ fn through_lens(
 }
 
 /// Checks that the search can go on from this; returns what was found otherwise.
-fn check(saved: &Saved, brief: &Brief) -> Result<(), String> {
-    let iterations = brief.design.iterations;
-    let checked = saved.state.check(&brief.project, &brief.search, iterations);
+fn check(saved: &Saved, scene_design: &SceneDesign) -> Result<(), String> {
+    let iterations = scene_design.design.iterations;
+    let checked = saved
+        .state
+        .check(&scene_design.project, &scene_design.search, iterations);
     checked.map_err(|error| error.to_string())
 }
 
 /// The picture on the sensor, and where its outline is.
-fn target(brief: &Brief) -> Result<&[Array2<f64>; 2], StudyError> {
-    let picture = brief
-        .glances
+fn target(scene_design: &SceneDesign) -> Result<&[Array2<f64>; 2], StudyError> {
+    let picture = scene_design
+        .described
         .first()
         .and_then(|first| first.picture.as_ref());
     picture.ok_or_else(|| StudyError::from("the scene has no picture to be shown"))
 }
 
 /// What a phase shows through the real lens, and by Collins' integral.
-fn seen(brief: &Brief, found: Found) -> Result<Row, StudyError> {
+fn seen(scene_design: &SceneDesign, found: Found) -> Result<Row, StudyError> {
     let Found {
         name,
         file,
@@ -208,17 +215,17 @@ fn seen(brief: &Brief, found: Found) -> Result<Row, StudyError> {
     } = found;
     let memory_mb = Machine::here().peak_memory_mb;
     let point: Vec<f64> = phase.iter().copied().collect();
-    let made = brief.project.make(&point, 1.0);
-    let system = brief.project.system(0, &made, &[])?;
+    let made = scene_design.project.make(&point, 1.0);
+    let system = scene_design.project.system(0, &made, &[])?;
     let ours = simulate(&system, &Settings::default(), &|_| {})?;
-    let choice = Choice {
+    let choice = ReferenceOptions {
         approach: Approach::Collins,
-        ..Choice::default()
+        ..ReferenceOptions::default()
     };
     let other = reference(&system, &Settings::default(), choice, &|_| {})?.field;
     let intensity = ours.field.intensity();
     let behind = ours.hops.first().map_or(f64::NAN, |hop| hop.power[1]);
-    let [picture, window] = target(brief)?;
+    let [picture, window] = target(scene_design)?;
     let like = |seen: &Array2<f64>| ncc(seen.view(), picture.view()).unwrap_or(f64::NAN);
     let apart = field_error(ours.field.values.view(), other.values.view());
     Ok(Row {
@@ -229,7 +236,7 @@ fn seen(brief: &Brief, found: Found) -> Result<Row, StudyError> {
         seconds,
         memory_mb,
         ncc: like(&intensity),
-        light: (&intensity * window).sum() * brief.pixel_area / behind,
+        light: (&intensity * window).sum() * scene_design.pixel_area / behind,
         collins: like(&other.intensity()),
         apart: apart.unwrap_or(f64::NAN),
         intensity,
@@ -237,7 +244,7 @@ fn seen(brief: &Brief, found: Found) -> Result<Row, StudyError> {
 }
 
 /// The rows as text, document, picture and arrays.
-fn study(rows: &[Row], brief: &Brief) -> Result<Study, StudyError> {
+fn study(rows: &[Row], scene_design: &SceneDesign) -> Result<Study, StudyError> {
     let lines: Vec<Vec<String>> = rows
         .iter()
         .map(|row| {
@@ -282,8 +289,8 @@ fn study(rows: &[Row], brief: &Brief) -> Result<Study, StudyError> {
         intensity: &row.intensity,
         ncc: row.ncc,
     });
-    let [picture, _] = target(brief)?;
-    let png = fig5_picture(&shown.collect::<Vec<_>>(), picture, brief)?;
+    let [picture, _] = target(scene_design)?;
+    let png = fig5_picture(&shown.collect::<Vec<_>>(), picture, scene_design)?;
     let mut pictures = vec![(String::from("fig5.png"), png)];
     for row in rows {
         pictures.push((format!("{}.npy", row.file), npy(&row.phase)?));

@@ -8,7 +8,7 @@
 use std::f64::consts::PI;
 
 use ndarray::Array2;
-use raylet::file::model::project::Brief;
+use raylet::file::model::project::SceneDesign;
 use raylet_plot::colour::ColourMap;
 use raylet_plot::figure::{Figure, Panel};
 
@@ -29,10 +29,13 @@ pub(crate) struct Shown<'a> {
 pub(crate) fn fig5_picture(
     designs: &[Shown],
     target: &Array2<f64>,
-    brief: &Brief,
+    scene_design: &SceneDesign,
 ) -> Result<Vec<u8>, StudyError> {
     let ends = |half: f64| [-half, half];
-    let (x, y) = (ends(brief.sensor_half[0]), ends(brief.sensor_half[1]));
+    let (x, y) = (
+        ends(scene_design.sensor_half[0]),
+        ends(scene_design.sensor_half[1]),
+    );
     let target = Panel::image(target.view(), x, y)
         .title("Target")
         .quantity("intensity", "");
@@ -41,7 +44,7 @@ pub(crate) fn fig5_picture(
         let wrapped = design
             .phase
             .mapv(|phase| (phase + PI).rem_euclid(2.0 * PI) - PI);
-        let [across, up] = brief.elements[0].1;
+        let [across, up] = scene_design.elements[0].1;
         let phase = Panel::image(wrapped, ends(across), ends(up))
             .title(design.name)
             .colours(ColourMap::Phase)

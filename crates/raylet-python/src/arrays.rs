@@ -7,7 +7,7 @@ use numpy::ndarray::{ArrayView1, ArrayView2};
 use numpy::{Element, PyArrayMethods, PyReadonlyArray1, PyReadonlyArray2, PyUntypedArrayMethods};
 use pyo3::exceptions::{PyTypeError, PyValueError};
 use pyo3::prelude::*;
-use raylet::file::arrays::array::ArrayLook;
+use raylet::file::arrays::array::BorrowedArray;
 
 use crate::typed::ByPath;
 
@@ -18,10 +18,10 @@ pub(crate) enum Guard<'py> {
 }
 
 impl Guard<'_> {
-    pub(crate) fn look(&self) -> ArrayLook<'_> {
+    pub(crate) fn borrowed(&self) -> BorrowedArray<'_> {
         match self {
-            Guard::Real(array) => ArrayLook::Real(array.as_array()),
-            Guard::Complex(array) => ArrayLook::Complex(array.as_array()),
+            Guard::Real(array) => BorrowedArray::Real(array.as_array()),
+            Guard::Complex(array) => BorrowedArray::Complex(array.as_array()),
         }
     }
 }
@@ -43,10 +43,10 @@ impl<'py> Lent<'py> {
         Ok(Self(arrays.iter().map(one).collect::<PyResult<_>>()?))
     }
 
-    pub(crate) fn looks(&self) -> BTreeMap<String, ArrayLook<'_>> {
+    pub(crate) fn borrowed_all(&self) -> BTreeMap<String, BorrowedArray<'_>> {
         self.0
             .iter()
-            .map(|(path, guard)| (path.clone(), guard.look()))
+            .map(|(path, guard)| (path.clone(), guard.borrowed()))
             .collect()
     }
 }

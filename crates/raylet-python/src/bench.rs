@@ -12,7 +12,7 @@ use raylet::engine::chain::linearised_system::{
 };
 use raylet::engine::plan::settings::Settings;
 use raylet::engine::trace::ray_sensitivity::Variation;
-use raylet::file::arrays::array::ArrayLook;
+use raylet::file::arrays::array::BorrowedArray;
 use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
 use raylet::file::model::variations::{NumberValues, varied_system};
@@ -200,7 +200,7 @@ impl Bench {
         let mut kinds = Vec::new();
         for ((name, screen), array) in self.elements.iter().zip(pixels.iter()) {
             let guard = guard(name, &array)?;
-            let look = guard.look();
+            let array = guard.borrowed();
             for (system, variations) in made.iter_mut() {
                 let near = variations
                     .iter_mut()
@@ -208,7 +208,7 @@ impl Bench {
                 for system in std::iter::once(system).chain(near) {
                     let own = pixels_of(system, *screen)
                         .ok_or_else(|| error(py, format!("element '{name}' has no pixels")))?;
-                    put(own, look).map_err(|failure| {
+                    put(own, array).map_err(|failure| {
                         error(py, format!("pixels of element '{name}': {failure}"))
                     })?;
                 }
@@ -233,9 +233,9 @@ impl Passage {
         let mut bars = Vec::new();
         for (channel, bar) in self.channels.iter().zip(fields_bar.iter()) {
             let held = guard("field_bar", &bar)?;
-            let bar = match held.look() {
-                ArrayLook::Real(bar) => bar.mapv(|re| Complex64::new(re, 0.0)),
-                ArrayLook::Complex(bar) => bar.to_owned(),
+            let bar = match held.borrowed() {
+                BorrowedArray::Real(bar) => bar.mapv(|re| Complex64::new(re, 0.0)),
+                BorrowedArray::Complex(bar) => bar.to_owned(),
             };
             let expected = channel.trace.field.grid.shape();
             if bar.dim() != (expected[0], expected[1]) {
@@ -395,19 +395,19 @@ fn pixels_of(system: &mut System, screen: usize) -> Option<&mut Pixels> {
 }
 
 /// Gives pixels phases, of the modulus they have, or whole transmissions.
-fn put(pixels: &mut Pixels, look: ArrayLook) -> Result<(), String> {
-    let (found, own) = (look.shape(), pixels.values.dim());
+fn put(pixels: &mut Pixels, array: BorrowedArray) -> Result<(), String> {
+    let (found, own) = (array.shape(), pixels.values.dim());
     if found != [own.0, own.1] {
         return Err(format!(
             "an array of shape {found:?}, expected {:?}",
             [own.0, own.1]
         ));
     }
-    match look {
-        ArrayLook::Real(phase) => pixels.values.zip_mut_with(&phase, |t, phase| {
+    match array {
+        BorrowedArray::Real(phase) => pixels.values.zip_mut_with(&phase, |t, phase| {
             *t = Complex64::from_polar(t.norm(), *phase);
         }),
-        ArrayLook::Complex(values) => pixels.values.assign(&values),
+        BorrowedArray::Complex(values) => pixels.values.assign(&values),
     }
     match pixels.values.iter().all(|t| is_amplitude(*t)) {
         true => Ok(()),

@@ -14,7 +14,7 @@ use raylet::design::run::{Run, State};
 use raylet::engine::progress::{Cancelled, Pulse};
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::hologram::commission;
-use raylet::file::model::project::{Brief, brief};
+use raylet::file::model::project::{SceneDesign, scene_design};
 use raylet::file::scene::scene_file::Scene as File;
 use raylet::file::storage::checkpoint::{Checkpoints, Restored};
 use raylet::file::storage::own_file::Replace;
@@ -188,13 +188,13 @@ impl<'b> Going<'b> {
     /// From the start, or from the last checkpoint.
     fn new(
         file: &File,
-        brief: &'b Brief,
+        scene_design: &'b SceneDesign,
         keeping: Option<&(PathBuf, String, bool)>,
         pulse: &'b Pulse<'b>,
     ) -> Result<Self, Failure> {
-        let (project, iterations) = (&brief.project, brief.design.iterations);
+        let (project, iterations) = (&scene_design.project, scene_design.design.iterations);
         let mut going = Self {
-            search: Run::new(project, brief.search.clone(), iterations, pulse)?,
+            search: Run::new(project, scene_design.search.clone(), iterations, pulse)?,
             course: Vec::new(),
             kept: None,
             warning: None,
@@ -205,7 +205,7 @@ impl<'b> Going<'b> {
         let held = RunFolder::open(folder)?;
         let checkpoints = Checkpoints::within(folder, &(file.to_toml()? + rest));
         if *resume {
-            let check = |(state, course): &(State, Vec<f64>)| check(state, course, brief);
+            let check = |(state, course): &(State, Vec<f64>)| check(state, course, scene_design);
             let Restored { state, warning } = checkpoints.read(check)?;
             going.search = Run::resume(project, state.0, iterations, pulse)?;
             (going.course, going.warning) = (state.1, warning);
@@ -217,17 +217,20 @@ impl<'b> Going<'b> {
     }
 
     /// To the end, keeping a checkpoint as often as the design says.
-    fn follow(&mut self, brief: &Brief, watch: &Watch) -> Result<(), Failure> {
-        let (iterations, each) = (brief.design.iterations, brief.design.checkpoint);
+    fn follow(&mut self, scene_design: &SceneDesign, watch: &Watch) -> Result<(), Failure> {
+        let (iterations, each) = (
+            scene_design.design.iterations,
+            scene_design.design.checkpoint,
+        );
         while !self.search.is_done() {
             let found = self.search.step()?;
-            if found.step == Step::Trial || !found.look.is_finite() {
+            if found.step == Step::Trial || !found.evaluation.is_finite() {
                 continue;
             }
-            self.course.push(found.look.value);
+            self.course.push(found.evaluation.value);
             let (done, words) = (
                 self.search.iteration(),
-                format!("loss {:.5}", found.look.value),
+                format!("loss {:.5}", found.evaluation.value),
             );
             Cancelled::check(watch.report(done as f64, iterations as f64, &words))?;
             if let Some((checkpoints, _)) = &self.kept
@@ -241,8 +244,12 @@ impl<'b> Going<'b> {
 }
 
 /// Checks that a design can go on from this; returns what was found otherwise.
-fn check(state: &State, course: &[f64], brief: &Brief) -> Result<(), String> {
-    let checked = state.check(&brief.project, &brief.search, brief.design.iterations);
+fn check(state: &State, course: &[f64], scene_design: &SceneDesign) -> Result<(), String> {
+    let checked = state.check(
+        &scene_design.project,
+        &scene_design.search,
+        scene_design.design.iterations,
+    );
     checked.map_err(|error| error.to_string())?;
     let counted =
         course.len() <= state.evaluations && course.is_empty() == (state.evaluations == 0);
@@ -257,19 +264,19 @@ fn find(
     keeping: Option<&(PathBuf, String, bool)>,
     watch: &Watch,
 ) -> Result<Found, Failure> {
-    let brief = brief(file)?;
+    let scene_design = scene_design(file)?;
     let pulse = || watch.pulse();
-    let mut going = Going::new(file, &brief, keeping, &pulse)?;
-    going.follow(&brief, watch)?;
-    let (project, search) = (&brief.project, &going.search);
-    let look = search.finish()?;
+    let mut going = Going::new(file, &scene_design, keeping, &pulse)?;
+    going.follow(&scene_design, watch)?;
+    let (project, search) = (&scene_design.project, &going.search);
+    let evaluation = search.finish()?;
 
     // What it is made of, where that goes in the scene, and what each run's losses are.
     let (best, made) = (search.best(), project.make(search.best(), 1.0));
-    let outputs = brief.outputs.iter();
+    let outputs = scene_design.outputs.iter();
     let values = best.iter().skip(project.numbers_from());
     let numbers = project.numbers.iter().zip(values);
-    let parts = brief.glances.iter().zip(&look.parts);
+    let parts = scene_design.described.iter().zip(&evaluation.parts);
     Ok(Found {
         pixels: outputs
             .map(|output| (output.field.clone(), output.values(&made)))
@@ -277,17 +284,17 @@ fn find(
         numbers: numbers
             .map(|(number, value)| (number.name.clone(), *value))
             .collect(),
-        loss: look.value,
+        loss: evaluation.value,
         parts: parts
-            .map(|(glance, parts)| {
-                let kinds = glance.kinds.iter().map(|kind| String::from(*kind));
+            .map(|(channel, parts)| {
+                let kinds = channel.kinds.iter().map(|kind| String::from(*kind));
                 let losses = kinds.zip(parts.iter().copied()).collect();
-                (glance.place[0], glance.place[1], losses)
+                (channel.place[0], channel.place[1], losses)
             })
             .collect(),
         evaluations: search.state.evaluations,
         warning: going.warning,
-        scene: brief.scene_at(file, best)?,
+        scene: scene_design.scene_at(file, best)?,
         course: going.course,
     })
 }
@@ -295,6 +302,6 @@ fn find(
 /// The scene with copies of the arrays that Python holds.
 fn held(py: Python<'_>, scene: &Scene, arrays: &ByPath<'_>) -> PyResult<File> {
     let lent = Lent::new(arrays)?;
-    let held = (*scene.file).clone().holding(&lent.looks());
+    let held = (*scene.file).clone().holding(&lent.borrowed_all());
     held.map_err(|failure| fault(py, &failure))
 }

@@ -15,7 +15,7 @@ mod bench;
 mod design;
 mod document;
 mod files;
-mod look;
+mod inspect;
 mod rays;
 mod refusal;
 mod scene;
@@ -34,7 +34,7 @@ mod _raylet {
     #[pymodule_export]
     use crate::files::write_files;
     #[pymodule_export]
-    use crate::look::{check, element, glasses, layout, parts, schema};
+    use crate::inspect::{check, element, glasses, layout, parts, schema};
     #[pymodule_export]
     use crate::rays::{beams, gather, gather_adjoint, scatter, scatter_adjoint};
     #[pymodule_export]

@@ -84,8 +84,8 @@ impl Scene {
         work: impl FnOnce(&File, &Arrays) -> Result<T, Fault> + Send,
     ) -> PyResult<T> {
         let (lent, pool) = (Lent::new(arrays)?, pool(None)?);
-        let (looks, file) = (lent.looks(), &*self.file);
-        let done = py.detach(|| pool.install(|| work(file, &file.load_with(&looks)?)));
+        let (arrays, file) = (lent.borrowed_all(), &*self.file);
+        let done = py.detach(|| pool.install(|| work(file, &file.load_with(&arrays)?)));
         done.map_err(|failure| fault(py, &failure))
     }
 

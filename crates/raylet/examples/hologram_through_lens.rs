@@ -7,7 +7,7 @@ use std::error::Error;
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::design::examples::smiley::smiley;
-use raylet::design::holograms::hologram::{Task, design};
+use raylet::design::holograms::hologram::{HologramTask, design};
 use raylet::design::losses::target::Target;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::error::error_budget::ErrorBudget;
@@ -46,7 +46,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let blank = system(&Array2::zeros((PIXELS, PIXELS)))?;
     let hop = blank.hops().next().ok_or("a system without hops")?;
     let found = design(
-        &Task {
+        &HologramTask {
             wavelength: WAVELENGTH,
             train: Abcd::between(&hop)?,
             pitch: [PITCH; 2],

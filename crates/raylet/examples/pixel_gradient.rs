@@ -41,7 +41,7 @@ fn element(system: &System) -> Result<&Doe, &'static str> {
 }
 
 /// The light in the spot, Σ|U|² over a square of pixels, and its gradient by the phases.
-fn look(
+fn evaluate(
     linearised: &LinearisedSystem,
     system: &System,
 ) -> Result<(f64, Array2<f64>), Box<dyn Error>> {
@@ -73,13 +73,13 @@ fn main() -> Result<(), Box<dyn Error>> {
     };
     let planned = LinearisedSystem::new(&system(&phases)?, &[], &settings);
     let linearised = planned.map_err(|error: LinearisedSystemError| error.to_string())?;
-    let (first, gradient) = look(&linearised, &system(&phases)?)?;
+    let (first, gradient) = evaluate(&linearised, &system(&phases)?)?;
 
     // Along its own direction the gradient is its norm; a central difference says the same.
     let norm = gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
     let at = |step: f64| -> Result<f64, Box<dyn Error>> {
         let moved = &phases + &(&gradient * (step / norm));
-        Ok(look(&linearised, &system(&moved)?)?.0)
+        Ok(evaluate(&linearised, &system(&moved)?)?.0)
     };
     let slope = (at(1e-3)? - at(-1e-3)?) / 2e-3;
     println!("slope by the gradient {norm:.6e}, by a difference {slope:.6e}");
@@ -90,7 +90,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     // Each step turns the phase of the steepest pixel by 0.3 rad.
     let mut light = first;
     for _ in 0..10 {
-        let (now, gradient) = look(&linearised, &system(&phases)?)?;
+        let (now, gradient) = evaluate(&linearised, &system(&phases)?)?;
         let steepest = gradient.iter().fold(0.0f64, |most, g| most.max(g.abs()));
         Zip::from(&mut phases)
             .and(&gradient)

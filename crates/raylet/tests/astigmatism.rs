@@ -134,7 +134,7 @@ fn carried(system: &System, method: Method) -> Array2<Complex64> {
 /// the two methods: it is wider in the last case, where the sensor sees a small part of a beam whose
 /// beamlets are wider than the sensor, so that their cut tails weigh more.
 #[test]
-fn fields_around_astigmatic_images_have_the_right_sign() {
+fn fields_around_astigmatic_images_have_the_right_sign_slow() {
     for (before, behind, signs, [limit, close]) in [
         (48.0, 12.0, [1.0, 1.0], [4e-3, 1.5e-3]),
         (48.0, 34.0, [-1.0, 1.0], [4e-3, 1.5e-3]),

@@ -7,7 +7,7 @@ use raylet::engine::chain::simulate::simulate;
 use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::engine::rims::pixel_light::PixelValues;
-use raylet::engine::rims::rim_screens::{Treatment, with_rims};
+use raylet::engine::rims::rim_screens::{RimTreatment, with_rims};
 use raylet::math::erfc::erfc;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Layer;
@@ -59,7 +59,7 @@ fn few_samples_estimate_what_all_do() {
             ..Settings::default()
         };
         let run = simulate(&lens(150.0, 0.03, 156.0), &settings, &|_| {}).unwrap();
-        assert_eq!(run.rimmed.rims[0].treatment, Treatment::ByRay);
+        assert_eq!(run.rimmed.rims[0].treatment, RimTreatment::ByRay);
         run.hops[0].tally.eta()
     };
     let (few, all) = (eta(Correction::Off), eta(Correction::On));
@@ -92,7 +92,7 @@ fn a_rim_cuts_what_the_integral_says() {
     assert!((cut / exact - 1.0).abs() < 0.12, "{cut:.3e} {exact:.3e}");
 
     // So large a rim is no screen; the run says what cutting ray by ray costs.
-    assert_eq!(found.rims[0].treatment, Treatment::ByRay);
+    assert_eq!(found.rims[0].treatment, RimTreatment::ByRay);
     let run = simulate(&system, &settings, &|_| {}).unwrap();
     assert!(run.hops[0].tally.edge >= found.rims[0].error());
     assert!(found.rims[0].error() > 1e-3);
@@ -103,10 +103,10 @@ fn a_rim_cuts_what_the_integral_says() {
 fn rims_are_treated_by_what_they_cut() {
     let settings = Settings::default();
     let far = with_rims(&lens(50.0, 0.0, 200.0), &settings, PixelValues::Fixed);
-    assert_eq!(far.rims[0].treatment, Treatment::Ignored);
+    assert_eq!(far.rims[0].treatment, RimTreatment::Ignored);
     assert!(far.rims[0].bound() < 1e-6 && far.system.screens.len() == 2);
     let near = with_rims(&lens(90.0, 0.0, 91.0), &settings, PixelValues::Fixed);
-    assert_eq!(near.rims[0].treatment, Treatment::Screen);
+    assert_eq!(near.rims[0].treatment, RimTreatment::Screen);
     assert!(near.rims[0].bound() > 0.5 * settings.target_error);
     assert_eq!(near.system.screens.len(), 3);
 }
@@ -156,7 +156,7 @@ fn strong_mirror(radius: f64, tilt: f64) -> System {
 /// reports, and where no width does it changes nothing. It once raised 3.8e-2 to 8.4e-2, and 4.1e-2 to 5.2e-2 for the
 /// tilted mirror of 60 wavelengths, whose tails beside the sensor are too aberrated to count.
 #[test]
-fn a_tighter_target_never_raises_the_reported_error() {
+fn a_tighter_target_never_raises_the_reported_error_slow() {
     for (radius, tilt, targets) in [
         (60.0, 0.0, [1e-2, 1e-3, 1e-5]),
         (60.0, 0.5, [1e-2, 1e-3, 1e-4]),
@@ -191,13 +191,13 @@ fn a_tighter_target_never_raises_the_reported_error() {
 fn a_rim_that_fits_memory_is_a_screen() {
     let system = lens(120.0, 0.0, 121.0);
     let screen = with_rims(&system, &Settings::default(), PixelValues::Fixed);
-    assert_eq!(screen.rims[0].treatment, Treatment::Screen);
+    assert_eq!(screen.rims[0].treatment, RimTreatment::Screen);
     let little = Settings {
         memory_limit: 64 << 20,
         ..Settings::default()
     };
     let by_ray = &with_rims(&system, &little, PixelValues::Fixed).rims[0];
-    assert_eq!(by_ray.treatment, Treatment::ByRay);
+    assert_eq!(by_ray.treatment, RimTreatment::ByRay);
     assert!(by_ray.misplaced > 0.0 && by_ray.misplaced <= by_ray.cut);
     assert_eq!(by_ray.error(), by_ray.misplaced.sqrt());
 }

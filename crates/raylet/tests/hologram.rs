@@ -91,7 +91,7 @@ fn photograph_comes_through_the_real_lens() {
 }
 
 #[test]
-fn principal_planes_matter() {
+fn principal_planes_matter_slow() {
     // The paraxial scores hardly differ; the real lens separates the designs.
     let (with, through) = seen("smiley_through_lens.toml", false, "44.7");
     let (without, astray) = seen("smiley_through_lens.toml", true, "44.7");

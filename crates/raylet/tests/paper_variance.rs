@@ -338,7 +338,7 @@ fn divided_coverage_leaves_the_field_itself() {
 
 /// What a run says of its standard error, against the spread of its repetitions.
 #[test]
-fn standard_error_is_the_spread_of_repeated_runs() {
+fn standard_error_is_the_spread_of_repeated_runs_slow() {
     let field = field();
     let half = 0.5 * (FIELD + PATCH) as f64 * PITCH;
     for (positions, secondary, sampler) in [

@@ -10,7 +10,7 @@ use std::time::Instant;
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::design::mirrors::conformal::{Conformal, Show, Window};
-use raylet::engine::chain::reference::{Choice, ReferenceError, reference};
+use raylet::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
 use raylet::engine::chain::simulate::{SimulateError, simulate};
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::{Method, Paper, Positions, Sag, Settings};
@@ -174,9 +174,9 @@ fn carry(mirror: &Conformal, way: Way) -> Result<(Vec<Field>, f64), ReferenceErr
     }
 
     // Point by point: only where it is looked at.
-    let choice = Choice {
+    let choice = ReferenceOptions {
         approach: Approach::RayleighSommerfeld,
-        ..Choice::default()
+        ..ReferenceOptions::default()
     };
     let (mut fields, mut pairs) = (Vec::new(), 0.0);
     for window in windows {

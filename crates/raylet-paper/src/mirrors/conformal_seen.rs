@@ -7,8 +7,8 @@
 
 use ndarray::{Array2, ArrayView1};
 use num_complex::Complex64;
-use raylet::design::mirrors::conformal::{Conformal, Opening, Show, Window};
-use raylet::engine::chain::reference::{Choice, ReferenceError, reference};
+use raylet::design::mirrors::conformal::{Conformal, LitArea, Show, Window};
+use raylet::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
 use raylet::engine::chain::simulate::Progress;
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
@@ -50,12 +50,12 @@ impl Seen {
     pub fn directly(
         mirror: &Conformal,
         values: &Array2<Complex64>,
-        opening: Opening,
+        opening: LitArea,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<Self, ReferenceError> {
-        let choice = Choice {
+        let choice = ReferenceOptions {
             approach: Approach::RayleighSommerfeld,
-            ..Choice::default()
+            ..ReferenceOptions::default()
         };
         let (mut fields, mut pairs, mut inside) = (Vec::new(), 0.0, 0.0);
         let windows = windows(mirror);

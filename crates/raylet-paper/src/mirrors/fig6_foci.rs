@@ -1,7 +1,7 @@
 //! Figure 6 of the source paper, designed: a conformal mirror with two foci, found by gradients from phases that
 //! ignore its height.
 
-use raylet::design::mirrors::conformal::{Conformal, Opening, Show, Substrate};
+use raylet::design::mirrors::conformal::{Conformal, LitArea, Show, Substrate};
 use raylet::file::arrays::phase_file::npy;
 use raylet::file::result::machine::Machine;
 use raylet_plot::text_table::table;
@@ -44,7 +44,7 @@ pub fn fig6_foci(effort: Effort) -> Result<Study, StudyError> {
     };
     let iterations = if effort.quick { QUICK } else { ITERATIONS };
     let (mut study, mut rows) = (Study::default(), Vec::new());
-    for (name, opening) in NAMES.into_iter().zip([Opening::Square, Opening::Disc]) {
+    for (name, opening) in NAMES.into_iter().zip([LitArea::Square, LitArea::Disc]) {
         let sought = seek(name, mirror, opening, iterations, effort)?;
         let values = sought.values();
         let seen = sought.seen(name, &values, effort.display)?;
@@ -62,7 +62,7 @@ pub fn fig6_foci(effort: Effort) -> Result<Study, StudyError> {
             seen,
             search,
         });
-        if opening == Opening::Disc {
+        if opening == LitArea::Disc {
             rows.push(weighted(&sought, &mut study, effort)?);
         }
     }

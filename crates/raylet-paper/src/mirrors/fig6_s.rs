@@ -1,6 +1,6 @@
 //! Figure 6 of the source paper, designed: a conformal mirror of phases that shows a letter S.
 
-use raylet::design::mirrors::conformal::{Conformal, Opening, Show, Substrate};
+use raylet::design::mirrors::conformal::{Conformal, LitArea, Show, Substrate};
 use raylet::file::arrays::phase_file::npy;
 use raylet::file::result::machine::Machine;
 use raylet::wave::grid::metrics::ncc;
@@ -30,7 +30,7 @@ pub fn fig6_s(effort: Effort) -> Result<Study, StudyError> {
         scale: if effort.quick { SMALL } else { 1.0 },
     };
     let iterations = if effort.quick { QUICK } else { ITERATIONS };
-    let sought = seek(NAME, mirror, Opening::Disc, iterations, effort)?;
+    let sought = seek(NAME, mirror, LitArea::Disc, iterations, effort)?;
     let values = sought.values();
     let shares = sought.posed.design.shares(values.view());
     let known = ncc(shares.view(), sought.posed.target.view());

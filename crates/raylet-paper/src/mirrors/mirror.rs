@@ -10,9 +10,9 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::design::mirrors::conformal::{Conformal, Opening, Show};
-use raylet::design::mirrors::conformal_design::Posed;
-use raylet::design::mirrors::mirror::MirrorLook;
+use raylet::design::mirrors::conformal::{Conformal, LitArea, Show};
+use raylet::design::mirrors::conformal_design::MirrorSearch;
+use raylet::design::mirrors::mirror::MirrorEvaluation;
 use raylet::design::optimizers::lbfgs::LbfgsSettings;
 use raylet::design::optimizers::optimizer::{Method, Optimizer};
 use raylet::design::optimizers::space::Space;
@@ -45,8 +45,8 @@ struct Saved {
 /// A mirror whose pixels were designed.
 pub(crate) struct Sought {
     pub(crate) mirror: Conformal,
-    pub(crate) opening: Opening,
-    pub(crate) posed: Posed,
+    pub(crate) opening: LitArea,
+    pub(crate) posed: MirrorSearch,
     /// The phases that were found.
     pub(crate) phases: Vec<f64>,
     pub(crate) iterations: usize,
@@ -60,12 +60,12 @@ pub(crate) struct Sought {
 pub(crate) fn seek(
     name: &str,
     mirror: Conformal,
-    opening: Opening,
+    opening: LitArea,
     iterations: usize,
     effort: Effort,
 ) -> Result<Sought, StudyError> {
     let clock = Instant::now();
-    let posed = Posed::new(&mirror, opening)?;
+    let posed = MirrorSearch::new(&mirror, opening)?;
     let kept = effort.keep.map(|keep| {
         let description = format!("{name} {mirror:?} {opening:?}");
         Checkpoints::within(&keep.join(name), &description)
@@ -74,8 +74,8 @@ pub(crate) fn seek(
     let earlier = saved.seconds;
     let mut steps = (effort.display).search(name, saved.search.iteration(), iterations);
     while saved.search.iteration() < iterations {
-        let look = posed.design.look(saved.search.point());
-        let step = saved.search.report(look.value, &look.gradient);
+        let evaluation = posed.design.evaluate(saved.search.point());
+        let step = saved.search.report(evaluation.value, &evaluation.gradient);
         saved.evaluations += 1;
         saved.seconds = earlier + clock.elapsed().as_secs_f64();
         if let Step::Finished(_) = step {
@@ -84,7 +84,10 @@ pub(crate) fn seek(
         if step != Step::Accepted {
             continue;
         }
-        let (done, score) = (saved.search.iteration(), score(&mirror, &posed, &look));
+        let (done, score) = (
+            saved.search.iteration(),
+            score(&mirror, &posed, &evaluation),
+        );
         saved.course.push([done as f64, score]);
         steps.note(done, &format!("{} {score:.4}", score_name(mirror.show)));
         if let Some(kept) = kept.as_ref().filter(|_| done.is_multiple_of(KEEP)) {
@@ -106,7 +109,7 @@ pub(crate) fn seek(
 }
 
 /// The search where it was, or at its start.
-fn begin(kept: Option<&Checkpoints>, posed: &Posed) -> Result<Saved, StudyError> {
+fn begin(kept: Option<&Checkpoints>, posed: &MirrorSearch) -> Result<Saved, StudyError> {
     let settings = LbfgsSettings {
         memory: 10,
         first: 0.1 * (posed.start.len() as f64).sqrt(),
@@ -136,11 +139,11 @@ fn begin(kept: Option<&Checkpoints>, posed: &Posed) -> Result<Saved, StudyError>
 }
 
 /// Likeness to the letter, or the share of the light in the samples at the foci.
-fn score(mirror: &Conformal, posed: &Posed, look: &MirrorLook) -> f64 {
+fn score(mirror: &Conformal, posed: &MirrorSearch, evaluation: &MirrorEvaluation) -> f64 {
     match mirror.show {
-        Show::Letter => ncc(look.shares.view(), posed.target.view()).unwrap_or(0.0),
+        Show::Letter => ncc(evaluation.shares.view(), posed.target.view()).unwrap_or(0.0),
         Show::Foci => {
-            let lit = look.shares.iter().zip(&posed.target);
+            let lit = evaluation.shares.iter().zip(&posed.target);
             lit.filter(|(_, target)| **target > 0.0)
                 .map(|(share, _)| share)
                 .sum()
@@ -190,7 +193,7 @@ impl Sought {
     ) -> Result<Vec<u8>, StudyError> {
         let open = |(j, i): (usize, usize)| {
             let [x, y] = [i, j].map(|n| self.mirror.place(n));
-            self.opening == Opening::Square || x.hypot(y) <= 0.5 * self.mirror.width()
+            self.opening == LitArea::Square || x.hypot(y) <= 0.5 * self.mirror.width()
         };
         let shown = Array2::from_shape_fn(values.dim(), |at| match open(at) {
             true => values[at],

@@ -137,7 +137,7 @@ const WHOLE: Rule = ("", Positions::Grid, false);
 
 /// The plan of the system's only hop.
 fn planned(system: &System, settings: &Settings) -> Result<PaperPlan, SimulateError> {
-    let light = Arriving::from_source(system).brief;
+    let light = Arriving::from_source(system).directions;
     let mut hops = system.hops();
     let hop = hops.next().ok_or(SimulateError::NoSensor(String::new()))?;
     match plan(&hop, light, &Downstream::default(), settings)? {

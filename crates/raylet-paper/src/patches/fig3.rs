@@ -18,7 +18,7 @@ use crate::study_error::StudyError;
 const WAVELENGTH: f64 = 1e-3;
 
 /// An element of the study, and how often its modes are drawn.
-struct Task {
+struct HologramTask {
     name: &'static str,
     title: String,
     system: System,
@@ -47,18 +47,18 @@ pub fn fig3(quick: bool) -> Result<Study, StudyError> {
 
 /// The two elements of figure 3; pixels of half a wavelength and the sensor in the focal plane are not
 /// in the paper.
-fn tasks(quick: bool) -> [Task; 2] {
+fn tasks(quick: bool) -> [HologramTask; 2] {
     let (lens, star) = if quick { (30, 48) } else { (50, 400) };
     let decades = |from: u32, to: u32| (from..=to).map(|n| 10usize.pow(n)).collect::<Vec<_>>();
     [
-        Task {
+        HologramTask {
             name: "metalens",
             title: format!("Metalens of {lens} wavelengths, NA 0.1"),
             system: metalens(lens, 0.1, WAVELENGTH),
             draws: if quick { decades(2, 4) } else { decades(1, 5) },
             seeds: if quick { 2 } else { 16 },
         },
-        Task {
+        HologramTask {
             name: "star",
             title: format!("Hologram of a Siemens star, {star} wavelengths, NA 0.7"),
             system: star_hologram(star, 0.7, WAVELENGTH),
@@ -69,7 +69,7 @@ fn tasks(quick: bool) -> [Task; 2] {
 }
 
 /// The numbers of one element as text.
-fn block(task: &Task, found: &Convergence) -> String {
+fn block(task: &HologramTask, found: &Convergence) -> String {
     let mut rows = Vec::new();
     for way in &found.ways {
         for (i, [draws, error]) in way.errors.iter().enumerate() {
@@ -97,7 +97,7 @@ fn block(task: &Task, found: &Convergence) -> String {
 }
 
 /// The same as a document.
-fn entry(task: &Task, found: &Convergence) -> serde_json::Value {
+fn entry(task: &HologramTask, found: &Convergence) -> serde_json::Value {
     let ways = found
         .ways
         .iter()

@@ -9,7 +9,7 @@
 use std::time::Instant;
 
 use raylet::design::mirrors::conformal::spherical_patch;
-use raylet::engine::chain::reference::{Choice, ReferenceError, reference};
+use raylet::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
@@ -81,9 +81,9 @@ impl FlatPatches {
     pub fn measure(sides: &[usize], radii: &[f64]) -> Result<Self, ReferenceError> {
         let clock = Instant::now();
         let (mut found, mut rays) = (Vec::new(), 0);
-        let choice = Choice {
+        let choice = ReferenceOptions {
             approach: Approach::RayleighSommerfeld,
-            ..Choice::default()
+            ..ReferenceOptions::default()
         };
         for &radius in radii {
             for &side in sides {

@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use raylet::design::examples::problems::{NEAR, PITCH, WAVELENGTH, near_hologram, open};
 use raylet::design::examples::smiley::smiley;
 use raylet::design::holograms::near::{NearSpace, NearTask, design};
-use raylet::engine::chain::reference::{Choice, reference};
+use raylet::engine::chain::reference::{ReferenceOptions, reference};
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::{Paper, Positions, Sampler, Settings};
 use raylet::file::arrays::phase_file::npy;
@@ -121,9 +121,9 @@ fn spectrum(task: &NearTask, phase: &Array2<f64>, padding: usize) -> Trial {
 /// The direct sum over box pixels.
 fn directly(boxes: &System) -> Result<Trial, StudyError> {
     let clock = Instant::now();
-    let choice = Choice {
+    let choice = ReferenceOptions {
         approach: Approach::RayleighSommerfeld,
-        ..Choice::default()
+        ..ReferenceOptions::default()
     };
     let found = reference(boxes, &Settings::default(), choice, &|_| {})?;
     Ok(Trial {

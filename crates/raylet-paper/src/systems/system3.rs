@@ -11,9 +11,9 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::design::examples::problems::{PITCH, WAVELENGTH, lens_hologram, open};
 use raylet::design::examples::smiley::smiley;
-use raylet::design::holograms::hologram::{Task, design};
+use raylet::design::holograms::hologram::{HologramTask, design};
 use raylet::design::losses::target::Target;
-use raylet::engine::chain::reference::{Choice, reference};
+use raylet::engine::chain::reference::{ReferenceOptions, reference};
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::{Paper, Sampler, Settings};
 use raylet::file::arrays::phase_file::npy;
@@ -123,7 +123,7 @@ fn found(sizes: &Sizes, thin: bool) -> Result<Array2<f64>, StudyError> {
         Abcd::between(&hop)?
     };
     let size = [COUNT as f64 * PITCH; 2];
-    let task = Task {
+    let task = HologramTask {
         wavelength: WAVELENGTH,
         train,
         pitch: [PITCH; 2],
@@ -212,9 +212,9 @@ fn carried(
 /// Collins' integral: the paraxial train without aberrations.
 fn collins(name: &str, system: &System) -> Result<Trial, StudyError> {
     let clock = Instant::now();
-    let choice = Choice {
+    let choice = ReferenceOptions {
         approach: Approach::Collins,
-        ..Choice::default()
+        ..ReferenceOptions::default()
     };
     let found = reference(system, &Settings::default(), choice, &|_| {})?;
     Ok(Trial {

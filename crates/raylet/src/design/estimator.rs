@@ -12,18 +12,18 @@ use crate::engine::progress::Pulse;
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::system::System;
 
-/// Which beamlets a look follows.
+/// Which beamlets an evaluation follows.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
 pub enum Estimator {
     /// All: value and gradient are exact.
     #[default]
     Exact,
-    /// `each` of a patch, without replacement, for what has changed since the last exact look; one of those every
+    /// `each` of a patch, without replacement, for what has changed since the last exact evaluation; one of those every
     /// `refresh` iterations.
     ControlVariate {
         /// Draws of a patch.
         each: usize,
-        /// Iterations from one exact look to the next.
+        /// Iterations from one exact evaluation to the next.
         refresh: usize,
     },
     /// `each` of a patch, without replacement.
@@ -66,46 +66,46 @@ impl Estimator {
         })
     }
 
-    /// Whether an iteration begins with an exact look to go out from.
+    /// Whether an iteration begins with an exact evaluation, from which estimates start.
     pub fn renews_control_variates(&self, iteration: usize) -> bool {
         matches!(self, Self::ControlVariate { refresh, .. } if iteration.is_multiple_of(*refresh.max(&1)))
     }
 }
 
-/// How one look is done.
+/// How a point is evaluated.
 #[derive(Clone, Copy)]
-pub enum Sight<'a> {
+pub enum EvaluationMode<'a> {
     /// By all beamlets.
     All,
     /// By drawn ones.
     Drawn(Draws),
-    /// By drawn ones for what has changed since exact looks, one for each channel.
+    /// By drawn ones for what has changed since exact evaluations, one for each channel.
     From(&'a [ControlVariate], Draws),
 }
 
-/// One channel of a design as a look sees it.
+/// One channel of a design during an evaluation.
 #[derive(Clone, Copy)]
-pub(crate) struct ChannelLook<'a> {
+pub(crate) struct ChannelEvaluation<'a> {
     /// Its number.
     pub number: usize,
     /// Its frozen plans.
     pub linearised: &'a LinearisedSystem,
     /// The system that its light goes through.
     pub system: &'a System,
-    /// Called after each chunk of work; it may cancel the look.
+    /// Called after each chunk of work; it may cancel the evaluation.
     pub pulse: &'a Pulse<'a>,
 }
 
-impl Sight<'_> {
+impl EvaluationMode<'_> {
     /// The light of a channel.
     ///
     /// # Errors
     /// As [`LinearisedSystem::forward_with`] and [`ControlVariate::forward`].
     pub(crate) fn forward(
         &self,
-        channel: &ChannelLook,
+        channel: &ChannelEvaluation,
     ) -> Result<ForwardPass, LinearisedSystemError> {
-        let ChannelLook {
+        let ChannelEvaluation {
             number,
             linearised,
             system,
@@ -120,18 +120,18 @@ impl Sight<'_> {
         }
     }
 
-    /// Its way back: the conjugate transpose of [`Sight::forward`] but for what an anchor gives, and of Gumbel's draws.
+    /// Its way back: the conjugate transpose of [`EvaluationMode::forward`] but for what an anchor gives, and of Gumbel's draws.
     ///
     /// # Errors
     /// As [`LinearisedSystem::adjoint_with`] and [`ControlVariate::forward_adjoint`].
     pub(crate) fn back(
         &self,
-        channel: &ChannelLook,
+        channel: &ChannelEvaluation,
         variations: &[Variation],
         trace: &ForwardPass,
         field_bar: &ndarray::Array2<num_complex::Complex64>,
     ) -> Result<Gradient, LinearisedSystemError> {
-        let ChannelLook {
+        let ChannelEvaluation {
             number,
             linearised,
             system,

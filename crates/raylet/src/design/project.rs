@@ -8,7 +8,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::design::constraints::modulation::{Modulator, Shaped};
-use crate::design::estimator::{ChannelLook, Estimator, Sight};
+use crate::design::estimator::{ChannelEvaluation, Estimator, EvaluationMode};
 use crate::design::losses::loss::FieldLoss;
 use crate::engine::chain::control_variate::ControlVariate;
 use crate::engine::chain::linearised_system::{
@@ -20,7 +20,7 @@ use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::Act;
 use crate::optics::system::System;
 
-/// One coherent run that a design looks at.
+/// One coherent run that a design evaluates.
 pub struct Channel {
     /// What is made of the field at the sensor's pixels, [y, x], each with its factor.
     pub losses: Vec<(f64, Box<dyn FieldLoss>)>,
@@ -49,12 +49,12 @@ pub struct Number {
 }
 
 /// Makes the system of a channel from the numbers; the designed pixels may have any value.
-pub(crate) type Rig = Box<dyn Fn(usize, &[f64]) -> Result<System, String> + Send + Sync>;
+pub(crate) type SystemBuild = Box<dyn Fn(usize, &[f64]) -> Result<System, String> + Send + Sync>;
 
 /// Everything that a design is.
 pub struct Project {
     /// The systems.
-    pub rig: Rig,
+    pub build_system: SystemBuild,
     /// What light is sent through them.
     pub channels: Vec<Channel>,
     /// The elements that are designed.
@@ -93,7 +93,7 @@ pub enum ProjectError {
 }
 
 /// What a point of a design is like.
-pub struct Look {
+pub struct DesignEvaluation {
     /// The sum of the losses, and of the penalty on steps.
     pub value: f64,
     /// Every loss of every channel, without its factor.
@@ -106,7 +106,7 @@ pub struct Look {
     pub powers: Vec<f64>,
 }
 
-impl Look {
+impl DesignEvaluation {
     /// Whether the loss, its parts and its gradient are numbers.
     pub fn is_finite(&self) -> bool {
         let parts = self.parts.iter().flatten().chain(&self.gradient);
@@ -156,7 +156,7 @@ impl Project {
         made: &[Shaped],
         numbers: &[f64],
     ) -> Result<System, ProjectError> {
-        let mut system = (self.rig)(channel, numbers).map_err(ProjectError::System)?;
+        let mut system = (self.build_system)(channel, numbers).map_err(ProjectError::System)?;
         for (number, (element, made)) in self.elements.iter().zip(made).enumerate() {
             let screen = system.screens.get_mut(element.screen);
             let pixels = screen.and_then(|screen| match &mut screen.act {
@@ -199,14 +199,19 @@ impl Project {
     ///
     /// # Errors
     /// As [`Project::plan`].
-    pub fn look(&self, plans: &Plans, point: &[f64], share: f64) -> Result<Look, ProjectError> {
-        self.look_by(plans, point, share, &Sight::All, &uncancelled)
+    pub fn evaluate(
+        &self,
+        plans: &Plans,
+        point: &[f64],
+        share: f64,
+    ) -> Result<DesignEvaluation, ProjectError> {
+        self.evaluate_by(plans, point, share, &EvaluationMode::All, &uncancelled)
     }
 
-    /// Exact looks of all channels, from which estimates go out.
+    /// Exact evaluations of all channels, from which estimates start.
     ///
     /// # Errors
-    /// As [`Project::look`]; when a channel has more than one hop, or the pulse cancels the work.
+    /// As [`Project::evaluate`]; when a channel has more than one hop, or the pulse cancels the work.
     pub fn control_variates(
         &self,
         plans: &Plans,
@@ -224,26 +229,26 @@ impl Project {
             |(number, (channel, linearised)): (usize, (&Channel, &LinearisedSystem))| {
                 let system = self.system(number, &made, numbers)?;
                 ControlVariate::new(linearised, &system, pulse, |field| {
-                    Ok(channel.judge(&field.values)?.1)
+                    Ok(channel.evaluate(&field.values)?.1)
                 })
             };
         linearised_systems.map(control_variate).collect()
     }
 
-    /// The same as [`Project::look`], with the beamlets that `sight` follows.
+    /// The same as [`Project::evaluate`], with the beamlets that `mode` follows.
     ///
     /// # Errors
-    /// As [`Project::look`], `Sight::forward` and `Sight::back`; when the pulse cancels the work.
-    pub fn look_by(
+    /// As [`Project::evaluate`], `EvaluationMode::forward` and `EvaluationMode::back`; when the pulse cancels the work.
+    pub fn evaluate_by(
         &self,
         plans: &Plans,
         point: &[f64],
         share: f64,
-        sight: &Sight,
+        mode: &EvaluationMode,
         pulse: &Pulse,
-    ) -> Result<Look, ProjectError> {
+    ) -> Result<DesignEvaluation, ProjectError> {
         let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
-        let mut look = Look {
+        let mut evaluation = DesignEvaluation {
             value: 0.0,
             parts: Vec::new(),
             gradient: vec![0.0; self.len()],
@@ -257,40 +262,40 @@ impl Project {
             .enumerate()
         {
             let system = self.system(number, &made, numbers)?;
-            let seen = ChannelLook {
+            let seen = ChannelEvaluation {
                 number,
                 linearised,
                 system: &system,
                 pulse,
             };
-            let trace = sight.forward(&seen)?;
-            let (parts, field_bar) = channel.judge(&trace.field.values)?;
-            look.value += channel.total(&parts);
+            let trace = mode.forward(&seen)?;
+            let (parts, field_bar) = channel.evaluate(&trace.field.values)?;
+            evaluation.value += channel.total(&parts);
             let variations = self.variations(number, &made, numbers)?;
-            let gradient = sight.back(&seen, &variations, &trace, &field_bar)?;
-            self.gather(&made, channel, &gradient.pixels, &mut look.gradient);
+            let gradient = mode.back(&seen, &variations, &trace, &field_bar)?;
+            self.gather(&made, channel, &gradient.pixels, &mut evaluation.gradient);
             let from = self.numbers_from();
-            add(&mut look.gradient[from..], &gradient.parameters);
-            look.parts.push(parts);
-            look.powers.push(power_behind(&trace));
-            look.intensities.push(trace.field.intensity());
+            add(&mut evaluation.gradient[from..], &gradient.parameters);
+            evaluation.parts.push(parts);
+            evaluation.powers.push(power_behind(&trace));
+            evaluation.intensities.push(trace.field.intensity());
         }
         let mut from = 0;
         for (element, made) in self.elements.iter().zip(&made) {
             let count = element.modulator.count();
             if let Some((price, back)) = element.modulator.price(made) {
-                look.value += price;
-                add(&mut look.gradient[from..from + count], &back);
+                evaluation.value += price;
+                add(&mut evaluation.gradient[from..from + count], &back);
             }
             from += count;
         }
-        Ok(look)
+        Ok(evaluation)
     }
 
     /// The value alone.
     ///
     /// # Errors
-    /// As [`Project::look`].
+    /// As [`Project::evaluate`].
     pub fn value(&self, plans: &Plans, point: &[f64], share: f64) -> Result<f64, ProjectError> {
         let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
         let mut value = 0.0;
@@ -301,7 +306,7 @@ impl Project {
             .enumerate()
         {
             let trace = linearised.forward(&self.system(number, &made, numbers)?)?;
-            value += channel.total(&channel.judge(&trace.field.values)?.0);
+            value += channel.total(&channel.evaluate(&trace.field.values)?.0);
         }
         let prices = self.elements.iter().zip(&made);
         let prices = prices.filter_map(|(element, made)| element.modulator.price(made));
@@ -354,7 +359,7 @@ impl Channel {
     }
 
     /// Every loss, and the cotangent of the field.
-    fn judge(
+    fn evaluate(
         &self,
         field: &Array2<Complex64>,
     ) -> Result<(Vec<f64>, Array2<Complex64>), ProjectError> {
@@ -365,9 +370,9 @@ impl Channel {
             if expected != found {
                 return Err(ProjectError::Shape { expected, found });
             }
-            let verdict = loss.judge(field.view());
-            field_bar.zip_mut_with(&verdict.bar, |total, bar| *total += bar * factor);
-            parts.push(verdict.value);
+            let found = loss.evaluate_field(field.view());
+            field_bar.zip_mut_with(&found.bar, |total, bar| *total += bar * factor);
+            parts.push(found.value);
         }
         Ok((parts, field_bar))
     }

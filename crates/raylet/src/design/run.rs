@@ -2,11 +2,11 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::design::estimator::{Estimator, Sight};
+use crate::design::estimator::{Estimator, EvaluationMode};
 use crate::design::exact;
 use crate::design::optimizers::optimizer::Optimizer;
 use crate::design::optimizers::step::{SavedError, Step, Stop};
-use crate::design::project::{Look, Plans, Project, ProjectError};
+use crate::design::project::{DesignEvaluation, Plans, Project, ProjectError};
 use crate::engine::chain::control_variate::ControlVariate;
 use crate::engine::progress::Pulse;
 
@@ -20,7 +20,7 @@ pub struct State {
     planned: Vec<f64>,
     /// Iterations that were done then.
     planned_after: usize,
-    /// Where the last exact looks were from which estimates go out; empty where there were none.
+    /// Points of the last exact evaluations, from which estimates start; empty where there were none.
     #[serde(with = "exact::list")]
     anchored: Vec<f64>,
     /// Share of the iterations done, as the constraints see it; it grows in stages.
@@ -79,16 +79,16 @@ pub struct Run<'p> {
     /// Where it is.
     pub state: State,
     plans: Plans,
-    /// The last exact looks, where estimates go out from them.
+    /// The last exact evaluations, if estimates start from them.
     control_variates: Vec<ControlVariate>,
     /// Called after each chunk of work; it may cancel a step.
     pulse: &'p Pulse<'p>,
 }
 
 /// What one evaluation found.
-pub struct Found {
+pub struct Evaluated {
     /// What the design is like there.
-    pub look: Look,
+    pub evaluation: DesignEvaluation,
     /// What became of the point in the search.
     pub step: Step,
     /// |gradient|, each part times its parameter's scale left out.
@@ -175,10 +175,10 @@ impl<'p> Run<'p> {
     ///
     /// # Errors
     /// When light cannot be carried there, no loss so far was a number, or the pulse cancels the step.
-    pub fn step(&mut self) -> Result<Found, ProjectError> {
-        let look = self.possible()?;
+    pub fn step(&mut self) -> Result<Evaluated, ProjectError> {
+        let evaluation = self.possible()?;
         let state = &mut self.state;
-        let step = state.search.report(look.value, &look.gradient);
+        let step = state.search.report(evaluation.value, &evaluation.gradient);
         state.evaluations += 1;
         if let Step::Finished(stop) = step {
             state.stop = Some(stop);
@@ -186,17 +186,26 @@ impl<'p> Run<'p> {
         if step == Step::Finished(Stop::NotFinite) && state.search.best().is_none() {
             return Err(ProjectError::NotFinite);
         }
-        let slope = look.gradient.iter().map(|g| g * g).sum::<f64>().sqrt();
+        let slope = evaluation
+            .gradient
+            .iter()
+            .map(|g| g * g)
+            .sum::<f64>()
+            .sqrt();
         if step == Step::Accepted {
             self.settle()?;
         }
-        Ok(Found { look, step, slope })
+        Ok(Evaluated {
+            evaluation,
+            step,
+            slope,
+        })
     }
 
     /// Looks; a trial of a line search at which there is no such system is one that went too far.
-    fn possible(&mut self) -> Result<Look, ProjectError> {
+    fn possible(&mut self) -> Result<DesignEvaluation, ProjectError> {
         loop {
-            let found = self.look();
+            let found = self.evaluate();
             let state = &mut self.state;
             let trial = matches!(state.search, Optimizer::Lbfgs(_)) && state.evaluations > 0;
             let Err(ProjectError::System(_)) = &found else {
@@ -216,7 +225,7 @@ impl<'p> Run<'p> {
     }
 
     /// Looks as the design's estimator does.
-    fn look(&mut self) -> Result<Look, ProjectError> {
+    fn evaluate(&mut self) -> Result<DesignEvaluation, ProjectError> {
         let (project, iteration) = (self.project, self.iteration());
         let state = &mut self.state;
         let (point, share) = (state.search.point().to_vec(), state.share);
@@ -226,12 +235,12 @@ impl<'p> Run<'p> {
             state.anchored = point.clone();
         }
         let draws = project.estimator.draws(project.settings.seed, iteration);
-        let sight = match draws {
-            None => Sight::All,
-            Some(draws) if self.control_variates.is_empty() => Sight::Drawn(draws),
-            Some(draws) => Sight::From(&self.control_variates, draws),
+        let mode = match draws {
+            None => EvaluationMode::All,
+            Some(draws) if self.control_variates.is_empty() => EvaluationMode::Drawn(draws),
+            Some(draws) => EvaluationMode::From(&self.control_variates, draws),
         };
-        project.look_by(&self.plans, &point, share, &sight, self.pulse)
+        project.evaluate_by(&self.plans, &point, share, &mode, self.pulse)
     }
 
     /// After an iteration: harder levels, and fresh plans where the system has changed.
@@ -262,13 +271,13 @@ impl<'p> Run<'p> {
     ///
     /// # Errors
     /// When light cannot be planned or carried there, or the pulse cancels the work.
-    pub fn finish(&self) -> Result<Look, ProjectError> {
+    pub fn finish(&self) -> Result<DesignEvaluation, ProjectError> {
         let point = self.best();
         let (project, pulse) = (self.project, self.pulse);
         let plans = project.plan(point, 1.0, pulse)?;
-        let look = project.look_by(&plans, point, 1.0, &Sight::All, pulse)?;
-        match look.is_finite() {
-            true => Ok(look),
+        let evaluation = project.evaluate_by(&plans, point, 1.0, &EvaluationMode::All, pulse)?;
+        match evaluation.is_finite() {
+            true => Ok(evaluation),
             false => Err(ProjectError::NotFinite),
         }
     }

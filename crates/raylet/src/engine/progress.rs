@@ -60,7 +60,7 @@ mod tests {
     use crate::design::holograms::near::{NearTask, design};
     use crate::engine::chain::forecast::forecast_with_progress;
     use crate::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError};
-    use crate::engine::chain::reference::{Choice, ReferenceError, reference};
+    use crate::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
     use crate::engine::chain::simulate::{Progress, SimulateError, simulate};
     use crate::engine::free::free_method::Approach;
     use crate::engine::plan::settings::{Method, Paper, Settings};
@@ -105,9 +105,9 @@ mod tests {
     #[test]
     fn a_break_cancels_references_and_forecasts() {
         for approach in [Approach::AngularSpectrum, Approach::RayleighSommerfeld] {
-            let choice = Choice {
+            let choice = ReferenceOptions {
                 approach,
-                ..Choice::default()
+                ..ReferenceOptions::default()
             };
             let breaks = AtomicUsize::new(0);
             let run = reference(&system(), &Settings::default(), choice, &|here| {

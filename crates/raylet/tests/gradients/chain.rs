@@ -23,7 +23,7 @@ pub(crate) fn with_pixels(system: &System, number: usize, purpose: u32) -> Syste
 
 /// The field is linear in each element: Σ Ū* U(v) = Σ v̄* v for any pixels v.
 #[test]
-fn chain_dot_product() {
+fn chain_dot_product_slow() {
     for case in cases() {
         let linearised = LinearisedSystem::new(&case.system, &[], &case.settings).unwrap();
         let trace = linearised.forward(&case.system).unwrap();

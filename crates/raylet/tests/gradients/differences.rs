@@ -232,7 +232,7 @@ fn match_together(case: &Case, parameters: &[Parameter], free: bool) {
 
 /// All parameters of the other systems at once.
 #[test]
-fn whole_systems_match_differences() {
+fn whole_systems_match_differences_slow() {
     for case in cases() {
         let parameters = match case.name {
             "lens" => continue,
@@ -245,7 +245,7 @@ fn whole_systems_match_differences() {
 
 /// Screens that stay parallel are joined without rays.
 #[test]
-fn free_hops_match_differences() {
+fn free_hops_match_differences_slow() {
     let free = ["free", "curved mirror", "two elements, one curved"];
     for case in cases().iter().filter(|case| free.contains(&case.name)) {
         let mut parameters = pose_parameters(1);
@@ -274,7 +274,7 @@ fn profile_matches_differences() {
 
 /// Phases and amplitudes of the pixels of each element, along a pattern.
 #[test]
-fn pixels_match_differences() {
+fn pixels_match_differences_slow() {
     for case in cases() {
         let linearised = LinearisedSystem::new(&case.system, &[], &smooth(&case)).unwrap();
         let trace = linearised.forward(&case.system).unwrap();

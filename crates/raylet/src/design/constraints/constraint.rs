@@ -45,7 +45,7 @@ pub struct Constraints {
 
 /// An element as made from parameters. Arrays are of its pixels, [y, x].
 #[derive(Clone, Debug, PartialEq)]
-pub struct Made {
+pub struct ModulatedElement {
     /// Phase of the active part of each pixel in rad, within the relief's range if there is one.
     pub phase: Array2<f64>,
     /// Height of the relief in mm (in rad for phases on levels), if there is one.
@@ -112,7 +112,7 @@ impl Constraints {
     }
 
     /// The element, `share` of the iterations done (0 to 1: how hard soft levels are).
-    pub fn make(&self, parameters: ArrayView2<'_, f64>, share: f64) -> Made {
+    pub fn make(&self, parameters: ArrayView2<'_, f64>, share: f64) -> ModulatedElement {
         let requested = self.spread(parameters);
         let height = self.relief.map(|relief| {
             let height = |phase: &f64| relief.height(*phase, share);
@@ -123,7 +123,7 @@ impl Constraints {
             _ => requested.clone(),
         };
         let transmit = |phase: &f64| self.fill.transmit(*phase);
-        Made {
+        ModulatedElement {
             transmission: Zip::from(&phase).par_map_collect(transmit),
             phase,
             height,
@@ -136,7 +136,7 @@ impl Constraints {
     /// the phase.
     pub fn make_adjoint(
         &self,
-        made: &Made,
+        made: &ModulatedElement,
         transmission_bar: ArrayView2<'_, Complex64>,
         phase_bar: Option<ArrayView2<'_, f64>>,
     ) -> Array2<f64> {
@@ -177,7 +177,7 @@ impl Constraints {
     }
 
     /// The transmission of each pixel for light to which the element gives `ratio` times its phase.
-    pub fn transmission_at(&self, made: &Made, ratio: f64) -> Array2<Complex64> {
+    pub fn transmission_at(&self, made: &ModulatedElement, ratio: f64) -> Array2<Complex64> {
         if ratio == 1.0 {
             return made.transmission.clone();
         }
@@ -188,7 +188,7 @@ impl Constraints {
     /// The cotangent of the parameters from that of [`Constraints::transmission_at`].
     pub fn transmission_adjoint(
         &self,
-        made: &Made,
+        made: &ModulatedElement,
         ratio: f64,
         transmission_bar: ArrayView2<'_, Complex64>,
     ) -> Array2<f64> {
@@ -206,7 +206,7 @@ impl Constraints {
     }
 
     /// The element to be exported: what the last iteration saw.
-    pub fn finish(&self, parameters: ArrayView2<'_, f64>) -> Made {
+    pub fn finish(&self, parameters: ArrayView2<'_, f64>) -> ModulatedElement {
         self.make(parameters, 1.0)
     }
 }
@@ -218,7 +218,7 @@ mod tests {
     use ndarray::{Array2, ArrayView2};
     use num_complex::Complex64;
 
-    use crate::design::constraints::constraint::{Constraints, Made, Rules};
+    use crate::design::constraints::constraint::{Constraints, ModulatedElement, Rules};
     use crate::design::constraints::fill::{Fill, Rest};
     use crate::design::constraints::relief::{Levels, Relief};
     use crate::design::constraints::staircase::Hardening;
@@ -260,7 +260,7 @@ mod tests {
         let pull = noise(shape, 5);
         for share in [0.0, 0.4, 0.7] {
             // ⟨bar, transmission⟩ + ⟨pull, phase⟩, where the phase may wrap by whole turns.
-            let value = |made: &Made| {
+            let value = |made: &ModulatedElement| {
                 let seen = made.transmission.iter().zip(&bar);
                 seen.map(|(t, bar)| (bar.conj() * t).re).sum::<f64>()
             };
@@ -295,12 +295,12 @@ mod tests {
         }
 
         /// Value, and cotangent of the transmission.
-        fn look(&self, transmission: &Array2<Complex64>) -> (f64, Array2<Complex64>) {
+        fn evaluate(&self, transmission: &Array2<Complex64>) -> (f64, Array2<Complex64>) {
             let seen = self.waves.dot(transmission).dot(&self.waves.t());
-            let verdict = self.loss.look(seen.mapv(|u| u.norm_sqr()).view());
-            let bar = seen * verdict.bar.mapv(|bar| Complex64::from(2.0 * bar));
+            let found = self.loss.evaluate(seen.mapv(|u| u.norm_sqr()).view());
+            let bar = seen * found.bar.mapv(|bar| Complex64::from(2.0 * bar));
             let back = self.waves.mapv(|wave| wave.conj());
-            (verdict.value, back.t().dot(&bar).dot(&back))
+            (found.value, back.t().dot(&bar).dot(&back))
         }
 
         /// Parameters after so many evaluations, levels ever harder, and what was looked at last.
@@ -310,7 +310,7 @@ mod tests {
             method: Method,
             start: Array2<f64>,
             count: usize,
-        ) -> (Array2<f64>, Made) {
+        ) -> (Array2<f64>, ModulatedElement) {
             let (shape, point) = (start.dim(), start.into_raw_vec_and_offset().0);
             let space = Space::free(point.len());
             let mut search = method.start(point, space).unwrap();
@@ -321,7 +321,7 @@ mod tests {
             for i in 0..=count {
                 let free = at(&search);
                 let made = chain.make(free.view(), i as f64 / count as f64);
-                let (value, bar) = self.look(&made.transmission);
+                let (value, bar) = self.evaluate(&made.transmission);
                 if i == count {
                     return (free, made);
                 }
@@ -358,7 +358,7 @@ mod tests {
             );
 
             // Against the best without levels, rounded afterwards.
-            let value = |made: &Made| far.look(&made.transmission).0;
+            let value = |made: &ModulatedElement| far.evaluate(&made.transmission).0;
             let (annealed, rounded) = (value(&exported), value(&chain.finish(best.view())));
             assert!(gain * annealed < rounded, "{count}: {annealed} {rounded}");
         }

@@ -3,7 +3,7 @@
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 
-use crate::design::constraints::constraint::{Constraints, Made};
+use crate::design::constraints::constraint::{Constraints, ModulatedElement};
 use crate::design::losses::smoothness::roughness;
 
 /// What is free in each pixel.
@@ -34,7 +34,7 @@ pub struct Modulator {
 #[derive(Clone, Debug, PartialEq)]
 pub struct Shaped {
     /// Each plane of phases as made.
-    pub phases: Vec<Made>,
+    pub phases: Vec<ModulatedElement>,
     /// The amplitude of each pixel, [y, x], where it is free.
     pub amplitude: Option<Array2<f64>>,
 }

@@ -10,7 +10,7 @@
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 
-use crate::design::holograms::start::Spreading;
+use crate::design::holograms::start::SpreadingPhase;
 use crate::design::losses::target::Target;
 use crate::engine::progress::{Cancelled, Reply};
 use crate::optics::paraxial::Abcd;
@@ -37,7 +37,7 @@ const MOMENTUM: f64 = 0.9;
 
 /// A hologram to be found.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Task {
+pub struct HologramTask {
     /// Vacuum wavelength in mm.
     pub wavelength: f64,
     /// From the element to the sensor.
@@ -137,7 +137,7 @@ pub enum HologramError {
 /// black, larger than the sensor or out of the pixels' reach, when what comes out is not finite, or when
 /// `progress` cancels the search.
 pub fn design<R: Reply>(
-    task: &Task,
+    task: &HologramTask,
     progress: &mut dyn FnMut(Score) -> R,
 ) -> Result<Hologram, HologramError> {
     let bench = Bench::new(task)?;
@@ -183,12 +183,12 @@ pub fn design<R: Reply>(
 }
 
 /// λ|B|/width: the size of a resolved cell on the sensor along x and y in mm. `extent` is the lit width.
-fn cell(task: &Task, extent: [f64; 2]) -> [f64; 2] {
+fn cell(task: &HologramTask, extent: [f64; 2]) -> [f64; 2] {
     extent.map(|width| task.wavelength * task.train.b.abs() / width)
 }
 
 /// Width and height of the part of the element that light passes, in mm; zero when none does.
-fn lit_extent(task: &Task) -> [f64; 2] {
+fn lit_extent(task: &HologramTask) -> [f64; 2] {
     let lit = |u: &Complex64| u.norm_sqr() > 0.0;
     let columns = task.incident.columns().into_iter();
     let rows = task.incident.rows().into_iter();
@@ -226,7 +226,7 @@ struct Bench {
 }
 
 impl Bench {
-    fn new(task: &Task) -> Result<Self, HologramError> {
+    fn new(task: &HologramTask) -> Result<Self, HologramError> {
         let extent = lit_extent(task);
         if extent.contains(&0.0) {
             return Err(HologramError::Dark);
@@ -281,8 +281,8 @@ impl Bench {
     }
 
     /// The first field on the element: every ray of it meets the sensor at its own place, enlarged.
-    fn start(&self, task: &Task) -> Array2<Complex64> {
-        let spreading = Spreading {
+    fn start(&self, task: &HologramTask) -> Array2<Complex64> {
+        let spreading = SpreadingPhase {
             wavelength: task.wavelength,
             train: task.train,
             pitch: task.pitch,
@@ -350,7 +350,7 @@ impl Bench {
     }
 }
 
-fn check_size(task: &Task, reach: [f64; 2]) -> Result<(), HologramError> {
+fn check_size(task: &HologramTask, reach: [f64; 2]) -> Result<(), HologramError> {
     let (size, sensor) = (task.target.size, task.sensor);
     let exceeds = |limit: [f64; 2]| (0..2).any(|a| size[a] > limit[a] * (1.0 + 1e-9));
     if exceeds(sensor) {
@@ -364,7 +364,7 @@ fn check_size(task: &Task, reach: [f64; 2]) -> Result<(), HologramError> {
 }
 
 /// The raster of the design: over the sensor as far as the pixels reach, fine enough for the intensity.
-fn design_raster(task: &Task, reach: [f64; 2], cell: [f64; 2]) -> Raster {
+fn design_raster(task: &HologramTask, reach: [f64; 2], cell: [f64; 2]) -> Raster {
     let width = [0, 1].map(|a| task.sensor[a].min(reach[a]));
     let size = [0, 1].map(|a| {
         let count = (SAMPLES_PER_CELL * width[a] / cell[a]).ceil();
@@ -409,7 +409,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::design::holograms::hologram::{Bench, HologramError, Score, Task, design};
+    use crate::design::holograms::hologram::{Bench, HologramError, HologramTask, Score, design};
     use crate::design::losses::target::Target;
     use crate::math::random;
     use crate::optics::aperture::Aperture;
@@ -420,7 +420,7 @@ mod tests {
     use crate::wave::grid::raster::Raster;
 
     /// 60 × 60 pixels of 6.3 µm within a disc, LA1131-A, an uneven picture 0.6 mm wide.
-    fn task() -> Task {
+    fn task() -> HologramTask {
         let (count, pitch) = (60, 6.3e-3);
         let disc = Aperture::disc(0.5 * count as f64 * pitch);
         let edge = |i: usize| (i as f64 - 0.5 * count as f64) * pitch;
@@ -432,7 +432,7 @@ mod tests {
             (0, _) | (_, 2) | (4, 3) => 1.0,
             _ => 0.2,
         });
-        Task {
+        HologramTask {
             wavelength: 0.7e-3,
             train: Abcd::IDENTITY
                 .drift(3.0, 1.0)
@@ -485,7 +485,7 @@ mod tests {
 
     #[test]
     fn every_iteration_is_reported_and_phases_are_wrapped() {
-        let task = Task {
+        let task = HologramTask {
             iterations: 5,
             ..task()
         };
@@ -549,7 +549,7 @@ mod tests {
 
     #[test]
     fn what_cannot_be_shown_is_refused() {
-        let refused = |change: &dyn Fn(&mut Task)| {
+        let refused = |change: &dyn Fn(&mut HologramTask)| {
             let mut task = task();
             change(&mut task);
             design(&task, &mut |_| {}).unwrap_err()

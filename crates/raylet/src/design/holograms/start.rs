@@ -13,7 +13,7 @@ use crate::optics::paraxial::Abcd;
 /// Along each axis φ = ½k·((s/r − A)/B)·x², which sends the rim x = r to s: x′ = A·x + B·φ′/k. Designs from
 /// here end without the vortices of a random start, which no descent removes.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Spreading {
+pub(crate) struct SpreadingPhase {
     /// Vacuum wavelength in mm.
     pub wavelength: f64,
     /// From the element to the sensor; its b is not zero.
@@ -26,7 +26,7 @@ pub(crate) struct Spreading {
     pub spread: [f64; 2],
 }
 
-impl Spreading {
+impl SpreadingPhase {
     /// The phase of each pixel of an element of that many rows and columns, in rad, [y, x].
     pub(crate) fn phase(&self, shape: (usize, usize)) -> Array2<f64> {
         let k = TAU / self.wavelength;
@@ -58,12 +58,12 @@ pub(crate) fn random_phase(seed: u64, element: u32, shape: (usize, usize)) -> Ar
 mod tests {
     use std::f64::consts::{PI, TAU};
 
-    use crate::design::holograms::start::{Spreading, random_phase};
+    use crate::design::holograms::start::{SpreadingPhase, random_phase};
     use crate::optics::paraxial::Abcd;
 
     #[test]
     fn the_rim_goes_where_it_is_sent() {
-        let spreading = Spreading {
+        let spreading = SpreadingPhase {
             wavelength: 0.7e-3,
             train: Abcd::IDENTITY.drift(3.0, 1.0).bend(0.02).drift(44.7, 1.0),
             pitch: [0.002, 0.003],
@@ -82,7 +82,7 @@ mod tests {
         assert_eq!(phase[[100, 200]], 0.0);
 
         // Pixels of this pitch send nothing farther than half of λB/pitch.
-        let far = Spreading {
+        let far = SpreadingPhase {
             spread: [90.0; 2],
             ..spreading
         };

@@ -19,13 +19,13 @@ pub(crate) fn discrepancy(loss: &dyn Loss, intensity: ArrayView2<'_, f64>, seed:
     let at = |step: f64| {
         let mut there = intensity.to_owned();
         there.scaled_add(step, &direction);
-        loss.look(there.view()).value
+        loss.evaluate(there.view()).value
     };
     let near = (at(STEP) - at(-STEP)) / (2.0 * STEP);
     let far = (at(2.0 * STEP) - at(-2.0 * STEP)) / (4.0 * STEP);
     let difference = (4.0 * near - far) / 3.0;
 
-    let bar = loss.look(intensity).bar;
+    let bar = loss.evaluate(intensity).bar;
     let (slope, square) = Zip::from(&bar)
         .and(&direction)
         .fold((0.0, 0.0), |(slope, square), bar, step| {

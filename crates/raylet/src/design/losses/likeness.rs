@@ -3,7 +3,7 @@
 use ndarray::{Array2, ArrayView2, Zip};
 
 use crate::design::losses::loss::{
-    Loss, LossError, Verdict, check_pixels, check_positive, weights,
+    Loss, LossError, LossValue, check_pixels, check_positive, weights,
 };
 
 /// How bright the intensity I is meant to be beside the picture T. Sums run over pixels with their weights w.
@@ -100,7 +100,7 @@ impl Loss for Likeness {
         self.picture.dim()
     }
 
-    fn look(&self, intensity: ArrayView2<'_, f64>) -> Verdict {
+    fn evaluate(&self, intensity: ArrayView2<'_, f64>) -> LossValue {
         let factor = self.factor(intensity);
         let rest = Zip::from(intensity)
             .and(&self.picture)
@@ -117,7 +117,7 @@ impl Loss for Likeness {
         let bar = Zip::from(&rest)
             .and(&self.weight)
             .map_collect(|r, w| gain * w * (r - pull));
-        Verdict { value, bar }
+        LossValue { value, bar }
     }
 }
 
@@ -154,12 +154,12 @@ mod tests {
                 assert!(off < 1e-10, "{brightness:?} {off:e}");
 
                 // What does not count changes nothing and is left alone.
-                let verdict = loss.look(intensity.view());
+                let found = loss.evaluate(intensity.view());
                 if weight.is_some() {
                     let spots = mask.mapv(|w| if w == 0.0 { 3.0 } else { 0.0 });
                     intensity += &spots;
-                    let other = loss.look(intensity.view());
-                    assert!((other.value - verdict.value).abs() < 1e-15);
+                    let other = loss.evaluate(intensity.view());
+                    assert!((other.value - found.value).abs() < 1e-15);
                     assert_eq!((&other.bar * &spots).mapv(f64::abs).sum(), 0.0);
                 }
             }
@@ -170,15 +170,15 @@ mod tests {
     fn free_brightness_is_one_less_the_correlation_squared() {
         let (picture, intensity) = (noise(0), noise(1));
         let loss = Likeness::new(picture.clone(), None, Brightness::Free).unwrap();
-        let verdict = loss.look((&intensity * 3.3).view());
+        let found = loss.evaluate((&intensity * 3.3).view());
         let likeness = ncc(intensity.view(), picture.view()).unwrap();
-        assert!((verdict.value - (1.0 - likeness * likeness)).abs() < 1e-14);
+        assert!((found.value - (1.0 - likeness * likeness)).abs() < 1e-14);
 
         // More light of the same shape is no better: the gradient is at right angles to the intensity.
-        assert!((&verdict.bar * &intensity).sum().abs() < 1e-15);
-        let exact = loss.look((&picture * 0.2).view());
+        assert!((&found.bar * &intensity).sum().abs() < 1e-15);
+        let exact = loss.evaluate((&picture * 0.2).view());
         assert!(exact.value < 1e-30 && exact.bar.iter().all(|bar| bar.abs() < 1e-15));
-        let dark = loss.look(Array2::zeros((7, 9)).view());
+        let dark = loss.evaluate(Array2::zeros((7, 9)).view());
         assert!((dark.value - 1.0).abs() < 1e-15 && dark.bar.sum() == 0.0);
     }
 
@@ -187,16 +187,16 @@ mod tests {
         let picture = array![[1.0, 3.0]];
         let intensity = array![[2.0, 2.0]];
         let sum = Likeness::new(picture.clone(), None, Brightness::Sum).unwrap();
-        let verdict = sum.look(intensity.view());
-        assert!((verdict.value - 0.125).abs() < 1e-15);
+        let found = sum.evaluate(intensity.view());
+        assert!((found.value - 0.125).abs() < 1e-15);
         // With shares s = I/ΣI: ∂L/∂I = (2/ΣI)(r − Σrs), r = (¼, −¼).
-        assert!((verdict.bar - array![[0.125, -0.125]]).mapv(f64::abs).sum() < 1e-15);
+        assert!((found.bar - array![[0.125, -0.125]]).mapv(f64::abs).sum() < 1e-15);
 
         let given = Brightness::Given { scale: 2.0 };
         let given = Likeness::new(picture, None, given).unwrap();
-        let verdict = given.look(intensity.view());
-        assert_eq!(verdict.value, 5.0);
-        assert_eq!(verdict.bar, array![[6.0, 2.0]]);
+        let found = given.evaluate(intensity.view());
+        assert_eq!(found.value, 5.0);
+        assert_eq!(found.bar, array![[6.0, 2.0]]);
     }
 
     #[test]

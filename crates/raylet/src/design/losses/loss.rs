@@ -9,38 +9,38 @@ use num_complex::Complex64;
 
 /// Value and gradient.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Verdict {
+pub struct LossValue {
     /// L.
     pub value: f64,
     /// ∂L/∂I at each pixel, [y, x].
     pub bar: Array2<f64>,
 }
 
-/// Something that judges intensities.
+/// Something that rates intensities.
 pub trait Loss: Send + Sync {
-    /// Rows and columns of the intensities that it can look at.
+    /// Rows and columns of the intensities that it rates.
     fn shape(&self) -> (usize, usize);
 
     /// Value and gradient for intensities of that shape, [y, x].
-    fn look(&self, intensity: ArrayView2<'_, f64>) -> Verdict;
+    fn evaluate(&self, intensity: ArrayView2<'_, f64>) -> LossValue;
 }
 
 /// Value and gradient of a loss of fields.
 #[derive(Clone, Debug, PartialEq)]
-pub struct FieldVerdict {
+pub struct FieldLossValue {
     /// L.
     pub value: f64,
     /// ∂L/∂Re U + i ∂L/∂Im U at each pixel, [y, x].
     pub bar: Array2<Complex64>,
 }
 
-/// Something that judges fields.
+/// Something that rates fields.
 pub trait FieldLoss: Send + Sync {
-    /// Rows and columns of the fields that it can judge.
+    /// Rows and columns of the fields that it rates.
     fn pixels(&self) -> (usize, usize);
 
     /// Value and gradient for the complex amplitude at the sensor's pixels, [y, x].
-    fn judge(&self, field: ArrayView2<'_, Complex64>) -> FieldVerdict;
+    fn evaluate_field(&self, field: ArrayView2<'_, Complex64>) -> FieldLossValue;
 }
 
 impl<L: Loss> FieldLoss for L {
@@ -48,13 +48,13 @@ impl<L: Loss> FieldLoss for L {
         self.shape()
     }
 
-    fn judge(&self, field: ArrayView2<'_, Complex64>) -> FieldVerdict {
-        let verdict = self.look(field.mapv(|u| u.norm_sqr()).view());
+    fn evaluate_field(&self, field: ArrayView2<'_, Complex64>) -> FieldLossValue {
+        let found = self.evaluate(field.mapv(|u| u.norm_sqr()).view());
         // I = |U|²: Ū = 2ĪU.
         let back = |bar: &f64, u: &Complex64| u * (2.0 * bar);
-        FieldVerdict {
-            value: verdict.value,
-            bar: Zip::from(&verdict.bar).and(field).map_collect(back),
+        FieldLossValue {
+            value: found.value,
+            bar: Zip::from(&found.bar).and(field).map_collect(back),
         }
     }
 }
@@ -64,8 +64,8 @@ impl Loss for Box<dyn Loss> {
         self.as_ref().shape()
     }
 
-    fn look(&self, intensity: ArrayView2<'_, f64>) -> Verdict {
-        self.as_ref().look(intensity)
+    fn evaluate(&self, intensity: ArrayView2<'_, f64>) -> LossValue {
+        self.as_ref().evaluate(intensity)
     }
 }
 
@@ -214,13 +214,13 @@ impl Loss for Sum {
         self.parts[0].1.shape()
     }
 
-    fn look(&self, intensity: ArrayView2<'_, f64>) -> Verdict {
-        let mut sum = Verdict {
+    fn evaluate(&self, intensity: ArrayView2<'_, f64>) -> LossValue {
+        let mut sum = LossValue {
             value: 0.0,
             bar: Array2::zeros(intensity.dim()),
         };
         for (factor, loss) in &self.parts {
-            let one = loss.look(intensity);
+            let one = loss.evaluate(intensity);
             sum.value += factor * one.value;
             sum.bar.scaled_add(*factor, &one.bar);
         }
@@ -234,7 +234,7 @@ mod tests {
 
     use crate::design::losses::discrepancy::discrepancy;
 
-    use crate::design::losses::loss::{Loss, LossError, Sum, Verdict, check_pixels, weights};
+    use crate::design::losses::loss::{Loss, LossError, LossValue, Sum, check_pixels, weights};
 
     /// A user's own: Σ I³, right or with a gradient that is off by a share.
     struct Cubes(f64);
@@ -244,8 +244,8 @@ mod tests {
             (2, 3)
         }
 
-        fn look(&self, intensity: ArrayView2<'_, f64>) -> Verdict {
-            Verdict {
+        fn evaluate(&self, intensity: ArrayView2<'_, f64>) -> LossValue {
+            LossValue {
                 value: intensity.mapv(|i| i.powi(3)).sum(),
                 bar: intensity.mapv(|i| 3.0 * i * i * (1.0 + self.0)),
             }
@@ -259,8 +259,8 @@ mod tests {
             (2.0, Box::new(Cubes(0.0))),
             (-0.5, Box::new(Cubes(0.0))),
         ]);
-        let sum = sum.unwrap().look(intensity.view());
-        let one = Cubes(0.0).look(intensity.view());
+        let sum = sum.unwrap().evaluate(intensity.view());
+        let one = Cubes(0.0).evaluate(intensity.view());
         assert!((sum.value - 1.5 * one.value).abs() < 1e-15);
         assert!(
             (sum.bar - one.bar * 1.5)

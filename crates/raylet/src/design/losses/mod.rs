@@ -1,4 +1,4 @@
-//! Losses: numbers that judge the light on the sensor, with their gradients.
+//! Losses: numbers that rate the light on the sensor, with their gradients.
 //!
 //! | file | what it holds |
 //! | --- | --- |

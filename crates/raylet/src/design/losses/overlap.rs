@@ -3,7 +3,7 @@
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 
-use crate::design::losses::loss::{FieldLoss, FieldVerdict, LossError, check_positive};
+use crate::design::losses::loss::{FieldLoss, FieldLossValue, LossError, check_positive};
 
 /// L = 1 − η, η = |Σ m*U|²·a/P the share of the light sent out that is in a target mode m, Σ|m|² = 1, a the
 /// area of a pixel and P the power sent out.
@@ -44,13 +44,13 @@ impl FieldLoss for Overlap {
         self.conjugate.dim()
     }
 
-    fn judge(&self, field: ArrayView2<'_, Complex64>) -> FieldVerdict {
+    fn evaluate_field(&self, field: ArrayView2<'_, Complex64>) -> FieldLossValue {
         let inner = Zip::from(&self.conjugate)
             .and(field)
             .fold(Complex64::ZERO, |sum, m, u| sum + m * u);
         // d|s|² = 2 Re(s* m* dU): the cotangent is 2 s m.
         let gain = -2.0 * self.scale * inner;
-        FieldVerdict {
+        FieldLossValue {
             value: 1.0 - self.scale * inner.norm_sqr(),
             bar: self.conjugate.mapv(|m| gain * m.conj()),
         }
@@ -70,9 +70,12 @@ mod tests {
     /// Relative distance of the gradient from central differences along a random direction.
     fn discrepancy(loss: &dyn FieldLoss, field: &Array2<Complex64>) -> f64 {
         let along = noise(field.dim(), 9);
-        let at = |by: f64| loss.judge((field + &along.mapv(|a| a * by)).view()).value;
+        let at = |by: f64| {
+            loss.evaluate_field((field + &along.mapv(|a| a * by)).view())
+                .value
+        };
         let slope = (at(1e-4) - at(-1e-4)) / 2e-4;
-        let bar = loss.judge(field.view()).bar;
+        let bar = loss.evaluate_field(field.view()).bar;
         let terms = bar.iter().zip(&along);
         let found: f64 = terms.map(|(bar, a)| (bar.conj() * a).re).sum();
         (found - slope).abs() / slope.abs()
@@ -98,9 +101,9 @@ mod tests {
         let power = mode.iter().map(|m| m.norm_sqr()).sum::<f64>() * 0.25;
         let loss = Overlap::new(&mode, power, 0.25).unwrap();
         let turned = mode.mapv(|m| m * Complex64::cis(0.7));
-        assert!(loss.judge(turned.view()).value.abs() < 1e-14);
+        assert!(loss.evaluate_field(turned.view()).value.abs() < 1e-14);
         let half = mode.mapv(|m| m * 0.5);
-        assert!((loss.judge(half.view()).value - 0.75).abs() < 1e-14);
+        assert!((loss.evaluate_field(half.view()).value - 0.75).abs() < 1e-14);
         assert!(Overlap::new(&(&mode * 0.0), 1.0, 1.0).is_err());
         assert!(Overlap::new(&mode, 0.0, 1.0).is_err() && Overlap::new(&mode, 1.0, -1.0).is_err());
     }

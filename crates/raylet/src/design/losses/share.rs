@@ -3,7 +3,7 @@
 use ndarray::{Array2, ArrayView2, Zip};
 
 use crate::design::losses::loss::{
-    Loss, LossError, Verdict, check_pixels, check_positive, weights,
+    Loss, LossError, LossValue, check_pixels, check_positive, weights,
 };
 use crate::optics::aperture::Aperture;
 use crate::wave::grid::raster::Raster;
@@ -133,7 +133,7 @@ impl Loss for Share {
         self.window.dim()
     }
 
-    fn look(&self, intensity: ArrayView2<'_, f64>) -> Verdict {
+    fn evaluate(&self, intensity: ArrayView2<'_, f64>) -> LossValue {
         let share = self.of(intensity);
         let (value, slope) = match self.beta {
             Some(_) if share <= 0.0 => (f64::INFINITY, 0.0),
@@ -152,7 +152,7 @@ impl Loss for Share {
                     .map_collect(|inside, w| gain * (inside - share * w))
             }
         };
-        Verdict { value, bar }
+        LossValue { value, bar }
     }
 }
 
@@ -229,7 +229,7 @@ mod tests {
         // All light twice as bright: the same share of what is seen, twice the share of what was sent.
         let brighter = &intensity * 2.0;
         assert!((encircled.of(brighter.view()) - encircled.of(intensity.view())).abs() < 1e-15);
-        let [one, two] = [&intensity, &brighter].map(|i| efficiency.look(i.view()).value);
+        let [one, two] = [&intensity, &brighter].map(|i| efficiency.evaluate(i.view()).value);
         assert!((one - two - 0.01 * f64::ln(2.0)).abs() < 1e-15);
     }
 
@@ -239,7 +239,7 @@ mod tests {
         let window = Array2::from_shape_fn((4, 4), |(j, _)| if j < 2 { 1.0 } else { 0.0 });
         let share = Share::efficiency(window.clone(), 32.0 * 0.25, 0.25, 1.0).unwrap();
         assert_eq!(share.of(Array2::ones((4, 4)).view()), 0.25);
-        let dark = share.look(Array2::zeros((4, 4)).view());
+        let dark = share.evaluate(Array2::zeros((4, 4)).view());
         assert_eq!((dark.value, dark.bar.sum()), (f64::INFINITY, 0.0));
 
         assert!(Share::efficiency(window.clone() * 2.0, 1.0, 1.0, 1.0).is_err());

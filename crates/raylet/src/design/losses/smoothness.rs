@@ -2,14 +2,14 @@
 
 use ndarray::{Array2, ArrayView2};
 
-use crate::design::losses::loss::Verdict;
+use crate::design::losses::loss::LossValue;
 
 /// The mean over neighbours of |e^{iφ} − e^{iφ′}|² = 2 − 2cos(φ − φ′), and its gradient to the phases,
 /// [y, x]: the mean square of the steps, in rad², where they are small; 2 for noise, 4 at most. Whole turns
 /// cost nothing.
 ///
 /// Neighbours are pixels side by side along x or y, both `open`; without any the value is zero.
-pub fn roughness(phase: ArrayView2<'_, f64>, open: Option<ArrayView2<'_, bool>>) -> Verdict {
+pub fn roughness(phase: ArrayView2<'_, f64>, open: Option<ArrayView2<'_, bool>>) -> LossValue {
     let (ny, nx) = phase.dim();
     let counts = |at: [usize; 2]| open.is_none_or(|open| open[at]);
     let mut bar = Array2::zeros((ny, nx));
@@ -35,7 +35,7 @@ pub fn roughness(phase: ArrayView2<'_, f64>, open: Option<ArrayView2<'_, bool>>)
         }
     }
     let count = f64::max(pairs, 1.0);
-    Verdict {
+    LossValue {
         value: sum / count,
         bar: bar / count,
     }

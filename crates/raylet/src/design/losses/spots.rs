@@ -4,7 +4,7 @@ use ndarray::{Array2, ArrayView2};
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::design::losses::loss::{Loss, LossError, Verdict, check_positive};
+use crate::design::losses::loss::{Loss, LossError, LossValue, check_positive};
 use crate::wave::grid::raster::Raster;
 
 /// A point of the sensor between four pixels.
@@ -119,7 +119,7 @@ impl Loss for Spots {
         self.shape
     }
 
-    fn look(&self, intensity: ArrayView2<'_, f64>) -> Verdict {
+    fn evaluate(&self, intensity: ArrayView2<'_, f64>) -> LossValue {
         let seen = self.brightness(intensity);
         let count = seen.len() as f64;
         let mean = seen.iter().sum::<f64>() / count;
@@ -148,7 +148,7 @@ impl Loss for Spots {
                 bar[pixel] += slope / (count * spot.ideal) * share;
             }
         }
-        Verdict { value, bar }
+        LossValue { value, bar }
     }
 }
 
@@ -209,7 +209,7 @@ mod tests {
             intensity[[0, 0]] = first;
             intensity[[4, 8]] = 1.0 - first;
             let spots = Spots::new(&RASTER, &points, sharing, evenness).unwrap();
-            spots.look(intensity.view()).value
+            spots.evaluate(intensity.view()).value
         };
         for first in [0.1, 0.3, 0.5] {
             assert!((value(Sharing::Linear, 0.0, first) - 0.5).abs() < 1e-15);

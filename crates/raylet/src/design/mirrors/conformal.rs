@@ -67,7 +67,7 @@ pub struct Conformal {
 
 /// What of its pixels is lit.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Opening {
+pub enum LitArea {
     /// The disc that touches the edges.
     Disc,
     /// All of them.
@@ -208,16 +208,16 @@ impl Conformal {
 
     /// The mirror with its conjugate phases in light along −z, and a window of the sensor's plane above it.
     pub fn system(&self, window: Window) -> System {
-        self.made(self.reflection(&self.shape()), Opening::Disc, window)
+        self.made(self.reflection(&self.shape()), LitArea::Disc, window)
     }
 
     /// The mirror with these reflections of its pixels, [y, x].
-    pub fn made(&self, values: Array2<Complex64>, opening: Opening, window: Window) -> System {
+    pub fn made(&self, values: Array2<Complex64>, opening: LitArea, window: Window) -> System {
         let outline = match opening {
-            Opening::Disc => Outline::Disc {
+            LitArea::Disc => Outline::Disc {
                 radius: RADIUS * self.scale,
             },
-            Opening::Square => Outline::Rectangle {
+            LitArea::Square => Outline::Rectangle {
                 half_x: 0.5 * PITCH * self.count() as f64,
                 half_y: 0.5 * PITCH * self.count() as f64,
             },

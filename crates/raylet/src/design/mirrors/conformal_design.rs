@@ -8,8 +8,8 @@ use num_complex::Complex64;
 use crate::design::losses::likeness::{Brightness, Likeness};
 use crate::design::losses::loss::{Loss, LossError, Sum};
 use crate::design::losses::share::Share;
-use crate::design::mirrors::conformal::{Conformal, Opening, Show, Window};
-use crate::design::mirrors::mirror::{Freedom, MirrorDesign, MirrorError};
+use crate::design::mirrors::conformal::{Conformal, LitArea, Show, Window};
+use crate::design::mirrors::mirror::{FreePixelValue, MirrorDesign, MirrorError};
 
 /// Distance of the sensor's samples in mm, half a wavelength.
 const PITCH: f64 = 5e-4;
@@ -22,7 +22,7 @@ const EFFICIENCY: f64 = 0.01;
 const SPREAD: f64 = 0.08;
 
 /// A search for the pixels of a mirror.
-pub struct Posed {
+pub struct MirrorSearch {
     /// The mirror with its sensor and loss.
     pub design: MirrorDesign,
     /// The phases that it begins with.
@@ -44,7 +44,7 @@ pub enum PoseError {
     Mirror(#[from] MirrorError),
 }
 
-impl Posed {
+impl MirrorSearch {
     /// The mirror that shows its foci or its letter on a sensor as wide as itself.
     ///
     /// Foci: two free phases a pixel, from those of a flat mirror, so that the height is not known at the start; the
@@ -53,7 +53,7 @@ impl Posed {
     ///
     /// # Errors
     /// A mirror so small that the sensor misses the target.
-    pub fn new(mirror: &Conformal, opening: Opening) -> Result<Self, PoseError> {
+    pub fn new(mirror: &Conformal, opening: LitArea) -> Result<Self, PoseError> {
         let half = (0.5 * mirror.width() / PITCH).floor() as usize;
         let sensor = Window {
             x: 0.0,
@@ -76,8 +76,8 @@ impl Posed {
         let pixels = (mirror.count(), mirror.count());
         let blank = mirror.made(Array2::from_elem(pixels, Complex64::ONE), opening, sensor);
         let freedom = match mirror.show {
-            Show::Foci => Freedom::TwoPhases,
-            Show::Letter => Freedom::Phase,
+            Show::Foci => FreePixelValue::TwoPhases,
+            Show::Letter => FreePixelValue::Phase,
         };
         let design = MirrorDesign::new(&blank, freedom, loss(mirror.show, &target)?)?;
         let start = match mirror.show {
@@ -146,8 +146,8 @@ impl Conformal {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::mirrors::conformal::{Conformal, Opening, Show, Substrate};
-    use crate::design::mirrors::conformal_design::Posed;
+    use crate::design::mirrors::conformal::{Conformal, LitArea, Show, Substrate};
+    use crate::design::mirrors::conformal_design::MirrorSearch;
     use crate::design::optimizers::lbfgs::LbfgsSettings;
     use crate::design::optimizers::optimizer::Method;
     use crate::design::optimizers::space::Space;
@@ -161,9 +161,9 @@ mod tests {
             show: Show::Foci,
             scale: 0.1,
         };
-        let posed = Posed::new(&mirror, Opening::Disc).unwrap();
+        let posed = MirrorSearch::new(&mirror, LitArea::Disc).unwrap();
         let in_foci = |phases: &[f64]| {
-            let shares = posed.design.look(phases).shares;
+            let shares = posed.design.evaluate(phases).shares;
             (&shares * &posed.target).sum()
         };
         let before = in_foci(&posed.start);
@@ -177,8 +177,8 @@ mod tests {
             .start(posed.start.clone(), space)
             .unwrap();
         for _ in 0..30 {
-            let look = posed.design.look(search.point());
-            search.report(look.value, &look.gradient);
+            let evaluation = posed.design.evaluate(search.point());
+            search.report(evaluation.value, &evaluation.gradient);
         }
         let after = in_foci(search.best().unwrap().0);
         // A perfect focus of this aperture has π NA²/λ² of its light on each mm²: 0.039 on half a sample's area.

@@ -1,7 +1,7 @@
 //! A design of the pixels of a curved mirror: phases, or two phases whose waves add up, with the gradient of a
 //! loss of the light on a plane sensor.
 //!
-//! Losses look at shares: |U|² times the area of a sensor's pixel, over all light that leaves the mirror. So light
+//! Losses are of shares: |U|² times the area of a sensor's pixel, over all light that leaves the mirror. So light
 //! that misses the sensor counts as lost, whatever the modulus of the pixels.
 
 use ndarray::{Array2, ArrayView2, Zip};
@@ -18,19 +18,19 @@ use crate::wave::grid::raster::Raster;
 
 /// What is free in each pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Freedom {
+pub(crate) enum FreePixelValue {
     /// φ: the pixel reflects e^{iφ}.
     Phase,
     /// φ₁ and φ₂: the pixel reflects e^{iφ₁} + e^{iφ₂}, of modulus 0 to 2.
     TwoPhases,
 }
 
-impl Freedom {
+impl FreePixelValue {
     /// Phases of each pixel.
     pub(crate) fn count(self) -> usize {
         match self {
-            Freedom::Phase => 1,
-            Freedom::TwoPhases => 2,
+            FreePixelValue::Phase => 1,
+            FreePixelValue::TwoPhases => 2,
         }
     }
 
@@ -61,12 +61,12 @@ pub struct MirrorDesign {
     shape: (usize, usize),
     /// Area of each pixel within the opening over that of a pixel of the sensor, [y, x].
     area: Array2<f64>,
-    freedom: Freedom,
+    freedom: FreePixelValue,
     loss: Box<dyn Loss>,
 }
 
 /// One evaluation of the phases.
-pub struct MirrorLook {
+pub struct MirrorEvaluation {
     /// The loss.
     pub value: f64,
     /// Its derivative by each phase, in 1/rad.
@@ -101,7 +101,7 @@ impl MirrorDesign {
     /// When the system is another, or the loss is for another sensor.
     pub(crate) fn new(
         system: &System,
-        freedom: Freedom,
+        freedom: FreePixelValue,
         loss: Box<dyn Loss>,
     ) -> Result<Self, MirrorError> {
         let raster = Raster::of(sensor_of(system)?);
@@ -186,24 +186,24 @@ impl MirrorDesign {
     }
 
     /// Value and gradient for phases in rad.
-    pub fn look(&self, phases: &[f64]) -> MirrorLook {
+    pub fn evaluate(&self, phases: &[f64]) -> MirrorEvaluation {
         let values = self.reflections(phases);
         let field = self.hop.carry(values.view());
         let sent = self.sent(values.view());
         let shares = field.mapv(|u| u.norm_sqr() / sent);
 
         // share = |U|²/sent: Ū = 2·bar·U/sent, and sent falls by the shares' own weight.
-        let verdict = self.loss.look(shares.view());
+        let found = self.loss.evaluate(shares.view());
         let mut field_bar = field;
-        field_bar.zip_mut_with(&verdict.bar, |u, bar| *u *= 2.0 * bar / sent);
+        field_bar.zip_mut_with(&found.bar, |u, bar| *u *= 2.0 * bar / sent);
         let mut values_bar = self.hop.carry_adjoint(field_bar.view());
-        let pull = 2.0 * (&verdict.bar * &shares).sum() / sent;
+        let pull = 2.0 * (&found.bar * &shares).sum() / sent;
         Zip::from(&mut values_bar)
             .and(&values)
             .and(&self.area)
             .for_each(|bar, value, area| *bar -= value * (pull * area));
-        MirrorLook {
-            value: verdict.value,
+        MirrorEvaluation {
+            value: found.value,
             gradient: self.freedom.reflect_adjoint(phases, values_bar.view()),
             shares,
         }
@@ -217,8 +217,8 @@ mod tests {
 
     use crate::design::holograms::start::random_phase;
     use crate::design::losses::likeness::{Brightness, Likeness};
-    use crate::design::mirrors::conformal::{Conformal, Opening, Show, Substrate, Window};
-    use crate::design::mirrors::mirror::{Freedom, MirrorDesign, MirrorError};
+    use crate::design::mirrors::conformal::{Conformal, LitArea, Show, Substrate, Window};
+    use crate::design::mirrors::mirror::{FreePixelValue, MirrorDesign, MirrorError};
     use crate::math::noise::noise;
     use crate::optics::system::System;
 
@@ -235,10 +235,10 @@ mod tests {
             pitch: 1e-3,
         };
         let ones = Array2::from_elem((MIRROR.count(), MIRROR.count()), Complex64::ONE);
-        MIRROR.made(ones, Opening::Disc, window)
+        MIRROR.made(ones, LitArea::Disc, window)
     }
 
-    fn design(freedom: Freedom, brightness: Brightness) -> MirrorDesign {
+    fn design(freedom: FreePixelValue, brightness: Brightness) -> MirrorDesign {
         // As large as the shares are.
         let target = Array2::from_shape_fn((20, 20), |(j, i)| 4e-4 * ((i * j) % 7) as f64);
         let loss = Likeness::new(target, None, brightness).unwrap();
@@ -247,7 +247,7 @@ mod tests {
 
     #[test]
     fn reflect_dot_product_with_differences() {
-        let (shape, freedom) = ((3, 4), Freedom::TwoPhases);
+        let (shape, freedom) = ((3, 4), FreePixelValue::TwoPhases);
         let phases: Vec<f64> = (0..24).map(|n| f64::from(n * n)).collect();
         let bar = noise(shape, 1);
         let back = freedom.reflect_adjoint(&phases, bar.view());
@@ -265,14 +265,14 @@ mod tests {
             let slope = (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h);
             assert!((slope - back[n]).abs() < 1e-9, "{slope} {}", back[n]);
         }
-        let one = Freedom::Phase.reflect(&phases[..12], shape);
+        let one = FreePixelValue::Phase.reflect(&phases[..12], shape);
         assert!(one.iter().all(|value| (value.norm() - 1.0).abs() < 1e-15));
     }
 
     /// The whole chain, of one phase and of two, for losses that do and do not see how much light is lost.
     #[test]
     fn pixel_phases_match_central_differences() {
-        for freedom in [Freedom::Phase, Freedom::TwoPhases] {
+        for freedom in [FreePixelValue::Phase, FreePixelValue::TwoPhases] {
             for brightness in [Brightness::Free, Brightness::Given { scale: 1.0 }] {
                 let design = design(freedom, brightness);
                 let rows = design.len() / MIRROR.count();
@@ -285,12 +285,12 @@ mod tests {
                 let at = |step: f64| {
                     let there: Vec<f64> =
                         phases.iter().zip(&way).map(|(p, d)| p + step * d).collect();
-                    design.look(&there).value
+                    design.evaluate(&there).value
                 };
                 let near = (at(1e-4) - at(-1e-4)) / 2e-4;
                 let far = (at(2e-4) - at(-2e-4)) / 4e-4;
                 let slope = (4.0 * near - far) / 3.0;
-                let gradient = design.look(&phases).gradient;
+                let gradient = design.evaluate(&phases).gradient;
                 let found: f64 = gradient.iter().zip(&way).map(|(g, d)| g * d).sum();
                 let size: f64 = gradient
                     .iter()
@@ -306,15 +306,15 @@ mod tests {
     /// No more light arrives than is sent, and twice the modulus is the same share.
     #[test]
     fn shares_are_of_the_light_that_is_sent() {
-        let design = design(Freedom::TwoPhases, Brightness::Free);
+        let design = design(FreePixelValue::TwoPhases, Brightness::Free);
         let one = random_phase(5, 0, (design.len() / 2, 1))
             .into_raw_vec_and_offset()
             .0;
         let both: Vec<f64> = one.iter().chain(&one).copied().collect();
-        let shares = design.look(&both).shares;
+        let shares = design.evaluate(&both).shares;
         assert!((0.05..1.0).contains(&shares.sum()), "{}", shares.sum());
-        let phase = self::design(Freedom::Phase, Brightness::Free);
-        let same = phase.look(&one).shares;
+        let phase = self::design(FreePixelValue::Phase, Brightness::Free);
+        let same = phase.evaluate(&one).shares;
         assert!((&shares - &same).iter().all(|off| off.abs() < 1e-12));
     }
 
@@ -326,11 +326,11 @@ mod tests {
         };
         let mut other = system();
         other.screens.remove(0);
-        let refused = MirrorDesign::new(&other, Freedom::Phase, loss());
+        let refused = MirrorDesign::new(&other, FreePixelValue::Phase, loss());
         assert!(matches!(refused, Err(MirrorError::Pixels)));
         let target = Array2::ones((20, 21));
         let wide = Likeness::new(target, None, Brightness::Free).unwrap();
-        let refused = MirrorDesign::new(&system(), Freedom::Phase, Box::new(wide));
+        let refused = MirrorDesign::new(&system(), FreePixelValue::Phase, Box::new(wide));
         assert!(matches!(refused, Err(MirrorError::Shape { .. })));
     }
 }

@@ -20,7 +20,7 @@ use crate::design::exact;
 use crate::design::optimizers::reduction;
 use crate::design::optimizers::space::Space;
 use crate::design::optimizers::step::{OptimizerError, SavedError, Step, Stop, demand};
-use crate::design::optimizers::wolfe::{Judgement, Search};
+use crate::design::optimizers::wolfe::{LineSearchReply, Search};
 
 /// Steps are never longer than this many times the direction.
 const LONGEST: f64 = 1e10;
@@ -229,13 +229,13 @@ impl Lbfgs {
             .map(|search| search.report(value, slope))
         {
             None => self.begin(value, gradient),
-            Some(Judgement::Again) => {
+            Some(LineSearchReply::Again) => {
                 self.place();
                 Step::Trial
             }
-            Some(Judgement::Enough) => self.accept(value, gradient),
-            Some(Judgement::Hopeless) if self.pairs.is_empty() => self.finish(Stop::Stuck),
-            Some(Judgement::Hopeless) => {
+            Some(LineSearchReply::Enough) => self.accept(value, gradient),
+            Some(LineSearchReply::Hopeless) if self.pairs.is_empty() => self.finish(Stop::Stuck),
+            Some(LineSearchReply::Hopeless) => {
                 self.pairs.clear();
                 self.aim(Step::Restarted)
             }

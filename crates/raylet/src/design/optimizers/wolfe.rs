@@ -54,7 +54,7 @@ impl Sample {
 
 /// What a search says of the sample that was reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Judgement {
+pub(crate) enum LineSearchReply {
     /// Good enough.
     Enough,
     /// Another one is to be looked at: [`Search::trial`].
@@ -138,7 +138,7 @@ impl Search {
     }
 
     /// Learns the value and the slope at the trial step.
-    pub(crate) fn report(&mut self, value: f64, slope: f64) -> Judgement {
+    pub(crate) fn report(&mut self, value: f64, slope: f64) -> LineSearchReply {
         self.trials += 1;
         if !(value.is_finite() && slope.is_finite()) {
             return self.retreat();
@@ -168,14 +168,14 @@ impl Search {
             self.narrow(seen);
         }
         self.choose();
-        Judgement::Again
+        LineSearchReply::Again
     }
 
     /// Whether the search is over.
-    fn judge(&self, seen: &Sample, enough: f64, promised: f64) -> Option<Judgement> {
+    fn judge(&self, seen: &Sample, enough: f64, promised: f64) -> Option<LineSearchReply> {
         let decreased = seen.value <= enough;
         if decreased && seen.slope.abs() <= FLATNESS * -self.start.slope {
-            return Some(Judgement::Enough);
+            return Some(LineSearchReply::Enough);
         }
         // At the largest step and still going down; or rounding leaves no room between the ends.
         let end = seen.step == self.most && decreased && seen.slope <= promised;
@@ -183,20 +183,20 @@ impl Search {
         let narrow = self.to - self.from <= NARROW * self.to;
         let over = self.bracketed && (outside || narrow) || self.trials >= TRIALS;
         match (end || over, decreased && seen.value < self.start.value) {
-            (true, true) => Some(Judgement::Enough),
-            (true, false) => Some(Judgement::Hopeless),
+            (true, true) => Some(LineSearchReply::Enough),
+            (true, false) => Some(LineSearchReply::Hopeless),
             (false, _) => None,
         }
     }
 
     /// The trial led where the function is not: half the way from the best step, and no farther from now.
-    fn retreat(&mut self) -> Judgement {
+    fn retreat(&mut self) -> LineSearchReply {
         if self.trials >= TRIALS {
-            return Judgement::Hopeless;
+            return LineSearchReply::Hopeless;
         }
         self.trial = self.best.step + 0.5 * (self.trial - self.best.step);
         self.most = self.most.min(self.trial);
-        Judgement::Again
+        LineSearchReply::Again
     }
 
     /// Takes a sample into the interval; the next trial by interpolation.
@@ -328,7 +328,7 @@ fn minimum(a: &Sample, b: &Sample, base: &Sample) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::optimizers::wolfe::{DECREASE, FLATNESS, Judgement, NARROW, Search};
+    use crate::design::optimizers::wolfe::{DECREASE, FLATNESS, LineSearchReply, NARROW, Search};
 
     /// Functions 1 and 2 of Moré and Thuente with their slopes, and one with an edge of no number.
     fn first(a: f64) -> [f64; 2] {
@@ -379,9 +379,9 @@ mod tests {
                     let at = function(search.trial());
                     count += 1;
                     match search.report(at[0], at[1]) {
-                        Judgement::Again => {}
-                        Judgement::Enough => break at,
-                        Judgement::Hopeless => panic!("function {which} from {trial}"),
+                        LineSearchReply::Again => {}
+                        LineSearchReply::Enough => break at,
+                        LineSearchReply::Hopeless => panic!("function {which} from {trial}"),
                     }
                 };
                 assert!(at[0] <= value + DECREASE * slope * search.trial());
@@ -395,16 +395,16 @@ mod tests {
     #[test]
     fn the_largest_step_is_taken_when_it_is_still_downhill_and_uphill_is_hopeless() {
         let mut search = Search::new(0.0, -1.0, 0.5, 2.0);
-        while search.report(-search.trial(), -1.0) == Judgement::Again {}
+        while search.report(-search.trial(), -1.0) == LineSearchReply::Again {}
         assert_eq!(search.trial(), 2.0);
 
         let mut search = Search::new(0.0, -1.0, 1.0, 2.0);
         let end = loop {
             match search.report(search.trial(), 1.0) {
-                Judgement::Again => {}
+                LineSearchReply::Again => {}
                 end => break end,
             }
         };
-        assert_eq!(end, Judgement::Hopeless);
+        assert_eq!(end, LineSearchReply::Hopeless);
     }
 }

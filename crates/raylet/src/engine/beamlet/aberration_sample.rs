@@ -1,4 +1,4 @@
-//! The aberration of a patch's beamlets, and which of them are sampled when it is not made good.
+//! The aberration of a patch's beamlets, and which of them are sampled when it is not corrected.
 //!
 //! A sample costs tens of rays, so few beamlets get one. They are drawn with a chance in proportion to their
 //! energy and count for its inverse, so that sums over them are those over all on average, whatever few modes

@@ -26,9 +26,9 @@ impl PatchBeamlets {
     pub(crate) const BYTES: usize = size_of::<Arrival>() + size_of::<[usize; 2]>();
 
     /// Those at the given places.
-    pub(crate) fn only(&self, wanted: impl Fn([usize; 2]) -> bool) -> Self {
+    pub(crate) fn only(&self, kept: impl Fn([usize; 2]) -> bool) -> Self {
         let pairs = self.places.iter().zip(&self.arrivals);
-        let (places, arrivals) = pairs.filter(|(place, _)| wanted(**place)).unzip();
+        let (places, arrivals) = pairs.filter(|(place, _)| kept(**place)).unzip();
         Self {
             places,
             arrivals,

@@ -9,10 +9,10 @@ use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::wavelet::Tail;
 
-/// Share of the light on which each width is judged.
+/// Share of the light that the errors of a width are averaged over.
 const TRUSTED_SHARE: f64 = 0.98;
 
-/// Tails are judged up to this distance r, where the amplitude is exp(−r²/2).
+/// Tails count up to this distance r, where the amplitude is exp(−r²/2).
 pub(crate) const FARTHEST: f64 = 4.0;
 
 /// Largest η that a beamlet beside the target may have for its tail on the target to be accurate.
@@ -32,7 +32,7 @@ pub(crate) struct ExpectedErrors {
 }
 
 /// A beamlet along a ray of the search.
-struct Judged {
+struct SampledBeamlet {
     /// Its aberration; none where its neighbours are lost.
     aberration: Option<Aberration>,
     /// How much light it brings to the target.
@@ -41,7 +41,7 @@ struct Judged {
     tail: Tail,
 }
 
-impl Judged {
+impl SampledBeamlet {
     /// η² uncorrected and corrected and ε₃² of what falls on the target, with their weight.
     fn squares(&self) -> ([f64; 3], f64) {
         let squares = self.aberration.map_or([1.0; 3], |found| {
@@ -62,8 +62,8 @@ impl Judged {
     }
 }
 
-/// What beamlets are judged on.
-pub(crate) struct Judge<'a, W> {
+/// What the errors of a width are computed for.
+pub(crate) struct WidthErrors<'a, W> {
     /// The hop.
     pub hop: &'a Hop<'a>,
     /// The target box of the second screen, `[x_min, x_max, y_min, y_max]` in mm.
@@ -72,30 +72,30 @@ pub(crate) struct Judge<'a, W> {
     pub weight: W,
 }
 
-impl<W: Fn(&SearchRay) -> f64> Judge<'_, W> {
-    /// The errors that beamlets of width σ are expected to have: root mean squares over the judges and the tails
+impl<W: Fn(&SearchRay) -> f64> WidthErrors<'_, W> {
+    /// The errors that beamlets of width σ are expected to have: root mean squares over the sample_rays and the tails
     /// of those beside the target, weighted by the light that goes their way and falls on it. The worst few are left
     /// out: grazing rays or rays whose neighbours are lost, to which the envelope may give more light than they
     /// have; what they do carry is in the tally of the run. Tails that a run discards count as lost light instead.
-    pub(crate) fn errors(
+    pub(crate) fn at(
         &self,
-        judges: &[SearchRay],
+        sample_rays: &[SearchRay],
         beside: &[SearchRay],
         sigma: f64,
     ) -> ExpectedErrors {
         let mut found = Vec::new();
         let mut discarded = 0.0;
-        for ray in judges {
-            found.extend(self.judged(ray, sigma).map(|judged| judged.squares()));
+        for ray in sample_rays {
+            found.extend(self.sampled(ray, sigma).map(|sampled| sampled.squares()));
         }
         for ray in beside {
-            let Some(judged) = self.judged(ray, sigma) else {
+            let Some(sampled) = self.sampled(ray, sigma) else {
                 continue;
             };
-            if judged.is_discarded() {
-                discarded += self.discarded(ray, sigma, judged.tail);
+            if sampled.is_discarded() {
+                discarded += self.discarded(ray, sigma, sampled.tail);
             } else {
-                found.push(judged.squares());
+                found.push(sampled.squares());
             }
         }
         found.sort_by(|a, b| a.0[0].total_cmp(&b.0[0]));
@@ -121,11 +121,11 @@ impl<W: Fn(&SearchRay) -> f64> Judge<'_, W> {
     }
 
     /// The beamlet of width σ along a ray, if any of it falls on the target.
-    fn judged(&self, ray: &SearchRay, sigma: f64) -> Option<Judged> {
+    fn sampled(&self, ray: &SearchRay, sigma: f64) -> Option<SampledBeamlet> {
         let k = self.hop.wavenumber();
         let arrival = launch_beamlet(self.hop, ray.at, ray.p, sigma);
         let tail = arrival.map_or(Tail::WHOLE, |arrival| Tail::of(&arrival, self.to, k));
-        (tail.distance < FARTHEST).then(|| Judged {
+        (tail.distance < FARTHEST).then(|| SampledBeamlet {
             aberration: aberration(self.hop, ray.at, ray.p, sigma, k),
             weight: (self.weight)(ray) * tail.share,
             tail,

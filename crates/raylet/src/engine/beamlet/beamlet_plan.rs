@@ -1,10 +1,10 @@
 //! The plan of a beamlet sum: width, positions and directions, and what they will cost.
 //!
 //! The width is chosen by real rays: their aberration inside one beamlet, as a function of σ, against
-//! the work that σ asks for.
+//! the work that σ takes.
 
 use crate::engine::beamlet::beamlet_aberration::aberration;
-use crate::engine::beamlet::beamlet_error::{ExpectedErrors, FARTHEST, Judge, TRUSTED_TAIL};
+use crate::engine::beamlet::beamlet_error::{ExpectedErrors, FARTHEST, TRUSTED_TAIL, WidthErrors};
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::window_error::window_error;
 use crate::engine::plan::direction_spread::{
@@ -32,9 +32,9 @@ pub struct BeamletPlan {
     pub target_error: f64,
     /// Directions along x and y.
     pub bands: [Band; 2],
-    /// Whether σ is the smallest or largest of the widths tried, so that the best may lie beyond.
+    /// Whether σ is the smallest or largest of the widths tried, so that a width outside them may be better.
     pub at_limit: bool,
-    /// Whether each beamlet's aberration is made good.
+    /// Whether each beamlet's aberration is corrected.
     pub correct: bool,
     /// Whether beamlets that land beside the target have tails that cannot be trusted unseen.
     pub doubtful_rim: bool,
@@ -70,13 +70,13 @@ const WIDTHS: std::ops::RangeInclusive<i32> = -6..=4;
 /// The distances of windows tried, in σ.
 const STEPS: [f64; 5] = [1.1, 1.25, 1.5, 1.75, 2.0];
 
-/// What light counts that misses the sensor further on.
-const UNWANTED: f64 = 1e-6;
+/// Weight of light that misses the sensor behind later screens.
+const IRRELEVANT: f64 = 1e-6;
 
-/// Rays of the search on which each width is judged.
-const JUDGES: usize = 300;
+/// Rays of the search that sample the errors of each width.
+const SAMPLE_RAYS: usize = 300;
 
-/// Footprints beyond the target within which directions are followed, in typical footprints.
+/// Distance from the target up to which landing rays are followed, in typical footprints.
 pub(crate) const MARGIN: f64 = 2.5;
 
 /// A target error that no beamlet sum reaches.
@@ -91,7 +91,7 @@ pub(crate) struct Planner<'a> {
     pub hop: &'a Hop<'a>,
     /// The lit part of the first screen, `[x_min, x_max, y_min, y_max]` in mm.
     pub from: [f64; 4],
-    /// The wanted part of the second screen.
+    /// The part of the second screen that the light must reach.
     pub to: [f64; 4],
     /// The incident light.
     pub light: LightDirections,
@@ -114,18 +114,18 @@ impl Planner<'_> {
     /// # Errors
     /// When the error of no width is a number.
     pub(crate) fn plan(&self, search: &DirectionSearch) -> Result<BeamletPlan, PlanError> {
-        let judges = judges(search);
-        let wanted = self.wanted_judges(&judges);
-        let widths = self.widths(&judges);
-        let beside = self.judges_beside(&judges);
-        let judge = Judge {
+        let sample_rays = sample_rays(search);
+        let relevant = self.relevant_rays(&sample_rays);
+        let widths = self.widths(&sample_rays);
+        let beside = self.rays_beside(&sample_rays);
+        let errors = WidthErrors {
             hop: self.hop,
             to: self.to,
             weight: |ray: &SearchRay| self.weight(ray),
         };
         let found = widths
             .iter()
-            .map(|&sigma| (sigma, judge.errors(&wanted, &beside, sigma)))
+            .map(|&sigma| (sigma, errors.at(&relevant, &beside, sigma)))
             .collect::<Vec<_>>();
 
         let not_finite = || PlanError::NotFinite {
@@ -133,7 +133,7 @@ impl Planner<'_> {
             to: self.hop.to.name.clone(),
         };
         let first = self
-            .choose(search, &judges, &found)
+            .choose(search, &sample_rays, &found)
             .ok_or_else(not_finite)?;
         if first.expected_error() <= self.settings.target_error {
             return Ok(self.complete(first, widths));
@@ -144,7 +144,7 @@ impl Planner<'_> {
             ..*self
         };
         let best = finest
-            .choose(search, &judges, &found)
+            .choose(search, &sample_rays, &found)
             .ok_or_else(not_finite)?;
         let attainable = best
             .error_of_beamlets()
@@ -156,16 +156,16 @@ impl Planner<'_> {
             settings: &settings,
             ..*self
         };
-        let chosen = relaxed.choose(search, &judges, &found);
+        let chosen = relaxed.choose(search, &sample_rays, &found);
         Ok(relaxed.complete(chosen.ok_or_else(not_finite)?, widths))
     }
 
     /// The widths to try.
-    fn widths(&self, judges: &[SearchRay]) -> Vec<f64> {
+    fn widths(&self, sample_rays: &[SearchRay]) -> Vec<f64> {
         if let Some(sigma) = self.settings.sigma {
             return vec![sigma];
         }
-        let start = starting_width(self.hop, self.from, judges);
+        let start = starting_width(self.hop, self.from, sample_rays);
         WIDTHS
             .map(|j| start * 2f64.powf(0.25 * f64::from(j)))
             .collect()
@@ -191,7 +191,7 @@ impl Planner<'_> {
         chosen
     }
 
-    /// The lattice of directions that a search asks for, at a patch period in mm.
+    /// The lattice of directions that a search has found, at a patch period in mm.
     pub(crate) fn bands(&self, search: &DirectionSearch, period: f64) -> [Band; 2] {
         let p = search.band.map(|p| if p.is_finite() { p } else { 0.0 });
         let spacing = self.hop.wavelength / period;
@@ -203,7 +203,7 @@ impl Planner<'_> {
 
     /// Whether some ray that lands beside the target has more aberration than its tail may have.
     fn is_doubtful(&self, search: &DirectionSearch, sigma: f64) -> bool {
-        let stride = search.rim.len().div_ceil(JUDGES).max(1);
+        let stride = search.rim.len().div_ceil(SAMPLE_RAYS).max(1);
         let k = self.hop.wavenumber();
         search.rim.iter().step_by(stride).any(|ray| {
             aberration(self.hop, ray.at, ray.p, sigma, k)
@@ -211,9 +211,9 @@ impl Planner<'_> {
         })
     }
 
-    /// The rays on which errors are judged: where stops follow, those that lead through them to where the light
-    /// is wanted, sought on their own because they may be few among all; else `judges`.
-    fn wanted_judges(&self, judges: &[SearchRay]) -> Vec<SearchRay> {
+    /// The rays that sample the errors: where stops follow, those that lead through them to the sensor,
+    /// sought on their own because they may be few among all; else `sample_rays`.
+    fn relevant_rays(&self, sample_rays: &[SearchRay]) -> Vec<SearchRay> {
         let here = |ray: &SearchRay| {
             let (landing, jacobian) = self.hop.jacobian(ray.at, ray.p).ok()?;
             let ray = SearchRay {
@@ -221,8 +221,8 @@ impl Planner<'_> {
                 jacobian,
                 ..*ray
             };
-            let wanted = self.downstream.is_wanted(landing.at, landing.cosines);
-            wanted.then_some(ray)
+            let relevant = self.downstream.is_relevant(landing.at, landing.cosines);
+            relevant.then_some(ray)
         };
         let sought = || {
             let (train, to) = self.downstream.joined(self.hop)?;
@@ -236,16 +236,16 @@ impl Planner<'_> {
         };
         match sought() {
             Some(rays) if !rays.is_empty() => thinned(&rays),
-            _ => judges.to_vec(),
+            _ => sample_rays.to_vec(),
         }
     }
 
-    /// What a width with these errors would give, with windows at each distance, and its cost on the judges of
+    /// What a width with these errors would give, with windows at each distance, and its cost on the sample_rays of
     /// all light.
-    fn judge(
+    fn candidates(
         &self,
         search: &DirectionSearch,
-        judges: &[SearchRay],
+        sample_rays: &[SearchRay],
         sigma: f64,
         expected: ExpectedErrors,
     ) -> Vec<BeamletPlan> {
@@ -254,7 +254,7 @@ impl Planner<'_> {
             footprint,
             largest: arriving,
             usual,
-        } = self.arrival(judges, sigma);
+        } = self.arrival(sample_rays, sigma);
         let correct = match settings.correction {
             Correction::On => true,
             Correction::Off => false,
@@ -306,21 +306,21 @@ impl Planner<'_> {
         self.pitch.unwrap_or(nyquist)
     }
 
-    /// The weight of a judge: how much light goes its way, if that light is wanted.
+    /// The weight of a sample ray: how much light goes its way, if that light can reach the sensor.
     pub(crate) fn weight(&self, ray: &SearchRay) -> f64 {
-        let wanted = self
+        let relevant = self
             .downstream
-            .is_wanted(ray.landing.at, ray.landing.cosines);
-        let share = if wanted { 1.0 } else { UNWANTED };
+            .is_relevant(ray.landing.at, ray.landing.cosines);
+        let share = if relevant { 1.0 } else { IRRELEVANT };
         self.envelope.weight(ray.p) * ray.area * share
     }
 
     /// Rays that land beside the sensor, whose beamlets' tails fall on it; none where other screens follow.
-    fn judges_beside(&self, judges: &[SearchRay]) -> Vec<SearchRay> {
+    fn rays_beside(&self, sample_rays: &[SearchRay]) -> Vec<SearchRay> {
         if !matches!(self.hop.to.act, Act::Sensor(_)) {
             return Vec::new();
         }
-        // The same rays whatever the target error is, so that a tighter one is judged alike.
+        // The same rays whatever the target error is, so that a tighter one gives the same errors.
         let settings = Settings {
             footprint_threshold: Some((-0.5 * FARTHEST * FARTHEST).exp()),
             ..self.settings.clone()
@@ -329,22 +329,22 @@ impl Planner<'_> {
             settings: &settings,
             ..*self
         };
-        let start = starting_width(self.hop, self.from, judges);
+        let start = starting_width(self.hop, self.from, sample_rays);
         let sigma = self.settings.sigma.unwrap_or(start);
-        let footprint = alike.arrival(judges, sigma).footprint;
+        let footprint = alike.arrival(sample_rays, sigma).footprint;
         let wider = search_directions(self.hop, self.from, self.to, [MARGIN * footprint; 2]);
         thinned(&wider.rim)
     }
 
     /// What arrives: half width of the footprints on the target, of which 95 % of the light has smaller
     /// ones, and direction cosines there, the beamlets' own spread included.
-    pub(crate) fn arrival(&self, judges: &[SearchRay], sigma: f64) -> Arrived {
+    pub(crate) fn arrival(&self, sample_rays: &[SearchRay], sigma: f64) -> Arrived {
         let k = self.hop.wavenumber();
         let threshold = self.settings.footprint_edge();
         let mut footprints = Vec::new();
         let mut cosines = [Vec::new(), Vec::new()];
         let mut largest = [0.0f64; 2];
-        for ray in judges {
+        for ray in sample_rays {
             let Ok(arrival) = launch_beamlet(self.hop, ray.at, ray.p, sigma) else {
                 continue;
             };
@@ -369,7 +369,7 @@ impl Planner<'_> {
 
 /// σ₀ = (k‖∂p′/∂x‖)^{−1/2}, the width whose beamlets spread least behind the train's power, by the
 /// median of the search; without power √(‖∂s/∂p‖/k), and never more than a quarter of the screen.
-pub(crate) fn starting_width(hop: &Hop, from: [f64; 4], judges: &[SearchRay]) -> f64 {
+pub(crate) fn starting_width(hop: &Hop, from: [f64; 4], sample_rays: &[SearchRay]) -> f64 {
     let k = hop.wavenumber();
     let wavelength = hop.wavelength;
     let norm = |ray: &SearchRay, row: usize, column: usize| {
@@ -378,7 +378,10 @@ pub(crate) fn starting_width(hop: &Hop, from: [f64; 4], judges: &[SearchRay]) ->
         (0.5 * squares.sum::<f64>()).sqrt()
     };
     let median = |row: usize, column: usize| {
-        let mut values: Vec<f64> = judges.iter().map(|ray| norm(ray, row, column)).collect();
+        let mut values: Vec<f64> = sample_rays
+            .iter()
+            .map(|ray| norm(ray, row, column))
+            .collect();
         values.sort_by(f64::total_cmp);
         values[values.len() / 2]
     };
@@ -406,14 +409,14 @@ pub(crate) struct Arrived {
     pub usual: [f64; 2],
 }
 
-/// The rays of a search on which choices are judged.
-pub(crate) fn judges(search: &DirectionSearch) -> Vec<SearchRay> {
+/// The rays of a search that sample its errors.
+pub(crate) fn sample_rays(search: &DirectionSearch) -> Vec<SearchRay> {
     thinned(&search.rays)
 }
 
-/// Evenly spaced rays of a list, at most as many as are judged; each stands for the light of those left out.
+/// Evenly spaced rays of a list, at most as many as are sampled; each represents the light of those left out.
 fn thinned(rays: &[SearchRay]) -> Vec<SearchRay> {
-    let stride = rays.len().div_ceil(JUDGES).max(1);
+    let stride = rays.len().div_ceil(SAMPLE_RAYS).max(1);
     let one = |ray: &SearchRay| SearchRay {
         area: ray.area * stride as f64,
         ..*ray
@@ -460,21 +463,21 @@ impl Planner<'_> {
     fn choose(
         &self,
         search: &DirectionSearch,
-        judges: &[SearchRay],
+        sample_rays: &[SearchRay],
         widths: &[(f64, ExpectedErrors)],
     ) -> Option<BeamletPlan> {
-        let judge = |&(sigma, expected): &(f64, ExpectedErrors)| {
-            self.judge(search, judges, sigma, expected)
+        let at_width = |&(sigma, expected): &(f64, ExpectedErrors)| {
+            self.candidates(search, sample_rays, sigma, expected)
         };
-        let mut candidates: Vec<_> = widths.iter().flat_map(judge).collect();
-        let wanted = SHARE * self.settings.target_error;
+        let mut candidates: Vec<_> = widths.iter().flat_map(at_width).collect();
+        let aim = SHARE * self.settings.target_error;
         let errors = candidates.iter().map(BeamletPlan::error_of_beamlets);
         let least = errors.fold(f64::INFINITY, f64::min);
-        candidates.retain(|plan| plan.error_of_beamlets() <= wanted.max(ALIKE * least));
-        if least > wanted {
+        candidates.retain(|plan| plan.error_of_beamlets() <= aim.max(ALIKE * least));
+        if least > aim {
             let windows = |plan: &BeamletPlan| plan.window_error(plan.cubic);
             let best = candidates.iter().map(windows).fold(f64::INFINITY, f64::min);
-            let limit = best.max(wanted).max(WINDOWS * least);
+            let limit = best.max(aim).max(WINDOWS * least);
             candidates.retain(|plan| windows(plan) <= limit);
         }
         candidates

@@ -64,7 +64,7 @@ impl Planner<'_> {
         let mut sample = Sample::default();
         for j in spread(y.count, PATCHES) {
             for i in spread(x.count, PATCHES) {
-                self.look(plan, [x.at(i), y.at(j)], spacing, &mut sample);
+                self.sample_at(plan, [x.at(i), y.at(j)], spacing, &mut sample);
             }
         }
 
@@ -91,7 +91,7 @@ impl Planner<'_> {
     }
 
     /// Adds one patch to a sample.
-    fn look(&self, plan: &BeamletPlan, at: [f64; 2], spacing: [f64; 2], sample: &mut Sample) {
+    fn sample_at(&self, plan: &BeamletPlan, at: [f64; 2], spacing: [f64; 2], sample: &mut Sample) {
         sample.patches += 1.0;
         let open = self.open(plan, at);
         if open == 0.0 {

@@ -82,7 +82,7 @@ pub(crate) trait Backend {
         progress: &ShareDone,
     ) -> Result<Tally, Cancelled>;
 
-    /// The conjugate transpose of [`Backend::carry`], held by `chain_dot_product` in the crate's tests: adds what a
+    /// The conjugate transpose of [`Backend::carry`], held by `chain_dot_product_slow` in the crate's tests: adds what a
     /// range of patches gives back. The values of `from` only show which modes were too weak, and on what
     /// the parameters act.
     ///

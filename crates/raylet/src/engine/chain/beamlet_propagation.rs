@@ -2,7 +2,7 @@
 //!
 //! Patches are taken in chunks of fixed size: their spectra and rays in parallel, then the sum over the
 //! chunk in parallel over rows. Memory is one chunk of arrivals, whatever the number of rays, and the
-//! result has the same bits for any number of threads. `chain_dot_product` in the crate's tests holds the way back.
+//! result has the same bits for any number of threads. `chain_dot_product_slow` in the crate's tests holds the way back.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -410,7 +410,7 @@ fn follow(
         }
     };
     if let Some((found, stands_for)) = seen
-        && job.downstream.is_wanted(arrival.at, arrival.cosines)
+        && job.downstream.is_relevant(arrival.at, arrival.cosines)
     {
         // The tail that falls on the target is more aberrated than the beamlet's middle.
         let tail = to.tail(&arrival, job.hop.wavenumber());

@@ -1,7 +1,7 @@
 //! A control variate: beamlets that are drawn estimate only how far the light has changed since a run in
 //! which all were followed.
 //!
-//! A hop is linear, U = A·u. With an exact look at u₀ and an estimate Â of the operator, U ≈ A·u₀ + Â·(u − u₀), and the
+//! A hop is linear, U = A·u. With an exact evaluation at u₀ and an estimate Â of the operator, U ≈ A·u₀ + Â·(u − u₀), and the
 //! cotangent ū = Aᴴ·Ū₀ + Âᴴ·(Ū − Ū₀): the noise vanishes with the distance from u₀ (Johnson and Zhang, NIPS
 //! 2013, applied to the field instead of the gradient, so that a loss of |U|² is hardly biased either).
 
@@ -17,7 +17,7 @@ use crate::optics::system::System;
 use crate::wave::grid::field::Field;
 use crate::wave::grid::sampling::act_adjoint;
 
-/// An exact look from which estimates go out.
+/// An exact evaluation from which estimates start.
 #[derive(Clone, Debug)]
 pub struct ControlVariate {
     trace: ForwardPass,

@@ -1,4 +1,4 @@
-//! One hop being run: a field behind the first screen to the light before the second. `chain_dot_product` in the
+//! One hop being run: a field behind the first screen to the light before the second. `chain_dot_product_slow` in the
 //! crate's tests holds the way back.
 
 use ndarray::Array2;

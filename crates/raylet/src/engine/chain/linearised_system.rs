@@ -260,7 +260,7 @@ impl LinearisedSystem {
             screens.push(ScreenFields { arrived, behind });
             light = Arriving {
                 sum: Some(sheets),
-                brief: light.brief,
+                directions: light.directions,
                 reach,
             };
         }

@@ -34,14 +34,14 @@ const EDGE_FINENESS: f64 = 8.0;
 
 /// What a user may choose about a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Choice {
+pub struct ReferenceOptions {
     /// The method.
     pub approach: Approach,
     /// Longest direct sum in seconds that is begun.
     pub patience: f64,
 }
 
-impl Default for Choice {
+impl Default for ReferenceOptions {
     fn default() -> Self {
         Self {
             approach: Approach::Auto,
@@ -158,7 +158,7 @@ pub struct Reference {
 pub fn reference<R: Reply>(
     system: &System,
     settings: &Settings,
-    choice: Choice,
+    choice: ReferenceOptions,
     progress: &(dyn Fn(Progress) -> R + Sync),
 ) -> Result<Reference, ReferenceError> {
     sensor_of(system)?;
@@ -177,7 +177,7 @@ type HopListener<'a> = dyn Fn(f64) -> Result<(), Cancelled> + 'a;
 fn by_routes(
     system: &System,
     settings: &Settings,
-    choice: Choice,
+    choice: ReferenceOptions,
     progress: &Listener,
 ) -> Result<Reference, ReferenceError> {
     if choice.approach == Approach::Refraction {
@@ -245,7 +245,7 @@ fn routes(
     settings: &Settings,
     approach: Approach,
 ) -> Result<Vec<FreeMethod>, ReferenceError> {
-    let mut anchor = Arriving::from_source(system).brief.anchor;
+    let mut anchor = Arriving::from_source(system).directions.anchor;
     let mut routes = Vec::new();
     for hop in system.hops() {
         let found = free_method(&hop, approach, anchor, outlines(&hop)?, settings);
@@ -273,7 +273,7 @@ fn carry(
     route: &FreeMethod,
     light: &Arriving,
     settings: &Settings,
-    choice: Choice,
+    choice: ReferenceOptions,
     progress: &HopListener,
 ) -> Result<(Arriving, Step), ReferenceError> {
     let clock = Instant::now();
@@ -316,8 +316,8 @@ fn carry(
     };
     let next = Arriving {
         sum: Some(HeightStack::plane(raster, values)),
-        brief: LightDirections {
-            anchor: chief(hop, light.brief.anchor),
+        directions: LightDirections {
+            anchor: chief(hop, light.directions.anchor),
             usual: arriving,
         },
         reach: arriving,
@@ -341,7 +341,7 @@ fn shine(
     hop: &Hop,
     field: &Field,
     raster: &Raster,
-    choice: Choice,
+    choice: ReferenceOptions,
     progress: &HopListener,
 ) -> Result<(Array2<Complex64>, f64), ReferenceError> {
     // The first screen as its own light sees it: it leaves towards +z.

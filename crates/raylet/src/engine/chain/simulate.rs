@@ -182,7 +182,7 @@ pub struct Arriving {
     /// The field as summed before the screen acts; nothing on the first screen, which the source lights.
     pub sum: Option<HeightStack>,
     /// Its directions, roughly.
-    pub brief: LightDirections,
+    pub directions: LightDirections,
     /// Its largest |p| along x and y.
     pub reach: [f64; 2],
 }
@@ -193,7 +193,7 @@ impl Arriving {
         let (anchor, reach) = incidence(system);
         Self {
             sum: None,
-            brief: LightDirections {
+            directions: LightDirections {
                 anchor,
                 usual: reach,
             },
@@ -281,7 +281,7 @@ fn run_hops(
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
         let downstream = &Downstream::of(system, number);
-        let plan = plan(&hop, light.brief, downstream, settings)?;
+        let plan = plan(&hop, light.directions, downstream, settings)?;
         let (arrived, field) = light.pass(system, hop.from, leaving(&plan), settings)?;
         let before = arrived.power();
         drop(arrived);
@@ -299,7 +299,7 @@ fn run_hops(
         let ended = (1.0 - field.power() / before).max(rimmed.cut_at(hop.from));
         tally.edge = edge_error(original, hop.from, ended).hypot(cut_by_ray(&rimmed.rims, number));
         Cancelled::check(step(1.0))?;
-        let brief = plan.light(&hop, light.brief);
+        let directions = plan.light(&hop, light.directions);
         reports.push(HopReport {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
             plan,
@@ -310,7 +310,7 @@ fn run_hops(
         });
         light = Arriving {
             sum: Some(sheets),
-            brief,
+            directions,
             reach,
         };
     }

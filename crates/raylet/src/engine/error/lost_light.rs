@@ -60,7 +60,7 @@ pub(crate) fn lost_light(hop: &Hop, light: &(dyn Fn(Grid) -> Field + Sync)) -> [
                 x0 + (x1 - x0) * share(place % PLACES, u),
                 y0 + (y1 - y0) * share(place / PLACES, v),
             ];
-            lens.look(hop, at, light)
+            lens.sample_at(hop, at, light)
         })
         .collect();
     for part in parts {
@@ -102,7 +102,7 @@ impl Lens {
     }
 
     /// Energy by fate at one place.
-    fn look(
+    fn sample_at(
         &self,
         hop: &Hop,
         at: [f64; 2],

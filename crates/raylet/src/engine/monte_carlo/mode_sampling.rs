@@ -37,7 +37,7 @@ pub struct Draws {
     pub drawing: Drawing,
     /// Draws of each patch.
     pub each: usize,
-    /// Seed; another one for every look.
+    /// Seed; another one for every evaluation.
     pub seed: u64,
 }
 

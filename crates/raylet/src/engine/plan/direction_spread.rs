@@ -12,7 +12,7 @@ pub struct LightDirections {
 }
 
 /// How light behind a screen is spread over directions, roughly: even over a range about a centre, and
-/// falling like that of a hard edge beyond. It only weighs choices.
+/// falling outside it like that of a hard edge. It only weighs choices.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct DirectionEnvelope {
     centre: [f64; 2],
@@ -47,8 +47,8 @@ impl DirectionEnvelope {
     /// The weight of a direction, at most 1.
     pub(crate) fn weight(&self, p: [f64; 2]) -> f64 {
         let along = |a: usize| {
-            let beyond = ((p[a] - self.centre[a]).abs() - self.flat[a]).max(0.0);
-            1.0 / (1.0 + (beyond / self.tail[a]).powi(2))
+            let outside = ((p[a] - self.centre[a]).abs() - self.flat[a]).max(0.0);
+            1.0 / (1.0 + (outside / self.tail[a]).powi(2))
         };
         along(0) * along(1)
     }
@@ -88,7 +88,7 @@ mod tests {
     use crate::engine::plan::direction_spread::{DirectionEnvelope, weighted_quantile};
 
     #[test]
-    fn weights_fall_beyond_the_flat_part() {
+    fn weights_fall_outside_the_flat_part() {
         let envelope = DirectionEnvelope {
             centre: [0.1, 0.0],
             flat: [0.2, 0.1],

@@ -49,7 +49,7 @@ impl<'a> Downstream<'a> {
     }
 
     /// Whether a ray that arrives at (x, y) with these cosines goes on to where the light counts.
-    pub(crate) fn is_wanted(&self, at: [f64; 2], cosines: [f64; 2]) -> bool {
+    pub(crate) fn is_relevant(&self, at: [f64; 2], cosines: [f64; 2]) -> bool {
         let (mut at, mut p) = (at, cosines);
         for hop in &self.hops {
             if let Act::Stop(opening) = &hop.from.act

@@ -15,7 +15,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
-use crate::engine::beamlet::beamlet_plan::{Planner, judges, starting_width};
+use crate::engine::beamlet::beamlet_plan::{Planner, sample_rays, starting_width};
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Cancelled, ShareDone};
@@ -69,7 +69,7 @@ const CHUNK_SHARE: usize = 2;
 /// Distance of windows in σ where it is not given.
 const STEP: f64 = 1.5;
 
-/// What the train does to the judges: the largest entries of the blocks of their Jacobians.
+/// What the train does to the sample_rays: the largest entries of the blocks of their Jacobians.
 struct Blocks {
     /// |∂s/∂x|.
     a: [[f64; 2]; 2],
@@ -82,11 +82,11 @@ struct Blocks {
 }
 
 impl Blocks {
-    fn new(judges: &[SearchRay]) -> Self {
+    fn new(sample_rays: &[SearchRay]) -> Self {
         let block = |row: usize, column: usize| {
             let entry = |a: usize, b: usize| {
                 let size = |ray: &SearchRay| ray.jacobian[row + a][column + b].abs();
-                judges.iter().map(size).fold(0.0, f64::max)
+                sample_rays.iter().map(size).fold(0.0, f64::max)
             };
             [[entry(0, 0), entry(0, 1)], [entry(1, 0), entry(1, 1)]]
         };
@@ -94,7 +94,7 @@ impl Blocks {
             a: block(0, 0),
             c: block(2, 0),
             d: block(2, 2),
-            reach: judges.iter().map(reach).fold(0.0, f64::max),
+            reach: sample_rays.iter().map(reach).fold(0.0, f64::max),
         }
     }
 }
@@ -120,11 +120,11 @@ impl PlanePlan {
     /// Chooses windows and directions, given the rays that reach the target.
     pub(crate) fn new(planner: &Planner, search: &DirectionSearch) -> Self {
         let (settings, hop) = (planner.settings, planner.hop);
-        let judges = judges(search);
+        let sample_rays = sample_rays(search);
         let sigma = settings
             .sigma
-            .unwrap_or_else(|| starting_width(planner.hop, planner.from, &judges));
-        let blocks = Blocks::new(&judges);
+            .unwrap_or_else(|| starting_width(planner.hop, planner.from, &sample_rays));
+        let blocks = Blocks::new(&sample_rays);
         let [x0, x1, y0, y1] = planner.to;
         let width = [x1 - x0, y1 - y0];
 
@@ -132,7 +132,7 @@ impl PlanePlan {
         let inverse = blocks.reach / (hop.wavenumber() * sigma);
         let damped =
             settings.patch_period() * sigma.hypot(inverse) * std::f64::consts::FRAC_1_SQRT_2;
-        let footprint = planner.arrival(&judges, sigma).footprint;
+        let footprint = planner.arrival(&sample_rays, sigma).footprint;
 
         // Without, they must pass beside the target; directions fade out before they do.
         let spread = blocks.a.map(|row| row[0] + row[1]);

@@ -39,7 +39,7 @@ const NEAR_RIM: f64 = 0.15;
 
 /// What becomes of a rim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Treatment {
+pub enum RimTreatment {
     /// It is a screen, and diffracts.
     Screen,
     /// It cuts too little to matter; what meets it is cut ray by ray.
@@ -60,7 +60,7 @@ pub struct Rim {
     /// Share of that energy which the decision by chief rays puts on the wrong side of the edge.
     pub misplaced: f64,
     /// What becomes of it.
-    pub treatment: Treatment,
+    pub treatment: RimTreatment,
 }
 
 impl Rim {
@@ -73,8 +73,8 @@ impl Rim {
     /// is wrongly kept or lost is taken to be incoherent with the rest: it counts by the root of its energy.
     pub fn error(&self) -> f64 {
         match self.treatment {
-            Treatment::Screen | Treatment::Ignored => 0.0,
-            Treatment::ByRay => self.misplaced.sqrt(),
+            RimTreatment::Screen | RimTreatment::Ignored => 0.0,
+            RimTreatment::ByRay => self.misplaced.sqrt(),
         }
     }
 }
@@ -168,9 +168,9 @@ impl Rimmed {
                     cut: cut.removed,
                     misplaced: cut.misplaced,
                     treatment: match (&screen, matters) {
-                        (Some(_), _) => Treatment::Screen,
-                        (None, true) => Treatment::ByRay,
-                        (None, false) => Treatment::Ignored,
+                        (Some(_), _) => RimTreatment::Screen,
+                        (None, true) => RimTreatment::ByRay,
+                        (None, false) => RimTreatment::Ignored,
                     },
                 });
             }

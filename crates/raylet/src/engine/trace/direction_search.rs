@@ -11,7 +11,7 @@ pub(crate) struct SearchRay {
     pub at: [f64; 2],
     /// Its optical direction cosines there.
     pub p: [f64; 2],
-    /// The area of directions that it stands for.
+    /// The area of directions that it represents.
     pub area: f64,
     /// Where it lands.
     pub landing: Landing,

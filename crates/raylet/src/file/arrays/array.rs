@@ -25,30 +25,30 @@ pub(crate) enum Array {
 
 /// A 2-D array indexed [y, x] that somebody else holds. Values need not be finite.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub enum ArrayLook<'a> {
+pub enum BorrowedArray<'a> {
     /// Real numbers.
     Real(ArrayView2<'a, f64>),
     /// Complex numbers.
     Complex(ArrayView2<'a, Complex64>),
 }
 
-impl<'a> ArrayLook<'a> {
+impl<'a> BorrowedArray<'a> {
     /// The same for a shorter while.
-    pub(crate) fn shorter<'b>(self) -> ArrayLook<'b>
+    pub(crate) fn shorter<'b>(self) -> BorrowedArray<'b>
     where
         'a: 'b,
     {
         match self {
-            ArrayLook::Real(values) => ArrayLook::Real(values.reborrow()),
-            ArrayLook::Complex(values) => ArrayLook::Complex(values.reborrow()),
+            BorrowedArray::Real(values) => BorrowedArray::Real(values.reborrow()),
+            BorrowedArray::Complex(values) => BorrowedArray::Complex(values.reborrow()),
         }
     }
 
     /// Rows and columns: [ny, nx].
     pub fn shape(&self) -> [usize; 2] {
         match self {
-            ArrayLook::Real(values) => [values.nrows(), values.ncols()],
-            ArrayLook::Complex(values) => [values.nrows(), values.ncols()],
+            BorrowedArray::Real(values) => [values.nrows(), values.ncols()],
+            BorrowedArray::Complex(values) => [values.nrows(), values.ncols()],
         }
     }
 
@@ -62,11 +62,11 @@ impl<'a> ArrayLook<'a> {
         let quantity = Quantity::of_key(key);
         let good = |x: f64| x.abs() <= quantity.largest;
         let bad = match self {
-            ArrayLook::Real(values) => values
+            BorrowedArray::Real(values) => values
                 .indexed_iter()
                 .find(|(_, x)| !good(**x))
                 .map(|(at, x)| (at, x.to_string())),
-            ArrayLook::Complex(values) => values
+            BorrowedArray::Complex(values) => values
                 .indexed_iter()
                 .find(|(_, z)| !(good(z.re) && good(z.im)))
                 .map(|(at, z)| (at, z.to_string())),
@@ -83,10 +83,10 @@ impl<'a> ArrayLook<'a> {
 
 impl Array {
     /// The values, for a while.
-    pub(crate) fn look(&self) -> ArrayLook<'_> {
+    pub(crate) fn borrowed(&self) -> BorrowedArray<'_> {
         match self {
-            Array::Real(values) => ArrayLook::Real(values.view()),
-            Array::Complex(values) => ArrayLook::Complex(values.view()),
+            Array::Real(values) => BorrowedArray::Real(values.view()),
+            Array::Complex(values) => BorrowedArray::Complex(values.view()),
         }
     }
 
@@ -216,7 +216,7 @@ impl Expected<'_> {
             let expected = "all the data its header promises, and no more";
             Fault::of_file(self.path, plain(&error), expected)
         })?;
-        array.look().check(self.field).map_err(refuse)?;
+        array.borrowed().check(self.field).map_err(refuse)?;
         Ok(array)
     }
 }

@@ -10,7 +10,7 @@ use crate::file::decode::origin::Origin;
 
 /// A value that does not fit. It gathers its path on the way out and becomes a [`Fault`] at the root.
 #[derive(Debug)]
-pub(crate) struct Misfit {
+pub(crate) struct DecodeError {
     found: String,
     expected: String,
     hint: Option<String>,
@@ -19,7 +19,7 @@ pub(crate) struct Misfit {
     span: Option<Range<usize>>,
 }
 
-impl Misfit {
+impl DecodeError {
     /// A misfit without a place yet.
     pub(crate) fn new(found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self {
@@ -134,15 +134,15 @@ fn expected(expectation: &dyn Expected) -> String {
     }
 }
 
-impl fmt::Display for Misfit {
+impl fmt::Display for DecodeError {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(f, "found {}, expected {}", self.found, self.expected)
     }
 }
 
-impl std::error::Error for Misfit {}
+impl std::error::Error for DecodeError {}
 
-impl de::Error for Misfit {
+impl de::Error for DecodeError {
     fn custom<T: fmt::Display>(message: T) -> Self {
         Self::new(message.to_string(), "another value")
     }

@@ -15,7 +15,7 @@ use serde::de::{
 };
 use toml::de::DeTable;
 
-use crate::file::decode::decode_error::{Misfit, one_of};
+use crate::file::decode::decode_error::{DecodeError, one_of};
 use crate::file::decode::fault::{Fault, shortened};
 use crate::file::decode::origin::Origin;
 use crate::file::decode::quantity::Quantity;
@@ -92,9 +92,9 @@ struct At<'t> {
 }
 
 impl<'de> Deserializer<'de> for Table<'de> {
-    type Error = Misfit;
+    type Error = DecodeError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         let entries = Entries {
             entries: self.entries.iter(),
             skip: self.skip,
@@ -119,12 +119,12 @@ struct Entries<'t> {
 }
 
 impl<'de> MapAccess<'de> for Entries<'de> {
-    type Error = Misfit;
+    type Error = DecodeError;
 
     fn next_key_seed<K: DeserializeSeed<'de>>(
         &mut self,
         seed: K,
-    ) -> Result<Option<K::Value>, Misfit> {
+    ) -> Result<Option<K::Value>, DecodeError> {
         let skip = self.skip;
         let others = self.entries.by_ref();
         let Some(entry) = others.find(|entry| Some(entry.key.as_str()) != skip) else {
@@ -134,14 +134,17 @@ impl<'de> MapAccess<'de> for Entries<'de> {
         // An unknown key is refused by the seed: the fault lies at the key itself.
         seed.deserialize(BorrowedStrDeserializer::new(&entry.key))
             .map(Some)
-            .map_err(|misfit: Misfit| misfit.at(&entry.span).below_key(&entry.key))
+            .map_err(|misfit: DecodeError| misfit.at(&entry.span).below_key(&entry.key))
     }
 
-    fn next_value_seed<S: DeserializeSeed<'de>>(&mut self, seed: S) -> Result<S::Value, Misfit> {
+    fn next_value_seed<S: DeserializeSeed<'de>>(
+        &mut self,
+        seed: S,
+    ) -> Result<S::Value, DecodeError> {
         let Entry { key, node, .. } = self
             .value
             .take()
-            .ok_or_else(|| Misfit::custom("a value without a key"))?;
+            .ok_or_else(|| DecodeError::custom("a value without a key"))?;
         let quantity = Quantity::of_key(key);
         seed.deserialize(At { node, quantity })
             .map_err(|misfit| misfit.at(&node.span).below_key(key))
@@ -156,12 +159,12 @@ struct Items<'t> {
 }
 
 impl<'de> SeqAccess<'de> for Items<'de> {
-    type Error = Misfit;
+    type Error = DecodeError;
 
     fn next_element_seed<S: DeserializeSeed<'de>>(
         &mut self,
         seed: S,
-    ) -> Result<Option<S::Value>, Misfit> {
+    ) -> Result<Option<S::Value>, DecodeError> {
         let Some(node) = self.list.get(self.next) else {
             return Ok(None);
         };
@@ -187,7 +190,7 @@ fn float_digits(value: f64, digits: Option<&String>) -> String {
 }
 
 /// The refusal of a value of another type.
-fn wrong_type(value: &Value, expected: &str) -> Misfit {
+fn wrong_type(value: &Value, expected: &str) -> DecodeError {
     let float;
     let unexpected = match value {
         Value::Table(_) => Unexpected::Map,
@@ -202,24 +205,31 @@ fn wrong_type(value: &Value, expected: &str) -> Misfit {
             Unexpected::Other(&float)
         }
     };
-    Misfit::invalid_type(unexpected, &expected)
+    DecodeError::invalid_type(unexpected, &expected)
 }
 
 impl<'de> At<'de> {
     /// Refuses a number beyond the magnitude of what it measures.
-    fn check_magnitude(&self, value: f64, digits: impl FnOnce() -> String) -> Result<(), Misfit> {
+    fn check_magnitude(
+        &self,
+        value: f64,
+        digits: impl FnOnce() -> String,
+    ) -> Result<(), DecodeError> {
         match self.quantity.admits(value) {
             true => Ok(()),
-            false => Err(Misfit::new(shortened(&digits()), self.quantity.to_string())),
+            false => Err(DecodeError::new(
+                shortened(&digits()),
+                self.quantity.to_string(),
+            )),
         }
     }
 
     /// Refuses a text that is longer than names are, or paths of files.
-    fn check_length(&self, text: &str) -> Result<(), Misfit> {
+    fn check_length(&self, text: &str) -> Result<(), DecodeError> {
         let longest = self.quantity.longest;
         match text.len() <= longest {
             true => Ok(()),
-            false => Err(Misfit::new(
+            false => Err(DecodeError::new(
                 format!("a text of {} bytes", text.len()),
                 format!("at most {longest} bytes"),
             )),
@@ -227,7 +237,11 @@ impl<'de> At<'de> {
     }
 
     /// Hands a list over and refuses what is left of it: a fixed length is exact.
-    fn list<V: Visitor<'de>>(&self, list: &'de [Node], visitor: V) -> Result<V::Value, Misfit> {
+    fn list<V: Visitor<'de>>(
+        &self,
+        list: &'de [Node],
+        visitor: V,
+    ) -> Result<V::Value, DecodeError> {
         let mut items = Items {
             list,
             quantity: self.quantity,
@@ -236,7 +250,7 @@ impl<'de> At<'de> {
         let value = visitor.visit_seq(&mut items)?;
         if items.next < list.len() {
             let length = format!("an array of length {}", items.next);
-            return Err(Misfit::invalid_length(list.len(), &length.as_str()));
+            return Err(DecodeError::invalid_length(list.len(), &length.as_str()));
         }
         Ok(value)
     }
@@ -255,9 +269,9 @@ impl<'de> At<'de> {
         &self,
         entries: &'de [Entry],
         variants: &'static [&'static str],
-    ) -> Result<Choice<'de, Table<'de>>, Misfit> {
+    ) -> Result<Choice<'de, Table<'de>>, DecodeError> {
         let Some(kind) = self.node.value.get(KIND) else {
-            return Err(Misfit::missing_field(KIND).at(&self.node.span));
+            return Err(DecodeError::missing_field(KIND).at(&self.node.span));
         };
         let misfit = match &kind.value {
             Value::Text(tag) if variants.contains(&tag.as_str()) => {
@@ -267,7 +281,7 @@ impl<'de> At<'de> {
                     below: None,
                 });
             }
-            Value::Text(tag) => Misfit::unknown_variant(tag, variants),
+            Value::Text(tag) => DecodeError::unknown_variant(tag, variants),
             other => wrong_type(other, "a string"),
         };
         Err(misfit.at(&kind.span).below_key(KIND))
@@ -278,11 +292,13 @@ impl<'de> At<'de> {
         &self,
         entries: &'de [Entry],
         variants: &'static [&'static str],
-    ) -> Result<Choice<'de, At<'de>>, Misfit> {
+    ) -> Result<Choice<'de, At<'de>>, DecodeError> {
         // The error of an unknown key comes before that of a wrong number of keys.
         for Entry { key, span, .. } in entries {
             if !variants.contains(&key.as_str()) {
-                return Err(Misfit::unknown_field(key, variants).at(span).below_key(key));
+                return Err(DecodeError::unknown_field(key, variants)
+                    .at(span)
+                    .below_key(key));
             }
         }
         match entries {
@@ -294,28 +310,31 @@ impl<'de> At<'de> {
                 },
                 below: Some(node),
             }),
-            [] => Err(Misfit::new("an empty table", "one key").at(&self.node.span)),
-            _ => Err(Misfit::new("several keys", "one key").at(&self.node.span)),
+            [] => Err(DecodeError::new("an empty table", "one key").at(&self.node.span)),
+            _ => Err(DecodeError::new("several keys", "one key").at(&self.node.span)),
         }
     }
 }
 
 impl<'de> Deserializer<'de> for At<'de> {
-    type Error = Misfit;
+    type Error = DecodeError;
 
-    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_any<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         match &self.node.value {
             Value::Text(text) => {
                 self.check_length(text)?;
                 visitor.visit_borrowed_str(text)
             }
             Value::Truth(truth) => visitor.visit_bool(*truth),
-            Value::Date => Err(Misfit::invalid_type(Unexpected::Other("a date"), &visitor)),
+            Value::Date => Err(DecodeError::invalid_type(
+                Unexpected::Other("a date"),
+                &visitor,
+            )),
             Value::Integer(number) => {
                 self.check_magnitude(*number as f64, || number.to_string())?;
                 visitor.visit_i64(*number)
             }
-            Value::LongInteger(_) => Err(Misfit::new(
+            Value::LongInteger(_) => Err(DecodeError::new(
                 "a whole number beyond 64 bits",
                 "a smaller one",
             )),
@@ -328,18 +347,18 @@ impl<'de> Deserializer<'de> for At<'de> {
         }
     }
 
-    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_f64<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         // Only a field that allows any value may be infinite, and none may be NaN.
         if let Value::Float { value, digits } = &self.node.value
             && !value.is_finite()
         {
             let found = float_digits(*value, digits.as_ref());
-            return Err(Misfit::new(shortened(&found), "a finite number"));
+            return Err(DecodeError::new(shortened(&found), "a finite number"));
         }
         self.deserialize_any(visitor)
     }
 
-    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, Misfit> {
+    fn deserialize_option<V: Visitor<'de>>(self, visitor: V) -> Result<V::Value, DecodeError> {
         visitor.visit_some(self)
     }
 
@@ -347,7 +366,7 @@ impl<'de> Deserializer<'de> for At<'de> {
         self,
         _: &'static str,
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, DecodeError> {
         visitor.visit_newtype_struct(self)
     }
 
@@ -356,7 +375,7 @@ impl<'de> Deserializer<'de> for At<'de> {
         _: &'static str,
         _: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, DecodeError> {
         // A derived struct would also take a list for its fields; a scene file must name them.
         match &self.node.value {
             Value::Table(_) => self.deserialize_any(visitor),
@@ -369,7 +388,7 @@ impl<'de> Deserializer<'de> for At<'de> {
         name: &'static str,
         variants: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, DecodeError> {
         match &self.node.value {
             Value::Table(entries) if name == BY_KIND => {
                 visitor.visit_enum(self.by_kind(entries, variants)?)
@@ -377,9 +396,9 @@ impl<'de> Deserializer<'de> for At<'de> {
             Value::Table(entries) => visitor.visit_enum(self.by_only_key(entries, variants)?),
             Value::Text(tag) if name != BY_KIND => {
                 if !variants.contains(&tag.as_str()) {
-                    return Err(Misfit::unknown_variant(tag, variants));
+                    return Err(DecodeError::unknown_variant(tag, variants));
                 }
-                visitor.visit_enum(StrDeserializer::<Misfit>::new(tag))
+                visitor.visit_enum(StrDeserializer::<DecodeError>::new(tag))
             }
             other if name == BY_KIND => Err(wrong_type(other, "a table with a `kind`")),
             // The error lists the names that are possible, not the name of the Rust type.
@@ -401,24 +420,30 @@ struct Choice<'t, C> {
     below: Option<&'t Node>,
 }
 
-impl<'de, C: Deserializer<'de, Error = Misfit>> EnumAccess<'de> for Choice<'de, C> {
-    type Error = Misfit;
+impl<'de, C: Deserializer<'de, Error = DecodeError>> EnumAccess<'de> for Choice<'de, C> {
+    type Error = DecodeError;
     type Variant = Self;
 
-    fn variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<(S::Value, Self), Misfit> {
-        let tag = seed.deserialize(IntoDeserializer::<Misfit>::into_deserializer(self.tag))?;
+    fn variant_seed<S: DeserializeSeed<'de>>(
+        self,
+        seed: S,
+    ) -> Result<(S::Value, Self), DecodeError> {
+        let tag = seed.deserialize(IntoDeserializer::<DecodeError>::into_deserializer(self.tag))?;
         Ok((tag, self))
     }
 }
 
-impl<'de, C: Deserializer<'de, Error = Misfit>> VariantAccess<'de> for Choice<'de, C> {
-    type Error = Misfit;
+impl<'de, C: Deserializer<'de, Error = DecodeError>> VariantAccess<'de> for Choice<'de, C> {
+    type Error = DecodeError;
 
-    fn unit_variant(self) -> Result<(), Misfit> {
-        Err(Misfit::new("a table", "a string"))
+    fn unit_variant(self) -> Result<(), DecodeError> {
+        Err(DecodeError::new("a table", "a string"))
     }
 
-    fn newtype_variant_seed<S: DeserializeSeed<'de>>(self, seed: S) -> Result<S::Value, Misfit> {
+    fn newtype_variant_seed<S: DeserializeSeed<'de>>(
+        self,
+        seed: S,
+    ) -> Result<S::Value, DecodeError> {
         seed.deserialize(self.content)
             .map_err(|misfit| match self.below {
                 Some(node) => misfit.at(&node.span).below_key(self.tag),
@@ -426,7 +451,7 @@ impl<'de, C: Deserializer<'de, Error = Misfit>> VariantAccess<'de> for Choice<'d
             })
     }
 
-    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, Misfit> {
+    fn tuple_variant<V: Visitor<'de>>(self, _: usize, visitor: V) -> Result<V::Value, DecodeError> {
         self.content.deserialize_any(visitor)
     }
 
@@ -434,7 +459,7 @@ impl<'de, C: Deserializer<'de, Error = Misfit>> VariantAccess<'de> for Choice<'d
         self,
         _: &'static [&'static str],
         visitor: V,
-    ) -> Result<V::Value, Misfit> {
+    ) -> Result<V::Value, DecodeError> {
         self.content.deserialize_any(visitor)
     }
 }

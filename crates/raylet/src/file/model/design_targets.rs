@@ -1,4 +1,4 @@
-//! What a design looks at: one run for each wavelength and each place the light comes from, and its losses.
+//! What a design evaluates: one run for each wavelength and each place the light comes from, and its losses.
 
 use std::path::{Path, PathBuf};
 
@@ -17,7 +17,7 @@ use crate::file::decode::number::LEAST;
 use crate::file::model::hologram::{hologram_of, picture_of, target};
 use crate::file::scene::design::{Design, View};
 use crate::file::scene::loss_specification::{
-    Care, CirclesLoss, EfficiencyLoss, LossSpecification, OverlapLoss, PictureLoss, SpotLoss,
+    CirclesLoss, Compared, EfficiencyLoss, LossSpecification, OverlapLoss, PictureLoss, SpotLoss,
 };
 use crate::file::scene::scene_file::{Illumination, Scene};
 use crate::math::vec3::Vec3;
@@ -26,9 +26,9 @@ use crate::optics::screen::Act;
 use crate::optics::system::System;
 use crate::wave::grid::raster::Raster;
 
-/// One run that a design looks at.
+/// One run that a design evaluates.
 #[derive(Clone, Debug)]
-pub struct Glance {
+pub struct ChannelDescription {
     /// Number of its field, and of its wavelength in the scene.
     pub place: [usize; 2],
     /// The kinds of its losses.
@@ -38,7 +38,7 @@ pub struct Glance {
 }
 
 /// A run with its losses.
-pub(crate) type Judged = (Glance, Vec<(f64, Box<dyn FieldLoss>)>);
+pub(crate) type ChannelLosses = (ChannelDescription, Vec<(f64, Box<dyn FieldLoss>)>);
 
 /// The scene as it is lit in each field; itself without any.
 ///
@@ -86,18 +86,18 @@ fn lit_by(scene: &Scene, view: &View, number: usize) -> Result<Scene, Fault> {
 ///
 /// # Errors
 /// Losses that do not fit the scene or its sensor.
-pub(crate) fn judged(
+pub(crate) fn channel_losses(
     scene: &Scene,
     design: &Design,
     systems: &[Vec<System>],
-) -> Result<Vec<Judged>, Fault> {
+) -> Result<Vec<ChannelLosses>, Fault> {
     let counted = counted_losses(scene, design)?;
     let mut list = Vec::new();
     for (field, systems) in systems.iter().enumerate() {
         for (wavelength, system) in systems.iter().enumerate() {
             let place = [field, wavelength];
             let stage = Stage::new(scene, system)?;
-            let mut run = Glance {
+            let mut run = ChannelDescription {
                 place,
                 kinds: Vec::new(),
                 picture: None,
@@ -202,7 +202,7 @@ fn counted_losses(scene: &Scene, design: &Design) -> Result<Vec<Counted>, Fault>
         field: None,
         picture: None,
         size_mm: None,
-        care: Care::Sensor,
+        care: Compared::Sensor,
         mask: None,
     };
     let mut list = vec![LossSpecification::Likeness(likeness)];
@@ -350,15 +350,15 @@ impl<'s> Stage<'s> {
     fn likeness(
         &self,
         named: Named,
-        care: Care,
+        care: Compared,
         mask: Option<&PathBuf>,
         brightness: Brightness,
         at: &str,
     ) -> Result<Result<Likeness, LossError>, Fault> {
         let target = self.target(named, at)?;
         let mut weight = match care {
-            Care::Sensor => None,
-            Care::Outline => Some(self.outline(&target)),
+            Compared::Sensor => None,
+            Compared::Outline => Some(self.outline(&target)),
         };
         if let Some(mask) = mask {
             let mask = Target {

@@ -10,11 +10,11 @@ use std::path::{Path, PathBuf};
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::design::holograms::hologram::{HologramError, Task};
+use crate::design::holograms::hologram::{HologramError, HologramTask};
 use crate::design::losses::target::Target;
 use crate::engine::chain::simulate::{illuminate, simulate};
 use crate::engine::plan::settings::Settings;
-use crate::file::arrays::array::ArrayLook;
+use crate::file::arrays::array::BorrowedArray;
 use crate::file::arrays::image::{ImageError, read_gray};
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::arrays::phase_file::PhaseFile;
@@ -33,9 +33,9 @@ use crate::wave::grid::sampling::act;
 
 /// A hologram to be computed for an element of a scene.
 #[derive(Clone, Debug)]
-pub struct Commission {
+pub struct HologramDesign {
     /// The task of the search.
-    pub task: Task,
+    pub task: HologramTask,
     /// The file that the scene names for the phase, if it does.
     pub file: Option<PathBuf>,
     /// The field of the scene that names it, such as `element[0].layer[0].phase`.
@@ -53,7 +53,7 @@ pub struct Commission {
 /// # Errors
 /// No `[hologram]`, a pixel layer of unknown size, a picture or array that cannot be read, elements
 /// between hologram and sensor that are neither lens nor mirror, or a train that is not centred.
-pub fn commission(scene: &Scene, naive: bool) -> Result<Commission, Fault> {
+pub fn commission(scene: &Scene, naive: bool) -> Result<HologramDesign, Fault> {
     let hologram = hologram_of(scene)?;
     let (blank, place) = blanked(scene, hologram)?;
     let blank = blank.load()?;
@@ -75,8 +75,8 @@ pub fn commission(scene: &Scene, naive: bool) -> Result<Commission, Fault> {
     })?;
     let pitch = place.layer.pitch_um.map(|pitch| pitch * 1e-3);
     let file = place.layer.phase.as_ref();
-    Ok(Commission {
-        task: Task {
+    Ok(HologramDesign {
+        task: HologramTask {
             wavelength: system.wavelength,
             train,
             pitch,
@@ -124,7 +124,7 @@ fn last_hop<'s>(
     }
 }
 
-impl Commission {
+impl HologramDesign {
     /// The fault of a scene whose hologram cannot be designed.
     pub fn blame(&self, scene: &Scene, error: &HologramError) -> Fault {
         let (path, expected) = match error {
@@ -214,7 +214,7 @@ pub(crate) fn target(scene: &Scene, hologram: &Hologram) -> Result<Target, Fault
 pub(crate) fn picture_of(scene: &Scene, file: &Path, at: &str) -> Result<Array2<f64>, Fault> {
     if let Some(look) = scene.arrays.get(at) {
         return match look {
-            ArrayLook::Real(values) if values.iter().all(|value| *value >= 0.0) => {
+            BorrowedArray::Real(values) if values.iter().all(|value| *value >= 0.0) => {
                 Ok(values.to_owned())
             }
             _ => Err(scene.fault(at, "negative or complex values", "a picture: values from 0")),
@@ -284,7 +284,7 @@ mod tests {
     use crate::file::arrays::image::write_gray16;
     use crate::file::arrays::phase_file::PhaseFile;
     use crate::file::decode::fault::Fault;
-    use crate::file::model::hologram::{Commission, commission};
+    use crate::file::model::hologram::{HologramDesign, commission};
     use crate::file::scene::scene_file::Scene;
     use crate::file::storage::own_file::Replace;
 
@@ -323,7 +323,7 @@ size_mm = [0.4, 0.2]
 "#;
 
     /// The commission of a scene, altered in one passage; the picture has a bright lower left corner.
-    fn altered(from: &str, to: &str) -> Result<Commission, Fault> {
+    fn altered(from: &str, to: &str) -> Result<HologramDesign, Fault> {
         assert!(SCENE.contains(from), "{from}");
         let room = tempfile::tempdir().unwrap();
         let picture = array![[1.0, 0.0], [0.2, 0.0]];

@@ -5,7 +5,7 @@ use std::path::{Path, PathBuf};
 use toml::{Table, Value};
 
 use crate::engine::chain::forecast::forecast;
-use crate::engine::chain::reference::{Choice, ReferenceError, reference};
+use crate::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
 use crate::engine::chain::simulate::SimulateError;
 use crate::engine::free::free_method::Approach;
 use crate::engine::plan::plan_error::PlanError;
@@ -223,7 +223,7 @@ fn plans_that_are_no_numbers_are_errors() {
 /// Collins' integral over 1e308 mm once gave a field of NaN.
 #[test]
 fn references_that_are_no_numbers_are_errors() {
-    let choice = Choice {
+    let choice = ReferenceOptions {
         approach: Approach::Collins,
         patience: 10.0,
     };

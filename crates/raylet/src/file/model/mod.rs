@@ -8,7 +8,7 @@
 //! | `hologram` | The hologram of a scene |
 //! | `pixel_part` | The elements whose pixels a scene designs |
 //! | `project` | The design of a scene: losses, what is free, the start, the outputs |
-//! | `design_targets` | The runs that a design looks at, and their losses |
+//! | `design_targets` | The runs that a design evaluates, and their losses |
 //! | `variations` | A system at values of a scene's numbers, and its perturbed systems for derivatives |
 //! | `error_location` | Faults found while computing, reported at the element of the scene they belong to |
 

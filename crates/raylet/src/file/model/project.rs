@@ -12,20 +12,20 @@ use ndarray::Array2;
 use crate::design::constraints::modulation::{Modulation, Modulator};
 use crate::design::estimator::Estimator;
 use crate::design::holograms::hologram;
-use crate::design::holograms::start::{Spreading, random_phase};
+use crate::design::holograms::start::{SpreadingPhase, random_phase};
 use crate::design::optimizers::descent::Rule;
 use crate::design::optimizers::lbfgs::LbfgsSettings;
 use crate::design::optimizers::optimizer::{Method, Optimizer as Search};
 use crate::design::optimizers::schedule::Schedule;
 use crate::design::optimizers::space::Space;
 use crate::design::optimizers::step::OptimizerError;
-use crate::design::project::{Channel, Element, Number, Project, Rig};
+use crate::design::project::{Channel, Element, Number, Project, SystemBuild};
 use crate::engine::chain::simulate::sensor_of;
 use crate::engine::plan::settings::Settings;
 use crate::file::decode::fault::Fault;
 use crate::file::model::build;
-use crate::file::model::design_targets::{Glance, Judged, judged, lit};
-use crate::file::model::hologram::{Commission, commission};
+use crate::file::model::design_targets::{ChannelDescription, ChannelLosses, channel_losses, lit};
+use crate::file::model::hologram::{HologramDesign, commission};
 use crate::file::model::pixel_part::{Output, PixelPart, blanked, pixel_parts};
 use crate::file::scene::design::{Design, Optimizer, Start, Variable};
 use crate::file::scene::estimator::Drawing;
@@ -35,7 +35,7 @@ use crate::optics::system::System;
 use crate::wave::grid::raster::Raster;
 
 /// The design of a scene.
-pub struct Brief {
+pub struct SceneDesign {
     /// What is looked for.
     pub project: Project,
     /// How, and from where.
@@ -43,7 +43,7 @@ pub struct Brief {
     /// What the scene says.
     pub design: Design,
     /// What each channel of the project is.
-    pub glances: Vec<Glance>,
+    pub described: Vec<ChannelDescription>,
     /// The files for what is found.
     pub outputs: Vec<Output>,
     /// Area of a pixel of the sensor in mm².
@@ -67,7 +67,7 @@ const NEAR: f64 = 0.01;
 ///
 /// # Errors
 /// No `[design]`, nothing to design, or an impossible design.
-pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
+pub fn scene_design(scene: &Scene) -> Result<SceneDesign, Fault> {
     let Some(design) = scene.design.clone() else {
         return Err(scene.fault("design", "no design", "a table [design]"));
     };
@@ -84,19 +84,19 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
     let first = &systems[0];
 
     // The losses, and the light that they judge.
-    let judged = judged(scene, &design, &systems)?;
+    let channel_losses = channel_losses(scene, &design, &systems)?;
     let elements = parts
         .iter()
         .map(|part| element(scene, &design, part, first));
     let elements: Vec<Element> = elements.collect::<Result<_, Fault>>()?;
-    let (glances, channels) = channels(scene, judged, &parts, &elements, first)?;
+    let (described, channels) = channels(scene, channel_losses, &parts, &elements, first)?;
 
     // What is free, and where it starts.
     let start = starts(scene, &parts, &elements)?;
     let numbers = numbers(scene, &blank, &design.variable)?;
     let addresses = Arc::new(numbers.addresses);
     let project = Project {
-        rig: rig(&lit, &glances, &addresses)?,
+        build_system: build_system(&lit, &described, &addresses)?,
         channels,
         elements,
         estimator: estimator(scene, &design, &first[0])?,
@@ -111,11 +111,11 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
     let outputs = outputs.map(|(i, part)| part.outputs(scene, i));
     let outputs = outputs.collect::<Result<Vec<_>, Fault>>()?.concat();
     let raster = raster(scene, first)?;
-    Ok(Brief {
+    Ok(SceneDesign {
         project,
         search,
         design,
-        glances,
+        described,
         outputs,
         pixel_area: raster.pitch[0] * raster.pitch[1],
         sensor_half: [0, 1].map(|a| 0.5 * raster.size[a] as f64 * raster.pitch[a]),
@@ -130,25 +130,29 @@ pub fn brief(scene: &Scene) -> Result<Brief, Fault> {
 /// What the channels are, and they themselves: the losses of each run, and how its light sees each element.
 fn channels(
     scene: &Scene,
-    judged: Vec<Judged>,
+    channel_losses: Vec<ChannelLosses>,
     parts: &[PixelPart],
     elements: &[Element],
     systems: &[System],
-) -> Result<(Vec<Glance>, Vec<Channel>), Fault> {
+) -> Result<(Vec<ChannelDescription>, Vec<Channel>), Fault> {
     let mut list = (Vec::new(), Vec::new());
-    for (glance, losses) in judged {
+    for (description, losses) in channel_losses {
         let ratio = |(part, element): (&PixelPart, &Element)| {
-            part.ratio(scene, &around(systems, element.screen), glance.place[1])
+            part.ratio(
+                scene,
+                &around(systems, element.screen),
+                description.place[1],
+            )
         };
         let ratios = parts.iter().zip(elements).map(ratio);
         let ratios = ratios.collect::<Result<_, Fault>>()?;
         list.1.push(Channel { losses, ratios });
-        list.0.push(glance);
+        list.0.push(description);
     }
     Ok(list)
 }
 
-impl Brief {
+impl SceneDesign {
     /// The scene with the numbers of a point of the design.
     ///
     /// # Errors
@@ -198,8 +202,15 @@ fn around(systems: &[System], screen: usize) -> Vec<f64> {
 }
 
 /// What makes the systems: the scene as it is lit in each run, with the numbers of a point.
-fn rig(lit: &[Scene], glances: &[Glance], addresses: &Arc<Vec<Address>>) -> Result<Rig, Fault> {
-    let places: Vec<[usize; 2]> = glances.iter().map(|glance| glance.place).collect();
+fn build_system(
+    lit: &[Scene],
+    described: &[ChannelDescription],
+    addresses: &Arc<Vec<Address>>,
+) -> Result<SystemBuild, Fault> {
+    let places: Vec<[usize; 2]> = described
+        .iter()
+        .map(|description| description.place)
+        .collect();
     let addresses = Arc::clone(addresses);
     let lit: Vec<VariableScene> = lit
         .iter()
@@ -361,9 +372,9 @@ fn phase(
 }
 
 /// The phase that spreads the light over the picture.
-fn spread(commission: &Commission, shape: (usize, usize)) -> Array2<f64> {
+fn spread(commission: &HologramDesign, shape: (usize, usize)) -> Array2<f64> {
     let task = &commission.task;
-    let spreading = Spreading {
+    let spreading = SpreadingPhase {
         wavelength: task.wavelength,
         train: task.train,
         pitch: task.pitch,

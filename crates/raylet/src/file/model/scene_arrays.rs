@@ -7,7 +7,7 @@ use std::sync::Arc;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
-use crate::file::arrays::array::{Array, ArrayLook};
+use crate::file::arrays::array::{Array, BorrowedArray};
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::origin::Origin;
@@ -30,14 +30,14 @@ enum Source<'a> {
     /// Read from a file.
     Held(Arc<Array>),
     /// In the memory of a caller, who gave them in place of a file.
-    Lent(ArrayLook<'a>),
+    Lent(BorrowedArray<'a>),
 }
 
 impl<'a> Source<'a> {
-    fn look(&self) -> ArrayLook<'_> {
+    fn borrowed(&self) -> BorrowedArray<'_> {
         match self {
-            Source::Held(array) => array.look(),
-            Source::Lent(look) => look.shorter(),
+            Source::Held(array) => array.borrowed(),
+            Source::Lent(array) => array.shorter(),
         }
     }
 
@@ -64,7 +64,7 @@ impl<'a> Arrays<'a> {
         elements: &[Element],
         origin: &Origin,
         limit: u64,
-        lent: &BTreeMap<String, ArrayLook<'a>>,
+        lent: &BTreeMap<String, BorrowedArray<'a>>,
         held: &Arrays<'static>,
     ) -> Result<Self, Fault> {
         let mut loader = Loader {
@@ -91,11 +91,11 @@ impl<'a> Arrays<'a> {
     }
 
     /// Adds copies of arrays in the memory of a caller, by the path of the field that each replaces.
-    pub(crate) fn hold(&mut self, lent: &BTreeMap<String, ArrayLook<'_>>) {
-        let copy = |(path, look): (&String, &ArrayLook)| {
+    pub(crate) fn hold(&mut self, lent: &BTreeMap<String, BorrowedArray<'_>>) {
+        let copy = |(path, look): (&String, &BorrowedArray)| {
             let array = match look {
-                ArrayLook::Real(values) => Array::Real(values.to_owned()),
-                ArrayLook::Complex(values) => Array::Complex(values.to_owned()),
+                BorrowedArray::Real(values) => Array::Real(values.to_owned()),
+                BorrowedArray::Complex(values) => Array::Complex(values.to_owned()),
             };
             (path.clone(), Source::Held(Arc::new(array)))
         };
@@ -103,8 +103,8 @@ impl<'a> Arrays<'a> {
     }
 
     /// The array of a field, if it names one and is loaded.
-    pub(crate) fn get(&self, field: &str) -> Option<ArrayLook<'_>> {
-        self.by_field.get(field).map(Source::look)
+    pub(crate) fn get(&self, field: &str) -> Option<BorrowedArray<'_>> {
+        self.by_field.get(field).map(Source::borrowed)
     }
 
     /// The complex transmission [y, x] of a pixel layer at the path `layer_path`: amplitude times
@@ -147,7 +147,7 @@ impl<'a> Arrays<'a> {
     /// The heights [y, x] in µm of a height layer or grid at a path; nothing when not loaded.
     pub(crate) fn heights_um(&self, path: &str) -> Option<ArrayView2<'_, f64>> {
         match self.get(&format!("{path}.height_um")) {
-            Some(ArrayLook::Real(heights)) => Some(heights),
+            Some(BorrowedArray::Real(heights)) => Some(heights),
             _ => None,
         }
     }
@@ -159,25 +159,25 @@ fn filled(layer: &PixelLayer) -> Complex64 {
 }
 
 /// Any array as complex numbers.
-fn complex(array: ArrayLook) -> Array2<Complex64> {
+fn complex(array: BorrowedArray) -> Array2<Complex64> {
     match array {
-        ArrayLook::Real(values) => values.mapv(|x| Complex64::new(x, 0.0)),
-        ArrayLook::Complex(values) => values.to_owned(),
+        BorrowedArray::Real(values) => values.mapv(|x| Complex64::new(x, 0.0)),
+        BorrowedArray::Complex(values) => values.to_owned(),
     }
 }
 
 /// exp(i · scale · phase) of a real array.
-fn phases(array: ArrayLook, scale: f64) -> Array2<Complex64> {
+fn phases(array: BorrowedArray, scale: f64) -> Array2<Complex64> {
     match array {
-        ArrayLook::Real(values) => values.mapv(|phase| Complex64::cis(scale * phase)),
-        ArrayLook::Complex(values) => values.mapv(|phase| Complex64::cis(scale * phase.re)),
+        BorrowedArray::Real(values) => values.mapv(|phase| Complex64::cis(scale * phase)),
+        BorrowedArray::Complex(values) => values.mapv(|phase| Complex64::cis(scale * phase.re)),
     }
 }
 
 /// The state of loading: what is left of the memory, and what is there already.
 struct Loader<'s, 'a> {
     origin: &'s Origin,
-    lent: &'s BTreeMap<String, ArrayLook<'a>>,
+    lent: &'s BTreeMap<String, BorrowedArray<'a>>,
     held: &'s Arrays<'static>,
     left: u64,
     by_file: BTreeMap<(PathBuf, Option<String>, String), Arc<Array>>,
@@ -210,7 +210,7 @@ impl<'a> Loader<'_, 'a> {
         let key = layer.key.as_deref();
         let array = self.array(&layer.height_um, key, path, "height_um")?;
         self.require_real(&array, path, "height_um")?;
-        let [ny, nx] = array.look().shape();
+        let [ny, nx] = array.borrowed().shape();
         match layer.size {
             Some([width, height]) if [width, height] != [nx, ny] => {
                 let found = format!("{}: {ny} rows of {nx}", layer.height_um.display());
@@ -225,7 +225,7 @@ impl<'a> Loader<'_, 'a> {
     fn grid(&mut self, grid: &GridShape, path: &str) -> Result<(), Fault> {
         let array = self.array(&grid.height_um, grid.key.as_deref(), path, "height_um")?;
         self.require_real(&array, path, "height_um")?;
-        let [ny, nx] = array.look().shape();
+        let [ny, nx] = array.borrowed().shape();
         if ny < FEWEST || nx < FEWEST {
             let found = format!("{}: {ny} rows of {nx}", grid.height_um.display());
             let expected = format!("at least {FEWEST} rows of {FEWEST} for a spline");
@@ -249,7 +249,7 @@ impl<'a> Loader<'_, 'a> {
             if field != "transmission" {
                 self.require_real(&array, path, field)?;
             }
-            let given = array.look().shape();
+            let given = array.borrowed().shape();
             match shape {
                 Some(expected) if expected != given => {
                     let [ny, nx] = given;
@@ -286,9 +286,9 @@ impl<'a> Loader<'_, 'a> {
     }
 
     fn require_real(&self, array: &Source, path: &str, field: &str) -> Result<(), Fault> {
-        match array.look() {
-            ArrayLook::Real(_) => Ok(()),
-            ArrayLook::Complex(_) => Err(self
+        match array.borrowed() {
+            BorrowedArray::Real(_) => Ok(()),
+            BorrowedArray::Complex(_) => Err(self
                 .origin
                 .fault(
                     &format!("{path}.{field}"),

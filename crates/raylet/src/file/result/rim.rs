@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::rims::rim_screens::{Rim, Treatment};
+use crate::engine::rims::rim_screens::{Rim, RimTreatment};
 
 /// The rim of a surface in a hop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -24,11 +24,11 @@ impl RimEntry {
     /// The entry of a rim.
     pub fn new(rim: &Rim) -> Self {
         let treatment = match rim.treatment {
-            Treatment::Screen => "screen",
-            Treatment::Ignored => "ignored",
-            Treatment::ByRay => "by ray",
+            RimTreatment::Screen => "screen",
+            RimTreatment::Ignored => "ignored",
+            RimTreatment::ByRay => "by ray",
         };
-        let warning = (rim.treatment == Treatment::ByRay).then(|| {
+        let warning = (rim.treatment == RimTreatment::ByRay).then(|| {
             format!(
                 "{} cuts {:.1e} of the energy ray by ray, without diffraction, for it is too large, or no \
                  centred disc, to be a screen; about {:.1e} of the field is wrong",

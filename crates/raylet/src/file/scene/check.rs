@@ -8,7 +8,7 @@ use crate::file::scene::aperture::Rim;
 use crate::file::scene::element::{Element, LensElement, LensSurface};
 use crate::file::scene::layer::{Layer, PixelLayer, SumLayer};
 use crate::file::scene::surface_shape::{SurfaceShape, check_extent};
-use crate::optics::assembly::part_check::wanted_heading;
+use crate::optics::assembly::part_check::expected_heading;
 
 /// How many radii, in how many directions, are looked at where two surfaces of a lens might cross.
 const RADII: usize = 256;
@@ -155,7 +155,7 @@ fn check_thickness(element: &Element, place: &Place<'_>, heading: f64) -> Result
 
 /// A distance must have the sign of the way light runs.
 fn check_heading(thickness: f64, place: &Place<'_>, heading: f64) -> Result<(), Fault> {
-    match wanted_heading(thickness, heading) {
+    match expected_heading(thickness, heading) {
         None => Ok(()),
         Some(expected) => place.refuse(thickness.to_string(), expected),
     }

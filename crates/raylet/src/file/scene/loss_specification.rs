@@ -75,7 +75,7 @@ loss_table! {
         pub size_mm: Option<[f64; 2]>,
         /// Where the light matters.
         #[serde(default)]
-        pub care: Care,
+        pub care: Compared,
         /// A PNG file as large as the picture: black where the light does not matter.
         #[serde(default)]
         pub mask: Option<PathBuf>,
@@ -93,7 +93,7 @@ loss_table! {
         pub size_mm: Option<[f64; 2]>,
         /// Where the light matters.
         #[serde(default)]
-        pub care: Care,
+        pub care: Compared,
         /// A PNG file as large as the picture: black where the light does not matter.
         #[serde(default)]
         pub mask: Option<PathBuf>,
@@ -176,7 +176,7 @@ loss_table! {
 /// Where on the sensor the light matters.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Care {
+pub enum Compared {
     /// Everywhere.
     #[default]
     Sensor,

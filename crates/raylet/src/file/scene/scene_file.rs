@@ -6,7 +6,7 @@ use std::path::Path;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::file::arrays::array::ArrayLook;
+use crate::file::arrays::array::BorrowedArray;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::from_tree::{decode, parse};
 use crate::file::decode::number::{LEAST, acute, one_or_list_schema, positive, wavelengths};
@@ -247,7 +247,7 @@ impl Scene {
     /// As [`Scene::load`].
     pub fn load_with<'a>(
         &self,
-        lent: &BTreeMap<String, ArrayLook<'a>>,
+        lent: &BTreeMap<String, BorrowedArray<'a>>,
     ) -> Result<Arrays<'a>, Fault> {
         let limit = self.memory_limit();
         let arrays = Arrays::load(&self.element, &self.origin, limit, lent, &self.arrays);
@@ -275,7 +275,7 @@ impl Scene {
     ///
     /// # Errors
     /// An array with a value that is not finite, or without any.
-    pub fn holding(mut self, lent: &BTreeMap<String, ArrayLook<'_>>) -> Result<Self, Fault> {
+    pub fn holding(mut self, lent: &BTreeMap<String, BorrowedArray<'_>>) -> Result<Self, Fault> {
         for (path, look) in lent {
             let key = path.rsplit('.').next().unwrap_or(path);
             look.check(key)

@@ -7,7 +7,7 @@ use ndarray::{Array2, array};
 use ndarray_npy::write_npy;
 use num_complex::Complex64;
 
-use crate::file::arrays::array::ArrayLook;
+use crate::file::arrays::array::BorrowedArray;
 use crate::file::scene::element::Element;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::scene_file::Scene;
@@ -335,8 +335,8 @@ fn arrays_may_be_lent() {
     let field = |key: &str| format!("element[0].layer[0].{key}");
     let lend = |phase: &Array2<f64>| {
         let lent = BTreeMap::from([
-            (field("phase"), ArrayLook::Real(phase.view())),
-            (field("amplitude"), ArrayLook::Real(amplitude.view())),
+            (field("phase"), BorrowedArray::Real(phase.view())),
+            (field("amplitude"), BorrowedArray::Real(amplitude.view())),
         ]);
         let arrays = scene.load_with(&lent);
         arrays.map(|arrays| arrays.get(&field("phase")).map(|look| look.shape()))

@@ -18,10 +18,10 @@ pub struct BuildError {
 }
 
 /// What was found and what is expected, of a part that is known elsewhere.
-pub(crate) type Wrong = (String, &'static str);
+pub(crate) type Mismatch = (String, &'static str);
 
 /// A length or wavelength above zero.
-pub(crate) fn check_above_zero(what: &str, value: f64) -> Result<(), Wrong> {
+pub(crate) fn check_above_zero(what: &str, value: f64) -> Result<(), Mismatch> {
     match value > 0.0 && value.is_finite() {
         true => Ok(()),
         false => Err((format!("{what} of {value} mm"), "one above zero")),
@@ -29,7 +29,7 @@ pub(crate) fn check_above_zero(what: &str, value: f64) -> Result<(), Wrong> {
 }
 
 /// A place aside of the axis in mm and angles in rad must be numbers.
-pub(crate) fn check_finite(decentre: &[f64; 2], tilt: &[f64; 3]) -> Result<(), Wrong> {
+pub(crate) fn check_finite(decentre: &[f64; 2], tilt: &[f64; 3]) -> Result<(), Mismatch> {
     match decentre.iter().chain(tilt).all(|number| number.is_finite()) {
         true => Ok(()),
         false => Err((
@@ -40,7 +40,7 @@ pub(crate) fn check_finite(decentre: &[f64; 2], tilt: &[f64; 3]) -> Result<(), W
 }
 
 /// A surface must be curved by finite numbers, and exist all over its opening.
-pub(crate) fn check_face(shape: &Shape, aperture: &Aperture) -> Result<(), Wrong> {
+pub(crate) fn check_face(shape: &Shape, aperture: &Aperture) -> Result<(), Mismatch> {
     if let Shape::Conic(conic) = shape
         && !conic.curvature.is_finite()
     {
@@ -68,7 +68,7 @@ pub(crate) fn missing_point(shape: &Shape, aperture: &Aperture, highest: f64) ->
 }
 
 /// An opening must have a width above zero.
-pub(crate) fn check_opening(aperture: &Aperture) -> Result<(), Wrong> {
+pub(crate) fn check_opening(aperture: &Aperture) -> Result<(), Mismatch> {
     if let Outline::Disc { radius } = aperture.outline {
         return check_above_zero("a radius of the opening", radius);
     }
@@ -80,7 +80,7 @@ pub(crate) fn check_opening(aperture: &Aperture) -> Result<(), Wrong> {
 }
 
 /// An element must have an edge, and pixels that are numbers on one lattice.
-pub(crate) fn check_element(doe: &Doe) -> Result<(), Wrong> {
+pub(crate) fn check_element(doe: &Doe) -> Result<(), Mismatch> {
     check_opening(&doe.aperture)?;
     for layer in &doe.layers {
         if let Layer::Pixels(pixels) = layer {
@@ -99,7 +99,7 @@ pub(crate) fn check_element(doe: &Doe) -> Result<(), Wrong> {
     }
 }
 
-fn check_pixels(pixels: &Pixels) -> Result<(), Wrong> {
+fn check_pixels(pixels: &Pixels) -> Result<(), Mismatch> {
     for pitch in pixels.pitch {
         check_above_zero("a pitch", pitch)?;
     }
@@ -113,7 +113,7 @@ fn check_pixels(pixels: &Pixels) -> Result<(), Wrong> {
 }
 
 /// A sensor must have pixels of a size.
-pub(crate) fn check_sensor(sensor: &Sensor) -> Result<(), Wrong> {
+pub(crate) fn check_sensor(sensor: &Sensor) -> Result<(), Mismatch> {
     for pitch in sensor.pitch {
         check_above_zero("a pitch", pitch)?;
     }
@@ -127,15 +127,15 @@ pub(crate) fn check_sensor(sensor: &Sensor) -> Result<(), Wrong> {
 }
 
 /// A distance must have the sign of the way that light runs.
-pub(crate) fn check_heading(distance: f64, towards: f64) -> Result<(), Wrong> {
-    match wanted_heading(distance, towards) {
+pub(crate) fn check_heading(distance: f64, towards: f64) -> Result<(), Mismatch> {
+    match expected_heading(distance, towards) {
         None => Ok(()),
         Some(expected) => Err((format!("a distance of {distance} mm"), expected)),
     }
 }
 
 /// What is expected in place of a distance that is not the way light runs; nothing where it is.
-pub(crate) fn wanted_heading(distance: f64, towards: f64) -> Option<&'static str> {
+pub(crate) fn expected_heading(distance: f64, towards: f64) -> Option<&'static str> {
     if distance * towards >= 0.0 && distance.is_finite() {
         return None;
     }

@@ -6,7 +6,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
 use crate::optics::assembly::glass::Glass;
 use crate::optics::assembly::part_check::{
-    Wrong, check_element, check_face, check_finite, check_heading, check_opening, check_sensor,
+    Mismatch, check_element, check_face, check_finite, check_heading, check_opening, check_sensor,
 };
 use crate::optics::doe::Doe;
 use crate::optics::frame::Frame;
@@ -58,7 +58,7 @@ pub(crate) fn address(parts: &[Part], number: usize) -> String {
 }
 
 /// Index of a medium at a vacuum wavelength in mm.
-pub(crate) fn glass_index(glass: &Glass, wavelength: f64) -> Result<f64, Wrong> {
+pub(crate) fn glass_index(glass: &Glass, wavelength: f64) -> Result<f64, Mismatch> {
     let index = glass.index(wavelength);
     index.map_err(|found| (found, "a medium that is known at the wavelength"))
 }
@@ -94,7 +94,7 @@ impl Laying {
     }
 
     /// Checks a part and adds it.
-    pub(crate) fn lay(&mut self, part: &Part) -> Result<(), Wrong> {
+    pub(crate) fn lay(&mut self, part: &Part) -> Result<(), Mismatch> {
         if self.ended {
             let found = String::from("a part behind the sensor");
             return Err((found, "the sensor as the last part"));
@@ -139,7 +139,7 @@ impl Laying {
     }
 
     /// The axis with all its parts.
-    pub(crate) fn end(self) -> Result<AxisLayout, Wrong> {
+    pub(crate) fn end(self) -> Result<AxisLayout, Mismatch> {
         match self.ended {
             true => Ok(self.axis),
             false => Err((String::from("no sensor"), "one as the last part")),
@@ -151,7 +151,7 @@ impl Laying {
         self.axis.frame(decentre, tilt)
     }
 
-    fn face(&mut self, shape: &Shape, aperture: &Aperture) -> Result<PlacedShape, Wrong> {
+    fn face(&mut self, shape: &Shape, aperture: &Aperture) -> Result<PlacedShape, Mismatch> {
         check_face(shape, aperture)?;
         Ok(PlacedShape {
             shape: shape.clone(),
@@ -161,7 +161,7 @@ impl Laying {
     }
 
     /// A stop or element. One that meets the light first limits it: a beam radius has no use then.
-    fn limit(&mut self, name: String, shape: Shape, act: Act) -> Result<(), Wrong> {
+    fn limit(&mut self, name: String, shape: Shape, act: Act) -> Result<(), Mismatch> {
         if let Some(radius) = self.beam_radius.filter(|_| self.axis.is_empty()) {
             return Err((
                 format!("a beam radius of {radius} mm, though this part meets the light first"),
@@ -173,7 +173,7 @@ impl Laying {
         Ok(())
     }
 
-    fn sensor(&mut self, sensor: Sensor) -> Result<(), Wrong> {
+    fn sensor(&mut self, sensor: Sensor) -> Result<(), Mismatch> {
         check_sensor(&sensor)?;
         if self.axis.is_empty() {
             let found = String::from("a sensor as the only part");

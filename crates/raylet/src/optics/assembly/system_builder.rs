@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use crate::optics::aperture::Aperture;
 use crate::optics::assembly::axis_layout::AxisLayout;
 use crate::optics::assembly::glass::Glass;
-use crate::optics::assembly::part_check::{BuildError, Wrong, check_above_zero};
+use crate::optics::assembly::part_check::{BuildError, Mismatch, check_above_zero};
 use crate::optics::assembly::part_laying::{Laying, Part, address, glass_index};
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use crate::optics::refraction::Coating;
@@ -211,7 +211,7 @@ impl SystemBuilder {
         self
     }
 
-    fn source(&self, axis: &AxisLayout) -> Result<Source, Wrong> {
+    fn source(&self, axis: &AxisLayout) -> Result<Source, Mismatch> {
         let origin = axis.origin();
         match self.light {
             Light::Point([x, y, z]) => Ok(Source::point([x, y, z], origin)),
@@ -223,7 +223,7 @@ impl SystemBuilder {
     }
 }
 
-fn error(part: &str, (found, expected): Wrong) -> BuildError {
+fn error(part: &str, (found, expected): Mismatch) -> BuildError {
     BuildError {
         part: part.to_owned(),
         found,

@@ -104,7 +104,7 @@ pub(crate) fn glass(name: &str) -> Result<&'static Glass, CatalogError> {
     let (catalogue, own) = split(name);
     let mut found: Vec<(&Glass, &str)> = glasses()
         .iter()
-        .filter(|glass| catalogue.is_none_or(|wanted| same(glass.catalogue, wanted)))
+        .filter(|glass| catalogue.is_none_or(|name| same(glass.catalogue, name)))
         .filter_map(|glass| Some((glass, *glass.names.iter().find(|known| same(known, own))?)))
         .collect();
 
@@ -219,7 +219,7 @@ fn same(a: &str, b: &str) -> bool {
 
 /// The nearest names by edits, those that hold the name in full first; of a catalogue if there is one.
 fn nearest(catalogue: Option<&str>, own: &str) -> Vec<String> {
-    let wanted: String = compared(own).collect();
+    let sought: String = compared(own).collect();
     let in_catalogue = |glass: &&Glass| catalogue.is_some_and(|c| same(c, glass.catalogue));
     let known_catalogue = glasses().iter().any(|glass| in_catalogue(&glass));
 
@@ -233,8 +233,8 @@ fn nearest(catalogue: Option<&str>, own: &str) -> Vec<String> {
                 .iter()
                 .map(|known| {
                     let known: String = compared(known).collect();
-                    let apart = wanted.is_empty() || !known.contains(&wanted);
-                    (apart, strsim::damerau_levenshtein(&known, &wanted))
+                    let apart = sought.is_empty() || !known.contains(&sought);
+                    (apart, strsim::damerau_levenshtein(&known, &sought))
                 })
                 .min()?;
             Some((apart, edits, glass))

@@ -11,14 +11,14 @@ const TABLE_WINDOW: usize = 4;
 /// Numbers that do not fit the form of a dispersion.
 #[derive(Clone, Debug, Error, PartialEq)]
 #[error("expected {expected}, found {found}")]
-pub struct Misfit {
+pub struct DispersionError {
     /// What the form needs.
     pub expected: &'static str,
     /// What was given.
     pub found: String,
 }
 
-impl Misfit {
+impl DispersionError {
     fn new(expected: &'static str, found: impl ToString) -> Self {
         Self {
             expected,
@@ -74,8 +74,8 @@ impl Dispersion {
     /// Whether the numbers fit their form.
     ///
     /// # Errors
-    /// [`Misfit`] with what was expected and what was found.
-    pub(crate) fn check(&self) -> Result<(), Misfit> {
+    /// [`DispersionError`] with what was expected and what was found.
+    pub(crate) fn check(&self) -> Result<(), DispersionError> {
         match self {
             Self::Constant(index) => positive("an index above zero", [index]),
             Self::Formula {
@@ -96,7 +96,7 @@ impl Dispersion {
             } => {
                 let (count, other) = (wavelengths_um.len(), indices.len());
                 if count != other || count < TABLE_WINDOW {
-                    return Err(Misfit::new(
+                    return Err(DispersionError::new(
                         "four or more wavelengths with one index each",
                         format!("{count} wavelengths and {other} indices"),
                     ));
@@ -168,7 +168,7 @@ impl Formula {
     }
 
     /// Whether the coefficients fit the formula.
-    fn check(self, coefficients: &[f64]) -> Result<(), Misfit> {
+    fn check(self, coefficients: &[f64]) -> Result<(), DispersionError> {
         let count = coefficients.len();
         let (fits, expected) = match self {
             Self::Rational => (
@@ -178,11 +178,14 @@ impl Formula {
             _ => (count % 2 == 1, "1 coefficient, then pairs"),
         };
         if !fits {
-            return Err(Misfit::new(expected, format!("{count} coefficients")));
+            return Err(DispersionError::new(
+                expected,
+                format!("{count} coefficients"),
+            ));
         }
         match coefficients.iter().find(|c| !c.is_finite()) {
             None => Ok(()),
-            Some(bad) => Err(Misfit::new("finite coefficients", bad)),
+            Some(bad) => Err(DispersionError::new("finite coefficients", bad)),
         }
     }
 }
@@ -191,19 +194,19 @@ impl Formula {
 fn positive<'a>(
     expected: &'static str,
     numbers: impl IntoIterator<Item = &'a f64>,
-) -> Result<(), Misfit> {
+) -> Result<(), DispersionError> {
     let bad = |x: &&f64| !(**x > 0.0 && x.is_finite());
     match numbers.into_iter().find(bad) {
         None => Ok(()),
-        Some(bad) => Err(Misfit::new(expected, bad)),
+        Some(bad) => Err(DispersionError::new(expected, bad)),
     }
 }
 
 /// Whether each wavelength is longer than the one before.
-fn increasing(expected: &'static str, wavelengths: &[f64]) -> Result<(), Misfit> {
+fn increasing(expected: &'static str, wavelengths: &[f64]) -> Result<(), DispersionError> {
     match wavelengths.windows(2).find(|pair| pair[0] >= pair[1]) {
         None => Ok(()),
-        Some(pair) => Err(Misfit::new(
+        Some(pair) => Err(DispersionError::new(
             expected,
             format!("{} µm before {} µm", pair[0], pair[1]),
         )),
@@ -248,7 +251,7 @@ fn interpolate(wavelengths: &[f64], indices: &[f64], wavelength: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::optics::media::dispersion::{Dispersion, Formula, Misfit};
+    use crate::optics::media::dispersion::{Dispersion, DispersionError, Formula};
 
     fn by_formula(formula: Formula, coefficients: &[f64]) -> Dispersion {
         Dispersion::Formula {
@@ -322,7 +325,10 @@ mod tests {
         let torn = by_formula(Formula::Sellmeier, &[0.0, 1.0]).check();
         assert_eq!(
             torn,
-            Err(Misfit::new("1 coefficient, then pairs", "2 coefficients"))
+            Err(DispersionError::new(
+                "1 coefficient, then pairs",
+                "2 coefficients"
+            ))
         );
         assert!(by_formula(Formula::Rational, &[1.0; 7]).check().is_err());
         assert!(by_formula(Formula::Cauchy, &[]).check().is_err());

@@ -12,7 +12,7 @@ use std::sync::Arc;
 
 use thiserror::Error;
 
-use crate::optics::media::dispersion::{Dispersion, Misfit};
+use crate::optics::media::dispersion::{Dispersion, DispersionError};
 
 /// A wavelength this close to the end of a range, relatively, counts as inside: unit conversion rounds.
 const RANGE_ROUNDING: f64 = 1e-12;
@@ -58,7 +58,7 @@ pub enum MediumError {
         /// The medium described.
         name: String,
         /// What was expected and what was found.
-        misfit: Misfit,
+        misfit: DispersionError,
     },
 }
 

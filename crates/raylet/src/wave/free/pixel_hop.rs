@@ -529,9 +529,9 @@ mod tests {
         });
         let mut point = Array2::zeros((9, 15));
         point[[5, 3]] = Complex64::ONE;
-        for wanted in [smooth, point] {
+        for target in [smooth, point] {
             let values = hop
-                .carry_adjoint(wanted.view())
+                .carry_adjoint(target.view())
                 .mapv(|u| Complex64::cis(u.arg()));
             let mut behind = fine.clone();
             for ((j, i), value) in behind.values.indexed_iter_mut() {
