@@ -73,7 +73,7 @@ pub(crate) struct WidthErrors<'a, W> {
 }
 
 impl<W: Fn(&SearchRay) -> f64> WidthErrors<'_, W> {
-    /// The errors that beamlets of width σ are expected to have: root mean squares over the sample_rays and the tails
+    /// The errors that beamlets of width σ are expected to have: root mean squares over the sample rays and the tails
     /// of those beside the target, weighted by the light that goes their way and falls on it. The worst few are left
     /// out: grazing rays or rays whose neighbours are lost, to which the envelope may give more light than they
     /// have; what they do carry is in the tally of the run. Tails that a run discards count as lost light instead.

@@ -240,7 +240,7 @@ impl Planner<'_> {
         }
     }
 
-    /// What a width with these errors would give, with windows at each distance, and its cost on the sample_rays of
+    /// What a width with these errors would give, with windows at each distance, and its cost on the sample rays of
     /// all light.
     fn candidates(
         &self,

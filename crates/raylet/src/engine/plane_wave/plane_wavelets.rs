@@ -69,7 +69,7 @@ const CHUNK_SHARE: usize = 2;
 /// Distance of windows in σ where it is not given.
 const STEP: f64 = 1.5;
 
-/// What the train does to the sample_rays: the largest entries of the blocks of their Jacobians.
+/// What the train does to the sample rays: the largest entries of the blocks of their Jacobians.
 struct Blocks {
     /// |∂s/∂x|.
     a: [[f64; 2]; 2],
