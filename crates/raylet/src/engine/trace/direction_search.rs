@@ -47,6 +47,10 @@ const FINEST_LOST: f64 = 1.0 / 64.0;
 /// Deepest division of the square of directions.
 const DEPTH: usize = 14;
 
+/// Most rays that a search keeps from one point. Where landings spread without bound all along a curve of directions,
+/// the division would keep hundreds of thousands; it is then done again with fewer levels. Usual searches keep hundreds.
+const MOST_RAYS: usize = 4096;
+
 /// Directions closer to grazing are left out: their landing spreads without bound.
 const STEEPEST: f64 = 0.995;
 
@@ -58,7 +62,8 @@ const SAFETY: f64 = 1.5;
 struct Cell {
     centre: [f64; 2],
     half: f64,
-    depth: usize,
+    /// How often it may still be divided.
+    left: usize,
 }
 
 /// Seeks the directions that lead from the box `from` on the first screen to the box `to` on the second,
@@ -102,25 +107,68 @@ impl DirectionSearch {
         }
     }
 
-    /// Divides the square of directions from one point.
+    /// Divides the square of directions from one point, less deeply where too many rays would be kept.
     fn seek(&mut self, hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) {
+        for depth in (0..=DEPTH).rev() {
+            let mut found = Self::empty();
+            if found.seek_to(depth, hop, at, to, margin) {
+                self.merge(found);
+                return;
+            }
+        }
+    }
+
+    /// Divides the square of directions from one point down to a depth; false when too many rays would be kept.
+    fn seek_to(
+        &mut self,
+        depth: usize,
+        hop: &Hop,
+        at: [f64; 2],
+        to: [f64; 4],
+        margin: [f64; 2],
+    ) -> bool {
         let mut stack = vec![Cell {
             centre: [0.0, 0.0],
             half: hop.from.index,
-            depth: 0,
+            left: depth,
         }];
         while let Some(cell) = stack.pop() {
             if !self.divide(hop, at, cell, to, margin) {
                 continue;
+            }
+            if self.rays.len() + self.rim.len() > MOST_RAYS {
+                return false;
             }
             let half = 0.5 * cell.half;
             for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
                 stack.push(Cell {
                     centre: [cell.centre[0] + sx * half, cell.centre[1] + sy * half],
                     half,
-                    depth: cell.depth + 1,
+                    left: cell.left.saturating_sub(1),
                 });
             }
+        }
+        true
+    }
+
+    /// Adds what was found from another point.
+    fn merge(&mut self, other: Self) {
+        self.rays.extend(other.rays);
+        self.rim.extend(other.rim);
+        for a in [0, 2] {
+            self.band[a] = self.band[a].min(other.band[a]);
+            self.band[a + 1] = self.band[a + 1].max(other.band[a + 1]);
+        }
+        self.traced += other.traced;
+        for (loss, count) in other.lost {
+            self.count_lost(loss, count);
+        }
+    }
+
+    fn count_lost(&mut self, loss: Loss, count: usize) {
+        match self.lost.iter_mut().find(|(cause, _)| *cause == loss) {
+            Some((_, known)) => *known += count,
+            None => self.lost.push((loss, count)),
         }
     }
 
@@ -143,10 +191,7 @@ impl DirectionSearch {
         let (landing, jacobian) = match hop.jacobian(at, cell.centre) {
             Ok(found) => found,
             Err(loss) => {
-                match self.lost.iter_mut().find(|(cause, _)| *cause == loss) {
-                    Some((_, count)) => *count += 1,
-                    None => self.lost.push((loss, 1)),
-                }
+                self.count_lost(loss, 1);
                 return cell.half > FINEST_LOST * n;
             }
         };
@@ -158,18 +203,11 @@ impl DirectionSearch {
             landing,
             jacobian,
         };
-        self.judge(ray, cell, n, to, margin)
+        self.sort(ray, cell, n, to, margin)
     }
 
     /// Keeps, divides or drops a cell whose central ray has landed.
-    fn judge(
-        &mut self,
-        ray: SearchRay,
-        cell: Cell,
-        n: f64,
-        to: [f64; 4],
-        margin: [f64; 2],
-    ) -> bool {
+    fn sort(&mut self, ray: SearchRay, cell: Cell, n: f64, to: [f64; 4], margin: [f64; 2]) -> bool {
         // How far the cell's rays land from its central ray, to first order.
         let (mut reaches, mut inside, mut near) = (true, true, true);
         let mut fine = cell.half <= COARSEST * n;
@@ -186,7 +224,7 @@ impl DirectionSearch {
         if !reaches {
             return cell.half > COARSEST * n;
         }
-        if !fine && cell.depth < DEPTH {
+        if !fine && cell.left > 0 {
             return true;
         }
         if !fine && !near {
