@@ -89,7 +89,7 @@ impl Aperture {
     }
 
     /// A regular polygon with corners on a circle, the first of them at `angle` rad from x towards y.
-    pub(crate) fn regular_polygon(sides: usize, radius: f64, angle: f64, centre: [f64; 2]) -> Self {
+    pub fn regular_polygon(sides: usize, radius: f64, angle: f64, centre: [f64; 2]) -> Self {
         let corner = |i: usize| {
             let (s, c) = (angle + std::f64::consts::TAU * i as f64 / sides as f64).sin_cos();
             [radius * c, radius * s]
@@ -100,7 +100,7 @@ impl Aperture {
     }
 
     /// This aperture without what `by` covers.
-    pub(crate) fn blocked(self, by: Aperture) -> Self {
+    pub fn blocked(self, by: Aperture) -> Self {
         Self {
             outline: Outline::Blocked {
                 open: Box::new(self),

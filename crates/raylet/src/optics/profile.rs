@@ -44,7 +44,7 @@ pub enum Profile {
 
 impl Profile {
     /// The phase in radians.
-    pub(crate) fn phase(&self, x: f64, y: f64) -> f64 {
+    pub fn phase(&self, x: f64, y: f64) -> f64 {
         match self {
             Profile::Vortex { charge } => f64::from(*charge) * y.atan2(x),
             _ => self.smooth(x, y),
@@ -52,7 +52,7 @@ impl Profile {
     }
 
     /// The phase gradient in rad/mm; zero at the singular centre of a vortex or axicon.
-    pub(crate) fn gradient(&self, x: f64, y: f64) -> [f64; 2] {
+    pub fn gradient(&self, x: f64, y: f64) -> [f64; 2] {
         match self {
             Profile::Vortex { charge } => {
                 let square = x * x + y * y;
@@ -73,7 +73,7 @@ impl Profile {
 
     /// The second derivatives (xx, xy, yy) of the phase in rad/mm²; zero at the singular centre of a
     /// vortex or axicon.
-    pub(crate) fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
+    pub fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
         let square = x * x + y * y;
         match self {
             Profile::Vortex { .. } | Profile::Axicon { .. } if square == 0.0 => [0.0; 3],

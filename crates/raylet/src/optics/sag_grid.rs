@@ -20,7 +20,7 @@ pub struct SagGrid {
 impl SagGrid {
     /// The spline through `heights` in mm at a pitch [x, y] in mm; nothing with fewer than four points
     /// along an axis.
-    pub(crate) fn new(heights: &Array2<f64>, pitch: [f64; 2]) -> Option<Self> {
+    pub fn new(heights: &Array2<f64>, pitch: [f64; 2]) -> Option<Self> {
         let (ny, nx) = heights.dim();
         if ny < FEWEST || nx < FEWEST {
             return None;

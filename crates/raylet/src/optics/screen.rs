@@ -86,7 +86,7 @@ impl Screen {
     }
 
     /// Whether the screen is a plane.
-    pub(crate) fn is_plane(&self) -> bool {
+    pub fn is_plane(&self) -> bool {
         self.shape == Shape::Plane
     }
 

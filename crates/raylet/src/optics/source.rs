@@ -27,7 +27,7 @@ pub enum Source {
 impl Source {
     /// Collimated light at these angles in rad, whose sines are its direction cosines along x and y; its phase is zero
     /// at `origin`. Nothing where no direction has such angles.
-    pub(crate) fn collimated(angle: [f64; 2], origin: Vec3) -> Option<Self> {
+    pub fn collimated(angle: [f64; 2], origin: Vec3) -> Option<Self> {
         let [x, y] = angle.map(f64::sin);
         let under = 1.0 - x * x - y * y;
         let direction = Vec3::new(x, y, under.sqrt());
@@ -35,7 +35,7 @@ impl Source {
     }
 
     /// Light from a point in mm, global; the field is one at `reference`.
-    pub(crate) fn point([x, y, z]: [f64; 3], reference: Vec3) -> Self {
+    pub fn point([x, y, z]: [f64; 3], reference: Vec3) -> Self {
         Source::Point {
             position: Vec3::new(x, y, z),
             reference,

@@ -62,7 +62,7 @@ impl Hop<'_> {
     }
 
     /// Vacuum wavenumber 2π/λ in rad/mm.
-    pub(crate) fn wavenumber(&self) -> f64 {
+    pub fn wavenumber(&self) -> f64 {
         std::f64::consts::TAU / self.wavelength
     }
 }

@@ -7,7 +7,7 @@ use crate::optics::ray::Loss;
 
 /// What became of a ray or of a share of the energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Fate {
+pub enum Fate {
     /// It reached the target.
     Arrived,
     /// It landed beside the target.
@@ -38,7 +38,7 @@ pub(crate) const FATES: [Fate; 10] = [
 
 impl Fate {
     /// The name used in reports.
-    pub(crate) fn name(self) -> &'static str {
+    pub fn name(self) -> &'static str {
         match self {
             Fate::Arrived => "arrived",
             Fate::Outside => "outside",
@@ -143,7 +143,7 @@ impl Tally {
     }
 
     /// Rays of this fate.
-    pub(crate) fn rays(&self, fate: Fate) -> u64 {
+    pub fn rays(&self, fate: Fate) -> u64 {
         self.rays[fate.place()]
     }
 
@@ -167,7 +167,7 @@ impl Tally {
     }
 
     /// Energy of this fate as a share of all.
-    pub(crate) fn share(&self, fate: Fate) -> f64 {
+    pub fn share(&self, fate: Fate) -> f64 {
         let total: f64 = self.energy.iter().sum();
         if total > 0.0 {
             self.energy[fate.place()] / total

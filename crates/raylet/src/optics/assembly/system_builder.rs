@@ -128,7 +128,7 @@ impl SystemBuilder {
     }
 
     /// A refracting surface of any shape.
-    pub(crate) fn shaped_surface(
+    pub fn shaped_surface(
         self,
         shape: Shape,
         behind: impl Into<Glass>,
@@ -143,7 +143,7 @@ impl SystemBuilder {
     }
 
     /// A mirror of any shape.
-    pub(crate) fn shaped_mirror(self, shape: Shape, aperture: Aperture) -> Self {
+    pub fn shaped_mirror(self, shape: Shape, aperture: Aperture) -> Self {
         self.with(Part::Mirror(shape, aperture))
     }
 
@@ -159,7 +159,7 @@ impl SystemBuilder {
     }
 
     /// The same by complex transmissions.
-    pub(crate) fn pixels(self, name: &str, values: Array2<Complex64>, pitch: [f64; 2]) -> Self {
+    pub fn pixels(self, name: &str, values: Array2<Complex64>, pitch: [f64; 2]) -> Self {
         let pixels = Pixels {
             pitch,
             values,

@@ -100,7 +100,7 @@ pub fn medium(name: &str) -> Result<Medium, CatalogError> {
 ///
 /// # Errors
 /// As for [`medium`].
-pub(crate) fn glass(name: &str) -> Result<&'static Glass, CatalogError> {
+pub fn glass(name: &str) -> Result<&'static Glass, CatalogError> {
     let (catalogue, own) = split(name);
     let mut found: Vec<(&Glass, &str)> = glasses()
         .iter()
@@ -158,7 +158,7 @@ impl Glass {
     ///
     /// # Errors
     /// [`MediumError::Malformed`] if the data file is damaged.
-    pub(crate) fn medium(&self) -> Result<Medium, MediumError> {
+    pub fn medium(&self) -> Result<Medium, MediumError> {
         let numbers = numbers(self.numbers);
         let formula = |formula| Dispersion::Formula {
             formula,

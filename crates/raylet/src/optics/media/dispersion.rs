@@ -75,7 +75,7 @@ impl Dispersion {
     ///
     /// # Errors
     /// [`DispersionError`] with what was expected and what was found.
-    pub(crate) fn check(&self) -> Result<(), DispersionError> {
+    pub fn check(&self) -> Result<(), DispersionError> {
         match self {
             Self::Constant(index) => positive("an index above zero", [index]),
             Self::Formula {
@@ -111,7 +111,7 @@ impl Dispersion {
     }
 
     /// Shortest and longest valid wavelength, in micrometres; none for a constant.
-    pub(crate) fn range_um(&self) -> Option<[f64; 2]> {
+    pub fn range_um(&self) -> Option<[f64; 2]> {
         match self {
             Self::Constant(_) => None,
             Self::Formula { range_um, .. } => Some(*range_um),
@@ -123,7 +123,7 @@ impl Dispersion {
 
     /// The index at a wavelength in micrometres, without regard to the range; not a number where the
     /// numbers give none.
-    pub(crate) fn evaluate(&self, wavelength_um: f64) -> f64 {
+    pub fn evaluate(&self, wavelength_um: f64) -> f64 {
         match self {
             Self::Constant(index) => *index,
             Self::Formula {

@@ -77,7 +77,7 @@ impl Medium {
     /// A medium of the same index at every wavelength.
     ///
     /// That the index is a number above zero is checked where it is used.
-    pub(crate) fn constant(index: f64) -> Self {
+    pub fn constant(index: f64) -> Self {
         Self(Arc::new(Description {
             name: format!("constant index {index}"),
             source: String::new(),
@@ -89,7 +89,7 @@ impl Medium {
     ///
     /// # Errors
     /// [`MediumError::Malformed`] if the numbers do not fit the form of the dispersion.
-    pub(crate) fn new(
+    pub fn new(
         name: impl Into<String>,
         source: impl Into<String>,
         dispersion: Dispersion,
@@ -121,7 +121,7 @@ impl Medium {
     }
 
     /// Shortest and longest wavelength the medium is known for, in micrometres; none for a constant.
-    pub(crate) fn range_um(&self) -> Option<[f64; 2]> {
+    pub fn range_um(&self) -> Option<[f64; 2]> {
         self.0.dispersion.range_um()
     }
 

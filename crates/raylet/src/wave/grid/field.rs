@@ -152,7 +152,7 @@ impl Field {
     }
 
     /// Σ|U|² over the nodes times their areas, in mm² for unit amplitude.
-    pub(crate) fn power(&self) -> f64 {
+    pub fn power(&self) -> f64 {
         let mut total = 0.0;
         for (j, row) in self.values.outer_iter().enumerate() {
             let line: f64 = row
@@ -166,7 +166,7 @@ impl Field {
     }
 
     /// Whether all its values are numbers of a size that light has.
-    pub(crate) fn is_sound(&self) -> bool {
+    pub fn is_sound(&self) -> bool {
         self.values.iter().all(|value| is_amplitude(*value))
     }
 

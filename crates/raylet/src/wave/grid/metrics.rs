@@ -114,7 +114,7 @@ fn fits(intensity: ArrayView2<'_, f64>, x: &[f64], y: &[f64]) -> bool {
 }
 
 /// The centre of mass [x, y] in mm. `None` if the sum is not positive or the positions do not fit.
-pub(crate) fn centroid(intensity: ArrayView2<'_, f64>, x: &[f64], y: &[f64]) -> Option<[f64; 2]> {
+pub fn centroid(intensity: ArrayView2<'_, f64>, x: &[f64], y: &[f64]) -> Option<[f64; 2]> {
     if !fits(intensity, x, y) {
         return None;
     }
@@ -163,7 +163,7 @@ fn width(profile: &[f64], positions: &[f64], top: usize) -> Option<f64> {
 /// samples across to 0.03 %; in a dark ring no radius is well determined. `None` for a dark array, fewer than
 /// two samples along an axis, positions that do not fit, a centre outside the array or a fraction outside
 /// of 0 to 1.
-pub(crate) fn encircled_energy(
+pub fn encircled_energy(
     intensity: ArrayView2<'_, f64>,
     x: &[f64],
     y: &[f64],
