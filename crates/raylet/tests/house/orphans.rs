@@ -30,7 +30,7 @@ pub(crate) fn orphans(sources: &[Source]) -> Vec<String> {
             let text = texts.get(root.trim_start_matches('/'));
             text.is_some_and(|text| text.lines().any(|line| declared(line) == Some(name)))
         };
-        if !ROOTS.iter().any(|root| declares(&root)) {
+        if !ROOTS.iter().any(|root| declares(root)) {
             found.push(format!("{path} is in no module"));
         }
     }

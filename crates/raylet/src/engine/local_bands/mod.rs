@@ -1,0 +1,29 @@
+//! Local bands: screens that are never held as a whole.
+//!
+//! A window of a screen sees only the light that crosses it. For a block of windows, the beamlets that arrive there are
+//! summed about a local carrier, on a grid for what is left beside it; each window is multiplied by the element, turned
+//! into plane waves, and sends chirped beamlets on. A run holds the beamlets between two screens, and one tile a thread.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`settings`] | What may be chosen about a run |
+//! | [`held_light`] | The light that arrives at a screen: of the source, or as beamlets |
+//! | [`target`] | What beamlets of a hop are wanted for |
+//! | [`chirped_beamlet`] | One beamlet with the curvature of its carrier, and the aberration inside it |
+//! | [`window_directions`] | Which directions lead from a window to the target |
+//! | [`source_windows`] | A smooth source: one beamlet a window |
+//! | [`tile_run`] | One tile: from the light that arrives to the beamlets that leave |
+//! | [`emission`] | The beamlets of one window |
+//! | [`account`] | What a hop did |
+//! | [`carry`] | The loop over tiles and hops |
+
+pub mod account;
+pub mod carry;
+pub mod chirped_beamlet;
+pub mod emission;
+pub mod held_light;
+pub mod settings;
+pub mod source_windows;
+pub mod target;
+pub mod tile_run;
+pub mod window_directions;
