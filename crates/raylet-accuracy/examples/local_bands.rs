@@ -11,6 +11,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::local_bands::carry::{LocalBandOutcome, carry};
 use raylet::engine::local_bands::settings::LocalBandSettings;
+use raylet::engine::local_bands::window_widths::window_widths;
 use raylet::math::random::uniform;
 use raylet::optics::doe::{Layer, PixelForm, Pixels};
 use raylet::optics::profile::Profile;
@@ -63,7 +64,7 @@ fn nodes(triplet: &Triplet, radius: f64, count: Option<usize>) -> (Vec<StopNode>
         Some(count) => (cell_nodes(&triplet.element, count, PIXEL), Some(PIXEL)),
         None => {
             let fine = if triplet.element.layers.is_empty() {
-                [100, 200]
+                [200, 600]
             } else {
                 [300, 1440]
             };
@@ -117,10 +118,10 @@ fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().skip(1).collect();
     let word = |n: usize, usual: &str| words.get(n).cloned().unwrap_or_else(|| usual.to_owned());
     let (case, angle) = (word(0, "bare"), word(1, "0").parse::<f64>()?);
-    let sigmas = [
-        word(2, "100").parse::<f64>()? * 1e-3,
-        word(3, "200").parse::<f64>()? * 1e-3,
-    ];
+    let given: Vec<f64> = [word(2, "0"), word(3, "0")]
+        .iter()
+        .map(|word| word.parse::<f64>().map(|um| um * 1e-3))
+        .collect::<Result<_, _>>()?;
     let radius = word(4, "4").parse::<f64>()?;
     let mut triplet = Triplet::bare(radius, angle);
     triplet.pixels = word(5, "32").parse()?;
@@ -140,7 +141,11 @@ fn main() -> Result<(), Box<dyn Error>> {
     }
     let system: System = triplet.system()?;
 
-    let mut settings = LocalBandSettings::new(sigmas.to_vec());
+    let sigmas = match given.iter().all(|sigma| *sigma > 0.0) {
+        true => given,
+        false => window_widths(&system, 1e-3)?,
+    };
+    let mut settings = LocalBandSettings::new(sigmas.clone());
     for choice in words.iter().skip(6) {
         match choice.split_once('=') {
             Some(("thr", value)) => settings.threshold = value.parse()?,

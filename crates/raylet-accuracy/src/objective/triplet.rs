@@ -15,7 +15,7 @@ pub const WAVELENGTH: f64 = 0.55e-3;
 pub const FOCUS: f64 = 41.87;
 
 /// Radius of the opening before the first surface, and of all surfaces, in mm.
-const OPENING: f64 = 12.0;
+const OPENING: f64 = 16.0;
 
 /// Distance of that opening from the first surface, in mm.
 const BEFORE: f64 = 1.0;

@@ -25,7 +25,7 @@ pub(crate) fn orphans(sources: &[Source]) -> Vec<String> {
             _ if ROOTS.contains(&file) => continue,
             _ => (folder, file.trim_end_matches(".rs")),
         };
-        let declares = |root: &&str| {
+        let declares = |root: &str| {
             let root = format!("{folder}/{root}");
             let text = texts.get(root.trim_start_matches('/'));
             text.is_some_and(|text| text.lines().any(|line| declared(line) == Some(name)))

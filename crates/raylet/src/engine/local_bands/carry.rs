@@ -66,7 +66,7 @@ pub struct LocalBandOutcome {
 }
 
 /// How far beyond an opening light is wanted, in σ of its windows: the sinc sums of its edge need it.
-const MARGIN: f64 = 1.5;
+const MARGIN: f64 = 2.5;
 
 /// Beamlets of a smooth source end at this share of the threshold: each of them counts in full.
 const SOURCE_EDGE: f64 = 0.1;

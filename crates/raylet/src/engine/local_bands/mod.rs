@@ -14,6 +14,7 @@
 //! | [`source_windows`] | A smooth source: one beamlet a window |
 //! | [`tile_run`] | One tile: from the light that arrives to the beamlets that leave |
 //! | [`emission`] | The beamlets of one window |
+//! | [`window_widths`] | How wide the windows of each screen may be |
 //! | [`account`] | What a hop did |
 //! | [`carry`] | The loop over tiles and hops |
 
@@ -27,3 +28,4 @@ pub mod source_windows;
 pub mod target;
 pub mod tile_run;
 pub mod window_directions;
+pub mod window_widths;

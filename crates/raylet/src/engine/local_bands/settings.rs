@@ -41,8 +41,8 @@ impl LocalBandSettings {
     pub fn new(sigmas: Vec<f64>) -> Self {
         Self {
             sigmas,
-            step: 1.5,
-            period: 6.0,
+            step: 1.25,
+            period: 6.5,
             threshold: 1e-3,
             tile: 4,
             edge_nodes: 16.0,

@@ -11,6 +11,9 @@ use crate::optics::source::Source;
 use crate::optics::system::Hop;
 use crate::wave::local_bands::tiling::{Tile, Tiling};
 
+/// The middle ray of a tile tells of the others to this factor.
+const SAFETY: f64 = 2.0;
+
 /// A smooth source and where its light is wanted.
 pub struct SourceWindows<'a> {
     /// The source.
@@ -30,20 +33,49 @@ impl SourceWindows<'_> {
     pub fn tile(&self, tile: &Tile) -> Emitted {
         let [columns, rows] = tile.windows.clone();
         let mut out = Emitted::default();
+        if self.misses(tile) {
+            return out;
+        }
         for window in rows.flat_map(|j| columns.clone().map(move |i| [i, j])) {
             self.window(window, &mut out);
         }
         out
     }
 
+    /// Whether all light of a tile lands far from the target, as its middle ray has it.
+    fn misses(&self, tile: &Tile) -> bool {
+        let (at, k) = (self.tiling.middle(tile), self.hop.wavenumber());
+        let start = self.start(at);
+        let Ok((landing, j)) = self.hop.jacobian(at, start.carrier.p) else {
+            return false;
+        };
+        let Ok(middle) = start.launch(self.hop, [0.0; 2]) else {
+            return false;
+        };
+        let reach = middle.footprint(k, self.target.edge);
+        let [x0, x1, y0, y1] = self.tiling.centres(tile);
+        let half = [0.5 * (x1 - x0), 0.5 * (y1 - y0)];
+        (0..2).any(|a| {
+            let spread = j[a][0].abs() * half[0] + j[a][1].abs() * half[1] + reach[a];
+            let [low, high] = [self.target.bounds[2 * a], self.target.bounds[2 * a + 1]];
+            let at = landing.at[a];
+            at + SAFETY * spread < low || at - SAFETY * spread > high
+        })
+    }
+
+    /// What the window about a point sends out.
+    fn start(&self, at: [f64; 2]) -> ChirpedStart {
+        ChirpedStart {
+            carrier: source_carrier(self.source, self.hop.from, at),
+            sigma: self.tiling.positions[0].sigma,
+        }
+    }
+
     fn window(&self, window: [usize; 2], out: &mut Emitted) {
         let (hop, k) = (self.hop, self.hop.wavenumber());
         let [x, y] = &self.tiling.positions;
         let at = self.tiling.centre(window);
-        let start = ChirpedStart {
-            carrier: source_carrier(self.source, hop.from, at),
-            sigma: x.sigma,
-        };
+        let start = self.start(at);
         let field = source_field(self.source, hop.from, at, k);
         let energy = field.norm_sqr();
         let Ok(mut arrival) = start.launch(hop, [0.0; 2]) else {
@@ -57,15 +89,17 @@ impl SourceWindows<'_> {
         let density = x.step * y.step / (std::f64::consts::TAU * x.sigma * y.sigma);
         arrival.amplitude *= field * density;
         let found = start.wave_aberration(hop);
-        out.account.aberrated += energy * found.map_or(1.0, |found| found.eta().powi(2));
-        out.account.left += energy * found.map_or(1.0, |found| found.left().powi(2));
+        if self.target.holds(arrival.at) {
+            out.account.kept += energy;
+            out.account.aberrated += energy * found.map_or(1.0, |found| found.eta().powi(2));
+            out.account.left += energy * found.map_or(1.0, |found| found.left().powi(2));
+        }
         if let Some(found) = found.filter(|_| self.corrected) {
             arrival.amplitude *= found.correction();
         }
         out.account.windows += 1;
         out.account.modes += 1;
         out.account.beamlets += 1;
-        out.account.kept += energy;
         out.arrivals.push(arrival);
     }
 }

@@ -34,6 +34,13 @@ impl Target {
         })
     }
 
+    /// Whether a point of the screen lies in its opening, or on the sensor.
+    pub fn holds(&self, [x, y]: [f64; 2]) -> bool {
+        let [x0, x1, y0, y1] = self.bounds;
+        let inside = (x0..=x1).contains(&x) && (y0..=y1).contains(&y);
+        inside && self.opening.contains(x, y)
+    }
+
     /// Whether a beamlet's footprint may meet it.
     pub fn meets(&self, arrival: &Arrival, k: f64) -> bool {
         let reach = arrival.footprint(k, self.edge);
