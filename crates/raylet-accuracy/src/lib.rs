@@ -10,6 +10,7 @@
 //! | [`bounds`] | The errors that are allowed |
 //! | [`numbers`] | Numbers and shapes that the references are made of |
 //! | [`references`] | Diffraction by methods that are slow, simple and not those of the library |
+//! | [`objective`] | A photographic objective with an element at its stop, and its field by rays to each pixel |
 //! | [`problems`] | The problems on which raylet is measured |
 //! | [`gradients`] | Gradients of raylet against adjoints and differences of the references |
 //! | [`estimates`] | The errors that raylet reports of random small systems beside their true ones |
@@ -32,5 +33,6 @@ pub mod designed;
 pub mod estimates;
 pub mod gradients;
 pub mod numbers;
+pub mod objective;
 pub mod problems;
 pub mod references;

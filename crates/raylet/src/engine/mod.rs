@@ -12,6 +12,7 @@
 //! | [`rims`] | Rims of surfaces inside a train that cut light |
 //! | [`error`] | Fates of rays and energy, the error budget, warnings |
 //! | [`external`] | Rays of other ray tracers at a diffractive element |
+//! | [`local_bands`] | Screens that are never held as a whole: their light tile by tile |
 //! | [`chain`] | Runs of a whole system, forward and back |
 //! | [`progress`] | Progress callbacks, and how they cancel long work |
 
@@ -26,6 +27,7 @@ pub mod error;
 pub mod external;
 pub mod free;
 pub mod geometrical;
+pub mod local_bands;
 pub mod monte_carlo;
 pub mod plan;
 pub mod plane_wave;

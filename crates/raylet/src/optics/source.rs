@@ -62,7 +62,7 @@ impl Source {
     }
 
     /// The optical path of the light at a global point in mm, zero where its phase is, in a medium of index `n`.
-    pub(crate) fn path(&self, point: Vec3, n: f64) -> f64 {
+    pub fn path(&self, point: Vec3, n: f64) -> f64 {
         match self {
             Source::Plane { direction, origin } => n * direction.dot(point - *origin),
             Source::Point {
@@ -73,7 +73,7 @@ impl Source {
     }
 
     /// The unit direction of the light at a global point.
-    pub(crate) fn direction<T: Real>(&self, point: Vec3<T>) -> Vec3<T> {
+    pub fn direction<T: Real>(&self, point: Vec3<T>) -> Vec3<T> {
         match self {
             Source::Plane { direction, .. } => Vec3::constant(*direction),
             Source::Point { position, .. } => (point - Vec3::constant(*position)).unit(),

@@ -5,6 +5,7 @@
 //! | [`grid`] | Fields on grids: where a field is sampled, and what a screen does to it there |
 //! | [`patches`] | Fields cut into patches, and the plane waves of each patch |
 //! | [`beamlet`] | The waves that rays carry, and their coherent sums |
+//! | [`local_bands`] | Light that is known piece by piece, each about its own carrier |
 //! | [`free`] | Hops without rays, and direct sums of diffraction integrals |
 
 #![expect(
@@ -15,4 +16,5 @@
 pub mod beamlet;
 pub mod free;
 pub mod grid;
+pub mod local_bands;
 pub mod patches;

@@ -60,7 +60,7 @@ impl Aberration {
 }
 
 /// The 24 unit vectors u = (u_x, u_y, u_px, u_py): axes, (1, ±1, ±1, ±1)/2 and (eᵢ ± eⱼ)/√2.
-fn directions() -> [[f64; 4]; 24] {
+pub(crate) fn directions() -> [[f64; 4]; 24] {
     let mut list = [[0.0; 4]; 24];
     let mut count = 0;
     let mut push = |u: [f64; 4]| {
@@ -90,13 +90,13 @@ fn directions() -> [[f64; 4]; 24] {
 }
 
 /// (s_x, s_y, p′_x, p′_y) of a landing.
-fn phase_point(landing: &Landing) -> [f64; 4] {
+pub(crate) fn phase_point(landing: &Landing) -> [f64; 4] {
     let ([x, y], [p, q]) = (landing.at, landing.cosines);
     [x, y, p, q]
 }
 
 /// The phase-space product a_s·b_p − a_p·b_s.
-fn symplectic(a: &[f64; 4], b: &[f64; 4]) -> f64 {
+pub(crate) fn symplectic(a: &[f64; 4], b: &[f64; 4]) -> f64 {
     a[0] * b[2] + a[1] * b[3] - a[2] * b[0] - a[3] * b[1]
 }
 

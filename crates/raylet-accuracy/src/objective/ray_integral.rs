@@ -1,0 +1,232 @@
+//! The field on the sensor of an objective with an element at its stop, by one integral over the stop.
+//!
+//! The collimated light on the stop is the geometrical field: the path of the one ray to each point, and an amplitude
+//! by the area of its ray tube. Behind the element it is multiplied by the ray Green's function (Van Vleck) of the rear
+//! group, (k/2πi)·√(q/q′)·|det ∂s/∂p|^{−1/2}·e^{ikL}. There is no caustic between the stop and the sensor. Rays to each
+//! pixel are interpolated between 3 × 3 points of the sensor.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use raylet::math::vec3::Vec3;
+use raylet::optics::doe::Doe;
+use raylet::optics::screen::{Act, Sensor};
+use raylet::optics::system::{Hop, System};
+
+use crate::numbers::quadrature::gauss_legendre;
+
+/// Nodes that are summed together.
+const CHUNK: usize = 256;
+
+/// Newton steps of a ray that is to land at a point.
+const STEPS: usize = 12;
+
+/// A landing this close to its point is good enough, in mm.
+const CLOSE: f64 = 1e-12;
+
+/// A point of the stop with the transmission there times the area that it stands for, in mm².
+#[derive(Clone, Copy, Debug)]
+pub struct StopNode {
+    /// Where it is, in mm.
+    pub at: [f64; 2],
+    /// Transmission times area.
+    pub weight: Complex64,
+}
+
+/// Gauss nodes along the radius of a disc, equal ones around, with the element's transmission.
+pub fn polar_nodes(doe: &Doe, radius: f64, [rings, spokes]: [usize; 2]) -> Vec<StopNode> {
+    let turn = std::f64::consts::TAU;
+    let mut nodes = Vec::with_capacity(rings * spokes);
+    for (t, w) in gauss_legendre(rings) {
+        let r = 0.5 * radius * (t + 1.0);
+        let area = 0.5 * radius * w * r * turn / spokes as f64;
+        for n in 0..spokes {
+            let (s, c) = (turn * (n as f64 + 0.5) / spokes as f64).sin_cos();
+            let at = [r * c, r * s];
+            let weight = doe.transmission(at[0], at[1]) * area;
+            nodes.push(StopNode { at, weight });
+        }
+    }
+    nodes
+}
+
+/// The centres of `count`² cells of a pitch, with the share of each that the opening leaves.
+pub fn cell_nodes(doe: &Doe, count: usize, pitch: f64) -> Vec<StopNode> {
+    let place = |i: usize| (i as f64 + 0.5 - 0.5 * count as f64) * pitch;
+    let half = 0.5 * pitch;
+    let mut nodes = Vec::new();
+    for j in 0..count {
+        for i in 0..count {
+            let [x, y] = [place(i), place(j)];
+            let open = (doe.aperture).coverage(x - half, x + half, y - half, y + half);
+            if open > 0.0 {
+                let weight = doe.transmission(x, y) * (open * pitch * pitch);
+                nodes.push(StopNode { at: [x, y], weight });
+            }
+        }
+    }
+    nodes
+}
+
+/// The light at a point of the stop as it goes on to the sensor: optical path, amplitude, and rates of the path with the
+/// place on the stop along x and y; at 3 × 3 points of the sensor, [y, x].
+struct Spray {
+    path: [[f64; 3]; 3],
+    size: [[f64; 3]; 3],
+    slope: [[[f64; 3]; 3]; 2],
+}
+
+/// The two hops of an objective, and where its pixels are.
+struct Integral<'a> {
+    system: &'a System,
+    before: Hop<'a>,
+    after: Hop<'a>,
+    sensor: Sensor,
+}
+
+/// The field at the pixels of a sensor behind an element at the stop, [y, x]; nothing where a ray is lost. With a
+/// `cell` in mm, the transmission is constant over cells of that width about the nodes.
+pub fn field(system: &System, nodes: &[StopNode], cell: Option<f64>) -> Option<Array2<Complex64>> {
+    let mut hops = system.hops();
+    let (before, after) = (hops.next()?, hops.next()?);
+    let Act::Sensor(sensor) = after.to.act else {
+        return None;
+    };
+    let integral = Integral {
+        system,
+        before,
+        after,
+        sensor,
+    };
+    let parts: Option<Vec<Array2<Complex64>>> = nodes
+        .par_chunks(CHUNK)
+        .map(|nodes| integral.part(nodes, cell))
+        .collect();
+    let dark = Array2::zeros((sensor.pixels[1], sensor.pixels[0]));
+    Some(parts?.iter().fold(dark, |sum, part| sum + part))
+}
+
+impl Integral<'_> {
+    /// What some nodes bring.
+    fn part(&self, nodes: &[StopNode], cell: Option<f64>) -> Option<Array2<Complex64>> {
+        let k = self.system.wavenumber();
+        let [nx, ny] = self.sensor.pixels;
+        let mut total = Array2::zeros((ny, nx));
+        for node in nodes {
+            let spray = self.spray(node.at)?;
+            for ((j, i), value) in total.indexed_iter_mut() {
+                let place = |i: usize, n: usize| (2 * i + 1) as f64 / n as f64 - 1.0;
+                let (u, v) = (place(i, nx), place(j, ny));
+                let mut size = between(&spray.size, u, v);
+                if let Some(width) = cell {
+                    for slope in &spray.slope {
+                        size *= sinc(0.5 * k * width * between(slope, u, v));
+                    }
+                }
+                *value += node.weight * Complex64::from_polar(size, k * between(&spray.path, u, v));
+            }
+        }
+        Some(total * Complex64::new(0.0, -k / std::f64::consts::TAU))
+    }
+
+    /// The light from a point of the stop at points of the sensor.
+    fn spray(&self, at: [f64; 2]) -> Option<Spray> {
+        let (path, size, cosines) = self.arriving(at)?;
+        let mut spray = Spray {
+            path: [[0.0; 3]; 3],
+            size: [[0.0; 3]; 3],
+            slope: [[[0.0; 3]; 3]; 2],
+        };
+        let half = [0, 1].map(|a| 0.5 * self.sensor.pixels[a] as f64 * self.sensor.pitch[a]);
+        let mut p = cosines;
+        for j in 0..3 {
+            for i in 0..3 {
+                let to = [(i as f64 - 1.0) * half[0], (j as f64 - 1.0) * half[1]];
+                let (found, landing, b) = self.towards(at, p, to)?;
+                p = found;
+                let ratio = cosine(p) / cosine(landing.1);
+                spray.path[j][i] = path + landing.0;
+                for (a, slope) in spray.slope.iter_mut().enumerate() {
+                    slope[j][i] = cosines[a] - p[a];
+                }
+                spray.size[j][i] = size * (ratio / determinant(b).abs()).sqrt();
+            }
+        }
+        Some(spray)
+    }
+
+    /// Path, amplitude and cosines of the collimated light at a point of the stop.
+    fn arriving(&self, to: [f64; 2]) -> Option<(f64, f64, [f64; 2])> {
+        let source = &self.system.source;
+        let direction = source.direction(Vec3::new(0.0, 0.0, 0.0));
+        let p = [direction.x, direction.y];
+        let mut at = [0.0; 2];
+        for _ in 0..STEPS {
+            let (landing, j) = self.before.jacobian(at, p).ok()?;
+            let slope = [[j[0][0], j[0][1]], [j[1][0], j[1][1]]];
+            let gap = [to[0] - landing.at[0], to[1] - landing.at[1]];
+            if gap[0].hypot(gap[1]) < CLOSE {
+                let start = self
+                    .before
+                    .from
+                    .frame
+                    .to_global(Vec3::new(at[0], at[1], 0.0));
+                let path = source.path(start, 1.0) + landing.path;
+                let ratio = cosine(p) / cosine(landing.cosines);
+                let size = (ratio / determinant(slope).abs()).sqrt();
+                return Some((path, size, landing.cosines));
+            }
+            at = moved(at, solved(slope, gap));
+        }
+        None
+    }
+
+    /// The direction from a point of the stop to one of the sensor, the path and cosines there, and ∂s/∂p.
+    fn towards(&self, at: [f64; 2], from: [f64; 2], to: [f64; 2]) -> Option<Aimed> {
+        let mut p = from;
+        for _ in 0..STEPS {
+            let (landing, j) = self.after.jacobian(at, p).ok()?;
+            let slope = [[j[0][2], j[0][3]], [j[1][2], j[1][3]]];
+            let gap = [to[0] - landing.at[0], to[1] - landing.at[1]];
+            if gap[0].hypot(gap[1]) < CLOSE {
+                return Some((p, (landing.path, landing.cosines), slope));
+            }
+            p = moved(p, solved(slope, gap));
+        }
+        None
+    }
+}
+
+/// A direction, the path and cosines where it lands, and what a change of it does there.
+type Aimed = ([f64; 2], (f64, [f64; 2]), [[f64; 2]; 2]);
+
+/// The parabolas through values at −1, 0, 1, along x and y.
+fn between(values: &[[f64; 3]; 3], u: f64, v: f64) -> f64 {
+    let line = |[low, middle, high]: [f64; 3], t: f64| {
+        middle + 0.5 * t * (high - low) + 0.5 * t * t * (high + low - 2.0 * middle)
+    };
+    line(values.map(|row| line(row, u)), v)
+}
+
+fn sinc(x: f64) -> f64 {
+    if x == 0.0 { 1.0 } else { x.sin() / x }
+}
+
+fn cosine([p, q]: [f64; 2]) -> f64 {
+    (1.0 - p * p - q * q).sqrt()
+}
+
+fn determinant([[a, b], [c, d]]: [[f64; 2]; 2]) -> f64 {
+    a * d - b * c
+}
+
+fn solved(m: [[f64; 2]; 2], [x, y]: [f64; 2]) -> [f64; 2] {
+    let [[a, b], [c, d]] = m;
+    let scale = 1.0 / determinant(m);
+    [(d * x - b * y) * scale, (a * y - c * x) * scale]
+}
+
+fn moved([x, y]: [f64; 2], [dx, dy]: [f64; 2]) -> [f64; 2] {
+    [x + dx, y + dy]
+}

@@ -1,0 +1,117 @@
+//! One beamlet that starts with the curvature of its carrier, and the aberration inside it.
+//!
+//! Its phase space is sheared: displaced by u in place it is displaced by Qu in direction, as the wave itself. So its
+//! width is not tied to the curvature of the light.
+
+use crate::engine::beamlet::beamlet_aberration::{Aberration, directions, phase_point, symplectic};
+use crate::math::complex::{Complex, Symmetric};
+use crate::optics::ray::Loss;
+use crate::optics::system::Hop;
+use crate::wave::beamlet::wavelet::Arrival;
+use crate::wave::local_bands::carrier::Carrier;
+
+/// What a window sends out: Gaussians of one width about its carrier.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct ChirpedStart {
+    /// The carrier about the window's centre.
+    pub carrier: Carrier,
+    /// Width σ in mm.
+    pub sigma: f64,
+}
+
+/// Directions on a circle, 45° apart, that with their opposites average polynomials of degree six exactly.
+const CIRCLE: [[f64; 2]; 4] = {
+    let half = std::f64::consts::FRAC_1_SQRT_2;
+    [[1.0, 0.0], [0.0, 1.0], [half, half], [half, -half]]
+};
+
+impl ChirpedStart {
+    /// The beamlet of unit coefficient in the direction Δp beside the carrier, where it lands.
+    ///
+    /// # Errors
+    /// How its chief ray was lost, if it was.
+    #[inline]
+    pub(crate) fn launch(&self, hop: &Hop, dp: [f64; 2]) -> Result<Arrival, Loss> {
+        let k = hop.wavenumber();
+        let Carrier { at, p, q } = self.carrier;
+        let width = 1.0 / (k * self.sigma * self.sigma);
+        let start = Symmetric {
+            xx: Complex::new(q[0], width),
+            xy: Complex::new(q[1], 0.0),
+            yy: Complex::new(q[2], width),
+        };
+        let carried = hop.carry_beamlet(at, [p[0] + dp[0], p[1] + dp[1]], start)?;
+        let (landing, g) = (carried.landing, carried.curvature);
+        Ok(Arrival {
+            at: landing.at,
+            cosines: landing.cosines,
+            amplitude: carried.amplitude.value() * num_complex::Complex64::cis(k * landing.path),
+            curvature: [g.xx.value(), g.xy.value(), g.yy.value()],
+        })
+    }
+
+    /// The aberration inside a beamlet, for sums over all places and directions; nothing when the ray or one of its
+    /// neighbours is lost.
+    pub(crate) fn aberration(&self, hop: &Hop, dp: [f64; 2]) -> Option<Aberration> {
+        let k = hop.wavenumber();
+        let spread = 1.0 / (k * self.sigma);
+        let displacements = directions().map(|[x, y, px, py]| {
+            self.sheared([x * self.sigma, y * self.sigma], [px * spread, py * spread])
+        });
+        let [cubic, quartic] = self.mean_phases(hop, dp, &displacements)?;
+        Some(Aberration {
+            cubic: 24.0 * k * k * cubic,
+            quartic: 6.0 * k * quartic,
+        })
+    }
+
+    /// The same where a smooth wave has one beamlet a window, whose Gaussians add up to one: only places differ, and
+    /// they do so by the width of the amplitude, ⟨r⁶⟩ = 48σ⁶ and ⟨r⁴⟩ = 8σ⁴.
+    pub(crate) fn wave_aberration(&self, hop: &Hop) -> Option<Aberration> {
+        let k = hop.wavenumber();
+        let displacements =
+            CIRCLE.map(|[x, y]| self.sheared([x * self.sigma, y * self.sigma], [0.0; 2]));
+        let [cubic, quartic] = self.mean_phases(hop, [0.0; 2], &displacements)?;
+        Some(Aberration {
+            cubic: 48.0 * k * k * cubic,
+            quartic: 8.0 * k * quartic,
+        })
+    }
+
+    /// A displacement in place, with what the carrier and a displacement in direction add to it.
+    fn sheared(&self, u: [f64; 2], p: [f64; 2]) -> [f64; 4] {
+        let [xx, xy, yy] = self.carrier.q;
+        [
+            u[0],
+            u[1],
+            p[0] + xx * u[0] + xy * u[1],
+            p[1] + xy * u[0] + yy * u[1],
+        ]
+    }
+
+    /// The mean square of the cubic and the mean of the quartic Hamiltonian that the linear map of rays leaves out,
+    /// over displacements.
+    fn mean_phases(&self, hop: &Hop, dp: [f64; 2], displacements: &[[f64; 4]]) -> Option<[f64; 2]> {
+        let Carrier { at, p, .. } = self.carrier;
+        let p = [p[0] + dp[0], p[1] + dp[1]];
+        let (centre, jacobian) = hop.jacobian(at, p).ok()?;
+        let centre = phase_point(&centre);
+        let mut sums = [0.0; 2];
+        for delta in displacements {
+            let trace = |sign: f64| {
+                let at = [at[0] + sign * delta[0], at[1] + sign * delta[1]];
+                let p = [p[0] + sign * delta[2], p[1] + sign * delta[3]];
+                let landing = hop.trace(at, p, &mut ());
+                landing.ok().map(|landing| phase_point(&landing))
+            };
+            let (plus, minus) = (trace(1.0)?, trace(-1.0)?);
+            let linear: [f64; 4] =
+                std::array::from_fn(|i| (0..4).map(|j| jacobian[i][j] * delta[j]).sum());
+            let even = std::array::from_fn(|i| 0.5 * (plus[i] + minus[i]) - centre[i]);
+            let odd = std::array::from_fn(|i| 0.5 * (plus[i] - minus[i]) - linear[i]);
+            sums[0] += (symplectic(&linear, &even) / 3.0).powi(2);
+            sums[1] += symplectic(&linear, &odd) / 4.0;
+        }
+        Some(sums.map(|sum| sum / displacements.len() as f64))
+    }
+}

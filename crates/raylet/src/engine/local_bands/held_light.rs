@@ -1,0 +1,219 @@
+//! The light that arrives at a screen: of the source, or as beamlets.
+
+use std::ops::Range;
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::math::real::{Dual, Real};
+use crate::math::vec3::Vec3;
+use crate::optics::screen::Screen;
+use crate::optics::source::Source;
+use crate::wave::beamlet::wavelet::Arrival;
+use crate::wave::grid::field::Axis;
+use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::gather::Gather;
+use crate::wave::local_bands::local_band::{WindowBlock, bright_amplitude};
+use crate::wave::local_bands::tiling::raster;
+
+/// Beamlets on the screen to which they came, in the groups in which they came.
+pub(crate) struct HeldBeamlets {
+    arrivals: Vec<Arrival>,
+    groups: Vec<Group>,
+    /// Amplitude of the bright ones.
+    bright: f64,
+    /// Vacuum wavenumber in rad/mm.
+    k: f64,
+    /// Beamlets end at this share of their peak.
+    edge: f64,
+}
+
+/// Neighbouring beamlets and the box of their footprints.
+struct Group {
+    members: Range<usize>,
+    bounds: [f64; 4],
+}
+
+/// The light that arrives at a screen.
+pub(crate) enum ArrivingLight<'a> {
+    /// That of the source, on the first screen.
+    Source(&'a Source, &'a Screen, f64),
+    /// Beamlets.
+    Beamlets(HeldBeamlets),
+}
+
+/// The light under one tile, before it is summed.
+pub(crate) struct TileLight<'a> {
+    light: &'a ArrivingLight<'a>,
+    selected: Vec<Arrival>,
+    /// The wave that runs along with it.
+    pub carrier: Carrier,
+    /// How far its directions differ from the carrier's.
+    pub spread: [f64; 2],
+}
+
+impl HeldBeamlets {
+    /// Beamlets of many tiles, tile by tile.
+    pub(crate) fn new(tiles: impl Iterator<Item = Vec<Arrival>>, k: f64, edge: f64) -> Self {
+        let (mut arrivals, mut groups) = (Vec::new(), Vec::new());
+        for mut tile in tiles.filter(|tile| !tile.is_empty()) {
+            let mut bounds = [f64::INFINITY, f64::NEG_INFINITY].repeat(2);
+            for arrival in &tile {
+                let reach = arrival.footprint(k, edge);
+                for a in 0..2 {
+                    bounds[2 * a] = bounds[2 * a].min(arrival.at[a] - reach[a]);
+                    bounds[2 * a + 1] = bounds[2 * a + 1].max(arrival.at[a] + reach[a]);
+                }
+            }
+            let first = arrivals.len();
+            arrivals.append(&mut tile);
+            groups.push(Group {
+                members: first..arrivals.len(),
+                bounds: [bounds[0], bounds[1], bounds[2], bounds[3]],
+            });
+        }
+        let bright = bright_amplitude(&arrivals);
+        arrivals.shrink_to_fit();
+        Self {
+            arrivals,
+            groups,
+            bright,
+            k,
+            edge,
+        }
+    }
+
+    /// How many there are.
+    pub(crate) fn count(&self) -> usize {
+        self.arrivals.len()
+    }
+
+    /// Those whose footprints meet a box.
+    fn within(&self, area: [f64; 4]) -> Vec<Arrival> {
+        let meets =
+            |b: &[f64; 4]| b[0] <= area[1] && b[1] >= area[0] && b[2] <= area[3] && b[3] >= area[2];
+        let near = |arrival: &&Arrival| {
+            let reach = arrival.footprint(self.k, self.edge);
+            let [x, y] = arrival.at;
+            meets(&[x - reach[0], x + reach[0], y - reach[1], y + reach[1]])
+        };
+        let groups = self.groups.iter().filter(|group| meets(&group.bounds));
+        groups
+            .flat_map(|group| self.arrivals[group.members.clone()].iter().filter(near))
+            .copied()
+            .collect()
+    }
+}
+
+impl ArrivingLight<'_> {
+    /// How many beamlets are held.
+    pub(crate) fn held(&self) -> usize {
+        match self {
+            Self::Source(..) => 0,
+            Self::Beamlets(beamlets) => beamlets.count(),
+        }
+    }
+
+    /// The light under a block of windows that lie within `area`, its carrier found from what is within some `radius`
+    /// of the middle; nothing where it is dark.
+    pub(crate) fn under(
+        &self,
+        block: &WindowBlock,
+        area: [f64; 4],
+        radius: f64,
+    ) -> Option<TileLight<'_>> {
+        let [x0, x1, y0, y1] = block.centres;
+        let middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
+        match self {
+            Self::Source(source, screen, _) => {
+                let carrier = source_carrier(source, screen, middle);
+                let corner = |x: f64, y: f64| {
+                    let exact = source_carrier(source, screen, [x, y]).p;
+                    let linear = carrier.cosines([x, y]);
+                    [0, 1].map(|a| (exact[a] - linear[a]).abs())
+                };
+                let corners = [
+                    corner(x0, y0),
+                    corner(x0, y1),
+                    corner(x1, y0),
+                    corner(x1, y1),
+                ];
+                let spread = [0, 1].map(|a| corners.iter().fold(0.0f64, |m, c| m.max(c[a])));
+                Some(TileLight {
+                    light: self,
+                    selected: Vec::new(),
+                    carrier,
+                    spread,
+                })
+            }
+            Self::Beamlets(beamlets) => {
+                let selected = beamlets.within(area);
+                let carrier = Carrier::fit(&selected, middle, radius)?;
+                let block = WindowBlock {
+                    bright: beamlets.bright,
+                    ..*block
+                };
+                Some(TileLight {
+                    light: self,
+                    spread: block.spread(&selected, &carrier),
+                    selected,
+                    carrier,
+                })
+            }
+        }
+    }
+}
+
+impl TileLight<'_> {
+    /// The light over its carrier at samples, [y, x], and how many values were evaluated.
+    pub(crate) fn at(&self, samples: &[Axis; 2]) -> (Array2<Complex64>, u64) {
+        match self.light {
+            ArrivingLight::Source(source, screen, k) => {
+                let value = |(j, i)| {
+                    let at: [f64; 2] = [samples[0].node(i), samples[1].node(j)];
+                    source_field(source, screen, at, *k) * self.carrier.removed(at, *k)
+                };
+                let shape = (samples[1].len(), samples[0].len());
+                (Array2::from_shape_fn(shape, value), 0)
+            }
+            ArrivingLight::Beamlets(beamlets) => {
+                let gather = Gather {
+                    carrier: self.carrier,
+                    raster: raster(samples),
+                    k: beamlets.k,
+                    edge: beamlets.edge,
+                };
+                gather.apply(&self.selected)
+            }
+        }
+    }
+}
+
+/// The field of a source at a point of a plane screen; `k` is the vacuum wavenumber.
+pub(crate) fn source_field(
+    source: &Source,
+    screen: &Screen,
+    [x, y]: [f64; 2],
+    k: f64,
+) -> Complex64 {
+    source.field(
+        screen.frame.to_global(Vec3::new(x, y, 0.0)),
+        k * screen.index,
+    )
+}
+
+/// The carrier of a source about a point of a plane screen.
+pub(crate) fn source_carrier(source: &Source, screen: &Screen, at: [f64; 2]) -> Carrier {
+    let still = |v: Vec3| Vec3::<Dual<2>>::constant(v);
+    let frame = &screen.frame;
+    let [x, y] = [0, 1].map(|a| Dual::<2>::variable(at[a], a));
+    let point = still(frame.origin) + still(frame.x) * x + still(frame.y) * y;
+    let direction = source.direction(point);
+    let along = |axis: Vec3| still(axis).dot(direction) * screen.index;
+    let (p, q) = (along(frame.x), along(frame.y));
+    Carrier {
+        at,
+        p: [p.value(), q.value()],
+        q: [p.tangent[0], p.tangent[1], q.tangent[1]],
+    }
+}

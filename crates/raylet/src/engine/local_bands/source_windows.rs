@@ -1,0 +1,105 @@
+//! A smooth source: one beamlet a window.
+//!
+//! The light of a source is its carrier under every window, so it needs one direction there, and Gaussians that add up
+//! to one instead of their squares. The windows stop where no beamlet reaches the target: the light falls off by itself.
+
+use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::emission::Emitted;
+use crate::engine::local_bands::held_light::{source_carrier, source_field};
+use crate::engine::local_bands::target::Target;
+use crate::optics::source::Source;
+use crate::optics::system::Hop;
+use crate::wave::local_bands::tiling::{Tile, Tiling};
+
+/// The middle ray of a tile tells of the others to this factor.
+const SAFETY: f64 = 2.0;
+
+/// A smooth source and where its light is wanted.
+pub(crate) struct SourceWindows<'a> {
+    /// The source.
+    pub source: &'a Source,
+    /// The hop from the first screen.
+    pub hop: &'a Hop<'a>,
+    /// Where the light is wanted.
+    pub target: &'a Target,
+    /// Where windows stand.
+    pub tiling: &'a Tiling,
+    /// Whether the aberration inside beamlets is made good.
+    pub corrected: bool,
+}
+
+impl SourceWindows<'_> {
+    /// The beamlets of one tile.
+    pub(crate) fn tile(&self, tile: &Tile) -> Emitted {
+        let [columns, rows] = tile.windows.clone();
+        let mut out = Emitted::default();
+        if self.misses(tile) {
+            return out;
+        }
+        for window in rows.flat_map(|j| columns.clone().map(move |i| [i, j])) {
+            self.window(window, &mut out);
+        }
+        out
+    }
+
+    /// Whether all light of a tile lands far from the target, as its middle ray has it.
+    fn misses(&self, tile: &Tile) -> bool {
+        let (at, k) = (self.tiling.middle(tile), self.hop.wavenumber());
+        let start = self.start(at);
+        let Ok((landing, j)) = self.hop.jacobian(at, start.carrier.p) else {
+            return false;
+        };
+        let Ok(middle) = start.launch(self.hop, [0.0; 2]) else {
+            return false;
+        };
+        let reach = middle.footprint(k, self.target.edge);
+        let [x0, x1, y0, y1] = self.tiling.centres(tile);
+        let half = [0.5 * (x1 - x0), 0.5 * (y1 - y0)];
+        (0..2).any(|a| {
+            let spread = j[a][0].abs() * half[0] + j[a][1].abs() * half[1] + reach[a];
+            let [low, high] = [self.target.bounds[2 * a], self.target.bounds[2 * a + 1]];
+            let at = landing.at[a];
+            at + SAFETY * spread < low || at - SAFETY * spread > high
+        })
+    }
+
+    /// What the window about a point sends out.
+    fn start(&self, at: [f64; 2]) -> ChirpedStart {
+        ChirpedStart {
+            carrier: source_carrier(self.source, self.hop.from, at),
+            sigma: self.tiling.positions[0].sigma,
+        }
+    }
+
+    fn window(&self, window: [usize; 2], out: &mut Emitted) {
+        let (hop, k) = (self.hop, self.hop.wavenumber());
+        let [x, y] = &self.tiling.positions;
+        let at = self.tiling.centre(window);
+        let start = self.start(at);
+        let field = source_field(self.source, hop.from, at, k);
+        let energy = field.norm_sqr();
+        let Ok(mut arrival) = start.launch(hop, [0.0; 2]) else {
+            out.account.lost += energy;
+            return;
+        };
+        if !self.target.meets(&arrival, k) {
+            out.account.beside += energy;
+            return;
+        }
+        let density = x.step * y.step / (std::f64::consts::TAU * x.sigma * y.sigma);
+        arrival.amplitude *= field * density;
+        let found = start.wave_aberration(hop);
+        if self.target.holds(arrival.at) {
+            out.account.kept += energy;
+            out.account.aberrated += energy * found.map_or(1.0, |found| found.eta().powi(2));
+            out.account.left += energy * found.map_or(1.0, |found| found.left().powi(2));
+        }
+        if let Some(found) = found.filter(|_| self.corrected) {
+            arrival.amplitude *= found.correction();
+        }
+        out.account.windows += 1;
+        out.account.modes += 1;
+        out.account.beamlets += 1;
+        out.arrivals.push(arrival);
+    }
+}

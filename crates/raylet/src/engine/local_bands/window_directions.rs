@@ -1,0 +1,90 @@
+//! Which directions lead from a window to the target.
+
+use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::target::Target;
+use crate::engine::trace::ray_trace::Landing;
+use crate::optics::system::Hop;
+
+/// Steps of the search for the ray that lands on the target.
+const STEPS: usize = 4;
+
+/// The linear map of directions to places is trusted to this factor.
+const SAFETY: f64 = 1.15;
+
+/// A ray from a window with what a change of its direction does to where it lands.
+struct Aimed {
+    p: [f64; 2],
+    landing: Landing,
+    /// ∂s/∂p, rows by s.
+    slope: [[f64; 2]; 2],
+}
+
+impl Aimed {
+    fn new(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Option<Self> {
+        let (landing, j) = hop.jacobian(at, p).ok()?;
+        let slope = [[j[0][2], j[0][3]], [j[1][2], j[1][3]]];
+        Some(Self { p, landing, slope })
+    }
+
+    /// The change of direction that moves the landing by `gap`; nothing at an image of the window.
+    fn change(&self, gap: [f64; 2]) -> Option<[f64; 2]> {
+        let [[a, b], [c, d]] = self.slope;
+        let determinant = a * d - b * c;
+        let change = [
+            (d * gap[0] - b * gap[1]) / determinant,
+            (a * gap[1] - c * gap[0]) / determinant,
+        ];
+        change.iter().all(|p| p.is_finite()).then_some(change)
+    }
+}
+
+/// The box of directions Δp beside a window's carrier whose beamlets may meet the target,
+/// `[x_low, x_high, y_low, y_high]`; nothing when no ray gets through.
+pub(crate) fn window_directions(
+    hop: &Hop,
+    start: &ChirpedStart,
+    target: &Target,
+) -> Option<[f64; 4]> {
+    let at = start.carrier.at;
+    let bounds = &target.bounds;
+    let mut aimed = Aimed::new(hop, at, start.carrier.p)?;
+    for _ in 0..STEPS {
+        let gap = [0, 1].map(|a| {
+            let here = aimed.landing.at[a];
+            here.clamp(bounds[2 * a], bounds[2 * a + 1]) - here
+        });
+        if gap == [0.0; 2] {
+            break;
+        }
+        let closer = aimed
+            .change(gap)
+            .and_then(|dp| Aimed::new(hop, at, [aimed.p[0] + dp[0], aimed.p[1] + dp[1]]));
+        let Some(closer) = closer else { break };
+        aimed = closer;
+    }
+
+    // The target and a footprint around it, seen from where the ray lands.
+    let aside = [0, 1].map(|a| aimed.p[a] - start.carrier.p[a]);
+    let footprint = start
+        .launch(hop, aside)
+        .ok()?
+        .footprint(hop.wavenumber(), target.edge);
+    let side = |a: usize| {
+        let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
+        let half = SAFETY * (0.5 * (high - low) + footprint[a]);
+        [-half, half].map(|half| 0.5 * (low + high) + half - aimed.landing.at[a])
+    };
+    let (x, y) = (side(0), side(1));
+    let mut found = [f64::INFINITY, f64::NEG_INFINITY].repeat(2);
+    for corner in [[x[0], y[0]], [x[0], y[1]], [x[1], y[0]], [x[1], y[1]]] {
+        let Some(dp) = aimed.change(corner) else {
+            let all = 2.0 * hop.from.index;
+            return Some([-all, all, -all, all]);
+        };
+        for a in 0..2 {
+            found[2 * a] = found[2 * a].min(aside[a] + dp[a]);
+            found[2 * a + 1] = found[2 * a + 1].max(aside[a] + dp[a]);
+        }
+    }
+    Some([found[0], found[1], found[2], found[3]])
+}

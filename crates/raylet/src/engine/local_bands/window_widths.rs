@@ -1,0 +1,150 @@
+//! How wide the windows of each screen may be.
+//!
+//! Chirped beamlets are as many at any width, and windows fewer the wider they are, until the aberration inside a
+//! beamlet stops it. It is looked at along rays of the source that meet each opening, with the curvature that the wave
+//! has there.
+
+use crate::engine::local_bands::carry::LocalBandError;
+use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::held_light::source_carrier;
+use crate::optics::screen::{Act, Screen};
+use crate::optics::system::{Hop, System};
+use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::element_samples::Element;
+
+/// Rays along each side of the first screen.
+const SIDE: usize = 33;
+
+/// Rays that are judged on each screen, about.
+const JUDGED: usize = 40;
+
+/// Widths that are looked at: these powers of the root of the root of two, times the wavelength.
+const WIDTHS: std::ops::Range<i32> = 8..64;
+
+/// A window is at most this share of the size of its screen.
+const LARGEST: f64 = 0.08;
+
+/// Share of the wanted error that aberration may have in one hop.
+const SHARE: f64 = 0.5;
+
+/// Whether a hop starts with a smooth source or with windows of all directions.
+fn is_smooth(number: usize, screen: &Screen) -> bool {
+    number == 0 && matches!(screen.act, Act::Stop(_))
+}
+
+/// The widest windows of each screen but the last, in mm, with which the aberration inside beamlets, made good as far
+/// as it can be, stays below a wanted relative error of the field.
+///
+/// # Errors
+/// When a screen has no edge or layers of another kind, or no ray of the source meets an opening.
+pub fn window_widths(system: &System, error: f64) -> Result<Vec<f64>, LocalBandError> {
+    let mut carriers = source_carriers(system)?;
+    let mut widths = Vec::new();
+    for (number, hop) in system.hops().enumerate() {
+        let smooth = is_smooth(number, hop.from);
+        if !smooth {
+            carriers = behind(&hop, &carriers)?;
+        }
+        let onwards: Vec<(Carrier, Carrier)> = carriers
+            .iter()
+            .filter_map(|carrier| Some((*carrier, carried(&hop, carrier)?)))
+            .filter(|(_, landed)| opens(hop.to, landed.at))
+            .collect();
+        if onwards.is_empty() {
+            return Err(LocalBandError::NoLight(hop.to.name.clone()));
+        }
+        let stride = onwards.len().div_ceil(JUDGED);
+        let judged: Vec<Carrier> = onwards.iter().step_by(stride).map(|pair| pair.0).collect();
+        widths.push(widest(&hop, &judged, smooth, SHARE * error));
+        carriers = onwards.into_iter().map(|pair| pair.1).collect();
+    }
+    Ok(widths)
+}
+
+/// Carriers of the source over the first screen.
+fn source_carriers(system: &System) -> Result<Vec<Carrier>, LocalBandError> {
+    let screen = system.screens.first().ok_or(LocalBandError::NoSensor)?;
+    let boundless = || LocalBandError::Boundless(screen.name.clone());
+    let [x0, x1, y0, y1] = screen.bounds().ok_or_else(boundless)?;
+    let place = |low: f64, high: f64, i: usize| low + (high - low) * (i as f64 + 0.5) / SIDE as f64;
+    let all = (0..SIDE * SIDE).map(|n| [place(x0, x1, n % SIDE), place(y0, y1, n / SIDE)]);
+    let open = all.filter(|at| opens(screen, *at));
+    Ok(open
+        .map(|at| source_carrier(&system.source, screen, at))
+        .collect())
+}
+
+/// Whether light at a point of a screen goes on; on a sensor everywhere.
+fn opens(screen: &Screen, [x, y]: [f64; 2]) -> bool {
+    match &screen.act {
+        Act::Sensor(_) => true,
+        Act::Stop(opening) => opening.contains(x, y),
+        Act::Doe(doe) => doe.aperture.contains(x, y),
+    }
+}
+
+/// Carriers behind the element of a hop's first screen.
+fn behind(hop: &Hop, carriers: &[Carrier]) -> Result<Vec<Carrier>, LocalBandError> {
+    let layers = || LocalBandError::Layers(hop.from.name.clone());
+    let element = Element::of(hop.from).ok_or_else(layers)?;
+    let bent = |carrier: &Carrier| {
+        let own = element.carrier(carrier.at, 0.0, hop.wavenumber());
+        carrier.times(own.p, own.q)
+    };
+    Ok(carriers.iter().map(bent).collect())
+}
+
+/// A carrier at the end of a hop: its ray, and Q′ = (C + DQ)(A + BQ)⁻¹; nothing where the ray is lost or at a focus.
+fn carried(hop: &Hop, carrier: &Carrier) -> Option<Carrier> {
+    let (landing, j) = hop.jacobian(carrier.at, carrier.p).ok()?;
+    let [xx, xy, yy] = carrier.q;
+    let q = [[xx, xy], [xy, yy]];
+    let block = |row: usize, a: usize, b: usize| {
+        j[row + a][b] + j[row + a][2] * q[0][b] + j[row + a][3] * q[1][b]
+    };
+    let place = |a, b| block(0, a, b);
+    let slope = |a, b| block(2, a, b);
+    let determinant = place(0, 0) * place(1, 1) - place(0, 1) * place(1, 0);
+    let product = |a: usize, b: usize| {
+        let [first, second] = [slope(a, 0), slope(a, 1)];
+        match b {
+            0 => (first * place(1, 1) - second * place(1, 0)) / determinant,
+            _ => (second * place(0, 0) - first * place(0, 1)) / determinant,
+        }
+    };
+    let q = [
+        product(0, 0),
+        0.5 * (product(0, 1) + product(1, 0)),
+        product(1, 1),
+    ];
+    q.iter().all(|q| q.is_finite()).then_some(Carrier {
+        at: landing.at,
+        p: landing.cosines,
+        q,
+    })
+}
+
+/// The largest width whose beamlets, made good, keep below an error along the judged rays.
+fn widest(hop: &Hop, judged: &[Carrier], smooth: bool, error: f64) -> f64 {
+    let size = hop.from.bounds().map_or(f64::INFINITY, |[x0, x1, y0, y1]| {
+        LARGEST * (x1 - x0).max(y1 - y0)
+    });
+    let width = |power: i32| hop.wavelength * 2f64.powf(0.25 * f64::from(power));
+    let left = |sigma: f64| {
+        let squares = judged.iter().map(|carrier| {
+            let start = ChirpedStart {
+                carrier: *carrier,
+                sigma,
+            };
+            let found = match smooth {
+                true => start.wave_aberration(hop),
+                false => start.aberration(hop, [0.0; 2]),
+            };
+            found.map_or(1.0, |found| found.left().powi(2))
+        });
+        (squares.sum::<f64>() / judged.len() as f64).sqrt()
+    };
+    let fits = |sigma: &f64| *sigma <= size && left(*sigma) <= error;
+    let found = WIDTHS.rev().map(width).find(fits);
+    found.unwrap_or_else(|| width(WIDTHS.start))
+}

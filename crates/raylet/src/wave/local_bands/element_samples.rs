@@ -1,0 +1,275 @@
+//! The transmission of an element at the nodes of one tile, divided by the carrier that its smooth phase has there.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::optics::aperture::Aperture;
+use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use crate::optics::profile::Profile;
+use crate::optics::screen::{Act, Screen};
+use crate::wave::grid::field::Axis;
+use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::window_transform::CellFilter;
+
+/// An element, or the opening of a stop, as local bands see it.
+#[derive(Clone, Debug)]
+pub(crate) struct Element<'a> {
+    doe: Option<&'a Doe>,
+    opening: Aperture,
+    pixels: Option<&'a Pixels>,
+}
+
+/// A tile as an element meets it.
+#[derive(Clone, Debug)]
+pub(crate) struct TileArea {
+    /// The box of the light that counts, `[x_min, x_max, y_min, y_max]` in mm.
+    pub bounds: [f64; 4],
+    /// Samples of the arriving light.
+    pub samples: [Axis; 2],
+    /// Half the band of the arriving light under a window.
+    pub half_band: [f64; 2],
+    /// Largest pitch of nodes where the element has edges, in mm.
+    pub edge_pitch: f64,
+    /// Vacuum wavenumber in rad/mm.
+    pub k: f64,
+}
+
+/// The transmission at the nodes of a tile.
+pub(crate) struct ElementSamples {
+    /// The nodes along x and y.
+    pub nodes: [Axis; 2],
+    /// Whether the nodes are the samples of the arriving light.
+    pub at_samples: bool,
+    /// The transmission over its carrier, [y, x]; nothing where it is one.
+    pub values: Option<Array2<Complex64>>,
+    /// What cells do along x and y.
+    pub filter: [CellFilter; 2],
+    /// Half the band of the light behind the element; nothing where it is not limited.
+    pub half_band: Option<[f64; 2]>,
+}
+
+/// Points along each axis at which the band of a smooth phase is looked at.
+const LOOKS: usize = 9;
+
+/// A plane wave's index along an edge filter stays below this share of the limit of its nodes.
+const EDGE_LIMIT: f64 = 0.9;
+
+impl<'a> Element<'a> {
+    /// The element of a screen; nothing where layers are of a kind that has no local samples.
+    pub(crate) fn of(screen: &'a Screen) -> Option<Self> {
+        let doe = match &screen.act {
+            Act::Stop(opening) => {
+                return Some(Self {
+                    doe: None,
+                    opening: opening.clone(),
+                    pixels: None,
+                });
+            }
+            Act::Sensor(_) => return None,
+            Act::Doe(doe) => doe,
+        };
+        let known = |layer: &Layer| matches!(layer, Layer::Phase(_) | Layer::Pixels(_));
+        if !(doe.layers.iter().all(known) && doe.shares_lattice()) {
+            return None;
+        }
+        Some(Self {
+            doe: Some(doe),
+            opening: doe.aperture.clone(),
+            pixels: doe.pixels(),
+        })
+    }
+
+    /// Its opening.
+    pub(crate) fn opening(&self) -> &Aperture {
+        &self.opening
+    }
+
+    fn profiles(&self) -> impl Iterator<Item = &'a Profile> {
+        let layers = self.doe.map_or(&[][..], |doe| &doe.layers);
+        layers.iter().filter_map(|layer| match layer {
+            Layer::Phase(profile) => Some(profile),
+            Layer::Pixels(_) | Layer::Sum(_) | Layer::Unrolled(..) => None,
+        })
+    }
+
+    /// The smooth part of its phase about a point, as a carrier; singular phases take part where the singular point
+    /// is at least `far` away.
+    pub(crate) fn carrier(&self, at: [f64; 2], far: f64, k: f64) -> Carrier {
+        let none = Carrier {
+            at,
+            p: [0.0; 2],
+            q: [0.0; 3],
+        };
+        let [x, y] = at;
+        let smooth = |profile: &&Profile| !is_singular(profile) || x.hypot(y) > far;
+        self.profiles().filter(smooth).fold(none, |sum, profile| {
+            let slope = profile.gradient(x, y).map(|g| g / k);
+            sum.times(slope, profile.hessian(x, y).map(|h| h / k))
+        })
+    }
+
+    /// The direction that its smooth phase adds at a point beside what `carrier` says.
+    pub(crate) fn beside(&self, carrier: &Carrier, far: f64, at: [f64; 2], k: f64) -> [f64; 2] {
+        let near = carrier.at[0].hypot(carrier.at[1]) <= far;
+        let mut p = carrier.cosines(at).map(|p| -p);
+        for profile in self.profiles().filter(|p| !(is_singular(p) && near)) {
+            let slope = profile.gradient(at[0], at[1]);
+            p = [p[0] + slope[0] / k, p[1] + slope[1] / k];
+        }
+        p
+    }
+
+    /// The transmission at nodes of a tile over the element's own `carrier` there; `cut` where an edge of the opening
+    /// crosses the windows that are looked at.
+    pub(crate) fn samples(
+        &self,
+        area: &TileArea,
+        carrier: &Carrier,
+        far: f64,
+        cut: bool,
+    ) -> ElementSamples {
+        let rough = cut || self.has_core(carrier, far);
+        let band = self.band(area, carrier, far);
+        let wanted = [0, 1].map(|a| {
+            let pitch = 0.5 * std::f64::consts::TAU / (area.k * band[a]);
+            if rough || self.pixels.is_some() {
+                pitch.min(area.edge_pitch)
+            } else {
+                pitch
+            }
+        });
+        let fits = (0..2).all(|a| area.samples[a].pitch <= wanted[a]);
+        if !rough && self.pixels.is_none() && fits {
+            let nodes = area.samples.clone();
+            let values = self
+                .doe
+                .map(|_| self.values(&nodes, carrier, area.k, false));
+            return ElementSamples {
+                nodes,
+                at_samples: true,
+                values,
+                filter: [CellFilter::Points; 2],
+                half_band: Some(band),
+            };
+        }
+        let nodes = [0, 1].map(|a| self.nodes(area, a, wanted[a]));
+        let filter = [0, 1].map(|a| self.filter(nodes[a].pitch, cut));
+        let limit =
+            [0, 1].map(|a| EDGE_LIMIT * 0.5 * std::f64::consts::TAU / (area.k * nodes[a].pitch));
+        ElementSamples {
+            at_samples: false,
+            values: Some(self.values(&nodes, carrier, area.k, true)),
+            filter,
+            half_band: match (self.pixels, rough) {
+                (Some(_), _) => None,
+                (None, true) => Some(limit),
+                (None, false) => Some(band),
+            },
+            nodes,
+        }
+    }
+
+    /// Whether a singular point of its phase may lie under a tile.
+    fn has_core(&self, carrier: &Carrier, far: f64) -> bool {
+        carrier.at[0].hypot(carrier.at[1]) <= far && self.profiles().any(is_singular)
+    }
+
+    /// Half the band of the light behind the element: that of the arriving light and of the phase beside its carrier.
+    fn band(&self, area: &TileArea, carrier: &Carrier, far: f64) -> [f64; 2] {
+        let mut widest = [0.0f64; 2];
+        let [x0, x1, y0, y1] = area.bounds;
+        let place =
+            |low: f64, high: f64, i: usize| low + (high - low) * i as f64 / (LOOKS - 1) as f64;
+        if self.doe.is_some() {
+            for n in 0..LOOKS * LOOKS {
+                let at = [place(x0, x1, n % LOOKS), place(y0, y1, n / LOOKS)];
+                let beside = self.beside(carrier, far, at, area.k);
+                widest = [0, 1].map(|a| widest[a].max(beside[a].abs()));
+            }
+        }
+        [0, 1].map(|a| area.half_band[a] + widest[a])
+    }
+
+    /// The nodes along one axis of a tile: parts of the pixels, or equal cells over the opening.
+    fn nodes(&self, area: &TileArea, a: usize, pitch: f64) -> Axis {
+        let [low, high] = area.samples[a].edges();
+        if let Some(pixels) = self.pixels {
+            let own = pixels.pitch[a];
+            let count = [pixels.values.ncols(), pixels.values.nrows()][a];
+            let half = 0.5 * count as f64;
+            let first = (low / own + half).floor().clamp(0.0, count as f64);
+            let last = (high / own + half).ceil().clamp(0.0, count as f64);
+            let parts = match pixels.form {
+                PixelForm::Point => 1.0,
+                PixelForm::Box | PixelForm::Bilinear => (own / pitch).ceil(),
+            };
+            let middle = (0.5 * (first + last) - half) * own;
+            return Axis::uniform(((last - first) * parts) as usize, own / parts, middle);
+        }
+        let bounds = self.opening.bounds().unwrap_or([low, high, low, high]);
+        let low = low.max(bounds[2 * a] - pitch);
+        let high = high.min(bounds[2 * a + 1] + pitch).max(low);
+        let count = ((high - low) / pitch).ceil();
+        Axis::uniform(count as usize, pitch, 0.5 * (low + high))
+    }
+
+    /// What cells of a width do.
+    fn filter(&self, pitch: f64, cut: bool) -> CellFilter {
+        match self.pixels.map(|pixels| pixels.form) {
+            Some(PixelForm::Box) => CellFilter::Boxes(pitch),
+            Some(PixelForm::Point | PixelForm::Bilinear) => CellFilter::Points,
+            None if cut => CellFilter::Means(pitch),
+            None => CellFilter::Points,
+        }
+    }
+
+    /// The transmission over a carrier at nodes, with what the opening leaves of their cells if that is asked for.
+    fn values(
+        &self,
+        nodes: &[Axis; 2],
+        carrier: &Carrier,
+        k: f64,
+        opened: bool,
+    ) -> Array2<Complex64> {
+        let [columns, rows] = nodes;
+        let mut values = Array2::zeros((rows.len(), columns.len()));
+        for (j, mut row) in values.rows_mut().into_iter().enumerate() {
+            let y = rows.node(j);
+            for (i, value) in row.iter_mut().enumerate() {
+                let at = [columns.node(i), y];
+                let open = if opened {
+                    self.open(at, [columns.pitch, rows.pitch])
+                } else {
+                    1.0
+                };
+                if open > 0.0 {
+                    *value = self.transmission(at) * carrier.removed(at, k) * open;
+                }
+            }
+        }
+        values
+    }
+
+    fn transmission(&self, [x, y]: [f64; 2]) -> Complex64 {
+        self.doe
+            .map_or(Complex64::ONE, |doe| doe.transmission(x, y))
+    }
+
+    /// The open share of a cell.
+    fn open(&self, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> f64 {
+        let (depth, half) = (self.opening.depth(x, y), 0.5 * width.hypot(height));
+        if depth > half {
+            return 1.0;
+        }
+        if depth < -half {
+            return 0.0;
+        }
+        let (u, v) = (0.5 * width, 0.5 * height);
+        self.opening.coverage(x - u, x + u, y - v, y + v)
+    }
+}
+
+/// Whether a phase has a point at which it is not smooth.
+fn is_singular(profile: &Profile) -> bool {
+    matches!(profile, Profile::Vortex { .. } | Profile::Axicon { .. })
+}
