@@ -8,6 +8,7 @@ mod dim;
 mod estimates;
 mod gradients;
 mod methods;
+mod objective;
 mod paper_curved;
 mod paraxial;
 mod rayleigh;

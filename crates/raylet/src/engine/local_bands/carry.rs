@@ -250,3 +250,116 @@ fn sensor_grid(sensor: &Sensor) -> Grid {
         y: axis(1),
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::engine::local_bands::carry::{LocalBandError, carry};
+    use crate::engine::local_bands::settings::{LocalBandSettings, SourceOpening};
+    use crate::fixtures::parts::{conic, element, on_axis, plane_wave, screen, sensor};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::doe::Layer;
+    use crate::optics::frame::Frame;
+    use crate::optics::profile::Profile;
+    use crate::optics::screen::{Act, Screen};
+    use crate::optics::system::System;
+    use crate::wave::free::rayleigh::Emitters;
+    use crate::wave::grid::field::{Axis, Field, Grid};
+    use crate::wave::grid::heights::Heights;
+    use crate::wave::grid::sampling::act;
+
+    const RADIUS: f64 = 0.3;
+    const DISTANCE: f64 = 20.0;
+
+    /// A lens and a vortex in a hard opening, under tilted light, and a sensor in its focus.
+    fn vortex() -> System {
+        let wavelength = 0.5e-3;
+        let lens = Profile::Lens {
+            focal_length: DISTANCE,
+            wavenumber: std::f64::consts::TAU / wavelength,
+        };
+        let mut doe = element(Layer::Phase(lens), Aperture::disc(RADIUS));
+        doe.layers.push(Layer::Phase(Profile::Vortex { charge: 1 }));
+        System {
+            wavelength,
+            source: plane_wave([0.003, -0.002]),
+            screens: vec![
+                screen(Frame::GLOBAL, Act::Doe(doe)),
+                screen(on_axis(DISTANCE), sensor(24, 8e-3)),
+            ],
+            trains: vec![Vec::new()],
+        }
+    }
+
+    /// The direct sum over the opening.
+    fn summed(system: &System) -> Vec<Complex64> {
+        let axis = Axis::gauss(60, 2.0 * RADIUS / 60.0, 0.0, 6);
+        let mut field = Field::zeros(Grid {
+            x: axis.clone(),
+            y: axis.clone(),
+        });
+        let k = system.wavenumber();
+        for ((j, i), value) in field.values.indexed_iter_mut() {
+            *value = Complex64::cis(k * (0.003 * axis.node(i) - 0.002 * axis.node(j)));
+        }
+        act(&system.screens[0], &mut field);
+        let place = |i: usize| (i as f64 - 11.5) * 8e-3;
+        let points: Vec<[f64; 3]> = (0..24 * 24)
+            .map(|n| [place(n % 24), place(n / 24), DISTANCE])
+            .collect();
+        Emitters::new(&field, &Heights::flat(&field.grid)).shine(&points, system.wavelength)
+    }
+
+    #[test]
+    fn a_vortex_in_a_hard_opening_agrees_with_the_direct_sum() {
+        let system = vortex();
+        let exact = summed(&system);
+        let norm: f64 = exact.iter().map(|u| u.norm_sqr()).sum();
+        for sigma in [0.02, 0.04] {
+            let settings = LocalBandSettings {
+                opening: SourceOpening::Hard,
+                ..LocalBandSettings::new(vec![sigma])
+            };
+            let outcome = carry(&system, &settings).unwrap();
+            let pairs = outcome.field.values.iter().zip(&exact);
+            let off: f64 = pairs.map(|(a, b)| (a - b).norm_sqr()).sum();
+            let error = (off / norm).sqrt();
+            assert!(error < 2e-3, "σ {sigma}: {error:e}");
+        }
+    }
+
+    #[test]
+    fn any_number_of_threads_gives_the_same_bits() {
+        let run = |threads: usize| {
+            let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
+            let settings = LocalBandSettings::new(vec![0.03]);
+            let run = || carry(&vortex(), &settings).unwrap().field.values;
+            pool.build().unwrap().install(run)
+        };
+        assert_eq!(run(1), run(3));
+    }
+
+    #[test]
+    fn what_cannot_be_carried_is_refused_by_name() {
+        let settings = LocalBandSettings::new(vec![0.03]);
+        let refused = |system: &System| carry(system, &settings).unwrap_err();
+        let mut system = vortex();
+        system.screens[1].shape = conic(0.1, 0.0);
+        assert_eq!(refused(&system), LocalBandError::Curved("sensor".into()));
+        let mut system = vortex();
+        let open: Screen = screen(on_axis(3.0), Act::Stop(Aperture::disc(1.0)));
+        system.screens.insert(1, open);
+        system.trains.push(Vec::new());
+        assert_eq!(refused(&system), LocalBandError::NoWidth("stop".into()));
+        system.screens.truncate(2);
+        system.trains.truncate(1);
+        assert_eq!(refused(&system), LocalBandError::NoSensor);
+        let mut system = vortex();
+        system.screens[0].act = Act::Stop(Aperture::OPEN);
+        assert_eq!(
+            refused(&system),
+            LocalBandError::Boundless("element".into())
+        );
+    }
+}

@@ -17,12 +17,13 @@ const OVERSAMPLING: f64 = 1.1;
 /// coverage has sidebands, each with the tail of the Gaussian down to the threshold.
 pub(crate) fn window_half_band(step: f64, threshold: f64) -> f64 {
     let turn = std::f64::consts::PI / step;
-    let sideband = (-turn * turn).exp();
-    let tail = |height: f64| (2.0 * (height / threshold).ln()).max(0.0).sqrt();
-    if sideband <= threshold {
-        return tail(1.0);
+    let (mut band, mut height, mut place) = (0.0f64, 1.0f64, 0.0);
+    while height > threshold {
+        band = band.max(place + (2.0 * (height / threshold).ln()).sqrt());
+        height *= (-turn * turn).exp();
+        place += 2.0 * turn;
     }
-    (2.0 * turn + tail(sideband)).max(tail(1.0))
+    band
 }
 
 /// The pitch at which light of this half band is sampled, in mm.
