@@ -74,7 +74,7 @@ fn nodes(triplet: &Triplet, radius: f64, count: Option<usize>) -> (Vec<StopNode>
 }
 
 /// Prints what a run took, hop by hop.
-fn tell(outcome: &LocalBandOutcome) {
+fn report(outcome: &LocalBandOutcome) {
     for hop in &outcome.hops {
         let account = &hop.account;
         println!(
@@ -163,7 +163,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     println!(
         "{case} {angle}° σ {sigmas:?} radius {radius}: {used:.2} s of processor time, {wall:.2} s"
     );
-    tell(&outcome);
+    report(&outcome);
 
     let clock = Instant::now();
     let (nodes, cell) = nodes(&triplet, radius, count);

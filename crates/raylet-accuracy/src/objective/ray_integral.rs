@@ -22,10 +22,10 @@ const CHUNK: usize = 256;
 /// Newton steps of a ray that is to land at a point.
 const STEPS: usize = 12;
 
-/// A landing this close to its point is good enough, in mm.
+/// Largest distance of a landing from its point, in mm.
 const CLOSE: f64 = 1e-12;
 
-/// A point of the stop with the transmission there times the area that it stands for, in mm².
+/// A point of the stop with the transmission there times the area that it represents, in mm².
 #[derive(Clone, Copy, Debug)]
 pub struct StopNode {
     /// Where it is, in mm.

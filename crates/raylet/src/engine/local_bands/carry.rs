@@ -65,7 +65,7 @@ pub struct LocalBandOutcome {
     pub hops: Vec<LocalBandHop>,
 }
 
-/// How far beyond an opening light is wanted, in σ of its windows: the sinc sums of its edge need it.
+/// Distance from an opening up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
 const MARGIN: f64 = 2.5;
 
 /// Beamlets of a smooth source end at this share of the threshold: each of them counts in full.

@@ -14,13 +14,13 @@ use crate::wave::local_bands::window_transform::Modes;
 pub(crate) struct Emission<'a> {
     /// The hop.
     pub hop: &'a Hop<'a>,
-    /// Where the beamlets are wanted.
+    /// The target of the beamlets.
     pub target: &'a Target,
     /// Plane waves weaker than this are left out.
     pub weakest: f64,
     /// Energy of the plane waves of a window under a unit plane wave.
     pub unit: f64,
-    /// Whether the aberration inside beamlets is made good.
+    /// Whether the aberration inside beamlets is corrected.
     pub corrected: bool,
 }
 
@@ -80,7 +80,7 @@ impl Emission<'_> {
         }
     }
 
-    /// Makes the aberration inside beamlets of a window good, as its strongest beamlet has it.
+    /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet.
     fn correct(
         &self,
         start: &ChirpedStart,

@@ -8,7 +8,7 @@
 //! | --- | --- |
 //! | [`settings`] | What may be chosen about a run |
 //! | `held_light` | The light that arrives at a screen: of the source, or as beamlets |
-//! | `target` | What beamlets of a hop are wanted for |
+//! | `target` | The part of the next screen that beamlets must reach |
 //! | `chirped_beamlet` | One beamlet with the curvature of its carrier, and the aberration inside it |
 //! | `window_directions` | Which directions lead from a window to the target |
 //! | `source_windows` | A smooth source: one beamlet a window |

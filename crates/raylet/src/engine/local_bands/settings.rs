@@ -17,7 +17,7 @@ pub struct LocalBandSettings {
     pub tile: usize,
     /// Nodes per σ where an edge cuts a window.
     pub edge_nodes: f64,
-    /// Whether the aberration inside beamlets is made good.
+    /// Whether the aberration inside beamlets is corrected.
     pub corrected: bool,
     /// What the opening of the first screen does where that is a stop.
     pub opening: SourceOpening,

@@ -11,20 +11,20 @@ use crate::optics::source::Source;
 use crate::optics::system::Hop;
 use crate::wave::local_bands::tiling::{Tile, Tiling};
 
-/// The middle ray of a tile tells of the others to this factor.
+/// The middle ray of a tile represents the others to this factor.
 const SAFETY: f64 = 2.0;
 
-/// A smooth source and where its light is wanted.
+/// A smooth source and the target of its light.
 pub(crate) struct SourceWindows<'a> {
     /// The source.
     pub source: &'a Source,
     /// The hop from the first screen.
     pub hop: &'a Hop<'a>,
-    /// Where the light is wanted.
+    /// The target of the light.
     pub target: &'a Target,
     /// Where windows stand.
     pub tiling: &'a Tiling,
-    /// Whether the aberration inside beamlets is made good.
+    /// Whether the aberration inside beamlets is corrected.
     pub corrected: bool,
 }
 

@@ -1,17 +1,17 @@
-//! What beamlets of a hop are wanted for: the opening of the next screen, or the pixels of a sensor.
+//! The part of the next screen that beamlets must reach: the opening of the next screen, or the pixels of a sensor.
 
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Act, Screen};
 use crate::wave::beamlet::wavelet::Arrival;
 
-/// The wanted part of the receiving screen.
+/// The part of the receiving screen that matters.
 #[derive(Clone, Debug)]
 pub(crate) struct Target {
     /// Its box, `[x_min, x_max, y_min, y_max]` in mm.
     pub bounds: [f64; 4],
     /// The opening inside; open for a sensor.
     opening: Aperture,
-    /// How far beyond the opening light is wanted, in mm.
+    /// Distance from the opening up to which light is summed, in mm.
     margin: f64,
     /// Beamlets end at this share of their peak.
     pub edge: f64,

@@ -37,7 +37,7 @@ pub(crate) struct TileRun<'a> {
     pub tiling: &'a Tiling,
     /// How wide they are.
     pub shape: WindowShape,
-    /// Where the light is wanted.
+    /// The target of the light.
     pub target: &'a Target,
     /// The settings of the run.
     pub settings: &'a LocalBandSettings,
@@ -51,7 +51,7 @@ struct Aimed {
     /// Direction of its carrier beside that of the tile's.
     shift: [f64; 2],
     /// Directions that lead to the target.
-    wanted: [f64; 4],
+    directions: [f64; 4],
 }
 
 /// What is summed and sampled once for all windows of a tile.
@@ -173,13 +173,13 @@ impl TileRun<'_> {
             carrier: leaving.about(at).times(shift, [0.0; 3]),
             sigma: self.shape.sigma,
         };
-        let wanted = window_directions(self.hop, &start, self.target)?;
+        let directions = window_directions(self.hop, &start, self.target)?;
         Some(Aimed {
             window,
             start,
             lie,
             shift,
-            wanted,
+            directions,
         })
     }
 
@@ -221,13 +221,13 @@ impl TileRun<'_> {
         (prepared, evaluations)
     }
 
-    /// The plane waves wanted of a window; nothing where no direction of the light leads to the target.
+    /// The plane waves of a window to be computed; nothing where no direction of the light leads to the target.
     fn modes(&self, aimed: &Aimed, element: &ElementSamples) -> Option<[Modes; 2]> {
         let spacing = self.hop.wavelength / (self.shape.period * self.shape.sigma);
         let modes = [0, 1].map(|a| {
             let limit = element.half_band.map_or(f64::INFINITY, |band| band[a]);
-            let low = aimed.wanted[2 * a].max(-limit - aimed.shift[a]);
-            let high = aimed.wanted[2 * a + 1].min(limit - aimed.shift[a]);
+            let low = aimed.directions[2 * a].max(-limit - aimed.shift[a]);
+            let high = aimed.directions[2 * a + 1].min(limit - aimed.shift[a]);
             Modes::between(low, high, spacing, aimed.shift[a])
         });
         modes.iter().all(|modes| modes.count > 0).then_some(modes)

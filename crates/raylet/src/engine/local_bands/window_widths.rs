@@ -24,7 +24,7 @@ const WIDTHS: std::ops::Range<i32> = 8..64;
 /// A window is at most this share of the size of its screen.
 const LARGEST: f64 = 0.08;
 
-/// Share of the wanted error that aberration may have in one hop.
+/// Share of the target error that aberration may have in one hop.
 const SHARE: f64 = 0.5;
 
 /// Whether a hop starts with a smooth source or with windows of all directions.
@@ -32,8 +32,8 @@ fn is_smooth(number: usize, screen: &Screen) -> bool {
     number == 0 && matches!(screen.act, Act::Stop(_))
 }
 
-/// The widest windows of each screen but the last, in mm, with which the aberration inside beamlets, made good as far
-/// as it can be, stays below a wanted relative error of the field.
+/// The widest windows of each screen but the last, in mm, with which the aberration inside beamlets, corrected as far
+/// as it can be, stays below a target relative error of the field.
 ///
 /// # Errors
 /// When a screen has no edge or layers of another kind, or no ray of the source meets an opening.
@@ -124,7 +124,7 @@ fn carried(hop: &Hop, carrier: &Carrier) -> Option<Carrier> {
     })
 }
 
-/// The largest width whose beamlets, made good, keep below an error along the judged rays.
+/// The largest width whose beamlets, corrected, keep below an error along the sampled rays.
 fn widest(hop: &Hop, judged: &[Carrier], smooth: bool, error: f64) -> f64 {
     let size = hop.from.bounds().map_or(f64::INFINITY, |[x0, x1, y0, y1]| {
         LARGEST * (x1 - x0).max(y1 - y0)

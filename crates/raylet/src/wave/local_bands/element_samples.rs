@@ -130,7 +130,7 @@ impl<'a> Element<'a> {
     ) -> ElementSamples {
         let rough = cut || self.has_core(carrier, far);
         let band = self.band(area, carrier, far);
-        let wanted = [0, 1].map(|a| {
+        let needed = [0, 1].map(|a| {
             let pitch = 0.5 * std::f64::consts::TAU / (area.k * band[a]);
             if rough || self.pixels.is_some() {
                 pitch.min(area.edge_pitch)
@@ -138,7 +138,7 @@ impl<'a> Element<'a> {
                 pitch
             }
         });
-        let fits = (0..2).all(|a| area.samples[a].pitch <= wanted[a]);
+        let fits = (0..2).all(|a| area.samples[a].pitch <= needed[a]);
         if !rough && self.pixels.is_none() && fits {
             let nodes = area.samples.clone();
             let values = self
@@ -152,7 +152,7 @@ impl<'a> Element<'a> {
                 half_band: Some(band),
             };
         }
-        let nodes = [0, 1].map(|a| self.nodes(area, a, wanted[a]));
+        let nodes = [0, 1].map(|a| self.nodes(area, a, needed[a]));
         let filter = [0, 1].map(|a| self.filter(nodes[a].pitch, cut));
         let limit =
             [0, 1].map(|a| EDGE_LIMIT * 0.5 * std::f64::consts::TAU / (area.k * nodes[a].pitch));

@@ -10,7 +10,7 @@ const HELD: f64 = 0.999;
 /// would make its band as wide as they please.
 const DARK: f64 = 0.1;
 
-/// Samples beyond what the band needs.
+/// Samples per sample that the band needs.
 const OVERSAMPLING: f64 = 1.1;
 
 /// Half the band of a window itself, in units of 1/(kσ), for windows a `step` of so many σ apart: the division by the
@@ -48,9 +48,9 @@ impl WindowBlock {
     /// Amplitude with which the windows see a beamlet.
     fn strength(&self, arrival: &Arrival) -> f64 {
         let [x0, x1, y0, y1] = self.centres;
-        let beyond = |at: f64, low: f64, high: f64| (low - at).max(at - high).max(0.0);
+        let outside = |at: f64, low: f64, high: f64| (low - at).max(at - high).max(0.0);
         let [u, v] = arrival.at;
-        let (u, v) = (beyond(u, x0, x1), beyond(v, y0, y1));
+        let (u, v) = (outside(u, x0, x1), outside(v, y0, y1));
         let far = (u * u + v * v) / (4.0 * self.sigma * self.sigma);
         arrival.amplitude.norm() * (-far).exp()
     }
@@ -90,7 +90,7 @@ pub(crate) fn bright_amplitude(arrivals: &[Arrival]) -> f64 {
 mod tests {
     use crate::wave::local_bands::local_band::window_half_band;
 
-    /// The spectrum of g/Σg² beyond the band is below the threshold, and just inside it is not.
+    /// The spectrum of g/Σg² outside the band is below the threshold, and just inside it is not.
     #[test]
     fn divided_windows_end_with_their_band() {
         for step in [1.25, 1.5, 1.75] {
@@ -106,9 +106,9 @@ mod tests {
                 (-400..=400).map(node).sum::<f64>().abs()
             };
             let band = window_half_band(step, 1e-3);
-            for beyond in 0..20 {
+            for step_out in 0..20 {
                 assert!(
-                    at(band + 0.1 * f64::from(beyond)) < 1.1e-3 * at(0.0),
+                    at(band + 0.1 * f64::from(step_out)) < 1.1e-3 * at(0.0),
                     "{step}"
                 );
             }

@@ -15,7 +15,7 @@ pub(crate) const REACH: f64 = 4.3;
 /// A window whose centre lies this many σ inside an edge does not see it, and one this far outside has no light.
 const CLEAR: f64 = 3.5;
 
-/// Samples of a tile beyond its windows, so that rounding leaves none out.
+/// Samples of a tile outside its windows, so that rounding leaves none out.
 const SPARE: usize = 2;
 
 /// The lattice of windows on a screen, dealt out in tiles.
@@ -70,7 +70,7 @@ impl Lie {
 }
 
 impl Tiling {
-    /// Windows over a box `[x_min, x_max, y_min, y_max]` and beyond its edges, in tiles of `side`² windows.
+    /// Windows over a box `[x_min, x_max, y_min, y_max]` and across its edges, in tiles of `side`² windows.
     pub(crate) fn over(bounds: [f64; 4], shape: WindowShape, side: usize) -> Self {
         let WindowShape { sigma, step, .. } = shape;
         let [x0, x1, y0, y1] = bounds;

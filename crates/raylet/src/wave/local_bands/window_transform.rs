@@ -12,7 +12,7 @@ use num_complex::Complex64;
 
 use crate::wave::grid::field::Axis;
 
-/// What a cell about each node does to the spectrum of what the nodes stand for.
+/// What a cell about each node does to the spectrum of what the nodes represent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub enum CellFilter {
     /// Nodes hold values of a smooth function.
@@ -39,7 +39,7 @@ impl CellFilter {
     }
 }
 
-/// The plane waves wanted of a window along one axis.
+/// The plane waves of a window to be computed, along one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Modes {
     /// Index m of the first.
@@ -71,7 +71,7 @@ impl Modes {
     }
 }
 
-/// The nodes of an element along one axis, and what they stand for.
+/// The nodes of an element along one axis, and what they represent.
 #[derive(Clone, Copy, Debug)]
 pub struct NodeLine<'a> {
     /// All nodes of the tile.
