@@ -1,46 +1,38 @@
 //! Choices on the command line that take the place of the scene's.
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use raylet::engine::plan::settings::{Method, Settings};
+use serde::de::DeserializeOwned;
+use serde::de::IntoDeserializer;
+use serde::de::value::Error;
 
 use crate::failure::Failure;
 
 /// Options that every computing verb takes.
 #[derive(Args)]
 pub(crate) struct Overrides {
-    /// How fields are carried through lenses, in place of the scene's settings.method.
-    #[arg(long, value_enum)]
-    method: Option<MethodName>,
+    /// How fields are carried through lenses, in place of the scene's settings.method: auto (what promises the target
+    /// error at the least cost), beamlet, plane, or paper (random patches and drawn modes, as first published).
+    #[arg(long, value_parser = by_name::<Method>)]
+    method: Option<Method>,
     /// Threads to use; all processors by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum MethodName {
-    /// What promises the target error at the least cost.
-    Auto,
-    /// Gaussian beamlets.
-    Beamlet,
-    /// Plane wavelets.
-    Plane,
-    /// Random patches and drawn modes, as first published.
-    Paper,
 }
 
 impl Overrides {
     /// Applies the options to the settings and starts the threads.
     pub(crate) fn apply(&self, settings: &mut Settings) -> Result<(), Failure> {
         if let Some(method) = self.method {
-            settings.method = match method {
-                MethodName::Auto => Method::Auto,
-                MethodName::Beamlet => Method::Beamlet,
-                MethodName::Plane => Method::Plane,
-                MethodName::Paper => Method::Paper,
-            };
+            settings.method = method;
         }
         start_threads(self.threads)
     }
+}
+
+/// An option by its name in scenes.
+pub(crate) fn by_name<T: DeserializeOwned>(name: &str) -> Result<T, Error> {
+    T::deserialize(name.into_deserializer())
 }
 
 /// Starts the number of threads that the user chose.

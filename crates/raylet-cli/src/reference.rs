@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 use std::time::Instant;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use raylet::engine::chain::reference::{PADDING, ReferenceOptions, reference};
 use raylet::engine::chain::simulate::Progress;
 use raylet::engine::free::free_method::Approach;
@@ -17,7 +17,7 @@ use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
 
 use crate::failure::Failure;
-use crate::overrides::start_threads;
+use crate::overrides::{by_name, start_threads};
 use crate::progress::Meter;
 use crate::result_folder::{Light, gather, publish};
 use crate::say::say;
@@ -32,9 +32,12 @@ pub(crate) struct Reference {
     /// replaced, anything else is left alone.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// How the light is carried.
-    #[arg(long, value_enum, default_value_t = MethodName::Auto)]
-    method: MethodName,
+    /// How the light is carried: auto (the first of the others that applies, hop by hop), angular-spectrum (parallel
+    /// screens with at most plane-parallel plates between), rayleigh-sommerfeld (direct sum over all nodes: nothing
+    /// between the screens, at any tilt), collins (ray matrices: centred lenses, without their aberrations and rims), or
+    /// gsl (one ray per pixel by the generalised law of refraction: smooth elements, no diffraction).
+    #[arg(long, default_value = "auto", value_parser = by_name::<Approach>)]
+    method: Approach,
     /// Longest direct sum in hours that is begun.
     #[arg(long, value_name = "HOURS", default_value_t = 3.0, value_parser = hours)]
     #[arg(allow_negative_numbers = true)]
@@ -42,32 +45,6 @@ pub(crate) struct Reference {
     /// Threads to use; all processors by default. Results do not depend on it.
     #[arg(long, value_name = "N", value_parser = clap::value_parser!(u16).range(1..=1024))]
     threads: Option<u16>,
-}
-
-#[derive(Clone, Copy, ValueEnum)]
-enum MethodName {
-    /// The first of the others that applies, hop by hop.
-    Auto,
-    /// Plane waves: parallel screens with at most plane-parallel plates between.
-    AngularSpectrum,
-    /// Direct sum over all nodes: nothing between the screens, at any tilt.
-    RayleighSommerfeld,
-    /// Ray matrices: centred lenses, without their aberrations and rims.
-    Collins,
-    /// One ray per pixel by the generalised law of refraction: smooth elements, no diffraction.
-    Gsl,
-}
-
-impl MethodName {
-    fn approach(self) -> Approach {
-        match self {
-            MethodName::Auto => Approach::Auto,
-            MethodName::AngularSpectrum => Approach::AngularSpectrum,
-            MethodName::RayleighSommerfeld => Approach::RayleighSommerfeld,
-            MethodName::Collins => Approach::Collins,
-            MethodName::Gsl => Approach::Refraction,
-        }
-    }
 }
 
 impl Reference {
@@ -103,7 +80,7 @@ impl Reference {
         settings: &Settings,
     ) -> Result<(Vec<Channel>, Vec<Field>), Failure> {
         let choice = ReferenceOptions {
-            approach: self.method.approach(),
+            approach: self.method,
             patience: 3600.0 * self.most_hours,
         };
         let meter = Meter::new();

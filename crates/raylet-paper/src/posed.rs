@@ -179,7 +179,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_written_is_the_study_itself() {
+    fn what_is_written_is_the_study_itself_slow() {
         assert!(astray(&star_hologram(16, 0.7, 1e-3)) < 1e-9);
         for substrate in [Substrate::Bumps, Substrate::Bump] {
             let mirror = Conformal {

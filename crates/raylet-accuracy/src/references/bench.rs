@@ -339,7 +339,7 @@ mod tests {
     /// A lens of index 1 leaves light from pixels as it is in free space, but for what passes
     /// its rim and for the curvature's second-order term.
     #[test]
-    fn a_lens_of_air_is_free_space() {
+    fn a_lens_of_air_is_free_space_slow() {
         // A soft-edged beam, little of which meets the rim.
         let mut pixels = scrambled(40, 0.5);
         for ((i, j), value) in pixels.transmission.indexed_iter_mut() {

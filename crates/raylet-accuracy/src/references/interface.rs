@@ -283,7 +283,7 @@ mod tests {
     }
 
     #[test]
-    fn field_on_a_sphere_equals_the_sum_of_plane_waves() {
+    fn field_on_a_sphere_equals_the_sum_of_plane_waves_slow() {
         let spectrum = scrambled();
         for radius in [45.0, 22.0, -200.0] {
             let surface = SurfaceSamples::new(96.0, 288, 20.0, 6, Sag::Sphere(radius));
@@ -304,7 +304,7 @@ mod tests {
     /// Without an interface the plane waves come back: exactly from planes, however tilted, and
     /// to O(1/kR) from curved surfaces.
     #[test]
-    fn a_surface_without_an_interface_changes_nothing() {
+    fn a_surface_without_an_interface_changes_nothing_slow() {
         let tilted = |x: f64, _y: f64| [0.25 * x, 0.25, 0.0];
         for (name, sag, bound) in [
             ("flat", Sag::Flat, 2e-11),

@@ -325,7 +325,7 @@ mod tests {
 
     /// Behind pixels of 17λ, oblique light, a tilted sensor 40λ away: error per period.
     #[test]
-    fn free_space_equals_rayleigh_sommerfeld() {
+    fn free_space_equals_rayleigh_sommerfeld_slow() {
         let points: Vec<_> = (0..400)
             .map(|i| {
                 let (x, y) = (f64::from(i % 20) - 9.5, f64::from(i / 20) - 9.5);

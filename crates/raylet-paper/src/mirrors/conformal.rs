@@ -311,7 +311,7 @@ mod tests {
 
     /// A tenth of the mirror: foci where they should be, whatever the substrate, by every way but planes.
     #[test]
-    fn foci_stand_where_the_phase_sends_them() {
+    fn foci_stand_where_the_phase_sends_them_slow() {
         for substrate in [Substrate::Bumps, Substrate::Bump] {
             let mirror = Conformal {
                 substrate,

@@ -193,7 +193,7 @@ mod tests {
     /// √(7/180)·kD²/R; less than that, as the sensor's middle sees more of the patch's. Half of it is left
     /// where the light that comes meets the surface, none with the height.
     #[test]
-    fn errors_of_planes_are_those_of_their_phase() {
+    fn errors_of_planes_are_those_of_their_phase_slow() {
         let study = FlatPatches::measure(&[10, 20], &[400.0]).unwrap();
         for bent in &study.found {
             let expected = 4.0 * bent.phase * f64::sqrt(7.0 / 180.0);

@@ -210,7 +210,7 @@ mod tests {
     use crate::systems::method_comparison::{Match, Shown, Trial, figure, light};
 
     #[test]
-    fn a_way_is_like_itself_and_shown() {
+    fn a_way_is_like_itself_and_shown_slow() {
         let phase = Array2::from_shape_fn((12, 12), |(j, i)| (i * j) as f64);
         let system = near_hologram(&phase, PixelForm::Box);
         let trial = Trial::once("free", &system, &Settings::default(), &|_| {}).unwrap();

@@ -3,7 +3,7 @@
 //! | folder or file | what it holds |
 //! | --- | --- |
 //! | [`optimizers`] | From value and gradient to the next point |
-//! | [`losses`] | Losses: numbers that judge the light on the sensor |
+//! | [`losses`] | Losses: numbers that rate the light on the sensor |
 //! | [`constraints`] | From free parameters to pixels that can be made |
 //! | [`holograms`] | Iterative Fourier transform algorithms |
 //! | [`mirrors`] | Diffractive mirrors on curved substrates |

@@ -333,7 +333,7 @@ mod tests {
     }
 
     #[test]
-    fn what_is_exported_is_what_was_optimised_and_annealing_beats_rounding() {
+    fn what_is_exported_is_what_was_optimised_and_annealing_beats_rounding_slow() {
         let (far, shape) = (Far::new(), (24, 24));
         let smooth = Constraints::new(Rules::NONE, shape).unwrap();
         let lbfgs = Method::Lbfgs(LbfgsSettings::default());

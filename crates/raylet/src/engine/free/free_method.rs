@@ -1,5 +1,7 @@
 //! Which method without rays carries a hop, and why the others do not.
 
+use serde::Deserialize;
+
 use crate::engine::plan::hop_plan::free_hop;
 use crate::engine::plan::settings::Settings;
 use crate::math::vec3::Vec3;
@@ -9,7 +11,8 @@ use crate::optics::system::Hop;
 use crate::wave::free::propagate::{FreeHop, FreePlan};
 
 /// A method that needs no beamlets.
-#[derive(Clone, Copy, Debug, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]
+#[serde(rename_all = "kebab-case")]
 pub enum Approach {
     /// The first of the others that applies, hop by hop.
     #[default]
@@ -21,6 +24,7 @@ pub enum Approach {
     /// Collins' integral: centred trains, without their aberrations and rims.
     Collins,
     /// The generalised law of refraction: smooth elements, any train, no diffraction.
+    #[serde(rename = "gsl")]
     Refraction,
 }
 

@@ -216,7 +216,7 @@ mod tests {
 
     /// A lens of 3 mm that brings a grating's light to a focus, before it: beamlets find the same field.
     #[test]
-    fn directions_make_the_field_of_beamlets() {
+    fn directions_make_the_field_of_beamlets_slow() {
         let sensor = Window {
             middle: [0.16, 0.0],
             count: 61,

@@ -312,7 +312,7 @@ mod tests {
     }
 
     #[test]
-    fn a_vortex_in_a_hard_opening_agrees_with_the_direct_sum() {
+    fn a_vortex_in_a_hard_opening_agrees_with_the_direct_sum_slow() {
         let system = vortex();
         let exact = summed(&system);
         let norm: f64 = exact.iter().map(|u| u.norm_sqr()).sum();
@@ -330,7 +330,7 @@ mod tests {
     }
 
     #[test]
-    fn any_number_of_threads_gives_the_same_bits() {
+    fn any_number_of_threads_gives_the_same_bits_slow() {
         let run = |threads: usize| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             let settings = LocalBandSettings::new(vec![0.03]);

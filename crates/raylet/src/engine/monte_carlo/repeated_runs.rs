@@ -99,7 +99,7 @@ mod tests {
 
     /// The mean comes as near to the field with all modes as its standard error says.
     #[test]
-    fn parts_differ_as_their_mean_errs() {
+    fn parts_differ_as_their_mean_errs_slow() {
         let phase = Array2::from_shape_fn((20, 20), |(j, i)| (i * i + 3 * j) as f64);
         let system = near_hologram(&phase, PixelForm::Point);
         let settings = |sampler| Settings {

@@ -375,7 +375,7 @@ size_mm = [0.4, 0.2]
     }
 
     #[test]
-    fn later_elements_take_the_light_that_arrives() {
+    fn later_elements_take_the_light_that_arrives_slow() {
         // The same element behind a stop: half the disc is dark, the rest is lit as diffraction has it.
         let before = "[[element]]\nkind = \"stop\"\nthickness_mm = 0.1\n\
             aperture = { disc = { radius_mm = 0.03 } }\n[[element]]\nkind = \"doe\"";

@@ -164,7 +164,7 @@ pitch_um = 5
 "#;
 
 #[test]
-fn what_is_not_refused_has_finite_plans() {
+fn what_is_not_refused_has_finite_plans_slow() {
     let mut planned = 0;
     for (change, text) in altered(SMALL) {
         let Ok(scene) = Scene::parse(&text, Path::new("small.toml")) else {

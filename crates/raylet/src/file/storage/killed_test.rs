@@ -128,14 +128,14 @@ fn kill(times: u32, by_stroke: bool) -> [u32; 2] {
 }
 
 #[test]
-fn killed_a_hundred_times_it_leaves_a_whole_result() {
+fn killed_a_hundred_times_it_leaves_a_whole_result_slow() {
     let [drafts, gaps] = kill(100, true);
     assert!(drafts > 50, "{drafts} of 100 left a draft");
     assert_eq!(gaps, 0, "of 100 saw no result");
 }
 
 #[test]
-fn in_two_steps_the_next_start_puts_it_back() {
+fn in_two_steps_the_next_start_puts_it_back_slow() {
     let [drafts, gaps] = kill(25, false);
     assert!(
         drafts > 12 && gaps > 0,
