@@ -21,7 +21,7 @@
 //! September 2024, on an error chart, a field and a layout. plotters leaves to its caller the powers of ten on an axis,
 //! the true aspect ratio, the colour bar, the unit, and names that keep clear of lines: 49, 54 and 52 lines of code
 //! instead of 13, 8 and 15. Its SVG of a field of 240 x 160 values has 3.3 MB instead of 63 kB. Each length has to be
-//! doubled by hand for a picture of twice the pixels, and letters are a fifth smaller than asked for. It adds 10
+//! doubled by hand for a picture of twice the pixels, and letters are a fifth smaller than requested. It adds 10
 //! packages. charming and plotly make PNG only with a JavaScript engine or a browser.
 
 #![deny(

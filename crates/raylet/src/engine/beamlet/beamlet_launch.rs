@@ -30,11 +30,5 @@ pub(crate) fn launch_beamlet_from(
         launch_plane
             .hop(hop)
             .carry_beamlet(launch_plane.at(), launch_plane.cosines(p)?, start)?;
-    let (landing, g) = (carried.landing, carried.curvature);
-    Ok(Arrival {
-        at: landing.at,
-        cosines: landing.cosines,
-        amplitude: carried.amplitude.value() * num_complex::Complex64::cis(k * landing.path),
-        curvature: [g.xx.value(), g.xy.value(), g.yy.value()],
-    })
+    Ok(carried.arrival(k))
 }

@@ -41,13 +41,7 @@ impl ChirpedStart {
             yy: Complex::new(q[2], width),
         };
         let carried = hop.carry_beamlet(at, [p[0] + dp[0], p[1] + dp[1]], start)?;
-        let (landing, g) = (carried.landing, carried.curvature);
-        Ok(Arrival {
-            at: landing.at,
-            cosines: landing.cosines,
-            amplitude: carried.amplitude.value() * num_complex::Complex64::cis(k * landing.path),
-            curvature: [g.xx.value(), g.xy.value(), g.yy.value()],
-        })
+        Ok(carried.arrival(k))
     }
 
     /// The aberration inside a beamlet, for sums over all places and directions; nothing when the ray or one of its

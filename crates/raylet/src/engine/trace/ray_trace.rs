@@ -1,5 +1,7 @@
 //! The one trace of a ray from screen to screen through a train of surfaces.
 
+use num_complex::Complex64;
+
 use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
@@ -9,7 +11,7 @@ use crate::optics::refraction::bend;
 use crate::optics::screen::Screen;
 use crate::optics::surface::Face;
 use crate::optics::system::Hop;
-use crate::wave::beamlet::wavelet::{Beamlet, Companion, Encounter};
+use crate::wave::beamlet::wavelet::{Arrival, Beamlet, Companion, Encounter};
 
 /// A ray where it meets a receiving screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -31,6 +33,20 @@ pub struct Carried<T = f64> {
     pub amplitude: Complex<T>,
     /// Its curvature along the screen's axes, in 1/mm.
     pub curvature: Symmetric<T>,
+}
+
+impl Carried {
+    /// The beamlet ready to be summed, its optical path's phase included; `k` is the vacuum wavenumber.
+    #[inline]
+    pub(crate) fn arrival(&self, k: f64) -> Arrival {
+        let g = self.curvature;
+        Arrival {
+            at: self.landing.at,
+            cosines: self.landing.cosines,
+            amplitude: self.amplitude.value() * Complex64::cis(k * self.landing.path),
+            curvature: [g.xx.value(), g.xy.value(), g.yy.value()],
+        }
+    }
 }
 
 /// A screen as a ray of numbers `T` meets it.

@@ -223,7 +223,7 @@ impl<'a> Element<'a> {
         }
     }
 
-    /// The transmission over a carrier at nodes, with what the opening leaves of their cells if that is asked for.
+    /// The transmission over a carrier at nodes, times the open share of their cells if `opened`.
     fn values(
         &self,
         nodes: &[Axis; 2],
