@@ -10,7 +10,7 @@ use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
 use crate::engine::local_bands::settings::{LocalBandSettings, SOURCE_STEP, SourceOpening};
 use crate::engine::local_bands::source_windows::SourceWindows;
 use crate::engine::local_bands::target::Target;
-use crate::engine::local_bands::tile_run::TileRun;
+use crate::engine::local_bands::tile_plan::TileRun;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::beamlet_sum::Canvas;

@@ -12,7 +12,8 @@
 //! | [`chirped_beamlet`] | One beamlet with the curvature of its carrier, and the aberration inside it |
 //! | [`window_directions`] | Which directions lead from a window to the target |
 //! | [`source_windows`] | A smooth source: one beamlet a window |
-//! | [`tile_run`] | One tile: from the light that arrives to the beamlets that leave |
+//! | [`tile_plan`] | One tile before its light goes on: carriers, samples, windows that see the target |
+//! | [`tile_run`] | One tile: from the light that arrives to the beamlets that leave, and back |
 //! | [`emission`] | The beamlets of one window |
 //! | [`window_widths`] | How wide the windows of each screen may be |
 //! | [`account`] | What a hop did |
@@ -26,6 +27,7 @@ pub mod held_light;
 pub mod settings;
 pub mod source_windows;
 pub mod target;
+pub mod tile_plan;
 pub mod tile_run;
 pub mod window_directions;
 pub mod window_widths;
