@@ -1,7 +1,8 @@
 //! Measures local bands on an objective with elements at its stop.
 //!
 //! `cargo run --release -p raylet-accuracy --example local_bands -- CASE ANGLE SIGMA_A SIGMA_B [RADIUS [PIXELS]]`, where
-//! CASE is bare, vortex, cubic or pixels; lengths in µm, the angle in degrees, the radius in mm.
+//! CASE is bare, vortex, cubic or pixels; the widths σ in µm, zero to have them chosen; the angle in degrees, the radius of
+//! the stop in mm. Words such as `thr=1e-4`, `step=1.5`, `corrected=false` behind them change the settings.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -29,6 +30,14 @@ fn processor_seconds() -> f64 {
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split(' ').collect();
     let ticks = |n: usize| fields.get(n).and_then(|word| word.parse::<f64>().ok());
     (ticks(12).unwrap_or(0.0) + ticks(13).unwrap_or(0.0)) / 100.0
+}
+
+/// Largest memory that this process has had, in MB, where the system says so.
+fn peak_megabytes() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
+    kilobytes.unwrap_or(0.0) / 1e3
 }
 
 /// 20 waves of x³ + y³ over the radius, by Zernike polynomials: Z7 and Z9 hold y³, Z8 and Z10 x³.
@@ -160,8 +169,14 @@ fn main() -> Result<(), Box<dyn Error>> {
     let (clock, start) = (Instant::now(), processor_seconds());
     let outcome = carry(&system, &settings)?;
     let (wall, used) = (clock.elapsed().as_secs_f64(), processor_seconds() - start);
+    let names: Vec<String> = sigmas
+        .iter()
+        .map(|sigma| format!("{:.0}", sigma * 1e3))
+        .collect();
+    println!("{case} {angle}° radius {radius}, σ {} µm", names.join(", "));
     println!(
-        "{case} {angle}° σ {sigmas:?} radius {radius}: {used:.2} s of processor time, {wall:.2} s"
+        "  {used:.2} s of processor time, {wall:.2} s, at most {:.0} MB in use",
+        peak_megabytes()
     );
     tell(&outcome);
 

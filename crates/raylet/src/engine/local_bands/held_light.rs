@@ -20,6 +20,8 @@ use crate::wave::local_bands::tiling::raster;
 pub struct HeldBeamlets {
     arrivals: Vec<Arrival>,
     groups: Vec<Group>,
+    /// Place of the first beamlet of each tile.
+    starts: Vec<usize>,
     /// Amplitude of the bright ones.
     bright: f64,
     /// Vacuum wavenumber in rad/mm.
@@ -57,8 +59,12 @@ pub struct TileLight<'a> {
 impl HeldBeamlets {
     /// Beamlets of many tiles, tile by tile.
     pub fn new(tiles: impl Iterator<Item = Vec<Arrival>>, k: f64, edge: f64) -> Self {
-        let (mut arrivals, mut groups) = (Vec::new(), Vec::new());
-        for mut tile in tiles.filter(|tile| !tile.is_empty()) {
+        let (mut arrivals, mut groups, mut starts) = (Vec::new(), Vec::new(), Vec::new());
+        for mut tile in tiles {
+            starts.push(arrivals.len());
+            if tile.is_empty() {
+                continue;
+            }
             let mut bounds = [f64::INFINITY, f64::NEG_INFINITY].repeat(2);
             for arrival in &tile {
                 let reach = arrival.footprint(k, edge);
@@ -79,6 +85,7 @@ impl HeldBeamlets {
         Self {
             arrivals,
             groups,
+            starts,
             bright,
             k,
             edge,
@@ -90,9 +97,9 @@ impl HeldBeamlets {
         self.arrivals.len()
     }
 
-    /// All of them, tile by tile.
-    pub fn arrivals(&self) -> &[Arrival] {
-        &self.arrivals
+    /// The place of the first beamlet of a tile.
+    pub fn start(&self, tile: usize) -> usize {
+        self.starts[tile]
     }
 
     /// The places of those whose footprints meet a box.

@@ -17,13 +17,17 @@
 //! | [`emission`] | The beamlets of one window |
 //! | [`window_widths`] | How wide the windows of each screen may be |
 //! | [`account`] | What a hop did |
-//! | [`carry`] | The loop over tiles and hops |
+//! | [`local_band_error`] | Why local bands cannot carry the light of a system |
+//! | [`hop_step`] | One hop: all its tiles, forward and back |
+//! | [`carry`] | The loop over hops, forward and back |
 
 pub mod account;
 pub mod carry;
 pub mod chirped_beamlet;
 pub mod emission;
 pub mod held_light;
+pub mod hop_step;
+pub mod local_band_error;
 pub mod settings;
 pub mod source_windows;
 pub mod target;

@@ -4,9 +4,9 @@
 //! beamlet stops it. It is looked at along rays of the source that meet each opening, with the curvature that the wave
 //! has there.
 
-use crate::engine::local_bands::carry::LocalBandError;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::held_light::source_carrier;
+use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 use crate::wave::local_bands::carrier::Carrier;

@@ -84,6 +84,11 @@ impl<'a> Element<'a> {
         &self.opening
     }
 
+    /// Its pixels, if it has any.
+    pub fn pixels(&self) -> Option<&'a Pixels> {
+        self.pixels
+    }
+
     fn profiles(&self) -> impl Iterator<Item = &'a Profile> {
         let layers = self.doe.map_or(&[][..], |doe| &doe.layers);
         layers.iter().filter_map(|layer| match layer {

@@ -1,0 +1,24 @@
+//! Why local bands cannot carry the light of a system.
+
+/// Why local bands cannot carry the light of a system.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LocalBandError {
+    /// A screen has no edge.
+    #[error("screen '{0}' has no edge; give its element an aperture")]
+    Boundless(String),
+    /// A screen is curved.
+    #[error("screen '{0}' is curved; local bands need plane screens")]
+    Curved(String),
+    /// An element has layers that are neither phases nor pixels of one lattice.
+    #[error("the layers of screen '{0}' are not all phases and pixels of one lattice")]
+    Layers(String),
+    /// No width of windows is given for a screen.
+    #[error("no width of windows is given for screen '{0}'")]
+    NoWidth(String),
+    /// The last screen is no sensor.
+    #[error("the last screen is no sensor")]
+    NoSensor,
+    /// Nothing is left of the light.
+    #[error("no light reaches screen '{0}'")]
+    NoLight(String),
+}
