@@ -1,8 +1,10 @@
 //! Measures local bands on an objective with elements at its stop.
 //!
-//! `cargo run --release -p raylet-accuracy --example local_bands -- CASE ANGLE SIGMA_A SIGMA_B [RADIUS [PIXELS]]`, where
-//! CASE is bare, vortex, cubic or pixels; the widths σ in µm, zero to have them chosen; the angle in degrees, the radius of
-//! the stop in mm. Words such as `thr=1e-4`, `step=1.5`, `corrected=false` behind them change the settings.
+//! `cargo run --release -p raylet-accuracy --example local_bands -- CASE ANGLE [WORD=VALUE ...]`, where CASE is bare, vortex,
+//! cubic, lens or pixels, and ANGLE in degrees. The words: `sigmas=100,200` the widths of windows in µm, which are chosen
+//! without it; `radius` of the stop in mm; `sensor` its pixels of 1 µm along a side; `pitch` of the random pixels in µm;
+//! `thr`, `step`, `period`, `tile`, `edge`, `corrected` the settings; `way=back` also measures the way back, `way=there`
+//! leaves out the reference.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -10,7 +12,7 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::local_bands::carry::{LocalBandOutcome, carry};
+use raylet::engine::local_bands::carry::{LocalBandOutcome, carry, carry_kept, carry_kept_adjoint};
 use raylet::engine::local_bands::settings::LocalBandSettings;
 use raylet::engine::local_bands::window_widths::window_widths;
 use raylet::math::random::uniform;
@@ -18,11 +20,9 @@ use raylet::optics::doe::{Layer, PixelForm, Pixels};
 use raylet::optics::profile::Profile;
 use raylet::optics::system::System;
 use raylet::optics::zernike::ZernikeSum;
-use raylet_accuracy::objective::ray_integral::{StopNode, cell_nodes, field, polar_nodes};
-use raylet_accuracy::objective::triplet::Triplet;
-
-/// Pitch of the random pixels in mm.
-const PIXEL: f64 = 8e-3;
+use raylet::wave::grid::field::Field;
+use raylet_accuracy::objective::ray_integral::{cell_nodes, field, polar_nodes};
+use raylet_accuracy::objective::triplet::{Triplet, WAVELENGTH};
 
 /// Seconds of processor time that this process has used, where the system says so.
 fn processor_seconds() -> f64 {
@@ -53,33 +53,113 @@ fn cubic(radius: f64) -> Layer {
 }
 
 /// Pixels of random phase over the stop.
-fn random_pixels(radius: f64) -> (Layer, usize) {
-    let count = (2.0 * radius / PIXEL).round() as usize;
+fn random_pixels(radius: f64, pitch: f64) -> Layer {
+    let count = (2.0 * radius / pitch).round() as usize;
     let phase = |(j, i)| TAU * uniform(5, [j as u32, i as u32, 0, 0]);
     let values = Array2::from_shape_fn((count, count), |at: (usize, usize)| {
         Complex64::cis(phase(at))
     });
-    let pixels = Pixels {
-        pitch: [PIXEL; 2],
+    Layer::Pixels(Pixels {
+        pitch: [pitch; 2],
         values,
         form: PixelForm::Box,
-    };
-    (Layer::Pixels(pixels), count)
+    })
 }
 
-/// The nodes of the reference, and the width of their cells.
-fn nodes(triplet: &Triplet, radius: f64, count: Option<usize>) -> (Vec<StopNode>, Option<f64>) {
-    match count {
-        Some(count) => (cell_nodes(&triplet.element, count, PIXEL), Some(PIXEL)),
-        None => {
-            let fine = if triplet.element.layers.is_empty() {
-                [200, 600]
-            } else {
-                [300, 1440]
-            };
-            (polar_nodes(&triplet.element, radius, fine), None)
-        }
+/// What the words after the angle say.
+struct Words(Vec<(String, String)>);
+
+impl Words {
+    fn read() -> Self {
+        let split = |word: String| {
+            let (name, value) = word.split_once('=')?;
+            Some((name.to_owned(), value.to_owned()))
+        };
+        Self(std::env::args().filter_map(split).collect())
     }
+
+    fn text(&self, name: &str) -> Option<&str> {
+        let found = self.0.iter().find(|(word, _)| word == name);
+        found.map(|(_, value)| value.as_str())
+    }
+
+    fn number(&self, name: &str, usual: f64) -> Result<f64, Box<dyn Error>> {
+        Ok(self.text(name).map_or(Ok(usual), str::parse)?)
+    }
+
+    /// The layers of a case.
+    fn layers(&self, case: &str, radius: f64) -> Result<Vec<Layer>, Box<dyn Error>> {
+        Ok(match case {
+            "bare" => Vec::new(),
+            "vortex" => vec![Layer::Phase(Profile::Vortex { charge: 1 })],
+            "cubic" => vec![cubic(radius)],
+            "lens" => vec![Layer::Phase(Profile::Lens {
+                focal_length: 2000.0,
+                wavenumber: TAU / WAVELENGTH,
+            })],
+            "pixels" => vec![random_pixels(radius, self.number("pitch", 8.0)? * 1e-3)],
+            _ => return Err(format!("no case is named '{case}'").into()),
+        })
+    }
+
+    fn settings(&self, system: &System) -> Result<LocalBandSettings, Box<dyn Error>> {
+        let sigmas = match self.text("sigmas") {
+            None => window_widths(system, 1e-3)?,
+            Some(list) => {
+                let each = list
+                    .split(',')
+                    .map(|um| um.parse::<f64>().map(|um| um * 1e-3));
+                each.collect::<Result<_, _>>()?
+            }
+        };
+        let usual = LocalBandSettings::new(sigmas);
+        Ok(LocalBandSettings {
+            threshold: self.number("thr", usual.threshold)?,
+            step: self.number("step", usual.step)?,
+            period: self.number("period", usual.period)?,
+            tile: self.number("tile", usual.tile as f64)? as usize,
+            edge_nodes: self.number("edge", usual.edge_nodes)?,
+            corrected: self.text("corrected") != Some("false"),
+            ..usual
+        })
+    }
+}
+
+/// The reference's field.
+fn reference(triplet: &Triplet, radius: f64, system: &System) -> Option<Array2<Complex64>> {
+    let doe = &triplet.element;
+    if let Some(pixels) = doe.pixels() {
+        let (count, pitch) = (pixels.values.ncols(), pixels.pitch[0]);
+        return field(system, &cell_nodes(doe, count, pitch), Some(pitch));
+    }
+    let fine = match doe.layers.is_empty() {
+        true => [200, 600],
+        false => [300, 1440],
+    };
+    field(system, &polar_nodes(doe, radius, fine), None)
+}
+
+/// Measures the way back from a field: ⟨U, U⟩ by the sensor, and by the pixels and their cotangents.
+fn measure_back(
+    triplet: &Triplet,
+    system: &System,
+    settings: &LocalBandSettings,
+) -> Result<(), Box<dyn Error>> {
+    let (outcome, passes) = carry_kept(system, settings)?;
+    let start = processor_seconds();
+    let bar: Field = outcome.field.clone();
+    let backs = carry_kept_adjoint(&passes, &bar);
+    let used = processor_seconds() - start;
+    let there: f64 = bar.values.iter().map(|u| u.norm_sqr()).sum();
+    let pixels = triplet.element.pixels().ok_or("no pixels")?;
+    let back = backs.iter().flatten().next().ok_or("no cotangents")?;
+    let pairs = back.iter().zip(&pixels.values);
+    let here: Complex64 = pairs.map(|(bar, value)| bar.conj() * value).sum();
+    println!(
+        "  back: {used:.2} s of processor time; {:.1e} apart",
+        (here - there).norm() / there
+    );
+    Ok(())
 }
 
 /// Prints what a run took, hop by hop.
@@ -124,69 +204,39 @@ fn errors(ours: &Array2<Complex64>, exact: &Array2<Complex64>) -> ([f64; 2], Com
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let word = |n: usize, usual: &str| words.get(n).cloned().unwrap_or_else(|| usual.to_owned());
-    let (case, angle) = (word(0, "bare"), word(1, "0").parse::<f64>()?);
-    let given: Vec<f64> = [word(2, "0"), word(3, "0")]
-        .iter()
-        .map(|word| word.parse::<f64>().map(|um| um * 1e-3))
-        .collect::<Result<_, _>>()?;
-    let radius = word(4, "4").parse::<f64>()?;
+    let mut places = std::env::args().skip(1);
+    let case = places.next().unwrap_or_else(|| "bare".to_owned());
+    let angle = places.next().map_or(Ok(0.0), |word| word.parse::<f64>())?;
+    let words = Words::read();
+    let radius = words.number("radius", 4.0)?;
     let mut triplet = Triplet::bare(radius, angle);
-    triplet.pixels = word(5, "32").parse()?;
-    let mut count = None;
-    match case.as_str() {
-        "vortex" => triplet
-            .element
-            .layers
-            .push(Layer::Phase(Profile::Vortex { charge: 1 })),
-        "cubic" => triplet.element.layers.push(cubic(radius)),
-        "pixels" => {
-            let (layer, pixels) = random_pixels(radius);
-            triplet.element.layers.push(layer);
-            count = Some(pixels);
-        }
-        _ => (),
-    }
-    let system: System = triplet.system()?;
+    triplet.pixels = words.number("sensor", 32.0)? as usize;
+    triplet.element.layers = words.layers(&case, radius)?;
+    let system = triplet.system()?;
+    let settings = words.settings(&system)?;
 
-    let sigmas = match given.iter().all(|sigma| *sigma > 0.0) {
-        true => given,
-        false => window_widths(&system, 1e-3)?,
-    };
-    let mut settings = LocalBandSettings::new(sigmas.clone());
-    for choice in words.iter().skip(6) {
-        match choice.split_once('=') {
-            Some(("thr", value)) => settings.threshold = value.parse()?,
-            Some(("step", value)) => settings.step = value.parse()?,
-            Some(("period", value)) => settings.period = value.parse()?,
-            Some(("tile", value)) => settings.tile = value.parse()?,
-            Some(("edge", value)) => settings.edge_nodes = value.parse()?,
-            Some(("corrected", value)) => settings.corrected = value.parse()?,
-            _ => (),
-        }
-    }
     let (clock, start) = (Instant::now(), processor_seconds());
     let outcome = carry(&system, &settings)?;
     let (wall, used) = (clock.elapsed().as_secs_f64(), processor_seconds() - start);
-    let names: Vec<String> = sigmas
+    let names = settings
+        .sigmas
         .iter()
-        .map(|sigma| format!("{:.0}", sigma * 1e3))
-        .collect();
+        .map(|sigma| format!("{:.0}", sigma * 1e3));
+    let names: Vec<String> = names.collect();
     println!("{case} {angle}° radius {radius}, σ {} µm", names.join(", "));
     println!(
         "  {used:.2} s of processor time, {wall:.2} s, at most {:.0} MB in use",
         peak_megabytes()
     );
     tell(&outcome);
-
-    let clock = Instant::now();
-    let (nodes, cell) = nodes(&triplet, radius, count);
-    let exact = field(&system, &nodes, cell).ok_or("the reference lost a ray")?;
+    if words.text("way") == Some("back") {
+        measure_back(&triplet, &system, &settings)?;
+    }
+    if words.text("way") == Some("there") {
+        return Ok(());
+    }
+    let exact = reference(&triplet, radius, &system).ok_or("the reference lost a ray")?;
     let ([shape, absolute], factor) = errors(&outcome.field.values, &exact);
-    println!(
-        "  reference {:.1} s; shape {shape:.5} absolute {absolute:.5} factor {factor:.6}",
-        clock.elapsed().as_secs_f64()
-    );
+    println!("  shape {shape:.5} absolute {absolute:.5} factor {factor:.6}");
     Ok(())
 }

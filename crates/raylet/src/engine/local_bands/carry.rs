@@ -163,11 +163,11 @@ mod tests {
     use crate::engine::local_bands::local_band_error::LocalBandError;
     use crate::engine::local_bands::settings::{LocalBandSettings, SourceOpening};
     use crate::fixtures::parts::{
-        box_pixels, conic, element, face, on_axis, plane_wave, screen, sensor,
+        box_pixels, conic, element, face, on_axis, pixel_layer, plane_wave, screen, sensor,
     };
     use crate::math::noise::noise;
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::Layer;
+    use crate::optics::doe::{Layer, PixelForm};
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
     use crate::optics::screen::{Act, Screen};
@@ -279,25 +279,27 @@ mod tests {
             face(on_axis(2.0), conic(0.05, 0.0), [1.0, 1.5]),
             face(on_axis(3.0), conic(-0.03, 0.0), [1.5, 1.0]),
         ];
+        let layer = pixel_layer(pixels(0), 0.02, PixelForm::Box);
+        let round = element(layer, Aperture::disc(0.06));
         let system = System {
             wavelength: 0.5e-3,
             source: plane_wave([0.01, -0.005]),
             screens: vec![
-                screen(Frame::GLOBAL, box_pixels(pixels(0), 0.02)),
+                screen(Frame::GLOBAL, Act::Doe(round)),
                 screen(on_axis(8.0), box_pixels(pixels(1), 0.025)),
-                screen(on_axis(20.0), sensor(12, 0.01)),
+                screen(on_axis(20.0), sensor(8, 0.01)),
             ],
             trains: vec![lens, Vec::new()],
         };
         let settings = LocalBandSettings {
-            threshold: 1e-2,
+            threshold: 3e-2,
             ..LocalBandSettings::new(vec![0.06, 0.06])
         };
         let (outcome, passes) = carry_kept(&system, &settings).unwrap();
         let field = outcome.field;
         let bar = Field {
             grid: field.grid.clone(),
-            values: noise((12, 12), 2),
+            values: noise((8, 8), 2),
         };
         let backs = carry_kept_adjoint(&passes, &bar);
         let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {

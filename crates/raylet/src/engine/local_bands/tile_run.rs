@@ -73,12 +73,10 @@ impl TileRun<'_> {
             plan.apply_adjoint(&values, element, &waves_bar, &mut values_bar, element_bar);
         }
         let mut pixels = Vec::new();
-        for (element, bar) in plan.elements.iter().flatten().zip(&element_bars) {
-            let own = &plan.carriers[1];
-            pixels.extend(
-                self.element
-                    .samples_adjoint(element, own, self.hop.wavenumber(), bar),
-            );
+        for (element, bar) in plan.elements.iter().zip(&element_bars) {
+            let Some(element) = element else { continue };
+            let (own, k) = (&plan.carriers[1], self.hop.wavenumber());
+            pixels.extend(self.element.samples_adjoint(element, own, k, bar));
         }
         TileBar {
             arriving: plan.light.at_adjoint(&plan.samples, &values_bar),
