@@ -13,7 +13,7 @@ use std::time::Instant;
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::local_bands::carry::{LocalBandOutcome, carry, carry_kept, carry_kept_adjoint};
-use raylet::engine::local_bands::settings::LocalBandSettings;
+use raylet::engine::local_bands::settings::{LocalBandSettings, STEP};
 use raylet::engine::local_bands::window_widths::window_widths;
 use raylet::math::random::uniform;
 use raylet::optics::doe::{Layer, PixelForm, Pixels};
@@ -103,8 +103,9 @@ impl Words {
     }
 
     fn settings(&self, system: &System) -> Result<LocalBandSettings, Box<dyn Error>> {
+        let step = self.number("step", STEP)?;
         let sigmas = match self.text("sigmas") {
-            None => window_widths(system, 1e-3)?,
+            None => window_widths(system, step, 1e-3)?,
             Some(list) => {
                 let each = list
                     .split(',')
@@ -115,7 +116,7 @@ impl Words {
         let usual = LocalBandSettings::new(sigmas);
         Ok(LocalBandSettings {
             threshold: self.number("thr", usual.threshold)?,
-            step: self.number("step", usual.step)?,
+            step,
             period: self.number("period", usual.period)?,
             tile: self.number("tile", usual.tile as f64)? as usize,
             edge_nodes: self.number("edge", usual.edge_nodes)?,

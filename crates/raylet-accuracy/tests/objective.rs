@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::local_bands::carry::carry;
-use raylet::engine::local_bands::settings::LocalBandSettings;
+use raylet::engine::local_bands::settings::{LocalBandSettings, STEP};
 use raylet::engine::local_bands::window_widths::window_widths;
 use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
@@ -22,7 +22,7 @@ fn measured(angle_deg: f64, layers: Vec<Layer>) -> (f64, f64) {
     triplet.pixels = 16;
     triplet.element.layers = layers;
     let system = triplet.system().unwrap();
-    let widths = window_widths(&system, 1e-3).unwrap();
+    let widths = window_widths(&system, STEP, 1e-3).unwrap();
     let outcome = carry(&system, &LocalBandSettings::new(widths)).unwrap();
     let nodes = polar_nodes(&triplet.element, 1.5, [60, 160]);
     let exact = field(&system, &nodes, None).unwrap();

@@ -36,12 +36,15 @@ pub enum SourceOpening {
 /// Distance of the windows of a smooth source in σ: their sum is even to 1e-5.
 pub const SOURCE_STEP: f64 = 1.25;
 
+/// The usual distance of windows in σ.
+pub const STEP: f64 = 1.25;
+
 impl LocalBandSettings {
     /// The usual settings with these widths of windows.
     pub fn new(sigmas: Vec<f64>) -> Self {
         Self {
             sigmas,
-            step: 1.25,
+            step: STEP,
             period: 6.5,
             threshold: 1e-3,
             tile: 4,

@@ -27,17 +27,24 @@ const LARGEST: f64 = 0.08;
 /// Share of the wanted error that aberration may have in one hop.
 const SHARE: f64 = 0.5;
 
+/// What windows that stand so many σ apart leave of the cubic phase inside their beamlets, which a continuous sum cancels:
+/// the spectrum of u³·exp(−u²/σ²) at their lattice's frequency, with a factor from measurements.
+fn left_by_lattice(step: f64) -> f64 {
+    let turn = std::f64::consts::TAU / step;
+    0.6 * (turn.powi(3) / 8.0 - 0.75 * turn) * (-0.25 * turn * turn).exp()
+}
+
 /// Whether a hop starts with a smooth source or with windows of all directions.
 fn is_smooth(number: usize, screen: &Screen) -> bool {
     number == 0 && matches!(screen.act, Act::Stop(_))
 }
 
 /// The widest windows of each screen but the last, in mm, with which the aberration inside beamlets, made good as far
-/// as it can be, stays below a wanted relative error of the field.
+/// as it can be, stays below a wanted relative error of the field; windows stand a `step` of so many σ apart.
 ///
 /// # Errors
 /// When a screen has no edge or layers of another kind, or no ray of the source meets an opening.
-pub fn window_widths(system: &System, error: f64) -> Result<Vec<f64>, LocalBandError> {
+pub fn window_widths(system: &System, step: f64, error: f64) -> Result<Vec<f64>, LocalBandError> {
     let mut carriers = source_carriers(system)?;
     let mut widths = Vec::new();
     for (number, hop) in system.hops().enumerate() {
@@ -55,7 +62,9 @@ pub fn window_widths(system: &System, error: f64) -> Result<Vec<f64>, LocalBandE
         }
         let stride = onwards.len().div_ceil(JUDGED);
         let judged: Vec<Carrier> = onwards.iter().step_by(stride).map(|pair| pair.0).collect();
-        widths.push(widest(&hop, &judged, smooth, SHARE * error));
+        let lattice = if smooth { 0.0 } else { left_by_lattice(step) };
+        let left = |sigma: f64| aberration_left(&hop, &judged, sigma, smooth, lattice);
+        widths.push(widest(&hop, |sigma| left(sigma) <= SHARE * error));
         carriers = onwards.into_iter().map(|pair| pair.1).collect();
     }
     Ok(widths)
@@ -124,27 +133,31 @@ fn carried(hop: &Hop, carrier: &Carrier) -> Option<Carrier> {
     })
 }
 
-/// The largest width whose beamlets, made good, keep below an error along the judged rays.
-fn widest(hop: &Hop, judged: &[Carrier], smooth: bool, error: f64) -> f64 {
+/// Root mean square, over carriers, of the error that aberration inside beamlets of width σ leaves when it is made good.
+fn aberration_left(hop: &Hop, judged: &[Carrier], sigma: f64, smooth: bool, lattice: f64) -> f64 {
+    let square = |carrier: &Carrier| {
+        let start = ChirpedStart {
+            carrier: *carrier,
+            sigma,
+        };
+        let found = match smooth {
+            true => start.wave_aberration(hop),
+            false => start.aberration(hop, [0.0; 2]),
+        };
+        found.map_or(1.0, |found| {
+            found.left().powi(2) + lattice * lattice * found.cubic
+        })
+    };
+    (judged.iter().map(square).sum::<f64>() / judged.len() as f64).sqrt()
+}
+
+/// The largest width that fits and is small against the screen.
+fn widest(hop: &Hop, fits: impl Fn(f64) -> bool) -> f64 {
     let size = hop.from.bounds().map_or(f64::INFINITY, |[x0, x1, y0, y1]| {
         LARGEST * (x1 - x0).max(y1 - y0)
     });
     let width = |power: i32| hop.wavelength * 2f64.powf(0.25 * f64::from(power));
-    let left = |sigma: f64| {
-        let squares = judged.iter().map(|carrier| {
-            let start = ChirpedStart {
-                carrier: *carrier,
-                sigma,
-            };
-            let found = match smooth {
-                true => start.wave_aberration(hop),
-                false => start.aberration(hop, [0.0; 2]),
-            };
-            found.map_or(1.0, |found| found.left().powi(2))
-        });
-        (squares.sum::<f64>() / judged.len() as f64).sqrt()
-    };
-    let fits = |sigma: &f64| *sigma <= size && left(*sigma) <= error;
-    let found = WIDTHS.rev().map(width).find(fits);
+    let mut all = WIDTHS.rev().map(width);
+    let found = all.find(|sigma| *sigma <= size && fits(*sigma));
     found.unwrap_or_else(|| width(WIDTHS.start))
 }
