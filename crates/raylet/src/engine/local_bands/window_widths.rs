@@ -25,7 +25,7 @@ const WIDTHS: std::ops::Range<i32> = 8..64;
 const LARGEST: f64 = 0.08;
 
 /// Share of the wanted error that aberration may have in one hop.
-const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.25;
 
 /// What windows that stand so many σ apart leave of the cubic phase inside their beamlets, which a continuous sum cancels:
 /// the spectrum of u³·exp(−u²/σ²) at their lattice's frequency, with a factor from measurements.
