@@ -1,4 +1,6 @@
 //! One hop: all its tiles, forward and back.
+//!
+//! `carry_kept_dot_product` (in `carry.rs`) tests its way back, as a part of the whole.
 
 use ndarray::Array2;
 use num_complex::Complex64;

@@ -1,5 +1,7 @@
 //! What is known of one tile before its light goes on: carriers, samples, the element under it, and the windows that see
 //! the target. Nothing of it is kept: the way back plans each tile again.
+//!
+//! `carry_kept_dot_product` (in `carry.rs`) tests its way back, as a part of the whole.
 
 use std::ops::Range;
 

@@ -1,4 +1,6 @@
 //! One tile: from the light that arrives to the beamlets that leave, and back.
+//!
+//! `carry_kept_dot_product` (in `carry.rs`) tests its way back, as a part of the whole.
 
 use ndarray::Array2;
 use num_complex::Complex64;
