@@ -102,10 +102,13 @@ class Result:
         return [hop["plan"]["method"] for hop in self.hops]
 
     @property
-    def power_share(self) -> list[float]:
-        """For each wavelength the share of the light behind the first element that the sensor receives."""
+    def power_share(self) -> list[float | None]:
+        """For each wavelength the share of the light behind the first element that the sensor receives; None for local
+        bands, which do not follow light that misses it."""
         channels = self.report["channels"]
-        return [channel["metrics"]["power"] / channel["hops"][0]["power"]["behind"] for channel in channels]
+        behind = [channel["hops"][0]["power"]["behind"] for channel in channels]
+        landed = [channel["metrics"]["power"] for channel in channels]
+        return [None if whole is None else part / whole for part, whole in zip(landed, behind, strict=True)]
 
     @property
     def seconds(self) -> float:

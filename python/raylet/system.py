@@ -86,7 +86,7 @@ class System(Prescription):
 
         Parameters
         ----------
-        method : "auto", "beamlet", "plane" or "paper".
+        method : "auto", "beamlet", "local_bands", "plane" or "paper".
         target_error : relative error of the complex field that automatic choices aim at; 1e-3 unless the scene says
             otherwise.
         threads : processors to use; all of them by default.

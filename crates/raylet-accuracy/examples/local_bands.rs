@@ -1,7 +1,10 @@
 //! Measures local bands on an objective with elements at its stop.
 //!
-//! `cargo run --release -p raylet-accuracy --example local_bands -- CASE ANGLE SIGMA_A SIGMA_B [RADIUS [PIXELS]]`, where
-//! CASE is bare, vortex, cubic or pixels; lengths in µm, the angle in degrees, the radius in mm.
+//! `cargo run --release -p raylet-accuracy --example local_bands -- CASE ANGLE [WORD=VALUE ...]`, where CASE is bare, vortex,
+//! cubic, lens or pixels, and ANGLE in degrees. The words: `sigma=100` the width of all windows in µm, which is chosen
+//! without it; `radius` of the stop in mm; `sensor` its pixels of 1 µm along a side; `pitch` of the random pixels in µm;
+//! `target`, `thr`, `step`, `period`, `corrected` the settings; `way=back` also measures the way back, `way=there` leaves
+//! out the reference.
 
 use std::error::Error;
 use std::f64::consts::TAU;
@@ -9,19 +12,23 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::local_bands::carry::{LocalBandOutcome, carry};
+use raylet::engine::chain::local_band_run::local_band_settings;
+use raylet::engine::chain::outcome::Outcome;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::error::error_budget::ErrorBudget;
+use raylet::engine::error::tally::Fate;
+use raylet::engine::local_bands::carry::{carry_kept, carry_kept_adjoint};
 use raylet::engine::local_bands::settings::LocalBandSettings;
-use raylet::engine::local_bands::window_widths::window_widths;
+use raylet::engine::plan::hop_method::HopMethod;
+use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::math::random::uniform;
 use raylet::optics::doe::{Layer, PixelForm, Pixels};
 use raylet::optics::profile::Profile;
 use raylet::optics::system::System;
 use raylet::optics::zernike::ZernikeSum;
-use raylet_accuracy::objective::ray_integral::{StopNode, cell_nodes, field, polar_nodes};
-use raylet_accuracy::objective::triplet::Triplet;
-
-/// Pitch of the random pixels in mm.
-const PIXEL: f64 = 8e-3;
+use raylet::wave::grid::field::Field;
+use raylet_accuracy::objective::ray_integral::{cell_nodes, field, polar_nodes};
+use raylet_accuracy::objective::triplet::{Triplet, WAVELENGTH};
 
 /// Seconds of processor time that this process has used, where the system says so.
 fn processor_seconds() -> f64 {
@@ -29,6 +36,14 @@ fn processor_seconds() -> f64 {
     let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split(' ').collect();
     let ticks = |n: usize| fields.get(n).and_then(|word| word.parse::<f64>().ok());
     (ticks(12).unwrap_or(0.0) + ticks(13).unwrap_or(0.0)) / 100.0
+}
+
+/// Largest memory that this process has had, in MB, where the system says so.
+fn peak_megabytes() -> f64 {
+    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
+    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
+    let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
+    kilobytes.unwrap_or(0.0) / 1e3
 }
 
 /// 20 waves of x³ + y³ over the radius, by Zernike polynomials: Z7 and Z9 hold y³, Z8 and Z10 x³.
@@ -44,63 +59,140 @@ fn cubic(radius: f64) -> Layer {
 }
 
 /// Pixels of random phase over the stop.
-fn random_pixels(radius: f64) -> (Layer, usize) {
-    let count = (2.0 * radius / PIXEL).round() as usize;
+fn random_pixels(radius: f64, pitch: f64) -> Layer {
+    let count = (2.0 * radius / pitch).round() as usize;
     let phase = |(j, i)| TAU * uniform(5, [j as u32, i as u32, 0, 0]);
     let values = Array2::from_shape_fn((count, count), |at: (usize, usize)| {
         Complex64::cis(phase(at))
     });
-    let pixels = Pixels {
-        pitch: [PIXEL; 2],
+    Layer::Pixels(Pixels {
+        pitch: [pitch; 2],
         values,
         form: PixelForm::Box,
-    };
-    (Layer::Pixels(pixels), count)
+    })
 }
 
-/// The nodes of the reference, and the width of their cells.
-fn nodes(triplet: &Triplet, radius: f64, count: Option<usize>) -> (Vec<StopNode>, Option<f64>) {
-    match count {
-        Some(count) => (cell_nodes(&triplet.element, count, PIXEL), Some(PIXEL)),
-        None => {
-            let fine = if triplet.element.layers.is_empty() {
-                [200, 600]
-            } else {
-                [300, 1440]
-            };
-            (polar_nodes(&triplet.element, radius, fine), None)
-        }
+/// What the words after the angle say.
+struct Words(Vec<(String, String)>);
+
+impl Words {
+    fn read() -> Self {
+        let split = |word: String| {
+            let (name, value) = word.split_once('=')?;
+            Some((name.to_owned(), value.to_owned()))
+        };
+        Self(std::env::args().filter_map(split).collect())
+    }
+
+    fn text(&self, name: &str) -> Option<&str> {
+        let found = self.0.iter().find(|(word, _)| word == name);
+        found.map(|(_, value)| value.as_str())
+    }
+
+    fn number(&self, name: &str, usual: f64) -> Result<f64, Box<dyn Error>> {
+        Ok(self.text(name).map_or(Ok(usual), str::parse)?)
+    }
+
+    /// The layers of a case.
+    fn layers(&self, case: &str, radius: f64) -> Result<Vec<Layer>, Box<dyn Error>> {
+        Ok(match case {
+            "bare" => Vec::new(),
+            "vortex" => vec![Layer::Phase(Profile::Vortex { charge: 1 })],
+            "cubic" => vec![cubic(radius)],
+            "lens" => vec![Layer::Phase(Profile::Lens {
+                focal_length: 2000.0,
+                wavenumber: TAU / WAVELENGTH,
+            })],
+            "pixels" => vec![random_pixels(radius, self.number("pitch", 8.0)? * 1e-3)],
+            _ => return Err(format!("no case is named '{case}'").into()),
+        })
+    }
+
+    fn settings(&self) -> Result<Settings, Box<dyn Error>> {
+        let number = |name: &str| self.text(name).map(str::parse::<f64>).transpose();
+        Ok(Settings {
+            method: Method::LocalBands,
+            target_error: self.number("target", 1e-3)?,
+            sigma: number("sigma")?.map(|um| um * 1e-3),
+            step: number("step")?,
+            period: number("period")?,
+            mode_threshold: number("thr")?,
+            correction: match self.text("corrected") {
+                Some("false") => Correction::Off,
+                _ => Correction::Auto,
+            },
+            ..Settings::default()
+        })
     }
 }
 
-/// Prints what a run took, hop by hop.
-fn report(outcome: &LocalBandOutcome) {
+/// The reference's field.
+fn reference(triplet: &Triplet, radius: f64, system: &System) -> Option<Array2<Complex64>> {
+    let doe = &triplet.element;
+    if let Some(pixels) = doe.pixels() {
+        let (count, pitch) = (pixels.values.ncols(), pixels.pitch[0]);
+        return field(system, &cell_nodes(doe, count, pitch), Some(pitch));
+    }
+    let fine = match doe.layers.is_empty() {
+        true => [200, 600],
+        false => [300, 1440],
+    };
+    field(system, &polar_nodes(doe, radius, fine), None)
+}
+
+/// Measures the way back from a field: ⟨U, U⟩ by the sensor, and by the pixels and their cotangents.
+fn measure_back(
+    triplet: &Triplet,
+    system: &System,
+    settings: &LocalBandSettings,
+) -> Result<(), Box<dyn Error>> {
+    let (outcome, passes) = carry_kept(system, settings)?;
+    let start = processor_seconds();
+    let bar: Field = outcome.field.clone();
+    let backs = carry_kept_adjoint(&passes, &bar);
+    let used = processor_seconds() - start;
+    let there: f64 = bar.values.iter().map(|u| u.norm_sqr()).sum();
+    let pixels = triplet.element.pixels().ok_or("no pixels")?;
+    let back = backs.iter().flatten().next().ok_or("no cotangents")?;
+    let pairs = back.iter().zip(&pixels.values);
+    let here: Complex64 = pairs.map(|(bar, value)| bar.conj() * value).sum();
+    println!(
+        "  back: {used:.2} s of processor time; {:.1e} apart",
+        (here - there).norm() / there
+    );
+    Ok(())
+}
+
+/// Prints what a run took, hop by hop, and what it expects of its error.
+fn report(outcome: &Outcome) {
+    let mut total = 0.0;
     for hop in &outcome.hops {
-        let account = &hop.account;
+        let HopMethod::LocalBands(plan) = &hop.method else {
+            continue;
+        };
+        let (tally, [nx, ny]) = (&hop.tally, plan.windows);
         println!(
-            "  {} -> {}: {:.2} s, {:.2} MB held",
+            "  {} -> {}: σ {:.0} µm, {nx} × {ny} windows, {} beamlets, {:.2} s",
             hop.screens[0],
             hop.screens[1],
+            plan.sigma * 1e3,
+            tally.rays(Fate::Arrived),
             hop.seconds,
-            hop.held as f64 / 1e6
         );
+        let Some(budget) = ErrorBudget::of(&hop.method, tally) else {
+            continue;
+        };
         println!(
-            "    windows {} modes {} beamlets {} evaluations {:.2e} largest tile {}",
-            account.windows,
-            account.modes,
-            account.beamlets,
-            account.evaluations as f64,
-            account.largest_tile
+            "    expected: aberration {:.1e} of {:.1e}, windows {:.1e}, dropped {:.1e}, rims {:.1e}",
+            budget.aberration,
+            tally.eta(),
+            budget.windows,
+            budget.dropped,
+            budget.rims
         );
-        let [eta, left] = account.aberration();
-        println!(
-            "    dropped {:.1e} eta {eta:.1e} left {left:.1e} kept {:.3} lost {:.1e} beside {:.1e}",
-            account.dropped(),
-            account.kept,
-            account.lost,
-            account.beside
-        );
+        total = f64::hypot(total, budget.total());
     }
+    println!("  expected error {total:.1e}");
 }
 
 /// Relative L2 error after the best factor, absolute, and that factor.
@@ -115,63 +207,34 @@ fn errors(ours: &Array2<Complex64>, exact: &Array2<Complex64>) -> ([f64; 2], Com
 }
 
 fn main() -> Result<(), Box<dyn Error>> {
-    let words: Vec<String> = std::env::args().skip(1).collect();
-    let word = |n: usize, usual: &str| words.get(n).cloned().unwrap_or_else(|| usual.to_owned());
-    let (case, angle) = (word(0, "bare"), word(1, "0").parse::<f64>()?);
-    let given: Vec<f64> = [word(2, "0"), word(3, "0")]
-        .iter()
-        .map(|word| word.parse::<f64>().map(|um| um * 1e-3))
-        .collect::<Result<_, _>>()?;
-    let radius = word(4, "4").parse::<f64>()?;
+    let mut places = std::env::args().skip(1);
+    let case = places.next().unwrap_or_else(|| "bare".to_owned());
+    let angle = places.next().map_or(Ok(0.0), |word| word.parse::<f64>())?;
+    let words = Words::read();
+    let radius = words.number("radius", 4.0)?;
     let mut triplet = Triplet::bare(radius, angle);
-    triplet.pixels = word(5, "32").parse()?;
-    let mut count = None;
-    match case.as_str() {
-        "vortex" => triplet
-            .element
-            .layers
-            .push(Layer::Phase(Profile::Vortex { charge: 1 })),
-        "cubic" => triplet.element.layers.push(cubic(radius)),
-        "pixels" => {
-            let (layer, pixels) = random_pixels(radius);
-            triplet.element.layers.push(layer);
-            count = Some(pixels);
-        }
-        _ => (),
-    }
-    let system: System = triplet.system()?;
+    triplet.pixels = words.number("sensor", 32.0)? as usize;
+    triplet.element.layers = words.layers(&case, radius)?;
+    let system = triplet.system()?;
+    let settings = words.settings()?;
 
-    let sigmas = match given.iter().all(|sigma| *sigma > 0.0) {
-        true => given,
-        false => window_widths(&system, 1e-3)?,
-    };
-    let mut settings = LocalBandSettings::new(sigmas.clone());
-    for choice in words.iter().skip(6) {
-        match choice.split_once('=') {
-            Some(("thr", value)) => settings.threshold = value.parse()?,
-            Some(("step", value)) => settings.step = value.parse()?,
-            Some(("period", value)) => settings.period = value.parse()?,
-            Some(("tile", value)) => settings.tile = value.parse()?,
-            Some(("edge", value)) => settings.edge_nodes = value.parse()?,
-            Some(("corrected", value)) => settings.corrected = value.parse()?,
-            _ => (),
-        }
-    }
     let (clock, start) = (Instant::now(), processor_seconds());
-    let outcome = carry(&system, &settings)?;
+    let outcome = simulate(&system, &settings, &|_| {})?;
     let (wall, used) = (clock.elapsed().as_secs_f64(), processor_seconds() - start);
+    println!("{case} {angle}° radius {radius}");
     println!(
-        "{case} {angle}° σ {sigmas:?} radius {radius}: {used:.2} s of processor time, {wall:.2} s"
+        "  {used:.2} s of processor time, {wall:.2} s, at most {:.0} MB in use",
+        peak_megabytes()
     );
     report(&outcome);
-
-    let clock = Instant::now();
-    let (nodes, cell) = nodes(&triplet, radius, count);
-    let exact = field(&system, &nodes, cell).ok_or("the reference lost a ray")?;
+    if words.text("way") == Some("back") {
+        measure_back(&triplet, &system, &local_band_settings(&system, &settings)?)?;
+    }
+    if words.text("way") == Some("there") {
+        return Ok(());
+    }
+    let exact = reference(&triplet, radius, &system).ok_or("the reference lost a ray")?;
     let ([shape, absolute], factor) = errors(&outcome.field.values, &exact);
-    println!(
-        "  reference {:.1} s; shape {shape:.5} absolute {absolute:.5} factor {factor:.6}",
-        clock.elapsed().as_secs_f64()
-    );
+    println!("  shape {shape:.5} absolute {absolute:.5} factor {factor:.6}");
     Ok(())
 }

@@ -117,7 +117,7 @@ fn report(name: &str, system: &System, settings: &Settings, exact: &Array2<Compl
         hop.tally.total_rays() as f64,
         hop.seconds
     );
-    if let Plan::Planes(p) = &hop.plan {
+    if let Some(Plan::Planes(p)) = hop.method.whole_field() {
         println!(
             "    sigma {:.4} step {:?} period {:.3} bands {:?} margin {:.3} fade {:?} expected {:.2e}",
             p.sigma,

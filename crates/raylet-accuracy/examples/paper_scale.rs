@@ -45,9 +45,9 @@ fn main() {
                 println!(
                     "{sampler:?}: {} rays for {:.1e} draws in {:.1} s: {:.2e} draws/s, standard error {:.3}",
                     hop.tally.total_rays(),
-                    hop.plan.rays(),
+                    hop.method.rays(),
                     hop.seconds,
-                    hop.plan.rays() / hop.seconds,
+                    hop.method.rays() / hop.seconds,
                     hop.tally.standard_error().unwrap_or(f64::NAN)
                 );
             }

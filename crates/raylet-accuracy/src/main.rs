@@ -15,7 +15,8 @@ use std::process::ExitCode;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::simulate::{SimulateError, simulate};
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::plan::settings::Settings;
 use raylet_accuracy::estimates::report::print_estimates;
 use raylet_accuracy::gradients::gradient_problems::comparisons;

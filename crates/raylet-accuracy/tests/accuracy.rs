@@ -46,7 +46,7 @@ fn the_target_error_is_met_and_estimated() {
     }
     let outcome = simulate(&problem.system, &problem.settings, &|_| {}).unwrap();
     let done = outcome.hops[0].tally.total_rays() as f64;
-    let planned = outcome.hops[0].plan.rays();
+    let planned = outcome.hops[0].method.rays();
     assert!((0.3..3.0).contains(&(planned / done)), "{planned} {done}");
 }
 
@@ -73,7 +73,7 @@ fn a_collected_beam_keeps_its_energy() {
         ]],
     };
     let outcome = simulate(&system, &Settings::default(), &|_| {}).unwrap();
-    let [_, behind, landed] = outcome.hops[0].power;
+    let [_, behind, landed] = outcome.hops[0].power.map(Option::unwrap);
     assert!((landed / behind - 1.0).abs() < 5e-3, "{landed} of {behind}");
 }
 

@@ -2,9 +2,9 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
+use raylet::engine::chain::local_band_run::local_band_settings;
 use raylet::engine::local_bands::carry::carry;
-use raylet::engine::local_bands::settings::LocalBandSettings;
-use raylet::engine::local_bands::window_widths::window_widths;
+use raylet::engine::plan::settings::Settings;
 use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
 use raylet_accuracy::objective::ray_integral::{field, polar_nodes};
@@ -22,8 +22,8 @@ fn measured(angle_deg: f64, layers: Vec<Layer>) -> (f64, f64) {
     triplet.pixels = 16;
     triplet.element.layers = layers;
     let system = triplet.system().unwrap();
-    let widths = window_widths(&system, 1e-3).unwrap();
-    let outcome = carry(&system, &LocalBandSettings::new(widths)).unwrap();
+    let settings = local_band_settings(&system, &Settings::default()).unwrap();
+    let outcome = carry(&system, &settings).unwrap();
     let nodes = polar_nodes(&triplet.element, 1.5, [60, 160]);
     let exact = field(&system, &nodes, None).unwrap();
     let held = outcome.hops.iter().map(|hop| hop.held).max().unwrap_or(0);

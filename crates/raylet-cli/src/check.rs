@@ -5,9 +5,9 @@ use std::path::PathBuf;
 
 use clap::Args;
 use raylet::engine::chain::forecast::{Forecast, forecast_with_progress};
-use raylet::engine::chain::simulate::SimulateError;
+use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::error::advice::advice;
-use raylet::engine::plan::hop_plan::Plan;
+use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::plan::settings::Settings;
 use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::with_rims;
@@ -152,11 +152,11 @@ fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, F
     let rimmed = with_rims(system, settings, PixelValues::Fixed);
     let system = &rimmed.system;
     let hops = planned(system, settings).map_err(|error| blame(scene, &error))?;
-    let plans: Vec<Plan> = hops.iter().map(|hop| hop.plan.clone()).collect();
-    let findings = advice(system, &plans, settings);
+    let methods: Vec<HopMethod> = hops.iter().map(|hop| hop.method.clone()).collect();
+    let findings = advice(system, &methods, settings);
     let mut text = String::from("\n");
     for (number, (hop, forecast)) in system.hops().zip(&hops).enumerate() {
-        let entry = PlanEntry::new(&hop, &forecast.plan, settings);
+        let entry = PlanEntry::new(&hop, &forecast.method, settings);
         document::text(
             &entry,
             &format!("the plan of {} to {}", entry.from, entry.to),
@@ -194,12 +194,22 @@ fn hop_lines(entry: &PlanEntry, forecast: &Forecast) -> String {
         "  {} to {}: {} ({})\n",
         entry.from, entry.to, entry.method, entry.why
     );
-    let [x, y] = entry.directions;
-    let _ = writeln!(
-        text,
-        "    {} × {} directions, p_x {:.4} to {:.4}, p_y {:.4} to {:.4}",
-        x.count, y.count, x.lowest, x.highest, y.lowest, y.highest
-    );
+    if let Some([x, y]) = entry.directions {
+        let _ = writeln!(
+            text,
+            "    {} × {} directions, p_x {:.4} to {:.4}, p_y {:.4} to {:.4}",
+            x.count, y.count, x.lowest, x.highest, y.lowest, y.highest
+        );
+    }
+    if let Some(plan) = &entry.local_bands {
+        let correction = if plan.corrected { "with" } else { "without" };
+        let [nx, ny] = plan.windows;
+        let _ = writeln!(
+            text,
+            "    {nx} × {ny} windows of σ = {:.2} µm, {:.2} µm apart, period {:.2} µm; {correction} correction",
+            plan.sigma_um, plan.step_um, plan.period_um
+        );
+    }
     if let Some(plan) = &entry.beamlets {
         let correction = if plan.corrected { "with" } else { "without" };
         let _ = writeln!(
@@ -228,11 +238,19 @@ fn hop_lines(entry: &PlanEntry, forecast: &Forecast) -> String {
             plan.positions, plan.secondary, plan.side_um, plan.period_um
         );
     }
-    let [[ny, nx], [my, mx]] = [forecast.samples, forecast.sums];
-    let _ = writeln!(
-        text,
-        "    {nx} × {ny} samples to {mx} × {my}, about {:.0} MB",
-        forecast.bytes() as f64 * 1e-6
-    );
+    let megabytes = forecast.bytes() as f64 * 1e-6;
+    let _ = match &forecast.grids {
+        Some(grids) => {
+            let [[ny, nx], [my, mx]] = [grids.samples, grids.sums];
+            writeln!(
+                text,
+                "    {nx} × {ny} samples to {mx} × {my}, about {megabytes:.0} MB"
+            )
+        }
+        None => writeln!(
+            text,
+            "    no whole field; about {megabytes:.0} MB of beamlets"
+        ),
+    };
     text
 }

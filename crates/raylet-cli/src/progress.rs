@@ -6,7 +6,7 @@ use std::sync::{Mutex, PoisonError};
 use std::time::{Duration, Instant};
 
 use indicatif::{HumanDuration, ProgressBar, ProgressState, ProgressStyle};
-use raylet::engine::chain::simulate::Progress;
+use raylet::engine::chain::outcome::Progress;
 
 use crate::say::complain;
 

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
+use raylet::engine::chain::outcome::Progress;
 use raylet::engine::chain::reference::{PADDING, ReferenceOptions, reference};
-use raylet::engine::chain::simulate::Progress;
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;

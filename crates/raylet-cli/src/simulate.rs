@@ -144,8 +144,8 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
 
 /// The part of the light behind the first screen that the sensor receives.
 fn share(hops: &[HopEntry], landed: f64) -> String {
-    match hops.first() {
-        Some(first) => format!("{:.2} %", 100.0 * landed / first.power.behind),
+    match hops.first().and_then(|first| first.power.behind) {
+        Some(behind) => format!("{:.2} %", 100.0 * landed / behind),
         None => format!("{landed:.4e} mm²"),
     }
 }

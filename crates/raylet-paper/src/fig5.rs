@@ -224,7 +224,10 @@ fn seen(scene_design: &SceneDesign, found: Found) -> Result<Row, StudyError> {
     };
     let other = reference(&system, &Settings::default(), choice, &|_| {})?.field;
     let intensity = ours.field.intensity();
-    let behind = ours.hops.first().map_or(f64::NAN, |hop| hop.power[1]);
+    let behind = ours
+        .hops
+        .first()
+        .map_or(f64::NAN, |hop| hop.power[1].unwrap_or(f64::NAN));
     let [picture, window] = target(scene_design)?;
     let like = |seen: &Array2<f64>| ncc(seen.view(), picture.view()).unwrap_or(f64::NAN);
     let apart = field_error(ours.field.values.view(), other.values.view());

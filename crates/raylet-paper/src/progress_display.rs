@@ -1,6 +1,6 @@
 //! How the progress of a study is shown.
 
-use raylet::engine::chain::simulate::Progress;
+use raylet::engine::chain::outcome::Progress;
 
 /// Shows the progress of runs, each by its name.
 pub type RunDisplay<'a> = Box<dyn Fn(&str, Progress) + Sync + 'a>;

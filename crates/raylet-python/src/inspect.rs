@@ -8,7 +8,7 @@ use numpy::Ix2;
 use pyo3::prelude::*;
 use raylet::engine::chain::forecast::forecast_with_progress;
 use raylet::engine::error::advice::advice;
-use raylet::engine::plan::hop_plan::Plan;
+use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::decode::fault::{Fault, shortened};
@@ -149,8 +149,8 @@ pub(crate) fn check(
         let system = with_rims(&system, &settings, PixelValues::Fixed).system;
         let hops = forecast_with_progress(&system, &settings, |_, _| watch.pulse());
         let hops = hops.map_err(|failure| blame(&file, &failure))?;
-        let plans: Vec<Plan> = hops.into_iter().map(|hop| hop.plan).collect();
-        let findings = advice(&system, &plans, &settings).into_iter();
+        let methods: Vec<HopMethod> = hops.into_iter().map(|hop| hop.method).collect();
+        let findings = advice(&system, &methods, &settings).into_iter();
         let between = |hop: usize| {
             let ends = system.screens.iter().skip(hop).take(2);
             let names: Vec<&str> = ends.map(|screen| screen.name.as_str()).collect();

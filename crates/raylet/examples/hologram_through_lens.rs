@@ -78,7 +78,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let seen = ncc(outcome.field.intensity().view(), picture.view()).ok_or("a dark sensor")?;
     println!("likeness through the real lens: {seen:.4}");
     for hop in &outcome.hops {
-        if let Some(budget) = ErrorBudget::of(&hop.plan, &hop.tally) {
+        if let Some(budget) = ErrorBudget::of(&hop.method, &hop.tally) {
             println!("estimated error of the field: {:.1e}", budget.total());
         }
     }

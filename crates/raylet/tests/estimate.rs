@@ -5,6 +5,7 @@ use num_complex::Complex64;
 use raylet::engine::chain::forecast::forecast;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::error::error_budget::ErrorBudget;
+use raylet::engine::plan::hop_plan::Plan;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::{RimTreatment, with_rims};
@@ -117,7 +118,7 @@ fn rims_are_treated_by_what_they_cut() {
 fn what_is_forecast_is_what_is_done() {
     let (grating, settings) = scene_system("paper/system1").unwrap();
     let forecasts = forecast(&grating, &settings).unwrap();
-    let raylet::engine::plan::hop_plan::Plan::Beamlets(plan) = &forecasts[0].plan else {
+    let Some(Plan::Beamlets(plan)) = forecasts[0].method.whole_field() else {
         panic!("no beamlets");
     };
     let [rays, seconds] = [plan.rays / 2.76e6, plan.seconds / 103.0];
@@ -127,7 +128,7 @@ fn what_is_forecast_is_what_is_done() {
     );
     let (fold, settings) = scene_system("toroidal_fold").unwrap();
     let hop = &simulate(&fold, &settings, &|_| {}).unwrap().hops[0];
-    let rays = hop.plan.rays() / hop.tally.total_rays() as f64;
+    let rays = hop.method.rays() / hop.tally.total_rays() as f64;
     assert!((0.5..2.0).contains(&rays), "{rays}");
 }
 
@@ -171,7 +172,7 @@ fn a_tighter_target_never_raises_the_reported_error_slow() {
             };
             let run = simulate(&system, &settings, &|_| {}).unwrap();
             let hops = run.hops.iter();
-            let accounts = hops.map(|hop| ErrorBudget::of(&hop.plan, &hop.tally).unwrap());
+            let accounts = hops.map(|hop| ErrorBudget::of(&hop.method, &hop.tally).unwrap());
             let squares = accounts.map(|account| account.total().powi(2));
             squares.sum::<f64>().sqrt()
         });

@@ -3,7 +3,9 @@
 use std::fs;
 
 use raylet::design::holograms::hologram::{Hologram, design};
-use raylet::engine::chain::simulate::{Outcome, sensor_grid, simulate};
+use raylet::engine::chain::arriving_light::sensor_grid;
+use raylet::engine::chain::outcome::Outcome;
+use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::arrays::phase_file::PhaseFile;
 use raylet::file::model::build;
@@ -78,7 +80,7 @@ fn look(system: &System, outcome: &Outcome, found: &Hologram) -> Seen {
         sensor: ncc(intensity.view(), soft.view()).unwrap(),
         picture: ncc(within.view(), (&soft * &inside).view()).unwrap(),
         sharp: ncc(within.view(), sharp.on(&raster).view()).unwrap(),
-        efficiency: within.sum() * area / outcome.hops[0].power[1],
+        efficiency: within.sum() * area / outcome.hops[0].power[1].unwrap(),
     }
 }
 

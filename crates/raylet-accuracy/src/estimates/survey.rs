@@ -2,7 +2,9 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::simulate::{Outcome, SimulateError, simulate};
+use raylet::engine::chain::outcome::Outcome;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::Settings;
 use raylet::optics::system::System;
@@ -89,7 +91,7 @@ pub fn run_case(index: u32) -> Result<Case, SimulateError> {
 /// The errors that the hops of a run estimate, by cause.
 fn parts(outcome: &Outcome) -> [f64; 4] {
     let accounts = outcome.hops.iter();
-    let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.plan, &hop.tally));
+    let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
     accounts.fold([0.0; 4], |sums: [f64; 4], account| {
         let own = [
             account.aberration,

@@ -2,7 +2,9 @@
 
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
-use raylet::engine::chain::simulate::{Outcome, SimulateError, simulate};
+use raylet::engine::chain::outcome::Outcome;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::Settings;
 use raylet::math::random::uniform;
@@ -90,7 +92,7 @@ fn measured(outcome: &Outcome, exact: &Array2<Complex64>) -> Measured {
 /// The error that a run estimates: the errors of its hops together.
 pub fn estimated_error(outcome: &Outcome) -> f64 {
     let accounts = outcome.hops.iter();
-    let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.plan, &hop.tally));
+    let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
     accounts
         .map(|account| account.total().powi(2))
         .sum::<f64>()

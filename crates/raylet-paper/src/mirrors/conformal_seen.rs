@@ -8,8 +8,8 @@
 use ndarray::{Array2, ArrayView1};
 use num_complex::Complex64;
 use raylet::design::mirrors::conformal::{Conformal, LitArea, Show, Window};
+use raylet::engine::chain::outcome::Progress;
 use raylet::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
-use raylet::engine::chain::simulate::Progress;
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
 use raylet::wave::grid::field::Field;

@@ -17,7 +17,7 @@ use raylet::design::optimizers::lbfgs::LbfgsSettings;
 use raylet::design::optimizers::optimizer::{Method, Optimizer};
 use raylet::design::optimizers::space::Space;
 use raylet::design::optimizers::step::Step;
-use raylet::engine::chain::simulate::Progress;
+use raylet::engine::chain::outcome::Progress;
 use raylet::file::storage::checkpoint::Checkpoints;
 use raylet::file::storage::own_file::Replace;
 use raylet::wave::grid::metrics::ncc;

@@ -9,7 +9,9 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::simulate::{Arriving, SimulateError, leaving, simulate};
+use raylet::engine::chain::arriving_light::{Arriving, leaving};
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::monte_carlo::paper_plan::PaperPlan;
 use raylet::engine::plan::downstream::Downstream;
 use raylet::engine::plan::hop_plan::{Plan, plan};

@@ -12,9 +12,9 @@ use std::time::Instant;
 
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
-use raylet::engine::chain::simulate::{
-    Arriving, SimulateError, leaving, receiving_raster, simulate,
-};
+use raylet::engine::chain::arriving_light::{Arriving, leaving, receiving_raster};
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::monte_carlo::paper::cover;
 use raylet::engine::monte_carlo::paper_plan::{Address, PaperPlan};
 use raylet::engine::plan::downstream::Downstream;

@@ -4,7 +4,9 @@ use std::time::Instant;
 
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
-use raylet::engine::chain::simulate::{Progress, SimulateError, simulate};
+use raylet::engine::chain::outcome::Progress;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::monte_carlo::repeated_runs::RepeatedRuns;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::result::machine::Machine;

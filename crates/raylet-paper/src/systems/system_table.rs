@@ -4,7 +4,7 @@ use std::path::Path;
 
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
-use raylet::engine::chain::simulate::Progress;
+use raylet::engine::chain::outcome::Progress;
 use raylet::engine::monte_carlo::repeated_runs::RepeatedRuns;
 use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::file::storage::partial::PartialFile;

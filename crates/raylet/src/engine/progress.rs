@@ -60,8 +60,10 @@ mod tests {
     use crate::design::holograms::near::{NearTask, design};
     use crate::engine::chain::forecast::forecast_with_progress;
     use crate::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError};
+    use crate::engine::chain::outcome::Progress;
     use crate::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
-    use crate::engine::chain::simulate::{Progress, SimulateError, simulate};
+    use crate::engine::chain::simulate::simulate;
+    use crate::engine::chain::simulate_error::SimulateError;
     use crate::engine::free::free_method::Approach;
     use crate::engine::plan::settings::{Method, Paper, Settings};
     use crate::engine::progress::{Cancelled, Reply, uncancelled};

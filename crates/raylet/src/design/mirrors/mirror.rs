@@ -8,7 +8,8 @@ use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 
 use crate::design::losses::loss::Loss;
-use crate::engine::chain::simulate::{SimulateError, illuminate, sensor_of};
+use crate::engine::chain::arriving_light::{illuminate, sensor_of};
+use crate::engine::chain::simulate_error::SimulateError;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::Act;
 use crate::optics::system::System;

@@ -1,38 +1,100 @@
-//! What a run will take: plans, samples and memory of every hop, without running it.
+//! What a run will take: methods, samples and memory of every hop, without running it; and the choice between whole
+//! fields and local bands.
 
-use crate::engine::chain::simulate::{
-    SimulateError, arrival_reach, incidence, leaving, receiving_raster,
-};
+use crate::engine::chain::arriving_light::{arrival_reach, incidence, leaving, receiving_raster};
+use crate::engine::chain::local_band_run::local_band_settings;
+use crate::engine::chain::simulate_error::SimulateError;
+use crate::engine::local_bands::carry::planned;
+use crate::engine::local_bands::local_band_error::LocalBandError;
+use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
+use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::{Plan, plan};
-use crate::engine::plan::settings::Settings;
+use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::progress::{Cancelled, Reply};
 use crate::optics::system::{Hop, System};
+use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::sampling::{Reach, plan_grid};
 
 /// One hop as it would be run.
 #[derive(Clone, Debug)]
 pub struct Forecast {
-    /// Its plan.
-    pub plan: Plan,
-    /// Samples of the field on its first screen, [ny, nx].
+    /// How it is carried.
+    pub method: HopMethod,
+    /// The samples of whole fields; nothing for local bands, which have none.
+    pub grids: Option<Grids>,
+}
+
+/// Samples of the whole fields of a hop.
+#[derive(Clone, Copy, Debug)]
+pub struct Grids {
+    /// Of the field on its first screen, [ny, nx].
     pub samples: [usize; 2],
-    /// Samples that are summed on its second screen, [ny, nx].
+    /// Summed on its second screen, [ny, nx].
     pub sums: [usize; 2],
 }
 
+/// Beamlets of a window of light with structure, about.
+const BEAMLETS: usize = 60;
+
 impl Forecast {
     /// Bytes of the largest arrays: the fields on both screens, as they are summed and as they are kept,
-    /// and the plane waves of a free hop, before and after the transfer.
+    /// and the plane waves of a free hop, before and after the transfer. Of local bands about those of the beamlets
+    /// that the hop sends.
     pub fn bytes(&self) -> usize {
         let count = |[ny, nx]: [usize; 2]| nx.saturating_mul(ny);
-        let waves = match &self.plan {
-            Plan::Free(_, free) => count([0, 1].map(|a| free.bands[a].count)),
-            _ => 0,
+        let waves = match &self.method {
+            HopMethod::WholeField(Plan::Free(_, free)) => {
+                count([0, 1].map(|a| free.bands[a].count))
+            }
+            HopMethod::WholeField(_) => 0,
+            HopMethod::LocalBands(plan) => {
+                let beamlets = if plan.smooth { 1 } else { BEAMLETS };
+                return count(plan.windows).saturating_mul(beamlets * size_of::<Arrival>());
+            }
         };
-        let values = count(self.samples) + count(self.sums) + waves;
-        values.saturating_mul(2 * size_of::<num_complex::Complex64>())
+        let fields = self
+            .grids
+            .map_or(0, |grids| count(grids.samples) + count(grids.sums));
+        (fields + waves).saturating_mul(2 * size_of::<num_complex::Complex64>())
+    }
+}
+
+/// Who carries the light of a system.
+pub(crate) enum Chosen {
+    /// The plan of each hop from a whole field, and its samples.
+    WholeFields(Vec<(Plan, Grids)>),
+    /// Local bands with these settings.
+    LocalBands(LocalBandSettings),
+}
+
+/// Chooses for a system in which rims that matter are screens: local bands where they are requested, and where a whole
+/// field does not fit into memory; `progress` is called before each hop is planned.
+///
+/// # Errors
+/// As [`simulate`](crate::engine::chain::simulate::simulate), but for light that is found to be absent.
+pub(crate) fn choose<R: Reply>(
+    system: &System,
+    settings: &Settings,
+    progress: impl FnMut(usize, &Hop) -> R,
+) -> Result<Chosen, SimulateError> {
+    if settings.method == Method::LocalBands {
+        return Ok(Chosen::LocalBands(local_band_settings(system, settings)?));
+    }
+    let whole = match whole_field_forecast(system, settings, progress) {
+        Ok(hops) => return Ok(Chosen::WholeFields(hops)),
+        Err(whole) => whole,
+    };
+    if settings.method != Method::Auto || !whole.is_too_large() {
+        return Err(whole);
+    }
+    match local_band_settings(system, settings) {
+        Ok(bands) => Ok(Chosen::LocalBands(bands)),
+        Err(bands) => Err(SimulateError::TooLarge {
+            whole: Box::new(whole),
+            bands,
+        }),
     }
 }
 
@@ -51,8 +113,44 @@ pub fn forecast(system: &System, settings: &Settings) -> Result<Vec<Forecast>, S
 pub fn forecast_with_progress<R: Reply>(
     system: &System,
     settings: &Settings,
-    mut progress: impl FnMut(usize, &Hop) -> R,
+    progress: impl FnMut(usize, &Hop) -> R,
 ) -> Result<Vec<Forecast>, SimulateError> {
+    match choose(system, settings, progress)? {
+        Chosen::WholeFields(hops) => {
+            let hops = hops.into_iter().map(|(plan, grids)| Forecast {
+                method: HopMethod::WholeField(plan),
+                grids: Some(grids),
+            });
+            Ok(hops.collect())
+        }
+        Chosen::LocalBands(bands) => Ok(local_band_forecast(system, &bands)?),
+    }
+}
+
+/// Every hop of a system as local bands would carry it.
+///
+/// # Errors
+/// As [`local_band_settings`].
+fn local_band_forecast(
+    system: &System,
+    settings: &LocalBandSettings,
+) -> Result<Vec<Forecast>, LocalBandError> {
+    let forecast = |plan| Forecast {
+        method: HopMethod::LocalBands(plan),
+        grids: None,
+    };
+    Ok(planned(system, settings)?
+        .into_iter()
+        .map(forecast)
+        .collect())
+}
+
+/// Every hop of a system as it would be run from whole fields.
+fn whole_field_forecast<R: Reply>(
+    system: &System,
+    settings: &Settings,
+    mut progress: impl FnMut(usize, &Hop) -> R,
+) -> Result<Vec<(Plan, Grids)>, SimulateError> {
     let (anchor, mut arriving) = incidence(system);
     let mut light = LightDirections {
         anchor,
@@ -76,11 +174,11 @@ pub fn forecast_with_progress<R: Reply>(
         arriving = arrival_reach(&hop, &plan);
         let [nx, ny] = receiving_raster(&hop, arriving, settings)?.size;
         light = plan.light(&hop, light);
-        list.push(Forecast {
-            plan,
+        let grids = Grids {
             samples: grid.shape(),
             sums: [ny, nx],
-        });
+        };
+        list.push((plan, grids));
     }
     Ok(list)
 }

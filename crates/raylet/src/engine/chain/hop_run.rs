@@ -404,11 +404,11 @@ mod tests {
     use ndarray::Array2;
 
     use crate::design::examples::problems::near_hologram;
-    use crate::engine::chain::backend::AdjointSums;
-    use crate::engine::chain::hop_run::{HopAdjointError, HopRun};
-    use crate::engine::chain::simulate::{
+    use crate::engine::chain::arriving_light::{
         Arriving, arrival_reach, incidence, leaving, receiving_raster,
     };
+    use crate::engine::chain::backend::AdjointSums;
+    use crate::engine::chain::hop_run::{HopAdjointError, HopRun};
     use crate::engine::plan::direction_spread::LightDirections;
     use crate::engine::plan::downstream::Downstream;
     use crate::engine::plan::hop_plan::plan;

@@ -9,13 +9,13 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::beamlet::beamlet_cache::BeamletCache;
+use crate::engine::chain::arriving_light::{
+    Arriving, arrival_reach, incidence, leaving, receiving_raster, sensor_grid, sensor_of,
+};
 use crate::engine::chain::backend::AdjointSums;
 use crate::engine::chain::hop_run::{HopAdjointError, HopError, HopRun};
 use crate::engine::chain::screen_sensitivity::{ScreenFields, pull_act, pull_light};
-use crate::engine::chain::simulate::{
-    Arriving, SimulateError, arrival_reach, incidence, leaving, receiving_raster, sensor_grid,
-    sensor_of,
-};
+use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::monte_carlo::mode_sampling::Draws;
 use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
@@ -162,6 +162,7 @@ impl LinearisedSystem {
         match settings.method {
             Method::Plane => return Err(LinearisedSystemError::Method("plane")),
             Method::Paper => return Err(LinearisedSystemError::Method("paper")),
+            Method::LocalBands => return Err(LinearisedSystemError::Method("local_bands")),
             Method::Auto | Method::Beamlet => {}
         }
         sensor_of(system)?;

@@ -2,22 +2,30 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
+//! | [`arriving_light`] | The light that arrives at a screen as a whole field, and its grids |
 //! | `backend` | The interface between fields and rays: everything that crosses it adds |
 //! | [`control_variate`] | A control variate for drawn beamlets: only the change since an exact run is estimated |
 //! | `beamlet_propagation` | The backend that carries beamlets of a range of patches on the threads of this machine |
 //! | [`forecast`] | What a run will take: plans, samples and memory of every hop |
 //! | `hop_run` | One hop being run, from the field behind the first screen to the light before the second |
+//! | [`local_band_run`] | A whole run by local bands |
 //! | [`linearised_system`] | A system with frozen plans: its fields and its gradients |
+//! | [`outcome`] | The result of a run, and how far it has come |
 //! | [`mod@reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
 //! | [`screen_sensitivity`] | How the light on a screen changes with the numbers of its source and element |
 //! | [`simulate`] | A whole run from the source to the sensor |
+//! | [`simulate_error`] | Why a run is impossible |
 
+pub mod arriving_light;
 pub(crate) mod backend;
 pub(crate) mod beamlet_propagation;
 pub mod control_variate;
 pub mod forecast;
 pub(crate) mod hop_run;
 pub mod linearised_system;
+pub mod local_band_run;
+pub mod outcome;
 pub mod reference;
 pub mod screen_sensitivity;
 pub mod simulate;
+pub mod simulate_error;

@@ -6,9 +6,11 @@ use std::time::Instant;
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::chain::simulate::{
-    Arriving, Progress, SimulateError, check_sound, chief, receiving_raster, sensor_grid, sensor_of,
+use crate::engine::chain::arriving_light::{
+    Arriving, chief, receiving_raster, sensor_grid, sensor_of,
 };
+use crate::engine::chain::outcome::{Progress, check_sound};
+use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::free::free_method::{Approach, FreeMethod, free_method};
 use crate::engine::geometrical::eikonal::{self, EikonalError, Geometrical};
 use crate::engine::plan::direction_spread::LightDirections;

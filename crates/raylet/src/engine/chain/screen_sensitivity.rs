@@ -5,7 +5,7 @@
 
 use num_complex::Complex64;
 
-use crate::engine::chain::simulate::illuminate;
+use crate::engine::chain::arriving_light::illuminate;
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::Screen;
 use crate::optics::system::System;

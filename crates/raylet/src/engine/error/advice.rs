@@ -1,7 +1,8 @@
 //! Warnings and hints that follow from the plans, before a run.
 
-use crate::engine::chain::simulate::{chief, incidence};
+use crate::engine::chain::arriving_light::{chief, incidence};
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
+use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::Settings;
 use crate::math::vec3::Vec3;
@@ -36,12 +37,12 @@ const SMALL: f64 = 25.0;
 /// Pixels are few where they cover less of the opening than this, in per cent.
 const BARE: f64 = 50.0;
 
-/// Findings about the hops of a system with these plans.
-pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advice> {
+/// Findings about the hops of a system that are carried by these methods.
+pub fn advice(system: &System, methods: &[HopMethod], settings: &Settings) -> Vec<Advice> {
     let (mut anchor, _) = incidence(system);
     let mut rays = launch(system);
     let mut list = Vec::new();
-    for (number, (hop, plan)) in system.hops().zip(plans).enumerate() {
+    for (number, (hop, method)) in system.hops().zip(methods).enumerate() {
         let light = Light::follow(&hop, &rays);
         let mut say = |warning: bool, text: Option<String>| {
             list.extend(text.map(|text| Advice {
@@ -59,9 +60,9 @@ pub fn advice(system: &System, plans: &[Plan], settings: &Settings) -> Vec<Advic
         say(false, orders(&hop, anchor));
         say(
             true,
-            TangentPatchError::of(&hop, plan).and_then(|flat| flat.warning()),
+            TangentPatchError::of(&hop, method).and_then(|flat| flat.warning()),
         );
-        if let Plan::Beamlets(beamlets) = plan {
+        if let HopMethod::WholeField(Plan::Beamlets(beamlets)) = method {
             let [eta, left] = [beamlets.eta, beamlets.eta_corrected];
             let text = format!(
                 "aberration inside beamlets would cost {eta:.1e}; the correction leaves {left:.1e}"

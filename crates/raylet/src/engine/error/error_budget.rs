@@ -2,6 +2,8 @@
 
 use crate::engine::beamlet::window_error::interpolated;
 use crate::engine::error::tally::Tally;
+use crate::engine::local_bands::settings::LocalBandPlan;
+use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
 
 /// Expected relative errors of the complex field, by cause.
@@ -22,9 +24,30 @@ pub struct ErrorBudget {
 const FREE: [(f64, f64); 2] = [(4.0, 3e-4), (6.0, 1e-4)];
 
 impl ErrorBudget {
-    /// The budget of a hop that was carried by `plan` with this tally; nothing for methods whose errors
+    /// The budget of a hop that was carried by `method` with this tally; nothing for methods whose errors
     /// are not estimated.
-    pub fn of(plan: &Plan, tally: &Tally) -> Option<Self> {
+    pub fn of(method: &HopMethod, tally: &Tally) -> Option<Self> {
+        match method {
+            HopMethod::WholeField(plan) => Self::of_whole_field(plan, tally),
+            HopMethod::LocalBands(plan) => Some(Self::of_local_bands(plan, tally)),
+        }
+    }
+
+    /// The budget of a hop by local bands.
+    fn of_local_bands(plan: &LocalBandPlan, tally: &Tally) -> Self {
+        Self {
+            aberration: match plan.corrected {
+                true => tally.eta_corrected(),
+                false => tally.eta(),
+            },
+            windows: plan.window_error(tally.cubic_phase()) * tally.darkness(),
+            dropped: tally.dropped(),
+            rims: tally.edge,
+        }
+    }
+
+    /// The budget of a hop from a whole field.
+    fn of_whole_field(plan: &Plan, tally: &Tally) -> Option<Self> {
         match plan {
             Plan::Free(free, _) => Some(Self {
                 windows: tally

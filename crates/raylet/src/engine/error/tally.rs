@@ -176,6 +176,11 @@ impl Tally {
         }
     }
 
+    /// Energy of all fates.
+    pub(crate) fn total_energy(&self) -> f64 {
+        self.energy.iter().sum()
+    }
+
     /// Adds another tally.
     pub(crate) fn merge(&mut self, other: &Tally) {
         for i in 0..FATES.len() {

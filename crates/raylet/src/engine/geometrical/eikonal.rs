@@ -8,7 +8,7 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::chain::simulate::sensor_grid;
+use crate::engine::chain::arriving_light::sensor_grid;
 use crate::engine::geometrical::ray_tube::{RayTube, inverse, trace_tube};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;

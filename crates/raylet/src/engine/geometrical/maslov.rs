@@ -12,7 +12,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::chain::simulate::{sensor_grid, sensor_of};
+use crate::engine::chain::arriving_light::{sensor_grid, sensor_of};
 use crate::engine::geometrical::eikonal::{EikonalError, check_smooth};
 use crate::engine::geometrical::ray_tube::{
     Matrix, RayTube, aperture_of, determinant, inverse, product, signature, trace_tube,

@@ -1,59 +1,46 @@
-//! The loop over hops and tiles: the light of a source to the sensor.
+//! The loop over hops: the light of a source to the sensor, and cotangents back to the pixels of elements.
 
+use std::ops::ControlFlow;
 use std::time::Instant;
 
-use rayon::prelude::*;
+use ndarray::Array2;
+use num_complex::Complex64;
 
 use crate::engine::local_bands::account::HopAccount;
-use crate::engine::local_bands::emission::{Emission, Emitted};
 use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
-use crate::engine::local_bands::settings::{LocalBandSettings, SOURCE_STEP, SourceOpening};
-use crate::engine::local_bands::source_windows::SourceWindows;
-use crate::engine::local_bands::target::Target;
-use crate::engine::local_bands::tile_run::TileRun;
-use crate::optics::screen::{Act, Screen, Sensor};
-use crate::optics::system::{Hop, System};
+use crate::engine::local_bands::hop_step::{Bars, HopStep};
+use crate::engine::local_bands::local_band_error::LocalBandError;
+use crate::engine::local_bands::settings::{LocalBandPlan, LocalBandSettings};
+use crate::engine::progress::uncancelled;
+use crate::optics::screen::{Act, Sensor};
+use crate::optics::system::System;
 use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::field::{Axis, Field, Grid};
 use crate::wave::grid::raster::Raster;
-use crate::wave::local_bands::element_samples::Element;
-use crate::wave::local_bands::tiling::{Tile, Tiling, WindowShape};
-
-/// Why local bands cannot carry the light of a system.
-#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
-pub enum LocalBandError {
-    /// A screen has no edge.
-    #[error("screen '{0}' has no edge; give its element an aperture")]
-    Boundless(String),
-    /// A screen is curved.
-    #[error("screen '{0}' is curved; local bands need plane screens")]
-    Curved(String),
-    /// An element has layers that are neither phases nor pixels of one lattice.
-    #[error("the layers of screen '{0}' are not all phases and pixels of one lattice")]
-    Layers(String),
-    /// No width of windows is given for a screen.
-    #[error("no width of windows is given for screen '{0}'")]
-    NoWidth(String),
-    /// The last screen is no sensor.
-    #[error("the last screen is no sensor")]
-    NoSensor,
-    /// Nothing is left of the light.
-    #[error("no light reaches screen '{0}'")]
-    NoLight(String),
-}
 
 /// What one hop did.
 #[derive(Clone, Debug)]
 pub struct LocalBandHop {
     /// Names of its screens.
     pub screens: [String; 2],
+    /// Its windows.
+    pub plan: LocalBandPlan,
     /// Counts and energies.
     pub account: HopAccount,
     /// Bytes of the beamlets that are held while it runs: those that arrived and those that leave.
     pub held: usize,
     /// Seconds it took.
     pub seconds: f64,
+}
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug)]
+pub struct LocalBandProgress {
+    /// Index of the hop.
+    pub hop: usize,
+    /// Share of its tiles that are done, 0 to 1.
+    pub done: f64,
 }
 
 /// The field on the sensor, and what each hop did.
@@ -65,17 +52,12 @@ pub struct LocalBandOutcome {
     pub hops: Vec<LocalBandHop>,
 }
 
-/// Distance from an opening up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
-const MARGIN: f64 = 2.5;
-
-/// Beamlets of a smooth source end at this share of the threshold: each of them counts in full.
-const SOURCE_EDGE: f64 = 0.1;
-
-/// Tiles that are worked on between two sums.
-const CHUNK: usize = 64;
-
-/// Tiles from which the light that reaches the target is estimated.
-const SAMPLE: usize = 32;
+/// A hop that has run, with the light that arrived at its first screen: what the way back needs.
+pub struct HopPass<'a> {
+    step: HopStep<'a>,
+    light: ArrivingLight<'a>,
+    weakest: f64,
+}
 
 /// Carries the light of a system of plane screens to its sensor.
 ///
@@ -85,6 +67,78 @@ const SAMPLE: usize = 32;
 pub fn carry(
     system: &System,
     settings: &LocalBandSettings,
+) -> Result<LocalBandOutcome, LocalBandError> {
+    carry_with(system, settings, &|_| uncancelled())
+}
+
+/// The same; `progress` is called after each chunk of work.
+///
+/// # Errors
+/// As [`carry`]; when `progress` cancels the run.
+pub fn carry_with(
+    system: &System,
+    settings: &LocalBandSettings,
+    progress: &(dyn Fn(&LocalBandProgress) -> ControlFlow<()> + Sync),
+) -> Result<LocalBandOutcome, LocalBandError> {
+    run_hops(system, settings, progress, drop)
+}
+
+/// The same, and what the way back needs: the beamlets on all screens.
+///
+/// # Errors
+/// As [`carry`].
+pub fn carry_kept<'a>(
+    system: &'a System,
+    settings: &'a LocalBandSettings,
+) -> Result<(LocalBandOutcome, Vec<HopPass<'a>>), LocalBandError> {
+    let mut passes = Vec::new();
+    let go_on = |_: &LocalBandProgress| uncancelled();
+    let outcome = run_hops(system, settings, &go_on, |pass| passes.push(pass))?;
+    Ok((outcome, passes))
+}
+
+/// The windows of each hop.
+///
+/// # Errors
+/// As [`carry`], but for light that is found to be absent.
+pub(crate) fn planned(
+    system: &System,
+    settings: &LocalBandSettings,
+) -> Result<Vec<LocalBandPlan>, LocalBandError> {
+    let hops = system.hops().enumerate();
+    hops.map(|(number, hop)| Ok(HopStep::new(system, settings, number, hop)?.plan()))
+        .collect()
+}
+
+/// The conjugate transpose with respect to the pixels of each screen's element but the last, [y, x], from the cotangent of
+/// the field on the sensor: of a run whose carriers, plane waves and rays are held constant. Nothing where a screen has no
+/// pixels.
+pub fn carry_kept_adjoint(passes: &[HopPass], field_bar: &Field) -> Vec<Option<Array2<Complex64>>> {
+    let mut pixels: Vec<Option<Array2<Complex64>>> = passes.iter().map(|_| None).collect();
+    let canvas = Canvas::holding(raster_of(&field_bar.grid), &field_bar.values);
+    let mut sent: Option<(&HeldBeamlets, Vec<Complex64>)> = None;
+    for (number, pass) in passes.iter().enumerate().rev() {
+        let bars = match &sent {
+            None => Bars::Sensor(&canvas),
+            Some((held, bars)) => Bars::Beamlets(held, bars),
+        };
+        let found = pass.step.carry_adjoint(&pass.light, pass.weakest, &bars);
+        let Some(found) = found else { break };
+        pixels[number] = found.pixels;
+        let ArrivingLight::Beamlets(held) = &pass.light else {
+            break;
+        };
+        sent = Some((held, found.arriving));
+    }
+    pixels
+}
+
+/// Runs the hops one after another, each handed over when the next has its light.
+fn run_hops<'a>(
+    system: &'a System,
+    settings: &'a LocalBandSettings,
+    progress: &(dyn Fn(&LocalBandProgress) -> ControlFlow<()> + Sync),
+    mut done: impl FnMut(HopPass<'a>),
 ) -> Result<LocalBandOutcome, LocalBandError> {
     let Some(Act::Sensor(sensor)) = system.screens.last().map(|screen| &screen.act) else {
         return Err(LocalBandError::NoSensor);
@@ -97,149 +151,36 @@ pub fn carry(
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
         let step = HopStep::new(system, settings, number, hop)?;
-        let (account, tiles) = step.carry(&light, &mut canvas);
-        if account.beamlets == 0 {
+        let here = |share: f64| {
+            progress(&LocalBandProgress {
+                hop: number,
+                done: share,
+            })
+        };
+        let sent = step.carry(&light, &mut canvas, &here)?;
+        if sent.account.beamlets() == 0 {
             return Err(LocalBandError::NoLight(hop.to.name.clone()));
         }
-        let next = HeldBeamlets::new(tiles.into_iter(), k, step.target.edge);
+        let next = HeldBeamlets::new(sent.tiles.into_iter(), k, step.target.edge);
         hops.push(LocalBandHop {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
-            account,
+            plan: step.plan(),
+            account: sent.account,
             held: (light.held() + next.count()) * size_of::<Arrival>(),
             seconds: clock.elapsed().as_secs_f64(),
         });
-        light = ArrivingLight::Beamlets(next);
+        let arrived = std::mem::replace(&mut light, ArrivingLight::Beamlets(next));
+        done(HopPass {
+            step,
+            light: arrived,
+            weakest: sent.weakest,
+        });
     }
     let field = Field {
         grid: sensor_grid(sensor),
         values: canvas.finish(),
     };
     Ok(LocalBandOutcome { field, hops })
-}
-
-/// One hop, ready to run.
-struct HopStep<'a> {
-    system: &'a System,
-    settings: &'a LocalBandSettings,
-    hop: Hop<'a>,
-    /// What stands on its first screen; nothing where a smooth source has one beamlet a window.
-    element: Option<Element<'a>>,
-    shape: WindowShape,
-    tiling: Tiling,
-    target: Target,
-}
-
-impl<'a> HopStep<'a> {
-    fn new(
-        system: &'a System,
-        settings: &'a LocalBandSettings,
-        number: usize,
-        hop: Hop<'a>,
-    ) -> Result<Self, LocalBandError> {
-        for screen in [hop.from, hop.to] {
-            if !screen.is_plane() {
-                return Err(LocalBandError::Curved(screen.name.clone()));
-            }
-        }
-        let missing = |screen: &Screen| LocalBandError::NoWidth(screen.name.clone());
-        let boundless = |screen: &Screen| LocalBandError::Boundless(screen.name.clone());
-        let mut shape = settings.windows(number).ok_or_else(|| missing(hop.from))?;
-        let margin = match settings.windows(number + 1) {
-            Some(next) => MARGIN * next.sigma,
-            None if matches!(hop.to.act, Act::Sensor(_)) => 0.0,
-            None => return Err(missing(hop.to)),
-        };
-        let stop = matches!(hop.from.act, Act::Stop(_));
-        let soft = number == 0 && stop && settings.opening == SourceOpening::Soft;
-        let mut edge = settings.threshold;
-        let element = if soft {
-            shape.step = SOURCE_STEP;
-            edge *= SOURCE_EDGE;
-            None
-        } else {
-            let layers = || LocalBandError::Layers(hop.from.name.clone());
-            Some(Element::of(hop.from).ok_or_else(layers)?)
-        };
-        let bounds = hop.from.bounds().ok_or_else(|| boundless(hop.from))?;
-        Ok(Self {
-            system,
-            settings,
-            hop,
-            element,
-            shape,
-            tiling: Tiling::over(bounds, shape, settings.tile),
-            target: Target::of(hop.to, margin, edge).ok_or_else(|| boundless(hop.to))?,
-        })
-    }
-
-    /// Carries the light over the hop: to the canvas where it ends at the sensor, otherwise tile by tile.
-    fn carry(&self, light: &ArrivingLight, canvas: &mut Canvas) -> (HopAccount, Vec<Vec<Arrival>>) {
-        let Some(element) = &self.element else {
-            let windows = SourceWindows {
-                source: &self.system.source,
-                hop: &self.hop,
-                target: &self.target,
-                tiling: &self.tiling,
-                corrected: self.settings.corrected,
-            };
-            return self.each_tile(canvas, |tile| windows.tile(tile));
-        };
-        let run = TileRun {
-            hop: &self.hop,
-            light,
-            element,
-            tiling: &self.tiling,
-            shape: self.shape,
-            target: &self.target,
-            settings: self.settings,
-        };
-        let emission = Emission {
-            hop: &self.hop,
-            target: &self.target,
-            weakest: self.settings.threshold * run.strongest() * self.usual(&run),
-            unit: run.unit(),
-            corrected: self.settings.corrected,
-        };
-        self.each_tile(canvas, |tile| run.send(tile, &emission))
-    }
-
-    /// Root mean square, over a sample of the windows, of the light that may reach the target.
-    fn usual(&self, run: &TileRun) -> f64 {
-        let mut tiles = self.tiling.tiles();
-        tiles.retain(|tile| !self.tiling.lit(tile, run.element.opening()).is_empty());
-        let stride = tiles.len().div_ceil(SAMPLE).max(1);
-        let sample: Vec<&Tile> = tiles.iter().skip(stride / 2).step_by(stride).collect();
-        let found: Vec<[f64; 2]> = sample
-            .into_par_iter()
-            .map(|tile| run.energy(tile))
-            .collect();
-        let sum = |a: usize| found.iter().map(|found| found[a]).sum::<f64>();
-        (sum(0) / sum(1).max(1.0)).sqrt()
-    }
-
-    /// Works on all tiles, some at a time; what they send is added in their order.
-    fn each_tile(
-        &self,
-        canvas: &mut Canvas,
-        send: impl Fn(&Tile) -> Emitted + Sync,
-    ) -> (HopAccount, Vec<Vec<Arrival>>) {
-        let k = self.hop.wavenumber();
-        let ends = matches!(self.hop.to.act, Act::Sensor(_));
-        let (mut account, mut tiles) = (HopAccount::default(), Vec::new());
-        for chunk in self.tiling.tiles().chunks(CHUNK) {
-            let sent: Vec<Emitted> = chunk.par_iter().map(&send).collect();
-            for mut emitted in sent {
-                account.add(&emitted.account);
-                if ends {
-                    canvas.add(&emitted.arrivals, k, self.target.edge);
-                } else {
-                    emitted.arrivals.shrink_to_fit();
-                    tiles.push(emitted.arrivals);
-                }
-            }
-        }
-        (account, tiles)
-    }
 }
 
 /// The pixel centres of a sensor.
@@ -251,15 +192,29 @@ fn sensor_grid(sensor: &Sensor) -> Grid {
     }
 }
 
+/// A uniform grid as a raster.
+fn raster_of(grid: &Grid) -> Raster {
+    Raster {
+        start: [grid.x.start, grid.y.start],
+        pitch: [grid.x.pitch, grid.y.pitch],
+        size: [grid.x.cells, grid.y.cells],
+    }
+}
+
 #[cfg(test)]
 mod tests {
+    use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::engine::local_bands::carry::{LocalBandError, carry};
+    use crate::engine::local_bands::carry::{carry, carry_kept, carry_kept_adjoint};
+    use crate::engine::local_bands::local_band_error::LocalBandError;
     use crate::engine::local_bands::settings::{LocalBandSettings, SourceOpening};
-    use crate::fixtures::parts::{conic, element, on_axis, plane_wave, screen, sensor};
+    use crate::fixtures::parts::{
+        box_pixels, conic, element, face, on_axis, pixel_layer, plane_wave, screen, sensor,
+    };
+    use crate::math::noise::noise;
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::Layer;
+    use crate::optics::doe::{Layer, PixelForm};
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
     use crate::optics::screen::{Act, Screen};
@@ -361,5 +316,47 @@ mod tests {
             refused(&system),
             LocalBandError::Boundless("element".into())
         );
+    }
+
+    /// Pixels on two screens with a lens between them: the field is linear in the pixels of each.
+    #[test]
+    fn carry_kept_dot_product() {
+        let pixels = |purpose: u32| noise((8, 7), purpose);
+        let lens = vec![
+            face(on_axis(2.0), conic(0.05, 0.0), [1.0, 1.5]),
+            face(on_axis(3.0), conic(-0.03, 0.0), [1.5, 1.0]),
+        ];
+        let layer = pixel_layer(pixels(0), 0.02, PixelForm::Box);
+        let round = element(layer, Aperture::disc(0.06));
+        let system = System {
+            wavelength: 0.5e-3,
+            source: plane_wave([0.01, -0.005]),
+            screens: vec![
+                screen(Frame::GLOBAL, Act::Doe(round)),
+                screen(on_axis(8.0), box_pixels(pixels(1), 0.025)),
+                screen(on_axis(20.0), sensor(8, 0.01)),
+            ],
+            trains: vec![lens, Vec::new()],
+        };
+        let settings = LocalBandSettings {
+            threshold: 3e-2,
+            ..LocalBandSettings::new(vec![0.06, 0.06])
+        };
+        let (outcome, passes) = carry_kept(&system, &settings).unwrap();
+        let field = outcome.field;
+        let bar = Field {
+            grid: field.grid.clone(),
+            values: noise((8, 8), 2),
+        };
+        let backs = carry_kept_adjoint(&passes, &bar);
+        let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {
+            a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+        };
+        let forward = inner(&bar.values, &field.values);
+        for (purpose, back) in backs.iter().enumerate() {
+            let reverse = inner(back.as_ref().unwrap(), &pixels(purpose as u32));
+            let error = (forward - reverse).norm() / forward.norm();
+            assert!(error < 1e-11, "{purpose}: {forward} {reverse} {error:e}");
+        }
     }
 }

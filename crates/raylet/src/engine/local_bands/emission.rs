@@ -3,6 +3,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::engine::error::tally::Fate;
 use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::target::Target;
@@ -33,72 +34,158 @@ pub(crate) struct Emitted {
     pub account: HopAccount,
 }
 
+/// Plane waves of a window, and where they go.
+pub(crate) struct WindowWaves {
+    /// The carrier and width of the window.
+    pub start: ChirpedStart,
+    /// Their directions beside the carrier along x and y.
+    pub modes: [Modes; 2],
+    /// Their coefficients, [m_y, m_x].
+    pub coefficients: Array2<Complex64>,
+}
+
+/// The plane waves of a window that reach the target: their indices, and their beamlets of coefficient one.
+#[derive(Default)]
+struct Kept {
+    places: Vec<(usize, usize)>,
+    beamlets: Vec<Arrival>,
+    energy: f64,
+    strongest: (f64, [f64; 2]),
+}
+
 impl Emission<'_> {
-    /// Sends the plane waves of a window, indexed [m_y, m_x], on their way.
-    pub(crate) fn send(
-        &self,
-        start: &ChirpedStart,
-        modes: [&Modes; 2],
-        waves: &Array2<Complex64>,
-        out: &mut Emitted,
-    ) {
-        let k = self.hop.wavenumber();
-        let first = out.arrivals.len();
-        let (mut kept, mut strongest) = (0.0, (0.0, [0.0; 2]));
-        for ((my, mx), c) in waves.indexed_iter() {
-            let (energy, dp) = (c.norm_sqr(), [modes[0].at(mx), modes[1].at(my)]);
-            if energy <= self.weakest * self.weakest {
-                out.account.weak += energy / self.unit;
-                continue;
-            }
-            let Ok(mut arrival) = start.launch(self.hop, dp) else {
-                out.account.lost += energy / self.unit;
-                continue;
-            };
-            if !self.target.meets(&arrival, k) {
-                out.account.beside += energy / self.unit;
-                continue;
-            }
-            arrival.amplitude *= c;
-            kept += energy / self.unit;
-            if energy > strongest.0 {
-                strongest = (energy, dp);
-            }
-            out.arrivals.push(arrival);
-        }
-        out.account.modes += waves.len() as u64;
-        out.account.beamlets += (out.arrivals.len() - first) as u64;
-        out.account.kept += kept;
-        if kept > 0.0 {
-            self.correct(
-                start,
-                strongest.1,
-                kept,
-                &mut out.arrivals[first..],
-                &mut out.account,
-            );
+    /// Sends the plane waves of a window on their way.
+    pub(crate) fn send(&self, waves: &WindowWaves, out: &mut Emitted) {
+        let kept = self.kept(waves, &mut out.account);
+        out.account.modes += waves.coefficients.len() as u64;
+        for (place, mut beamlet) in kept.places.into_iter().zip(kept.beamlets) {
+            beamlet.amplitude *= waves.coefficients[place];
+            out.arrivals.push(beamlet);
         }
     }
 
-    /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet.
-    fn correct(
+    /// The conjugate transpose, for the plane waves that are kept: from the cotangents of the amplitudes of what a window
+    /// sends, which `bars` gives for these beamlets, to those of its coefficients.
+    pub(crate) fn send_adjoint(
         &self,
-        start: &ChirpedStart,
-        dp: [f64; 2],
-        kept: f64,
-        arrivals: &mut [Arrival],
-        account: &mut HopAccount,
-    ) {
-        let Some(found) = start.aberration(self.hop, dp) else {
-            account.aberrated += kept;
-            account.left += kept;
-            return;
-        };
-        account.aberrated += kept * found.eta().powi(2);
-        account.left += kept * found.left().powi(2);
-        if self.corrected {
-            let factor = found.correction();
-            arrivals.iter_mut().for_each(|a| a.amplitude *= factor);
+        waves: &WindowWaves,
+        bars: impl FnOnce(&[Arrival]) -> Vec<Complex64>,
+    ) -> Array2<Complex64> {
+        let kept = self.kept(waves, &mut HopAccount::default());
+        let mut coefficients_bar = Array2::zeros(waves.coefficients.dim());
+        let bars = bars(&kept.beamlets);
+        for ((place, beamlet), bar) in kept.places.iter().zip(&kept.beamlets).zip(bars) {
+            coefficients_bar[*place] = beamlet.amplitude.conj() * bar;
         }
+        coefficients_bar
+    }
+
+    /// Finds the plane waves that are strong enough and reach the target.
+    fn kept(&self, waves: &WindowWaves, account: &mut HopAccount) -> Kept {
+        let k = self.hop.wavenumber();
+        let mut kept = Kept::default();
+        for ((my, mx), c) in waves.coefficients.indexed_iter() {
+            let share = c.norm_sqr() / self.unit;
+            let dp = [waves.modes[0].at(mx), waves.modes[1].at(my)];
+            if c.norm_sqr() <= self.weakest * self.weakest {
+                account.tally.add_energy(Fate::Weak, share);
+                continue;
+            }
+            let beamlet = match waves.start.launch(self.hop, dp) {
+                Ok(beamlet) => beamlet,
+                Err(loss) => {
+                    account.tally.count(Fate::Lost(loss), share);
+                    continue;
+                }
+            };
+            if !self.target.meets(&beamlet, k) {
+                account.tally.count(Fate::Outside, share);
+                continue;
+            }
+            account.tally.count(Fate::Arrived, share);
+            kept.energy += share;
+            if share > kept.strongest.0 {
+                kept.strongest = (share, dp);
+            }
+            kept.places.push((my, mx));
+            kept.beamlets.push(beamlet);
+        }
+        if kept.energy > 0.0 {
+            self.correct(&waves.start, &mut kept, account);
+        }
+        kept
+    }
+
+    /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet.
+    fn correct(&self, start: &ChirpedStart, kept: &mut Kept, account: &mut HopAccount) {
+        let found = start.aberration(self.hop, kept.strongest.1);
+        account.tally.add_aberration(found, kept.energy);
+        if let Some(found) = found.filter(|_| self.corrected) {
+            let factor = found.correction();
+            for beamlet in &mut kept.beamlets {
+                beamlet.amplitude *= factor;
+            }
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use num_complex::Complex64;
+
+    use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+    use crate::engine::local_bands::emission::{Emission, Emitted, WindowWaves};
+    use crate::engine::local_bands::target::Target;
+    use crate::fixtures::parts::{on_axis, open_screen, screen, sensor};
+    use crate::math::noise::noise;
+    use crate::optics::frame::Frame;
+    use crate::optics::system::Hop;
+    use crate::wave::local_bands::carrier::Carrier;
+    use crate::wave::local_bands::window_transform::Modes;
+
+    #[test]
+    fn send_dot_product() {
+        let (from, to) = (
+            open_screen(Frame::GLOBAL),
+            screen(on_axis(20.0), sensor(10, 0.02)),
+        );
+        let hop = Hop {
+            wavelength: 0.5e-3,
+            from: &from,
+            train: &[],
+            to: &to,
+        };
+        let target = Target::of(&to, 0.0, 1e-3).unwrap();
+        let emission = Emission {
+            hop: &hop,
+            target: &target,
+            weakest: 0.2,
+            unit: 1.0,
+            corrected: true,
+        };
+        let modes = Modes::between(-0.02, 0.02, 2e-3, 0.0);
+        let waves = WindowWaves {
+            start: ChirpedStart {
+                carrier: Carrier {
+                    at: [0.1, -0.05],
+                    p: [0.01, 0.0],
+                    q: [-0.03, 0.001, -0.02],
+                },
+                sigma: 0.05,
+            },
+            modes: [modes, modes],
+            coefficients: noise((21, 21), 0),
+        };
+        let mut out = Emitted::default();
+        emission.send(&waves, &mut out);
+        let there = &out.arrivals;
+        assert!((20..400).contains(&there.len()), "{}", there.len());
+        let bar = noise((1, there.len()), 1);
+        let back = emission.send_adjoint(&waves, |_| bar.iter().copied().collect());
+        let pairs = there.iter().zip(&bar);
+        let forward: Complex64 = pairs.map(|(a, b)| b.conj() * a.amplitude).sum();
+        let pairs = waves.coefficients.iter().zip(&back);
+        let reverse: Complex64 = pairs.map(|(a, b)| b.conj() * a).sum();
+        assert!((forward - reverse).norm() < 1e-12, "{forward} {reverse}");
     }
 }

@@ -20,6 +20,8 @@ use crate::wave::local_bands::tiling::raster;
 pub(crate) struct HeldBeamlets {
     arrivals: Vec<Arrival>,
     groups: Vec<Group>,
+    /// Place of the first beamlet of each tile.
+    starts: Vec<usize>,
     /// Amplitude of the bright ones.
     bright: f64,
     /// Vacuum wavenumber in rad/mm.
@@ -45,7 +47,9 @@ pub(crate) enum ArrivingLight<'a> {
 /// The light under one tile, before it is summed.
 pub(crate) struct TileLight<'a> {
     light: &'a ArrivingLight<'a>,
+    /// The beamlets that its windows see, and their places among all.
     selected: Vec<Arrival>,
+    places: Vec<usize>,
     /// The wave that runs along with it.
     pub carrier: Carrier,
     /// How far its directions differ from the carrier's.
@@ -55,8 +59,12 @@ pub(crate) struct TileLight<'a> {
 impl HeldBeamlets {
     /// Beamlets of many tiles, tile by tile.
     pub(crate) fn new(tiles: impl Iterator<Item = Vec<Arrival>>, k: f64, edge: f64) -> Self {
-        let (mut arrivals, mut groups) = (Vec::new(), Vec::new());
-        for mut tile in tiles.filter(|tile| !tile.is_empty()) {
+        let (mut arrivals, mut groups, mut starts) = (Vec::new(), Vec::new(), Vec::new());
+        for mut tile in tiles {
+            starts.push(arrivals.len());
+            if tile.is_empty() {
+                continue;
+            }
             let mut bounds = [f64::INFINITY, f64::NEG_INFINITY].repeat(2);
             for arrival in &tile {
                 let reach = arrival.footprint(k, edge);
@@ -77,6 +85,7 @@ impl HeldBeamlets {
         Self {
             arrivals,
             groups,
+            starts,
             bright,
             k,
             edge,
@@ -88,19 +97,24 @@ impl HeldBeamlets {
         self.arrivals.len()
     }
 
-    /// Those whose footprints meet a box.
-    fn within(&self, area: [f64; 4]) -> Vec<Arrival> {
+    /// The place of the first beamlet of a tile.
+    pub(crate) fn start(&self, tile: usize) -> usize {
+        self.starts[tile]
+    }
+
+    /// The places of those whose footprints meet a box.
+    fn within(&self, area: [f64; 4]) -> Vec<usize> {
         let meets =
             |b: &[f64; 4]| b[0] <= area[1] && b[1] >= area[0] && b[2] <= area[3] && b[3] >= area[2];
-        let near = |arrival: &&Arrival| {
+        let near = |place: &usize| {
+            let arrival = &self.arrivals[*place];
             let reach = arrival.footprint(self.k, self.edge);
             let [x, y] = arrival.at;
             meets(&[x - reach[0], x + reach[0], y - reach[1], y + reach[1]])
         };
         let groups = self.groups.iter().filter(|group| meets(&group.bounds));
         groups
-            .flat_map(|group| self.arrivals[group.members.clone()].iter().filter(near))
-            .copied()
+            .flat_map(|group| group.members.clone().filter(near))
             .collect()
     }
 }
@@ -142,12 +156,15 @@ impl ArrivingLight<'_> {
                 Some(TileLight {
                     light: self,
                     selected: Vec::new(),
+                    places: Vec::new(),
                     carrier,
                     spread,
                 })
             }
             Self::Beamlets(beamlets) => {
-                let selected = beamlets.within(area);
+                let places = beamlets.within(area);
+                let all = &beamlets.arrivals;
+                let selected: Vec<Arrival> = places.iter().map(|place| all[*place]).collect();
                 let carrier = Carrier::fit(&selected, middle, radius)?;
                 let block = WindowBlock {
                     bright: beamlets.bright,
@@ -157,6 +174,7 @@ impl ArrivingLight<'_> {
                     light: self,
                     spread: block.spread(&selected, &carrier),
                     selected,
+                    places,
                     carrier,
                 })
             }
@@ -177,14 +195,32 @@ impl TileLight<'_> {
                 (Array2::from_shape_fn(shape, value), 0)
             }
             ArrivingLight::Beamlets(beamlets) => {
-                let gather = Gather {
-                    carrier: self.carrier,
-                    raster: raster(samples),
-                    k: beamlets.k,
-                    edge: beamlets.edge,
-                };
-                gather.apply(&self.selected)
+                self.gather(beamlets, samples).apply(&self.selected)
             }
+        }
+    }
+
+    /// The conjugate transpose with respect to the amplitudes of the beamlets: their places among all, with cotangents;
+    /// none for light of a source.
+    pub(crate) fn at_adjoint(
+        &self,
+        samples: &[Axis; 2],
+        bar: &Array2<Complex64>,
+    ) -> Vec<(usize, Complex64)> {
+        let ArrivingLight::Beamlets(beamlets) = self.light else {
+            return Vec::new();
+        };
+        let gather = self.gather(beamlets, samples);
+        let bars = gather.apply_adjoint(&self.selected, bar);
+        self.places.iter().copied().zip(bars).collect()
+    }
+
+    fn gather(&self, beamlets: &HeldBeamlets, samples: &[Axis; 2]) -> Gather {
+        Gather {
+            carrier: self.carrier,
+            raster: raster(samples),
+            k: beamlets.k,
+            edge: beamlets.edge,
         }
     }
 }
@@ -215,5 +251,55 @@ pub(crate) fn source_carrier(source: &Source, screen: &Screen, at: [f64; 2]) -> 
         at,
         p: [p.value(), q.value()],
         q: [p.tangent[0], p.tangent[1], q.tangent[1]],
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
+    use crate::math::noise::noise;
+    use crate::wave::beamlet::wavelet::Arrival;
+    use crate::wave::grid::field::Axis;
+    use crate::wave::local_bands::local_band::WindowBlock;
+
+    #[test]
+    fn at_dot_product() {
+        let amplitudes = noise((6, 8), 0);
+        let beamlet = |j: usize, i: usize| Arrival {
+            at: [0.1 * i as f64, 0.12 * j as f64],
+            cosines: [0.01 * i as f64, -0.02 * j as f64],
+            amplitude: amplitudes[[j, i]],
+            curvature: [
+                Complex64::new(0.1, 0.05),
+                Complex64::new(0.0, 0.01),
+                Complex64::new(-0.2, 0.04),
+            ],
+        };
+        let tile = |j: usize| (0..8).map(|i| beamlet(j, i)).collect();
+        let light = ArrivingLight::Beamlets(HeldBeamlets::new((0..6).map(tile), 6e3, 1e-3));
+        let block = WindowBlock {
+            centres: [0.3, 0.4, 0.2, 0.3],
+            sigma: 0.05,
+            threshold: 1e-3,
+            bright: 0.0,
+        };
+        let under = light.under(&block, [0.1, 0.6, 0.0, 0.5], 0.2).unwrap();
+        let samples = [Axis::uniform(31, 0.02, 0.35), Axis::uniform(29, 0.02, 0.25)];
+        let (there, _) = under.at(&samples);
+        let bar = noise(there.dim(), 1);
+        let back = under.at_adjoint(&samples, &bar);
+        let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {
+            a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+        };
+        let forward = inner(&bar, &there);
+        let all: Vec<&Complex64> = amplitudes.iter().collect();
+        let reverse: Complex64 = back
+            .iter()
+            .map(|(place, bar)| bar.conj() * all[*place])
+            .sum();
+        assert!((forward - reverse).norm() < 1e-11, "{forward} {reverse}");
     }
 }

@@ -11,21 +11,29 @@
 //! | `target` | The part of the next screen that beamlets must reach |
 //! | `chirped_beamlet` | One beamlet with the curvature of its carrier, and the aberration inside it |
 //! | `window_directions` | Which directions lead from a window to the target |
+//! | `source_opening` | Whether the opening of the first screen cuts light that matters |
 //! | `source_windows` | A smooth source: one beamlet a window |
-//! | `tile_run` | One tile: from the light that arrives to the beamlets that leave |
+//! | `tile_plan` | One tile before its light goes on: carriers, samples, windows that see the target |
+//! | `tile_run` | One tile: from the light that arrives to the beamlets that leave, and back |
 //! | `emission` | The beamlets of one window |
 //! | [`window_widths`] | How wide the windows of each screen may be |
 //! | [`account`] | What a hop did |
-//! | [`carry`] | The loop over tiles and hops |
+//! | [`local_band_error`] | Why local bands cannot carry the light of a system |
+//! | `hop_step` | One hop: all its tiles, forward and back |
+//! | [`carry`] | The loop over hops, forward and back |
 
 pub mod account;
 pub mod carry;
 pub(crate) mod chirped_beamlet;
 pub(crate) mod emission;
 pub(crate) mod held_light;
+pub(crate) mod hop_step;
+pub mod local_band_error;
 pub mod settings;
+pub(crate) mod source_opening;
 pub(crate) mod source_windows;
 pub(crate) mod target;
+pub(crate) mod tile_plan;
 pub(crate) mod tile_run;
 pub(crate) mod window_directions;
 pub mod window_widths;

@@ -21,6 +21,25 @@ pub struct LocalBandSettings {
     pub corrected: bool,
     /// What the opening of the first screen does where that is a stop.
     pub opening: SourceOpening,
+    /// Most bytes that the beamlets of a run may take.
+    pub memory_limit: usize,
+}
+
+/// The windows of one hop.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct LocalBandPlan {
+    /// Width σ in mm.
+    pub sigma: f64,
+    /// Distance of neighbouring windows in σ.
+    pub step: f64,
+    /// Period of the plane waves of a window in σ.
+    pub period: f64,
+    /// How many there are along x and y of the first screen's box.
+    pub windows: [usize; 2],
+    /// Whether they are of a smooth source, which has one direction in each.
+    pub smooth: bool,
+    /// Whether the aberration inside beamlets is corrected.
+    pub corrected: bool,
 }
 
 /// What the opening of the first screen does.
@@ -36,18 +55,41 @@ pub enum SourceOpening {
 /// Distance of the windows of a smooth source in σ: their sum is even to 1e-5.
 pub(crate) const SOURCE_STEP: f64 = 1.25;
 
+/// The usual distance of windows in σ.
+pub const STEP: f64 = 1.25;
+
+/// What windows that stand so many σ apart leave of the cubic phase inside their beamlets, which a continuous sum cancels:
+/// the spectrum of u³·exp(−u²/σ²) at their lattice's frequency, with a factor from measurements.
+pub(crate) fn left_by_lattice(step: f64) -> f64 {
+    let turn = std::f64::consts::TAU / step;
+    0.6 * (turn.powi(3) / 8.0 - 0.75 * turn) * (-0.25 * turn * turn).exp()
+}
+
+impl LocalBandPlan {
+    /// The relative error of the field that the lattice and the period of windows bring, with this root mean square
+    /// cubic phase inside beamlets (rad): what the lattice leaves of that phase, and the tails of neighbouring periods.
+    pub(crate) fn window_error(&self, cubic_phase: f64) -> f64 {
+        let lattice = match self.smooth {
+            true => 0.0,
+            false => left_by_lattice(self.step) * cubic_phase,
+        };
+        lattice.hypot(2.0 * (-0.25 * self.period * self.period).exp())
+    }
+}
+
 impl LocalBandSettings {
     /// The usual settings with these widths of windows.
     pub fn new(sigmas: Vec<f64>) -> Self {
         Self {
             sigmas,
-            step: 1.25,
+            step: STEP,
             period: 6.5,
             threshold: 1e-3,
             tile: 4,
             edge_nodes: 16.0,
             corrected: true,
             opening: SourceOpening::Soft,
+            memory_limit: 4 << 30,
         }
     }
 

@@ -3,6 +3,7 @@
 //! The light of a source is its carrier under every window, so it needs one direction there, and Gaussians that add up
 //! to one instead of their squares. The windows stop where no beamlet reaches the target: the light falls off by itself.
 
+use crate::engine::error::tally::Fate;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::emission::Emitted;
 use crate::engine::local_bands::held_light::{source_carrier, source_field};
@@ -78,28 +79,25 @@ impl SourceWindows<'_> {
         let start = self.start(at);
         let field = source_field(self.source, hop.from, at, k);
         let energy = field.norm_sqr();
-        let Ok(mut arrival) = start.launch(hop, [0.0; 2]) else {
-            out.account.lost += energy;
-            return;
+        let mut arrival = match start.launch(hop, [0.0; 2]) {
+            Ok(arrival) => arrival,
+            Err(loss) => return out.account.tally.count(Fate::Lost(loss), energy),
         };
         if !self.target.meets(&arrival, k) {
-            out.account.beside += energy;
-            return;
+            return out.account.tally.count(Fate::Outside, energy);
         }
         let density = x.step * y.step / (std::f64::consts::TAU * x.sigma * y.sigma);
         arrival.amplitude *= field * density;
         let found = start.wave_aberration(hop);
         if self.target.holds(arrival.at) {
-            out.account.kept += energy;
-            out.account.aberrated += energy * found.map_or(1.0, |found| found.eta().powi(2));
-            out.account.left += energy * found.map_or(1.0, |found| found.left().powi(2));
+            out.account.tally.add_aberration(found, energy);
         }
         if let Some(found) = found.filter(|_| self.corrected) {
             arrival.amplitude *= found.correction();
         }
+        out.account.tally.count(Fate::Arrived, energy);
         out.account.windows += 1;
         out.account.modes += 1;
-        out.account.beamlets += 1;
         out.arrivals.push(arrival);
     }
 }

@@ -1,12 +1,13 @@
 //! How wide the windows of each screen may be.
 //!
 //! Chirped beamlets are as many at any width, and windows fewer the wider they are, until the aberration inside a
-//! beamlet stops it. It is looked at along rays of the source that meet each opening, with the curvature that the wave
+//! beamlet stops it. It is sampled along rays of the source that meet each opening, with the curvature that the wave
 //! has there.
 
-use crate::engine::local_bands::carry::LocalBandError;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::held_light::source_carrier;
+use crate::engine::local_bands::local_band_error::LocalBandError;
+use crate::engine::local_bands::settings::{SourceOpening, left_by_lattice};
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 use crate::wave::local_bands::carrier::Carrier;
@@ -15,33 +16,38 @@ use crate::wave::local_bands::element_samples::Element;
 /// Rays along each side of the first screen.
 const SIDE: usize = 33;
 
-/// Rays that are judged on each screen, about.
-const JUDGED: usize = 40;
+/// Rays along which aberration is sampled on each screen, about.
+const SAMPLED: usize = 40;
 
-/// Widths that are looked at: these powers of the root of the root of two, times the wavelength.
+/// Widths to choose from: these powers of the root of the root of two, times the wavelength.
 const WIDTHS: std::ops::Range<i32> = 8..64;
 
 /// A window is at most this share of the size of its screen.
 const LARGEST: f64 = 0.08;
 
 /// Share of the target error that aberration may have in one hop.
-const SHARE: f64 = 0.5;
+const SHARE: f64 = 0.25;
 
 /// Whether a hop starts with a smooth source or with windows of all directions.
-fn is_smooth(number: usize, screen: &Screen) -> bool {
-    number == 0 && matches!(screen.act, Act::Stop(_))
+fn is_smooth(number: usize, opening: SourceOpening) -> bool {
+    number == 0 && opening == SourceOpening::Soft
 }
 
 /// The widest windows of each screen but the last, in mm, with which the aberration inside beamlets, corrected as far
-/// as it can be, stays below a target relative error of the field.
+/// as it can be, stays below a target relative error of the field; windows stand a `step` of so many σ apart.
 ///
 /// # Errors
 /// When a screen has no edge or layers of another kind, or no ray of the source meets an opening.
-pub fn window_widths(system: &System, error: f64) -> Result<Vec<f64>, LocalBandError> {
+pub fn window_widths(
+    system: &System,
+    opening: SourceOpening,
+    step: f64,
+    error: f64,
+) -> Result<Vec<f64>, LocalBandError> {
     let mut carriers = source_carriers(system)?;
     let mut widths = Vec::new();
     for (number, hop) in system.hops().enumerate() {
-        let smooth = is_smooth(number, hop.from);
+        let smooth = is_smooth(number, opening);
         if !smooth {
             carriers = behind(&hop, &carriers)?;
         }
@@ -53,9 +59,11 @@ pub fn window_widths(system: &System, error: f64) -> Result<Vec<f64>, LocalBandE
         if onwards.is_empty() {
             return Err(LocalBandError::NoLight(hop.to.name.clone()));
         }
-        let stride = onwards.len().div_ceil(JUDGED);
-        let judged: Vec<Carrier> = onwards.iter().step_by(stride).map(|pair| pair.0).collect();
-        widths.push(widest(&hop, &judged, smooth, SHARE * error));
+        let stride = onwards.len().div_ceil(SAMPLED);
+        let sampled: Vec<Carrier> = onwards.iter().step_by(stride).map(|pair| pair.0).collect();
+        let lattice = if smooth { 0.0 } else { left_by_lattice(step) };
+        let left = |sigma: f64| aberration_left(&hop, &sampled, sigma, smooth, lattice);
+        widths.push(widest(&hop, |sigma| left(sigma) <= SHARE * error));
         carriers = onwards.into_iter().map(|pair| pair.1).collect();
     }
     Ok(widths)
@@ -124,27 +132,31 @@ fn carried(hop: &Hop, carrier: &Carrier) -> Option<Carrier> {
     })
 }
 
-/// The largest width whose beamlets, corrected, keep below an error along the sampled rays.
-fn widest(hop: &Hop, judged: &[Carrier], smooth: bool, error: f64) -> f64 {
+/// Root mean square, over carriers, of the error that aberration inside beamlets of width σ leaves when it is corrected.
+fn aberration_left(hop: &Hop, sampled: &[Carrier], sigma: f64, smooth: bool, lattice: f64) -> f64 {
+    let square = |carrier: &Carrier| {
+        let start = ChirpedStart {
+            carrier: *carrier,
+            sigma,
+        };
+        let found = match smooth {
+            true => start.wave_aberration(hop),
+            false => start.aberration(hop, [0.0; 2]),
+        };
+        found.map_or(1.0, |found| {
+            found.left().powi(2) + lattice * lattice * found.cubic
+        })
+    };
+    (sampled.iter().map(square).sum::<f64>() / sampled.len() as f64).sqrt()
+}
+
+/// The largest width that fits and is small against the screen.
+fn widest(hop: &Hop, fits: impl Fn(f64) -> bool) -> f64 {
     let size = hop.from.bounds().map_or(f64::INFINITY, |[x0, x1, y0, y1]| {
         LARGEST * (x1 - x0).max(y1 - y0)
     });
     let width = |power: i32| hop.wavelength * 2f64.powf(0.25 * f64::from(power));
-    let left = |sigma: f64| {
-        let squares = judged.iter().map(|carrier| {
-            let start = ChirpedStart {
-                carrier: *carrier,
-                sigma,
-            };
-            let found = match smooth {
-                true => start.wave_aberration(hop),
-                false => start.aberration(hop, [0.0; 2]),
-            };
-            found.map_or(1.0, |found| found.left().powi(2))
-        });
-        (squares.sum::<f64>() / judged.len() as f64).sqrt()
-    };
-    let fits = |sigma: &f64| *sigma <= size && left(*sigma) <= error;
-    let found = WIDTHS.rev().map(width).find(fits);
+    let mut all = WIDTHS.rev().map(width);
+    let found = all.find(|sigma| *sigma <= size && fits(*sigma));
     found.unwrap_or_else(|| width(WIDTHS.start))
 }

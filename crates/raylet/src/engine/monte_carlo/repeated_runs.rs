@@ -6,7 +6,9 @@ use std::time::Instant;
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 
-use crate::engine::chain::simulate::{Progress, SimulateError, simulate};
+use crate::engine::chain::outcome::Progress;
+use crate::engine::chain::simulate::simulate;
+use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::Reply;
 use crate::optics::system::System;
@@ -65,7 +67,7 @@ impl RepeatedRuns {
             .for_each(|sum, u| *sum += u);
         self.parts += 1;
         for hop in &outcome.hops {
-            self.draws += hop.plan.rays();
+            self.draws += hop.method.rays();
             self.rays += hop.tally.total_rays();
         }
         self.seconds += clock.elapsed().as_secs_f64();

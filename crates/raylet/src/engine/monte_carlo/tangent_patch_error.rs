@@ -4,6 +4,7 @@
 //! comes with the normal cosine a and leaves with q there has the phase k(q − a)·D²/8R wrong: for a mirror
 //! 2k·D²/8R. The turn arcsin(D/2R) of the surface over half a patch, small as it may be, says nothing about it.
 
+use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::Sag;
 use crate::optics::system::Hop;
@@ -26,8 +27,8 @@ pub(crate) struct TangentPatchError {
 
 impl TangentPatchError {
     /// That of a hop whose patches ignore heights; nothing for others, and for plane screens.
-    pub(crate) fn of(hop: &Hop, plan: &Plan) -> Option<Self> {
-        let Plan::Paper(plan) = plan else {
+    pub(crate) fn of(hop: &Hop, method: &HopMethod) -> Option<Self> {
+        let HopMethod::WholeField(Plan::Paper(plan)) = method else {
             return None;
         };
         let (leaves, side) = (hop.from.index * hop.from.leaves(), plan.side);

@@ -182,6 +182,10 @@ fn choose(
             Ok(Plan::Planes(plan))
         }
         Method::Paper => paper(&planner),
+        Method::LocalBands => {
+            let (from, to) = (hop.from.name.clone(), hop.to.name.clone());
+            Err(PlanError::WholeField { from, to })
+        }
     }
 }
 

@@ -1,30 +1,37 @@
 //! The reason for the method of a hop, in words.
 
+use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::{Method, Settings};
 use crate::optics::refraction::Interface;
 use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
 
-/// Name of the method of a plan.
-pub(crate) fn method_name(plan: &Plan) -> &'static str {
-    match plan {
-        Plan::Free(..) => "free",
-        Plan::Beamlets(_) => "beamlet",
-        Plan::Planes(_) => "plane",
-        Plan::Paper(_) => "paper",
+/// Name of the method of a hop.
+pub(crate) fn method_name(method: &HopMethod) -> &'static str {
+    match method {
+        HopMethod::WholeField(Plan::Free(..)) => "free",
+        HopMethod::WholeField(Plan::Beamlets(_)) => "beamlet",
+        HopMethod::WholeField(Plan::Planes(_)) => "plane",
+        HopMethod::WholeField(Plan::Paper(_)) => "paper",
+        HopMethod::LocalBands(_) => "local_bands",
     }
 }
 
-/// Why this plan was made for this hop.
-pub(crate) fn reason(hop: &Hop, plan: &Plan, settings: &Settings) -> String {
+/// Why this method was taken for this hop.
+pub(crate) fn reason(hop: &Hop, method: &HopMethod, settings: &Settings) -> String {
     if settings.method != Method::Auto {
         return String::from("requested");
     }
-    if let Plan::Free(..) = plan {
-        return String::from("parallel screens with nothing but plane plates between them");
+    match method {
+        HopMethod::LocalBands(_) => {
+            String::from("a screen is too large to be sampled as a whole within the memory limit")
+        }
+        HopMethod::WholeField(Plan::Free(..)) => {
+            String::from("parallel screens with nothing but plane plates between them")
+        }
+        HopMethod::WholeField(_) => obstacle(hop),
     }
-    obstacle(hop)
 }
 
 /// What keeps a hop from going without rays.

@@ -23,6 +23,14 @@ pub enum PlanError {
         /// Emitting screen.
         screen: String,
     },
+    /// Local bands have no field that is sampled as a whole.
+    #[error("method 'local_bands' samples no field as a whole, as from '{from}' to '{to}'")]
+    WholeField {
+        /// Emitting screen.
+        from: String,
+        /// Receiving screen.
+        to: String,
+    },
     /// A screen has no edge.
     #[error("screen '{0}' has no edge; give its element an aperture")]
     Boundless(String),

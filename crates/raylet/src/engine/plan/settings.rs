@@ -19,6 +19,9 @@ pub enum Method {
     // Wavelets with prefactor, summed by a non-uniform FFT.
     /// Plane-wave pieces.
     Plane,
+    // Window by window of a screen; memory follows the beamlets, not the samples of a screen.
+    /// Gaussian beamlets from screens that are never sampled as a whole.
+    LocalBands,
     // As the source paper does: rectangular patches, plain plane waves.
     /// Random patches and drawn modes, as first published.
     Paper,

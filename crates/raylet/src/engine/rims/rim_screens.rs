@@ -245,6 +245,12 @@ fn side_behind(hop: &Hop, number: usize) -> f64 {
 /// error: the true one is between 0.1 and 3.1 times as large, in the median 0.66 times.
 const EDGE: f64 = 0.075;
 
+/// The error to expect from the rims that cut light ray by ray in a hop.
+pub(crate) fn cut_by_ray(rims: &[Rim], hop: usize) -> f64 {
+    let here = rims.iter().filter(|rim| rim.hop == hop);
+    here.map(Rim::error).fold(0.0, f64::hypot)
+}
+
 /// The relative error to expect because a share `cut` of the light ends at the rim that this screen stands
 /// for; zero for other screens and for rims of planes.
 pub(crate) fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {

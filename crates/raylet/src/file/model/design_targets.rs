@@ -11,7 +11,7 @@ use crate::design::losses::overlap::Overlap;
 use crate::design::losses::share::Share;
 use crate::design::losses::spots::Spots;
 use crate::design::losses::target::Target;
-use crate::engine::chain::simulate::sensor_of;
+use crate::engine::chain::arriving_light::sensor_of;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::number::LEAST;
 use crate::file::model::hologram::{hologram_of, picture_of, target};

@@ -1,8 +1,9 @@
 //! Faults found while computing, reported at the element of the scene they belong to.
 
 use crate::engine::chain::reference::ReferenceError;
-use crate::engine::chain::simulate::SimulateError;
+use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::geometrical::eikonal::EikonalError;
+use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::plan::plan_error::PlanError;
 use crate::file::decode::fault::Fault;
 use crate::file::scene::scene_file::Scene;
@@ -24,6 +25,17 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
         SimulateError::NotFinite(name) => {
             let expected = "a system whose field is finite: sizes, distances and amplitudes that lie less far apart";
             scene.fault(&path_of(scene, name), found, expected)
+        }
+        SimulateError::LocalBands(error) => blame_local_bands(scene, error),
+        SimulateError::TooLarge { whole, bands } => {
+            let fault = blame(scene, whole);
+            let more = fault
+                .hint
+                .as_ref()
+                .map_or(String::new(), |hint| format!("{hint}; "));
+            fault.hint(format!(
+                "{more}local bands, which need no such field, cannot carry this light: {bands}"
+            ))
         }
         SimulateError::Cancelled(_) => {
             Fault::of_file(&scene.origin.file, found, "a run to its end")
@@ -79,6 +91,10 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
             format!("{nx} × {ny} plane waves behind it"),
             memory(*allowed, "plane waves"),
         ),
+        PlanError::WholeField { .. } => {
+            let expected = "another method";
+            return scene.fault("settings.method", error.to_string(), expected);
+        }
         PlanError::Curved { method, screen } => (
             screen,
             format!("a curved element, and the method {method}"),
@@ -95,6 +111,35 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
     match scene.settings.sigma_um {
         Some(_) if patches => scene.fault("settings.sigma_um", found, expected),
         _ => scene.fault(&path_of(scene, screen), found, expected),
+    }
+}
+
+fn blame_local_bands(scene: &Scene, error: &LocalBandError) -> Fault {
+    let found = error.to_string();
+    match error {
+        LocalBandError::Boundless(name) => without_edge(scene, name),
+        LocalBandError::Curved(name) => scene.fault(
+            &path_of(scene, name),
+            found,
+            "a plane element, or the method beamlet or auto",
+        ),
+        LocalBandError::Layers(name) => {
+            let expected = "phases, and pixels of one lattice, or the method beamlet or auto";
+            scene.fault(&path_of(scene, name), found, expected)
+        }
+        LocalBandError::NoWidth(name) => scene.fault(&path_of(scene, name), found, "a width"),
+        LocalBandError::NoLight(name) => {
+            let expected = "a place that light reaches through the elements before it";
+            scene.fault(&path_of(scene, name), found, expected)
+        }
+        LocalBandError::Memory { .. } => {
+            let expected = "a limit that holds the beamlets, or light of fewer directions";
+            scene.fault("settings.memory_limit_mb", found, expected)
+        }
+        LocalBandError::NoSensor => scene.fault("element", found, "a sensor as the last element"),
+        LocalBandError::Cancelled(_) => {
+            Fault::of_file(&scene.origin.file, found, "a run to its end")
+        }
     }
 }
 

@@ -12,7 +12,8 @@ use num_complex::Complex64;
 
 use crate::design::holograms::hologram::{HologramError, HologramTask};
 use crate::design::losses::target::Target;
-use crate::engine::chain::simulate::{illuminate, simulate};
+use crate::engine::chain::arriving_light::illuminate;
+use crate::engine::chain::simulate::simulate;
 use crate::engine::plan::settings::Settings;
 use crate::file::arrays::array::BorrowedArray;
 use crate::file::arrays::image::{ImageError, read_gray};

@@ -6,7 +6,7 @@ use toml::{Table, Value};
 
 use crate::engine::chain::forecast::forecast;
 use crate::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
-use crate::engine::chain::simulate::SimulateError;
+use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::free::free_method::Approach;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Method, Settings};
@@ -175,7 +175,7 @@ fn what_is_not_refused_has_finite_plans_slow() {
             continue;
         };
         for (hop, forecast) in system.hops().zip(&forecasts) {
-            let entry = PlanEntry::new(&hop, &forecast.plan, &settings);
+            let entry = PlanEntry::new(&hop, &forecast.method, &settings);
             document::text(&entry, "plan").unwrap_or_else(|fault| panic!("{change}: {fault}"));
         }
         planned += 1;

@@ -20,7 +20,7 @@ use crate::design::optimizers::schedule::Schedule;
 use crate::design::optimizers::space::Space;
 use crate::design::optimizers::step::OptimizerError;
 use crate::design::project::{Channel, Element, Number, Project, SystemBuild};
-use crate::engine::chain::simulate::sensor_of;
+use crate::engine::chain::arriving_light::sensor_of;
 use crate::engine::plan::settings::Settings;
 use crate::file::decode::fault::Fault;
 use crate::file::model::build;

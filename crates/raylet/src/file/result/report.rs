@@ -11,11 +11,13 @@ use ndarray::ArrayView2;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::beamlet::beamlet_plan::BeamletPlan;
+use crate::engine::chain::outcome::{HopReport, Outcome};
 use crate::engine::chain::reference::Reference;
-use crate::engine::chain::simulate::{HopReport, Outcome};
 use crate::engine::error::error_budget::ErrorBudget;
 use crate::engine::error::tally::{Fate, Tally};
+use crate::engine::local_bands::settings::LocalBandPlan;
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
+use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::method_reason::{method_name, reason};
 use crate::engine::plan::settings::{
@@ -131,8 +133,9 @@ pub struct Channel {
 pub struct HopEntry {
     /// How it was carried.
     pub plan: PlanEntry,
-    /// Samples of the field on the first screen, [ny, nx].
-    pub samples: [usize; 2],
+    /// Samples of the field on the first screen, [ny, nx]; nothing for local bands, which have no whole field.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub samples: Option<[usize; 2]>,
     /// Rays by fate.
     pub rays: Fates<u64>,
     /// Energy by fate, as shares of all that the tally counted.
@@ -167,8 +170,9 @@ pub struct PlanEntry {
     pub method: String,
     /// Why it was chosen.
     pub why: String,
-    /// Directions along x and y.
-    pub directions: [Directions; 2],
+    /// Directions along x and y; nothing for local bands, where each window has its own.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub directions: Option<[Directions; 2]>,
     /// Rays that the plan expected.
     pub expected_rays: f64,
     /// The lattice of beamlets, where there are any.
@@ -177,6 +181,26 @@ pub struct PlanEntry {
     pub planes: Option<PlaneEntry>,
     /// What is drawn by the paper's method, where it is used.
     pub paper: Option<DrawEntry>,
+    /// The windows of local bands, where there are any.
+    #[serde(default, skip_serializing_if = "Option::is_none")]
+    pub local_bands: Option<LocalBandEntry>,
+}
+
+/// The windows of a hop by local bands.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
+pub struct LocalBandEntry {
+    /// Width σ of the windows in micrometres.
+    pub sigma_um: f64,
+    /// Distance of windows in micrometres.
+    pub step_um: f64,
+    /// Period of their plane waves in micrometres.
+    pub period_um: f64,
+    /// How many there are along x and y of the first screen's box.
+    pub windows: [usize; 2],
+    /// Whether each has the one direction of a smooth source.
+    pub smooth: bool,
+    /// Whether the aberration inside beamlets was corrected.
+    pub corrected: bool,
 }
 
 /// The lattice of a sum of plane wavelets.
@@ -257,12 +281,12 @@ pub struct Fates<T> {
 /// Power through a hop, ∫|U|² in mm² for unit amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Power {
-    /// Before the first screen acts, over its opening.
-    pub before: f64,
-    /// Just behind it.
-    pub behind: f64,
-    /// On the second screen.
-    pub landed: f64,
+    /// Before the first screen acts, over its opening; nothing for local bands, which have no whole field.
+    pub before: Option<f64>,
+    /// Just behind it; likewise.
+    pub behind: Option<f64>,
+    /// On the second screen; for local bands on the sensor alone.
+    pub landed: Option<f64>,
 }
 
 /// Expected relative errors of the field, by cause.
@@ -399,10 +423,10 @@ impl Channel {
 impl HopEntry {
     fn new(hop: &Hop, report: &HopReport, settings: &Settings) -> Self {
         let tally = &report.tally;
-        let account = ErrorBudget::of(&report.plan, tally);
+        let account = ErrorBudget::of(&report.method, tally);
         let [before, behind, landed] = report.power;
         Self {
-            plan: PlanEntry::new(hop, &report.plan, settings),
+            plan: PlanEntry::new(hop, &report.method, settings),
             samples: report.samples,
             rays: Fates::of(|fate| tally.rays(fate)),
             energy_share: Fates::of(|fate| tally.share(fate)),
@@ -429,20 +453,28 @@ impl HopEntry {
 
 impl PlanEntry {
     /// The entry of a hop's plan.
-    pub fn new(hop: &Hop, plan: &Plan, settings: &Settings) -> Self {
-        let bands = plan.bands();
+    pub fn new(hop: &Hop, method: &HopMethod, settings: &Settings) -> Self {
+        let directions = |plan: &Plan| plan.bands().each_ref().map(Directions::of);
         let mut entry = Self {
             from: hop.from.name.clone(),
             to: hop.to.name.clone(),
-            method: method_name(plan).to_owned(),
-            why: reason(hop, plan, settings),
-            directions: [Directions::of(&bands[0]), Directions::of(&bands[1])],
-            expected_rays: plan.rays(),
+            method: method_name(method).to_owned(),
+            why: reason(hop, method, settings),
+            directions: method.whole_field().map(directions),
+            expected_rays: method.rays(),
             beamlets: None,
             planes: None,
             paper: None,
+            local_bands: None,
         };
-        let warning = TangentPatchError::of(hop, plan).and_then(|flat| flat.warning());
+        let warning = TangentPatchError::of(hop, method).and_then(|flat| flat.warning());
+        let plan = match method {
+            HopMethod::WholeField(plan) => plan,
+            HopMethod::LocalBands(plan) => {
+                entry.local_bands = Some(LocalBandEntry::new(plan));
+                return entry;
+            }
+        };
         match plan {
             Plan::Free(..) => {}
             Plan::Beamlets(plan) => entry.beamlets = Some(BeamletEntry::new(plan)),
@@ -477,6 +509,19 @@ impl BeamletEntry {
             corrected: plan.correct,
             expected_seconds: plan.seconds,
             expected_error: plan.expected_error(),
+        }
+    }
+}
+
+impl LocalBandEntry {
+    fn new(plan: &LocalBandPlan) -> Self {
+        Self {
+            sigma_um: plan.sigma * UM,
+            step_um: plan.step * plan.sigma * UM,
+            period_um: plan.period * plan.sigma * UM,
+            windows: plan.windows,
+            smooth: plan.smooth,
+            corrected: plan.corrected,
         }
     }
 }

@@ -84,6 +84,11 @@ impl<'a> Element<'a> {
         &self.opening
     }
 
+    /// Its pixels, if it has any.
+    pub(crate) fn pixels(&self) -> Option<&'a Pixels> {
+        self.pixels
+    }
+
     fn profiles(&self) -> impl Iterator<Item = &'a Profile> {
         let layers = self.doe.map_or(&[][..], |doe| &doe.layers);
         layers.iter().filter_map(|layer| match layer {
@@ -167,6 +172,35 @@ impl<'a> Element<'a> {
             },
             nodes,
         }
+    }
+
+    /// The conjugate transpose of [`Element::samples`] with respect to the pixels: their cotangents by row and column, from
+    /// those of the transmission at the nodes.
+    pub(crate) fn samples_adjoint(
+        &self,
+        samples: &ElementSamples,
+        carrier: &Carrier,
+        k: f64,
+        bar: &Array2<Complex64>,
+    ) -> Vec<([usize; 2], Complex64)> {
+        let (Some(doe), Some(_)) = (self.doe, self.pixels) else {
+            return Vec::new();
+        };
+        let [columns, rows] = &samples.nodes;
+        let cell = [columns.pitch, rows.pitch];
+        let mut pixels = Vec::new();
+        for ((j, i), bar) in bar
+            .indexed_iter()
+            .filter(|(_, bar)| **bar != Complex64::ZERO)
+        {
+            let at = [columns.node(i), rows.node(j)];
+            // value = transmission·removed·open
+            let factor = carrier.removed(at, k) * self.open(at, cell);
+            doe.visit_pixels(at, [columns.span(i), rows.span(j)], &mut |pixel, by| {
+                pixels.push((pixel, bar * (by * factor).conj()));
+            });
+        }
+        pixels
     }
 
     /// Whether a singular point of its phase may lie under a tile.
@@ -272,4 +306,54 @@ impl<'a> Element<'a> {
 /// Whether a phase has a point at which it is not smooth.
 fn is_singular(profile: &Profile) -> bool {
     matches!(profile, Profile::Vortex { .. } | Profile::Axicon { .. })
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::fixtures::parts::{element, pixel_layer, screen};
+    use crate::math::noise::noise;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::doe::{Layer, PixelForm};
+    use crate::optics::frame::Frame;
+    use crate::optics::profile::Profile;
+    use crate::optics::screen::Act;
+    use crate::wave::grid::field::Axis;
+    use crate::wave::local_bands::element_samples::{Element, TileArea};
+
+    #[test]
+    fn samples_dot_product() {
+        for form in [PixelForm::Box, PixelForm::Point, PixelForm::Bilinear] {
+            let pixels = noise((20, 30), 0);
+            let layer = pixel_layer(pixels.clone(), 0.1, form);
+            let mut doe = element(layer, Aperture::disc(0.9));
+            let gradient = [40.0, -20.0];
+            doe.layers.push(Layer::Phase(Profile::Linear { gradient }));
+            let screen = screen(Frame::GLOBAL, Act::Doe(doe));
+            let element = Element::of(&screen).unwrap();
+            let area = TileArea {
+                bounds: [-0.2, 1.0, 0.0, 1.1],
+                samples: [Axis::uniform(20, 0.09, 0.4), Axis::uniform(22, 0.08, 0.5)],
+                half_band: [0.01; 2],
+                edge_pitch: 0.04,
+                k: 6e3,
+            };
+            let own = element.carrier([0.4, 0.5], 2.0, area.k);
+            let samples = element.samples(&area, &own, 2.0, true);
+            let there = samples.values.as_ref().unwrap();
+            let bar = noise(there.dim(), 1);
+            let mut back: Array2<Complex64> = Array2::zeros(pixels.dim());
+            for (pixel, value) in element.samples_adjoint(&samples, &own, area.k, &bar) {
+                back[pixel] += value;
+            }
+            let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {
+                a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+            };
+            let (forward, reverse) = (inner(&bar, there), inner(&back, &pixels));
+            assert!((forward - reverse).norm() < 1e-11, "{forward} {reverse}");
+            assert!(forward.norm() > 1e-3);
+        }
+    }
 }

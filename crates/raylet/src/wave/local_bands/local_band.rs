@@ -69,7 +69,7 @@ impl WindowBlock {
             }
         }
         departures.map(|mut list| {
-            let place = (HELD * list.len().saturating_sub(1) as f64) as usize;
+            let place = (HELD * list.len().saturating_sub(1) as f64).ceil() as usize;
             list.sort_by(f64::total_cmp);
             list.get(place).copied().unwrap_or(0.0)
         })

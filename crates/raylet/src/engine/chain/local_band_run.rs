@@ -1,0 +1,108 @@
+//! A whole run by local bands: the choices for a system, and its outcome as that of any run.
+
+use std::ops::ControlFlow;
+
+use crate::engine::chain::outcome::{HopReport, Outcome, Progress, check_sound};
+use crate::engine::chain::simulate_error::SimulateError;
+use crate::engine::local_bands::carry::{LocalBandHop, carry_with, planned};
+use crate::engine::local_bands::local_band_error::LocalBandError;
+use crate::engine::local_bands::settings::{LocalBandSettings, STEP};
+use crate::engine::local_bands::source_opening::source_opening;
+use crate::engine::local_bands::window_widths::window_widths;
+use crate::engine::plan::hop_method::HopMethod;
+use crate::engine::plan::settings::{Correction, Settings};
+use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, edge_error};
+use crate::optics::system::System;
+
+/// Share of the target error that the period of windows may cost.
+const PERIOD_SHARE: f64 = 0.06;
+
+/// The choices of a run by local bands: as given, or such that each hop has its part of the target error.
+///
+/// # Errors
+/// When a screen is curved or has no edge, an element has layers of another kind, or no ray of the source arrives.
+pub fn local_band_settings(
+    system: &System,
+    settings: &Settings,
+) -> Result<LocalBandSettings, LocalBandError> {
+    let hops = system.trains.len();
+    let shared = settings.shared(hops);
+    let step = settings.step.unwrap_or(STEP);
+    let opening = source_opening(system)?;
+    let sigmas = match settings.sigma {
+        Some(sigma) => vec![sigma; hops],
+        None => window_widths(system, opening, step, shared.target_error)?,
+    };
+    let period = 2.0 * (2.0 / (PERIOD_SHARE * settings.target_error)).ln().sqrt();
+    let chosen = LocalBandSettings {
+        step,
+        period: settings.period.unwrap_or(period),
+        threshold: settings.weakest_mode(),
+        corrected: settings.correction != Correction::Off,
+        opening,
+        memory_limit: settings.memory_limit,
+        ..LocalBandSettings::new(sigmas)
+    };
+    planned(system, &chosen)?;
+    Ok(chosen)
+}
+
+/// Carries the light of a system, in which rims that matter are screens, to its sensor.
+///
+/// # Errors
+/// When an element has layers of another kind, a screen is curved, no light is left, the beamlets take too much
+/// memory, the field is not finite, or `progress` cancels the run.
+pub(crate) fn run_local_bands(
+    original: &System,
+    rimmed: Rimmed,
+    settings: &LocalBandSettings,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+) -> Result<Outcome, SimulateError> {
+    let system = &rimmed.system;
+    let outcome = carry_with(system, settings, &|here| {
+        progress(Progress {
+            hop: here.hop,
+            hops: system.trains.len(),
+            to: &system.screens[here.hop + 1].name,
+            done: here.done,
+            rays: 0.0,
+        })
+    })?;
+    check_sound(original, &outcome.field, None)?;
+    let landed = outcome.field.power();
+    let hops = outcome.hops.into_iter().enumerate();
+    let hops = hops.map(|(number, hop)| report(original, &rimmed, number, hop, landed));
+    Ok(Outcome {
+        hops: hops.collect(),
+        field: outcome.field,
+        standard_error: None,
+        rimmed,
+    })
+}
+
+/// What a hop did, of a run that brings the power `landed` to the sensor.
+fn report(
+    original: &System,
+    rimmed: &Rimmed,
+    number: usize,
+    hop: LocalBandHop,
+    landed: f64,
+) -> HopReport {
+    let mut tally = hop.account.tally;
+    let from = &rimmed.system.screens[number];
+    let last = number + 1 == rimmed.system.trains.len();
+    let cut = edge_error(original, from, rimmed.cut_at(from));
+    tally.edge = cut.hypot(cut_by_ray(&rimmed.rims, number));
+    if last {
+        let area = (hop.plan.step * hop.plan.sigma).powi(2);
+        tally.landed = Some(landed / (area * tally.total_energy()));
+    }
+    HopReport {
+        screens: hop.screens,
+        method: HopMethod::LocalBands(hop.plan),
+        tally,
+        power: [None, None, last.then_some(landed)],
+        samples: None,
+        seconds: hop.seconds,
+    }
+}

@@ -1,0 +1,89 @@
+//! The result of a run, and how far it has come.
+
+use ndarray::Array2;
+
+use crate::engine::chain::simulate_error::SimulateError;
+use crate::engine::error::tally::Tally;
+use crate::engine::plan::hop_method::HopMethod;
+use crate::engine::plan::hop_plan::Plan;
+use crate::engine::rims::rim_screens::Rimmed;
+use crate::optics::system::System;
+use crate::wave::grid::field::Field;
+
+/// What one hop did.
+#[derive(Clone, Debug)]
+pub struct HopReport {
+    /// Names of its screens.
+    pub screens: [String; 2],
+    /// How it was carried.
+    pub method: HopMethod,
+    /// Rays and energy by fate.
+    pub tally: Tally,
+    /// ∫|U|² just before the first screen acted (over its samples), just behind it, and on the second
+    /// screen, in mm² for unit amplitude; nothing where no whole field is known.
+    pub power: [Option<f64>; 3],
+    /// Samples of the field on the first screen, [ny, nx]; nothing for local bands.
+    pub samples: Option<[usize; 2]>,
+    /// Seconds it took.
+    pub seconds: f64,
+}
+
+/// The result of a run at one wavelength.
+#[derive(Clone, Debug)]
+pub struct Outcome {
+    /// Complex field at the sensor's pixel centres.
+    pub field: Field,
+    /// Standard error of the field at each of them, indexed [y, x], where the last hop drew rays at random:
+    /// what that hop adds. Its real and imaginary parts each have this over √2.
+    pub standard_error: Option<Array2<f64>>,
+    /// What each hop did.
+    pub hops: Vec<HopReport>,
+    /// The system as it was run, with a screen at every rim that matters, and all rims.
+    pub rimmed: Rimmed,
+}
+
+/// How far a run has come.
+#[derive(Clone, Copy, Debug)]
+pub struct Progress<'a> {
+    /// Index of the hop.
+    pub hop: usize,
+    /// Number of hops.
+    pub hops: usize,
+    /// Name of the screen the hop leads to.
+    pub to: &'a str,
+    /// Share of the hop that is done, 0 to 1.
+    pub done: f64,
+    /// Rays that the hop's plan expects; zero without rays.
+    pub rays: f64,
+}
+
+impl<'a> Progress<'a> {
+    pub(crate) fn of(system: &'a System, hop: usize, plan: &Plan, done: f64) -> Self {
+        Self {
+            hop,
+            hops: system.trains.len(),
+            to: &system.screens[hop + 1].name,
+            done,
+            rays: plan.rays(),
+        }
+    }
+}
+
+/// Refuses a field on the sensor, or its standard errors, that are no numbers.
+///
+/// # Errors
+/// [`SimulateError::NotFinite`] with the sensor's name.
+pub(crate) fn check_sound(
+    system: &System,
+    field: &Field,
+    noise: Option<&Array2<f64>>,
+) -> Result<(), SimulateError> {
+    let mut noise = noise.into_iter().flatten();
+    match field.is_sound() && noise.all(|error| error.is_finite()) {
+        true => Ok(()),
+        false => {
+            let name = system.screens.last().map(|screen| screen.name.clone());
+            Err(SimulateError::NotFinite(name.unwrap_or_default()))
+        }
+    }
+}

@@ -1,0 +1,344 @@
+//! One hop: all its tiles, forward and back.
+//!
+//! `carry_kept_dot_product` (in `carry.rs`) tests its way back, as a part of the whole.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use rayon::prelude::*;
+
+use crate::engine::local_bands::account::HopAccount;
+use crate::engine::local_bands::emission::{Emission, Emitted};
+use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
+use crate::engine::local_bands::local_band_error::LocalBandError;
+use crate::engine::local_bands::settings::{
+    LocalBandPlan, LocalBandSettings, SOURCE_STEP, SourceOpening,
+};
+use crate::engine::local_bands::source_windows::SourceWindows;
+use crate::engine::local_bands::target::Target;
+use crate::engine::local_bands::tile_plan::TileRun;
+use crate::engine::local_bands::tile_run::TileBar;
+use crate::engine::progress::{Cancelled, ShareDone};
+use crate::optics::screen::{Act, Screen};
+use crate::optics::system::{Hop, System};
+use crate::wave::beamlet::beamlet_sum::Canvas;
+use crate::wave::beamlet::wavelet::Arrival;
+use crate::wave::local_bands::element_samples::Element;
+use crate::wave::local_bands::tiling::{Tile, Tiling, WindowShape};
+
+/// Distance from an opening up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
+const MARGIN: f64 = 2.5;
+
+/// Beamlets of a smooth source end at this share of the threshold: each of them counts in full.
+const SOURCE_EDGE: f64 = 0.1;
+
+/// Tiles that are worked on between two sums.
+const CHUNK: usize = 64;
+
+/// Tiles from which the light that reaches the target is estimated.
+const SAMPLE: usize = 32;
+
+/// The same on the way back, which holds the cotangents of their pixels.
+const CHUNK_BACK: usize = 8;
+
+/// What a hop sends.
+pub(crate) struct Sent {
+    /// How it came about.
+    pub account: HopAccount,
+    /// The beamlets of each tile; none where the hop ends at the sensor.
+    pub tiles: Vec<Vec<Arrival>>,
+    /// Plane waves weaker than this were left out.
+    pub weakest: f64,
+}
+
+/// Cotangents of what a hop sends.
+pub(crate) enum Bars<'a> {
+    /// Of the field on the sensor.
+    Sensor(&'a Canvas),
+    /// Of the amplitudes of beamlets that are held.
+    Beamlets(&'a HeldBeamlets, &'a [Complex64]),
+}
+
+/// What the way back through a hop finds.
+pub(crate) struct HopBar {
+    /// Cotangents of the amplitudes of the beamlets that arrive at its first screen.
+    pub arriving: Vec<Complex64>,
+    /// Cotangents of the pixels of the element there, [y, x]; nothing where it has none.
+    pub pixels: Option<Array2<Complex64>>,
+}
+
+impl Bars<'_> {
+    /// The place of the first beamlet of a tile.
+    fn start(&self, tile: usize) -> usize {
+        match self {
+            Self::Sensor(_) => 0,
+            Self::Beamlets(held, _) => held.start(tile),
+        }
+    }
+
+    /// Of beamlets that were sent one after another from a place on.
+    fn of(&self, beamlets: &[Arrival], place: usize, hop: &Hop, edge: f64) -> Vec<Complex64> {
+        match self {
+            Self::Sensor(canvas) => {
+                let moments = canvas.add_adjoint(beamlets, hop.wavenumber(), edge);
+                moments.iter().map(|[sum, ..]| *sum).collect()
+            }
+            Self::Beamlets(_, bars) => bars[place..place + beamlets.len()].to_vec(),
+        }
+    }
+}
+
+impl HopBar {
+    /// Adds what a tile found.
+    fn add(&mut self, bar: TileBar) {
+        for (place, value) in bar.arriving {
+            self.arriving[place] += value;
+        }
+        if let Some(pixels) = &mut self.pixels {
+            for (pixel, value) in bar.pixels {
+                pixels[pixel] += value;
+            }
+        }
+    }
+}
+
+/// Where light is summed, and whom to report to.
+struct Work<'a> {
+    canvas: &'a mut Canvas,
+    progress: &'a ShareDone<'a>,
+}
+
+/// One hop, ready to run.
+pub(crate) struct HopStep<'a> {
+    system: &'a System,
+    settings: &'a LocalBandSettings,
+    /// The hop.
+    pub hop: Hop<'a>,
+    /// What stands on its first screen; nothing where a smooth source has one beamlet a window.
+    element: Option<Element<'a>>,
+    shape: WindowShape,
+    tiling: Tiling,
+    /// The target of the light.
+    pub target: Target,
+}
+
+impl<'a> HopStep<'a> {
+    /// Plans the hop with this number.
+    ///
+    /// # Errors
+    /// When a screen is curved or has no edge, an element has layers of another kind, or a width is missing.
+    pub(crate) fn new(
+        system: &'a System,
+        settings: &'a LocalBandSettings,
+        number: usize,
+        hop: Hop<'a>,
+    ) -> Result<Self, LocalBandError> {
+        for screen in [hop.from, hop.to] {
+            if !screen.is_plane() {
+                return Err(LocalBandError::Curved(screen.name.clone()));
+            }
+        }
+        let missing = |screen: &Screen| LocalBandError::NoWidth(screen.name.clone());
+        let boundless = |screen: &Screen| LocalBandError::Boundless(screen.name.clone());
+        let mut shape = settings.windows(number).ok_or_else(|| missing(hop.from))?;
+        let margin = match settings.windows(number + 1) {
+            Some(next) => MARGIN * next.sigma,
+            None if matches!(hop.to.act, Act::Sensor(_)) => 0.0,
+            None => return Err(missing(hop.to)),
+        };
+        let stop = matches!(hop.from.act, Act::Stop(_));
+        let soft = number == 0 && stop && settings.opening == SourceOpening::Soft;
+        let mut edge = settings.threshold;
+        let element = if soft {
+            shape.step = SOURCE_STEP;
+            edge *= SOURCE_EDGE;
+            None
+        } else {
+            let layers = || LocalBandError::Layers(hop.from.name.clone());
+            Some(Element::of(hop.from).ok_or_else(layers)?)
+        };
+        let bounds = hop.from.bounds().ok_or_else(|| boundless(hop.from))?;
+        Ok(Self {
+            system,
+            settings,
+            hop,
+            element,
+            shape,
+            tiling: Tiling::over(bounds, shape, settings.tile),
+            target: Target::of(hop.to, margin, edge).ok_or_else(|| boundless(hop.to))?,
+        })
+    }
+
+    /// Its windows.
+    pub(crate) fn plan(&self) -> LocalBandPlan {
+        let WindowShape {
+            sigma,
+            step,
+            period,
+        } = self.shape;
+        LocalBandPlan {
+            sigma,
+            step,
+            period,
+            windows: [0, 1].map(|a| self.tiling.positions[a].count),
+            smooth: self.element.is_none(),
+            corrected: self.settings.corrected,
+        }
+    }
+
+    /// Carries the light over the hop: to the canvas where it ends at the sensor, otherwise tile by tile.
+    ///
+    /// # Errors
+    /// When `progress` cancels the hop, or more beamlets are to be held than the memory limit has room for.
+    pub(crate) fn carry(
+        &self,
+        light: &ArrivingLight,
+        canvas: &mut Canvas,
+        progress: &ShareDone,
+    ) -> Result<Sent, LocalBandError> {
+        let work = Work { canvas, progress };
+        let Some(element) = &self.element else {
+            let windows = SourceWindows {
+                source: &self.system.source,
+                hop: &self.hop,
+                target: &self.target,
+                tiling: &self.tiling,
+                corrected: self.settings.corrected,
+            };
+            return self.each_tile(work, light.held(), 0.0, |tile| windows.tile(tile));
+        };
+        let run = self.run(light, element);
+        let weakest = self.settings.threshold * run.strongest() * self.usual(&run);
+        let emission = self.emission(&run, weakest);
+        self.each_tile(work, light.held(), weakest, |tile| {
+            run.send(tile, &emission)
+        })
+    }
+
+    /// The conjugate transpose, for the plane waves that are kept; nothing where a smooth source sends the light.
+    pub(crate) fn carry_adjoint(
+        &self,
+        light: &ArrivingLight,
+        weakest: f64,
+        bars: &Bars,
+    ) -> Option<HopBar> {
+        let element = self.element.as_ref()?;
+        let run = self.run(light, element);
+        let emission = self.emission(&run, weakest);
+        let mut total = HopBar {
+            arriving: vec![Complex64::ZERO; light.held()],
+            pixels: element
+                .pixels()
+                .map(|pixels| Array2::zeros(pixels.values.dim())),
+        };
+        let tiles: Vec<(usize, Tile)> = self.tiling.tiles().into_iter().enumerate().collect();
+        for chunk in tiles.chunks(CHUNK_BACK) {
+            let back = |(number, tile): &(usize, Tile)| {
+                let mut place = bars.start(*number);
+                run.send_adjoint(tile, &emission, |beamlets| {
+                    place += beamlets.len();
+                    bars.of(
+                        beamlets,
+                        place - beamlets.len(),
+                        &self.hop,
+                        self.target.edge,
+                    )
+                })
+            };
+            let found: Vec<TileBar> = chunk.par_iter().map(back).collect();
+            found.into_iter().for_each(|bar| total.add(bar));
+        }
+        Some(total)
+    }
+
+    /// What all tiles share.
+    fn run<'b>(&'b self, light: &'b ArrivingLight, element: &'b Element) -> TileRun<'b> {
+        TileRun {
+            hop: &self.hop,
+            light,
+            element,
+            tiling: &self.tiling,
+            shape: self.shape,
+            target: &self.target,
+            settings: self.settings,
+        }
+    }
+
+    /// What all windows share.
+    fn emission(&self, run: &TileRun, weakest: f64) -> Emission<'_> {
+        Emission {
+            hop: &self.hop,
+            target: &self.target,
+            weakest,
+            unit: run.unit(),
+            corrected: self.settings.corrected,
+        }
+    }
+
+    /// Root mean square, over a sample of the windows, of the light that may reach the target.
+    fn usual(&self, run: &TileRun) -> f64 {
+        let mut tiles = self.tiling.tiles();
+        tiles.retain(|tile| !self.tiling.lit(tile, run.element.opening()).is_empty());
+        let stride = tiles.len().div_ceil(SAMPLE).max(1);
+        let sample: Vec<&Tile> = tiles.iter().skip(stride / 2).step_by(stride).collect();
+        let found: Vec<[f64; 2]> = sample
+            .into_par_iter()
+            .map(|tile| run.energy(tile))
+            .collect();
+        let sum = |a: usize| found.iter().map(|found| found[a]).sum::<f64>();
+        (sum(0) / sum(1).max(1.0)).sqrt()
+    }
+
+    /// Works on all tiles, some at a time; what they send is added in their order.
+    fn each_tile(
+        &self,
+        work: Work,
+        held: usize,
+        weakest: f64,
+        send: impl Fn(&Tile) -> Emitted + Sync,
+    ) -> Result<Sent, LocalBandError> {
+        let (k, ends) = (self.hop.wavenumber(), self.ends());
+        let (mut account, mut sent) = (HopAccount::default(), Vec::new());
+        let tiles = self.tiling.tiles();
+        for (number, chunk) in tiles.chunks(CHUNK).enumerate() {
+            let emitted: Vec<Emitted> = chunk.par_iter().map(&send).collect();
+            for mut emitted in emitted {
+                account.add(&emitted.account);
+                if ends {
+                    let values = work.canvas.add(&emitted.arrivals, k, self.target.edge);
+                    account.tally.evaluations += values;
+                } else {
+                    emitted.arrivals.shrink_to_fit();
+                    sent.push(emitted.arrivals);
+                }
+            }
+            self.check_room(held, &account)?;
+            let done = ((number + 1) * CHUNK) as f64 / tiles.len() as f64;
+            Cancelled::check((work.progress)(done.min(1.0)))?;
+        }
+        Ok(Sent {
+            account,
+            tiles: sent,
+            weakest,
+        })
+    }
+
+    /// Whether its light ends at a sensor.
+    fn ends(&self) -> bool {
+        matches!(self.hop.to.act, Act::Sensor(_))
+    }
+
+    /// Refuses more beamlets than fit into memory beside those that arrived.
+    fn check_room(&self, held: usize, account: &HopAccount) -> Result<(), LocalBandError> {
+        let beamlets = match self.ends() {
+            true => held,
+            false => held + account.beamlets() as usize,
+        };
+        match beamlets * size_of::<Arrival>() <= self.settings.memory_limit {
+            true => Ok(()),
+            false => Err(LocalBandError::Memory {
+                screen: self.hop.to.name.clone(),
+                limit_mb: self.settings.memory_limit / 1_000_000,
+            }),
+        }
+    }
+}

@@ -1,0 +1,39 @@
+//! Why local bands cannot carry the light of a system.
+
+use crate::engine::progress::Cancelled;
+
+/// Why local bands cannot carry the light of a system.
+#[derive(Clone, Debug, PartialEq, Eq, thiserror::Error)]
+pub enum LocalBandError {
+    /// A screen has no edge.
+    #[error("screen '{0}' has no edge; give its element an aperture")]
+    Boundless(String),
+    /// A screen is curved.
+    #[error("screen '{0}' is curved; local bands need plane screens")]
+    Curved(String),
+    /// An element has layers that are neither phases nor pixels of one lattice.
+    #[error("the layers of screen '{0}' are not all phases and pixels of one lattice")]
+    Layers(String),
+    /// No width of windows is given for a screen.
+    #[error("no width of windows is given for screen '{0}'")]
+    NoWidth(String),
+    /// The last screen is no sensor.
+    #[error("the last screen is no sensor")]
+    NoSensor,
+    /// The beamlets take too much memory.
+    #[error(
+        "the beamlets on their way to screen '{screen}' take more memory than the limit of {limit_mb} MB"
+    )]
+    Memory {
+        /// The screen.
+        screen: String,
+        /// The memory limit in MB.
+        limit_mb: usize,
+    },
+    /// The progress callback cancelled the run.
+    #[error(transparent)]
+    Cancelled(#[from] Cancelled),
+    /// Nothing is left of the light.
+    #[error("no light reaches screen '{0}'")]
+    NoLight(String),
+}

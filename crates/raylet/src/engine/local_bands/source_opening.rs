@@ -1,0 +1,46 @@
+//! Whether the opening of the first screen cuts light that matters, or only says where windows stand.
+
+use crate::engine::local_bands::held_light::source_carrier;
+use crate::engine::local_bands::local_band_error::LocalBandError;
+use crate::engine::local_bands::settings::SourceOpening;
+use crate::optics::screen::{Act, Screen};
+use crate::optics::system::System;
+
+/// Light that lands this far outside the next screen's opening matters still, as a share of the opening's width.
+const BESIDE: f64 = 0.1;
+
+/// What the opening of the first screen does: it is soft where that is a stop and the light at its rim is lost, or lands
+/// far outside the opening of the next screen.
+///
+/// # Errors
+/// When the system has no screen.
+pub(crate) fn source_opening(system: &System) -> Result<SourceOpening, LocalBandError> {
+    let first = system.screens.first().ok_or(LocalBandError::NoSensor)?;
+    let (Act::Stop(opening), Some(hop)) = (&first.act, system.hops().next()) else {
+        return Ok(SourceOpening::Hard);
+    };
+    let matters = |at: &[f64; 2]| {
+        let carrier = source_carrier(&system.source, first, *at);
+        let landing = hop.trace(*at, carrier.p, &mut ());
+        landing.is_ok_and(|landing| meets(hop.to, landing.at))
+    };
+    Ok(match opening.rim().iter().any(matters) {
+        true => SourceOpening::Hard,
+        false => SourceOpening::Soft,
+    })
+}
+
+/// Whether a point lies in a screen's opening, or not far outside.
+fn meets(screen: &Screen, [x, y]: [f64; 2]) -> bool {
+    let Some([x0, x1, y0, y1]) = screen.bounds() else {
+        return true;
+    };
+    let margin = BESIDE * (x1 - x0).max(y1 - y0);
+    let depth = match &screen.act {
+        Act::Stop(opening) => opening.depth(x, y),
+        Act::Doe(doe) => doe.aperture.depth(x, y),
+        Act::Sensor(_) => 0.0,
+    };
+    let inside = |at: f64, low: f64, high: f64| (low - margin..=high + margin).contains(&at);
+    inside(x, x0, x1) && inside(y, y0, y1) && depth > -margin
+}

@@ -1,0 +1,316 @@
+//! What is known of one tile before its light goes on: carriers, samples, the element under it, and the windows that see
+//! the target. Nothing of it is kept: the way back plans each tile again.
+//!
+//! `carry_kept_dot_product` (in `carry.rs`) tests its way back, as a part of the whole.
+
+use std::ops::Range;
+
+use ndarray::{Array2, ArrayView2};
+use num_complex::Complex64;
+
+use crate::engine::local_bands::account::HopAccount;
+use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::held_light::{ArrivingLight, TileLight};
+use crate::engine::local_bands::settings::LocalBandSettings;
+use crate::engine::local_bands::target::Target;
+use crate::engine::local_bands::window_directions::window_directions;
+use crate::math::part::part;
+use crate::optics::system::Hop;
+use crate::wave::grid::field::Axis;
+use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::element_samples::{Element, ElementSamples, TileArea};
+use crate::wave::local_bands::local_band::{WindowBlock, sample_pitch, window_half_band};
+use crate::wave::local_bands::tiling::{Lie, REACH, Tile, Tiling, WindowShape};
+use crate::wave::local_bands::window_transform::{
+    Modes, NodeLine, SampleLine, WindowTransform, nodes_within,
+};
+
+/// Light that counts for the band of an element lies within this many σ of a window's centre.
+const SEEN: f64 = 3.0;
+
+/// What all tiles of a screen share.
+pub(crate) struct TileRun<'a> {
+    /// The hop from the screen.
+    pub hop: &'a Hop<'a>,
+    /// The light that arrives.
+    pub light: &'a ArrivingLight<'a>,
+    /// What stands there.
+    pub element: &'a Element<'a>,
+    /// Where its windows stand.
+    pub tiling: &'a Tiling,
+    /// How wide they are.
+    pub shape: WindowShape,
+    /// The target of the light.
+    pub target: &'a Target,
+    /// The settings of the run.
+    pub settings: &'a LocalBandSettings,
+}
+
+/// A window that sends light to the target.
+pub(crate) struct AimedWindow {
+    window: [usize; 2],
+    /// Its carrier and width.
+    pub start: ChirpedStart,
+    /// How it lies to the opening.
+    pub lie: Lie,
+    /// Direction of its carrier beside that of the tile's.
+    shift: [f64; 2],
+    /// Directions that lead to the target.
+    directions: [f64; 4],
+}
+
+/// A tile that sends light to the target.
+pub(crate) struct TilePlan<'a> {
+    /// The light that arrives.
+    pub light: TileLight<'a>,
+    /// Where it is sampled.
+    pub samples: [Axis; 2],
+    /// The carriers of the arriving light and of the element.
+    pub carriers: [Carrier; 2],
+    /// The element under windows that see no edge, and under those that an edge cuts.
+    pub elements: [Option<ElementSamples>; 2],
+    /// The windows that see the target.
+    pub aimed: Vec<AimedWindow>,
+}
+
+/// The linear map from the samples of a tile to the plane waves of one window.
+pub(crate) struct WindowPlan {
+    transform: WindowTransform,
+    /// The samples under the window along x and y, and ĝ over the spacing there.
+    weights: [(Range<usize>, Vec<f64>); 2],
+    /// Nodes of the element along x and y.
+    nodes: [(usize, usize); 2],
+    /// The carriers' phase at the window's centre.
+    carried: Complex64,
+    /// Directions of the plane waves.
+    pub modes: [Modes; 2],
+}
+
+impl<'a> TileRun<'a> {
+    /// Plans a tile; nothing where no light of it leads to the target.
+    pub(crate) fn plan(&self, tile: &Tile, account: &mut HopAccount) -> Option<TilePlan<'a>> {
+        let lit = self.tiling.lit(tile, self.element.opening());
+        if lit.is_empty() {
+            return None;
+        }
+        let light = self.light_under(tile)?;
+        account.windows += lit.len() as u64;
+        let own = self.element.carrier(light.carrier.at, self.far(), self.k());
+        let leaving = light.carrier.times(own.p, own.q);
+        let aims = lit.into_iter();
+        let aimed: Vec<AimedWindow> = aims
+            .filter_map(|lit| self.aim(lit, &leaving, &own))
+            .collect();
+        if aimed.is_empty() {
+            return None;
+        }
+        let area = self.area(tile, &light);
+        let elements = [Lie::Inside, Lie::Cut].map(|lie| {
+            let needed = aimed.iter().any(|aimed| aimed.lie == lie);
+            let cut = lie == Lie::Cut;
+            needed.then(|| self.element.samples(&area, &own, self.far(), cut))
+        });
+        Some(TilePlan {
+            carriers: [light.carrier, own],
+            samples: area.samples,
+            light,
+            elements,
+            aimed,
+        })
+    }
+
+    /// Energy of the plane waves of a window under a unit plane wave.
+    pub(crate) fn unit(&self) -> f64 {
+        let WindowShape { step, period, .. } = self.shape;
+        step.powi(4) / (period * period * std::f64::consts::PI)
+    }
+
+    /// The strongest plane wave of a window under a unit plane wave.
+    pub(crate) fn strongest(&self) -> f64 {
+        2.0 * (self.shape.step / self.shape.period).powi(2)
+    }
+
+    fn k(&self) -> f64 {
+        self.hop.wavenumber()
+    }
+
+    /// Half the diagonal of the light under a tile.
+    fn far(&self) -> f64 {
+        let side = self.settings.tile as f64 * self.shape.step + 2.0 * REACH;
+        side * self.shape.sigma * std::f64::consts::FRAC_1_SQRT_2
+    }
+
+    /// The light under a tile, with its carrier; nothing where it is dark.
+    fn light_under(&self, tile: &Tile) -> Option<TileLight<'a>> {
+        let centres = self.tiling.centres(tile);
+        let sigma = self.shape.sigma;
+        let block = WindowBlock {
+            centres,
+            sigma,
+            threshold: self.settings.threshold,
+            bright: 0.0,
+        };
+        let half = 0.5 * (centres[1] - centres[0]).max(centres[3] - centres[2]);
+        let area = grown(centres, REACH * sigma);
+        self.light.under(&block, area, half + sigma)
+    }
+
+    /// A window's carrier, and the directions that lead from it to the target; nothing where none does.
+    fn aim(
+        &self,
+        (window, at, lie): ([usize; 2], [f64; 2], Lie),
+        leaving: &Carrier,
+        own: &Carrier,
+    ) -> Option<AimedWindow> {
+        let shift = self.element.beside(own, self.far(), at, self.k());
+        let start = ChirpedStart {
+            carrier: leaving.about(at).times(shift, [0.0; 3]),
+            sigma: self.shape.sigma,
+        };
+        let directions = window_directions(self.hop, &start, self.target)?;
+        Some(AimedWindow {
+            window,
+            start,
+            lie,
+            shift,
+            directions,
+        })
+    }
+
+    /// The samples of a tile's light, and what its element needs to know.
+    fn area(&self, tile: &Tile, light: &TileLight) -> TileArea {
+        let (k, sigma) = (self.k(), self.shape.sigma);
+        let window = window_half_band(self.shape.step, self.settings.threshold) / (k * sigma);
+        let half_band = light.spread.map(|spread| spread + window);
+        let pitch = half_band.map(|band| sample_pitch(band, self.hop.wavelength));
+        TileArea {
+            bounds: grown(self.tiling.centres(tile), SEEN * sigma),
+            samples: self.tiling.samples(tile, pitch),
+            half_band,
+            edge_pitch: sigma / self.settings.edge_nodes,
+            k,
+        }
+    }
+
+    /// The plane waves of a window to be computed; nothing where no direction of the light leads to the target.
+    fn modes(&self, aimed: &AimedWindow, element: &ElementSamples) -> Option<[Modes; 2]> {
+        let spacing = self.hop.wavelength / (self.shape.period * self.shape.sigma);
+        let modes = [0, 1].map(|a| {
+            let limit = element.half_band.map_or(f64::INFINITY, |band| band[a]);
+            let low = aimed.directions[2 * a].max(-limit - aimed.shift[a]);
+            let high = aimed.directions[2 * a + 1].min(limit - aimed.shift[a]);
+            Modes::between(low, high, spacing, aimed.shift[a])
+        });
+        modes.iter().all(|modes| modes.count > 0).then_some(modes)
+    }
+
+    /// Plans a window of a tile; nothing where no direction of its light leads to the target.
+    pub(crate) fn window(&self, plan: &TilePlan, aimed: &AimedWindow) -> Option<WindowPlan> {
+        let (_, element) = plan.element(aimed)?;
+        let modes = self.modes(aimed, element)?;
+        let (at, k) = (aimed.start.carrier.at, self.k());
+        let weights = [0, 1].map(|a| {
+            let axis = &plan.samples[a];
+            let (range, mut weights) = self.tiling.positions[a].analysis(axis, aimed.window[a]);
+            weights.iter_mut().for_each(|weight| *weight /= axis.pitch);
+            (range, weights)
+        });
+        let samples = [0, 1].map(|a| SampleLine {
+            axis: &plan.samples[a],
+            range: (weights[a].0.start, weights[a].0.end),
+            centre: at[a],
+            k,
+        });
+        let reach = REACH * self.shape.sigma;
+        let lines = [0, 1].map(|a| NodeLine {
+            axis: &element.nodes[a],
+            range: nodes_within(&element.nodes[a], at[a] - reach, at[a] + reach),
+            filter: element.filter[a],
+        });
+        let nodes = match element.at_samples {
+            true => samples.map(|line| line.range),
+            false => lines.map(|line| line.range),
+        };
+        if nodes.iter().any(|(low, high)| low >= high) {
+            return None;
+        }
+        let lines = (!element.at_samples).then_some([&lines[0], &lines[1]]);
+        let modes_of = [&modes[0], &modes[1]];
+        let transform = WindowTransform::new([&samples[0], &samples[1]], lines, modes_of);
+        let [arrived, own] = plan.carriers.map(|carrier| carrier.removed(at, k).conj());
+        Some(WindowPlan {
+            transform,
+            weights,
+            nodes,
+            carried: arrived * own,
+            modes,
+        })
+    }
+}
+
+impl TilePlan<'_> {
+    /// The element as a window sees it, and its place in the list.
+    pub(crate) fn element(&self, aimed: &AimedWindow) -> Option<(usize, &ElementSamples)> {
+        let place = usize::from(aimed.lie != Lie::Inside);
+        Some((place, self.elements[place].as_ref()?))
+    }
+}
+
+impl WindowPlan {
+    /// The light under the window times ĝ, over the carriers about its centre.
+    fn windowed(&self, values: &Array2<Complex64>) -> Array2<Complex64> {
+        let [x, y] = &self.weights;
+        let mut light = part(values.view(), y.0.clone(), x.0.clone()).to_owned();
+        for ((j, i), value) in light.indexed_iter_mut() {
+            *value *= self.carried * (x.1[i] * y.1[j]);
+        }
+        light
+    }
+
+    /// The transmission under the window.
+    fn transmission<'a>(&self, element: &'a ElementSamples) -> Option<ArrayView2<'a, Complex64>> {
+        let [x, y] = self.nodes;
+        let values = element.values.as_ref()?;
+        Some(part(values.view(), y.0..y.1, x.0..x.1))
+    }
+
+    /// The plane waves of the window, [m_y, m_x], from the light at the samples of its tile.
+    pub(crate) fn apply(
+        &self,
+        values: &Array2<Complex64>,
+        element: &ElementSamples,
+    ) -> Array2<Complex64> {
+        let through = self.transmission(element);
+        self.transform.apply(&self.windowed(values), through)
+    }
+
+    /// The conjugate transpose: adds to the cotangents of the light at the samples, and of the transmission.
+    pub(crate) fn apply_adjoint(
+        &self,
+        values: &Array2<Complex64>,
+        element: &ElementSamples,
+        waves_bar: &Array2<Complex64>,
+        values_bar: &mut Array2<Complex64>,
+        element_bar: &mut Array2<Complex64>,
+    ) {
+        let through = self.transmission(element);
+        let (light_bar, through_bar) =
+            self.transform
+                .apply_adjoint(&self.windowed(values), through, waves_bar);
+        let [x, y] = self.nodes;
+        let mut under = part(element_bar.view_mut(), y.0..y.1, x.0..x.1);
+        under += &through_bar;
+
+        // light = values·carried·ĝ
+        let [x, y] = &self.weights;
+        let mut under = part(values_bar.view_mut(), y.0.clone(), x.0.clone());
+        for ((j, i), bar) in light_bar.indexed_iter() {
+            under[[j, i]] += bar * self.carried.conj() * (x.1[i] * y.1[j]);
+        }
+    }
+}
+
+/// A box with a margin around it.
+fn grown([x0, x1, y0, y1]: [f64; 4], margin: f64) -> [f64; 4] {
+    [x0 - margin, x1 + margin, y0 - margin, y1 + margin]
+}
