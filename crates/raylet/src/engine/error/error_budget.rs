@@ -41,7 +41,7 @@ impl ErrorBudget {
                 false => tally.eta(),
             },
             windows: plan.window_error(tally.cubic_phase()) * tally.darkness(),
-            dropped: tally.dropped(),
+            dropped: tally.dropped() * plan.share_of_dropped(),
             rims: tally.edge,
         }
     }

@@ -75,6 +75,12 @@ impl LocalBandPlan {
         };
         lattice.hypot(2.0 * (-0.25 * self.period * self.period).exp())
     }
+
+    /// The part of dropped plane waves that shows in the field, as a ratio of amplitudes: there are (period/step)² times
+    /// more plane waves than the field has numbers, and the sum over windows cancels what no field has.
+    pub(crate) fn share_of_dropped(&self) -> f64 {
+        self.step / self.period
+    }
 }
 
 impl LocalBandSettings {
