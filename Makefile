@@ -5,7 +5,7 @@ OUT ?= out/demo
 SCENE = scenes/hologram_through_lens.toml
 RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 
-.PHONY: demo quick test test-rust test-python test-torch fuzz bench accuracy wheel docs
+.PHONY: demo quick test test-rust test-python test-torch fuzz bench accuracy real-size wheel docs
 
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
@@ -117,3 +117,7 @@ bench:
 # Remakes docs/accuracy.md.
 accuracy:
 	cargo run --release --package raylet-accuracy > docs/accuracy.md
+
+# Remakes docs/real_size.md.
+real-size:
+	cargo run --release --package raylet-accuracy --example real_size > docs/real_size.md

@@ -21,56 +21,14 @@ use raylet::engine::local_bands::carry::{carry_kept, carry_kept_adjoint};
 use raylet::engine::local_bands::settings::LocalBandSettings;
 use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
-use raylet::math::random::uniform;
-use raylet::optics::doe::{Layer, PixelForm, Pixels};
+use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
 use raylet::optics::system::System;
-use raylet::optics::zernike::ZernikeSum;
 use raylet::wave::grid::field::Field;
+use raylet_accuracy::objective::masks::{cubic, random_pixels};
 use raylet_accuracy::objective::ray_integral::{cell_nodes, field, polar_nodes};
 use raylet_accuracy::objective::triplet::{Triplet, WAVELENGTH};
-
-/// Seconds of processor time that this process has used, where the system says so.
-fn processor_seconds() -> f64 {
-    let stat = std::fs::read_to_string("/proc/self/stat").unwrap_or_default();
-    let fields: Vec<&str> = stat.rsplit(')').next().unwrap_or("").split(' ').collect();
-    let ticks = |n: usize| fields.get(n).and_then(|word| word.parse::<f64>().ok());
-    (ticks(12).unwrap_or(0.0) + ticks(13).unwrap_or(0.0)) / 100.0
-}
-
-/// Largest memory that this process has had, in MB, where the system says so.
-fn peak_megabytes() -> f64 {
-    let status = std::fs::read_to_string("/proc/self/status").unwrap_or_default();
-    let line = status.lines().find_map(|line| line.strip_prefix("VmHWM:"));
-    let kilobytes = line.and_then(|line| line.trim().trim_end_matches(" kB").parse::<f64>().ok());
-    kilobytes.unwrap_or(0.0) / 1e3
-}
-
-/// 20 waves of x³ + y³ over the radius, by Zernike polynomials: Z7 and Z9 hold y³, Z8 and Z10 x³.
-fn cubic(radius: f64) -> Layer {
-    let waves = 20.0 * TAU;
-    let mut coefficients = vec![0.0; 10];
-    // x³ = (Z10/√8 + 3·(Z8/√8 + 2Z2/2)/3)/4 and likewise y³ = (−Z9/√8 + 3·(Z7/√8 + 2Z3/2)/3)/4.
-    let trefoil = waves / (4.0 * 8f64.sqrt());
-    (coefficients[9], coefficients[7]) = (trefoil, trefoil);
-    (coefficients[8], coefficients[6]) = (-trefoil, trefoil);
-    (coefficients[1], coefficients[2]) = (waves / 4.0, waves / 4.0);
-    Layer::Phase(Profile::Zernike(ZernikeSum::new(radius, coefficients)))
-}
-
-/// Pixels of random phase over the stop.
-fn random_pixels(radius: f64, pitch: f64) -> Layer {
-    let count = (2.0 * radius / pitch).round() as usize;
-    let phase = |(j, i)| TAU * uniform(5, [j as u32, i as u32, 0, 0]);
-    let values = Array2::from_shape_fn((count, count), |at: (usize, usize)| {
-        Complex64::cis(phase(at))
-    });
-    Layer::Pixels(Pixels {
-        pitch: [pitch; 2],
-        values,
-        form: PixelForm::Box,
-    })
-}
+use raylet_accuracy::real_size::resources::{peak_megabytes, processor_seconds};
 
 /// What the words after the angle say.
 struct Words(Vec<(String, String)>);
@@ -103,7 +61,10 @@ impl Words {
                 focal_length: 2000.0,
                 wavenumber: TAU / WAVELENGTH,
             })],
-            "pixels" => vec![random_pixels(radius, self.number("pitch", 8.0)? * 1e-3)],
+            "pixels" => vec![random_pixels(
+                [2.0 * radius; 2],
+                self.number("pitch", 8.0)? * 1e-3,
+            )],
             _ => return Err(format!("no case is named '{case}'").into()),
         })
     }
@@ -130,8 +91,8 @@ impl Words {
 fn reference(triplet: &Triplet, radius: f64, system: &System) -> Option<Array2<Complex64>> {
     let doe = &triplet.element;
     if let Some(pixels) = doe.pixels() {
-        let (count, pitch) = (pixels.values.ncols(), pixels.pitch[0]);
-        return field(system, &cell_nodes(doe, count, pitch), Some(pitch));
+        let pitch = pixels.pitch[0];
+        return field(system, &cell_nodes(doe, pitch), Some(pitch));
     }
     let fine = match doe.layers.is_empty() {
         true => [200, 600],

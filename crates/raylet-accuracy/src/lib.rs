@@ -11,6 +11,7 @@
 //! | [`numbers`] | Numbers and shapes that the references are made of |
 //! | [`references`] | Diffraction by methods that are slow, simple and not those of the library |
 //! | [`objective`] | A photographic objective with an element at its stop, and its field by rays to each pixel |
+//! | [`real_size`] | Systems at their real size, what they take and how exact they are |
 //! | [`problems`] | The problems on which raylet is measured |
 //! | [`gradients`] | Gradients of raylet against adjoints and differences of the references |
 //! | [`estimates`] | The errors that raylet reports of random small systems beside their true ones |
@@ -35,4 +36,5 @@ pub mod gradients;
 pub mod numbers;
 pub mod objective;
 pub mod problems;
+pub mod real_size;
 pub mod references;

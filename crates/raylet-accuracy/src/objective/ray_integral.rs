@@ -3,15 +3,18 @@
 //! The collimated light on the stop is the geometrical field: the path of the one ray to each point, and an amplitude
 //! by the area of its ray tube. Behind the element it is multiplied by the ray Green's function (Van Vleck) of the rear
 //! group, (k/2πi)·√(q/q′)·|det ∂s/∂p|^{−1/2}·e^{ikL}. There is no caustic between the stop and the sensor. Rays to each
-//! pixel are interpolated between 3 × 3 points of the sensor.
+//! pixel are interpolated between 3 × 3 points of the sensor. Where the stop is the first screen, the light on it is that of
+//! the source.
 
 use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
 use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Doe;
 use raylet::optics::screen::{Act, Sensor};
+use raylet::optics::surface::Surface;
 use raylet::optics::system::{Hop, System};
 
 use crate::numbers::quadrature::gauss_legendre;
@@ -51,14 +54,21 @@ pub fn polar_nodes(doe: &Doe, radius: f64, [rings, spokes]: [usize; 2]) -> Vec<S
     nodes
 }
 
-/// The centres of `count`² cells of a pitch, with the share of each that the opening leaves.
-pub fn cell_nodes(doe: &Doe, count: usize, pitch: f64) -> Vec<StopNode> {
-    let place = |i: usize| (i as f64 + 0.5 - 0.5 * count as f64) * pitch;
+/// The centres of square cells of a pitch in mm over the bounds of the opening, with the share of each that the opening
+/// leaves; none without an edge.
+pub fn cell_nodes(doe: &Doe, pitch: f64) -> Vec<StopNode> {
+    let Some([x0, x1, y0, y1]) = doe.aperture.bounds() else {
+        return Vec::new();
+    };
+    let places = |low: f64, high: f64| {
+        let count = ((high - low) / pitch).round() as usize;
+        let middle = 0.5 * (low + high);
+        (0..count).map(move |i| middle + (i as f64 + 0.5 - 0.5 * count as f64) * pitch)
+    };
     let half = 0.5 * pitch;
     let mut nodes = Vec::new();
-    for j in 0..count {
-        for i in 0..count {
-            let [x, y] = [place(i), place(j)];
+    for y in places(y0, y1) {
+        for x in places(x0, x1) {
             let open = (doe.aperture).coverage(x - half, x + half, y - half, y + half);
             if open > 0.0 {
                 let weight = doe.transmission(x, y) * (open * pitch * pitch);
@@ -77,44 +87,92 @@ struct Spray {
     slope: [[[f64; 3]; 3]; 2],
 }
 
-/// The two hops of an objective, and where its pixels are.
+/// A hop, and the same without the edges of its surfaces: no ray is lost on the way to its landing.
+#[derive(Clone, Copy)]
+struct Way<'a> {
+    whole: Hop<'a>,
+    open: Hop<'a>,
+}
+
+/// The hops to the stop, if there is one, and from it to the sensor.
 struct Integral<'a> {
     system: &'a System,
-    before: Hop<'a>,
-    after: Hop<'a>,
-    sensor: Sensor,
+    before: Option<Way<'a>>,
+    after: Way<'a>,
 }
 
 /// The field at the pixels of a sensor behind an element at the stop, [y, x]; nothing where a ray is lost. With a
 /// `cell` in mm, the transmission is constant over cells of that width about the nodes.
 pub fn field(system: &System, nodes: &[StopNode], cell: Option<f64>) -> Option<Array2<Complex64>> {
-    let mut hops = system.hops();
-    let (before, after) = (hops.next()?, hops.next()?);
-    let Act::Sensor(sensor) = after.to.act else {
-        return None;
-    };
-    let integral = Integral {
-        system,
-        before,
-        after,
-        sensor,
-    };
+    let trains = opened(system);
+    let integral = Integral::new(system, &trains)?;
+    let sensor = integral.sensor()?;
     let parts: Option<Vec<Array2<Complex64>>> = nodes
         .par_chunks(CHUNK)
-        .map(|nodes| integral.part(nodes, cell))
+        .map(|nodes| integral.part(nodes, sensor, cell))
         .collect();
     let dark = Array2::zeros((sensor.pixels[1], sensor.pixels[0]));
     Some(parts?.iter().fold(dark, |sum, part| sum + part))
 }
 
-impl Integral<'_> {
+/// Where on the sensor the ray lands that crosses the middle of the stop and is not diffracted there; nothing where it is
+/// lost.
+pub fn chief_landing(system: &System) -> Option<[f64; 2]> {
+    let trains = opened(system);
+    let integral = Integral::new(system, &trains)?;
+    let (_, _, cosines) = integral.arriving([0.0; 2])?;
+    let landing = integral.after.whole.trace([0.0; 2], cosines, &mut ());
+    Some(landing.ok()?.at)
+}
+
+/// The trains of a system without the edges of their surfaces.
+fn opened(system: &System) -> Vec<Vec<Surface>> {
+    let open = |surface: &Surface| Surface {
+        aperture: Aperture::OPEN,
+        ..surface.clone()
+    };
+    let train = |train: &Vec<Surface>| train.iter().map(open).collect();
+    system.trains.iter().map(train).collect()
+}
+
+impl<'a> Integral<'a> {
+    /// Of a system of one or two hops.
+    fn new(system: &'a System, trains: &'a [Vec<Surface>]) -> Option<Self> {
+        let pairs = system.hops().zip(trains);
+        let mut ways: Vec<Way> = pairs
+            .map(|(whole, train)| Way {
+                whole,
+                open: Hop { train, ..whole },
+            })
+            .collect();
+        let after = ways.pop()?;
+        let before = ways.pop();
+        ways.is_empty().then_some(Self {
+            system,
+            before,
+            after,
+        })
+    }
+
+    fn sensor(&self) -> Option<Sensor> {
+        match self.after.whole.to.act {
+            Act::Sensor(sensor) => Some(sensor),
+            Act::Stop(_) | Act::Doe(_) => None,
+        }
+    }
+
     /// What some nodes bring.
-    fn part(&self, nodes: &[StopNode], cell: Option<f64>) -> Option<Array2<Complex64>> {
+    fn part(
+        &self,
+        nodes: &[StopNode],
+        sensor: Sensor,
+        cell: Option<f64>,
+    ) -> Option<Array2<Complex64>> {
         let k = self.system.wavenumber();
-        let [nx, ny] = self.sensor.pixels;
+        let [nx, ny] = sensor.pixels;
         let mut total = Array2::zeros((ny, nx));
         for node in nodes {
-            let spray = self.spray(node.at)?;
+            let spray = self.spray(node.at, sensor)?;
             for ((j, i), value) in total.indexed_iter_mut() {
                 let place = |i: usize, n: usize| (2 * i + 1) as f64 / n as f64 - 1.0;
                 let (u, v) = (place(i, nx), place(j, ny));
@@ -131,14 +189,14 @@ impl Integral<'_> {
     }
 
     /// The light from a point of the stop at points of the sensor.
-    fn spray(&self, at: [f64; 2]) -> Option<Spray> {
+    fn spray(&self, at: [f64; 2], sensor: Sensor) -> Option<Spray> {
         let (path, size, cosines) = self.arriving(at)?;
         let mut spray = Spray {
             path: [[0.0; 3]; 3],
             size: [[0.0; 3]; 3],
             slope: [[[0.0; 3]; 3]; 2],
         };
-        let half = [0, 1].map(|a| 0.5 * self.sensor.pixels[a] as f64 * self.sensor.pitch[a]);
+        let half = [0, 1].map(|a| 0.5 * sensor.pixels[a] as f64 * sensor.pitch[a]);
         let mut p = cosines;
         for j in 0..3 {
             for i in 0..3 {
@@ -161,21 +219,22 @@ impl Integral<'_> {
         let source = &self.system.source;
         let direction = source.direction(Vec3::new(0.0, 0.0, 0.0));
         let p = [direction.x, direction.y];
+        let path = |hop: &Hop, [x, y]: [f64; 2]| {
+            source.path(hop.from.frame.to_global(Vec3::new(x, y, 0.0)), 1.0)
+        };
+        let Some(way) = &self.before else {
+            return Some((path(&self.after.whole, to), 1.0, p));
+        };
         let mut at = [0.0; 2];
         for _ in 0..STEPS {
-            let (landing, j) = self.before.jacobian(at, p).ok()?;
+            let (landing, j) = way.open.jacobian(at, p).ok()?;
             let slope = [[j[0][0], j[0][1]], [j[1][0], j[1][1]]];
             let gap = [to[0] - landing.at[0], to[1] - landing.at[1]];
             if gap[0].hypot(gap[1]) < CLOSE {
-                let start = self
-                    .before
-                    .from
-                    .frame
-                    .to_global(Vec3::new(at[0], at[1], 0.0));
-                let path = source.path(start, 1.0) + landing.path;
+                way.whole.trace(at, p, &mut ()).ok()?;
                 let ratio = cosine(p) / cosine(landing.cosines);
                 let size = (ratio / determinant(slope).abs()).sqrt();
-                return Some((path, size, landing.cosines));
+                return Some((path(&way.whole, at) + landing.path, size, landing.cosines));
             }
             at = moved(at, solved(slope, gap));
         }
@@ -186,10 +245,11 @@ impl Integral<'_> {
     fn towards(&self, at: [f64; 2], from: [f64; 2], to: [f64; 2]) -> Option<Aimed> {
         let mut p = from;
         for _ in 0..STEPS {
-            let (landing, j) = self.after.jacobian(at, p).ok()?;
+            let (landing, j) = self.after.open.jacobian(at, p).ok()?;
             let slope = [[j[0][2], j[0][3]], [j[1][2], j[1][3]]];
             let gap = [to[0] - landing.at[0], to[1] - landing.at[1]];
             if gap[0].hypot(gap[1]) < CLOSE {
+                self.after.whole.trace(at, p, &mut ()).ok()?;
                 return Some((p, (landing.path, landing.cosines), slope));
             }
             p = moved(p, solved(slope, gap));

@@ -1,12 +1,13 @@
 //! A Cooke triplet f = 50 mm, with whatever stands at its stop.
 
-use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::assembly::part_check::BuildError;
 use raylet::optics::assembly::system_builder::SystemBuilder;
 use raylet::optics::doe::Doe;
 use raylet::optics::shape::Shape;
 use raylet::optics::system::System;
+
+use crate::objective::ray_integral::chief_landing;
 
 /// Wavelength in mm.
 pub const WAVELENGTH: f64 = 0.55e-3;
@@ -54,7 +55,7 @@ impl Triplet {
     /// When a number is out of its range.
     pub fn system(&self) -> Result<System, BuildError> {
         let centred = self.with_sensor_at(0.0)?;
-        let chief = chief_landing(&centred).unwrap_or(0.0);
+        let chief = chief_landing(&centred).map_or(0.0, |[x, _]| x);
         self.with_sensor_at(chief)
     }
 
@@ -83,20 +84,4 @@ impl Triplet {
             .sensor([self.pixels; 2], [self.pitch; 2])
             .build()
     }
-}
-
-/// Where on the sensor's axis the ray lands that crosses the middle of the stop.
-fn chief_landing(system: &System) -> Option<f64> {
-    let mut hops = system.hops();
-    let (before, after) = (hops.next()?, hops.next()?);
-    let direction = system.source.direction(Vec3::new(0.0, 0.0, 0.0));
-    let p = [direction.x, direction.y];
-    let mut at = [0.0; 2];
-    for _ in 0..20 {
-        let (landing, j) = before.jacobian(at, p).ok()?;
-        at[0] -= landing.at[0] / j[0][0];
-    }
-    let landing = before.trace(at, p, &mut ()).ok()?;
-    let landing = after.trace(landing.at, landing.cosines, &mut ()).ok()?;
-    Some(landing.at[0])
 }

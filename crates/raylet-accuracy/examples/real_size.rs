@@ -1,0 +1,97 @@
+//! Measures systems at their real size, and prints `docs/real_size.md`.
+//!
+//! `cargo run --release -p raylet-accuracy --example real_size -- [--only WORDS] > docs/real_size.md`. Each case runs in a
+//! process of its own, which is this program with the word `--case` and the name of the case.
+
+use std::error::Error;
+use std::process::Command;
+
+use raylet_accuracy::real_size::cases::{Case, cases};
+use raylet_accuracy::real_size::measure::{Measured, measure};
+
+/// What stands before the table.
+const HEAD: &str = "\
+# Systems at their real size
+
+`make real-size` makes this page. Each row is one run of a scene in `scenes/real_size`, by `simulate` with the settings of the
+scene, in a process of its own, on a machine with THREADS threads. The sensor stands about the chief ray: 96 × 96 pixels of
+1 µm, for the modulator 1024 × 1024 pixels of 3.45 µm.
+
+| column | meaning |
+| --- | --- |
+| mask | what stands at the stop; its pixels, if it has any, cover the whole stop |
+| field | angle of the collimated light to the axis |
+| processor | processor time of all threads, in seconds |
+| wall | time by the clock, in seconds; other work on the machine lengthens it |
+| peak | the largest memory of the process, arrays of the mask included |
+| expected | the error that raylet expects: all causes, all hops |
+| measured | relative L2 error of the complex field on a block of pixels about the brightest one, nothing fitted, not even a phase |
+
+The reference is one integral over the stop: the geometrical field on it, times the mask, times the ray Green's function of
+what stands behind it (`crates/raylet-accuracy/src/objective/ray_integral.rs`). It takes rays from raylet and nothing else. It
+knows no rim but the stop: light that the edges of the lenses diffract is in the expected error only. The block has 32 × 32
+pixels, for the modulator 16 × 16.
+
+| system | mask | field | processor | wall | peak | expected | measured |
+| --- | --- | --- | --- | --- | --- | --- | --- |";
+
+/// What stands behind it.
+const TAIL: &str = "
+## What is not there yet
+
+Local bands need plane screens. So these are missing: a lens with a diffractive surface (a hybrid lens, an intraocular lens, a
+metasurface on a curved face), and mirrors with gratings. A lens of a phone is missing because no prescription of one is
+published that could be checked here.";
+
+fn main() -> Result<(), Box<dyn Error>> {
+    let words: Vec<String> = std::env::args().collect();
+    let behind = |name: &str| words.iter().skip_while(|word| *word != name).nth(1);
+    if let Some(name) = behind("--case") {
+        return match cases().iter().find(|case| case.key() == *name) {
+            Some(case) => run(case),
+            None => Err(format!("no case is named '{name}'").into()),
+        };
+    }
+    let threads = std::thread::available_parallelism()?.to_string();
+    println!("{}", HEAD.replace("THREADS", &threads));
+    for case in cases() {
+        let name = case.key();
+        if behind("--only").is_none_or(|only| name.contains(only)) {
+            let this = std::env::current_exe()?;
+            let ended = Command::new(this).args(["--case", &name]).status()?;
+            if !ended.success() {
+                println!("{} ended with {ended} | | | | |", place(&case));
+            }
+        }
+    }
+    println!("{TAIL}");
+    Ok(())
+}
+
+/// Prints the row of a case.
+fn run(case: &Case) -> Result<(), Box<dyn Error>> {
+    match measure(case) {
+        Ok(found) => println!("{}", row(case, &found)),
+        Err(refusal) => println!("{} refused: {refusal} | | | | |", place(case)),
+    }
+    Ok(())
+}
+
+/// The cells that name a case.
+fn place(case: &Case) -> String {
+    let scene = case.scene.replace('_', " ");
+    format!("| {scene} | {} | {}° |", case.mask.name(), case.angle_deg)
+}
+
+fn row(case: &Case, found: &Measured) -> String {
+    let error = found.error;
+    format!(
+        "{} {:.1} s | {:.1} s | {:.0} MB | {:.1e} | {} |",
+        place(case),
+        found.processor,
+        found.wall,
+        found.megabytes,
+        found.expected,
+        error.map_or("–".to_owned(), |error| format!("{error:.1e}"))
+    )
+}

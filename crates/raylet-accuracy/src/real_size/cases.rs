@@ -1,0 +1,176 @@
+//! The systems, what stands at their stops, and their fields.
+
+use raylet::engine::plan::settings::Settings;
+use raylet::file::decode::fault::Fault;
+use raylet::file::model::build;
+use raylet::file::scene::scene_file::Scene;
+use raylet::math::vec3::Vec3;
+use raylet::optics::doe::Layer;
+use raylet::optics::profile::Profile;
+use raylet::optics::screen::{Act, Screen};
+use raylet::optics::source::Source;
+use raylet::optics::system::System;
+use raylet_testkit::scenes::scene_path;
+
+use crate::objective::masks::{binary_grating, cubic, random_pixels};
+use crate::objective::ray_integral::chief_landing;
+
+/// Period of the binary grating in mm.
+const PERIOD: f64 = 0.02;
+
+/// What stands at the stop of a system.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub enum Mask {
+    /// What its scene has there, under this name.
+    Own(&'static str),
+    /// Nothing.
+    Bare,
+    /// A vortex of charge 1.
+    Vortex,
+    /// A cubic phase of 20 waves.
+    Cubic,
+    /// A binary grating of phase 0 and π.
+    Grating,
+    /// Pixels of random phase, this wide in mm.
+    Pixels(f64),
+}
+
+/// A system with a mask and a field.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Case {
+    /// Its scene in the folder `real_size`, without the ending.
+    pub scene: &'static str,
+    /// What stands at its stop.
+    pub mask: Mask,
+    /// Angle of the light to the axis, in degrees, towards +x.
+    pub angle_deg: f64,
+    /// Pixels along each side of the block on which the reference is evaluated.
+    pub block: usize,
+    /// Nodes of the reference along the radius of the stop and around it, where it has no pixels.
+    pub nodes: [usize; 2],
+}
+
+impl Mask {
+    /// Its name in the table.
+    pub fn name(self) -> String {
+        match self {
+            Mask::Own(name) => name.to_owned(),
+            Mask::Bare => "bare".to_owned(),
+            Mask::Vortex => "vortex".to_owned(),
+            Mask::Cubic => "cubic, 20 waves".to_owned(),
+            Mask::Grating => "binary grating of 20 µm".to_owned(),
+            Mask::Pixels(pitch) => format!("random pixels of {:.0} µm", pitch * 1e3),
+        }
+    }
+
+    /// Its layers over an opening of this width and height in mm; nothing for the scene's own.
+    fn layers(self, size: [f64; 2]) -> Option<Vec<Layer>> {
+        Some(match self {
+            Mask::Own(_) => return None,
+            Mask::Bare => Vec::new(),
+            Mask::Vortex => vec![Layer::Phase(Profile::Vortex { charge: 1 })],
+            Mask::Cubic => vec![cubic(0.5 * size[0])],
+            Mask::Grating => vec![binary_grating(size, PERIOD)],
+            Mask::Pixels(pitch) => vec![random_pixels(size, pitch)],
+        })
+    }
+}
+
+impl Case {
+    const fn new(scene: &'static str, mask: Mask, angle_deg: f64) -> Self {
+        Self {
+            scene,
+            mask,
+            angle_deg,
+            block: 32,
+            nodes: [300, 1440],
+        }
+    }
+
+    /// A word that names it.
+    pub fn key(&self) -> String {
+        let mask = self.mask.name().replace(", ", "-").replace(' ', "-");
+        format!("{}/{mask}/{}", self.scene, self.angle_deg)
+    }
+
+    /// The system, its sensor about the chief ray, and the settings of its run.
+    ///
+    /// # Errors
+    /// When the scene has a fault.
+    pub fn system(&self) -> Result<(System, Settings), Fault> {
+        let scene = Scene::read(&scene_path(&format!("real_size/{}", self.scene)))?;
+        let mut system = build::system(&scene, 0)?;
+        let origin = system.screens[0].frame.origin;
+        let lit = Source::collimated([self.angle_deg.to_radians(), 0.0], origin);
+        system.source = lit.unwrap_or(system.source);
+        let stop = system.screens.len() - 2;
+        put(self.mask, &mut system.screens[stop]);
+        let landing = chief_landing(&system);
+        if let (Some([x, y]), Some(sensor)) = (landing, system.screens.last_mut()) {
+            sensor.frame = sensor.frame.moved(Vec3::new(x, y, 0.0));
+        }
+        Ok((system, build::settings(&scene)))
+    }
+}
+
+/// Puts a mask at a stop, in place of what is there.
+fn put(mask: Mask, stop: &mut Screen) {
+    let Some([x0, x1, y0, y1]) = stop.bounds() else {
+        return;
+    };
+    if let (Act::Doe(doe), Some(layers)) = (&mut stop.act, mask.layers([x1 - x0, y1 - y0])) {
+        doe.layers = layers;
+    }
+}
+
+/// All cases, in the order of the table.
+pub fn cases() -> Vec<Case> {
+    let mut all = Vec::new();
+    let random = Mask::Pixels(8e-3);
+    for mask in [Mask::Bare, Mask::Vortex, Mask::Cubic, Mask::Grating, random] {
+        for angle in [0.0, 14.0, 20.0] {
+            all.push(Case::new("cooke_triplet", mask, angle));
+        }
+    }
+    let kinoform = Mask::Own("kinoform, f = 5 m");
+    for angle in [0.0, 10.0, 14.0] {
+        all.push(Case::new("double_gauss", kinoform, angle));
+    }
+    for angle in [0.0, 10.0, 20.0] {
+        all.push(Case {
+            nodes: [600, 2880],
+            ..Case::new("metalens", Mask::Own("hyperbolic phase"), angle)
+        });
+    }
+    for mask in [Mask::Own("array of spots, 8 bits"), random] {
+        all.push(Case {
+            block: 16,
+            ..Case::new("slm_camera", mask, 0.0)
+        });
+    }
+    for mask in [Mask::Bare, Mask::Vortex, Mask::Pixels(4e-3)] {
+        all.push(Case::new("behind_strong_lens", mask, 0.0));
+    }
+    for angle in [0.0, 0.5] {
+        all.push(Case::new("telescope_doublet", Mask::Bare, angle));
+    }
+    all
+}
+
+#[cfg(test)]
+mod tests {
+    use std::collections::BTreeSet;
+
+    use crate::real_size::cases::cases;
+
+    #[test]
+    fn every_case_has_a_system_and_a_name_of_its_own() {
+        let all = cases();
+        let names: BTreeSet<String> = all.iter().map(|case| case.key()).collect();
+        assert_eq!(names.len(), all.len());
+        for case in all.iter().filter(|case| case.block == 32) {
+            let (system, _) = case.system().unwrap();
+            assert!(system.trains.len() <= 2, "{}", case.key());
+        }
+    }
+}

@@ -1,0 +1,113 @@
+//! One case: its run, its expected error, and its error against the integral over the stop.
+
+use std::error::Error;
+use std::time::Instant;
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::chain::outcome::Outcome;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::error::error_budget::ErrorBudget;
+use raylet::math::vec3::Vec3;
+use raylet::optics::doe::Doe;
+use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::system::System;
+
+use crate::objective::ray_integral::{cell_nodes, field, polar_nodes};
+use crate::real_size::cases::Case;
+use crate::real_size::resources::{peak_megabytes, processor_seconds};
+
+/// What a case took, and how exact it is.
+#[derive(Clone, Debug)]
+pub struct Measured {
+    /// Processor time in seconds, of all threads.
+    pub processor: f64,
+    /// Wall time in seconds.
+    pub wall: f64,
+    /// Largest memory of the process up to the end of the run, in MB.
+    pub megabytes: f64,
+    /// Expected relative error of the field.
+    pub expected: f64,
+    /// Relative L2 error of the field on a block of pixels about the brightest one, nothing fitted; nothing where the
+    /// reference does not apply.
+    pub error: Option<f64>,
+}
+
+/// Runs a case and its reference.
+///
+/// # Errors
+/// When the scene has a fault, or the system is refused.
+pub fn measure(case: &Case) -> Result<Measured, Box<dyn Error>> {
+    let (system, settings) = case.system()?;
+    let (clock, start) = (Instant::now(), processor_seconds());
+    let outcome = simulate(&system, &settings, &|_| {})?;
+    Ok(Measured {
+        processor: processor_seconds() - start,
+        wall: clock.elapsed().as_secs_f64(),
+        megabytes: peak_megabytes(),
+        expected: expected(&outcome),
+        error: error(case, &system, &outcome.field.values),
+    })
+}
+
+/// The expected error of all hops together.
+fn expected(outcome: &Outcome) -> f64 {
+    let budgets = outcome.hops.iter();
+    let budgets = budgets.filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
+    budgets.map(|budget| budget.total()).fold(0.0, f64::hypot)
+}
+
+/// The error on the block of pixels about the brightest one.
+fn error(case: &Case, system: &System, ours: &Array2<Complex64>) -> Option<f64> {
+    let [i, j] = corner(ours, case.block);
+    let mut part = system.clone();
+    focus_on(part.screens.last_mut()?, [i, j], case.block)?;
+    let exact = reference(case, &part)?;
+    let pairs = exact.indexed_iter();
+    let off = pairs.map(|((row, column), exact)| (ours[[j + row, i + column]] - exact).norm_sqr());
+    let all = exact.iter().map(|exact| exact.norm_sqr());
+    Some((off.sum::<f64>() / all.sum::<f64>()).sqrt())
+}
+
+/// The first column and row of the block of so many pixels whose middle is nearest to the brightest pixel.
+fn corner(values: &Array2<Complex64>, block: usize) -> [usize; 2] {
+    let brighter =
+        |a: &(_, &Complex64), b: &(_, &Complex64)| a.1.norm_sqr().total_cmp(&b.1.norm_sqr());
+    let brightest = values.indexed_iter().max_by(brighter);
+    let (row, column) = brightest.map_or((0, 0), |(at, _)| at);
+    let first = |at: usize, count: usize| at.saturating_sub(block / 2).min(count - block);
+    [first(column, values.ncols()), first(row, values.nrows())]
+}
+
+/// Makes a sensor the block of its pixels from this column and row on; nothing for other screens.
+fn focus_on(screen: &mut Screen, first: [usize; 2], block: usize) -> Option<()> {
+    let Act::Sensor(sensor) = &mut screen.act else {
+        return None;
+    };
+    let Sensor { pixels, pitch } = *sensor;
+    let middle = |a: usize| first[a] as f64 + 0.5 * (block as f64 - pixels[a] as f64);
+    let [x, y] = [0, 1].map(|a| middle(a) * pitch[a]);
+    sensor.pixels = [block; 2];
+    screen.frame = screen.frame.moved(Vec3::new(x, y, 0.0));
+    Some(())
+}
+
+/// The field by the integral over the stop.
+fn reference(case: &Case, system: &System) -> Option<Array2<Complex64>> {
+    let stop = &system.screens[system.screens.len() - 2];
+    let doe = match &stop.act {
+        Act::Doe(doe) => doe.clone(),
+        Act::Stop(aperture) => Doe {
+            layers: Vec::new(),
+            aperture: aperture.clone(),
+            reflect: false,
+        },
+        Act::Sensor(_) => return None,
+    };
+    if let Some(pixels) = doe.pixels() {
+        let cell = pixels.pitch[0].min(pixels.pitch[1]);
+        return field(system, &cell_nodes(&doe, cell), Some(cell));
+    }
+    let [_, radius, _, _] = doe.aperture.bounds()?;
+    field(system, &polar_nodes(&doe, radius, case.nodes), None)
+}
