@@ -83,13 +83,13 @@ impl Case {
             mask,
             angle_deg,
             block: 32,
-            nodes: [300, 1440],
+            nodes: [100, 240],
         }
     }
 
     /// A word that names it.
     pub fn key(&self) -> String {
-        let mask = self.mask.name().replace(", ", "-").replace(' ', "-");
+        let mask = self.mask.name().replace([',', '='], "").replace(' ', "-");
         format!("{}/{mask}/{}", self.scene, self.angle_deg)
     }
 
@@ -125,28 +125,29 @@ fn put(mask: Mask, stop: &mut Screen) {
 
 /// All cases, in the order of the table.
 pub fn cases() -> Vec<Case> {
-    let mut all = Vec::new();
     let random = Mask::Pixels(8e-3);
+    let mut all = Vec::new();
     for mask in [Mask::Bare, Mask::Vortex, Mask::Cubic, Mask::Grating, random] {
+        let nodes = match mask {
+            Mask::Cubic => [200, 480],
+            _ => [100, 240],
+        };
         for angle in [0.0, 14.0, 20.0] {
-            all.push(Case::new("cooke_triplet", mask, angle));
+            let case = Case::new("cooke_triplet", mask, angle);
+            all.push(Case { nodes, ..case });
         }
     }
-    let kinoform = Mask::Own("kinoform, f = 5 m");
     for angle in [0.0, 10.0, 14.0] {
+        let kinoform = Mask::Own("kinoform, f = 5 m");
         all.push(Case::new("double_gauss", kinoform, angle));
     }
-    for angle in [0.0, 10.0, 20.0] {
-        all.push(Case {
-            nodes: [600, 2880],
-            ..Case::new("metalens", Mask::Own("hyperbolic phase"), angle)
-        });
+    for (angle, nodes) in [(0.0, [100, 240]), (10.0, [300, 600]), (20.0, [600, 1200])] {
+        let case = Case::new("metalens", Mask::Own("hyperbolic phase"), angle);
+        all.push(Case { nodes, ..case });
     }
     for mask in [Mask::Own("array of spots, 8 bits"), random] {
-        all.push(Case {
-            block: 16,
-            ..Case::new("slm_camera", mask, 0.0)
-        });
+        let case = Case::new("slm_camera", mask, 0.0);
+        all.push(Case { block: 16, ..case });
     }
     for mask in [Mask::Bare, Mask::Vortex, Mask::Pixels(4e-3)] {
         all.push(Case::new("behind_strong_lens", mask, 0.0));
