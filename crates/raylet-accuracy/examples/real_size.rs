@@ -40,8 +40,8 @@ const TAIL: &str = "
 ## What is not there yet
 
 Local bands need plane screens. So these are missing: a lens with a diffractive surface (a hybrid lens, an intraocular lens, a
-metasurface on a curved face), and mirrors with gratings. A lens of a phone is missing because no prescription of one is
-published that could be checked here.";
+metasurface on a curved face), and mirrors with gratings. A lens of a phone is missing until there is a prescription
+of one whose source is sure.";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().collect();
