@@ -3,12 +3,14 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `edge_diffraction` | Estimates of the light that hard edges diffract, by direction |
+//! | `onward` | Whether light that arrives on a screen goes on to the sensor |
 //! | [`pixel_light`] | The directions into which pixels send light, by the power spectrum about a place |
 //! | [`rim_screens`] | Rims that become screens, and the error of those that do not |
 //! | `source_ray` | One ray of the source's light on a screen |
 //! | `source_rays` | Rays of the light itself, from the source through every screen |
 
 pub(crate) mod edge_diffraction;
+pub(crate) mod onward;
 pub mod pixel_light;
 pub mod rim_screens;
 pub(crate) mod source_ray;

@@ -12,6 +12,7 @@ use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::starting_width;
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::{edge_energy, edge_waves};
+use crate::engine::rims::onward::Onward;
 use crate::engine::rims::pixel_light::PixelValues;
 use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::source_rays::{rays_behind, source_rays};
@@ -109,9 +110,11 @@ struct Cut {
 /// that they may become.
 pub fn with_rims(system: &System, settings: &Settings, values: PixelValues) -> Rimmed {
     let mut light = source_rays(system);
-    let cuts = system
-        .hops()
-        .map(|hop| cut_shares(&hop, &mut light, settings, values));
+    let cuts = system.hops().enumerate().map(|(number, hop)| {
+        let onward = Onward::behind(system, number);
+        let leaving = light_behind(&hop, &light, values);
+        cut_shares(&hop, &onward, &leaving, &mut light, settings)
+    });
     let empty = Rimmed {
         system: system.clone(),
         rims: Vec::new(),
@@ -269,16 +272,22 @@ pub(crate) fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
     EDGE * slope.unwrap_or(0.0) * cut.max(0.0).sqrt()
 }
 
-/// What each surface's rim does to the energy on its way to the target; `light` becomes what arrives on the
-/// next screen.
-fn cut_shares(
-    hop: &Hop,
-    light: &mut Vec<SourceRay>,
-    settings: &Settings,
-    values: PixelValues,
-) -> Vec<Cut> {
+/// The rays that leave a screen, those that its edge diffracts among them.
+fn light_behind(hop: &Hop, light: &[SourceRay], values: PixelValues) -> Vec<SourceRay> {
     let mut leaving = rays_behind(hop, light, values);
     leaving.extend(edge_waves(hop, light));
+    leaving
+}
+
+/// What each surface's rim does to the energy on its way to the target, of light that goes on to the sensor; `light`
+/// becomes what arrives on the next screen.
+fn cut_shares(
+    hop: &Hop,
+    onward: &Onward,
+    leaving: &[SourceRay],
+    light: &mut Vec<SourceRay>,
+    settings: &Settings,
+) -> Vec<Cut> {
     light.clear();
     let none = vec![Cut::default(); hop.train.len()];
     let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
@@ -294,6 +303,14 @@ fn cut_shares(
     let rays: Vec<SearchRay> = leaving.iter().filter_map(|p| land(&open, p, to)).collect();
     light.extend(rays.iter().filter_map(|ray| arrive(hop, ray)));
 
+    // Those that go on to the sensor; where none does, light gets there by diffraction, and all count.
+    let going = |ray: &SearchRay| onward.leads_on(landed(ray));
+    let on: Vec<SearchRay> = rays.iter().filter(|ray| going(ray)).copied().collect();
+    let (rays, onward) = match on.is_empty() {
+        true => (rays, &Onward::nowhere()),
+        false => (on, onward),
+    };
+
     // The mean shares of the beamlets along them, and what the rims themselves send to the target.
     let sigma = match (settings.sigma, rays.is_empty()) {
         (Some(sigma), _) => sigma,
@@ -306,7 +323,7 @@ fn cut_shares(
         if surface.aperture.outline == Outline::Open {
             return cut;
         }
-        let sent = sent_by_rim(&open, (number, surface), &leaving, to);
+        let sent = sent_by_rim(&open, onward, (number, surface), leaving);
         let total = landed + sent;
         if total > 0.0 {
             (cut.removed, cut.misplaced) = (sent / total, sent / total);
@@ -321,11 +338,19 @@ fn cut_shares(
     hop.train.iter().enumerate().map(share).collect()
 }
 
-/// The energy that the rim of a surface sends into the box `to` of the target, of light that meets the surface
-/// near it and does not land there by itself: as the edge of a plane opening would from where its rays land, on the
-/// way left.
-fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[SourceRay], to: [f64; 4]) -> f64 {
+/// The energy that the rim of a surface sends into the box of the target and on to the sensor, of light that meets the
+/// surface near it and does not land there by itself: as the edge of a plane opening would from where its rays land, on
+/// the way left.
+fn sent_by_rim(
+    open: &Hop,
+    onward: &Onward,
+    place: (usize, &Surface),
+    leaving: &[SourceRay],
+) -> f64 {
     let (_, surface) = place;
+    let Some(to) = open.to.bounds() else {
+        return 0.0;
+    };
     let edge = surface.aperture.rim();
     let Some(radius) = edge.iter().map(|[x, y]| x.hypot(*y)).reduce(f64::max) else {
         return 0.0;
@@ -352,7 +377,13 @@ fn sent_by_rim(open: &Hop, place: (usize, &Surface), leaving: &[SourceRay], to: 
         }
         let q = (index * beside / way).max(narrowest);
         let a_length = source_ray.energy / (2.0 * NEAR_RIM * radius);
-        Some(a_length * edge_energy(open.wavelength, q, width))
+        let towards = |point: [f64; 2]| SourceRay {
+            at: point,
+            p: [0, 1].map(|a| landing.cosines[a] + index * (point[a] - landing.at[a]) / way),
+            energy: 1.0,
+        };
+        let share = onward.share(to, towards);
+        Some(a_length * share * edge_energy(open.wavelength, q, width))
     };
     let some = leaving.iter().step_by(stride);
     some.filter_map(one).sum::<f64>() * stride as f64
@@ -378,6 +409,15 @@ fn land(open: &Hop, source_ray: &SourceRay, to: [f64; 4]) -> Option<SearchRay> {
         landing,
         jacobian,
     })
+}
+
+/// What a ray is on the next screen.
+fn landed(ray: &SearchRay) -> SourceRay {
+    SourceRay {
+        at: ray.landing.at,
+        p: ray.landing.cosines,
+        energy: ray.area,
+    }
 }
 
 /// What a ray is on the next screen, unless an edge stops it.

@@ -56,7 +56,7 @@ pub(crate) fn source_rays(system: &System) -> Vec<SourceRay> {
 }
 
 /// Whether light passes a screen at a place.
-fn is_open(screen: &Screen, [x, y]: [f64; 2]) -> bool {
+pub(crate) fn is_open(screen: &Screen, [x, y]: [f64; 2]) -> bool {
     match &screen.act {
         Act::Stop(aperture) => aperture.contains(x, y),
         Act::Doe(doe) => doe.aperture.contains(x, y),
