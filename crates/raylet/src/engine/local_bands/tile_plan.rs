@@ -28,6 +28,9 @@ use crate::wave::local_bands::window_transform::{
 /// Light that counts for the band of an element lies within this many σ of a window's centre.
 const SEEN: f64 = 3.0;
 
+/// Parts of pixels are at most this share of σ wide.
+const PIXEL_PART: f64 = 0.16;
+
 /// What all tiles of a screen share.
 pub(crate) struct TileRun<'a> {
     /// The hop from the screen.
@@ -104,7 +107,7 @@ impl<'a> TileRun<'a> {
         if aimed.is_empty() {
             return None;
         }
-        let area = self.area(tile, &light);
+        let area = self.area(tile, &light, &aimed);
         let elements = [Lie::Inside, Lie::Cut].map(|lie| {
             let needed = aimed.iter().any(|aimed| aimed.lie == lie);
             let cut = lie == Lie::Cut;
@@ -178,7 +181,7 @@ impl<'a> TileRun<'a> {
     }
 
     /// The samples of a tile's light, and what its element needs to know.
-    fn area(&self, tile: &Tile, light: &TileLight) -> TileArea {
+    fn area(&self, tile: &Tile, light: &TileLight, aimed: &[AimedWindow]) -> TileArea {
         let (k, sigma) = (self.k(), self.shape.sigma);
         let window = window_half_band(self.shape.step, self.settings.threshold) / (k * sigma);
         let half_band = light.spread.map(|spread| spread + window);
@@ -188,6 +191,8 @@ impl<'a> TileRun<'a> {
             samples: self.tiling.samples(tile, pitch),
             half_band,
             edge_pitch: sigma / self.settings.edge_nodes,
+            pixel_part: PIXEL_PART * sigma,
+            reach: reach_of(aimed),
             k,
         }
     }
@@ -308,6 +313,17 @@ impl WindowPlan {
             under[[j, i]] += bar * self.carried.conj() * (x.1[i] * y.1[j]);
         }
     }
+}
+
+/// Largest direction beside the arriving light's that leads from one of some windows to the target.
+fn reach_of(aimed: &[AimedWindow]) -> [f64; 2] {
+    [0, 1].map(|a| {
+        let furthest = |aimed: &AimedWindow| {
+            let sides = [aimed.directions[2 * a], aimed.directions[2 * a + 1]];
+            sides.map(f64::abs).into_iter().fold(0.0, f64::max) + aimed.shift[a].abs()
+        };
+        aimed.iter().map(furthest).fold(0.0, f64::max)
+    })
 }
 
 /// A box with a margin around it.

@@ -48,7 +48,8 @@ impl<'a> Onward<'a> {
         if self.hops.is_empty() {
             return 1.0;
         }
-        let place = |low: f64, high: f64, i: usize| low + (high - low) * (i as f64 + 0.5) / SIDE as f64;
+        let place =
+            |low: f64, high: f64, i: usize| low + (high - low) * (i as f64 + 0.5) / SIDE as f64;
         let points = (0..SIDE * SIDE).map(|n| [place(x0, x1, n % SIDE), place(y0, y1, n / SIDE)]);
         let on = points.filter(|point| self.leads_on(ray(*point))).count();
         on as f64 / (SIDE * SIDE) as f64
@@ -118,7 +119,8 @@ mod tests {
             let opening = screen(Frame::GLOBAL, Act::Stop(Aperture::disc(1.0)));
             let middle = screen(on_axis(5.0), act);
             let last = screen(on_axis(25.0), sensor(10, 0.01));
-            let system = lit(vec![opening, middle, last], vec![vec![], vec![]]);
+            let mut system = lit(vec![opening, middle, last], vec![vec![], vec![]]);
+            system.wavelength = 0.5e-3;
             let onward = Onward::behind(&system, 0);
             let ray = |sine: f64| SourceRay {
                 at: [0.5, 0.2],

@@ -67,6 +67,12 @@ impl Axis {
         self.weights[index % self.weights.len()]
     }
 
+    /// How far a node is from the centre of its cell, in mm.
+    #[inline]
+    pub(crate) fn aside(&self, index: usize) -> f64 {
+        self.offsets[index % self.offsets.len()]
+    }
+
     /// The interval a node represents: its share of the cell, shares in order of the nodes.
     pub(crate) fn span(&self, index: usize) -> [f64; 2] {
         let (cell, g) = (index / self.offsets.len(), index % self.offsets.len());

@@ -30,6 +30,10 @@ pub(crate) struct TileArea {
     pub half_band: [f64; 2],
     /// Largest pitch of nodes where the element has edges, in mm.
     pub edge_pitch: f64,
+    /// Widest part of a pixel over which the light of a window is linear, in mm.
+    pub pixel_part: f64,
+    /// Largest direction beside the arriving light's that is looked for.
+    pub reach: [f64; 2],
     /// Vacuum wavenumber in rad/mm.
     pub k: f64,
 }
@@ -47,6 +51,13 @@ pub(crate) struct ElementSamples {
     /// Half the band of the light behind the element; nothing where it is not limited.
     pub half_band: Option<[f64; 2]>,
 }
+
+/// Where an edge cuts pixels, the furthest direction has this phase from node to node at most, in rad: what the open share
+/// of a cell says about its spectrum is wrong by that over four.
+const EDGE_PHASE: f64 = 0.3;
+
+/// Gauss nodes along each axis of a part of a box pixel.
+const NODES_OF_BOX: usize = 2;
 
 /// Points along each axis at which the band of a smooth phase is looked at.
 const LOOKS: usize = 9;
@@ -137,11 +148,11 @@ impl<'a> Element<'a> {
         let band = self.band(area, carrier, far);
         let needed = [0, 1].map(|a| {
             let pitch = 0.5 * std::f64::consts::TAU / (area.k * band[a]);
-            if rough || self.pixels.is_some() {
-                pitch.min(area.edge_pitch)
-            } else {
-                pitch
-            }
+            let edge = match self.pixels {
+                Some(_) => area.edge_pitch.min(EDGE_PHASE / (area.k * area.reach[a])),
+                None => area.edge_pitch,
+            };
+            if rough { pitch.min(edge) } else { pitch }
         });
         let fits = (0..2).all(|a| area.samples[a].pitch <= needed[a]);
         if !rough && self.pixels.is_none() && fits {
@@ -158,9 +169,10 @@ impl<'a> Element<'a> {
             };
         }
         let nodes = [0, 1].map(|a| self.nodes(area, a, needed[a]));
-        let filter = [0, 1].map(|a| self.filter(nodes[a].pitch, cut));
-        let limit =
-            [0, 1].map(|a| EDGE_LIMIT * 0.5 * std::f64::consts::TAU / (area.k * nodes[a].pitch));
+        let filter = nodes.each_ref().map(|axis| self.filter(axis.pitch, cut));
+        let limit = nodes
+            .each_ref()
+            .map(|axis| EDGE_LIMIT * 0.5 * std::f64::consts::TAU / (area.k * axis.pitch));
         ElementSamples {
             at_samples: false,
             values: Some(self.values(&nodes, carrier, area.k, true)),
@@ -187,7 +199,6 @@ impl<'a> Element<'a> {
             return Vec::new();
         };
         let [columns, rows] = &samples.nodes;
-        let cell = [columns.pitch, rows.pitch];
         let mut pixels = Vec::new();
         for ((j, i), bar) in bar
             .indexed_iter()
@@ -195,8 +206,9 @@ impl<'a> Element<'a> {
         {
             let at = [columns.node(i), rows.node(j)];
             // value = transmission·removed·open
-            let factor = carrier.removed(at, k) * self.open(at, cell);
-            doe.visit_pixels(at, [columns.span(i), rows.span(j)], &mut |pixel, by| {
+            let cell = [columns.span(i), rows.span(j)];
+            let factor = carrier.removed(at, k) * self.open(cell);
+            doe.visit_pixels(at, cell, &mut |pixel, by| {
                 pixels.push((pixel, bar * (by * factor).conj()));
             });
         }
@@ -233,12 +245,17 @@ impl<'a> Element<'a> {
             let half = 0.5 * count as f64;
             let first = (low / own + half).floor().clamp(0.0, count as f64);
             let last = (high / own + half).ceil().clamp(0.0, count as f64);
-            let parts = match pixels.form {
-                PixelForm::Point => 1.0,
-                PixelForm::Box | PixelForm::Bilinear => (own / pitch).ceil(),
+            let (parts, nodes) = match pixels.form {
+                PixelForm::Point => (1.0, 1),
+                PixelForm::Box => {
+                    let part = area.pixel_part.min(NODES_OF_BOX as f64 * pitch);
+                    ((own / part).ceil(), NODES_OF_BOX)
+                }
+                PixelForm::Bilinear => ((own / pitch.min(area.edge_pitch)).ceil(), 1),
             };
             let middle = (0.5 * (first + last) - half) * own;
-            return Axis::uniform(((last - first) * parts) as usize, own / parts, middle);
+            let cells = ((last - first) * parts) as usize;
+            return Axis::gauss(cells, own / parts, middle, nodes);
         }
         let bounds = self.opening.bounds().unwrap_or([low, high, low, high]);
         let low = low.max(bounds[2 * a] - pitch);
@@ -271,10 +288,9 @@ impl<'a> Element<'a> {
             let y = rows.node(j);
             for (i, value) in row.iter_mut().enumerate() {
                 let at = [columns.node(i), y];
-                let open = if opened {
-                    self.open(at, [columns.pitch, rows.pitch])
-                } else {
-                    1.0
+                let open = match opened {
+                    true => self.open([columns.span(i), rows.span(j)]),
+                    false => 1.0,
                 };
                 if open > 0.0 {
                     *value = self.transmission(at) * carrier.removed(at, k) * open;
@@ -290,16 +306,16 @@ impl<'a> Element<'a> {
     }
 
     /// The open share of a cell.
-    fn open(&self, [x, y]: [f64; 2], [width, height]: [f64; 2]) -> f64 {
-        let (depth, half) = (self.opening.depth(x, y), 0.5 * width.hypot(height));
+    fn open(&self, [[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> f64 {
+        let depth = self.opening.depth(0.5 * (x0 + x1), 0.5 * (y0 + y1));
+        let half = 0.5 * (x1 - x0).hypot(y1 - y0);
         if depth > half {
             return 1.0;
         }
         if depth < -half {
             return 0.0;
         }
-        let (u, v) = (0.5 * width, 0.5 * height);
-        self.opening.coverage(x - u, x + u, y - v, y + v)
+        self.opening.coverage(x0, x1, y0, y1)
     }
 }
 
@@ -338,6 +354,8 @@ mod tests {
                 samples: [Axis::uniform(20, 0.09, 0.4), Axis::uniform(22, 0.08, 0.5)],
                 half_band: [0.01; 2],
                 edge_pitch: 0.04,
+                pixel_part: 0.06,
+                reach: [0.02; 2],
                 k: 6e3,
             };
             let own = element.carrier([0.4, 0.5], 2.0, area.k);
