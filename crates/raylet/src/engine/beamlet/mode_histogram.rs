@@ -59,7 +59,22 @@ impl ModeHistogram {
     /// that what is left out stays within a third of the target error.
     pub(crate) fn floor(&self, settings: &Settings) -> f64 {
         let ceiling = self.strongest * settings.weakest_mode().powi(2);
-        let budget = self.total() * (settings.target_error / 3.0).powi(2);
+        self.floor_below(ceiling, (settings.target_error / 3.0).powi(2))
+    }
+
+    /// The energy below which modes hold this share of the energy of all.
+    pub(crate) fn floor_of_share(&self, share: f64) -> f64 {
+        self.floor_below(self.strongest, share)
+    }
+
+    /// The energy of the strongest mode.
+    pub(crate) fn strongest(&self) -> f64 {
+        self.strongest
+    }
+
+    /// A ceiling, or the energy below which modes hold a share of the energy of all, whichever is lower.
+    fn floor_below(&self, ceiling: f64, share: f64) -> f64 {
+        let budget = self.total() * share;
         let mut left_out = 0.0;
         for class in 1..CLASSES - 1 {
             left_out += self.energy(class);

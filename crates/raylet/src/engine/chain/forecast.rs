@@ -7,6 +7,7 @@ use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::local_bands::carry::planned;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::LocalBandSettings;
+use crate::engine::local_bands::workload::workload;
 use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_method::HopMethod;
@@ -61,6 +62,15 @@ impl Forecast {
     }
 }
 
+/// Whole fields that take less than these seconds of one core are not compared with local bands.
+const QUICK: f64 = 5.0;
+
+/// Local bands are taken where they take this many times less.
+const MUCH_LESS: f64 = 2.0;
+
+/// Seconds of one core that a sample of a whole field takes, about.
+const SAMPLE_SECONDS: f64 = 2e-7;
+
 /// Who carries the light of a system.
 pub(crate) enum Chosen {
     /// The plan of each hop from a whole field, and its samples.
@@ -69,8 +79,8 @@ pub(crate) enum Chosen {
     LocalBands(LocalBandSettings),
 }
 
-/// Chooses for a system in which rims that matter are screens: local bands where they are requested, and where a whole
-/// field does not fit into memory; `progress` is called before each hop is planned.
+/// Chooses for a system in which rims that matter are screens: local bands where they are requested, where they take much
+/// less time, and where a whole field does not fit into memory; `progress` is called before each hop is planned.
 ///
 /// # Errors
 /// As [`simulate`](crate::engine::chain::simulate::simulate), but for light that is found to be absent.
@@ -83,7 +93,7 @@ pub(crate) fn choose<R: Reply>(
         return Ok(Chosen::LocalBands(local_band_settings(system, settings)?));
     }
     let whole = match whole_field_forecast(system, settings, progress) {
-        Ok(hops) => return Ok(Chosen::WholeFields(hops)),
+        Ok(hops) => return Ok(quicker(system, settings, hops)),
         Err(whole) => whole,
     };
     if settings.method != Method::Auto || !whole.is_too_large() {
@@ -96,6 +106,33 @@ pub(crate) fn choose<R: Reply>(
             bands,
         }),
     }
+}
+
+/// Whole fields, or local bands where these promise the target error in much less time.
+fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Chosen {
+    let seconds: f64 = hops.iter().map(whole_field_seconds).sum();
+    if settings.method != Method::Auto || seconds < QUICK {
+        return Chosen::WholeFields(hops);
+    }
+    let error = settings.shared(system.trains.len()).target_error;
+    let bands = local_band_settings(system, settings);
+    let found = bands.and_then(|bands| Ok((workload(system, &bands, error)?, bands)));
+    match found {
+        Ok((work, bands)) if work.is_accurate && MUCH_LESS * work.seconds < seconds => {
+            Chosen::LocalBands(bands)
+        }
+        _ => Chosen::WholeFields(hops),
+    }
+}
+
+/// Seconds of one core that a hop from a whole field takes, about.
+fn whole_field_seconds((plan, grids): &(Plan, Grids)) -> f64 {
+    let count = |[ny, nx]: [usize; 2]| nx as f64 * ny as f64;
+    let rays = match plan {
+        Plan::Beamlets(plan) => plan.seconds,
+        Plan::Free(..) | Plan::Planes(_) | Plan::Paper(_) => 0.0,
+    };
+    rays + (count(grids.samples) + count(grids.sums)) * SAMPLE_SECONDS
 }
 
 /// Every hop of a system as it would be run.

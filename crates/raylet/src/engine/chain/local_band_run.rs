@@ -14,6 +14,9 @@ use crate::engine::plan::settings::{Correction, Settings};
 use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, edge_error};
 use crate::optics::system::System;
 
+/// Share of the target error that plane waves which are left out may cost.
+const DROPPED_SHARE: f64 = 0.33;
+
 /// Share of the target error that the period of windows may cost.
 const PERIOD_SHARE: f64 = 0.06;
 
@@ -38,6 +41,10 @@ pub fn local_band_settings(
         step,
         period: settings.period.unwrap_or(period),
         threshold: settings.weakest_mode(),
+        dropped: match settings.mode_threshold {
+            Some(_) => None,
+            None => Some(DROPPED_SHARE * shared.target_error),
+        },
         corrected: settings.correction != Correction::Off,
         opening,
         memory_limit: settings.memory_limit,

@@ -6,6 +6,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
+use crate::engine::beamlet::mode_histogram::ModeHistogram;
 use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::emission::{Emission, Emitted};
 use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
@@ -207,7 +208,7 @@ impl<'a> HopStep<'a> {
             return self.each_tile(work, light.held(), 0.0, |tile| windows.tile(tile));
         };
         let run = self.run(light, element);
-        let weakest = self.settings.threshold * run.strongest() * self.usual(&run);
+        let weakest = self.weakest(&run);
         let emission = self.emission(&run, weakest);
         self.each_tile(work, light.held(), weakest, |tile| {
             run.send(tile, &emission)
@@ -274,18 +275,40 @@ impl<'a> HopStep<'a> {
         }
     }
 
-    /// Root mean square, over a sample of the windows, of the light that may reach the target.
-    fn usual(&self, run: &TileRun) -> f64 {
+    /// Windows with light.
+    pub(crate) fn lit_windows(&self) -> usize {
+        let Some(element) = &self.element else {
+            return 0;
+        };
+        let tiles = self.tiling.tiles();
+        let lit = |tile: &Tile| self.tiling.lit(tile, element.opening()).len();
+        tiles.iter().map(lit).sum()
+    }
+
+    /// Pitch of its element's pixels in mm, if there are any.
+    pub(crate) fn pixel_pitch(&self) -> Option<[f64; 2]> {
+        let pixels = self.element.as_ref()?.pixels()?;
+        Some(pixels.pitch)
+    }
+
+    /// The amplitude below which plane waves are left out, from those of a sample of the windows.
+    fn weakest(&self, run: &TileRun) -> f64 {
         let mut tiles = self.tiling.tiles();
         tiles.retain(|tile| !self.tiling.lit(tile, run.element.opening()).is_empty());
         let stride = tiles.len().div_ceil(SAMPLE).max(1);
         let sample: Vec<&Tile> = tiles.iter().skip(stride / 2).step_by(stride).collect();
-        let found: Vec<[f64; 2]> = sample
+        let found: Vec<ModeHistogram> = sample
             .into_par_iter()
-            .map(|tile| run.energy(tile))
+            .map(|tile| run.histogram(tile))
             .collect();
-        let sum = |a: usize| found.iter().map(|found| found[a]).sum::<f64>();
-        (sum(0) / sum(1).max(1.0)).sqrt()
+        let all = found
+            .into_iter()
+            .fold(ModeHistogram::default(), ModeHistogram::merge);
+        let floor = match self.settings.dropped {
+            Some(error) => all.floor_of_share((error / self.plan().share_of_dropped()).powi(2)),
+            None => all.strongest() * self.settings.threshold.powi(2),
+        };
+        floor.sqrt()
     }
 
     /// Works on all tiles, some at a time; what they send is added in their order.

@@ -17,6 +17,7 @@
 //! | `tile_run` | One tile: from the light that arrives to the beamlets that leave, and back |
 //! | `emission` | The beamlets of one window |
 //! | [`window_widths`] | How wide the windows of each screen may be |
+//! | `workload` | What a run will take, by rays of the source |
 //! | [`account`] | What a hop did |
 //! | [`local_band_error`] | Why local bands cannot carry the light of a system |
 //! | `hop_step` | One hop: all its tiles, forward and back |
@@ -37,3 +38,4 @@ pub(crate) mod tile_plan;
 pub(crate) mod tile_run;
 pub(crate) mod window_directions;
 pub mod window_widths;
+pub(crate) mod workload;

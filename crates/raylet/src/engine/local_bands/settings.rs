@@ -11,8 +11,10 @@ pub struct LocalBandSettings {
     pub step: f64,
     /// Period of the plane waves of a window in σ.
     pub period: f64,
-    /// Plane waves weaker than this share of the light's are left out; beamlets end at this share of their peak.
+    /// Plane waves weaker than this share of the strongest are left out; beamlets end at this share of their peak.
     pub threshold: f64,
+    /// The relative error that plane waves which are left out may cause; nothing where `threshold` decides on them.
+    pub dropped: Option<f64>,
     /// Windows along each side of a tile.
     pub tile: usize,
     /// Nodes per σ where an edge cuts a window.
@@ -91,6 +93,7 @@ impl LocalBandSettings {
             step: STEP,
             period: 6.5,
             threshold: 1e-3,
+            dropped: None,
             tile: 4,
             edge_nodes: 16.0,
             corrected: true,

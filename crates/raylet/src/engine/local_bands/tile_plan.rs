@@ -128,11 +128,6 @@ impl<'a> TileRun<'a> {
         step.powi(4) / (period * period * std::f64::consts::PI)
     }
 
-    /// The strongest plane wave of a window under a unit plane wave.
-    pub(crate) fn strongest(&self) -> f64 {
-        2.0 * (self.shape.step / self.shape.period).powi(2)
-    }
-
     fn k(&self) -> f64 {
         self.hop.wavenumber()
     }

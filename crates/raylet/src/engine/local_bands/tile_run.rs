@@ -5,6 +5,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::engine::beamlet::mode_histogram::ModeHistogram;
 use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::emission::{Emission, Emitted, WindowWaves};
 use crate::engine::local_bands::tile_plan::{AimedWindow, TilePlan, TileRun, WindowPlan};
@@ -86,21 +87,16 @@ impl TileRun<'_> {
         }
     }
 
-    /// Energy of the plane waves of a tile that may reach the target, in units of one window of a unit plane wave, and
-    /// the number of its windows with light.
-    pub(crate) fn energy(&self, tile: &Tile) -> [f64; 2] {
-        let mut account = HopAccount::default();
-        let Some(plan) = self.plan(tile, &mut account) else {
-            return [0.0, account.windows as f64];
+    /// How strong the plane waves of a tile are that may reach the target.
+    pub(crate) fn histogram(&self, tile: &Tile) -> ModeHistogram {
+        let Some(plan) = self.plan(tile, &mut HopAccount::default()) else {
+            return ModeHistogram::default();
         };
         let (values, _) = plan.light.at(&plan.samples);
         let aimed = plan.aimed.iter();
-        let found = aimed.filter_map(|aimed| self.transformed(&plan, aimed, &values));
-        let energy = found.map(|window| {
-            let coefficients = &window.waves.coefficients;
-            coefficients.iter().map(|c| c.norm_sqr()).sum::<f64>()
-        });
-        [energy.sum::<f64>() / self.unit(), account.windows as f64]
+        let windows = aimed.filter_map(|aimed| self.transformed(&plan, aimed, &values));
+        let counted = windows.map(|window| ModeHistogram::of(window.waves.coefficients.iter()));
+        counted.fold(ModeHistogram::default(), ModeHistogram::merge)
     }
 
     /// The plane waves of a window; nothing where none leads to the target.

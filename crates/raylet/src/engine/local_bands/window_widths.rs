@@ -7,7 +7,7 @@
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::held_light::source_carrier;
 use crate::engine::local_bands::local_band_error::LocalBandError;
-use crate::engine::local_bands::settings::{SourceOpening, left_by_lattice};
+use crate::engine::local_bands::settings::{LocalBandPlan, SourceOpening, left_by_lattice};
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 use crate::wave::local_bands::carrier::Carrier;
@@ -44,11 +44,44 @@ pub fn window_widths(
     step: f64,
     error: f64,
 ) -> Result<Vec<f64>, LocalBandError> {
-    let mut carriers = source_carriers(system)?;
-    let mut widths = Vec::new();
-    for (number, hop) in system.hops().enumerate() {
+    let leaving = leaving_carriers(system, opening)?;
+    let hops = system.hops().enumerate().zip(&leaving);
+    let widths = hops.map(|((number, hop), sampled)| {
         let smooth = is_smooth(number, opening);
-        if !smooth {
+        let lattice = if smooth { 0.0 } else { left_by_lattice(step) };
+        let left = |sigma: f64| aberration_left(&hop, sampled, sigma, smooth, lattice);
+        widest(&hop, |sigma| left(sigma) <= SHARE * error)
+    });
+    Ok(widths.collect())
+}
+
+/// Whether the aberration inside beamlets of a hop is within its share of a target error, along carriers that leave.
+pub(crate) fn is_accurate(
+    hop: &Hop,
+    sampled: &[Carrier],
+    plan: &LocalBandPlan,
+    error: f64,
+) -> bool {
+    let lattice = if plan.smooth {
+        0.0
+    } else {
+        left_by_lattice(plan.step)
+    };
+    aberration_left(hop, sampled, plan.sigma, plan.smooth, lattice) <= error
+}
+
+/// For each hop, carriers along rays of the source that leave its first screen and meet the opening of its second.
+///
+/// # Errors
+/// As [`window_widths`].
+pub(crate) fn leaving_carriers(
+    system: &System,
+    opening: SourceOpening,
+) -> Result<Vec<Vec<Carrier>>, LocalBandError> {
+    let mut carriers = source_carriers(system)?;
+    let mut leaving = Vec::new();
+    for (number, hop) in system.hops().enumerate() {
+        if !is_smooth(number, opening) {
             carriers = behind(&hop, &carriers)?;
         }
         let onwards: Vec<(Carrier, Carrier)> = carriers
@@ -60,13 +93,10 @@ pub fn window_widths(
             return Err(LocalBandError::NoLight(hop.to.name.clone()));
         }
         let stride = onwards.len().div_ceil(SAMPLED);
-        let sampled: Vec<Carrier> = onwards.iter().step_by(stride).map(|pair| pair.0).collect();
-        let lattice = if smooth { 0.0 } else { left_by_lattice(step) };
-        let left = |sigma: f64| aberration_left(&hop, &sampled, sigma, smooth, lattice);
-        widths.push(widest(&hop, |sigma| left(sigma) <= SHARE * error));
+        leaving.push(onwards.iter().step_by(stride).map(|pair| pair.0).collect());
         carriers = onwards.into_iter().map(|pair| pair.1).collect();
     }
-    Ok(widths)
+    Ok(leaving)
 }
 
 /// Carriers of the source over the first screen.

@@ -182,10 +182,7 @@ fn choose(
             Ok(Plan::Planes(plan))
         }
         Method::Paper => paper(&planner),
-        Method::LocalBands => {
-            let (from, to) = (hop.from.name.clone(), hop.to.name.clone());
-            Err(PlanError::WholeField { from, to })
-        }
+        Method::LocalBands => Err(no_whole_field(hop)),
     }
 }
 
@@ -285,6 +282,12 @@ fn paper(planner: &Planner) -> Result<Plan, PlanError> {
         });
     }
     Ok(Plan::Paper(plan))
+}
+
+/// Local bands do not come here.
+fn no_whole_field(hop: &Hop) -> PlanError {
+    let (from, to) = (hop.from.name.clone(), hop.to.name.clone());
+    PlanError::WholeField { from, to }
 }
 
 fn dark(hop: &Hop, search: &DirectionSearch) -> PlanError {

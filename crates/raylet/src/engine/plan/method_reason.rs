@@ -24,9 +24,7 @@ pub(crate) fn reason(hop: &Hop, method: &HopMethod, settings: &Settings) -> Stri
         return String::from("requested");
     }
     match method {
-        HopMethod::LocalBands(_) => {
-            String::from("a screen is too large to be sampled as a whole within the memory limit")
-        }
+        HopMethod::LocalBands(_) => String::from("whole fields take more time or memory"),
         HopMethod::WholeField(Plan::Free(..)) => {
             String::from("parallel screens with nothing but plane plates between them")
         }

@@ -1,0 +1,121 @@
+//! What a run by local bands will take, and whether its windows are narrow enough, by rays of the source.
+
+use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::hop_step::HopStep;
+use crate::engine::local_bands::local_band_error::LocalBandError;
+use crate::engine::local_bands::settings::LocalBandSettings;
+use crate::engine::local_bands::window_directions::window_directions;
+use crate::engine::local_bands::window_widths::{is_accurate, leaving_carriers};
+use crate::optics::screen::{Act, Sensor};
+use crate::optics::system::System;
+use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::local_band::{sample_pitch, window_half_band};
+use crate::wave::local_bands::tiling::REACH;
+
+/// Seconds of one core, measured: for each window, for each window of a smooth source, for each plane wave of a window, for
+/// each surface that it crosses, for a complex product, and for a value on the sensor.
+const WINDOW: f64 = 1e-4;
+const SMOOTH_WINDOW: f64 = 8e-6;
+const WAVE: f64 = 1.5e-6;
+const SURFACE: f64 = 0.7e-6;
+const PRODUCT: f64 = 0.35e-9;
+const VALUE: f64 = 1.5e-9;
+
+/// Nodes of a pixel along an axis.
+const NODES: f64 = 2.0;
+
+/// What a run will take.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Workload {
+    /// Seconds on one core, about.
+    pub seconds: f64,
+    /// Whether the aberration inside beamlets is within its share of the target error.
+    pub is_accurate: bool,
+}
+
+/// The workload of a system, for a target error of each hop.
+///
+/// # Errors
+/// As a run, but for light that is found to be absent.
+pub(crate) fn workload(
+    system: &System,
+    settings: &LocalBandSettings,
+    error: f64,
+) -> Result<Workload, LocalBandError> {
+    let leaving = leaving_carriers(system, settings.opening)?;
+    let mut total = Workload {
+        seconds: 0.0,
+        is_accurate: true,
+    };
+    for ((number, hop), carriers) in system.hops().enumerate().zip(&leaving) {
+        let step = HopStep::new(system, settings, number, hop)?;
+        let plan = step.plan();
+        total.is_accurate &= is_accurate(&hop, carriers, &plan, error);
+        total.seconds += match plan.smooth {
+            true => plan.windows[0] as f64 * plan.windows[1] as f64 * SMOOTH_WINDOW,
+            false => step.lit_windows() as f64 * seconds_a_window(&step, carriers, settings),
+        };
+    }
+    Ok(total)
+}
+
+/// The mean over carriers of the seconds that a window takes.
+fn seconds_a_window(step: &HopStep, carriers: &[Carrier], settings: &LocalBandSettings) -> f64 {
+    let one = |carrier: &Carrier| {
+        let start = ChirpedStart {
+            carrier: *carrier,
+            sigma: step.plan().sigma,
+        };
+        seconds_of(step, &start, settings)
+    };
+    carriers.iter().map(one).sum::<f64>() / carriers.len().max(1) as f64
+}
+
+/// The seconds that one window takes.
+fn seconds_of(step: &HopStep, start: &ChirpedStart, settings: &LocalBandSettings) -> f64 {
+    let (hop, plan) = (&step.hop, step.plan());
+    let k = hop.wavenumber();
+    let Some(directions) = window_directions(hop, start, &step.target) else {
+        return WINDOW;
+    };
+    let band = window_half_band(plan.step, settings.threshold) / (k * plan.sigma);
+    let samples = 2.0 * REACH * plan.sigma / sample_pitch(band, hop.wavelength);
+    let pixels = step.pixel_pitch();
+    let limit = if pixels.is_some() {
+        f64::INFINITY
+    } else {
+        band
+    };
+    let spacing = hop.wavelength / (plan.period * plan.sigma);
+    let waves = [0, 1].map(|a| {
+        let [low, high] = [
+            directions[2 * a].max(-limit),
+            directions[2 * a + 1].min(limit),
+        ];
+        ((high - low) / spacing).max(0.0) + 1.0
+    });
+    let nodes = pixels.map_or([samples; 2], |pitch| {
+        pitch.map(|pitch| NODES * 2.0 * REACH * plan.sigma / pitch)
+    });
+    let to_nodes = match pixels {
+        Some(_) => samples * samples * nodes[0] + samples * nodes[0] * nodes[1],
+        None => 0.0,
+    };
+    let products = to_nodes + waves[1] * nodes[0] * nodes[1] + waves[0] * waves[1] * nodes[0];
+    let beamlets = waves[0] * waves[1];
+    let traced = WAVE + SURFACE * (hop.train.len() + 1) as f64;
+    WINDOW + PRODUCT * products + beamlets * (traced + VALUE * values(step, start))
+}
+
+/// Pixels of the sensor under one beamlet; none where it goes to another screen.
+fn values(step: &HopStep, start: &ChirpedStart) -> f64 {
+    let Act::Sensor(Sensor { pixels, pitch }) = step.hop.to.act else {
+        return 0.0;
+    };
+    let Ok(arrival) = start.launch(&step.hop, [0.0; 2]) else {
+        return 0.0;
+    };
+    let reach = arrival.footprint(step.hop.wavenumber(), step.target.edge);
+    let along = |a: usize| (2.0 * reach[a] / pitch[a]).min(pixels[a] as f64);
+    along(0) * along(1)
+}
