@@ -3,8 +3,10 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::local_band_run::local_band_settings;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::local_bands::carry::carry;
-use raylet::engine::plan::settings::Settings;
+use raylet::engine::plan::settings::{Method, Settings};
 use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
 use raylet_accuracy::objective::ray_integral::{field, polar_nodes};
@@ -47,4 +49,36 @@ fn a_vortex_at_the_stop_agrees_with_the_integral() {
     let vortex = Layer::Phase(Profile::Vortex { charge: 1 });
     let (error, _) = measured(14.0, vec![vortex]);
     assert!(error < 8e-4, "{error:e}");
+}
+
+/// The estimate covers the error, and is no more than eight times larger.
+#[test]
+fn the_error_behind_a_mask_is_estimated() {
+    for (angle, charge) in [(0.0, 0), (14.0, 1)] {
+        let mut triplet = Triplet::bare(1.5, angle);
+        triplet.pixels = 16;
+        triplet.element.layers = vec![Layer::Phase(Profile::Vortex { charge })];
+        let system = triplet.system().unwrap();
+        let settings = Settings {
+            method: Method::LocalBands,
+            ..Settings::default()
+        };
+        let outcome = simulate(&system, &settings, &|_| {}).unwrap();
+        let nodes = polar_nodes(&triplet.element, 1.5, [60, 160]);
+        let exact = field(&system, &nodes, None).unwrap();
+        let error = absolute_error(&outcome.field.values, &exact);
+        let budgets = outcome.hops.iter();
+        let squares = budgets.map(|hop| {
+            ErrorBudget::of(&hop.method, &hop.tally)
+                .unwrap()
+                .total()
+                .powi(2)
+        });
+        let expected = squares.sum::<f64>().sqrt();
+        assert!(error < expected, "{angle}°: {error:e} of {expected:e}");
+        assert!(
+            expected < 8.0 * error,
+            "{angle}°: {error:e} of {expected:e}"
+        );
+    }
 }

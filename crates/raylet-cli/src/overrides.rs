@@ -12,7 +12,8 @@ use crate::failure::Failure;
 #[derive(Args)]
 pub(crate) struct Overrides {
     /// How fields are carried through lenses, in place of the scene's settings.method: auto (what promises the target
-    /// error at the least cost), beamlet, plane, or paper (random patches and drawn modes, as first published).
+    /// error at the least cost), beamlet, local_bands (no screen sampled as a whole), plane, or paper (random patches and
+    /// drawn modes, as first published).
     #[arg(long, value_parser = by_name::<Method>)]
     method: Option<Method>,
     /// Threads to use; all processors by default. Results do not depend on it.

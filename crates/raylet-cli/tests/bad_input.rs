@@ -107,7 +107,7 @@ const CASES: [Case; 26] = [
     ),
     case(
         "[source]",
-        "settings.memory_limit_mb = 0.2\n[source]",
+        "settings.method = \"beamlet\"\nsettings.memory_limit_mb = 0.2\n[source]",
         &["scene.toml:", "samples", "memory_limit_mb"],
     ),
     case(

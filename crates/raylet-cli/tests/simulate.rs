@@ -250,3 +250,34 @@ fn check_warns_of_what_may_surprise() {
         );
     }
 }
+
+/// The triplet of 50 mm with a mask at its stop: no whole field, and one clear line of what it took.
+#[test]
+fn a_lens_of_full_size_goes_by_local_bands() {
+    let stage = Stage::new(SCENE);
+    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
+    let scene = scenes.join("real_size/cooke_triplet.toml");
+    let scene = scene.to_str().unwrap();
+    let output = stage.raylet(&["simulate", scene, "--out", "triplet"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    let out = stage.join("triplet");
+    assert!(is_png(&out.join("sensor.png")));
+    let ResultFolder { report, .. } = ResultFolder::read(&out).unwrap();
+    let channel = &report.channels[0];
+    assert!(channel.error.is_some_and(|error| error < 1e-3));
+    for hop in &channel.hops {
+        assert_eq!(hop.plan.method, "local_bands");
+        assert!(hop.samples.is_none() && hop.plan.directions.is_none());
+        assert!(hop.rays.arrived > 1000);
+        let bands = hop.plan.local_bands.as_ref().unwrap();
+        assert!(bands.sigma_um > 50.0 && bands.windows[0] > 20);
+    }
+    let landed = channel.hops[1].power.landed.unwrap();
+    assert!((landed / channel.metrics.power - 1.0).abs() < 1e-12);
+
+    // The plan says the same.
+    let output = stage.raylet(&["check", scene]);
+    let text = String::from_utf8_lossy(&output.stdout);
+    assert!(output.status.success(), "{}", complaint(&output));
+    assert!(text.contains("no whole field"), "{text}");
+}

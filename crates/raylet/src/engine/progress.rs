@@ -87,7 +87,13 @@ mod tests {
 
     #[test]
     fn a_break_cancels_a_run_at_once_slow() {
-        for method in [Method::Auto, Method::Beamlet, Method::Plane, Method::Paper] {
+        for method in [
+            Method::Auto,
+            Method::Beamlet,
+            Method::LocalBands,
+            Method::Plane,
+            Method::Paper,
+        ] {
             let settings = Settings {
                 method,
                 paper: Paper {

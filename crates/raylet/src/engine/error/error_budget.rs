@@ -41,7 +41,7 @@ impl ErrorBudget {
                 false => tally.eta(),
             },
             windows: plan.window_error(tally.cubic_phase()) * tally.darkness(),
-            dropped: tally.dropped() * plan.share_of_dropped(),
+            dropped: tally.dropped_of_followed() * plan.share_of_dropped() * tally.darkness(),
             rims: tally.edge,
         }
     }

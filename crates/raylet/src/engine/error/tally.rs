@@ -226,6 +226,13 @@ impl Tally {
             .map(|[variance, square]| ratio(variance.max(0.0), square).sqrt())
     }
 
+    /// √ of the share of the energy in modes below the threshold, where the modes that are followed land beside the target
+    /// as often as the others would.
+    pub(crate) fn dropped_of_followed(&self) -> f64 {
+        let followed = self.total_energy();
+        ratio(self.energy[Fate::Weak.place()], followed).sqrt()
+    }
+
     /// √ of the share of the energy in modes below the threshold and in tails that are not trusted.
     pub(crate) fn dropped(&self) -> f64 {
         let kept = self.energy[Fate::Arrived.place()];

@@ -8,7 +8,7 @@ use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::target::Target;
 use crate::optics::system::Hop;
-use crate::wave::beamlet::wavelet::Arrival;
+use crate::wave::beamlet::wavelet::{Arrival, Tail};
 use crate::wave::local_bands::window_transform::Modes;
 
 /// What all windows of a hop share when they send their beamlets.
@@ -49,6 +49,7 @@ pub(crate) struct WindowWaves {
 struct Kept {
     places: Vec<(usize, usize)>,
     beamlets: Vec<Arrival>,
+    /// What they bring to the target.
     energy: f64,
     strongest: (f64, [f64; 2]),
 }
@@ -103,14 +104,14 @@ impl Emission<'_> {
                 continue;
             }
             account.tally.count(Fate::Arrived, share);
-            kept.energy += share;
+            kept.energy += share * Tail::of(&beamlet, self.target.bounds, k).share;
             if share > kept.strongest.0 {
                 kept.strongest = (share, dp);
             }
             kept.places.push((my, mx));
             kept.beamlets.push(beamlet);
         }
-        if kept.energy > 0.0 {
+        if !kept.places.is_empty() {
             self.correct(&waves.start, &mut kept, account);
         }
         kept

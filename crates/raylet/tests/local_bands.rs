@@ -1,0 +1,137 @@
+//! `simulate` by local bands: when they are taken, what is refused, and that a run can be cancelled.
+
+use std::ops::ControlFlow;
+
+use raylet::engine::chain::forecast::forecast;
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::chain::simulate_error::SimulateError;
+use raylet::engine::error::error_budget::ErrorBudget;
+use raylet::engine::local_bands::local_band_error::LocalBandError;
+use raylet::engine::plan::hop_method::HopMethod;
+use raylet::engine::plan::settings::{Method, Settings};
+use raylet::engine::progress::Cancelled;
+use raylet::optics::aperture::Aperture;
+use raylet::optics::doe::Layer;
+use raylet::optics::frame::Frame;
+use raylet::optics::profile::Profile;
+use raylet::optics::screen::Act;
+use raylet::optics::system::System;
+use raylet_testkit::parts::{conic, element, lit, on_axis, screen, sensor};
+
+const WAVELENGTH: f64 = 0.5e-3;
+const RADIUS: f64 = 6.0;
+const FOCUS: f64 = 120.0;
+
+/// An opening of 16 mm, and 10 mm behind it a lens of 12 mm with its focus on a small sensor.
+fn system() -> System {
+    let lens = Profile::Lens {
+        focal_length: FOCUS,
+        wavenumber: std::f64::consts::TAU / WAVELENGTH,
+    };
+    let opening = Act::Stop(Aperture::disc(8.0));
+    let doe = element(Layer::Phase(lens), Aperture::disc(RADIUS));
+    let screens = vec![
+        screen(Frame::GLOBAL, opening),
+        screen(on_axis(10.0), Act::Doe(doe)),
+        screen(on_axis(10.0 + FOCUS), sensor(9, 2e-3)),
+    ];
+    System {
+        wavelength: WAVELENGTH,
+        ..lit(screens, vec![Vec::new(), Vec::new()])
+    }
+}
+
+/// Settings with too little memory for a whole field of this size.
+fn little_memory() -> Settings {
+    Settings {
+        memory_limit: 100_000_000,
+        ..Settings::default()
+    }
+}
+
+/// The Bessel function J₁, by its integral.
+fn bessel(v: f64) -> f64 {
+    let turn = std::f64::consts::PI;
+    let at = |n: usize| turn * (n as f64 + 0.5) / 200.0;
+    let sum: f64 = (0..200).map(|n| (at(n) - v * at(n).sin()).cos()).sum();
+    sum / 200.0
+}
+
+#[test]
+fn a_field_too_large_to_be_sampled_goes_by_local_bands_to_the_pattern_of_airy() {
+    let outcome = simulate(&system(), &little_memory(), &|_| {}).unwrap();
+    let mut expected = 0.0;
+    for hop in &outcome.hops {
+        assert!(matches!(hop.method, HopMethod::LocalBands(_)));
+        let budget = ErrorBudget::of(&hop.method, &hop.tally).unwrap();
+        expected = f64::hypot(expected, budget.total());
+    }
+    assert!(expected < 1e-3, "{expected:e}");
+
+    // |U| = (πR²/λf)·2J₁(v)/v, v = kRr/f, to the square of the aperture's sine.
+    let field = &outcome.field;
+    let peak = std::f64::consts::PI * RADIUS * RADIUS / (WAVELENGTH * FOCUS);
+    for ((j, i), value) in field.values.indexed_iter() {
+        let [x, y] = [field.grid.x.node(i), field.grid.y.node(j)];
+        let v = std::f64::consts::TAU / WAVELENGTH * RADIUS * x.hypot(y) / FOCUS;
+        let shape = if v == 0.0 { 1.0 } else { 2.0 * bessel(v) / v };
+        let error = (value.norm() / peak - shape.abs()).abs();
+        assert!(error < 2e-3, "{x} {y}: {error:e}");
+    }
+}
+
+#[test]
+fn local_bands_are_taken_where_whole_fields_take_much_longer_slow() {
+    let forecasts = forecast(&system(), &Settings::default()).unwrap();
+    let by_bands = |method: &HopMethod| matches!(method, HopMethod::LocalBands(_));
+    assert!(forecasts.iter().all(|hop| by_bands(&hop.method)));
+    assert!(forecasts.iter().all(|hop| hop.bytes() < 100_000_000));
+}
+
+#[test]
+fn what_neither_can_carry_is_refused_with_both_reasons() {
+    let mut curved = system();
+    curved.screens[2].shape = conic(0.01, 0.0);
+    let error = simulate(&curved, &little_memory(), &|_| {}).unwrap_err();
+    assert!(matches!(error, SimulateError::TooLarge { .. }), "{error}");
+    let text = error.to_string();
+    assert!(text.contains("samples, more than the"), "{text}");
+    assert!(text.contains("screen 'sensor' is curved"), "{text}");
+
+    // Requested, they are refused for their own reason.
+    let settings = Settings {
+        method: Method::LocalBands,
+        ..Settings::default()
+    };
+    let error = simulate(&curved, &settings, &|_| {}).unwrap_err();
+    let expected = LocalBandError::Curved("sensor".into());
+    assert_eq!(error, SimulateError::LocalBands(expected));
+}
+
+#[test]
+fn beamlets_stay_within_the_memory_limit() {
+    let settings = Settings {
+        method: Method::LocalBands,
+        memory_limit: 100_000,
+        ..Settings::default()
+    };
+    let error = simulate(&system(), &settings, &|_| {}).unwrap_err();
+    let memory = |error: &LocalBandError| matches!(error, LocalBandError::Memory { .. });
+    let SimulateError::LocalBands(found) = &error else {
+        panic!("{error}");
+    };
+    assert!(memory(found), "{error}");
+}
+
+#[test]
+fn a_break_cancels_local_bands() {
+    let settings = Settings {
+        method: Method::LocalBands,
+        ..Settings::default()
+    };
+    let run = simulate(&system(), &settings, &|here| match here.done > 0.3 {
+        true => ControlFlow::Break(()),
+        false => ControlFlow::Continue(()),
+    });
+    assert_eq!(run.err(), Some(SimulateError::Cancelled(Cancelled)));
+}
