@@ -33,7 +33,10 @@ test-rust:
 CASES ?= 2000
 SEED ?= 1
 FROM ?= 0
+
+# Processes that fuzz, or run Python tests, side by side: most of these keep one processor busy.
 JOBS ?= 2
+PYTEST = python -m pytest -n $(JOBS) --dist worksteal
 
 # The whole workspace decides on features, so that what the tests built is not built again.
 fuzz:
@@ -74,7 +77,7 @@ test-python: install
 	cmp $(STUBS) python/raylet/_raylet.pyi || { echo "types have changed: run make stubs"; exit 1; }
 	$(VENV)/bin/mypy
 	$(VENV)/bin/python -m mypy.stubtest raylet._raylet
-	$(VENV)/bin/python -m pytest
+	$(VENV)/bin/$(PYTEST)
 	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict --quiet
 
 # One wheel for every Python from 3.10 on.
@@ -104,8 +107,8 @@ test-torch: wheel
 .PHONY: test-torch-here
 test-torch-here: $(TORCH_VENV)/ready
 	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
-	$(TORCH_VENV)/bin/python -m pytest -m torch python/tests/test_optiland.py
-	$(TORCH_VENV)/bin/python -m pytest python/tests/test_torch.py python/tests/test_deeplens.py python/tests/test_docs.py
+	$(TORCH_VENV)/bin/$(PYTEST) -m torch python/tests/test_optiland.py
+	$(TORCH_VENV)/bin/$(PYTEST) python/tests/test_torch.py python/tests/test_deeplens.py python/tests/test_docs.py
 
 # The guide as a site, in site/.
 docs: install
