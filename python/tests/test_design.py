@@ -224,7 +224,7 @@ def test_a_search_goes_on_from_its_checkpoints(tmp_path: Path) -> None:
             raise Enough
 
     start = np.random.default_rng(1).uniform(0.0, 6.0, (10, 10))
-    task = {"element": [{"name": "slm", "start": "file"}], "loss": [LOSS], "iterations": 40, "checkpoint": 4}
+    task = {"element": [{"name": "slm", "start": "file"}], "loss": [LOSS], "iterations": 12, "checkpoint": 2}
     system, kept = blank(phase=start), tmp_path / "kept"
     whole = system.design(**task)
     with pytest.raises(Enough):
