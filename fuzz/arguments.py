@@ -18,7 +18,7 @@ OUTS = {
 OUTS |= {".": 0.5, "": 0.5, "decoy.txt/out": 0.5, ".hidden": 0.5, "µ" * 100: 0.3, "x" * 300: 0.3, "/proc/out": 0.3}
 OUTS |= {"keep/new": 1, "keep/photograph.jpg": 0.5, "null": 0.5}
 
-METHODS = ["auto", "beamlet", "beamlet", "plane", "paper", "Beamlet"]
+METHODS = ["auto", "beamlet", "beamlet", "local_bands", "plane", "paper", "Beamlet"]
 REFERENCES = ["auto", "angular-spectrum", "rayleigh-sommerfeld", "collins", "gsl", "none"]
 NUMBERS = ["1", "1", "2", "0", "-1", "1e3", "99999999999999999999", "nan", "inf", "0.001", "", "x"]
 ANY = [

@@ -37,7 +37,7 @@ def scene(draft: Draft, verb: str) -> dict:
     else:
         tree["element"] = system(draft, radius, verb)
     if verb in ("design", "gradcheck"):
-        tree["settings"] |= {"method": draft.weighted({"auto": 9, "beamlet": 1}), "target_error": 0.3}
+        tree["settings"] |= {"method": draft.weighted({"auto": 9, "beamlet": 1, "local_bands": 2}), "target_error": 0.3}
         tree["design"] = design(draft, tree, free)
     return tree
 
@@ -64,7 +64,7 @@ def settings(draft: Draft) -> dict:
         "coating": draft.pick(["ideal", "fresnel", "unit"]),
     }
     table |= {name: one for name, one in rare.items() if draft.chance(0.06)}
-    table["method"] = draft.weighted({"auto": 20, "beamlet": 2, "plane": 1, "paper": 2})
+    table["method"] = draft.weighted({"auto": 20, "beamlet": 2, "local_bands": 4, "plane": 1, "paper": 2})
     if table["method"] == "paper":
         table["paper"] = paper(draft)
     return table

@@ -14,8 +14,8 @@ const HEAD: &str = "\
 # Systems at their real size
 
 `make real-size` makes this page. Each row is one run of a scene in `scenes/real_size`, by `simulate` with the settings of the
-scene, in a process of its own, on a machine with THREADS threads. The sensor stands about the chief ray: 96 × 96 pixels of
-1 µm, for the modulator 1024 × 1024 pixels of 3.45 µm.
+scene, in a process of its own, on a machine with THREADS threads. The sensor stands about the chief ray, for the
+grating about its first order: 96 × 96 pixels of 1 µm, for the modulator 1024 × 1024 pixels of 3.45 µm.
 
 | column | meaning |
 | --- | --- |

@@ -95,7 +95,7 @@ fn what_neither_can_carry_is_refused_with_both_reasons() {
     let error = simulate(&curved, &little_memory(), &|_| {}).unwrap_err();
     assert!(matches!(error, SimulateError::TooLarge { .. }), "{error}");
     let text = error.to_string();
-    assert!(text.contains("samples, more than the"), "{text}");
+    assert!(text.contains("plane waves, more than the"), "{text}");
     assert!(text.contains("screen 'sensor' is curved"), "{text}");
 
     // Requested, they are refused for their own reason.
@@ -116,11 +116,23 @@ fn beamlets_stay_within_the_memory_limit() {
         ..Settings::default()
     };
     let error = simulate(&system(), &settings, &|_| {}).unwrap_err();
-    let memory = |error: &LocalBandError| matches!(error, LocalBandError::Memory { .. });
-    let SimulateError::LocalBands(found) = &error else {
-        panic!("{error}");
+    let too_much = match &error {
+        SimulateError::LocalBands(LocalBandError::Windows { allowed, .. }) => *allowed < 441,
+        _ => false,
     };
-    assert!(memory(found), "{error}");
+    assert!(too_much, "{error}");
+
+    // With more memory there is room for the windows, and not for what they send.
+    let settings = Settings {
+        memory_limit: 2_000_000,
+        ..settings
+    };
+    let error = simulate(&system(), &settings, &|_| {}).unwrap_err();
+    let expected = LocalBandError::Memory {
+        screen: "sensor".into(),
+        limit_mb: 2,
+    };
+    assert_eq!(error, SimulateError::LocalBands(expected));
 }
 
 #[test]

@@ -115,13 +115,14 @@ pub fn field(system: &System, nodes: &[StopNode], cell: Option<f64>) -> Option<A
     Some(parts?.iter().fold(dark, |sum, part| sum + part))
 }
 
-/// Where on the sensor the ray lands that crosses the middle of the stop and is not diffracted there; nothing where it is
-/// lost.
-pub fn chief_landing(system: &System) -> Option<[f64; 2]> {
+/// Where on the sensor the ray lands that crosses the middle of the stop, where its optical direction cosines change by a
+/// `kick`; nothing where it is lost.
+pub fn chief_landing(system: &System, kick: [f64; 2]) -> Option<[f64; 2]> {
     let trains = opened(system);
     let integral = Integral::new(system, &trains)?;
     let (_, _, cosines) = integral.arriving([0.0; 2])?;
-    let landing = integral.after.whole.trace([0.0; 2], cosines, &mut ());
+    let leaving = [cosines[0] + kick[0], cosines[1] + kick[1]];
+    let landing = integral.after.whole.trace([0.0; 2], leaving, &mut ());
     Some(landing.ok()?.at)
 }
 

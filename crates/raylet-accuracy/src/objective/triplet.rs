@@ -55,7 +55,7 @@ impl Triplet {
     /// When a number is out of its range.
     pub fn system(&self) -> Result<System, BuildError> {
         let centred = self.with_sensor_at(0.0)?;
-        let chief = chief_landing(&centred).map_or(0.0, |[x, _]| x);
+        let chief = chief_landing(&centred, [0.0; 2]).map_or(0.0, |[x, _]| x);
         self.with_sensor_at(chief)
     }
 

@@ -63,6 +63,15 @@ impl Mask {
         }
     }
 
+    /// What it adds to the optical direction cosines of the light that the sensor is to see: the grating has no light in
+    /// order zero.
+    fn kick(self, wavelength: f64) -> [f64; 2] {
+        match self {
+            Mask::Grating => [wavelength / PERIOD, 0.0],
+            _ => [0.0; 2],
+        }
+    }
+
     /// Its layers over an opening of this width and height in mm; nothing for the scene's own.
     fn layers(self, size: [f64; 2]) -> Option<Vec<Layer>> {
         Some(match self {
@@ -105,7 +114,7 @@ impl Case {
         system.source = lit.unwrap_or(system.source);
         let stop = system.screens.len() - 2;
         put(self.mask, &mut system.screens[stop]);
-        let landing = chief_landing(&system);
+        let landing = chief_landing(&system, self.mask.kick(system.wavelength));
         if let (Some([x, y]), Some(sensor)) = (landing, system.screens.last_mut()) {
             sensor.frame = sensor.frame.moved(Vec3::new(x, y, 0.0));
         }

@@ -11,8 +11,9 @@ pub struct HopAccount {
     pub modes: u64,
     /// Values of beamlets that were summed on the samples of the emitting screen's tiles.
     pub evaluations: u64,
-    /// Samples of the largest tile.
-    pub largest_tile: u64,
+    /// Values of the largest array of a tile: samples, nodes of the element, or plane waves of a window. Tiles with more of
+    /// them than memory allows are not worked on.
+    pub largest_array: u64,
     /// Beamlets and energy by fate, in units of one window of a unit plane wave.
     pub tally: Tally,
 }
@@ -23,8 +24,13 @@ impl HopAccount {
         self.windows += other.windows;
         self.modes += other.modes;
         self.evaluations += other.evaluations;
-        self.largest_tile = self.largest_tile.max(other.largest_tile);
+        self.note_array(other.largest_array);
         self.tally.merge(&other.tally);
+    }
+
+    /// Takes note of an array of so many values.
+    pub(crate) fn note_array(&mut self, values: u64) {
+        self.largest_array = self.largest_array.max(values);
     }
 
     /// Beamlets that reach the target.

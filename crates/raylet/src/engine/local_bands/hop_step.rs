@@ -158,13 +158,24 @@ impl<'a> HopStep<'a> {
             Some(Element::of(hop.from).ok_or_else(layers)?)
         };
         let bounds = hop.from.bounds().ok_or_else(|| boundless(hop.from))?;
+        let tiling = Tiling::over(bounds, shape, settings.tile);
+        let windows = [0, 1].map(|a| tiling.positions[a].count);
+        let allowed = settings.windows_allowed();
+        if windows[0].saturating_mul(windows[1]) > allowed {
+            let screen = hop.from.name.clone();
+            return Err(LocalBandError::Windows {
+                screen,
+                windows,
+                allowed,
+            });
+        }
         Ok(Self {
             system,
             settings,
             hop,
             element,
             shape,
-            tiling: Tiling::over(bounds, shape, settings.tile),
+            tiling,
             target: Target::of(hop.to, margin, edge).ok_or_else(|| boundless(hop.to))?,
         })
     }
@@ -350,8 +361,17 @@ impl<'a> HopStep<'a> {
         matches!(self.hop.to.act, Act::Sensor(_))
     }
 
-    /// Refuses more beamlets than fit into memory beside those that arrived.
+    /// Refuses arrays that are too large, and more beamlets than fit into memory beside those that arrived.
     fn check_room(&self, held: usize, account: &HopAccount) -> Result<(), LocalBandError> {
+        let (values, allowed) = (account.largest_array, self.settings.values_allowed());
+        if values > allowed {
+            let screen = self.hop.from.name.clone();
+            return Err(LocalBandError::Tile {
+                screen,
+                values,
+                allowed,
+            });
+        }
         let beamlets = match self.ends() {
             true => held,
             false => held + account.beamlets() as usize,

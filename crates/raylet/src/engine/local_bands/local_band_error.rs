@@ -30,6 +30,31 @@ pub enum LocalBandError {
         /// The memory limit in MB.
         limit_mb: usize,
     },
+    /// A screen has too many windows.
+    #[error(
+        "screen '{screen}' takes {windows:?} windows, more than the {allowed} that the memory limit allows"
+    )]
+    Windows {
+        /// The screen.
+        screen: String,
+        /// Windows along x and y.
+        windows: [usize; 2],
+        /// Windows allowed altogether.
+        allowed: usize,
+    },
+    /// An array of a tile is too large.
+    #[error(
+        "a few windows of screen '{screen}' take an array of {values} values, more than the {allowed} that the memory \
+         limit allows"
+    )]
+    Tile {
+        /// The screen.
+        screen: String,
+        /// Values of the array.
+        values: u64,
+        /// Values allowed.
+        allowed: u64,
+    },
     /// The progress callback cancelled the run.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

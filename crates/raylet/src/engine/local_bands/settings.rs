@@ -57,6 +57,12 @@ pub enum SourceOpening {
 /// Distance of the windows of a smooth source in σ: their sum is even to 1e-5.
 pub(crate) const SOURCE_STEP: f64 = 1.25;
 
+/// One array of a tile takes this part of the memory at most.
+const SHARE_OF_ARRAY: usize = 32;
+
+/// What a window takes in memory at least, in bytes: some of its beamlets.
+const BYTES_OF_WINDOW: usize = 256;
+
 /// The usual distance of windows in σ.
 pub const STEP: f64 = 1.25;
 
@@ -100,6 +106,16 @@ impl LocalBandSettings {
             opening: SourceOpening::Soft,
             memory_limit: 4 << 30,
         }
+    }
+
+    /// Complex values that one array of a tile may have.
+    pub(crate) fn values_allowed(&self) -> u64 {
+        (self.memory_limit / (SHARE_OF_ARRAY * size_of::<num_complex::Complex64>())) as u64
+    }
+
+    /// Windows that a screen may have.
+    pub(crate) fn windows_allowed(&self) -> usize {
+        self.memory_limit / BYTES_OF_WINDOW
     }
 
     /// The windows of a screen; nothing where no width is given.

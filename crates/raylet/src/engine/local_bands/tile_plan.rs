@@ -108,16 +108,28 @@ impl<'a> TileRun<'a> {
             return None;
         }
         let area = self.area(tile, &light, &aimed);
-        let elements = [Lie::Inside, Lie::Cut].map(|lie| {
+        let nodes = [Lie::Inside, Lie::Cut].map(|lie| {
             let needed = aimed.iter().any(|aimed| aimed.lie == lie);
-            let cut = lie == Lie::Cut;
-            needed.then(|| self.element.samples(&area, &own, self.far(), cut))
+            needed.then(|| (self.element).nodes_of(&area, &own, self.far(), lie == Lie::Cut))
         });
+        account.note_array(count(&area.samples));
+        nodes
+            .iter()
+            .flatten()
+            .for_each(|nodes| account.note_array(count(&nodes.axes)));
+        for aimed in &aimed {
+            let nodes = nodes[usize::from(aimed.lie != Lie::Inside)].as_ref();
+            let modes = nodes.and_then(|nodes| self.modes(aimed, nodes.half_band));
+            account.note_array(modes.map_or(0, |[x, y]| x.count as u64 * y.count as u64));
+        }
+        if account.largest_array > self.settings.values_allowed() {
+            return None;
+        }
         Some(TilePlan {
             carriers: [light.carrier, own],
             samples: area.samples,
             light,
-            elements,
+            elements: nodes.map(|nodes| Some(self.element.samples(nodes?, &own, self.k()))),
             aimed,
         })
     }
@@ -193,10 +205,10 @@ impl<'a> TileRun<'a> {
     }
 
     /// The plane waves of a window to be computed; nothing where no direction of the light leads to the target.
-    fn modes(&self, aimed: &AimedWindow, element: &ElementSamples) -> Option<[Modes; 2]> {
+    fn modes(&self, aimed: &AimedWindow, half_band: Option<[f64; 2]>) -> Option<[Modes; 2]> {
         let spacing = self.hop.wavelength / (self.shape.period * self.shape.sigma);
         let modes = [0, 1].map(|a| {
-            let limit = element.half_band.map_or(f64::INFINITY, |band| band[a]);
+            let limit = half_band.map_or(f64::INFINITY, |band| band[a]);
             let low = aimed.directions[2 * a].max(-limit - aimed.shift[a]);
             let high = aimed.directions[2 * a + 1].min(limit - aimed.shift[a]);
             Modes::between(low, high, spacing, aimed.shift[a])
@@ -207,7 +219,7 @@ impl<'a> TileRun<'a> {
     /// Plans a window of a tile; nothing where no direction of its light leads to the target.
     pub(crate) fn window(&self, plan: &TilePlan, aimed: &AimedWindow) -> Option<WindowPlan> {
         let (_, element) = plan.element(aimed)?;
-        let modes = self.modes(aimed, element)?;
+        let modes = self.modes(aimed, element.half_band)?;
         let (at, k) = (aimed.start.carrier.at, self.k());
         let weights = [0, 1].map(|a| {
             let axis = &plan.samples[a];
@@ -319,6 +331,11 @@ fn reach_of(aimed: &[AimedWindow]) -> [f64; 2] {
         };
         aimed.iter().map(furthest).fold(0.0, f64::max)
     })
+}
+
+/// Points of a lattice.
+fn count([x, y]: &[Axis; 2]) -> u64 {
+    (x.len() as u64).saturating_mul(y.len() as u64)
 }
 
 /// A box with a margin around it.

@@ -39,7 +39,6 @@ impl TileRun<'_> {
         };
         let (values, evaluations) = plan.light.at(&plan.samples);
         out.account.evaluations += evaluations;
-        out.account.largest_tile = values.len() as u64;
         for aimed in &plan.aimed {
             if let Some(window) = self.transformed(&plan, aimed, &values) {
                 emission.send(&window.waves, &mut out);

@@ -92,8 +92,7 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
             memory(*allowed, "plane waves"),
         ),
         PlanError::WholeField { .. } => {
-            let expected = "another method";
-            return scene.fault("settings.method", error.to_string(), expected);
+            return scene.fault("settings.method", error.to_string(), "another method");
         }
         PlanError::Curved { method, screen } => (
             screen,
@@ -131,6 +130,17 @@ fn blame_local_bands(scene: &Scene, error: &LocalBandError) -> Fault {
         LocalBandError::NoLight(name) => {
             let expected = "a place that light reaches through the elements before it";
             scene.fault(&path_of(scene, name), found, expected)
+        }
+        LocalBandError::Windows { screen, .. } | LocalBandError::Tile { screen, .. } => {
+            let path = match scene.settings.sigma_um {
+                Some(_) => String::from("settings.sigma_um"),
+                None => path_of(scene, screen),
+            };
+            scene.fault(
+                &path,
+                found,
+                "wider or narrower windows, a smaller opening, or a higher memory limit",
+            )
         }
         LocalBandError::Memory { .. } => {
             let expected = "a limit that holds the beamlets, or light of fewer directions";

@@ -38,6 +38,18 @@ pub(crate) struct TileArea {
     pub k: f64,
 }
 
+/// Where the transmission of an element is sampled.
+pub(crate) struct ElementNodes {
+    /// The nodes along x and y.
+    pub axes: [Axis; 2],
+    /// Whether the nodes are the samples of the arriving light.
+    pub at_samples: bool,
+    /// What cells do along x and y.
+    pub filter: [CellFilter; 2],
+    /// Half the band of the light behind the element; nothing where it is not limited.
+    pub half_band: Option<[f64; 2]>,
+}
+
 /// The transmission at the nodes of a tile.
 pub(crate) struct ElementSamples {
     /// The nodes along x and y.
@@ -135,15 +147,27 @@ impl<'a> Element<'a> {
         p
     }
 
-    /// The transmission at nodes of a tile over the element's own `carrier` there; `cut` where an edge of the opening
-    /// crosses the windows that are looked at.
-    pub(crate) fn samples(
+    /// The transmission at nodes of a tile over the element's own `carrier` there.
+    pub(crate) fn samples(&self, nodes: ElementNodes, carrier: &Carrier, k: f64) -> ElementSamples {
+        let needed = !nodes.at_samples || self.doe.is_some();
+        ElementSamples {
+            values: needed.then(|| self.values(&nodes.axes, carrier, k, !nodes.at_samples)),
+            nodes: nodes.axes,
+            at_samples: nodes.at_samples,
+            filter: nodes.filter,
+            half_band: nodes.half_band,
+        }
+    }
+
+    /// The nodes of a tile at which the transmission over the element's own `carrier` is to be sampled; `cut` where an edge of
+    /// the opening crosses the windows that are looked at.
+    pub(crate) fn nodes_of(
         &self,
         area: &TileArea,
         carrier: &Carrier,
         far: f64,
         cut: bool,
-    ) -> ElementSamples {
+    ) -> ElementNodes {
         let rough = cut || self.has_core(carrier, far);
         let band = self.band(area, carrier, far);
         let needed = [0, 1].map(|a| {
@@ -156,33 +180,27 @@ impl<'a> Element<'a> {
         });
         let fits = (0..2).all(|a| area.samples[a].pitch <= needed[a]);
         if !rough && self.pixels.is_none() && fits {
-            let nodes = area.samples.clone();
-            let values = self
-                .doe
-                .map(|_| self.values(&nodes, carrier, area.k, false));
-            return ElementSamples {
-                nodes,
+            return ElementNodes {
+                axes: area.samples.clone(),
                 at_samples: true,
-                values,
                 filter: [CellFilter::Points; 2],
                 half_band: Some(band),
             };
         }
-        let nodes = [0, 1].map(|a| self.nodes(area, a, needed[a]));
-        let filter = nodes.each_ref().map(|axis| self.filter(axis.pitch, cut));
-        let limit = nodes
+        let axes = [0, 1].map(|a| self.nodes(area, a, needed[a]));
+        let filter = axes.each_ref().map(|axis| self.filter(axis.pitch, cut));
+        let limit = axes
             .each_ref()
             .map(|axis| EDGE_LIMIT * 0.5 * std::f64::consts::TAU / (area.k * axis.pitch));
-        ElementSamples {
+        ElementNodes {
+            axes,
             at_samples: false,
-            values: Some(self.values(&nodes, carrier, area.k, true)),
             filter,
             half_band: match (self.pixels, rough) {
                 (Some(_), _) => None,
                 (None, true) => Some(limit),
                 (None, false) => Some(band),
             },
-            nodes,
         }
     }
 
@@ -359,7 +377,8 @@ mod tests {
                 k: 6e3,
             };
             let own = element.carrier([0.4, 0.5], 2.0, area.k);
-            let samples = element.samples(&area, &own, 2.0, true);
+            let nodes = element.nodes_of(&area, &own, 2.0, true);
+            let samples = element.samples(nodes, &own, area.k);
             let there = samples.values.as_ref().unwrap();
             let bar = noise(there.dim(), 1);
             let mut back: Array2<Complex64> = Array2::zeros(pixels.dim());
