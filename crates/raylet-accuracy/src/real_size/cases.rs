@@ -48,6 +48,9 @@ pub struct Case {
     pub block: usize,
     /// Nodes of the reference along the radius of the stop and around it, where it has no pixels.
     pub nodes: [usize; 2],
+    /// Cells of the reference along each side of a pixel. The edge of the stop cuts cells, which count with their open
+    /// share: in steep light they have to be smaller than pixels.
+    pub cells: usize,
 }
 
 impl Mask {
@@ -93,6 +96,7 @@ impl Case {
             angle_deg,
             block: 32,
             nodes: [100, 240],
+            cells: 1,
         }
     }
 
@@ -159,7 +163,8 @@ pub fn cases() -> Vec<Case> {
         all.push(Case { block: 16, ..case });
     }
     for mask in [Mask::Bare, Mask::Vortex, Mask::Pixels(4e-3)] {
-        all.push(Case::new("behind_strong_lens", mask, 0.0));
+        let case = Case::new("behind_strong_lens", mask, 0.0);
+        all.push(Case { cells: 3, ..case });
     }
     for angle in [0.0, 0.5] {
         all.push(Case::new("telescope_doublet", Mask::Bare, angle));

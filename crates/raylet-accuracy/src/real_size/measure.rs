@@ -105,7 +105,7 @@ fn reference(case: &Case, system: &System) -> Option<Array2<Complex64>> {
         Act::Sensor(_) => return None,
     };
     if let Some(pixels) = doe.pixels() {
-        let cell = pixels.pitch[0].min(pixels.pitch[1]);
+        let cell = pixels.pitch[0].min(pixels.pitch[1]) / case.cells as f64;
         return field(system, &cell_nodes(&doe, cell), Some(cell));
     }
     let [_, radius, _, _] = doe.aperture.bounds()?;
