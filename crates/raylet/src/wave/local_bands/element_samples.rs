@@ -3,7 +3,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::optics::aperture::Aperture;
+use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use crate::optics::profile::Profile;
 use crate::optics::screen::{Act, Screen};
@@ -67,6 +67,9 @@ pub(crate) struct ElementSamples {
 /// Where an edge cuts pixels, the furthest direction has this phase from node to node at most, in rad: what the open share
 /// of a cell says about its spectrum is wrong by that over four.
 const EDGE_PHASE: f64 = 0.3;
+
+/// Most parts of a pixel along each axis.
+const MOST_PARTS: f64 = 8.0;
 
 /// Gauss nodes along each axis of a part of a box pixel.
 const NODES_OF_BOX: usize = 2;
@@ -168,7 +171,7 @@ impl<'a> Element<'a> {
         far: f64,
         cut: bool,
     ) -> ElementNodes {
-        let rough = cut || self.has_core(carrier, far);
+        let rough = cut && self.cuts_cells() || self.has_core(carrier, far);
         let band = self.band(area, carrier, far);
         let needed = [0, 1].map(|a| {
             let pitch = 0.5 * std::f64::consts::TAU / (area.k * band[a]);
@@ -233,6 +236,26 @@ impl<'a> Element<'a> {
         pixels
     }
 
+    /// Whether the edge of the opening cuts pixels: a rectangle along their sides does not. Without pixels it cuts the cells of
+    /// any nodes.
+    fn cuts_cells(&self) -> bool {
+        let (Some(pixels), Outline::Rectangle { half_x, half_y }) =
+            (self.pixels, &self.opening.outline)
+        else {
+            return true;
+        };
+        let counts = [pixels.values.ncols(), pixels.values.nrows()];
+        [*half_x, *half_y].iter().enumerate().any(|(a, half)| {
+            let cuts = |side: f64| {
+                let edge = self.opening.centre[a] + side * half;
+                let place = edge / pixels.pitch[a] + 0.5 * counts[a] as f64;
+                let inside = 0.0 < place && place < counts[a] as f64;
+                inside && (place - place.round()).abs() > 1e-6
+            };
+            cuts(-1.0) || cuts(1.0)
+        })
+    }
+
     /// Whether a singular point of its phase may lie under a tile.
     fn has_core(&self, carrier: &Carrier, far: f64) -> bool {
         carrier.at[0].hypot(carrier.at[1]) <= far && self.profiles().any(is_singular)
@@ -267,6 +290,7 @@ impl<'a> Element<'a> {
                 PixelForm::Point => (1.0, 1),
                 PixelForm::Box => {
                     let part = area.pixel_part.min(NODES_OF_BOX as f64 * pitch);
+                    let part = part.max(own / MOST_PARTS);
                     ((own / part).ceil(), NODES_OF_BOX)
                 }
                 PixelForm::Bilinear => ((own / pitch.min(area.edge_pitch)).ceil(), 1),
@@ -349,13 +373,35 @@ mod tests {
 
     use crate::fixtures::parts::{element, pixel_layer, screen};
     use crate::math::noise::noise;
-    use crate::optics::aperture::Aperture;
+    use crate::optics::aperture::{Aperture, Outline};
     use crate::optics::doe::{Layer, PixelForm};
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
     use crate::optics::screen::Act;
     use crate::wave::grid::field::Axis;
     use crate::wave::local_bands::element_samples::{Element, TileArea};
+
+    #[test]
+    fn a_rectangle_along_pixels_cuts_none() {
+        let layer = || pixel_layer(noise((20, 30), 0), 0.1, PixelForm::Box);
+        let rectangle = |half_x: f64, half_y: f64| Aperture {
+            outline: Outline::Rectangle { half_x, half_y },
+            centre: [0.0; 2],
+        };
+        // Of 30 × 20 pixels of 0.1: their own box, one along pixels, one through pixels, one wider than all, a disc.
+        let cases = [
+            (rectangle(1.5, 1.0), false),
+            (rectangle(1.2, 0.7), false),
+            (rectangle(1.25, 1.0), true),
+            (rectangle(2.0, 2.0), false),
+            (Aperture::disc(0.9), true),
+        ];
+        for (aperture, expected) in cases {
+            let screen = screen(Frame::GLOBAL, Act::Doe(element(layer(), aperture)));
+            let element = Element::of(&screen).unwrap();
+            assert_eq!(element.cuts_cells(), expected);
+        }
+    }
 
     #[test]
     fn samples_dot_product() {
