@@ -32,7 +32,7 @@ pub(crate) struct TileArea {
     pub edge_pitch: f64,
     /// Widest part of a pixel over which the light of a window is linear, in mm.
     pub pixel_part: f64,
-    /// Largest direction beside the arriving light's that is looked for.
+    /// Largest direction beside the arriving light's in which plane waves are computed.
     pub reach: [f64; 2],
     /// Vacuum wavenumber in rad/mm.
     pub k: f64,
@@ -163,7 +163,7 @@ impl<'a> Element<'a> {
     }
 
     /// The nodes of a tile at which the transmission over the element's own `carrier` is to be sampled; `cut` where an edge of
-    /// the opening crosses the windows that are looked at.
+    /// the opening crosses windows of the tile.
     pub(crate) fn nodes_of(
         &self,
         area: &TileArea,
