@@ -17,10 +17,11 @@ use raylet::engine::chain::outcome::Outcome;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::error::tally::Fate;
-use raylet::engine::local_bands::carry::{carry_kept, carry_kept_adjoint};
+use raylet::engine::local_bands::carry::{LocalBandCotangent, carry_kept, carry_kept_adjoint};
 use raylet::engine::local_bands::settings::LocalBandSettings;
 use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
+use raylet::engine::progress::uncancelled;
 use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
 use raylet::optics::system::System;
@@ -107,10 +108,15 @@ fn measure_back(
     system: &System,
     settings: &LocalBandSettings,
 ) -> Result<(), Box<dyn Error>> {
-    let (outcome, passes) = carry_kept(system, settings)?;
+    let (outcome, kept) = carry_kept(system, settings, &|_| uncancelled())?;
     let start = processor_seconds();
     let bar: Field = outcome.field.clone();
-    let backs = carry_kept_adjoint(&passes, &bar);
+    let cotangent = LocalBandCotangent {
+        field: &bar,
+        variations: &[],
+        pulse: &uncancelled,
+    };
+    let backs = carry_kept_adjoint(system, settings, &kept, &cotangent)?.pixels;
     let used = processor_seconds() - start;
     let there: f64 = bar.values.iter().map(|u| u.norm_sqr()).sum();
     let pixels = triplet.element.pixels().ok_or("no pixels")?;

@@ -274,19 +274,22 @@ impl Course<'_> {
         }
     }
 
-    /// NCC and efficiency, means of all channels that have a picture.
+    /// NCC and efficiency, means of all channels that have a picture; efficiency of those with a known power.
     fn scores(&self, evaluation: &DesignEvaluation) -> [Option<f64>; 2] {
         let area = self.scene_design.pixel_area;
-        let (mut sums, mut count) = ([0.0; 2], 0);
+        let (mut sums, mut counts) = ([0.0; 2], [0; 2]);
         let seen = evaluation.intensities.iter().zip(&evaluation.powers);
         for (description, (intensity, power)) in self.scene_design.described.iter().zip(seen) {
             if let Some([picture, window]) = &description.picture {
                 sums[0] += ncc(intensity.view(), picture.view()).unwrap_or(0.0);
-                sums[1] += (intensity * window).sum() * area / power.max(f64::MIN_POSITIVE);
-                count += 1;
+                counts[0] += 1;
+                if let Some(power) = power {
+                    sums[1] += (intensity * window).sum() * area / power.max(f64::MIN_POSITIVE);
+                    counts[1] += 1;
+                }
             }
         }
-        sums.map(|sum| (count > 0).then(|| sum / f64::from(count)))
+        [0, 1].map(|i| (counts[i] > 0).then(|| sums[i] / f64::from(counts[i])))
     }
 
     fn save(&self, run: &Run) -> Result<(), Failure> {

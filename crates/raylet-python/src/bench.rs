@@ -7,9 +7,9 @@ use num_complex::Complex64;
 use numpy::Ix2;
 use pyo3::IntoPyObjectExt;
 use pyo3::prelude::*;
-use raylet::engine::chain::linearised_system::{
-    ForwardPass, LinearisedSystem as Plans, LinearisedSystemError,
-};
+use raylet::engine::chain::forward_pass::ForwardPass;
+use raylet::engine::chain::linearised_system::LinearisedSystem as Plans;
+use raylet::engine::chain::linearised_system_error::LinearisedSystemError;
 use raylet::engine::plan::settings::Settings;
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::arrays::array::BorrowedArray;

@@ -444,7 +444,8 @@ mod gradients {
     use ndarray::Array2;
     use num_complex::Complex64;
     use raylet::design::examples::problems::lens_hologram;
-    use raylet::engine::chain::linearised_system::{ForwardPass, LinearisedSystem};
+    use raylet::engine::chain::forward_pass::ForwardPass;
+    use raylet::engine::chain::linearised_system::LinearisedSystem;
     use raylet::engine::plan::settings::Settings;
     use raylet::engine::trace::ray_sensitivity::Variation;
     use raylet::math::random::uniform;

@@ -6,7 +6,8 @@
 use std::error::Error;
 
 use ndarray::{Array2, Zip};
-use raylet::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError};
+use raylet::engine::chain::linearised_system::LinearisedSystem;
+use raylet::engine::chain::linearised_system_error::LinearisedSystemError;
 use raylet::engine::plan::settings::Settings;
 use raylet::optics::assembly::part_check::BuildError;
 use raylet::optics::assembly::system_builder::SystemBuilder;

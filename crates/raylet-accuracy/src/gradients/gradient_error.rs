@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::linearised_system::LinearisedSystemError;
+use raylet::engine::chain::linearised_system_error::LinearisedSystemError;
 use raylet::math::random::uniform;
 
 use crate::bounds::bound;

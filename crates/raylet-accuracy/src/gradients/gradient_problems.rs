@@ -5,7 +5,8 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError};
+use raylet::engine::chain::linearised_system::LinearisedSystem;
+use raylet::engine::chain::linearised_system_error::LinearisedSystemError;
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::optics::system::System;
 use raylet_testkit::parts::plane_wave;

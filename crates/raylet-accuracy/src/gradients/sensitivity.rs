@@ -2,7 +2,8 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError};
+use raylet::engine::chain::linearised_system::LinearisedSystem;
+use raylet::engine::chain::linearised_system_error::LinearisedSystemError;
 use raylet::engine::plan::settings::Settings;
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::optics::refraction::Coating;

@@ -4,9 +4,9 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::exact;
 use crate::engine::chain::control_variate::ControlVariate;
-use crate::engine::chain::linearised_system::{
-    ForwardPass, Gradient, LinearisedSystem, LinearisedSystemError,
-};
+use crate::engine::chain::forward_pass::{ForwardPass, Gradient};
+use crate::engine::chain::linearised_system::LinearisedSystem;
+use crate::engine::chain::linearised_system_error::LinearisedSystemError;
 use crate::engine::monte_carlo::mode_sampling::{Drawing, Draws};
 use crate::engine::progress::Pulse;
 use crate::engine::trace::ray_sensitivity::Variation;

@@ -11,9 +11,8 @@ use crate::design::constraints::modulation::{Modulator, Shaped};
 use crate::design::estimator::{ChannelEvaluation, Estimator, EvaluationMode};
 use crate::design::losses::loss::FieldLoss;
 use crate::engine::chain::control_variate::ControlVariate;
-use crate::engine::chain::linearised_system::{
-    ForwardPass, LinearisedSystem, LinearisedSystemError,
-};
+use crate::engine::chain::linearised_system::LinearisedSystem;
+use crate::engine::chain::linearised_system_error::LinearisedSystemError;
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Pulse, uncancelled};
 use crate::engine::trace::ray_sensitivity::Variation;
@@ -102,8 +101,9 @@ pub struct DesignEvaluation {
     pub gradient: Vec<f64>,
     /// |U|² at the sensor's pixels for each channel, [y, x].
     pub intensities: Vec<Array2<f64>>,
-    /// ∫|U|² just behind the first screen of each channel, in mm² for unit amplitude.
-    pub powers: Vec<f64>,
+    /// ∫|U|² just behind the first screen of each channel, in mm² for unit amplitude; nothing where local bands carry its
+    /// light.
+    pub powers: Vec<Option<f64>>,
 }
 
 impl DesignEvaluation {
@@ -277,7 +277,7 @@ impl Project {
             let from = self.numbers_from();
             add(&mut evaluation.gradient[from..], &gradient.parameters);
             evaluation.parts.push(parts);
-            evaluation.powers.push(power_behind(&trace));
+            evaluation.powers.push(trace.power_behind());
             evaluation.intensities.push(trace.field.intensity());
         }
         let mut from = 0;
@@ -382,10 +382,4 @@ impl Channel {
 fn add(totals: &mut [f64], parts: &[f64]) {
     let pairs = totals.iter_mut().zip(parts);
     pairs.for_each(|(total, part)| *total += part);
-}
-
-/// ∫|U|² just behind the first screen.
-fn power_behind(trace: &ForwardPass) -> f64 {
-    let first = trace.screens.first();
-    first.map_or(0.0, |first| first.behind.power())
 }

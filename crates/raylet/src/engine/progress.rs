@@ -59,7 +59,8 @@ mod tests {
     use crate::design::examples::problems::{NEAR, PITCH, WAVELENGTH, near_hologram, open};
     use crate::design::holograms::near::{NearTask, design};
     use crate::engine::chain::forecast::forecast_with_progress;
-    use crate::engine::chain::linearised_system::{LinearisedSystem, LinearisedSystemError};
+    use crate::engine::chain::linearised_system::LinearisedSystem;
+    use crate::engine::chain::linearised_system_error::LinearisedSystemError;
     use crate::engine::chain::outcome::Progress;
     use crate::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
     use crate::engine::chain::simulate::simulate;

@@ -17,7 +17,7 @@ use crate::gradients::stage::{Case, cases, noise};
 
 /// A smooth real function of the field, and its cotangent there: Σ w|U|² + Re Σ v* U with random w and v, so that
 /// modulus and phase both count.
-fn loss(field: &Array2<Complex64>) -> (f64, Array2<Complex64>) {
+pub(crate) fn loss(field: &Array2<Complex64>) -> (f64, Array2<Complex64>) {
     let (ny, nx) = field.dim();
     let (w, v) = (noise([ny, nx], 60).mapv(|w| w.re), noise([ny, nx], 61));
     let mut value = 0.0;

@@ -3,7 +3,9 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::control_variate::ControlVariate;
-use raylet::engine::chain::linearised_system::{Gradient, LinearisedSystem, LinearisedSystemError};
+use raylet::engine::chain::forward_pass::Gradient;
+use raylet::engine::chain::linearised_system::LinearisedSystem;
+use raylet::engine::chain::linearised_system_error::LinearisedSystemError;
 use raylet::engine::monte_carlo::mode_sampling::{Drawing, Draws, PatchDraws};
 use raylet::engine::progress::uncancelled;
 use raylet::optics::doe::PixelForm;

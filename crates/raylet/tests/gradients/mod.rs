@@ -3,4 +3,5 @@
 mod chain;
 mod differences;
 mod drawn;
+mod local_bands;
 mod stage;

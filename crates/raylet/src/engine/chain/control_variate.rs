@@ -8,9 +8,9 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::chain::linearised_system::{
-    ForwardPass, Gradient, LinearisedSystem, LinearisedSystemError,
-};
+use crate::engine::chain::forward_pass::{ForwardPass, Gradient, PassedLight};
+use crate::engine::chain::linearised_system::LinearisedSystem;
+use crate::engine::chain::linearised_system_error::LinearisedSystemError;
 use crate::engine::chain::screen_sensitivity::ScreenFields;
 use crate::engine::progress::Pulse;
 use crate::optics::system::System;
@@ -20,7 +20,8 @@ use crate::wave::grid::sampling::act_adjoint;
 /// An exact evaluation from which estimates start.
 #[derive(Clone, Debug)]
 pub struct ControlVariate {
-    trace: ForwardPass,
+    field: Field,
+    behind: Field,
     field_bar: Array2<Complex64>,
     behind_bar: Field,
 }
@@ -41,12 +42,9 @@ impl ControlVariate {
         let field = linearised.through(system, &passed.behind, pulse)?;
         let field_bar = field_bar(&field)?;
         let behind_bar = linearised.through_adjoint(system, &passed.behind, &field_bar, pulse)?;
-        let trace = ForwardPass {
-            field,
-            screens: vec![passed],
-        };
         Ok(Self {
-            trace,
+            field,
+            behind: passed.behind,
             field_bar,
             behind_bar,
         })
@@ -56,7 +54,7 @@ impl ControlVariate {
     fn change(&self, behind: &Field) -> Field {
         Field {
             grid: behind.grid.clone(),
-            values: &behind.values - &self.trace.screens[0].behind.values,
+            values: &behind.values - &self.behind.values,
         }
     }
 
@@ -72,10 +70,10 @@ impl ControlVariate {
     ) -> Result<ForwardPass, LinearisedSystemError> {
         let passed = drawn.pass(system)?;
         let mut field = drawn.through(system, &self.change(&passed.behind), pulse)?;
-        field.values += &self.trace.field.values;
+        field.values += &self.field.values;
         Ok(ForwardPass {
             field,
-            screens: vec![passed],
+            light: PassedLight::Fields(vec![passed]),
         })
     }
 
@@ -92,7 +90,9 @@ impl ControlVariate {
         field_bar: &Array2<Complex64>,
         pulse: &Pulse,
     ) -> Result<Gradient, LinearisedSystemError> {
-        let ScreenFields { arrived, behind } = &trace.screens[0];
+        let [ScreenFields { arrived, behind }] = trace.screens() else {
+            return Err(LinearisedSystemError::ControlVariate(trace.screens().len()));
+        };
         let turned = field_bar - &self.field_bar;
         let mut bar = drawn.through_adjoint(system, &self.change(behind), &turned, pulse)?;
         bar.values += &self.behind_bar.values;

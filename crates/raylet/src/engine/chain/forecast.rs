@@ -11,11 +11,12 @@ use crate::engine::local_bands::workload::workload;
 use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_method::HopMethod;
-use crate::engine::plan::hop_plan::{Plan, plan};
+use crate::engine::plan::hop_plan::{Plan, plan as plan_hop};
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::progress::{Cancelled, Reply};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::wavelet::Arrival;
+use crate::wave::free::propagate::FreeHop;
 use crate::wave::grid::sampling::{Reach, plan_grid};
 
 /// One hop as it would be run.
@@ -71,6 +72,9 @@ const MUCH_LESS: f64 = 2.0;
 /// Seconds of one core that a sample of a whole field takes, about.
 const SAMPLE_SECONDS: f64 = 2e-7;
 
+/// Whether a hop without rays, given with its number, has none either where the system varies.
+pub(crate) type StaysFree<'a> = dyn Fn(usize, &Hop, &FreeHop) -> bool + 'a;
+
 /// Who carries the light of a system.
 pub(crate) enum Chosen {
     /// The plan of each hop from a whole field, and its samples.
@@ -89,10 +93,23 @@ pub(crate) fn choose<R: Reply>(
     settings: &Settings,
     progress: impl FnMut(usize, &Hop) -> R,
 ) -> Result<Chosen, SimulateError> {
+    choose_with(system, settings, &|_, _, _| true, progress)
+}
+
+/// The same; a hop without rays is carried by beamlets where `stays` says no: where its screens may tilt.
+///
+/// # Errors
+/// As [`choose`].
+pub(crate) fn choose_with<R: Reply>(
+    system: &System,
+    settings: &Settings,
+    stays: &StaysFree,
+    progress: impl FnMut(usize, &Hop) -> R,
+) -> Result<Chosen, SimulateError> {
     if settings.method == Method::LocalBands {
         return Ok(Chosen::LocalBands(local_band_settings(system, settings)?));
     }
-    let whole = match whole_field_forecast(system, settings, progress) {
+    let whole = match whole_field_forecast(system, settings, stays, progress) {
         Ok(hops) => return Ok(quicker(system, settings, hops)),
         Err(whole) => whole,
     };
@@ -186,6 +203,7 @@ fn local_band_forecast(
 fn whole_field_forecast<R: Reply>(
     system: &System,
     settings: &Settings,
+    stays: &StaysFree,
     mut progress: impl FnMut(usize, &Hop) -> R,
 ) -> Result<Vec<(Plan, Grids)>, SimulateError> {
     let (anchor, mut arriving) = incidence(system);
@@ -197,7 +215,15 @@ fn whole_field_forecast<R: Reply>(
     let settings = &settings.shared(system.trains.len());
     for (number, hop) in system.hops().enumerate() {
         Cancelled::check(progress(number, &hop).flow())?;
-        let plan = plan(&hop, light, &Downstream::of(system, number), settings)?;
+        let downstream = &Downstream::of(system, number);
+        let mut plan = plan_hop(&hop, light, downstream, settings)?;
+        if matches!(&plan, Plan::Free(free, _) if !stays(number, &hop, free)) {
+            let by_beamlets = Settings {
+                method: Method::Beamlet,
+                ..settings.clone()
+            };
+            plan = plan_hop(&hop, light, downstream, &by_beamlets)?;
+        }
         let reach = Reach {
             arriving,
             leaving: leaving(&plan),

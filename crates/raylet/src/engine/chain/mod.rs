@@ -6,12 +6,17 @@
 //! | `backend` | The interface between fields and rays: everything that crosses it adds |
 //! | [`control_variate`] | A control variate for drawn beamlets: only the change since an exact run is estimated |
 //! | `beamlet_propagation` | The backend that carries beamlets of a range of patches on the threads of this machine |
+//! | [`forward_pass`] | The light that a run keeps for the way back, and the gradient that this finds |
 //! | [`forecast`] | What a run will take: plans, samples and memory of every hop |
 //! | `hop_run` | One hop being run, from the field behind the first screen to the light before the second |
 //! | [`local_band_run`] | A whole run by local bands |
+//! | `linearised_bands` | Fields and gradients of a system with frozen windows, by local bands |
+//! | `linearised_fields` | Fields and gradients of a system with frozen plans of whole fields |
 //! | [`linearised_system`] | A system with frozen plans: its fields and its gradients |
+//! | [`linearised_system_error`] | Why a system cannot be differentiated |
 //! | [`outcome`] | The result of a run, and how far it has come |
 //! | [`mod@reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
+//! | `rimmed_variations` | Perturbed systems with a screen at every rim of the planned one |
 //! | [`screen_sensitivity`] | How the light on a screen changes with the numbers of its source and element |
 //! | [`simulate`] | A whole run from the source to the sensor |
 //! | [`simulate_error`] | Why a run is impossible |
@@ -21,11 +26,16 @@ pub(crate) mod backend;
 pub(crate) mod beamlet_propagation;
 pub mod control_variate;
 pub mod forecast;
+pub mod forward_pass;
 pub(crate) mod hop_run;
+pub(crate) mod linearised_bands;
+pub(crate) mod linearised_fields;
 pub mod linearised_system;
+pub mod linearised_system_error;
 pub mod local_band_run;
 pub mod outcome;
 pub mod reference;
+pub(crate) mod rimmed_variations;
 pub mod screen_sensitivity;
 pub mod simulate;
 pub mod simulate_error;

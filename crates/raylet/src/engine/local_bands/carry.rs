@@ -8,12 +8,15 @@ use num_complex::Complex64;
 
 use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
-use crate::engine::local_bands::hop_step::{Bars, HopStep};
+use crate::engine::local_bands::hop_changes::HopChanges;
+use crate::engine::local_bands::hop_step::{Back, Bars, HopStep};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandPlan, LocalBandSettings};
-use crate::engine::progress::uncancelled;
+use crate::engine::progress::{Pulse, uncancelled};
+use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::{Act, Sensor};
-use crate::optics::system::System;
+use crate::optics::system::{Hop, System};
+use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::field::{Axis, Field, Grid};
@@ -52,11 +55,32 @@ pub struct LocalBandOutcome {
     pub hops: Vec<LocalBandHop>,
 }
 
-/// A hop that has run, with the light that arrived at its first screen: what the way back needs.
-pub struct HopPass<'a> {
-    step: HopStep<'a>,
-    light: ArrivingLight<'a>,
+/// What the way back needs of a hop that has run.
+#[derive(Clone, Debug)]
+pub struct KeptHop {
+    /// The beamlets that arrived at its first screen; nothing where the source lights it.
+    arrived: Option<HeldBeamlets>,
     weakest: f64,
+}
+
+/// The cotangents of what a system is made of.
+#[derive(Clone, Debug)]
+pub struct LocalBandGradient {
+    /// Of the pixels of each screen's element but the last, [y, x]; nothing where there are none.
+    pub pixels: Vec<Option<Array2<Complex64>>>,
+    /// With respect to each parameter.
+    pub parameters: Vec<f64>,
+}
+
+/// What the way back starts from.
+#[derive(Clone, Copy)]
+pub struct LocalBandCotangent<'a> {
+    /// ∂L/∂Re U + i ∂L/∂Im U at the sensor's pixel centres.
+    pub field: &'a Field,
+    /// The parameters: perturbed systems of the same screens and surfaces.
+    pub variations: &'a [Variation],
+    /// Called after each chunk of work.
+    pub pulse: &'a Pulse<'a>,
 }
 
 /// Carries the light of a system of plane screens to its sensor.
@@ -86,15 +110,15 @@ pub fn carry_with(
 /// The same, and what the way back needs: the beamlets on all screens.
 ///
 /// # Errors
-/// As [`carry`].
-pub fn carry_kept<'a>(
-    system: &'a System,
-    settings: &'a LocalBandSettings,
-) -> Result<(LocalBandOutcome, Vec<HopPass<'a>>), LocalBandError> {
-    let mut passes = Vec::new();
-    let go_on = |_: &LocalBandProgress| uncancelled();
-    let outcome = run_hops(system, settings, &go_on, |pass| passes.push(pass))?;
-    Ok((outcome, passes))
+/// As [`carry_with`].
+pub fn carry_kept(
+    system: &System,
+    settings: &LocalBandSettings,
+    progress: &(dyn Fn(&LocalBandProgress) -> ControlFlow<()> + Sync),
+) -> Result<(LocalBandOutcome, Vec<KeptHop>), LocalBandError> {
+    let mut kept = Vec::new();
+    let outcome = run_hops(system, settings, progress, |hop| kept.push(hop))?;
+    Ok((outcome, kept))
 }
 
 /// The windows of each hop.
@@ -110,47 +134,77 @@ pub(crate) fn planned(
         .collect()
 }
 
-/// The conjugate transpose with respect to the pixels of each screen's element but the last, [y, x], from the cotangent of
-/// the field on the sensor: of a run whose carriers, plane waves and rays are held constant. Nothing where a screen has no
-/// pixels.
-pub fn carry_kept_adjoint(passes: &[HopPass], field_bar: &Field) -> Vec<Option<Array2<Complex64>>> {
-    let mut pixels: Vec<Option<Array2<Complex64>>> = passes.iter().map(|_| None).collect();
-    let canvas = Canvas::holding(raster_of(&field_bar.grid), &field_bar.values);
-    let mut sent: Option<(&HeldBeamlets, Vec<Complex64>)> = None;
-    for (number, pass) in passes.iter().enumerate().rev() {
-        let bars = match &sent {
-            None => Bars::Sensor(&canvas),
-            Some((held, bars)) => Bars::Beamlets(held, bars),
+/// The gradient of a real function of the field on the sensor, from its cotangent there: of a run whose carriers, plane
+/// waves and corrections are held constant. With respect to pixels it is the conjugate transpose of [`carry_kept`].
+///
+/// # Errors
+/// As [`carry`]; when the pulse cancels the work.
+pub fn carry_kept_adjoint(
+    system: &System,
+    settings: &LocalBandSettings,
+    kept: &[KeptHop],
+    back: &LocalBandCotangent,
+) -> Result<LocalBandGradient, LocalBandError> {
+    let hops: Vec<Hop> = system.hops().collect();
+    let mut gradient = LocalBandGradient {
+        pixels: vec![None; hops.len()],
+        parameters: vec![0.0; back.variations.len()],
+    };
+    let canvas = Canvas::holding(raster_of(&back.field.grid), &back.field.values);
+    let mut sent: Option<(&HeldBeamlets, Vec<Moments>)> = None;
+    for ((number, hop), kept) in hops.into_iter().enumerate().zip(kept).rev() {
+        let through = Back {
+            bars: match &sent {
+                None => Bars::Sensor(&canvas),
+                Some((held, bars)) => Bars::Beamlets(held, bars),
+            },
+            changes: HopChanges::new(back.variations, number, hop),
+            weakest: kept.weakest,
+            pulse: back.pulse,
         };
-        let found = pass.step.carry_adjoint(&pass.light, pass.weakest, &bars);
-        let Some(found) = found else { break };
-        pixels[number] = found.pixels;
-        let ArrivingLight::Beamlets(held) = &pass.light else {
-            break;
-        };
-        sent = Some((held, found.arriving));
+        let step = HopStep::new(system, settings, number, hop)?;
+        let light = arriving(system, &hop, kept.arrived.as_ref());
+        let found = step.carry_adjoint(&light, &through)?;
+        gradient.pixels[number] = found.pixels;
+        let total = gradient.parameters.iter_mut();
+        total
+            .zip(found.parameters)
+            .for_each(|(total, part)| *total += part);
+        sent = kept.arrived.as_ref().map(|held| (held, found.arriving));
     }
-    pixels
+    Ok(gradient)
+}
+
+/// The light that arrives at the first screen of a hop: beamlets, or that of the source.
+fn arriving<'a>(
+    system: &'a System,
+    hop: &Hop<'a>,
+    held: Option<&'a HeldBeamlets>,
+) -> ArrivingLight<'a> {
+    match held {
+        Some(held) => ArrivingLight::Beamlets(held),
+        None => ArrivingLight::Source(&system.source, hop.from, system.wavenumber()),
+    }
 }
 
 /// Runs the hops one after another, each handed over when the next has its light.
-fn run_hops<'a>(
-    system: &'a System,
-    settings: &'a LocalBandSettings,
+fn run_hops(
+    system: &System,
+    settings: &LocalBandSettings,
     progress: &(dyn Fn(&LocalBandProgress) -> ControlFlow<()> + Sync),
-    mut done: impl FnMut(HopPass<'a>),
+    mut done: impl FnMut(KeptHop),
 ) -> Result<LocalBandOutcome, LocalBandError> {
     let Some(Act::Sensor(sensor)) = system.screens.last().map(|screen| &screen.act) else {
         return Err(LocalBandError::NoSensor);
     };
     let k = system.wavenumber();
-    let first = system.screens.first().ok_or(LocalBandError::NoSensor)?;
-    let mut light = ArrivingLight::Source(&system.source, first, k);
+    let mut held: Option<HeldBeamlets> = None;
     let mut canvas = Canvas::new(Raster::of(sensor));
     let mut hops = Vec::new();
     for (number, hop) in system.hops().enumerate() {
         let clock = Instant::now();
         let step = HopStep::new(system, settings, number, hop)?;
+        let light = arriving(system, &hop, held.as_ref());
         let here = |share: f64| {
             progress(&LocalBandProgress {
                 hop: number,
@@ -169,10 +223,8 @@ fn run_hops<'a>(
             held: (light.held() + next.count()) * size_of::<Arrival>(),
             seconds: clock.elapsed().as_secs_f64(),
         });
-        let arrived = std::mem::replace(&mut light, ArrivingLight::Beamlets(next));
-        done(HopPass {
-            step,
-            light: arrived,
+        done(KeptHop {
+            arrived: held.replace(next),
             weakest: sent.weakest,
         });
     }
@@ -206,9 +258,12 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::engine::local_bands::carry::{carry, carry_kept, carry_kept_adjoint};
+    use crate::engine::local_bands::carry::{
+        LocalBandCotangent, carry, carry_kept, carry_kept_adjoint,
+    };
     use crate::engine::local_bands::local_band_error::LocalBandError;
     use crate::engine::local_bands::settings::{LocalBandSettings, SourceOpening};
+    use crate::engine::progress::uncancelled;
     use crate::fixtures::parts::{
         box_pixels, conic, element, face, on_axis, pixel_layer, plane_wave, screen, sensor,
     };
@@ -342,18 +397,23 @@ mod tests {
             threshold: 3e-2,
             ..LocalBandSettings::new(vec![0.06, 0.06])
         };
-        let (outcome, passes) = carry_kept(&system, &settings).unwrap();
+        let (outcome, kept) = carry_kept(&system, &settings, &|_| uncancelled()).unwrap();
         let field = outcome.field;
         let bar = Field {
             grid: field.grid.clone(),
             values: noise((8, 8), 2),
         };
-        let backs = carry_kept_adjoint(&passes, &bar);
+        let cotangent = LocalBandCotangent {
+            field: &bar,
+            variations: &[],
+            pulse: &uncancelled,
+        };
+        let backs = carry_kept_adjoint(&system, &settings, &kept, &cotangent).unwrap();
         let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {
             a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
         };
         let forward = inner(&bar.values, &field.values);
-        for (purpose, back) in backs.iter().enumerate() {
+        for (purpose, back) in backs.pixels.iter().enumerate() {
             let reverse = inner(back.as_ref().unwrap(), &pixels(purpose as u32));
             let error = (forward - reverse).norm() / forward.norm();
             assert!(error < 1e-11, "{purpose}: {forward} {reverse} {error:e}");

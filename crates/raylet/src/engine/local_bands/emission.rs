@@ -6,8 +6,10 @@ use num_complex::Complex64;
 use crate::engine::error::tally::Fate;
 use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
 use crate::engine::local_bands::target::Target;
 use crate::optics::system::Hop;
+use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::{Arrival, Tail};
 use crate::wave::local_bands::window_transform::Modes;
 
@@ -44,6 +46,13 @@ pub(crate) struct WindowWaves {
     pub coefficients: Array2<Complex64>,
 }
 
+impl WindowWaves {
+    /// The direction of a plane wave beside the carrier.
+    fn direction(&self, (my, mx): (usize, usize)) -> [f64; 2] {
+        [self.modes[0].at(mx), self.modes[1].at(my)]
+    }
+}
+
 /// The plane waves of a window that reach the target: their indices, and their beamlets of coefficient one.
 #[derive(Default)]
 struct Kept {
@@ -65,18 +74,28 @@ impl Emission<'_> {
         }
     }
 
-    /// The conjugate transpose, for the plane waves that are kept: from the cotangents of the amplitudes of what a window
-    /// sends, which `bars` gives for these beamlets, to those of its coefficients.
+    /// The conjugate transpose, for the plane waves that are kept: from the moments that the cotangent has under what a
+    /// window sends, which `bars` gives for these beamlets, to the cotangents of its coefficients; adds to the derivatives
+    /// with respect to the parameters with which the hop changes.
     pub(crate) fn send_adjoint(
         &self,
         waves: &WindowWaves,
-        bars: impl FnOnce(&[Arrival]) -> Vec<Complex64>,
+        changes: &HopChanges,
+        bars: impl FnOnce(&[Arrival]) -> Vec<Moments>,
+        parameters: &mut [f64],
     ) -> Array2<Complex64> {
         let kept = self.kept(waves, &mut HopAccount::default());
         let mut coefficients_bar = Array2::zeros(waves.coefficients.dim());
         let bars = bars(&kept.beamlets);
-        for ((place, beamlet), bar) in kept.places.iter().zip(&kept.beamlets).zip(bars) {
-            coefficients_bar[*place] = beamlet.amplitude.conj() * bar;
+        for ((place, beamlet), moments) in kept.places.iter().zip(&kept.beamlets).zip(&bars) {
+            coefficients_bar[*place] = beamlet.amplitude.conj() * moments[0];
+            let sent = SentBeamlet {
+                start: &waves.start,
+                dp: waves.direction(*place),
+                amplitude: beamlet.amplitude * waves.coefficients[*place],
+                moments,
+            };
+            changes.pull_beamlet(&sent, parameters);
         }
         coefficients_bar
     }
@@ -85,9 +104,9 @@ impl Emission<'_> {
     fn kept(&self, waves: &WindowWaves, account: &mut HopAccount) -> Kept {
         let k = self.hop.wavenumber();
         let mut kept = Kept::default();
-        for ((my, mx), c) in waves.coefficients.indexed_iter() {
+        for (place, c) in waves.coefficients.indexed_iter() {
             let share = c.norm_sqr() / self.unit;
-            let dp = [waves.modes[0].at(mx), waves.modes[1].at(my)];
+            let dp = waves.direction(place);
             if c.norm_sqr() <= self.weakest * self.weakest {
                 account.tally.add_energy(Fate::Weak, share);
                 continue;
@@ -108,7 +127,7 @@ impl Emission<'_> {
             if share > kept.strongest.0 {
                 kept.strongest = (share, dp);
             }
-            kept.places.push((my, mx));
+            kept.places.push(place);
             kept.beamlets.push(beamlet);
         }
         if !kept.places.is_empty() {
@@ -136,11 +155,13 @@ mod tests {
 
     use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
     use crate::engine::local_bands::emission::{Emission, Emitted, WindowWaves};
+    use crate::engine::local_bands::hop_changes::HopChanges;
     use crate::engine::local_bands::target::Target;
     use crate::fixtures::parts::{on_axis, open_screen, screen, sensor};
     use crate::math::noise::noise;
     use crate::optics::frame::Frame;
     use crate::optics::system::Hop;
+    use crate::wave::beamlet::wavelet::Arrival;
     use crate::wave::local_bands::carrier::Carrier;
     use crate::wave::local_bands::window_transform::Modes;
 
@@ -182,7 +203,14 @@ mod tests {
         let there = &out.arrivals;
         assert!((20..400).contains(&there.len()), "{}", there.len());
         let bar = noise((1, there.len()), 1);
-        let back = emission.send_adjoint(&waves, |_| bar.iter().copied().collect());
+        let zero = Complex64::ZERO;
+        let moments = |_: &[Arrival]| bar.iter().map(|bar| [*bar, zero, zero, zero, zero, zero]);
+        let back = emission.send_adjoint(
+            &waves,
+            &HopChanges::new(&[], 0, hop),
+            |there| moments(there).collect(),
+            &mut [],
+        );
         let pairs = there.iter().zip(&bar);
         let forward: Complex64 = pairs.map(|(a, b)| b.conj() * a.amplitude).sum();
         let pairs = waves.coefficients.iter().zip(&back);

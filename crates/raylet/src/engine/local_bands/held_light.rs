@@ -9,6 +9,7 @@ use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
 use crate::optics::screen::Screen;
 use crate::optics::source::Source;
+use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
@@ -17,6 +18,7 @@ use crate::wave::local_bands::local_band::{WindowBlock, bright_amplitude};
 use crate::wave::local_bands::tiling::raster;
 
 /// Beamlets on the screen to which they came, in the groups in which they came.
+#[derive(Clone, Debug)]
 pub(crate) struct HeldBeamlets {
     arrivals: Vec<Arrival>,
     groups: Vec<Group>,
@@ -31,22 +33,24 @@ pub(crate) struct HeldBeamlets {
 }
 
 /// Neighbouring beamlets and the box of their footprints.
+#[derive(Clone, Debug)]
 struct Group {
     members: Range<usize>,
     bounds: [f64; 4],
 }
 
 /// The light that arrives at a screen.
+#[derive(Clone, Copy)]
 pub(crate) enum ArrivingLight<'a> {
     /// That of the source, on the first screen.
     Source(&'a Source, &'a Screen, f64),
     /// Beamlets.
-    Beamlets(HeldBeamlets),
+    Beamlets(&'a HeldBeamlets),
 }
 
 /// The light under one tile, before it is summed.
 pub(crate) struct TileLight<'a> {
-    light: &'a ArrivingLight<'a>,
+    light: ArrivingLight<'a>,
     /// The beamlets that its windows see, and their places among all.
     selected: Vec<Arrival>,
     places: Vec<usize>,
@@ -119,7 +123,7 @@ impl HeldBeamlets {
     }
 }
 
-impl ArrivingLight<'_> {
+impl<'a> ArrivingLight<'a> {
     /// How many beamlets are held.
     pub(crate) fn held(&self) -> usize {
         match self {
@@ -135,7 +139,7 @@ impl ArrivingLight<'_> {
         block: &WindowBlock,
         area: [f64; 4],
         radius: f64,
-    ) -> Option<TileLight<'_>> {
+    ) -> Option<TileLight<'a>> {
         let [x0, x1, y0, y1] = block.centres;
         let middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
         match self {
@@ -154,7 +158,7 @@ impl ArrivingLight<'_> {
                 ];
                 let spread = [0, 1].map(|a| corners.iter().fold(0.0f64, |m, c| m.max(c[a])));
                 Some(TileLight {
-                    light: self,
+                    light: *self,
                     selected: Vec::new(),
                     places: Vec::new(),
                     carrier,
@@ -171,7 +175,7 @@ impl ArrivingLight<'_> {
                     ..*block
                 };
                 Some(TileLight {
-                    light: self,
+                    light: *self,
                     spread: block.spread(&selected, &carrier),
                     selected,
                     places,
@@ -187,12 +191,8 @@ impl TileLight<'_> {
     pub(crate) fn at(&self, samples: &[Axis; 2]) -> (Array2<Complex64>, u64) {
         match self.light {
             ArrivingLight::Source(source, screen, k) => {
-                let value = |(j, i)| {
-                    let at: [f64; 2] = [samples[0].node(i), samples[1].node(j)];
-                    source_field(source, screen, at, *k) * self.carrier.removed(at, *k)
-                };
-                let shape = (samples[1].len(), samples[0].len());
-                (Array2::from_shape_fn(shape, value), 0)
+                let values = source_values(source, screen, &self.carrier, samples, k);
+                (values, 0)
             }
             ArrivingLight::Beamlets(beamlets) => {
                 self.gather(beamlets, samples).apply(&self.selected)
@@ -200,13 +200,13 @@ impl TileLight<'_> {
         }
     }
 
-    /// The conjugate transpose with respect to the amplitudes of the beamlets: their places among all, with cotangents;
-    /// none for light of a source.
+    /// The conjugate transpose with respect to the amplitudes of the beamlets: their places among all, with the moments of
+    /// the cotangent under each, of which the first is the cotangent of its amplitude; none for light of a source.
     pub(crate) fn at_adjoint(
         &self,
         samples: &[Axis; 2],
         bar: &Array2<Complex64>,
-    ) -> Vec<(usize, Complex64)> {
+    ) -> Vec<(usize, Moments)> {
         let ArrivingLight::Beamlets(beamlets) = self.light else {
             return Vec::new();
         };
@@ -223,6 +223,21 @@ impl TileLight<'_> {
             edge: beamlets.edge,
         }
     }
+}
+
+/// The light of a source over a carrier at samples of a plane screen, [y, x].
+pub(crate) fn source_values(
+    source: &Source,
+    screen: &Screen,
+    carrier: &Carrier,
+    samples: &[Axis; 2],
+    k: f64,
+) -> Array2<Complex64> {
+    let value = |(j, i)| {
+        let at: [f64; 2] = [samples[0].node(i), samples[1].node(j)];
+        source_field(source, screen, at, k) * carrier.removed(at, k)
+    };
+    Array2::from_shape_fn((samples[1].len(), samples[0].len()), value)
 }
 
 /// The field of a source at a point of a plane screen; `k` is the vacuum wavenumber.
@@ -279,7 +294,8 @@ mod tests {
             ],
         };
         let tile = |j: usize| (0..8).map(|i| beamlet(j, i)).collect();
-        let light = ArrivingLight::Beamlets(HeldBeamlets::new((0..6).map(tile), 6e3, 1e-3));
+        let held = HeldBeamlets::new((0..6).map(tile), 6e3, 1e-3);
+        let light = ArrivingLight::Beamlets(&held);
         let block = WindowBlock {
             centres: [0.3, 0.4, 0.2, 0.3],
             sigma: 0.05,
@@ -298,7 +314,7 @@ mod tests {
         let all: Vec<&Complex64> = amplitudes.iter().collect();
         let reverse: Complex64 = back
             .iter()
-            .map(|(place, bar)| bar.conj() * all[*place])
+            .map(|(place, moments)| moments[0].conj() * all[*place])
             .sum();
         assert!((forward - reverse).norm() < 1e-11, "{forward} {reverse}");
     }

@@ -10,6 +10,7 @@ use crate::engine::beamlet::mode_histogram::ModeHistogram;
 use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::emission::{Emission, Emitted};
 use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
+use crate::engine::local_bands::hop_changes::HopChanges;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{
     LocalBandPlan, LocalBandSettings, SOURCE_STEP, SourceOpening,
@@ -18,9 +19,10 @@ use crate::engine::local_bands::source_windows::SourceWindows;
 use crate::engine::local_bands::target::Target;
 use crate::engine::local_bands::tile_plan::TileRun;
 use crate::engine::local_bands::tile_run::TileBar;
-use crate::engine::progress::{Cancelled, ShareDone};
+use crate::engine::progress::{Cancelled, Pulse, ShareDone};
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
+use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::element_samples::Element;
@@ -55,16 +57,30 @@ pub(crate) struct Sent {
 pub(crate) enum Bars<'a> {
     /// Of the field on the sensor.
     Sensor(&'a Canvas),
-    /// Of the amplitudes of beamlets that are held.
-    Beamlets(&'a HeldBeamlets, &'a [Complex64]),
+    /// The moments that they have under beamlets that are held.
+    Beamlets(&'a HeldBeamlets, &'a [Moments]),
+}
+
+/// What the way back through a hop takes.
+pub(crate) struct Back<'a> {
+    /// Cotangents of what it sends.
+    pub bars: Bars<'a>,
+    /// How it changes with parameters.
+    pub changes: HopChanges<'a>,
+    /// Plane waves weaker than this were left out.
+    pub weakest: f64,
+    /// Called after each chunk of work.
+    pub pulse: &'a Pulse<'a>,
 }
 
 /// What the way back through a hop finds.
 pub(crate) struct HopBar {
-    /// Cotangents of the amplitudes of the beamlets that arrive at its first screen.
-    pub arriving: Vec<Complex64>,
+    /// Moments of the cotangent under the beamlets that arrive at its first screen.
+    pub arriving: Vec<Moments>,
     /// Cotangents of the pixels of the element there, [y, x]; nothing where it has none.
     pub pixels: Option<Array2<Complex64>>,
+    /// Derivatives with respect to the parameters.
+    pub parameters: Vec<f64>,
 }
 
 impl Bars<'_> {
@@ -77,12 +93,9 @@ impl Bars<'_> {
     }
 
     /// Of beamlets that were sent one after another from a place on.
-    fn of(&self, beamlets: &[Arrival], place: usize, hop: &Hop, edge: f64) -> Vec<Complex64> {
+    fn of(&self, beamlets: &[Arrival], place: usize, hop: &Hop, edge: f64) -> Vec<Moments> {
         match self {
-            Self::Sensor(canvas) => {
-                let moments = canvas.add_adjoint(beamlets, hop.wavenumber(), edge);
-                moments.iter().map(|[sum, ..]| *sum).collect()
-            }
+            Self::Sensor(canvas) => canvas.add_adjoint(beamlets, hop.wavenumber(), edge),
             Self::Beamlets(_, bars) => bars[place..place + beamlets.len()].to_vec(),
         }
     }
@@ -91,9 +104,14 @@ impl Bars<'_> {
 impl HopBar {
     /// Adds what a tile found.
     fn add(&mut self, bar: TileBar) {
-        for (place, value) in bar.arriving {
-            self.arriving[place] += value;
+        for (place, moments) in bar.arriving {
+            let total = self.arriving[place].iter_mut();
+            total.zip(moments).for_each(|(total, part)| *total += part);
         }
+        let total = self.parameters.iter_mut();
+        total
+            .zip(bar.parameters)
+            .for_each(|(total, part)| *total += part);
         if let Some(pixels) = &mut self.pixels {
             for (pixel, value) in bar.pixels {
                 pixels[pixel] += value;
@@ -209,14 +227,8 @@ impl<'a> HopStep<'a> {
     ) -> Result<Sent, LocalBandError> {
         let work = Work { canvas, progress };
         let Some(element) = &self.element else {
-            let windows = SourceWindows {
-                source: &self.system.source,
-                hop: &self.hop,
-                target: &self.target,
-                tiling: &self.tiling,
-                corrected: self.settings.corrected,
-            };
-            return self.each_tile(work, light.held(), 0.0, |tile| windows.tile(tile));
+            let windows = self.source_windows();
+            return self.each_tile(work, light.held(), 0.0, |tile| windows.send(tile));
         };
         let run = self.run(light, element);
         let weakest = self.weakest(&run);
@@ -226,47 +238,67 @@ impl<'a> HopStep<'a> {
         })
     }
 
-    /// The conjugate transpose, for the plane waves that are kept; nothing where a smooth source sends the light.
+    /// The conjugate transpose, for the plane waves that are kept, and the derivatives with respect to parameters.
+    ///
+    /// # Errors
+    /// When the pulse of `back` cancels the work.
     pub(crate) fn carry_adjoint(
         &self,
         light: &ArrivingLight,
-        weakest: f64,
-        bars: &Bars,
-    ) -> Option<HopBar> {
-        let element = self.element.as_ref()?;
-        let run = self.run(light, element);
-        let emission = self.emission(&run, weakest);
+        back: &Back,
+    ) -> Result<HopBar, Cancelled> {
+        let pixels = self.element.as_ref().and_then(Element::pixels);
         let mut total = HopBar {
-            arriving: vec![Complex64::ZERO; light.held()],
-            pixels: element
-                .pixels()
-                .map(|pixels| Array2::zeros(pixels.values.dim())),
+            arriving: vec![[Complex64::ZERO; 6]; light.held()],
+            pixels: pixels.map(|pixels| Array2::zeros(pixels.values.dim())),
+            parameters: vec![0.0; back.changes.count],
         };
+        let windows = self.source_windows();
+        let emitting = (self.element.as_ref()).map(|element| {
+            let run = self.run(light, element);
+            let emission = self.emission(&run, back.weakest);
+            (run, emission)
+        });
         let tiles: Vec<(usize, Tile)> = self.tiling.tiles().into_iter().enumerate().collect();
         for chunk in tiles.chunks(CHUNK_BACK) {
-            let back = |(number, tile): &(usize, Tile)| {
-                let mut place = bars.start(*number);
-                run.send_adjoint(tile, &emission, |beamlets| {
+            let give_back = |(number, tile): &(usize, Tile)| {
+                let mut place = back.bars.start(*number);
+                let bars = |beamlets: &[Arrival]| {
                     place += beamlets.len();
-                    bars.of(
-                        beamlets,
-                        place - beamlets.len(),
-                        &self.hop,
-                        self.target.edge,
-                    )
-                })
+                    let first = place - beamlets.len();
+                    (back.bars).of(beamlets, first, &self.hop, self.target.edge)
+                };
+                match &emitting {
+                    Some((run, emission)) => run.send_adjoint(tile, emission, &back.changes, bars),
+                    None => TileBar {
+                        parameters: windows.send_adjoint(tile, &back.changes, bars),
+                        ..TileBar::default()
+                    },
+                }
             };
-            let found: Vec<TileBar> = chunk.par_iter().map(back).collect();
+            let found: Vec<TileBar> = chunk.par_iter().map(give_back).collect();
             found.into_iter().for_each(|bar| total.add(bar));
+            Cancelled::check((back.pulse)())?;
         }
-        Some(total)
+        Ok(total)
+    }
+
+    /// The windows of a smooth source.
+    fn source_windows(&self) -> SourceWindows<'_> {
+        SourceWindows {
+            source: &self.system.source,
+            hop: &self.hop,
+            target: &self.target,
+            tiling: &self.tiling,
+            corrected: self.settings.corrected,
+        }
     }
 
     /// What all tiles share.
-    fn run<'b>(&'b self, light: &'b ArrivingLight, element: &'b Element) -> TileRun<'b> {
+    fn run<'b>(&'b self, light: &ArrivingLight<'b>, element: &'b Element) -> TileRun<'b> {
         TileRun {
             hop: &self.hop,
-            light,
+            light: *light,
             element,
             tiling: &self.tiling,
             shape: self.shape,

@@ -4,12 +4,16 @@
 //! to one instead of their squares. The windows stop where no beamlet reaches the target: the light falls off by itself.
 
 use crate::engine::error::tally::Fate;
+use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::emission::Emitted;
 use crate::engine::local_bands::held_light::{source_carrier, source_field};
+use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
 use crate::engine::local_bands::target::Target;
 use crate::optics::source::Source;
 use crate::optics::system::Hop;
+use crate::wave::beamlet::beamlet_kernel::Moments;
+use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::tiling::{Tile, Tiling};
 
 /// The middle ray of a tile represents the others to this factor.
@@ -31,16 +35,53 @@ pub(crate) struct SourceWindows<'a> {
 
 impl SourceWindows<'_> {
     /// The beamlets of one tile.
-    pub(crate) fn tile(&self, tile: &Tile) -> Emitted {
-        let [columns, rows] = tile.windows.clone();
+    pub(crate) fn send(&self, tile: &Tile) -> Emitted {
         let mut out = Emitted::default();
-        if self.misses(tile) {
-            return out;
-        }
-        for window in rows.flat_map(|j| columns.clone().map(move |i| [i, j])) {
-            self.window(window, &mut out);
+        for start in self.starts(tile) {
+            let beamlet = self.beamlet(&start, &mut out.account);
+            out.arrivals.extend(beamlet);
         }
         out
+    }
+
+    /// The derivatives with respect to the parameters with which the hop and the light of the source change, from the
+    /// moments that the cotangent has under the beamlets of one tile, which `bars` gives.
+    pub(crate) fn send_adjoint(
+        &self,
+        tile: &Tile,
+        changes: &HopChanges,
+        bars: impl FnOnce(&[Arrival]) -> Vec<Moments>,
+    ) -> Vec<f64> {
+        let mut parameters = vec![0.0; changes.count];
+        let mut account = HopAccount::default();
+        let sent = self.starts(tile).into_iter().filter_map(|start| {
+            let beamlet = self.beamlet(&start, &mut account)?;
+            Some((start, beamlet))
+        });
+        let (starts, beamlets): (Vec<ChirpedStart>, Vec<Arrival>) = sent.unzip();
+        let bars = bars(&beamlets);
+        for ((start, beamlet), moments) in starts.iter().zip(&beamlets).zip(&bars) {
+            let sent = SentBeamlet {
+                start,
+                dp: [0.0; 2],
+                amplitude: beamlet.amplitude,
+                moments,
+            };
+            changes.pull_source_beamlet(&sent, &mut parameters);
+        }
+        parameters
+    }
+
+    /// What the windows of a tile send out; nothing where none of it reaches the target.
+    fn starts(&self, tile: &Tile) -> Vec<ChirpedStart> {
+        if self.misses(tile) {
+            return Vec::new();
+        }
+        let [columns, rows] = tile.windows.clone();
+        let windows = rows.flat_map(|j| columns.clone().map(move |i| [i, j]));
+        windows
+            .map(|window| self.start(self.tiling.centre(window)))
+            .collect()
     }
 
     /// Whether all light of a tile lands far from the target, as its middle ray has it.
@@ -72,32 +113,35 @@ impl SourceWindows<'_> {
         }
     }
 
-    fn window(&self, window: [usize; 2], out: &mut Emitted) {
+    /// The beamlet of a window where it lands; nothing where it does not reach the target.
+    fn beamlet(&self, start: &ChirpedStart, account: &mut HopAccount) -> Option<Arrival> {
         let (hop, k) = (self.hop, self.hop.wavenumber());
         let [x, y] = &self.tiling.positions;
-        let at = self.tiling.centre(window);
-        let start = self.start(at);
-        let field = source_field(self.source, hop.from, at, k);
+        let field = source_field(self.source, hop.from, start.carrier.at, k);
         let energy = field.norm_sqr();
         let mut arrival = match start.launch(hop, [0.0; 2]) {
             Ok(arrival) => arrival,
-            Err(loss) => return out.account.tally.count(Fate::Lost(loss), energy),
+            Err(loss) => {
+                account.tally.count(Fate::Lost(loss), energy);
+                return None;
+            }
         };
         if !self.target.meets(&arrival, k) {
-            return out.account.tally.count(Fate::Outside, energy);
+            account.tally.count(Fate::Outside, energy);
+            return None;
         }
         let density = x.step * y.step / (std::f64::consts::TAU * x.sigma * y.sigma);
         arrival.amplitude *= field * density;
         let found = start.wave_aberration(hop);
         if self.target.holds(arrival.at) {
-            out.account.tally.add_aberration(found, energy);
+            account.tally.add_aberration(found, energy);
         }
         if let Some(found) = found.filter(|_| self.corrected) {
             arrival.amplitude *= found.correction();
         }
-        out.account.tally.count(Fate::Arrived, energy);
-        out.account.windows += 1;
-        out.account.modes += 1;
-        out.arrivals.push(arrival);
+        account.tally.count(Fate::Arrived, energy);
+        account.windows += 1;
+        account.modes += 1;
+        Some(arrival)
     }
 }

@@ -36,7 +36,7 @@ pub(crate) struct TileRun<'a> {
     /// The hop from the screen.
     pub hop: &'a Hop<'a>,
     /// The light that arrives.
-    pub light: &'a ArrivingLight<'a>,
+    pub light: ArrivingLight<'a>,
     /// What stands there.
     pub element: &'a Element<'a>,
     /// Where its windows stand.

@@ -8,7 +8,10 @@ use num_complex::Complex64;
 use crate::engine::beamlet::mode_histogram::ModeHistogram;
 use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::emission::{Emission, Emitted, WindowWaves};
+use crate::engine::local_bands::held_light::ArrivingLight;
+use crate::engine::local_bands::hop_changes::{HopChanges, SourceSamples};
 use crate::engine::local_bands::tile_plan::{AimedWindow, TilePlan, TileRun, WindowPlan};
+use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::element_samples::ElementSamples;
 use crate::wave::local_bands::tiling::Tile;
@@ -16,10 +19,12 @@ use crate::wave::local_bands::tiling::Tile;
 /// What the way back through a tile finds.
 #[derive(Default)]
 pub(crate) struct TileBar {
-    /// Cotangents of the amplitudes of arriving beamlets, by their places among all.
-    pub arriving: Vec<(usize, Complex64)>,
+    /// Moments of the cotangent under arriving beamlets, by their places among all.
+    pub arriving: Vec<(usize, Moments)>,
     /// Cotangents of the element's pixels, by row and column.
     pub pixels: Vec<([usize; 2], Complex64)>,
+    /// Derivatives with respect to parameters.
+    pub parameters: Vec<f64>,
 }
 
 /// A window whose plane waves are known.
@@ -47,14 +52,15 @@ impl TileRun<'_> {
         out
     }
 
-    /// The conjugate transpose, for the plane waves that are kept: from the cotangents of the amplitudes of the beamlets
-    /// that leave, which `bars` gives window by window for beamlets of coefficient one, to those of the beamlets that
-    /// arrive and of the element's pixels.
+    /// The conjugate transpose, for the plane waves that are kept: from the moments that the cotangent has under the beamlets
+    /// that leave, which `bars` gives window by window for beamlets of coefficient one, to those under the beamlets that
+    /// arrive, to the cotangents of the element's pixels, and to the parameters with which the hop changes.
     pub(crate) fn send_adjoint(
         &self,
         tile: &Tile,
         emission: &Emission,
-        mut bars: impl FnMut(&[Arrival]) -> Vec<Complex64>,
+        changes: &HopChanges,
+        mut bars: impl FnMut(&[Arrival]) -> Vec<Moments>,
     ) -> TileBar {
         let Some(plan) = self.plan(tile, &mut HopAccount::default()) else {
             return TileBar::default();
@@ -65,11 +71,13 @@ impl TileRun<'_> {
             let shape = |e: &ElementSamples| (e.nodes[1].len(), e.nodes[0].len());
             Array2::zeros(element.as_ref().map_or((0, 0), shape))
         });
+        let mut parameters = vec![0.0; changes.count];
         for aimed in &plan.aimed {
             let Some(window) = self.transformed(&plan, aimed, &values) else {
                 continue;
             };
-            let waves_bar = emission.send_adjoint(&window.waves, &mut bars);
+            let waves_bar =
+                emission.send_adjoint(&window.waves, changes, &mut bars, &mut parameters);
             let element_bar = &mut element_bars[window.lie];
             let Transformed { plan, element, .. } = window;
             plan.apply_adjoint(&values, element, &waves_bar, &mut values_bar, element_bar);
@@ -79,10 +87,21 @@ impl TileRun<'_> {
             let Some(element) = element else { continue };
             let (own, k) = (&plan.carriers[1], self.hop.wavenumber());
             pixels.extend(self.element.samples_adjoint(element, own, k, bar));
+            changes.pull_element(element, own, bar, &mut parameters);
+        }
+        if let ArrivingLight::Source(..) = self.light {
+            let light = SourceSamples {
+                samples: &plan.samples,
+                carrier: &plan.light.carrier,
+                values: &values,
+                bar: &values_bar,
+            };
+            changes.pull_light(&light, &mut parameters);
         }
         TileBar {
             arriving: plan.light.at_adjoint(&plan.samples, &values_bar),
             pixels,
+            parameters,
         }
     }
 

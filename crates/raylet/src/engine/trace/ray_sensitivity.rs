@@ -56,6 +56,27 @@ impl Variation {
             distance: 2.0 * step,
         })
     }
+
+    /// Whether the light of the source on the first screen changes, because one of them does.
+    pub(crate) fn moves_light(&self) -> bool {
+        let ([below, ..], [above, ..]) =
+            (self.below.screens.as_slice(), self.above.screens.as_slice())
+        else {
+            return false;
+        };
+        self.below.source != self.above.source
+            || below.frame != above.frame
+            || below.index != above.index
+    }
+
+    /// One of its hops.
+    pub(crate) fn hop(&self, number: usize) -> Option<PerturbedHops<'_>> {
+        Some(PerturbedHops {
+            below: self.below.hops().nth(number)?,
+            above: self.above.hops().nth(number)?,
+            distance: self.distance,
+        })
+    }
 }
 
 /// One hop of a variation.
@@ -67,6 +88,18 @@ pub(crate) struct PerturbedHops<'a> {
     pub above: Hop<'a>,
     /// The difference of the two values.
     pub distance: f64,
+}
+
+/// One hop of those variations in which its rays run otherwise, with their numbers.
+pub(crate) fn perturbed_hops<'v>(
+    variations: &'v [Variation],
+    number: usize,
+    hop: &Hop,
+) -> (Vec<usize>, Vec<PerturbedHops<'v>>) {
+    let all = variations.iter().enumerate();
+    let all = all.filter_map(|(i, variation)| variation.hop(number).map(|n| (i, n)));
+    all.filter(|(_, n)| !(n.below.is_same(hop) && n.above.is_same(hop)))
+        .unzip()
 }
 
 /// Parameters whose tangents travel together.
@@ -260,13 +293,30 @@ impl<'a> VariedHop<'a> {
             axes: &self.from.0,
             index: self.from.1,
         };
-        let to = PosedScreen {
+        let ray = trace_train(&self.faces, emit(&from, at, p)?, &mut ())?;
+        land(&self.landing_screen(), ray, &mut ())
+    }
+
+    /// A beamlet that leaves the first screen, a plane one, where it lands.
+    ///
+    /// # Errors
+    /// How its ray was lost, if it was.
+    pub(crate) fn carry_from(&self, start: BeamletStart<Number>) -> Result<Carried<Number>, Loss> {
+        let from = PosedScreen {
+            screen: self.hop.from,
+            axes: &self.from.0,
+            index: self.from.1,
+        };
+        carry_beamlet(&from, &self.faces, &self.landing_screen(), start)
+    }
+
+    /// The second screen.
+    fn landing_screen(&self) -> PosedScreen<'_, Number, VariedFrame> {
+        PosedScreen {
             screen: self.hop.to,
             axes: &self.to.0,
             index: self.to.1,
-        };
-        let ray = trace_train(&self.faces, emit(&from, at, p)?, &mut ())?;
-        land(&to, ray, &mut ())
+        }
     }
 
     /// The beamlet of width σ that leaves a launch plane along p, cosines along the screen's axes, where it lands.
@@ -289,11 +339,6 @@ impl<'a> VariedHop<'a> {
             axes: tangent.as_ref().unwrap_or(frame),
             index: *index,
         };
-        let to = PosedScreen {
-            screen: hop.to,
-            axes: &self.to.0,
-            index: self.to.1,
-        };
         let constant = |v: [f64; 2]| v.map(Number::constant);
         let window = launch_plane.window(sigma, hop.wavenumber());
         let number = |z: Complex| Complex::new(Number::constant(z.re), Number::constant(z.im));
@@ -306,7 +351,7 @@ impl<'a> VariedHop<'a> {
                 yy: number(window.yy),
             },
         };
-        carry_beamlet(&from, &self.faces, &to, start)
+        carry_beamlet(&from, &self.faces, &self.landing_screen(), start)
     }
 }
 

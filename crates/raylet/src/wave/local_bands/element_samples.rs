@@ -162,6 +162,16 @@ impl<'a> Element<'a> {
         }
     }
 
+    /// The transmission over a `carrier` at the nodes at which it was sampled: of this element in place of another.
+    pub(crate) fn values_at(
+        &self,
+        samples: &ElementSamples,
+        carrier: &Carrier,
+        k: f64,
+    ) -> Array2<Complex64> {
+        self.values(&samples.nodes, carrier, k, !samples.at_samples)
+    }
+
     /// The nodes of a tile at which the transmission over the element's own `carrier` is to be sampled; `cut` where an edge of
     /// the opening crosses windows of the tile.
     pub(crate) fn nodes_of(

@@ -4,7 +4,7 @@ use fearless_simd::{Level, dispatch};
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Rows};
+use crate::wave::beamlet::beamlet_kernel::{BeamletKernel, Moments, Rows};
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::raster::Raster;
 use crate::wave::local_bands::carrier::Carrier;
@@ -42,8 +42,13 @@ impl Gather {
         (values, evaluations)
     }
 
-    /// The conjugate transpose: the cotangent of each beamlet's amplitude from that of the samples.
-    pub fn apply_adjoint(&self, arrivals: &[Arrival], bar: &Array2<Complex64>) -> Vec<Complex64> {
+    /// The conjugate transpose: the moments that the cotangent of the samples has under each beamlet of amplitude one, the
+    /// first of which is the cotangent of the beamlet's amplitude.
+    pub(crate) fn apply_adjoint(
+        &self,
+        arrivals: &[Arrival],
+        bar: &Array2<Complex64>,
+    ) -> Vec<Moments> {
         let mut rows = Rows::zeros(self.raster);
         for ((j, i), value) in bar.indexed_iter() {
             let at = j * rows.stride + i;
@@ -53,12 +58,12 @@ impl Gather {
         let one = |arrival: &Arrival| {
             let beside = self.carrier.beside(arrival, self.k);
             let Some(kernel) = BeamletKernel::new(&beside, &rows, limit) else {
-                return Complex64::ZERO;
+                return [Complex64::ZERO; 6];
             };
-            let [sum, ..] =
-                dispatch!(Level::new(), simd => kernel.add_adjoint(simd, &rows, self.k));
+            let moments = dispatch!(Level::new(), simd => kernel.add_adjoint(simd, &rows, self.k));
             // amplitude of the beamlet beside the carrier = amplitude·removed
-            sum * self.carrier.removed(arrival.at, self.k).conj()
+            let turned = self.carrier.removed(arrival.at, self.k).conj();
+            moments.map(|moment| moment * turned)
         };
         arrivals.iter().map(one).collect()
     }
@@ -118,7 +123,7 @@ mod tests {
         let reverse: Complex64 = amplitudes
             .iter()
             .zip(&back)
-            .map(|(a, b)| b.conj() * a)
+            .map(|(a, moments)| moments[0].conj() * a)
             .sum();
         assert!((forward - reverse).norm() < 1e-11, "{forward} {reverse}");
     }

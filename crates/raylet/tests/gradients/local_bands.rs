@@ -1,0 +1,182 @@
+//! Gradients by local bands against central differences of the loss: of lenses, poses, sources, phases, openings, pixels.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+use raylet::engine::chain::linearised_system::LinearisedSystem;
+use raylet::engine::plan::settings::{Correction, Method, Settings};
+use raylet::engine::trace::ray_sensitivity::Variation;
+use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::Aperture;
+use raylet::optics::doe::{Layer, PixelForm};
+use raylet::optics::frame::Frame;
+use raylet::optics::profile::Profile;
+use raylet::optics::screen::Act;
+use raylet::optics::shape::Shape;
+use raylet::optics::system::System;
+use raylet_testkit::parts::{
+    conic, element, face, on_axis, pixel_layer, plane_wave, screen, sensor,
+};
+
+use crate::gradients::differences::loss;
+use crate::gradients::stage::noise;
+
+const WAVELENGTH: f64 = 0.55e-3;
+const PIXELS: usize = 12;
+
+/// What may change: half the opening of the element (mm), a coefficient of its phase (rad), the curvature (1/mm), index and
+/// decentre of a lens, the place of the element along the axis, the sensor's place and tilt, and the source's direction.
+const NAMES: [&str; 9] = [
+    "opening",
+    "phase",
+    "curvature",
+    "index",
+    "decentre",
+    "element",
+    "sensor",
+    "tilt",
+    "source",
+];
+
+/// Steps over which the loss changes by a part of itself.
+const STEPS: [f64; 9] = [2e-3, 0.1, 2e-5, 2e-5, 3e-4, 1e-3, 1e-5, 2e-4, 5e-6];
+
+/// Largest relative departures, in the order of the names. Carriers are found anew for each difference, so the error of the
+/// method at the element's rim counts where the phase or the opening changes.
+const BEHIND_A_LENS: [f64; 9] = [0.15, 1e-2, 1e-2, 1e-4, 1e-2, 1e-2, 1e-5, 1e-5, 1e-2];
+const LIT_BY_THE_SOURCE: [f64; 9] = [0.15, 2e-3, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-5, 1e-3];
+
+/// A lens, an element and a sensor behind a wide opening; without the lens the source lights the element itself.
+fn system(with_lens: bool, pixels: Option<&Array2<Complex64>>, by: [f64; 9]) -> System {
+    let [
+        opening,
+        phase,
+        curvature,
+        index,
+        decentre,
+        place,
+        distance,
+        tilt,
+        source,
+    ] = by;
+    let radial = Profile::Radial {
+        radius: 0.4,
+        coefficients: vec![-60.0 + phase, 4.0],
+    };
+    let mut doe = element(Layer::Phase(radial), Aperture::disc(0.4 + opening));
+    if let Some(values) = pixels {
+        doe.layers
+            .push(pixel_layer(values.clone(), 0.1, PixelForm::Box));
+    }
+    let at = |z: f64| on_axis(z).moved(Vec3::new(decentre, 0.0, 0.0));
+    let glass = 1.5 + index;
+    let lens = vec![
+        face(at(1.0), conic(0.03 + curvature, 0.0), [1.0, glass]),
+        face(at(2.0), conic(-0.02, 0.0), [glass, 1.0]),
+    ];
+    let behind = screen(on_axis(4.0 + place), Act::Doe(doe));
+    let end = on_axis(14.0 + distance).tilted([0.3 * tilt, tilt, 0.0]);
+    let end = screen(end, sensor(PIXELS, 6e-3));
+    let wide = screen(Frame::GLOBAL, Act::Stop(Aperture::disc(1.5)));
+    let (screens, trains) = match with_lens {
+        true => (vec![wide, behind, end], vec![lens, Vec::new()]),
+        false => (vec![behind, end], vec![lens_between(at, curvature)]),
+    };
+    System {
+        wavelength: WAVELENGTH,
+        source: plane_wave([0.01 + source, -0.004]),
+        screens,
+        trains,
+    }
+}
+
+/// A lens behind the element.
+fn lens_between(
+    at: impl Fn(f64) -> Frame,
+    curvature: f64,
+) -> Vec<raylet::optics::surface::Surface> {
+    vec![
+        face(at(6.0), conic(0.03 + curvature, 0.0), [1.0, 1.5]),
+        face(at(7.0), Shape::Plane, [1.5, 1.0]),
+    ]
+}
+
+/// Narrow windows and everything that is not quite dark, so that differences are smooth; no correction, which is held
+/// constant.
+fn settings() -> Settings {
+    Settings {
+        method: Method::LocalBands,
+        sigma: Some(0.04),
+        step: Some(1.0),
+        mode_threshold: Some(1e-6),
+        footprint_threshold: Some(1e-9),
+        correction: Correction::Off,
+        ..Settings::default()
+    }
+}
+
+fn along(i: usize, by: f64) -> [f64; 9] {
+    let mut all = [0.0; 9];
+    all[i] = by * STEPS[i];
+    all
+}
+
+#[test]
+fn beamlets_and_elements_match_differences_slow() {
+    for (with_lens, bounds) in [(true, BEHIND_A_LENS), (false, LIT_BY_THE_SOURCE)] {
+        let base = system(with_lens, None, [0.0; 9]);
+        let neighbour = |i: usize| Variation {
+            below: system(with_lens, None, along(i, -0.01)),
+            above: system(with_lens, None, along(i, 0.01)),
+            distance: 0.02,
+        };
+        let variations: Vec<Variation> = (0..NAMES.len()).map(neighbour).collect();
+        let linearised = LinearisedSystem::new(&base, &variations, &settings()).unwrap();
+        assert!(linearised.plans().is_empty());
+        let pass = linearised.forward(&base).unwrap();
+        let (_, bar) = loss(&pass.field.values);
+        let found = linearised.adjoint(&base, &variations, &pass, &bar);
+        for (i, found) in found.unwrap().parameters.into_iter().enumerate() {
+            let value = |by: f64| {
+                let moved = system(with_lens, None, along(i, by));
+                loss(&linearised.forward(&moved).unwrap().field.values).0
+            };
+            let slope = (8.0 * (value(0.5) - value(-0.5)) - (value(1.0) - value(-1.0))) / 6.0;
+            let error = (found - slope).abs() / slope.abs().max(1e-6);
+            let name = NAMES[i];
+            assert!(
+                error < bounds[i],
+                "{with_lens}, {name}: {found:e} against {slope:e}, {error:e} apart"
+            );
+        }
+    }
+}
+
+#[test]
+fn pixels_match_differences_by_local_bands() {
+    let values = noise([8, 8], 3).mapv(|v| v / v.norm());
+    let base = system(true, Some(&values), [0.0; 9]);
+    let linearised = LinearisedSystem::new(&base, &[], &settings()).unwrap();
+    let pass = linearised.forward(&base).unwrap();
+    let (_, bar) = loss(&pass.field.values);
+    let found = linearised.adjoint(&base, &[], &pass, &bar).unwrap();
+    let [None, Some(back)] = &found.pixels[..] else {
+        panic!("cotangents of the pixels of the second screen only");
+    };
+    let pattern = |at: (usize, usize)| (at.0 * 7 + at.1 * 3) as f64 % 5.0 - 2.0;
+    let value = |by: f64| {
+        let mut moved = values.clone();
+        for (at, value) in moved.indexed_iter_mut() {
+            *value *= Complex64::cis(pattern(at) * by);
+        }
+        let moved = system(true, Some(&moved), [0.0; 9]);
+        loss(&linearised.forward(&moved).unwrap().field.values).0
+    };
+    let terms = back.indexed_iter().zip(&values);
+    let found: f64 = terms
+        .map(|((at, bar), value)| (bar.conj() * Complex64::I * pattern(at) * value).re)
+        .sum();
+    let step = 1e-3;
+    let slope = (value(step) - value(-step)) / (2.0 * step);
+    let error = (found - slope).abs() / slope.abs();
+    assert!(error < 1e-5, "{found:e} against {slope:e}: {error:e}");
+}
