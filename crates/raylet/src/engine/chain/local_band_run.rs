@@ -17,6 +17,9 @@ use crate::optics::system::System;
 /// Share of the target error that plane waves which are left out may cost.
 const DROPPED_SHARE: f64 = 0.33;
 
+/// What is left out where all plane waves are requested, as a share of what is left out otherwise.
+const NEARLY_ALL: f64 = 0.1;
+
 /// Share of the target error that the period of windows may cost.
 const PERIOD_SHARE: f64 = 0.06;
 
@@ -37,13 +40,19 @@ pub fn local_band_settings(
         None => window_widths(system, opening, step, shared.target_error)?,
     };
     let period = 2.0 * (2.0 / (PERIOD_SHARE * settings.target_error)).ln().sqrt();
+    // A threshold of zero asks for all plane waves: of these there is no end, so the bands end far below the target error.
+    let share = match settings.mode_threshold {
+        Some(0.0) => NEARLY_ALL,
+        _ => 1.0,
+    };
+    let threshold = settings.mode_threshold.filter(|given| *given > 0.0);
     let chosen = LocalBandSettings {
         step,
         period: settings.period.unwrap_or(period),
-        threshold: settings.weakest_mode(),
-        dropped: match settings.mode_threshold {
+        threshold: threshold.unwrap_or(share * settings.coarsest_threshold()),
+        dropped: match threshold {
             Some(_) => None,
-            None => Some(DROPPED_SHARE * shared.target_error),
+            None => Some(share * DROPPED_SHARE * shared.target_error),
         },
         corrected: settings.correction != Correction::Off,
         opening,

@@ -230,14 +230,18 @@ impl Settings {
 
     /// The share of the strongest mode below which modes are dropped.
     pub(crate) fn weakest_mode(&self) -> f64 {
-        self.mode_threshold
-            .unwrap_or(self.target_error.min(COARSEST))
+        self.mode_threshold.unwrap_or(self.coarsest_threshold())
+    }
+
+    /// The threshold of modes and footprints where none is given.
+    pub(crate) fn coarsest_threshold(&self) -> f64 {
+        self.target_error.min(COARSEST)
     }
 
     /// The share of its peak at which a footprint ends.
     pub(crate) fn footprint_edge(&self) -> f64 {
         self.footprint_threshold
-            .unwrap_or(self.target_error.min(COARSEST))
+            .unwrap_or(self.coarsest_threshold())
     }
 
     /// The settings for a system that changes: footprints end so far out that no value jumps.

@@ -67,6 +67,11 @@ impl Axis {
         self.weights[index % self.weights.len()]
     }
 
+    /// Nodes in each cell.
+    pub(crate) fn nodes_of_cell(&self) -> usize {
+        self.offsets.len()
+    }
+
     /// How far a node is from the centre of its cell, in mm.
     #[inline]
     pub(crate) fn aside(&self, index: usize) -> f64 {

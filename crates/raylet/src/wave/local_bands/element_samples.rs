@@ -68,7 +68,7 @@ pub(crate) struct ElementSamples {
 /// of a cell says about its spectrum is wrong by that over four.
 const EDGE_PHASE: f64 = 0.3;
 
-/// Most parts of a pixel along each axis.
+/// Most parts of a pixel along each axis that its edges ask for; the light in it may ask for more.
 const MOST_PARTS: f64 = 8.0;
 
 /// Gauss nodes along each axis of a part of a box pixel.
@@ -299,8 +299,8 @@ impl<'a> Element<'a> {
             let (parts, nodes) = match pixels.form {
                 PixelForm::Point => (1.0, 1),
                 PixelForm::Box => {
-                    let part = area.pixel_part.min(NODES_OF_BOX as f64 * pitch);
-                    let part = part.max(own / MOST_PARTS);
+                    let fine = (NODES_OF_BOX as f64 * pitch).max(own / MOST_PARTS);
+                    let part = area.pixel_part.min(fine);
                     ((own / part).ceil(), NODES_OF_BOX)
                 }
                 PixelForm::Bilinear => ((own / pitch.min(area.edge_pitch)).ceil(), 1),
@@ -413,6 +413,38 @@ mod tests {
         }
     }
 
+    /// A line grating has pixels as long as the element: the light in them is still resolved.
+    #[test]
+    fn long_pixels_have_parts_over_which_light_is_linear() {
+        let mut layer = pixel_layer(noise((1, 30), 0), 0.1, PixelForm::Box);
+        if let Layer::Pixels(pixels) = &mut layer {
+            pixels.pitch = [0.1, 9.0];
+        }
+        let screen = screen(Frame::GLOBAL, Act::Doe(element(layer, Aperture::disc(1.5))));
+        let element = Element::of(&screen).unwrap();
+        let area = area();
+        let own = element.carrier([0.4, 0.5], 2.0, area.k);
+        for cut in [false, true] {
+            let nodes = element.nodes_of(&area, &own, 2.0, cut);
+            for axis in &nodes.axes {
+                assert!(axis.pitch <= area.pixel_part, "{cut}: {}", axis.pitch);
+            }
+        }
+    }
+
+    /// A tile of light beside the middle.
+    fn area() -> TileArea {
+        TileArea {
+            bounds: [-0.2, 1.0, 0.0, 1.1],
+            samples: [Axis::uniform(20, 0.09, 0.4), Axis::uniform(22, 0.08, 0.5)],
+            half_band: [0.01; 2],
+            edge_pitch: 0.04,
+            pixel_part: 0.06,
+            reach: [0.02; 2],
+            k: 6e3,
+        }
+    }
+
     #[test]
     fn samples_dot_product() {
         for form in [PixelForm::Box, PixelForm::Point, PixelForm::Bilinear] {
@@ -423,15 +455,7 @@ mod tests {
             doe.layers.push(Layer::Phase(Profile::Linear { gradient }));
             let screen = screen(Frame::GLOBAL, Act::Doe(doe));
             let element = Element::of(&screen).unwrap();
-            let area = TileArea {
-                bounds: [-0.2, 1.0, 0.0, 1.1],
-                samples: [Axis::uniform(20, 0.09, 0.4), Axis::uniform(22, 0.08, 0.5)],
-                half_band: [0.01; 2],
-                edge_pitch: 0.04,
-                pixel_part: 0.06,
-                reach: [0.02; 2],
-                k: 6e3,
-            };
+            let area = area();
             let own = element.carrier([0.4, 0.5], 2.0, area.k);
             let nodes = element.nodes_of(&area, &own, 2.0, true);
             let samples = element.samples(nodes, &own, area.k);

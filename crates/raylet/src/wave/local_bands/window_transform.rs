@@ -109,6 +109,9 @@ pub struct SampleLine<'a> {
     pub k: f64,
 }
 
+/// The factors of nodes are computed anew after so many modes, before rounding adds up.
+const RESTART: usize = 64;
+
 /// The matrices along one axis.
 struct Line {
     /// A row per node, a column per sample; nothing where the samples are the nodes.
@@ -123,20 +126,46 @@ impl Line {
             .map_or((samples.axis, samples.range, CellFilter::Points), |nodes| {
                 (nodes.axis, nodes.range, nodes.filter)
             });
-        let period = std::f64::consts::TAU / (samples.k * modes.spacing);
-        let count = range.1 - range.0;
-        let to_modes = Array2::from_shape_fn((modes.count, count), |(m, i)| {
-            let dp = modes.at(m);
-            let node = range.0 + i;
-            let u = axis.node(node) - samples.centre;
-            let wave = Complex64::cis(-samples.k * (modes.shift + dp) * u);
-            wave * filter.factor(dp, samples.k, axis.aside(node)) * (axis.weight(node) / period)
-        });
         Self {
             to_nodes: nodes.map(|nodes| interpolation(samples, nodes)),
-            to_modes,
+            to_modes: fourier(samples, (axis, range), filter, modes),
         }
     }
+}
+
+/// The Fourier sum over the nodes of a range: a row per mode, a column per node. From mode to mode a node's factor turns by the
+/// same phase; what a cell does to a mode is the same in each cell.
+fn fourier(
+    samples: &SampleLine,
+    (axis, range): (&Axis, (usize, usize)),
+    filter: CellFilter,
+    modes: &Modes,
+) -> Array2<Complex64> {
+    let k = samples.k;
+    let period = std::f64::consts::TAU / (k * modes.spacing);
+    let factor = |node: usize| {
+        let all = (0..modes.count).map(|m| filter.factor(modes.at(m), k, axis.aside(node)));
+        all.collect::<Vec<Complex64>>()
+    };
+    let cells: Vec<Vec<Complex64>> = (0..axis.nodes_of_cell()).map(factor).collect();
+    let mut matrix = Array2::zeros((modes.count, range.1 - range.0));
+    for (i, mut column) in matrix.columns_mut().into_iter().enumerate() {
+        let node = range.0 + i;
+        let u = axis.node(node) - samples.centre;
+        let step = Complex64::cis(-k * modes.spacing * u);
+        let mut wave = Complex64::ZERO;
+        for (m, value) in column.iter_mut().enumerate() {
+            wave = match m % RESTART {
+                0 => {
+                    Complex64::cis(-k * (modes.shift + modes.at(m)) * u)
+                        * (axis.weight(node) / period)
+                }
+                _ => wave * step,
+            };
+            *value = wave * cells[node % cells.len()][m];
+        }
+    }
+    matrix
 }
 
 /// The sum of sinc functions that continues samples to nodes: sin(πt)/π(t − n) has one sine for each node.
