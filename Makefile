@@ -5,7 +5,7 @@ OUT ?= out/demo
 SCENE = scenes/hologram_through_lens.toml
 RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 
-.PHONY: demo quick test test-rust test-python test-torch fuzz bench accuracy real-size wheel docs
+.PHONY: demo quick test test-rust test-python test-torch fuzz bench accuracy real-size aperture-scaling wheel docs
 
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
@@ -120,6 +120,10 @@ bench:
 # Remakes docs/accuracy.md.
 accuracy:
 	cargo run --release --package raylet-accuracy > docs/accuracy.md
+
+# Remakes docs/aperture_scaling.md and its picture.
+aperture-scaling:
+	cargo run --release --package raylet-accuracy --example aperture_scaling
 
 # Remakes docs/real_size.md.
 real-size:

@@ -32,6 +32,8 @@ pub struct Triplet {
     pub pixels: usize,
     /// Their pitch in mm.
     pub pitch: f64,
+    /// All lengths of the lens over those of f = 50 mm; the element and the sensor have their own.
+    pub scale: f64,
 }
 
 impl Triplet {
@@ -46,6 +48,7 @@ impl Triplet {
             angle_deg,
             pixels: 32,
             pitch: 1e-3,
+            scale: 1.0,
         }
     }
 
@@ -67,18 +70,20 @@ impl Triplet {
             (20.29192, 4.75041, "air"),
         ];
         let last = [(79.68360, 2.95208, "N-SK16"), (-18.39533, FOCUS, "air")];
+        let scale = self.scale;
         let surfaces = |builder: SystemBuilder, list: &[(f64, f64, &str)]| {
             list.iter().fold(builder, |builder, (radius, gap, glass)| {
-                builder.surface(*radius, *glass, OPENING).gap(*gap)
+                let surface = builder.surface(radius * scale, *glass, OPENING * scale);
+                surface.gap(gap * scale)
             })
         };
         let builder = SystemBuilder::new(WAVELENGTH)
             .collimated([self.angle_deg.to_radians(), 0.0])
-            .stop(Aperture::disc(OPENING))
-            .gap(BEFORE);
+            .stop(Aperture::disc(OPENING * scale))
+            .gap(BEFORE * scale);
         let builder = surfaces(builder, &first)
             .element("stop", Shape::Plane, self.element.clone())
-            .gap(0.5);
+            .gap(0.5 * scale);
         surfaces(builder, &last)
             .offset([x, 0.0], [0.0; 3])
             .sensor([self.pixels; 2], [self.pitch; 2])

@@ -13,6 +13,7 @@ use crate::design::losses::loss::FieldLoss;
 use crate::engine::chain::control_variate::ControlVariate;
 use crate::engine::chain::linearised_system::LinearisedSystem;
 use crate::engine::chain::linearised_system_error::LinearisedSystemError;
+use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Pulse, uncancelled};
 use crate::engine::trace::ray_sensitivity::Variation;
@@ -89,6 +90,23 @@ pub enum ProjectError {
         /// What the sensor has.
         found: (usize, usize),
     },
+}
+
+impl ProjectError {
+    /// Whether another point may be without it: the numbers make no system here, or light that spreads too far for local
+    /// bands.
+    pub(crate) fn is_of_point(&self) -> bool {
+        match self {
+            Self::System(_) => true,
+            Self::LinearisedSystem(error) => {
+                matches!(
+                    error,
+                    LinearisedSystemError::Simulate(SimulateError::LocalBands(_))
+                )
+            }
+            Self::NotFinite | Self::Pixels(_) | Self::Shape { .. } => false,
+        }
+    }
 }
 
 /// What a point of a design is like.

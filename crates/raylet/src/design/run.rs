@@ -202,17 +202,16 @@ impl<'p> Run<'p> {
         })
     }
 
-    /// Looks; a trial of a line search at which there is no such system is one that went too far.
+    /// Looks; a trial of a line search at which there is no such system, or its light spreads too far to be carried, is one
+    /// that went too far.
     fn possible(&mut self) -> Result<DesignEvaluation, ProjectError> {
         loop {
             let found = self.evaluate();
             let state = &mut self.state;
             let trial = matches!(state.search, Optimizer::Lbfgs(_)) && state.evaluations > 0;
-            let Err(ProjectError::System(_)) = &found else {
-                return found;
-            };
+            let too_far = found.as_ref().is_err_and(ProjectError::is_of_point);
             let nowhere = vec![0.0; state.search.point().len()];
-            if !trial
+            if !(too_far && trial)
                 || matches!(
                     state.search.report(f64::INFINITY, &nowhere),
                     Step::Finished(_)
