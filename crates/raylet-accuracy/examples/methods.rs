@@ -53,6 +53,7 @@ fn doe(values: Array2<Complex64>) -> Screen {
         name: String::from("doe"),
         frame: Frame::GLOBAL,
         index: 1.0,
+        behind: None,
         shape: Shape::Plane,
         arrives: 1.0,
         act: Act::Doe(Doe {
@@ -68,6 +69,7 @@ fn sensor(z: f64, n: usize) -> Screen {
         name: String::from("sensor"),
         frame: at(z),
         index: 1.0,
+        behind: None,
         shape: Shape::Plane,
         arrives: 1.0,
         act: Act::Sensor(Sensor {

@@ -24,6 +24,7 @@ fn screen(z: f64, index: f64, arrives: f64) -> Screen {
         frame: Frame::GLOBAL.moved(Vec3::new(0.2, -0.1, z)),
         act: Act::Stop(Aperture::OPEN),
         index,
+        behind: None,
         shape: Shape::Plane,
         arrives,
     }

@@ -31,6 +31,7 @@ pub fn screen(frame: Frame, act: Act) -> Screen {
         shape: Shape::Plane,
         act,
         index: 1.0,
+        behind: None,
         arrives: 1.0,
     }
 }

@@ -38,6 +38,7 @@ mod rays {
             frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
             act: Act::Sensor(sensor),
             index: 1.0,
+            behind: None,
             shape: Shape::Plane,
             arrives: 1.0,
         }

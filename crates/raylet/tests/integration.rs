@@ -10,6 +10,7 @@ mod far_away;
 mod foreign_rays;
 mod gradients;
 mod hologram;
+mod interfaces;
 mod local_bands;
 mod paper_scenes;
 mod paper_variance;

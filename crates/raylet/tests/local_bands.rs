@@ -2,6 +2,7 @@
 
 use std::ops::ControlFlow;
 
+use num_complex::Complex64;
 use raylet::engine::chain::forecast::forecast;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::chain::simulate_error::SimulateError;
@@ -16,7 +17,7 @@ use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
-use raylet_testkit::parts::{conic, element, lit, on_axis, screen, sensor};
+use raylet_testkit::parts::{element, lit, on_axis, screen, sensor};
 
 const WAVELENGTH: f64 = 0.5e-3;
 const RADIUS: f64 = 6.0;
@@ -90,21 +91,24 @@ fn local_bands_are_taken_where_whole_fields_take_much_longer_slow() {
 
 #[test]
 fn what_neither_can_carry_is_refused_with_both_reasons() {
-    let mut curved = system();
-    curved.screens[2].shape = conic(0.01, 0.0);
-    let error = simulate(&curved, &little_memory(), &|_| {}).unwrap_err();
+    let mut summed = system();
+    if let Act::Doe(doe) = &mut summed.screens[1].act {
+        let layers = std::mem::take(&mut doe.layers);
+        doe.layers = vec![Layer::Sum(vec![(Complex64::ONE, layers)])];
+    }
+    let error = simulate(&summed, &little_memory(), &|_| {}).unwrap_err();
     assert!(matches!(error, SimulateError::TooLarge { .. }), "{error}");
     let text = error.to_string();
     assert!(text.contains("plane waves, more than the"), "{text}");
-    assert!(text.contains("screen 'sensor' is curved"), "{text}");
+    assert!(text.contains("the layers of screen 'element'"), "{text}");
 
     // Requested, they are refused for their own reason.
     let settings = Settings {
         method: Method::LocalBands,
         ..Settings::default()
     };
-    let error = simulate(&curved, &settings, &|_| {}).unwrap_err();
-    let expected = LocalBandError::Curved("sensor".into());
+    let error = simulate(&summed, &settings, &|_| {}).unwrap_err();
+    let expected = LocalBandError::Layers("element".into());
     assert_eq!(error, SimulateError::LocalBands(expected));
 }
 

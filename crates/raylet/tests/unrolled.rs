@@ -52,6 +52,7 @@ fn screen(shape: Shape, layers: Vec<Layer>, half: f64) -> Screen {
             reflect: false,
         }),
         index: 1.0,
+        behind: None,
         arrives: 1.0,
     }
 }
@@ -212,6 +213,7 @@ fn pixels_lie_where_hand_made_projections_put_them() {
             pitch: [pitch; 2],
         }),
         index: 1.0,
+        behind: None,
         arrives: 1.0,
     };
     let system = System {

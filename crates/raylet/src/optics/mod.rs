@@ -7,6 +7,7 @@
 //! | [`aperture`] | Clear apertures and the share of a small cell that lies inside them |
 //! | [`bundle`] | Rays of any tracer on a screen, in plain arrays, and the faults that such arrays may have |
 //! | [`conic`] | Spheres and conics of revolution, with even powers of the radius on top |
+//! | `deflection` | What an element on a surface, and the interface under it, do to a ray |
 //! | [`doe`] | Diffractive optical elements: a complex transmission over a plane |
 //! | [`frame`] | Where a part stands: an origin and three orthonormal axes in global coordinates |
 //! | [`freeform`] | Sag terms that are added to a conic, each written once as a formula for z(x, y) |
@@ -36,6 +37,7 @@ pub mod aperture;
 pub mod assembly;
 pub mod bundle;
 pub mod conic;
+pub(crate) mod deflection;
 pub mod doe;
 pub mod frame;
 pub mod freeform;

@@ -4,6 +4,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::doe::Doe;
 use crate::optics::frame::Frame;
+use crate::optics::refraction::Coating;
 use crate::optics::shape::{Height, Shape};
 
 /// A surface on which the complex field is known.
@@ -17,10 +18,21 @@ pub struct Screen {
     pub shape: Shape,
     /// What acts there.
     pub act: Act,
-    /// Refractive index around it.
+    /// Refractive index around it; where another medium stands behind it, the index before it.
     pub index: f64,
+    /// The medium behind an element that stands on an interface; nothing where light goes on in the same medium.
+    pub behind: Option<Behind>,
     /// +1 when light arrives towards the local +z, −1 when it arrives towards −z.
     pub arrives: f64,
+}
+
+/// The medium behind a screen that stands on an interface.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Behind {
+    /// Its refractive index.
+    pub index: f64,
+    /// How much of the field the interface transmits.
+    pub coating: Coating,
 }
 
 /// What happens to light on a screen.
@@ -75,6 +87,11 @@ impl Screen {
         }
     }
 
+    /// Refractive index of the medium into which light leaves.
+    pub fn index_behind(&self) -> f64 {
+        self.behind.map_or(self.index, |behind| behind.index)
+    }
+
     /// Whether the part that matters ends at the edges of [`Screen::bounds`].
     pub(crate) fn is_rectangular(&self) -> bool {
         let outline = match &self.act {
@@ -113,7 +130,8 @@ impl Screen {
             frame,
             shape: Shape::Plane,
             act: Act::Stop(Aperture::OPEN),
-            index: self.index,
+            index: self.index_behind(),
+            behind: None,
             arrives: self.leaves(),
         })
     }

@@ -56,8 +56,9 @@ impl System {
 impl Hop<'_> {
     /// Whether rays run alike in another hop: places, shapes and media are the same.
     pub(crate) fn is_same(&self, other: &Hop) -> bool {
+        let media = |a: &Screen, b: &Screen| a.index == b.index && a.behind == b.behind;
         let alike =
-            |a: &Screen, b: &Screen| a.frame == b.frame && a.shape == b.shape && a.index == b.index;
+            |a: &Screen, b: &Screen| a.frame == b.frame && a.shape == b.shape && media(a, b);
         alike(self.from, other.from) && alike(self.to, other.to) && self.train == other.train
     }
 

@@ -114,6 +114,7 @@ fn system(values: Array2<Complex64>, z: f64, wavelength: f64) -> System {
         shape: Shape::Plane,
         act,
         index: 1.0,
+        behind: None,
         arrives: 1.0,
     };
     System {

@@ -209,6 +209,7 @@ fn screen(name: &str, [x, y]: [f64; 2], z: f64, act: Act) -> Screen {
         shape: Shape::Plane,
         act,
         index: 1.0,
+        behind: None,
         arrives: 1.0,
     }
 }

@@ -261,6 +261,7 @@ fn mirror(shape: Shape, element: Doe, place: Vec3, pixels: [usize; 2], pitch: f6
         shape,
         act,
         index: 1.0,
+        behind: None,
         arrives,
     };
     let middle = Vec3::new(0.0, 0.0, 0.0);

@@ -83,8 +83,8 @@ pub(crate) enum Chosen {
     LocalBands(LocalBandSettings),
 }
 
-/// Chooses for a system in which rims that matter are screens: local bands where they are requested, where they take much
-/// less time, and where a whole field does not fit into memory; `progress` is called before each hop is planned.
+/// Chooses for a system in which rims that matter are screens: local bands where they are requested, where an
+/// element has two media, where they take much less time, and where a whole field does not fit into memory; `progress` is called before each hop is planned.
 ///
 /// # Errors
 /// As [`simulate`](crate::engine::chain::simulate::simulate), but for light that is found to be absent.
@@ -106,7 +106,9 @@ pub(crate) fn choose_with<R: Reply>(
     stays: &StaysFree,
     progress: impl FnMut(usize, &Hop) -> R,
 ) -> Result<Chosen, SimulateError> {
-    if settings.method == Method::LocalBands {
+    let crosses = system.screens.iter().any(|screen| screen.behind.is_some());
+    let only_bands = crosses && settings.method == Method::Auto;
+    if settings.method == Method::LocalBands || only_bands {
         return Ok(Chosen::LocalBands(local_band_settings(system, settings)?));
     }
     let whole = match whole_field_forecast(system, settings, stays, progress) {

@@ -26,7 +26,7 @@ const PERIOD_SHARE: f64 = 0.06;
 /// The choices of a run by local bands: as given, or such that each hop has its part of the target error.
 ///
 /// # Errors
-/// When a screen is curved or has no edge, an element has layers of another kind, or no ray of the source arrives.
+/// When a screen has no edge or reflects into another medium, an element has layers of another kind, or no ray of the source arrives.
 pub fn local_band_settings(
     system: &System,
     settings: &Settings,
@@ -66,7 +66,7 @@ pub fn local_band_settings(
 /// Carries the light of a system, in which rims that matter are screens, to its sensor.
 ///
 /// # Errors
-/// When an element has layers of another kind, a screen is curved, no light is left, the beamlets take too much
+/// When an element has layers of another kind, no light is left, the beamlets take too much
 /// memory, the field is not finite, or `progress` cancels the run.
 pub(crate) fn run_local_bands(
     original: &System,

@@ -250,6 +250,11 @@ fn routes(
     let mut anchor = Arriving::from_source(system).directions.anchor;
     let mut routes = Vec::new();
     for hop in system.hops() {
+        if hop.from.behind.is_some() {
+            let (from, to) = (hop.from.name.clone(), hop.to.name.clone());
+            let why = format!("'{from}' has two media");
+            return Err(ReferenceError::NoMethod { from, to, why });
+        }
         let found = free_method(&hop, approach, anchor, outlines(&hop)?, settings);
         routes.push(found.map_err(|why| {
             let (from, to) = (hop.from.name.clone(), hop.to.name.clone());
@@ -282,7 +287,8 @@ fn carry(
     let [from, to] = outlines(hop)?;
     let (leaving, arriving) = route.reach(hop, from, to);
     let fineness = fineness(hop.from);
-    let finer = leaving.map(|p| (fineness * p).min((PIXEL_FINENESS * p).max(2.0 * hop.from.index)));
+    let finer = leaving
+        .map(|p| (fineness * p).min((PIXEL_FINENESS * p).max(2.0 * hop.from.index_behind())));
     let (arrived, field) = light.pass(system, hop.from, finer, settings)?;
     let before = arrived.power();
     drop(arrived);
@@ -376,7 +382,7 @@ fn shine(
             [local.x, local.y, local.z * leaves]
         })
         .collect();
-    let wavelength = hop.wavelength / hop.from.index;
+    let wavelength = hop.wavelength / hop.from.index_behind();
     let mut values = Vec::with_capacity(points.len());
     for chunk in points.chunks(POINTS_AT_ONCE) {
         values.extend(emitters.shine(chunk, wavelength));

@@ -71,7 +71,7 @@ pub(crate) fn lost_light(hop: &Hop, light: &(dyn Fn(Grid) -> Field + Sync)) -> [
 
 impl Lens {
     fn new(hop: &Hop) -> Self {
-        let n = hop.from.index;
+        let n = hop.from.index_behind();
         let wavelength = hop.wavelength / n;
         let (sigma, period) = (WIDTH * wavelength, PERIOD * wavelength);
         let axis = Axis::uniform((PERIOD * SAMPLES) as usize, wavelength / SAMPLES, 0.0);
@@ -150,7 +150,7 @@ impl Lens {
         spectrum: &Spectrum,
         energy: &mut [f64; FATES.len()],
     ) {
-        let n = hop.from.index;
+        let n = hop.from.index_behind();
         let mut propagating = 0.0;
         for ((my, mx), c) in spectrum.coefficients.indexed_iter() {
             let p = [self.band.at(mx), self.band.at(my)];

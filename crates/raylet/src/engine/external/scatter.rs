@@ -82,6 +82,9 @@ impl<'a> Scatter<'a> {
         let Act::Doe(doe) = &screen.act else {
             return Err(ScatterError::NoElement(screen.name.clone()));
         };
+        if screen.behind.is_some() {
+            return Err(ScatterError::TwoMedia(screen.name.clone()));
+        }
         settings.check()?;
         check_positive("wavelength", wavelength)?;
         settings.check_modes(screen.index, wavelength)?;

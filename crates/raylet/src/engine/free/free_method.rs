@@ -203,7 +203,7 @@ fn sight(hop: &Hop, from: [f64; 4], to: [f64; 4]) -> Result<LinesOfSight, String
                     "part of the second screen lies behind the first, or is lit from behind",
                 ));
             }
-            let scale = hop.from.index / flight.norm();
+            let scale = hop.from.index_behind() / flight.norm();
             for (most, v) in [(&mut sight.leaving, out), (&mut sight.arriving, back)] {
                 *most = [
                     most[0].max(scale * v.x.abs()),

@@ -45,7 +45,7 @@ pub(crate) struct Spots<'a> {
 impl Spots<'_> {
     /// The relative error of what was found; nothing through plates, very near the screen or in the dark.
     pub(crate) fn error(&self, seed: u64) -> Option<f64> {
-        let wavelength = self.hop.wavelength / self.hop.from.index;
+        let wavelength = self.hop.wavelength / self.hop.from.index_behind();
         let near = self.nearest()? < NEAR * wavelength;
         let total: f64 = self.values.iter().map(|u| u.norm_sqr()).sum();
         if near || self.free.slabs.len() != 1 || total <= 0.0 {

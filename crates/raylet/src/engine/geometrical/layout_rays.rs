@@ -4,10 +4,11 @@
 //! gradient; behind pixels it goes straight on and, aimed, towards both sides of the next screen.
 
 use crate::engine::error::advice::turning;
-use crate::engine::geometrical::system_trace::{deflected, passes};
+use crate::engine::geometrical::system_trace::passes;
 use crate::engine::trace::ray_trace::Landing;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
+use crate::optics::deflection::deflected;
 use crate::optics::doe::Doe;
 use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;

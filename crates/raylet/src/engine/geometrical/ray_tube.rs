@@ -8,6 +8,7 @@ use crate::engine::trace::ray_trace::Landing;
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
+use crate::optics::deflection::transmitted;
 use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
@@ -80,9 +81,11 @@ pub fn trace_tube(system: &System, start: [f64; 2]) -> Result<RayTube, Loss> {
     let mut tube_rays = TubeRays::default();
     for (number, hop) in system.hops().enumerate() {
         // The element bends the ray and lengthens its path.
-        if !aperture_of(hop.from).contains(at[0].value, at[1].value) {
+        let [here, arriving] = [at, p].map(|pair| pair.map(|v| v.value));
+        if !aperture_of(hop.from).contains(here[0], here[1]) {
             return Err(Loss::Clipped);
         }
+        flux *= transmitted(hop.from, here, arriving)?.powi(2);
         path += deflect(hop.from, at, &mut p, k)?;
         if number == 0 {
             p = std::array::from_fn(|a| p[a] + Number::variable(0.0, 2 + a));
@@ -131,10 +134,10 @@ fn deflect(screen: &Screen, at: [Number; 2], p: &mut [Number; 2], k: f64) -> Res
 
 /// n·(normal optical cosine) behind the first screen of a hop.
 fn normal(hop: &Hop, [px, py]: [f64; 2]) -> f64 {
-    (hop.from.index.powi(2) - px * px - py * py).sqrt()
+    (hop.from.index_behind().powi(2) - px * px - py * py).sqrt()
 }
 
-/// The same where the ray lands.
+/// The same where the ray lands, before the screen.
 fn normal_at(hop: &Hop, landing: &Landing<Number>) -> f64 {
     let [px, py] = landing.cosines.map(|p| p.value);
     (hop.to.index.powi(2) - px * px - py * py).sqrt()

@@ -7,6 +7,7 @@ use crate::engine::trace::ray_sensitivity::{BLOCK, Number, PerturbedHops, Variat
 use crate::engine::trace::ray_trace::Landing;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
+use crate::optics::deflection::deflected;
 use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;
 use crate::optics::screen::{Act, Screen};
@@ -134,7 +135,7 @@ fn launch(
 
 /// The global direction behind a screen of a ray with optical cosines p.
 fn outwards(screen: &Screen, [px, py]: [f64; 2]) -> Vec3 {
-    let n = screen.index;
+    let n = screen.index_behind();
     let along = (n * n - px * px - py * py).max(0.0).sqrt() * screen.leaves();
     screen.frame.turn_out(Vec3::new(px, py, along) * (1.0 / n))
 }
@@ -161,31 +162,6 @@ fn leave(screen: &Screen, k: f64, at: [f64; 2], p: [f64; 2]) -> Result<([f64; 2]
     let turned = deflected(screen, at, p, kick).ok_or(Loss::Evanescent)?;
     let phase = doe.smooth_phase(at[0], at[1]).unwrap_or(0.0);
     Ok((turned, phase / k))
-}
-
-/// The direction behind an element that adds `kick` to the optical cosines along its surface: what is
-/// tangential is kept and kicked, what is normal follows, backwards from a mirror.
-pub(crate) fn deflected(
-    screen: &Screen,
-    at: [f64; 2],
-    p: [f64; 2],
-    kick: [f64; 2],
-) -> Option<[f64; 2]> {
-    let [sx, sy] = screen.height(at)?.slope;
-    let up = Vec3::new(-sx, -sy, 1.0).unit();
-    let [px, py] = p;
-    let n = screen.index;
-    let along = (n * n - px * px - py * py).max(0.0).sqrt() * screen.arrives;
-    let tangential = |v: Vec3| v - up * v.dot(up);
-    let whole = Vec3::new(px, py, along);
-    let kept = tangential(whole) + tangential(Vec3::new(kick[0], kick[1], 0.0));
-    let under = n * n - kept.dot(kept);
-    if under <= 0.0 {
-        return None;
-    }
-    let turned = screen.arrives * screen.leaves();
-    let out = kept + up * (under.sqrt() * whole.dot(up).signum() * turned);
-    Some([out.x, out.y])
 }
 
 /// Derivatives of one ray on the sensor with respect to each parameter: of x and y on the sensor's axes (mm), of

@@ -83,11 +83,11 @@ pub struct LocalBandCotangent<'a> {
     pub pulse: &'a Pulse<'a>,
 }
 
-/// Carries the light of a system of plane screens to its sensor.
+/// Carries the light of a system to its sensor.
 ///
 /// # Errors
-/// When a screen is curved or has no edge, an element has layers of another kind, a width is missing, the last screen is
-/// no sensor, or no light is left.
+/// When a screen has no edge or reflects into another medium, an element has layers of another kind, a width is missing,
+/// the last screen is no sensor, or no light is left.
 pub fn carry(
     system: &System,
     settings: &LocalBandSettings,
@@ -272,7 +272,8 @@ mod tests {
     use crate::optics::doe::{Layer, PixelForm};
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
-    use crate::optics::screen::{Act, Screen};
+    use crate::optics::refraction::Coating;
+    use crate::optics::screen::{Act, Behind, Screen};
     use crate::optics::system::System;
     use crate::wave::free::rayleigh::Emitters;
     use crate::wave::grid::field::{Axis, Field, Grid};
@@ -355,8 +356,14 @@ mod tests {
         let settings = LocalBandSettings::new(vec![0.03]);
         let refused = |system: &System| carry(system, &settings).unwrap_err();
         let mut system = vortex();
-        system.screens[1].shape = conic(0.1, 0.0);
-        assert_eq!(refused(&system), LocalBandError::Curved("sensor".into()));
+        if let Act::Doe(doe) = &mut system.screens[0].act {
+            doe.reflect = true;
+        }
+        system.screens[0].behind = Some(Behind {
+            index: 1.5,
+            coating: Coating::Ideal,
+        });
+        assert_eq!(refused(&system), LocalBandError::Mirror("element".into()));
         let mut system = vortex();
         let open: Screen = screen(on_axis(3.0), Act::Stop(Aperture::disc(1.0)));
         system.screens.insert(1, open);

@@ -40,7 +40,7 @@ impl ChirpedStart {
             xy: Complex::new(q[1], 0.0),
             yy: Complex::new(q[2], width),
         };
-        let carried = hop.carry_beamlet(at, [p[0] + dp[0], p[1] + dp[1]], start)?;
+        let carried = hop.carry_along(at, [p[0] + dp[0], p[1] + dp[1]], start)?;
         Ok(carried.arrival(k))
     }
 
@@ -88,14 +88,14 @@ impl ChirpedStart {
     fn mean_phases(&self, hop: &Hop, dp: [f64; 2], displacements: &[[f64; 4]]) -> Option<[f64; 2]> {
         let Carrier { at, p, .. } = self.carrier;
         let p = [p[0] + dp[0], p[1] + dp[1]];
-        let (centre, jacobian) = hop.jacobian(at, p).ok()?;
+        let (centre, jacobian) = hop.jacobian_along(at, p).ok()?;
         let centre = phase_point(&centre);
         let mut sums = [0.0; 2];
         for delta in displacements {
             let trace = |sign: f64| {
                 let at = [at[0] + sign * delta[0], at[1] + sign * delta[1]];
                 let p = [p[0] + sign * delta[2], p[1] + sign * delta[3]];
-                let landing = hop.trace(at, p, &mut ());
+                let landing = hop.trace_along(at, p, &mut ());
                 landing.ok().map(|landing| phase_point(&landing))
             };
             let (plus, minus) = (trace(1.0)?, trace(-1.0)?);

@@ -5,8 +5,7 @@ use std::ops::Range;
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::math::real::{Dual, Real};
-use crate::math::vec3::Vec3;
+use crate::engine::local_bands::source_light::{source_carrier, source_values};
 use crate::optics::screen::Screen;
 use crate::optics::source::Source;
 use crate::wave::beamlet::beamlet_kernel::Moments;
@@ -222,50 +221,6 @@ impl TileLight<'_> {
             k: beamlets.k,
             edge: beamlets.edge,
         }
-    }
-}
-
-/// The light of a source over a carrier at samples of a plane screen, [y, x].
-pub(crate) fn source_values(
-    source: &Source,
-    screen: &Screen,
-    carrier: &Carrier,
-    samples: &[Axis; 2],
-    k: f64,
-) -> Array2<Complex64> {
-    let value = |(j, i)| {
-        let at: [f64; 2] = [samples[0].node(i), samples[1].node(j)];
-        source_field(source, screen, at, k) * carrier.removed(at, k)
-    };
-    Array2::from_shape_fn((samples[1].len(), samples[0].len()), value)
-}
-
-/// The field of a source at a point of a plane screen; `k` is the vacuum wavenumber.
-pub(crate) fn source_field(
-    source: &Source,
-    screen: &Screen,
-    [x, y]: [f64; 2],
-    k: f64,
-) -> Complex64 {
-    source.field(
-        screen.frame.to_global(Vec3::new(x, y, 0.0)),
-        k * screen.index,
-    )
-}
-
-/// The carrier of a source about a point of a plane screen.
-pub(crate) fn source_carrier(source: &Source, screen: &Screen, at: [f64; 2]) -> Carrier {
-    let still = |v: Vec3| Vec3::<Dual<2>>::constant(v);
-    let frame = &screen.frame;
-    let [x, y] = [0, 1].map(|a| Dual::<2>::variable(at[a], a));
-    let point = still(frame.origin) + still(frame.x) * x + still(frame.y) * y;
-    let direction = source.direction(point);
-    let along = |axis: Vec3| still(axis).dot(direction) * screen.index;
-    let (p, q) = (along(frame.x), along(frame.y));
-    Carrier {
-        at,
-        p: [p.value(), q.value()],
-        q: [p.tangent[0], p.tangent[1], q.tangent[1]],
     }
 }
 

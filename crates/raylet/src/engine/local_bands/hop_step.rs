@@ -144,7 +144,7 @@ impl<'a> HopStep<'a> {
     /// Plans the hop with this number.
     ///
     /// # Errors
-    /// When a screen is curved or has no edge, an element has layers of another kind, or a width is missing.
+    /// When a screen has no edge or reflects into another medium, an element has layers of another kind, or a width is missing.
     pub(crate) fn new(
         system: &'a System,
         settings: &'a LocalBandSettings,
@@ -152,8 +152,8 @@ impl<'a> HopStep<'a> {
         hop: Hop<'a>,
     ) -> Result<Self, LocalBandError> {
         for screen in [hop.from, hop.to] {
-            if !screen.is_plane() {
-                return Err(LocalBandError::Curved(screen.name.clone()));
+            if screen.behind.is_some() && screen.leaves() != screen.arrives {
+                return Err(LocalBandError::Mirror(screen.name.clone()));
             }
         }
         let missing = |screen: &Screen| LocalBandError::NoWidth(screen.name.clone());

@@ -8,9 +8,9 @@ pub enum LocalBandError {
     /// A screen has no edge.
     #[error("screen '{0}' has no edge; give its element an aperture")]
     Boundless(String),
-    /// A screen is curved.
-    #[error("screen '{0}' is curved; local bands need plane screens")]
-    Curved(String),
+    /// An element reflects and has another medium behind it.
+    #[error("screen '{0}' reflects light, and has another medium behind it")]
+    Mirror(String),
     /// An element has layers that are neither phases nor pixels of one lattice.
     #[error("the layers of screen '{0}' are not all phases and pixels of one lattice")]
     Layers(String),

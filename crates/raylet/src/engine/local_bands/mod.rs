@@ -8,6 +8,7 @@
 //! | --- | --- |
 //! | [`settings`] | What may be chosen about a run |
 //! | `held_light` | The light that arrives at a screen: of the source, or as beamlets |
+//! | `source_light` | The light of a source on the first screen |
 //! | `target` | The part of the next screen that beamlets must reach |
 //! | `chirped_beamlet` | One beamlet with the curvature of its carrier, and the aberration inside it |
 //! | `window_directions` | Which directions lead from a window to the target |
@@ -33,6 +34,7 @@ pub(crate) mod hop_changes;
 pub(crate) mod hop_step;
 pub mod local_band_error;
 pub mod settings;
+pub(crate) mod source_light;
 pub(crate) mod source_opening;
 pub(crate) mod source_windows;
 pub(crate) mod target;

@@ -1,8 +1,8 @@
 //! Whether the opening of the first screen cuts light that matters, or only says where windows stand.
 
-use crate::engine::local_bands::held_light::source_carrier;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::SourceOpening;
+use crate::engine::local_bands::source_light::source_carrier;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::System;
 
@@ -21,7 +21,7 @@ pub(crate) fn source_opening(system: &System) -> Result<SourceOpening, LocalBand
     };
     let matters = |at: &[f64; 2]| {
         let carrier = source_carrier(&system.source, first, *at);
-        let landing = hop.trace(*at, carrier.p, &mut ());
+        let landing = hop.trace_along(*at, carrier.p, &mut ());
         landing.is_ok_and(|landing| meets(hop.to, landing.at))
     };
     Ok(match opening.rim().iter().any(matters) {

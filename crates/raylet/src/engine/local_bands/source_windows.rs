@@ -7,8 +7,8 @@ use crate::engine::error::tally::Fate;
 use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::emission::Emitted;
-use crate::engine::local_bands::held_light::{source_carrier, source_field};
 use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
+use crate::engine::local_bands::source_light::{source_carrier, source_field};
 use crate::engine::local_bands::target::Target;
 use crate::optics::source::Source;
 use crate::optics::system::Hop;
@@ -88,7 +88,7 @@ impl SourceWindows<'_> {
     fn misses(&self, tile: &Tile) -> bool {
         let (at, k) = (self.tiling.middle(tile), self.hop.wavenumber());
         let start = self.start(at);
-        let Ok((landing, j)) = self.hop.jacobian(at, start.carrier.p) else {
+        let Ok((landing, j)) = self.hop.jacobian_along(at, start.carrier.p) else {
             return false;
         };
         let Ok(middle) = start.launch(self.hop, [0.0; 2]) else {

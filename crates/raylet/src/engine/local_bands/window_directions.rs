@@ -21,7 +21,7 @@ struct Aimed {
 
 impl Aimed {
     fn new(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Option<Self> {
-        let (landing, j) = hop.jacobian(at, p).ok()?;
+        let (landing, j) = hop.jacobian_along(at, p).ok()?;
         let slope = [[j[0][2], j[0][3]], [j[1][2], j[1][3]]];
         Some(Self { p, landing, slope })
     }
@@ -78,7 +78,7 @@ pub(crate) fn window_directions(
     let mut found = [f64::INFINITY, f64::NEG_INFINITY].repeat(2);
     for corner in [[x[0], y[0]], [x[0], y[1]], [x[1], y[0]], [x[1], y[1]]] {
         let Some(dp) = aimed.change(corner) else {
-            let all = 2.0 * hop.from.index;
+            let all = 2.0 * hop.from.index_behind();
             return Some([-all, all, -all, all]);
         };
         for a in 0..2 {

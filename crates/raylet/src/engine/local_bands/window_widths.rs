@@ -5,9 +5,9 @@
 //! has there.
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
-use crate::engine::local_bands::held_light::source_carrier;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandPlan, SourceOpening, left_by_lattice};
+use crate::engine::local_bands::source_light::source_carrier;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 use crate::wave::local_bands::carrier::Carrier;
@@ -134,7 +134,7 @@ fn behind(hop: &Hop, carriers: &[Carrier]) -> Result<Vec<Carrier>, LocalBandErro
 
 /// A carrier at the end of a hop: its ray, and Q′ = (C + DQ)(A + BQ)⁻¹; nothing where the ray is lost or at a focus.
 fn carried(hop: &Hop, carrier: &Carrier) -> Option<Carrier> {
-    let (landing, j) = hop.jacobian(carrier.at, carrier.p).ok()?;
+    let (landing, j) = hop.jacobian_along(carrier.at, carrier.p).ok()?;
     let [xx, xy, yy] = carrier.q;
     let q = [[xx, xy], [xy, yy]];
     let block = |row: usize, a: usize, b: usize| {

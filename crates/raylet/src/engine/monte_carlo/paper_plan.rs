@@ -77,7 +77,7 @@ impl PaperPlan {
             }
         };
         let [px, py] = planner.light.anchor;
-        let n = hop.from.index;
+        let n = hop.from.index_behind();
         let plan = Self {
             positions,
             rule: knobs.positions,
@@ -220,7 +220,7 @@ fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
         return planner.bands(&search, period);
     };
     [0, 1].map(|a| {
-        let n = hop.from.index + spare[a];
+        let n = hop.from.index_behind() + spare[a];
         let orders = planner.settings.paper.orders.max(1) as f64;
         let half = 0.5 * orders * hop.wavelength / pixels.pitch[a];
         let centre = planner.light.anchor[a];

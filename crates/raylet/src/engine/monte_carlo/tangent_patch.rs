@@ -48,7 +48,7 @@ impl TangentPatch {
                 Vec3::new(0.0, 1.0, 0.0),
                 Vec3::new(0.0, 0.0, 1.0),
             ],
-            index: screen.index,
+            index: screen.index_behind(),
             leaves: screen.leaves(),
             carrier: [0.0; 2],
         };

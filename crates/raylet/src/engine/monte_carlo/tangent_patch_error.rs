@@ -31,7 +31,7 @@ impl TangentPatchError {
         let HopMethod::WholeField(Plan::Paper(plan)) = method else {
             return None;
         };
-        let (leaves, side) = (hop.from.index * hop.from.leaves(), plan.side);
+        let (leaves, side) = (hop.from.index_behind() * hop.from.leaves(), plan.side);
         let ignored = match plan.sag {
             Sag::True => return None,
             Sag::Tangent => leaves - plan.along,

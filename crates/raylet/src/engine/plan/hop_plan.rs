@@ -107,7 +107,7 @@ impl Plan {
 /// Plans a hop that begins with `light` on the first screen and whose light goes on `downstream`.
 ///
 /// # Errors
-/// When a screen has no edge, no ray reaches the target, a patch has too many modes, or the plan's numbers are not
+/// When a screen has two media or no edge, no ray reaches the target, a patch has too many modes, or the plan's numbers are not
 /// finite.
 pub fn plan(
     hop: &Hop,
@@ -115,6 +115,11 @@ pub fn plan(
     downstream: &Downstream,
     settings: &Settings,
 ) -> Result<Plan, PlanError> {
+    for screen in [hop.from, hop.to] {
+        if screen.behind.is_some() {
+            return Err(PlanError::TwoMedia(screen.name.clone()));
+        }
+    }
     let plan = choose(hop, light, downstream, settings)?;
     match plan.is_finite() {
         true => Ok(plan),

@@ -23,6 +23,12 @@ pub enum PlanError {
         /// Emitting screen.
         screen: String,
     },
+    /// Whole fields do not cross interfaces.
+    #[error(
+        "element '{0}' has one medium before it and another behind it, which whole fields do not cross; use the method \
+         local_bands or auto"
+    )]
+    TwoMedia(String),
     /// Local bands have no field that is sampled as a whole.
     #[error("method 'local_bands' samples no field as a whole, as from '{from}' to '{to}'")]
     WholeField {

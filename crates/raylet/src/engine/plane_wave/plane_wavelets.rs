@@ -337,7 +337,7 @@ impl Carrier<'_> {
 
     /// Follows one ray to the target.
     fn follow(&self, at: [f64; 2], p: [f64; 2]) -> Result<PlaneWave, Fate> {
-        if p[0].hypot(p[1]) >= self.hop.from.index {
+        if p[0].hypot(p[1]) >= self.hop.from.index_behind() {
             return Err(Fate::Lost(Loss::Evanescent));
         }
         let beamlet = launch_beamlet(&self.hop, at, p, self.plan.sigma).map_err(Fate::Lost)?;

@@ -40,7 +40,7 @@ pub(crate) fn edge_waves(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
     let area = polygon::area(&rim).abs();
     let each = area / arriving.len() as f64;
     let narrowest = separate(hop).max(hop.wavelength / (2.0 * area.sqrt()));
-    let ratio = (2.0 * hop.from.index / narrowest).powf(1.0 / f64::from(DIRECTIONS));
+    let ratio = (2.0 * hop.from.index_behind() / narrowest).powf(1.0 / f64::from(DIRECTIONS));
     let stride = rim.len().div_ceil(POINTS);
     let starts = (0..rim.len()).step_by(stride);
     let wave = |i: usize| {
@@ -67,7 +67,7 @@ pub(crate) fn edge_waves(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
         })
     };
     let waves = starts.flat_map(wave);
-    let runs = |wave: &SourceRay| wave.p[0].hypot(wave.p[1]) < hop.from.index;
+    let runs = |wave: &SourceRay| wave.p[0].hypot(wave.p[1]) < hop.from.index_behind();
     waves.filter(runs).collect()
 }
 
@@ -79,7 +79,7 @@ fn separate(hop: &Hop) -> f64 {
         .first()
         .map_or(hop.to.frame, |surface| surface.frame);
     let way = (next.origin - hop.from.frame.origin).norm();
-    (hop.wavelength * hop.from.index / way.max(hop.wavelength)).sqrt()
+    (hop.wavelength * hop.from.index_behind() / way.max(hop.wavelength)).sqrt()
 }
 
 /// The arriving ray next to a place.

@@ -249,6 +249,7 @@ mod tests {
             shape: Shape::Plane,
             act,
             index: 1.0,
+            behind: None,
             arrives: 1.0,
         };
         let light = PixelLight::new(&doe, 1.0, fixed).unwrap();

@@ -225,6 +225,7 @@ fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Option<Screen> {
         frame: surface.frame.moved(Vec3::new(0.0, 0.0, sag)),
         act: Act::Stop(surface.aperture.clone()),
         index: after,
+        behind: None,
         shape: Shape::Plane,
         arrives: side_behind(hop, number),
     })
@@ -464,6 +465,7 @@ fn meet_rim<T>(
             frame: surface.frame.moved(Vec3::new(0.0, 0.0, depth)),
             act: Act::Stop(Aperture::OPEN),
             index: surface.index[0],
+            behind: None,
             shape: Shape::Plane,
             arrives,
         };

@@ -15,6 +15,6 @@ pub(crate) struct SourceRay {
 
 /// The normal cosine of a direction: what a plane wave of unit amplitude carries through the screen.
 pub(crate) fn obliquity(hop: &Hop, p: [f64; 2]) -> f64 {
-    let sine = p[0].hypot(p[1]) / hop.from.index;
+    let sine = p[0].hypot(p[1]) / hop.from.index_behind();
     (1.0 - sine * sine).max(0.0).sqrt()
 }

@@ -6,6 +6,7 @@
 use crate::engine::rims::pixel_light::{PixelLight, PixelValues};
 use crate::engine::rims::source_ray::SourceRay;
 use crate::math::vec3::Vec3;
+use crate::optics::deflection::deflected;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 
@@ -104,9 +105,11 @@ pub(crate) fn ray_behind(hop: &Hop, source_ray: &SourceRay) -> SourceRay {
     };
     let [gx, gy] = gradient.unwrap_or([0.0; 2]);
     let k = hop.wavenumber();
-    SourceRay {
-        at,
-        p: [p[0] + gx / k, p[1] + gy / k],
-        energy,
-    }
+    let kick = [gx / k, gy / k];
+    let straight = [p[0] + kick[0], p[1] + kick[1]];
+    let p = match hop.from.is_plane() {
+        true => straight,
+        false => deflected(hop.from, at, p, kick).unwrap_or(straight),
+    };
+    SourceRay { at, p, energy }
 }

@@ -129,7 +129,7 @@ impl DirectionSearch {
     ) -> bool {
         let mut stack = vec![Cell {
             centre: [0.0, 0.0],
-            half: hop.from.index,
+            half: hop.from.index_behind(),
             left: depth,
         }];
         while let Some(cell) = stack.pop() {
@@ -182,7 +182,7 @@ impl DirectionSearch {
         margin: [f64; 2],
     ) -> bool {
         // Cells wholly evanescent are dropped, those that cross the rim divided a little.
-        let n = hop.from.index;
+        let n = hop.from.index_behind();
         let nearest = cell.centre.map(|c| (c.abs() - cell.half).max(0.0));
         if nearest[0].hypot(nearest[1]) >= STEEPEST * n {
             return false;

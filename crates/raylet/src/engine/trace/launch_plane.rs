@@ -30,7 +30,7 @@ impl LaunchPlane {
             plane: None,
             at,
             axes: [[1.0, 0.0, 0.0], [0.0, 1.0, 0.0], [0.0, 0.0, 1.0]],
-            index: screen.index,
+            index: screen.index_behind(),
             leaves: screen.leaves(),
         };
         if !screen.is_plane() {

@@ -8,6 +8,7 @@
 //! | `ray_packet` | Several rays from one place at once, in SIMD packets |
 //! | [`ray_sensitivity`] | Derivatives of rays by the parameters of a system, from two perturbed systems |
 //! | [`ray_trace`] | The trace of one ray from screen to screen through a train of surfaces |
+//! | `surface_trace` | The same in the coordinates of the light on curved screens and interfaces |
 
 pub(crate) mod complex_rate;
 pub(crate) mod direction_search;
@@ -15,3 +16,4 @@ pub(crate) mod launch_plane;
 pub(crate) mod ray_packet;
 pub mod ray_sensitivity;
 pub mod ray_trace;
+pub(crate) mod surface_trace;

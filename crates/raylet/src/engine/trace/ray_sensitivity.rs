@@ -12,11 +12,13 @@ use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::engine::trace::ray_trace::{
     BeamletStart, Carried, Landing, PosedScreen, carry_beamlet, emit, land, trace_train,
 };
+use crate::engine::trace::surface_trace::carry_along;
 use crate::math::complex::{Complex, Symmetric};
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
 use crate::optics::frame::{Axes, Frame};
 use crate::optics::ray::Loss;
+use crate::optics::screen::Screen;
 use crate::optics::shape::{Height, Shape};
 use crate::optics::surface::{Face, Surface};
 use crate::optics::system::{Hop, System};
@@ -67,6 +69,7 @@ impl Variation {
         self.below.source != self.above.source
             || below.frame != above.frame
             || below.index != above.index
+            || below.behind != above.behind
     }
 
     /// One of its hops.
@@ -242,16 +245,16 @@ impl Face<Number> for VariedSurface<'_> {
 impl<'a> VariedHop<'a> {
     /// A hop that changes with up to [`BLOCK`] parameters.
     pub(crate) fn new(hop: Hop<'a>, perturbed: &[PerturbedHops<'a>]) -> Self {
-        let screen = |of: &dyn Fn(&Hop<'a>) -> &'a crate::optics::screen::Screen| {
+        let screen = |of: &dyn Fn(&Hop<'a>) -> &'a Screen, index: fn(&Screen) -> f64| {
             let pairs = perturbed
                 .iter()
                 .map(|n| (of(&n.below), of(&n.above), n.distance));
             let frames = pairs.clone().map(|(a, b, d)| (&a.frame, &b.frame, d));
-            let indices = pairs.map(|(a, b, d)| (a.index, b.index, d));
+            let indices = pairs.map(|(a, b, d)| (index(a), index(b), d));
             let here = of(&hop);
             (
                 VariedFrame::new(&here.frame, frames),
-                number(here.index, indices),
+                number(index(here), indices),
             )
         };
         let face = |(i, surface): (usize, &'a Surface)| {
@@ -276,9 +279,9 @@ impl<'a> VariedHop<'a> {
             }
         };
         Self {
-            from: screen(&|hop| hop.from),
+            from: screen(&|hop| hop.from, Screen::index_behind),
             faces: hop.train.iter().enumerate().map(face).collect(),
-            to: screen(&|hop| hop.to),
+            to: screen(&|hop| hop.to, |screen| screen.index),
             hop,
         }
     }
@@ -297,7 +300,7 @@ impl<'a> VariedHop<'a> {
         land(&self.landing_screen(), ray, &mut ())
     }
 
-    /// A beamlet that leaves the first screen, a plane one, where it lands.
+    /// A beamlet that leaves the first screen, where it lands, with slopes and curvature of the wave along both surfaces.
     ///
     /// # Errors
     /// How its ray was lost, if it was.
@@ -307,7 +310,7 @@ impl<'a> VariedHop<'a> {
             axes: &self.from.0,
             index: self.from.1,
         };
-        carry_beamlet(&from, &self.faces, &self.landing_screen(), start)
+        carry_along(&from, &self.faces, &self.landing_screen(), start)
     }
 
     /// The second screen.
@@ -419,6 +422,7 @@ mod tests {
                 shape: Shape::Plane,
                 act: Act::Stop(Aperture::OPEN),
                 index,
+                behind: None,
                 arrives: 1.0,
             };
             let face = Surface {

@@ -55,14 +55,24 @@ pub(crate) struct PosedScreen<'a, T, A> {
     pub screen: &'a Screen,
     /// Where it stands.
     pub axes: &'a A,
-    /// Refractive index around it.
+    /// Refractive index on the side where the ray is.
     pub index: T,
 }
 
 impl<'a, T: Real> PosedScreen<'a, T, Frame> {
-    /// A screen that stands still.
+    /// A screen that stands still and that rays leave.
     #[inline(always)]
-    pub(crate) fn still(screen: &'a Screen) -> Self {
+    pub(crate) fn left(screen: &'a Screen) -> Self {
+        Self {
+            screen,
+            axes: &screen.frame,
+            index: T::constant(screen.index_behind()),
+        }
+    }
+
+    /// A screen that stands still and that rays reach.
+    #[inline(always)]
+    pub(crate) fn reached(screen: &'a Screen) -> Self {
         Self {
             screen,
             axes: &screen.frame,
@@ -226,9 +236,9 @@ impl Hop<'_> {
         p: [T; 2],
         companion: &mut C,
     ) -> Result<Landing<T>, Loss> {
-        let ray = emit(&PosedScreen::still(self.from), at, p)?;
+        let ray = emit(&PosedScreen::left(self.from), at, p)?;
         let ray = trace_train(self.train, ray, companion)?;
-        land(&PosedScreen::still(self.to), ray, companion)
+        land(&PosedScreen::reached(self.to), ray, companion)
     }
 
     /// The same with a beamlet that starts with curvature `q` on the emitting screen's axes.
@@ -242,7 +252,7 @@ impl Hop<'_> {
         p: [T; 2],
         q: Symmetric<T>,
     ) -> Result<Carried<T>, Loss> {
-        let (from, to) = (PosedScreen::still(self.from), PosedScreen::still(self.to));
+        let (from, to) = (PosedScreen::left(self.from), PosedScreen::reached(self.to));
         carry_beamlet(&from, self.train, &to, BeamletStart { at, p, q })
     }
 

@@ -21,7 +21,7 @@ use crate::optics::media::catalog;
 use crate::optics::media::medium::{Medium, MediumError};
 use crate::optics::profile::Profile;
 use crate::optics::refraction::Coating;
-use crate::optics::screen::{Act, Sensor};
+use crate::optics::screen::{Act, Behind, Sensor};
 use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::surface_coordinates::SurfaceCoordinates;
@@ -54,6 +54,7 @@ pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<Sys
         wavelength,
         ambient,
         axis: AxisLayout::new(around, beam_radius(scene)),
+        behind: around,
     };
     for (number, element) in scene.element.iter().enumerate() {
         layout.place(number, element)?;
@@ -118,6 +119,8 @@ struct Layout<'a, 'l> {
     wavelength: f64,
     ambient: Medium,
     axis: AxisLayout,
+    /// Index of the medium behind the element that is laid.
+    behind: f64,
 }
 
 impl Layout<'_, '_> {
@@ -131,9 +134,14 @@ impl Layout<'_, '_> {
         match element {
             Element::Doe(doe) => {
                 let shape = self.shape(&doe.surface_shape(), &path)?;
+                let behind = self.behind(doe, &path)?;
+                self.behind = behind.map_or(self.axis.index(), |behind| behind.index);
                 let act = Act::Doe(self.doe(doe, &shape, &path)?);
                 self.check_beam(&path)?;
-                self.axis.screen(name, frame, shape, act);
+                match behind {
+                    None => self.axis.screen(name, frame, shape, act),
+                    Some(behind) => self.axis.interface(name, (frame, shape), act, behind),
+                }
             }
             Element::ParaxialLens(lens) => {
                 let act = Act::Doe(self.paraxial_lens(lens));
@@ -268,6 +276,33 @@ impl Layout<'_, '_> {
         }
     }
 
+    /// The medium behind an element on an interface.
+    ///
+    /// # Errors
+    /// An unknown medium; light that is reflected; heights, which stand in one medium.
+    fn behind(&self, doe: &element::DoeElement, path: &str) -> Result<Option<Behind>, Fault> {
+        let Some(glass) = &doe.glass else {
+            return Ok(None);
+        };
+        let path = format!("{path}.glass");
+        let refuse = |found: &str, expected: &str| Err(self.scene.fault(&path, found, expected));
+        if doe.reflect {
+            let found = "a medium behind an element that reflects light";
+            return refuse(found, "no glass, or no reflect");
+        }
+        if doe.layer.iter().any(layer::Layer::has_heights) {
+            let found = "a medium behind an element with a layer of heights";
+            return refuse(
+                found,
+                "layers of phase, or heights on an element in one medium",
+            );
+        }
+        Ok(Some(Behind {
+            index: self.after(Some(glass), &path)?,
+            coating: self.coating(doe.coating),
+        }))
+    }
+
     fn doe(&self, doe: &element::DoeElement, shape: &Shape, path: &str) -> Result<Doe, Fault> {
         let layers = self.layers(&doe.layer, &format!("{path}.layer"))?;
         let doe = Doe {
@@ -377,11 +412,11 @@ impl Layout<'_, '_> {
                 let made_for = made_for.map_or(self.wavelength, |um| um * UM);
                 Profile::Lens {
                     focal_length: lens.focal_length_mm,
-                    wavenumber: std::f64::consts::TAU * self.axis.index() / made_for,
+                    wavenumber: std::f64::consts::TAU * self.behind / made_for,
                 }
             }
             layer::Layer::Axicon(axicon) => Profile::Axicon {
-                slope: -k * self.axis.index() * axicon.angle_deg.to_radians().sin(),
+                slope: -k * self.behind * axicon.angle_deg.to_radians().sin(),
             },
             layer::Layer::Vortex(vortex) => Profile::Vortex {
                 charge: vortex.charge,

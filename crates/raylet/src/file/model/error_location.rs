@@ -94,6 +94,11 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
         PlanError::WholeField { .. } => {
             return scene.fault("settings.method", error.to_string(), "another method");
         }
+        PlanError::TwoMedia(screen) => (
+            screen,
+            String::from("an element between two media"),
+            String::from("method = \"local_bands\" or \"auto\", or the same medium on both sides"),
+        ),
         PlanError::Curved { method, screen } => (
             screen,
             format!("a curved element, and the method {method}"),
@@ -117,11 +122,7 @@ fn blame_local_bands(scene: &Scene, error: &LocalBandError) -> Fault {
     let found = error.to_string();
     match error {
         LocalBandError::Boundless(name) => without_edge(scene, name),
-        LocalBandError::Curved(name) => scene.fault(
-            &path_of(scene, name),
-            found,
-            "a plane element, or the method beamlet or auto",
-        ),
+        LocalBandError::Mirror(name) => scene.fault(&path_of(scene, name), found, "one of both"),
         LocalBandError::Layers(name) => {
             let expected = "phases, and pixels of one lattice, or the method beamlet or auto";
             scene.fault(&path_of(scene, name), found, expected)

@@ -49,7 +49,7 @@ impl Part<'_> {
     /// Refractive index of the medium behind it.
     pub fn index(&self) -> f64 {
         match self.kind {
-            Kind::Screen(screen) => screen.index,
+            Kind::Screen(screen) => screen.index_behind(),
             Kind::Surface(surface) => surface.index[1],
         }
     }
@@ -154,6 +154,9 @@ pub fn parts<'a>(scene: &Scene, system: &'a System) -> Vec<Part<'a>> {
             Element::Lens(lens) => lens_media(lens, &ambient),
             Element::Surface(surface) => {
                 vec![surface.glass.as_ref().map_or(ambient.clone(), medium_name)]
+            }
+            Element::Doe(doe) => {
+                vec![doe.glass.as_ref().map_or(medium.clone(), medium_name)]
             }
             _ => vec![medium.clone()],
         };

@@ -41,6 +41,13 @@ table! {
     pub struct DoeElement with [place, way, curve] {
         /// The open part; nothing passes outside.
         pub aperture: Aperture,
+        /// Medium behind the element, where it stands on an interface, such as a surface of a lens: the surface
+        /// refracts too. The medium before the element when absent.
+        #[serde(default)]
+        pub glass: Option<Material>,
+        /// How that interface transmits; the scene's setting when absent.
+        #[serde(default)]
+        pub coating: Option<Coating>,
         /// Whether light goes on by reflection.
         #[serde(default)]
         pub reflect: bool,

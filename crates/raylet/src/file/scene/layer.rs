@@ -39,6 +39,17 @@ tagged! {
     }
 }
 
+impl Layer {
+    /// Whether it is made of heights of a material.
+    pub(crate) fn has_heights(&self) -> bool {
+        match self {
+            Layer::Height(_) => true,
+            Layer::Sum(sum) => sum.terms.iter().flatten().any(Layer::has_heights),
+            _ => false,
+        }
+    }
+}
+
 /// A centred grid of pixels. Arrays are 2-D, indexed [y, x]; the row index grows with y. Files are
 /// .npy, or .npz where the array is found under `key`.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]

@@ -9,7 +9,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::frame::Frame;
 use crate::optics::refraction::{Coating, Interface};
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Act, Behind, Screen};
 use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::surface::Surface;
@@ -83,6 +83,25 @@ impl AxisLayout {
         self.axis = self.axis.moved(Vec3::new(0.0, 0.0, distance));
     }
 
+    /// Adds an element on an interface: its screen, and the medium behind it.
+    pub(crate) fn interface(
+        &mut self,
+        name: String,
+        placed: (Frame, Shape),
+        act: Act,
+        behind: Behind,
+    ) {
+        self.screen(name, placed.0, placed.1, act);
+        if let Some(screen) = self
+            .screens
+            .last_mut()
+            .filter(|_| behind.index != self.index)
+        {
+            screen.behind = Some(behind);
+            self.index = behind.index;
+        }
+    }
+
     /// Adds a screen. Where it reflects, light turns back.
     pub(crate) fn screen(&mut self, name: String, frame: Frame, shape: Shape, act: Act) {
         if !self.screens.is_empty() && self.trains.len() < self.screens.len() {
@@ -94,6 +113,7 @@ impl AxisLayout {
             shape,
             act,
             index: self.index,
+            behind: None,
             arrives: self.towards,
         };
         self.towards = screen.leaves();

@@ -99,6 +99,17 @@ pub(crate) fn check_element(doe: &Doe) -> Result<(), Mismatch> {
     }
 }
 
+/// An element with a medium behind it must let light through.
+pub(crate) fn check_transmits(doe: &Doe) -> Result<(), Mismatch> {
+    match doe.reflect {
+        false => Ok(()),
+        true => Err((
+            String::from("light that goes on by reflection, and a medium behind the element"),
+            "one of both",
+        )),
+    }
+}
+
 fn check_pixels(pixels: &Pixels) -> Result<(), Mismatch> {
     for pitch in pixels.pitch {
         check_above_zero("a pitch", pitch)?;

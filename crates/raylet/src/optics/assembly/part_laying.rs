@@ -7,11 +7,12 @@ use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
 use crate::optics::assembly::glass::Glass;
 use crate::optics::assembly::part_check::{
     Mismatch, check_element, check_face, check_finite, check_heading, check_opening, check_sensor,
+    check_transmits,
 };
 use crate::optics::doe::Doe;
 use crate::optics::frame::Frame;
 use crate::optics::refraction::Coating;
-use crate::optics::screen::{Act, Sensor};
+use crate::optics::screen::{Act, Behind, Sensor};
 use crate::optics::shape::Shape;
 
 /// One call of the builder: lengths in mm, angles in rad.
@@ -25,7 +26,8 @@ pub(crate) enum Part {
     Surface(Shape, Aperture, Glass),
     Mirror(Shape, Aperture),
     Stop(Aperture),
-    Element(String, Shape, Doe),
+    /// Where it stands on an interface, with the medium behind it.
+    Element(String, Shape, Doe, Option<Glass>),
     Sensor(Sensor),
 }
 
@@ -129,9 +131,22 @@ impl Laying {
                     Act::Stop(aperture.clone()),
                 )?;
             }
-            Part::Element(name, shape, doe) => {
+            Part::Element(name, shape, doe, behind) => {
                 check_element(doe)?;
-                self.limit(name.clone(), shape.clone(), Act::Doe(doe.clone()))?;
+                let (shape, act) = (shape.clone(), Act::Doe(doe.clone()));
+                match behind {
+                    None => self.limit(name.clone(), shape, act)?,
+                    Some(behind) => {
+                        check_transmits(doe)?;
+                        let behind = Behind {
+                            index: glass_index(behind, self.wavelength)?,
+                            coating: self.coating,
+                        };
+                        self.check_beam()?;
+                        let placed = (self.frame(), shape);
+                        self.axis.interface(name.clone(), placed, act, behind);
+                    }
+                }
             }
             Part::Sensor(sensor) => self.sensor(*sensor)?,
         }
@@ -160,16 +175,22 @@ impl Laying {
         })
     }
 
-    /// A stop or element. One that meets the light first limits it: a beam radius has no use then.
+    /// A stop or element in one medium.
     fn limit(&mut self, name: String, shape: Shape, act: Act) -> Result<(), Mismatch> {
+        self.check_beam()?;
+        let frame = self.frame();
+        self.axis.screen(name, frame, shape, act);
+        Ok(())
+    }
+
+    /// A beam radius has no use where a stop or element meets the light first.
+    fn check_beam(&self) -> Result<(), Mismatch> {
         if let Some(radius) = self.beam_radius.filter(|_| self.axis.is_empty()) {
             return Err((
                 format!("a beam radius of {radius} mm, though this part meets the light first"),
                 "no beam radius: the opening of this part limits the light",
             ));
         }
-        let frame = self.frame();
-        self.axis.screen(name, frame, shape, act);
         Ok(())
     }
 

@@ -175,7 +175,19 @@ impl SystemBuilder {
 
     /// A diffractive element of any layers on a surface of any shape.
     pub fn element(self, name: &str, shape: Shape, doe: Doe) -> Self {
-        self.with(Part::Element(name.to_owned(), shape, doe))
+        self.with(Part::Element(name.to_owned(), shape, doe, None))
+    }
+
+    /// The same on an interface: the medium behind it begins at its surface, which refracts too.
+    pub fn element_into(
+        self,
+        name: &str,
+        shape: Shape,
+        doe: Doe,
+        behind: impl Into<Glass>,
+    ) -> Self {
+        let behind = Some(behind.into());
+        self.with(Part::Element(name.to_owned(), shape, doe, behind))
     }
 
     /// The sensor, the last part: its pixels [nx, ny], and the distances of their centres along x and y in mm.

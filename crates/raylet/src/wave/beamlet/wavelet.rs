@@ -64,7 +64,12 @@ impl<T: Real> Beamlet<T> {
     /// G⊥ = P⁻ᵀ q P⁻¹, P_ab = e_a · axis_b.
     #[inline(always)]
     pub(crate) fn launch<A: Axes<T>>(direction: Vec3<T>, screen: &A, q: Symmetric<T>) -> Self {
-        let [x, y] = screen.across();
+        Self::launch_along(direction, screen.across(), q)
+    }
+
+    /// The same with its curvature along two vectors that span a plane, of any length and angle.
+    #[inline(always)]
+    pub(crate) fn launch_along(direction: Vec3<T>, [x, y]: [Vec3<T>; 2], q: Symmetric<T>) -> Self {
         let across = (x + direction * -direction.dot(x)).unit();
         let along = direction.cross(across);
         let p = [[across.dot(x), across.dot(y)], [along.dot(x), along.dot(y)]];
@@ -79,7 +84,12 @@ impl<T: Real> Beamlet<T> {
     /// The curvature along a receiving screen's axes, G = PᵀG⊥P.
     #[inline(always)]
     pub(crate) fn land<A: Axes<T>>(&self, screen: &A) -> Symmetric<T> {
-        let [x, y] = screen.across();
+        self.land_along(screen.across())
+    }
+
+    /// The same along two vectors that span a plane, of any length and angle.
+    #[inline(always)]
+    pub(crate) fn land_along(&self, [x, y]: [Vec3<T>; 2]) -> Symmetric<T> {
         let along = self.direction.cross(self.across);
         self.curvature.congruent([
             [self.across.dot(x), self.across.dot(y)],

@@ -465,6 +465,7 @@ mod tests {
             },
             act: Act::Stop(Aperture::OPEN),
             index: 1.0,
+            behind: None,
             arrives: -1.0,
         }
     }

@@ -105,6 +105,7 @@ mod tests {
                 shape,
                 act: Act::Stop(Aperture::OPEN),
                 index: 1.0,
+                behind: None,
                 arrives: 1.0,
             };
             let count = stack.as_ref().map_or(1, Stack::len);

@@ -555,6 +555,7 @@ mod tests {
                     reflect: false,
                 }),
                 index: 1.0,
+                behind: None,
                 arrives: 1.0,
             };
             let grid = Grid {

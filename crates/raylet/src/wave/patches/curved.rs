@@ -261,6 +261,7 @@ mod tests {
                 shape: shape.clone(),
                 act: Act::Stop(Aperture::OPEN),
                 index: 1.3,
+                behind: None,
                 arrives,
             };
             let heights = Heights::on(&screen, &grid);

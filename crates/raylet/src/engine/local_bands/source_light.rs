@@ -1,0 +1,119 @@
+//! The light of a source on the first screen, as it goes on to the element there.
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
+use crate::math::real::{Dual, Real};
+use crate::math::vec3::Vec3;
+use crate::optics::deflection::transmitted;
+use crate::optics::screen::Screen;
+use crate::optics::source::Source;
+use crate::wave::grid::field::Axis;
+use crate::wave::local_bands::carrier::Carrier;
+
+/// The field of a source on a screen above (x, y), behind the interface if the screen is one; `k` is the vacuum
+/// wavenumber. Zero where the screen does not exist or reflects all.
+pub(crate) fn source_field(source: &Source, screen: &Screen, at: [f64; 2], k: f64) -> Complex64 {
+    let Some(height) = screen.height(at) else {
+        return Complex64::ZERO;
+    };
+    let point = Vec3::new(at[0], at[1], height.z);
+    let point = screen.frame.to_global(point);
+    let field = source.field(point, k * screen.index);
+    if screen.behind.is_none() {
+        return field;
+    }
+    let direction = screen.frame.turn_in(source.direction(point)) * screen.index;
+    let factor = transmitted(screen, at, [direction.x, direction.y]);
+    factor.map_or(Complex64::ZERO, |factor| field * factor)
+}
+
+/// The carrier of a source on a screen about (x, y): of the light as a function of x and y along its surface. Where the
+/// screen does not exist its local plane takes its place.
+pub(crate) fn source_carrier(source: &Source, screen: &Screen, at: [f64; 2]) -> Carrier {
+    let still = |v: Vec3| Vec3::<Dual<2>>::constant(v);
+    let frame = &screen.frame;
+    let [x, y] = [0, 1].map(|a| Dual::<2>::variable(at[a], a));
+    let point = still(frame.origin) + still(frame.x) * x + still(frame.y) * y;
+    let height = match screen.is_plane() {
+        true => None,
+        false => screen.shape.height(x, y),
+    };
+    let point = match &height {
+        Some(height) => point + still(frame.z) * height.z,
+        None => point,
+    };
+    let direction = source.direction(point);
+    let along = |axis: Vec3| still(axis).dot(direction) * screen.index;
+    let (p, q) = (along(frame.x), along(frame.y));
+    let (p, q) = match &height {
+        Some(height) => {
+            let up = along(frame.z);
+            (p + up * height.slope[0], q + up * height.slope[1])
+        }
+        None => (p, q),
+    };
+    Carrier {
+        at,
+        p: [p.value(), q.value()],
+        q: [p.tangent[0], p.tangent[1], q.tangent[1]],
+    }
+}
+
+/// The light of a source over a carrier at samples of a screen, [y, x].
+pub(crate) fn source_values(
+    source: &Source,
+    screen: &Screen,
+    carrier: &Carrier,
+    samples: &[Axis; 2],
+    k: f64,
+) -> Array2<Complex64> {
+    let value = |(j, i)| {
+        let at: [f64; 2] = [samples[0].node(i), samples[1].node(j)];
+        source_field(source, screen, at, k) * carrier.removed(at, k)
+    };
+    Array2::from_shape_fn((samples[1].len(), samples[0].len()), value)
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::local_bands::source_light::{source_carrier, source_field};
+    use crate::fixtures::parts::{conic, open_screen};
+    use crate::math::vec3::Vec3;
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::Screen;
+    use crate::optics::source::Source;
+
+    /// The carrier of a point's light on a tilted sphere is the change of its phase from place to place.
+    #[test]
+    fn the_carrier_on_a_curved_screen_follows_the_phase_of_the_field() {
+        let screen = Screen {
+            shape: conic(0.1, -0.4),
+            index: 1.3,
+            ..open_screen(Frame::GLOBAL.tilted([0.2, -0.1, 0.3]))
+        };
+        let source = Source::point([1.0, -2.0, -30.0], Vec3::new(0.0, 0.0, 0.0));
+        let (at, k, h) = ([1.5, -0.7], 1.0, 1e-3);
+        let carrier = source_carrier(&source, &screen, at);
+        let phase = |u: f64, v: f64| {
+            let there = source_field(&source, &screen, [at[0] + u, at[1] + v], k);
+            let here = source_field(&source, &screen, at, k);
+            (there / here).arg()
+        };
+        let slope = [
+            phase(h, 0.0) - phase(-h, 0.0),
+            phase(0.0, h) - phase(0.0, -h),
+        ];
+        for (a, slope) in slope.into_iter().enumerate() {
+            assert!((slope / (2.0 * h) - carrier.p[a]).abs() < 1e-6);
+        }
+        let bends = [
+            (phase(h, 0.0) + phase(-h, 0.0)) / (h * h),
+            (phase(h, h) - phase(h, -h) - phase(-h, h) + phase(-h, -h)) / (4.0 * h * h),
+            (phase(0.0, h) + phase(0.0, -h)) / (h * h),
+        ];
+        for (bend, q) in bends.into_iter().zip(carrier.q) {
+            assert!((bend - q).abs() < 1e-5, "{bend} {q}");
+        }
+    }
+}
