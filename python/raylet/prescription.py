@@ -117,11 +117,14 @@ class Prescription:
         *layers: Layer,
         aperture: Aperture,
         thickness_mm: float | None = None,
+        glass: Glass | None = None,
         name: str | None = None,
         **keys: Any,
     ) -> Self:
-        """Adds a diffractive element, the product of layers (see :mod:`raylet.layers`) within an aperture."""
-        return self.add("doe", layer=list(layers), aperture=aperture, thickness_mm=thickness_mm, name=name, **keys)
+        """Adds a diffractive element, the product of layers (see :mod:`raylet.layers`) within an aperture. With a
+        `glass` behind it, it stands on an interface, such as a surface of a lens, which refracts too."""
+        given = {"aperture": aperture, "thickness_mm": thickness_mm, "glass": glass, "name": name}
+        return self.add("doe", layer=list(layers), **given, **keys)
 
     def add_paraxial_lens(
         self, focal_length_mm: float, *, aperture: Aperture, thickness_mm: float | None = None, **keys: Any

@@ -8,7 +8,8 @@ use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::assembly::system_builder::SystemBuilder;
-use raylet::optics::doe::PixelForm;
+use raylet::optics::doe::{Doe, Layer, PixelForm};
+use raylet::optics::profile::Profile;
 use raylet::optics::refraction::Coating;
 use raylet::optics::screen::Act;
 use raylet::optics::shape::Shape;
@@ -83,6 +84,95 @@ pitch_um = 3
         .unwrap();
     assert_eq!(code, scene);
     assert_eq!(code.screens[1].arrives, -1.0);
+}
+
+const HYBRID: &str = r#"
+version = 1
+wavelength_um = 0.55
+source = { kind = "plane" }
+[[element]]
+kind = "stop"
+name = "stop"
+thickness_mm = 1
+aperture = { disc = { radius_mm = 1.5 } }
+[[element]]
+kind = "surface"
+thickness_mm = 3
+glass = "SF6"
+semi_aperture_mm = 5
+[[element]]
+kind = "doe"
+name = "back"
+thickness_mm = 10
+radius_mm = -40
+conic = 0
+glass = "air"
+coating = "fresnel"
+aperture = { disc = { radius_mm = 1.2 } }
+layer = [{ kind = "lens", focal_length_mm = 50 }]
+[[element]]
+kind = "sensor"
+name = "sensor"
+pixels = [8, 6]
+pitch_um = 3
+"#;
+
+/// A lens with an element on its back; the element's focal length is that in the air behind it.
+#[test]
+fn an_element_stands_on_the_back_of_a_lens() {
+    let scene = of_text(HYBRID);
+    let lens = Profile::Lens {
+        focal_length: 50.0,
+        wavenumber: std::f64::consts::TAU / 0.55e-3,
+    };
+    let doe = element(Layer::Phase(lens), Aperture::disc(1.2));
+    let mut code = SystemBuilder::new(0.55e-3)
+        .coating(Coating::Fresnel)
+        .stop(Aperture::disc(1.5))
+        .gap(1.0)
+        .surface(f64::INFINITY, "SF6", 5.0)
+        .gap(3.0)
+        .element_into("back", Shape::sphere(-40.0), doe, "air")
+        .gap(10.0)
+        .sensor([8, 6], [3e-3, 3e-3])
+        .build()
+        .unwrap();
+    // The scene states the coating of the element alone.
+    code.trains[0][0].coating = Coating::Ideal;
+    assert_eq!(code, scene);
+    let back = &scene.screens[1];
+    assert_eq!(back.index, scene.trains[0][0].index[1]);
+    assert_eq!(back.index_behind(), 1.0);
+    assert_eq!(scene.screens[2].index, 1.0);
+}
+
+#[test]
+fn what_cannot_stand_on_an_interface_is_one_clear_error() {
+    let fault = |from: &str, to: &str| {
+        let scene = Scene::parse(&HYBRID.replace(from, to), Path::new("scene.toml")).unwrap();
+        build::system(&scene, 0).unwrap_err().to_string()
+    };
+    let mirror = fault("conic = 0", "reflect = true");
+    assert!(mirror.contains("element[2].glass"), "{mirror}");
+    assert!(mirror.contains("reflects light"), "{mirror}");
+    let unknown = fault("glass = \"air\"", "glass = \"XY7\"");
+    assert!(unknown.contains("element[2].glass"), "{unknown}");
+
+    let doe = Doe {
+        reflect: true,
+        ..element(
+            pixel_layer(Array2::ones((2, 2)), 0.1, PixelForm::Box),
+            Aperture::OPEN,
+        )
+    };
+    let builder = SystemBuilder::new(0.5e-3).element_into("mirror", Shape::Plane, doe, 1.5);
+    let error = builder
+        .gap(1.0)
+        .sensor([4, 4], [0.1; 2])
+        .build()
+        .unwrap_err();
+    assert_eq!(error.part, "element 'mirror'");
+    assert_eq!(error.expected, "one of both");
 }
 
 /// Where a lens meets the light first, the opening before it has the beam's radius.

@@ -25,8 +25,8 @@ pub enum PlanError {
     },
     /// Whole fields do not cross interfaces.
     #[error(
-        "element '{0}' has one medium before it and another behind it, which whole fields do not cross; use the method \
-         local_bands or auto"
+        "element '{0}' has one medium before it and another behind it, which whole fields do not cross; the method \
+         local_bands carries it"
     )]
     TwoMedia(String),
     /// Local bands have no field that is sampled as a whole.

@@ -97,7 +97,7 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
         PlanError::TwoMedia(screen) => (
             screen,
             String::from("an element between two media"),
-            String::from("method = \"local_bands\" or \"auto\", or the same medium on both sides"),
+            String::from("method = \"local_bands\", or the same medium on both sides"),
         ),
         PlanError::Curved { method, screen } => (
             screen,

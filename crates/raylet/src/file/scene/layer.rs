@@ -146,7 +146,7 @@ pub struct GratingLayer {
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct FocusLayer {
-    /// Focal length in millimetres in the ambient medium, at the design wavelength; negative diverges.
+    /// Focal length in millimetres in the medium behind the element, at the design wavelength; negative diverges.
     #[serde(deserialize_with = "not_zero")]
     pub focal_length_mm: f64,
     /// Design wavelength in micrometres; the scene's first wavelength without it.
