@@ -289,7 +289,8 @@ impl Course<'_> {
                 }
             }
         }
-        [0, 1].map(|i| (counts[i] > 0).then(|| sums[i] / f64::from(counts[i])))
+        let mean = |sum: f64, count: i32| (count > 0).then(|| sum / f64::from(count));
+        [mean(sums[0], counts[0]), mean(sums[1], counts[1])]
     }
 
     fn save(&self, run: &Run) -> Result<(), Failure> {
