@@ -15,7 +15,8 @@ const HEAD: &str = "\
 
 `make real-size` makes this page. Each row is one run of a scene in `scenes/real_size`, by `simulate` with the settings of the
 scene, in a process of its own, on a machine with THREADS threads. The sensor stands about the chief ray, for the
-grating about its first order: 96 × 96 pixels of 1 µm, for the modulator 1024 × 1024 pixels of 3.45 µm.
+grating about its first order: 96 × 96 pixels of 1 µm (of the hybrid lenses 0.25 µm and 0.5 µm), for the modulator 1024 × 1024
+pixels of 3.45 µm.
 
 | column | meaning |
 | --- | --- |
@@ -43,9 +44,8 @@ The modulator takes 276 s of processor time and 1.6 GB, where 30 s and 1 GB are 
 waves to all of the camera. Its row with random pixels, which sends more, is not measured. The expected error behind pixels
 counts the light that the edges of the lenses in front diffract, which pixels send everywhere; the reference does not know it.
 
-Local bands need plane screens. So these are missing: a lens with a diffractive surface (a hybrid lens, an intraocular lens, a
-metasurface on a curved face), and mirrors with gratings. A lens of a phone is missing until there is a prescription
-of one whose source is sure.";
+Missing are a metasurface on a curved face, and mirrors with gratings. A lens of a phone is missing until there is a
+prescription of one whose source is sure.";
 
 fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().collect();

@@ -11,6 +11,8 @@ use raylet::engine::local_bands::carry::{
 use raylet::engine::local_bands::settings::{LocalBandSettings, SourceOpening};
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::engine::progress::uncancelled;
+use raylet::file::model::build;
+use raylet::file::scene::scene_file::Scene;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer, PixelForm};
@@ -28,6 +30,7 @@ use raylet_testkit::noise::column;
 use raylet_testkit::parts::{
     conic, element, face, mirror, on_axis, pixel_layer, plane_wave, screen, sensor,
 };
+use raylet_testkit::scenes::scene_path;
 
 const WAVELENGTH: f64 = 1e-3;
 const GLASS: f64 = 1.5;
@@ -394,6 +397,25 @@ fn carry_kept_dot_product_on_a_curved_interface() {
         let reverse = inner(back.as_ref().unwrap(), &values(seed));
         let off = (forward - reverse).norm() / forward.norm();
         assert!(off < 1e-10, "{off:e}");
+    }
+}
+
+/// Edmund Optics 65-988 at the d line: 15.02 mm of focal length, its focus 12.94603 mm behind it, for all of its zones.
+#[test]
+fn a_hybrid_lens_of_the_catalogue_has_its_focal_length_and_its_focus() {
+    let scene = Scene::read(&scene_path("real_size/hybrid_asphere")).unwrap();
+    let system = build::system(&scene, 0).unwrap();
+    for height in [1e-3, 1.5, 3.0, 4.5, 5.9] {
+        let ray = trace_system(&system, &system.source, [height, 0.0]);
+        let [_, back, sensor] = ray.hits[..] else {
+            panic!("{ray:?}")
+        };
+        let at_focus = sensor.point.x.hypot(sensor.point.y);
+        assert!(at_focus < 1e-4, "{height}: {at_focus:e}");
+        if height < 0.1 {
+            let focal_length = -height / back.direction.x;
+            assert!((focal_length - 15.02).abs() < 5e-3, "{focal_length}");
+        }
     }
 }
 

@@ -5,6 +5,10 @@
 //! group, (k/2πi)·√(q/q′)·|det ∂s/∂p|^{−1/2}·e^{ikL}. There is no caustic between the stop and the sensor. Rays to each
 //! pixel are interpolated between 3 × 3 points of the sensor. Where the stop is the first screen, the light on it is that of
 //! the source.
+//!
+//! Where the stop is a curved surface, or an interface, q is the optical direction against the normal of the surface that
+//! belongs to unit area below it, q − p·∇s, on either side; det ∂s/∂p is taken with the slopes p + q∇s of the waves along
+//! the surface. The interface keeps the power of the light that it refracts.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -92,6 +96,33 @@ struct Spray {
 struct Way<'a> {
     whole: Hop<'a>,
     open: Hop<'a>,
+}
+
+/// A point of the stop's surface, on one side of it.
+#[derive(Clone, Copy)]
+struct Facet {
+    slope: [f64; 2],
+    /// The index on this side.
+    index: f64,
+    /// Whether light runs towards its +z or its −z.
+    sense: f64,
+}
+
+impl Facet {
+    /// The cosine along z.
+    fn along(&self, [px, py]: [f64; 2]) -> f64 {
+        (self.index * self.index - px * px - py * py).sqrt() * self.sense
+    }
+
+    /// What a wave of unit amplitude carries through unit area below the surface: q − p·∇s.
+    fn flux(&self, p: [f64; 2]) -> f64 {
+        (self.along(p) - p[0] * self.slope[0] - p[1] * self.slope[1]).abs()
+    }
+
+    /// The same over det ∂(p + q∇s)/∂p = (q − p·∇s)/q.
+    fn flux_over_slopes(&self, p: [f64; 2]) -> f64 {
+        self.flux(p).powi(2) / self.along(p).abs()
+    }
 }
 
 /// The hops to the stop, if there is one, and from it to the sensor.
@@ -204,7 +235,8 @@ impl<'a> Integral<'a> {
                 let to = [(i as f64 - 1.0) * half[0], (j as f64 - 1.0) * half[1]];
                 let (found, landing, b) = self.towards(at, p, to)?;
                 p = found;
-                let ratio = cosine(p) / cosine(landing.1);
+                let [leaves, lands] = [self.behind(at)?, self.at_sensor()];
+                let ratio = leaves.flux_over_slopes(p) / lands.flux(landing.1);
                 spray.path[j][i] = path + landing.0;
                 for (a, slope) in spray.slope.iter_mut().enumerate() {
                     slope[j][i] = cosines[a] - p[a];
@@ -215,13 +247,59 @@ impl<'a> Integral<'a> {
         Some(spray)
     }
 
-    /// Path, amplitude and cosines of the collimated light at a point of the stop.
+    /// The side of the stop at which light arrives.
+    fn before(&self, at: [f64; 2]) -> Option<Facet> {
+        let stop = self.after.whole.from;
+        Some(Facet {
+            slope: stop.height(at)?.slope,
+            index: stop.index,
+            sense: stop.arrives,
+        })
+    }
+
+    /// The side of the stop from which light leaves.
+    fn behind(&self, at: [f64; 2]) -> Option<Facet> {
+        let before = self.before(at)?;
+        let index = self.after.whole.from.index_behind();
+        Some(Facet { index, ..before })
+    }
+
+    fn at_sensor(&self) -> Facet {
+        let sensor = self.after.whole.to;
+        Facet {
+            slope: [0.0; 2],
+            index: sensor.index,
+            sense: sensor.arrives,
+        }
+    }
+
+    /// Path, amplitude and cosines of the collimated light behind the stop's surface, without the element.
     fn arriving(&self, to: [f64; 2]) -> Option<(f64, f64, [f64; 2])> {
+        let (path, size, p) = self.incident(to)?;
+        let (before, behind) = (self.before(to)?, self.behind(to)?);
+        if before.index == behind.index {
+            return Some((path, size, p));
+        }
+
+        // Snell's law: the flux changes along the normal, by the difference of the squares of the indices.
+        let [sx, sy] = before.slope;
+        let steep = 1.0 + sx * sx + sy * sy;
+        let flux = before.flux(p);
+        let step = behind.index * behind.index - before.index * before.index;
+        let refracted = (flux * flux + steep * step).sqrt();
+        let change = before.sense * (refracted - flux) / steep;
+        let p = [p[0] - sx * change, p[1] - sy * change];
+        Some((path, size * (flux / refracted).sqrt(), p))
+    }
+
+    /// Path, amplitude and cosines of the collimated light where it meets a point of the stop.
+    fn incident(&self, to: [f64; 2]) -> Option<(f64, f64, [f64; 2])> {
         let source = &self.system.source;
         let direction = source.direction(Vec3::new(0.0, 0.0, 0.0));
         let p = [direction.x, direction.y];
         let path = |hop: &Hop, [x, y]: [f64; 2]| {
-            source.path(hop.from.frame.to_global(Vec3::new(x, y, 0.0)), 1.0)
+            let z = hop.from.height([x, y]).map_or(0.0, |here| here.z);
+            source.path(hop.from.frame.to_global(Vec3::new(x, y, z)), 1.0)
         };
         let Some(way) = &self.before else {
             return Some((path(&self.after.whole, to), 1.0, p));
@@ -233,7 +311,7 @@ impl<'a> Integral<'a> {
             let gap = [to[0] - landing.at[0], to[1] - landing.at[1]];
             if gap[0].hypot(gap[1]) < CLOSE {
                 way.whole.trace(at, p, &mut ()).ok()?;
-                let ratio = cosine(p) / cosine(landing.cosines);
+                let ratio = cosine(p) / self.before(to)?.flux(landing.cosines);
                 let size = (ratio / determinant(slope).abs()).sqrt();
                 return Some((path(&way.whole, at) + landing.path, size, landing.cosines));
             }

@@ -166,6 +166,17 @@ pub fn cases() -> Vec<Case> {
         let case = Case::new("behind_strong_lens", mask, 0.0);
         all.push(Case { cells: 3, ..case });
     }
+    for angle in [0.0, 3.0] {
+        let case = Case::new("hybrid_asphere", Mask::Own("kinoform on its front"), angle);
+        all.push(Case {
+            nodes: [200, 480],
+            ..case
+        });
+    }
+    for angle in [0.0, 3.0] {
+        let case = Case::new("hybrid_achromat", Mask::Own("kinoform on its back"), angle);
+        all.push(case);
+    }
     for angle in [0.0, 0.5] {
         all.push(Case::new("telescope_doublet", Mask::Bare, angle));
     }
