@@ -148,11 +148,13 @@ fn an_element_stands_on_the_back_of_a_lens() {
 
 #[test]
 fn what_cannot_stand_on_an_interface_is_one_clear_error() {
-    let fault = |from: &str, to: &str| {
-        let scene = Scene::parse(&HYBRID.replace(from, to), Path::new("scene.toml")).unwrap();
+    let fault_of = |text: &str| {
+        let scene = Scene::parse(text, Path::new("scene.toml")).unwrap();
         build::system(&scene, 0).unwrap_err().to_string()
     };
-    let mirror = fault("conic = 0", "reflect = true");
+    let fault = |from: &str, to: &str| fault_of(&HYBRID.replace(from, to));
+    let back = HYBRID.replace("thickness_mm = 10", "thickness_mm = -10");
+    let mirror = fault_of(&back.replace("conic = 0", "reflect = true"));
     assert!(mirror.contains("element[2].glass"), "{mirror}");
     assert!(mirror.contains("reflects light"), "{mirror}");
     let unknown = fault("glass = \"air\"", "glass = \"XY7\"");
