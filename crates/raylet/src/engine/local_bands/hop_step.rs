@@ -271,7 +271,7 @@ impl<'a> HopStep<'a> {
                 match &emitting {
                     Some((run, emission)) => run.send_adjoint(tile, emission, &back.changes, bars),
                     None => TileBar {
-                        parameters: windows.send_adjoint(tile, &back.changes, bars),
+                        parameters: windows.pull(tile, &back.changes, bars),
                         ..TileBar::default()
                     },
                 }

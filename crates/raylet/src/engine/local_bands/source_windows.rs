@@ -46,7 +46,7 @@ impl SourceWindows<'_> {
 
     /// The derivatives with respect to the parameters with which the hop and the light of the source change, from the
     /// moments that the cotangent has under the beamlets of one tile, which `bars` gives.
-    pub(crate) fn send_adjoint(
+    pub(crate) fn pull(
         &self,
         tile: &Tile,
         changes: &HopChanges,

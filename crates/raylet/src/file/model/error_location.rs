@@ -51,6 +51,17 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
 const NEARER: &str = "a greater distance behind it needs less; what touches a diffractive element, such as a thin \
                       lens, can be one of its layers";
 
+/// A screen with too many of something, whose numbers along x and y take the place of # in `what`.
+fn too_many<'a>(
+    screen: &'a String,
+    what: &str,
+    [nx, ny]: &[usize; 2],
+    expected: String,
+) -> (&'a String, String, String) {
+    let found = what.replace('#', &format!("{nx} × {ny}"));
+    (screen, found, expected)
+}
+
 fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
     let (screen, found, expected) = match error {
         PlanError::Dark { to, .. } => (
@@ -65,32 +76,30 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
         }
         PlanError::Modes {
             screen,
-            modes: [nx, ny],
+            modes,
             allowed,
-        } => (
+        } => too_many(
             screen,
-            format!("patches of {nx} × {ny} modes"),
+            "patches of # modes",
+            modes,
             memory(*allowed, "modes"),
         ),
         PlanError::Patches {
             screen,
-            patches: [nx, ny],
+            patches,
             allowed,
-        } => (
-            screen,
-            format!("{nx} × {ny} patches"),
-            memory(*allowed, "patches"),
-        ),
+        } => too_many(screen, "# patches", patches, memory(*allowed, "patches")),
         PlanError::Directions {
             from,
-            directions: [nx, ny],
+            directions,
             allowed,
             ..
-        } => (
-            from,
-            format!("{nx} × {ny} plane waves behind it"),
-            memory(*allowed, "plane waves"),
-        ),
+        } => {
+            let expected = memory(*allowed, "plane waves");
+            let (_, found, expected) =
+                too_many(from, "# plane waves behind it", directions, expected);
+            return (scene.fault(&path_of(scene, from), found, expected)).hint(NEARER);
+        }
         PlanError::WholeField { .. } => {
             return scene.fault("settings.method", error.to_string(), "another method");
         }
@@ -105,11 +114,6 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
             String::from("the method beamlet or auto, or a plane element"),
         ),
     };
-    if let PlanError::Directions { .. } = error {
-        let fault = scene.fault(&path_of(scene, screen), found, expected);
-        return fault.hint(NEARER);
-    }
-
     // A width that the scene gives is more likely wrong than the element.
     let patches = matches!(error, PlanError::Modes { .. } | PlanError::Patches { .. });
     match scene.settings.sigma_um {
