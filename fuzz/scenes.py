@@ -94,7 +94,7 @@ def system(draft: Draft, radius: float, verb: str) -> list[dict]:
     elements = [opener(draft, radius)]
     if draft.chance(0.05):
         elements += [{"kind": "coordinate_break", "tilt_deg": [*draft.pair(5), 0], "decenter_mm": draft.pair(0.01)}]
-    kinds = {nothing: 6, lens: 2, ideal: 3, second: 2, plate: 1, surfaces: 0.3, mirror: 0.3, fold: 0.1}
+    kinds = {nothing: 6, lens: 2, ideal: 3, second: 2, plate: 1, surfaces: 0.3, hybrid: 0.7, mirror: 0.3, fold: 0.1}
     simple = {nothing: 4, ideal: 1, lens: 1, plate: 1}
     return elements + train(draft, radius, simple if verb == "reference" else kinds)
 
@@ -170,6 +170,26 @@ def second(draft: Draft, radius: float) -> tuple[list[dict], int]:
     bent = curve(draft, radius) if draft.chance(0.4) else {}
     element = {"kind": "doe", "name": "second", "aperture": aperture(draft, radius), "layer": layers(draft, radius)}
     return [element | bent], 1
+
+
+def hybrid(draft: Draft, radius: float) -> tuple[list[dict], int]:
+    """A lens with a diffractive element on its back, or into another medium."""
+    front = {
+        "kind": "surface",
+        "glass": draft.pick(GLASSES),
+        "thickness_mm": draft.number(0.2, 1),
+        **curve(draft, 10 * radius),
+    }
+    back = {
+        "kind": "doe",
+        "name": "back",
+        "glass": "air",
+        "aperture": aperture(draft, radius),
+        "layer": layers(draft, radius),
+    }
+    if draft.chance(0.3):
+        back |= {"glass": draft.pick(GLASSES), "coating": draft.pick(["ideal", "fresnel", "unit"])}
+    return [front | {"semi_aperture_mm": 10 * radius}, back | curve(draft, 5 * radius)], 1
 
 
 def mirror(draft: Draft, radius: float) -> tuple[list[dict], int]:

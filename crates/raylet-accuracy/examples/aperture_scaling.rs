@@ -139,7 +139,7 @@ fn windows(hop: &HopReport) -> usize {
 
 /// Three charts against the diameter of the stop.
 fn picture(all: &[(&str, Vec<Row>)]) -> Result<Vec<u8>, Box<dyn Error>> {
-    let chart = |of: &dyn Fn(&Row) -> f64, title: &str, unit: &str| {
+    let chart = |of: &dyn Fn(&Row) -> f64, title: &str, unit: &str, range: [f64; 2]| {
         let series = all
             .iter()
             .map(|(name, rows)| Series::line(name, rows.iter().map(|row| [row.diameter, of(row)])));
@@ -148,14 +148,15 @@ fn picture(all: &[(&str, Vec<Row>)]) -> Result<Vec<u8>, Box<dyn Error>> {
                 .title(title)
                 .x_axis("diameter of the stop", "mm")
                 .y_axis(title, unit)
+                .y_range(range)
                 .log_x()
                 .log_y(),
         )
     };
     let charts = vec![
-        chart(&|row| row.seconds, "processor time", "s"),
-        chart(&|row| row.bytes * 1e-6, "beamlets held", "MB"),
-        chart(&|row| row.error, "error of the field", ""),
+        chart(&|row| row.seconds, "processor time", "s", [0.1, 100.0]),
+        chart(&|row| row.bytes * 1e-6, "beamlets held", "MB", [0.01, 10.0]),
+        chart(&|row| row.error, "error of the field", "", [1e-5, 1e-2]),
     ];
     let figure = Figure::new(vec![charts], "A triplet f/4 that grows");
     Ok(figure.width(1500.0).to_png(1.0)?)
