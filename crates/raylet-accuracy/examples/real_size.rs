@@ -40,7 +40,7 @@ pixels, for the modulator 16 × 16.
 const TAIL: &str = "
 ## What is not there yet
 
-The modulator takes 276 s of processor time and 1.6 GB, where 30 s and 1 GB are the goal: each of its windows sends plane
+The modulator takes 257 s of processor time and 1.5 GB, where 30 s and 1 GB are the goal: each of its windows sends plane
 waves to all of the camera. Its row with random pixels, which sends more, is not measured. The expected error behind pixels
 counts the light that the edges of the lenses in front diffract, which pixels send everywhere; the reference does not know it.
 
