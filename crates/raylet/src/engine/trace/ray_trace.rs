@@ -49,6 +49,19 @@ impl Carried {
     }
 }
 
+impl Landing<Dual<4>> {
+    /// The landing, and its Jacobian, rows (s_x, s_y, p′_x, p′_y).
+    pub(crate) fn with_jacobian(&self) -> (Landing<f64>, [[f64; 4]; 4]) {
+        let plain = Landing {
+            at: self.at.map(|v| v.value),
+            cosines: self.cosines.map(|v| v.value),
+            path: self.path.value,
+        };
+        let ([x, y], [px, py]) = (self.at, self.cosines);
+        (plain, [x, y, px, py].map(|row| row.tangent))
+    }
+}
+
 /// A screen as a ray of numbers `T` meets it.
 pub(crate) struct PosedScreen<'a, T, A> {
     /// The screen as it is.
@@ -267,19 +280,7 @@ impl Hop<'_> {
     ) -> Result<(Landing<f64>, [[f64; 4]; 4]), Loss> {
         let start = [Dual::<4>::variable(at[0], 0), Dual::variable(at[1], 1)];
         let cosines = [Dual::variable(p[0], 2), Dual::variable(p[1], 3)];
-        let landing = self.trace(start, cosines, &mut ())?;
-        let plain = Landing {
-            at: landing.at.map(|v| v.value),
-            cosines: landing.cosines.map(|v| v.value),
-            path: landing.path.value,
-        };
-        let rows = [
-            landing.at[0],
-            landing.at[1],
-            landing.cosines[0],
-            landing.cosines[1],
-        ];
-        Ok((plain, rows.map(|row| row.tangent)))
+        Ok(self.trace(start, cosines, &mut ())?.with_jacobian())
     }
 }
 

@@ -150,15 +150,7 @@ impl Hop<'_> {
     ) -> Result<(Landing<f64>, [[f64; 4]; 4]), Loss> {
         let start = [Dual::<4>::variable(at[0], 0), Dual::variable(at[1], 1)];
         let slopes = [Dual::variable(p[0], 2), Dual::variable(p[1], 3)];
-        let landing = self.trace_along(start, slopes, &mut ())?;
-        let plain = Landing {
-            at: landing.at.map(|v| v.value),
-            cosines: landing.cosines.map(|v| v.value),
-            path: landing.path.value,
-        };
-        let [x, y] = landing.at;
-        let [px, py] = landing.cosines;
-        Ok((plain, [x, y, px, py].map(|row| row.tangent)))
+        Ok(self.trace_along(start, slopes, &mut ())?.with_jacobian())
     }
 
     /// [`Hop::carry_beamlet`] with slopes and curvature of the wave along both surfaces, and what the interface under
