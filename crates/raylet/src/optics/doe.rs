@@ -245,6 +245,18 @@ impl Pixels {
         pairs.filter(move |(_, share)| inside && *share != 0.0)
     }
 
+    /// The column (along x, axis 0) or row (along y, axis 1) of the box under each of some places in mm; nothing outside the
+    /// grid.
+    pub(crate) fn indices(&self, axis: usize, places: &[f64]) -> Vec<Option<usize>> {
+        let (ny, nx) = self.values.dim();
+        let count = if axis == 0 { nx } else { ny };
+        let index = |place: &f64| {
+            let t = place / self.pitch[axis] + 0.5 * count as f64;
+            (t >= 0.0 && t < count as f64).then_some(t as usize)
+        };
+        places.iter().map(index).collect()
+    }
+
     /// The grid's outline `[x_min, x_max, y_min, y_max]` in mm.
     pub(crate) fn bounds(&self) -> [f64; 4] {
         let (ny, nx) = self.values.dim();

@@ -9,6 +9,7 @@ use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandSettings, STEP};
 use crate::engine::local_bands::source_opening::source_opening;
 use crate::engine::local_bands::window_widths::window_widths;
+use crate::engine::local_bands::workload::quickest_widths;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::settings::{Correction, Settings};
 use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, edge_error};
@@ -46,7 +47,7 @@ pub fn local_band_settings(
         _ => 1.0,
     };
     let threshold = settings.mode_threshold.filter(|given| *given > 0.0);
-    let chosen = LocalBandSettings {
+    let mut chosen = LocalBandSettings {
         step,
         period: settings.period.unwrap_or(period),
         threshold: threshold.unwrap_or(share * settings.coarsest_threshold()),
@@ -60,6 +61,9 @@ pub fn local_band_settings(
         ..LocalBandSettings::new(sigmas)
     };
     planned(system, &chosen)?;
+    if settings.sigma.is_none() {
+        chosen.sigmas = quickest_widths(system, &chosen)?;
+    }
     Ok(chosen)
 }
 

@@ -11,7 +11,7 @@ use crate::engine::local_bands::target::Target;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::{Arrival, Tail};
-use crate::wave::local_bands::window_transform::Modes;
+use crate::wave::local_bands::fourier_axis::Modes;
 
 /// What all windows of a hop share when they send their beamlets.
 pub(crate) struct Emission<'a> {
@@ -163,7 +163,7 @@ mod tests {
     use crate::optics::system::Hop;
     use crate::wave::beamlet::wavelet::Arrival;
     use crate::wave::local_bands::carrier::Carrier;
-    use crate::wave::local_bands::window_transform::Modes;
+    use crate::wave::local_bands::fourier_axis::Modes;
 
     #[test]
     fn send_dot_product() {

@@ -26,6 +26,7 @@ use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::element_samples::Element;
+use crate::wave::local_bands::folded_fourier::fast_length;
 use crate::wave::local_bands::tiling::{Tile, Tiling, WindowShape};
 
 /// Distance from an opening up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
@@ -34,11 +35,21 @@ const MARGIN: f64 = 2.5;
 /// Beamlets of a smooth source end at this share of the threshold: each of them counts in full.
 const SOURCE_EDGE: f64 = 0.1;
 
-/// Tiles that are worked on between two sums.
+/// Tiles that are worked on between two sums at most, and first of all.
 const CHUNK: usize = 64;
+const FIRST_CHUNK: usize = 8;
+
+/// Beamlets that wait to be summed, about: fewer tiles are worked on where each sends many.
+const BEAMLETS_AT_ONCE: u64 = 1_000_000;
 
 /// Tiles from which the light that reaches the target is estimated.
 const SAMPLE: usize = 32;
+
+/// Pixels in a period up to which fast transforms are considered.
+const LONGEST_TRANSFORM: f64 = 1e5;
+
+/// A period becomes longer by this factor at most, so that it is a whole number of pixels.
+const LONGER: f64 = 1.05;
 
 /// The same on the way back, which holds the cotangents of their pixels.
 const CHUNK_BACK: usize = 8;
@@ -173,7 +184,9 @@ impl<'a> HopStep<'a> {
             None
         } else {
             let layers = || LocalBandError::Layers(hop.from.name.clone());
-            Some(Element::of(hop.from).ok_or_else(layers)?)
+            let element = Element::of(hop.from).ok_or_else(layers)?;
+            shape.period = period_over_pixels(shape, &element);
+            Some(element)
         };
         let bounds = hop.from.bounds().ok_or_else(|| boundless(hop.from))?;
         let tiling = Tiling::over(bounds, shape, settings.tile);
@@ -365,8 +378,12 @@ impl<'a> HopStep<'a> {
         let (k, ends) = (self.hop.wavenumber(), self.ends());
         let (mut account, mut sent) = (HopAccount::default(), Vec::new());
         let tiles = self.tiling.tiles();
-        for (number, chunk) in tiles.chunks(CHUNK).enumerate() {
-            let emitted: Vec<Emitted> = chunk.par_iter().map(&send).collect();
+        let (mut done, mut chunk) = (0, FIRST_CHUNK);
+        while let Some(next) = tiles
+            .get(done..(done + chunk).min(tiles.len()))
+            .filter(|c| !c.is_empty())
+        {
+            let emitted: Vec<Emitted> = next.par_iter().map(&send).collect();
             for mut emitted in emitted {
                 account.add(&emitted.account);
                 if ends {
@@ -378,8 +395,10 @@ impl<'a> HopStep<'a> {
                 }
             }
             self.check_room(held, &account)?;
-            let done = ((number + 1) * CHUNK) as f64 / tiles.len() as f64;
-            Cancelled::check((work.progress)(done.min(1.0)))?;
+            done += next.len();
+            Cancelled::check((work.progress)(done as f64 / tiles.len() as f64))?;
+            let of_tile = account.beamlets() / done as u64 + 1;
+            chunk = ((BEAMLETS_AT_ONCE / of_tile) as usize).clamp(1, CHUNK);
         }
         Ok(Sent {
             account,
@@ -415,5 +434,22 @@ impl<'a> HopStep<'a> {
                 limit_mb: self.settings.memory_limit / 1_000_000,
             }),
         }
+    }
+}
+
+/// The period of plane waves in σ: a whole number of square pixels that suits fast transforms, where one is near.
+fn period_over_pixels(shape: WindowShape, element: &Element) -> f64 {
+    let pitch = match element.pixels().map(|pixels| pixels.pitch) {
+        Some([x, y]) if x == y => x,
+        _ => return shape.period,
+    };
+    let wanted = shape.period * shape.sigma / pitch;
+    if wanted > LONGEST_TRANSFORM {
+        return shape.period;
+    }
+    let whole = fast_length(wanted.ceil() as usize) as f64;
+    match whole <= LONGER * wanted {
+        true => whole * pitch / shape.sigma,
+        false => shape.period,
     }
 }

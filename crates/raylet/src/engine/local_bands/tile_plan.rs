@@ -19,10 +19,11 @@ use crate::optics::system::Hop;
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::element_samples::{Element, ElementSamples, TileArea};
+use crate::wave::local_bands::fourier_axis::Modes;
 use crate::wave::local_bands::local_band::{WindowBlock, sample_pitch, window_half_band};
 use crate::wave::local_bands::tiling::{Lie, REACH, Tile, Tiling, WindowShape};
 use crate::wave::local_bands::window_transform::{
-    Modes, NodeLine, SampleLine, WindowTransform, nodes_within,
+    NodeLine, SampleLine, WindowTransform, nodes_within,
 };
 
 /// Light that counts for the band of an element lies within this many σ of a window's centre.

@@ -16,6 +16,9 @@ use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::element_samples::ElementSamples;
 use crate::wave::local_bands::tiling::Tile;
 
+/// Of so many windows of a tile one is looked at to find how strong plane waves are.
+const SAMPLED: usize = 5;
+
 /// What the way back through a tile finds.
 #[derive(Default)]
 pub(crate) struct TileBar {
@@ -105,13 +108,13 @@ impl TileRun<'_> {
         }
     }
 
-    /// How strong the plane waves of a tile are that may reach the target.
+    /// How strong the plane waves of a tile are that may reach the target, by some of its windows.
     pub(crate) fn histogram(&self, tile: &Tile) -> ModeHistogram {
         let Some(plan) = self.plan(tile, &mut HopAccount::default()) else {
             return ModeHistogram::default();
         };
         let (values, _) = plan.light.at(&plan.samples);
-        let aimed = plan.aimed.iter();
+        let aimed = plan.aimed.iter().step_by(SAMPLED);
         let windows = aimed.filter_map(|aimed| self.transformed(&plan, aimed, &values));
         let counted = windows.map(|window| ModeHistogram::of(window.waves.coefficients.iter()));
         counted.fold(ModeHistogram::default(), ModeHistogram::merge)

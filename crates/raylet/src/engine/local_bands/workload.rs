@@ -13,16 +13,22 @@ use crate::wave::local_bands::local_band::{sample_pitch, window_half_band};
 use crate::wave::local_bands::tiling::REACH;
 
 /// Seconds of one core, measured: for each window, for each window of a smooth source, for each plane wave of a window, for
-/// each surface that it crosses, for a complex product, and for a value on the sensor.
+/// each surface that it crosses, for a complex product, for a node of the element, for an operation of a fast transform, and
+/// for a value on the sensor.
 const WINDOW: f64 = 1e-4;
 const SMOOTH_WINDOW: f64 = 8e-6;
-const WAVE: f64 = 1.5e-6;
-const SURFACE: f64 = 0.7e-6;
+const WAVE: f64 = 0.4e-6;
+const SURFACE: f64 = 0.15e-6;
 const PRODUCT: f64 = 0.35e-9;
-const VALUE: f64 = 1.5e-9;
+const NODE: f64 = 14e-9;
+const OPERATION: f64 = 0.3e-9;
+const VALUE: f64 = 2e-9;
 
 /// Nodes of a pixel along an axis.
 const NODES: f64 = 2.0;
+
+/// Widths of windows that are tried, as parts of the widest.
+const NARROWER: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.25];
 
 /// What a run will take.
 #[derive(Clone, Copy, Debug)]
@@ -97,14 +103,61 @@ fn seconds_of(step: &HopStep, start: &ChirpedStart, settings: &LocalBandSettings
     let nodes = pixels.map_or([samples; 2], |pitch| {
         pitch.map(|pitch| NODES * 2.0 * REACH * plan.sigma / pitch)
     });
-    let to_nodes = match pixels {
-        Some(_) => samples * samples * nodes[0] + samples * nodes[0] * nodes[1],
-        None => 0.0,
+    let products = waves[1] * nodes[0] * nodes[1] + waves[0] * waves[1] * nodes[0];
+    let transform = match pixels {
+        Some(pitch) => {
+            let folded = pitch.map(|pitch| NODES * plan.period * plan.sigma / pitch);
+            let to_nodes = 0.5 * samples * nodes[0] * (samples + nodes[1]);
+            PRODUCT * to_nodes
+                + NODE * nodes[0] * nodes[1]
+                + (OPERATION * folded_operations(folded, waves[0])).min(PRODUCT * products)
+        }
+        None => PRODUCT * products,
     };
-    let products = to_nodes + waves[1] * nodes[0] * nodes[1] + waves[0] * waves[1] * nodes[0];
     let beamlets = waves[0] * waves[1];
     let traced = WAVE + SURFACE * (hop.train.len() + 1) as f64;
-    WINDOW + PRODUCT * products + beamlets * (traced + VALUE * values(step, start))
+    WINDOW + transform + beamlets * (traced + VALUE * values(step, start))
+}
+
+/// Operations of the fast transforms of a window with so many folded nodes along x and y and plane waves along x.
+fn folded_operations([x, y]: [f64; 2], waves: f64) -> f64 {
+    let line = |folded: f64| 5.0 * folded * folded.log2().max(1.0);
+    y * line(x) + waves * line(y)
+}
+
+/// Narrower windows in place of these widths, for elements of pixels that send light to a wide target, where that takes less
+/// time: they send fewer plane waves past the element's edges.
+///
+/// # Errors
+/// As a run, but for light that is found to be absent.
+pub(crate) fn quickest_widths(
+    system: &System,
+    settings: &LocalBandSettings,
+) -> Result<Vec<f64>, LocalBandError> {
+    let leaving = leaving_carriers(system, settings.opening)?;
+    let mut sigmas = settings.sigmas.clone();
+    for ((number, hop), carriers) in system.hops().enumerate().zip(&leaving) {
+        let mut best = f64::INFINITY;
+        for narrower in NARROWER {
+            let mut tried = settings.clone();
+            let Some(sigma) = tried.sigmas.get_mut(number) else {
+                continue;
+            };
+            *sigma *= narrower;
+            let (sigma, step) = (*sigma, HopStep::new(system, &tried, number, hop)?);
+            if step.pixel_pitch().is_none() {
+                break;
+            }
+            let seconds = step.lit_windows() as f64 * seconds_a_window(&step, carriers, &tried);
+            if seconds < best {
+                best = seconds;
+                if let Some(chosen) = sigmas.get_mut(number) {
+                    *chosen = sigma;
+                }
+            }
+        }
+    }
+    Ok(sigmas)
 }
 
 /// Pixels of the sensor under one beamlet; none where it goes to another screen.

@@ -207,17 +207,10 @@ struct Chirp<S: Simd> {
 impl<S: Simd> Chirp<S> {
     #[inline(always)]
     fn new(simd: S, bend: Complex64) -> Self {
-        let power = |n: Lanes| {
-            let n = f64x8::from_slice(simd, &n);
-            polar(
-                n * f64x8::splat(simd, bend.re),
-                n * f64x8::splat(simd, bend.im),
-            )
-        };
         Self {
-            triangle: power([0.0, 0.0, 1.0, 3.0, 6.0, 10.0, 15.0, 21.0]),
-            leap: power([28.0, 36.0, 44.0, 52.0, 60.0, 68.0, 76.0, 84.0]),
-            step: power([64.0; LANES]),
+            triangle: powers(simd, bend, [0.0, 0.0, 1.0, 3.0, 6.0, 10.0, 15.0, 21.0]),
+            leap: powers(simd, bend, [28.0, 36.0, 44.0, 52.0, 60.0, 68.0, 76.0, 84.0]),
+            step: powers(simd, bend, [64.0; LANES]),
         }
     }
 
@@ -300,6 +293,16 @@ impl<S: Simd> Chirp<S> {
         let total = |sum: f64x8<S>| sum.as_array().iter().sum::<f64>();
         sums.map(|(re, im)| Complex64::new(total(re), total(im)))
     }
+}
+
+/// exp(n·bend) of eight n. A function of its own: a closure would not be compiled for the machine's vectors.
+#[inline(always)]
+fn powers<S: Simd>(simd: S, bend: Complex64, n: Lanes) -> Pair<S> {
+    let n = f64x8::from_slice(simd, &n);
+    polar(
+        n * f64x8::splat(simd, bend.re),
+        n * f64x8::splat(simd, bend.im),
+    )
 }
 
 /// exp(a + ib) of eight pairs.

@@ -9,7 +9,7 @@ use crate::optics::profile::Profile;
 use crate::optics::screen::{Act, Screen};
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
-use crate::wave::local_bands::window_transform::CellFilter;
+use crate::wave::local_bands::fourier_axis::CellFilter;
 
 /// An element, or the opening of a stop, as local bands see it.
 #[derive(Clone, Debug)]
@@ -336,20 +336,44 @@ impl<'a> Element<'a> {
     ) -> Array2<Complex64> {
         let [columns, rows] = nodes;
         let mut values = Array2::zeros((rows.len(), columns.len()));
+        let spans: Vec<[f64; 2]> = (0..columns.len()).map(|i| columns.span(i)).collect();
+        let places = columns.nodes();
+        let pixels = self.pixels_alone().map(|pixels| {
+            let along = |a: usize, axis: &Axis| pixels.indices(a, &axis.nodes());
+            (&pixels.values, along(0, columns), along(1, rows))
+        });
+        let plane = carrier.p == [0.0; 2] && carrier.q == [0.0; 3];
         for (j, mut row) in values.rows_mut().into_iter().enumerate() {
             let y = rows.node(j);
+            let mut scan = OpeningScan::new(&self.opening, rows.span(j));
             for (i, value) in row.iter_mut().enumerate() {
-                let at = [columns.node(i), y];
-                let open = match opened {
-                    true => self.open([columns.span(i), rows.span(j)]),
-                    false => 1.0,
-                };
-                if open > 0.0 {
-                    *value = self.transmission(at) * carrier.removed(at, k) * open;
+                let open = if opened { scan.open(spans[i]) } else { 1.0 };
+                if open == 0.0 {
+                    continue;
                 }
+                let at = [places[i], y];
+                let through = match &pixels {
+                    Some((values, columns, rows)) => match (rows[j], columns[i]) {
+                        (Some(row), Some(column)) => values[[row, column]],
+                        _ => Complex64::ZERO,
+                    },
+                    None => self.transmission(at),
+                };
+                *value = match plane {
+                    true => through * open,
+                    false => through * carrier.removed(at, k) * open,
+                };
             }
         }
         values
+    }
+
+    /// Its pixels, where they are all of its layers and constant over each cell.
+    fn pixels_alone(&self) -> Option<&'a Pixels> {
+        match self.doe.map(|doe| doe.layers.as_slice()) {
+            Some([Layer::Pixels(pixels)]) if pixels.form != PixelForm::Bilinear => Some(pixels),
+            _ => None,
+        }
     }
 
     fn transmission(&self, [x, y]: [f64; 2]) -> Complex64 {
@@ -358,16 +382,46 @@ impl<'a> Element<'a> {
     }
 
     /// The open share of a cell.
-    fn open(&self, [[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> f64 {
-        let depth = self.opening.depth(0.5 * (x0 + x1), 0.5 * (y0 + y1));
+    fn open(&self, [x, y]: [[f64; 2]; 2]) -> f64 {
+        OpeningScan::new(&self.opening, y).open(x)
+    }
+}
+
+/// The open shares of cells along a row, from low to high x. A depth inside or outside the edge says how far the next edge
+/// is, so that most cells need no look of their own.
+struct OpeningScan<'a> {
+    opening: &'a Aperture,
+    /// The row's span along y, in mm.
+    row: [f64; 2],
+    /// Cells are known to have this share up to that x.
+    known: (f64, f64),
+}
+
+impl<'a> OpeningScan<'a> {
+    fn new(opening: &'a Aperture, row: [f64; 2]) -> Self {
+        Self {
+            opening,
+            row,
+            known: (0.0, f64::NEG_INFINITY),
+        }
+    }
+
+    /// The open share of the cell with this span along x.
+    fn open(&mut self, [x0, x1]: [f64; 2]) -> f64 {
+        let [y0, y1] = self.row;
+        let (x, y) = (0.5 * (x0 + x1), 0.5 * (y0 + y1));
+        let (share, end) = self.known;
+        if x + 0.5 * (x1 - x0 + y1 - y0) < end {
+            return share;
+        }
         let half = 0.5 * (x1 - x0).hypot(y1 - y0);
-        if depth > half {
-            return 1.0;
+        let depth = self.opening.depth(x, y);
+        if depth.abs() <= half {
+            return self.opening.coverage(x0, x1, y0, y1);
         }
-        if depth < -half {
-            return 0.0;
-        }
-        self.opening.coverage(x0, x1, y0, y1)
+        let share = if depth > 0.0 { 1.0 } else { 0.0 };
+        self.known = (share, x + depth.abs());
+        share
     }
 }
 

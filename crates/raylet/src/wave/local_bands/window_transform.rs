@@ -5,85 +5,17 @@
 //! Fourier sums give the plane waves exp(ikΔpₘ·u) beside the carrier that goes on, Δpₘ = m·λ/P. Both steps are products
 //! of small matrices along x and y.
 
+use std::cell::RefCell;
 use std::ops::Range;
 
-use ndarray::{Array2, ArrayView2};
+use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
+use rustfft::FftPlanner;
 
 use crate::wave::grid::field::Axis;
-
-/// What a cell about each node does to the spectrum of what the nodes represent.
-#[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum CellFilter {
-    /// Nodes hold values of a smooth function.
-    #[default]
-    Points,
-    /// The element is constant over each cell of this width in mm, which has one node in its middle or two Gauss nodes:
-    /// the product with light that is constant or linear in the cell is integrated exactly.
-    Boxes(f64),
-    /// Nodes hold means over cells of this width in mm: the sinc that this brings is divided out.
-    Means(f64),
-}
-
-impl CellFilter {
-    /// The factor of a plane wave `dp` beside the carrier, at a node this far from the middle of its cell.
-    fn factor(self, dp: f64, k: f64, aside: f64) -> Complex64 {
-        let half = |width: f64| 0.5 * k * width * dp;
-        match self {
-            Self::Points => Complex64::ONE,
-            Self::Boxes(width) if aside == 0.0 => Complex64::from(bessel(half(width))[0]),
-            Self::Boxes(width) => {
-                // ½∫(1 ± √3ξ)·exp(−ixξ) dξ over [−1, 1], beside the plane wave at the node itself.
-                let [even, odd] = bessel(half(width));
-                let linear = Complex64::new(even, -3f64.sqrt() * aside.signum() * odd);
-                linear * Complex64::cis(k * dp * aside)
-            }
-            Self::Means(width) => Complex64::from(1.0 / bessel(half(width))[0]),
-        }
-    }
-}
-
-/// The spherical Bessel functions j₀ and j₁.
-fn bessel(x: f64) -> [f64; 2] {
-    if x.abs() < 1e-3 {
-        let square = x * x;
-        return [1.0 - square / 6.0, x / 3.0 * (1.0 - 0.1 * square)];
-    }
-    let (sine, cosine) = x.sin_cos();
-    [sine / x, (sine / x - cosine) / x]
-}
-
-/// The plane waves of a window to be computed, along one axis.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Modes {
-    /// Index m of the first.
-    pub first: i64,
-    /// How many.
-    pub count: usize,
-    /// Distance λ/P of neighbours, as optical direction cosine.
-    pub spacing: f64,
-    /// Direction of m = 0 beside the carrier about which the nodes' values are written.
-    pub shift: f64,
-}
-
-impl Modes {
-    /// Those with Δp in [low, high].
-    pub fn between(low: f64, high: f64, spacing: f64, shift: f64) -> Self {
-        let first = (low / spacing).ceil() as i64;
-        let last = (high / spacing).floor() as i64;
-        Self {
-            first,
-            count: (last - first + 1).max(0) as usize,
-            spacing,
-            shift,
-        }
-    }
-
-    /// Δp of one of them.
-    pub fn at(&self, index: usize) -> f64 {
-        (self.first + index as i64) as f64 * self.spacing
-    }
-}
+use crate::wave::local_bands::folded_fourier::{FoldedFourier, FoldedFourier2};
+use crate::wave::local_bands::fourier_axis::{CellFilter, FourierAxis, Modes};
+use crate::wave::local_bands::fourier_matrix::fourier_matrix;
 
 /// The nodes of an element along one axis, and what they represent.
 #[derive(Clone, Copy, Debug)]
@@ -109,67 +41,17 @@ pub struct SampleLine<'a> {
     pub k: f64,
 }
 
-/// The factors of nodes are computed anew after so many modes, before rounding adds up.
-const RESTART: usize = 64;
+/// How much faster products of matrices run than fast transforms, for each of their operations.
+const MATRIX_SPEED: f64 = 4.0;
 
-/// The matrices along one axis.
-struct Line {
-    /// A row per node, a column per sample; nothing where the samples are the nodes.
-    to_nodes: Option<Array2<Complex64>>,
-    /// A row per mode, a column per node.
-    to_modes: Array2<Complex64>,
-}
-
-impl Line {
-    fn new(samples: &SampleLine, nodes: Option<&NodeLine>, modes: &Modes) -> Self {
-        let (axis, range, filter) = nodes
-            .map_or((samples.axis, samples.range, CellFilter::Points), |nodes| {
-                (nodes.axis, nodes.range, nodes.filter)
-            });
-        Self {
-            to_nodes: nodes.map(|nodes| interpolation(samples, nodes)),
-            to_modes: fourier(samples, (axis, range), filter, modes),
-        }
-    }
-}
-
-/// The Fourier sum over the nodes of a range: a row per mode, a column per node. From mode to mode a node's factor turns by the
-/// same phase; what a cell does to a mode is the same in each cell.
-fn fourier(
-    samples: &SampleLine,
-    (axis, range): (&Axis, (usize, usize)),
-    filter: CellFilter,
-    modes: &Modes,
-) -> Array2<Complex64> {
-    let k = samples.k;
-    let period = std::f64::consts::TAU / (k * modes.spacing);
-    let factor = |node: usize| {
-        let all = (0..modes.count).map(|m| filter.factor(modes.at(m), k, axis.aside(node)));
-        all.collect::<Vec<Complex64>>()
-    };
-    let cells: Vec<Vec<Complex64>> = (0..axis.nodes_of_cell()).map(factor).collect();
-    let mut matrix = Array2::zeros((modes.count, range.1 - range.0));
-    for (i, mut column) in matrix.columns_mut().into_iter().enumerate() {
-        let node = range.0 + i;
-        let u = axis.node(node) - samples.centre;
-        let step = Complex64::cis(-k * modes.spacing * u);
-        let mut wave = Complex64::ZERO;
-        for (m, value) in column.iter_mut().enumerate() {
-            wave = match m % RESTART {
-                0 => {
-                    Complex64::cis(-k * (modes.shift + modes.at(m)) * u)
-                        * (axis.weight(node) / period)
-                }
-                _ => wave * step,
-            };
-            *value = wave * cells[node % cells.len()][m];
-        }
-    }
-    matrix
+/// From the samples of the light to nodes along one axis, and back. The map is real.
+struct Interpolation {
+    x: Array2<f64>,
+    y: Array2<f64>,
 }
 
 /// The sum of sinc functions that continues samples to nodes: sin(πt)/π(t − n) has one sine for each node.
-fn interpolation(samples: &SampleLine, nodes: &NodeLine) -> Array2<Complex64> {
+fn interpolation(samples: &SampleLine, nodes: &NodeLine) -> Array2<f64> {
     let count = [nodes.range, samples.range].map(|(low, high)| high - low);
     let pitch = samples.axis.pitch;
     let first = samples.axis.node(samples.range.0);
@@ -180,24 +62,103 @@ fn interpolation(samples: &SampleLine, nodes: &NodeLine) -> Array2<Complex64> {
         for (n, value) in row.iter_mut().enumerate() {
             let away = t - n as f64;
             let odd = (t.round() as i64 - n as i64).rem_euclid(2) == 1;
-            let size = if away.abs() < 1e-9 { 1.0 } else { sine / away };
-            *value = Complex64::new(
-                if odd && away.abs() >= 1e-9 {
-                    -size
-                } else {
-                    size
-                },
-                0.0,
-            );
+            *value = match (away.abs() < 1e-9, odd) {
+                (true, _) => 1.0,
+                (false, true) => -sine / away,
+                (false, false) => sine / away,
+            };
         }
     }
     matrix
 }
 
+impl Interpolation {
+    /// The light at the nodes, from that at the samples, times the transmission there.
+    fn apply(
+        &self,
+        samples: &Array2<Complex64>,
+        transmission: Option<ArrayView2<Complex64>>,
+    ) -> Array2<Complex64> {
+        let along = |part: Array2<f64>| self.y.dot(&part.dot(&self.x.t()));
+        let re = along(samples.mapv(|value| value.re));
+        let im = along(samples.mapv(|value| value.im));
+        match transmission {
+            Some(transmission) => Zip::from(&re)
+                .and(&im)
+                .and(transmission)
+                .map_collect(|re, im, t| Complex64::new(*re, *im) * t),
+            None => combined(&re, &im),
+        }
+    }
+
+    /// The transpose.
+    fn apply_adjoint(&self, nodes_bar: &Array2<Complex64>) -> Array2<Complex64> {
+        let along = |part: Array2<f64>| self.y.t().dot(&part.dot(&self.x));
+        combined(
+            &along(nodes_bar.mapv(|value| value.re)),
+            &along(nodes_bar.mapv(|value| value.im)),
+        )
+    }
+}
+
+/// Complex numbers of their parts.
+fn combined(re: &Array2<f64>, im: &Array2<f64>) -> Array2<Complex64> {
+    Zip::from(re)
+        .and(im)
+        .map_collect(|re, im| Complex64::new(*re, *im))
+}
+
+/// From nodes to plane waves.
+enum Spectrum {
+    /// By matrices along x and y.
+    Matrices([Array2<Complex64>; 2]),
+    /// By fast transforms.
+    Folded(Box<FoldedFourier2>),
+}
+
+impl Spectrum {
+    fn new(along: [&FourierAxis; 2]) -> Self {
+        let folded = PLANNER.with_borrow_mut(|planner| {
+            let [x, y] = along.map(|along| FoldedFourier::new(along, planner));
+            x.zip(y).map(|(x, y)| FoldedFourier2 { x, y })
+        });
+        let [x, y] = along.map(|along| [along.nodes() as f64, along.modes.count as f64]);
+        let products = 8.0 * y[1] * x[0] * (y[0] + x[1]);
+        match folded {
+            Some(folded) if folded.operations() * MATRIX_SPEED < products => {
+                Self::Folded(Box::new(folded))
+            }
+            _ => Self::Matrices(along.map(fourier_matrix)),
+        }
+    }
+
+    /// The plane waves [m_y, m_x] of light at nodes [y, x].
+    fn apply(&self, light: &Array2<Complex64>) -> Array2<Complex64> {
+        match self {
+            Self::Matrices([x, y]) => y.dot(light).dot(&x.t()),
+            Self::Folded(folded) => folded.apply(light),
+        }
+    }
+
+    /// The conjugate transpose.
+    fn apply_adjoint(&self, waves_bar: &Array2<Complex64>) -> Array2<Complex64> {
+        match self {
+            Self::Matrices([x, y]) => conjugate(y).t().dot(waves_bar).dot(&conjugate(x)),
+            Self::Folded(folded) => folded.apply_adjoint(waves_bar),
+        }
+    }
+}
+
+thread_local! {
+    /// Fast transforms of the lengths that a thread has met.
+    static PLANNER: RefCell<FftPlanner<f64>> = RefCell::new(FftPlanner::new());
+}
+
 /// The linear map from the samples under one window, indexed [y, x], to its plane waves, indexed [m_y, m_x].
 pub struct WindowTransform {
-    x: Line,
-    y: Line,
+    /// From samples to nodes; nothing where the samples are the nodes.
+    to_nodes: Option<Interpolation>,
+    spectrum: Spectrum,
 }
 
 impl WindowTransform {
@@ -207,18 +168,39 @@ impl WindowTransform {
         nodes: Option<[&NodeLine; 2]>,
         modes: [&Modes; 2],
     ) -> Self {
-        let line = |a: usize| Line::new(samples[a], nodes.map(|nodes| nodes[a]), modes[a]);
+        let along = [0, 1].map(|a| {
+            let (axis, range, filter) = match nodes {
+                Some(nodes) => (nodes[a].axis, nodes[a].range, nodes[a].filter),
+                None => (samples[a].axis, samples[a].range, CellFilter::Points),
+            };
+            FourierAxis {
+                axis,
+                range,
+                filter,
+                centre: samples[a].centre,
+                k: samples[a].k,
+                modes: modes[a],
+            }
+        });
         Self {
-            x: line(0),
-            y: line(1),
+            to_nodes: nodes.map(|nodes| Interpolation {
+                x: interpolation(samples[0], nodes[0]),
+                y: interpolation(samples[1], nodes[1]),
+            }),
+            spectrum: Spectrum::new([&along[0], &along[1]]),
         }
     }
 
-    /// The light at the nodes.
-    fn at_nodes(&self, samples: &Array2<Complex64>) -> Array2<Complex64> {
-        match (&self.x.to_nodes, &self.y.to_nodes) {
-            (Some(x), Some(y)) => y.dot(&samples.dot(&x.t())),
-            _ => samples.clone(),
+    /// The light at the nodes times the transmission there, which is one where there is none.
+    fn at_nodes(
+        &self,
+        samples: &Array2<Complex64>,
+        transmission: Option<ArrayView2<Complex64>>,
+    ) -> Array2<Complex64> {
+        match (&self.to_nodes, transmission) {
+            (Some(to_nodes), transmission) => to_nodes.apply(samples, transmission),
+            (None, Some(transmission)) => samples * &transmission,
+            (None, None) => samples.clone(),
         }
     }
 
@@ -228,11 +210,7 @@ impl WindowTransform {
         samples: &Array2<Complex64>,
         transmission: Option<ArrayView2<Complex64>>,
     ) -> Array2<Complex64> {
-        let mut light = self.at_nodes(samples);
-        if let Some(transmission) = transmission {
-            light *= &transmission;
-        }
-        self.y.to_modes.dot(&light).dot(&self.x.to_modes.t())
+        self.spectrum.apply(&self.at_nodes(samples, transmission))
     }
 
     /// The conjugate transpose: the cotangents of the samples, and of the transmission.
@@ -242,22 +220,23 @@ impl WindowTransform {
         transmission: Option<ArrayView2<Complex64>>,
         waves_bar: &Array2<Complex64>,
     ) -> (Array2<Complex64>, Array2<Complex64>) {
-        // waves = Ey·(light·t)·Exᵀ
-        let conjugate = |matrix: &Array2<Complex64>| matrix.mapv(|value| value.conj());
-        let after_bar =
-            (conjugate(&self.y.to_modes).t().dot(waves_bar)).dot(&conjugate(&self.x.to_modes));
-        let transmission_bar = conjugate(&self.at_nodes(samples)) * &after_bar;
+        // waves = spectrum of light·t
+        let after_bar = self.spectrum.apply_adjoint(waves_bar);
+        let transmission_bar = conjugate(&self.at_nodes(samples, None)) * &after_bar;
         let mut light_bar = after_bar;
         if let Some(transmission) = transmission {
             light_bar *= &transmission.mapv(|value| value.conj());
         }
-        // light = Sy·samples·Sxᵀ
-        let samples_bar = match (&self.x.to_nodes, &self.y.to_nodes) {
-            (Some(x), Some(y)) => y.t().dot(&light_bar).dot(x),
-            _ => light_bar,
+        let samples_bar = match &self.to_nodes {
+            Some(to_nodes) => to_nodes.apply_adjoint(&light_bar),
+            None => light_bar,
         };
         (samples_bar, transmission_bar)
     }
+}
+
+fn conjugate(array: &Array2<Complex64>) -> Array2<Complex64> {
+    array.mapv(|value| value.conj())
 }
 
 /// The nodes of an axis within [low, high].
@@ -273,8 +252,9 @@ mod tests {
 
     use crate::math::noise::{assert_transposed, noise};
     use crate::wave::grid::field::Axis;
+    use crate::wave::local_bands::fourier_axis::{CellFilter, Modes};
     use crate::wave::local_bands::window_transform::{
-        CellFilter, Modes, NodeLine, SampleLine, WindowTransform, nodes_within,
+        NodeLine, SampleLine, WindowTransform, nodes_within,
     };
 
     const K: f64 = 6.0;

@@ -1,0 +1,116 @@
+//! What Fourier sums from nodes to plane waves are about, along one axis of a window.
+
+use std::f64::consts::TAU;
+
+use num_complex::Complex64;
+
+use crate::wave::grid::field::Axis;
+
+/// What a cell about each node does to the spectrum of what the nodes represent.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub enum CellFilter {
+    /// Nodes hold values of a smooth function.
+    #[default]
+    Points,
+    /// The element is constant over each cell of this width in mm, which has one node in its middle or two Gauss nodes:
+    /// the product with light that is constant or linear in the cell is integrated exactly.
+    Boxes(f64),
+    /// Nodes hold means over cells of this width in mm: the sinc that this brings is divided out.
+    Means(f64),
+}
+
+impl CellFilter {
+    /// The factor of a plane wave `dp` beside the carrier, at a node this far from the middle of its cell.
+    pub(crate) fn factor(self, dp: f64, k: f64, aside: f64) -> Complex64 {
+        let half = |width: f64| 0.5 * k * width * dp;
+        match self {
+            Self::Points => Complex64::ONE,
+            Self::Boxes(width) if aside == 0.0 => Complex64::from(bessel(half(width))[0]),
+            Self::Boxes(width) => {
+                // ½∫(1 ± √3ξ)·exp(−ixξ) dξ over [−1, 1], beside the plane wave at the node itself.
+                let [even, odd] = bessel(half(width));
+                let linear = Complex64::new(even, -3f64.sqrt() * aside.signum() * odd);
+                linear * Complex64::cis(k * dp * aside)
+            }
+            Self::Means(width) => Complex64::from(1.0 / bessel(half(width))[0]),
+        }
+    }
+}
+
+/// The spherical Bessel functions j₀ and j₁.
+fn bessel(x: f64) -> [f64; 2] {
+    if x.abs() < 1e-3 {
+        let square = x * x;
+        return [1.0 - square / 6.0, x / 3.0 * (1.0 - 0.1 * square)];
+    }
+    let (sine, cosine) = x.sin_cos();
+    [sine / x, (sine / x - cosine) / x]
+}
+
+/// The plane waves of a window to be computed, along one axis.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Modes {
+    /// Index m of the first.
+    pub first: i64,
+    /// How many.
+    pub count: usize,
+    /// Distance λ/P of neighbours, as optical direction cosine.
+    pub spacing: f64,
+    /// Direction of m = 0 beside the carrier about which the nodes' values are written.
+    pub shift: f64,
+}
+
+impl Modes {
+    /// Those with Δp in [low, high].
+    pub fn between(low: f64, high: f64, spacing: f64, shift: f64) -> Self {
+        let first = (low / spacing).ceil() as i64;
+        let last = (high / spacing).floor() as i64;
+        Self {
+            first,
+            count: (last - first + 1).max(0) as usize,
+            spacing,
+            shift,
+        }
+    }
+
+    /// Δp of one of them.
+    pub fn at(&self, index: usize) -> f64 {
+        (self.first + index as i64) as f64 * self.spacing
+    }
+}
+
+/// What the sums along one axis are about.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct FourierAxis<'a> {
+    /// All nodes of the tile.
+    pub axis: &'a Axis,
+    /// Those under the window.
+    pub range: (usize, usize),
+    /// What a cell does.
+    pub filter: CellFilter,
+    /// The window's centre in mm.
+    pub centre: f64,
+    /// Vacuum wavenumber in rad/mm.
+    pub k: f64,
+    /// The plane waves.
+    pub modes: &'a Modes,
+}
+
+impl FourierAxis<'_> {
+    /// The period of the plane waves in mm.
+    pub(crate) fn period(&self) -> f64 {
+        TAU / (self.k * self.modes.spacing)
+    }
+
+    /// Nodes under the window.
+    pub(crate) fn nodes(&self) -> usize {
+        self.range.1 - self.range.0
+    }
+
+    /// What the cell about a node does to each plane wave.
+    pub(crate) fn cell_factors(&self, node: usize) -> Vec<Complex64> {
+        let aside = self.axis.aside(node);
+        let one = |m: usize| self.filter.factor(self.modes.at(m), self.k, aside);
+        (0..self.modes.count).map(one).collect()
+    }
+}
