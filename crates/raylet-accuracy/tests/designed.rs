@@ -19,26 +19,26 @@ source = { kind = "plane" }
 kind = "doe"
 name = "first"
 thickness_mm = 0.4
-aperture = { disc = { radius_mm = 0.0288 } }
-layer = [{ kind = "pixels", pitch_um = 2.4, size = [24, 24] FIRST }]
+aperture = { disc = { radius_mm = 0.0216 } }
+layer = [{ kind = "pixels", pitch_um = 2.4, size = [18, 18] FIRST }]
 
 [[element]]
 kind = "doe"
 name = "second"
 thickness_mm = 0.3
-aperture = { disc = { radius_mm = 0.0288 } }
-layer = [{ kind = "pixels", pitch_um = 2.4, size = [24, 24] SECOND }]
+aperture = { disc = { radius_mm = 0.0216 } }
+layer = [{ kind = "pixels", pitch_um = 2.4, size = [18, 18] SECOND }]
 
 [[element]]
 kind = "sensor"
 name = "sensor"
-pixels = [40, 40]
+pixels = [30, 30]
 pitch_um = 1.2
 
 [design]
 iterations = 8
 element = [NAMES]
-loss = [{ kind = "overlap", picture = "photograph.png", size_mm = [0.036, 0.036] }]
+loss = [{ kind = "overlap", picture = "photograph.png", size_mm = [0.027, 0.027] }]
 "#;
 
 /// A strong singlet of flint, its radius `RADIUS`, behind a radial phase, `POWER` rad at its rim, for two wavelengths

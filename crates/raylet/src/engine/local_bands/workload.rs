@@ -20,7 +20,7 @@ const SMOOTH_WINDOW: f64 = 8e-6;
 const WAVE: f64 = 0.4e-6;
 const SURFACE: f64 = 0.15e-6;
 const PRODUCT: f64 = 0.35e-9;
-const NODE: f64 = 14e-9;
+const NODE: f64 = 20e-9;
 const OPERATION: f64 = 0.3e-9;
 const VALUE: f64 = 2e-9;
 

@@ -54,12 +54,27 @@ pub(crate) struct BeamletKernel<'a> {
 }
 
 impl<'a> BeamletKernel<'a> {
+    /// How far along y a beamlet's footprint reaches, in mm; not finite where it has no end.
+    #[inline(always)]
+    pub(crate) fn reach(arrival: &Arrival, limit: f64) -> f64 {
+        let [xx, xy, yy] = arrival.curvature.map(|g| g.im);
+        (limit * xx / (xx * yy - xy * xy)).sqrt()
+    }
+
     /// The beamlet's footprint on the rows; nothing when it does not meet them.
     #[inline(always)]
     pub(crate) fn new(arrival: &'a Arrival, rows: &Rows, limit: f64) -> Option<Self> {
-        let [xx, xy, yy] = arrival.curvature.map(|g| g.im);
-        let determinant = xx * yy - xy * xy;
-        let reach = (limit * xx / determinant).sqrt();
+        Self::reaching(arrival, rows, limit, Self::reach(arrival, limit))
+    }
+
+    /// The same for a footprint that is known to reach so far along y.
+    #[inline(always)]
+    pub(crate) fn reaching(
+        arrival: &'a Arrival,
+        rows: &Rows,
+        limit: f64,
+        reach: f64,
+    ) -> Option<Self> {
         if !reach.is_finite() {
             return None;
         }

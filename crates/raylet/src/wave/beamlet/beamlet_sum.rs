@@ -50,11 +50,15 @@ impl Canvas {
     /// Adds beamlets, each where it exceeds `threshold` of its own peak; `k` is the vacuum wavenumber.
     pub fn add(&mut self, arrivals: &[Arrival], k: f64, threshold: f64) -> Evaluations {
         let level = Level::new();
+        let limit = -2.0 * threshold.ln() / k;
+        let reaches = arrivals.iter().map(|a| BeamletKernel::reach(a, limit));
+        let reaches: Vec<f64> = reaches.collect();
         self.bands
             .par_iter_mut()
-            .map(
-                |band| dispatch!(level, simd => fill(simd, &mut band.rows, arrivals, k, threshold)),
-            )
+            .map(|band| {
+                let beamlets = arrivals.iter().zip(&reaches);
+                dispatch!(level, simd => fill(simd, &mut band.rows, beamlets, k, limit))
+            })
             .sum()
     }
 
@@ -139,17 +143,16 @@ impl Canvas {
 
 /// All beamlets on one band.
 #[inline(always)]
-fn fill<S: Simd>(
+fn fill<'a, S: Simd>(
     simd: S,
     rows: &mut Rows,
-    arrivals: &[Arrival],
+    beamlets: impl Iterator<Item = (&'a Arrival, &'a f64)>,
     k: f64,
-    threshold: f64,
+    limit: f64,
 ) -> Evaluations {
-    let limit = -2.0 * threshold.ln() / k;
     let mut evaluations = 0;
-    for arrival in arrivals {
-        if let Some(kernel) = BeamletKernel::new(arrival, rows, limit) {
+    for (arrival, reach) in beamlets {
+        if let Some(kernel) = BeamletKernel::reaching(arrival, rows, limit, *reach) {
             evaluations += kernel.add(simd, rows, k);
         }
     }
