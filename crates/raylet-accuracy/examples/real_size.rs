@@ -87,7 +87,7 @@ fn run(case: &Case) -> Result<(), Box<dyn Error>> {
 /// The cells that name a case.
 fn place(case: &Case) -> String {
     let scene = case.scene.replace('_', " ");
-    format!("| {scene} | {} | {}° |", case.mask.name(), case.angle_deg)
+    format!("| {scene} | {} | {}° |", case.place(), case.angle_deg)
 }
 
 fn row(case: &Case, found: &Measured) -> String {

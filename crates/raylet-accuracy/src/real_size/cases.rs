@@ -5,6 +5,7 @@ use raylet::file::decode::fault::Fault;
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
 use raylet::optics::screen::{Act, Screen};
@@ -44,6 +45,8 @@ pub struct Case {
     pub mask: Mask,
     /// Angle of the light to the axis, in degrees, towards +x.
     pub angle_deg: f64,
+    /// Radius of its stop in mm, where that is not the scene's.
+    pub stop: Option<f64>,
     /// Pixels along each side of the block on which the reference is evaluated.
     pub block: usize,
     /// Nodes of the reference along the radius of the stop and around it, where it has no pixels.
@@ -94,15 +97,25 @@ impl Case {
             scene,
             mask,
             angle_deg,
+            stop: None,
             block: 32,
             nodes: [100, 240],
             cells: 1,
         }
     }
 
+    /// What stands at its stop, in the table.
+    pub fn place(&self) -> String {
+        let mask = self.mask.name();
+        match self.stop {
+            Some(radius) => format!("{mask}, {:.1} mm wide", 2.0 * radius),
+            None => mask,
+        }
+    }
+
     /// A word that names it.
     pub fn key(&self) -> String {
-        let mask = self.mask.name().replace([',', '='], "").replace(' ', "-");
+        let mask = self.place().replace([',', '='], "").replace(' ', "-");
         format!("{}/{mask}/{}", self.scene, self.angle_deg)
     }
 
@@ -117,6 +130,9 @@ impl Case {
         let lit = Source::collimated([self.angle_deg.to_radians(), 0.0], origin);
         system.source = lit.unwrap_or(system.source);
         let stop = system.screens.len() - 2;
+        if let (Act::Doe(doe), Some(radius)) = (&mut system.screens[stop].act, self.stop) {
+            doe.aperture = Aperture::disc(radius);
+        }
         put(self.mask, &mut system.screens[stop]);
         let landing = chief_landing(&system, self.mask.kick(system.wavelength));
         if let (Some([x, y]), Some(sensor)) = (landing, system.screens.last_mut()) {
@@ -153,6 +169,17 @@ pub fn cases() -> Vec<Case> {
     for angle in [0.0, 10.0, 14.0] {
         let kinoform = Mask::Own("kinoform, f = 5 m");
         all.push(Case::new("double_gauss", kinoform, angle));
+    }
+    // Farther out than this, the front group lets no light reach the stop.
+    for (angle, stop) in [(0.0, None), (10.0, Some(15.0)), (14.0, Some(13.0))] {
+        let corrector = Mask::Own("kinoform, f = 5 m, against spherical aberration");
+        let case = Case::new("double_gauss_f2", corrector, angle);
+        let nodes = [400, 960];
+        all.push(Case {
+            stop,
+            nodes,
+            ..case
+        });
     }
     for (angle, nodes) in [(0.0, [100, 240]), (10.0, [300, 600]), (20.0, [600, 1200])] {
         let case = Case::new("metalens", Mask::Own("hyperbolic phase"), angle);
