@@ -207,6 +207,15 @@ pub fn cases() -> Vec<Case> {
     for angle in [0.0, 0.5] {
         all.push(Case::new("telescope_doublet", Mask::Bare, angle));
     }
+    for (mask, nodes) in [
+        (Mask::Bare, [100, 240]),
+        (Mask::Own("cubic, 5 waves"), [150, 360]),
+    ] {
+        for angle in [0.0, 20.0, 35.0] {
+            let case = Case::new("phone_lens", mask, angle);
+            all.push(Case { nodes, ..case });
+        }
+    }
     all
 }
 
