@@ -13,5 +13,6 @@ mod paper_curved;
 mod paraxial;
 mod rayleigh;
 mod rays;
+mod real_size;
 mod reference;
 mod report;

@@ -147,13 +147,13 @@ pub fn field(system: &System, nodes: &[StopNode], cell: Option<f64>) -> Option<A
 }
 
 /// Where on the sensor the ray lands that crosses the middle of the stop, where its optical direction cosines change by a
-/// `kick`; nothing where it is lost.
+/// `kick`, whether or not an edge stops it on the way; nothing where it is lost otherwise.
 pub fn chief_landing(system: &System, kick: [f64; 2]) -> Option<[f64; 2]> {
     let trains = opened(system);
     let integral = Integral::new(system, &trains)?;
     let (_, _, cosines) = integral.arriving([0.0; 2])?;
     let leaving = [cosines[0] + kick[0], cosines[1] + kick[1]];
-    let landing = integral.after.whole.trace([0.0; 2], leaving, &mut ());
+    let landing = integral.after.open.trace([0.0; 2], leaving, &mut ());
     Some(landing.ok()?.at)
 }
 
