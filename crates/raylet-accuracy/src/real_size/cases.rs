@@ -36,6 +36,15 @@ pub enum Mask {
     Pixels(f64),
 }
 
+/// What a run is compared with.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum Reference {
+    /// The integral over the stop, with rays, on a block of pixels about the brightest one.
+    Stop,
+    /// The integral over the surface of a reflecting element, on pixels spread over the sensor. The source is the scene's.
+    Surface,
+}
+
 /// A system with a mask and a field.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Case {
@@ -47,9 +56,12 @@ pub struct Case {
     pub angle_deg: f64,
     /// Radius of its stop in mm, where that is not the scene's.
     pub stop: Option<f64>,
+    /// What it is compared with.
+    pub reference: Reference,
     /// Pixels along each side of the block on which the reference is evaluated.
     pub block: usize,
-    /// Nodes of the reference along the radius of the stop and around it, where it has no pixels.
+    /// Nodes of the reference along the radius of the stop and around it, where it has no pixels; of a stop that is no disc,
+    /// cells along its width.
     pub nodes: [usize; 2],
     /// Cells of the reference along each side of a pixel. The edge of the stop cuts cells, which count with their open
     /// share: in steep light they have to be smaller than pixels.
@@ -98,6 +110,7 @@ impl Case {
             mask,
             angle_deg,
             stop: None,
+            reference: Reference::Stop,
             block: 32,
             nodes: [100, 240],
             cells: 1,
@@ -126,6 +139,9 @@ impl Case {
     pub fn system(&self) -> Result<(System, Settings), Fault> {
         let scene = Scene::read(&scene_path(&format!("real_size/{}", self.scene)))?;
         let mut system = build::system(&scene, 0)?;
+        if self.reference == Reference::Surface {
+            return Ok((system, build::settings(&scene)));
+        }
         let origin = system.screens[0].frame.origin;
         let lit = Source::collimated([self.angle_deg.to_radians(), 0.0], origin);
         system.source = lit.unwrap_or(system.source);
@@ -207,6 +223,11 @@ pub fn cases() -> Vec<Case> {
     for angle in [0.0, 0.5] {
         all.push(Case::new("telescope_doublet", Mask::Bare, angle));
     }
+    for angle in [0.0, 0.5] {
+        let case = Case::new("cassegrain", Mask::Own("spider of four vanes"), angle);
+        let nodes = [800, 800];
+        all.push(Case { nodes, ..case });
+    }
     for (mask, nodes) in [
         (Mask::Bare, [100, 240]),
         (Mask::Own("cubic, 5 waves"), [150, 360]),
@@ -216,6 +237,13 @@ pub fn cases() -> Vec<Case> {
             all.push(Case { nodes, ..case });
         }
     }
+    let hologram = Mask::Own("hologram of a point, reflecting");
+    all.push(Case {
+        reference: Reference::Surface,
+        block: 3,
+        nodes: [18000, 30000],
+        ..Case::new("combiner", hologram, 0.0)
+    });
     all
 }
 

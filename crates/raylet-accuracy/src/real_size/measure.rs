@@ -9,12 +9,14 @@ use raylet::engine::chain::outcome::Outcome;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::Outline;
 use raylet::optics::doe::Doe;
 use raylet::optics::screen::{Act, Screen, Sensor};
 use raylet::optics::system::System;
 
 use crate::objective::ray_integral::{cell_nodes, field, polar_nodes};
-use crate::real_size::cases::Case;
+use crate::objective::surface_integral::field_at;
+use crate::real_size::cases::{Case, Reference};
 use crate::real_size::resources::{peak_megabytes, processor_seconds};
 
 /// What a case took, and how exact it is.
@@ -59,12 +61,39 @@ fn expected(outcome: &Outcome) -> f64 {
 
 /// The error on the block of pixels about the brightest one.
 fn error(case: &Case, system: &System, ours: &Array2<Complex64>) -> Option<f64> {
+    if case.reference == Reference::Surface {
+        return surface_error(case, system, ours);
+    }
     let [i, j] = corner(ours, case.block);
     let mut part = system.clone();
     focus_on(part.screens.last_mut()?, [i, j], case.block)?;
     let exact = reference(case, &part)?;
     let pairs = exact.indexed_iter();
     let off = pairs.map(|((row, column), exact)| (ours[[j + row, i + column]] - exact).norm_sqr());
+    let all = exact.iter().map(|exact| exact.norm_sqr());
+    Some((off.sum::<f64>() / all.sum::<f64>()).sqrt())
+}
+
+/// The error on pixels spread over the sensor, behind a reflecting element.
+fn surface_error(case: &Case, system: &System, ours: &Array2<Complex64>) -> Option<f64> {
+    let screen = system.screens.last()?;
+    let Act::Sensor(sensor) = screen.act else {
+        return None;
+    };
+    // The middles of as many parts of each side, [x, y].
+    let index = |a: usize, i: usize| (2 * i + 1) * sensor.pixels[a] / (2 * case.block);
+    let spread = (0..case.block).flat_map(|j| (0..case.block).map(move |i| [i, j]));
+    let pixels: Vec<[usize; 2]> = spread.map(|[i, j]| [index(0, i), index(1, j)]).collect();
+    let place =
+        |a: usize, i: usize| (i as f64 + 0.5 - 0.5 * sensor.pixels[a] as f64) * sensor.pitch[a];
+    let global =
+        |[i, j]: &[usize; 2]| (screen.frame).to_global(Vec3::new(place(0, *i), place(1, *j), 0.0));
+    let points: Vec<Vec3> = pixels.iter().map(global).collect();
+    let exact = field_at(system, &points, case.nodes)?;
+    let off = pixels
+        .iter()
+        .zip(&exact)
+        .map(|([i, j], exact)| (ours[[*j, *i]] - exact).norm_sqr());
     let all = exact.iter().map(|exact| exact.norm_sqr());
     Some((off.sum::<f64>() / all.sum::<f64>()).sqrt())
 }
@@ -108,6 +137,10 @@ fn reference(case: &Case, system: &System) -> Option<Array2<Complex64>> {
         let cell = pixels.pitch[0].min(pixels.pitch[1]) / case.cells as f64;
         return field(system, &cell_nodes(&doe, cell), Some(cell));
     }
-    let [_, radius, _, _] = doe.aperture.bounds()?;
-    field(system, &polar_nodes(&doe, radius, case.nodes), None)
+    let [left, right, _, _] = doe.aperture.bounds()?;
+    if let Outline::Disc { radius } = doe.aperture.outline {
+        return field(system, &polar_nodes(&doe, radius, case.nodes), None);
+    }
+    let cell = (right - left) / case.nodes[0] as f64;
+    field(system, &cell_nodes(&doe, cell), Some(cell))
 }
