@@ -41,15 +41,16 @@ pixels, for the modulator 16 × 16. For the combiner the reference is the Raylei
 const TAIL: &str = "
 ## What is not there yet
 
-The modulator takes 257 s of processor time and 1.5 GB, where 30 s and 1 GB are the goal: each of its windows sends plane
-waves to all of the camera. Its row with random pixels, which sends more, is not measured. The expected error behind pixels
-counts the light that the edges of the lenses in front diffract, which pixels send everywhere; the reference does not know it.
+The modulator takes some 35 s of processor time, where 30 s are the goal, and 100 s and 1.3 GB with random pixels. A third
+goes into the sum of its six million beamlets on the camera, a third into the fast transforms of its windows. The grating
+takes some 5 s, where 4 s are the goal. The expected error behind pixels counts the light that the edges of the lenses
+in front diffract, which pixels send everywhere; the reference does not know it. So it does for the asphere at 3°.
 
-The expected error of the asphere is much too large, and those of the achromat, the metalens at 20° and the element behind a
-strong lens are two to three times too small. For the achromat what is missing grows with the square of the window's width.
+The expected errors of the achromat, the metalens at 20° and the element behind a strong lens are two to three times too
+small. For the achromat what is missing grows with the square of the window's width.
 
 Off the axis of the double Gauss lens at f/2 the expected error is 60 to 90 times too large: it counts light that the edge of
-the stop sends to the edges of the lenses behind. For the lens of a phone it is 6 to 55 times too large. On its axis the
+the stop sends to the edges of the lenses behind. For the lens of a phone it is 6 to 33 times too large. On its axis the
 estimate takes nearly all of it for aberration inside beamlets that the correction leaves.
 
 Local bands do not carry the light of the Cassegrain telescope well: where they are requested, the error is 5.7e-3, and the
