@@ -43,9 +43,12 @@ const POSITIONS: usize = 5;
 /// Cells are accepted when no larger than this share of the index.
 const COARSEST: f64 = 0.125;
 
-/// Cells whose ray is lost are divided down to this share of the index, and farther where only an edge stops it on its
-/// way to the target: other rays of the cell may pass.
+/// Cells whose ray is lost are divided down to this share of the index.
 const FINEST_LOST: f64 = 1.0 / 64.0;
+
+/// From this share of the index on, a ray that an edge stops is traced without edges: its cell is divided, however small it
+/// is, where its light would land on the target, and dropped elsewhere.
+const CLIPPED: f64 = 1.0 / 32.0;
 
 /// Deepest division of the square of directions.
 const DEPTH: usize = 14;
@@ -110,13 +113,16 @@ fn opened(surface: &Surface) -> Surface {
 }
 
 /// Whether rays of a cell may pass the edge that stops its central ray, and land on the target: where that one would land
-/// near it without edges, and the cell's landings spread.
+/// near it without edges, and the cell's landings spread. Where it is lost without edges too, as other cells are.
 fn may_pass(open: &Hop, at: [f64; 2], cell: Cell, to: [f64; 4], margin: [f64; 2]) -> bool {
-    let found = open.jacobian(at, cell.centre);
-    found.is_ok_and(|(landing, jacobian)| {
-        let aim = Aim::of(&landing, &jacobian, cell.half, to, margin);
-        aim.reaches && !aim.fine && cell.left > 0
-    })
+    let large = cell.half > FINEST_LOST * open.from.index_behind();
+    match open.jacobian(at, cell.centre) {
+        Ok((landing, jacobian)) => {
+            let aim = Aim::of(&landing, &jacobian, cell.half, to, margin);
+            aim.reaches && (large || (!aim.fine && cell.left > 0))
+        }
+        Err(_) => large,
+    }
 }
 
 /// Where the rays of a cell land, to first order about its central ray.
@@ -260,8 +266,12 @@ impl DirectionSearch {
             Ok(found) => found,
             Err(loss) => {
                 self.count_lost(loss, 1);
-                return cell.half > FINEST_LOST * n
-                    || (loss == Loss::Clipped && may_pass(open, at, cell, to, margin));
+                return match loss {
+                    Loss::Clipped if cell.half <= CLIPPED * n => {
+                        may_pass(open, at, cell, to, margin)
+                    }
+                    _ => cell.half > FINEST_LOST * n,
+                };
             }
         };
 
