@@ -46,9 +46,12 @@ const COARSEST: f64 = 0.125;
 /// Cells whose ray is lost are divided down to this share of the index.
 const FINEST_LOST: f64 = 1.0 / 64.0;
 
-/// From this share of the index on, a ray that an edge stops is traced without edges: its cell is divided, however small it
-/// is, where its light would land on the target, and dropped elsewhere.
+/// From this share of the index on, a ray that an edge stops is traced without edges: its cell is divided where
+/// its light would land on the target, and dropped elsewhere.
 const CLIPPED: f64 = 1.0 / 32.0;
+
+/// Such cells are divided down to this share of the index: there are the more of them along an edge, the smaller they are.
+const FINEST_CLIPPED: f64 = 1.0 / 512.0;
 
 /// Deepest division of the square of directions.
 const DEPTH: usize = 14;
@@ -115,11 +118,12 @@ fn opened(surface: &Surface) -> Surface {
 /// Whether rays of a cell may pass the edge that stops its central ray, and land on the target: where that one would land
 /// near it without edges, and the cell's landings spread. Where it is lost without edges too, as other cells are.
 fn may_pass(open: &Hop, at: [f64; 2], cell: Cell, to: [f64; 4], margin: [f64; 2]) -> bool {
-    let large = cell.half > FINEST_LOST * open.from.index_behind();
+    let n = open.from.index_behind();
+    let large = cell.half > FINEST_LOST * n;
     match open.jacobian(at, cell.centre) {
         Ok((landing, jacobian)) => {
             let aim = Aim::of(&landing, &jacobian, cell.half, to, margin);
-            aim.reaches && (large || (!aim.fine && cell.left > 0))
+            aim.reaches && (large || (!aim.fine && cell.half > FINEST_CLIPPED * n))
         }
         Err(_) => large,
     }
