@@ -53,7 +53,7 @@ Off the axis of the double Gauss lens at f/2 the expected error is 60 to 90 time
 the stop sends to the edges of the lenses behind. For the lens of a phone it is 6 to 33 times too large. On its axis the
 estimate takes nearly all of it for aberration inside beamlets that the correction leaves.
 
-Local bands do not carry the light of the Cassegrain telescope well: where they are requested, the error is 5.7e-3, and the
+Local bands do not carry the light of the Cassegrain telescope well: where they are requested, the error is some 8e-3, and the
 expected one 0.2. The runs of the table carry it by beamlets from a whole field.
 
 The edge of the combiner sends 6e-3 of the field into the eye box, at 20° to the light. Local bands leave this light out, and
