@@ -129,7 +129,7 @@ fn folded_operations([x, y]: [f64; 2], waves: f64) -> f64 {
 /// time: they send fewer plane waves past the element's edges.
 ///
 /// # Errors
-/// As a run, but for light that is found to be absent.
+/// When a screen has no edge or layers of another kind, or no ray of the source meets an opening.
 pub(crate) fn quickest_widths(
     system: &System,
     settings: &LocalBandSettings,
@@ -144,7 +144,11 @@ pub(crate) fn quickest_widths(
                 continue;
             };
             *sigma *= narrower;
-            let (sigma, step) = (*sigma, HopStep::new(system, &tried, number, hop)?);
+            let sigma = *sigma;
+            // Narrower windows may be too many.
+            let Ok(step) = HopStep::new(system, &tried, number, hop) else {
+                break;
+            };
             if step.pixel_pitch().is_none() {
                 break;
             }

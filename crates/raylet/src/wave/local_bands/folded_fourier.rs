@@ -55,15 +55,8 @@ impl FoldedFourier {
     /// Plans the sums along one axis; nothing where the period is no whole number of cells, or a transform of that length is
     /// slow.
     pub(crate) fn new(along: &FourierAxis, planner: &mut FftPlanner<f64>) -> Option<Self> {
-        let FourierAxis {
-            axis,
-            range,
-            centre,
-            k,
-            modes,
-            ..
-        } = *along;
-        let cells = along.period() / axis.pitch;
+        let (modes, k) = (along.modes, along.k);
+        let cells = along.period() / along.axis.pitch;
         let length = cells.round() as usize;
         if length == 0
             || (cells - cells.round()).abs() > TOLERANCE * cells
@@ -71,18 +64,17 @@ impl FoldedFourier {
         {
             return None;
         }
-        let strands = axis.nodes_of_cell();
+        let strands = along.axis.nodes_of_cell();
         let node = |i: usize| {
             let (cell, strand) = (i / strands, i % strands);
-            let turned = Complex64::cis(-k * modes.shift * (axis.node(i) - centre));
-            let weight = axis.weight(i) / along.period();
-            (strand * length + cell % length, turned * weight)
+            let turned = Complex64::cis(-k * modes.shift * along.from_centre(i));
+            (strand * length + cell % length, turned * along.weight(i))
         };
-        let (places, before) = (range.0..range.1).map(node).unzip();
+        let (places, before) = (along.range.0..along.range.1).map(node).unzip();
         let index = |m: usize| modes.first + m as i64;
         let after = |strand: usize| {
             // The strand's node of the first cell, beside the window's centre.
-            let u = axis.node(strand) - centre;
+            let u = along.from_centre(strand);
             let turned = |m: usize| Complex64::cis(-k * modes.spacing * index(m) as f64 * u);
             let factors = along.cell_factors(strand).into_iter().enumerate();
             factors.map(|(m, factor)| turned(m) * factor).collect()
@@ -152,7 +144,7 @@ pub(crate) struct FoldedFourier2 {
 }
 
 impl FoldedFourier2 {
-    /// Adds up what stands one period apart, by what `light(j, i)` says of node i in row j.
+    /// Adds up the light of nodes that stand one period apart.
     fn fold(&self, light: &Array2<Complex64>) -> Array2<Complex64> {
         let (x, y) = (&self.x, &self.y);
         let mut folded = Array2::zeros((y.folded(), x.folded()));

@@ -107,6 +107,16 @@ impl FourierAxis<'_> {
         self.range.1 - self.range.0
     }
 
+    /// How far a node is from the window's centre, in mm.
+    pub(crate) fn from_centre(&self, node: usize) -> f64 {
+        self.axis.node(node) - self.centre
+    }
+
+    /// The part of the period that a node stands for.
+    pub(crate) fn weight(&self, node: usize) -> f64 {
+        self.axis.weight(node) / self.period()
+    }
+
     /// What the cell about a node does to each plane wave.
     pub(crate) fn cell_factors(&self, node: usize) -> Vec<Complex64> {
         let aside = self.axis.aside(node);

@@ -11,21 +11,13 @@ const RESTART: usize = 64;
 /// The sums along one axis: a row per plane wave, a column per node. From one plane wave to the next a node's factor turns by
 /// the same phase; what a cell does to a plane wave is the same in each cell.
 pub(crate) fn fourier_matrix(along: &FourierAxis) -> Array2<Complex64> {
-    let FourierAxis {
-        axis,
-        range,
-        centre,
-        k,
-        modes,
-        ..
-    } = *along;
-    let strands = axis.nodes_of_cell();
+    let (modes, k) = (along.modes, along.k);
+    let strands = along.axis.nodes_of_cell();
     let cells: Vec<Vec<Complex64>> = (0..strands).map(|node| along.cell_factors(node)).collect();
     let mut matrix = Array2::zeros((modes.count, along.nodes()));
     for (i, mut column) in matrix.columns_mut().into_iter().enumerate() {
-        let node = range.0 + i;
-        let u = axis.node(node) - centre;
-        let weight = axis.weight(node) / along.period();
+        let node = along.range.0 + i;
+        let (u, weight) = (along.from_centre(node), along.weight(node));
         let step = Complex64::cis(-k * modes.spacing * u);
         let mut wave = Complex64::ZERO;
         for (m, value) in column.iter_mut().enumerate() {
