@@ -1,6 +1,7 @@
 //! First Rayleigh–Sommerfeld integral from a plane of box pixels to any points in front of it,
 //! by direct sum: the reference for free hops, planar or tilted.
 
+use fearless_simd::{Level, Simd, dispatch};
 use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -34,10 +35,10 @@ pub fn rayleigh_sommerfeld(
     nodes: usize,
     points: &[[f64; 3]],
 ) -> Vec<Complex64> {
-    let sources = sources(pixels, tilt, wavelength, nodes);
+    let (sources, level) = (sources(pixels, tilt, wavelength, nodes), Level::new());
     points
         .par_iter()
-        .map(|point| sum(&sources, *point, wavelength))
+        .map(|point| dispatch!(level, simd => sum(simd, &sources, *point, wavelength)))
         .collect()
 }
 
@@ -124,8 +125,9 @@ impl Sources {
     }
 }
 
-/// The integral at one point.
-fn sum(sources: &Sources, [px, py, pz]: [f64; 3], wavelength: f64) -> Complex64 {
+/// The integral at one point, with the machine's widest vectors.
+#[inline(always)]
+fn sum<S: Simd>(_: S, sources: &Sources, [px, py, pz]: [f64; 3], wavelength: f64) -> Complex64 {
     let per_wavelength = 1.0 / wavelength;
     let k = std::f64::consts::TAU * per_wavelength;
     let (mut real, mut imaginary) = ([0.0; LANES], [0.0; LANES]);

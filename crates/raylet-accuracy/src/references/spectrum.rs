@@ -3,6 +3,7 @@
 //! U(x, y, z) = Σ A(p) e^{ik(p·x + q z)}, p on the lattice λ/P·(integers), |p| < n: a field of
 //! period P, equal to the true one where the copies do not reach ([`Spectrum::through`]).
 
+use fearless_simd::{Level, Simd, dispatch};
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -198,19 +199,10 @@ impl Spectrum {
     /// The field at any `points` (x, y, z), z from the spectrum's plane and small beside the last
     /// hop (a tilted sensor), from the modes with |A| > `threshold`·max|A|.
     pub fn at_points(&self, points: &[[f64; 3]], threshold: f64) -> Vec<Complex64> {
-        let significant = self.significant(threshold);
+        let (significant, level) = (self.significant(threshold), Level::new());
         let sum = |point: &[f64; 3]| {
             let turns = point.map(|length| length / self.lattice.wavelength);
-            let (mut real, mut imaginary) = ([0.0; LANES], [0.0; LANES]);
-            for modes in &significant {
-                for lane in 0..LANES {
-                    let [px, py, q, re, im] = [0, 1, 2, 3, 4].map(|part| modes[part][lane]);
-                    let (c, s) = cis_turns(turns[0] * px + turns[1] * py + turns[2] * q);
-                    real[lane] += c * re - s * im;
-                    imaginary[lane] += c * im + s * re;
-                }
-            }
-            Complex64::new(real.iter().sum(), imaginary.iter().sum())
+            dispatch!(level, simd => sum(simd, &significant, turns))
         };
         points.par_iter().map(sum).collect()
     }
@@ -296,6 +288,21 @@ impl Taper {
         let t = ((cosine - self.none) / (self.full - self.none)).clamp(0.0, 1.0);
         t.powi(4) * (35.0 + t * (-84.0 + t * (70.0 - 20.0 * t)))
     }
+}
+
+/// The sum of plane waves at one point, in wavelengths, with the machine's widest vectors.
+#[inline(always)]
+fn sum<S: Simd>(_: S, blocks: &[[[f64; LANES]; 5]], turns: [f64; 3]) -> Complex64 {
+    let (mut real, mut imaginary) = ([0.0; LANES], [0.0; LANES]);
+    for modes in blocks {
+        for lane in 0..LANES {
+            let [px, py, q, re, im] = [0, 1, 2, 3, 4].map(|part| modes[part][lane]);
+            let (c, s) = cis_turns(turns[0] * px + turns[1] * py + turns[2] * q);
+            real[lane] += c * re - s * im;
+            imaginary[lane] += c * im + s * re;
+        }
+    }
+    Complex64::new(real.iter().sum(), imaginary.iter().sum())
 }
 
 #[cfg(test)]
