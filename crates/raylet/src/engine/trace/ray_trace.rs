@@ -1,5 +1,6 @@
 //! The one trace of a ray from screen to screen through a train of surfaces.
 
+use fearless_simd::{Level, Simd, dispatch};
 use num_complex::Complex64;
 
 use crate::math::complex::{Complex, Symmetric};
@@ -278,9 +279,22 @@ impl Hop<'_> {
         at: [f64; 2],
         p: [f64; 2],
     ) -> Result<(Landing<f64>, [[f64; 4]; 4]), Loss> {
-        let start = [Dual::<4>::variable(at[0], 0), Dual::variable(at[1], 1)];
+        // Four derivatives of a number are one vector of the machine.
+        let landing = dispatch!(Level::new(), simd => self.differentiate(simd, at, p))?;
+        Ok(landing.with_jacobian())
+    }
+
+    /// The ray with its derivatives by where and along which cosines it starts.
+    #[inline(always)]
+    fn differentiate<S: Simd>(
+        &self,
+        _: S,
+        at: [f64; 2],
+        p: [f64; 2],
+    ) -> Result<Landing<Dual<4>>, Loss> {
+        let start = [Dual::variable(at[0], 0), Dual::variable(at[1], 1)];
         let cosines = [Dual::variable(p[0], 2), Dual::variable(p[1], 3)];
-        Ok(self.trace(start, cosines, &mut ())?.with_jacobian())
+        self.trace(start, cosines, &mut ())
     }
 }
 
