@@ -324,9 +324,18 @@ fn taper(landing: f64, plan: &FreePlan, axis: usize) -> f64 {
     if depth == 0.0 {
         return 1.0;
     }
-    let cosine = |l: f64| depth / depth.hypot(l);
     let inside = span + (1.5 * (plan.wavelength * depth).sqrt()).min(0.25 * (period - 2.0 * span));
-    let (full, none) = (cosine(inside), cosine(period - span));
+    let outside = period - span;
+    if landing <= inside {
+        return 1.0;
+    }
+    if landing >= outside {
+        return 0.0;
+    }
+
+    // Between them, the step.
+    let cosine = |l: f64| depth / depth.hypot(l);
+    let (full, none) = (cosine(inside), cosine(outside));
     let t = ((full - cosine(landing)) / (full - none)).clamp(0.0, 1.0);
     1.0 - t.powi(4) * (35.0 - t * (84.0 - t * (70.0 - 20.0 * t)))
 }

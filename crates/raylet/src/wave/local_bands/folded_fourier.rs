@@ -67,14 +67,14 @@ impl FoldedFourier {
         let strands = along.axis.nodes_of_cell();
         let node = |i: usize| {
             let (cell, strand) = (i / strands, i % strands);
-            let turned = Complex64::cis(-k * modes.shift * along.from_centre(i));
+            let turned = Complex64::cis(-k * modes.shift * along.offset(i));
             (strand * length + cell % length, turned * along.weight(i))
         };
         let (places, before) = (along.range.0..along.range.1).map(node).unzip();
         let index = |m: usize| modes.first + m as i64;
         let after = |strand: usize| {
             // The strand's node of the first cell, beside the window's centre.
-            let u = along.from_centre(strand);
+            let u = along.offset(strand);
             let turned = |m: usize| Complex64::cis(-k * modes.spacing * index(m) as f64 * u);
             let factors = along.cell_factors(strand).into_iter().enumerate();
             factors.map(|(m, factor)| turned(m) * factor).collect()

@@ -108,7 +108,7 @@ impl FourierAxis<'_> {
     }
 
     /// How far a node is from the window's centre, in mm.
-    pub(crate) fn from_centre(&self, node: usize) -> f64 {
+    pub(crate) fn offset(&self, node: usize) -> f64 {
         self.axis.node(node) - self.centre
     }
 

@@ -17,7 +17,7 @@ pub(crate) fn fourier_matrix(along: &FourierAxis) -> Array2<Complex64> {
     let mut matrix = Array2::zeros((modes.count, along.nodes()));
     for (i, mut column) in matrix.columns_mut().into_iter().enumerate() {
         let node = along.range.0 + i;
-        let (u, weight) = (along.from_centre(node), along.weight(node));
+        let (u, weight) = (along.offset(node), along.weight(node));
         let step = Complex64::cis(-k * modes.spacing * u);
         let mut wave = Complex64::ZERO;
         for (m, value) in column.iter_mut().enumerate() {
