@@ -7,11 +7,11 @@ use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::{Method, Paper, Positions, Sag, Sampler, Settings};
 use raylet::wave::grid::metrics::{field_error, shape_error};
 use raylet::wave::patches::tile::TileWindow;
-use raylet_accuracy::problems::mirror::{Bench, Coat};
+use raylet_accuracy::problems::mirror::{Coat, MirrorProblem};
 
 /// Random pixels of 1.6 wavelengths on a Gaussian bump, whose smallest radius of curvature is 506 λ.
-fn bench(width: f64) -> Bench {
-    Bench {
+fn mirror(width: f64) -> MirrorProblem {
+    MirrorProblem {
         coat: Coat::Random(1.6),
         width,
         distance: 250.0,
@@ -24,13 +24,13 @@ fn bench(width: f64) -> Bench {
 /// nothing is left to chance. Periods keep the copies off the sensor; orders take in what the pixels' edges bend
 /// towards it.
 fn error(
-    bench: Bench,
+    mirror: MirrorProblem,
     exact: &Array2<Complex64>,
     [patch, overlap]: [f64; 2],
     window: TileWindow,
     sag: Sag,
 ) -> [f64; 2] {
-    let across = ((bench.width / patch).ceil() * overlap) as usize;
+    let across = ((mirror.width / patch).ceil() * overlap) as usize;
     let settings = Settings {
         method: Method::Paper,
         nufft_tolerance: 1e-9,
@@ -38,7 +38,7 @@ fn error(
             rays: across * across,
             patch: Some(patch),
             window,
-            padding: (290.0 + bench.width) / patch,
+            padding: (290.0 + mirror.width) / patch,
             orders: 2,
             positions: Positions::Grid,
             coverage: true,
@@ -48,7 +48,7 @@ fn error(
         },
         ..Settings::default()
     };
-    let problem = bench.problem("random", settings, 6);
+    let problem = mirror.problem("random", settings, 6);
     let outcome = simulate(&problem.system, &problem.settings, &|_| {}).unwrap();
     let ours = outcome.field.values;
     let (ours, exact) = (ours.view(), exact.view());
@@ -63,7 +63,7 @@ const SIZES: [f64; 3] = [25.0, 50.0, 100.0];
 
 #[test]
 fn tangent_patches_err_with_their_size_and_true_ones_do_not_slow() {
-    let square = || bench(120.0);
+    let square = || mirror(120.0);
     let exact = square().exact(6);
     for (patch, [low, high]) in SIZES
         .into_iter()
@@ -81,7 +81,7 @@ fn tangent_patches_err_with_their_size_and_true_ones_do_not_slow() {
 /// comes meets the true surface, and of what overlapping patches have in common only a factor is left.
 #[test]
 fn overlap_and_the_incident_light_decide_about_planes_slow() {
-    let square = || bench(120.0);
+    let square = || mirror(120.0);
     let exact = square().exact(6);
     let expected = [
         (Sag::Tangent, 2.0, [0.32, 0.92, 0.97]),
@@ -107,7 +107,7 @@ fn overlap_and_the_incident_light_decide_about_planes_slow() {
 /// factor, so that the shape errs less than the field.
 #[test]
 fn fading_patches_err_too() {
-    let square = || bench(120.0);
+    let square = || mirror(120.0);
     let exact = square().exact(6);
     for (patch, expected) in [(50.0, [0.669, 0.235]), (100.0, [1.027, 0.818])] {
         let found = error(

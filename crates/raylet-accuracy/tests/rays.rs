@@ -15,7 +15,7 @@ use raylet::wave::beamlet::beams::{Beams, Jacobians};
 use raylet::wave::beamlet::secondary_ray_sum::{SecondaryRaySum, Wavelet};
 use raylet::wave::grid::metrics::field_error;
 use raylet_accuracy::numbers::pixels::Pixels;
-use raylet_accuracy::problems::mirror::{Bench, Coat};
+use raylet_accuracy::problems::mirror::{Coat, MirrorProblem};
 use raylet_accuracy::problems::problem::{axis, doe, random_pixels, sensor};
 use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
 
@@ -237,15 +237,15 @@ fn land(origin: Vec3, axes: [Vec3; 3], z: f64, [u, v, p, q]: [f64; 4]) -> [f64; 
 fn curved_mirror_matches_the_sum_over_its_surface() {
     let (width, distance, points) = (120.0, 250.0, 16);
     for coat in [Coat::Focus(250.0), Coat::Random(1.6)] {
-        let bench = Bench {
+        let mirror = MirrorProblem {
             coat,
             width,
             distance,
             points,
             pitch: 1.9,
         };
-        let exact = bench.exact(6);
-        let system = bench.problem("mirror", Settings::default(), 6).system;
+        let exact = mirror.exact(6);
+        let system = mirror.problem("mirror", Settings::default(), 6).system;
         let (mirror, sensor) = (&system.screens[0], &system.screens[1]);
         let sigma = 5.0;
         let mut arriving = Columns::default();

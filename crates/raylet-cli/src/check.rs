@@ -12,7 +12,7 @@ use raylet::engine::plan::settings::Settings;
 use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::model::build;
-use raylet::file::model::error_location::blame;
+use raylet::file::model::error_location::simulate_fault;
 use raylet::file::model::prescription::{Part, parts};
 use raylet::file::result::document;
 use raylet::file::result::report::{PlanEntry, micrometres};
@@ -151,7 +151,7 @@ fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, F
     // As it will be run: rims that become screens have hops of their own.
     let rimmed = with_rims(system, settings, PixelValues::Fixed);
     let system = &rimmed.system;
-    let hops = planned(system, settings).map_err(|error| blame(scene, &error))?;
+    let hops = planned(system, settings).map_err(|error| simulate_fault(scene, &error))?;
     let methods: Vec<HopMethod> = hops.iter().map(|hop| hop.method.clone()).collect();
     let findings = advice(system, &methods, settings);
     let mut text = String::from("\n");

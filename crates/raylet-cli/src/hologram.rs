@@ -58,7 +58,7 @@ impl Hologram {
             bar.set_message(format!("NCC {:.4}", score.ncc));
         });
         bar.finish_and_clear();
-        let found = found.map_err(|error| job.blame(&scene, &error))?;
+        let found = found.map_err(|error| job.fault(&scene, &error))?;
         job.write(&found.phase, &file)?;
         let seconds = clock.elapsed().as_secs_f64();
         let written = file.path().display();

@@ -9,7 +9,7 @@ use raylet::engine::chain::reference::{PADDING, ReferenceOptions, reference};
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
-use raylet::file::model::error_location::blame_reference;
+use raylet::file::model::error_location::reference_fault;
 use raylet::file::result::report::{Channel, Report, micrometres};
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::folder::Target;
@@ -92,7 +92,7 @@ impl Reference {
             };
             let note = |progress: Progress| meter.note(&run, progress);
             let found = reference(system, settings, choice, &note)
-                .map_err(|error| blame_reference(scene, &error))?;
+                .map_err(|error| reference_fault(scene, &error))?;
             channels.push(Channel::of_reference(system, &found));
             fields.push(found.field);
         }

@@ -8,7 +8,7 @@ use clap::Args;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
-use raylet::file::model::error_location::blame;
+use raylet::file::model::error_location::simulate_fault;
 use raylet::file::result::report::{Channel, HopEntry, Report, micrometres};
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::folder::Target;
@@ -93,7 +93,7 @@ fn carry_all(scene: &Scene, systems: &[System], settings: &Settings) -> Result<C
             _ => format!("λ = {} µm, ", micrometres(system.wavelength)),
         };
         let outcome = simulate(system, settings, &|progress| meter.note(&run, progress))
-            .map_err(|error| blame(scene, &error))?;
+            .map_err(|error| simulate_fault(scene, &error))?;
         let channel = Channel::new(&outcome, settings);
         carried.channels.push(channel);
         carried.fields.push(outcome.field);

@@ -3,7 +3,7 @@
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "trials, elements and pixels are made here, as many as are given"
+    reason = "runs, elements and pixels are made here, as many as are given"
 )]
 
 use std::path::PathBuf;
@@ -95,7 +95,7 @@ pub fn fig5(effort: Effort) -> Result<Study, StudyError> {
             steps.note(score.iteration, &format!("NCC {:.4}", score.ncc));
         });
         steps.end();
-        let phase = found.map_err(|error| job.blame(&scene, &error))?.phase;
+        let phase = found.map_err(|error| job.fault(&scene, &error))?.phase;
         let seconds = clock.elapsed().as_secs_f64();
         let found = Found {
             name,

@@ -2,7 +2,7 @@
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "trials, elements and pixels are made here, as many as are given"
+    reason = "runs, elements and pixels are made here, as many as are given"
 )]
 
 use std::f64::consts::PI;

@@ -46,7 +46,7 @@ pub(crate) fn hologram<'py>(
             let words = format!("NCC {:.4}", score.ncc);
             watch.report(score.iteration as f64, all, &words)
         };
-        let found = seek(&job.task, &mut report).map_err(|failure| job.blame(&file, &failure))?;
+        let found = seek(&job.task, &mut report).map_err(|failure| job.fault(&file, &failure))?;
         Ok((job.field, found.phase / job.phase_scale, found.score))
     };
     let found: Result<(String, Array2<f64>, Score), Fault> = run(py, threads, progress, work)?;

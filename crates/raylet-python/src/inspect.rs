@@ -13,7 +13,7 @@ use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
-use raylet::file::model::error_location::blame;
+use raylet::file::model::error_location::simulate_fault;
 use raylet::file::model::prescription::parts as list;
 use raylet::optics::media::catalog;
 use raylet::optics::screen::Act;
@@ -148,7 +148,7 @@ pub(crate) fn check(
         // As it will be run: rims that become screens have hops of their own.
         let system = with_rims(&system, &settings, PixelValues::Fixed).system;
         let hops = forecast_with_progress(&system, &settings, |_, _| watch.pulse());
-        let hops = hops.map_err(|failure| blame(&file, &failure))?;
+        let hops = hops.map_err(|failure| simulate_fault(&file, &failure))?;
         let methods: Vec<HopMethod> = hops.into_iter().map(|hop| hop.method).collect();
         let findings = advice(&system, &methods, &settings).into_iter();
         let between = |hop: usize| {

@@ -12,7 +12,7 @@ use raylet::engine::chain::simulate::simulate as carry;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::build;
-use raylet::file::model::error_location::blame;
+use raylet::file::model::error_location::simulate_fault;
 use raylet::file::result::document;
 use raylet::file::result::report::{Channel, Report};
 use raylet::file::scene::scene_file::Scene as File;
@@ -82,7 +82,7 @@ fn carry_all(
             watch.report(before + progress.done, all, progress.to)
         };
         let outcome: Outcome =
-            carry(system, settings, &report).map_err(|error| blame(file, &error))?;
+            carry(system, settings, &report).map_err(|error| simulate_fault(file, &error))?;
         channels.push(Channel::new(&outcome, settings));
         fields.push((outcome.field, outcome.standard_error));
     }

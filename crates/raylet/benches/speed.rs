@@ -502,29 +502,33 @@ mod gradients {
             mode_threshold: Some(0.0),
             ..Settings::default()
         };
-        let bench = LinearisedSystem::new(&system, &variations, &settings).ok()?;
-        let trace = bench.forward(&system).ok()?;
-        Some((system, variations, bench, trace))
+        let linearised = LinearisedSystem::new(&system, &variations, &settings).ok()?;
+        let trace = linearised.forward(&system).ok()?;
+        Some((system, variations, linearised, trace))
     }
 
     /// The way there.
     #[divan::bench(max_time = 4)]
     fn forward(bencher: Bencher) {
-        if let Some((system, _, bench, _)) = run(0) {
-            bencher.bench_local(|| black_box(bench.forward(&system).is_ok()));
+        if let Some((system, _, linearised, _)) = run(0) {
+            bencher.bench_local(|| black_box(linearised.forward(&system).is_ok()));
         }
     }
 
     /// The way there and back, to all pixels and to so many parameters.
     #[divan::bench(args = [0, 4], max_time = 4)]
     fn forward_and_adjoint(bencher: Bencher, parameters: usize) {
-        if let Some((system, variations, bench, _)) = run(parameters) {
+        if let Some((system, variations, linearised, _)) = run(parameters) {
             bencher.bench_local(|| {
-                let Ok(trace) = bench.forward(&system) else {
+                let Ok(trace) = linearised.forward(&system) else {
                     return;
                 };
                 let bar: Array2<Complex64> = trace.field.values.mapv(|u| u * (u.norm_sqr() - 0.1));
-                black_box(bench.adjoint(&system, &variations, &trace, &bar).is_ok());
+                black_box(
+                    linearised
+                        .adjoint(&system, &variations, &trace, &bar)
+                        .is_ok(),
+                );
             });
         }
     }

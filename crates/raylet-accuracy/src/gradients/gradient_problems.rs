@@ -79,10 +79,10 @@ fn ours(
     settings: &Settings,
     loss: Loss,
 ) -> Result<Vec<f64>, LinearisedSystemError> {
-    let bench = LinearisedSystem::new(system, &[], settings)?;
-    let trace = bench.forward(system)?;
+    let linearised = LinearisedSystem::new(system, &[], settings)?;
+    let trace = linearised.forward(system)?;
     let bar = loss.bar(&trace.field.values);
-    let gradient = bench.adjoint(system, &[], &trace, &bar)?;
+    let gradient = linearised.adjoint(system, &[], &trace, &bar)?;
     Ok(gradient.pixels[0].as_ref().map_or(vec![], parts))
 }
 
@@ -143,7 +143,7 @@ impl Flight {
 /// Pixels of a mirror on a Gaussian bump.
 fn bump(method: Method, loss: Loss) -> Comparison {
     let (width, nodes) = (60.0, 6);
-    let bench = move || mirror::Bench {
+    let mirror = move || mirror::MirrorProblem {
         coat: Coat::Random(2.0),
         width,
         distance: 120.0,
@@ -155,7 +155,7 @@ fn bump(method: Method, loss: Loss) -> Comparison {
         target_error: TARGET,
         ..Settings::default()
     };
-    let problem = bench().problem("", settings, nodes);
+    let problem = mirror().problem("", settings, nodes);
     Comparison::new(
         format!(
             "30² random 2λ pixels on a Gaussian bump (radius 506λ), {}",
@@ -165,8 +165,8 @@ fn bump(method: Method, loss: Loss) -> Comparison {
         "adjoint of Rayleigh–Sommerfeld on the true surface",
         Box::new(move || {
             let ours = ours(&problem.system, &problem.settings, loss)?;
-            let bar = loss.bar(&bench().exact(nodes));
-            Ok([ours, parts(&bench().exact_adjoint(nodes, &bar))])
+            let bar = loss.bar(&mirror().exact(nodes));
+            Ok([ours, parts(&mirror().exact_adjoint(nodes, &bar))])
         }),
     )
 }

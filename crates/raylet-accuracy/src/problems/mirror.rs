@@ -38,7 +38,7 @@ pub enum Coat {
 }
 
 /// Light going −z on to a square diffractive mirror, and back to a sensor above it.
-pub struct Bench {
+pub struct MirrorProblem {
     /// What the mirror adds to the light.
     pub coat: Coat,
     /// Width of the square mirror.
@@ -75,7 +75,7 @@ fn transmission(coat: Coat, width: f64, x: f64, y: f64) -> Complex64 {
     }
 }
 
-impl Bench {
+impl MirrorProblem {
     /// Cells of the quadrature: pixels, or wavelengths.
     fn cell(&self) -> f64 {
         match self.coat {
@@ -131,7 +131,7 @@ impl Bench {
         total
     }
 
-    /// The conjugate transpose of [`Bench::exact`] for random pixels, with respect to them: from the cotangent of
+    /// The conjugate transpose of [`MirrorProblem::exact`] for random pixels, with respect to them: from the cotangent of
     /// the field on the sensor to that of each pixel's reflection, [y, x].
     pub fn exact_adjoint(&self, nodes: usize, field_bar: &Array2<Complex64>) -> Array2<Complex64> {
         let rule = gauss_legendre(nodes);

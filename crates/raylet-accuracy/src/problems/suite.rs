@@ -138,14 +138,14 @@ fn bump(name: &str, coat: Coat) -> [Problem; 2] {
             method,
             ..Settings::default()
         };
-        let bench = mirror::Bench {
+        let mirror = mirror::MirrorProblem {
             coat,
             width: 160.0,
             distance: 250.0,
             points: 24,
             pitch: 1.3,
         };
-        bench.problem(name, settings, nodes)
+        mirror.problem(name, settings, nodes)
     })
 }
 

@@ -90,7 +90,7 @@ pub struct Covering {
 
 /// What to try.
 #[derive(Clone, Debug)]
-pub struct Trial {
+pub struct CoveringCase {
     /// Sides of patches in wavelengths that are followed over positions.
     pub sides: Vec<f64>,
     /// Those whose need is sought as well.
@@ -247,14 +247,14 @@ impl<'a> Stage<'a> {
     }
 
     /// Intensities of one patch in the middle and of many.
-    fn images(&mut self, trial: &Trial) -> Result<Vec<(String, Array2<f64>)>, SimulateError> {
+    fn images(&mut self, case: &CoveringCase) -> Result<Vec<(String, Array2<f64>)>, SimulateError> {
         let mut images = vec![(String::from("Angular spectrum"), intensity(&self.whole))];
-        for &side in &trial.sides {
+        for &side in &case.sides {
             let one = self.sum(side, WHOLE, 1, 1)?;
             images.push((format!("One patch of {side:.0} λ"), intensity(&one)));
         }
-        let many = trial.counts.last().copied().unwrap_or(1);
-        for &side in &trial.sides {
+        let many = case.counts.last().copied().unwrap_or(1);
+        for &side in &case.sides {
             let field = self.sum(side, RULES[1], many, 1)?;
             images.push((format!("{many} patches of {side:.0} λ"), intensity(&field)));
         }
@@ -284,21 +284,21 @@ impl Covering {
     ///
     /// # Errors
     /// As [`simulate`].
-    pub fn measure(system: &System, trial: &Trial) -> Result<Self, SimulateError> {
+    pub fn measure(system: &System, case: &CoveringCase) -> Result<Self, SimulateError> {
         let clock = Instant::now();
         let mut stage = Stage::new(system)?;
         let (mut curves, mut needs) = (Vec::new(), Vec::new());
         for rule in RULES {
-            for &side in &trial.sides {
+            for &side in &case.sides {
                 let mut points = Vec::new();
-                for &count in &trial.counts {
+                for &count in &case.counts {
                     let [like, error] = stage.judge(side, rule, count)?;
                     points.push([count as f64, like, error]);
                 }
                 let rule = rule.0;
                 curves.push(Curve { rule, side, points });
             }
-            let mut sides = [&trial.sides[..], &trial.between].concat();
+            let mut sides = [&case.sides[..], &case.between].concat();
             sides.sort_by(f64::total_cmp);
             for side in sides {
                 needs.push(stage.need(side, rule)?);
@@ -307,8 +307,8 @@ impl Covering {
         Ok(Self {
             curves,
             needs,
-            padding: padding(system, &trial.periods)?,
-            images: stage.images(trial)?,
+            padding: padding(system, &case.periods)?,
+            images: stage.images(case)?,
             width: stage.width,
             sums: stage.sums,
             seconds: clock.elapsed().as_secs_f64(),

@@ -6,7 +6,7 @@ use raylet::file::result::machine::Machine;
 use raylet_plot::text_table::table;
 use serde_json::json;
 
-use crate::patches::covering::{Covering, RULES, Trial};
+use crate::patches::covering::{Covering, CoveringCase, RULES};
 use crate::patches::flat_patch::{Bent, FlatPatches};
 use crate::study::Study;
 use crate::study_error::StudyError;
@@ -22,7 +22,7 @@ const APERTURE: f64 = 0.7;
 pub fn fig2(quick: bool) -> Result<Study, StudyError> {
     let width = if quick { 64 } else { 400 };
     let system = star_hologram(width, APERTURE, WAVELENGTH);
-    let covering = Covering::measure(&system, &trial(width, quick))?;
+    let covering = Covering::measure(&system, &case(width, quick))?;
     let flat = match quick {
         true => FlatPatches::measure(&[10, 20], &[250.0, 1000.0]),
         false => FlatPatches::measure(
@@ -52,9 +52,9 @@ pub fn fig2(quick: bool) -> Result<Study, StudyError> {
 }
 
 /// The paper's sides of an eighth, a quarter and half of the hologram, and some between.
-fn trial(width: usize, quick: bool) -> Trial {
+fn case(width: usize, quick: bool) -> CoveringCase {
     let share = |part: f64| part * width as f64;
-    Trial {
+    CoveringCase {
         sides: [0.125, 0.25, 0.5].map(share).to_vec(),
         between: match quick {
             true => Vec::new(),

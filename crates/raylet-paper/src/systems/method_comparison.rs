@@ -21,7 +21,7 @@ use serde::Serialize;
 
 /// What one way gave.
 #[derive(Clone, Debug)]
-pub struct Trial {
+pub struct MethodRun {
     /// Its name.
     pub name: String,
     /// The field on the sensor.
@@ -88,7 +88,7 @@ pub fn light(field: ArrayView2<Complex64>) -> Array2<f64> {
     field.mapv(|u| u.norm_sqr())
 }
 
-impl Trial {
+impl MethodRun {
     /// One run.
     ///
     /// # Errors
@@ -209,22 +209,22 @@ mod tests {
     use raylet::engine::plan::settings::Settings;
     use raylet::optics::doe::PixelForm;
 
-    use crate::systems::method_comparison::{Match, Shown, Trial, figure, light};
+    use crate::systems::method_comparison::{Match, MethodRun, Shown, figure, light};
 
     #[test]
     fn a_way_is_like_itself_and_shown_slow() {
         let phase = Array2::from_shape_fn((12, 12), |(j, i)| (i * j) as f64);
         let system = near_hologram(&phase, PixelForm::Box);
-        let trial = Trial::once("free", &system, &Settings::default(), &|_| {}).unwrap();
-        let found = Match::of(trial.field.view(), trial.field.view());
+        let run = MethodRun::once("free", &system, &Settings::default(), &|_| {}).unwrap();
+        let found = Match::of(run.field.view(), run.field.view());
         assert_eq!(found.field_error, Some(0.0));
-        let [row, column] = trial.peak().unwrap();
-        let around = trial.cropped([row..row + 1, column..column + 1]);
+        let [row, column] = run.peak().unwrap();
+        let around = run.cropped([row..row + 1, column..column + 1]);
         assert_eq!(around.peak(), Some([0, 0]));
         let shown = Shown {
             title: String::from("ours"),
             note: String::new(),
-            values: light(trial.field.view()),
+            values: light(run.field.view()),
             edges: [[-1.0, 1.0]; 2],
         };
         assert!(

@@ -2,7 +2,7 @@
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "trials, elements and pixels are made here, as many as are given"
+    reason = "runs, elements and pixels are made here, as many as are given"
 )]
 
 use std::fmt::Write;
@@ -16,7 +16,7 @@ use raylet::optics::system::System;
 
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use crate::systems::method_comparison::{Cost, Shown, Trial, figure, light};
+use crate::systems::method_comparison::{Cost, MethodRun, Shown, figure, light};
 use crate::systems::system_table::{Board, DrawnRun, Rod, in_parts, once};
 
 /// Patch of the paper in mm, and its period over that: 40 pixels, padded to 156.
@@ -80,14 +80,14 @@ pub fn system1(effort: Effort) -> Result<Study, StudyError> {
             Strength::Equal,
         ),
     ];
-    let mut trials = Vec::new();
+    let mut runs = Vec::new();
     for (name, strength) in named {
-        trials.push(geometrical(name, &smooth, &sizes, strength)?);
+        runs.push(geometrical(name, &smooth, &sizes, strength)?);
     }
 
     // The default method on the part about the peak; on all pixels plane wavelets, whose cost does not grow
     // with them.
-    let part = about_peak(&trials[0], &sizes);
+    let part = about_peak(&runs[0], &sizes);
     let near = grating(sizes.radius, false, window(&part, sizes.sensor));
     let near = once(
         "default: beamlets",
@@ -95,21 +95,21 @@ pub fn system1(effort: Effort) -> Result<Study, StudyError> {
         &Settings::default(),
         effort.display,
     )?;
-    trials.extend(drawn(&sizes, effort)?);
+    runs.extend(drawn(&sizes, effort)?);
     let planes = Settings {
         method: Method::Plane,
         ..Settings::default()
     };
-    trials.push(once("plane wavelets", &smooth, &planes, effort.display)?);
-    let board = compared(&trials, &near, &part, sizes.sensor);
+    runs.push(once("plane wavelets", &smooth, &planes, effort.display)?);
+    let board = compared(&runs, &near, &part, sizes.sensor);
     let notes = readings(&sizes)?;
-    let picture = picture(&trials, &near, &part, &sizes)?;
+    let picture = picture(&runs, &near, &part, &sizes)?;
     let title = "System 1: a grating of 30 rad/mm and the LA1131-A";
     Ok(board.study(title, &notes, vec![(String::from("system1.png"), picture)]))
 }
 
 /// The paper's method with the numbers of its text and of its code, on pixels.
-fn drawn(sizes: &Sizes, effort: Effort) -> Result<Vec<Trial>, StudyError> {
+fn drawn(sizes: &Sizes, effort: Effort) -> Result<Vec<MethodRun>, StudyError> {
     let pixels = grating(sizes.radius, true, sizes.sensor);
     let names = ["paper's method, text", "paper's method, code"];
     let runs = names.iter().zip(sizes.positions).map(|(name, rays)| {
@@ -133,22 +133,27 @@ fn drawn(sizes: &Sizes, effort: Effort) -> Result<Vec<Trial>, StudyError> {
 
 /// Everything against both references, of which the first is the truth: on the part about the peak, then on all
 /// of the sensor.
-fn compared(trials: &[Trial], near: &Trial, part: &[Range<usize>; 2], sensor: Window) -> Board {
-    let crop = |trial: &Trial| trial.cropped(part.clone());
-    let fields = [crop(&trials[0]).field, crop(&trials[1]).field];
+fn compared(
+    runs: &[MethodRun],
+    near: &MethodRun,
+    part: &[Range<usize>; 2],
+    sensor: Window,
+) -> Board {
+    let crop = |run: &MethodRun| run.cropped(part.clone());
+    let fields = [crop(&runs[0]).field, crop(&runs[1]).field];
     let rod = |name, field| Rod { name, field };
     let rods = [
         rod("density, about the peak", fields[0].view()),
         rod("equal, about the peak", fields[1].view()),
     ];
-    let whole = [rod("density, all pixels", trials[0].field.view())];
+    let whole = [rod("density, all pixels", runs[0].field.view())];
     let mut board = Board::default();
-    for trial in trials {
-        board.add(&crop(trial), &rods, None);
-        board.note_peak(trial.peak().map(|at| place(at, sensor)));
-        let all = Trial {
-            name: format!("{}, all pixels", trial.name),
-            ..trial.clone()
+    for run in runs {
+        board.add(&crop(run), &rods, None);
+        board.note_peak(run.peak().map(|at| place(at, sensor)));
+        let all = MethodRun {
+            name: format!("{}, all pixels", run.name),
+            ..run.clone()
         };
         board.add(&all, &whole, None);
     }
@@ -177,10 +182,10 @@ fn geometrical(
     system: &System,
     sizes: &Sizes,
     strength: Strength,
-) -> Result<Trial, StudyError> {
+) -> Result<MethodRun, StudyError> {
     let clock = Instant::now();
     let (field, rays) = sum_of_directions(system, sizes.reference, strength, &|_| {})?;
-    Ok(Trial {
+    Ok(MethodRun {
         name: name.to_owned(),
         field: field.values,
         cost: Cost::since(clock, rays),
@@ -189,9 +194,9 @@ fn geometrical(
 }
 
 /// Rows and columns of the part of the sensor about its brightest pixel.
-fn about_peak(trial: &Trial, sizes: &Sizes) -> [Range<usize>; 2] {
+fn about_peak(run: &MethodRun, sizes: &Sizes) -> [Range<usize>; 2] {
     let (count, part) = (sizes.sensor.count, sizes.part);
-    let peak = trial.peak().unwrap_or([count / 2; 2]);
+    let peak = run.peak().unwrap_or([count / 2; 2]);
     peak.map(|at| {
         let first = at.saturating_sub(part / 2).min(count - part);
         first..first + part
@@ -214,13 +219,13 @@ fn readings(sizes: &Sizes) -> Result<String, StudyError> {
         let system = reading.apply(grating(sizes.radius, false, sizes.sensor));
         let (field, rays) =
             sum_of_directions(&system, sizes.reference, Strength::Density, &|_| {})?;
-        let trial = Trial {
+        let run = MethodRun {
             name: reading.name().to_owned(),
             field: field.values,
             cost: Cost::since(Instant::now(), rays),
             standard_error: None,
         };
-        let [x, y] = trial
+        let [x, y] = run
             .peak()
             .map_or([f64::NAN; 2], |at| place(at, sizes.sensor));
         let _ = writeln!(text, "  {}: ({x:.2}, {y:.2}) µm", reading.name());
@@ -230,8 +235,8 @@ fn readings(sizes: &Sizes) -> Result<String, StudyError> {
 
 /// The light about the peak by every way.
 fn picture(
-    trials: &[Trial],
-    near: &Trial,
+    runs: &[MethodRun],
+    near: &MethodRun,
     part: &[Range<usize>; 2],
     sizes: &Sizes,
 ) -> Result<Vec<u8>, StudyError> {
@@ -240,13 +245,13 @@ fn picture(
         let at = |i: usize| 1e-3 * place([i; 2], sizes.sensor)[a];
         [at(range.start) - half, at(range.end - 1) + half]
     };
-    let shown = |trial: &Trial| Shown {
-        title: trial.name.clone(),
+    let shown = |run: &MethodRun| Shown {
+        title: run.name.clone(),
         note: String::new(),
-        values: light(trial.field.view()),
+        values: light(run.field.view()),
         edges: [edge(0, &part[1]), edge(1, &part[0])],
     };
-    let cropped: Vec<Trial> = trials.iter().map(|t| t.cropped(part.clone())).collect();
+    let cropped: Vec<MethodRun> = runs.iter().map(|t| t.cropped(part.clone())).collect();
     let all: Vec<Shown> = cropped.iter().chain([near]).map(shown).collect();
     let (upper, lower) = all.split_at(all.len() / 2);
     let rows = vec![upper.to_vec(), lower.to_vec()];

@@ -2,7 +2,7 @@
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "trials, elements and pixels are made here, as many as are given"
+    reason = "runs, elements and pixels are made here, as many as are given"
 )]
 
 use std::f64::consts::TAU;
@@ -22,7 +22,7 @@ use raylet::optics::system::System;
 
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use crate::systems::method_comparison::{Cost, Shown, Trial, figure, light};
+use crate::systems::method_comparison::{Cost, MethodRun, Shown, figure, light};
 use crate::systems::system_table::{Board, DrawnRun, Rod, by_paper, in_parts, once};
 
 /// Periods of the angular spectrum over the hologram: the paper's, and one whose copies are far.
@@ -65,9 +65,9 @@ pub fn system2(effort: Effort) -> Result<Study, StudyError> {
             field: real.field.view(),
         },
     ];
-    let mut trials = vec![wide.clone(), real.clone()];
-    trials.extend(ways(&points, effort)?);
-    trials.push(once(
+    let mut runs = vec![wide.clone(), real.clone()];
+    runs.extend(ways(&points, effort)?);
+    runs.push(once(
         "default: free hop, box pixels",
         &boxes,
         &Settings::default(),
@@ -75,10 +75,10 @@ pub fn system2(effort: Effort) -> Result<Study, StudyError> {
     )?);
     let mut board = Board::default();
     board.add(&near, &[], Some(&target));
-    for trial in &trials {
-        board.add(trial, &rods, Some(&target));
+    for run in &runs {
+        board.add(run, &rods, Some(&target));
     }
-    let image = picture(&near, &trials)?;
+    let image = picture(&near, &runs)?;
     let files = vec![
         (String::from("system2.png"), image),
         (String::from("system2.npy"), npy(&phase)?),
@@ -104,13 +104,13 @@ fn notes() -> String {
 }
 
 /// The angular spectrum of the pixels' own band.
-fn spectrum(task: &NearTask, phase: &Array2<f64>, padding: usize) -> Trial {
+fn spectrum(task: &NearTask, phase: &Array2<f64>, padding: usize) -> MethodRun {
     let clock = Instant::now();
     let field = Zip::from(&task.amplitude)
         .and(phase)
         .map_collect(|size, phase| Complex64::from_polar(*size, phase.rem_euclid(TAU)));
     let space = NearSpace::new(WAVELENGTH, PITCH, NEAR, phase.ncols(), padding);
-    Trial {
+    MethodRun {
         name: format!("angular spectrum, period {padding}"),
         field: space.carry(field.view()),
         cost: Cost::since(clock, 0),
@@ -119,14 +119,14 @@ fn spectrum(task: &NearTask, phase: &Array2<f64>, padding: usize) -> Trial {
 }
 
 /// The direct sum over box pixels.
-fn directly(boxes: &System) -> Result<Trial, StudyError> {
+fn directly(boxes: &System) -> Result<MethodRun, StudyError> {
     let clock = Instant::now();
     let choice = ReferenceOptions {
         approach: Approach::RayleighSommerfeld,
         ..ReferenceOptions::default()
     };
     let found = reference(boxes, &Settings::default(), choice, &|_| {})?;
-    Ok(Trial {
+    Ok(MethodRun {
         name: String::from("Rayleigh–Sommerfeld sum, box pixels"),
         field: found.field.values,
         cost: Cost::since(clock, 0),
@@ -135,7 +135,7 @@ fn directly(boxes: &System) -> Result<Trial, StudyError> {
 }
 
 /// The paper's method: with all modes, by its code of the whole element, by its code of patches, by its text.
-fn ways(points: &System, effort: Effort) -> Result<Vec<Trial>, StudyError> {
+fn ways(points: &System, effort: Effort) -> Result<Vec<MethodRun>, StudyError> {
     let width = points.screens[0].bounds().map_or(0.0, |b| b[1] - b[0]);
     let whole = |sampler, secondary| Paper {
         rays: 1,
@@ -184,15 +184,15 @@ fn ways(points: &System, effort: Effort) -> Result<Vec<Trial>, StudyError> {
 }
 
 /// The reference, the paper's method in its two published forms, and ours.
-fn picture(near: &Trial, trials: &[Trial]) -> Result<Vec<u8>, StudyError> {
+fn picture(near: &MethodRun, runs: &[MethodRun]) -> Result<Vec<u8>, StudyError> {
     let half = 0.5 * near.field.ncols() as f64 * PITCH;
-    let shown = |trial: &Trial| Shown {
-        title: trial.name.clone(),
+    let shown = |run: &MethodRun| Shown {
+        title: run.name.clone(),
         note: String::new(),
-        values: light(trial.field.view()),
+        values: light(run.field.view()),
         edges: [[-half, half]; 2],
     };
-    let others: Vec<Shown> = trials.iter().map(shown).collect();
+    let others: Vec<Shown> = runs.iter().map(shown).collect();
     let mut first = vec![shown(near)];
     let (upper, lower) = others.split_at(others.len() / 2);
     first.extend(upper.iter().cloned());

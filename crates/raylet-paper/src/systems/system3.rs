@@ -2,7 +2,7 @@
 
 #![expect(
     clippy::indexing_slicing,
-    reason = "trials, elements and pixels are made here, as many as are given"
+    reason = "runs, elements and pixels are made here, as many as are given"
 )]
 
 use std::time::Instant;
@@ -25,7 +25,7 @@ use raylet_plot::chart_panel::Series;
 
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use crate::systems::method_comparison::{Cost, Match, Shown, Trial, figure, light};
+use crate::systems::method_comparison::{Cost, Match, MethodRun, Shown, figure, light};
 use crate::systems::system_table::{Board, DrawnRun, Rod, by_paper, in_parts, once};
 
 /// Pixels along each side of hologram and sensor.
@@ -65,7 +65,7 @@ impl Sizes {
 
 /// What became of one design.
 struct Design {
-    trials: Vec<Trial>,
+    runs: Vec<MethodRun>,
     curves: [Series; 2],
 }
 
@@ -92,12 +92,12 @@ pub fn system3(effort: Effort) -> Result<Study, StudyError> {
             effort,
         };
         let design = carried(name, &phase, &target, work)?;
-        for trial in &design.trials {
+        for run in &design.runs {
             let rods = [Rod {
                 name: "default: beamlets",
-                field: design.trials[0].field.view(),
+                field: design.runs[0].field.view(),
             }];
-            board.add(trial, &rods, Some(&target));
+            board.add(run, &rods, Some(&target));
         }
         designs.push(design);
     }
@@ -204,20 +204,20 @@ fn carried(
     })?;
     let curves = [Series::line(name, likeness), Series::line(name, errors)];
     Ok(Design {
-        trials: vec![ours, real, paraxial, all, drawn],
+        runs: vec![ours, real, paraxial, all, drawn],
         curves,
     })
 }
 
 /// Collins' integral: the paraxial train without aberrations.
-fn collins(name: &str, system: &System) -> Result<Trial, StudyError> {
+fn collins(name: &str, system: &System) -> Result<MethodRun, StudyError> {
     let clock = Instant::now();
     let choice = ReferenceOptions {
         approach: Approach::Collins,
         ..ReferenceOptions::default()
     };
     let found = reference(system, &Settings::default(), choice, &|_| {})?;
-    Ok(Trial {
+    Ok(MethodRun {
         name: name.to_owned(),
         field: found.field.values,
         cost: Cost::since(clock, 0),
@@ -239,8 +239,8 @@ fn picture(target: &Array2<f64>, designs: Vec<Design>) -> Result<Vec<u8>, StudyE
     for design in designs {
         let mut row = vec![shown("target", target.clone())];
         for number in [0, 3, 4] {
-            let trial = &design.trials[number];
-            row.push(shown(&trial.name, light(trial.field.view())));
+            let run = &design.runs[number];
+            row.push(shown(&run.name, light(run.field.view())));
         }
         rows.push(row);
         let [score, error] = design.curves;

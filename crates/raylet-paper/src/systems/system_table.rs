@@ -17,7 +17,7 @@ use serde_json::{Value, json};
 use crate::progress_display::ProgressDisplay;
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
-use crate::systems::method_comparison::{Match, Trial, light};
+use crate::systems::method_comparison::{Match, MethodRun, light};
 
 /// Extension of the files of unfinished runs.
 const KEPT: &str = "npz";
@@ -30,7 +30,7 @@ pub(crate) struct Rod<'a> {
 
 /// What was found of one way.
 struct Entry {
-    trial: Trial,
+    run: MethodRun,
     /// How alike it is to references, by name.
     matches: Vec<(String, Match)>,
     /// Correlation of its intensity with the target picture.
@@ -60,10 +60,10 @@ pub(crate) fn once(
     system: &System,
     settings: &Settings,
     display: &dyn ProgressDisplay,
-) -> Result<Trial, StudyError> {
+) -> Result<MethodRun, StudyError> {
     let meter = display.run();
     let label = format!("{name}, ");
-    Ok(Trial::once(name, system, settings, &|progress| {
+    Ok(MethodRun::once(name, system, settings, &|progress| {
         meter(&label, progress);
     })?)
 }
@@ -83,8 +83,8 @@ pub(crate) struct DrawnRun<'a> {
 pub(crate) fn in_parts(
     drawn: &DrawnRun,
     effort: Effort,
-    seen: &mut dyn FnMut(&Trial),
-) -> Result<Trial, StudyError> {
+    seen: &mut dyn FnMut(&MethodRun),
+) -> Result<MethodRun, StudyError> {
     let DrawnRun {
         name,
         system,
@@ -122,12 +122,12 @@ pub(crate) fn in_parts(
             );
         };
         repeats.add(system, &settings, &whole)?;
-        seen(&Trial::of_parts(name, &repeats));
+        seen(&MethodRun::of_parts(name, &repeats));
         if let Some(kept) = &kept {
             kept.write(&repeats)?;
         }
     }
-    Ok(Trial::of_parts(name, &repeats))
+    Ok(MethodRun::of_parts(name, &repeats))
 }
 
 /// Removes what runs in parts kept in a folder, and the folder if nothing else is in it.
@@ -159,16 +159,16 @@ fn shape(system: &System) -> [usize; 2] {
 
 impl Board {
     /// Notes a way, compared with references and with the target picture.
-    pub(crate) fn add(&mut self, trial: &Trial, rods: &[Rod], picture: Option<&Array2<f64>>) {
+    pub(crate) fn add(&mut self, run: &MethodRun, rods: &[Rod], picture: Option<&Array2<f64>>) {
         // A field is not compared with itself.
-        let others = rods.iter().filter(|rod| rod.field != trial.field);
+        let others = rods.iter().filter(|rod| rod.field != run.field);
         let matches = others.map(|rod| {
-            let found = Match::of(trial.field.view(), rod.field);
+            let found = Match::of(run.field.view(), rod.field);
             (rod.name.to_owned(), found)
         });
-        let shown = light(trial.field.view());
+        let shown = light(run.field.view());
         self.entries.push(Entry {
-            trial: trial.clone(),
+            run: run.clone(),
             matches: matches.collect(),
             picture: picture.and_then(|wanted| ncc(shown.view(), wanted.view())),
             peak_um: None,
@@ -189,9 +189,9 @@ impl Board {
         let mut costs = Vec::new();
         let mut likes = Vec::new();
         for entry in &self.entries {
-            let (trial, cost) = (&entry.trial, entry.trial.cost);
+            let (run, cost) = (&entry.run, entry.run.cost);
             costs.push(vec![
-                trial.name.clone(),
+                run.name.clone(),
                 format!("{:.3e}", cost.draws),
                 format!("{:.3e}", cost.rays as f64),
                 format!("{:.1}", cost.seconds),
@@ -201,11 +201,11 @@ impl Board {
                 entry
                     .peak_um
                     .map_or(String::new(), |[x, y]| format!("{x:.2}, {y:.2}")),
-                small(trial.standard_error),
+                small(run.standard_error),
             ]);
             for (against, found) in &entry.matches {
                 likes.push(vec![
-                    trial.name.clone(),
+                    run.name.clone(),
                     against.clone(),
                     found.ncc.map_or(String::new(), |v| format!("{v:.6}")),
                     small(found.unit_sum_mse),
@@ -245,9 +245,9 @@ impl Board {
             let like =
                 |(against, found): &(String, Match)| json!({ "against": against, "match": found });
             json!({
-                "way": entry.trial.name,
-                "cost": entry.trial.cost,
-                "standard_error": entry.trial.standard_error,
+                "way": entry.run.name,
+                "cost": entry.run.cost,
+                "standard_error": entry.run.standard_error,
                 "ncc_with_picture": entry.picture,
                 "peak_um": entry.peak_um,
                 "matches": entry.matches.iter().map(like).collect::<Vec<_>>(),

@@ -7,7 +7,7 @@ use raylet::optics::frame::Frame;
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::surface::Surface;
 
-use crate::rays::stage::{Bench, conic, screen};
+use crate::rays::stage::{OwnedHop, conic, screen};
 use raylet_testkit::parts::{face as lens_face, mirror, on_axis};
 
 /// Rays, [x, y, p_x, p_y].
@@ -32,9 +32,9 @@ fn asphere(curvature: f64, conic: f64, coefficients: &[f64]) -> Shape {
 }
 
 /// A cemented doublet, each face tilted and decentred its own way, from air into water.
-fn doublet() -> Bench {
+fn doublet() -> OwnedHop {
     let face = |z, offset, tilt, shape, index| lens_face(askew(z, offset, tilt), shape, index);
-    Bench {
+    OwnedHop {
         from: screen(askew(0.0, [0.0, 0.0], [0.1, -0.2, 0.3]), 1.0, 1.0),
         train: vec![
             face(
@@ -64,8 +64,8 @@ fn doublet() -> Bench {
 }
 
 /// Two faces of a ball of high index: strong refraction, screens close by.
-fn ball() -> Bench {
-    Bench {
+fn ball() -> OwnedHop {
+    OwnedHop {
         from: screen(on_axis(-0.5).tilted([0.0, 0.3, 0.0]), 1.0, 1.0),
         train: vec![
             lens_face(
@@ -85,7 +85,7 @@ fn ball() -> Bench {
 
 /// A zigzag of mirrors with these shapes and tilts, 30 mm apart along the chief ray; the screen at the
 /// end is tilted as well.
-fn zigzag(shapes: &[Shape]) -> Bench {
+fn zigzag(shapes: &[Shape]) -> OwnedHop {
     let (mut place, mut direction) = (Vec3::new(0.0, 0.0, 0.0), Vec3::new(0.0, 0.0, 1.0));
     let mut train: Vec<Surface> = Vec::new();
     for (i, shape) in shapes.iter().enumerate() {
@@ -99,7 +99,7 @@ fn zigzag(shapes: &[Shape]) -> Bench {
         .moved(place + direction * 30.0)
         .tilted([0.2, -0.3, 0.5]);
     let arrives = direction.dot(frame.z).signum();
-    Bench {
+    OwnedHop {
         from: screen(Frame::GLOBAL.tilted([0.1, 0.0, 0.0]), 1.0, 1.0),
         train,
         to: screen(frame, 1.0, arrives),
@@ -107,7 +107,7 @@ fn zigzag(shapes: &[Shape]) -> Bench {
 }
 
 /// Through a lens to a tilted mirror and back through the lens the other way.
-fn double_pass() -> Bench {
+fn double_pass() -> OwnedHop {
     let faces = [
         lens_face(
             askew(6.0, [0.1, 0.0], [0.05, 0.0, 0.0]),
@@ -126,14 +126,14 @@ fn double_pass() -> Bench {
         conic(-60.0, -1.0),
     ));
     train.extend(faces.into_iter().rev().map(turned));
-    Bench {
+    OwnedHop {
         from: screen(on_axis(0.0), 1.0, 1.0),
         train,
         to: screen(on_axis(-5.0).tilted([0.2, 0.1, 0.0]), 1.0, -1.0),
     }
 }
 
-fn benches() -> Vec<(&'static str, Bench)> {
+fn benches() -> Vec<(&'static str, OwnedHop)> {
     let paraboloid = conic(-150.0, -1.0);
     let bent = asphere(0.01, 0.4, &[2e-6]);
     vec![
@@ -156,19 +156,19 @@ fn turned(surface: Surface) -> Surface {
 }
 
 /// The same system for light that comes back.
-fn reversed(bench: &Bench) -> Bench {
-    Bench {
-        from: screen(bench.to.frame, bench.to.index, -bench.to.arrives),
-        train: bench.train.iter().rev().cloned().map(turned).collect(),
-        to: screen(bench.from.frame, bench.from.index, -bench.from.arrives),
+fn reversed(owned: &OwnedHop) -> OwnedHop {
+    OwnedHop {
+        from: screen(owned.to.frame, owned.to.index, -owned.to.arrives),
+        train: owned.train.iter().rev().cloned().map(turned).collect(),
+        to: screen(owned.from.frame, owned.from.index, -owned.from.arrives),
     }
 }
 
 #[test]
 fn jacobians_are_symplectic() {
-    for (name, bench) in benches() {
+    for (name, owned) in benches() {
         for [x, y, px, py] in RAYS {
-            let (_, j) = bench.hop().jacobian([x, y], [px, py]).unwrap();
+            let (_, j) = owned.hop().jacobian([x, y], [px, py]).unwrap();
             for a in 0..4 {
                 for b in 0..4 {
                     // JᵀΩJ = Ω, entry by entry.
@@ -185,11 +185,11 @@ fn jacobians_are_symplectic() {
 /// d(OPL) = p′·ds − p·dx, from the tangents of the same trace.
 #[test]
 fn path_changes_by_the_work_of_the_ray() {
-    for (name, bench) in benches() {
+    for (name, owned) in benches() {
         for [x, y, px, py] in RAYS {
             let at = [Dual::<4>::variable(x, 0), Dual::variable(y, 1)];
             let p = [Dual::variable(px, 2), Dual::variable(py, 3)];
-            let landing = bench.hop().trace(at, p, &mut ()).unwrap();
+            let landing = owned.hop().trace(at, p, &mut ()).unwrap();
             for i in 0..4 {
                 let arriving: f64 = (0..2)
                     .map(|a| landing.cosines[a].value * landing.at[a].tangent[i])
@@ -211,9 +211,9 @@ fn slope(value: impl Fn(f64) -> f64) -> f64 {
 /// The same for rays from one point, and the Jacobian itself, by differences of plain traces.
 #[test]
 fn rays_from_a_point_obey_malus_and_dupin() {
-    for (name, bench) in benches() {
+    for (name, owned) in benches() {
         for ray in RAYS {
-            let (landing, jacobian) = bench
+            let (landing, jacobian) = owned
                 .hop()
                 .jacobian([ray[0], ray[1]], [ray[2], ray[3]])
                 .unwrap();
@@ -221,7 +221,7 @@ fn rays_from_a_point_obey_malus_and_dupin() {
                 let moved = |h: f64| -> Landing {
                     let mut r = ray;
                     r[i] += h;
-                    bench
+                    owned
                         .hop()
                         .trace([r[0], r[1]], [r[2], r[3]], &mut ())
                         .unwrap()
@@ -244,10 +244,10 @@ fn rays_from_a_point_obey_malus_and_dupin() {
 
 #[test]
 fn rays_go_back_the_way_they_came() {
-    for (name, bench) in benches() {
-        let back = reversed(&bench);
+    for (name, owned) in benches() {
+        let back = reversed(&owned);
         for [x, y, px, py] in RAYS {
-            let there = bench.hop().trace([x, y], [px, py], &mut ()).unwrap();
+            let there = owned.hop().trace([x, y], [px, py], &mut ()).unwrap();
             let again = back
                 .hop()
                 .trace(there.at, there.cosines.map(|p| -p), &mut ())

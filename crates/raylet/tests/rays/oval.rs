@@ -5,7 +5,7 @@
 
 use raylet::optics::shape::{Conic, Shape};
 
-use crate::rays::stage::{Bench, screen};
+use crate::rays::stage::{OwnedHop, screen};
 use raylet_testkit::parts::{face as lens_face, on_axis};
 
 /// Terms of a power series in u.
@@ -127,7 +127,7 @@ fn oval_images_a_point_into_a_point() {
         let shape = oval.shape();
         let left_out = (shape.height(radius, 0.0).unwrap().z - oval.height(radius)).abs();
         assert!(left_out < 1e-13, "{left_out:e}");
-        let bench = Bench {
+        let owned = OwnedHop {
             from: screen(on_axis(-oval.before), oval.index[0], 1.0),
             train: vec![lens_face(on_axis(0.0), shape, oval.index)],
             to: screen(on_axis(oval.behind), oval.index[1], 1.0),
@@ -136,7 +136,7 @@ fn oval_images_a_point_into_a_point() {
             // Aimed at the vertex plane; the oval is met near it.
             let sine = share * radius / radius.hypot(oval.before) * oval.index[0];
             let p = [0.6 * sine, -0.8 * sine];
-            let landing = bench.hop().trace([0.0, 0.0], p, &mut ()).unwrap();
+            let landing = owned.hop().trace([0.0, 0.0], p, &mut ()).unwrap();
             assert!(landing.at[0].hypot(landing.at[1]) < 1e-12, "{landing:?}");
             assert!((landing.path - oval.path()).abs() < 1e-12, "{landing:?}");
         }

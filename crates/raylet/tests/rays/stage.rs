@@ -8,7 +8,7 @@ use raylet::optics::system::Hop;
 use raylet_testkit::parts::{self, open_screen};
 
 /// A hop that owns its parts.
-pub(crate) struct Bench {
+pub(crate) struct OwnedHop {
     /// Where rays start.
     pub(crate) from: Screen,
     /// The surfaces between.
@@ -17,7 +17,7 @@ pub(crate) struct Bench {
     pub(crate) to: Screen,
 }
 
-impl Bench {
+impl OwnedHop {
     pub(crate) fn hop(&self) -> Hop<'_> {
         Hop {
             wavelength: 0.7e-3,

@@ -140,21 +140,21 @@ pub fn design<R: Reply>(
     task: &HologramTask,
     progress: &mut dyn FnMut(Score) -> R,
 ) -> Result<Hologram, HologramError> {
-    let bench = Bench::new(task)?;
-    let mut field = bench.start(task);
+    let retrieval = PhaseRetrieval::new(task)?;
+    let mut field = retrieval.start(task);
     let mut last: Option<Array2<Complex64>> = None;
     for iteration in 0..task.iterations {
-        let seen = bench.carry(&field);
-        Cancelled::check(progress(bench.score(iteration, &seen)).flow())?;
+        let seen = retrieval.carry(&field);
+        Cancelled::check(progress(retrieval.score(iteration, &seen)).flow())?;
 
         // The change by the target's modulus, back on the element; then only the phase is kept.
         let left = 1.0 - iteration as f64 / task.iterations as f64;
-        let change = bench.change(&seen, 1.0 + EXPANSION * left);
-        let back = bench.carry_adjoint(&change);
-        let gain = bench.gain;
+        let change = retrieval.change(&seen, 1.0 + EXPANSION * left);
+        let back = retrieval.carry_adjoint(&change);
+        let gain = retrieval.gain;
         Zip::from(&mut field)
             .and(&back)
-            .and(&bench.amplitude)
+            .and(&retrieval.amplitude)
             .par_for_each(|u, back, amplitude| *u = of_modulus(*u + back * gain, *amplitude));
 
         // On beyond it, the way it came from the last.
@@ -166,7 +166,7 @@ pub fn design<R: Reply>(
         }
         last = Some(here);
     }
-    let score = bench.score(task.iterations, &bench.carry(&field));
+    let score = retrieval.score(task.iterations, &retrieval.carry(&field));
     Cancelled::check(progress(score).flow())?;
     let phase = Zip::from(&field)
         .and(&task.incident)
@@ -178,7 +178,7 @@ pub fn design<R: Reply>(
     Ok(Hologram {
         phase,
         score,
-        target: bench.target,
+        target: retrieval.target,
     })
 }
 
@@ -203,7 +203,7 @@ fn lit_extent(task: &HologramTask) -> [f64; 2] {
 }
 
 /// Everything that stays the same between iterations.
-struct Bench {
+struct PhaseRetrieval {
     /// From pixel centres, weighted with the pixel's area, to the design raster.
     plan: Collins,
     /// The spectrum of the box pixel at the raster's rows and columns: sinc(pitch·x/λB).
@@ -225,7 +225,7 @@ struct Bench {
     radius: [f64; 2],
 }
 
-impl Bench {
+impl PhaseRetrieval {
     fn new(task: &HologramTask) -> Result<Self, HologramError> {
         let extent = lit_extent(task);
         if extent.contains(&0.0) {
@@ -302,7 +302,7 @@ impl Bench {
         seen
     }
 
-    /// The conjugate transpose of [`Bench::carry`].
+    /// The conjugate transpose of [`PhaseRetrieval::carry`].
     fn carry_adjoint(&self, seen_bar: &Array2<Complex64>) -> Array2<Complex64> {
         // seen = envelope · plan(field)
         let mut bar = seen_bar.clone();
@@ -409,7 +409,9 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::design::holograms::hologram::{Bench, HologramError, HologramTask, Score, design};
+    use crate::design::holograms::hologram::{
+        HologramError, HologramTask, PhaseRetrieval, Score, design,
+    };
     use crate::design::losses::target::Target;
     use crate::math::random;
     use crate::optics::aperture::Aperture;
@@ -524,16 +526,16 @@ mod tests {
 
     #[test]
     fn carry_dot_product() {
-        let bench = Bench::new(&task()).unwrap();
+        let retrieval = PhaseRetrieval::new(&task()).unwrap();
         let noise = |shape: (usize, usize), purpose: u32| {
             Array2::from_shape_fn(shape, |(j, i)| {
                 let [re, im] = random::pair(3, [j as u32, i as u32, 0, purpose]);
                 Complex64::new(re - 0.5, im - 0.5)
             })
         };
-        let field = noise(bench.amplitude.dim(), 1);
-        let seen_bar = noise(bench.picture.dim(), 2);
-        let (seen, field_bar) = (bench.carry(&field), bench.carry_adjoint(&seen_bar));
+        let field = noise(retrieval.amplitude.dim(), 1);
+        let seen_bar = noise(retrieval.picture.dim(), 2);
+        let (seen, field_bar) = (retrieval.carry(&field), retrieval.carry_adjoint(&seen_bar));
         let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| {
             a.iter()
                 .zip(b)

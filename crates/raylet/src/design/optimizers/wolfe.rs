@@ -12,8 +12,8 @@ use crate::design::exact;
 /// Least share of the decrease that the first slope promises: φ(α) ≤ φ(0) + DECREASE·α·φ′(0).
 const DECREASE: f64 = 1e-3;
 
-/// Largest slope left, as a share of the first: |φ′(α)| ≤ FLATNESS·|φ′(0)|.
-const FLATNESS: f64 = 0.9;
+/// Largest slope left, as a share of the first: |φ′(α)| ≤ CURVATURE·|φ′(0)|.
+const CURVATURE: f64 = 0.9;
 
 /// The interval is small enough when it is this share of its larger end.
 const NARROW: f64 = 0.1;
@@ -174,7 +174,7 @@ impl Search {
     /// Whether the search is over.
     fn judge(&self, seen: &Sample, enough: f64, promised: f64) -> Option<LineSearchReply> {
         let decreased = seen.value <= enough;
-        if decreased && seen.slope.abs() <= FLATNESS * -self.start.slope {
+        if decreased && seen.slope.abs() <= CURVATURE * -self.start.slope {
             return Some(LineSearchReply::Enough);
         }
         // At the largest step and still going down; or rounding leaves no room between the ends.
@@ -328,7 +328,7 @@ fn minimum(a: &Sample, b: &Sample, base: &Sample) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::optimizers::wolfe::{DECREASE, FLATNESS, LineSearchReply, NARROW, Search};
+    use crate::design::optimizers::wolfe::{CURVATURE, DECREASE, LineSearchReply, NARROW, Search};
 
     /// Functions 1 and 2 of Moré and Thuente with their slopes, and one with an edge of no number.
     fn first(a: f64) -> [f64; 2] {
@@ -385,7 +385,7 @@ mod tests {
                     }
                 };
                 assert!(at[0] <= value + DECREASE * slope * search.trial());
-                let flat = at[1].abs() <= FLATNESS * slope.abs();
+                let flat = at[1].abs() <= CURVATURE * slope.abs();
                 assert!(flat || search.to - search.from <= NARROW * search.to);
                 assert!(count <= 12, "function {which} from {trial}: {count}");
             }

@@ -20,7 +20,7 @@ pub(crate) struct DecodeError {
 }
 
 impl DecodeError {
-    /// A misfit without a place yet.
+    /// An error without a place yet.
     pub(crate) fn new(found: impl Into<String>, expected: impl Into<String>) -> Self {
         Self {
             found: found.into(),

@@ -61,7 +61,7 @@ pub(crate) fn decode<T: DeserializeOwned>(
         node: tree,
         quantity: Quantity::of_key(""),
     };
-    T::deserialize(root).map_err(|misfit| misfit.into_fault(origin))
+    T::deserialize(root).map_err(|error| error.into_fault(origin))
 }
 
 /// Looks at the version before anything else: a newer file may have keys that would confuse the reader.
@@ -102,7 +102,7 @@ impl<'de> Deserializer<'de> for Table<'de> {
         };
         visitor
             .visit_map(entries)
-            .map_err(|misfit| misfit.at(&self.span))
+            .map_err(|error| error.at(&self.span))
     }
 
     serde::forward_to_deserialize_any! {
@@ -134,7 +134,7 @@ impl<'de> MapAccess<'de> for Entries<'de> {
         // An unknown key is refused by the seed: the fault lies at the key itself.
         seed.deserialize(BorrowedStrDeserializer::new(&entry.key))
             .map(Some)
-            .map_err(|misfit: DecodeError| misfit.at(&entry.span).below_key(&entry.key))
+            .map_err(|error: DecodeError| error.at(&entry.span).below_key(&entry.key))
     }
 
     fn next_value_seed<S: DeserializeSeed<'de>>(
@@ -147,7 +147,7 @@ impl<'de> MapAccess<'de> for Entries<'de> {
             .ok_or_else(|| DecodeError::custom("a value without a key"))?;
         let quantity = Quantity::of_key(key);
         seed.deserialize(At { node, quantity })
-            .map_err(|misfit| misfit.at(&node.span).below_key(key))
+            .map_err(|error| error.at(&node.span).below_key(key))
     }
 }
 
@@ -172,7 +172,7 @@ impl<'de> SeqAccess<'de> for Items<'de> {
         let quantity = self.quantity;
         seed.deserialize(At { node, quantity })
             .map(Some)
-            .map_err(|misfit| misfit.at(&node.span).below_index(self.next - 1))
+            .map_err(|error| error.at(&node.span).below_index(self.next - 1))
     }
 
     fn size_hint(&self) -> Option<usize> {
@@ -273,7 +273,7 @@ impl<'de> At<'de> {
         let Some(kind) = self.node.value.get(KIND) else {
             return Err(DecodeError::missing_field(KIND).at(&self.node.span));
         };
-        let misfit = match &kind.value {
+        let error = match &kind.value {
             Value::Text(tag) if variants.contains(&tag.as_str()) => {
                 return Ok(Choice {
                     tag,
@@ -284,7 +284,7 @@ impl<'de> At<'de> {
             Value::Text(tag) => DecodeError::unknown_variant(tag, variants),
             other => wrong_type(other, "a string"),
         };
-        Err(misfit.at(&kind.span).below_key(KIND))
+        Err(error.at(&kind.span).below_key(KIND))
     }
 
     /// The variant named by the only key of a table, with its value as content.
@@ -445,9 +445,9 @@ impl<'de, C: Deserializer<'de, Error = DecodeError>> VariantAccess<'de> for Choi
         seed: S,
     ) -> Result<S::Value, DecodeError> {
         seed.deserialize(self.content)
-            .map_err(|misfit| match self.below {
-                Some(node) => misfit.at(&node.span).below_key(self.tag),
-                None => misfit,
+            .map_err(|error| match self.below {
+                Some(node) => error.at(&node.span).below_key(self.tag),
+                None => error,
             })
     }
 

@@ -129,7 +129,7 @@ impl Layout<'_, '_> {
         let path = format!("element[{number}]");
         let tilt = element.tilt_deg().map(f64::to_radians);
         let frame = self.axis.frame(element.decenter_mm(), tilt);
-        let name = self.scene.called(number);
+        let name = self.scene.element_name(number);
         let mut along = element.thickness_mm().unwrap_or(0.0);
         match element {
             Element::Doe(doe) => {

@@ -10,11 +10,11 @@ use crate::file::scene::scene_file::Scene;
 use crate::wave::grid::sampling::SamplingError;
 
 /// The fault of a scene that cannot be computed.
-pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
+pub fn simulate_fault(scene: &Scene, error: &SimulateError) -> Fault {
     let found = error.to_string();
     match error {
-        SimulateError::Plan(error) => blame_plan(scene, error),
-        SimulateError::Sampling(error) => blame_sampling(scene, error),
+        SimulateError::Plan(error) => plan_fault(scene, error),
+        SimulateError::Sampling(error) => sampling_fault(scene, error),
         SimulateError::NoSensor(name) => {
             scene.fault(&path_of(scene, name), found, "a sensor as the last element")
         }
@@ -26,9 +26,9 @@ pub fn blame(scene: &Scene, error: &SimulateError) -> Fault {
             let expected = "a system whose field is finite: sizes, distances and amplitudes that lie less far apart";
             scene.fault(&path_of(scene, name), found, expected)
         }
-        SimulateError::LocalBands(error) => blame_local_bands(scene, error),
+        SimulateError::LocalBands(error) => local_bands_fault(scene, error),
         SimulateError::TooLarge { whole, bands } => {
-            let fault = blame(scene, whole);
+            let fault = simulate_fault(scene, whole);
             let more = fault
                 .hint
                 .as_ref()
@@ -62,7 +62,7 @@ fn too_many<'a>(
     (screen, found, expected)
 }
 
-fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
+fn plan_fault(scene: &Scene, error: &PlanError) -> Fault {
     let (screen, found, expected) = match error {
         PlanError::Dark { to, .. } => (
             to,
@@ -122,7 +122,7 @@ fn blame_plan(scene: &Scene, error: &PlanError) -> Fault {
     }
 }
 
-fn blame_local_bands(scene: &Scene, error: &LocalBandError) -> Fault {
+fn local_bands_fault(scene: &Scene, error: &LocalBandError) -> Fault {
     let found = error.to_string();
     match error {
         LocalBandError::Boundless(name) => without_edge(scene, name),
@@ -158,7 +158,7 @@ fn blame_local_bands(scene: &Scene, error: &LocalBandError) -> Fault {
     }
 }
 
-fn blame_sampling(scene: &Scene, error: &SamplingError) -> Fault {
+fn sampling_fault(scene: &Scene, error: &SamplingError) -> Fault {
     match error {
         SamplingError::Boundless(name) => without_edge(scene, name),
         SamplingError::TooLarge {
@@ -192,13 +192,13 @@ fn memory(allowed: usize, what: &str) -> String {
 }
 
 /// The fault of a scene that has no reference, or not the chosen one.
-pub fn blame_reference(scene: &Scene, error: &ReferenceError) -> Fault {
+pub fn reference_fault(scene: &Scene, error: &ReferenceError) -> Fault {
     let here = |screen: &str, expected: &str| {
         scene.fault(&path_of(scene, screen), error.to_string(), expected)
     };
     let other = "a system that the method applies to, or another --method";
     match error {
-        ReferenceError::Run(error) => blame(scene, error),
+        ReferenceError::Run(error) => simulate_fault(scene, error),
         ReferenceError::NotApplicable { from, .. } => here(from, other),
         ReferenceError::NoMethod { from, .. } => here(
             from,

@@ -21,7 +21,7 @@ use crate::file::arrays::memory::MemoryLimit;
 use crate::file::arrays::phase_file::PhaseFile;
 use crate::file::decode::fault::Fault;
 use crate::file::model::build;
-use crate::file::model::error_location::blame;
+use crate::file::model::error_location::simulate_fault;
 use crate::file::scene::element::{Element, WITH_PIXELS};
 use crate::file::scene::layer::{Layer, PixelLayer};
 use crate::file::scene::scene_file::Scene;
@@ -127,7 +127,7 @@ fn last_hop<'s>(
 
 impl HologramDesign {
     /// The fault of a scene whose hologram cannot be designed.
-    pub fn blame(&self, scene: &Scene, error: &HologramError) -> Fault {
+    pub fn fault(&self, scene: &Scene, error: &HologramError) -> Fault {
         let (path, expected) = match error {
             HologramError::Collins(_) => (&*self.element, "a sensor that is not in an image of it"),
             HologramError::NotFinite => (
@@ -270,7 +270,8 @@ fn arriving(scene: &Scene, system: &System, at: usize, grid: Grid) -> Result<Fie
         ..system.screens[at].clone()
     };
     let settings: Settings = build::settings(scene);
-    let outcome = simulate(&cut, &settings, &|_| {}).map_err(|error| blame(scene, &error))?;
+    let outcome =
+        simulate(&cut, &settings, &|_| {}).map_err(|error| simulate_fault(scene, &error))?;
     Ok(outcome.field)
 }
 

@@ -167,7 +167,7 @@ pub fn parts<'a>(scene: &Scene, system: &'a System) -> Vec<Part<'a>> {
             };
             medium = after;
             list.push(Part {
-                name: scene.called(number),
+                name: scene.element_name(number),
                 named: element.name().is_some(),
                 element: Some(number),
                 surface: [index, count],

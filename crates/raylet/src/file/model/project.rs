@@ -365,7 +365,7 @@ fn phase(
             let commission = task()?;
             let found = hologram::design(&commission.task, &mut |_| ());
             found
-                .map_err(|error| commission.blame(scene, &error))?
+                .map_err(|error| commission.fault(scene, &error))?
                 .phase
         }
     })

@@ -21,7 +21,7 @@ const MOST_ELEMENTS: usize = 10_000;
 /// over.
 ///
 /// # Errors
-/// The first misfit along the axis, with its address.
+/// The first fault along the axis, with its address.
 pub(crate) fn check_elements(
     elements: &[Element],
     arrays: &Arrays,

@@ -1,9 +1,9 @@
-//! Glasses by name: catalogues of the makers and a shelf of single materials, with their sources.
+//! Glasses by name: catalogues of the makers and a list of single materials, with their sources.
 //!
 //! The data is a reduction of the refractiveindex.info database (CC0 1.0); `data/README.md` says what
 //! was taken and how. What a name means:
 //!
-//! * `SCHOTT:N-BK7`, catalogue and glass, always means that glass. `MATERIAL:` is the shelf of single
+//! * `SCHOTT:N-BK7`, catalogue and glass, always means that glass. `MATERIAL:` is the list of single
 //!   materials (`fused silica`, `CaF2`, `PMMA`, `water`, …), among them `air` and `vacuum`, both of
 //!   index exactly 1.
 //! * Capitals, spaces, hyphens and underscores do not matter: `nbk7` is N-BK7.

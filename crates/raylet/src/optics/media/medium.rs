@@ -53,12 +53,12 @@ pub enum MediumError {
         found: f64,
     },
     /// The numbers that describe the dispersion do not fit its form.
-    #[error("{name}: {misfit}")]
+    #[error("{name}: {error}")]
     Malformed {
         /// The medium described.
         name: String,
         /// What was expected and what was found.
-        misfit: DispersionError,
+        error: DispersionError,
     },
 }
 
@@ -95,8 +95,8 @@ impl Medium {
         dispersion: Dispersion,
     ) -> Result<Self, MediumError> {
         let name = name.into();
-        if let Err(misfit) = dispersion.check() {
-            return Err(MediumError::Malformed { name, misfit });
+        if let Err(error) = dispersion.check() {
+            return Err(MediumError::Malformed { name, error });
         }
         Ok(Self(Arc::new(Description {
             name,

@@ -4,7 +4,7 @@
 //! | --- | --- |
 //! | [`medium`] | A medium and its index of refraction as a function of wavelength |
 //! | [`dispersion`] | Dispersion: how an index of refraction depends on the wavelength |
-//! | [`catalog`] | Glasses by name: catalogues of the makers and a shelf of single materials, with their sources |
+//! | [`catalog`] | Glasses by name: catalogues of the makers and a list of single materials, with their sources |
 
 pub mod catalog;
 pub mod dispersion;
