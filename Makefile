@@ -5,7 +5,7 @@ OUT ?= out/demo
 SCENE = scenes/hologram_through_lens.toml
 RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 
-.PHONY: demo quick test test-rust test-python test-torch fuzz bench accuracy real-size aperture-scaling wheel docs
+.PHONY: demo quick test test-rust lint cargo-test environments test-python test-torch fuzz bench accuracy real-size aperture-scaling wheel docs
 
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
@@ -21,12 +21,19 @@ quick:
 	cargo clippy --profile quick --workspace --all-targets -- -D warnings
 	cargo test --profile quick --quiet --workspace --lib --test house -- --skip _slow
 
-test: test-rust fuzz test-python test-torch
+# The environments come mostly from the network: they are filled beside lints and docs.
+test:
+	$(MAKE) --no-print-directory --jobs 2 lint environments
+	$(MAKE) --no-print-directory cargo-test fuzz test-python test-torch
 
-test-rust:
+test-rust: lint cargo-test
+
+lint:
 	cargo fmt --all --check
 	cargo clippy --release --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
+
+cargo-test:
 	cargo test --release --workspace
 
 # Random scenes, files and arguments (docs/fuzzing.md). A long run: make fuzz CASES=1000000; its last cases: FROM=990000.
@@ -99,13 +106,17 @@ $(TORCH_VENV)/ready: python/requirements-torch.txt
 	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-cache-dir -r python/requirements-torch.txt
 	touch $@
 
-test-torch: wheel
+# With PyTorch only where there is room for it.
+environments: $(VENV)/ready
 	@if [ ! -e $(TORCH_VENV)/ready ] && [ $$(df -Pk . | awk 'NR == 2 { print int($$4 / 1e6) }') -lt $(ROOM_GB) ]; \
 	then echo "skipped: tests with PyTorch need $(ROOM_GB) GB of disk"; \
-	else $(MAKE) --no-print-directory test-torch-here; fi
+	else $(MAKE) --no-print-directory $(TORCH_VENV)/ready; fi
+
+test-torch: environments wheel
+	@if [ -e $(TORCH_VENV)/ready ]; then $(MAKE) --no-print-directory test-torch-here; fi
 
 .PHONY: test-torch-here
-test-torch-here: $(TORCH_VENV)/ready
+test-torch-here:
 	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
 	$(TORCH_VENV)/bin/$(PYTEST) -m torch python/tests/test_optiland.py
 	$(TORCH_VENV)/bin/$(PYTEST) python/tests/test_torch.py python/tests/test_deeplens.py python/tests/test_docs.py

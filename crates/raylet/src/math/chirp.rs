@@ -8,6 +8,7 @@
 use std::fmt;
 use std::sync::Arc;
 
+use fearless_simd::{Level, Simd, dispatch};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use rustfft::{Fft, FftPlanner};
@@ -123,17 +124,12 @@ impl Chirp {
     ) {
         self.check(input.len(), out.len());
         let (work, spare) = self.split(scratch);
-        for ((work, value), before) in work.iter_mut().zip(input).zip(&self.before) {
-            *work = value * before;
-        }
+        let level = Level::new();
+        dispatch!(level, simd => product(simd, input, Factors::of(&self.before), work));
         self.forward.process_with_scratch(work, spare);
-        work.iter_mut()
-            .zip(&self.kernel)
-            .for_each(|(work, kernel)| *work *= kernel);
+        dispatch!(level, simd => multiply(simd, work, Factors::of(&self.kernel)));
         self.inverse.process_with_scratch(work, spare);
-        for ((out, work), after) in out.iter_mut().zip(work).zip(&self.after) {
-            *out += *work * after;
-        }
+        dispatch!(level, simd => add_product(simd, work, Factors::of(&self.after), out));
     }
 
     /// The conjugate transpose: adds Σₘ out_bar\[m\]·exp(−i·scale·xᵢ·yₘ) to `input_bar`\[i\].
@@ -148,20 +144,15 @@ impl Chirp {
     ) {
         self.check(input_bar.len(), out_bar.len());
         let (work, spare) = self.split(scratch);
+        let level = Level::new();
         // out += work·after
-        for ((work, value), after) in work.iter_mut().zip(out_bar).zip(&self.after) {
-            *work = value * after.conj();
-        }
+        dispatch!(level, simd => product(simd, out_bar, Factors::conjugate(&self.after), work));
         // convolution with the chirp: correlation with it
         self.forward.process_with_scratch(work, spare);
-        work.iter_mut()
-            .zip(&self.kernel)
-            .for_each(|(work, kernel)| *work *= kernel.conj());
+        dispatch!(level, simd => multiply(simd, work, Factors::conjugate(&self.kernel)));
         self.inverse.process_with_scratch(work, spare);
         // work = input·before
-        for ((bar, work), before) in input_bar.iter_mut().zip(work).zip(&self.before) {
-            *bar += *work * before.conj();
-        }
+        dispatch!(level, simd => add_product(simd, work, Factors::conjugate(&self.before), input_bar));
     }
 
     fn check(&self, inputs: usize, outputs: usize) {
@@ -177,13 +168,12 @@ impl Chirp {
         );
     }
 
-    /// A zeroed line for the convolution, and what the transforms want.
+    /// A line for the convolution, its values those of the last one, and what the transforms want.
     fn split<'a>(
         &self,
         scratch: &'a mut Vec<Complex64>,
     ) -> (&'a mut [Complex64], &'a mut [Complex64]) {
         let [a, b] = [&self.forward, &self.inverse].map(|fft| fft.get_inplace_scratch_len());
-        scratch.clear();
         scratch.resize(self.kernel.len() + a.max(b), Complex64::ZERO);
         scratch.split_at_mut(self.kernel.len())
     }
@@ -192,6 +182,57 @@ impl Chirp {
     fn cost(&self) -> f64 {
         let length = self.kernel.len() as f64;
         length * length.log2().max(1.0)
+    }
+}
+
+/// What values are multiplied by.
+#[derive(Clone, Copy)]
+struct Factors<'a> {
+    values: &'a [Complex64],
+    /// −1 for the conjugates.
+    sign: f64,
+}
+
+impl<'a> Factors<'a> {
+    fn of(values: &'a [Complex64]) -> Self {
+        Self { values, sign: 1.0 }
+    }
+
+    fn conjugate(values: &'a [Complex64]) -> Self {
+        Self { values, sign: -1.0 }
+    }
+
+    /// The factors in order.
+    #[inline(always)]
+    fn iter(self) -> impl Iterator<Item = Complex64> {
+        let factor = move |f: &Complex64| Complex64::new(f.re, self.sign * f.im);
+        self.values.iter().map(factor)
+    }
+}
+
+/// The products of values and factors, behind them zeros.
+#[inline(always)]
+fn product<S: Simd>(_: S, values: &[Complex64], factors: Factors, products: &mut [Complex64]) {
+    let (products, rest) = products.split_at_mut(values.len());
+    for ((product, value), factor) in products.iter_mut().zip(values).zip(factors.iter()) {
+        *product = value * factor;
+    }
+    rest.fill(Complex64::ZERO);
+}
+
+/// Multiplies values by factors.
+#[inline(always)]
+fn multiply<S: Simd>(_: S, values: &mut [Complex64], factors: Factors) {
+    for (value, factor) in values.iter_mut().zip(factors.iter()) {
+        *value *= factor;
+    }
+}
+
+/// Adds the products of values and factors to sums.
+#[inline(always)]
+fn add_product<S: Simd>(_: S, values: &[Complex64], factors: Factors, sums: &mut [Complex64]) {
+    for ((sum, value), factor) in sums.iter_mut().zip(values).zip(factors.iter()) {
+        *sum += value * factor;
     }
 }
 

@@ -7,6 +7,9 @@ use rayon::prelude::*;
 /// Rows taken together, so that reading or writing a transposed array uses whole cache lines.
 const BLOCK: usize = 16;
 
+/// Values in a cache line: a transposed block is read and written by so many columns at once.
+const LINE: usize = 4;
+
 /// Buffers of one thread: a block of rows before and after, and what the transform itself needs.
 #[derive(Default)]
 struct Buffers {
@@ -49,63 +52,56 @@ pub(crate) fn transform_rows<F>(
 /// The same for the few rows of one block, on the calling thread.
 fn transform_block<F>(
     from: ArrayView2<'_, Complex64>,
-    mut to: ArrayViewMut2<'_, Complex64>,
+    to: ArrayViewMut2<'_, Complex64>,
     buffers: &mut Buffers,
     transform: &F,
 ) where
     F: Fn(&[Complex64], &mut [Complex64], &mut Vec<Complex64>),
 {
     let (inputs, outputs) = (from.ncols(), to.ncols());
-    // Read column by column when neighbours along the column are neighbours in memory.
-    buffers.before.clear();
-    buffers
-        .before
-        .resize(from.nrows() * inputs, Complex64::ZERO);
-    if from.strides()[1] == 1 {
-        for (row, before) in from
-            .rows()
-            .into_iter()
-            .zip(buffers.before.chunks_exact_mut(inputs))
-        {
-            before
-                .iter_mut()
-                .zip(row)
-                .for_each(|(b, &value)| *b = value);
-        }
-    } else {
-        for (i, column) in from.columns().into_iter().enumerate() {
-            for (j, &value) in column.iter().enumerate() {
-                buffers.before[j * inputs + i] = value;
-            }
-        }
+    let Buffers {
+        before,
+        after,
+        scratch,
+    } = buffers;
+    before.clear();
+    before.resize(from.nrows() * inputs, Complex64::ZERO);
+    read(from, before);
+    after.clear();
+    after.resize(to.nrows() * outputs, Complex64::ZERO);
+    let rows = before.chunks_exact(inputs);
+    for (before, after) in rows.zip(after.chunks_exact_mut(outputs)) {
+        transform(before, after, scratch);
     }
+    add(after, to);
+}
 
-    // Transform each row.
-    buffers.after.clear();
-    buffers.after.resize(to.nrows() * outputs, Complex64::ZERO);
-    let rows = buffers.before.chunks_exact(inputs);
-    for (before, after) in rows.zip(buffers.after.chunks_exact_mut(outputs)) {
-        transform(before, after, &mut buffers.scratch);
+/// Copies a block into rows; by columns where neighbours along the column are neighbours in memory.
+fn read(from: ArrayView2<'_, Complex64>, rows: &mut [Complex64]) {
+    let (count, width) = (from.ncols(), strip_width(from.strides()[1], from.ncols()));
+    for (i, strip) in from.axis_chunks_iter(Axis(1), width).enumerate() {
+        for (values, row) in strip.rows().into_iter().zip(rows.chunks_exact_mut(count)) {
+            let row = row.iter_mut().skip(i * width);
+            row.zip(values).for_each(|(r, &value)| *r = value);
+        }
     }
+}
 
-    // Add the block to its place, again along whichever direction is contiguous.
-    if to.strides()[1] == 1 {
-        for (row, after) in to
-            .rows_mut()
-            .into_iter()
-            .zip(buffers.after.chunks_exact(outputs))
-        {
-            row.into_iter()
-                .zip(after)
-                .for_each(|(r, &value)| *r += value);
-        }
-    } else {
-        for (i, column) in to.columns_mut().into_iter().enumerate() {
-            for (j, value) in column.into_iter().enumerate() {
-                *value += buffers.after[j * outputs + i];
-            }
+/// Adds rows to a block, in the same way.
+fn add(rows: &[Complex64], mut to: ArrayViewMut2<'_, Complex64>) {
+    let (count, width) = (to.ncols(), strip_width(to.strides()[1], to.ncols()));
+    for (i, mut strip) in to.axis_chunks_iter_mut(Axis(1), width).enumerate() {
+        let values = strip.rows_mut().into_iter();
+        for (values, row) in values.zip(rows.chunks_exact(count)) {
+            let row = row.iter().skip(i * width);
+            values.into_iter().zip(row).for_each(|(v, &r)| *v += r);
         }
     }
+}
+
+/// How many columns are copied at once: all that lie together in memory, or a cache line.
+fn strip_width(stride: isize, columns: usize) -> usize {
+    if stride == 1 { columns } else { LINE }
 }
 
 /// The smallest product of powers of 2, 3 and 5 that is not below `least`: a length that Fourier

@@ -294,8 +294,8 @@ fn left_open(open: &Aperture, by: &Aperture, cell: [f64; 4], quarterings: u32) -
 /// Area common to the disc of this radius about the origin and a rectangle.
 fn disc_area(radius: f64, x0: f64, x1: f64, y0: f64, y1: f64) -> f64 {
     // Cells wholly inside or outside, nearly all of them, need no arcs.
-    let far = x0.abs().max(x1.abs()).hypot(y0.abs().max(y1.abs()));
-    if far <= radius {
+    let square = |x: f64, y: f64| x * x + y * y;
+    if square(x0.abs().max(x1.abs()), y0.abs().max(y1.abs())) <= radius * radius {
         return (x1 - x0) * (y1 - y0);
     }
     let gap = |a: f64, b: f64| {
@@ -307,7 +307,7 @@ fn disc_area(radius: f64, x0: f64, x1: f64, y0: f64, y1: f64) -> f64 {
             0.0
         }
     };
-    if gap(x0, x1).hypot(gap(y0, y1)) >= radius {
+    if square(gap(x0, x1), gap(y0, y1)) >= radius * radius {
         return 0.0;
     }
     // Any rectangle is a signed sum of four that have a corner in the origin.

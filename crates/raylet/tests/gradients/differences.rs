@@ -272,9 +272,14 @@ fn profile_matches_differences() {
     match_together(&case, &[("slope", 1e-3, Box::new(change))], true);
 }
 
-/// Phases and amplitudes of the pixels of each element, along a pattern.
+/// Phases and amplitudes of the pixels of each element, each along a pattern of its own.
 #[test]
 fn pixels_match_differences_slow() {
+    // Pixel by pixel log t moves on by this times a step.
+    let pattern = |at: (usize, usize)| {
+        let wave = |x: usize, y: usize| (at.0 * x + at.1 * y) as f64 % 5.0 - 2.0;
+        Complex64::new(wave(4, 9), wave(7, 3))
+    };
     for case in cases() {
         let linearised = LinearisedSystem::new(&case.system, &[], &smooth(&case)).unwrap();
         let trace = linearised.forward(&case.system).unwrap();
@@ -282,30 +287,30 @@ fn pixels_match_differences_slow() {
         let gradient = linearised.adjoint(&case.system, &[], &trace, &bar).unwrap();
         for (number, bar) in gradient.pixels.iter().enumerate() {
             let Some(bar) = bar else { continue };
-            for (name, unit) in [("phase", Complex64::I), ("amplitude", Complex64::ONE)] {
-                // Pixel by pixel log t moves on by a pattern times the unit.
-                let pattern = |at: (usize, usize)| (at.0 * 7 + at.1 * 3) as f64 % 5.0 - 2.0;
-                let value = |by: f64| {
-                    let mut changed = case.system.clone();
-                    for (at, value) in pixels_of(&mut changed, number).indexed_iter_mut() {
-                        *value *= (unit * pattern(at) * by).exp();
-                    }
-                    loss(&linearised.forward(&changed).unwrap().field.values).0
-                };
-                let mut found = 0.0;
-                for (at, value) in pixels_of(&mut case.system.clone(), number).indexed_iter() {
-                    found += (bar[at].conj() * unit * pattern(at) * value).re;
+            let value = |by: f64| {
+                let mut changed = case.system.clone();
+                for (at, value) in pixels_of(&mut changed, number).indexed_iter_mut() {
+                    *value *= (pattern(at) * by).exp();
                 }
-                // The loss is quartic in the pixels: two points this close are enough.
-                let step = 1e-4;
-                let slope = (value(step) - value(-step)) / (2.0 * step);
-                let error = (found - slope).abs() / slope.abs();
-                assert!(
-                    error < 1e-7,
-                    "{}, {name} of element {number}: {error:e}",
-                    case.name
-                );
+                loss(&linearised.forward(&changed).unwrap().field.values).0
+            };
+
+            // Along the phases alone, along the amplitudes alone, and along both.
+            let mut parts = Complex64::ZERO;
+            for (at, value) in pixels_of(&mut case.system.clone(), number).indexed_iter() {
+                let along = |way: Complex64| (bar[at].conj() * way * value).re;
+                let Complex64 { re, im } = pattern(at);
+                parts += Complex64::new(along(re.into()), along(Complex64::I * im));
             }
+            assert!(
+                parts.re.abs() > 1e-3 * parts.im.abs() && parts.im.abs() > 1e-3 * parts.re.abs()
+            );
+
+            // The loss is quartic in the pixels: two points this close are enough.
+            let (step, found) = (1e-4, parts.re + parts.im);
+            let slope = (value(step) - value(-step)) / (2.0 * step);
+            let error = (found - slope).abs() / parts.re.abs().max(parts.im.abs());
+            assert!(error < 1e-7, "{}, element {number}: {error:e}", case.name);
         }
     }
 }

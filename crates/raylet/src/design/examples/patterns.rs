@@ -15,7 +15,8 @@ use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::system::System;
-use crate::wave::free::propagate::{CLEAR, FreeHop, Slab};
+use crate::wave::free::free_plan::Slab;
+use crate::wave::free::propagate::{CLEAR, FreeHop};
 use crate::wave::grid::field::{Axis, Field, Grid};
 use crate::wave::grid::raster::Raster;
 

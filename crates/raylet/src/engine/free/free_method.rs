@@ -8,7 +8,8 @@ use crate::math::vec3::Vec3;
 use crate::optics::paraxial::Abcd;
 use crate::optics::screen::Screen;
 use crate::optics::system::Hop;
-use crate::wave::free::propagate::{FreeHop, FreePlan};
+use crate::wave::free::free_plan::FreePlan;
+use crate::wave::free::propagate::FreeHop;
 
 /// A method that needs no beamlets.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Default, Deserialize)]

@@ -14,7 +14,8 @@ use crate::optics::screen::{Act, Screen};
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::optics::system::Hop;
-use crate::wave::free::propagate::{FreeHop, FreePlan, Slab, clear_for};
+use crate::wave::free::free_plan::{FreePlan, Slab};
+use crate::wave::free::propagate::{FreeHop, clear_for};
 use crate::wave::patches::patch::Band;
 
 /// How one hop is carried.

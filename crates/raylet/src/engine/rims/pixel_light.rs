@@ -4,9 +4,13 @@
 //! transmissions about the place: smooth phases keep the light together, dark pixels send none. Where pixels are
 //! going to change, as in a design, the spectrum is taken to be even.
 
+use std::sync::Arc;
+
 use num_complex::Complex64;
+use rustfft::{Fft, FftPlanner};
 
 use crate::engine::rims::source_ray::{SourceRay, obliquity};
+use crate::math::sinc::sinc;
 use crate::optics::doe::Doe;
 use crate::optics::system::Hop;
 
@@ -42,8 +46,8 @@ pub(crate) struct PixelLight<'a> {
     pitch: [f64; 2],
     /// For each axis the points of the spectrum.
     axes: [Vec<Point>; 2],
-    /// exp(−2πi n/PATCH).
-    turns: Vec<Complex64>,
+    /// The transform of a row of the patch.
+    fourier: Arc<dyn Fft<f64>>,
 }
 
 /// A point of the spectrum along an axis.
@@ -64,13 +68,12 @@ impl<'a> PixelLight<'a> {
     /// Of the pixels of this element, at this wavelength; nothing if it has none.
     pub(crate) fn new(doe: &'a Doe, wavelength: f64, values: PixelValues) -> Option<Self> {
         let pitch = doe.pixels()?.pitch;
-        let turn = |n: usize| -std::f64::consts::TAU * n as f64 / PATCH as f64;
         Some(Self {
             doe,
             values,
             pitch,
             axes: pitch.map(|pitch| points(ORDERS.max(STEEPEST * pitch / wavelength))),
-            turns: (0..PATCH).map(|n| Complex64::cis(turn(n))).collect(),
+            fourier: FftPlanner::new().plan_fft_forward(PATCH),
         })
     }
 
@@ -96,16 +99,30 @@ impl<'a> PixelLight<'a> {
             PixelValues::Fixed => self.spectrum(at),
             PixelValues::Varying => vec![1.0; (PATCH + 1) * (PATCH + 1)],
         };
-        let mut sent = vec![[0.0; 3]; DIRECTIONS * DIRECTIONS];
         let [along_x, along_y] = &self.axes;
-        for y in along_y {
+
+        // Along x first, for each row of the spectrum: the share of each direction, and that times the order.
+        let row = |row: &[f64]| {
+            let mut sums = [[0.0; 2]; DIRECTIONS];
             for x in along_x {
-                let share = x.share * y.share * spectrum[y.within * (PATCH + 1) + x.within];
-                let sum = &mut sent[y.direction * DIRECTIONS + x.direction];
-                let parts = [share, share * x.order, share * y.order];
-                sum.iter_mut()
-                    .zip(parts)
-                    .for_each(|(sum, part)| *sum += part);
+                let share = x.share * row[x.within];
+                let [shares, moments] = &mut sums[x.direction];
+                *shares += share;
+                *moments += share * x.order;
+            }
+            sums
+        };
+        let rows: Vec<[[f64; 2]; DIRECTIONS]> = spectrum.chunks(PATCH + 1).map(row).collect();
+
+        // Then along y.
+        let mut sent = vec![[0.0; 3]; DIRECTIONS * DIRECTIONS];
+        for y in along_y {
+            let into = sent[y.direction * DIRECTIONS..][..DIRECTIONS].iter_mut();
+            for (sum, [shares, moments]) in into.zip(&rows[y.within]) {
+                let parts = [*shares, *moments, shares * y.order];
+                for (sum, part) in sum.iter_mut().zip(parts) {
+                    *sum += y.share * part;
+                }
             }
         }
         sent
@@ -122,8 +139,7 @@ impl<'a> PixelLight<'a> {
         }
 
         // Along rows, then along columns.
-        let rows = self.transform(&values);
-        let power = self.transform(&rows);
+        let power = self.transform(self.transform(values));
         let mean = |values: &[f64]| values.iter().sum::<f64>() / PATCH as f64;
         let mut found = Vec::with_capacity((PATCH + 1) * (PATCH + 1));
         for row in power.chunks(PATCH) {
@@ -139,15 +155,10 @@ impl<'a> PixelLight<'a> {
     }
 
     /// The Fourier sums along the rows, as columns.
-    fn transform(&self, values: &[Complex64]) -> Vec<Complex64> {
-        let sum = |row: &[Complex64], n: usize| {
-            let terms = row.iter().enumerate();
-            terms
-                .map(|(i, value)| value * self.turns[n * i % PATCH])
-                .sum::<Complex64>()
-        };
-        let one = |m: usize| sum(&values[m % PATCH * PATCH..][..PATCH], m / PATCH);
-        (0..PATCH * PATCH).map(one).collect()
+    fn transform(&self, mut values: Vec<Complex64>) -> Vec<Complex64> {
+        self.fourier.process(&mut values);
+        let turned = |n: usize| values[n % PATCH * PATCH + n / PATCH];
+        (0..PATCH * PATCH).map(turned).collect()
     }
 
     /// Transmissions of the pixels about a place, [y, x]; zero outside the opening.
@@ -177,14 +188,12 @@ fn points(widest: f64) -> Vec<Point> {
     let most = (widest.min(RESOLVED) * PATCH as f64).floor() as i64;
     let point = |n: i64| {
         let order = n as f64 / PATCH as f64;
-        let phase = std::f64::consts::PI * order;
-        let sinc = if n == 0 { 1.0 } else { phase.sin() / phase };
         // From −1 to 1 over all directions, the square root of the order.
         let place = (order.abs() / widest).sqrt().copysign(order);
         let direction = (0.5 * (place + 1.0) * DIRECTIONS as f64) as usize;
         Point {
             order,
-            share: sinc * sinc / PATCH as f64,
+            share: sinc(order).powi(2) / PATCH as f64,
             direction: direction.min(DIRECTIONS - 1),
             within: n.rem_euclid(PATCH as i64) as usize,
         }

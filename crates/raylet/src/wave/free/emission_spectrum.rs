@@ -5,7 +5,8 @@ use num_complex::Complex64;
 
 use crate::math::chirp::Comb;
 use crate::math::interleaved_dft::InterleavedDft2;
-use crate::wave::free::propagate::{FreeHop, FreePlan, Surface, band_comb};
+use crate::wave::free::free_plan::FreePlan;
+use crate::wave::free::propagate::{FreeHop, Surface, band_comb};
 use crate::wave::grid::field::{Axis, Field, Grid};
 use crate::wave::grid::heights::{Heights, Stack, normal_cosines};
 use crate::wave::patches::patch::Band;
@@ -210,7 +211,8 @@ mod tests {
     use ndarray::Array2;
 
     use crate::math::noise::{assert_transposed, noise};
-    use crate::wave::free::propagate::{CLEAR, FreeHop, Slab};
+    use crate::wave::free::free_plan::Slab;
+    use crate::wave::free::propagate::{CLEAR, FreeHop};
     use crate::wave::grid::field::{Axis, Field, Grid};
     use crate::wave::grid::heights::Heights;
 

@@ -5,11 +5,15 @@
 //! | [`propagate`] | Hops without rays, from a plane or curved screen to a parallel plane, and their adjoint |
 //! | `emission_spectrum` | From the field on a screen to the plane waves of a free hop, and back |
 //! | `pixel_hop` | A free hop from the pixels of a curved mirror to a parallel plane, fast enough for a design |
+//! | [`free_plan`] | The slabs that a free hop crosses, and the plane waves that it takes |
+//! | `slab_transfer` | What plane waves meet on their way through plane-parallel slabs |
 //! | [`collins`] | Collins' integral through a centred paraxial train |
 //! | [`rayleigh`] | The first Rayleigh–Sommerfeld integral by direct sum |
 
 pub mod collins;
 mod emission_spectrum;
+pub mod free_plan;
 pub(crate) mod pixel_hop;
 pub mod propagate;
 pub mod rayleigh;
+mod slab_transfer;

@@ -8,7 +8,7 @@
 //! amplitudes to a few hundredths. Where the nodes are those of a lattice whose period is a whole number of pixels
 //! the sums are fast Fourier transforms, and the exponential of the height is shared among a few levels.
 
-use std::f64::consts::{PI, TAU};
+use std::f64::consts::TAU;
 use std::sync::Arc;
 
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f64x8};
@@ -20,8 +20,11 @@ use rustfft::{Fft, FftPlanner};
 use crate::math::chirp::{Chirp2, Comb};
 use crate::math::lanes::{LANES, cis_turns};
 use crate::math::lines::{quick_length, transform_rows};
+use crate::math::sinc::sinc;
 use crate::optics::screen::Screen;
-use crate::wave::free::propagate::{CLEAR, FreeHop, FreePlan, Slab, band_comb};
+use crate::wave::free::free_plan::{FreePlan, Slab};
+use crate::wave::free::propagate::{CLEAR, FreeHop, band_comb};
+use crate::wave::free::slab_transfer::SlabTransfer;
 use crate::wave::grid::field::Field;
 use crate::wave::grid::heights::{Heights, Stack};
 use crate::wave::grid::raster::Raster;
@@ -345,11 +348,14 @@ fn transfer(
     let scale = area(0) * area(1);
     let direction = |i: usize, j: usize| [band_x.at(i), band_y.at(j)];
     let mut transfer = Array2::zeros((band_x.count, band_y.count));
-    Zip::indexed(&mut transfer).par_for_each(|(i, j), value| {
-        let p = direction(i, j);
-        let boxes = [0, 1].map(|a| sinc(pitch[a] * p[a] / plan.wavelength));
-        let turn = -free.k * (p[0] * start[0] + p[1] * start[1]);
-        *value = free.transfer(p, plan) * Complex64::from_polar(scale * boxes[0] * boxes[1], turn);
+    let slabs = SlabTransfer::new(&free.slabs, plan);
+    Zip::indexed(transfer.rows_mut()).par_for_each(|i, mut row| {
+        for (j, value) in row.iter_mut().enumerate() {
+            let [x, y] = direction(i, j);
+            let boxes = sinc(pitch[0] * x / plan.wavelength) * sinc(pitch[1] * y / plan.wavelength);
+            *value = Complex64::from_polar(scale * boxes, -free.k * (x * start[0] + y * start[1]));
+        }
+        slabs.apply(row, |j| direction(i, j));
     });
     let mut least = 1.0f64;
     for ((i, j), value) in transfer.indexed_iter() {
@@ -413,15 +419,6 @@ fn tilted(
         }
     });
     share
-}
-
-/// sin(πt)/πt.
-fn sinc(t: f64) -> f64 {
-    if t == 0.0 {
-        1.0
-    } else {
-        (PI * t).sin() / (PI * t)
-    }
 }
 
 #[cfg(test)]

@@ -10,22 +10,13 @@ use ndarray::{Array1, Array2};
 use num_complex::Complex64;
 
 use crate::math::chirp::{Chirp2, Comb};
+use crate::math::lanes::LANES;
+use crate::wave::free::free_plan::{FreePlan, Slab};
+use crate::wave::free::slab_transfer::{Crossings, SlabTransfer};
 use crate::wave::grid::field::Field;
 use crate::wave::grid::heights::Heights;
 use crate::wave::grid::raster::Raster;
 use crate::wave::patches::patch::Band;
-
-/// A plane-parallel layer of homogeneous medium.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Slab {
-    /// Refractive index.
-    pub index: f64,
-    /// Thickness along the direction of travel, in mm.
-    pub thickness: f64,
-    /// Field transmission of the interface behind it at normal optical cosines (before, after); see
-    /// [`crate::optics::refraction::Coating`].
-    pub exit: Option<crate::optics::refraction::Coating>,
-}
 
 /// A free hop between parallel planes.
 #[derive(Clone, Debug)]
@@ -75,21 +66,6 @@ pub(crate) struct PerturbedFreeHops {
     pub above: FreeHop,
     /// The difference of the two values.
     pub distance: f64,
-}
-
-/// What a free hop will do: its directions along x and y.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub struct FreePlan {
-    /// Period along each axis, in mm.
-    pub period: [f64; 2],
-    /// W along each axis, in mm.
-    pub span: [f64; 2],
-    /// Lattice of directions along each axis.
-    pub bands: [Band; 2],
-    /// Σ thickness/index of the slabs, in mm.
-    pub depth: f64,
-    /// Vacuum wavelength in mm.
-    pub wavelength: f64,
 }
 
 impl FreeHop {
@@ -149,55 +125,6 @@ impl FreeHop {
         Some(total)
     }
 
-    /// What the plane wave (p, q) meets: its optical path through the slabs, and what interfaces and taper
-    /// leave of it; nothing when it is evanescent.
-    fn crossing(&self, p: [f64; 2], plan: &FreePlan) -> Option<(f64, f64)> {
-        let square = p[0] * p[0] + p[1] * p[1];
-        let (mut path, mut size) = (0.0, 1.0);
-        let mut offset = [0.0; 2];
-        let mut normal = 0.0;
-        for (i, slab) in self.slabs.iter().enumerate() {
-            let under = slab.index * slab.index - square;
-            if under <= 0.0 {
-                return None;
-            }
-            let q = under.sqrt();
-            if i > 0
-                && let Some(coating) = self.slabs[i - 1].exit
-            {
-                let ratio = self.slabs[i - 1].index / slab.index;
-                size *= crate::optics::refraction::transmission(coating, normal, q, ratio);
-            }
-            normal = q;
-            path += slab.thickness.abs() * q;
-            offset[0] += slab.thickness.abs() * p[0] / q;
-            offset[1] += slab.thickness.abs() * p[1] / q;
-        }
-        let keep = |a: usize| taper(offset[a].abs(), plan, a);
-        Some((path, size * keep(0) * keep(1)))
-    }
-
-    /// Transfer of the plane wave (p, q): phase of the slabs, interfaces, taper; zero when evanescent.
-    pub(in crate::wave) fn transfer(&self, p: [f64; 2], plan: &FreePlan) -> Complex64 {
-        let crossing = self.crossing(p, plan);
-        crossing.map_or(Complex64::ZERO, |(path, size)| {
-            Complex64::from_polar(size, self.k * path)
-        })
-    }
-
-    /// The difference of two hops' logarithms of transfer, landing offset included.
-    fn log_ratio(below: &Self, above: &Self, p: [f64; 2], plan: &FreePlan) -> Complex64 {
-        let (Some(low), Some(high)) = (below.crossing(p, plan), above.crossing(p, plan)) else {
-            return Complex64::ZERO;
-        };
-        if low.1 <= 0.0 || high.1 <= 0.0 {
-            return Complex64::ZERO;
-        }
-        let shift = |a: usize| p[a] * (above.offset[a] - below.offset[a]);
-        let path = high.0 - low.0 + shift(0) + shift(1);
-        Complex64::new((high.1 / low.1).ln(), below.k * path)
-    }
-
     /// Carries a field to the raster of the receiving plane. From a curved screen, along whose local z axis
     /// light leaves with a sign, by Weyl's sum over the true surface,
     /// c(p) = 1/P² Σ U e^{−ik(p·x ± q s)} N·(p, ±q)/(±q) dA with N = (−∇s, 1),
@@ -244,16 +171,20 @@ impl FreeHop {
     /// Each wave crosses the slabs.
     fn cross(&self, waves: &mut Array2<Complex64>, plan: &FreePlan) {
         let [band_x, band_y] = &plan.bands;
-        ndarray::Zip::indexed(waves).par_for_each(|(j, i), wave| {
-            *wave *= self.transfer([band_x.at(i), band_y.at(j)], plan);
+        let transfer = SlabTransfer::new(&self.slabs, plan);
+        ndarray::Zip::indexed(waves.rows_mut()).par_for_each(|j, row| {
+            let py = band_y.at(j);
+            transfer.apply(row, |i| [band_x.at(i), py]);
         });
     }
 
     /// The conjugate transpose of [`FreeHop::cross`].
     fn cross_adjoint(&self, waves_bar: &mut Array2<Complex64>, plan: &FreePlan) {
         let [band_x, band_y] = &plan.bands;
-        ndarray::Zip::indexed(waves_bar).par_for_each(|(j, i), wave| {
-            *wave *= self.transfer([band_x.at(i), band_y.at(j)], plan).conj();
+        let transfer = SlabTransfer::new(&self.slabs, plan);
+        ndarray::Zip::indexed(waves_bar.rows_mut()).par_for_each(|j, row| {
+            let py = band_y.at(j);
+            transfer.apply_adjoint(row, |i| [band_x.at(i), py]);
         });
     }
 
@@ -296,7 +227,7 @@ impl FreeHop {
 }
 
 /// The derivative of a loss along one parameter, from the waves that leave and the cotangent of them: that of
-/// wave·transfer is its transfer's logarithmic derivative.
+/// wave·transfer is its transfer's logarithmic derivative, landing offset included.
 fn pull(
     perturbed: &PerturbedFreeHops,
     waves: &Array2<Complex64>,
@@ -304,40 +235,31 @@ fn pull(
     plan: &FreePlan,
 ) -> f64 {
     let [band_x, band_y] = &plan.bands;
+    let PerturbedFreeHops { below, above, .. } = perturbed;
+    let transfers = [below, above].map(|hop| SlabTransfer::new(&hop.slabs, plan));
+    let moved = [0, 1].map(|a| above.offset[a] - below.offset[a]);
     let mut rows = Array1::zeros(waves.nrows());
-    ndarray::Zip::indexed(&mut rows).par_for_each(|j, row: &mut f64| {
-        for (i, (wave, bar)) in waves.row(j).iter().zip(waves_bar.row(j)).enumerate() {
-            let p = [band_x.at(i), band_y.at(j)];
-            let ratio = FreeHop::log_ratio(&perturbed.below, &perturbed.above, p, plan);
-            *row += (bar.conj() * wave * ratio).re;
+    ndarray::Zip::indexed(&mut rows).par_for_each(|j, sum: &mut f64| {
+        let py = band_y.at(j);
+        let mut pairs = waves.row(j).into_iter().zip(waves_bar.row(j));
+        for first in (0..band_x.count).step_by(LANES) {
+            let met = (transfers.each_ref()).map(|t| t.crossings(first, |i| [band_x.at(i), py]));
+            for (n, (wave, bar)) in pairs.by_ref().take(LANES).enumerate() {
+                let shift = band_x.at(first + n) * moved[0] + py * moved[1];
+                *sum += (bar.conj() * wave * log_ratio(&met, n, shift, below.k)).re;
+            }
         }
     });
     rows.sum() / perturbed.distance
 }
 
-/// The weight of a plane wave by its landing offset L: one up to a little beyond W, zero from P − W,
-/// where its first periodic copy reaches the target, a C³ step between. The step is even in the cosine
-/// D/√(D² + L²) rather than in L, which would crowd the grazing directions.
-fn taper(landing: f64, plan: &FreePlan, axis: usize) -> f64 {
-    let (span, period, depth) = (plan.span[axis], plan.period[axis], plan.depth);
-    // Over no distance nothing moves, and no copy arrives.
-    if depth == 0.0 {
-        return 1.0;
+/// The difference of two logarithms of transfer, of the `n`-th of eight waves; nothing where none is left of it.
+fn log_ratio([low, high]: &[Crossings; 2], n: usize, shift: f64, k: f64) -> Complex64 {
+    if low.size[n] <= 0.0 || high.size[n] <= 0.0 {
+        return Complex64::ZERO;
     }
-    let inside = span + (1.5 * (plan.wavelength * depth).sqrt()).min(0.25 * (period - 2.0 * span));
-    let outside = period - span;
-    if landing <= inside {
-        return 1.0;
-    }
-    if landing >= outside {
-        return 0.0;
-    }
-
-    // Between them, the step.
-    let cosine = |l: f64| depth / depth.hypot(l);
-    let (full, none) = (cosine(inside), cosine(outside));
-    let t = ((full - cosine(landing)) / (full - none)).clamp(0.0, 1.0);
-    1.0 - t.powi(4) * (35.0 - t * (84.0 - t * (70.0 - 20.0 * t)))
+    let path = high.path[n] - low.path[n] + shift;
+    Complex64::new((high.size[n] / low.size[n]).ln(), k * path)
 }
 
 /// The comb of a band's directions.
@@ -355,7 +277,8 @@ mod tests {
 
     use crate::math::noise::{assert_transposed, noise};
     use crate::optics::refraction::Coating;
-    use crate::wave::free::propagate::{CLEAR, EmittedField, FreeHop, Slab};
+    use crate::wave::free::free_plan::Slab;
+    use crate::wave::free::propagate::{CLEAR, EmittedField, FreeHop};
     use crate::wave::grid::field::{Axis, Field, Grid};
     use crate::wave::grid::raster::Raster;
 

@@ -35,7 +35,18 @@ impl<'a> ApertureCoverage<'a> {
         let nodes = [self.bases[0].nrows(), self.bases[1].nrows()];
         let mut weights = Array2::ones((nodes[1], self.grid.x.len()));
         let y = edges(&self.grid.y, row);
-        for column in 0..self.grid.x.cells {
+
+        // Rows wholly inside or outside, most of them, need no cells.
+        let cells = self.grid.x.cells;
+        let ends = [0, cells.saturating_sub(1)].map(|column| edges(&self.grid.x, column));
+        let whole = self
+            .aperture
+            .rough_share([ends[0][0], ends[1][1], y[0], y[1]]);
+        if whole == 1.0 || whole == 0.0 {
+            weights.fill(whole);
+            return weights;
+        }
+        for column in 0..cells {
             let x = edges(&self.grid.x, column);
             let open = self.aperture.coverage(x[0], x[1], y[0], y[1]);
             if open == 1.0 {
