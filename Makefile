@@ -5,7 +5,7 @@ OUT ?= out/demo
 SCENE = scenes/hologram_through_lens.toml
 RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 
-.PHONY: demo quick test test-rust lint cargo-test environments test-python test-torch fuzz bench accuracy real-size aperture-scaling wheel docs
+.PHONY: demo quick test test-rust lint compiled cargo-test environments test-python test-torch fuzz bench accuracy real-size aperture-scaling wheel docs
 
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
@@ -21,12 +21,15 @@ quick:
 	cargo clippy --profile quick --workspace --all-targets -- -D warnings
 	cargo test --profile quick --quiet --workspace --lib --test house -- --skip _slow
 
-# The environments come mostly from the network: they are filled beside lints and docs.
+# The environments come mostly from the network: they are filled while the compiler works.
 test:
-	$(MAKE) --no-print-directory --jobs 2 lint environments
+	$(MAKE) --no-print-directory --jobs 2 compiled environments
 	$(MAKE) --no-print-directory cargo-test fuzz test-python test-torch
 
-test-rust: lint cargo-test
+test-rust: compiled cargo-test
+
+compiled: lint
+	cargo test --release --workspace --no-run
 
 lint:
 	cargo fmt --all --check
