@@ -235,6 +235,19 @@ mod tests {
         );
     }
 
+    /// Waves that are steep along y fade as those that are steep along x.
+    #[test]
+    fn both_axes_fade_alike() {
+        let (slabs, plan) = plate();
+        let transfer = SlabTransfer::new(&slabs, &plan);
+        let mut waves = Array2::from_elem((2, 13), Complex64::ONE);
+        transfer.apply(waves.row_mut(0), direction);
+        transfer.apply(waves.row_mut(1), |i| [direction(i)[1], direction(i)[0]]);
+        for (x, y) in waves.row(0).iter().zip(waves.row(1)) {
+            assert!((x - y).norm() < 1e-12, "{x} {y}");
+        }
+    }
+
     #[test]
     fn apply_dot_product() {
         let (slabs, plan) = plate();
