@@ -301,6 +301,32 @@ mod tests {
         assert!(there < 0.1, "{there}");
     }
 
+    /// The mean direction of what a grating of pixels keeps together is that of its order, along either axis: phases
+    /// that rise by a quarter turn a pixel send the light to a quarter of λ over the pitch.
+    #[test]
+    fn the_mean_direction_is_that_of_the_order() {
+        for axis in [0, 1] {
+            let turn = |(y, x): (usize, usize)| {
+                Complex64::cis(0.25 * std::f64::consts::TAU * [x, y][axis] as f64)
+            };
+            let found = rays(Array2::from_shape_fn((60, 60), turn), PixelValues::Fixed);
+            let close = |ray: &&SourceRay| ray.p[0].hypot(ray.p[1]) < 0.1;
+            let together = found.iter().filter(close);
+            let [energy, x, y] = together.fold([0.0; 3], |sum, ray| {
+                let part = [1.0, ray.p[0], ray.p[1]];
+                std::array::from_fn(|i| sum[i] + ray.energy * part[i])
+            });
+            let mut expected = [0.0; 2];
+            expected[axis] = 1.0 / 16.0;
+            for (mean, expected) in [x / energy, y / energy].into_iter().zip(expected) {
+                assert!(
+                    (mean - expected).abs() < 5e-4,
+                    "axis {axis}: {mean} {expected}"
+                );
+            }
+        }
+    }
+
     /// Pixels of 200 wavelengths are followed as far as small ones, at no greater cost, and send all their light.
     #[test]
     fn large_pixels_have_few_points() {
