@@ -7,6 +7,7 @@
 use num_complex::Complex64;
 
 use crate::engine::trace::launch_plane::LaunchPlane;
+use crate::engine::trace::ray_packet::{PacketTracer, RayStart};
 use crate::engine::trace::ray_trace::Landing;
 use crate::optics::system::Hop;
 
@@ -117,35 +118,46 @@ pub(crate) fn aberration(
         launch_plane.cosines(p).ok()?,
     );
     let (centre, jacobian) = hop.jacobian(at, p).ok()?;
-    let centre = phase_point(&centre);
+    let (start, centre) = ([at[0], at[1], p[0], p[1]], phase_point(&centre));
     let scale = [sigma, sigma, 1.0 / (k * sigma), 1.0 / (k * sigma)];
+    let displacements = directions().map(|u| std::array::from_fn(|i| u[i] * scale[i]));
+    let tracer = PacketTracer::new(hop);
     let (mut cubic, mut quartic) = (0.0, 0.0);
-    for u in directions() {
-        // The two real rays displaced by ±δ.
-        let delta: [f64; 4] = std::array::from_fn(|i| u[i] * scale[i]);
-        let trace = |sign: f64| {
-            let at = [at[0] + sign * delta[0], at[1] + sign * delta[1]];
-            let p = [p[0] + sign * delta[2], p[1] + sign * delta[3]];
-            hop.trace(at, p, &mut ())
-                .ok()
-                .map(|landing| phase_point(&landing))
-        };
-        let (plus, minus) = (trace(1.0)?, trace(-1.0)?);
-
-        // Their even and odd departures from the linear map, and the Hamiltonian's cubic and quartic.
-        let linear: [f64; 4] =
-            std::array::from_fn(|i| (0..4).map(|j| jacobian[i][j] * delta[j]).sum());
-        let even = std::array::from_fn(|i| 0.5 * (plus[i] + minus[i]) - centre[i]);
-        let odd = std::array::from_fn(|i| 0.5 * (plus[i] - minus[i]) - linear[i]);
-        let third = symplectic(&linear, &even) / 3.0;
-        let fourth = symplectic(&linear, &odd) / 4.0;
-        cubic += third * third / 24.0;
-        quartic += fourth / 24.0;
+    for four in displacements.as_chunks().0 {
+        for (delta, [plus, minus]) in four.iter().zip(displaced(&tracer, start, four)?) {
+            // Their even and odd departures from the linear map, and the Hamiltonian's cubic and quartic.
+            let linear: [f64; 4] =
+                std::array::from_fn(|i| (0..4).map(|j| jacobian[i][j] * delta[j]).sum());
+            let even = std::array::from_fn(|i| 0.5 * (plus[i] + minus[i]) - centre[i]);
+            let odd = std::array::from_fn(|i| 0.5 * (plus[i] - minus[i]) - linear[i]);
+            let third = symplectic(&linear, &even) / 3.0;
+            let fourth = symplectic(&linear, &odd) / 4.0;
+            cubic += third * third / 24.0;
+            quartic += fourth / 24.0;
+        }
     }
     Some(Aberration {
         cubic: 24.0 * k * k * cubic,
         quartic: 6.0 * k * quartic,
     })
+}
+
+/// Where the two real rays land that are displaced by ±δ, for each of four displacements δ; nothing when one is lost.
+fn displaced(
+    tracer: &PacketTracer,
+    start: RayStart,
+    four: &[RayStart; 4],
+) -> Option<[[[f64; 4]; 2]; 4]> {
+    let moved = |i: usize| {
+        let sign = [1.0, -1.0][i % 2];
+        std::array::from_fn(|a| start[a] + sign * four[i / 2][a])
+    };
+    let landings = tracer.trace_eight(&std::array::from_fn(moved));
+    let mut found = [[[0.0; 4]; 2]; 4];
+    for (i, landing) in landings.iter().enumerate() {
+        found[i / 2][i % 2] = phase_point(landing.as_ref().ok()?);
+    }
+    Some(found)
 }
 
 #[cfg(test)]

@@ -13,7 +13,9 @@ use crate::engine::plan::direction_spread::{
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Correction, Settings};
-use crate::engine::trace::direction_search::{DirectionSearch, SearchRay, search_directions};
+use crate::engine::trace::direction_search::{
+    ALL, DirectionSearch, SearchRay, Wanted, search_directions,
+};
 use crate::optics::screen::Act;
 use crate::optics::system::Hop;
 use crate::wave::patches::patch::Band;
@@ -36,7 +38,7 @@ pub struct BeamletPlan {
     pub at_limit: bool,
     /// Whether each beamlet's aberration is corrected.
     pub correct: bool,
-    /// Whether beamlets that land beside the target have tails that cannot be trusted unseen.
+    /// Whether beamlets that land beside the target have tails that cannot be trusted unseen, or are corrected anyway.
     pub doubtful_rim: bool,
     /// Estimated error from aberration at this σ, uncorrected.
     pub eta: f64,
@@ -181,9 +183,14 @@ impl Planner<'_> {
         let beside = 0.5 * chosen.period;
         let [x0, x1, y0, y1] = self.from;
         let places = [x0 - beside, x1 + beside, y0 - beside, y1 + beside];
-        let wider = search_directions(self.hop, places, self.to, [MARGIN * chosen.footprint; 2]);
+        let wanted = match chosen.correct {
+            true => Wanted::Bounds(ALL),
+            false => Wanted::Rim,
+        };
+        let margin = [MARGIN * chosen.footprint; 2];
+        let wider = search_directions(self.hop, places, self.to, margin, wanted);
         chosen.bands = self.bands(&wider, chosen.period);
-        chosen.doubtful_rim = self.is_doubtful(&wider, chosen.sigma);
+        chosen.doubtful_rim = chosen.correct || self.is_doubtful(&wider, chosen.sigma);
 
         // Work is estimated more closely than for the choice.
         let work = self.workload(&chosen, self.spacing(chosen.arriving));
@@ -231,7 +238,8 @@ impl Planner<'_> {
                 to,
                 ..*self.hop
             };
-            let search = search_directions(&joined, self.from, to.bounds()?, [0.0; 2]);
+            let search =
+                search_directions(&joined, self.from, to.bounds()?, [0.0; 2], Wanted::Rays);
             Some(search.rays.iter().filter_map(here).collect::<Vec<_>>())
         };
         match sought() {
@@ -332,7 +340,8 @@ impl Planner<'_> {
         let start = starting_width(self.hop, self.from, sample_rays);
         let sigma = self.settings.sigma.unwrap_or(start);
         let footprint = alike.arrival(sample_rays, sigma).footprint;
-        let wider = search_directions(self.hop, self.from, self.to, [MARGIN * footprint; 2]);
+        let margin = [MARGIN * footprint; 2];
+        let wider = search_directions(self.hop, self.from, self.to, margin, Wanted::Rim);
         thinned(&wider.rim)
     }
 
@@ -425,6 +434,18 @@ fn thinned(rays: &[SearchRay]) -> Vec<SearchRay> {
 }
 
 impl BeamletPlan {
+    /// The bounds of its directions, `[p_x low, p_x high, p_y low, p_y high]`, and half a spacing more.
+    pub(crate) fn limits(&self) -> [f64; 4] {
+        let [[x0, x1], [y0, y1]] = self.bands.map(|band| {
+            let beside = 0.5 * band.spacing;
+            [
+                band.at(0) - beside,
+                band.at(band.count.saturating_sub(1)) + beside,
+            ]
+        });
+        [x0, x1, y0, y1]
+    }
+
     /// The error to expect: that of beamlets and that of tails which are discarded.
     pub(crate) fn expected_error(&self) -> f64 {
         self.error_of_beamlets().hypot(self.dropped)

@@ -98,7 +98,8 @@ impl Planner<'_> {
             return;
         }
         sample.lit += 1.0;
-        let Some(led) = reach(self.hop, at, self.to, [MARGIN * plan.footprint; 2]) else {
+        let margin = [MARGIN * plan.footprint; 2];
+        let Some(led) = reach(self.hop, at, self.to, margin, plan.limits()) else {
             return;
         };
         // An edge under the window sends light anywhere.

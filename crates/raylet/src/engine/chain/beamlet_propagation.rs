@@ -200,8 +200,9 @@ impl<'a> Cutter<'a> {
         let hop = self.job.chooser();
         let margin = [MARGIN * self.job.plan.footprint; 2];
         let at = self.patches.place(index).centre;
-        let [x0, x1, y0, y1] = reach(hop, at, hop.to.bounds()?, margin)?;
-        let [bx, by] = &self.job.plan.bands;
+        let plan = self.job.plan;
+        let [x0, x1, y0, y1] = reach(hop, at, hop.to.bounds()?, margin, plan.limits())?;
+        let [bx, by] = &plan.bands;
         Some([bx.within(x0, x1), by.within(y0, y1)])
     }
 

@@ -14,7 +14,7 @@ use crate::engine::chain::local_band_run::run_local_bands;
 use crate::engine::chain::outcome::{HopReport, Outcome, Progress, check_sound};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::error::lost_light::lost_light;
-use crate::engine::error::tally::FATES;
+use crate::engine::error::tally::{FATES, Fate};
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
@@ -27,6 +27,9 @@ use crate::optics::system::{Hop, System};
 use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::height_stack::HeightStack;
 use crate::wave::grid::sampling::act;
+
+/// A share of the light that no report would show: where less is unaccounted for, it is not asked where it went.
+const NOTHING: f64 = 1e-9;
 
 /// Carries the light of a system to its sensor. `progress` is called after each chunk of work.
 ///
@@ -96,7 +99,9 @@ fn run_whole_fields(
             return Err(SimulateError::NotFinite(hop.to.name.clone()));
         }
         standard_error = tally.noise.take();
-        tally.divide_elsewhere(surveyed(system, &hop, &light));
+        if tally.share(Fate::Elsewhere) > NOTHING {
+            tally.divide_elsewhere(surveyed(system, &hop, &light));
+        }
         let ended = (1.0 - field.power() / before).max(rimmed.cut_at(hop.from));
         tally.edge = edge_error(original, hop.from, ended).hypot(cut_by_ray(&rimmed.rims, number));
         Cancelled::check(step(1.0))?;

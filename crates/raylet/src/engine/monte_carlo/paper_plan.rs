@@ -3,7 +3,7 @@
 use crate::engine::beamlet::beamlet_plan::Planner;
 use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Positions, Sag, Sampler};
-use crate::engine::trace::direction_search::search_directions;
+use crate::engine::trace::direction_search::{ALL, Wanted, search_directions};
 use crate::math::random::{Purpose, pair};
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::Hop;
@@ -212,7 +212,8 @@ fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
         Act::Stop(_) | Act::Sensor(_) => None,
     };
     let Some(pixels) = pixels else {
-        let mut search = search_directions(hop, planner.from, planner.to, [side; 2]);
+        let (from, to, wanted) = (planner.from, planner.to, Wanted::Bounds(ALL));
+        let mut search = search_directions(hop, from, to, [side; 2], wanted);
         for (a, spare) in spare.iter().enumerate() {
             search.band[2 * a] -= spare;
             search.band[2 * a + 1] += spare;

@@ -7,7 +7,7 @@ use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::plane_wave::plane_wavelets::PlanePlan;
-use crate::engine::trace::direction_search::{DirectionSearch, search_directions};
+use crate::engine::trace::direction_search::{DirectionSearch, Wanted, search_directions};
 use crate::optics::aperture::Aperture;
 use crate::optics::refraction::Interface;
 use crate::optics::screen::{Act, Screen};
@@ -162,7 +162,7 @@ fn choose(
         let method = "plane";
         return Err(PlanError::Curved { method, screen });
     }
-    let search = search_directions(hop, from, to, [0.0; 2]);
+    let search = search_directions(hop, from, to, [0.0; 2], Wanted::Rays);
     if search.is_dark() {
         return Err(dark(hop, &search));
     }

@@ -19,7 +19,9 @@ use crate::engine::beamlet::beamlet_plan::{Planner, sample_rays, starting_width}
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Cancelled, ShareDone};
-use crate::engine::trace::direction_search::{DirectionSearch, SearchRay, search_directions};
+use crate::engine::trace::direction_search::{
+    DirectionSearch, SearchRay, Wanted, search_directions,
+};
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::plane::{PlaneSum, PlaneWave};
@@ -166,7 +168,8 @@ impl PlanePlan {
     /// The plan with the directions that lead to the target and its margin.
     fn aimed(mut self, planner: &Planner) -> Self {
         let margin = self.fade.map(|fade| self.margin + fade);
-        let wider = search_directions(planner.hop, planner.from, planner.to, margin);
+        let (hop, from, to) = (planner.hop, planner.from, planner.to);
+        let wider = search_directions(hop, from, to, margin, Wanted::Rays);
         self.bands = planner.bands(&wider, self.period);
         for ray in wider.rays.iter().chain(&wider.rim) {
             for a in 0..2 {

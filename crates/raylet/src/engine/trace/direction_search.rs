@@ -21,9 +21,31 @@ pub(crate) struct SearchRay {
     pub jacobian: [[f64; 4]; 4],
 }
 
+/// What a search is for. Cells that cannot add to it are not divided.
+#[derive(Clone, Copy, Debug, Default, PartialEq)]
+pub(crate) enum Wanted {
+    /// All rays that reach the target.
+    #[default]
+    Rays,
+    /// Those that land beside it, and the bounds of all directions.
+    Rim,
+    /// The bounds only, where they lie within these.
+    Bounds([f64; 4]),
+}
+
+/// No limits to the directions.
+pub(crate) const ALL: [f64; 4] = [
+    f64::NEG_INFINITY,
+    f64::INFINITY,
+    f64::NEG_INFINITY,
+    f64::INFINITY,
+];
+
 /// The rays that reach a target.
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DirectionSearch {
+    /// What it is for.
+    wanted: Wanted,
     /// Rays that land inside the target.
     pub rays: Vec<SearchRay>,
     /// Rays that land beside it, close enough for their footprints to matter.
@@ -79,14 +101,15 @@ struct Cell {
 /// dilated by `margin` mm; boxes are `[x_min, x_max, y_min, y_max]` in mm.
 ///
 /// The square of all directions is divided like a quadtree wherever a cell's rays, by their Jacobian,
-/// may land on the target, until their landing spread is small against it.
+/// may land on the target, until their landing spread is small against it, or they add nothing to what is wanted.
 pub(crate) fn search_directions(
     hop: &Hop,
     from: [f64; 4],
     to: [f64; 4],
     margin: [f64; 2],
+    wanted: Wanted,
 ) -> DirectionSearch {
-    let mut search = DirectionSearch::empty();
+    let mut search = DirectionSearch::empty(wanted);
     for j in 0..POSITIONS {
         for i in 0..POSITIONS {
             let place = |a: usize, i: usize| {
@@ -100,11 +123,35 @@ pub(crate) fn search_directions(
 }
 
 /// The directions `[p_x low, p_x high, p_y low, p_y high]` that lead from one point to the box `to`,
-/// dilated by `margin` mm; nothing when none does.
-pub(crate) fn reach(hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) -> Option<[f64; 4]> {
-    let mut search = DirectionSearch::empty();
+/// dilated by `margin` mm; nothing when none does. Directions outside of `limits` are not sought.
+pub(crate) fn reach(
+    hop: &Hop,
+    at: [f64; 2],
+    to: [f64; 4],
+    margin: [f64; 2],
+    limits: [f64; 4],
+) -> Option<[f64; 4]> {
+    let mut search = DirectionSearch::empty(Wanted::Bounds(limits));
     search.seek(hop, at, to, margin);
     (search.band[0] <= search.band[1]).then_some(search.band)
+}
+
+impl Cell {
+    /// Whether all its directions are within a band.
+    fn is_within(&self, band: &[f64; 4]) -> bool {
+        (0..2).all(|a| {
+            let (low, high) = (self.centre[a] - self.half, self.centre[a] + self.half);
+            low >= band[2 * a] && high <= band[2 * a + 1]
+        })
+    }
+
+    /// Whether some of them are.
+    fn meets(&self, band: &[f64; 4]) -> bool {
+        (0..2).all(|a| {
+            let (low, high) = (self.centre[a] - self.half, self.centre[a] + self.half);
+            low <= band[2 * a + 1] && high >= band[2 * a]
+        })
+    }
 }
 
 /// A surface without its edge.
@@ -135,6 +182,8 @@ struct Aim {
     reaches: bool,
     /// The central one lands on the target.
     inside: bool,
+    /// All of them do.
+    all_inside: bool,
     /// The central one lands no farther from the target than that is wide.
     near: bool,
     /// Their landings spread little.
@@ -152,6 +201,7 @@ impl Aim {
         let mut aim = Self {
             reaches: true,
             inside: true,
+            all_inside: true,
             near: true,
             fine: true,
         };
@@ -163,6 +213,7 @@ impl Aim {
             let s = landing.at[a];
             aim.reaches &= s + spread >= low - margin[a] && s - spread <= high + margin[a];
             aim.inside &= s >= low && s <= high;
+            aim.all_inside &= s - spread >= low && s + spread <= high;
             aim.near &= s + margin[a] >= 2.0 * low - high && s - margin[a] <= 2.0 * high - low;
             aim.fine &= spread <= 0.2 * (high - low) + 0.25 * margin[a];
         }
@@ -171,9 +222,10 @@ impl Aim {
 }
 
 impl DirectionSearch {
-    fn empty() -> Self {
+    fn empty(wanted: Wanted) -> Self {
         let none = [f64::INFINITY, f64::NEG_INFINITY];
         Self {
+            wanted,
             band: [none[0], none[1], none[0], none[1]],
             ..Self::default()
         }
@@ -187,7 +239,11 @@ impl DirectionSearch {
             ..*hop
         };
         for depth in (0..=DEPTH).rev() {
-            let mut found = Self::empty();
+            // What lies within the bounds that are known need not be sought again.
+            let mut found = Self {
+                band: self.band,
+                ..Self::empty(self.wanted)
+            };
             if found.seek_to(depth, [hop, &open], at, to, margin) {
                 self.merge(found);
                 return;
@@ -265,6 +321,11 @@ impl DirectionSearch {
         if nearest[0].hypot(nearest[1]) >= STEEPEST * n {
             return false;
         }
+        if let Wanted::Bounds(limits) = self.wanted
+            && (cell.is_within(&self.band) || !cell.meets(&limits))
+        {
+            return false;
+        }
         self.traced += 1;
         let (landing, jacobian) = match hop.jacobian(at, cell.centre) {
             Ok(found) => found,
@@ -294,12 +355,16 @@ impl DirectionSearch {
         let Aim {
             reaches,
             inside,
+            all_inside,
             near,
             fine,
         } = Aim::of(&ray.landing, &ray.jacobian, cell.half, to, margin);
         let fine = fine && cell.half <= COARSEST * n;
         if !reaches {
             return cell.half > COARSEST * n;
+        }
+        if all_inside && self.wanted == Wanted::Rim && cell.is_within(&self.band) {
+            return false;
         }
         if !fine && cell.left > 0 {
             return true;
@@ -329,7 +394,7 @@ impl DirectionSearch {
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::trace::direction_search::reach;
+    use crate::engine::trace::direction_search::{ALL, reach};
     use crate::fixtures::parts::{on_axis, open_screen};
     use crate::optics::aperture::Aperture;
     use crate::optics::refraction::{Coating, Interface};
@@ -357,7 +422,7 @@ mod tests {
             to: &to,
         };
         let target = [24.0, 26.0, -1.0, 1.0];
-        let [x0, x1, y0, y1] = reach(&hop, [25.0, 0.0], target, [0.0; 2]).unwrap();
+        let [x0, x1, y0, y1] = reach(&hop, [25.0, 0.0], target, [0.0; 2], ALL).unwrap();
         assert!((-0.007..=-0.005).contains(&x0), "{x0}");
         assert!((0.0029..=0.005).contains(&x1), "{x1}");
         assert!((-0.007..=-0.005).contains(&y0) && (0.005..=0.007).contains(&y1));

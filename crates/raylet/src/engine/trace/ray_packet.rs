@@ -1,4 +1,4 @@
-//! Many rays from one place, eight at a time.
+//! Rays in SIMD packets, eight at a time.
 //!
 //! Eight are traced together where its surfaces are planes and conics, met without a search. Where one
 //! of eight is lost, each goes alone; every ray has the bits that it has alone.
@@ -6,50 +6,73 @@
 use fearless_simd::{Level, Simd, dispatch};
 
 use crate::engine::trace::ray_trace::Landing;
-use crate::math::real::Real;
 use crate::math::simd_packet::{PACKET, SimdPacket};
 use crate::optics::ray::Loss;
 use crate::optics::shape::Shape;
 use crate::optics::system::Hop;
 
-/// The rays from (x, y) along each of these optical direction cosines, where they land or how they were lost.
-pub(crate) fn trace_packets(
-    hop: &Hop,
-    at: [f64; 2],
-    directions: &[[f64; 2]],
-) -> Vec<Result<Landing, Loss>> {
-    let level = Level::new();
-    let together = is_closed(hop);
-    let mut landings = Vec::with_capacity(directions.len());
-    for group in directions.chunks(PACKET) {
-        let packed = match <&[[f64; 2]; PACKET]>::try_from(group) {
-            Ok(group) if together => dispatch!(level, simd => eight(simd, hop, at, group)),
-            _ => None,
-        };
-        match packed {
-            Some(eight) => landings.extend((0..PACKET).map(|i| Ok(alone(&eight, i)))),
-            None => landings.extend(group.iter().map(|p| hop.trace(at, *p, &mut ()))),
-        }
-    }
-    landings
+/// Where a ray starts: (x, y) in mm on the first screen, and its optical direction cosines there.
+pub(crate) type RayStart = [f64; 4];
+
+/// Where a ray lands, or how it is lost.
+pub(crate) type Traced = Result<Landing, Loss>;
+
+/// A hop through which rays go in packets.
+pub(crate) struct PacketTracer<'a> {
+    hop: &'a Hop<'a>,
+    level: Level,
+    /// Whether every surface is met by a formula.
+    together: bool,
 }
 
-/// Whether every surface of a hop is met by a formula.
-fn is_closed(hop: &Hop) -> bool {
-    let closed = |shape: &Shape| matches!(shape, Shape::Plane | Shape::Conic(_));
-    hop.from.is_plane() && closed(&hop.to.shape) && hop.train.iter().all(|s| closed(&s.shape))
+impl<'a> PacketTracer<'a> {
+    /// Through this hop.
+    pub(crate) fn new(hop: &'a Hop<'a>) -> Self {
+        let closed = |shape: &Shape| matches!(shape, Shape::Plane | Shape::Conic(_));
+        let train = hop.train.iter().all(|s| closed(&s.shape));
+        Self {
+            hop,
+            level: Level::new(),
+            together: hop.from.is_plane() && closed(&hop.to.shape) && train,
+        }
+    }
+
+    /// Eight rays.
+    pub(crate) fn trace_eight(&self, starts: &[RayStart; PACKET]) -> [Traced; PACKET] {
+        let packed = match self.together {
+            true => dispatch!(self.level, simd => eight(simd, self.hop, starts)),
+            false => None,
+        };
+        match packed {
+            Some(eight) => std::array::from_fn(|i| Ok(alone(&eight, i))),
+            None => starts.map(|start| self.trace(start)),
+        }
+    }
+
+    /// Any number of rays from (x, y), along each of these optical direction cosines.
+    pub(crate) fn trace_from(&self, [x, y]: [f64; 2], directions: &[[f64; 2]]) -> Vec<Traced> {
+        let start = |[p, q]: [f64; 2]| [x, y, p, q];
+        let mut landings = Vec::with_capacity(directions.len());
+        for group in directions.chunks(PACKET) {
+            match <[[f64; 2]; PACKET]>::try_from(group) {
+                Ok(group) => landings.extend(self.trace_eight(&group.map(start))),
+                Err(_) => landings.extend(group.iter().map(|p| self.trace(start(*p)))),
+            }
+        }
+        landings
+    }
+
+    fn trace(&self, [x, y, p, q]: RayStart) -> Traced {
+        self.hop.trace([x, y], [p, q], &mut ())
+    }
 }
 
 /// Eight rays together; nothing when one of them is lost.
 #[inline(always)]
-fn eight<S: Simd>(
-    _: S,
-    hop: &Hop,
-    at: [f64; 2],
-    directions: &[[f64; 2]; PACKET],
-) -> Option<Landing<SimdPacket>> {
-    let p = [0, 1].map(|a| SimdPacket(std::array::from_fn(|i| directions[i][a])));
-    hop.trace(at.map(SimdPacket::constant), p, &mut ()).ok()
+fn eight<S: Simd>(_: S, hop: &Hop, starts: &[RayStart; PACKET]) -> Option<Landing<SimdPacket>> {
+    let packet = |a: usize| SimdPacket(std::array::from_fn(|i| starts[i][a]));
+    let (at, p) = ([packet(0), packet(1)], [packet(2), packet(3)]);
+    hop.trace(at, p, &mut ()).ok()
 }
 
 /// One of eight.
@@ -67,7 +90,7 @@ mod tests {
     use ndarray::Array2;
 
     use crate::design::examples::problems::lens_hologram;
-    use crate::engine::trace::ray_packet::trace_packets;
+    use crate::engine::trace::ray_packet::PacketTracer;
     use crate::math::random::pair;
     use crate::optics::doe::PixelForm;
     use crate::optics::ray::Loss;
@@ -84,7 +107,7 @@ mod tests {
             })
             .collect();
         let at = [11.0, -0.2];
-        let together = trace_packets(&hop, at, &directions);
+        let together = PacketTracer::new(&hop).trace_from(at, &directions);
         assert_eq!(together.len(), directions.len());
         let mut lost = 0;
         for (together, p) in together.iter().zip(&directions) {
