@@ -8,7 +8,7 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 from fuzz.case import Case
-from fuzz.process import CPU_LIMIT, run
+from fuzz.process import CPU_LIMIT, CPU_LIMITS, run
 from fuzz.verdict import SLOW, SLOW_CHECK, judge, look
 
 
@@ -43,7 +43,7 @@ def step(case: Case, line: list[str], binary: Path, folder: Path, outcome: Outco
     """Runs and judges one command. Of a case that is known to be slow only the first seconds are looked at."""
     here = folder / "files" / "here"
     before = look(here.parent)
-    limit = SLOW_CHECK if case.slow else CPU_LIMIT
+    limit = SLOW_CHECK if case.slow else CPU_LIMITS.get(line[0], CPU_LIMIT)
     done = run([str(binary), *line], here, folder / "said", limit)
     outcome.cpu += done.cpu
     outcome.peak_mb = max(outcome.peak_mb, done.peak_mb)

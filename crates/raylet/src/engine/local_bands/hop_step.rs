@@ -2,6 +2,9 @@
 //!
 //! `carry_kept_dot_product` (in `carry.rs`) tests its way back, as a part of the whole.
 
+use std::collections::HashMap;
+use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
+
 use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
@@ -18,7 +21,7 @@ use crate::engine::local_bands::settings::{
 use crate::engine::local_bands::source_windows::SourceWindows;
 use crate::engine::local_bands::target::Target;
 use crate::engine::local_bands::tile_plan::TileRun;
-use crate::engine::local_bands::tile_run::TileBar;
+use crate::engine::local_bands::tile_run::{TileBar, TileValues};
 use crate::engine::progress::{Cancelled, Pulse, ShareDone};
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
@@ -44,6 +47,9 @@ const BEAMLETS_AT_ONCE: u64 = 1_000_000;
 
 /// Tiles from which the light that reaches the target is estimated.
 const SAMPLE: usize = 32;
+
+/// The light of sampled tiles is kept in this many times the room of one array.
+const KEPT: u64 = 4;
 
 /// Pixels in a period up to which fast transforms are considered.
 const LONGEST_TRANSFORM: f64 = 1e5;
@@ -241,13 +247,13 @@ impl<'a> HopStep<'a> {
         let work = Work { canvas, progress };
         let Some(element) = &self.element else {
             let windows = self.source_windows();
-            return self.each_tile(work, light.held(), 0.0, |tile| windows.send(tile));
+            return self.each_tile(work, light.held(), 0.0, |_, tile| windows.send(tile));
         };
         let run = self.run(light, element);
-        let weakest = self.weakest(&run);
+        let (weakest, known) = self.weakest(&run);
         let emission = self.emission(&run, weakest);
-        self.each_tile(work, light.held(), weakest, |tile| {
-            run.send(tile, &emission)
+        self.each_tile(work, light.held(), weakest, |number, tile| {
+            run.send(tile, &emission, known.get(&number))
         })
     }
 
@@ -347,24 +353,34 @@ impl<'a> HopStep<'a> {
         Some(pixels.pitch)
     }
 
-    /// The amplitude below which plane waves are left out, from those of a sample of the windows.
-    fn weakest(&self, run: &TileRun) -> f64 {
-        let mut tiles = self.tiling.tiles();
-        tiles.retain(|tile| !self.tiling.lit(tile, run.element.opening()).is_empty());
+    /// The amplitude below which plane waves are left out, from those of a sample of the windows; and the light that
+    /// arrives at tiles of the sample, by their numbers, as far as it fits into memory.
+    fn weakest(&self, run: &TileRun) -> (f64, HashMap<usize, TileValues>) {
+        let tiles = self.tiling.tiles().into_iter().enumerate();
+        let lit = |tile: &Tile| !self.tiling.lit(tile, run.element.opening()).is_empty();
+        let tiles: Vec<(usize, Tile)> = tiles.filter(|(_, tile)| lit(tile)).collect();
         let stride = tiles.len().div_ceil(SAMPLE).max(1);
-        let sample: Vec<&Tile> = tiles.iter().skip(stride / 2).step_by(stride).collect();
-        let found: Vec<ModeHistogram> = sample
+        let sample: Vec<&(usize, Tile)> = tiles.iter().skip(stride / 2).step_by(stride).collect();
+        let room = AtomicU64::new(KEPT * self.settings.values_allowed());
+        let found: Vec<_> = sample
             .into_par_iter()
-            .map(|tile| run.histogram(tile))
+            .filter_map(|(number, tile)| {
+                let (histogram, values) = run.histogram(tile)?;
+                let size = values.0.len() as u64;
+                let taken = room.fetch_update(Relaxed, Relaxed, |room| room.checked_sub(size));
+                Some((histogram, taken.is_ok().then_some((*number, values))))
+            })
             .collect();
-        let all = found
-            .into_iter()
-            .fold(ModeHistogram::default(), ModeHistogram::merge);
+        let (mut all, mut known) = (ModeHistogram::default(), HashMap::new());
+        for (histogram, kept) in found {
+            all = all.merge(histogram);
+            known.extend(kept);
+        }
         let floor = match self.settings.dropped {
             Some(error) => all.floor_of_share((error / self.plan().share_of_dropped()).powi(2)),
             None => all.strongest() * self.settings.threshold.powi(2),
         };
-        floor.sqrt()
+        (floor.sqrt(), known)
     }
 
     /// Works on all tiles, some at a time; what they send is added in their order.
@@ -373,7 +389,7 @@ impl<'a> HopStep<'a> {
         work: Work,
         held: usize,
         weakest: f64,
-        send: impl Fn(&Tile) -> Emitted + Sync,
+        send: impl Fn(usize, &Tile) -> Emitted + Sync,
     ) -> Result<Sent, LocalBandError> {
         let (k, ends) = (self.hop.wavenumber(), self.ends());
         let (mut account, mut sent) = (HopAccount::default(), Vec::new());
@@ -383,7 +399,8 @@ impl<'a> HopStep<'a> {
             .get(done..(done + chunk).min(tiles.len()))
             .filter(|c| !c.is_empty())
         {
-            let emitted: Vec<Emitted> = next.par_iter().map(&send).collect();
+            let numbered = next.par_iter().enumerate();
+            let emitted: Vec<Emitted> = numbered.map(|(i, tile)| send(done + i, tile)).collect();
             for mut emitted in emitted {
                 account.add(&emitted.account);
                 if ends {

@@ -38,17 +38,28 @@ struct Transformed<'a> {
     waves: WindowWaves,
 }
 
+/// The light that arrives at the samples of a tile, [y, x], and how many values of beamlets were evaluated for it.
+pub(crate) type TileValues = (Array2<Complex64>, u64);
+
 impl TileRun<'_> {
-    /// The beamlets that leave a tile and reach the target.
-    pub(crate) fn send(&self, tile: &Tile, emission: &Emission) -> Emitted {
+    /// The beamlets that leave a tile and reach the target; the light that arrives there may be known.
+    pub(crate) fn send(
+        &self,
+        tile: &Tile,
+        emission: &Emission,
+        known: Option<&TileValues>,
+    ) -> Emitted {
         let mut out = Emitted::default();
         let Some(plan) = self.plan(tile, &mut out.account) else {
             return out;
         };
-        let (values, evaluations) = plan.light.at(&plan.samples);
+        let found = known.is_none().then(|| plan.light.at(&plan.samples));
+        let Some((values, evaluations)) = known.or(found.as_ref()) else {
+            return out;
+        };
         out.account.evaluations += evaluations;
         for aimed in &plan.aimed {
-            if let Some(window) = self.transformed(&plan, aimed, &values) {
+            if let Some(window) = self.transformed(&plan, aimed, values) {
                 emission.send(&window.waves, &mut out);
             }
         }
@@ -108,16 +119,16 @@ impl TileRun<'_> {
         }
     }
 
-    /// How strong the plane waves of a tile are that may reach the target, by some of its windows.
-    pub(crate) fn histogram(&self, tile: &Tile) -> ModeHistogram {
-        let Some(plan) = self.plan(tile, &mut HopAccount::default()) else {
-            return ModeHistogram::default();
-        };
-        let (values, _) = plan.light.at(&plan.samples);
+    /// How strong the plane waves of a tile are that may reach the target, by some of its windows, and the light that
+    /// arrives there; nothing where none leads to the target.
+    pub(crate) fn histogram(&self, tile: &Tile) -> Option<(ModeHistogram, TileValues)> {
+        let plan = self.plan(tile, &mut HopAccount::default())?;
+        let found = plan.light.at(&plan.samples);
         let aimed = plan.aimed.iter().step_by(SAMPLED);
-        let windows = aimed.filter_map(|aimed| self.transformed(&plan, aimed, &values));
+        let windows = aimed.filter_map(|aimed| self.transformed(&plan, aimed, &found.0));
         let counted = windows.map(|window| ModeHistogram::of(window.waves.coefficients.iter()));
-        counted.fold(ModeHistogram::default(), ModeHistogram::merge)
+        let all = counted.fold(ModeHistogram::default(), ModeHistogram::merge);
+        Some((all, found))
     }
 
     /// The plane waves of a window; nothing where none leads to the target.
