@@ -7,6 +7,9 @@ use crate::axis::{Axis, Direction, Tick};
 /// The colour of values that are not numbers: a neutral grey-blue in none of the maps' bright parts.
 pub(crate) const MISSING: [u8; 3] = [120, 160, 160];
 
+/// Steps of the ramp from which many values take their colours: more than colours of 8 bits along it.
+const RAMP: usize = 4096;
+
 /// Colours of low and high values.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum ColourMap {
@@ -101,19 +104,35 @@ impl ColourScale {
         ColourScale { map, range, log }
     }
 
-    /// The colour of a value; values beyond the range take the colour of its end.
-    pub(crate) fn rgb(&self, value: f64) -> [u8; 3] {
+    /// The colours of values, each over a divisor; values beyond the range take the colour of its end.
+    pub(crate) fn colours<'a>(
+        &'a self,
+        values: impl Iterator<Item = &'a f64> + 'a,
+        divisor: f64,
+    ) -> impl Iterator<Item = u8> + 'a {
+        let ramp = self.ramp(RAMP);
+        let colour = move |value: &f64| {
+            let place = self.place(value / divisor);
+            let step = |place: f64| (place * (RAMP - 1) as f64).round() as usize;
+            let colour = place.and_then(|place| ramp.get(step(place)));
+            *colour.unwrap_or(&MISSING)
+        };
+        values.flat_map(colour)
+    }
+
+    /// The place of a value in the map, from 0 to 1; nothing for what has no colour.
+    fn place(&self, value: f64) -> Option<f64> {
         let [lo, hi] = self.range;
         let place = match (self.map, self.log) {
-            _ if value.is_nan() => return MISSING,
-            (ColourMap::Phase, _) if value.is_infinite() => return MISSING,
+            _ if value.is_nan() => return None,
+            (ColourMap::Phase, _) if value.is_infinite() => return None,
             (ColourMap::Phase, _) => ((value + PI) / (2.0 * PI)).rem_euclid(1.0),
             (_, _) if lo == hi => 0.5,
             (_, true) if value <= 0.0 => 0.0,
             (_, true) => (value.ln() - lo.ln()) / (hi.ln() - lo.ln()),
             (_, false) => (value - lo) / (hi - lo),
         };
-        self.map.rgb(place.clamp(0.0, 1.0))
+        Some(place.clamp(0.0, 1.0))
     }
 
     /// The colours from the low to the high end of the scale.
@@ -150,6 +169,14 @@ mod tests {
     use std::f64::consts::PI;
 
     use crate::colour::{ColourMap, ColourScale, MISSING, phase_rgb};
+
+    impl ColourScale {
+        /// The colour of one value.
+        fn rgb(&self, value: f64) -> [u8; 3] {
+            let colours: Vec<u8> = self.colours([value].iter(), 1.0).collect();
+            colours.try_into().unwrap()
+        }
+    }
 
     #[test]
     fn ends_and_middle_have_the_colours_of_the_map() {

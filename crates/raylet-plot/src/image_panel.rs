@@ -309,10 +309,8 @@ impl<'a> ImagePanel<'a> {
         let shrink = (MOST_PIXELS / w.max(h)).min(1.0);
         let [nx, ny] = [w, h].map(|side| (side * shrink).round().max(1.0) as usize);
         let sampled = self.sampled([ny, nx]);
-        let mut bytes = Vec::with_capacity(3 * nx * ny);
-        for row in sampled.rows().into_iter().rev() {
-            bytes.extend(row.iter().flat_map(|v| bar.scale.rgb(v / bar.divisor)));
-        }
+        let rows = sampled.rows().into_iter().rev();
+        let bytes: Vec<u8> = (bar.scale).colours(rows.flatten(), bar.divisor).collect();
         Ok(encode_rgb([nx, ny], &bytes)?)
     }
 
