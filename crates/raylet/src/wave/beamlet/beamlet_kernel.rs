@@ -1,7 +1,7 @@
 //! One beamlet on a few rows of a raster.
 //!
-//! Along a row its exponent is quadratic in x, so neighbouring values have a ratio that itself changes
-//! by a constant factor: two complex multiplications per value, eight columns at once.
+//! Eight rows go together, one in each lane. Along a row the exponent is quadratic in x, so neighbouring values
+//! have a ratio that itself changes by a constant factor: two complex multiplications per value.
 
 use fearless_simd::{Simd, SimdBase, SimdFloat, f64x8};
 use num_complex::Complex64;
@@ -10,33 +10,55 @@ use crate::math::lanes::{LANES, Lanes, cis, exp};
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::raster::Raster;
 
-/// Rows of a raster being summed: real and imaginary part, row-major, `stride` apart; rows are padded so
-/// that eight columns may be touched past the last one.
+/// Rows of a raster being summed. Eight rows are a block; a block has for each column the real parts of its eight
+/// values, then their imaginary parts.
 pub(crate) struct Rows {
-    /// Real parts.
-    pub re: Vec<f64>,
-    /// Imaginary parts.
-    pub im: Vec<f64>,
-    /// Distance of rows in the arrays.
-    pub stride: usize,
-    /// Number of rows.
-    pub count: usize,
+    values: Vec<f64>,
     /// Where they stand.
     pub raster: Raster,
 }
 
+/// Numbers of one column of a block.
+const COLUMN: usize = 2 * LANES;
+
 impl Rows {
     /// Dark rows of a raster.
     pub(crate) fn zeros(raster: Raster) -> Self {
-        let [nx, count] = raster.size;
-        let stride = nx + LANES;
+        let [nx, ny] = raster.size;
         Self {
-            re: vec![0.0; count * stride],
-            im: vec![0.0; count * stride],
-            stride,
-            count,
+            values: vec![0.0; ny.div_ceil(LANES) * nx * COLUMN],
             raster,
         }
+    }
+
+    /// The value at a row and a column.
+    pub(crate) fn value(&self, [j, i]: [usize; 2]) -> Complex64 {
+        let at = self.place([j, i]);
+        Complex64::new(self.values[at], self.values[at + LANES])
+    }
+
+    /// Sets the value at a row and a column.
+    pub(crate) fn set(&mut self, [j, i]: [usize; 2], value: Complex64) {
+        let at = self.place([j, i]);
+        (self.values[at], self.values[at + LANES]) = (value.re, value.im);
+    }
+
+    fn place(&self, [j, i]: [usize; 2]) -> usize {
+        (j / LANES * self.raster.size[0] + i) * COLUMN + j % LANES
+    }
+
+    /// The numbers of some columns of a block.
+    #[inline(always)]
+    fn columns(&self, block: usize, [first, last]: [usize; 2]) -> &[f64] {
+        let start = block * self.raster.size[0];
+        &self.values[(start + first) * COLUMN..(start + last) * COLUMN]
+    }
+
+    /// The same, to be changed.
+    #[inline(always)]
+    fn columns_mut(&mut self, block: usize, [first, last]: [usize; 2]) -> &mut [f64] {
+        let start = block * self.raster.size[0];
+        &mut self.values[(start + first) * COLUMN..(start + last) * COLUMN]
     }
 }
 
@@ -47,11 +69,47 @@ pub(crate) type Moments = [Complex64; 6];
 /// A beamlet about to be added to some rows.
 pub(crate) struct BeamletKernel<'a> {
     arrival: &'a Arrival,
+    raster: Raster,
     /// First row and the row after the last.
     span: [usize; 2],
     /// The footprint ends where uᵀ(Im G)u reaches this, in mm.
     limit: f64,
+    /// Vacuum wavenumber in rad/mm.
+    k: f64,
 }
+
+/// The parts of eight rows that lie in a footprint.
+struct Chords {
+    /// First columns of the rows, and those after their last.
+    low: Lanes,
+    high: Lanes,
+}
+
+/// Rows of a block that are computed together.
+#[derive(Clone, Copy, Default)]
+struct Group {
+    /// One for its rows, zero for others.
+    lit: Lanes,
+    /// First column and the one after the last.
+    columns: [usize; 2],
+}
+
+/// Values in one column of eight rows, and their ratios to those in the next column.
+struct Front<S: Simd> {
+    value: Pair<S>,
+    ratio: Pair<S>,
+    /// The factor by which the ratio changes from column to column.
+    step: Pair<S>,
+}
+
+/// Real and imaginary parts of eight numbers.
+type Pair<S> = (f64x8<S>, f64x8<S>);
+
+/// Columns after which a value is computed anew: its error grows as the square of their number.
+const LONGEST: usize = 256;
+
+/// Where the exponent of a row falls below this, its values cannot be followed from there.
+const FAINTEST: f64 = -600.0;
 
 impl<'a> BeamletKernel<'a> {
     /// How far along y a beamlet's footprint reaches, in mm; not finite where it has no end.
@@ -61,59 +119,57 @@ impl<'a> BeamletKernel<'a> {
         (limit * xx / (xx * yy - xy * xy)).sqrt()
     }
 
-    /// The beamlet's footprint on the rows; nothing when it does not meet them.
+    /// The beamlet's footprint on a raster, where uᵀ(Im G)u stays below `limit` in mm; nothing when it does not meet it.
     #[inline(always)]
-    pub(crate) fn new(arrival: &'a Arrival, rows: &Rows, limit: f64) -> Option<Self> {
-        Self::reaching(arrival, rows, limit, Self::reach(arrival, limit))
+    pub(crate) fn new(arrival: &'a Arrival, raster: &Raster, limit: f64, k: f64) -> Option<Self> {
+        Self::reaching(arrival, raster, [limit, Self::reach(arrival, limit)], k)
     }
 
     /// The same for a footprint that is known to reach so far along y.
     #[inline(always)]
     pub(crate) fn reaching(
         arrival: &'a Arrival,
-        rows: &Rows,
-        limit: f64,
-        reach: f64,
+        raster: &Raster,
+        [limit, reach]: [f64; 2],
+        k: f64,
     ) -> Option<Self> {
         if !reach.is_finite() {
             return None;
         }
-        let row = |y: f64| (y - rows.raster.start[1]) / rows.raster.pitch[1];
-        let count = rows.count as f64;
+        let row = |y: f64| (y - raster.start[1]) / raster.pitch[1];
+        let count = raster.size[1] as f64;
         let from = row(arrival.at[1] - reach).ceil().clamp(0.0, count);
         let to = (row(arrival.at[1] + reach).floor() + 1.0).clamp(0.0, count);
         (from < to).then_some(Self {
             arrival,
+            raster: *raster,
             span: [from as usize, to as usize],
             limit,
+            k,
         })
     }
 
     /// Adds it; returns the number of values.
     #[inline(always)]
-    pub(crate) fn add<S: Simd>(&self, simd: S, rows: &mut Rows, k: f64) -> u64 {
-        let [xx, _, _] = self.arrival.curvature;
-        let hx = rows.raster.pitch[0];
-        let bend = Complex64::new(-k * xx.im, k * xx.re) * (hx * hx);
-        let chirp = Chirp::new(simd, bend);
+    pub(crate) fn add<S: Simd>(&self, simd: S, rows: &mut Rows) -> u64 {
+        let step = self.step(simd);
         let mut evaluations = 0;
-        let mut block = self.span[0];
-        while block < self.span[1] {
-            let heads = self.heads(simd, &rows.raster, block, k);
-            for l in 0..LANES.min(self.span[1] - block) {
-                let (low, high) = (heads.low[l] as usize, heads.high[l] as usize);
-                if low >= high {
-                    continue;
+        for block in self.span[0] / LANES..self.span[1].div_ceil(LANES) {
+            let chords = self.chords(simd, block);
+            evaluations += chords.count();
+            let (groups, count) = self.groups(simd, block, &chords);
+            for group in &groups[..count] {
+                let [mut first, end] = group.columns;
+                while first < end {
+                    let last = end.min(first + LONGEST);
+                    let columns = rows.columns_mut(block, [first, last]);
+                    let front = self.front(simd, block, group, first, step);
+                    front
+                        .scaled(simd, self.arrival.amplitude)
+                        .add(simd, columns);
+                    first = last;
                 }
-                let value = Complex64::new(heads.value[0][l], heads.value[1][l]);
-                let ratio = Complex64::new(heads.ratio[0][l], heads.ratio[1][l]);
-                let at = (block + l) * rows.stride + low;
-                let end = at + (high - low).next_multiple_of(LANES);
-                let row = (&mut rows.re[at..end], &mut rows.im[at..end]);
-                chirp.run(simd, row, value * self.arrival.amplitude, ratio);
-                evaluations += (high - low) as u64;
             }
-            block += LANES;
         }
         evaluations
     }
@@ -121,208 +177,264 @@ impl<'a> BeamletKernel<'a> {
     /// The conjugate transpose of [`BeamletKernel::add`] for a beamlet of unit amplitude, and the same of its
     /// values times powers of the distance.
     #[inline(always)]
-    pub(crate) fn add_adjoint<S: Simd>(&self, simd: S, rows: &Rows, k: f64) -> Moments {
-        let [xx, _, _] = self.arrival.curvature;
-        let [hx, hy] = rows.raster.pitch;
-        let bend = Complex64::new(-k * xx.im, k * xx.re) * (hx * hx);
-        let chirp = Chirp::new(simd, bend);
+    pub(crate) fn add_adjoint<S: Simd>(&self, simd: S, rows: &Rows) -> Moments {
+        let step = self.step(simd);
         let mut moments = [Complex64::ZERO; 6];
-        let mut block = self.span[0];
-        while block < self.span[1] {
-            let heads = self.heads(simd, &rows.raster, block, k);
-            for l in 0..LANES.min(self.span[1] - block) {
-                let (low, high) = (heads.low[l] as usize, heads.high[l] as usize);
-                if low >= high {
-                    continue;
-                }
-                let value = Complex64::new(heads.value[0][l], heads.value[1][l]);
-                let ratio = Complex64::new(heads.ratio[0][l], heads.ratio[1][l]);
-                let at = (block + l) * rows.stride + low;
-                let end = at + (high - low).next_multiple_of(LANES);
-                // row += amplitude·(value, value·ratio, …)
-                let row = (&rows.re[at..end], &rows.im[at..end]);
-                let u = rows.raster.start[0] + low as f64 * hx - self.arrival.at[0];
-                let [one, first, second] = chirp.read(simd, row, [value, ratio], [u, hx]);
-                let v = rows.raster.start[1] + (block + l) as f64 * hy - self.arrival.at[1];
-                for (moment, part) in
-                    moments
-                        .iter_mut()
-                        .zip([one, first, one * v, second, first * v, one * (v * v)])
-                {
-                    *moment += part;
+        for block in self.span[0] / LANES..self.span[1].div_ceil(LANES) {
+            let chords = self.chords(simd, block);
+            let (groups, count) = self.groups(simd, block, &chords);
+            for group in &groups[..count] {
+                let [mut first, end] = group.columns;
+                while first < end {
+                    let last = end.min(first + LONGEST);
+                    let columns = rows.columns(block, [first, last]);
+                    let front = self.front(simd, block, group, first, step);
+                    let sums =
+                        front.add_adjoint(simd, columns, self.u(first), self.raster.pitch[0]);
+                    self.count(simd, block, &sums, &mut moments);
+                    first = last;
                 }
             }
-            block += LANES;
         }
         moments
     }
 
-    /// Column range, first value and first ratio of eight rows.
+    /// Adds the sums over a block's rows, times 1, u and u², to all moments.
     #[inline(always)]
-    fn heads<S: Simd>(&self, simd: S, raster: &Raster, block: usize, k: f64) -> Heads {
-        let splat = |v: f64| f64x8::splat(simd, v);
-        let a = self.arrival;
-        let [hx, hy] = raster.pitch;
-        let [xx, xy, yy] = a.curvature;
+    fn count<S: Simd>(
+        &self,
+        simd: S,
+        block: usize,
+        [one, first, second]: &[Pair<S>; 3],
+        moments: &mut Moments,
+    ) {
+        let v = self.v(simd, block);
+        let times_v = |(re, im): Pair<S>| (re * v, im * v);
+        let all = [
+            *one,
+            *first,
+            times_v(*one),
+            *second,
+            times_v(*first),
+            times_v(times_v(*one)),
+        ];
+        for (moment, (re, im)) in moments.iter_mut().zip(all) {
+            let total = |sum: f64x8<S>| sum.as_array().iter().sum::<f64>();
+            *moment += Complex64::new(total(re), total(im));
+        }
+    }
+
+    /// The distance of a column from the beamlet's ray along x.
+    #[inline(always)]
+    fn u(&self, column: usize) -> f64 {
+        column as f64 * self.raster.pitch[0] + (self.raster.start[0] - self.arrival.at[0])
+    }
+
+    /// The distances of a block's rows from the beamlet's ray along y.
+    #[inline(always)]
+    fn v<S: Simd>(&self, simd: S, block: usize) -> f64x8<S> {
+        let hy = self.raster.pitch[1];
+        let first = self.raster.start[1] + (block * LANES) as f64 * hy - self.arrival.at[1];
         let lane = f64x8::from_slice(simd, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
+        lane * f64x8::splat(simd, hy) + f64x8::splat(simd, first)
+    }
+
+    /// The parts of a block's rows that lie in the footprint.
+    #[inline(always)]
+    fn chords<S: Simd>(&self, simd: S, block: usize) -> Chords {
+        let splat = |v: f64| f64x8::splat(simd, v);
+        let [xx, xy, yy] = self.arrival.curvature;
+        let v = self.v(simd, block);
 
         // The ellipse xx u² + 2 xy u v + yy v² ≤ limit (imaginary parts), cut at each row's v.
-        let v = lane * splat(hy) + splat(raster.start[1] + block as f64 * hy - a.at[1]);
         let middle = v * splat(-xy.im / xx.im);
         let under = splat(self.limit) - v * v * splat(yy.im - xy.im * xy.im / xx.im);
         let half = (under.max(splat(0.0)) * splat(1.0 / xx.im)).sqrt();
-        let column = |u: f64x8<S>| (u + splat(a.at[0] - raster.start[0])) * splat(1.0 / hx);
-        let width = splat(raster.size[0] as f64);
+        let from = splat(self.arrival.at[0] - self.raster.start[0]);
+        let column = |u: f64x8<S>| (u + from) * splat(1.0 / self.raster.pitch[0]);
+        let width = splat(self.raster.size[0] as f64);
         let clamp = |c: f64x8<S>| c.max(splat(0.0)).min(width);
         let low = clamp(column(middle - half).ceil());
         let high = clamp(column(middle + half).floor() + splat(1.0));
-        let u = low * splat(hx) + splat(raster.start[0] - a.at[0]);
+        let (low, mut high) = (*low.as_array(), *high.as_array());
 
-        // Exponent i·k[p·(u,v) + ½(xx u² + 2 xy u v + yy v²)], and its step to the next column.
-        let quadratic = |xx: f64, xy: f64, yy: f64| {
-            (u * splat(0.5 * xx) + v * splat(xy)) * u + v * v * splat(0.5 * yy)
+        // Rows beside the raster or the footprint have none.
+        for (l, high) in high.iter_mut().enumerate() {
+            let row = block * LANES + l;
+            if row < self.span[0] || row >= self.span[1] {
+                *high = 0.0;
+            }
+        }
+        Chords { low, high }
+    }
+
+    /// The rows of a block that are computed together: all, or each by itself where an oblique footprint would have
+    /// them computed far outside of it. Then how many groups there are.
+    #[inline(always)]
+    fn groups<S: Simd>(&self, simd: S, block: usize, chords: &Chords) -> ([Group; LANES], usize) {
+        let mut groups = [Group::default(); LANES];
+        let mut all = Group {
+            lit: [0.0; LANES],
+            columns: [usize::MAX, 0],
         };
-        let linear = u * splat(a.cosines[0]) + v * splat(a.cosines[1]);
-        let phase = (linear + quadratic(xx.re, xy.re, yy.re)) * splat(k);
-        let decay = quadratic(xx.im, xy.im, yy.im) * splat(-k);
-        let next = u + splat(0.5 * hx);
-        let turn = (next * splat(xx.re) + v * splat(xy.re) + splat(a.cosines[0])) * splat(k * hx);
-        let growth = (next * splat(xx.im) + v * splat(xy.im)) * splat(-k * hx);
-        let (value, ratio) = (polar(decay, phase), polar(growth, turn));
-        Heads {
-            low: *low.as_array(),
-            high: *high.as_array(),
-            value: [*value.0.as_array(), *value.1.as_array()],
-            ratio: [*ratio.0.as_array(), *ratio.1.as_array()],
+        for l in 0..LANES {
+            let columns = [chords.low[l] as usize, chords.high[l] as usize];
+            if columns[0] < columns[1] {
+                all.lit[l] = 1.0;
+                all.columns[0] = all.columns[0].min(columns[0]);
+                all.columns[1] = all.columns[1].max(columns[1]);
+            }
         }
-    }
-}
-
-/// Where eight rows start and end, with their first values and ratios (real and imaginary parts).
-struct Heads {
-    low: Lanes,
-    high: Lanes,
-    value: [Lanes; 2],
-    ratio: [Lanes; 2],
-}
-
-/// Real and imaginary parts of eight numbers.
-type Pair<S> = (f64x8<S>, f64x8<S>);
-
-/// Powers of the constant ρ by which the ratio of neighbours changes.
-struct Chirp<S: Simd> {
-    /// ρ^{l(l−1)/2}.
-    triangle: Pair<S>,
-    /// ρ^{28+8l}: from the first ratio to the ratio over eight columns.
-    leap: Pair<S>,
-    /// ρ^{64}.
-    step: Pair<S>,
-}
-
-impl<S: Simd> Chirp<S> {
-    #[inline(always)]
-    fn new(simd: S, bend: Complex64) -> Self {
-        Self {
-            triangle: powers(simd, bend, [0.0, 0.0, 1.0, 3.0, 6.0, 10.0, 15.0, 21.0]),
-            leap: powers(simd, bend, [28.0, 36.0, 44.0, 52.0, 60.0, 68.0, 76.0, 84.0]),
-            step: powers(simd, bend, [64.0; LANES]),
+        let [first, last] = all.columns;
+        if first >= last {
+            return (groups, 0);
         }
-    }
-
-    /// The first eight chirped values, and their ratios over eight columns.
-    #[inline(always)]
-    fn start(&self, simd: S, value: Complex64, ratio: Complex64) -> (Pair<S>, Pair<S>) {
-        // Eight neighbours value·ratioˡ·ρ^{l(l−1)/2}, and their ratios over eight columns,
-        // ratio⁸·ρ^{28+8l}.
-        let squared = ratio * ratio;
-        let fourth = squared * squared;
-        let eighth = fourth * fourth;
-        let low = [
-            value,
-            value * ratio,
-            value * squared,
-            value * squared * ratio,
-        ];
-        let high = low.map(|v| v * fourth);
-        let real = [low.map(|v| v.re), high.map(|v| v.re)];
-        let imaginary = [low.map(|v| v.im), high.map(|v| v.im)];
-        let pr = f64x8::from_slice(simd, real.as_flattened());
-        let pi = f64x8::from_slice(simd, imaginary.as_flattened());
-        let (tr, ti) = self.triangle;
-        let (lr, li) = self.leap;
-        let er = f64x8::splat(simd, eighth.re);
-        let ei = f64x8::splat(simd, eighth.im);
-        (
-            (pr * tr - pi * ti, pr * ti + pi * tr),
-            (er * lr - ei * li, er * li + ei * lr),
-        )
-    }
-
-    /// Adds the chirped values that start at `value` with first ratio `ratio` to a row.
-    #[inline(always)]
-    fn run(&self, simd: S, row: (&mut [f64], &mut [f64]), value: Complex64, ratio: Complex64) {
-        let ((mut vr, mut vi), (mut rr, mut ri)) = self.start(simd, value, ratio);
-
-        // Two complex multiplications per value.
-        let (sr, si) = self.step;
-        let (re, im) = row;
-        for (re, im) in re.chunks_exact_mut(LANES).zip(im.chunks_exact_mut(LANES)) {
-            (f64x8::from_slice(simd, re) + vr).store_slice(re);
-            (f64x8::from_slice(simd, im) + vi).store_slice(im);
-            (vr, vi) = (vr * rr - vi * ri, vr * ri + vi * rr);
-            (rr, ri) = (rr * sr - ri * si, rr * si + ri * sr);
+        let decay = *self
+            .decay(simd, self.u(first), self.v(simd, block))
+            .as_array();
+        let lost = (0..LANES).any(|l| all.lit[l] > 0.0 && decay[l] < FAINTEST);
+        if !lost && (last - first) as u64 <= chords.count() {
+            groups[0] = all;
+            return (groups, 1);
         }
+        let mut count = 0;
+        for l in (0..LANES).filter(|l| all.lit[*l] > 0.0) {
+            groups[count].lit[l] = 1.0;
+            groups[count].columns = [chords.low[l] as usize, chords.high[l] as usize];
+            count += 1;
+        }
+        (groups, count)
     }
-}
 
-impl<S: Simd> Chirp<S> {
-    /// Σ of a row times the conjugates of the values that [`Chirp::run`] would add to it, times 1, u, u²
-    /// where u starts at `place[0]` and grows by `place[1]`.
+    /// The real part of the exponent of unit amplitude at distances (u, v).
     #[inline(always)]
-    fn read(
+    fn decay<S: Simd>(&self, simd: S, u: f64, v: f64x8<S>) -> f64x8<S> {
+        let [xx, xy, yy] = self.arrival.curvature.map(|g| g.im);
+        quadratic(simd, [xx, xy, yy], u, v) * f64x8::splat(simd, -self.k)
+    }
+
+    /// The values in a column of a group of rows, of unit amplitude, and how they go on.
+    #[inline(always)]
+    fn front<S: Simd>(
         &self,
         simd: S,
-        row: (&[f64], &[f64]),
-        [value, ratio]: [Complex64; 2],
-        [start, pitch]: [f64; 2],
-    ) -> [Complex64; 3] {
-        let ((mut vr, mut vi), (mut rr, mut ri)) = self.start(simd, value, ratio);
-        let (sr, si) = self.step;
-        let lane = f64x8::from_slice(simd, &[0.0, 1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0]);
-        let mut u = lane * f64x8::splat(simd, pitch) + f64x8::splat(simd, start);
-        let leap = f64x8::splat(simd, LANES as f64 * pitch);
-        let zero = f64x8::splat(simd, 0.0);
-        let mut sums = [(zero, zero); 3];
-        for (re, im) in row.0.chunks_exact(LANES).zip(row.1.chunks_exact(LANES)) {
-            let (re, im) = (f64x8::from_slice(simd, re), f64x8::from_slice(simd, im));
-            // re + i·im += v
-            let mut part = (vr * re + vi * im, vr * im - vi * re);
-            for sum in &mut sums {
-                *sum = (sum.0 + part.0, sum.1 + part.1);
-                part = (part.0 * u, part.1 * u);
-            }
-            u += leap;
-            (vr, vi) = (vr * rr - vi * ri, vr * ri + vi * rr);
-            (rr, ri) = (rr * sr - ri * si, rr * si + ri * sr);
+        block: usize,
+        group: &Group,
+        column: usize,
+        step: Pair<S>,
+    ) -> Front<S> {
+        let splat = |v: f64| f64x8::splat(simd, v);
+        let (a, k, hx) = (self.arrival, self.k, self.raster.pitch[0]);
+        let [xx, xy, yy] = a.curvature;
+        let (u, v) = (self.u(column), self.v(simd, block));
+
+        // Exponent i·k[p·(u,v) + ½(xx u² + 2 xy u v + yy v²)], and its step to the next column.
+        let linear = v * splat(a.cosines[1]) + splat(u * a.cosines[0]);
+        let phase = (linear + quadratic(simd, [xx.re, xy.re, yy.re], u, v)) * splat(k);
+        let next = u + 0.5 * hx;
+        let turn = (v * splat(xy.re) + splat(next * xx.re + a.cosines[0])) * splat(k * hx);
+        let growth = (v * splat(xy.im) + splat(next * xx.im)) * splat(-k * hx);
+
+        // Rows that do not belong to the group stay dark.
+        let lit = f64x8::from_slice(simd, &group.lit);
+        let (value, ratio) = (polar(self.decay(simd, u, v), phase), polar(growth, turn));
+        Front {
+            value: (value.0 * lit, value.1 * lit),
+            ratio: (ratio.0 * lit, ratio.1 * lit),
+            step,
         }
-        let total = |sum: f64x8<S>| sum.as_array().iter().sum::<f64>();
-        sums.map(|(re, im)| Complex64::new(total(re), total(im)))
+    }
+
+    /// The factor by which the ratio of neighbouring columns changes.
+    #[inline(always)]
+    fn step<S: Simd>(&self, simd: S) -> Pair<S> {
+        let [xx, _, _] = self.arrival.curvature;
+        let bend = self.k * self.raster.pitch[0] * self.raster.pitch[0];
+        let splat = |v: f64| f64x8::splat(simd, v);
+        polar(splat(-bend * xx.im), splat(bend * xx.re))
     }
 }
 
-/// exp(n·bend) of eight n. A function of its own: a closure would not be compiled for the machine's vectors.
+impl Chords {
+    /// Values in the footprint.
+    #[inline(always)]
+    fn count(&self) -> u64 {
+        let each = self.low.iter().zip(&self.high);
+        each.map(|(low, high)| (high - low).max(0.0)).sum::<f64>() as u64
+    }
+}
+
+impl<S: Simd> Front<S> {
+    /// The same for a beamlet of this amplitude.
+    #[inline(always)]
+    fn scaled(mut self, simd: S, amplitude: Complex64) -> Self {
+        let splat = |v: f64| f64x8::splat(simd, v);
+        self.value = times(self.value, (splat(amplitude.re), splat(amplitude.im)));
+        self
+    }
+
+    /// Adds the values to columns.
+    #[inline(always)]
+    fn add(self, simd: S, columns: &mut [f64]) {
+        let Self {
+            mut value,
+            mut ratio,
+            step,
+        } = self;
+        for column in columns.chunks_exact_mut(COLUMN) {
+            let (re, im) = column.split_at_mut(LANES);
+            (f64x8::from_slice(simd, re) + value.0).store_slice(re);
+            (f64x8::from_slice(simd, im) + value.1).store_slice(im);
+            value = times(value, ratio);
+            ratio = times(ratio, step);
+        }
+    }
+
+    /// Σ of columns times the conjugates of the values that [`Front::add`] would add to them, row by row, times 1, u, u²
+    /// where u starts here and grows by `pitch`.
+    #[inline(always)]
+    fn add_adjoint(self, simd: S, columns: &[f64], mut u: f64, pitch: f64) -> [Pair<S>; 3] {
+        let Self {
+            mut value,
+            mut ratio,
+            step,
+        } = self;
+        let zero = f64x8::splat(simd, 0.0);
+        let mut sums = [(zero, zero); 3];
+        for column in columns.chunks_exact(COLUMN) {
+            let (re, im) = column.split_at(LANES);
+            let (re, im) = (f64x8::from_slice(simd, re), f64x8::from_slice(simd, im));
+            // re + i·im += value
+            let mut part = (value.0 * re + value.1 * im, value.0 * im - value.1 * re);
+            let far = f64x8::splat(simd, u);
+            for sum in &mut sums {
+                *sum = (sum.0 + part.0, sum.1 + part.1);
+                part = (part.0 * far, part.1 * far);
+            }
+            u += pitch;
+            value = times(value, ratio);
+            ratio = times(ratio, step);
+        }
+        sums
+    }
+}
+
+/// ½(xx u² + 2 xy u v + yy v²).
 #[inline(always)]
-fn powers<S: Simd>(simd: S, bend: Complex64, n: Lanes) -> Pair<S> {
-    let n = f64x8::from_slice(simd, &n);
-    polar(
-        n * f64x8::splat(simd, bend.re),
-        n * f64x8::splat(simd, bend.im),
-    )
+fn quadratic<S: Simd>(simd: S, [xx, xy, yy]: [f64; 3], u: f64, v: f64x8<S>) -> f64x8<S> {
+    let splat = |v: f64| f64x8::splat(simd, v);
+    (v * splat(0.5 * yy) + splat(xy * u)) * v + splat(0.5 * xx * u * u)
+}
+
+/// The products of eight pairs of complex numbers.
+#[inline(always)]
+fn times<S: Simd>(a: Pair<S>, b: Pair<S>) -> Pair<S> {
+    (a.0 * b.0 - a.1 * b.1, a.0 * b.1 + a.1 * b.0)
 }
 
 /// exp(a + ib) of eight pairs.
 #[inline(always)]
-fn polar<S: Simd>(a: f64x8<S>, b: f64x8<S>) -> (f64x8<S>, f64x8<S>) {
+fn polar<S: Simd>(a: f64x8<S>, b: f64x8<S>) -> Pair<S> {
     let size = exp(a);
     let (cos, sin) = cis(b);
     (size * cos, size * sin)
@@ -358,23 +470,70 @@ mod tests {
         for j in 0..45 {
             for i in 0..50 {
                 let t = ((j * 50 + i) as f64 * 0.618_033_988_7).fract();
-                (bar.re[j * bar.stride + i], bar.im[j * bar.stride + i]) =
-                    (t - 0.5, (5.0 * t).sin());
+                bar.set([j, i], Complex64::new(t - 0.5, (5.0 * t).sin()));
             }
         }
         let (k, level) = (std::f64::consts::TAU, Level::new());
-        let kernel = BeamletKernel::new(&arrival, &rows, 2.0).unwrap();
-        dispatch!(level, simd => kernel.add(simd, &mut rows, k));
-        let back = dispatch!(level, simd => kernel.add_adjoint(simd, &bar, k))[0];
+        let kernel = BeamletKernel::new(&arrival, &raster, 2.0, k).unwrap();
+        dispatch!(level, simd => kernel.add(simd, &mut rows));
+        let back = dispatch!(level, simd => kernel.add_adjoint(simd, &bar))[0];
         let mut forward = Complex64::ZERO;
-        for at in 0..rows.re.len() {
-            let value = Complex64::new(rows.re[at], rows.im[at]);
-            forward += Complex64::new(bar.re[at], -bar.im[at]) * value;
+        for j in 0..45 {
+            for i in 0..50 {
+                forward += bar.value([j, i]).conj() * rows.value([j, i]);
+            }
         }
         let reverse = back.conj() * arrival.amplitude;
         assert!(
             (forward - reverse).norm() < 1e-14 * 100.0,
             "{forward} {reverse}"
         );
+    }
+
+    /// Of a narrow footprint along the diagonal, whose rows have hardly a column in common, every value within it is that
+    /// of the formula; of a wide one that reaches far beyond the raster too.
+    #[test]
+    fn oblique_and_wide_footprints_match_the_formula() {
+        let raster = Raster {
+            start: [-30.0, -9.0],
+            pitch: [0.1, 0.2],
+            size: [600, 93],
+        };
+        let (k, limit) = (std::f64::consts::TAU, 2.2);
+        for shear in [-0.9999, 0.3, 0.999999] {
+            for tall in [0.001, 0.1, 4.0] {
+                let [xx, yy] = [0.1, 0.1 * tall];
+                let arrival = Arrival {
+                    at: [1.3, -0.4],
+                    cosines: [0.1, -0.3],
+                    amplitude: Complex64::new(0.3, -0.8),
+                    curvature: [
+                        Complex64::new(0.02, xx),
+                        Complex64::new(-0.01, shear * (xx * yy).sqrt()),
+                        Complex64::new(0.01, yy),
+                    ],
+                };
+                let mut rows = Rows::zeros(raster);
+                let kernel = BeamletKernel::new(&arrival, &raster, limit, k).unwrap();
+                let count = dispatch!(Level::new(), simd => kernel.add(simd, &mut rows));
+                let mut within = 0;
+                for (j, i) in (0..93).flat_map(|j| (0..600).map(move |i| (j, i))) {
+                    let u = raster.start[0] + i as f64 * raster.pitch[0] - arrival.at[0];
+                    let v = raster.start[1] + j as f64 * raster.pitch[1] - arrival.at[1];
+                    let [xx, xy, yy] = arrival.curvature;
+                    let bend = xx * u * u + xy * 2.0 * u * v + yy * v * v;
+                    if bend.im > limit {
+                        continue;
+                    }
+                    within += 1;
+                    let linear = arrival.cosines[0] * u + arrival.cosines[1] * v;
+                    let value = (Complex64::i() * k * (0.5 * bend + linear)).exp();
+                    let off = (rows.value([j, i]) - arrival.amplitude * value).norm();
+                    assert!(off < 1e-11, "{shear} {tall} {j} {i}: {off:e}");
+                }
+                assert_eq!(count, within, "{shear} {tall}");
+                assert!(within > 100, "{within}");
+            }
+        }
     }
 }

@@ -86,8 +86,7 @@ impl Canvas {
         let mut canvas = Self::new(raster);
         for ((j, i), value) in values.indexed_iter() {
             let band = &mut canvas.bands[j / BAND_ROWS];
-            let at = (j - band.first_row) * band.rows.stride + i;
-            (band.rows.re[at], band.rows.im[at]) = (value.re, value.im);
+            band.rows.set([j - band.first_row, i], *value);
         }
         canvas
     }
@@ -135,8 +134,7 @@ impl Canvas {
         let [nx, ny] = self.raster.size;
         ndarray::Array2::from_shape_fn((ny, nx), |(j, i)| {
             let band = &self.bands[j / BAND_ROWS];
-            let at = (j - band.first_row) * band.rows.stride + i;
-            Complex64::new(band.rows.re[at], band.rows.im[at])
+            band.rows.value([j - band.first_row, i])
         })
     }
 }
@@ -152,8 +150,8 @@ fn fill<'a, S: Simd>(
 ) -> Evaluations {
     let mut evaluations = 0;
     for (arrival, reach) in beamlets {
-        if let Some(kernel) = BeamletKernel::reaching(arrival, rows, limit, *reach) {
-            evaluations += kernel.add(simd, rows, k);
+        if let Some(kernel) = BeamletKernel::reaching(arrival, &rows.raster, [limit, *reach], k) {
+            evaluations += kernel.add(simd, rows);
         }
     }
     evaluations
@@ -162,8 +160,8 @@ fn fill<'a, S: Simd>(
 /// What one band gives back to a beamlet.
 #[inline(always)]
 fn read<S: Simd>(simd: S, rows: &Rows, arrival: &Arrival, k: f64, limit: f64) -> Moments {
-    match BeamletKernel::new(arrival, rows, limit) {
-        Some(kernel) => kernel.add_adjoint(simd, rows, k),
+    match BeamletKernel::new(arrival, &rows.raster, limit, k) {
+        Some(kernel) => kernel.add_adjoint(simd, rows),
         None => [Complex64::ZERO; 6],
     }
 }

@@ -30,15 +30,12 @@ impl Gather {
         let mut evaluations = 0;
         for arrival in arrivals {
             let beside = self.carrier.beside(arrival, self.k);
-            if let Some(kernel) = BeamletKernel::new(&beside, &rows, limit) {
-                evaluations += dispatch!(Level::new(), simd => kernel.add(simd, &mut rows, self.k));
+            if let Some(kernel) = BeamletKernel::new(&beside, &self.raster, limit, self.k) {
+                evaluations += dispatch!(Level::new(), simd => kernel.add(simd, &mut rows));
             }
         }
         let [nx, ny] = self.raster.size;
-        let values = Array2::from_shape_fn((ny, nx), |(j, i)| {
-            let at = j * rows.stride + i;
-            Complex64::new(rows.re[at], rows.im[at])
-        });
+        let values = Array2::from_shape_fn((ny, nx), |(j, i)| rows.value([j, i]));
         (values, evaluations)
     }
 
@@ -51,16 +48,15 @@ impl Gather {
     ) -> Vec<Moments> {
         let mut rows = Rows::zeros(self.raster);
         for ((j, i), value) in bar.indexed_iter() {
-            let at = j * rows.stride + i;
-            (rows.re[at], rows.im[at]) = (value.re, value.im);
+            rows.set([j, i], *value);
         }
         let limit = self.limit();
         let one = |arrival: &Arrival| {
             let beside = self.carrier.beside(arrival, self.k);
-            let Some(kernel) = BeamletKernel::new(&beside, &rows, limit) else {
+            let Some(kernel) = BeamletKernel::new(&beside, &self.raster, limit, self.k) else {
                 return [Complex64::ZERO; 6];
             };
-            let moments = dispatch!(Level::new(), simd => kernel.add_adjoint(simd, &rows, self.k));
+            let moments = dispatch!(Level::new(), simd => kernel.add_adjoint(simd, &rows));
             // amplitude of the beamlet beside the carrier = amplitude·removed
             let turned = self.carrier.removed(arrival.at, self.k).conj();
             moments.map(|moment| moment * turned)
