@@ -21,20 +21,20 @@ quick:
 	cargo clippy --profile quick --workspace --all-targets -- -D warnings
 	cargo test --profile quick --quiet --workspace --lib --test house -- --skip _slow
 
-# The environments come mostly from the network: they are filled while the compiler works.
+# Lints work beside the compiler, in a folder of their own; the environments come mostly from the network.
 test:
-	$(MAKE) --no-print-directory --jobs 2 compiled environments
+	$(MAKE) --no-print-directory --jobs 3 lint compiled environments
 	$(MAKE) --no-print-directory cargo-test fuzz test-python test-torch
 
-test-rust: compiled cargo-test
+test-rust: lint compiled cargo-test
 
-compiled: lint
+compiled:
 	cargo test --release --workspace --no-run
 
 lint:
 	cargo fmt --all --check
-	cargo clippy --release --workspace --all-targets -- -D warnings
-	RUSTDOCFLAGS="-D warnings" cargo doc --release --workspace --no-deps
+	cargo clippy --profile quick --workspace --all-targets -- -D warnings
+	RUSTDOCFLAGS="-D warnings" cargo doc --profile quick --workspace --no-deps
 
 cargo-test:
 	cargo test --release --workspace
