@@ -490,8 +490,8 @@ mod tests {
         );
     }
 
-    /// Of a narrow footprint along the diagonal, whose rows have hardly a column in common, every value within it is that
-    /// of the formula; of a wide one that reaches far beyond the raster too.
+    /// Every value within a footprint is that of the formula: of narrow and wide ones, and of oblique ones whose rows have
+    /// no column in common, so far apart that a row's Gaussian is no number any more where another's begins.
     #[test]
     fn oblique_and_wide_footprints_match_the_formula() {
         let raster = Raster {
@@ -501,7 +501,7 @@ mod tests {
         };
         let (k, limit) = (std::f64::consts::TAU, 2.2);
         for shear in [-0.9999, 0.3, 0.999999] {
-            for tall in [0.001, 0.1, 4.0] {
+            for tall in [0.001, 0.1, 4.0, 1000.0] {
                 let [xx, yy] = [0.1, 0.1 * tall];
                 let arrival = Arrival {
                     at: [1.3, -0.4],
@@ -532,7 +532,7 @@ mod tests {
                     assert!(off < 1e-11, "{shear} {tall} {j} {i}: {off:e}");
                 }
                 assert_eq!(count, within, "{shear} {tall}");
-                assert!(within > 100, "{within}");
+                assert!(within > 50, "{within}");
             }
         }
     }
