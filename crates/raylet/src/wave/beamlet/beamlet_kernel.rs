@@ -491,7 +491,7 @@ mod tests {
     }
 
     /// Every value within a footprint is that of the formula: of narrow and wide ones, and of oblique ones whose rows have
-    /// no column in common, so far apart that a row's Gaussian is no number any more where another's begins.
+    /// no column in common.
     #[test]
     fn oblique_and_wide_footprints_match_the_formula() {
         let raster = Raster {
