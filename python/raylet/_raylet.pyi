@@ -37,7 +37,7 @@ __version__: Final[str]
 @final
 class Bench:
     """
-    Frozen plans of a scene whose pixels and numbers vary.
+    Frozen plans of a scene whose pixels and parameters vary.
     """
     def __new__(
         cls,
@@ -45,12 +45,12 @@ class Bench:
         scene: Scene,
         arrays: dict[str, NDArray[Any]],
         elements: SupportsGetItem[int, str],
-        numbers: SupportsGetItem[int, str],
+        parameters: SupportsGetItem[int, str],
         threads: SupportsIndex | None,
     ) -> Bench:
         """
-        Plans a scene about the values of its numbers; `elements` are the names of those whose pixels vary,
-        `numbers` the paths of the numbers that do.
+        Plans a scene about the values of its parameters; `elements` are the names of those whose pixels vary,
+        `parameters` the paths of the parameters that do.
         """
     def forward(
         self,
@@ -58,16 +58,16 @@ class Bench:
         scene: Scene,
         arrays: dict[str, NDArray[Any]],
         pixels: list[NDArray[Any]],
-        numbers: SupportsGetItem[int, SupportsFloat | SupportsIndex],
+        parameters: SupportsGetItem[int, SupportsFloat | SupportsIndex],
         threads: SupportsIndex | None,
     ) -> tuple[list[NDArray[complex128]], Passage]:
         """
         Light through the system with these pixels (phases float64 or transmissions complex128, [y, x], for each
-        element) and numbers: the fields [y, x] of all wavelengths, and the passage.
+        element) and parameters: the fields [y, x] of all wavelengths, and the passage.
         """
-    def numbers(self, /) -> list[float]:
+    def parameters(self, /) -> list[float]:
         """
-        The numbers as the scene has them: of a radius the curvature, 1/radius.
+        The parameters as the scene has them: of a radius the curvature, 1/radius.
         """
 
 @final
@@ -81,7 +81,7 @@ class Passage:
         """
         The gradient of a real loss, from the cotangents ∂L/∂Re U + i ∂L/∂Im U of the fields [y, x] of all
         wavelengths: for each element by its phases (float64) or transmissions (complex128, ∂L/∂Re t + i ∂L/∂Im t),
-        and by the numbers.
+        and by the parameters.
         """
 
 @final
@@ -141,9 +141,9 @@ def design(
     """
     Runs the `[design]` of a scene.
 
-    Returns (arrays by their paths in the scene, numbers by name, (loss after each iteration, loss of what was found,
+    Returns (arrays by their paths in the scene, parameters by name, (loss after each iteration, loss of what was found,
     evaluations, what was wrong with the newest checkpoint), (field, wavelength, losses by kind) of each run, the scene
-    with its numbers).
+    with its parameters).
     """
 
 def element(
@@ -238,7 +238,7 @@ def trace(
     arrays: dict[str, NDArray[Any]],
     channel: SupportsIndex,
     starts: tuple[NDArray[float64], NDArray[float64]],
-    numbers: SupportsGetItem[int, str],
+    parameters: SupportsGetItem[int, str],
     threads: SupportsIndex | None,
 ) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[float64]]:
     """
@@ -246,7 +246,7 @@ def trace(
     opening, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
 
     Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
-    fates (rays; 0 arrived, else the number of the loss), and derivatives (numbers, 5, rays) of x, y, L, M, path on
+    fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on
     the sensor. What a lost ray did not reach is NaN.
     """
 

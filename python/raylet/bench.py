@@ -1,4 +1,4 @@
-"""A system as a function of pixels and numbers, with its gradient: for any framework, or none."""
+"""A system as a function of pixels and parameters, with its gradient: for any framework, or none."""
 
 from __future__ import annotations
 
@@ -37,14 +37,14 @@ class Passage:
         """The gradient of a real loss L from its cotangent ∂L/∂Re U + i ∂L/∂Im U, shaped like :attr:`field`.
 
         Returns one array for each element, float64 by its phases where these were given, complex128 ∂L/∂Re t + i
-        ∂L/∂Im t by its transmissions where those were; and the derivatives by the numbers.
+        ∂L/∂Im t by its transmissions where those were; and the derivatives by the parameters.
         """
         bar = np.asarray(field_bar)
         if bar.shape != self.field.shape:
             raise ValueError(f"field_bar has shape {bar.shape}, expected {self.field.shape}")
         bars = [bar] if bar.ndim == 2 else list(bar)
-        pixels, numbers = self._passage.adjoint([grid("field_bar", one) for one in bars], self._threads)
-        return pixels, np.array(numbers, dtype=np.float64)
+        pixels, parameters = self._passage.adjoint([grid("field_bar", one) for one in bars], self._threads)
+        return pixels, np.array(parameters, dtype=np.float64)
 
     @described
     def __repr__(self) -> str:
@@ -52,55 +52,55 @@ class Passage:
 
 
 class Bench:
-    """Frozen plans of a system whose pixels and numbers vary; made by :meth:`raylet.System.bench`.
+    """Frozen plans of a system whose pixels and parameters vary; made by :meth:`raylet.System.bench`.
 
-    Calling it with an array for each element (phases, or complex transmissions) and the numbers sends light through.
+    Calling it with an array for each element (phases, or complex transmissions) and the parameters sends light through.
     What is differentiated is one fixed, smooth function: no mode is dropped for being weak, as :meth:`raylet.System.
     simulate` may do within its target error. Numbers that have gone far deserve a bench of their own.
 
     Attributes
     ----------
     elements : names of the elements whose pixels vary.
-    names : names of the numbers; of a radius the curvature varies, "1/….radius_mm".
-    start : the numbers as the system has them.
+    names : names of the parameters; of a radius the curvature varies, "1/….radius_mm".
+    start : the parameters as the system has them.
     shape : of the field.
     """
 
     def __init__(
-        self, system: System, elements: Sequence[str], numbers: Sequence[str], threads: int | None = None
+        self, system: System, elements: Sequence[str], parameters: Sequence[str], threads: int | None = None
     ) -> None:
         self.elements = tuple(elements)
         self._scene, self._arrays, self._threads = system._compiled(), system._arrays, threads
         self._several = isinstance(system._document["wavelength_um"], list)
-        self._bench = _raylet.Bench(self._scene, self._arrays, list(elements), list(numbers), threads)
-        self.start: NDArray[np.float64] = np.array(self._bench.numbers(), dtype=np.float64)
+        self._bench = _raylet.Bench(self._scene, self._arrays, list(elements), list(parameters), threads)
+        self.start: NDArray[np.float64] = np.array(self._bench.parameters(), dtype=np.float64)
         rows = dict(zip(called(system._document), system._document["element"]))
         self._shapes = [pixel_shape(rows.get(name, {}).get("layer") or []) for name in elements]
         nx, ny = system._document["element"][-1]["pixels"]
         waves = len(system.wavelength_um)
         self.shape: tuple[int, ...] = (waves, ny, nx) if self._several else (ny, nx)
-        inverse = [path.rsplit(".", 1)[-1].startswith("radius") for path in numbers]
-        self.names = tuple(f"1/{path}" if turned else path for path, turned in zip(numbers, inverse))
+        inverse = [path.rsplit(".", 1)[-1].startswith("radius") for path in parameters]
+        self.names = tuple(f"1/{path}" if turned else path for path, turned in zip(parameters, inverse))
 
-    def __call__(self, *pixels: Any, numbers: Any = None) -> Passage:
-        """Light through the system with these pixels and numbers."""
+    def __call__(self, *pixels: Any, parameters: Any = None) -> Passage:
+        """Light through the system with these pixels and parameters."""
         self._check([np.shape(array) for array in pixels], self.start.shape)
         given = [grid(f"pixels of '{name}'", array) for name, array in zip(self.elements, pixels)]
-        values = self.start if numbers is None else np.atleast_1d(real("numbers", numbers))
+        values = self.start if parameters is None else np.atleast_1d(real("parameters", parameters))
         self._check([array.shape for array in given], values.shape)
         fields, passage = self._bench.forward(self._scene, self._arrays, given, values.tolist(), self._threads)
         field = np.stack(fields) if self._several else fields[0]
         return Passage(field, fields, passage, self._threads)
 
-    def _check(self, pixels: Sequence[tuple[int, ...]], numbers: tuple[int, ...]) -> None:
+    def _check(self, pixels: Sequence[tuple[int, ...]], parameters: tuple[int, ...]) -> None:
         """Refuses arrays of other shapes than the system's."""
         if len(pixels) != len(self.elements):
             raise TypeError(f"{len(pixels)} arrays of pixels, expected {len(self.elements)}: for {self.elements}")
         for name, shape, expected in zip(self.elements, pixels, self._shapes):
             if expected is not None and len(shape) == 2 and tuple(shape) != expected:
                 raise ValueError(f"pixels of '{name}' have shape {tuple(shape)}, expected {expected}")
-        if tuple(numbers) != self.start.shape:
-            raise ValueError(f"numbers has shape {tuple(numbers)}, expected {self.start.shape}: for {self.names}")
+        if tuple(parameters) != self.start.shape:
+            raise ValueError(f"parameters has shape {tuple(parameters)}, expected {self.start.shape}: for {self.names}")
 
     @described
     def __repr__(self) -> str:

@@ -1,7 +1,7 @@
 """raylet in DeepLens: a DeepLens lens with a raylet element on one of its planes and a raylet sensor at its image.
 
 DeepLens traces every ray, before and behind the element; raylet splits rays at the element and sums what arrives.
-Autograd goes back to the element's phases and to the numbers of DeepLens's surfaces. The lens must be in float64.
+Autograd goes back to the element's phases and to the parameters of DeepLens's surfaces. The lens must be in float64.
 
 >>> import raylet, raylet.deeplens
 >>> lens = deeplens.GeoLens("lens.json", dtype=torch.float64, device="cpu")  # doctest: +SKIP
@@ -83,7 +83,7 @@ class Hybrid(raylet.hybrid.Hybrid):
         """The complex field [y, x] on the sensor, for one field of the lens: angles in degrees and the depth of the
         object in mm (negative), as in DeepLens's `sample_from_fov`.
 
-        `phase` [y, x] replaces that of the element's pixels; as a tensor it may have gradients, as may the numbers of
+        `phase` [y, x] replaces that of the element's pixels; as a tensor it may have gradients, as may the parameters of
         all of DeepLens's surfaces; the places of element and sensor are held.
         """
         out: Tensor = self._field(phase, (fov_x, fov_y, depth))

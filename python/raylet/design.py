@@ -43,7 +43,7 @@ class Design:
     ----------
     system : the system with it.
     arrays : what was found for the pixels, by its path in the scene: phases in rad, amplitudes, heights in µm.
-    numbers : the numbers that were found, by their names; of a radius the curvature, "1/….radius_mm".
+    parameters : the parameters that were found, by their names; of a radius the curvature, "1/….radius_mm".
     scores : numbers that say how good it is, by name.
     course : the loss at the start and after each iteration; empty for a hologram.
     """
@@ -54,11 +54,11 @@ class Design:
         arrays: Mapping[str, NDArray[np.float64]],
         scores: Mapping[str, float],
         *,
-        numbers: Mapping[str, float] | None = None,
+        parameters: Mapping[str, float] | None = None,
         course: Sequence[float] = (),
     ) -> None:
         self.system, self.arrays, self.scores = system, dict(arrays), dict(scores)
-        self.numbers = dict(numbers or {})
+        self.parameters = dict(parameters or {})
         self.course: NDArray[np.float64] = np.array(course, dtype=np.float64)
 
     def plot(self, ax: Axes | None = None) -> tuple[Figure, Axes]:
@@ -74,7 +74,7 @@ class Design:
         scores = "; ".join(f"{name}: {value:.5g}" for name, value in self.scores.items())
         lines = [f"<raylet.Design, {scores}>"]
         lines += [f"  {path}: {array.shape[1]} x {array.shape[0]}" for path, array in self.arrays.items()]
-        lines += [f"  {name} = {value:.10g}" for name, value in self.numbers.items()]
+        lines += [f"  {name} = {value:.10g}" for name, value in self.parameters.items()]
         return "\n".join(lines)
 
 
@@ -116,15 +116,15 @@ def design(
     scene, arrays = _compiled(system, document)
     kept = None if keeping is None else (os.fspath(keeping[0]), _digest(arrays), keeping[1])
     with reporting(progress, "{}") as report:
-        pixels, numbers, course, parts, made = _raylet.design(scene, arrays, kept, threads, report)
+        pixels, parameters, course, parts, made = _raylet.design(scene, arrays, kept, threads, report)
     losses, loss, evaluations, warning = course
     if warning is not None:
         warnings.warn(warning, stacklevel=3)
     scores = {"loss": loss, "evaluations": evaluations}
     for field, wave, kinds in parts:
         scores |= {f"{kind}, field {field}, wavelength {wave}": value for kind, value in kinds}
-    system = _with(system, dict(pixels), made if numbers else None)
-    return Design(system, dict(pixels), scores, numbers=dict(numbers), course=losses)
+    system = _with(system, dict(pixels), made if parameters else None)
+    return Design(system, dict(pixels), scores, parameters=dict(parameters), course=losses)
 
 
 def _with_table(document: Mapping[str, Any], name: str, table: Mapping[str, Any]) -> dict[str, Any]:
@@ -184,7 +184,7 @@ def _compiled(system: System, document: Any) -> tuple[_raylet.Scene, dict[str, N
 
 
 def _with(system: System, found: Mapping[str, NDArray[Any]], scene: _raylet.Scene | None = None) -> System:
-    """The system with arrays at their paths, and with the numbers of a scene."""
+    """The system with arrays at their paths, and with the parameters of a scene."""
     made = system._copy()
     if scene is not None:
         arrays: dict[str, NDArray[Any]] = {}

@@ -202,7 +202,7 @@ class Hybrid(ABC):
         curvatures (rays, 3) of their wavefront (None for collimated light).
 
         The lattice is held: with tensors the paths and weights are those of the wave at these places, and go back to
-        the other tracer's numbers."""
+        the other tracer's parameters."""
         xp = self.xp
         with nullcontext() if xp is np else xp.no_grad():
             wanted, across, back = self._aim(light)

@@ -19,17 +19,17 @@ from raylet.bench import Bench, Passage
 __all__ = ["field", "intensity"]
 
 
-def field(bench: Bench, *pixels: Any, numbers: Any = None) -> Any:
-    """The complex field on the sensor of a bench with these pixels (phases, or complex transmissions) and numbers."""
-    values = jnp.asarray(bench.start if numbers is None else numbers)
+def field(bench: Bench, *pixels: Any, parameters: Any = None) -> Any:
+    """The complex field on the sensor of a bench with these pixels (phases, or complex transmissions) and parameters."""
+    values = jnp.asarray(bench.start if parameters is None else parameters)
     arrays = tuple(jnp.asarray(array) for array in pixels)
     bench._check([array.shape for array in arrays], values.shape)
     return _field(_Hashed(bench), arrays, values)
 
 
-def intensity(bench: Bench, *pixels: Any, numbers: Any = None) -> Any:
+def intensity(bench: Bench, *pixels: Any, parameters: Any = None) -> Any:
     """|U|² on the sensor of a bench."""
-    amplitude = field(bench, *pixels, numbers=numbers)
+    amplitude = field(bench, *pixels, parameters=parameters)
     return jnp.square(amplitude.real) + jnp.square(amplitude.imag)
 
 
@@ -45,11 +45,11 @@ class _Hashed:
     def __eq__(self, other: object) -> bool:
         return isinstance(other, _Hashed) and other.bench is self.bench
 
-    def passage(self, pixels: Any, numbers: Any) -> Passage:
-        given = [*(np.asarray(array) for array in pixels), np.asarray(numbers, dtype=np.float64)]
+    def passage(self, pixels: Any, parameters: Any) -> Passage:
+        given = [*(np.asarray(array) for array in pixels), np.asarray(parameters, dtype=np.float64)]
         held, latest = _LATEST.get(self.bench, (None, None))
         if held is None or latest is None or not all(map(np.array_equal, held, given)):
-            latest = self.bench(*given[:-1], numbers=given[-1])
+            latest = self.bench(*given[:-1], parameters=given[-1])
             _LATEST[self.bench] = [array.copy() for array in given], latest
         return latest
 
@@ -67,29 +67,29 @@ def _complex() -> Any:
 
 
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
-def _field(held: _Hashed, pixels: Any, numbers: Any) -> Any:
+def _field(held: _Hashed, pixels: Any, parameters: Any) -> Any:
     shape = _like(held.bench.shape, _complex())
 
-    def carry(pixels: Any, numbers: Any) -> Any:
-        return held.passage(pixels, numbers).field.astype(shape.dtype)
+    def carry(pixels: Any, parameters: Any) -> Any:
+        return held.passage(pixels, parameters).field.astype(shape.dtype)
 
-    return jax.pure_callback(carry, shape, pixels, numbers)
+    return jax.pure_callback(carry, shape, pixels, parameters)
 
 
-def _forward(held: _Hashed, pixels: Any, numbers: Any) -> Any:
-    return _field(held, pixels, numbers), (pixels, numbers)
+def _forward(held: _Hashed, pixels: Any, parameters: Any) -> Any:
+    return _field(held, pixels, parameters), (pixels, parameters)
 
 
 def _backward(held: _Hashed, kept: Any, bar: Any) -> Any:
-    pixels, numbers = kept
-    like = [_like(array.shape, array.dtype) for array in (*pixels, numbers)]
+    pixels, parameters = kept
+    like = [_like(array.shape, array.dtype) for array in (*pixels, parameters)]
 
     # JAX's cotangents are the conjugates of the library's: ∂L/∂Re U − i ∂L/∂Im U.
-    def go_back(pixels: Any, numbers: Any, bar: Any) -> Any:
-        bars, slopes = held.passage(pixels, numbers).adjoint(np.conj(np.asarray(bar)))
+    def go_back(pixels: Any, parameters: Any, bar: Any) -> Any:
+        bars, slopes = held.passage(pixels, parameters).adjoint(np.conj(np.asarray(bar)))
         return [np.conj(one).astype(kind.dtype) for one, kind in zip([*bars, slopes], like)]
 
-    back = jax.pure_callback(go_back, like, pixels, numbers, bar)
+    back = jax.pure_callback(go_back, like, pixels, parameters, bar)
     return tuple(back[:-1]), back[-1]
 
 

@@ -147,7 +147,7 @@ class Hybrid(raylet.hybrid.Hybrid):
         """The complex field [y, x] on the sensor, for one field of the lens.
 
         `phase` [y, x] replaces that of the element's pixels. With Optiland's torch backend it may be a tensor that has
-        gradients, as may the numbers of all of Optiland's surfaces; the places of element and sensor are held.
+        gradients, as may the parameters of all of Optiland's surfaces; the places of element and sensor are held.
         """
         return self._field(phase, (Hx, Hy))
 

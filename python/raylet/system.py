@@ -101,15 +101,15 @@ class System(Prescription):
             answer = _raylet.simulate(scene, self._arrays, _threads(threads), report)
         return Result._of(answer, several=isinstance(self._document["wavelength_um"], list), title=self.title)
 
-    def bench(self, *elements: str, numbers: Sequence[str] = (), threads: int | None = None) -> Bench:
-        """The system as a function of the pixels of some elements and of some of its numbers, with its gradient.
+    def bench(self, *elements: str, parameters: Sequence[str] = (), threads: int | None = None) -> Bench:
+        """The system as a function of the pixels of some elements and of some of its parameters, with its gradient.
 
-        `numbers` are paths in the scene, such as "element[1].surface[0].radius_mm" (whose curvature then varies) or
+        `parameters` are paths in the scene, such as "element[1].surface[0].radius_mm" (whose curvature then varies) or
         "element[0].thickness_mm".
         """
-        if isinstance(numbers, str):
-            raise TypeError(f"numbers is the string {shown(numbers)}, expected a list of paths")
-        return Bench(self, elements, numbers, _threads(threads))
+        if isinstance(parameters, str):
+            raise TypeError(f"parameters is the string {shown(parameters)}, expected a list of paths")
+        return Bench(self, elements, parameters, _threads(threads))
 
     def trace(
         self,
@@ -134,7 +134,7 @@ class System(Prescription):
             it in units of `field_mm`), which default to the system's.
         Px, Py : normalised pupil: where the ray meets the first element, in units of the half widths of its opening.
         channel : index of the wavelength.
-        derivatives : paths of numbers, such as "element[0].radius_mm", by which landings are differentiated; for a
+        derivatives : paths of parameters, such as "element[0].radius_mm", by which landings are differentiated; for a
             radius by its curvature. Through surfaces, mirrors and stops only.
         threads : how many to use; all processors' by default. They change no bit.
         """
@@ -209,7 +209,7 @@ class System(Prescription):
             `smoothness`.
         loss : the losses: dictionaries with `kind` ("likeness", "mse", "efficiency", "encircled_energy", "spot",
             "overlap") and the keys of that kind.
-        variable : numbers that are sought: dictionaries with `path`, such as "element[1].surface[0].radius_mm", and
+        variable : parameters that are sought: dictionaries with `path`, such as "element[1].surface[0].radius_mm", and
             `scale` (the size of a step), `lowest`, `highest`.
         hologram : the table `[hologram]` with `target`, `element` and `size_mm`: its element and its picture are
             taken where `element` and `loss` are not given.

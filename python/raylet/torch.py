@@ -4,8 +4,8 @@ Tensors on the CPU are not copied where they are float64 or complex128; others a
 the precision and on the device of what was given. Derivatives are of first order.
 
 >>> import torch, raylet, raylet.torch
->>> bench = system.bench("hologram", numbers=["element[1].thickness_mm"])  # doctest: +SKIP
->>> intensity = raylet.torch.intensity(bench, phase, numbers=numbers)      # doctest: +SKIP
+>>> bench = system.bench("hologram", parameters=["element[1].thickness_mm"])  # doctest: +SKIP
+>>> intensity = raylet.torch.intensity(bench, phase, parameters=parameters)      # doctest: +SKIP
 >>> loss(intensity).backward()                                             # doctest: +SKIP
 """
 
@@ -29,12 +29,12 @@ if TYPE_CHECKING:
 __all__ = ["Beams", "Secondary", "beams", "field", "gather", "intensity", "scatter"]
 
 
-def field(bench: Bench, *pixels: Tensor, numbers: Tensor | None = None) -> Tensor:
-    """The complex field on the sensor of a bench with these pixels (phases, or complex transmissions) and numbers.
+def field(bench: Bench, *pixels: Tensor, parameters: Tensor | None = None) -> Tensor:
+    """The complex field on the sensor of a bench with these pixels (phases, or complex transmissions) and parameters.
 
     complex64 where everything given has single precision, else complex128.
     """
-    given: list[Tensor] = [*pixels] if numbers is None else [*pixels, numbers]
+    given: list[Tensor] = [*pixels] if parameters is None else [*pixels, parameters]
     for tensor in given:
         if not isinstance(tensor, Tensor):
             raise TypeError(f"{type(tensor).__name__} given, expected torch tensors")
@@ -44,9 +44,9 @@ def field(bench: Bench, *pixels: Tensor, numbers: Tensor | None = None) -> Tenso
     return out
 
 
-def intensity(bench: Bench, *pixels: Tensor, numbers: Tensor | None = None) -> Tensor:
+def intensity(bench: Bench, *pixels: Tensor, parameters: Tensor | None = None) -> Tensor:
     """|U|² on the sensor of a bench."""
-    amplitude = field(bench, *pixels, numbers=numbers)
+    amplitude = field(bench, *pixels, parameters=parameters)
     return amplitude.real.square() + amplitude.imag.square()
 
 
@@ -64,7 +64,7 @@ class _Field(torch.autograd.Function):
     @staticmethod
     def forward(ctx: Any, bench: Bench, count: int, *given: Tensor) -> Tensor:
         arrays = [_numpy(tensor) for tensor in given]
-        passage = bench(*arrays[:count], numbers=arrays[count] if len(arrays) > count else None)
+        passage = bench(*arrays[:count], parameters=arrays[count] if len(arrays) > count else None)
         ctx.passage, ctx.count = passage, count
         ctx.like = [(tensor.dtype, tensor.device, tensor.shape) for tensor in given]
         single = bool(given) and all(_SINGLE[tensor.dtype] for tensor in given)
@@ -75,8 +75,8 @@ class _Field(torch.autograd.Function):
     @staticmethod
     @once_differentiable
     def backward(ctx: Any, bar: Tensor) -> tuple[Any, ...]:
-        pixels, numbers = ctx.passage.adjoint(np.asarray(_numpy(bar), dtype=np.complex128))
-        back: list[Any] = [*pixels, numbers][: len(ctx.like)]
+        pixels, parameters = ctx.passage.adjoint(np.asarray(_numpy(bar), dtype=np.complex128))
+        back: list[Any] = [*pixels, parameters][: len(ctx.like)]
         tensors = (
             torch.from_numpy(np.ascontiguousarray(one)).reshape(shape).to(device=device, dtype=dtype)
             for one, (dtype, device, shape) in zip(back, ctx.like)

@@ -65,7 +65,7 @@ def trace(
     coordinates: tuple[Any, Any, Any, Any],
     scale: tuple[float | None, float | None],
     channel: int,
-    numbers: Sequence[str],
+    parameters: Sequence[str],
     threads: int | None,
 ) -> Rays:
     """Rays of normalised field and pupil coordinates."""
@@ -80,12 +80,12 @@ def trace(
         raise ValueError("Hx, Hy, Px, Py hold numbers that are not finite")
     light = _light(source, Hx, Hy, scale)
     scene, arrays = system._compiled(), system._arrays
-    found = _raylet.trace(scene, arrays, channel, (pupil, light), list(numbers), threads)
+    found = _raylet.trace(scene, arrays, channel, (pupil, light), list(parameters), threads)
     points, directions, paths, fate, slopes = found
     names = [part["name"] for part in system.parts]
     x, y, z = np.moveaxis(points, -1, 0)
     L, M, N = np.moveaxis(directions, -1, 0)
-    return Rays(names, x, y, z, L, M, N, paths, fate, dict(zip(numbers, slopes)))
+    return Rays(names, x, y, z, L, M, N, paths, fate, dict(zip(parameters, slopes)))
 
 
 def _light(source: dict[str, Any], Hx: Real, Hy: Real, scale: tuple[float | None, float | None]) -> Real:

@@ -75,7 +75,7 @@ def usual() -> dict[str, dict[str, object]]:
             **{"Hx": 0.0, "Hy": 0.1, "Px": 0.0, "Py": 0.0},
             **{"field_deg": 1.0, "channel": 0, "derivatives": (), "threads": 1},
         },
-        "bench": {"pixels": np.zeros((4, 5)), "numbers": None, "bar": np.zeros((4, 3))},
+        "bench": {"pixels": np.zeros((4, 5)), "parameters": None, "bar": np.zeros((4, 3))},
         "with_pixels": {"element": "doe", "phase": np.zeros((4, 5)), "transmission": None},
         "scatter": {"element": "doe", **rays, "path_mm": 0.0, "weight": 1.0, "sigma_mm": 0.01, "towards": None},
         "beams": {"position": np.array([[0.0, 0.0, 3.0]]), "direction": rays["direction"], **way},

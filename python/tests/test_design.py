@@ -104,7 +104,7 @@ def test_sums_and_heights_are_found() -> None:
             assert len(np.unique(heights)) == 2
 
 
-def test_numbers_are_found_beside_arrays_in_memory() -> None:
+def test_parameters_are_found_beside_arrays_in_memory() -> None:
     """The radius of a lens whose light comes to a spot: what is left brightens it, and keeps the pixels before it."""
     phase = np.zeros((8, 8))
     system = (
@@ -121,10 +121,10 @@ def test_numbers_are_found_beside_arrays_in_memory() -> None:
     before, after = (one.simulate().intensity[4, 4] for one in (system, made.system))
     assert after > 1.05 * before
     assert made.arrays == {}
-    (name,) = made.numbers
+    (name,) = made.parameters
     assert name == "1/element[1].radius_mm"
     radii = [part["radii_mm"][0] for part in made.system.parts]
-    assert 1.0 / made.numbers[name] == pytest.approx(radii[1])
+    assert 1.0 / made.parameters[name] == pytest.approx(radii[1])
     assert np.shares_memory(made.system._document["element"][0]["layer"][0]["phase"], phase)
 
 

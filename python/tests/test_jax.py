@@ -50,14 +50,14 @@ def test_complex_transmissions_descend() -> None:
     assert float(gained) == pytest.approx(float(jnp.sum(jnp.abs(ascent) ** 2)), rel=1e-6)
 
 
-def test_numbers_and_jit() -> None:
+def test_parameters_and_jit() -> None:
     system = through_lens(noise((3, 4)), pixels=(4, 3))
-    bench = system.bench("hologram", numbers=["element[1].radius_mm"])
+    bench = system.bench("hologram", parameters=["element[1].radius_mm"])
     phase = jnp.asarray(noise((3, 4)))
 
     @jax.jit
-    def loss(numbers: object) -> object:
-        return jnp.sum(raylet.jax.intensity(bench, phase, numbers=numbers)[1])
+    def loss(parameters: object) -> object:
+        return jnp.sum(raylet.jax.intensity(bench, phase, parameters=parameters)[1])
 
     start, step = jnp.asarray(bench.start), 1e-6
     slope = (loss(start + step) - loss(start - step)) / (2 * step)

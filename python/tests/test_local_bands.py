@@ -22,22 +22,22 @@ def hybrid(phase: np.ndarray) -> raylet.System:
 def test_gradients_of_a_hybrid_lens_match_differences() -> None:
     rng = np.random.default_rng(5)
     phase = rng.uniform(-0.5, 0.5, (SIDE, SIDE))
-    bench = hybrid(phase).bench("back", numbers=["element[1].radius_mm", "element[2].thickness_mm"])
+    bench = hybrid(phase).bench("back", parameters=["element[1].radius_mm", "element[2].thickness_mm"])
 
-    def loss(phase: np.ndarray, numbers: np.ndarray) -> float:
-        return float(np.sum(np.abs(bench(phase, numbers=numbers).field[3:9, 3:9]) ** 2))
+    def loss(phase: np.ndarray, parameters: np.ndarray) -> float:
+        return float(np.sum(np.abs(bench(phase, parameters=parameters).field[3:9, 3:9]) ** 2))
 
     start = np.asarray(bench.start)
-    passage = bench(phase, numbers=start)
+    passage = bench(phase, parameters=start)
     bar = np.zeros_like(passage.field)
     bar[3:9, 3:9] = 2.0 * passage.field[3:9, 3:9]
-    (by_phase,), by_numbers = passage.adjoint(bar)
+    (by_phase,), by_parameters = passage.adjoint(bar)
     pattern = rng.normal(size=(SIDE, SIDE))
     moves = [(pattern * 2e-2, np.zeros(2)), (np.zeros((SIDE, SIDE)), np.array([2e-6, 0.0]))]
     moves.append((np.zeros((SIDE, SIDE)), np.array([0.0, 2e-3])))
-    for of_phase, of_numbers in moves:
-        slope = 0.5 * (loss(phase + of_phase, start + of_numbers) - loss(phase - of_phase, start - of_numbers))
-        found = np.sum(by_phase * of_phase) + np.dot(by_numbers, of_numbers)
+    for of_phase, of_parameters in moves:
+        slope = 0.5 * (loss(phase + of_phase, start + of_parameters) - loss(phase - of_phase, start - of_parameters))
+        found = np.sum(by_phase * of_phase) + np.dot(by_parameters, of_parameters)
         assert abs(found - slope) < 0.02 * abs(slope), (found, slope)
 
 

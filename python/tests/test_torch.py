@@ -29,15 +29,15 @@ def test_gradcheck_of_complex_transmissions() -> None:
     assert torch.autograd.gradcheck(lambda t: raylet.torch.field(bench, t), (start,))
 
 
-def test_gradcheck_of_phases_and_numbers_through_a_lens() -> None:
+def test_gradcheck_of_phases_and_parameters_through_a_lens() -> None:
     system = through_lens(noise((3, 4)), pixels=(4, 3))
-    bench = system.bench("hologram", numbers=["element[1].radius_mm", "element[2].thickness_mm"])
+    bench = system.bench("hologram", parameters=["element[1].radius_mm", "element[2].thickness_mm"])
     assert bench.names == ("1/element[1].radius_mm", "element[2].thickness_mm")
     scale = torch.tensor([1e-3, 1e-2], dtype=torch.float64)
     start = torch.tensor(bench.start)
 
     def field(phase: object, moved: object) -> object:
-        return raylet.torch.field(bench, phase, numbers=start + scale * moved)
+        return raylet.torch.field(bench, phase, parameters=start + scale * moved)
 
     moved = torch.zeros(2, dtype=torch.float64, requires_grad=True)
     assert torch.autograd.gradcheck(field, (phases((3, 4)), moved), eps=1e-5, atol=1e-4, rtol=1e-3)
@@ -60,8 +60,8 @@ def test_tensors_are_not_copied(monkeypatch: pytest.MonkeyPatch) -> None:
     bench, phase = hologram(noise((4, 5))).bench("hologram"), phases((4, 5))
     seen = []
 
-    def spy(self: Bench, *pixels: np.ndarray, numbers: object = None) -> object:
-        passage = forward(self, *pixels, numbers=numbers)
+    def spy(self: Bench, *pixels: np.ndarray, parameters: object = None) -> object:
+        passage = forward(self, *pixels, parameters=parameters)
         seen.append((pixels[0].ctypes.data, passage.field.ctypes.data))
         return passage
 

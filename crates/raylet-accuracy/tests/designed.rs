@@ -102,8 +102,8 @@ fn designed(text: &str) -> (Scene, System, f64) {
         run.step().unwrap();
     }
     let loss = run.finish().unwrap().value;
-    let numbers = &run.best()[scene_design.project.numbers_from()..];
-    let system = project.system(0, &project.make(run.best(), 1.0), numbers);
+    let parameters = &run.best()[scene_design.project.system_parameters_from()..];
+    let system = project.system(0, &project.make(run.best(), 1.0), parameters);
     let found = scene_design.scene_at(&scene, run.best()).unwrap();
     (found, system.unwrap(), loss)
 }

@@ -1,4 +1,4 @@
-//! `raylet design SCENE`: phases and numbers found by gradients through the real system.
+//! `raylet design SCENE`: phases and parameters of the system found by gradients through the real system.
 
 use std::path::{Path, PathBuf};
 use std::time::{Duration, Instant};
@@ -29,7 +29,7 @@ use crate::overrides::start_threads;
 use crate::progress::dress;
 use crate::say::{complain, say};
 
-/// Runs the [design] of a scene: phases of pixels and numbers of the system.
+/// Runs the [design] of a scene: phases of pixels and parameters of the system.
 #[derive(Args)]
 pub(crate) struct Design {
     /// The scene file, with a table `[design]`.
@@ -71,7 +71,7 @@ struct Course<'a> {
 struct Files {
     /// The arrays that the scene names, in the order of the scene_design's outputs.
     arrays: Vec<PhaseFile>,
-    /// The scene with designed numbers, where there are any.
+    /// The scene with designed parameters, where there are any.
     designed: Option<OwnFile>,
     picture: OwnFile,
     course: OwnFile,
@@ -160,7 +160,7 @@ impl Design {
                 .iter()
                 .map(array)
                 .collect::<Result<_, _>>()?,
-            designed: match scene_design.project.numbers.is_empty() {
+            designed: match scene_design.project.system_parameters.is_empty() {
                 true => None,
                 false => Some(OwnFile::claim(&designed(scene), replace)?),
             },
@@ -170,7 +170,7 @@ impl Design {
     }
 }
 
-/// Where a scene with designed numbers goes: beside the scene, so that the files it names are found.
+/// Where a scene with designed parameters goes: beside the scene, so that the files it names are found.
 fn designed(scene: &Scene) -> PathBuf {
     scene.origin.file.with_extension("designed.toml")
 }
@@ -353,7 +353,7 @@ impl Course<'_> {
         name
     }
 
-    /// Leaves what was found of the pixels, the numbers, the picture and the course.
+    /// Leaves what was found of the pixels, the parameters, the picture and the course.
     fn publish(&self, run: &Run, evaluation: &DesignEvaluation) -> Result<(), Failure> {
         let made = self.scene_design.project.make(run.best(), 1.0);
         for (output, file) in self.scene_design.outputs.iter().zip(&self.files.arrays) {
@@ -408,16 +408,22 @@ impl Course<'_> {
         if let Some(stop) = run.state.stop {
             summary += &format!("\nthe search ended by itself: {}", reason(stop));
         }
-        let numbers = run
+        let parameters = run
             .best()
             .iter()
-            .skip(self.scene_design.project.numbers_from());
-        for (number, value) in self.scene_design.project.numbers.iter().zip(numbers) {
-            summary += &format!("\n{}: {} -> {value}", number.name, number.start);
+            .skip(self.scene_design.project.system_parameters_from());
+        for (parameter, value) in self
+            .scene_design
+            .project
+            .system_parameters
+            .iter()
+            .zip(parameters)
+        {
+            summary += &format!("\n{}: {} -> {value}", parameter.name, parameter.start);
         }
         if let Some(file) = &self.files.designed {
             let file = file.path().display();
-            summary += &format!("\nscene with these numbers in {file}");
+            summary += &format!("\nscene with these parameters in {file}");
         }
         summary
     }

@@ -56,7 +56,7 @@ impl Gradcheck {
             "loss {:.9e}\n{:<44} {:>16} {:>16} {:>9}\n",
             evaluation.value, "along", "gradient", "differences", "apart"
         );
-        let pixels = project.numbers_from();
+        let pixels = project.system_parameters_from();
         let directions = if pixels > 0 { DIRECTIONS } else { 0 };
         let mut lines: Vec<(String, Vec<f64>, f64)> = (0..directions)
             .map(|number| {
@@ -73,10 +73,10 @@ impl Gradcheck {
                 (name, (0..project.len()).map(along).collect(), TURN)
             })
             .collect();
-        for (i, number) in project.numbers.iter().enumerate() {
+        for (i, parameter) in project.system_parameters.iter().enumerate() {
             let along = |place: usize| f64::from(u8::from(place == pixels + i));
             let along = (0..project.len()).map(along).collect();
-            lines.push((number.name.clone(), along, number.step));
+            lines.push((parameter.name.clone(), along, parameter.step));
         }
         for (name, along, step) in lines {
             let slope: f64 = along

@@ -1,4 +1,4 @@
-//! A system as a function of pixels and numbers, with its gradient.
+//! A system as a function of pixels and parameters, with its gradient.
 
 use std::sync::Arc;
 
@@ -15,7 +15,7 @@ use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::arrays::array::BorrowedArray;
 use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
-use raylet::file::model::variations::{NumberValues, varied_system};
+use raylet::file::model::variations::{ParameterValues, varied_system};
 use raylet::file::scene::scene_file::Scene as File;
 use raylet::file::scene::variable::{Address, VariableScene};
 use raylet::optics::doe::Pixels;
@@ -30,7 +30,7 @@ use crate::scene::Scene;
 use crate::typed::{ByPath, Made, Row, finite};
 use crate::watch::{Watch, run};
 
-/// Frozen plans of a scene whose pixels and numbers vary.
+/// Frozen plans of a scene whose pixels and parameters vary.
 #[pyclass(frozen, module = "raylet._raylet")]
 pub(crate) struct Bench {
     file: VariableScene,
@@ -59,21 +59,21 @@ struct Channel {
 
 #[pymethods]
 impl Bench {
-    /// Plans a scene about the values of its numbers; `elements` are the names of those whose pixels vary,
-    /// `numbers` the paths of the numbers that do.
+    /// Plans a scene about the values of its parameters; `elements` are the names of those whose pixels vary,
+    /// `parameters` the paths of the parameters that do.
     #[new]
     fn new(
         py: Python<'_>,
         scene: &Scene,
         arrays: ByPath<'_>,
         elements: Vec<String>,
-        numbers: Vec<String>,
+        parameters: Vec<String>,
         threads: Option<usize>,
     ) -> PyResult<Self> {
-        let found = found(&scene.file, &numbers);
+        let found = found(&scene.file, &parameters);
         let (file, addresses) = found.map_err(|failure| fault(py, &failure))?;
         let values = values(&file, &addresses);
-        let at = NumberValues {
+        let at = ParameterValues {
             scene: &file,
             addresses: &addresses,
             values: &values,
@@ -115,20 +115,20 @@ impl Bench {
         })
     }
 
-    /// The numbers as the scene has them: of a radius the curvature, 1/radius.
-    fn numbers(&self) -> Vec<f64> {
+    /// The parameters as the scene has them: of a radius the curvature, 1/radius.
+    fn parameters(&self) -> Vec<f64> {
         values(&self.file, &self.addresses)
     }
 
     /// Light through the system with these pixels (phases float64 or transmissions complex128, [y, x], for each
-    /// element) and numbers: the fields [y, x] of all wavelengths, and the passage.
+    /// element) and parameters: the fields [y, x] of all wavelengths, and the passage.
     fn forward<'py>(
         &self,
         py: Python<'py>,
         scene: &Scene,
         arrays: ByPath<'py>,
         pixels: Row<'py>,
-        numbers: Vec<f64>,
+        parameters: Vec<f64>,
         threads: Option<usize>,
     ) -> PyResult<(Vec<Made<'py, Complex64, Ix2>>, Passage)> {
         let mut made = match self.addresses.is_empty() {
@@ -137,7 +137,7 @@ impl Bench {
                 .iter()
                 .map(|(system, _)| (system.clone(), Vec::new()))
                 .collect(),
-            false => made(py, scene, &arrays, self.at(&numbers))?,
+            false => made(py, scene, &arrays, self.at(&parameters))?,
         };
         let elements = self.place(py, &pixels, &mut made)?;
         let planned = Arc::clone(&self.planned);
@@ -174,9 +174,9 @@ impl Bench {
 }
 
 impl Bench {
-    /// These values of the numbers.
-    fn at<'a>(&'a self, values: &'a [f64]) -> NumberValues<'a> {
-        NumberValues {
+    /// These values of the parameters.
+    fn at<'a>(&'a self, values: &'a [f64]) -> ParameterValues<'a> {
+        ParameterValues {
             scene: &self.file,
             addresses: &self.addresses,
             values,
@@ -223,7 +223,7 @@ impl Bench {
 impl Passage {
     /// The gradient of a real loss, from the cotangents ∂L/∂Re U + i ∂L/∂Im U of the fields [y, x] of all
     /// wavelengths: for each element by its phases (float64) or transmissions (complex128, ∂L/∂Re t + i ∂L/∂Im t),
-    /// and by the numbers.
+    /// and by the parameters.
     fn adjoint<'py>(
         &self,
         py: Python<'py>,
@@ -258,13 +258,13 @@ impl Passage {
         let gradient = run(py, threads, None, move |watch: &Watch| {
             go_back(&planned, &channels, &elements, &bars, watch)
         })?;
-        let (pixels, numbers) = gradient.map_err(|failure| error(py, failure))?;
+        let (pixels, parameters) = gradient.map_err(|failure| error(py, failure))?;
         let each = pixels.into_iter().map(|pixels| match pixels {
             Bar::Phase(bar) => Made::new(py, bar)?.into_bound_py_any(py),
             Bar::Transmission(bar) => Made::new(py, bar)?.into_bound_py_any(py),
         });
-        finite(py, &numbers)?;
-        Ok((each.collect::<PyResult<_>>()?, numbers))
+        finite(py, &parameters)?;
+        Ok((each.collect::<PyResult<_>>()?, parameters))
     }
 }
 
@@ -274,7 +274,7 @@ enum Bar {
     Transmission(Array2<Complex64>),
 }
 
-/// The gradient by all elements and numbers, summed over wavelengths.
+/// The gradient by all elements and parameters, summed over wavelengths.
 fn go_back(
     planned: &[(System, Plans)],
     channels: &[Channel],
@@ -283,7 +283,7 @@ fn go_back(
     watch: &Watch,
 ) -> Result<(Vec<Bar>, Vec<f64>), LinearisedSystemError> {
     let mut pixels: Vec<Option<Bar>> = elements.iter().map(|_| None).collect();
-    let mut numbers = Vec::new();
+    let mut parameters = Vec::new();
     for ((channel, (_, plans)), bar) in channels.iter().zip(planned).zip(bars) {
         let Channel {
             system,
@@ -292,8 +292,8 @@ fn go_back(
         } = channel;
         let pulse = || watch.pulse();
         let gradient = plans.adjoint_with(system, variations, trace, bar, &pulse)?;
-        numbers.resize(gradient.parameters.len(), 0.0);
-        for (total, part) in numbers.iter_mut().zip(&gradient.parameters) {
+        parameters.resize(gradient.parameters.len(), 0.0);
+        for (total, part) in parameters.iter_mut().zip(&gradient.parameters) {
             *total += part;
         }
         for (total, (screen, by_phase)) in pixels.iter_mut().zip(elements) {
@@ -308,7 +308,7 @@ fn go_back(
             .into_iter()
             .map(|bar| bar.unwrap_or_else(empty))
             .collect(),
-        numbers,
+        parameters,
     ))
 }
 
@@ -335,7 +335,7 @@ fn settings(file: &File, changing: bool) -> Settings {
     }
 }
 
-/// The numbers at these paths of a scene.
+/// The parameters at these paths of a scene.
 fn found(file: &File, paths: &[String]) -> Result<(VariableScene, Vec<Address>), Fault> {
     let file = VariableScene::new(file)?;
     let addresses = paths
@@ -352,21 +352,24 @@ fn values(file: &VariableScene, addresses: &[Address]) -> Vec<f64> {
         .collect()
 }
 
-/// The systems of all wavelengths with these numbers, and their neighbours in each.
+/// The systems of all wavelengths with these parameters, and their neighbours in each.
 fn made(
     py: Python<'_>,
     scene: &Scene,
     arrays: &ByPath<'_>,
-    numbers: NumberValues<'_>,
+    parameters: ParameterValues<'_>,
 ) -> PyResult<Vec<(System, Vec<Variation>)>> {
-    let (found, expected) = (numbers.values.len(), numbers.addresses.len());
+    let (found, expected) = (parameters.values.len(), parameters.addresses.len());
     if found != expected {
-        return Err(error(py, format!("{found} numbers, expected {expected}")));
+        return Err(error(
+            py,
+            format!("{found} parameters, expected {expected}"),
+        ));
     }
     scene.with_arrays(py, arrays, |file, arrays| {
         let channels = 0..file.wavelength_um.len();
         channels
-            .map(|channel| varied_system(numbers, arrays, channel))
+            .map(|channel| varied_system(parameters, arrays, channel))
             .collect()
     })
 }

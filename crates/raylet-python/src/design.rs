@@ -64,7 +64,7 @@ struct Found {
     /// What goes where in the scene.
     pixels: Vec<(String, Array2<f64>)>,
     /// Names and values of the numbers.
-    numbers: Vec<(String, f64)>,
+    parameters: Vec<(String, f64)>,
     /// The loss after each iteration.
     course: Vec<f64>,
     /// The loss of what was found, and its parts.
@@ -122,14 +122,14 @@ pub(crate) fn design<'py>(
     let pixels = pixels.map(|(path, array)| Ok((path, Made::new(py, array)?)));
     let losses = found.parts.iter().flat_map(|(_, _, losses)| losses);
     finite(py, losses.map(|(_, loss)| loss).chain([&found.loss]))?;
-    finite(py, found.numbers.iter().map(|(_, value)| value))?;
+    finite(py, found.parameters.iter().map(|(_, value)| value))?;
     finite(py, &found.course)?;
     let scene = Scene {
         file: Arc::new(found.scene),
     };
     Ok((
         pixels.collect::<PyResult<_>>()?,
-        found.numbers,
+        found.parameters,
         (found.course, found.loss, found.evaluations, found.warning),
         found.parts,
         scene,
@@ -274,15 +274,15 @@ fn find(
     // What it is made of, where that goes in the scene, and what each run's losses are.
     let (best, made) = (search.best(), project.make(search.best(), 1.0));
     let outputs = scene_design.outputs.iter();
-    let values = best.iter().skip(project.numbers_from());
-    let numbers = project.numbers.iter().zip(values);
+    let values = best.iter().skip(project.system_parameters_from());
+    let parameters = project.system_parameters.iter().zip(values);
     let parts = scene_design.described.iter().zip(&evaluation.parts);
     Ok(Found {
         pixels: outputs
             .map(|output| (output.field.clone(), output.values(&made)))
             .collect(),
-        numbers: numbers
-            .map(|(number, value)| (number.name.clone(), *value))
+        parameters: parameters
+            .map(|(parameter, value)| (parameter.name.clone(), *value))
             .collect(),
         loss: evaluation.value,
         parts: parts

@@ -39,7 +39,7 @@ type Answer<'py> = (
 /// opening, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
 ///
 /// Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
-/// fates (rays; 0 arrived, else the number of the loss), and derivatives (numbers, 5, rays) of x, y, L, M, path on
+/// fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on
 /// the sensor. What a lost ray did not reach is NaN.
 #[pyfunction]
 pub(crate) fn trace<'py>(
@@ -48,7 +48,7 @@ pub(crate) fn trace<'py>(
     arrays: ByPath<'py>,
     channel: usize,
     starts: (Given<'py, f64, Ix2>, Given<'py, f64, Ix2>),
-    numbers: Vec<String>,
+    parameters: Vec<String>,
     threads: Option<usize>,
 ) -> PyResult<Answer<'py>> {
     let pupil = columns::<f64, 2>("pupil", &starts.0)?;
@@ -71,7 +71,7 @@ pub(crate) fn trace<'py>(
     scene.check(channel)?;
     let (system, variations) = scene.with_arrays(py, &arrays, |file, arrays| {
         let system = build::system_with(file, arrays, channel)?;
-        Ok((system, variations(file, arrays, channel, &numbers)?))
+        Ok((system, variations(file, arrays, channel, &parameters)?))
     })?;
     let bounds = system.screens.first().and_then(Screen::bounds);
     let bounds = bounds.ok_or_else(|| error(py, "the first screen has no edge"))?;
@@ -189,13 +189,13 @@ impl Job {
 
 impl Found {
     /// What is found of rays that reach nothing.
-    fn nowhere(parts: usize, rays: usize, numbers: usize) -> Self {
+    fn nowhere(parts: usize, rays: usize, parameters: usize) -> Self {
         Self {
             points: Array3::from_elem((parts, rays, 3), f64::NAN),
             directions: Array3::from_elem((parts, rays, 3), f64::NAN),
             paths: Array2::from_elem((parts, rays), f64::NAN),
             fates: Array1::zeros(rays),
-            slopes: Array3::from_elem((numbers, 5, rays), f64::NAN),
+            slopes: Array3::from_elem((parameters, 5, rays), f64::NAN),
         }
     }
 

@@ -86,8 +86,8 @@ pub enum EvaluationMode<'a> {
 /// One channel of a design during an evaluation.
 #[derive(Clone, Copy)]
 pub(crate) struct ChannelEvaluation<'a> {
-    /// Its number.
-    pub number: usize,
+    /// Its index among the channels.
+    pub index: usize,
     /// Its frozen plans.
     pub linearised: &'a LinearisedSystem,
     /// The system that its light goes through.
@@ -106,7 +106,7 @@ impl EvaluationMode<'_> {
         channel: &ChannelEvaluation,
     ) -> Result<ForwardPass, LinearisedSystemError> {
         let ChannelEvaluation {
-            number,
+            index,
             linearised,
             system,
             pulse,
@@ -115,7 +115,7 @@ impl EvaluationMode<'_> {
             Self::All => linearised.forward_with(system, pulse),
             Self::Drawn(draws) => linearised.drawn(*draws).forward_with(system, pulse),
             Self::From(control_variates, draws) => {
-                control_variates[number].forward(&linearised.drawn(*draws), system, pulse)
+                control_variates[index].forward(&linearised.drawn(*draws), system, pulse)
             }
         }
     }
@@ -132,7 +132,7 @@ impl EvaluationMode<'_> {
         field_bar: &ndarray::Array2<num_complex::Complex64>,
     ) -> Result<Gradient, LinearisedSystemError> {
         let ChannelEvaluation {
-            number,
+            index,
             linearised,
             system,
             pulse,
@@ -145,7 +145,7 @@ impl EvaluationMode<'_> {
             Self::From(..) if !variations.is_empty() => Err(LinearisedSystemError::Drawn),
             Self::From(control_variates, draws) => {
                 let drawn = linearised.drawn(*draws);
-                control_variates[number].forward_adjoint(&drawn, system, trace, field_bar, pulse)
+                control_variates[index].forward_adjoint(&drawn, system, trace, field_bar, pulse)
             }
         }
     }

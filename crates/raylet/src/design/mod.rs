@@ -8,7 +8,7 @@
 //! | [`holograms`] | Iterative Fourier transform algorithms |
 //! | [`mirrors`] | Diffractive mirrors on curved substrates |
 //! | [`examples`] | Systems and pictures on which methods are shown |
-//! | [`project`] | A design: its free numbers, its loss, and the gradient |
+//! | [`project`] | A design: its free parameters, its loss, and the gradient |
 //! | [`run`] | A design under way |
 //! | [`estimator`] | Value and gradient from all beamlets, or from drawn ones |
 //! | [`exact`] | Numbers written so that reading gives the same bits |

@@ -1,6 +1,6 @@
-//! A design: its free numbers, its loss, and the gradient of the loss.
+//! A design: its free parameters, its loss, and the gradient of the loss.
 //!
-//! One flat vector holds the parameters of the pixels of each element that is designed, then the numbers of
+//! One flat vector holds the parameters of the pixels of each element that is designed, then those of
 //! the system (curvatures, distances, tilts, anything). Every channel, a wavelength or a field, sends light
 //! through the system made from them; the losses on their sensors add up.
 
@@ -37,9 +37,9 @@ pub struct Element {
     pub modulator: Modulator,
 }
 
-/// A number of the system that is designed.
+/// A parameter of the system that is designed.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Number {
+pub struct SystemParameter {
     /// What it is called.
     pub name: String,
     /// Its value at the start.
@@ -48,7 +48,7 @@ pub struct Number {
     pub step: f64,
 }
 
-/// Makes the system of a channel from the numbers; the designed pixels may have any value.
+/// Makes the system of a channel from its parameters; the designed pixels may have any value.
 pub(crate) type SystemBuild = Box<dyn Fn(usize, &[f64]) -> Result<System, String> + Send + Sync>;
 
 /// Everything that a design is.
@@ -59,8 +59,8 @@ pub struct Project {
     pub channels: Vec<Channel>,
     /// The elements that are designed.
     pub elements: Vec<Element>,
-    /// The numbers that are designed.
-    pub numbers: Vec<Number>,
+    /// The parameters of the system that are designed.
+    pub system_parameters: Vec<SystemParameter>,
     /// How value and gradient are found.
     pub estimator: Estimator,
     /// How light is carried.
@@ -73,7 +73,7 @@ pub enum ProjectError {
     /// A system cannot be carried or differentiated.
     #[error(transparent)]
     LinearisedSystem(#[from] LinearisedSystemError),
-    /// The numbers make no system.
+    /// The parameters make no system.
     #[error("{0}")]
     System(String),
     /// Nothing that a search could compare.
@@ -93,7 +93,7 @@ pub enum ProjectError {
 }
 
 impl ProjectError {
-    /// Whether another point may be without it: the numbers make no system here, or light that spreads too far for local
+    /// Whether another point may be without it: the parameters make no system here, or light that spreads too far for local
     /// bands.
     pub(crate) fn is_of_point(&self) -> bool {
         match self {
@@ -132,15 +132,15 @@ impl DesignEvaluation {
     }
 }
 
-/// The frozen plans of all channels, made about some values of the numbers.
+/// The frozen plans of all channels, made about some values of the parameters.
 pub struct Plans {
     linearised_systems: Vec<LinearisedSystem>,
 }
 
 impl Project {
-    /// Number of parameters: of all elements, then the numbers.
+    /// Number of parameters: of all elements, then of the system.
     pub fn len(&self) -> usize {
-        self.numbers_from() + self.numbers.len()
+        self.system_parameters_from() + self.system_parameters.len()
     }
 
     /// Whether nothing is free.
@@ -148,8 +148,8 @@ impl Project {
         self.len() == 0
     }
 
-    /// Where the numbers begin among the parameters.
-    pub fn numbers_from(&self) -> usize {
+    /// Where those of the system begin among the parameters.
+    pub fn system_parameters_from(&self) -> usize {
         self.elements.iter().map(|e| e.modulator.count()).sum()
     }
 
@@ -167,15 +167,15 @@ impl Project {
     /// The system of a channel at a point, from what its elements are made of.
     ///
     /// # Errors
-    /// When the numbers make no system, or an element is not there.
+    /// When the parameters make no system, or an element is not there.
     pub fn system(
         &self,
         channel: usize,
         made: &[Shaped],
-        numbers: &[f64],
+        parameters: &[f64],
     ) -> Result<System, ProjectError> {
-        let mut system = (self.build_system)(channel, numbers).map_err(ProjectError::System)?;
-        for (number, (element, made)) in self.elements.iter().zip(made).enumerate() {
+        let mut system = (self.build_system)(channel, parameters).map_err(ProjectError::System)?;
+        for (index, (element, made)) in self.elements.iter().zip(made).enumerate() {
             let screen = system.screens.get_mut(element.screen);
             let pixels = screen.and_then(|screen| match &mut screen.act {
                 Act::Doe(doe) => doe.free_pixels_mut(),
@@ -184,7 +184,7 @@ impl Project {
             let Some(pixels) = pixels else {
                 return Err(ProjectError::Pixels(element.screen));
             };
-            let ratio = self.channels[channel].ratio(number);
+            let ratio = self.channels[channel].ratio(index);
             pixels.values = element.modulator.transmission(made, ratio);
         }
         Ok(system)
@@ -195,10 +195,13 @@ impl Project {
     /// # Errors
     /// When a system cannot be made, carried or differentiated there, or the pulse cancels the work.
     pub fn plan(&self, point: &[f64], share: f64, pulse: &Pulse) -> Result<Plans, ProjectError> {
-        let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
+        let (made, parameters) = (
+            self.make(point, share),
+            &point[self.system_parameters_from()..],
+        );
         let linearised = |channel: usize| {
-            let system = self.system(channel, &made, numbers)?;
-            let variations = self.variations(channel, &made, numbers)?;
+            let system = self.system(channel, &made, parameters)?;
+            let variations = self.variations(channel, &made, parameters)?;
             let settings = &self.settings;
             Ok(LinearisedSystem::new_with(
                 &system,
@@ -237,15 +240,18 @@ impl Project {
         share: f64,
         pulse: &Pulse,
     ) -> Result<Vec<ControlVariate>, ProjectError> {
-        let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
+        let (made, parameters) = (
+            self.make(point, share),
+            &point[self.system_parameters_from()..],
+        );
         let linearised_systems = self
             .channels
             .iter()
             .zip(&plans.linearised_systems)
             .enumerate();
         let control_variate =
-            |(number, (channel, linearised)): (usize, (&Channel, &LinearisedSystem))| {
-                let system = self.system(number, &made, numbers)?;
+            |(index, (channel, linearised)): (usize, (&Channel, &LinearisedSystem))| {
+                let system = self.system(index, &made, parameters)?;
                 ControlVariate::new(linearised, &system, pulse, |field| {
                     Ok(channel.evaluate(&field.values)?.1)
                 })
@@ -265,7 +271,10 @@ impl Project {
         mode: &EvaluationMode,
         pulse: &Pulse,
     ) -> Result<DesignEvaluation, ProjectError> {
-        let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
+        let (made, parameters) = (
+            self.make(point, share),
+            &point[self.system_parameters_from()..],
+        );
         let mut evaluation = DesignEvaluation {
             value: 0.0,
             parts: Vec::new(),
@@ -273,15 +282,15 @@ impl Project {
             intensities: Vec::new(),
             powers: Vec::new(),
         };
-        for (number, (channel, linearised)) in self
+        for (index, (channel, linearised)) in self
             .channels
             .iter()
             .zip(&plans.linearised_systems)
             .enumerate()
         {
-            let system = self.system(number, &made, numbers)?;
+            let system = self.system(index, &made, parameters)?;
             let seen = ChannelEvaluation {
-                number,
+                index,
                 linearised,
                 system: &system,
                 pulse,
@@ -289,10 +298,10 @@ impl Project {
             let trace = mode.forward(&seen)?;
             let (parts, field_bar) = channel.evaluate(&trace.field.values)?;
             evaluation.value += channel.total(&parts);
-            let variations = self.variations(number, &made, numbers)?;
+            let variations = self.variations(index, &made, parameters)?;
             let gradient = mode.back(&seen, &variations, &trace, &field_bar)?;
             self.gather(&made, channel, &gradient.pixels, &mut evaluation.gradient);
-            let from = self.numbers_from();
+            let from = self.system_parameters_from();
             add(&mut evaluation.gradient[from..], &gradient.parameters);
             evaluation.parts.push(parts);
             evaluation.powers.push(trace.power_behind());
@@ -315,15 +324,18 @@ impl Project {
     /// # Errors
     /// As [`Project::evaluate`].
     pub fn value(&self, plans: &Plans, point: &[f64], share: f64) -> Result<f64, ProjectError> {
-        let (made, numbers) = (self.make(point, share), &point[self.numbers_from()..]);
+        let (made, parameters) = (
+            self.make(point, share),
+            &point[self.system_parameters_from()..],
+        );
         let mut value = 0.0;
-        for (number, (channel, linearised)) in self
+        for (index, (channel, linearised)) in self
             .channels
             .iter()
             .zip(&plans.linearised_systems)
             .enumerate()
         {
-            let trace = linearised.forward(&self.system(number, &made, numbers)?)?;
+            let trace = linearised.forward(&self.system(index, &made, parameters)?)?;
             value += channel.total(&channel.evaluate(&trace.field.values)?.0);
         }
         let prices = self.elements.iter().zip(&made);
@@ -340,8 +352,8 @@ impl Project {
         gradient: &mut [f64],
     ) {
         let mut from = 0;
-        for (number, (element, made)) in self.elements.iter().zip(made).enumerate() {
-            let (modulator, ratio) = (&element.modulator, channel.ratio(number));
+        for (index, (element, made)) in self.elements.iter().zip(made).enumerate() {
+            let (modulator, ratio) = (&element.modulator, channel.ratio(index));
             if let Some(Some(bar)) = pixels.get(element.screen) {
                 let back = modulator.transmission_adjoint(made, ratio, bar.view());
                 add(&mut gradient[from..], &back);
@@ -350,17 +362,22 @@ impl Project {
         }
     }
 
-    /// The neighbours that give the derivatives with respect to the numbers.
+    /// The neighbours that give the derivatives with respect to the parameters of the system.
     fn variations(
         &self,
         channel: usize,
         made: &[Shaped],
-        numbers: &[f64],
+        parameters: &[f64],
     ) -> Result<Vec<Variation>, ProjectError> {
         let system = |moved: &[f64]| self.system(channel, made, moved);
-        let variation =
-            |(i, number): (usize, &Number)| Variation::new(numbers, i, number.step, system);
-        self.numbers.iter().enumerate().map(variation).collect()
+        let variation = |(i, parameter): (usize, &SystemParameter)| {
+            Variation::new(parameters, i, parameter.step, system)
+        };
+        self.system_parameters
+            .iter()
+            .enumerate()
+            .map(variation)
+            .collect()
     }
 }
 

@@ -99,7 +99,7 @@ pub struct Evaluated {
 const STAGES: usize = 32;
 const HARD: f64 = 0.9;
 
-/// Iterations after which light is planned anew when numbers of the system change.
+/// Iterations after which light is planned anew when parameters of the system change.
 const FRESH: usize = 10;
 
 impl<'p> Run<'p> {
@@ -257,7 +257,7 @@ impl<'p> Run<'p> {
             state.share = share.min(1.0);
             state.search.refresh(true);
         }
-        if !self.project.numbers.is_empty() && done >= state.planned_after + FRESH {
+        if !self.project.system_parameters.is_empty() && done >= state.planned_after + FRESH {
             state.planned_after = done;
             state.planned = state.search.point().to_vec();
             self.plans = self.project.plan(&state.planned, state.share, self.pulse)?;

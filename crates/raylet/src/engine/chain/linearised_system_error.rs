@@ -13,7 +13,7 @@ pub enum LinearisedSystemError {
     Simulate(#[from] SimulateError),
     /// Numbers of the system cannot be sought with drawn beamlets.
     #[error(
-        "drawn beamlets have gradients of pixels only, not of the system's numbers; follow all of them"
+        "drawn beamlets have gradients of pixels only, not of the system's parameters; follow all of them"
     )]
     Drawn,
     /// A control variate is of one hop.

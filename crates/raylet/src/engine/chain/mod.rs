@@ -17,7 +17,7 @@
 //! | [`outcome`] | The result of a run, and how far it has come |
 //! | [`mod@reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
 //! | `rimmed_variations` | Perturbed systems with a screen at every rim of the planned one |
-//! | [`screen_sensitivity`] | How the light on a screen changes with the numbers of its source and element |
+//! | [`screen_sensitivity`] | How the light on a screen changes with the parameters of its source and element |
 //! | [`simulate`] | A whole run from the source to the sensor |
 //! | [`simulate_error`] | Why a run is impossible |
 

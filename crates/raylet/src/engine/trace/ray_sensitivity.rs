@@ -36,19 +36,19 @@ pub struct Variation {
 }
 
 impl Variation {
-    /// The variation of a system in one of its numbers: `system` makes it from all of them, and the number at
+    /// The variation of a system in one of its parameters: `system` makes it from all of them, and the parameter at
     /// `index` is a `step` smaller and larger.
     ///
     /// # Errors
     /// Those of `system`.
     pub(crate) fn new<E>(
-        numbers: &[f64],
+        parameters: &[f64],
         index: usize,
         step: f64,
         system: impl Fn(&[f64]) -> Result<System, E>,
     ) -> Result<Self, E> {
         let moved = |by: f64| {
-            let mut moved = numbers.to_vec();
+            let mut moved = parameters.to_vec();
             moved[index] += by;
             system(&moved)
         };

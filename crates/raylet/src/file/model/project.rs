@@ -19,7 +19,7 @@ use crate::design::optimizers::optimizer::{Method, Optimizer as Search};
 use crate::design::optimizers::schedule::Schedule;
 use crate::design::optimizers::space::Space;
 use crate::design::optimizers::step::OptimizerError;
-use crate::design::project::{Channel, Element, Number, Project, SystemBuild};
+use crate::design::project::{Channel, Element, Project, SystemBuild, SystemParameter};
 use crate::engine::chain::arriving_light::sensor_of;
 use crate::engine::plan::settings::Settings;
 use crate::file::decode::fault::Fault;
@@ -52,11 +52,11 @@ pub struct SceneDesign {
     pub sensor_half: [f64; 2],
     /// Name, half width and half height in mm of each element that is designed.
     pub elements: Vec<(String, [f64; 2])>,
-    /// The numbers that are designed.
+    /// The parameters of the system that are designed.
     addresses: Arc<Vec<Address>>,
 }
 
-/// Relative size of a step of a number, where none is given.
+/// Relative size of a step of a parameter of the system, where none is given.
 const SCALE: f64 = 1e-3;
 
 /// The perturbed systems of a derivative are this share of a step away: with [`SCALE`] the same relative distance as in
@@ -93,18 +93,18 @@ pub fn scene_design(scene: &Scene) -> Result<SceneDesign, Fault> {
 
     // What is free, and where it starts.
     let start = starts(scene, &parts, &elements)?;
-    let numbers = numbers(scene, &blank, &design.variable)?;
-    let addresses = Arc::new(numbers.addresses);
+    let parameters = system_parameters(scene, &blank, &design.variable)?;
+    let addresses = Arc::new(parameters.addresses);
     let project = Project {
         build_system: build_system(&lit, &described, &addresses)?,
         channels,
         elements,
         estimator: estimator(scene, &design, &first[0])?,
         settings: settings(scene, !addresses.is_empty()),
-        numbers: numbers.list,
+        system_parameters: parameters.list,
     };
-    let search = search(&design, &project, start, &numbers.ranges).map_err(|error| {
-        let expected = "numbers that make sense together";
+    let search = search(&design, &project, start, &parameters.ranges).map_err(|error| {
+        let expected = "parameters that make sense together";
         scene.fault("design", error.to_string(), expected)
     })?;
     let outputs = parts.iter().enumerate();
@@ -153,13 +153,13 @@ fn channels(
 }
 
 impl SceneDesign {
-    /// The scene with the numbers of a point of the design.
+    /// The scene with the parameters of a point of the design.
     ///
     /// # Errors
-    /// A scene that is none with these numbers.
+    /// A scene that is none with these parameters.
     pub fn scene_at(&self, scene: &Scene, point: &[f64]) -> Result<Scene, Fault> {
-        let values = &point[self.project.numbers_from()..];
-        VariableScene::new(scene)?.with_numbers(&self.addresses, values)
+        let values = &point[self.project.system_parameters_from()..];
+        VariableScene::new(scene)?.with_parameters(&self.addresses, values)
     }
 }
 
@@ -201,7 +201,7 @@ fn around(systems: &[System], screen: usize) -> Vec<f64> {
         .collect()
 }
 
-/// What makes the systems: the scene as it is lit in each run, with the numbers of a point.
+/// What makes the systems: the scene as it is lit in each run, with the parameters of a point.
 fn build_system(
     lit: &[Scene],
     described: &[ChannelDescription],
@@ -221,7 +221,7 @@ fn build_system(
         let made = match values.is_empty() {
             true => build::system(lit[field].scene(), wavelength),
             false => lit[field]
-                .with_numbers(&addresses, values)
+                .with_parameters(&addresses, values)
                 .and_then(|scene| build::system(&scene, wavelength)),
         };
         made.map_err(|fault| fault.to_string())
@@ -241,17 +241,21 @@ fn settings(scene: &Scene, changing: bool) -> Settings {
     }
 }
 
-/// The numbers that are designed.
+/// The parameters of the system that are designed.
 #[derive(Default)]
-struct Numbers {
+struct Parameters {
     addresses: Vec<Address>,
-    list: Vec<Number>,
+    list: Vec<SystemParameter>,
     /// The scale of the steps of each, and its bounds.
     ranges: Vec<(f64, [f64; 2])>,
 }
 
-fn numbers(scene: &Scene, blank: &Scene, variables: &[Variable]) -> Result<Numbers, Fault> {
-    let mut numbers = Numbers::default();
+fn system_parameters(
+    scene: &Scene,
+    blank: &Scene,
+    variables: &[Variable],
+) -> Result<Parameters, Fault> {
+    let mut parameters = Parameters::default();
     let blank = VariableScene::new(blank)?;
     for (i, variable) in variables.iter().enumerate() {
         let at = format!("design.variable[{i}].path");
@@ -278,15 +282,15 @@ fn numbers(scene: &Scene, blank: &Scene, variables: &[Variable]) -> Result<Numbe
                 "lowest and highest about the scene's own value; both of one sign for a radius";
             return Err(scene.fault(&at, found, expected));
         };
-        numbers.list.push(Number {
+        parameters.list.push(SystemParameter {
             name: address.name(),
             start,
             step: NEAR * scale,
         });
-        numbers.addresses.push(address);
-        numbers.ranges.push((scale, bounds));
+        parameters.addresses.push(address);
+        parameters.ranges.push((scale, bounds));
     }
-    Ok(numbers)
+    Ok(parameters)
 }
 
 /// The parameters of all pixels at the start.
@@ -395,7 +399,12 @@ fn search(
     ranges: &[(f64, [f64; 2])],
 ) -> Result<Search, OptimizerError> {
     let pixels = start.len();
-    start.extend(project.numbers.iter().map(|number| number.start));
+    start.extend(
+        project
+            .system_parameters
+            .iter()
+            .map(|parameter| parameter.start),
+    );
     let mut space = Space::free(start.len());
     let mut from = 0;
     for element in &project.elements {
@@ -467,7 +476,7 @@ fn estimator(scene: &Scene, design: &Design, system: &System) -> Result<Estimato
     }
     if !design.variable.is_empty() {
         return fault(
-            "drawn beamlets and numbers that are designed",
+            "drawn beamlets and parameters of the system that are designed",
             "one of the two",
         );
     }

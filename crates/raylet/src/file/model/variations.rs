@@ -1,4 +1,4 @@
-//! A scene's system at some values of its numbers, and the perturbed systems from which derivatives by these numbers
+//! A scene's system at some values of its parameters, and the perturbed systems from which derivatives by these parameters
 //! come.
 
 use crate::engine::trace::ray_sensitivity::Variation;
@@ -9,12 +9,12 @@ use crate::file::scene::scene_file::Scene;
 use crate::file::scene::variable::{Address, VariableScene};
 use crate::optics::system::System;
 
-/// Step of a number over its size, or the step itself where the number is zero. A design takes a share of its own
+/// Step of a parameter over its size, or the step itself where the parameter is zero. A design takes a share of its own
 /// step instead (`NEAR` times `SCALE` in [`crate::file::model::project`]), which is the same unless the scene gives
 /// another scale.
 const STEP: f64 = 1e-5;
 
-/// By how much a number of this value changes between the perturbed systems and the system itself.
+/// By how much a parameter of this value changes between the perturbed systems and the system itself.
 fn step(value: f64) -> f64 {
     if value == 0.0 {
         STEP
@@ -23,37 +23,37 @@ fn step(value: f64) -> f64 {
     }
 }
 
-/// Numbers of a scene, with values that may differ from those in its file.
+/// Parameters of a scene, with values that may differ from those in its file.
 #[derive(Clone, Copy)]
-pub struct NumberValues<'a> {
+pub struct ParameterValues<'a> {
     /// The scene.
     pub scene: &'a VariableScene,
-    /// Where the numbers stand.
+    /// Where the parameters stand.
     pub addresses: &'a [Address],
     /// Their values, as [`Address::value`] counts: of a radius its curvature.
     pub values: &'a [f64],
 }
 
-/// The system of a wavelength (by its index) with these values of numbers, and its variation in each of them.
+/// The system of a wavelength (by its index) with these values of parameters, and its variation in each of them.
 ///
 /// # Errors
-/// A scene that is none with these numbers, or a little beside them.
+/// A scene that is none with these parameters, or a little beside them.
 pub fn varied_system(
-    numbers: NumberValues,
+    parameters: ParameterValues,
     arrays: &Arrays,
     channel: usize,
 ) -> Result<(System, Vec<Variation>), Fault> {
-    let NumberValues {
+    let ParameterValues {
         scene,
         addresses,
         values,
-    } = numbers;
+    } = parameters;
     if addresses.is_empty() {
         let system = build::system_with(scene.scene(), arrays, channel)?;
         return Ok((system, Vec::new()));
     }
     let at = |values: &[f64]| {
-        let scene = scene.with_numbers(addresses, values)?;
+        let scene = scene.with_parameters(addresses, values)?;
         build::system_with(&scene, arrays, channel)
     };
     let one = |(index, value): (usize, &f64)| Variation::new(values, index, step(*value), at);
@@ -61,11 +61,11 @@ pub fn varied_system(
     Ok((at(values)?, variations?))
 }
 
-/// The variations of a scene's system of a wavelength (by its index) in the numbers at these paths, such as
-/// `element[1].thickness_mm`. Each is by itself: the other numbers are read as the scene has them.
+/// The variations of a scene's system of a wavelength (by its index) in the parameters at these paths, such as
+/// `element[1].thickness_mm`. Each is by itself: the other parameters are read as the scene has them.
 ///
 /// # Errors
-/// A path that leads to no number, or a scene that is none a little beside its numbers.
+/// A path that leads to no number, or a scene that is none a little beside its parameters.
 pub fn variations(
     scene: &Scene,
     arrays: &Arrays,
@@ -77,7 +77,7 @@ pub fn variations(
         let address = Address::new(&scene, path, "element")?;
         let value = address.value(&scene);
         Variation::new(&[value], 0, step(value), |values| {
-            let scene = scene.with_numbers(std::slice::from_ref(&address), values)?;
+            let scene = scene.with_parameters(std::slice::from_ref(&address), values)?;
             build::system_with(&scene, arrays, channel)
         })
     };

@@ -51,8 +51,8 @@ impl VariableScene {
     /// The scene with these values of what a design changes; its arrays are kept.
     ///
     /// # Errors
-    /// A scene that is none with these numbers.
-    pub(crate) fn with_numbers(
+    /// A scene that is none with these parameters.
+    pub(crate) fn with_parameters(
         &self,
         addresses: &[Address],
         values: &[f64],
@@ -270,7 +270,7 @@ mod tests {
         for path in &paths {
             let address = [Address::new(&scene, path, "element").unwrap()];
             let value = address[0].value(&scene) * (1.0 + f64::EPSILON);
-            let Ok(changed) = scene.with_numbers(&address, &[value]) else {
+            let Ok(changed) = scene.with_parameters(&address, &[value]) else {
                 continue;
             };
             let text = changed.to_toml().unwrap();
@@ -308,7 +308,7 @@ mod tests {
             ),
             (f64::NAN, "nan", "a finite number"),
         ] {
-            let fault = scene.with_numbers(&address, &[value]).unwrap_err();
+            let fault = scene.with_parameters(&address, &[value]).unwrap_err();
             assert_eq!(
                 (fault.found.as_str(), fault.expected.as_str()),
                 (found, expected)
