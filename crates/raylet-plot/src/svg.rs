@@ -243,7 +243,7 @@ impl Svg {
         let [x, y, w, h] = [r.x, r.y, r.w, r.h].map(number);
         let data = base64::engine::general_purpose::STANDARD.encode(png);
         self.push(format_args!(
-            r#"<image x="{x}" y="{y}" width="{w}" height="{h}" preserveAspectRatio="none" image-rendering="smooth" href="data:image/png;base64,{data}"/>"#
+            r#"<image x="{x}" y="{y}" width="{w}" height="{h}" preserveAspectRatio="none" style="image-rendering:smooth" href="data:image/png;base64,{data}"/>"#
         ));
     }
 

@@ -168,6 +168,25 @@ impl Aperture {
         Some([x + x0, x + x1, y + y0, y + y1])
     }
 
+    /// A circle about everything inside: its centre and radius in mm, or nothing when there is no edge.
+    pub(crate) fn circumcircle(&self) -> Option<([f64; 2], f64)> {
+        let [x, y] = self.centre;
+        match &self.outline {
+            Outline::Disc { radius } | Outline::Annulus { outer: radius, .. } => {
+                Some(([x, y], *radius))
+            }
+            Outline::Blocked { open, .. } => {
+                let ([cx, cy], radius) = open.circumcircle()?;
+                Some(([x + cx, y + cy], radius))
+            }
+            Outline::Open | Outline::Rectangle { .. } | Outline::Polygon { .. } => {
+                let [x0, x1, y0, y1] = self.bounds()?;
+                let centre = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
+                Some((centre, 0.5 * (x1 - x0).hypot(y1 - y0)))
+            }
+        }
+    }
+
     /// Points along the outer edge; none without an edge.
     pub(crate) fn rim(&self) -> Vec<[f64; 2]> {
         let circle = |radius: f64| Self::regular_polygon(RIM, radius, 0.0, self.centre).rim();

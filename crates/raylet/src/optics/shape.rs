@@ -43,6 +43,9 @@ const NEWTON_STEPS: usize = 60;
 /// Times a step is halved before the surface counts as out of reach.
 const HALVINGS: usize = 40;
 
+/// A ray passes by where |F| is least to this share of its length, in mm beside 1 mm.
+const PASSED: f64 = 1e-7;
+
 impl Shape {
     /// A sphere by its radius in mm, positive where the centre lies at larger z; a plane where it is infinite.
     pub fn sphere(radius: f64) -> Self {
@@ -121,7 +124,7 @@ impl Shape {
     }
 
     /// Seeks the surface from where the ray meets a conic near it, or else the vertex plane, or else from
-    /// the ray's point nearest the vertex; in plain numbers, then by one more Newton step in `T`: at a
+    /// the ray's point nearest the vertex, or else from where the ray is; in plain numbers, then by one more Newton step in `T`: at a
     /// root that step carries exactly the derivatives of the implicit function and adds nothing else.
     fn meet_near<T: Real>(
         &self,
@@ -132,7 +135,8 @@ impl Shape {
         let (p, d) = (position.value(), direction.value());
         let length = (near.meet(p, d).and_then(|start| self.seek(p, d, start)))
             .or_else(|_| self.seek(p, d, Shape::Plane.meet(p, d)?))
-            .or_else(|_| self.seek(p, d, -p.dot(d)))?;
+            .or_else(|_| self.seek(p, d, -p.dot(d)))
+            .or_else(|_| self.seek(p, d, 0.0))?;
         let length = T::constant(length);
         let at = position + direction * length;
         let h = self.height(at.x, at.y).ok_or(Loss::Missed)?;
@@ -140,45 +144,83 @@ impl Shape {
         Ok(length - (at.z - h.z) / slope)
     }
 
-    /// Newton's method on F = z − height(x, y) along a ray. A step that does not bring the ray nearer to
-    /// the surface, or leads to where there is none, is halved; where no part of it helps, the ray passes
-    /// by.
+    /// Newton's method on F = z − height(x, y) along a ray. Where a step does not bring the ray nearer to the surface, or
+    /// leads to where there is none, the ray goes to where |F| is least, if that is not zero to second order, and passes
+    /// by when it is there; or else the step is halved, and the ray passes by where no part of it helps.
     fn seek(&self, p: Vec3, d: Vec3, start: f64) -> Result<f64, Loss> {
-        let gap = |length: f64| {
-            let at = p + d * length;
-            let h = self.height(at.x, at.y)?;
-            let slope = d.z - h.slope[0] * d.x - h.slope[1] * d.y;
-            Some((at.z - h.z, slope))
-        };
-        // The same F without its slope, for steps that are only tried: most of a ray's that passes by.
+        let gap = |length: f64| self.gap(p + d * length, d);
+        // The same F without its derivatives, for steps that are only tried.
         let apart = |length: f64| {
             let at = p + d * length;
             Some(at.z - self.sag(at.x, at.y)?)
         };
         let mut length = start;
-        let (mut f, mut slope) = gap(length).ok_or(Loss::Missed)?;
+        let mut here = gap(length).ok_or(Loss::Missed)?;
         for _ in 0..NEWTON_STEPS {
-            let step = f / slope;
+            let step = here.apart / here.slope;
             let rounding = 4.0 * f64::EPSILON * (p.norm() + length.abs());
-            if f.abs() <= rounding || step.abs() <= 1e-14 * (1.0 + length.abs()) {
+            if here.apart.abs() <= rounding || step.abs() <= 1e-14 * (1.0 + length.abs()) {
                 return Ok(length);
             }
 
-            // The whole step, or the largest part of it that helps.
-            let whole = gap(length - step).filter(|next| next.0.abs() < f.abs());
-            let next = whole.map(|next| (length - step, next)).or_else(|| {
+            // The whole step, the way to the least |F|, or the largest part of the step that helps.
+            let whole = gap(length - step).filter(|next| next.is_nearer_than(&here));
+            if whole.is_none() && here.passes_by(length) {
+                return Err(Loss::Missed);
+            }
+            let least = || {
+                let length = length - here.to_least()?;
+                let next = gap(length).filter(|next| next.is_nearer_than(&here))?;
+                Some((length, next))
+            };
+            let part = || {
                 let part = std::iter::successors(Some(0.5 * step), |part| Some(0.5 * part))
                     .take(HALVINGS - 1)
                     .map(|part| length - part)
-                    .find(|&length| apart(length).is_some_and(|next| next.abs() < f.abs()))?;
+                    .find(|&at| apart(at).is_some_and(|next| next.abs() < here.apart.abs()))?;
                 Some((part, gap(part)?))
-            });
-            let Some(next) = next else {
-                return Err(Loss::Missed);
             };
-            (length, (f, slope)) = next;
+            let next = whole.map(|next| (length - step, next));
+            let next = next.or_else(least).or_else(part).ok_or(Loss::Missed)?;
+            (length, here) = next;
         }
         Err(Loss::NotConverged)
+    }
+
+    /// F at a point of a ray.
+    fn gap(&self, at: Vec3, d: Vec3) -> Option<Gap> {
+        let h = self.height(at.x, at.y)?;
+        let [xx, xy, yy] = h.bend;
+        Some(Gap {
+            apart: at.z - h.z,
+            slope: d.z - h.slope[0] * d.x - h.slope[1] * d.y,
+            bend: -(xx * d.x * d.x + 2.0 * xy * d.x * d.y + yy * d.y * d.y),
+        })
+    }
+}
+
+/// F = z − height(x, y) at a point of a ray, with its first two derivatives along the ray.
+struct Gap {
+    apart: f64,
+    slope: f64,
+    bend: f64,
+}
+
+impl Gap {
+    fn is_nearer_than(&self, other: &Gap) -> bool {
+        self.apart.abs() < other.apart.abs()
+    }
+
+    /// How far back |F| is least, where to second order F has no root.
+    fn to_least(&self) -> Option<f64> {
+        let bent = 2.0 * self.apart * self.bend;
+        (self.slope * self.slope < bent).then(|| self.slope / self.bend)
+    }
+
+    /// Whether |F| is least here, at this length of the ray, and not zero.
+    fn passes_by(&self, length: f64) -> bool {
+        let close = PASSED * (1.0 + length.abs());
+        self.to_least().is_some_and(|back| back.abs() <= close)
     }
 }
 
@@ -360,6 +402,24 @@ mod tests {
             }
         }
         assert!(met > 1000 && missed > 1000, "{met} {missed}");
+    }
+
+    /// A ray of 84° that has left an asphere by 0.03 mm: it passes by the surface from where it meets the conic, from the
+    /// vertex plane, and from its point nearest the vertex.
+    #[test]
+    fn grazing_rays_meet_the_surface_they_are_at() {
+        let shape = Shape::Asphere {
+            base: Conic {
+                curvature: -0.055_578_612_577_007_56,
+                conic: -0.891_337_366_179_280_5,
+            },
+            coefficients: vec![1.191_681_2e-4, -1.816_153e-7, 3.219_564e-8],
+        };
+        let direction = Vec3::new(0.747_962_46, 0.656_806_79, 0.095_692_188).unit();
+        let [x, y] = [-1.289_937_2, -7.388_496_8];
+        let foot = Vec3::new(x, y, shape.height(x, y).unwrap().z);
+        let length = shape.meet(foot + direction * 0.029, direction).unwrap();
+        assert!((length + 0.029).abs() < 1e-12, "{length}");
     }
 
     #[test]

@@ -324,12 +324,13 @@ fn cut_shares(
         if surface.aperture.outline == Outline::Open {
             return cut;
         }
-        let sent = sent_by_rim(&open, onward, (number, surface), leaving);
+        let rim = SurfaceEdge::of(number, surface);
+        let sent = sent_by_rim(&open, onward, &rim, leaving);
         let total = landed + sent;
         if total > 0.0 {
             (cut.removed, cut.misplaced) = (sent / total, sent / total);
             for ray in &rays {
-                let part = clipped(&open, (number, surface), (ray.at, ray.p), sigma);
+                let part = clipped(&open, &rim, (ray.at, ray.p), sigma);
                 cut.removed += part * ray.area / total;
                 cut.misplaced += part.min(1.0 - part) * ray.area / total;
             }
@@ -339,16 +340,31 @@ fn cut_shares(
     hop.train.iter().enumerate().map(share).collect()
 }
 
+/// The edge of a surface of a train.
+struct SurfaceEdge<'a> {
+    number: usize,
+    surface: &'a Surface,
+    /// The height of the surface at its edge, in mm.
+    depth: f64,
+}
+
+impl<'a> SurfaceEdge<'a> {
+    fn of(number: usize, surface: &'a Surface) -> Self {
+        let sag = |[x, y]: [f64; 2]| surface.shape.height(x, y).map(|here| here.z);
+        let edge = surface.aperture.rim();
+        Self {
+            number,
+            surface,
+            depth: edge.first().copied().and_then(sag).unwrap_or(0.0),
+        }
+    }
+}
+
 /// The energy that the rim of a surface sends into the box of the target and on to the sensor, of light that meets the
 /// surface near it and does not land there by itself: as the edge of a plane opening would from where its rays land, on
 /// the way left.
-fn sent_by_rim(
-    open: &Hop,
-    onward: &Onward,
-    place: (usize, &Surface),
-    leaving: &[SourceRay],
-) -> f64 {
-    let (_, surface) = place;
+fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[SourceRay]) -> f64 {
+    let surface = rim.surface;
     let Some(to) = open.to.bounds() else {
         return 0.0;
     };
@@ -362,7 +378,7 @@ fn sent_by_rim(
     let width = index * (to[1] - to[0]).hypot(to[3] - to[2]) / way;
     let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
     let one = |source_ray: &SourceRay| {
-        let depth = depth_at_rim(open, place, source_ray)?;
+        let depth = depth_at_rim(open, rim, source_ray)?;
         let landing = open.trace(source_ray.at, source_ray.p, &mut ()).ok()?;
         if depth.abs() > NEAR_RIM * radius {
             return None;
@@ -391,11 +407,11 @@ fn sent_by_rim(
 }
 
 /// How far inside a surface's edge a ray meets it.
-fn depth_at_rim(open: &Hop, place: (usize, &Surface), source_ray: &SourceRay) -> Option<f64> {
-    let landing = meet_rim(open, place, |hop| {
+fn depth_at_rim(open: &Hop, rim: &SurfaceEdge, source_ray: &SourceRay) -> Option<f64> {
+    let landing = meet_rim(open, rim, |hop| {
         hop.trace(source_ray.at, source_ray.p, &mut ()).ok()
     })?;
-    Some(place.1.aperture.depth(landing.at[0], landing.at[1]))
+    Some(rim.surface.aperture.depth(landing.at[0], landing.at[1]))
 }
 
 /// The ray with its Jacobian, if it lands in the box `to`; its area is the energy it represents.
@@ -436,33 +452,27 @@ type Start = ([f64; 2], [f64; 2]);
 
 /// The share of a beamlet's energy that the rim of a surface cuts: ½ erfc(d/w), d the depth of its ray inside
 /// the edge and w the half width of its energy at 1/e, the wider one.
-fn clipped(open: &Hop, (number, surface): (usize, &Surface), start: Start, sigma: f64) -> f64 {
-    let Some(arrival) = at_rim(open, (number, surface), start, sigma) else {
+fn clipped(open: &Hop, rim: &SurfaceEdge, start: Start, sigma: f64) -> f64 {
+    let Some(arrival) = at_rim(open, rim, start, sigma) else {
         return 0.0;
     };
     let [wx, wy] = arrival.footprint(open.wavenumber(), (-0.5f64).exp());
-    let depth = surface.aperture.depth(arrival.at[0], arrival.at[1]);
+    let depth = rim.surface.aperture.depth(arrival.at[0], arrival.at[1]);
     0.5 * erfc(depth / wx.max(wy))
 }
 
 /// A beamlet where its ray crosses the plane of a surface's rim, before the surface.
-fn at_rim(open: &Hop, place: (usize, &Surface), (at, p): Start, sigma: f64) -> Option<Arrival> {
-    meet_rim(open, place, |hop| launch_beamlet(hop, at, p, sigma).ok())
+fn at_rim(open: &Hop, rim: &SurfaceEdge, (at, p): Start, sigma: f64) -> Option<Arrival> {
+    meet_rim(open, rim, |hop| launch_beamlet(hop, at, p, sigma).ok())
 }
 
 /// What `follow` finds on the way to the plane of a surface's rim, before the surface.
-fn meet_rim<T>(
-    open: &Hop,
-    (number, surface): (usize, &Surface),
-    follow: impl Fn(&Hop) -> Option<T>,
-) -> Option<T> {
-    let sag = |[x, y]: [f64; 2]| surface.shape.height(x, y).map(|here| here.z);
-    let edge = surface.aperture.rim();
-    let depth = edge.first().copied().and_then(sag).unwrap_or(0.0);
+fn meet_rim<T>(open: &Hop, rim: &SurfaceEdge, follow: impl Fn(&Hop) -> Option<T>) -> Option<T> {
+    let surface = rim.surface;
     let cross = |arrives: f64| {
         let plane = Screen {
             name: String::new(),
-            frame: surface.frame.moved(Vec3::new(0.0, 0.0, depth)),
+            frame: surface.frame.moved(Vec3::new(0.0, 0.0, rim.depth)),
             act: Act::Stop(Aperture::OPEN),
             index: surface.index[0],
             behind: None,
@@ -470,7 +480,7 @@ fn meet_rim<T>(
             arrives,
         };
         follow(&Hop {
-            train: &open.train[..number],
+            train: &open.train[..rim.number],
             to: &plane,
             ..*open
         })

@@ -1,5 +1,6 @@
 //! A search with a coarse set of rays: which directions lead to the target, and what the train does to them.
 
+use crate::engine::trace::bounding_sphere::{BoundingSphere, SeenDirections};
 use crate::engine::trace::ray_trace::Landing;
 use crate::optics::aperture::Aperture;
 use crate::optics::ray::Loss;
@@ -110,13 +111,14 @@ pub(crate) fn search_directions(
     wanted: Wanted,
 ) -> DirectionSearch {
     let mut search = DirectionSearch::empty(wanted);
+    let searched = SearchedHop::new(hop);
     for j in 0..POSITIONS {
         for i in 0..POSITIONS {
             let place = |a: usize, i: usize| {
                 let t = i as f64 / (POSITIONS - 1) as f64;
                 from[2 * a] + (from[2 * a + 1] - from[2 * a]) * t
             };
-            search.seek(hop, [place(0, i), place(1, j)], to, margin);
+            search.seek(&searched, [place(0, i), place(1, j)], to, margin);
         }
     }
     search
@@ -132,8 +134,51 @@ pub(crate) fn reach(
     limits: [f64; 4],
 ) -> Option<[f64; 4]> {
     let mut search = DirectionSearch::empty(Wanted::Bounds(limits));
-    search.seek(hop, at, to, margin);
+    search.seek(&SearchedHop::new(hop), at, to, margin);
     (search.band[0] <= search.band[1]).then_some(search.band)
+}
+
+/// A hop and what its searches share.
+struct SearchedHop<'a> {
+    hop: &'a Hop<'a>,
+    /// Its train without the edges of surfaces.
+    open: Vec<Surface>,
+    /// A sphere about its first surface, which all rays have to meet.
+    first: Option<BoundingSphere>,
+}
+
+impl<'a> SearchedHop<'a> {
+    fn new(hop: &'a Hop<'a>) -> Self {
+        Self {
+            hop,
+            open: hop.train.iter().map(opened).collect(),
+            first: hop.train.first().and_then(BoundingSphere::of),
+        }
+    }
+
+    /// From one point.
+    fn from(&'a self, at: [f64; 2]) -> SearchedPoint<'a> {
+        SearchedPoint {
+            hop: self.hop,
+            open: Hop {
+                train: &self.open,
+                ..*self.hop
+            },
+            at,
+            seen: (self.first).and_then(|first| first.seen_from(self.hop.from, at)),
+        }
+    }
+}
+
+/// A point from which directions are sought.
+struct SearchedPoint<'a> {
+    hop: &'a Hop<'a>,
+    /// The hop without the edges of its surfaces.
+    open: Hop<'a>,
+    /// Where it is on the first screen.
+    at: [f64; 2],
+    /// The directions of the first surface, if rays along others miss it.
+    seen: Option<SeenDirections>,
 }
 
 impl Cell {
@@ -232,42 +277,36 @@ impl DirectionSearch {
     }
 
     /// Divides the square of directions from one point, less deeply where too many rays would be kept.
-    fn seek(&mut self, hop: &Hop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) {
-        let train: Vec<Surface> = hop.train.iter().map(opened).collect();
-        let open = Hop {
-            train: &train,
-            ..*hop
-        };
+    fn seek(&mut self, searched: &SearchedHop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) {
+        let point = searched.from(at);
         for depth in (0..=DEPTH).rev() {
             // What lies within the bounds that are known need not be sought again.
             let mut found = Self {
                 band: self.band,
                 ..Self::empty(self.wanted)
             };
-            if found.seek_to(depth, [hop, &open], at, to, margin) {
+            if found.seek_to(depth, &point, to, margin) {
                 self.merge(found);
                 return;
             }
         }
     }
 
-    /// Divides the square of directions from one point down to a depth, for a hop and the same without the edges of its
-    /// surfaces; false when too many rays would be kept.
+    /// Divides the square of directions from one point down to a depth; false when too many rays would be kept.
     fn seek_to(
         &mut self,
         depth: usize,
-        hops: [&Hop; 2],
-        at: [f64; 2],
+        point: &SearchedPoint,
         to: [f64; 4],
         margin: [f64; 2],
     ) -> bool {
         let mut stack = vec![Cell {
             centre: [0.0, 0.0],
-            half: hops[0].from.index_behind(),
+            half: point.hop.from.index_behind(),
             left: depth,
         }];
         while let Some(cell) = stack.pop() {
-            if !self.divide(hops, at, cell, to, margin) {
+            if !self.divide(point, cell, to, margin) {
                 continue;
             }
             if self.rays.len() + self.rim.len() > MOST_RAYS {
@@ -309,12 +348,13 @@ impl DirectionSearch {
     /// Looks at one cell; true when it must be divided.
     fn divide(
         &mut self,
-        [hop, open]: [&Hop; 2],
-        at: [f64; 2],
+        point: &SearchedPoint,
         cell: Cell,
         to: [f64; 4],
         margin: [f64; 2],
     ) -> bool {
+        let SearchedPoint { hop, at, .. } = *point;
+
         // Cells wholly evanescent are dropped, those that cross the rim divided a little.
         let n = hop.from.index_behind();
         let nearest = cell.centre.map(|c| (c.abs() - cell.half).max(0.0));
@@ -327,13 +367,20 @@ impl DirectionSearch {
             return false;
         }
         self.traced += 1;
+
+        // Beside the first surface all rays are lost.
+        let beside = |seen: &SeenDirections| seen.misses(cell.centre, cell.half);
+        if point.seen.as_ref().is_some_and(beside) {
+            self.count_lost(Loss::Clipped, 1);
+            return false;
+        }
         let (landing, jacobian) = match hop.jacobian(at, cell.centre) {
             Ok(found) => found,
             Err(loss) => {
                 self.count_lost(loss, 1);
                 return match loss {
                     Loss::Clipped if cell.half <= CLIPPED * n => {
-                        may_pass(open, at, cell, to, margin)
+                        may_pass(&point.open, at, cell, to, margin)
                     }
                     _ => cell.half > FINEST_LOST * n,
                 };

@@ -289,6 +289,7 @@ fn encode(
     let mut encoder = png::Encoder::new(out, nx as u32, ny as u32);
     encoder.set_color(color);
     encoder.set_depth(depth);
+    encoder.set_compression(png::Compression::Fast);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(bytes)?;
     writer.finish()
