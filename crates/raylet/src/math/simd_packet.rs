@@ -40,6 +40,7 @@ impl SimdPacket {
 }
 
 impl Real for SimdPacket {
+    const SEVERAL: bool = true;
     #[inline(always)]
     fn constant(value: f64) -> Self {
         Self([value; PACKET])
@@ -64,6 +65,14 @@ impl Real for SimdPacket {
             any |= test(*number, *other);
         }
         any
+    }
+    #[inline(always)]
+    fn where_pair(self, a: Self, b: Self, test: impl Fn(f64, f64) -> bool) -> Self {
+        let tested = a.with(b, |a, b| if test(a, b) { 1.0 } else { 0.0 });
+        self.with(
+            tested,
+            |value, holds| if holds != 0.0 { value } else { 0.0 },
+        )
     }
     #[inline(always)]
     fn along(self, other: Self) -> Self {

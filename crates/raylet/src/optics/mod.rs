@@ -12,6 +12,7 @@
 //! | [`frame`] | Where a part stands: an origin and three orthonormal axes in global coordinates |
 //! | [`freeform`] | Sag terms that are added to a conic, each written once as a formula for z(x, y) |
 //! | [`height`] | The height of a surface over its local plane, with derivatives |
+//! | `intersection` | Where rays meet surfaces without a formula, by Newton's method |
 //! | `moments` | Integrals of polynomials over the part of a cell that an aperture leaves open |
 //! | [`paraxial`] | Paraxial optics of centred trains: ray matrices, focal lengths, principal planes |
 //! | [`polygon`] | Areas inside polygons |
@@ -42,6 +43,7 @@ pub mod doe;
 pub mod frame;
 pub mod freeform;
 pub mod height;
+pub(crate) mod intersection;
 pub mod media;
 pub(crate) mod moments;
 pub mod paraxial;

@@ -55,7 +55,7 @@ impl Biconic {
         let rate = |c: &Conic| (1.0 + c.conic) * c.curvature * c.curvature;
         let (xx, yy) = (square(x), square(y));
         let under = -(xx * rate(&self.x) + yy * rate(&self.y)) + 1.0;
-        if under.value() <= 0.0 {
+        if under.any(|under| under <= 0.0) {
             return None;
         }
         Some((xx * self.x.curvature + yy * self.y.curvature) / (under.sqrt() + 1.0))
@@ -84,7 +84,7 @@ impl Toroid {
         let c = self.curve.curvature;
         let yy = square(y);
         let under = yy * (-(1.0 + self.curve.conic) * c * c) + 1.0;
-        if under.value() <= 0.0 {
+        if under.any(|under| under <= 0.0) {
             return None;
         }
         let zero = T::constant(0.0);
@@ -95,7 +95,7 @@ impl Toroid {
         // Turned about the axis at R: (R − z)² = (R − g)² − x², free of cancellation for any R.
         let arm = g * -self.rotation + 1.0;
         let under = square(arm) - square(x * self.rotation);
-        if arm.value() <= 0.0 || under.value() <= 0.0 {
+        if arm.any(|arm| arm <= 0.0) || under.any(|under| under <= 0.0) {
             return None;
         }
         Some((g * (arm + 1.0) + square(x) * self.rotation) / (under.sqrt() + 1.0))

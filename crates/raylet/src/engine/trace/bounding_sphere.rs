@@ -43,7 +43,7 @@ impl BoundingSphere {
         let distance = way.norm();
         let rounding = ROUNDING * (distance + self.centre.norm());
         let sine = (self.radius + rounding) / distance;
-        if !(sine < 1.0) {
+        if sine.is_nan() || sine >= 1.0 {
             return None;
         }
 

@@ -1,7 +1,7 @@
 //! Rays in SIMD packets, eight at a time.
 //!
-//! Eight are traced together where its surfaces are planes and conics, met without a search. Where one
-//! of eight is lost, each goes alone; every ray has the bits that it has alone.
+//! Eight are traced together where no surface is a freeform. Where one of eight is lost, or has to search for a surface,
+//! each goes alone; every ray has the bits that it has alone.
 
 use fearless_simd::{Level, Simd, dispatch};
 
@@ -21,19 +21,19 @@ pub(crate) type Traced = Result<Landing, Loss>;
 pub(crate) struct PacketTracer<'a> {
     hop: &'a Hop<'a>,
     level: Level,
-    /// Whether every surface is met by a formula.
+    /// Whether eight rays may go together.
     together: bool,
 }
 
 impl<'a> PacketTracer<'a> {
     /// Through this hop.
     pub(crate) fn new(hop: &'a Hop<'a>) -> Self {
-        let closed = |shape: &Shape| matches!(shape, Shape::Plane | Shape::Conic(_));
-        let train = hop.train.iter().all(|s| closed(&s.shape));
+        let regular = |shape: &Shape| !matches!(shape, Shape::Freeform { .. });
+        let train = hop.train.iter().all(|s| regular(&s.shape));
         Self {
             hop,
             level: Level::new(),
-            together: hop.from.is_plane() && closed(&hop.to.shape) && train,
+            together: hop.from.is_plane() && regular(&hop.to.shape) && train,
         }
     }
 
@@ -87,13 +87,89 @@ fn alone(eight: &Landing<SimdPacket>, i: usize) -> Landing {
 
 #[cfg(test)]
 mod tests {
+    use fearless_simd::{Level, dispatch};
     use ndarray::Array2;
 
     use crate::design::examples::problems::lens_hologram;
-    use crate::engine::trace::ray_packet::PacketTracer;
+    use crate::engine::trace::ray_packet::{PacketTracer, eight};
+    use crate::fixtures::parts::{on_axis, open_screen};
     use crate::math::random::pair;
+    use crate::optics::aperture::Aperture;
     use crate::optics::doe::PixelForm;
     use crate::optics::ray::Loss;
+    use crate::optics::refraction::{Coating, Interface};
+    use crate::optics::shape::{Conic, Shape};
+    use crate::optics::surface::Surface;
+    use crate::optics::system::Hop;
+    use crate::optics::toric::{Biconic, Toroid};
+
+    /// Through an asphere, a biconic and a toroid to a curved screen: bit for bit, steep rays that pass by them among those.
+    #[test]
+    fn rays_through_aspheres_and_toroids_are_rays_alone() {
+        let conic = |curvature: f64, conic: f64| Conic { curvature, conic };
+        let surface = |z: f64, shape: Shape, index: [f64; 2]| Surface {
+            frame: on_axis(z),
+            shape,
+            aperture: Aperture::disc(6.0),
+            interface: Interface::Refract,
+            coating: Coating::Unit,
+            index,
+        };
+        let train = [
+            surface(
+                4.0,
+                Shape::Asphere {
+                    base: conic(0.05, -0.7),
+                    coefficients: vec![1e-4, -2e-6],
+                },
+                [1.0, 1.5],
+            ),
+            surface(
+                7.0,
+                Shape::Biconic(Biconic {
+                    x: conic(-0.04, 0.3),
+                    y: conic(0.02, -1.2),
+                }),
+                [1.5, 1.0],
+            ),
+            surface(
+                9.0,
+                Shape::Toroid(Toroid {
+                    rotation: 0.03,
+                    curve: conic(-0.05, 0.0),
+                    coefficients: vec![3e-5],
+                }),
+                [1.0, 1.6],
+            ),
+        ];
+        let from = open_screen(on_axis(0.0));
+        let mut to = open_screen(on_axis(20.0));
+        (to.index, to.shape) = (1.6, Shape::sphere(-40.0));
+        let hop = Hop {
+            wavelength: 0.5e-3,
+            from: &from,
+            train: &train,
+            to: &to,
+        };
+        let tracer = PacketTracer::new(&hop);
+        let (mut together, mut lost) = (0, 0);
+        for i in 0..2000 {
+            let reach = if i < 1000 { 0.5 } else { 1.9 };
+            let starts = std::array::from_fn(|k| {
+                let [x, y] = pair(5, [i, k as u32, 0, 0]).map(|u| 4.0 * (u - 0.5));
+                let [p, q] = pair(6, [i, k as u32, 0, 0]).map(|u| reach * (u - 0.5));
+                [x, y, p, q]
+            });
+            together +=
+                u32::from(dispatch!(Level::new(), simd => eight(simd, &hop, &starts)).is_some());
+            for (packed, [x, y, p, q]) in tracer.trace_eight(&starts).iter().zip(starts) {
+                let alone = hop.trace([x, y], [p, q], &mut ());
+                lost += u32::from(alone.is_err());
+                assert_eq!(*packed, alone);
+            }
+        }
+        assert!(together > 700 && lost > 2000, "{together} {lost}");
+    }
 
     /// Bit for bit, rays that miss, are clipped or do not propagate among them.
     #[test]
