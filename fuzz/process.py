@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -65,8 +66,13 @@ def run(line: list[str], folder: Path, spool: Path, cpu: int = CPU_LIMIT) -> Run
 
 
 def wait(process: subprocess.Popen[bytes]) -> tuple[int, resource.struct_rusage]:
-    """The exit code and what was used; a process that hangs is killed."""
-    signal.signal(signal.SIGALRM, lambda *_: os.kill(process.pid, signal.SIGKILL))
+    """The exit code and what was used; a process that hangs is killed, unless it ends at that moment."""
+
+    def kill(*_: object) -> None:
+        with suppress(ProcessLookupError):
+            os.kill(process.pid, signal.SIGKILL)
+
+    signal.signal(signal.SIGALRM, kill)
     signal.alarm(WALL_LIMIT)
     _, status, usage = os.wait4(process.pid, 0)
     signal.alarm(0)

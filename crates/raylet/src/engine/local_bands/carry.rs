@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
 use crate::engine::local_bands::hop_changes::HopChanges;
-use crate::engine::local_bands::hop_step::{Back, Bars, HopStep};
+use crate::engine::local_bands::hop_step::{Back, Bars, HopStep, Work};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandPlan, LocalBandSettings};
 use crate::engine::progress::{Pulse, uncancelled};
@@ -104,7 +104,7 @@ pub fn carry_with(
     settings: &LocalBandSettings,
     progress: &(dyn Fn(&LocalBandProgress) -> ControlFlow<()> + Sync),
 ) -> Result<LocalBandOutcome, LocalBandError> {
-    run_hops(system, settings, progress, drop)
+    run_hops(system, settings, progress, Keep::Latest, drop)
 }
 
 /// The same, and what the way back needs: the beamlets on all screens.
@@ -117,7 +117,7 @@ pub fn carry_kept(
     progress: &(dyn Fn(&LocalBandProgress) -> ControlFlow<()> + Sync),
 ) -> Result<(LocalBandOutcome, Vec<KeptHop>), LocalBandError> {
     let mut kept = Vec::new();
-    let outcome = run_hops(system, settings, progress, |hop| kept.push(hop))?;
+    let outcome = run_hops(system, settings, progress, Keep::All, |hop| kept.push(hop))?;
     Ok((outcome, kept))
 }
 
@@ -187,18 +187,38 @@ fn arriving<'a>(
     }
 }
 
+/// Which beamlets are held.
+#[derive(Clone, Copy, PartialEq)]
+enum Keep {
+    /// Those of one screen, until they are carried on.
+    Latest,
+    /// Those of all screens, for the way back.
+    All,
+}
+
+impl Keep {
+    /// What a beamlet takes in bytes: on the way back the moments under it too.
+    fn bytes(self) -> usize {
+        match self {
+            Self::Latest => size_of::<Arrival>(),
+            Self::All => size_of::<Arrival>() + size_of::<Moments>(),
+        }
+    }
+}
+
 /// Runs the hops one after another, each handed over when the next has its light.
 fn run_hops(
     system: &System,
     settings: &LocalBandSettings,
     progress: &(dyn Fn(&LocalBandProgress) -> ControlFlow<()> + Sync),
+    keep: Keep,
     mut done: impl FnMut(KeptHop),
 ) -> Result<LocalBandOutcome, LocalBandError> {
     let Some(Act::Sensor(sensor)) = system.screens.last().map(|screen| &screen.act) else {
         return Err(LocalBandError::NoSensor);
     };
     let k = system.wavenumber();
-    let mut held: Option<HeldBeamlets> = None;
+    let (mut held, mut passed): (Option<HeldBeamlets>, usize) = (None, 0);
     let mut canvas = Canvas::new(Raster::of(sensor));
     let mut hops = Vec::new();
     for (number, hop) in system.hops().enumerate() {
@@ -211,11 +231,17 @@ fn run_hops(
                 done: share,
             })
         };
-        let sent = step.carry(&light, &mut canvas, &here)?;
+        let work = Work {
+            canvas: &mut canvas,
+            progress: &here,
+            held: light.held() + if keep == Keep::All { passed } else { 0 },
+            bytes: keep.bytes(),
+        };
+        let sent = step.carry(&light, work)?;
         if sent.account.beamlets() == 0 {
             return Err(LocalBandError::NoLight(hop.to.name.clone()));
         }
-        let next = HeldBeamlets::new(sent.tiles.into_iter(), k, step.target.edge);
+        let next = HeldBeamlets::new(sent.tiles, k, step.target.edge);
         hops.push(LocalBandHop {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
             plan: step.plan(),
@@ -223,6 +249,7 @@ fn run_hops(
             held: (light.held() + next.count()) * size_of::<Arrival>(),
             seconds: clock.elapsed().as_secs_f64(),
         });
+        passed += light.held();
         done(KeptHop {
             arrived: held.replace(next),
             weakest: sent.weakest,

@@ -61,8 +61,9 @@ pub(crate) struct TileLight<'a> {
 
 impl HeldBeamlets {
     /// Beamlets of many tiles, tile by tile.
-    pub(crate) fn new(tiles: impl Iterator<Item = Vec<Arrival>>, k: f64, edge: f64) -> Self {
-        let (mut arrivals, mut groups, mut starts) = (Vec::new(), Vec::new(), Vec::new());
+    pub(crate) fn new(tiles: Vec<Vec<Arrival>>, k: f64, edge: f64) -> Self {
+        let (mut groups, mut starts) = (Vec::new(), Vec::new());
+        let mut arrivals = Vec::with_capacity(tiles.iter().map(Vec::len).sum());
         for mut tile in tiles {
             starts.push(arrivals.len());
             if tile.is_empty() {
@@ -84,7 +85,6 @@ impl HeldBeamlets {
             });
         }
         let bright = bright_amplitude(&arrivals);
-        arrivals.shrink_to_fit();
         Self {
             arrivals,
             groups,
@@ -249,7 +249,7 @@ mod tests {
             ],
         };
         let tile = |j: usize| (0..8).map(|i| beamlet(j, i)).collect();
-        let held = HeldBeamlets::new((0..6).map(tile), 6e3, 1e-3);
+        let held = HeldBeamlets::new((0..6).map(tile).collect(), 6e3, 1e-3);
         let light = ArrivingLight::Beamlets(&held);
         let block = WindowBlock {
             centres: [0.3, 0.4, 0.2, 0.3],

@@ -57,8 +57,11 @@ const LONGEST_TRANSFORM: f64 = 1e5;
 /// A period becomes longer by this factor at most, so that it is a whole number of pixels.
 const LONGER: f64 = 1.05;
 
-/// The same on the way back, which holds the cotangents of their pixels.
+/// The same on the way back, which holds the cotangents of their pixels and of what arrived at them.
 const CHUNK_BACK: usize = 8;
+
+/// The part of the memory limit that those of what arrived take at most.
+const SHARE_BACK: usize = 4;
 
 /// What a hop sends.
 pub(crate) struct Sent {
@@ -137,10 +140,14 @@ impl HopBar {
     }
 }
 
-/// Where light is summed, and whom to report to.
-struct Work<'a> {
-    canvas: &'a mut Canvas,
-    progress: &'a ShareDone<'a>,
+/// Where light is summed, whom to report to, and what is in memory beside the beamlets that are sent.
+pub(crate) struct Work<'a> {
+    pub canvas: &'a mut Canvas,
+    pub progress: &'a ShareDone<'a>,
+    /// Beamlets that are held.
+    pub held: usize,
+    /// What each beamlet takes, in bytes, on this way and the way back.
+    pub bytes: usize,
 }
 
 /// One hop, ready to run.
@@ -237,22 +244,16 @@ impl<'a> HopStep<'a> {
     /// Carries the light over the hop: to the canvas where it ends at the sensor, otherwise tile by tile.
     ///
     /// # Errors
-    /// When `progress` cancels the hop, or more beamlets are to be held than the memory limit has room for.
-    pub(crate) fn carry(
-        &self,
-        light: &ArrivingLight,
-        canvas: &mut Canvas,
-        progress: &ShareDone,
-    ) -> Result<Sent, LocalBandError> {
-        let work = Work { canvas, progress };
+    /// When the progress of `work` cancels the hop, or more beamlets are to be held than the memory limit has room for.
+    pub(crate) fn carry(&self, light: &ArrivingLight, work: Work) -> Result<Sent, LocalBandError> {
         let Some(element) = &self.element else {
             let windows = self.source_windows();
-            return self.each_tile(work, light.held(), 0.0, |_, tile| windows.send(tile));
+            return self.each_tile(work, 0.0, |_, tile| windows.send(tile));
         };
         let run = self.run(light, element);
         let (weakest, known) = self.weakest(&run);
         let emission = self.emission(&run, weakest);
-        self.each_tile(work, light.held(), weakest, |number, tile| {
+        self.each_tile(work, weakest, |number, tile| {
             run.send(tile, &emission, known.get(&number))
         })
     }
@@ -279,7 +280,8 @@ impl<'a> HopStep<'a> {
             (run, emission)
         });
         let tiles: Vec<(usize, Tile)> = self.tiling.tiles().into_iter().enumerate().collect();
-        for chunk in tiles.chunks(CHUNK_BACK) {
+        let at_once = chunk_back(light.held(), self.settings.memory_limit);
+        for chunk in tiles.chunks(at_once) {
             let give_back = |(number, tile): &(usize, Tile)| {
                 let mut place = back.bars.start(*number);
                 let bars = |beamlets: &[Arrival]| {
@@ -387,7 +389,6 @@ impl<'a> HopStep<'a> {
     fn each_tile(
         &self,
         work: Work,
-        held: usize,
         weakest: f64,
         send: impl Fn(usize, &Tile) -> Emitted + Sync,
     ) -> Result<Sent, LocalBandError> {
@@ -411,7 +412,7 @@ impl<'a> HopStep<'a> {
                     sent.push(emitted.arrivals);
                 }
             }
-            self.check_room(held, &account)?;
+            self.check_room(&work, &account)?;
             done += next.len();
             Cancelled::check((work.progress)(done as f64 / tiles.len() as f64))?;
             let of_tile = account.beamlets() / done as u64 + 1;
@@ -429,8 +430,8 @@ impl<'a> HopStep<'a> {
         matches!(self.hop.to.act, Act::Sensor(_))
     }
 
-    /// Refuses arrays that are too large, and more beamlets than fit into memory beside those that arrived.
-    fn check_room(&self, held: usize, account: &HopAccount) -> Result<(), LocalBandError> {
+    /// Refuses arrays that are too large, and more beamlets than fit into memory beside those that are held.
+    fn check_room(&self, work: &Work, account: &HopAccount) -> Result<(), LocalBandError> {
         let (values, allowed) = (account.largest_array, self.settings.values_allowed());
         if values > allowed {
             let screen = self.hop.from.name.clone();
@@ -441,10 +442,10 @@ impl<'a> HopStep<'a> {
             });
         }
         let beamlets = match self.ends() {
-            true => held,
-            false => held + account.beamlets() as usize,
+            true => work.held,
+            false => work.held + account.beamlets() as usize,
         };
-        match beamlets * size_of::<Arrival>() <= self.settings.memory_limit {
+        match beamlets * work.bytes <= self.settings.memory_limit {
             true => Ok(()),
             false => Err(LocalBandError::Memory {
                 screen: self.hop.to.name.clone(),
@@ -452,6 +453,12 @@ impl<'a> HopStep<'a> {
             }),
         }
     }
+}
+
+/// How many tiles are worked on at a time on the way back: each may see all `held` beamlets.
+fn chunk_back(held: usize, memory_limit: usize) -> usize {
+    let of_tile = held * size_of::<(usize, Moments)>();
+    (memory_limit / SHARE_BACK / of_tile.max(1)).clamp(1, CHUNK_BACK)
 }
 
 /// The period of plane waves in σ: a whole number of square pixels that suits fast transforms, where one is near.
@@ -468,5 +475,24 @@ fn period_over_pixels(shape: WindowShape, element: &Element) -> f64 {
     match whole <= LONGER * wanted {
         true => whole * pitch / shape.sigma,
         false => shape.period,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::local_bands::hop_step::{CHUNK_BACK, chunk_back};
+    use crate::wave::beamlet::beamlet_kernel::Moments;
+
+    /// Cotangents of what arrived at several tiles keep to a quarter of the memory limit, unless those of one tile do not.
+    #[test]
+    fn tiles_on_the_way_back_keep_to_the_memory_limit() {
+        let limit = 24_000_000;
+        for held in [0, 10, 5_000, 20_000, 60_000, 250_000] {
+            let at_once = chunk_back(held, limit);
+            let taken = at_once * held * size_of::<Moments>();
+            assert!(4 * taken <= limit || at_once == 1, "{held}: {at_once}");
+        }
+        assert_eq!(chunk_back(10, limit), CHUNK_BACK);
+        assert_eq!(chunk_back(20_000, limit), 2);
     }
 }
