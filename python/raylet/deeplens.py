@@ -83,8 +83,8 @@ class Hybrid(raylet.hybrid.Hybrid):
         """The complex field [y, x] on the sensor, for one field of the lens: angles in degrees and the depth of the
         object in mm (negative), as in DeepLens's `sample_from_fov`.
 
-        `phase` [y, x] replaces that of the element's pixels; as a tensor it may have gradients, as may the parameters of
-        all of DeepLens's surfaces; the places of element and sensor are held.
+        `phase` [y, x] replaces that of the element's pixels; as a tensor it may have gradients, as may the
+        parameters of all of DeepLens's surfaces; the places of element and sensor are held.
         """
         out: Tensor = self._field(phase, (fov_x, fov_y, depth))
         return out

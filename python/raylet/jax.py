@@ -20,7 +20,7 @@ __all__ = ["field", "intensity"]
 
 
 def field(bench: Bench, *pixels: Any, parameters: Any = None) -> Any:
-    """The complex field on the sensor of a bench with these pixels (phases, or complex transmissions) and parameters."""
+    """The complex field on the sensor of a bench with these parameters and pixels (phases or transmissions)."""
     values = jnp.asarray(bench.start if parameters is None else parameters)
     arrays = tuple(jnp.asarray(array) for array in pixels)
     bench._check([array.shape for array in arrays], values.shape)

@@ -1,8 +1,8 @@
 //! Prints estimated and true errors of random systems, one a line: `cargo run --release -p raylet-accuracy --example
 //! estimates -- [FROM] [TO] [KIND]`; with the word `check` behind them how far the reference is from a finer one.
 
+use raylet_accuracy::estimates::error_ratios::{EFFORT, FINER, case_at, distance, run_case};
 use raylet_accuracy::estimates::surface_sum::surface_sum;
-use raylet_accuracy::estimates::survey::{EFFORT, FINER, case_at, distance, run_case};
 
 fn main() {
     let words: Vec<String> = std::env::args().skip(1).collect();

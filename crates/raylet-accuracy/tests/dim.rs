@@ -1,6 +1,6 @@
 //! A tilted lens that sends little of its light to the sensor: the estimated error is the true one.
 
-use raylet_accuracy::estimates::survey::distance;
+use raylet_accuracy::estimates::error_ratios::distance;
 use raylet_accuracy::problems::dim::{DIM_LENSES, USUAL};
 use raylet_accuracy::problems::strong::Effort;
 

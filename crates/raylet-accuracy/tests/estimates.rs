@@ -2,8 +2,10 @@
 
 use rayon::prelude::*;
 
+use raylet_accuracy::estimates::error_ratios::{
+    EFFORT, FINER, Spread, case_at, distance, run_case,
+};
 use raylet_accuracy::estimates::surface_sum::surface_sum;
-use raylet_accuracy::estimates::survey::{EFFORT, FINER, Spread, case_at, distance, run_case};
 
 /// Systems, as many as in the report.
 const CASES: u32 = 200;

@@ -9,7 +9,7 @@
 //! | [`fig5`], `fig5_chart` | Figure 5: a hologram before a lens, by three designs |
 //! | [`mirrors`] | Figure 6: conformal mirrors |
 //! | [`study`], [`study_error`], [`progress_display`] | What a study takes, returns and shows |
-//! | [`posed`] | A system of a study as a scene file with its arrays |
+//! | [`scene_export`] | A system of a study as a scene file with its arrays |
 
 #![deny(
     clippy::expect_used,
@@ -24,8 +24,8 @@ pub mod fig5;
 mod fig5_chart;
 pub mod mirrors;
 pub mod patches;
-pub mod posed;
 pub mod progress_display;
+pub mod scene_export;
 pub mod study;
 pub mod study_error;
 pub mod systems;

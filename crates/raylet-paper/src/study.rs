@@ -10,8 +10,8 @@ use std::path::Path;
 use raylet::file::storage::folder::Target;
 use raylet::optics::system::System;
 
-use crate::posed::posed;
 use crate::progress_display::ProgressDisplay;
+use crate::scene_export::scene_files;
 use crate::study_error::StudyError;
 
 /// The file by which the folder of a study is known.
@@ -49,7 +49,7 @@ impl Study {
         stem: &str,
         title: &str,
     ) -> Result<(), StudyError> {
-        let files = posed(system, stem, title)?;
+        let files = scene_files(system, stem, title)?;
         self.pictures.extend(files.into_iter().flatten());
         Ok(())
     }

@@ -172,8 +172,8 @@ fn a_tighter_target_never_raises_the_reported_error_slow() {
             };
             let run = simulate(&system, &settings, &|_| {}).unwrap();
             let hops = run.hops.iter();
-            let accounts = hops.map(|hop| ErrorBudget::of(&hop.method, &hop.tally).unwrap());
-            let squares = accounts.map(|account| account.total().powi(2));
+            let budgets = hops.map(|hop| ErrorBudget::of(&hop.method, &hop.tally).unwrap());
+            let squares = budgets.map(|budget| budget.total().powi(2));
             squares.sum::<f64>().sqrt()
         });
         for pair in reported.windows(2) {

@@ -5,7 +5,7 @@
 //! | `nodes` | quadrature nodes of discs, rectangles and pixels |
 //! | `surface_sum` | the field on a sensor by surface integrals from each surface to the next |
 //! | `random_systems` | random systems of twelve kinds |
-//! | `survey` | runs of raylet beside the surface integrals, and how their ratios are spread |
+//! | `error_ratios` | runs of raylet beside the surface integrals, and how their ratios are spread |
 //! | `report` | the same as a section of the accuracy report |
 
 pub mod nodes;
@@ -14,6 +14,6 @@ pub mod surface_sum;
 
 pub mod random_systems;
 
-pub mod survey;
+pub mod error_ratios;
 
 pub mod report;

@@ -1,7 +1,7 @@
 //! Estimated and true errors as a section of the accuracy report.
 
+use crate::estimates::error_ratios::{BOUNDS, Case, Spread, run_case};
 use crate::estimates::random_systems::KINDS;
-use crate::estimates::survey::{BOUNDS, Case, Spread, run_case};
 
 /// Cells of the longest bar of the histogram.
 const LONGEST: usize = 50;

@@ -91,10 +91,10 @@ fn measured(outcome: &Outcome, exact: &Array2<Complex64>) -> Measured {
 
 /// The error that a run estimates: the errors of its hops together.
 pub fn estimated_error(outcome: &Outcome) -> f64 {
-    let accounts = outcome.hops.iter();
-    let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
-    accounts
-        .map(|account| account.total().powi(2))
+    let budgets = outcome.hops.iter();
+    let budgets = budgets.filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
+    budgets
+        .map(|budget| budget.total().powi(2))
         .sum::<f64>()
         .sqrt()
 }

@@ -12,7 +12,7 @@ const NEWTON_STEPS: usize = 60;
 /// Times a step is halved before the surface counts as out of reach.
 const HALVINGS: usize = 40;
 
-/// A ray passes by where |F| is least to this share of its length, in mm beside 1 mm.
+/// A ray passes by when the place of the least |F| is closer than this part of its length and 1 mm together.
 const PASSED: f64 = 1e-7;
 
 impl Shape {
@@ -33,6 +33,7 @@ impl Shape {
         }
     }
 
+    /// The same for one ray.
     fn meet_alone<T: Real>(
         &self,
         near: &Conic,

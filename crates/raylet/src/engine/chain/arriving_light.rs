@@ -92,7 +92,7 @@ impl Arriving {
     pub(crate) fn on(&self, system: &System, screen: &Screen, grid: Grid) -> Field {
         match &self.sum {
             None => illuminate(system, grid),
-            Some(sheets) => sheets.on(screen, &grid),
+            Some(levels) => levels.on(screen, &grid),
         }
     }
 

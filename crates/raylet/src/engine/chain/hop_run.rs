@@ -124,19 +124,19 @@ impl<'a> HopRun<'a> {
             let run = self.on_planes(number, &planes, &plan);
             let before = number as f64 / stack.len() as f64;
             let part = |done: f64| progress(before + done / stack.len() as f64);
-            let (sheet, counts) = run.carry_to_plane(field, &raster, &part)?;
+            let (landed, counts) = run.carry_to_plane(field, &raster, &part)?;
             if number == stack.len() / 2 {
                 tally = counts;
-                tally.spots = run.spots(field, &raster, &sheet);
+                tally.spots = run.spots(field, &raster, &landed);
             }
-            values.push(sheet);
+            values.push(landed);
         }
-        let sheets = HeightStack {
+        let height_stack = HeightStack {
             raster,
             stack: Some(stack),
             values,
         };
-        Ok((sheets, tally))
+        Ok((height_stack, tally))
     }
 
     /// One level of the second screen, and of the planned one if it is another.
@@ -182,15 +182,15 @@ impl<'a> HopRun<'a> {
         field: &Field,
         raster: Raster,
         reach: [f64; 2],
-        sheets_bar: &[Array2<Complex64>],
+        levels_bar: &[Array2<Complex64>],
         back: &mut AdjointSums,
     ) -> Result<(), HopAdjointError> {
         let to = self.hop.to;
         if to.is_plane() {
-            return self.carry_to_plane_adjoint(field, &raster, &sheets_bar[0], back);
+            return self.carry_to_plane_adjoint(field, &raster, &levels_bar[0], back);
         }
         let stack = stack(to, reach, self.hop.wavenumber());
-        for (number, (level, bar)) in stack.levels.at.iter().zip(sheets_bar).enumerate() {
+        for (number, (level, bar)) in stack.levels.at.iter().zip(levels_bar).enumerate() {
             let planes = self.planes(*level);
             let plan = self.plan.moved(*level);
             let run = self.on_planes(number, &planes, &plan);
@@ -445,12 +445,12 @@ mod tests {
                 pulse: &uncancelled,
             };
             let [nx, ny] = raster.size;
-            let sheets_bar = [Array2::zeros((ny, nx))];
+            let levels_bar = [Array2::zeros((ny, nx))];
             let found = HopRun::new(0, hop, &plan, &settings, Downstream::none()).carry_adjoint(
                 &field,
                 raster,
                 reach,
-                &sheets_bar,
+                &levels_bar,
                 &mut back,
             );
             assert_eq!(found, Err(HopAdjointError::NoAdjoint(name)));

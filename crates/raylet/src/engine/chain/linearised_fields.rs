@@ -110,17 +110,17 @@ impl LinearisedFields {
             let (run, raster, reach) = self.run(number, hop, &plans)?;
             let leaving = leaving(run.plan);
             let (arrived, behind) = light.pass(system, hop.from, leaving, &self.settings)?;
-            let (sheets, _) = run.carry(&behind, raster, reach, &|_| pulse())?;
+            let (levels, _) = run.carry(&behind, raster, reach, &|_| pulse())?;
             screens.push(ScreenFields { arrived, behind });
             light = Arriving {
-                sum: Some(sheets),
+                sum: Some(levels),
                 directions: light.directions,
                 reach,
             };
         }
         let grid = sensor_grid(sensor_of(system)?);
         let values = match light.sum {
-            Some(sheets) => sheets.into_middle(),
+            Some(levels) => levels.into_middle(),
             None => Array2::zeros(grid.shape()),
         };
         Ok(ForwardPass {
@@ -153,7 +153,7 @@ impl LinearisedFields {
             pixels: vec![None; hops.len()],
             parameters: vec![0.0; variations.len()],
         };
-        let mut sheets_bar = vec![field_bar.clone()];
+        let mut levels_bar = vec![field_bar.clone()];
         let (planned, found) = (hops.len(), trace.screens().len());
         if planned != found {
             return Err(LinearisedSystemError::Hops { planned, found });
@@ -162,7 +162,7 @@ impl LinearisedFields {
             Cancelled::check(pulse())?;
             let (run, raster, reach) = self.run(number, *hop, &plans)?;
 
-            // field behind the screen -> sheets of the next
+            // field behind the screen -> levels of the next
             let mut bar = Field::zeros(passed.behind.grid.clone());
             let (moving, perturbed) = perturbed_hops(variations, number, hop);
             let mut pulled = vec![0.0; moving.len()];
@@ -172,7 +172,7 @@ impl LinearisedFields {
                 parameters: &mut pulled,
                 pulse,
             };
-            run.carry_adjoint(&passed.behind, raster, reach, &sheets_bar, &mut back)?;
+            run.carry_adjoint(&passed.behind, raster, reach, &levels_bar, &mut back)?;
             let parts = moving.into_iter().zip(pulled);
             parts.for_each(|(parameter, part)| gradient.parameters[parameter] += part);
 
@@ -182,9 +182,9 @@ impl LinearisedFields {
             }
             gradient.pixels[number] = act_adjoint(hop.from, &passed.arrived, &mut bar);
 
-            // sheets of this screen, or the source -> arrived
+            // levels of this screen, or the source -> arrived
             if number > 0 {
-                sheets_bar = self.sheets_bar_before(number - 1, hops[number - 1], &plans, &bar)?;
+                levels_bar = self.levels_bar_before(number - 1, hops[number - 1], &plans, &bar)?;
             } else {
                 for (total, variation) in gradient.parameters.iter_mut().zip(variations) {
                     *total += pull_light(variation, passed, &bar);
@@ -197,9 +197,9 @@ impl LinearisedFields {
         Ok(gradient)
     }
 
-    /// The cotangents of the sheets on which a hop is summed, from that of the field that arrives at its second
+    /// The cotangents of the levels on which a hop is summed, from that of the field that arrives at its second
     /// screen.
-    fn sheets_bar_before(
+    fn levels_bar_before(
         &self,
         number: usize,
         hop: Hop,
@@ -207,12 +207,12 @@ impl LinearisedFields {
         arrived_bar: &Field,
     ) -> Result<Vec<Array2<Complex64>>, LinearisedSystemError> {
         let (run, raster, reach) = self.run(number, hop, plans)?;
-        let sheets = HeightStack {
+        let levels = HeightStack {
             raster,
             stack: run.stack(reach),
             values: Vec::new(),
         };
-        Ok(sheets.on_adjoint(hop.to, arrived_bar))
+        Ok(levels.on_adjoint(hop.to, arrived_bar))
     }
 
     /// The light of a system of one hop, before and behind its element.
@@ -273,8 +273,8 @@ impl LinearisedFields {
                 parameters: &mut [],
                 pulse,
             };
-            let sheets_bar = std::slice::from_ref(field_bar);
-            run.carry_adjoint(behind, raster, reach, sheets_bar, &mut back)?;
+            let levels_bar = std::slice::from_ref(field_bar);
+            run.carry_adjoint(behind, raster, reach, levels_bar, &mut back)?;
         }
         Ok(bar)
     }

@@ -108,7 +108,7 @@ fn report(
     hop: LocalBandHop,
     landed: f64,
 ) -> HopReport {
-    let mut tally = hop.account.tally;
+    let mut tally = hop.statistics.tally;
     let from = &rimmed.system.screens[number];
     let last = number + 1 == rimmed.system.trains.len();
     let cut = edge_error(original, from, rimmed.cut_at(from));

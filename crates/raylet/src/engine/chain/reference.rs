@@ -223,7 +223,7 @@ fn by_routes(
     }
     let grid = sensor_grid(sensor_of(system)?);
     let values = match light.sum {
-        Some(sheets) => sheets.into_middle(),
+        Some(levels) => levels.into_middle(),
         None => Array2::zeros(grid.shape()),
     };
     Ok(Reference {

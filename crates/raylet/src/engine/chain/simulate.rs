@@ -94,8 +94,8 @@ fn run_whole_fields(
         let step = |done: f64| progress(Progress::of(system, number, &plan, done));
         Cancelled::check(step(0.0))?;
         let run = HopRun::new(number, hop, &plan, settings, downstream);
-        let (sheets, mut tally) = run.carry(&field, raster, reach, &step)?;
-        if !sheets.power().is_finite() {
+        let (levels, mut tally) = run.carry(&field, raster, reach, &step)?;
+        if !levels.power().is_finite() {
             return Err(SimulateError::NotFinite(hop.to.name.clone()));
         }
         standard_error = tally.noise.take();
@@ -110,12 +110,12 @@ fn run_whole_fields(
             screens: [hop.from.name.clone(), hop.to.name.clone()],
             method: HopMethod::WholeField(plan),
             tally,
-            power: [before, field.power(), sheets.power()].map(Some),
+            power: [before, field.power(), levels.power()].map(Some),
             samples: Some(field.grid.shape()),
             seconds: clock.elapsed().as_secs_f64(),
         });
         light = Arriving {
-            sum: Some(sheets),
+            sum: Some(levels),
             directions,
             reach,
         };

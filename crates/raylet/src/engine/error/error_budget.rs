@@ -83,12 +83,12 @@ mod tests {
 
     #[test]
     fn causes_add_in_squares() {
-        let account = ErrorBudget {
+        let budget = ErrorBudget {
             aberration: 2e-3,
             windows: 3e-3,
             dropped: 6e-3,
             rims: 0.0,
         };
-        assert!((account.total() - 7e-3).abs() < 1e-15);
+        assert!((budget.total() - 7e-3).abs() < 1e-15);
     }
 }

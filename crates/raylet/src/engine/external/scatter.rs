@@ -25,7 +25,7 @@ use crate::wave::grid::field::Grid;
 use crate::wave::grid::heights::Heights;
 use crate::wave::grid::sampling::{Reach, plan_grid};
 use crate::wave::grid::transmission::{NoPixels, phase_bar, pixels_bar, screen_transmission};
-use crate::wave::patches::spot::{Ground, Spot, Window};
+use crate::wave::patches::local_spectrum::{Emitter, LocalSpectrum, Window};
 use crate::wave::patches::window::Synthesis;
 use crate::wave::patches::window_coverage::window_coverage;
 
@@ -151,8 +151,8 @@ impl<'a> Scatter<'a> {
     }
 
     /// The map from transmission to modes about one ray.
-    fn spot(&self, ray: usize) -> Option<Spot> {
-        let ground = Ground {
+    fn spectrum(&self, ray: usize) -> Option<LocalSpectrum> {
+        let emitter = Emitter {
             screen: self.screen,
             grid: &self.grid,
             heights: self.heights.as_ref(),
@@ -162,7 +162,7 @@ impl<'a> Scatter<'a> {
             period: self.settings.period,
             towards: self.settings.followed(self.screen.index),
         };
-        Spot::new(&ground, &self.hits[ray], self.curvature.map(|k| k[ray]))
+        LocalSpectrum::new(&emitter, &self.hits[ray], self.curvature.map(|k| k[ray]))
     }
 
     /// The strongest mode of all rays.
@@ -171,7 +171,7 @@ impl<'a> Scatter<'a> {
             return 0.0;
         }
         let strongest = |ray: usize| {
-            let cut = self.spot(ray)?.cut(&self.shared);
+            let cut = self.spectrum(ray)?.cut(&self.shared);
             let peak = cut.iter().map(|c| c.norm_sqr()).fold(0.0, f64::max);
             Some(peak.sqrt() * self.rays.weight[ray].norm())
         };
@@ -224,8 +224,8 @@ impl<'a> Scatter<'a> {
 
     /// The secondary rays of one arriving ray, and Σ|c|² above the threshold and altogether.
     fn split(&self, ray: usize) -> Option<(SecondaryRays, [f64; 2])> {
-        let spot = self.spot(ray)?;
-        let mut cut = spot.cut(&self.shared);
+        let spectrum = self.spectrum(ray)?;
+        let mut cut = spectrum.cut(&self.shared);
         cut.mapv_inplace(|c| c * self.rays.weight[ray]);
         let loud = |c: &Complex64| Some(c.norm()).filter(|size| *size >= self.floor);
         let sizes: Vec<f64> = cut.iter().map(|c| loud(c).unwrap_or(0.0)).collect();
@@ -237,14 +237,14 @@ impl<'a> Scatter<'a> {
         // What the rays of one patch have in common, in global coordinates.
         let frame = &self.screen.frame;
         let [x, y] = self.hits[ray].at;
-        let position = frame.to_global(Vec3::new(x, y, spot.height));
+        let position = frame.to_global(Vec3::new(x, y, spectrum.height));
         let window = match self.settings.window {
-            Window::Gaussian { sigma } => spot.stretch.map(|v| v / (sigma * sigma)),
+            Window::Gaussian { sigma } => spectrum.stretch.map(|v| v / (sigma * sigma)),
             Window::Square { .. } => [0.0; 3],
         };
         let mut part = SecondaryRays::default();
         for ChosenMode { mode, times } in self.settings.drawing.choose(&sizes, cut.dim(), ray) {
-            let Some(leaving) = spot.modes[mode] else {
+            let Some(leaving) = spectrum.modes[mode] else {
                 continue;
             };
             let direction = frame.turn_out(leaving.direction);
@@ -273,7 +273,9 @@ impl<'a> Scatter<'a> {
             .into_par_iter()
             .map(|family| {
                 let ray = secondary.parent[family.start];
-                let cut = self.spot(ray).map(|spot| spot.cut(&self.shared));
+                let cut = self
+                    .spectrum(ray)
+                    .map(|spectrum| spectrum.cut(&self.shared));
                 let weight = |i: usize| {
                     let c = cut.as_ref().and_then(|cut| cut.get(secondary.mode[i]));
                     c.map_or(Complex64::ZERO, |c| {
@@ -310,10 +312,10 @@ impl<'a> Scatter<'a> {
                 .map(|family| self.give_back(secondary, family.clone(), weight_bar))
                 .collect();
             for (family, part) in families.iter().zip(parts) {
-                let Some((spot, nodes, amplitude)) = part else {
+                let Some((spectrum, nodes, amplitude)) = part else {
                     continue;
                 };
-                spot.add_to(&nodes, &mut bar.transmission);
+                spectrum.add_to(&nodes, &mut bar.transmission);
                 bar.weight[secondary.parent[family.start]] += amplitude;
             }
         }
@@ -330,21 +332,21 @@ impl<'a> Scatter<'a> {
         secondary: &SecondaryRays,
         family: Range<usize>,
         weight_bar: &[Complex64],
-    ) -> Option<(Spot, Array2<Complex64>, Complex64)> {
+    ) -> Option<(LocalSpectrum, Array2<Complex64>, Complex64)> {
         let ray = secondary.parent[family.start];
-        let spot = self.spot(ray)?;
+        let spectrum = self.spectrum(ray)?;
         // weight = c·amplitude·times
-        let mut bar = Array2::zeros(spot.modes.dim());
+        let mut bar = Array2::zeros(spectrum.modes.dim());
         for i in family {
             if let Some(c) = bar.get_mut(secondary.mode[i]) {
                 *c += weight_bar[i] * secondary.times[i];
             }
         }
-        let cut = spot.cut(&self.shared);
+        let cut = spectrum.cut(&self.shared);
         let amplitude = cut.iter().zip(&bar).map(|(c, bar)| c.conj() * bar).sum();
         bar.mapv_inplace(|c| c * self.rays.weight[ray].conj());
-        let nodes = spot.cut_adjoint(&bar);
-        Some((spot, nodes, amplitude))
+        let nodes = spectrum.cut_adjoint(&bar);
+        Some((spectrum, nodes, amplitude))
     }
 
     fn check(&self, secondary: &SecondaryRays) -> Result<(), RayError> {

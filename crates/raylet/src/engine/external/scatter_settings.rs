@@ -5,7 +5,7 @@ use crate::engine::progress::Cancelled;
 use crate::optics::bundle::{RayError, check_finite, check_positive};
 use crate::wave::grid::sampling::SamplingError;
 use crate::wave::grid::transmission::NoPixels;
-use crate::wave::patches::spot::Window;
+use crate::wave::patches::local_spectrum::Window;
 use crate::wave::patches::window::Synthesis;
 
 /// How patches share the element's area.

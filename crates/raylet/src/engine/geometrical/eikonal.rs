@@ -98,10 +98,13 @@ pub fn carry(system: &System) -> Result<Geometrical, EikonalError> {
     let bounds = first
         .bounds()
         .ok_or_else(|| EikonalError::Boundless(first.name.clone()))?;
-    let aim = Aim::new(system, &grid, bounds);
+    let pixel_rays = PixelRays::new(system, &grid, bounds);
 
     // Row by row of cells; rows are added in order, so the sum has the same bits for any threads.
-    let rows: Vec<Row> = (0..CELLS).into_par_iter().map(|j| aim.row(j)).collect();
+    let rows: Vec<Row> = (0..CELLS)
+        .into_par_iter()
+        .map(|j| pixel_rays.row(j))
+        .collect();
     let mut field = Field::zeros(grid);
     let mut worst = ndarray::Array2::from_elem(field.values.raw_dim(), f64::INFINITY);
     let (mut rays, mut best) = (0, None::<f64>);
@@ -190,7 +193,7 @@ fn opened(system: &System) -> System {
 }
 
 /// Finds the rays that end at pixel centres.
-struct Aim<'a> {
+struct PixelRays<'a> {
     system: &'a System,
     open: System,
     grid: &'a Grid,
@@ -199,7 +202,7 @@ struct Aim<'a> {
     half: f64,
 }
 
-impl<'a> Aim<'a> {
+impl<'a> PixelRays<'a> {
     fn new(system: &'a System, grid: &'a Grid, [x0, x1, y0, y1]: [f64; 4]) -> Self {
         let cell = [x1 - x0, y1 - y0].map(|width| width / CELLS as f64);
         Self {

@@ -6,9 +6,9 @@ use std::time::Instant;
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
 use crate::engine::local_bands::hop_changes::HopChanges;
+use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::hop_step::{Back, Bars, HopStep, Work};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandPlan, LocalBandSettings};
@@ -30,7 +30,7 @@ pub struct LocalBandHop {
     /// Its windows.
     pub plan: LocalBandPlan,
     /// Counts and energies.
-    pub account: HopAccount,
+    pub statistics: HopStatistics,
     /// Bytes of the beamlets that are held while it runs: those that arrived and those that leave.
     pub held: usize,
     /// Seconds it took.
@@ -238,14 +238,14 @@ fn run_hops(
             bytes: keep.bytes(),
         };
         let sent = step.carry(&light, work)?;
-        if sent.account.beamlets() == 0 {
+        if sent.statistics.beamlets() == 0 {
             return Err(LocalBandError::NoLight(hop.to.name.clone()));
         }
         let next = HeldBeamlets::new(sent.tiles, k, step.target.edge);
         hops.push(LocalBandHop {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
             plan: step.plan(),
-            account: sent.account,
+            statistics: sent.statistics,
             held: (light.held() + next.count()) * size_of::<Arrival>(),
             seconds: clock.elapsed().as_secs_f64(),
         });

@@ -4,9 +4,9 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::error::tally::Fate;
-use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
+use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::target::Target;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::beamlet_kernel::Moments;
@@ -27,13 +27,13 @@ pub(crate) struct Emission<'a> {
     pub corrected: bool,
 }
 
-/// Beamlets that reach the target, with the account of how they came about.
+/// Beamlets that reach the target, with statistics of how they came about.
 #[derive(Default)]
 pub(crate) struct Emitted {
     /// The beamlets.
     pub arrivals: Vec<Arrival>,
-    /// The account.
-    pub account: HopAccount,
+    /// The statistics.
+    pub statistics: HopStatistics,
 }
 
 /// Plane waves of a window, and where they go.
@@ -66,8 +66,8 @@ struct Kept {
 impl Emission<'_> {
     /// Sends the plane waves of a window on their way.
     pub(crate) fn send(&self, waves: &WindowWaves, out: &mut Emitted) {
-        let kept = self.kept(waves, &mut out.account);
-        out.account.modes += waves.coefficients.len() as u64;
+        let kept = self.kept(waves, &mut out.statistics);
+        out.statistics.modes += waves.coefficients.len() as u64;
         for (place, mut beamlet) in kept.places.into_iter().zip(kept.beamlets) {
             beamlet.amplitude *= waves.coefficients[place];
             out.arrivals.push(beamlet);
@@ -84,7 +84,7 @@ impl Emission<'_> {
         bars: impl FnOnce(&[Arrival]) -> Vec<Moments>,
         parameters: &mut [f64],
     ) -> Array2<Complex64> {
-        let kept = self.kept(waves, &mut HopAccount::default());
+        let kept = self.kept(waves, &mut HopStatistics::default());
         let mut coefficients_bar = Array2::zeros(waves.coefficients.dim());
         let bars = bars(&kept.beamlets);
         for ((place, beamlet), moments) in kept.places.iter().zip(&kept.beamlets).zip(&bars) {
@@ -101,28 +101,28 @@ impl Emission<'_> {
     }
 
     /// Finds the plane waves that are strong enough and reach the target.
-    fn kept(&self, waves: &WindowWaves, account: &mut HopAccount) -> Kept {
+    fn kept(&self, waves: &WindowWaves, statistics: &mut HopStatistics) -> Kept {
         let k = self.hop.wavenumber();
         let mut kept = Kept::default();
         for (place, c) in waves.coefficients.indexed_iter() {
             let share = c.norm_sqr() / self.unit;
             let dp = waves.direction(place);
             if c.norm_sqr() <= self.weakest * self.weakest {
-                account.tally.add_energy(Fate::Weak, share);
+                statistics.tally.add_energy(Fate::Weak, share);
                 continue;
             }
             let beamlet = match waves.start.launch(self.hop, dp) {
                 Ok(beamlet) => beamlet,
                 Err(loss) => {
-                    account.tally.count(Fate::Lost(loss), share);
+                    statistics.tally.count(Fate::Lost(loss), share);
                     continue;
                 }
             };
             if !self.target.meets(&beamlet, k) {
-                account.tally.count(Fate::Outside, share);
+                statistics.tally.count(Fate::Outside, share);
                 continue;
             }
-            account.tally.count(Fate::Arrived, share);
+            statistics.tally.count(Fate::Arrived, share);
             kept.energy += share * Tail::of(&beamlet, self.target.bounds, k).share;
             if share > kept.strongest.0 {
                 kept.strongest = (share, dp);
@@ -131,15 +131,15 @@ impl Emission<'_> {
             kept.beamlets.push(beamlet);
         }
         if !kept.places.is_empty() {
-            self.correct(&waves.start, &mut kept, account);
+            self.correct(&waves.start, &mut kept, statistics);
         }
         kept
     }
 
     /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet.
-    fn correct(&self, start: &ChirpedStart, kept: &mut Kept, account: &mut HopAccount) {
+    fn correct(&self, start: &ChirpedStart, kept: &mut Kept, statistics: &mut HopStatistics) {
         let found = start.aberration(self.hop, kept.strongest.1);
-        account.tally.add_aberration(found, kept.energy);
+        statistics.tally.add_aberration(found, kept.energy);
         if let Some(found) = found.filter(|_| self.corrected) {
             let factor = found.correction();
             for beamlet in &mut kept.beamlets {

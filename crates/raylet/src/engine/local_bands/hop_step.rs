@@ -10,10 +10,10 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::engine::beamlet::mode_histogram::ModeHistogram;
-use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::emission::{Emission, Emitted};
 use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
 use crate::engine::local_bands::hop_changes::HopChanges;
+use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{
     LocalBandPlan, LocalBandSettings, SOURCE_STEP, SourceOpening,
@@ -66,7 +66,7 @@ const SHARE_BACK: usize = 4;
 /// What a hop sends.
 pub(crate) struct Sent {
     /// How it came about.
-    pub account: HopAccount,
+    pub statistics: HopStatistics,
     /// The beamlets of each tile; none where the hop ends at the sensor.
     pub tiles: Vec<Vec<Arrival>>,
     /// Plane waves weaker than this were left out.
@@ -393,7 +393,7 @@ impl<'a> HopStep<'a> {
         send: impl Fn(usize, &Tile) -> Emitted + Sync,
     ) -> Result<Sent, LocalBandError> {
         let (k, ends) = (self.hop.wavenumber(), self.ends());
-        let (mut account, mut sent) = (HopAccount::default(), Vec::new());
+        let (mut statistics, mut sent) = (HopStatistics::default(), Vec::new());
         let tiles = self.tiling.tiles();
         let (mut done, mut chunk) = (0, FIRST_CHUNK);
         while let Some(next) = tiles
@@ -403,23 +403,23 @@ impl<'a> HopStep<'a> {
             let numbered = next.par_iter().enumerate();
             let emitted: Vec<Emitted> = numbered.map(|(i, tile)| send(done + i, tile)).collect();
             for mut emitted in emitted {
-                account.add(&emitted.account);
+                statistics.add(&emitted.statistics);
                 if ends {
                     let values = work.canvas.add(&emitted.arrivals, k, self.target.edge);
-                    account.tally.evaluations += values;
+                    statistics.tally.evaluations += values;
                 } else {
                     emitted.arrivals.shrink_to_fit();
                     sent.push(emitted.arrivals);
                 }
             }
-            self.check_room(&work, &account)?;
+            self.check_room(&work, &statistics)?;
             done += next.len();
             Cancelled::check((work.progress)(done as f64 / tiles.len() as f64))?;
-            let of_tile = account.beamlets() / done as u64 + 1;
+            let of_tile = statistics.beamlets() / done as u64 + 1;
             chunk = ((BEAMLETS_AT_ONCE / of_tile) as usize).clamp(1, CHUNK);
         }
         Ok(Sent {
-            account,
+            statistics,
             tiles: sent,
             weakest,
         })
@@ -431,8 +431,8 @@ impl<'a> HopStep<'a> {
     }
 
     /// Refuses arrays that are too large, and more beamlets than fit into memory beside those that are held.
-    fn check_room(&self, work: &Work, account: &HopAccount) -> Result<(), LocalBandError> {
-        let (values, allowed) = (account.largest_array, self.settings.values_allowed());
+    fn check_room(&self, work: &Work, statistics: &HopStatistics) -> Result<(), LocalBandError> {
+        let (values, allowed) = (statistics.largest_array, self.settings.values_allowed());
         if values > allowed {
             let screen = self.hop.from.name.clone();
             return Err(LocalBandError::Tile {
@@ -443,7 +443,7 @@ impl<'a> HopStep<'a> {
         }
         let beamlets = match self.ends() {
             true => work.held,
-            false => work.held + account.beamlets() as usize,
+            false => work.held + statistics.beamlets() as usize,
         };
         match beamlets * work.bytes <= self.settings.memory_limit {
             true => Ok(()),

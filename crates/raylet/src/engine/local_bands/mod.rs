@@ -19,18 +19,18 @@
 //! | `emission` | The beamlets of one window |
 //! | [`window_widths`] | How wide the windows of each screen may be |
 //! | `workload` | What a run will take, by rays of the source |
-//! | [`account`] | What a hop did |
+//! | [`hop_statistics`] | What a hop did |
 //! | [`local_band_error`] | Why local bands cannot carry the light of a system |
 //! | `hop_changes` | How a hop changes with the parameters of a system: rays, element, source |
 //! | `hop_step` | One hop: all its tiles, forward and back |
 //! | [`carry`] | The loop over hops, forward and back |
 
-pub mod account;
 pub mod carry;
 pub(crate) mod chirped_beamlet;
 pub(crate) mod emission;
 pub(crate) mod held_light;
 pub(crate) mod hop_changes;
+pub mod hop_statistics;
 pub(crate) mod hop_step;
 pub mod local_band_error;
 pub mod settings;

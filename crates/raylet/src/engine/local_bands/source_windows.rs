@@ -4,10 +4,10 @@
 //! to one instead of their squares. The windows stop where no beamlet reaches the target: the light falls off by itself.
 
 use crate::engine::error::tally::Fate;
-use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::emission::Emitted;
 use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
+use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::source_light::{source_carrier, source_field};
 use crate::engine::local_bands::target::Target;
 use crate::optics::source::Source;
@@ -38,7 +38,7 @@ impl SourceWindows<'_> {
     pub(crate) fn send(&self, tile: &Tile) -> Emitted {
         let mut out = Emitted::default();
         for start in self.starts(tile) {
-            let beamlet = self.beamlet(&start, &mut out.account);
+            let beamlet = self.beamlet(&start, &mut out.statistics);
             out.arrivals.extend(beamlet);
         }
         out
@@ -53,9 +53,9 @@ impl SourceWindows<'_> {
         bars: impl FnOnce(&[Arrival]) -> Vec<Moments>,
     ) -> Vec<f64> {
         let mut parameters = vec![0.0; changes.count];
-        let mut account = HopAccount::default();
+        let mut statistics = HopStatistics::default();
         let sent = self.starts(tile).into_iter().filter_map(|start| {
-            let beamlet = self.beamlet(&start, &mut account)?;
+            let beamlet = self.beamlet(&start, &mut statistics)?;
             Some((start, beamlet))
         });
         let (starts, beamlets): (Vec<ChirpedStart>, Vec<Arrival>) = sent.unzip();
@@ -114,7 +114,7 @@ impl SourceWindows<'_> {
     }
 
     /// The beamlet of a window where it lands; nothing where it does not reach the target.
-    fn beamlet(&self, start: &ChirpedStart, account: &mut HopAccount) -> Option<Arrival> {
+    fn beamlet(&self, start: &ChirpedStart, statistics: &mut HopStatistics) -> Option<Arrival> {
         let (hop, k) = (self.hop, self.hop.wavenumber());
         let [x, y] = &self.tiling.positions;
         let field = source_field(self.source, hop.from, start.carrier.at, k);
@@ -122,26 +122,26 @@ impl SourceWindows<'_> {
         let mut arrival = match start.launch(hop, [0.0; 2]) {
             Ok(arrival) => arrival,
             Err(loss) => {
-                account.tally.count(Fate::Lost(loss), energy);
+                statistics.tally.count(Fate::Lost(loss), energy);
                 return None;
             }
         };
         if !self.target.meets(&arrival, k) {
-            account.tally.count(Fate::Outside, energy);
+            statistics.tally.count(Fate::Outside, energy);
             return None;
         }
         let density = x.step * y.step / (std::f64::consts::TAU * x.sigma * y.sigma);
         arrival.amplitude *= field * density;
         let found = start.wave_aberration(hop);
         if self.target.holds(arrival.at) {
-            account.tally.add_aberration(found, energy);
+            statistics.tally.add_aberration(found, energy);
         }
         if let Some(found) = found.filter(|_| self.corrected) {
             arrival.amplitude *= found.correction();
         }
-        account.tally.count(Fate::Arrived, energy);
-        account.windows += 1;
-        account.modes += 1;
+        statistics.tally.count(Fate::Arrived, energy);
+        statistics.windows += 1;
+        statistics.modes += 1;
         Some(arrival)
     }
 }

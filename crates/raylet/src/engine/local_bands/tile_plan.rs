@@ -8,9 +8,9 @@ use std::ops::Range;
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
-use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::held_light::{ArrivingLight, TileLight};
+use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::target::Target;
 use crate::engine::local_bands::window_directions::window_directions;
@@ -92,13 +92,13 @@ pub(crate) struct WindowPlan {
 
 impl<'a> TileRun<'a> {
     /// Plans a tile; nothing where no light of it leads to the target.
-    pub(crate) fn plan(&self, tile: &Tile, account: &mut HopAccount) -> Option<TilePlan<'a>> {
+    pub(crate) fn plan(&self, tile: &Tile, statistics: &mut HopStatistics) -> Option<TilePlan<'a>> {
         let lit = self.tiling.lit(tile, self.element.opening());
         if lit.is_empty() {
             return None;
         }
         let light = self.light_under(tile)?;
-        account.windows += lit.len() as u64;
+        statistics.windows += lit.len() as u64;
         let own = self.element.carrier(light.carrier.at, self.far(), self.k());
         let leaving = light.carrier.times(own.p, own.q);
         let aims = lit.into_iter();
@@ -113,17 +113,17 @@ impl<'a> TileRun<'a> {
             let needed = aimed.iter().any(|aimed| aimed.lie == lie);
             needed.then(|| (self.element).nodes_of(&area, &own, self.far(), lie == Lie::Cut))
         });
-        account.note_array(count(&area.samples));
+        statistics.note_array(count(&area.samples));
         nodes
             .iter()
             .flatten()
-            .for_each(|nodes| account.note_array(count(&nodes.axes)));
+            .for_each(|nodes| statistics.note_array(count(&nodes.axes)));
         for aimed in &aimed {
             let nodes = nodes[usize::from(aimed.lie != Lie::Inside)].as_ref();
             let modes = nodes.and_then(|nodes| self.modes(aimed, nodes.half_band));
-            account.note_array(modes.map_or(0, |[x, y]| x.count as u64 * y.count as u64));
+            statistics.note_array(modes.map_or(0, |[x, y]| x.count as u64 * y.count as u64));
         }
-        if account.largest_array > self.settings.values_allowed() {
+        if statistics.largest_array > self.settings.values_allowed() {
             return None;
         }
         Some(TilePlan {

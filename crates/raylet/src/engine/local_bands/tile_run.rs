@@ -6,10 +6,10 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::beamlet::mode_histogram::ModeHistogram;
-use crate::engine::local_bands::account::HopAccount;
 use crate::engine::local_bands::emission::{Emission, Emitted, WindowWaves};
 use crate::engine::local_bands::held_light::ArrivingLight;
 use crate::engine::local_bands::hop_changes::{HopChanges, SourceSamples};
+use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::tile_plan::{AimedWindow, TilePlan, TileRun, WindowPlan};
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::Arrival;
@@ -50,14 +50,14 @@ impl TileRun<'_> {
         known: Option<&TileValues>,
     ) -> Emitted {
         let mut out = Emitted::default();
-        let Some(plan) = self.plan(tile, &mut out.account) else {
+        let Some(plan) = self.plan(tile, &mut out.statistics) else {
             return out;
         };
         let found = known.is_none().then(|| plan.light.at(&plan.samples));
         let Some((values, evaluations)) = known.or(found.as_ref()) else {
             return out;
         };
-        out.account.evaluations += evaluations;
+        out.statistics.evaluations += evaluations;
         for aimed in &plan.aimed {
             if let Some(window) = self.transformed(&plan, aimed, values) {
                 emission.send(&window.waves, &mut out);
@@ -76,7 +76,7 @@ impl TileRun<'_> {
         changes: &HopChanges,
         mut bars: impl FnMut(&[Arrival]) -> Vec<Moments>,
     ) -> TileBar {
-        let Some(plan) = self.plan(tile, &mut HopAccount::default()) else {
+        let Some(plan) = self.plan(tile, &mut HopStatistics::default()) else {
             return TileBar::default();
         };
         let (values, _) = plan.light.at(&plan.samples);
@@ -122,7 +122,7 @@ impl TileRun<'_> {
     /// How strong the plane waves of a tile are that may reach the target, by some of its windows, and the light that
     /// arrives there; nothing where none leads to the target.
     pub(crate) fn histogram(&self, tile: &Tile) -> Option<(ModeHistogram, TileValues)> {
-        let plan = self.plan(tile, &mut HopAccount::default())?;
+        let plan = self.plan(tile, &mut HopStatistics::default())?;
         let found = plan.light.at(&plan.samples);
         let aimed = plan.aimed.iter().step_by(SAMPLED);
         let windows = aimed.filter_map(|aimed| self.transformed(&plan, aimed, &found.0));

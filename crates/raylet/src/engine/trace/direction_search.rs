@@ -214,15 +214,15 @@ fn may_pass(open: &Hop, at: [f64; 2], cell: Cell, to: [f64; 4], margin: [f64; 2]
     let large = cell.half > FINEST_LOST * n;
     match open.jacobian(at, cell.centre) {
         Ok((landing, jacobian)) => {
-            let aim = Aim::of(&landing, &jacobian, cell.half, to, margin);
-            aim.reaches && (large || (!aim.fine && cell.half > FINEST_CLIPPED * n))
+            let landings = CellLanding::of(&landing, &jacobian, cell.half, to, margin);
+            landings.reaches && (large || (!landings.fine && cell.half > FINEST_CLIPPED * n))
         }
         Err(_) => large,
     }
 }
 
 /// Where the rays of a cell land, to first order about its central ray.
-struct Aim {
+struct CellLanding {
     /// Some may land on the target or its margin.
     reaches: bool,
     /// The central one lands on the target.
@@ -235,7 +235,7 @@ struct Aim {
     fine: bool,
 }
 
-impl Aim {
+impl CellLanding {
     fn of(
         landing: &Landing,
         jacobian: &[[f64; 4]; 4],
@@ -243,7 +243,7 @@ impl Aim {
         to: [f64; 4],
         margin: [f64; 2],
     ) -> Self {
-        let mut aim = Self {
+        let mut landings = Self {
             reaches: true,
             inside: true,
             all_inside: true,
@@ -256,13 +256,13 @@ impl Aim {
             let spread = SAFETY * half * slope;
             let (low, high) = (to[2 * a], to[2 * a + 1]);
             let s = landing.at[a];
-            aim.reaches &= s + spread >= low - margin[a] && s - spread <= high + margin[a];
-            aim.inside &= s >= low && s <= high;
-            aim.all_inside &= s - spread >= low && s + spread <= high;
-            aim.near &= s + margin[a] >= 2.0 * low - high && s - margin[a] <= 2.0 * high - low;
-            aim.fine &= spread <= 0.2 * (high - low) + 0.25 * margin[a];
+            landings.reaches &= s + spread >= low - margin[a] && s - spread <= high + margin[a];
+            landings.inside &= s >= low && s <= high;
+            landings.all_inside &= s - spread >= low && s + spread <= high;
+            landings.near &= s + margin[a] >= 2.0 * low - high && s - margin[a] <= 2.0 * high - low;
+            landings.fine &= spread <= 0.2 * (high - low) + 0.25 * margin[a];
         }
-        aim
+        landings
     }
 }
 
@@ -399,13 +399,13 @@ impl DirectionSearch {
 
     /// Keeps, divides or drops a cell whose central ray has landed.
     fn sort(&mut self, ray: SearchRay, cell: Cell, n: f64, to: [f64; 4], margin: [f64; 2]) -> bool {
-        let Aim {
+        let CellLanding {
             reaches,
             inside,
             all_inside,
             near,
             fine,
-        } = Aim::of(&ray.landing, &ray.jacobian, cell.half, to, margin);
+        } = CellLanding::of(&ray.landing, &ray.jacobian, cell.half, to, margin);
         let fine = fine && cell.half <= COARSEST * n;
         if !reaches {
             return cell.half > COARSEST * n;

@@ -423,7 +423,7 @@ impl Channel {
 impl HopEntry {
     fn new(hop: &Hop, report: &HopReport, settings: &Settings) -> Self {
         let tally = &report.tally;
-        let account = ErrorBudget::of(&report.method, tally);
+        let budget = ErrorBudget::of(&report.method, tally);
         let [before, behind, landed] = report.power;
         Self {
             plan: PlanEntry::new(hop, &report.method, settings),
@@ -436,12 +436,12 @@ impl HopEntry {
                 behind,
                 landed,
             },
-            error: account.map(|account| ErrorEntry {
-                aberration: account.aberration,
-                windows: account.windows,
-                dropped: account.dropped,
-                rims: account.rims,
-                total: account.total(),
+            error: budget.map(|budget| ErrorEntry {
+                aberration: budget.aberration,
+                windows: budget.windows,
+                dropped: budget.dropped,
+                rims: budget.rims,
+                total: budget.total(),
             }),
             standard_error: tally.standard_error(),
             aberration: [Tally::eta, Tally::eta_corrected].map(|estimate| estimate(tally)),

@@ -32,14 +32,14 @@ impl HeightStack {
 
     /// The field on the screen itself at the nodes of a grid.
     pub(crate) fn on(&self, screen: &Screen, grid: &Grid) -> Field {
-        let sheets: Vec<Field> = self
+        let levels: Vec<Field> = self
             .values
             .iter()
             .map(|values| interpolate(&self.raster, values, grid))
             .collect();
         match &self.stack {
-            Some(stack) => stack.merge(&sheets, &Heights::on(screen, grid)),
-            None => sheets
+            Some(stack) => stack.merge(&levels, &Heights::on(screen, grid)),
+            None => levels
                 .into_iter()
                 .next()
                 .unwrap_or_else(|| Field::zeros(grid.clone())),

@@ -6,12 +6,12 @@
 //! | `window_coverage` | The sum of windows about scattered points |
 //! | [`patch`] | Patches of a field and their plane waves |
 //! | `curved` | Patches of a field on a curved screen and their plane waves |
-//! | [`spot`] | One window about any point of a screen, and its plane waves |
+//! | [`local_spectrum`] | One window about any point of a screen, and its plane waves |
 //! | [`tile`] | Square patches of a field with sharp edges, anywhere on it, and their plane waves |
 
 pub(crate) mod curved;
+pub mod local_spectrum;
 pub mod patch;
-pub mod spot;
 pub mod tile;
 pub mod window;
 pub(crate) mod window_coverage;

@@ -4,7 +4,7 @@ use ndarray::{Array2, Axis};
 use rayon::prelude::*;
 
 use crate::wave::grid::field::Grid;
-use crate::wave::patches::spot::Window;
+use crate::wave::patches::local_spectrum::Window;
 
 /// Rows of a band: the unit of parallel work.
 const ROWS: usize = 32;
@@ -42,7 +42,7 @@ pub(crate) fn window_coverage(
 #[cfg(test)]
 mod tests {
     use crate::wave::grid::field::{Axis, Grid};
-    use crate::wave::patches::spot::Window;
+    use crate::wave::patches::local_spectrum::Window;
     use crate::wave::patches::window_coverage::window_coverage;
 
     #[test]

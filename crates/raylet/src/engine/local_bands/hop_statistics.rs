@@ -4,7 +4,7 @@ use crate::engine::error::tally::{Fate, Tally};
 
 /// Counts and energies of one hop; those of its parts add.
 #[derive(Clone, Debug, Default, PartialEq)]
-pub struct HopAccount {
+pub struct HopStatistics {
     /// Windows with light.
     pub windows: u64,
     /// Plane waves whose coefficients were found.
@@ -18,8 +18,8 @@ pub struct HopAccount {
     pub tally: Tally,
 }
 
-impl HopAccount {
-    /// Adds the account of another part.
+impl HopStatistics {
+    /// Adds the statistics of another part.
     pub(crate) fn add(&mut self, other: &Self) {
         self.windows += other.windows;
         self.modes += other.modes;

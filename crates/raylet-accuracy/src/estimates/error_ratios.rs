@@ -90,14 +90,14 @@ pub fn run_case(index: u32) -> Result<Case, SimulateError> {
 
 /// The errors that the hops of a run estimate, by cause.
 fn parts(outcome: &Outcome) -> [f64; 4] {
-    let accounts = outcome.hops.iter();
-    let accounts = accounts.filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
-    accounts.fold([0.0; 4], |sums: [f64; 4], account| {
+    let budgets = outcome.hops.iter();
+    let budgets = budgets.filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
+    budgets.fold([0.0; 4], |sums: [f64; 4], budget| {
         let own = [
-            account.aberration,
-            account.windows,
-            account.dropped,
-            account.rims,
+            budget.aberration,
+            budget.windows,
+            budget.dropped,
+            budget.rims,
         ];
         std::array::from_fn(|part| sums[part].hypot(own[part]))
     })

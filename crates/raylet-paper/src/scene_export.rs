@@ -28,7 +28,11 @@ pub type Files = Vec<(String, Vec<u8>)>;
 ///
 /// # Errors
 /// When an array cannot be written as .npy.
-pub fn posed(system: &System, stem: &str, title: &str) -> Result<Option<Files>, WriteNpyError> {
+pub fn scene_files(
+    system: &System,
+    stem: &str,
+    title: &str,
+) -> Result<Option<Files>, WriteNpyError> {
     let Some((element, doe, pixels, sensor)) = parts(system) else {
         return Ok(None);
     };
@@ -163,12 +167,12 @@ mod tests {
     use raylet::optics::system::System;
     use raylet::wave::grid::metrics::field_error;
 
-    use crate::posed::posed;
+    use crate::scene_export::scene_files;
 
     /// How far the field of the scene that is written is from that of the system itself.
     fn astray(system: &System) -> f64 {
         let room = tempfile::tempdir().unwrap();
-        for (name, bytes) in posed(system, "study", "A study").unwrap().unwrap() {
+        for (name, bytes) in scene_files(system, "study", "A study").unwrap().unwrap() {
             fs::write(room.path().join(name), bytes).unwrap();
         }
         let scene = Scene::read(&room.path().join("study.toml")).unwrap();

@@ -55,8 +55,8 @@ impl Window {
     }
 }
 
-/// What all spots of a screen share.
-pub(crate) struct Ground<'a> {
+/// What all local spectra of a screen share.
+pub(crate) struct Emitter<'a> {
     /// The screen.
     pub screen: &'a Screen,
     /// The nodes on which its transmission is known.
@@ -75,7 +75,7 @@ pub(crate) struct Ground<'a> {
     pub towards: [f64; 4],
 }
 
-/// A plane wave that leaves a spot.
+/// A plane wave that leaves the light about a point.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Mode {
     /// Unit direction on the screen's axes.
@@ -85,7 +85,7 @@ pub(crate) struct Mode {
 }
 
 /// Nodes and modes are separated by sums of products: one of them.
-struct Sheet {
+struct Separated {
     /// Factor of each node; nothing when it is one.
     nodes: Option<Array2<Complex64>>,
     /// Factor of each mode; nothing when it is one.
@@ -93,7 +93,7 @@ struct Sheet {
 }
 
 /// The linear map from transmission to plane waves about one point.
-pub(crate) struct Spot {
+pub(crate) struct LocalSpectrum {
     /// Its modes, indexed [m_y, m_x]; nothing where one does not propagate or is not to be followed.
     pub modes: Array2<Option<Mode>>,
     /// Height of the surface there, in mm.
@@ -103,7 +103,7 @@ pub(crate) struct Spot {
     nodes: [Range<usize>; 2],
     /// Along x and y: a row per mode, a column per node.
     lines: [Array2<Complex64>; 2],
-    sheets: Vec<Sheet>,
+    separated: Vec<Separated>,
 }
 
 /// The surface about a point: its height, slope and the axes of the plane that touches it.
@@ -157,11 +157,11 @@ impl Touch {
     }
 }
 
-impl Spot {
-    /// The spot about a hit, whose light has the second derivatives `curvature` (xx, xy, yy) of its optical
+impl LocalSpectrum {
+    /// The local spectrum about a hit, whose light has the second derivatives `curvature` (xx, xy, yy) of its optical
     /// path along the axes of the touching plane, in 1/mm. Nothing where the surface does not exist.
-    pub(crate) fn new(ground: &Ground, hit: &Hit, curvature: Option<[f64; 3]>) -> Option<Self> {
-        let screen = ground.screen;
+    pub(crate) fn new(emitter: &Emitter, hit: &Hit, curvature: Option<[f64; 3]>) -> Option<Self> {
+        let screen = emitter.screen;
         let touch = Touch::new(screen, hit.at)?;
         let n = screen.index;
         let lift = n * hit.along;
@@ -169,25 +169,25 @@ impl Spot {
         let bands = [0, 1].map(|a| {
             // Rates p + q∇s of the directions to follow, whatever their q.
             let tip = screen.leaves() * n * touch.slope[a];
-            let low = ground.towards[2 * a] + tip.min(0.0) - carrier[a];
-            let high = ground.towards[2 * a + 1] + tip.max(0.0) - carrier[a];
-            let spacing = std::f64::consts::TAU / (ground.k * ground.period);
+            let low = emitter.towards[2 * a] + tip.min(0.0) - carrier[a];
+            let high = emitter.towards[2 * a + 1] + tip.max(0.0) - carrier[a];
+            let spacing = std::f64::consts::TAU / (emitter.k * emitter.period);
             Band::between(0.0, spacing, low, high)
         });
         let modes = Array2::from_shape_fn((bands[1].count, bands[0].count), |(my, mx)| {
             let f = [bands[0].at(mx) + carrier[0], bands[1].at(my) + carrier[1]];
             let followed = |mode: &Mode| {
-                let [x0, x1, y0, y1] = ground.towards;
+                let [x0, x1, y0, y1] = emitter.towards;
                 let p = [mode.direction.x * n, mode.direction.y * n];
                 (x0..=x1).contains(&p[0]) && (y0..=y1).contains(&p[1])
             };
             touch.mode(screen, f).filter(followed)
         });
         let [ax, ay, _] = touch.axes;
-        let axis = |a: usize| [&ground.grid.x, &ground.grid.y][a];
+        let axis = |a: usize| [&emitter.grid.x, &emitter.grid.y][a];
         let [(nodes_x, line_x), (nodes_y, line_y)] =
-            [0, 1].map(|a| line(ground, axis(a), hit.at[a], &bands[a]));
-        let mut spot = Self {
+            [0, 1].map(|a| line(emitter, axis(a), hit.at[a], &bands[a]));
+        let mut spectrum = Self {
             modes,
             height: touch.z,
             stretch: [
@@ -197,23 +197,23 @@ impl Spot {
             ],
             nodes: [nodes_x, nodes_y],
             lines: [line_x, line_y],
-            sheets: Vec::new(),
+            separated: Vec::new(),
         };
-        spot.sheets = spot.sheets(ground, &touch, hit, curvature);
-        Some(spot)
+        spectrum.separated = spectrum.separated(emitter, &touch, hit, curvature);
+        Some(spectrum)
     }
 
     /// The products that separate nodes from modes.
-    fn sheets(
+    fn separated(
         &self,
-        ground: &Ground,
+        emitter: &Emitter,
         touch: &Touch,
         hit: &Hit,
         curvature: Option<[f64; 3]>,
-    ) -> Vec<Sheet> {
-        let n = ground.screen.index;
-        if ground.heights.is_none() && curvature.is_none() {
-            return vec![Sheet {
+    ) -> Vec<Separated> {
+        let n = emitter.screen.index;
+        if emitter.heights.is_none() && curvature.is_none() {
+            return vec![Separated {
                 nodes: None,
                 modes: None,
             }];
@@ -225,19 +225,19 @@ impl Spot {
         let light = |place: [f64; 2], z: f64| {
             let [u, v] = touch.project(place, z, direction);
             let bent = 0.5 * (xx * u * u + yy * v * v) + xy * u * v;
-            Complex64::cis(ground.k * (bent + n * hit.along * touch.over(place, z)))
+            Complex64::cis(emitter.k * (bent + n * hit.along * touch.over(place, z)))
         };
-        let Some(heights) = ground.heights else {
-            let nodes = self.map_nodes(ground, touch, |place, _| light(place, touch.z));
-            return vec![Sheet {
+        let Some(heights) = emitter.heights else {
+            let nodes = self.map_nodes(emitter, touch, |place, _| light(place, touch.z));
+            return vec![Separated {
                 nodes: Some(nodes),
                 modes: None,
             }];
         };
         let z = |node: [usize; 2]| heights.z[node];
-        let over = self.map_nodes(ground, touch, |place, node| touch.over(place, z(node)));
-        let light = self.map_nodes(ground, touch, |place, node| {
-            if ground.open[node] {
+        let over = self.map_nodes(emitter, touch, |place, node| touch.over(place, z(node)));
+        let light = self.map_nodes(emitter, touch, |place, node| {
+            if emitter.open[node] {
                 light(place, z(node))
             } else {
                 Complex64::ZERO
@@ -250,31 +250,31 @@ impl Spot {
         let stack = Stack::new(
             ends(lit.map(|(over, _)| *over)),
             ends(lifts.iter().copied().filter(|q| *q != 0.0)),
-            ground.k,
+            emitter.k,
         );
-        let sheet = |number: usize| Sheet {
+        let product = |number: usize| Separated {
             nodes: Some(
                 Zip::from(&light)
                     .and(&over)
                     .map_collect(|u, over| stack.part(*u, *over, number)),
             ),
-            modes: Some(lifts.map(|q| Complex64::cis(-ground.k * q * stack.levels.at[number]))),
+            modes: Some(lifts.map(|q| Complex64::cis(-emitter.k * q * stack.levels.at[number]))),
         };
-        (0..stack.len()).map(sheet).collect()
+        (0..stack.len()).map(product).collect()
     }
 
-    /// A value for each node under the window, from its place relative to the spot and its index [y, x].
+    /// A value for each node under the window, from its place relative to the point and its index [y, x].
     fn map_nodes<T>(
         &self,
-        ground: &Ground,
+        emitter: &Emitter,
         touch: &Touch,
         value: impl Fn([f64; 2], [usize; 2]) -> T,
     ) -> Array2<T> {
         let [x, y] = &self.nodes;
         Array2::from_shape_fn((y.len(), x.len()), |(j, i)| {
             let node = [y.start + j, x.start + i];
-            let dx = ground.grid.x.node(node[1]) - touch.at[0];
-            let dy = ground.grid.y.node(node[0]) - touch.at[1];
+            let dx = emitter.grid.x.node(node[1]) - touch.at[0];
+            let dy = emitter.grid.y.node(node[0]) - touch.at[1];
             value([dx, dy], node)
         })
     }
@@ -297,13 +297,13 @@ impl Spot {
         let view = self.view(transmission);
         let [lx, ly] = &self.lines;
         let mut total = Array2::zeros(self.modes.dim());
-        for sheet in &self.sheets {
+        for product in &self.separated {
             // c = modes ∘ (Ly · (nodes ∘ t) · Lxᵀ)
-            let mut waves = match &sheet.nodes {
+            let mut waves = match &product.nodes {
                 Some(nodes) => ly.dot(&(nodes * &view)).dot(&lx.t()),
                 None => ly.dot(&view).dot(&lx.t()),
             };
-            if let Some(modes) = &sheet.modes {
+            if let Some(modes) = &product.modes {
                 waves *= modes;
             }
             total += &waves;
@@ -316,7 +316,7 @@ impl Spot {
         total
     }
 
-    /// The conjugate transpose of [`Spot::cut`]: cotangents of the nodes under the window, given those of
+    /// The conjugate transpose of [`LocalSpectrum::cut`]: cotangents of the nodes under the window, given those of
     /// the coefficients.
     pub(crate) fn cut_adjoint(&self, bar: &Array2<Complex64>) -> Array2<Complex64> {
         // c = 0 for what is no mode
@@ -330,14 +330,14 @@ impl Spot {
         let [lx, ly] = &self.lines;
         let [x, y] = &self.nodes;
         let mut total = Array2::zeros((y.len(), x.len()));
-        for sheet in &self.sheets {
+        for product in &self.separated {
             // c += modes ∘ (Ly · (nodes ∘ t) · Lxᵀ), conjugated as a whole at the end
-            let waves = match &sheet.modes {
+            let waves = match &product.modes {
                 Some(modes) => &bar * modes,
                 None => bar.clone(),
             };
             let mut nodes = ly.t().dot(&waves.dot(lx));
-            if let Some(factors) = &sheet.nodes {
+            if let Some(factors) = &product.nodes {
                 nodes *= factors;
             }
             total += &nodes;
@@ -350,16 +350,16 @@ impl Spot {
 /// The nodes of an axis under the window about a point, and the transform of each to each rate of a band:
 /// window times length over period, with the phase.
 fn line(
-    ground: &Ground,
+    emitter: &Emitter,
     axis: &Axis,
     centre: f64,
     band: &Band,
 ) -> (Range<usize>, Array2<Complex64>) {
-    let (range, window) = ground.window.on(axis, centre, ground.period);
+    let (range, window) = emitter.window.on(axis, centre, emitter.period);
     let first = range.start;
     let matrix = Array2::from_shape_fn((band.count, range.len()), |(m, i)| {
-        let phase = -ground.k * band.at(m) * (axis.node(first + i) - centre);
-        Complex64::from_polar(window[i] * axis.weight(first + i) / ground.period, phase)
+        let phase = -emitter.k * band.at(m) * (axis.node(first + i) - centre);
+        Complex64::from_polar(window[i] * axis.weight(first + i) / emitter.period, phase)
     });
     (range, matrix)
 }
@@ -385,7 +385,7 @@ mod tests {
     use crate::optics::shape::{Conic, Shape};
     use crate::wave::grid::field::{Axis, Grid};
     use crate::wave::grid::heights::Heights;
-    use crate::wave::patches::spot::{Ground, Spot, Window};
+    use crate::wave::patches::local_spectrum::{Emitter, LocalSpectrum, Window};
 
     const K: f64 = std::f64::consts::TAU;
 
@@ -411,8 +411,8 @@ mod tests {
         }
     }
 
-    /// Runs a test on a spot of a plane and of a sphere.
-    fn with_spots(test: impl Fn(&Ground, &Hit, [f64; 3])) {
+    /// Runs a test on a point of a plane and of a sphere.
+    fn with_spots(test: impl Fn(&Emitter, &Hit, [f64; 3])) {
         let sphere = Shape::Conic(Conic {
             curvature: 0.01,
             conic: 0.0,
@@ -430,7 +430,7 @@ mod tests {
                 Window::Gaussian { sigma: 2.0 },
                 Window::Square { side: 7.0 },
             ] {
-                let ground = Ground {
+                let emitter = Emitter {
                     screen: &screen,
                     grid: &grid,
                     heights: heights.as_ref(),
@@ -440,7 +440,7 @@ mod tests {
                     period: 12.0,
                     towards: [-0.8, 0.7, -1.0, 1.0],
                 };
-                test(&ground, &hit([6.3, -4.1], [0.2, -0.1]), curvature);
+                test(&emitter, &hit([6.3, -4.1], [0.2, -0.1]), curvature);
             }
         }
     }
@@ -448,11 +448,11 @@ mod tests {
     /// The coefficients as the integral is written, in three dimensions.
     #[test]
     fn coefficients_match_the_direct_sum() {
-        with_spots(|ground, hit, curvature| {
+        with_spots(|emitter, hit, curvature| {
             let t = noise((150, 120), 1);
-            let spot = Spot::new(ground, hit, Some(curvature)).unwrap();
-            let found = spot.cut(&t);
-            let here = ground.screen.height(hit.at).unwrap();
+            let spectrum = LocalSpectrum::new(emitter, hit, Some(curvature)).unwrap();
+            let found = spectrum.cut(&t);
+            let here = emitter.screen.height(hit.at).unwrap();
             let [sx, sy] = here.slope;
             let d = [hit.cosines[0], hit.cosines[1], hit.along];
             // Axes of the touching plane, written out anew.
@@ -466,7 +466,7 @@ mod tests {
             ];
             let dot = |a: [f64; 3], b: [f64; 3]| a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
             let (mut error, mut size) = (0.0, 0.0);
-            for (mode, leaving) in spot.modes.indexed_iter() {
+            for (mode, leaving) in spectrum.modes.indexed_iter() {
                 let (m, Some(leaving)) = (mode, leaving) else {
                     continue;
                 };
@@ -475,10 +475,10 @@ mod tests {
                 }
                 let mut exact = Complex64::ZERO;
                 for ((j, i), t) in t.indexed_iter() {
-                    let (x, y) = (ground.grid.x.node(i), ground.grid.y.node(j));
-                    let z = ground.screen.height([x, y]).unwrap().z;
+                    let (x, y) = (emitter.grid.x.node(i), emitter.grid.y.node(j));
+                    let z = emitter.screen.height([x, y]).unwrap().z;
                     let v = [x - hit.at[0], y - hit.at[1], z - here.z];
-                    let g = match ground.window {
+                    let g = match emitter.window {
                         Window::Gaussian { sigma } if v[0].abs().max(v[1].abs()) < 6.0 => {
                             (-0.5 * (v[0] * v[0] + v[1] * v[1]) / (sigma * sigma)).exp()
                         }
@@ -495,32 +495,32 @@ mod tests {
                         leaving.direction.y,
                         leaving.direction.z,
                     ];
-                    let area = ground.grid.x.weight(i) * ground.grid.y.weight(j) / 144.0;
+                    let area = emitter.grid.x.weight(i) * emitter.grid.y.weight(j) / 144.0;
                     exact += t * g * area * Complex64::cis(K * (path - dot(leaving, v)));
                 }
                 error += (found[m] - exact).norm_sqr();
                 size += exact.norm_sqr();
             }
             let error = (error / size).sqrt();
-            let limit = if ground.heights.is_some() {
+            let limit = if emitter.heights.is_some() {
                 3e-5
             } else {
                 1e-12
             };
-            assert!(error < limit, "{:?}: {error:e}", ground.window);
+            assert!(error < limit, "{:?}: {error:e}", emitter.window);
         });
     }
 
     #[test]
     fn cut_dot_product() {
-        with_spots(|ground, hit, curvature| {
+        with_spots(|emitter, hit, curvature| {
             for curvature in [None, Some(curvature)] {
-                let spot = Spot::new(ground, hit, curvature).unwrap();
+                let spectrum = LocalSpectrum::new(emitter, hit, curvature).unwrap();
                 let t = noise((150, 120), 2);
-                let cut = spot.cut(&t);
+                let cut = spectrum.cut(&t);
                 let bar = noise(cut.dim(), 3);
                 let mut back = Array2::zeros((150, 120));
-                spot.add_to(&spot.cut_adjoint(&bar), &mut back);
+                spectrum.add_to(&spectrum.cut_adjoint(&bar), &mut back);
                 let dot = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {
                     a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
                 };
