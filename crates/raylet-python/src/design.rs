@@ -63,7 +63,7 @@ type Parts = Vec<(usize, usize, Vec<(String, f64)>)>;
 struct Found {
     /// What goes where in the scene.
     pixels: Vec<(String, Array2<f64>)>,
-    /// Names and values of the numbers.
+    /// Names and values of the parameters.
     parameters: Vec<(String, f64)>,
     /// The loss after each iteration.
     course: Vec<f64>,
@@ -73,7 +73,7 @@ struct Found {
     evaluations: usize,
     /// What was wrong with the newest checkpoint, if the one before it was taken.
     warning: Option<String>,
-    /// The scene with its numbers.
+    /// The scene with its parameters.
     scene: File,
 }
 
@@ -91,9 +91,9 @@ type Keeping = Option<(PathBuf, String, bool)>;
 
 /// Runs the `[design]` of a scene.
 ///
-/// Returns (arrays by their paths in the scene, numbers by name, (loss after each iteration, loss of what was found,
+/// Returns (arrays by their paths in the scene, parameters by name, (loss after each iteration, loss of what was found,
 /// evaluations, what was wrong with the newest checkpoint), (field, wavelength, losses by kind) of each run, the scene
-/// with its numbers).
+/// with its parameters).
 #[pyfunction]
 #[pyo3(signature = (scene, arrays, keeping, threads, progress))]
 pub(crate) fn design<'py>(
