@@ -159,6 +159,21 @@ mod tests {
         );
     }
 
+    /// A flat disc of 1.5 mm radius, 10 mm straight ahead: a ray to 1.499 mm from its middle is seen, one to 1.6 mm is not.
+    #[test]
+    fn a_flat_disc_is_seen_as_large_as_it_is() {
+        let screen = open_screen(on_axis(0.0));
+        let disc = Surface {
+            shape: Shape::Plane,
+            ..surface(on_axis(10.0), Aperture::disc(1.5))
+        };
+        let seen = BoundingSphere::of(&disc).unwrap();
+        let seen = seen.seen_from(&screen, [0.0, 0.0]).unwrap();
+        let cosine = |x: f64| x / x.hypot(10.0);
+        assert!(!seen.misses([cosine(1.499), 0.0], 0.0));
+        assert!(seen.misses([0.0, cosine(1.6)], 0.0));
+    }
+
     /// From inside the sphere all directions are seen, and a surface without an edge has none.
     #[test]
     fn nothing_is_excluded_from_inside_or_without_an_edge() {
