@@ -104,20 +104,32 @@ impl ColourScale {
         ColourScale { map, range, log }
     }
 
-    /// The colours of values, each over a divisor; values beyond the range take the colour of its end.
+    /// The colours of values, three bytes each; values beyond the range take the colour of its end. Each value is
+    /// divided by `divisor` first.
     pub(crate) fn colours<'a>(
-        &'a self,
-        values: impl Iterator<Item = &'a f64> + 'a,
+        &self,
+        values: impl Iterator<Item = &'a f64>,
         divisor: f64,
-    ) -> impl Iterator<Item = u8> + 'a {
+    ) -> Vec<u8> {
         let ramp = self.ramp(RAMP);
-        let colour = move |value: &f64| {
-            let place = self.place(value / divisor);
+        let colour = |value: f64| {
             let step = |place: f64| (place * (RAMP - 1) as f64).round() as usize;
-            let colour = place.and_then(|place| ramp.get(step(place)));
-            *colour.unwrap_or(&MISSING)
+            let found = self
+                .place(value / divisor)
+                .and_then(|place| ramp.get(step(place)));
+            *found.unwrap_or(&MISSING)
         };
-        values.flat_map(colour)
+
+        // Where few values fill a picture, neighbours are equal: only a value that differs is looked up.
+        let mut last = (f64::NAN.to_bits(), MISSING);
+        let mut bytes = Vec::with_capacity(3 * values.size_hint().0);
+        for value in values {
+            if value.to_bits() != last.0 {
+                last = (value.to_bits(), colour(*value));
+            }
+            bytes.extend_from_slice(&last.1);
+        }
+        bytes
     }
 
     /// The place of a value in the map, from 0 to 1; nothing for what has no colour.
@@ -173,7 +185,7 @@ mod tests {
     impl ColourScale {
         /// The colour of one value.
         fn rgb(&self, value: f64) -> [u8; 3] {
-            let colours: Vec<u8> = self.colours([value].iter(), 1.0).collect();
+            let colours = self.colours([value].iter(), 1.0);
             colours.try_into().unwrap()
         }
     }

@@ -174,8 +174,10 @@ impl<'a> Figure<'a> {
         resvg::render(&tree, scaled, &mut pixels.as_mut());
 
         // The ground is opaque, so the alpha channel says nothing.
-        let opaque = pixels.data().chunks_exact(4);
-        let bytes: Vec<u8> = opaque.flat_map(|p| [p[0], p[1], p[2]]).collect();
+        let mut bytes = Vec::with_capacity(pixels.data().len() / 4 * 3);
+        for pixel in pixels.data().chunks_exact(4) {
+            bytes.extend_from_slice(&pixel[..3]);
+        }
         Ok(encode_rgb([nx as usize, ny as usize], &bytes)?)
     }
 

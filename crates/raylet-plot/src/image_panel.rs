@@ -310,7 +310,7 @@ impl<'a> ImagePanel<'a> {
         let [nx, ny] = [w, h].map(|side| (side * shrink).round().max(1.0) as usize);
         let sampled = self.sampled([ny, nx]);
         let rows = sampled.rows().into_iter().rev();
-        let bytes: Vec<u8> = (bar.scale).colours(rows.flatten(), bar.divisor).collect();
+        let bytes = bar.scale.colours(rows.flatten(), bar.divisor);
         Ok(encode_rgb([nx, ny], &bytes)?)
     }
 

@@ -5,8 +5,8 @@ use std::sync::Arc;
 
 use ndarray::{Array2, Axis};
 use num_complex::Complex64;
+use raylet_fft::{Fft, Planner};
 use rayon::prelude::*;
-use rustfft::{Fft, FftPlanner};
 
 /// The transform of length N along both axes, from and to index squares −h ..= h about zero.
 pub struct CentredTransform {
@@ -20,11 +20,11 @@ pub struct CentredTransform {
 impl CentredTransform {
     /// Plans the transforms of `length` N along each axis.
     pub fn new(length: usize) -> Self {
-        let mut planner = FftPlanner::new();
+        let mut planner = Planner::new();
         Self {
             length,
-            synthesis: planner.plan_fft_inverse(length),
-            analysis: planner.plan_fft_forward(length),
+            synthesis: planner.inverse(length),
+            analysis: planner.forward(length),
         }
     }
 

@@ -11,7 +11,7 @@ use std::sync::Arc;
 use fearless_simd::{Level, Simd, dispatch};
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
-use rustfft::{Fft, FftPlanner};
+use raylet_fft::{Fft, Planner};
 
 use crate::math::double::Double;
 use crate::math::lines::{quick_length, transform_rows};
@@ -72,9 +72,9 @@ impl Chirp {
     /// comb of exactly the given numbers.
     pub(crate) fn new(from: Comb, to: Comb, scale: f64) -> Self {
         let length = quick_length(from.count.max(1) + to.count.max(1) - 1);
-        let mut planner = FftPlanner::new();
-        let forward = planner.plan_fft_forward(length);
-        let inverse = planner.plan_fft_inverse(length);
+        let mut planner = Planner::new();
+        let forward = planner.forward(length);
+        let inverse = planner.inverse(length);
 
         // With indices p and q counted from the combs' middles, the phase in turns is
         // rate·(X + p·h)·(Y + q·g) = rate·(XY + Yh·p + Xg·q + hg·(p² + q² − (q−p)²)/2).

@@ -9,7 +9,7 @@ use std::fmt;
 use std::sync::Arc;
 
 use num_complex::Complex64;
-use rustfft::{Fft, FftPlanner};
+use raylet_fft::{Fft, Planner};
 
 use crate::math::chirp::Comb;
 
@@ -54,11 +54,11 @@ impl CommensurateDft {
         if !is_smooth(length) {
             return None;
         }
-        let mut planner = FftPlanner::new();
+        let mut planner = Planner::new();
         let transform = if turns < 0.0 {
-            planner.plan_fft_forward(length)
+            planner.forward(length)
         } else {
-            planner.plan_fft_inverse(length)
+            planner.inverse(length)
         };
 
         // scale·(x₀ + ih)(y₀ + mg) = scale·ih·y₀ + scale·x₀·(y₀ + mg) + scale·hg·im.

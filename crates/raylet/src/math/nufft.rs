@@ -11,7 +11,7 @@ use std::sync::Arc;
 
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
-use rustfft::{Fft, FftPlanner};
+use raylet_fft::{Fft, Planner};
 
 use crate::math::kaiser::Kaiser;
 use crate::math::lines::{quick_length, transform_rows};
@@ -64,7 +64,7 @@ impl fmt::Debug for Nufft {
 
 impl Modes {
     fn new(count: usize, length: usize, kernel: &Kaiser) -> Self {
-        let mut planner = FftPlanner::new();
+        let mut planner = Planner::new();
         let factor = |j: usize| {
             let cycles = (j as f64 - (count / 2) as f64) / length as f64;
             Complex64::cis(-TAU * cycles * kernel.delay()) / kernel.transform(cycles)
@@ -72,8 +72,8 @@ impl Modes {
         Self {
             factors: (0..count).map(factor).collect(),
             length,
-            forward: planner.plan_fft_forward(length),
-            inverse: planner.plan_fft_inverse(length),
+            forward: planner.forward(length),
+            inverse: planner.inverse(length),
         }
     }
 

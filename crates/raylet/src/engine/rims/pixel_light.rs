@@ -7,7 +7,7 @@
 use std::sync::Arc;
 
 use num_complex::Complex64;
-use rustfft::{Fft, FftPlanner};
+use raylet_fft::{Fft, Planner};
 
 use crate::engine::rims::source_ray::{SourceRay, obliquity};
 use crate::math::sinc::sinc;
@@ -73,7 +73,7 @@ impl<'a> PixelLight<'a> {
             values,
             pitch,
             axes: pitch.map(|pitch| points(ORDERS.max(STEEPEST * pitch / wavelength))),
-            fourier: FftPlanner::new().plan_fft_forward(PATCH),
+            fourier: Planner::new().forward(PATCH),
         })
     }
 

@@ -14,8 +14,8 @@ use std::sync::Arc;
 use fearless_simd::{Level, Simd, SimdBase, dispatch, f64x8};
 use ndarray::{Array2, ArrayView2, Axis, Zip};
 use num_complex::Complex64;
+use raylet_fft::{Fft, Planner};
 use rayon::prelude::*;
-use rustfft::{Fft, FftPlanner};
 
 use crate::math::chirp::{Chirp2, Comb};
 use crate::math::lanes::{LANES, cis_turns};
@@ -254,10 +254,10 @@ impl Line {
     /// Sums from pixels to the directions of a band, whose spacing is a whole fraction of `turn` = λ/pitch.
     fn new(band: Band, turn: f64) -> Self {
         let length = (turn / band.spacing).round() as usize;
-        let mut planner = FftPlanner::new();
+        let mut planner = Planner::new();
         Self {
-            forward: planner.plan_fft_forward(length),
-            inverse: planner.plan_fft_inverse(length),
+            forward: planner.forward(length),
+            inverse: planner.inverse(length),
             band,
         }
     }

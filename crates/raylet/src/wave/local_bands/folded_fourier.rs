@@ -8,7 +8,7 @@ use std::sync::Arc;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use rustfft::{Fft, FftPlanner};
+use raylet_fft::{Fft, Planner};
 
 use crate::wave::local_bands::fourier_axis::FourierAxis;
 
@@ -54,7 +54,7 @@ pub(crate) struct FoldedFourier {
 impl FoldedFourier {
     /// Plans the sums along one axis; nothing where the period is no whole number of cells, or a transform of that length is
     /// slow.
-    pub(crate) fn new(along: &FourierAxis, planner: &mut FftPlanner<f64>) -> Option<Self> {
+    pub(crate) fn new(along: &FourierAxis, planner: &mut Planner) -> Option<Self> {
         let (modes, k) = (along.modes, along.k);
         let cells = along.period() / along.axis.pitch;
         let length = cells.round() as usize;
@@ -88,8 +88,8 @@ impl FoldedFourier {
                 .map(|m| index(m).rem_euclid(length as i64) as usize)
                 .collect(),
             after: (0..strands).map(after).collect(),
-            forward: planner.plan_fft_forward(length),
-            inverse: planner.plan_fft_inverse(length),
+            forward: planner.forward(length),
+            inverse: planner.inverse(length),
         })
     }
 
@@ -196,7 +196,7 @@ fn transposed(array: &Array2<Complex64>) -> Array2<Complex64> {
 
 #[cfg(test)]
 mod tests {
-    use rustfft::FftPlanner;
+    use raylet_fft::Planner;
 
     use crate::math::noise::{assert_transposed, noise};
     use crate::wave::grid::field::Axis;
@@ -232,7 +232,7 @@ mod tests {
             k: K,
             modes: &modes[a],
         };
-        let plan = |a: usize| FoldedFourier::new(&along(a), &mut FftPlanner::new()).unwrap();
+        let plan = |a: usize| FoldedFourier::new(&along(a), &mut Planner::new()).unwrap();
         let folded = FoldedFourier2 {
             x: plan(0),
             y: plan(1),
@@ -262,6 +262,6 @@ mod tests {
             k: K,
             modes: &modes,
         };
-        assert!(FoldedFourier::new(&along, &mut FftPlanner::new()).is_none());
+        assert!(FoldedFourier::new(&along, &mut Planner::new()).is_none());
     }
 }

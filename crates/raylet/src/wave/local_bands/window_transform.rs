@@ -10,7 +10,7 @@ use std::ops::Range;
 
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
-use rustfft::FftPlanner;
+use raylet_fft::Planner;
 
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::folded_fourier::{FoldedFourier, FoldedFourier2};
@@ -151,7 +151,7 @@ impl Spectrum {
 
 thread_local! {
     /// Fast transforms of the lengths that a thread has met.
-    static PLANNER: RefCell<FftPlanner<f64>> = RefCell::new(FftPlanner::new());
+    static PLANNER: RefCell<Planner> = RefCell::new(Planner::new());
 }
 
 /// The linear map from the samples under one window, indexed [y, x], to its plane waves, indexed [m_y, m_x].
