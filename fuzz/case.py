@@ -24,14 +24,14 @@ DECOYS = {
 }
 
 VERBS = {
-    "check": 60,
-    "simulate": 2,
-    "reference": 3,
-    "hologram": 17,
-    "design": 2,
-    "gradcheck": 1,
-    "compare": 11,
-    "junk": 4,
+    "check": 57,
+    "simulate": 2.5,
+    "reference": 8,
+    "hologram": 14,
+    "design": 2.5,
+    "gradcheck": 2.5,
+    "compare": 10,
+    "junk": 3,
 }
 
 #: What is done to a case: nothing, or the tree, the text, the files or the kinds of files are altered.

@@ -148,12 +148,10 @@ fn choose(
     if settings.method == Method::Auto
         && let Some(free) = free_hop(hop, from, to, light.anchor, settings)
     {
-        let layers = if hop.from.is_plane() && hop.to.is_plane() {
-            1
-        } else {
-            CURVED_LAYERS
-        };
-        let (free, plan) = widest(free, from, to, CHEAP_DIRECTIONS / layers);
+        let plane = hop.from.is_plane() && hop.to.is_plane();
+        let layers = if plane { 1 } else { CURVED_LAYERS };
+        let cheap = cheap_directions(settings.target_error) / layers;
+        let (free, plan) = widest(free, from, to, cheap);
         check_directions(hop, &plan, settings)?;
         return Ok(Plan::Free(free, plan));
     }
@@ -235,8 +233,13 @@ fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
     }
 }
 
-/// Plane waves that cost little: a free hop whose period may grow takes the widest one within them.
-const CHEAP_DIRECTIONS: usize = 3_000_000;
+/// Plane waves that cost little for an error of 1e-3: a free hop whose period may grow takes the widest one within them.
+const CHEAP_DIRECTIONS: f64 = 3e6;
+
+/// Plane waves that cost little for an error: less exact fields are also to be quicker.
+fn cheap_directions(target_error: f64) -> usize {
+    (CHEAP_DIRECTIONS * (1e-3 / target_error).min(1.0).powi(2)) as usize
+}
 
 /// Transforms that a curved screen needs, roughly.
 const CURVED_LAYERS: usize = 20;
