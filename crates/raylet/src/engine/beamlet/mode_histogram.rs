@@ -7,7 +7,7 @@ use crate::engine::plan::settings::Settings;
 /// Exponents of a double, each a class of strength.
 const CLASSES: usize = 2048;
 
-/// Modes counted by the binary exponent of their energy |c|². Counts are whole numbers, so censuses can
+/// Modes counted by the binary exponent of their energy |c|². Counts are whole numbers, so histograms can
 /// be merged in any order with the same result.
 #[derive(Clone)]
 pub(crate) struct ModeHistogram {

@@ -221,7 +221,7 @@ mod tests {
     }
 
     #[test]
-    fn misfits_are_refused() {
+    fn wrong_files_are_refused() {
         let room = tempfile::tempdir().unwrap();
         let path = room.path().join("field.npz");
         let refusal = |fields: &Fields| {

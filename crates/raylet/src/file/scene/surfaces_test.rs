@@ -262,7 +262,7 @@ fn a_toroid_of_coddingtons_radii_folds_light_into_one_focus() {
 }
 
 #[test]
-fn sketched_rays_follow_a_curved_element() {
+fn layout_rays_follow_a_curved_element() {
     // A reflecting parabola of radius 40 whose diffractive lens of 60 mm adds to its own power:
     // 1/f = 1/20 + 1/60 on the axis, f = 15.
     let text = r#"version = 1
