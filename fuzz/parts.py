@@ -1,4 +1,4 @@
-"""Random pieces of elements: openings, layers, shapes of surfaces, glasses."""
+"""Random pieces of elements: apertures, layers, shapes of surfaces, glasses."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ GLASSES = ["N-BK7", "N-SF11", "fused silica", "N-LAK22", {"index": 1.5}, {"index
 
 
 def aperture(draft: Draft, radius: float, inside: bool = True) -> dict:
-    """An opening within this radius of any outline, perhaps with parts blocked."""
+    """An aperture within this radius of any outline, perhaps with parts blocked."""
     centre = {"centre_mm": draft.pair(0.3 * radius)} if draft.chance(0.15) else {}
     turn = {"rotation_deg": draft.number(-180, 180)} if draft.chance(0.5) else {}
     bend = draft.number(-0.5, 0.5) * radius
@@ -20,14 +20,14 @@ def aperture(draft: Draft, radius: float, inside: bool = True) -> dict:
         "regular_polygon": {"sides": draft.whole(3, 9), "radius_mm": radius, **turn},
         "polygon": {"corners_mm": [[-radius, -radius], [radius, -radius], [0.4 * radius, bend], [0, radius]]},
     }
-    opening: dict = {kind: {**outline[kind], **centre}}
+    aperture: dict = {kind: {**outline[kind], **centre}}
     if inside and draft.chance(0.15):
-        opening["blocked"] = [aperture(draft, 0.4 * radius, False) for _ in range(draft.whole(1, 3))]
-    return opening
+        aperture["blocked"] = [aperture(draft, 0.4 * radius, False) for _ in range(draft.whole(1, 3))]
+    return aperture
 
 
 def pixels(draft: Draft, radius: float) -> dict:
-    """A layer of pixels that covers the opening, with phase, levels of it, amplitude or both."""
+    """A layer of pixels that covers the aperture, with phase, levels of it, amplitude or both."""
     size = [draft.whole(2, 14), draft.whole(2, 14)]
     pitch = [float(f"{2000 * radius / count:.4g}") for count in size]
     layer: dict = {"kind": "pixels", "pitch_um": pitch if draft.chance(0.5) else max(pitch)}

@@ -71,7 +71,7 @@ def settings(draft: Draft) -> dict:
 
 
 def paper(draft: Draft) -> dict:
-    """The knobs of the random-ray method."""
+    """The settings of the random-ray method."""
     table: dict = {"rays": draft.whole(1, 60), "secondary": draft.whole(1, 30), "patch_um": draft.scale(3, 60)}
     rare = {
         "window": draft.pick(["rectangle", "hann"]),
@@ -88,7 +88,7 @@ def paper(draft: Draft) -> dict:
 
 
 def system(draft: Draft, radius: float, verb: str) -> list[dict]:
-    """Something with an opening, and what light meets behind it; or a curved diffractive mirror alone."""
+    """Something with an aperture, and what light meets behind it; or a curved diffractive mirror alone."""
     if draft.chance(0.05):
         return train(draft, radius, {conformal: 1})
     elements = [opener(draft, radius)]
@@ -113,7 +113,7 @@ def target(draft: Draft, radius: float, free: str) -> dict:
 
 
 def opener(draft: Draft, radius: float) -> dict:
-    """What light meets first: a diffractive element or an opening."""
+    """What light meets first: a diffractive element or an aperture."""
     way = {"thickness_mm": draft.scale(0.1, 2), "aperture": aperture(draft, radius)}
     if draft.chance(0.15):
         return {"kind": "stop", "name": "stop", **way}
@@ -164,7 +164,7 @@ def ideal(draft: Draft, radius: float) -> tuple[list[dict], int]:
 
 
 def second(draft: Draft, radius: float) -> tuple[list[dict], int]:
-    """Another opening, or another diffractive element, plane or curved."""
+    """Another aperture, or another diffractive element, plane or curved."""
     if draft.chance(0.3):
         return [{"kind": "stop", "aperture": aperture(draft, 3 * radius)}], 1
     bent = curve(draft, radius) if draft.chance(0.4) else {}

@@ -57,7 +57,7 @@ def rebased(value: Any, before: str, after: str) -> None:
             value[key] = os.path.relpath(os.path.join(before, item), after or ".")
 
 
-def called(document: Mapping[str, Any]) -> list[str]:
+def element_names(document: Mapping[str, Any]) -> list[str]:
     """What the elements of a document are called: by their names, or by their places where they have none."""
     return [row.get("name") or f"element[{number}]" for number, row in enumerate(document["element"])]
 

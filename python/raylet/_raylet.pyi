@@ -150,7 +150,7 @@ def element(
     scene: Scene, arrays: dict[str, NDArray[Any]], name: str, channel: SupportsIndex
 ) -> tuple[NDArray[complex128], list[float]]:
     """
-    The transmission of a diffractive element over its opening: complex [y, x] at the centres of equal cells, and
+    The transmission of a diffractive element over its aperture: complex [y, x] at the centres of equal cells, and
     the box [x_min, x_max, y_min, y_max] in mm.
     """
 
@@ -243,7 +243,7 @@ def trace(
 ) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[float64]]:
     """
     Rays by their `starts`: the places (rays, 2) where they meet the first screen, in units of the half widths of its
-    opening, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
+    aperture, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
 
     Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
     fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import Grid, grid, real
-from raylet._document import called
+from raylet._document import element_names
 from raylet._refusal import described
 from raylet.layers import pixel_shape
 
@@ -74,7 +74,7 @@ class Bench:
         self._several = isinstance(system._document["wavelength_um"], list)
         self._bench = _raylet.Bench(self._scene, self._arrays, list(elements), list(parameters), threads)
         self.start: NDArray[np.float64] = np.array(self._bench.parameters(), dtype=np.float64)
-        rows = dict(zip(called(system._document), system._document["element"]))
+        rows = dict(zip(element_names(system._document), system._document["element"]))
         self._shapes = [pixel_shape(rows.get(name, {}).get("layer") or []) for name in elements]
         nx, ny = system._document["element"][-1]["pixels"]
         waves = len(system.wavelength_um)

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
-from raylet._document import called, copied, put_in, taken_out, without_none
+from raylet._document import element_names, copied, put_in, taken_out, without_none
 from raylet._plain import plain
 from raylet._refusal import described
 from raylet.progress import Progress, reporting
@@ -139,7 +139,7 @@ def _with_table(document: Mapping[str, Any], name: str, table: Mapping[str, Any]
 
 def _pixelled(document: Mapping[str, Any]) -> list[str]:
     """What the elements with a layer of pixels are called."""
-    rows = zip(called(document), document["element"])
+    rows = zip(element_names(document), document["element"])
     return [name for name, row in rows if any(layer.get("kind") == "pixels" for layer in row.get("layer") or [])]
 
 
@@ -155,7 +155,7 @@ def _digest(arrays: Mapping[str, NDArray[Any]]) -> str:
 def _make_room(document: Any, element: Any, free: Any, *, start: bool = False) -> None:
     """Makes room for what is to be found in an element's first layer of pixels, heights or a sum. What has none is left
     for the library to refuse, and so is what is to be the start."""
-    for name, row in zip(called(document), document["element"]):
+    for name, row in zip(element_names(document), document["element"]):
         gridded = [layer for layer in row.get("layer") or [] if layer.get("kind") in ("pixels", "height", "sum")]
         if name != element or not gridded:
             continue

@@ -1,4 +1,4 @@
-"""What a diffractive element is made of, and the openings of elements.
+"""What a diffractive element is made of, and the apertures of elements.
 
 The layers of one element multiply, so their phases add. A phase φ multiplies the field by exp(+iφ). Each function
 returns a small dictionary that :meth:`raylet.System.add_doe` and its fellows take; keys are those of scene files.
@@ -103,14 +103,14 @@ def superposition(terms: Sequence[Sequence[Layer]], weights: Sequence[float] | N
 
 
 def disc(radius_mm: float, *, centre_mm: Sequence[float] = (0.0, 0.0)) -> Aperture:
-    """A round opening."""
+    """A round aperture."""
     return {"disc": {"radius_mm": radius_mm, "centre_mm": centre_mm}}
 
 
 def rectangle(
     width_mm: float, height_mm: float, *, rotation_deg: float = 0.0, centre_mm: Sequence[float] = (0.0, 0.0)
 ) -> Aperture:
-    """A rectangular opening."""
+    """A rectangular aperture."""
     sides = {"width_mm": width_mm, "height_mm": height_mm}
     return {"rectangle": {**sides, "rotation_deg": rotation_deg, "centre_mm": centre_mm}}
 
@@ -121,10 +121,10 @@ def annulus(inner_radius_mm: float, outer_radius_mm: float) -> Aperture:
 
 
 def polygon(corners_mm: Sequence[Sequence[float]]) -> Aperture:
-    """An opening with straight sides."""
+    """An aperture with straight sides."""
     return {"polygon": {"corners_mm": corners_mm}}
 
 
 def obstructed(aperture: Aperture, *blocked: Aperture) -> Aperture:
-    """An opening with parts that let nothing through."""
+    """An aperture with parts that let nothing through."""
     return {**aperture, "blocked": list(blocked)}

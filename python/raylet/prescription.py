@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import grid, real
-from raylet._document import called, copied, put_in, rebased, taken_out
+from raylet._document import element_names, copied, put_in, rebased, taken_out
 from raylet._files import npy, write
 from raylet._plain import plain
 from raylet._refusal import RayletError, shown
@@ -134,7 +134,7 @@ class Prescription:
         return self.add("paraxial_lens", **given, **keys)
 
     def add_stop(self, aperture: Aperture, *, thickness_mm: float | None = None, **keys: Any) -> Self:
-        """Adds an opening in an opaque screen."""
+        """Adds an aperture in an opaque screen."""
         return self.add("stop", aperture=aperture, thickness_mm=thickness_mm, **keys)
 
     def add_coordinate_break(
@@ -225,7 +225,7 @@ class Prescription:
         return other
 
     def _number_of(self, element: str) -> int:
-        names = called(self._document)
+        names = element_names(self._document)
         if element not in names:
             known = ", ".join(shown(name) for name in names[:20]) or "none"
             raise RayletError(f"no element is called {shown(element)}; there are: {known}")

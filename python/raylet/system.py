@@ -132,7 +132,7 @@ class System(Prescription):
         ----------
         Hx, Hy : normalised field: angles added to the source's in units of `field_deg` (for a point source shifts of
             it in units of `field_mm`), which default to the system's.
-        Px, Py : normalised pupil: where the ray meets the first element, in units of the half widths of its opening.
+        Px, Py : normalised pupil: where the ray meets the first element, in units of the half widths of its aperture.
         channel : index of the wavelength.
         derivatives : paths of parameters, such as "element[0].radius_mm", by which landings are differentiated; for a
             radius by its curvature. Through surfaces, mirrors and stops only.
@@ -225,7 +225,7 @@ class System(Prescription):
         return design(self, *tables, keeping=keeping, threads=_threads(threads), progress=progress)
 
     def check(self) -> list[str]:
-        """What there is to know before a run, such as light that is clipped, pixels that do not fill their opening,
+        """What there is to know before a run, such as light that is clipped, pixels that do not fill their aperture,
         orders that do not propagate: lines that begin with "warning" or "note"."""
         lines: dict[str, None] = {}
         for channel in range(len(self.wavelength_um)):

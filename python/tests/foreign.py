@@ -40,7 +40,7 @@ BEHIND_PITCH = 12.6
 
 
 def soft_edge() -> dict[str, Any]:
-    """An opening 1 mm before the lens whose transmission falls smoothly from one to zero: rays know no diffraction at
+    """An aperture 1 mm before the lens whose transmission falls smoothly from one to zero: rays know no diffraction at
     edges, and this has next to none where the hologram is."""
     places = 5e-3 * (np.arange(260) - 129.5)
     share = np.clip((np.hypot(*np.meshgrid(places, places)) - 0.28) / 0.36, 1e-3, 1.0 - 1e-3)

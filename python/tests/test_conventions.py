@@ -48,7 +48,7 @@ def test_tilts_are_right_handed() -> None:
 
 
 def test_power_is_absolute() -> None:
-    """∫|U|² behind an opening is its area, for a source of amplitude one."""
+    """∫|U|² behind an aperture is its area, for a source of amplitude one."""
     system = raylet.System(wavelength_um=0.5).add_stop(raylet.rectangle(0.2, 0.1), thickness_mm=0.5)
     result = system.add_sensor(pixels=(100, 60), pitch_um=4.0).simulate()
     assert result.intensity.sum() * 16e-6 == pytest.approx(0.02, rel=2e-2)

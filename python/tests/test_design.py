@@ -172,7 +172,7 @@ def test_impossible_designs_are_reported() -> None:
 
 
 def test_a_step_too_far_is_taken_back() -> None:
-    """A plane whose first trial radius is smaller than its own opening: no reason to end."""
+    """A plane whose first trial radius is smaller than its own aperture: no reason to end."""
     system = (
         raylet.System(wavelength_um=0.6)
         .add_doe(raylet.pixels(pitch_um=12.0, size=(8, 8)), aperture=raylet.disc(0.045), thickness_mm=1.0, name="slm")

@@ -132,8 +132,8 @@ def test_system_of_the_paper_with_rays_in_optilands_hands() -> None:
     assert apart(hybrid().field(), hologram_first().simulate().field) < 1e-3
 
 
-def test_coatings_and_openings_count() -> None:
-    """A quarter of the intensity is half the field; an opening that no ray passes leaves nothing."""
+def test_coatings_and_apertures_count() -> None:
+    """A quarter of the intensity is half the field; an aperture that no ray passes leaves nothing."""
     clear, coated, closed = hybrid(), hybrid(), hybrid()
     coated.optic.surfaces[3].interaction_model.coating = SimpleCoating(transmittance=0.25)
     assert apart(coated.field(), 0.5 * clear.field()) < 1e-12

@@ -19,7 +19,7 @@ def test_what_may_be_wrong_is_reported_before_a_run() -> None:
     system.add_doe(pixels, aperture=raylet.disc(0.1), thickness_mm=5.0, name="doe")
     system.add_sensor(pixels=(20, 20), pitch_um=5.0, name="sensor")
     lines = system.check()
-    assert "warning, doe to sensor: the pixels of 'doe' cover 0.64 % of its opening; beside them it is dark" in lines
+    assert "warning, doe to sensor: the pixels of 'doe' cover 0.64 % of its aperture; beside them it is dark" in lines
     assert len(set(lines)) == len(lines)
     kinds = {one["properties"]["kind"]["const"] for one in raylet.schema()["$defs"]["Element"]["oneOf"]}
     assert {"doe", "surface", "sensor"} <= kinds

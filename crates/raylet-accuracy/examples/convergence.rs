@@ -8,7 +8,7 @@ use std::time::Instant;
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
 use raylet_accuracy::numbers::pixels::Pixels;
-use raylet_accuracy::references::bench::{Bench, PlanoConvex, Source, Step};
+use raylet_accuracy::references::lens_train::{LensTrain, PlanoConvex, Source, Step};
 
 /// A source, the steps to the sensor, the sensor's half width.
 struct Case<'a> {
@@ -44,10 +44,10 @@ fn grating() -> Pixels {
 }
 
 /// The field on the sensor and the seconds it took.
-fn field(bench: &Bench, case: &Case) -> (Array2<Complex64>, f64) {
+fn field(train: &LensTrain, case: &Case) -> (Array2<Complex64>, f64) {
     let start = Instant::now();
     let axis = Array1::linspace(-SENSOR, SENSOR, 81);
-    let spectrum = bench
+    let spectrum = train
         .run(case.source, &case.steps, SENSOR)
         .expect("the period is long enough");
     (
@@ -57,67 +57,67 @@ fn field(bench: &Bench, case: &Case) -> (Array2<Complex64>, f64) {
 }
 
 fn table(case: &Case) {
-    let base = Bench::converged(1.0, 432.0);
+    let base = LensTrain::converged(1.0, 432.0);
     let (reference, seconds) = field(&base, case);
     println!(
         "{}: period 432, pitch 1/5, stencil 8, extra 6, 10 nodes: {seconds:.1} s",
         case.name
     );
     let norm: f64 = reference.iter().map(|u| u.norm_sqr()).sum();
-    let period = |period: f64| Bench::converged(1.0, period);
-    for (name, bench) in [
+    let period = |period: f64| LensTrain::converged(1.0, period);
+    for (name, train) in [
         (
             "pitch 1/2",
-            Bench {
+            LensTrain {
                 samples: 864,
                 ..base
             },
         ),
         (
             "pitch 1/3",
-            Bench {
+            LensTrain {
                 samples: 1296,
                 ..base
             },
         ),
         (
             "pitch 1/4",
-            Bench {
+            LensTrain {
                 samples: 1728,
                 ..base
             },
         ),
         (
             "pitch 1/6",
-            Bench {
+            LensTrain {
                 samples: 2592,
                 ..base
             },
         ),
-        ("stencil 1", Bench { stencil: 1, ..base }),
-        ("stencil 6", Bench { stencil: 6, ..base }),
-        ("extra 4", Bench { extra: 4.0, ..base }),
-        ("extra 5", Bench { extra: 5.0, ..base }),
-        ("extra 8", Bench { extra: 8.0, ..base }),
+        ("stencil 1", LensTrain { stencil: 1, ..base }),
+        ("stencil 6", LensTrain { stencil: 6, ..base }),
+        ("extra 4", LensTrain { extra: 4.0, ..base }),
+        ("extra 5", LensTrain { extra: 5.0, ..base }),
+        ("extra 8", LensTrain { extra: 8.0, ..base }),
         ("period 324", period(324.0)),
         ("period 648", period(648.0)),
         ("period 864", period(864.0)),
         (
             "6 nodes",
-            Bench {
+            LensTrain {
                 pixel_nodes: 6,
                 ..base
             },
         ),
         (
             "14 nodes",
-            Bench {
+            LensTrain {
                 pixel_nodes: 14,
                 ..base
             },
         ),
     ] {
-        let (varied, seconds) = field(&bench, case);
+        let (varied, seconds) = field(&train, case);
         let off: f64 = varied
             .iter()
             .zip(&reference)

@@ -19,7 +19,7 @@ use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 
 use crate::numbers::pixels::Pixels;
-use crate::references::bench::{Bench, Source, Step};
+use crate::references::lens_train::{LensTrain, Source, Step};
 use crate::references::spectrum::Spectrum;
 use crate::references::surface::Sag;
 
@@ -29,7 +29,7 @@ type Outcome<T> = Result<T, Box<dyn Error + Send + Sync>>;
 /// The overlap of a reference field with its mode, and its brightness.
 #[derive(Clone, Copy, Debug)]
 pub struct Share {
-    /// Share of the light behind the first opening that is in the mode.
+    /// Share of the light behind the first aperture that is in the mode.
     pub mode: f64,
     /// Share of it that is on the sensor.
     pub seen: f64,
@@ -42,7 +42,7 @@ pub struct Share {
 pub struct Brightness {
     /// Number of the field, of the wavelength.
     pub place: [usize; 2],
-    /// Share of what the whole opening in phase would bring.
+    /// Share of what the whole aperture in phase would bring.
     pub strehl: f64,
 }
 
@@ -103,7 +103,7 @@ pub fn overlap(scene: &Scene, system: &System) -> Outcome<Share> {
         steps.push(Step::Drift(distance(system, i)));
     }
     let widest = planes.iter().map(Pixels::half_width).fold(0.0, f64::max);
-    let bench = Bench {
+    let train = LensTrain {
         wavelength: system.wavelength,
         period: 8.0 * widest,
         samples: 1,
@@ -114,7 +114,7 @@ pub fn overlap(scene: &Scene, system: &System) -> Outcome<Share> {
     };
     let sensor = sensor(system)?;
     let (x, y) = (centres(&sensor, 0), centres(&sensor, 1));
-    let spectrum = bench.run(Source::Pixels(&planes[0], [0.0; 2]), &steps, widest);
+    let spectrum = train.run(Source::Pixels(&planes[0], [0.0; 2]), &steps, widest);
     let field = spectrum.map_err(|e| format!("{e:?}"))?.on_grid(&y, &x);
 
     share(scene, system, (&x, &y), &field)
@@ -127,7 +127,7 @@ fn share(
     (x, y): (&Array1<f64>, &Array1<f64>),
     field: &Array2<Complex64>,
 ) -> Outcome<Share> {
-    // The mode at the sensor's pixels, and the light that the first opening lets in.
+    // The mode at the sensor's pixels, and the light that the first aperture lets in.
     let sensor = sensor(system)?;
     let spec = overlap_of(scene)?;
     let (Some(file), Some(size)) = (&spec.picture, spec.size_mm) else {
@@ -136,7 +136,7 @@ fn share(
     let limit = MemoryLimit::of_settings((scene.settings.memory_limit_mb * 1e6) as u64);
     let mode = mode(&read_gray(scene.origin.beside(file), limit)?, size, (x, y));
     let power = match &system.screens[0].act {
-        Act::Doe(doe) => opening(&doe.aperture),
+        Act::Doe(doe) => aperture(&doe.aperture),
         _ => 1.0,
     };
 
@@ -180,8 +180,8 @@ fn mode(image: &Array2<f64>, size: [f64; 2], (x, y): (&Array1<f64>, &Array1<f64>
     })
 }
 
-/// The area of an opening in mm².
-fn opening(aperture: &Aperture) -> f64 {
+/// The area of an aperture in mm².
+fn aperture(aperture: &Aperture) -> f64 {
     let [x0, x1, y0, y1] = aperture.bounds().unwrap_or_default();
     let (dx, dy) = ((x1 - x0) / 400.0, (y1 - y0) / 400.0);
     let mut area = 0.0;
@@ -255,7 +255,7 @@ fn strehl(
     let Act::Doe(doe) = &system.screens[0].act else {
         return Err("the first screen is no element".into());
     };
-    let radius = doe.aperture.bounds().ok_or("no opening")?[1];
+    let radius = doe.aperture.bounds().ok_or("no aperture")?[1];
     let end = system.screens[1].frame.origin;
     let (a, b) = (front.frame.origin.z, back.frame.origin.z);
     let sags = [conic(front)?, conic(back)?];
@@ -271,7 +271,7 @@ fn strehl(
         face(1, back.index[1]),
         Step::Drift(end.z - b),
     ];
-    let bench = Bench {
+    let train = LensTrain {
         wavelength: system.wavelength,
         period: 6.0 * radius,
         samples: fast((6.0 * radius / (1.5 * system.wavelength)) as usize),
@@ -281,7 +281,7 @@ fn strehl(
         pixel_nodes: 2,
     };
     let half = end.x.abs() + spec.at_mm[0][0].abs() + 0.02;
-    let spectrum = bench.run(Source::Phase(radius, phase, tilt), &steps, half);
+    let spectrum = train.run(Source::Phase(radius, phase, tilt), &steps, half);
     let spectrum = spectrum.map_err(|error| format!("{error:?}"))?;
 
     let seen = between(&spectrum, &sensor(system)?, spec.at_mm[0], [end.x, end.y]);

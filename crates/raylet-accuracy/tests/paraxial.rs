@@ -120,9 +120,9 @@ fn collins_equals_its_direct_sum() {
     for sensor in [20.0, 44.7, 90.0] {
         let train = Abcd::IDENTITY
             .drift(3.0, 1.0)
-            .bend(0.0199)
+            .thin_lens(0.0199)
             .drift(5.3, 1.513)
-            .bend(-0.003)
+            .thin_lens(-0.003)
             .drift(sensor, 1.0);
         let direct = Direct::identity()
             .drift(3.0, 1.0)

@@ -7,13 +7,13 @@ use raylet::engine::chain::simulate::simulate;
 use raylet_accuracy::numbers::quadrature::gauss_legendre;
 use raylet_testkit::scenes::scene_system;
 
-/// Focal length of the telescope, radii of its opening and obstruction, and half the width of a vane, in mm.
+/// Focal length of the telescope, radii of its aperture and obstruction, and half the width of a vane, in mm.
 const FOCAL: f64 = 500.0;
 const OPENING: f64 = 25.0;
 const OBSTRUCTION: f64 = 8.0;
 const VANE: f64 = 0.5;
 
-/// Points of the opening between the vanes, with their areas in mm²: Gauss nodes along the radius and along each arc.
+/// Points of the aperture between the vanes, with their areas in mm²: Gauss nodes along the radius and along each arc.
 fn open_points() -> Vec<([f64; 2], f64)> {
     let mut points = Vec::new();
     for (t, w) in gauss_legendre(60) {
@@ -34,10 +34,10 @@ fn open_points() -> Vec<([f64; 2], f64)> {
 
 /// A classical Cassegrain telescope has no aberration on its axis, and light at the height r goes to the focus as from a
 /// paraboloid of its focal length: r = 2f tan(θ/2). With the power of its ray tubes, the field at the focus is the transform
-/// −(i/λf) e^{ikL} ∫ e^{−ikx·p}/(1 + r²/4f²) d²r over the opening, with sines p = (r/f)/(1 + r²/4f²). Beside the
+/// −(i/λf) e^{ikL} ∫ e^{−ikx·p}/(1 + r²/4f²) d²r over the aperture, with sines p = (r/f)/(1 + r²/4f²). Beside the
 /// focus it is curved about the exit pupil, by x²D/2f; D is 3.175 from the stop, 100 mm before the primary.
 #[test]
-fn a_telescope_with_a_spider_has_the_transform_of_its_opening() {
+fn a_telescope_with_a_spider_has_the_transform_of_its_aperture() {
     let (system, settings) = scene_system("real_size/cassegrain").unwrap();
     let ours = simulate(&system, &settings, &|_| {}).unwrap().field.values;
     let k = TAU / system.wavelength;

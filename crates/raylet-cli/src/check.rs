@@ -108,7 +108,7 @@ fn radii(radii: [Option<f64>; 2]) -> String {
     if x == y { x } else { format!("{x} × {y}") }
 }
 
-/// Half the size of an opening.
+/// Half the size of an aperture.
 fn semi_aperture([x0, x1, y0, y1]: [f64; 4]) -> String {
     let (x, y) = (fixed(0.5 * (x1 - x0)), fixed(0.5 * (y1 - y0)));
     if x == y { x } else { format!("{x} × {y}") }

@@ -20,7 +20,7 @@ iterations = 8
 checkpoint = 4
 "#;
 
-/// By L-BFGS with a number of the system, by Adam, and by Adam with control variates.
+/// By L-BFGS with a parameter of the system, by Adam, and by Adam with control variates.
 const KINDS: [&str; 3] = [
     "[[design.variable]]\npath = \"element[1].thickness_mm\"\n",
     "optimizer = \"adam\"\n",

@@ -36,7 +36,7 @@ pub fn scene_files(
     let Some((element, doe, pixels, sensor)) = parts(system) else {
         return Ok(None);
     };
-    let (Some((shape, heights)), Some(opening)) = (shape(element, stem), opening(doe, pixels))
+    let (Some((shape, heights)), Some(aperture)) = (shape(element, stem), aperture(doe, pixels))
     else {
         return Ok(None);
     };
@@ -49,7 +49,7 @@ pub fn scene_files(
     };
     let text = format!(
         "version = 1\ntitle = \"{title}\"\nwavelength_um = {}\n\n[source]\nkind = \"plane\"\n\n\
-         [[element]]\nkind = \"doe\"\nname = \"element\"\n{turn}thickness_mm = {}\n{opening}{shape}\
+         [[element]]\nkind = \"doe\"\nname = \"element\"\n{turn}thickness_mm = {}\n{aperture}{shape}\
          [[element.layer]]\nkind = \"pixels\"\npitch_um = [{}, {}]\ntransmission = \"{stem}.npy\"\n\
          pixel = \"{form}\"\n\n[[element]]\nkind = \"sensor\"\nname = \"sensor\"\n\
          pixels = [{}, {}]\npitch_um = [{}, {}]\n",
@@ -90,7 +90,7 @@ fn parts(system: &System) -> Option<(&Screen, &Doe, &Pixels, &Sensor)> {
 }
 
 /// The line of the element's aperture: a disc, or a rectangle, of the pixels where it has no edge.
-fn opening(doe: &Doe, pixels: &Pixels) -> Option<String> {
+fn aperture(doe: &Doe, pixels: &Pixels) -> Option<String> {
     let [width, height] = match doe.aperture.outline {
         Outline::Disc { radius } => {
             return Some(format!(

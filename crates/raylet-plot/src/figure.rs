@@ -16,10 +16,10 @@ use resvg::usvg::{Options, Tree, fontdb::Database};
 
 use crate::chart_panel::{ChartPanel, Series};
 use crate::image_panel::ImagePanel;
-use crate::layout_panel::{LayoutPanel, LayoutScene};
 use crate::panel::{
     Aspect, Content, FAINT, FigureError, Heading, Margins, NOTE_SIZE, TITLE_SIZE, ink,
 };
+use crate::section_panel::{LayoutPanel, LayoutScene};
 use crate::svg::{Anchor, FONT, FONT_FAMILY, Letters, Rect, Svg, wrap};
 
 /// Letter size of the figure's title in pixels.
@@ -370,7 +370,7 @@ mod tests {
     use crate::chart_panel::Series;
     use crate::colour::ColourMap;
     use crate::figure::{BORDER, Figure, Panel};
-    use crate::layout_panel::{Curve, CurveKind, Label, LayoutScene, RayPath};
+    use crate::section_panel::{Curve, CurveKind, Label, LayoutScene, RayPath};
 
     /// A figure with every kind of panel.
     fn every_kind() -> Figure<'static> {

@@ -15,8 +15,8 @@ use raylet::optics::source::Source;
 use raylet::optics::system::System;
 
 use crate::figure::{Figure, Panel};
-use crate::layout_panel::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};
 use crate::panel::FigureError;
+use crate::section_panel::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};
 
 /// Points along the cut of a part.
 const POINTS: i32 = 1200;
@@ -200,7 +200,7 @@ struct Place {
     open: bool,
 }
 
-/// A part cut by the plane, as places from one end of its opening to the other.
+/// A part cut by the plane, as places from one end of its aperture to the other.
 fn line(part: &Part, plane: &Plane, window: Option<[f64; 2]>) -> Vec<Place> {
     let Some([x0, x1, y0, y1]) = part.bounds() else {
         return Vec::new();

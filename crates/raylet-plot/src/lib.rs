@@ -8,7 +8,7 @@
 //! | [`panel`] | what all panels share: title, axes, margins, errors |
 //! | [`image_panel`] | a panel of coloured values, with its colour bar |
 //! | [`chart_panel`] | a panel of lines |
-//! | [`layout_panel`] | a panel with a section through a system |
+//! | [`section_panel`] | a panel with a section through a system |
 //! | [`colour`] | colour maps and scales |
 //! | `axis`, `label`, `svg` | ticks; words that keep clear of each other; writing SVG |
 //! | [`pictures`] | the sensor and the elements of a result |
@@ -41,9 +41,9 @@ pub mod design_chart;
 pub mod figure;
 pub mod image_panel;
 mod label;
-pub mod layout_panel;
 pub mod layout_picture;
 pub mod panel;
 pub mod pictures;
+pub mod section_panel;
 mod svg;
 pub mod text_table;

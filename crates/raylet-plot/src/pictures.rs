@@ -120,7 +120,7 @@ pub struct DoeView<'a> {
     pub wavelength_um: f64,
 }
 
-/// A diffractive element as PNG: phase and amplitude of its transmission over its opening, a row for
+/// A diffractive element as PNG: phase and amplitude of its transmission over its aperture, a row for
 /// each wavelength; nothing when the element has no edge.
 ///
 /// # Errors
@@ -153,7 +153,7 @@ pub fn doe_map(doe: &Doe, bounds: [f64; 4]) -> Array2<Complex64> {
     })
 }
 
-/// Phase and amplitude over the opening.
+/// Phase and amplitude over the aperture.
 fn doe_panels(view: &DoeView, bounds: [f64; 4], several: bool) -> Vec<Panel<'static>> {
     let [x0, x1, y0, y1] = bounds;
     let values = doe_map(view.doe, bounds);

@@ -352,7 +352,7 @@ fn values(file: &VariableScene, addresses: &[Address]) -> Vec<f64> {
         .collect()
 }
 
-/// The systems of all wavelengths with these parameters, and their neighbours in each.
+/// The systems of all wavelengths with these parameters, and the perturbed systems of each.
 fn made(
     py: Python<'_>,
     scene: &Scene,

@@ -17,9 +17,9 @@ use raylet::file::model::error_location::simulate_fault;
 use raylet::file::model::prescription::parts as list;
 use raylet::optics::media::catalog;
 use raylet::optics::screen::Act;
-use raylet_plot::layout_panel::CurveKind;
 use raylet_plot::layout_picture;
 use raylet_plot::pictures::doe_map;
+use raylet_plot::section_panel::CurveKind;
 use serde_json::{Value, json};
 
 use crate::refusal::{error, fault};
@@ -100,7 +100,7 @@ pub(crate) fn parts(
     Ok(json!(parts).to_string())
 }
 
-/// The transmission of a diffractive element over its opening: complex [y, x] at the centres of equal cells, and
+/// The transmission of a diffractive element over its aperture: complex [y, x] at the centres of equal cells, and
 /// the box [x_min, x_max, y_min, y_max] in mm.
 #[pyfunction]
 pub(crate) fn element<'py>(

@@ -36,7 +36,7 @@ type Answer<'py> = (
 );
 
 /// Rays by their `starts`: the places (rays, 2) where they meet the first screen, in units of the half widths of its
-/// opening, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
+/// aperture, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
 ///
 /// Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
 /// fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on
@@ -100,7 +100,7 @@ pub(crate) fn trace<'py>(
     ))
 }
 
-/// The farthest place of a ray in the pupil, in half widths of the opening.
+/// The farthest place of a ray in the pupil, in half widths of the aperture.
 const WIDEST: f64 = 1e6;
 
 /// The farthest place of a luminous point in mm.
@@ -130,7 +130,7 @@ const ROUND: usize = 1 << 14;
 struct Job {
     system: System,
     variations: Vec<Variation>,
-    /// Edges of the first screen's opening.
+    /// Edges of the first screen's aperture.
     bounds: [f64; 4],
     pupil: Vec<[f64; 2]>,
     light: Vec<[f64; 3]>,

@@ -49,7 +49,7 @@
 //!
 //! [`SystemBuilder`] makes a system in code, and [`build::system`] makes it from a [`Scene`] file. [`simulate`] carries the
 //! light of a system to its sensor. [`forecast`] says beforehand what a run will take. [`LinearisedSystem`] also goes back:
-//! it gives the gradient of any real function of the field by pixels and by numbers of the system. [`Project`] runs a
+//! it gives the gradient of any real function of the field by pixels and by parameters of the system. [`Project`] runs a
 //! design. [`ErrorBudget`] is what a run reports of its error.
 //!
 //! # Units and signs

@@ -18,5 +18,5 @@ mod plane_prefactor;
 mod rays;
 mod scattered_rays;
 mod scene_elements;
+mod surface_coordinates;
 mod system_builder;
-mod unrolled;

@@ -8,7 +8,7 @@ use raylet::engine::geometrical::system_trace::trace_system;
 use raylet::engine::local_bands::carry::{
     LocalBandCotangent, carry, carry_kept, carry_kept_adjoint,
 };
-use raylet::engine::local_bands::settings::{LocalBandSettings, SourceOpening};
+use raylet::engine::local_bands::settings::{LocalBandSettings, SourceAperture};
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::engine::progress::uncancelled;
 use raylet::file::model::build;
@@ -60,12 +60,12 @@ fn out_of_glass(frame: Frame, shape: Shape, doe: Doe, coating: Coating) -> Scree
 }
 
 /// A run with windows of these widths, in which little is left out.
-fn run(system: &System, sigmas: &[f64], opening: SourceOpening) -> Field {
+fn run(system: &System, sigmas: &[f64], aperture: SourceAperture) -> Field {
     let settings = LocalBandSettings {
         threshold: 1e-4,
         period: 7.0,
         edge_nodes: 32.0,
-        opening,
+        aperture,
         ..LocalBandSettings::new(sigmas.to_vec())
     };
     carry(system, &settings).unwrap().field
@@ -193,7 +193,7 @@ fn a_grating_on_a_plane_interface_agrees_with_the_direct_sum_slow() {
     let ray = trace_system(&system, &system.source, [0.0; 2]);
     let landed = ray.hits[1].point;
     assert!((landed.x - case.sensor[0]).abs() < 1e-12 && (landed.y - case.sensor[1]).abs() < 1e-12);
-    let found = run(&system, &[0.027], SourceOpening::Hard);
+    let found = run(&system, &[0.027], SourceAperture::Hard);
     let error = distance(&found.values, &case.summed());
     assert!(error < 1e-4, "{error:e}");
 }
@@ -222,23 +222,23 @@ fn kinoform() -> OnSphere {
     }
 }
 
-/// Lit by the source itself, and by beamlets from an opening in the glass that cuts nothing.
+/// Lit by the source itself, and by beamlets from an aperture in the glass that cuts nothing.
 #[test]
 fn a_kinoform_on_a_sphere_of_glass_agrees_with_the_sum_over_its_surface_slow() {
     let case = kinoform();
     let exact = case.summed();
     let mut system = case.system();
-    let direct = run(&system, &[0.012], SourceOpening::Hard);
+    let direct = run(&system, &[0.012], SourceAperture::Hard);
     let error = distance(&direct.values, &exact);
     assert!(error < 3e-4, "{error:e}");
 
-    let opening = Screen {
+    let aperture = Screen {
         index: GLASS,
         ..screen(on_axis(-0.6), Act::Stop(Aperture::disc(0.8)))
     };
-    system.screens.insert(0, opening);
+    system.screens.insert(0, aperture);
     system.trains.push(Vec::new());
-    let through = run(&system, &[0.012, 0.012], SourceOpening::Soft);
+    let through = run(&system, &[0.012, 0.012], SourceAperture::Soft);
     let error = distance(&through.values, &exact);
     assert!(error < 5e-4, "{error:e}");
 }
@@ -248,7 +248,7 @@ fn height(shape: &Shape, radius: f64) -> f64 {
     shape.height(radius, 0.0).unwrap().z
 }
 
-/// A lens with a rim on its front, under tilted light; its front as a surface behind an opening, or as an element without
+/// A lens with a rim on its front, under tilted light; its front as a surface behind an aperture, or as an element without
 /// a phase.
 fn lens(coating: Coating, on_element: bool) -> System {
     const RADIUS: f64 = 0.5;
@@ -297,14 +297,14 @@ fn an_element_without_a_phase_on_a_lens_changes_nothing_slow() {
     for coating in [Coating::Ideal, Coating::Fresnel] {
         let field = |on_element: bool| {
             let system = lens(coating, on_element);
-            run(&system, &[0.02], SourceOpening::Hard).values
+            run(&system, &[0.02], SourceAperture::Hard).values
         };
         let error = distance(&field(true), &field(false));
         assert!(error < 3e-4, "{coating:?} {error:e}");
     }
 }
 
-/// A curved mirror with a rim, as a surface behind an opening or as an element without a phase.
+/// A curved mirror with a rim, as a surface behind an aperture or as an element without a phase.
 #[test]
 fn a_reflecting_element_without_a_phase_is_a_mirror_slow() {
     const RADIUS: f64 = 0.5;
@@ -346,7 +346,7 @@ fn a_reflecting_element_without_a_phase_is_a_mirror_slow() {
             trains: vec![train],
         }
     };
-    let field = |on_element: bool| run(&system(on_element), &[0.02], SourceOpening::Hard).values;
+    let field = |on_element: bool| run(&system(on_element), &[0.02], SourceAperture::Hard).values;
     let error = distance(&field(true), &field(false));
     assert!(error < 1e-4, "{error:e}");
 }
@@ -467,7 +467,7 @@ fn light_of_a_point_on_a_curved_element_agrees_with_the_sum_slow() {
         }
     });
     let exact = Emitters::of_nodes(nodes).shine(&case.points(), WAVELENGTH);
-    let found = run(&system, &[0.02], SourceOpening::Hard);
+    let found = run(&system, &[0.02], SourceAperture::Hard);
     let error = distance(&found.values, &exact);
     assert!(error < 2e-4, "{error:e}");
 }

@@ -23,16 +23,16 @@ const WAVELENGTH: f64 = 0.5e-3;
 const RADIUS: f64 = 6.0;
 const FOCUS: f64 = 120.0;
 
-/// An opening of 16 mm, and 10 mm behind it a lens of 12 mm with its focus on a small sensor.
+/// An aperture of 16 mm, and 10 mm behind it a lens of 12 mm with its focus on a small sensor.
 fn system() -> System {
     let lens = Profile::Lens {
         focal_length: FOCUS,
         wavenumber: std::f64::consts::TAU / WAVELENGTH,
     };
-    let opening = Act::Stop(Aperture::disc(8.0));
+    let aperture = Act::Stop(Aperture::disc(8.0));
     let doe = element(Layer::Phase(lens), Aperture::disc(RADIUS));
     let screens = vec![
-        screen(Frame::GLOBAL, opening),
+        screen(Frame::GLOBAL, aperture),
         screen(on_axis(10.0), Act::Doe(doe)),
         screen(on_axis(10.0 + FOCUS), sensor(9, 2e-3)),
     ];

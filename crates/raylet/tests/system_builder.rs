@@ -177,7 +177,7 @@ fn what_cannot_stand_on_an_interface_is_one_clear_error() {
     assert_eq!(error.expected, "one of both");
 }
 
-/// Where a lens meets the light first, the opening before it has the beam's radius.
+/// Where a lens meets the light first, the aperture before it has the beam's radius.
 #[test]
 fn a_beam_enters_by_its_radius() {
     let build = |builder: SystemBuilder| {
@@ -235,12 +235,12 @@ fn what_is_wrong_is_one_clear_error() {
         ),
         (
             refusal(|b| stop(b).mirror(-2.0, 3.0)),
-            "mirror 1: found an opening at (3.000000, 0.000000) mm, where the surface does not exist, expected an \
-             opening all over which it exists",
+            "mirror 1: found an aperture at (3.000000, 0.000000) mm, where the surface does not exist, expected an \
+             aperture all over which it exists",
         ),
         (
             refusal(|b| b.stop(Aperture::disc(-1.0))),
-            "stop 1: found a radius of the opening of -1 mm, expected one above zero",
+            "stop 1: found a radius of the aperture of -1 mm, expected one above zero",
         ),
         (
             refusal(|b| b.phase_pixels("p", &Array2::zeros((2, 2)), [0.0, 1.0])),
@@ -259,7 +259,7 @@ fn what_is_wrong_is_one_clear_error() {
         (
             refusal(|b| stop(b.beam_radius(1.0))),
             "stop 1: found a beam radius of 1 mm, though this part meets the light first, expected no beam radius: \
-             the opening of this part limits the light",
+             the aperture of this part limits the light",
         ),
         (
             refusal(|b| b),

@@ -153,7 +153,7 @@ fn source(draw: &mut Draw) -> Source {
     }
 }
 
-/// An element of half width `half` on the axis: pixels, a smooth phase or an opening; round or square.
+/// An element of half width `half` on the axis: pixels, a smooth phase or an aperture; round or square.
 fn element(draw: &mut Draw, z: f64, half: f64) -> Screen {
     let form = draw.between(0.0, 1.0);
     let round = draw.chance(0.5);

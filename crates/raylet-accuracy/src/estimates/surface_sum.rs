@@ -1,9 +1,9 @@
 //! The field on a sensor by surface integrals from each surface of a system to the next.
 //!
-//! Each screen and each lens surface is a sheet of quadrature nodes ([`Sheet`]) over its own opening; light goes
+//! Each screen and each lens surface is a sheet of quadrature nodes ([`Sheet`]) over its own aperture; light goes
 //! from each node to each node of the next by the first Rayleigh–Sommerfeld integral. What a refracting or
 //! reflecting surface sends on is corrected by its mean curvature (see [`crate::references::interface`]); interfaces let
-//! everything through. Only heights, openings and transmissions are raylet's.
+//! everything through. Only heights, apertures and transmissions are raylet's.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -25,8 +25,8 @@ use crate::references::direct::Sheet;
 struct Station<'a> {
     shape: &'a Shape,
     frame: Frame,
-    /// Its opening; nothing for a sensor.
-    opening: Option<&'a Aperture>,
+    /// Its aperture; nothing for a sensor.
+    aperture: Option<&'a Aperture>,
     doe: Option<&'a Doe>,
     interface: Option<Interface>,
     /// Index behind it.
@@ -95,7 +95,7 @@ fn stations(system: &System) -> Vec<Station<'_>> {
 }
 
 fn screen_station(screen: &Screen) -> Station<'_> {
-    let (opening, doe) = match &screen.act {
+    let (aperture, doe) = match &screen.act {
         Act::Stop(aperture) => (Some(aperture), None),
         Act::Doe(doe) => (Some(&doe.aperture), Some(doe)),
         Act::Sensor(_) => (None, None),
@@ -104,7 +104,7 @@ fn screen_station(screen: &Screen) -> Station<'_> {
     Station {
         shape,
         frame,
-        opening,
+        aperture,
         doe,
         interface: None,
         index,
@@ -115,7 +115,7 @@ fn surface_station(surface: &Surface) -> Station<'_> {
     Station {
         shape: &surface.shape,
         frame: surface.frame,
-        opening: Some(&surface.aperture),
+        aperture: Some(&surface.aperture),
         doe: None,
         interface: Some(surface.interface),
         index: surface.index[1],
@@ -152,8 +152,8 @@ fn middle(points: &[Vec3]) -> Vec3 {
 /// The bounds of what is open of a station.
 fn bounds(station: &Station) -> [f64; 4] {
     let pixels = station.doe.and_then(|doe| doe.bounds());
-    let opening = station.opening.and_then(Aperture::bounds);
-    pixels.or(opening).unwrap_or([0.0; 4])
+    let aperture = station.aperture.and_then(Aperture::bounds);
+    pixels.or(aperture).unwrap_or([0.0; 4])
 }
 
 /// Points about the rim of a station and its middle.
@@ -173,8 +173,8 @@ fn outline(station: &Station) -> Vec<Vec3> {
     ];
     let open = |at: &[f64; 2]| {
         station
-            .opening
-            .is_none_or(|opening| opening.depth(at[0], at[1]) > -1e-9)
+            .aperture
+            .is_none_or(|aperture| aperture.depth(at[0], at[1]) > -1e-9)
     };
     let lift = |[x, y]: [f64; 2]| {
         station
@@ -189,7 +189,7 @@ fn height(shape: &Shape, x: f64, y: f64) -> [f64; 4] {
     let Some(height) = shape.height(x, y) else {
         return [f64::NAN; 4];
     };
-    let ([p, q], [r, s, t]) = (height.slope, height.bend);
+    let ([p, q], [r, s, t]) = (height.slope, height.hessian);
     let stretch = 1.0 + p * p + q * q;
     let bend = (1.0 + q * q) * r - 2.0 * p * q * s + (1.0 + p * p) * t;
     [height.z, p, q, bend / (2.0 * stretch.powf(1.5))]
@@ -258,16 +258,18 @@ fn sheet(station: &Station, travel: Vec3, fine: Fineness, wavelength: f64) -> Sh
     sheet
 }
 
-/// The quadrature nodes of a station's opening over its local plane.
+/// The quadrature nodes of a station's aperture over its local plane.
 fn nodes(station: &Station, fine: Fineness) -> Nodes {
-    let radius = match station.opening.map(|opening| &opening.outline) {
+    let radius = match station.aperture.map(|aperture| &aperture.outline) {
         Some(Outline::Disc { radius }) => Some(*radius),
         _ => None,
     };
     let pixels = station.doe.and_then(|doe| doe.pixels());
     match (pixels, radius) {
         (None, Some(radius)) => {
-            let centre = station.opening.map_or([0.0; 2], |opening| opening.centre);
+            let centre = station
+                .aperture
+                .map_or([0.0; 2], |aperture| aperture.centre);
             disc(radius, centre, fine)
         }
         (None, None) => rectangle(bounds(station), fine),

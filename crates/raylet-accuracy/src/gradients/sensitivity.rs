@@ -13,7 +13,7 @@ use raylet_testkit::parts::plane_wave;
 use crate::gradients::gradient_error::{Comparison, Loss};
 use crate::numbers::pixels::Pixels;
 use crate::problems::problem::{axis, doe, face, random_pixels, sensor};
-use crate::references::bench::{Bench, PlanoConvex, Source, Step};
+use crate::references::lens_train::{LensTrain, PlanoConvex, Source, Step};
 
 /// A lens and where the sensor stands behind it, in wavelengths.
 #[derive(Clone, Copy, Debug)]
@@ -40,7 +40,7 @@ const SENSOR: (usize, f64) = (28, 0.9);
 const PIXELS: (usize, f64) = (12, 2.0);
 
 /// Converged to about 1e-3.
-const REFERENCE: Bench = Bench {
+const REFERENCE: LensTrain = LensTrain {
     wavelength: 1.0,
     period: 240.0,
     samples: 720,
@@ -133,10 +133,10 @@ fn chosen() -> Vec<[usize; 2]> {
 fn pixel_phases() -> Result<[Vec<f64>; 2], LinearisedSystemError> {
     let pixels = random_pixels(PIXELS.0, PIXELS.1);
     let system = SETUP.system(&pixels);
-    let bench = LinearisedSystem::new(&system, &[], &Settings::default())?;
-    let trace = bench.forward(&system)?;
+    let linearised = LinearisedSystem::new(&system, &[], &Settings::default())?;
+    let trace = linearised.forward(&system)?;
     let bar = Loss::Image.bar(&trace.field.values);
-    let gradient = bench.adjoint(&system, &[], &trace, &bar)?;
+    let gradient = linearised.adjoint(&system, &[], &trace, &bar)?;
     let Some(bar) = &gradient.pixels[0] else {
         return Ok([vec![], vec![]]);
     };
@@ -179,10 +179,10 @@ fn parameter(number: usize) -> Result<[Vec<f64>; 2], LinearisedSystemError> {
         distance: 0.02 * step,
     };
     let variations = [variation];
-    let bench = LinearisedSystem::new(&system, &variations, &Settings::default())?;
-    let trace = bench.forward(&system)?;
+    let linearised = LinearisedSystem::new(&system, &variations, &Settings::default())?;
+    let trace = linearised.forward(&system)?;
     let bar = Loss::Image.bar(&trace.field.values);
-    let gradient = bench.adjoint(&system, &variations, &trace, &bar)?;
+    let gradient = linearised.adjoint(&system, &variations, &trace, &bar)?;
 
     let loss = |by: f64| Loss::Image.value(&moved(by).exact(&pixels));
     let slope = (loss(step) - loss(-step)) / (2.0 * step);

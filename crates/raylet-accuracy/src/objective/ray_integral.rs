@@ -58,7 +58,7 @@ pub fn polar_nodes(doe: &Doe, radius: f64, [rings, spokes]: [usize; 2]) -> Vec<S
     nodes
 }
 
-/// The centres of square cells of a pitch in mm over the bounds of the opening, with the share of each that the opening
+/// The centres of square cells of a pitch in mm over the bounds of the aperture, with the share of each that the aperture
 /// leaves; none without an edge.
 pub fn cell_nodes(doe: &Doe, pitch: f64) -> Vec<StopNode> {
     let Some([x0, x1, y0, y1]) = doe.aperture.bounds() else {

@@ -26,7 +26,7 @@ struct Node {
     light: Complex64,
 }
 
-/// The field at global points, from the first screen of a system, which is an element with a disc as its opening.
+/// The field at global points, from the first screen of a system, which is an element with a disc as its aperture.
 ///
 /// The nodes stand on so many rings, by Gauss' rule along the radius, and so many around the outermost one; fewer around
 /// the others, in proportion. Nothing where the first screen is another one.

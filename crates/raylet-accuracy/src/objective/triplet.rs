@@ -15,10 +15,10 @@ pub const WAVELENGTH: f64 = 0.55e-3;
 /// Distance of the best focus from the last surface, in mm.
 pub const FOCUS: f64 = 41.87;
 
-/// Radius of the opening before the first surface, and of all surfaces, in mm.
+/// Radius of the aperture before the first surface, and of all surfaces, in mm.
 const OPENING: f64 = 16.0;
 
-/// Distance of that opening from the first surface, in mm.
+/// Distance of that aperture from the first surface, in mm.
 const BEFORE: f64 = 1.0;
 
 /// A triplet and the light that it sees.

@@ -15,7 +15,7 @@ use raylet_testkit::parts::{on_axis, plane_wave, screen};
 
 use crate::numbers::pixels::Pixels;
 use crate::problems::problem::{Problem, axis, doe, face, sensor};
-use crate::references::bench::{Bench, PlanoConvex, Source, Step};
+use crate::references::lens_train::{LensTrain, PlanoConvex, Source, Step};
 
 /// The lens.
 pub const LENS: PlanoConvex = PlanoConvex {
@@ -48,10 +48,10 @@ pub const QUICK: Effort = Effort {
 };
 
 impl Effort {
-    fn bench(self) -> Bench {
-        Bench {
+    fn train(self) -> LensTrain {
+        LensTrain {
             samples: (self.density * self.period).round() as usize,
-            ..Bench::converged(1.0, self.period)
+            ..LensTrain::converged(1.0, self.period)
         }
     }
 }
@@ -83,7 +83,7 @@ const SENSOR: (usize, f64) = (60, 0.7);
 fn exact(effort: Effort, source: Source, steps: &[Step]) -> Array2<Complex64> {
     let points = axis(SENSOR.0, SENSOR.1);
     let half = 0.5 * SENSOR.0 as f64 * SENSOR.1;
-    match effort.bench().run(source, steps, half) {
+    match effort.train().run(source, steps, half) {
         Ok(spectrum) => spectrum.on_grid(&points, &points),
         #[expect(
             clippy::unreachable,
@@ -231,11 +231,11 @@ pub fn around_lens(first: Pixels, second: Pixels, gap: f64, back: f64, effort: E
     }
 }
 
-/// Pixels, the lens, a rectangular opening `gap` behind it that stands aside, the sensor.
+/// Pixels, the lens, a rectangular aperture `gap` behind it that stands aside, the sensor.
 pub fn stopped(pixels: Pixels, gap: f64, back: f64, effort: Effort) -> Problem {
     let depth = LENS.gap_before + LENS.thickness + gap;
     // Open from −10λ to 50λ along x and −22λ to 22λ along y; as pixels of 2λ for the reference.
-    let opening = Aperture {
+    let aperture = Aperture {
         outline: Outline::Rectangle {
             half_x: 30.0,
             half_y: 22.0,
@@ -257,7 +257,7 @@ pub fn stopped(pixels: Pixels, gap: f64, back: f64, effort: Effort) -> Problem {
             source: plane_wave([0.0; 2]),
             screens: vec![
                 doe(0.0, &pixels),
-                screen(on_axis(depth), Act::Stop(opening)),
+                screen(on_axis(depth), Act::Stop(aperture)),
                 sensor(depth + back, SENSOR.0, SENSOR.1),
             ],
             trains: vec![lens(LENS.gap_before), vec![]],

@@ -90,7 +90,7 @@ impl Mask {
         }
     }
 
-    /// Its layers over an opening of this width and height in mm; nothing for the scene's own.
+    /// Its layers over an aperture of this width and height in mm; nothing for the scene's own.
     fn layers(self, size: [f64; 2]) -> Option<Vec<Layer>> {
         Some(match self {
             Mask::Own(_) => return None,

@@ -8,12 +8,12 @@
 //! | [`surface`] | A curved refracting surface's sag and the samples on its aperture |
 //! | [`interface`] | Plane waves to such a surface and back |
 //! | [`direct`] | Samples anywhere in space and the sum over them |
-//! | [`mod@bench`] | These joined to a train of small, strongly refracting lenses and pixel planes |
+//! | [`mod@lens_train`] | These joined to a train of small, strongly refracting lenses and pixel planes |
 
-pub mod bench;
 pub mod collins;
 pub mod direct;
 pub mod interface;
+pub mod lens_train;
 pub mod rayleigh_sommerfeld;
 pub mod spectrum;
 pub mod surface;

@@ -1,4 +1,4 @@
-//! Bad input for every kind of surface, opening, layer, break and knob: one message with file, line and field.
+//! Bad input for every kind of surface, aperture, layer, break and setting: one message with file, line and field.
 
 use crate::refusal::{self, none_of};
 use crate::stage::{self, Stage};
@@ -297,7 +297,7 @@ const PARTS: &[Case] = &[
     ),
 ];
 
-const KNOBS: &[Case] = &[
+const SETTINGS: &[Case] = &[
     (
         "settings",
         "settings.paper.rays = 0",
@@ -408,7 +408,7 @@ fn every_field_is_refused_at_its_place() {
     write("hole.npy", hole);
     ndarray_npy::write_npy(stage.join("line.npy"), &ndarray::Array1::<f64>::zeros(9)).unwrap();
     let mut wrong = Vec::new();
-    for (place, case, field, found) in [SURFACES, PARTS, KNOBS].concat() {
+    for (place, case, field, found) in [SURFACES, PARTS, SETTINGS].concat() {
         let scene = SCENE.replacen(&format!("#{place}"), case, 1);
         std::fs::write(stage.join("scene.toml"), scene).unwrap();
         let says = ["scene.toml:", field, found];

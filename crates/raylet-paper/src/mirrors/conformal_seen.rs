@@ -50,7 +50,7 @@ impl Seen {
     pub fn directly(
         mirror: &Conformal,
         values: &Array2<Complex64>,
-        opening: LitArea,
+        aperture: LitArea,
         progress: &(dyn Fn(Progress) + Sync),
     ) -> Result<Self, ReferenceError> {
         let choice = ReferenceOptions {
@@ -60,7 +60,7 @@ impl Seen {
         let (mut fields, mut pairs, mut inside) = (Vec::new(), 0.0, 0.0);
         let windows = windows(mirror);
         for window in &windows {
-            let system = mirror.made(values.clone(), opening, *window);
+            let system = mirror.made(values.clone(), aperture, *window);
             let exact = reference(&system, &Settings::default(), choice, progress)?;
             let sent = exact.steps.first().and_then(|step| step.power[1]);
             let bright = exact.field.intensity();

@@ -32,7 +32,7 @@ struct Row {
     search: Option<(usize, usize, f64)>,
 }
 
-/// Designs mirrors with square and round openings, and weights the round one.
+/// Designs mirrors with square and round apertures, and weights the round one.
 ///
 /// # Errors
 /// What the library refuses, and files that cannot be kept.
@@ -44,8 +44,8 @@ pub fn fig6_foci(effort: Effort) -> Result<Study, StudyError> {
     };
     let iterations = if effort.quick { QUICK } else { ITERATIONS };
     let (mut study, mut rows) = (Study::default(), Vec::new());
-    for (name, opening) in NAMES.into_iter().zip([LitArea::Square, LitArea::Disc]) {
-        let sought = seek(name, mirror, opening, iterations, effort)?;
+    for (name, aperture) in NAMES.into_iter().zip([LitArea::Square, LitArea::Disc]) {
+        let sought = seek(name, mirror, aperture, iterations, effort)?;
         let values = sought.values();
         let seen = sought.seen(name, &values, effort.display)?;
         let title = format!("Two foci, designed; pixels lit: {name}{}", size(&mirror));
@@ -62,7 +62,7 @@ pub fn fig6_foci(effort: Effort) -> Result<Study, StudyError> {
             seen,
             search,
         });
-        if opening == LitArea::Disc {
+        if aperture == LitArea::Disc {
             rows.push(weighted(&sought, &mut study, effort)?);
         }
     }

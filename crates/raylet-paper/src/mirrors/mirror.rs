@@ -45,7 +45,7 @@ struct Saved {
 /// A mirror whose pixels were designed.
 pub(crate) struct Sought {
     pub(crate) mirror: Conformal,
-    pub(crate) opening: LitArea,
+    pub(crate) aperture: LitArea,
     pub(crate) posed: MirrorSearch,
     /// The phases that were found.
     pub(crate) phases: Vec<f64>,
@@ -60,14 +60,14 @@ pub(crate) struct Sought {
 pub(crate) fn seek(
     name: &str,
     mirror: Conformal,
-    opening: LitArea,
+    aperture: LitArea,
     iterations: usize,
     effort: Effort,
 ) -> Result<Sought, StudyError> {
     let clock = Instant::now();
-    let posed = MirrorSearch::new(&mirror, opening)?;
+    let posed = MirrorSearch::new(&mirror, aperture)?;
     let kept = effort.keep.map(|keep| {
-        let description = format!("{name} {mirror:?} {opening:?}");
+        let description = format!("{name} {mirror:?} {aperture:?}");
         Checkpoints::within(&keep.join(name), &description)
     });
     let mut saved = begin(kept.as_ref(), &posed)?;
@@ -99,7 +99,7 @@ pub(crate) fn seek(
     Ok(Sought {
         phases: best.unwrap_or_else(|| posed.start.clone()),
         mirror,
-        opening,
+        aperture,
         posed,
         iterations: saved.search.iteration(),
         evaluations: saved.evaluations,
@@ -181,7 +181,7 @@ impl Sought {
     ) -> Result<Seen, StudyError> {
         let (meter, label) = (display.run(), format!("{name}, direct integral, "));
         let note = |progress: Progress| meter(&label, progress);
-        Ok(Seen::directly(&self.mirror, values, self.opening, &note)?)
+        Ok(Seen::directly(&self.mirror, values, self.aperture, &note)?)
     }
 
     /// The picture of these reflections.
@@ -193,7 +193,7 @@ impl Sought {
     ) -> Result<Vec<u8>, StudyError> {
         let open = |(j, i): (usize, usize)| {
             let [x, y] = [i, j].map(|n| self.mirror.place(n));
-            self.opening == LitArea::Square || x.hypot(y) <= 0.5 * self.mirror.width()
+            self.aperture == LitArea::Square || x.hypot(y) <= 0.5 * self.mirror.width()
         };
         let shown = Array2::from_shape_fn(values.dim(), |at| match open(at) {
             true => values[at],

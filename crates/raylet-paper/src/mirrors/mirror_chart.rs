@@ -22,7 +22,7 @@ pub struct MirrorChart<'a> {
     pub title: &'a str,
     /// The mirror.
     pub mirror: &'a Conformal,
-    /// The reflections of its pixels, [y, x]; zero outside its opening.
+    /// The reflections of its pixels, [y, x]; zero outside its aperture.
     pub values: &'a Array2<Complex64>,
     /// Shares of the light at the samples of the sensor as the design knows them, [y, x].
     pub shares: &'a Array2<f64>,

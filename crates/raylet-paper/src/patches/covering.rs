@@ -15,7 +15,7 @@ use num_complex::Complex64;
 use raylet::engine::chain::arriving_light::{Arriving, leaving, receiving_raster};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::chain::simulate_error::SimulateError;
-use raylet::engine::monte_carlo::paper::cover;
+use raylet::engine::monte_carlo::paper::window_coverage;
 use raylet::engine::monte_carlo::paper_plan::{Address, PaperPlan};
 use raylet::engine::plan::downstream::Downstream;
 use raylet::engine::plan::hop_plan::{Plan, plan};
@@ -194,13 +194,13 @@ impl<'a> Stage<'a> {
         let mut values = self.field.values.clone();
         let address = Address { seed, hop: 0 };
         for hop in self.system.hops() {
-            let cover = cover(&hop, &plan, address, &cutter, self.field.grid.shape());
+            let coverage = window_coverage(&hop, &plan, address, &cutter, self.field.grid.shape());
             let share = plan.share();
             let weight = |count: f64| match plan.coverage {
                 true => count.min(1.0),
                 false => count * share,
             };
-            Zip::indexed(&mut values).for_each(|node, value| *value *= weight(cover[node]));
+            Zip::indexed(&mut values).for_each(|node, value| *value *= weight(coverage[node]));
         }
         self.sums += 1;
         Ok(self.hop.carry(values.view()))

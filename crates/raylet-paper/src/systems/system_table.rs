@@ -45,7 +45,7 @@ pub(crate) struct Board {
     entries: Vec<Entry>,
 }
 
-/// The paper's method with these knobs.
+/// The paper's method with these settings.
 pub(crate) fn by_paper(paper: Paper) -> Settings {
     Settings {
         method: Method::Paper,

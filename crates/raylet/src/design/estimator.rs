@@ -120,7 +120,7 @@ impl EvaluationMode<'_> {
         }
     }
 
-    /// Its way back: the conjugate transpose of [`EvaluationMode::forward`] but for what an anchor gives, and of Gumbel's draws.
+    /// Its way back: the conjugate transpose of [`EvaluationMode::forward`] but for what a control variate adds, and of Gumbel's draws.
     ///
     /// # Errors
     /// As [`LinearisedSystem::adjoint_with`] and [`ControlVariate::forward_adjoint`].

@@ -44,7 +44,7 @@ pub struct SystemParameter {
     pub name: String,
     /// Its value at the start.
     pub start: f64,
-    /// By how much it changes between the neighbours that give its derivative.
+    /// By how much it changes between the perturbed systems that give its derivative.
     pub step: f64,
 }
 
@@ -362,7 +362,7 @@ impl Project {
         }
     }
 
-    /// The neighbours that give the derivatives with respect to the parameters of the system.
+    /// The perturbed systems that give the derivatives with respect to the parameters of the system.
     fn variations(
         &self,
         channel: usize,

@@ -22,7 +22,7 @@ pub struct State {
     planned_after: usize,
     /// Points of the last exact evaluations, from which estimates start; empty where there were none.
     #[serde(with = "exact::list")]
-    anchored: Vec<f64>,
+    last_exact: Vec<f64>,
     /// Share of the iterations done, as the constraints see it; it grows in stages.
     #[serde(with = "exact::number")]
     share: f64,
@@ -46,7 +46,7 @@ impl State {
     ) -> Result<(), SavedError> {
         self.search.check(fresh)?;
         let space = fresh.space();
-        let anchored = match project.estimator {
+        let last_exact = match project.estimator {
             Estimator::ControlVariate { .. } => self.evaluations > 0,
             _ => false,
         };
@@ -54,8 +54,9 @@ impl State {
         for (name, good) in [
             ("planned point", space.holds(&self.planned)),
             (
-                "anchor",
-                self.anchored.is_empty() != anchored && (!anchored || space.holds(&self.anchored)),
+                "last exact point",
+                self.last_exact.is_empty() != last_exact
+                    && (!last_exact || space.holds(&self.last_exact)),
             ),
             ("share", (0.0..=1.0).contains(&self.share)),
             ("number of iterations", done <= iterations),
@@ -118,7 +119,7 @@ impl<'p> Run<'p> {
             search,
             planned,
             planned_after: 0,
-            anchored: Vec::new(),
+            last_exact: Vec::new(),
             share: 0.0,
             evaluations: 0,
             stop: None,
@@ -137,9 +138,9 @@ impl<'p> Run<'p> {
         pulse: &'p Pulse<'p>,
     ) -> Result<Self, ProjectError> {
         let plans = project.plan(&state.planned, state.share, pulse)?;
-        let control_variates = match state.anchored.is_empty() {
+        let control_variates = match state.last_exact.is_empty() {
             true => Vec::new(),
-            false => project.control_variates(&plans, &state.anchored, state.share, pulse)?,
+            false => project.control_variates(&plans, &state.last_exact, state.share, pulse)?,
         };
         Ok(Self {
             project,
@@ -223,7 +224,7 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// Looks as the design's estimator does.
+    /// Evaluates the point as the design's estimator does.
     fn evaluate(&mut self) -> Result<DesignEvaluation, ProjectError> {
         let (project, iteration) = (self.project, self.iteration());
         let state = &mut self.state;
@@ -231,7 +232,7 @@ impl<'p> Run<'p> {
         if project.estimator.renews_control_variates(iteration) {
             self.control_variates =
                 project.control_variates(&self.plans, &point, share, self.pulse)?;
-            state.anchored = point.clone();
+            state.last_exact = point.clone();
         }
         let draws = project.estimator.draws(project.settings.seed, iteration);
         let mode = match draws {

@@ -4,7 +4,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::math::real::Real;
 
-/// f, its slopes f_x, f_y and its bends f_xx, f_xy, f_yy.
+/// f, its slopes f_x, f_y and its second derivatives f_xx, f_xy, f_yy.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) struct Jet<T = f64> {
     /// The number.
@@ -12,7 +12,7 @@ pub(crate) struct Jet<T = f64> {
     /// First derivatives (x, y).
     pub slope: [T; 2],
     /// Second derivatives (xx, xy, yy).
-    pub bend: [T; 3],
+    pub hessian: [T; 3],
 }
 
 impl<T: Real> Jet<T> {
@@ -25,18 +25,18 @@ impl<T: Real> Jet<T> {
         Self {
             value,
             slope,
-            bend: [zero; 3],
+            hessian: [zero; 3],
         }
     }
 
     /// A scalar function of this number, given its value and first two derivatives there.
     #[inline(always)]
     fn chain(self, value: T, first: T, second: T) -> Self {
-        let ([x, y], [xx, xy, yy]) = (self.slope, self.bend);
+        let ([x, y], [xx, xy, yy]) = (self.slope, self.hessian);
         Self {
             value,
             slope: [first * x, first * y],
-            bend: [
+            hessian: [
                 first * xx + second * x * x,
                 first * xy + second * x * y,
                 first * yy + second * y * y,
@@ -51,7 +51,7 @@ impl<T: Real> Real for Jet<T> {
         Self {
             value: T::constant(value),
             slope: [T::constant(0.0); 2],
-            bend: [T::constant(0.0); 3],
+            hessian: [T::constant(0.0); 3],
         }
     }
     #[inline(always)]
@@ -80,12 +80,12 @@ impl<T: Real> Add for Jet<T> {
     #[inline(always)]
     fn add(self, other: Self) -> Self {
         // Written out: loops over packets become loads from scattered places.
-        let (f, [fx, fy], [fxx, fxy, fyy]) = (self.value, self.slope, self.bend);
-        let (g, [gx, gy], [gxx, gxy, gyy]) = (other.value, other.slope, other.bend);
+        let (f, [fx, fy], [fxx, fxy, fyy]) = (self.value, self.slope, self.hessian);
+        let (g, [gx, gy], [gxx, gxy, gyy]) = (other.value, other.slope, other.hessian);
         Self {
             value: f + g,
             slope: [fx + gx, fy + gy],
-            bend: [fxx + gxx, fxy + gxy, fyy + gyy],
+            hessian: [fxx + gxx, fxy + gxy, fyy + gyy],
         }
     }
 }
@@ -102,12 +102,12 @@ impl<T: Real> Mul for Jet<T> {
     type Output = Self;
     #[inline(always)]
     fn mul(self, other: Self) -> Self {
-        let (f, [fx, fy], [fxx, fxy, fyy]) = (self.value, self.slope, self.bend);
-        let (g, [gx, gy], [gxx, gxy, gyy]) = (other.value, other.slope, other.bend);
+        let (f, [fx, fy], [fxx, fxy, fyy]) = (self.value, self.slope, self.hessian);
+        let (g, [gx, gy], [gxx, gxy, gyy]) = (other.value, other.slope, other.hessian);
         Self {
             value: f * g,
             slope: [fx * g + f * gx, fy * g + f * gy],
-            bend: [
+            hessian: [
                 fxx * g + fx * gx * 2.0 + f * gxx,
                 fxy * g + fx * gy + fy * gx + f * gxy,
                 fyy * g + fy * gy * 2.0 + f * gyy,
@@ -168,7 +168,7 @@ mod tests {
     }
 
     #[test]
-    fn bends_match_differences_of_slopes() {
+    fn second_derivatives_match_differences_of_slopes() {
         let (x, y, h) = (0.7, 1.3, 1e-5);
         let slope =
             |x: f64, y: f64| formula(Dual::<2>::variable(x, 0), Dual::variable(y, 1)).tangent;
@@ -180,7 +180,7 @@ mod tests {
         for (ours, theirs) in jet.slope.iter().zip(slope(x, y)) {
             assert!((ours - theirs).abs() < 1e-14);
         }
-        for (ours, theirs) in jet.bend.iter().zip([dx[0], dx[1], dy]) {
+        for (ours, theirs) in jet.hessian.iter().zip([dx[0], dx[1], dy]) {
             assert!((ours - theirs).abs() < 1e-8, "{ours} {theirs}");
         }
     }

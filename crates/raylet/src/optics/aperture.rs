@@ -25,7 +25,7 @@ pub enum Outline {
     Annulus {
         /// Radius of the obstruction.
         inner: f64,
-        /// Radius of the opening.
+        /// Radius of the aperture.
         outer: f64,
     },
     /// Within a rectangle along x and y.
@@ -42,9 +42,9 @@ pub enum Outline {
     },
     /// What one aperture leaves open of another.
     Blocked {
-        /// The opening.
+        /// The aperture.
         open: Box<Aperture>,
-        /// The obstruction; only its part inside the opening matters.
+        /// The obstruction; only its part inside the aperture matters.
         by: Box<Aperture>,
     },
 }
@@ -53,7 +53,7 @@ pub enum Outline {
 const RIM: usize = 256;
 const LATTICE: usize = 64;
 
-/// Times a cell that both an opening and its obstruction cut is divided into quarters.
+/// Times a cell that both an aperture and its obstruction cut is divided into quarters.
 const QUARTERINGS: u32 = 8;
 
 impl Aperture {
@@ -128,7 +128,7 @@ impl Aperture {
     }
 
     /// How far inside the edge a point lies, in mm; negative outside, infinite without an edge. Beyond the
-    /// corners of a rectangle, and where an obstruction meets the edge of its opening, it is the larger of the
+    /// corners of a rectangle, and where an obstruction meets the edge of its aperture, it is the larger of the
     /// distances to their sides.
     pub fn depth(&self, x: f64, y: f64) -> f64 {
         let (x, y) = (x - self.centre[0], y - self.centre[1]);
@@ -234,7 +234,7 @@ impl Aperture {
     }
 
     /// The share of the cell `[x0, x1] × [y0, y1]` that is open, between 0 and 1, by exact areas. In a
-    /// cell that both an opening and its obstruction cut it is good to some 1e-5.
+    /// cell that both an aperture and its obstruction cut it is good to some 1e-5.
     pub fn coverage(&self, x0: f64, x1: f64, y0: f64, y1: f64) -> f64 {
         self.share([x0, x1, y0, y1], QUARTERINGS)
     }

@@ -33,7 +33,7 @@ impl Conic {
         Some(Height {
             z: square * c / (root + 1.0),
             slope: [x * first, y * first],
-            bend: [
+            hessian: [
                 first + x * x * second,
                 x * y * second,
                 first + y * y * second,
@@ -87,10 +87,10 @@ pub(crate) fn add_powers<T: Real>(base: Height<T>, coefficients: &[f64], x: T, y
     Height {
         z: base.z + f,
         slope: [base.slope[0] + x * df * 2.0, base.slope[1] + y * df * 2.0],
-        bend: [
-            base.bend[0] + df * 2.0 + x * x * ddf * 4.0,
-            base.bend[1] + x * y * ddf * 4.0,
-            base.bend[2] + df * 2.0 + y * y * ddf * 4.0,
+        hessian: [
+            base.hessian[0] + df * 2.0 + x * x * ddf * 4.0,
+            base.hessian[1] + x * y * ddf * 4.0,
+            base.hessian[2] + df * 2.0 + y * y * ddf * 4.0,
         ],
     }
 }

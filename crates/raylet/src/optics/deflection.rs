@@ -68,7 +68,7 @@ mod tests {
     use crate::optics::deflection::{deflected, transmitted};
     use crate::optics::frame::Frame;
     use crate::optics::ray::Loss;
-    use crate::optics::refraction::{Coating, Interface, bend};
+    use crate::optics::refraction::{Coating, Interface, refract};
     use crate::optics::screen::{Behind, Screen};
 
     fn interface(coating: Coating) -> Screen {
@@ -92,12 +92,13 @@ mod tests {
             let along = (1.5f64 * 1.5 - 0.13).sqrt();
             let direction = Vec3::new(p[0], p[1], along) * (1.0 / 1.5);
             let normal = Vec3::new(-sx, -sy, 1.0).unit();
-            let bent = bend(Interface::Refract, coating, direction, normal, [1.5, 1.2]).unwrap();
+            let refracted =
+                refract(Interface::Refract, coating, direction, normal, [1.5, 1.2]).unwrap();
             let turned = deflected(&screen, at, p, [0.0; 2]).unwrap();
-            assert!((turned[0] - 1.2 * bent.direction.x).abs() < 1e-14);
-            assert!((turned[1] - 1.2 * bent.direction.y).abs() < 1e-14);
+            assert!((turned[0] - 1.2 * refracted.direction.x).abs() < 1e-14);
+            assert!((turned[1] - 1.2 * refracted.direction.y).abs() < 1e-14);
             let factor = transmitted(&screen, at, p).unwrap();
-            assert!((factor - bent.transmission).abs() < 1e-14);
+            assert!((factor - refracted.transmission).abs() < 1e-14);
         }
     }
 

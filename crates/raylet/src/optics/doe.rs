@@ -14,7 +14,7 @@ use crate::optics::surface_coordinates::SurfaceCoordinates;
 pub struct Doe {
     /// Its layers; their transmissions multiply, so phases add.
     pub layers: Vec<Layer>,
-    /// Its opening; nothing passes outside.
+    /// Its aperture; nothing passes outside.
     pub aperture: Aperture,
     /// Whether light goes on by reflection.
     pub reflect: bool,
@@ -31,10 +31,10 @@ pub enum Layer {
     Sum(Vec<(Complex64, Vec<Layer>)>),
     /// A product of layers given on the surface's own coordinates instead of its local x and y; dark where
     /// the surface does not exist.
-    Unrolled(Box<SurfaceCoordinates>, Vec<Layer>),
+    OnSurface(Box<SurfaceCoordinates>, Vec<Layer>),
 }
 
-/// Orders of the spectrum of unrolled pixels that their sampling resolves: their edges lie anywhere between
+/// Orders of the spectrum of pixels on surface coordinates that their sampling resolves: their edges lie anywhere between
 /// the samples.
 const PIXEL_ORDERS: f64 = 8.0;
 
@@ -70,7 +70,7 @@ impl Doe {
     }
 
     /// The transmission of a small cell about (x, y), given as its spans: that of the point, with the mean over
-    /// the cell of unrolled pixels, whose edges lie anywhere in it.
+    /// the cell of pixels on surface coordinates, whose edges lie anywhere in it.
     pub(crate) fn transmission_over(&self, [x, y]: [f64; 2], spans: [[f64; 2]; 2]) -> Complex64 {
         let factors = self.layers.iter().map(|layer| over(layer, [x, y], spans));
         factors.product()
@@ -82,12 +82,12 @@ impl Doe {
     }
 
     /// Whether a layer has pixels on the surface's own coordinates.
-    pub(crate) fn has_unrolled_pixels(&self) -> bool {
-        let unrolled = |layer: &Layer| match layer {
-            Layer::Unrolled(_, layers) => first_pixels(layers).is_some(),
+    pub(crate) fn has_surface_pixels(&self) -> bool {
+        let on_surface = |layer: &Layer| match layer {
+            Layer::OnSurface(_, layers) => first_pixels(layers).is_some(),
             Layer::Phase(_) | Layer::Pixels(_) | Layer::Sum(_) => false,
         };
-        self.layers.iter().any(unrolled)
+        self.layers.iter().any(on_surface)
     }
 
     /// The pixels that a design may change: those of the first layer that is a pixel grid, over x and y or on
@@ -101,7 +101,7 @@ impl Doe {
         let own = |layer: &&mut Layer| own_pixels(layer).is_some();
         match self.layers.iter_mut().find(own)? {
             Layer::Pixels(pixels) => Some(pixels),
-            Layer::Unrolled(_, layers) => layers.iter_mut().find_map(|layer| match layer {
+            Layer::OnSurface(_, layers) => layers.iter_mut().find_map(|layer| match layer {
                 Layer::Pixels(pixels) => Some(pixels),
                 _ => None,
             }),
@@ -130,8 +130,8 @@ impl Doe {
                     visit(pixel, factor * share);
                 }
             }
-            Layer::Unrolled(own, layers) => {
-                visit_unrolled(own, layers, factor, at, spans, visit);
+            Layer::OnSurface(own, layers) => {
+                visit_on_surface(own, layers, factor, at, spans, visit);
             }
             Layer::Phase(_) | Layer::Sum(_) => {}
         }
@@ -156,7 +156,7 @@ impl Doe {
         for layer in &self.layers {
             match layer {
                 Layer::Phase(profile) => profiles.push(profile),
-                Layer::Pixels(_) | Layer::Sum(_) | Layer::Unrolled(..) => return None,
+                Layer::Pixels(_) | Layer::Sum(_) | Layer::OnSurface(..) => return None,
             }
         }
         Some(profiles)
@@ -208,7 +208,7 @@ pub(crate) fn lattices(layers: &[Layer]) -> Vec<Lattice> {
         Layer::Pixels(pixels) => vec![(pixels.pitch, pixels.values.dim(), pixels.form)],
         Layer::Phase(_) => Vec::new(),
         Layer::Sum(terms) => terms.iter().flat_map(|term| lattices(&term.1)).collect(),
-        Layer::Unrolled(_, layers) => lattices(layers),
+        Layer::OnSurface(_, layers) => lattices(layers),
     };
     layers.iter().flat_map(own).collect()
 }
@@ -266,11 +266,11 @@ impl Pixels {
     }
 }
 
-/// Points along each axis of a cell over which unrolled pixels are averaged.
+/// Points along each axis of a cell over which pixels on surface coordinates are averaged.
 const PARTS: u32 = 8;
 
 /// The product of layers on a surface's own coordinates, at a point over x and y.
-fn unrolled<'a, L>(own: &SurfaceCoordinates, layers: L, at: [f64; 2]) -> Complex64
+fn on_surface<'a, L>(own: &SurfaceCoordinates, layers: L, at: [f64; 2]) -> Complex64
 where
     L: IntoIterator<Item = &'a Layer>,
 {
@@ -283,7 +283,7 @@ fn mean(own: &SurfaceCoordinates, layers: &[&Layer], spans: [[f64; 2]; 2]) -> Co
     if layers.is_empty() {
         return Complex64::ONE;
     }
-    let value = |at| unrolled(own, layers.iter().copied(), at);
+    let value = |at| on_surface(own, layers.iter().copied(), at);
     parts(spans).map(value).sum::<Complex64>() / f64::from(PARTS * PARTS)
 }
 
@@ -298,9 +298,9 @@ fn parts([[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> impl Iterator<Item = [f64; 2]> 
 /// The transmission of one layer in a small cell: see [`Doe::transmission_over`].
 fn over(layer: &Layer, at: [f64; 2], spans: [[f64; 2]; 2]) -> Complex64 {
     match layer {
-        Layer::Unrolled(own, layers) => {
+        Layer::OnSurface(own, layers) => {
             let (edged, smooth): (Vec<&Layer>, Vec<&Layer>) = layers.iter().partition(is_edged);
-            unrolled(own, smooth, at) * mean(own, &edged, spans)
+            on_surface(own, smooth, at) * mean(own, &edged, spans)
         }
         layer => product([layer], at[0], at[1]),
     }
@@ -315,7 +315,7 @@ fn is_edged(layer: &&Layer) -> bool {
 fn own_pixels(layer: &Layer) -> Option<&Pixels> {
     match layer {
         Layer::Pixels(pixels) => Some(pixels),
-        Layer::Unrolled(_, layers) => layers.iter().find_map(|layer| match layer {
+        Layer::OnSurface(_, layers) => layers.iter().find_map(|layer| match layer {
             Layer::Pixels(pixels) => Some(pixels),
             _ => None,
         }),
@@ -324,7 +324,7 @@ fn own_pixels(layer: &Layer) -> Option<&Pixels> {
 }
 
 /// [`Doe::visit_pixels`] for pixels on a surface's own coordinates, beside a factor.
-fn visit_unrolled(
+fn visit_on_surface(
     own: &SurfaceCoordinates,
     layers: &[Layer],
     factor: Complex64,
@@ -334,7 +334,7 @@ fn visit_unrolled(
 ) {
     let (edged, smooth): (Vec<&Layer>, Vec<&Layer>) = layers.iter().partition(is_edged);
     let place = edged.iter().position(|layer| own_pixels(layer).is_some());
-    let (Some(place), factor) = (place, factor * unrolled(own, smooth, at)) else {
+    let (Some(place), factor) = (place, factor * on_surface(own, smooth, at)) else {
         return;
     };
     let others: Vec<&Layer> = (edged.iter().enumerate())
@@ -366,7 +366,7 @@ where
                 .iter()
                 .map(|(weight, layers)| weight * product(layers, x, y))
                 .sum(),
-            Layer::Unrolled(own, layers) => unrolled(own, layers, [x, y]),
+            Layer::OnSurface(own, layers) => on_surface(own, layers, [x, y]),
         };
     }
     total
@@ -375,7 +375,7 @@ where
 fn first_pixels(layers: &[Layer]) -> Option<&Pixels> {
     layers.iter().find_map(|layer| match layer {
         Layer::Pixels(pixels) => Some(pixels),
-        Layer::Phase(_) | Layer::Unrolled(..) => None,
+        Layer::Phase(_) | Layer::OnSurface(..) => None,
         Layer::Sum(terms) => terms.iter().find_map(|(_, layers)| first_pixels(layers)),
     })
 }
@@ -384,7 +384,7 @@ fn first_pixels(layers: &[Layer]) -> Option<&Pixels> {
 fn smooth_phase(layers: &[Layer], x: f64, y: f64) -> Option<f64> {
     let phase = |layer: &Layer| match layer {
         Layer::Phase(profile) => Some(profile.phase(x, y)),
-        Layer::Unrolled(own, layers) => {
+        Layer::OnSurface(own, layers) => {
             let [u, v] = own.at([x, y])?;
             smooth_phase(layers, u, v)
         }
@@ -399,7 +399,7 @@ fn gradient(layers: &[Layer], x: f64, y: f64) -> Option<[f64; 2]> {
     for layer in layers {
         let here = match layer {
             Layer::Phase(profile) => profile.gradient(x, y),
-            Layer::Unrolled(own, layers) => {
+            Layer::OnSurface(own, layers) => {
                 let [u, v] = own.at([x, y])?;
                 let [gu, gv] = gradient(layers, u, v)?;
                 let [[ux, uy], [vx, vy]] = own.derivative([x, y])?;
@@ -414,7 +414,7 @@ fn gradient(layers: &[Layer], x: f64, y: f64) -> Option<[f64; 2]> {
 
 /// What [`slopes`] are of layers on a surface's own coordinates, over x and y. Pixels among them have no
 /// sampling of their own, so their orders count.
-fn unrolled_slopes(own: &SurfaceCoordinates, layers: &[Layer], [x, y]: [f64; 2]) -> [f64; 2] {
+fn slopes_on_surface(own: &SurfaceCoordinates, layers: &[Layer], [x, y]: [f64; 2]) -> [f64; 2] {
     let (Some([u, v]), Some(d)) = (own.at([x, y]), own.derivative([x, y])) else {
         return [0.0; 2];
     };
@@ -438,7 +438,7 @@ fn slopes(layers: &[Layer], x: f64, y: f64) -> [f64; 2] {
                 let term = slopes(layers, x, y);
                 [most[0].max(term[0]), most[1].max(term[1])]
             }),
-            Layer::Unrolled(own, layers) => unrolled_slopes(own, layers, [x, y]),
+            Layer::OnSurface(own, layers) => slopes_on_surface(own, layers, [x, y]),
         };
         total = [total[0] + here[0], total[1] + here[1]];
     }
@@ -491,8 +491,8 @@ mod tests {
             curvature: 0.3,
             conic: 0.0,
         });
-        let bend = || Layer::Phase(Profile::Axicon { slope: 0.7 });
-        let faint = Layer::Sum(vec![(Complex64::new(0.3, 0.4), vec![bend()])]);
+        let cone = || Layer::Phase(Profile::Axicon { slope: 0.7 });
+        let faint = Layer::Sum(vec![(Complex64::new(0.3, 0.4), vec![cone()])]);
         for form in [PixelForm::Box, PixelForm::Point, PixelForm::Bilinear] {
             let pixels = Pixels {
                 pitch: [0.4, 0.3],
@@ -500,10 +500,10 @@ mod tests {
                 form,
             };
             let own = Box::new(SurfaceCoordinates::of(&round).unwrap());
-            let curved = Layer::Unrolled(own, vec![bend(), Layer::Pixels(pixels.clone())]);
+            let curved = Layer::OnSurface(own, vec![cone(), Layer::Pixels(pixels.clone())]);
             for layer in [Layer::Pixels(pixels.clone()), curved] {
                 let doe = Doe {
-                    layers: vec![bend(), layer, faint.clone()],
+                    layers: vec![cone(), layer, faint.clone()],
                     aperture: Aperture::OPEN,
                     reflect: false,
                 };

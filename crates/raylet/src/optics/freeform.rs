@@ -122,7 +122,7 @@ mod tests {
             for term in [&polynomial, &powers] {
                 let height = at(term, x, y);
                 assert!((height.z - exact.z).abs() < 1e-15);
-                assert!((height.bend[0] - exact.bend[0]).abs() < 1e-15);
+                assert!((height.hessian[0] - exact.hessian[0]).abs() < 1e-15);
             }
         }
         let mixed = Term::Polynomial {
@@ -139,10 +139,10 @@ mod tests {
         let expected = 0.1 * 2.0 + 0.02 * 8.0 - 0.003 * 32.0;
         assert!((at(&term, x, y).z - expected).abs() < 1e-15);
         let tip = at(&term, 0.0, 0.0);
-        assert_eq!((tip.z, tip.slope, tip.bend), (0.0, [0.0; 2], [0.0; 3]));
-        // A cube's bends vanish at its centre: 3r + 3x²/r along x.
+        assert_eq!((tip.z, tip.slope, tip.hessian), (0.0, [0.0; 2], [0.0; 3]));
+        // A cube's second derivatives vanish at its centre: 3r + 3x²/r along x.
         let cube = at(&Term::Powers(vec![0.0, 0.0, 1.0]), 1e-9, 0.0);
-        assert!((cube.bend[0] - 6e-9).abs() < 1e-20 && (cube.bend[2] - 3e-9).abs() < 1e-20);
+        assert!((cube.hessian[0] - 6e-9).abs() < 1e-20 && (cube.hessian[2] - 3e-9).abs() < 1e-20);
     }
 
     #[test]

@@ -11,7 +11,7 @@ pub struct Height<T = f64> {
     /// ∂z/∂x, ∂z/∂y.
     pub slope: [T; 2],
     /// ∂²z/∂x², ∂²z/∂x∂y, ∂²z/∂y² in 1/mm.
-    pub bend: [T; 3],
+    pub hessian: [T; 3],
 }
 
 impl<T: Real> Height<T> {
@@ -22,7 +22,7 @@ impl<T: Real> Height<T> {
         Self {
             z: zero,
             slope: [zero; 2],
-            bend: [zero; 3],
+            hessian: [zero; 3],
         }
     }
 
@@ -32,7 +32,7 @@ impl<T: Real> Height<T> {
         Self {
             z: self.z + jet.value,
             slope: std::array::from_fn(|i| self.slope[i] + jet.slope[i]),
-            bend: std::array::from_fn(|i| self.bend[i] + jet.bend[i]),
+            hessian: std::array::from_fn(|i| self.hessian[i] + jet.hessian[i]),
         }
     }
 }
@@ -43,7 +43,7 @@ impl<T> From<Jet<T>> for Height<T> {
         Self {
             z: jet.value,
             slope: jet.slope,
-            bend: jet.bend,
+            hessian: jet.hessian,
         }
     }
 }
@@ -53,7 +53,7 @@ impl Height {
     pub(crate) fn sharpest(&self) -> f64 {
         // Half the trace and the determinant of g⁻¹H/√det g, with the metric g = 1 + ∇s∇sᵀ and the second
         // derivatives H.
-        let ([sx, sy], [xx, xy, yy]) = (self.slope, self.bend);
+        let ([sx, sy], [xx, xy, yy]) = (self.slope, self.hessian);
         let det = 1.0 + sx * sx + sy * sy;
         let trace = xx * (1.0 + sy * sy) - 2.0 * xy * sx * sy + yy * (1.0 + sx * sx);
         let mean = 0.5 * trace / (det * det.sqrt());

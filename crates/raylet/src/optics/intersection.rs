@@ -137,11 +137,11 @@ impl Shape {
     #[inline(always)]
     fn gap<T: Real>(&self, at: Vec3<T>, d: Vec3<T>) -> Option<Gap<T>> {
         let h = self.height(at.x, at.y)?;
-        let [xx, xy, yy] = h.bend;
+        let [xx, xy, yy] = h.hessian;
         Some(Gap {
             apart: at.z - h.z,
             slope: d.z - h.slope[0] * d.x - h.slope[1] * d.y,
-            bend: -(xx * d.x * d.x + xy * d.x * d.y * 2.0 + yy * d.y * d.y),
+            second: -(xx * d.x * d.x + xy * d.x * d.y * 2.0 + yy * d.y * d.y),
         })
     }
 }
@@ -150,7 +150,7 @@ impl Shape {
 struct Gap<T = f64> {
     apart: T,
     slope: T,
-    bend: T,
+    second: T,
 }
 
 impl Gap {
@@ -160,8 +160,8 @@ impl Gap {
 
     /// How far back |F| is least, where to second order F has no root.
     fn to_least(&self) -> Option<f64> {
-        let bent = 2.0 * self.apart * self.bend;
-        (self.slope * self.slope < bent).then(|| self.slope / self.bend)
+        let discriminant = 2.0 * self.apart * self.second;
+        (self.slope * self.slope < discriminant).then(|| self.slope / self.second)
     }
 
     /// Whether |F| is least here, at this length of the ray, and not zero.

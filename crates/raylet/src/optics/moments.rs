@@ -2,7 +2,7 @@
 //!
 //! By Green's theorem ∫∫ P(x)·Q(y) over the open part of a box is the integral of P(x)·R(y) along its outline,
 //! R(y) being ∫ Q from the bottom of the box, with y cut off at the bottom and the top and x at the sides.
-//! Straight sides and arcs are exact to rounding. Where an opening and its obstruction cut the same box, the
+//! Straight sides and arcs are exact to rounding. Where an aperture and its obstruction cut the same box, the
 //! box is quartered.
 
 use ndarray::Array2;
@@ -24,7 +24,7 @@ pub(crate) struct Cell {
 /// A part of the cell along x and y, in units that run from −1 to 1 over the cell.
 type Part = [[f64; 2]; 2];
 
-/// Times that a part is quartered where an opening and its obstruction cut it.
+/// Times that a part is quartered where an aperture and its obstruction cut it.
 const QUARTERINGS: u32 = 6;
 
 /// The longest arc that one rule of Gauss nodes integrates, in rad.

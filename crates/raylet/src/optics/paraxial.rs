@@ -94,7 +94,7 @@ impl Abcd {
     }
 
     /// This train, then a thin element of power `power` in 1/mm (1/f of a thin lens in air).
-    pub fn bend(self, power: f64) -> Self {
+    pub fn thin_lens(self, power: f64) -> Self {
         self.then(Abcd {
             c: -power,
             ..Self::IDENTITY
@@ -144,7 +144,7 @@ impl Abcd {
         let behind = (hop.to.frame.origin - first.frame.origin).norm();
         Ok(Self::IDENTITY
             .drift(before, lens.index[0])
-            .bend(lens.power())
+            .thin_lens(lens.power())
             .drift(behind, lens.index[1]))
     }
 }
@@ -269,11 +269,11 @@ impl Walk {
     fn pass(&mut self, surface: &Surface, number: usize) -> Result<(), ParaxialError> {
         self.reach(&surface.frame, surface.index[0], || surface_name(number))?;
         // The curvature as the light sees it: positive when the centre lies downstream.
-        let bend = surface
+        let hessian = surface
             .shape
             .height(0.0, 0.0)
-            .map_or([0.0; 3], |height| height.bend);
-        let [curvature, twist, other] = bend;
+            .map_or([0.0; 3], |height| height.hessian);
+        let [curvature, twist, other] = hessian;
         if (curvature - other).abs().max(twist.abs()) > ROUND * curvature.abs().max(other.abs()) {
             let part = surface_name(number);
             return Err(ParaxialError::Astigmatic { part });
@@ -281,9 +281,9 @@ impl Walk {
         let seen = curvature * self.towards.dot(surface.frame.z).signum();
         let [before, after] = surface.index;
         match surface.interface {
-            Interface::Refract => self.matrix = self.matrix.bend((after - before) * seen),
+            Interface::Refract => self.matrix = self.matrix.thin_lens((after - before) * seen),
             Interface::Reflect => {
-                self.matrix = self.matrix.bend(-2.0 * before * seen);
+                self.matrix = self.matrix.thin_lens(-2.0 * before * seen);
                 self.towards = self.towards * -1.0;
             }
         }

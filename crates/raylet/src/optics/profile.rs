@@ -85,7 +85,10 @@ impl Profile {
                     -2.0 * x * y * rate,
                 ]
             }
-            _ => self.smooth(Jet::variable(x, 0), Jet::variable(y, 1)).bend,
+            _ => {
+                self.smooth(Jet::variable(x, 0), Jet::variable(y, 1))
+                    .hessian
+            }
         }
     }
 

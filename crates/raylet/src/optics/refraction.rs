@@ -33,7 +33,7 @@ pub enum Coating {
 
 /// The outcome of one bend.
 #[derive(Clone, Copy, Debug)]
-pub struct Bent<T> {
+pub struct Refracted<T> {
     /// New unit direction.
     pub direction: Vec3<T>,
     /// Cosine of incidence, positive.
@@ -49,16 +49,16 @@ pub struct Bent<T> {
 /// # Errors
 /// [`Loss::TotalReflection`] when no refracted ray exists.
 #[inline(always)]
-pub(crate) fn bend<T: Real>(
+pub(crate) fn refract<T: Real>(
     interface: Interface,
     coating: Coating,
     direction: Vec3<T>,
     normal: Vec3<T>,
     [before, after]: [T; 2],
-) -> Result<Bent<T>, Loss> {
+) -> Result<Refracted<T>, Loss> {
     let cosine_in = direction.dot(normal);
     match interface {
-        Interface::Reflect => Ok(Bent {
+        Interface::Reflect => Ok(Refracted {
             direction: direction + normal * (cosine_in * -2.0),
             cosine_in,
             cosine_out: -cosine_in,
@@ -73,7 +73,7 @@ pub(crate) fn bend<T: Real>(
                 return Err(Loss::TotalReflection);
             }
             let cosine_out = under.sqrt();
-            Ok(Bent {
+            Ok(Refracted {
                 direction: tangential * ratio + normal * cosine_out,
                 cosine_in,
                 cosine_out,
@@ -102,7 +102,7 @@ pub(crate) fn transmission<T: Real>(coating: Coating, before: T, after: T, ratio
 mod tests {
     use crate::math::vec3::Vec3;
     use crate::optics::ray::Loss;
-    use crate::optics::refraction::{Coating, Interface, bend};
+    use crate::optics::refraction::{Coating, Interface, refract};
 
     const NORMAL: Vec3 = Vec3::new(0.0, 0.0, 1.0);
 
@@ -112,7 +112,7 @@ mod tests {
 
     #[test]
     fn snell_and_total_reflection() {
-        let bent = bend(
+        let refracted = refract(
             Interface::Refract,
             Coating::Ideal,
             at(0.4),
@@ -120,9 +120,9 @@ mod tests {
             [1.5, 1.0],
         )
         .unwrap();
-        assert!((bent.direction.x - 1.5 * 0.4f64.sin()).abs() < 1e-15);
-        assert!((bent.direction.norm() - 1.0).abs() < 1e-15);
-        let lost = bend(
+        assert!((refracted.direction.x - 1.5 * 0.4f64.sin()).abs() < 1e-15);
+        assert!((refracted.direction.norm() - 1.0).abs() < 1e-15);
+        let lost = refract(
             Interface::Refract,
             Coating::Ideal,
             at(0.8),
@@ -134,7 +134,7 @@ mod tests {
 
     #[test]
     fn ideal_coating_keeps_the_power() {
-        let bent = bend(
+        let refracted = refract(
             Interface::Refract,
             Coating::Ideal,
             at(0.7),
@@ -142,13 +142,14 @@ mod tests {
             [1.0, 1.8],
         )
         .unwrap();
-        let power = bent.transmission.powi(2) * 1.8 * bent.cosine_out / bent.cosine_in;
+        let power =
+            refracted.transmission.powi(2) * 1.8 * refracted.cosine_out / refracted.cosine_in;
         assert!((power - 1.0).abs() < 1e-14);
     }
 
     #[test]
     fn fresnel_at_normal_incidence_and_brewster() {
-        let bent = bend(
+        let refracted = refract(
             Interface::Refract,
             Coating::Fresnel,
             at(0.0),
@@ -156,10 +157,10 @@ mod tests {
             [1.0, 1.5],
         )
         .unwrap();
-        assert!((bent.transmission - 0.8).abs() < 1e-15);
+        assert!((refracted.transmission - 0.8).abs() < 1e-15);
         // At Brewster's angle all of p is transmitted: t_p = n₁/n₂, t_s from R_s = ((n²−1)/(n²+1))².
         let n: f64 = 1.5;
-        let bent = bend(
+        let refracted = refract(
             Interface::Refract,
             Coating::Fresnel,
             at(n.atan()),
@@ -169,12 +170,12 @@ mod tests {
         .unwrap();
         let s = 1.0 - (n * n - 1.0) / (n * n + 1.0);
         let expected = ((s * s + 1.0 / (n * n)) / 2.0).sqrt();
-        assert!((bent.transmission - expected).abs() < 1e-14);
+        assert!((refracted.transmission - expected).abs() < 1e-14);
     }
 
     #[test]
     fn mirror_reverses_the_normal_part() {
-        let bent = bend(
+        let refracted = refract(
             Interface::Reflect,
             Coating::Ideal,
             at(0.3),
@@ -182,6 +183,8 @@ mod tests {
             [1.0, 1.0],
         )
         .unwrap();
-        assert!((bent.direction - Vec3::new(0.3f64.sin(), 0.0, -(0.3f64.cos()))).norm() < 1e-15);
+        assert!(
+            (refracted.direction - Vec3::new(0.3f64.sin(), 0.0, -(0.3f64.cos()))).norm() < 1e-15
+        );
     }
 }

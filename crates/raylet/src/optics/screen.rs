@@ -38,7 +38,7 @@ pub struct Behind {
 /// What happens to light on a screen.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
-    /// An opening: what is outside is blocked.
+    /// An aperture: what is outside is blocked.
     Stop(Aperture),
     /// A diffractive element.
     Doe(Doe),
@@ -154,8 +154,8 @@ impl Screen {
                 };
                 relief.low = relief.low.min(here.z);
                 relief.high = relief.high.max(here.z);
-                let bend = here.bend.iter().fold(0.0f64, |a, b| a.max(b.abs()));
-                steepest = steepest.max(bend);
+                let second = here.hessian.iter().fold(0.0f64, |a, b| a.max(b.abs()));
+                steepest = steepest.max(second);
                 for a in 0..2 {
                     relief.slope[a] = relief.slope[a].max(here.slope[a].abs());
                 }
@@ -186,7 +186,7 @@ impl Screen {
         (sharpest > 0.0).then(|| 1.0 / sharpest)
     }
 
-    /// The part of the screen that matters, `[x_min, x_max, y_min, y_max]` in mm: the opening of a stop
+    /// The part of the screen that matters, `[x_min, x_max, y_min, y_max]` in mm: the aperture of a stop
     /// or element, the outline of a sensor; nothing when it has no edge.
     pub fn bounds(&self) -> Option<[f64; 4]> {
         match &self.act {

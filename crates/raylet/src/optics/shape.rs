@@ -194,7 +194,7 @@ mod tests {
             let dxx = (at(x + h, y).slope[0] - at(x - h, y).slope[0]) / (2.0 * h);
             let dxy = (at(x, y + h).slope[0] - at(x, y - h).slope[0]) / (2.0 * h);
             let dyy = (at(x, y + h).slope[1] - at(x, y - h).slope[1]) / (2.0 * h);
-            let exact = here.slope.iter().chain(&here.bend);
+            let exact = here.slope.iter().chain(&here.hessian);
             for (exact, difference) in exact.zip([dx, dy, dxx, dxy, dyy]) {
                 assert!((exact - difference).abs() < 1e-9, "{shape:?}");
             }

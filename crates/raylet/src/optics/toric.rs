@@ -128,7 +128,7 @@ mod tests {
             assert!((a.z - b.z).abs() < 1e-15);
             let (a, b) = (toroid.height(x, y).unwrap(), sphere.height(x, y).unwrap());
             assert!((a.z - b.z).abs() < 1e-14);
-            assert!((a.bend[1] - b.bend[1]).abs() < 1e-14);
+            assert!((a.hessian[1] - b.hessian[1]).abs() < 1e-14);
         }
         assert!(toroid.height(20.1, 0.0).is_none() && biconic.height(-40.0, 40.0).is_none());
     }

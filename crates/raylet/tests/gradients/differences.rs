@@ -168,15 +168,15 @@ fn slope(at: &dyn Fn(f64) -> f64, h: f64) -> f64 {
     (8.0 * (at(h) - at(-h)) - (at(2.0 * h) - at(-2.0 * h))) / (12.0 * h)
 }
 
-/// The gradient with respect to parameters, each found from neighbours a hundredth of its
+/// The gradient with respect to parameters, each found from perturbed systems a hundredth of its
 /// step away, times its step.
 fn gradient(case: &Case, parameters: &[Parameter]) -> (LinearisedSystem, Vec<f64>) {
-    let neighbour = |(_, step, change): &Parameter| Variation {
+    let perturbed = |(_, step, change): &Parameter| Variation {
         below: change(&case.system, -0.01 * step),
         above: change(&case.system, 0.01 * step),
         distance: 0.02,
     };
-    let variations: Vec<Variation> = parameters.iter().map(neighbour).collect();
+    let variations: Vec<Variation> = parameters.iter().map(perturbed).collect();
     let linearised = LinearisedSystem::new(&case.system, &variations, &smooth(case)).unwrap();
     let trace = linearised.forward(&case.system).unwrap();
     let (_, bar) = loss(&trace.field.values);

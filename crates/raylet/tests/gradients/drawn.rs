@@ -117,7 +117,7 @@ fn pixels_of(system: &mut System) -> &mut Array2<Complex64> {
     &mut doe.free_pixels_mut().unwrap().values
 }
 
-/// What has changed since the anchor, there and back: Σ (Ū − Ū₀)* (U − U₀) = Σ (v̄ − v̄₀)* (v − v₀) for pixels v.
+/// What has changed since the exact evaluation, there and back: Σ (Ū − Ū₀)* (U − U₀) = Σ (v̄ − v̄₀)* (v − v₀) for pixels v.
 #[test]
 fn control_variate_dot_product() {
     let (mut before, mut after) = (behind_lens(), turned(&behind_lens()));
@@ -147,9 +147,9 @@ fn control_variate_dot_product() {
     assert!(error < 1e-12, "{error:e}");
 }
 
-/// At its anchor an estimate is exact whatever is drawn; near it, it is far better than without.
+/// At the point of its exact evaluation an estimate is exact whatever is drawn; near it, it is far better than without.
 #[test]
-fn anchors_quiet_the_noise() {
+fn control_variates_lower_the_noise() {
     let system = behind_lens();
     let linearised = LinearisedSystem::new(&system, &[], &exact()).unwrap();
     let target = noise([12, 12], 41);
@@ -212,7 +212,7 @@ fn soft_maxima_bias_the_gradient() {
 
 /// What cannot be drawn is refused.
 #[test]
-fn anchors_take_one_hop() {
+fn control_variates_take_one_hop() {
     let mut screens = behind_lens().screens;
     screens.insert(1, screen(300.0, pixels(4, 4.0, 5, PixelForm::Box)));
     let two = lit(screens, vec![lens(), vec![]]);

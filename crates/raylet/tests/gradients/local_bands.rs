@@ -1,4 +1,4 @@
-//! Gradients by local bands against central differences of the loss: of lenses, poses, sources, phases, openings, pixels.
+//! Gradients by local bands against central differences of the loss: of lenses, poses, sources, phases, apertures, pixels.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -24,10 +24,10 @@ use crate::gradients::stage::noise;
 const WAVELENGTH: f64 = 0.55e-3;
 const PIXELS: usize = 12;
 
-/// What may change: half the opening of the element (mm), a coefficient of its phase (rad), the curvature (1/mm), index and
+/// What may change: half the aperture of the element (mm), a coefficient of its phase (rad), the curvature (1/mm), index and
 /// decentre of a lens, the place of the element along the axis, the sensor's place and tilt, and the source's direction.
 const NAMES: [&str; 9] = [
-    "opening",
+    "aperture",
     "phase",
     "curvature",
     "index",
@@ -42,7 +42,7 @@ const NAMES: [&str; 9] = [
 const STEPS: [f64; 9] = [2e-3, 0.1, 2e-5, 2e-5, 3e-4, 2e-4, 1e-5, 2e-4, 5e-6];
 
 /// Largest relative departures, in the order of the names. Carriers are found anew for each difference, so the error of the
-/// method at the element's rim counts where the phase or the opening changes.
+/// method at the element's rim counts where the phase or the aperture changes.
 const BEHIND_A_LENS: [f64; 9] = [0.15, 1e-2, 1e-2, 1e-4, 1e-2, 1e-2, 1e-5, 1e-5, 1e-2];
 const LIT_BY_THE_SOURCE: [f64; 9] = [0.15, 2e-3, 1e-5, 1e-5, 1e-5, 1e-4, 1e-5, 1e-5, 1e-3];
 
@@ -57,10 +57,10 @@ enum Place {
     LitBySource,
 }
 
-/// A lens, an element and a sensor behind a wide opening; without the opening the source lights the element itself.
+/// A lens, an element and a sensor behind a wide aperture; without the aperture the source lights the element itself.
 fn system(place: Place, pixels: Option<&Array2<Complex64>>, by: [f64; 9]) -> System {
     let [
-        opening,
+        aperture,
         phase,
         curvature,
         index,
@@ -74,7 +74,7 @@ fn system(place: Place, pixels: Option<&Array2<Complex64>>, by: [f64; 9]) -> Sys
         radius: 0.4,
         coefficients: vec![-60.0 + phase, 4.0],
     };
-    let mut doe = element(Layer::Phase(radial), Aperture::disc(0.4 + opening));
+    let mut doe = element(Layer::Phase(radial), Aperture::disc(0.4 + aperture));
     if let Some(values) = pixels {
         doe.layers
             .push(pixel_layer(values.clone(), 0.1, PixelForm::Box));
@@ -152,12 +152,12 @@ fn beamlets_and_elements_match_differences_slow() {
     ];
     for (place, bounds) in cases {
         let base = system(place, None, [0.0; 9]);
-        let neighbour = |i: usize| Variation {
+        let perturbed = |i: usize| Variation {
             below: system(place, None, along(i, -0.01)),
             above: system(place, None, along(i, 0.01)),
             distance: 0.02,
         };
-        let variations: Vec<Variation> = (0..NAMES.len()).map(neighbour).collect();
+        let variations: Vec<Variation> = (0..NAMES.len()).map(perturbed).collect();
         let linearised = LinearisedSystem::new(&base, &variations, &settings()).unwrap();
         assert!(linearised.plans().is_empty());
         let pass = linearised.forward(&base).unwrap();

@@ -133,7 +133,7 @@ fn double_pass() -> OwnedHop {
     }
 }
 
-fn benches() -> Vec<(&'static str, OwnedHop)> {
+fn systems() -> Vec<(&'static str, OwnedHop)> {
     let paraboloid = conic(-150.0, -1.0);
     let bent = asphere(0.01, 0.4, &[2e-6]);
     vec![
@@ -166,7 +166,7 @@ fn reversed(owned: &OwnedHop) -> OwnedHop {
 
 #[test]
 fn jacobians_are_symplectic() {
-    for (name, owned) in benches() {
+    for (name, owned) in systems() {
         for [x, y, px, py] in RAYS {
             let (_, j) = owned.hop().jacobian([x, y], [px, py]).unwrap();
             for a in 0..4 {
@@ -185,7 +185,7 @@ fn jacobians_are_symplectic() {
 /// d(OPL) = p′·ds − p·dx, from the tangents of the same trace.
 #[test]
 fn path_changes_by_the_work_of_the_ray() {
-    for (name, owned) in benches() {
+    for (name, owned) in systems() {
         for [x, y, px, py] in RAYS {
             let at = [Dual::<4>::variable(x, 0), Dual::variable(y, 1)];
             let p = [Dual::variable(px, 2), Dual::variable(py, 3)];
@@ -211,7 +211,7 @@ fn slope(value: impl Fn(f64) -> f64) -> f64 {
 /// The same for rays from one point, and the Jacobian itself, by differences of plain traces.
 #[test]
 fn rays_from_a_point_obey_malus_and_dupin() {
-    for (name, owned) in benches() {
+    for (name, owned) in systems() {
         for ray in RAYS {
             let (landing, jacobian) = owned
                 .hop()
@@ -244,7 +244,7 @@ fn rays_from_a_point_obey_malus_and_dupin() {
 
 #[test]
 fn rays_go_back_the_way_they_came() {
-    for (name, owned) in benches() {
+    for (name, owned) in systems() {
         let back = reversed(&owned);
         for [x, y, px, py] in RAYS {
             let there = owned.hop().trace([x, y], [px, py], &mut ()).unwrap();

@@ -66,7 +66,7 @@ pub fn star_hologram(width: usize, aperture: f64, wavelength: f64) -> System {
             exit: None,
         }],
         offset: [0.0; 2],
-        anchor: [0.0; 2],
+        chief: [0.0; 2],
         padding: 4.0,
         clear: CLEAR,
     };

@@ -45,7 +45,7 @@ pub struct HologramTask {
     /// Distance of neighbouring pixels along x and y in mm.
     pub pitch: [f64; 2],
     /// The field at the centres of the element's pixels, [y, x], all but the hologram itself included:
-    /// light, other layers, opening (by the open share of each pixel).
+    /// light, other layers, aperture (by the open share of each pixel).
     pub incident: Array2<Complex64>,
     /// The target picture; its softening is chosen here.
     pub target: Target,
@@ -438,7 +438,7 @@ mod tests {
             wavelength: 0.7e-3,
             train: Abcd::IDENTITY
                 .drift(3.0, 1.0)
-                .bend(0.513063997196 / 25.8)
+                .thin_lens(0.513063997196 / 25.8)
                 .drift(5.3, 1.513063997196)
                 .drift(44.7, 1.0),
             pitch: [pitch; 2],

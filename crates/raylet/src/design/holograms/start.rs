@@ -65,7 +65,10 @@ mod tests {
     fn the_rim_goes_where_it_is_sent() {
         let spreading = SpreadingPhase {
             wavelength: 0.7e-3,
-            train: Abcd::IDENTITY.drift(3.0, 1.0).bend(0.02).drift(44.7, 1.0),
+            train: Abcd::IDENTITY
+                .drift(3.0, 1.0)
+                .thin_lens(0.02)
+                .drift(44.7, 1.0),
             pitch: [0.002, 0.003],
             lit: [0.4, 0.3],
             spread: [0.9, 0.5],

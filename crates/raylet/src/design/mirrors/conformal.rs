@@ -212,8 +212,8 @@ impl Conformal {
     }
 
     /// The mirror with these reflections of its pixels, [y, x].
-    pub fn made(&self, values: Array2<Complex64>, opening: LitArea, window: Window) -> System {
-        let outline = match opening {
+    pub fn made(&self, values: Array2<Complex64>, aperture: LitArea, window: Window) -> System {
+        let outline = match aperture {
             LitArea::Disc => Outline::Disc {
                 radius: RADIUS * self.scale,
             },

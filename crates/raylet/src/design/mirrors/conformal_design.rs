@@ -53,7 +53,7 @@ impl MirrorSearch {
     ///
     /// # Errors
     /// A mirror so small that the sensor misses the target.
-    pub fn new(mirror: &Conformal, opening: LitArea) -> Result<Self, PoseError> {
+    pub fn new(mirror: &Conformal, aperture: LitArea) -> Result<Self, PoseError> {
         let half = (0.5 * mirror.width() / PITCH).floor() as usize;
         let sensor = Window {
             x: 0.0,
@@ -74,7 +74,7 @@ impl MirrorSearch {
             target *= 0.5;
         }
         let pixels = (mirror.count(), mirror.count());
-        let blank = mirror.made(Array2::from_elem(pixels, Complex64::ONE), opening, sensor);
+        let blank = mirror.made(Array2::from_elem(pixels, Complex64::ONE), aperture, sensor);
         let freedom = match mirror.show {
             Show::Foci => FreePixelValue::TwoPhases,
             Show::Letter => FreePixelValue::Phase,

@@ -60,7 +60,7 @@ impl FreePixelValue {
 pub struct MirrorDesign {
     hop: PixelHop,
     shape: (usize, usize),
-    /// Area of each pixel within the opening over that of a pixel of the sensor, [y, x].
+    /// Area of each pixel within the aperture over that of a pixel of the sensor, [y, x].
     area: Array2<f64>,
     freedom: FreePixelValue,
     loss: Box<dyn Loss>,

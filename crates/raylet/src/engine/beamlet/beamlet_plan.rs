@@ -14,7 +14,7 @@ use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Correction, Settings};
 use crate::engine::trace::direction_search::{
-    ALL, DirectionSearch, SearchRay, Wanted, search_directions,
+    ALL, DirectionSearch, SearchGoal, SearchRay, search_directions,
 };
 use crate::optics::screen::Act;
 use crate::optics::system::Hop;
@@ -183,12 +183,12 @@ impl Planner<'_> {
         let beside = 0.5 * chosen.period;
         let [x0, x1, y0, y1] = self.from;
         let places = [x0 - beside, x1 + beside, y0 - beside, y1 + beside];
-        let wanted = match chosen.correct {
-            true => Wanted::Bounds(ALL),
-            false => Wanted::Rim,
+        let goal = match chosen.correct {
+            true => SearchGoal::Bounds(ALL),
+            false => SearchGoal::Rim,
         };
         let margin = [MARGIN * chosen.footprint; 2];
-        let wider = search_directions(self.hop, places, self.to, margin, wanted);
+        let wider = search_directions(self.hop, places, self.to, margin, goal);
         chosen.bands = self.bands(&wider, chosen.period);
         chosen.doubtful_rim = chosen.correct || self.is_doubtful(&wider, chosen.sigma);
 
@@ -203,8 +203,8 @@ impl Planner<'_> {
         let p = search.band.map(|p| if p.is_finite() { p } else { 0.0 });
         let spacing = self.hop.wavelength / period;
         [
-            Band::between(self.light.anchor[0], spacing, p[0], p[1]),
-            Band::between(self.light.anchor[1], spacing, p[2], p[3]),
+            Band::between(self.light.chief[0], spacing, p[0], p[1]),
+            Band::between(self.light.chief[1], spacing, p[2], p[3]),
         ]
     }
 
@@ -239,7 +239,7 @@ impl Planner<'_> {
                 ..*self.hop
             };
             let search =
-                search_directions(&joined, self.from, to.bounds()?, [0.0; 2], Wanted::Rays);
+                search_directions(&joined, self.from, to.bounds()?, [0.0; 2], SearchGoal::Rays);
             Some(search.rays.iter().filter_map(here).collect::<Vec<_>>())
         };
         match sought() {
@@ -341,7 +341,7 @@ impl Planner<'_> {
         let sigma = self.settings.sigma.unwrap_or(start);
         let footprint = alike.arrival(sample_rays, sigma).footprint;
         let margin = [MARGIN * footprint; 2];
-        let wider = search_directions(self.hop, self.from, self.to, margin, Wanted::Rim);
+        let wider = search_directions(self.hop, self.from, self.to, margin, SearchGoal::Rim);
         thinned(&wider.rim)
     }
 

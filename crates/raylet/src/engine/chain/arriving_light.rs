@@ -57,8 +57,8 @@ pub fn sensor_grid(sensor: &Sensor) -> Grid {
 }
 
 /// Direction on the next screen of the ray through the middle of this one; straight on when it is lost.
-pub(crate) fn chief(hop: &Hop, anchor: [f64; 2]) -> [f64; 2] {
-    match hop.trace([0.0, 0.0], anchor, &mut ()) {
+pub(crate) fn chief(hop: &Hop, chief: [f64; 2]) -> [f64; 2] {
+    match hop.trace([0.0, 0.0], chief, &mut ()) {
         Ok(landing) => landing.cosines,
         Err(_) => [0.0, 0.0],
     }
@@ -77,11 +77,11 @@ pub struct Arriving {
 impl Arriving {
     /// The source's light on the first screen.
     pub fn from_source(system: &System) -> Self {
-        let (anchor, reach) = incidence(system);
+        let (chief, reach) = incidence(system);
         Self {
             sum: None,
             directions: LightDirections {
-                anchor,
+                chief,
                 usual: reach,
             },
             reach,

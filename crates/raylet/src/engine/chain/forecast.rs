@@ -208,9 +208,9 @@ fn whole_field_forecast<R: Reply>(
     stays: &StaysFree,
     mut progress: impl FnMut(usize, &Hop) -> R,
 ) -> Result<Vec<(Plan, Grids)>, SimulateError> {
-    let (anchor, mut arriving) = incidence(system);
+    let (chief, mut arriving) = incidence(system);
     let mut light = LightDirections {
-        anchor,
+        chief,
         usual: arriving,
     };
     let mut list = Vec::new();

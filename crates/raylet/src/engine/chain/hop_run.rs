@@ -8,7 +8,7 @@ use crate::engine::beamlet::beamlet_cache::BeamletCache;
 use crate::engine::chain::backend::{AdjointSums, Backend, Job};
 use crate::engine::chain::beamlet_propagation::BeamletPropagation;
 use crate::engine::error::tally::{Fate, Tally};
-use crate::engine::free::spot_check::Spots;
+use crate::engine::free::spot_check::SpotCheck;
 use crate::engine::monte_carlo::mode_sampling::Draws;
 use crate::engine::monte_carlo::paper;
 use crate::engine::monte_carlo::paper_plan::Address;
@@ -111,7 +111,7 @@ impl<'a> HopRun<'a> {
         let to = self.hop.to;
         if to.is_plane() {
             let (values, mut tally) = self.carry_to_plane(field, &raster, progress)?;
-            tally.spots = self.spots(field, &raster, &values);
+            tally.spot_check = self.spot_check(field, &raster, &values);
             return Ok((HeightStack::plane(raster, values), tally));
         }
 
@@ -127,7 +127,7 @@ impl<'a> HopRun<'a> {
             let (landed, counts) = run.carry_to_plane(field, &raster, &part)?;
             if number == stack.len() / 2 {
                 tally = counts;
-                tally.spots = run.spots(field, &raster, &landed);
+                tally.spot_check = run.spot_check(field, &raster, &landed);
             }
             values.push(landed);
         }
@@ -215,18 +215,23 @@ impl<'a> HopRun<'a> {
     }
 
     /// The error of a free hop at a few points of what it brought.
-    fn spots(&self, field: &Field, raster: &Raster, values: &Array2<Complex64>) -> Option<f64> {
+    fn spot_check(
+        &self,
+        field: &Field,
+        raster: &Raster,
+        values: &Array2<Complex64>,
+    ) -> Option<f64> {
         let Plan::Free(free, _) = self.plan else {
             return None;
         };
-        let spots = Spots {
+        let check = SpotCheck {
             hop: &self.hop,
             free,
             field,
             raster,
             values,
         };
-        spots.error(self.settings.seed)
+        check.error(self.settings.seed)
     }
 
     fn carry_to_plane(
@@ -428,8 +433,8 @@ mod tests {
                 method,
                 ..Settings::default()
             };
-            let (anchor, usual) = incidence(&system);
-            let light = LightDirections { anchor, usual };
+            let (chief, usual) = incidence(&system);
+            let light = LightDirections { chief, usual };
             let plan = plan(&hop, light, Downstream::none(), &settings).unwrap();
             let reach = arrival_reach(&hop, &plan);
             let raster = receiving_raster(&hop, reach, &settings).unwrap();

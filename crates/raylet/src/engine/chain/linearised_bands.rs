@@ -61,7 +61,7 @@ impl LinearisedBands {
     /// The gradient of a real function of the field on the sensor, from what [`LinearisedBands::forward`] kept.
     ///
     /// # Errors
-    /// As [`LinearisedBands::forward`]; when a variation is no neighbour of the system.
+    /// As [`LinearisedBands::forward`]; when a variation does not perturb the system.
     pub(crate) fn adjoint(
         &self,
         system: &System,

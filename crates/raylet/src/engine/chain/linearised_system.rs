@@ -39,7 +39,7 @@ impl LinearisedSystem {
     /// Plans every hop of a system, so that it may vary: from whole fields or by local bands, as a run chooses.
     ///
     /// # Errors
-    /// As [`crate::engine::chain::simulate::simulate`]; when a variation is no neighbour of the system.
+    /// As [`crate::engine::chain::simulate::simulate`]; when a variation does not perturb the system.
     pub fn new(
         system: &System,
         variations: &[Variation],

@@ -18,7 +18,7 @@ pub enum LinearisedSystemError {
     Drawn,
     /// A control variate is of one hop.
     #[error(
-        "an anchor takes one element and its sensor, with no rim that cuts light; there are {0} hops"
+        "a control variate takes one element and its sensor, with no rim that cuts light; there are {0} hops"
     )]
     ControlVariate(usize),
     /// The perturbed systems have other parts.
@@ -48,7 +48,7 @@ pub enum LinearisedSystemError {
     },
     /// Local bands have no whole fields from which beamlets could be drawn.
     #[error(
-        "an anchor takes whole fields, and local bands carry this system; let the method be beamlet, or the estimator \
+        "a control variate takes whole fields, and local bands carry this system; let the method be beamlet, or the estimator \
          exact"
     )]
     LocalBands,

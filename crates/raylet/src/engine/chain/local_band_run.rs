@@ -7,7 +7,7 @@ use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::local_bands::carry::{LocalBandHop, carry_with, planned};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandSettings, STEP};
-use crate::engine::local_bands::source_opening::source_opening;
+use crate::engine::local_bands::source_aperture::source_aperture;
 use crate::engine::local_bands::window_widths::window_widths;
 use crate::engine::local_bands::workload::quickest_widths;
 use crate::engine::plan::hop_method::HopMethod;
@@ -35,10 +35,10 @@ pub fn local_band_settings(
     let hops = system.trains.len();
     let shared = settings.shared(hops);
     let step = settings.step.unwrap_or(STEP);
-    let opening = source_opening(system)?;
+    let aperture = source_aperture(system)?;
     let sigmas = match settings.sigma {
         Some(sigma) => vec![sigma; hops],
-        None => window_widths(system, opening, step, shared.target_error)?,
+        None => window_widths(system, aperture, step, shared.target_error)?,
     };
     let period = 2.0 * (2.0 / (PERIOD_SHARE * settings.target_error)).ln().sqrt();
     // A threshold of zero asks for all plane waves: of these there is no end, so the bands end far below the target error.
@@ -56,7 +56,7 @@ pub fn local_band_settings(
             None => Some(share * DROPPED_SHARE * shared.target_error),
         },
         corrected: settings.correction != Correction::Off,
-        opening,
+        aperture,
         memory_limit: settings.memory_limit,
         ..LocalBandSettings::new(sigmas)
     };

@@ -247,7 +247,7 @@ fn routes(
     settings: &Settings,
     approach: Approach,
 ) -> Result<Vec<FreeMethod>, ReferenceError> {
-    let mut anchor = Arriving::from_source(system).directions.anchor;
+    let mut direction = Arriving::from_source(system).directions.chief;
     let mut routes = Vec::new();
     for hop in system.hops() {
         if hop.from.behind.is_some() {
@@ -255,7 +255,7 @@ fn routes(
             let why = format!("'{from}' has two media");
             return Err(ReferenceError::NoMethod { from, to, why });
         }
-        let found = free_method(&hop, approach, anchor, outlines(&hop)?, settings);
+        let found = free_method(&hop, approach, direction, outlines(&hop)?, settings);
         routes.push(found.map_err(|why| {
             let (from, to) = (hop.from.name.clone(), hop.to.name.clone());
             match approach {
@@ -268,7 +268,7 @@ fn routes(
                 },
             }
         })?);
-        anchor = chief(&hop, anchor);
+        direction = chief(&hop, direction);
     }
     Ok(routes)
 }
@@ -325,7 +325,7 @@ fn carry(
     let next = Arriving {
         sum: Some(HeightStack::plane(raster, values)),
         directions: LightDirections {
-            anchor: chief(hop, light.directions.anchor),
+            chief: chief(hop, light.directions.chief),
             usual: arriving,
         },
         reach: arriving,

@@ -1,4 +1,4 @@
-//! How the light on a screen changes with a number of the system: through its source, and through its element.
+//! How the light on a screen changes with a parameter of the system: through its source, and through its element.
 //!
 //! The forward steps are in [`crate::engine::chain::simulate`] and [`crate::wave::grid::sampling`]; the derivatives are
 //! differences between two perturbed systems.

@@ -100,7 +100,7 @@ fn run_whole_fields(
         }
         standard_error = tally.noise.take();
         if tally.share(Fate::Elsewhere) > NOTHING {
-            tally.divide_elsewhere(surveyed(system, &hop, &light));
+            tally.divide_elsewhere(lost_light_shares(system, &hop, &light));
         }
         let ended = (1.0 - field.power() / before).max(rimmed.cut_at(hop.from));
         tally.edge = edge_error(original, hop.from, ended).hypot(cut_by_ray(&rimmed.rims, number));
@@ -149,7 +149,7 @@ fn on_sensor(sensor: &Sensor, sum: Option<HeightStack>) -> Field {
 }
 
 /// Energy by fate, in proportion, of all light behind the first screen.
-fn surveyed(system: &System, hop: &Hop, light: &Arriving) -> [f64; FATES.len()] {
+fn lost_light_shares(system: &System, hop: &Hop, light: &Arriving) -> [f64; FATES.len()] {
     let behind = |grid: Grid| {
         let mut field = light.on(system, hop.from, grid);
         act(hop.from, &mut field);

@@ -34,12 +34,12 @@ const MOST_RAYS: usize = 300;
 /// Light is small against a target below this share of its width, in per cent.
 const SMALL: f64 = 25.0;
 
-/// Pixels are few where they cover less of the opening than this, in per cent.
+/// Pixels are few where they cover less of the aperture than this, in per cent.
 const BARE: f64 = 50.0;
 
 /// Findings about the hops of a system that are carried by these methods.
 pub fn advice(system: &System, methods: &[HopMethod], settings: &Settings) -> Vec<Advice> {
-    let (mut anchor, _) = incidence(system);
+    let (mut direction, _) = incidence(system);
     let mut rays = launch(system);
     let mut list = Vec::new();
     for (number, (hop, method)) in system.hops().zip(methods).enumerate() {
@@ -57,7 +57,7 @@ pub fn advice(system: &System, methods: &[HopMethod], settings: &Settings) -> Ve
         if let Some((warning, text)) = smallness(&hop, &light) {
             say(warning, Some(text));
         }
-        say(false, orders(&hop, anchor));
+        say(false, orders(&hop, direction));
         say(
             true,
             TangentPatchError::of(&hop, method).and_then(|flat| flat.warning()),
@@ -88,7 +88,7 @@ pub fn advice(system: &System, methods: &[HopMethod], settings: &Settings) -> Ve
                 "σ is at the end of the widths tried; another may do better (settings.sigma_um)";
             say(false, beamlets.at_limit.then(|| text.to_owned()));
         }
-        anchor = chief(&hop, anchor);
+        direction = chief(&hop, direction);
         rays = light.arrived;
     }
     list
@@ -236,7 +236,7 @@ fn clipping(light: &Light) -> Option<String> {
     })
 }
 
-/// Pixels that leave most of the opening dark: a unit taken for another, perhaps.
+/// Pixels that leave most of the aperture dark: a unit taken for another, perhaps.
 fn uncovered(hop: &Hop) -> Option<String> {
     let Act::Doe(doe) = &hop.from.act else {
         return None;
@@ -252,7 +252,7 @@ fn uncovered(hop: &Hop) -> Option<String> {
     let share = 100.0 * area(common) / area(open);
     (share < BARE).then(|| {
         let name = &hop.from.name;
-        format!("the pixels of '{name}' cover {share:.2} % of its opening; beside them it is dark")
+        format!("the pixels of '{name}' cover {share:.2} % of its aperture; beside them it is dark")
     })
 }
 
@@ -303,7 +303,7 @@ fn smallness(hop: &Hop, light: &Light) -> Option<(bool, String)> {
 }
 
 /// Orders of the pixel lattice that miss the sensor.
-fn orders(hop: &Hop, anchor: [f64; 2]) -> Option<String> {
+fn orders(hop: &Hop, chief: [f64; 2]) -> Option<String> {
     let (Act::Doe(doe), Act::Sensor(_)) = (&hop.from.act, &hop.to.act) else {
         return None;
     };
@@ -311,7 +311,7 @@ fn orders(hop: &Hop, anchor: [f64; 2]) -> Option<String> {
     let to = hop.to.bounds()?;
     let turns = [0, 1].map(|a| hop.wavelength / pitch[a]);
     let missed = (0..4).all(|n| {
-        let mut p = anchor;
+        let mut p = chief;
         p[n / 2] += if n % 2 == 0 {
             turns[n / 2]
         } else {

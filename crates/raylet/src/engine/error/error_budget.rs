@@ -51,7 +51,7 @@ impl ErrorBudget {
         match plan {
             Plan::Free(free, _) => Some(Self {
                 windows: tally
-                    .spots
+                    .spot_check
                     .unwrap_or_else(|| interpolated(&FREE, free.padding)),
                 rims: tally.edge,
                 ..Self::default()

@@ -98,7 +98,7 @@ pub struct Tally {
     /// whose light was cut ray by ray.
     pub edge: f64,
     /// The error of a free hop, measured at a few points, where a direct sum resolves it.
-    pub spots: Option<f64>,
+    pub spot_check: Option<f64>,
     /// Σ variance and Σ|U|² over the receiving screen, where rays were drawn at random.
     pub sampling: Option<[f64; 2]>,
     /// Standard error of the field at each sample of the receiving screen, indexed [y, x], where rays were
@@ -123,15 +123,15 @@ impl Tally {
     /// Divides the energy of [`Fate::Elsewhere`] by an estimate from all light: each way of being lost gets what
     /// its share of the estimate lacks so far, and the rest landed outside. Without an estimate it stays where it
     /// is.
-    pub(crate) fn divide_elsewhere(&mut self, survey: [f64; FATES.len()]) {
-        let surveyed: f64 = survey.iter().sum();
-        if surveyed <= 0.0 {
+    pub(crate) fn divide_elsewhere(&mut self, estimate: [f64; FATES.len()]) {
+        let estimated: f64 = estimate.iter().sum();
+        if estimated <= 0.0 {
             return;
         }
         let total: f64 = self.energy.iter().sum();
         let energy = std::mem::take(&mut self.energy[Fate::Elsewhere.place()]);
         let lacking: [f64; FATES.len()] = std::array::from_fn(|i| match FATES[i] {
-            Fate::Lost(_) => (total * survey[i] / surveyed - self.energy[i]).max(0.0),
+            Fate::Lost(_) => (total * estimate[i] / estimated - self.energy[i]).max(0.0),
             _ => 0.0,
         });
         let lost: f64 = lacking.iter().sum();

@@ -101,11 +101,11 @@ impl<'a> Scatter<'a> {
         };
         let grid = plan_grid(screen, reach, wavelength, settings.samples)?;
         let transmission = screen_transmission(screen, &grid);
-        let opening = Screen {
+        let aperture = Screen {
             act: Act::Stop(doe.aperture.clone()),
             ..screen.clone()
         };
-        let open = screen_transmission(&opening, &grid).mapv(|t| t != Complex64::ZERO);
+        let open = screen_transmission(&aperture, &grid).mapv(|t| t != Complex64::ZERO);
         let share = share(&hits, &grid, &settings);
         let mut scatter = Self {
             screen,
@@ -132,7 +132,7 @@ impl<'a> Scatter<'a> {
         &self.grid
     }
 
-    /// The element's transmission at its nodes, openings weighted by area, indexed [y, x].
+    /// The element's transmission at its nodes, apertures weighted by area, indexed [y, x].
     pub fn transmission(&self) -> &Array2<Complex64> {
         &self.transmission
     }

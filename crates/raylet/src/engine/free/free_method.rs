@@ -98,7 +98,7 @@ impl FreeMethod {
     }
 }
 
-/// The route of a hop whose incident light has direction `anchor`; otherwise the reasons why there is
+/// The route of a hop whose incident light has direction `chief`; otherwise the reasons why there is
 /// none.
 ///
 /// # Errors
@@ -106,11 +106,11 @@ impl FreeMethod {
 pub(crate) fn free_method(
     hop: &Hop,
     approach: Approach,
-    anchor: [f64; 2],
+    chief: [f64; 2],
     [from, to]: [[f64; 4]; 2],
     settings: &Settings,
 ) -> Result<FreeMethod, String> {
-    let spectrum = || angular_spectrum(hop, anchor, from, to, settings);
+    let spectrum = || angular_spectrum(hop, chief, from, to, settings);
     let sum = || sight(hop, from, to).map(FreeMethod::RayleighSommerfeld);
     if !hop.to.is_plane() {
         return Err(format!(
@@ -157,12 +157,12 @@ pub(crate) fn free_method(
 
 fn angular_spectrum(
     hop: &Hop,
-    anchor: [f64; 2],
+    chief: [f64; 2],
     from: [f64; 4],
     to: [f64; 4],
     settings: &Settings,
 ) -> Result<FreeMethod, String> {
-    let Some(free) = free_hop(hop, from, to, anchor, settings) else {
+    let Some(free) = free_hop(hop, from, to, chief, settings) else {
         return Err(match hop.train.len() {
             0 => String::from("the screens are not parallel"),
             _ => String::from(

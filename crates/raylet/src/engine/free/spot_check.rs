@@ -29,7 +29,7 @@ const ROWS: usize = 64;
 const NEAR: f64 = 3.0;
 
 /// A free hop that was run.
-pub(crate) struct Spots<'a> {
+pub(crate) struct SpotCheck<'a> {
     /// Its screens.
     pub hop: &'a Hop<'a>,
     /// How it was carried.
@@ -42,7 +42,7 @@ pub(crate) struct Spots<'a> {
     pub values: &'a Array2<Complex64>,
 }
 
-impl Spots<'_> {
+impl SpotCheck<'_> {
     /// The relative error of what was found; nothing through plates, very near the screen or in the dark.
     pub(crate) fn error(&self, seed: u64) -> Option<f64> {
         let wavelength = self.hop.wavelength / self.hop.from.index_behind();

@@ -98,7 +98,7 @@ struct Steps(Vec<Vec3>);
 
 impl<T: Real> Companion<T> for Steps {
     fn fly(&mut self, _length: T, _index: T) {}
-    fn bend<A: Axes<T>>(&mut self, _encounter: &Encounter<T, A>) {}
+    fn refract<A: Axes<T>>(&mut self, _encounter: &Encounter<T, A>) {}
     fn visit(&mut self, point: Vec3<T>) {
         self.0.push(point.value());
     }

@@ -90,7 +90,7 @@ pub fn sum_of_directions<R: Reply>(
             Strength::Equal => [[0.0; 2]; 2],
         },
         open,
-        opening: aperture_of(first),
+        aperture: aperture_of(first),
         start: [x0, y0],
         size: [(x1 - x0) / count as f64, (y1 - y0) / count as f64],
         system,
@@ -152,9 +152,9 @@ struct Cells<'a> {
     system: &'a System,
     /// Q of the waves.
     sphere: Matrix,
-    /// The system with an open first screen, and what its opening is.
+    /// The system with an open first screen, and what its aperture is.
     open: System,
-    opening: Aperture,
+    aperture: Aperture,
     start: [f64; 2],
     size: [f64; 2],
     strength: Strength,
@@ -165,7 +165,7 @@ impl Cells<'_> {
     fn wave(&self, cell: [usize; 2]) -> Option<PlaneWave> {
         let edge = |a: usize, step: usize| self.start[a] + (cell[a] + step) as f64 * self.size[a];
         let open = self
-            .opening
+            .aperture
             .coverage(edge(0, 0), edge(0, 1), edge(1, 0), edge(1, 1));
         if open == 0.0 {
             return None;

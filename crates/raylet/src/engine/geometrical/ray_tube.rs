@@ -168,11 +168,11 @@ impl Companion<Number> for TubeRays {
         self.forwards = length.value >= 0.0;
     }
 
-    fn bend<A: Axes<Number>>(&mut self, encounter: &Encounter<Number, A>) {
-        let bent = encounter.bent;
+    fn refract<A: Axes<Number>>(&mut self, encounter: &Encounter<Number, A>) {
+        let refracted = encounter.refracted;
         let [before, after] = encounter.index.map(|n| n.value);
-        let ideal = before * bent.cosine_in.value / (after * bent.cosine_out.value.abs());
-        self.transmission *= bent.transmission.value / ideal.sqrt();
+        let ideal = before * refracted.cosine_in.value / (after * refracted.cosine_out.value.abs());
+        self.transmission *= refracted.transmission.value / ideal.sqrt();
     }
 
     fn visit(&mut self, point: Vec3<Number>) {

@@ -48,8 +48,11 @@ impl<T: Real> Companion<T> for Log {
     fn fly(&mut self, length: T, index: T) {
         self.path += length.value() * index.value();
     }
-    fn bend<A: Axes<T>>(&mut self, encounter: &Encounter<T, A>) {
-        self.direction = encounter.frame.turn_out(encounter.bent.direction).value();
+    fn refract<A: Axes<T>>(&mut self, encounter: &Encounter<T, A>) {
+        self.direction = encounter
+            .frame
+            .turn_out(encounter.refracted.direction)
+            .value();
         if let Some(last) = self.hits.last_mut() {
             last.direction = self.direction;
         }

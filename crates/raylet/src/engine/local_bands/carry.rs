@@ -289,7 +289,7 @@ mod tests {
         LocalBandCotangent, carry, carry_kept, carry_kept_adjoint,
     };
     use crate::engine::local_bands::local_band_error::LocalBandError;
-    use crate::engine::local_bands::settings::{LocalBandSettings, SourceOpening};
+    use crate::engine::local_bands::settings::{LocalBandSettings, SourceAperture};
     use crate::engine::progress::uncancelled;
     use crate::fixtures::parts::{
         box_pixels, conic, element, face, on_axis, pixel_layer, plane_wave, screen, sensor,
@@ -310,7 +310,7 @@ mod tests {
     const RADIUS: f64 = 0.3;
     const DISTANCE: f64 = 20.0;
 
-    /// A lens and a vortex in a hard opening, under tilted light, and a sensor in its focus.
+    /// A lens and a vortex in a hard aperture, under tilted light, and a sensor in its focus.
     fn vortex() -> System {
         let wavelength = 0.5e-3;
         let lens = Profile::Lens {
@@ -330,7 +330,7 @@ mod tests {
         }
     }
 
-    /// The direct sum over the opening.
+    /// The direct sum over the aperture.
     fn summed(system: &System) -> Vec<Complex64> {
         let axis = Axis::gauss(60, 2.0 * RADIUS / 60.0, 0.0, 6);
         let mut field = Field::zeros(Grid {
@@ -350,13 +350,13 @@ mod tests {
     }
 
     #[test]
-    fn a_vortex_in_a_hard_opening_agrees_with_the_direct_sum_slow() {
+    fn a_vortex_in_a_hard_aperture_agrees_with_the_direct_sum_slow() {
         let system = vortex();
         let exact = summed(&system);
         let norm: f64 = exact.iter().map(|u| u.norm_sqr()).sum();
         for sigma in [0.02, 0.04] {
             let settings = LocalBandSettings {
-                opening: SourceOpening::Hard,
+                aperture: SourceAperture::Hard,
                 ..LocalBandSettings::new(vec![sigma])
             };
             let outcome = carry(&system, &settings).unwrap();

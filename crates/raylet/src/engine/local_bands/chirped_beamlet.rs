@@ -136,7 +136,7 @@ mod tests {
     use crate::optics::system::Hop;
     use crate::wave::local_bands::carrier::Carrier;
 
-    /// Light at 2.9 mm before a ball face of 10 mm radius. An opening of 2.92 mm stops most of the rays that are displaced by
+    /// Light at 2.9 mm before a ball face of 10 mm radius. An aperture of 2.92 mm stops most of the rays that are displaced by
     /// 0.05 mm. The means over nearer rays, and over fewer, stay within a factor of two.
     #[test]
     fn an_edge_beside_a_beamlet_leaves_its_aberration_known() {

@@ -24,7 +24,7 @@ use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::element_samples::{Element, ElementSamples};
 
 /// A value a little below and a little above the planned one.
-struct Neighbours<T> {
+struct Perturbed<T> {
     below: T,
     above: T,
     /// The difference of the parameter's two values.
@@ -36,7 +36,7 @@ struct Moving<'a> {
     parameter: usize,
     hops: PerturbedHops<'a>,
     /// The source and the first screen, where the light there changes.
-    light: Option<Neighbours<(&'a Source, &'a Screen)>>,
+    light: Option<Perturbed<(&'a Source, &'a Screen)>>,
 }
 
 /// How one hop changes with all parameters of a system.
@@ -48,7 +48,7 @@ pub(crate) struct HopChanges<'a> {
     /// The hop with its moving parts, a block of parameters at a time.
     varied: Vec<VariedHop<'a>>,
     /// The element with each parameter that changes it.
-    elements: Vec<(usize, Neighbours<Element<'a>>)>,
+    elements: Vec<(usize, Perturbed<Element<'a>>)>,
 }
 
 /// A beamlet that leaves a window: its start, total amplitude, and what the cotangent has under it where it lands.
@@ -192,9 +192,9 @@ impl<'a> HopChanges<'a> {
 }
 
 /// The source and the first screen of a variation that changes the light there.
-fn light_of(variation: &Variation) -> Option<Neighbours<(&Source, &Screen)>> {
+fn light_of(variation: &Variation) -> Option<Perturbed<(&Source, &Screen)>> {
     let (below, above) = (&variation.below, &variation.above);
-    variation.moves_light().then_some(Neighbours {
+    variation.moves_light().then_some(Perturbed {
         below: (&below.source, below.screens.first()?),
         above: (&above.source, above.screens.first()?),
         distance: variation.distance,
@@ -202,10 +202,10 @@ fn light_of(variation: &Variation) -> Option<Neighbours<(&Source, &Screen)>> {
 }
 
 /// The element of a variation on a screen; nothing where it stays the same.
-fn element_of(variation: &Variation, screen: usize) -> Option<Neighbours<Element<'_>>> {
+fn element_of(variation: &Variation, screen: usize) -> Option<Perturbed<Element<'_>>> {
     let below = variation.below.screens.get(screen)?;
     let above = variation.above.screens.get(screen)?;
-    (below.act != above.act).then_some(Neighbours {
+    (below.act != above.act).then_some(Perturbed {
         below: Element::of(below)?,
         above: Element::of(above)?,
         distance: variation.distance,

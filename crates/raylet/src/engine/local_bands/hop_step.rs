@@ -16,7 +16,7 @@ use crate::engine::local_bands::hop_changes::HopChanges;
 use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{
-    LocalBandPlan, LocalBandSettings, SOURCE_STEP, SourceOpening,
+    LocalBandPlan, LocalBandSettings, SOURCE_STEP, SourceAperture,
 };
 use crate::engine::local_bands::source_windows::SourceWindows;
 use crate::engine::local_bands::target::Target;
@@ -32,7 +32,7 @@ use crate::wave::local_bands::element_samples::Element;
 use crate::wave::local_bands::folded_fourier::fast_length;
 use crate::wave::local_bands::tiling::{Tile, Tiling, WindowShape};
 
-/// Distance from an opening up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
+/// Distance from an aperture up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
 const MARGIN: f64 = 2.5;
 
 /// Beamlets of a smooth source end at this share of the threshold: each of them counts in full.
@@ -189,7 +189,7 @@ impl<'a> HopStep<'a> {
             None => return Err(missing(hop.to)),
         };
         let stop = matches!(hop.from.act, Act::Stop(_));
-        let soft = number == 0 && stop && settings.opening == SourceOpening::Soft;
+        let soft = number == 0 && stop && settings.aperture == SourceAperture::Soft;
         let mut edge = settings.threshold;
         let element = if soft {
             shape.step = SOURCE_STEP;
@@ -345,7 +345,7 @@ impl<'a> HopStep<'a> {
             return 0;
         };
         let tiles = self.tiling.tiles();
-        let lit = |tile: &Tile| self.tiling.lit(tile, element.opening()).len();
+        let lit = |tile: &Tile| self.tiling.lit(tile, element.aperture()).len();
         tiles.iter().map(lit).sum()
     }
 
@@ -359,7 +359,7 @@ impl<'a> HopStep<'a> {
     /// arrives at tiles of the sample, by their numbers, as far as it fits into memory.
     fn weakest(&self, run: &TileRun) -> (f64, HashMap<usize, TileValues>) {
         let tiles = self.tiling.tiles().into_iter().enumerate();
-        let lit = |tile: &Tile| !self.tiling.lit(tile, run.element.opening()).is_empty();
+        let lit = |tile: &Tile| !self.tiling.lit(tile, run.element.aperture()).is_empty();
         let tiles: Vec<(usize, Tile)> = tiles.filter(|(_, tile)| lit(tile)).collect();
         let stride = tiles.len().div_ceil(SAMPLE).max(1);
         let sample: Vec<&(usize, Tile)> = tiles.iter().skip(stride / 2).step_by(stride).collect();
@@ -467,12 +467,12 @@ fn period_over_pixels(shape: WindowShape, element: &Element) -> f64 {
         Some([x, y]) if x == y => x,
         _ => return shape.period,
     };
-    let wanted = shape.period * shape.sigma / pitch;
-    if wanted > LONGEST_TRANSFORM {
+    let least = shape.period * shape.sigma / pitch;
+    if least > LONGEST_TRANSFORM {
         return shape.period;
     }
-    let whole = fast_length(wanted.ceil() as usize) as f64;
-    match whole <= LONGER * wanted {
+    let whole = fast_length(least.ceil() as usize) as f64;
+    match whole <= LONGER * least {
         true => whole * pitch / shape.sigma,
         false => shape.period,
     }

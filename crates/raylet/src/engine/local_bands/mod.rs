@@ -12,7 +12,7 @@
 //! | `target` | The part of the next screen that beamlets must reach |
 //! | `chirped_beamlet` | One beamlet with the curvature of its carrier, and the aberration inside it |
 //! | `window_directions` | Which directions lead from a window to the target |
-//! | `source_opening` | Whether the opening of the first screen cuts light that matters |
+//! | `source_aperture` | Whether the aperture of the first screen cuts light that matters |
 //! | `source_windows` | A smooth source: one beamlet a window |
 //! | `tile_plan` | One tile before its light goes on: carriers, samples, windows that see the target |
 //! | `tile_run` | One tile: from the light that arrives to the beamlets that leave, and back |
@@ -34,8 +34,8 @@ pub mod hop_statistics;
 pub(crate) mod hop_step;
 pub mod local_band_error;
 pub mod settings;
+pub(crate) mod source_aperture;
 pub(crate) mod source_light;
-pub(crate) mod source_opening;
 pub(crate) mod source_windows;
 pub(crate) mod target;
 pub(crate) mod tile_plan;

@@ -21,8 +21,8 @@ pub struct LocalBandSettings {
     pub edge_nodes: f64,
     /// Whether the aberration inside beamlets is corrected.
     pub corrected: bool,
-    /// What the opening of the first screen does where that is a stop.
-    pub opening: SourceOpening,
+    /// What the aperture of the first screen does where that is a stop.
+    pub aperture: SourceAperture,
     /// Most bytes that the beamlets of a run may take.
     pub memory_limit: usize,
 }
@@ -44,10 +44,10 @@ pub struct LocalBandPlan {
     pub corrected: bool,
 }
 
-/// What the opening of the first screen does.
+/// What the aperture of the first screen does.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
-pub enum SourceOpening {
-    /// It only says where windows stand: the light falls off by itself. For openings wider than what comes next.
+pub enum SourceAperture {
+    /// It only says where windows stand: the light falls off by itself. For apertures wider than what comes next.
     #[default]
     Soft,
     /// It cuts the light, which is diffracted.
@@ -103,7 +103,7 @@ impl LocalBandSettings {
             tile: 4,
             edge_nodes: 16.0,
             corrected: true,
-            opening: SourceOpening::Soft,
+            aperture: SourceAperture::Soft,
             memory_limit: 4 << 30,
         }
     }

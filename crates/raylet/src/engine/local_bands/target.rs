@@ -1,4 +1,4 @@
-//! The part of the next screen that beamlets must reach: the opening of the next screen, or the pixels of a sensor.
+//! The part of the next screen that beamlets must reach: the aperture of the next screen, or the pixels of a sensor.
 
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Act, Screen};
@@ -9,9 +9,9 @@ use crate::wave::beamlet::wavelet::Arrival;
 pub(crate) struct Target {
     /// Its box, `[x_min, x_max, y_min, y_max]` in mm.
     pub bounds: [f64; 4],
-    /// The opening inside; open for a sensor.
-    opening: Aperture,
-    /// Distance from the opening up to which light is summed, in mm.
+    /// The aperture inside; open for a sensor.
+    aperture: Aperture,
+    /// Distance from the aperture up to which light is summed, in mm.
     margin: f64,
     /// Beamlets end at this share of their peak.
     pub edge: f64,
@@ -21,24 +21,24 @@ impl Target {
     /// A screen's part that matters and a margin around it; nothing when the screen has no edge.
     pub(crate) fn of(screen: &Screen, margin: f64, edge: f64) -> Option<Self> {
         let [x0, x1, y0, y1] = screen.bounds()?;
-        let (opening, margin) = match &screen.act {
+        let (aperture, margin) = match &screen.act {
             Act::Sensor(_) => (Aperture::OPEN, 0.0),
-            Act::Stop(opening) => (opening.clone(), margin),
+            Act::Stop(aperture) => (aperture.clone(), margin),
             Act::Doe(doe) => (doe.aperture.clone(), margin),
         };
         Some(Self {
             bounds: [x0 - margin, x1 + margin, y0 - margin, y1 + margin],
-            opening,
+            aperture,
             margin,
             edge,
         })
     }
 
-    /// Whether a point of the screen lies in its opening, or on the sensor.
+    /// Whether a point of the screen lies in its aperture, or on the sensor.
     pub(crate) fn holds(&self, [x, y]: [f64; 2]) -> bool {
         let [x0, x1, y0, y1] = self.bounds;
         let inside = (x0..=x1).contains(&x) && (y0..=y1).contains(&y);
-        inside && self.opening.contains(x, y)
+        inside && self.aperture.contains(x, y)
     }
 
     /// Whether a beamlet's footprint may meet it.
@@ -48,7 +48,7 @@ impl Target {
             let [low, high] = [self.bounds[2 * a], self.bounds[2 * a + 1]];
             arrival.at[a] + reach[a] < low || arrival.at[a] - reach[a] > high
         });
-        let depth = self.opening.depth(arrival.at[0], arrival.at[1]);
+        let depth = self.aperture.depth(arrival.at[0], arrival.at[1]);
         !beside && depth > -self.margin - reach[0].max(reach[1])
     }
 }

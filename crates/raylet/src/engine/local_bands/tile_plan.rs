@@ -51,11 +51,11 @@ pub(crate) struct TileRun<'a> {
 }
 
 /// A window that sends light to the target.
-pub(crate) struct AimedWindow {
+pub(crate) struct TargetedWindow {
     window: [usize; 2],
     /// Its carrier and width.
     pub start: ChirpedStart,
-    /// How it lies to the opening.
+    /// How it lies to the aperture.
     pub lie: Lie,
     /// Direction of its carrier beside that of the tile's.
     shift: [f64; 2],
@@ -74,7 +74,7 @@ pub(crate) struct TilePlan<'a> {
     /// The element under windows that see no edge, and under those that an edge cuts.
     pub elements: [Option<ElementSamples>; 2],
     /// The windows that see the target.
-    pub aimed: Vec<AimedWindow>,
+    pub aimed: Vec<TargetedWindow>,
 }
 
 /// The linear map from the samples of a tile to the plane waves of one window.
@@ -93,7 +93,7 @@ pub(crate) struct WindowPlan {
 impl<'a> TileRun<'a> {
     /// Plans a tile; nothing where no light of it leads to the target.
     pub(crate) fn plan(&self, tile: &Tile, statistics: &mut HopStatistics) -> Option<TilePlan<'a>> {
-        let lit = self.tiling.lit(tile, self.element.opening());
+        let lit = self.tiling.lit(tile, self.element.aperture());
         if lit.is_empty() {
             return None;
         }
@@ -102,7 +102,7 @@ impl<'a> TileRun<'a> {
         let own = self.element.carrier(light.carrier.at, self.far(), self.k());
         let leaving = light.carrier.times(own.p, own.q);
         let aims = lit.into_iter();
-        let aimed: Vec<AimedWindow> = aims
+        let aimed: Vec<TargetedWindow> = aims
             .filter_map(|lit| self.aim(lit, &leaving, &own))
             .collect();
         if aimed.is_empty() {
@@ -172,14 +172,14 @@ impl<'a> TileRun<'a> {
         (window, at, lie): ([usize; 2], [f64; 2], Lie),
         leaving: &Carrier,
         own: &Carrier,
-    ) -> Option<AimedWindow> {
+    ) -> Option<TargetedWindow> {
         let shift = self.element.beside(own, self.far(), at, self.k());
         let start = ChirpedStart {
             carrier: leaving.about(at).times(shift, [0.0; 3]),
             sigma: self.shape.sigma,
         };
         let directions = window_directions(self.hop, &start, self.target)?;
-        Some(AimedWindow {
+        Some(TargetedWindow {
             window,
             start,
             lie,
@@ -189,7 +189,7 @@ impl<'a> TileRun<'a> {
     }
 
     /// The samples of a tile's light, and what its element needs to know.
-    fn area(&self, tile: &Tile, light: &TileLight, aimed: &[AimedWindow]) -> TileArea {
+    fn area(&self, tile: &Tile, light: &TileLight, aimed: &[TargetedWindow]) -> TileArea {
         let (k, sigma) = (self.k(), self.shape.sigma);
         let window = window_half_band(self.shape.step, self.settings.threshold) / (k * sigma);
         let half_band = light.spread.map(|spread| spread + window);
@@ -206,7 +206,7 @@ impl<'a> TileRun<'a> {
     }
 
     /// The plane waves of a window to be computed; nothing where no direction of the light leads to the target.
-    fn modes(&self, aimed: &AimedWindow, half_band: Option<[f64; 2]>) -> Option<[Modes; 2]> {
+    fn modes(&self, aimed: &TargetedWindow, half_band: Option<[f64; 2]>) -> Option<[Modes; 2]> {
         let spacing = self.hop.wavelength / (self.shape.period * self.shape.sigma);
         let modes = [0, 1].map(|a| {
             let limit = half_band.map_or(f64::INFINITY, |band| band[a]);
@@ -218,7 +218,7 @@ impl<'a> TileRun<'a> {
     }
 
     /// Plans a window of a tile; nothing where no direction of its light leads to the target.
-    pub(crate) fn window(&self, plan: &TilePlan, aimed: &AimedWindow) -> Option<WindowPlan> {
+    pub(crate) fn window(&self, plan: &TilePlan, aimed: &TargetedWindow) -> Option<WindowPlan> {
         let (_, element) = plan.element(aimed)?;
         let modes = self.modes(aimed, element.half_band)?;
         let (at, k) = (aimed.start.carrier.at, self.k());
@@ -263,7 +263,7 @@ impl<'a> TileRun<'a> {
 
 impl TilePlan<'_> {
     /// The element as a window sees it, and its place in the list.
-    pub(crate) fn element(&self, aimed: &AimedWindow) -> Option<(usize, &ElementSamples)> {
+    pub(crate) fn element(&self, aimed: &TargetedWindow) -> Option<(usize, &ElementSamples)> {
         let place = usize::from(aimed.lie != Lie::Inside);
         Some((place, self.elements[place].as_ref()?))
     }
@@ -324,9 +324,9 @@ impl WindowPlan {
 }
 
 /// Largest direction beside the arriving light's that leads from one of some windows to the target.
-fn reach_of(aimed: &[AimedWindow]) -> [f64; 2] {
+fn reach_of(aimed: &[TargetedWindow]) -> [f64; 2] {
     [0, 1].map(|a| {
-        let furthest = |aimed: &AimedWindow| {
+        let furthest = |aimed: &TargetedWindow| {
             let sides = [aimed.directions[2 * a], aimed.directions[2 * a + 1]];
             sides.map(f64::abs).into_iter().fold(0.0, f64::max) + aimed.shift[a].abs()
         };

@@ -10,7 +10,7 @@ use crate::engine::local_bands::emission::{Emission, Emitted, WindowWaves};
 use crate::engine::local_bands::held_light::ArrivingLight;
 use crate::engine::local_bands::hop_changes::{HopChanges, SourceSamples};
 use crate::engine::local_bands::hop_statistics::HopStatistics;
-use crate::engine::local_bands::tile_plan::{AimedWindow, TilePlan, TileRun, WindowPlan};
+use crate::engine::local_bands::tile_plan::{TargetedWindow, TilePlan, TileRun, WindowPlan};
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::element_samples::ElementSamples;
@@ -135,7 +135,7 @@ impl TileRun<'_> {
     fn transformed<'a>(
         &self,
         plan: &'a TilePlan,
-        aimed: &AimedWindow,
+        aimed: &TargetedWindow,
         values: &Array2<Complex64>,
     ) -> Option<Transformed<'a>> {
         let window = self.window(plan, aimed)?;

@@ -12,14 +12,14 @@ const STEPS: usize = 4;
 const SAFETY: f64 = 1.15;
 
 /// A ray from a window with what a change of its direction does to where it lands.
-struct Aimed {
+struct LandedDirection {
     p: [f64; 2],
     landing: Landing,
     /// ∂s/∂p, rows by s.
     slope: [[f64; 2]; 2],
 }
 
-impl Aimed {
+impl LandedDirection {
     fn new(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Option<Self> {
         let (landing, j) = hop.jacobian_along(at, p).ok()?;
         let slope = [[j[0][2], j[0][3]], [j[1][2], j[1][3]]];
@@ -47,7 +47,7 @@ pub(crate) fn window_directions(
 ) -> Option<[f64; 4]> {
     let at = start.carrier.at;
     let bounds = &target.bounds;
-    let mut aimed = Aimed::new(hop, at, start.carrier.p)?;
+    let mut aimed = LandedDirection::new(hop, at, start.carrier.p)?;
     for _ in 0..STEPS {
         let gap = [0, 1].map(|a| {
             let here = aimed.landing.at[a];
@@ -58,7 +58,7 @@ pub(crate) fn window_directions(
         }
         let closer = aimed
             .change(gap)
-            .and_then(|dp| Aimed::new(hop, at, [aimed.p[0] + dp[0], aimed.p[1] + dp[1]]));
+            .and_then(|dp| LandedDirection::new(hop, at, [aimed.p[0] + dp[0], aimed.p[1] + dp[1]]));
         let Some(closer) = closer else { break };
         aimed = closer;
     }

@@ -1,12 +1,12 @@
 //! How wide the windows of each screen may be.
 //!
 //! Chirped beamlets are as many at any width, and windows fewer the wider they are, until the aberration inside a
-//! beamlet stops it. It is sampled along rays of the source that meet each opening, with the curvature that the wave
+//! beamlet stops it. It is sampled along rays of the source that meet each aperture, with the curvature that the wave
 //! has there.
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::local_band_error::LocalBandError;
-use crate::engine::local_bands::settings::{LocalBandPlan, SourceOpening, left_by_lattice};
+use crate::engine::local_bands::settings::{LocalBandPlan, SourceAperture, left_by_lattice};
 use crate::engine::local_bands::source_light::source_carrier;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
@@ -29,25 +29,25 @@ const LARGEST: f64 = 0.08;
 const SHARE: f64 = 0.25;
 
 /// Whether a hop starts with a smooth source or with windows of all directions.
-fn is_smooth(number: usize, opening: SourceOpening) -> bool {
-    number == 0 && opening == SourceOpening::Soft
+fn is_smooth(number: usize, aperture: SourceAperture) -> bool {
+    number == 0 && aperture == SourceAperture::Soft
 }
 
 /// The widest windows of each screen but the last, in mm, with which the aberration inside beamlets, corrected as far
 /// as it can be, stays below a target relative error of the field; windows stand a `step` of so many σ apart.
 ///
 /// # Errors
-/// When a screen has no edge or layers of another kind, or no ray of the source meets an opening.
+/// When a screen has no edge or layers of another kind, or no ray of the source meets an aperture.
 pub fn window_widths(
     system: &System,
-    opening: SourceOpening,
+    aperture: SourceAperture,
     step: f64,
     error: f64,
 ) -> Result<Vec<f64>, LocalBandError> {
-    let leaving = leaving_carriers(system, opening)?;
+    let leaving = leaving_carriers(system, aperture)?;
     let hops = system.hops().enumerate().zip(&leaving);
     let widths = hops.map(|((number, hop), sampled)| {
-        let smooth = is_smooth(number, opening);
+        let smooth = is_smooth(number, aperture);
         let lattice = if smooth { 0.0 } else { left_by_lattice(step) };
         let left = |sigma: f64| aberration_left(&hop, sampled, sigma, smooth, lattice);
         widest(&hop, |sigma| left(sigma) <= SHARE * error)
@@ -70,18 +70,18 @@ pub(crate) fn is_accurate(
     aberration_left(hop, sampled, plan.sigma, plan.smooth, lattice) <= error
 }
 
-/// For each hop, carriers along rays of the source that leave its first screen and meet the opening of its second.
+/// For each hop, carriers along rays of the source that leave its first screen and meet the aperture of its second.
 ///
 /// # Errors
 /// As [`window_widths`].
 pub(crate) fn leaving_carriers(
     system: &System,
-    opening: SourceOpening,
+    aperture: SourceAperture,
 ) -> Result<Vec<Vec<Carrier>>, LocalBandError> {
     let mut carriers = source_carriers(system)?;
     let mut leaving = Vec::new();
     for (number, hop) in system.hops().enumerate() {
-        if !is_smooth(number, opening) {
+        if !is_smooth(number, aperture) {
             carriers = behind(&hop, &carriers)?;
         }
         let onwards: Vec<(Carrier, Carrier)> = carriers
@@ -116,7 +116,7 @@ fn source_carriers(system: &System) -> Result<Vec<Carrier>, LocalBandError> {
 fn opens(screen: &Screen, [x, y]: [f64; 2]) -> bool {
     match &screen.act {
         Act::Sensor(_) => true,
-        Act::Stop(opening) => opening.contains(x, y),
+        Act::Stop(aperture) => aperture.contains(x, y),
         Act::Doe(doe) => doe.aperture.contains(x, y),
     }
 }

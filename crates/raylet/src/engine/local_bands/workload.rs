@@ -48,7 +48,7 @@ pub(crate) fn workload(
     settings: &LocalBandSettings,
     error: f64,
 ) -> Result<Workload, LocalBandError> {
-    let leaving = leaving_carriers(system, settings.opening)?;
+    let leaving = leaving_carriers(system, settings.aperture)?;
     let mut total = Workload {
         seconds: 0.0,
         is_accurate: true,
@@ -129,12 +129,12 @@ fn folded_operations([x, y]: [f64; 2], waves: f64) -> f64 {
 /// time: they send fewer plane waves past the element's edges.
 ///
 /// # Errors
-/// When a screen has no edge or layers of another kind, or no ray of the source meets an opening.
+/// When a screen has no edge or layers of another kind, or no ray of the source meets an aperture.
 pub(crate) fn quickest_widths(
     system: &System,
     settings: &LocalBandSettings,
 ) -> Result<Vec<f64>, LocalBandError> {
-    let leaving = leaving_carriers(system, settings.opening)?;
+    let leaving = leaving_carriers(system, settings.aperture)?;
     let mut sigmas = settings.sigmas.clone();
     for ((number, hop), carriers) in system.hops().enumerate().zip(&leaving) {
         let mut best = f64::INFINITY;

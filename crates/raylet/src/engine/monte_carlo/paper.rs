@@ -109,51 +109,51 @@ pub fn carry(
 }
 
 /// The sum of the windows over each node of a grid of this shape; the last row and column lie beyond it.
-pub fn cover(
+pub fn window_coverage(
     hop: &Hop,
     plan: &PaperPlan,
     address: Address,
     cutter: &TileCutter,
     [ny, nx]: [usize; 2],
 ) -> Array2<f64> {
-    let mut cover = Array2::zeros((ny + 1, nx + 1));
+    let mut coverage = Array2::zeros((ny + 1, nx + 1));
     for patch in 0..plan.positions {
         let at = plan.place(patch as u32, address);
         if TangentPatch::new(hop.from, at, plan.along).is_none() {
             continue;
         }
         match plan.window {
-            TileWindow::Rectangle => mark(&mut cover, &cutter.nodes(at)),
-            TileWindow::Hann => lay(&mut cover, cutter, at),
+            TileWindow::Rectangle => mark(&mut coverage, &cutter.nodes(at)),
+            TileWindow::Hann => lay(&mut coverage, cutter, at),
         }
     }
     if plan.window == TileWindow::Rectangle {
         for axis in [0, 1] {
-            cover.accumulate_axis_inplace(Axis(axis), |before, here| *here += before);
+            coverage.accumulate_axis_inplace(Axis(axis), |before, here| *here += before);
         }
     }
-    cover
+    coverage
 }
 
 /// Adds a rectangle, as the second difference that it has.
-fn mark(cover: &mut Array2<f64>, [x, y]: &[Range<usize>; 2]) {
+fn mark(coverage: &mut Array2<f64>, [x, y]: &[Range<usize>; 2]) {
     for (j, i, step) in [
         (y.start, x.start, 1.0),
         (y.start, x.end, -1.0),
         (y.end, x.start, -1.0),
         (y.end, x.end, 1.0),
     ] {
-        cover[[j, i]] += step;
+        coverage[[j, i]] += step;
     }
 }
 
 /// Adds the window about a point to the nodes that it has.
-fn lay(cover: &mut Array2<f64>, cutter: &TileCutter, at: [f64; 2]) {
+fn lay(coverage: &mut Array2<f64>, cutter: &TileCutter, at: [f64; 2]) {
     let [x, y] = cutter.nodes(at);
     for j in y {
         for i in x.clone() {
             let [along_x, along_y] = cutter.window(at, [i, j]);
-            cover[[j, i]] += along_x * along_y;
+            coverage[[j, i]] += along_x * along_y;
         }
     }
 }
@@ -233,9 +233,9 @@ impl<'a> Carrier<'a> {
     /// Divides the field by the sum of the windows over each node; what none covers stays dark.
     fn divide(&mut self) {
         let shape = self.field.grid.shape();
-        let cover = cover(&self.hop, self.plan, self.address, &self.cutter, shape);
+        let coverage = window_coverage(&self.hop, self.plan, self.address, &self.cutter, shape);
         for ((j, i), value) in self.field.values.indexed_iter_mut() {
-            let over = cover[[j, i]];
+            let over = coverage[[j, i]];
             *value = if over > DARK {
                 *value / over
             } else {

@@ -3,7 +3,7 @@
 use crate::engine::beamlet::beamlet_plan::Planner;
 use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Positions, Sag, Sampler};
-use crate::engine::trace::direction_search::{ALL, Wanted, search_directions};
+use crate::engine::trace::direction_search::{ALL, SearchGoal, search_directions};
 use crate::math::random::{Purpose, pair};
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::Hop;
@@ -58,42 +58,42 @@ pub struct Address {
 }
 
 impl PaperPlan {
-    /// The plan that follows from the knobs.
+    /// The plan that follows from the settings.
     pub(crate) fn new(planner: &Planner) -> Self {
-        let (hop, knobs) = (planner.hop, &planner.settings.paper);
+        let (hop, settings) = (planner.hop, &planner.settings.paper);
         let [x0, x1, y0, y1] = planner.from;
-        let side = knobs.patch.unwrap_or(0.25 * (x1 - x0).min(y1 - y0));
-        let period = side * knobs.padding.max(1.0);
-        let beside = match knobs.positions {
+        let side = settings.patch.unwrap_or(0.25 * (x1 - x0).min(y1 - y0));
+        let period = side * settings.padding.max(1.0);
+        let beside = match settings.positions {
             Positions::Inside | Positions::Grid => 0.0,
             Positions::Dilated | Positions::Jittered => 0.5 * side,
         };
         let area = [x0 - beside, x1 + beside, y0 - beside, y1 + beside];
-        let (positions, cells) = match knobs.positions {
-            Positions::Inside | Positions::Dilated => (knobs.rays, [knobs.rays, 1]),
+        let (positions, cells) = match settings.positions {
+            Positions::Inside | Positions::Dilated => (settings.rays, [settings.rays, 1]),
             Positions::Jittered | Positions::Grid => {
-                let cells = grid(area, knobs.rays);
+                let cells = grid(area, settings.rays);
                 (cells[0] * cells[1], cells)
             }
         };
-        let [px, py] = planner.light.anchor;
+        let [px, py] = planner.light.chief;
         let n = hop.from.index_behind();
         let plan = Self {
             positions,
-            rule: knobs.positions,
+            rule: settings.positions,
             cells,
             area,
-            coverage: knobs.coverage,
-            secondary: knobs.secondary,
-            density: knobs.density,
-            sampler: knobs.sampler,
+            coverage: settings.coverage,
+            secondary: settings.secondary,
+            density: settings.density,
+            sampler: settings.sampler,
             side,
-            window: knobs.window,
+            window: settings.window,
             period,
             bands: lattice(planner, side, period),
-            sag: knobs.sag,
+            sag: settings.sag,
             along: hop.from.arrives * (n * n - px * px - py * py).max(0.0).sqrt(),
-            obliquity: knobs.obliquity,
+            obliquity: settings.obliquity,
             arriving: [0.0; 2],
         };
         Self {
@@ -212,7 +212,7 @@ fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
         Act::Stop(_) | Act::Sensor(_) => None,
     };
     let Some(pixels) = pixels else {
-        let (from, to, wanted) = (planner.from, planner.to, Wanted::Bounds(ALL));
+        let (from, to, wanted) = (planner.from, planner.to, SearchGoal::Bounds(ALL));
         let mut search = search_directions(hop, from, to, [side; 2], wanted);
         for (a, spare) in spare.iter().enumerate() {
             search.band[2 * a] -= spare;
@@ -224,7 +224,7 @@ fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
         let n = hop.from.index_behind() + spare[a];
         let orders = planner.settings.paper.orders.max(1) as f64;
         let half = 0.5 * orders * hop.wavelength / pixels.pitch[a];
-        let centre = planner.light.anchor[a];
+        let centre = planner.light.chief[a];
         let (low, high) = ((centre - half).max(-n), (centre + half).min(n));
         // Like an FFT's, the band holds one of its two ends, whichever way rounding goes.
         let spacing = hop.wavelength / period;

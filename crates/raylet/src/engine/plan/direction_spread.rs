@@ -6,7 +6,7 @@ use crate::optics::screen::{Act, Screen};
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct LightDirections {
     /// Direction of its chief ray, optical cosines on the screen's axes.
-    pub anchor: [f64; 2],
+    pub chief: [f64; 2],
     /// |p| along x and y below which most of it stays.
     pub usual: [f64; 2],
 }
@@ -34,9 +34,9 @@ impl LightDirections {
             Some(pixels) => pixels.pitch[a],
             None => bounds[2 * a + 1] - bounds[2 * a],
         };
-        let spread = |a: usize| (self.usual[a] - self.anchor[a].abs()).max(0.0);
+        let spread = |a: usize| (self.usual[a] - self.chief[a].abs()).max(0.0);
         DirectionEnvelope {
-            centre: self.anchor,
+            centre: self.chief,
             flat: [0, 1].map(|a| spread(a) + slope[a] * wavelength / std::f64::consts::TAU),
             tail: [0, 1].map(|a| wavelength / (std::f64::consts::PI * feature(a))),
         }

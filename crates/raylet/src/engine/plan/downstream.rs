@@ -52,8 +52,8 @@ impl<'a> Downstream<'a> {
     pub(crate) fn is_relevant(&self, at: [f64; 2], cosines: [f64; 2]) -> bool {
         let (mut at, mut p) = (at, cosines);
         for hop in &self.hops {
-            if let Act::Stop(opening) = &hop.from.act
-                && !opening.contains(at[0], at[1])
+            if let Act::Stop(aperture) = &hop.from.act
+                && !aperture.contains(at[0], at[1])
             {
                 return false;
             }

@@ -7,7 +7,7 @@ use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::plane_wave::plane_wavelets::PlanePlan;
-use crate::engine::trace::direction_search::{DirectionSearch, Wanted, search_directions};
+use crate::engine::trace::direction_search::{DirectionSearch, SearchGoal, search_directions};
 use crate::optics::aperture::Aperture;
 use crate::optics::refraction::Interface;
 use crate::optics::screen::{Act, Screen};
@@ -61,12 +61,12 @@ impl Plan {
             Plan::Planes(planes) => planes.arriving,
             Plan::Paper(paper) => paper.arriving,
         };
-        let anchor = match hop.trace([0.0, 0.0], light.anchor, &mut ()) {
+        let chief = match hop.trace([0.0, 0.0], light.chief, &mut ()) {
             Ok(landing) => landing.cosines,
             Err(_) => [0.0, 0.0],
         };
         LightDirections {
-            anchor,
+            chief,
             usual: usual.map(|p| p.min(hop.to.index)),
         }
     }
@@ -146,7 +146,7 @@ fn choose(
     };
     let (from, to) = (bounds(hop.from)?, bounds(hop.to)?);
     if settings.method == Method::Auto
-        && let Some(free) = free_hop(hop, from, to, light.anchor, settings)
+        && let Some(free) = free_hop(hop, from, to, light.chief, settings)
     {
         let plane = hop.from.is_plane() && hop.to.is_plane();
         let layers = if plane { 1 } else { CURVED_LAYERS };
@@ -160,7 +160,7 @@ fn choose(
         let method = "plane";
         return Err(PlanError::Curved { method, screen });
     }
-    let search = search_directions(hop, from, to, [0.0; 2], Wanted::Rays);
+    let search = search_directions(hop, from, to, [0.0; 2], SearchGoal::Rays);
     if search.is_dark() {
         return Err(dark(hop, &search));
     }
@@ -317,7 +317,7 @@ pub(crate) fn free_hop(
     hop: &Hop,
     from: [f64; 4],
     to: [f64; 4],
-    anchor: [f64; 2],
+    chief: [f64; 2],
     settings: &Settings,
 ) -> Option<FreeHop> {
     let frame = &hop.from.frame;
@@ -345,7 +345,7 @@ pub(crate) fn free_hop(
         k: hop.wavenumber(),
         slabs: slabs(hop)?,
         offset: [target.x, target.y],
-        anchor,
+        chief,
         padding: settings.padding.max(4.0),
         clear: clear_for(settings.target_error),
     })

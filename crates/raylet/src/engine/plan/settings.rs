@@ -63,7 +63,7 @@ pub struct Settings {
     pub padding: f64,
     /// Relative tolerance of the non-uniform FFT.
     pub nufft_tolerance: f64,
-    /// The knobs of [`Method::Paper`].
+    /// The settings of [`Method::Paper`].
     pub paper: Paper,
     /// Seed of everything drawn at random.
     pub seed: u64,
@@ -128,7 +128,7 @@ pub enum Sag {
     True,
 }
 
-/// The knobs of the source paper's method.
+/// The settings of the source paper's method.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Paper {
     /// Incident rays: positions of patches. Grids take the nearest number that fills them.

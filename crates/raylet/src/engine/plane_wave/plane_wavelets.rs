@@ -20,7 +20,7 @@ use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Cancelled, ShareDone};
 use crate::engine::trace::direction_search::{
-    DirectionSearch, SearchRay, Wanted, search_directions,
+    DirectionSearch, SearchGoal, SearchRay, search_directions,
 };
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
@@ -169,7 +169,7 @@ impl PlanePlan {
     fn aimed(mut self, planner: &Planner) -> Self {
         let margin = self.fade.map(|fade| self.margin + fade);
         let (hop, from, to) = (planner.hop, planner.from, planner.to);
-        let wider = search_directions(hop, from, to, margin, Wanted::Rays);
+        let wider = search_directions(hop, from, to, margin, SearchGoal::Rays);
         self.bands = planner.bands(&wider, self.period);
         for ray in wider.rays.iter().chain(&wider.rim) {
             for a in 0..2 {

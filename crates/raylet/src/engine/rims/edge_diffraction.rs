@@ -1,6 +1,6 @@
 //! Light that hard edges send aside: how much of it goes where, roughly.
 //!
-//! A straight edge of a uniformly lit opening sends, for each length of it and towards either side, the energy
+//! A straight edge of a uniformly lit aperture sends, for each length of it and towards either side, the energy
 //! λ/(4π²q²) dq of each unit of area into directions that differ by q from the light's own along the edge's
 //! normal (the mean of a slit's sinc² far from its middle). It decides which rims matter where little or none of
 //! the light goes to the target by itself; it enters no field.

@@ -8,7 +8,7 @@ use crate::engine::rims::source_rays::{is_open, ray_behind};
 use crate::optics::screen::Act;
 use crate::optics::system::{Hop, System};
 
-/// How far beside the sensor light counts, in diffraction widths λ/D of the opening before it.
+/// How far beside the sensor light counts, in diffraction widths λ/D of the aperture before it.
 const WIDTHS: f64 = 4.0;
 
 /// Points along each side of a box whose rays are followed.
@@ -76,7 +76,7 @@ impl<'a> Onward<'a> {
 }
 
 /// Whether a landing lies in the box of a hop's last screen, or no farther away than the box is wide, or than light of the
-/// first screen's opening is spread by diffraction.
+/// first screen's aperture is spread by diffraction.
 fn near(hop: &Hop, at: [f64; 2], j: &[[f64; 4]; 4]) -> bool {
     let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
         return true;
@@ -116,10 +116,10 @@ mod tests {
         let smooth = Act::Doe(element(Layer::Phase(lens), Aperture::disc(1.0)));
         let pixels = box_pixels(Array2::from_elem((10, 10), Complex64::ONE), 0.2);
         for (act, aside) in [(smooth, false), (pixels, true)] {
-            let opening = screen(Frame::GLOBAL, Act::Stop(Aperture::disc(1.0)));
+            let aperture = screen(Frame::GLOBAL, Act::Stop(Aperture::disc(1.0)));
             let middle = screen(on_axis(5.0), act);
             let last = screen(on_axis(25.0), sensor(10, 0.01));
-            let mut system = lit(vec![opening, middle, last], vec![vec![], vec![]]);
+            let mut system = lit(vec![aperture, middle, last], vec![vec![], vec![]]);
             system.wavelength = 0.5e-3;
             let onward = Onward::behind(&system, 0);
             let ray = |sine: f64| SourceRay {

@@ -161,7 +161,7 @@ impl<'a> PixelLight<'a> {
         (0..PATCH * PATCH).map(turned).collect()
     }
 
-    /// Transmissions of the pixels about a place, [y, x]; zero outside the opening.
+    /// Transmissions of the pixels about a place, [y, x]; zero outside the aperture.
     fn patch(&self, at: [f64; 2]) -> Vec<Complex64> {
         let place = |n: usize, a: usize| {
             let steps = n as f64 - 0.5 * (PATCH as f64 - 1.0);

@@ -1,7 +1,7 @@
 //! Rims of surfaces inside a train: which cut light, and what becomes of them.
 //!
 //! A hard edge diffracts, and rays accepted or refused one by one do not. So a rim that cuts light becomes a
-//! screen where the surface is small enough for its whole opening to be sampled: the field is summed on the
+//! screen where the surface is small enough for its whole aperture to be sampled: the field is summed on the
 //! plane of the rim, in the medium behind the surface, reached by free flight (backward where the rim bulges
 //! forward), cut there with exactly weighted edges, and sent on. A rim counts when the root of the share of
 //! energy that it cuts, of what would land on the target, is more than half the target error: a safe bound of
@@ -361,7 +361,7 @@ impl<'a> SurfaceEdge<'a> {
 }
 
 /// The energy that the rim of a surface sends into the box of the target and on to the sensor, of light that meets the
-/// surface near it and does not land there by itself: as the edge of a plane opening would from where its rays land, on
+/// surface near it and does not land there by itself: as the edge of a plane aperture would from where its rays land, on
 /// the way left.
 fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[SourceRay]) -> f64 {
     let surface = rim.surface;

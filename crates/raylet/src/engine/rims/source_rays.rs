@@ -21,7 +21,7 @@ const STEPS: [f64; 2] = [0.754_877_666_246_693, 0.569_840_290_998_053];
 /// Most rays of one screen that are followed from the next.
 const MOST: usize = 300;
 
-/// The source's light on its first screen, evenly over the opening.
+/// The source's light on its first screen, evenly over the aperture.
 pub(crate) fn source_rays(system: &System) -> Vec<SourceRay> {
     let screen = &system.screens[0];
     let Some([x0, x1, y0, y1]) = screen.bounds() else {

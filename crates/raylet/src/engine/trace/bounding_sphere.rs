@@ -115,7 +115,7 @@ mod tests {
         }
     }
 
-    /// Rays of all directions, from places in front of, beside and behind a tilted bowl with an opening off its axis: none
+    /// Rays of all directions, from places in front of, beside and behind a tilted bowl with an aperture off its axis: none
     /// that gets through misses its sphere, nor do squares of directions about it, and most squares that miss are found.
     #[test]
     fn rays_that_get_through_are_among_the_directions_that_are_seen() {
@@ -123,14 +123,14 @@ mod tests {
         let (mut through, mut out, mut lost) = (0, 0, 0);
         for depth in [-9.0, 3.0, 12.0] {
             let frame = on_axis(depth).tilted([20.0, -10.0, 5.0]);
-            let opening = Aperture {
+            let aperture = Aperture {
                 outline: Outline::Rectangle {
                     half_x: 1.0,
                     half_y: 2.0,
                 },
                 centre: [0.4, -0.2],
             };
-            let train = [surface(frame, opening.blocked(Aperture::disc(0.3)))];
+            let train = [surface(frame, aperture.blocked(Aperture::disc(0.3)))];
             let hop = Hop {
                 wavelength: 0.5e-3,
                 from: &from,

@@ -24,7 +24,7 @@ pub(crate) struct SearchRay {
 
 /// What a search is for. Cells that cannot add to it are not divided.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub(crate) enum Wanted {
+pub(crate) enum SearchGoal {
     /// All rays that reach the target.
     #[default]
     Rays,
@@ -46,7 +46,7 @@ pub(crate) const ALL: [f64; 4] = [
 #[derive(Clone, Debug, Default)]
 pub(crate) struct DirectionSearch {
     /// What it is for.
-    wanted: Wanted,
+    goal: SearchGoal,
     /// Rays that land inside the target.
     pub rays: Vec<SearchRay>,
     /// Rays that land beside it, close enough for their footprints to matter.
@@ -102,15 +102,15 @@ struct Cell {
 /// dilated by `margin` mm; boxes are `[x_min, x_max, y_min, y_max]` in mm.
 ///
 /// The square of all directions is divided like a quadtree wherever a cell's rays, by their Jacobian,
-/// may land on the target, until their landing spread is small against it, or they add nothing to what is wanted.
+/// may land on the target, until their landing spread is small against it, or they add nothing to what is goal.
 pub(crate) fn search_directions(
     hop: &Hop,
     from: [f64; 4],
     to: [f64; 4],
     margin: [f64; 2],
-    wanted: Wanted,
+    goal: SearchGoal,
 ) -> DirectionSearch {
-    let mut search = DirectionSearch::empty(wanted);
+    let mut search = DirectionSearch::empty(goal);
     let searched = SearchedHop::new(hop);
     for j in 0..POSITIONS {
         for i in 0..POSITIONS {
@@ -133,7 +133,7 @@ pub(crate) fn reach(
     margin: [f64; 2],
     limits: [f64; 4],
 ) -> Option<[f64; 4]> {
-    let mut search = DirectionSearch::empty(Wanted::Bounds(limits));
+    let mut search = DirectionSearch::empty(SearchGoal::Bounds(limits));
     search.seek(&SearchedHop::new(hop), at, to, margin);
     (search.band[0] <= search.band[1]).then_some(search.band)
 }
@@ -267,10 +267,10 @@ impl CellLanding {
 }
 
 impl DirectionSearch {
-    fn empty(wanted: Wanted) -> Self {
+    fn empty(goal: SearchGoal) -> Self {
         let none = [f64::INFINITY, f64::NEG_INFINITY];
         Self {
-            wanted,
+            goal,
             band: [none[0], none[1], none[0], none[1]],
             ..Self::default()
         }
@@ -283,7 +283,7 @@ impl DirectionSearch {
             // What lies within the bounds that are known need not be sought again.
             let mut found = Self {
                 band: self.band,
-                ..Self::empty(self.wanted)
+                ..Self::empty(self.goal)
             };
             if found.seek_to(depth, &point, to, margin) {
                 self.merge(found);
@@ -361,7 +361,7 @@ impl DirectionSearch {
         if nearest[0].hypot(nearest[1]) >= STEEPEST * n {
             return false;
         }
-        if let Wanted::Bounds(limits) = self.wanted
+        if let SearchGoal::Bounds(limits) = self.goal
             && (cell.is_within(&self.band) || !cell.meets(&limits))
         {
             return false;
@@ -410,7 +410,7 @@ impl DirectionSearch {
         if !reaches {
             return cell.half > COARSEST * n;
         }
-        if all_inside && self.wanted == Wanted::Rim && cell.is_within(&self.band) {
+        if all_inside && self.goal == SearchGoal::Rim && cell.is_within(&self.band) {
             return false;
         }
         if !fine && cell.left > 0 {
@@ -449,11 +449,11 @@ mod tests {
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
 
-    /// In free space, with an opening of 25.3 mm radius half-way to a target of 2 mm straight ahead of a point 0.3 mm inside
+    /// In free space, with an aperture of 25.3 mm radius half-way to a target of 2 mm straight ahead of a point 0.3 mm inside
     /// its edge. Rays of slope up to 0.003 pass, and the target is seen up to 0.005.
     #[test]
     fn directions_beside_an_edge_are_found() {
-        let opening = Surface {
+        let aperture = Surface {
             frame: on_axis(100.0),
             shape: Shape::Plane,
             aperture: Aperture::disc(25.3),
@@ -465,7 +465,7 @@ mod tests {
         let hop = Hop {
             wavelength: 0.5e-3,
             from: &from,
-            train: &[opening],
+            train: &[aperture],
             to: &to,
         };
         let target = [24.0, 26.0, -1.0, 1.0];

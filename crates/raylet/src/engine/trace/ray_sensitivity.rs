@@ -223,8 +223,8 @@ impl Face<Number> for VariedSurface<'_> {
             for (i, slope) in height.slope.iter_mut().enumerate() {
                 add(slope, low.slope[i], high.slope[i]);
             }
-            for (i, bend) in height.bend.iter_mut().enumerate() {
-                add(bend, low.bend[i], high.bend[i]);
+            for (i, second) in height.hessian.iter_mut().enumerate() {
+                add(second, low.hessian[i], high.hessian[i]);
             }
         }
         Some(height)

@@ -8,7 +8,7 @@ use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
 use crate::optics::frame::{Axes, Frame};
 use crate::optics::ray::{Loss, Ray};
-use crate::optics::refraction::bend;
+use crate::optics::refraction::refract;
 use crate::optics::screen::Screen;
 use crate::optics::surface::Face;
 use crate::optics::system::Hop;
@@ -162,16 +162,16 @@ pub(crate) fn trace_train<T: Real, F: Face<T>, C: Companion<T>>(
         let normal = up * side;
 
         // Bend.
-        let bent = bend(surface.interface, surface.coating, direction, normal, index)?;
-        companion.bend(&Encounter {
+        let refracted = refract(surface.interface, surface.coating, direction, normal, index)?;
+        companion.refract(&Encounter {
             frame,
             height: &height,
             normal,
             side: side.value(),
-            bent: &bent,
+            refracted: &refracted,
             index,
         });
-        ray.direction = frame.turn_out(bent.direction);
+        ray.direction = frame.turn_out(refracted.direction);
     }
     Ok(ray)
 }

@@ -28,7 +28,7 @@ struct Standing<T> {
     /// ∇s there.
     slope: [T; 2],
     /// ∇∇s there: xx, xy, yy.
-    bend: [T; 3],
+    hessian: [T; 3],
 }
 
 impl<T: Real> Standing<T> {
@@ -55,7 +55,7 @@ impl<T: Real> Standing<T> {
         let standing = Self {
             along,
             slope: height.slope,
-            bend: height.bend,
+            hessian: height.hessian,
         };
         Ok((standing, Ray::new(position, direction)))
     }
@@ -69,7 +69,7 @@ impl<T: Real> Standing<T> {
         Ok(Self {
             along: square.sqrt() * screen.arrives,
             slope: height.slope,
-            bend: height.bend,
+            hessian: height.hessian,
         })
     }
 
@@ -90,7 +90,7 @@ impl<T: Real> Standing<T> {
 
     /// A curvature with `sign` times what the surface adds to it.
     fn with_surface(&self, curvature: Symmetric<T>, sign: f64) -> Symmetric<T> {
-        let [xx, xy, yy] = self.bend.map(|bend| bend * self.along * sign);
+        let [xx, xy, yy] = self.hessian.map(|second| second * self.along * sign);
         let mut sum = curvature;
         sum.xx.re = sum.xx.re + xx;
         sum.xy.re = sum.xy.re + xy;

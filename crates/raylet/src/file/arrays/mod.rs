@@ -8,7 +8,7 @@
 //! | `image` | Plain pictures: reading and writing PNG, and changing their number of pixels |
 //! | `phase_file` | The .npy files that a scene names for the results of a search: phases, amplitudes, heights |
 //! | `memory` | The limit on memory, checked before any memory is taken |
-//! | `regular_file` | Opening files to read: regular ones only |
+//! | `regular_file` | Files opened to read: regular ones only |
 
 pub mod array;
 pub mod image;

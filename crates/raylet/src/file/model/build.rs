@@ -308,7 +308,7 @@ impl Layout<'_, '_> {
         let doe = Doe {
             layers: match doe.coordinates {
                 Coordinates::Projected => layers,
-                Coordinates::Surface => vec![self.unrolled(layers, shape, path)?],
+                Coordinates::Surface => vec![self.on_surface(layers, shape, path)?],
             },
             aperture: doe.aperture.optics(),
             reflect: doe.reflect,
@@ -324,7 +324,7 @@ impl Layout<'_, '_> {
     }
 
     /// Layers on the own coordinates of a surface.
-    fn unrolled(&self, layers: Vec<Layer>, shape: &Shape, path: &str) -> Result<Layer, Fault> {
+    fn on_surface(&self, layers: Vec<Layer>, shape: &Shape, path: &str) -> Result<Layer, Fault> {
         let place = format!("{path}.coordinates");
         let is_point = |lattice: &Lattice| lattice.2 == PixelForm::Point;
         if lattices(&layers).iter().any(is_point) {
@@ -338,7 +338,7 @@ impl Layout<'_, '_> {
                             \"projected\"";
             self.scene.fault(&place, found, expected)
         })?;
-        Ok(Layer::Unrolled(Box::new(own), layers))
+        Ok(Layer::OnSurface(Box::new(own), layers))
     }
 
     /// The ideal phase for collimated light along the axis, at this wavelength.
@@ -465,7 +465,7 @@ pub fn settings(scene: &Scene) -> Settings {
     }
 }
 
-/// The knobs of the method `paper`.
+/// The settings of the method `paper`.
 fn paper(given: &keys::Paper, standard: Paper) -> Paper {
     Paper {
         rays: given.rays.unwrap_or(standard.rays),

@@ -236,7 +236,7 @@ struct Stage<'s> {
     scene: &'s Scene,
     wavelength: f64,
     raster: Raster,
-    /// ∫|U|² of the light that gets into the first screen's opening, in mm².
+    /// ∫|U|² of the light that gets into the first screen's aperture, in mm².
     power: f64,
 }
 
@@ -440,7 +440,7 @@ impl<'s> Stage<'s> {
 /// Cells along each axis in which the light on the first screen is summed.
 const CELLS: usize = 400;
 
-/// ∫|U|² of the light within the first screen's opening and its pixels, in mm² for unit amplitude; 1 where
+/// ∫|U|² of the light within the first screen's aperture and its pixels, in mm² for unit amplitude; 1 where
 /// nothing limits it.
 fn incident(system: &System) -> f64 {
     let open = Aperture::OPEN;

@@ -144,7 +144,7 @@ fn local_bands_fault(scene: &Scene, error: &LocalBandError) -> Fault {
             scene.fault(
                 &path,
                 found,
-                "wider or narrower windows, a smaller opening, or a higher memory limit",
+                "wider or narrower windows, a smaller aperture, or a higher memory limit",
             )
         }
         LocalBandError::Memory { .. } => {
@@ -172,7 +172,7 @@ fn sampling_fault(scene: &Scene, error: &SamplingError) -> Fault {
             let more = *needed as f64 * *needed_y as f64 / *allowed as f64;
             let enough = (more * scene.settings.memory_limit_mb).ceil();
             fault.hint(format!(
-                "settings.memory_limit_mb = {enough} would do; a smaller opening, a greater distance before it, \
+                "settings.memory_limit_mb = {enough} would do; a smaller aperture, a greater distance before it, \
                  or light of fewer directions needs less"
             ))
         }

@@ -135,7 +135,7 @@ impl HologramDesign {
                 "sizes and distances that lie less far apart",
             ),
             HologramError::Cancelled(_) => ("hologram", "a search to its end"),
-            HologramError::Dark => (&*self.element, "an opening that light reaches"),
+            HologramError::Dark => (&*self.element, "an aperture that light reaches"),
             HologramError::Black => ("hologram.target", "a picture that is not all black"),
             HologramError::Outside { .. } => ("hologram.size_mm", "at most the sensor's size"),
             HologramError::TooWide { .. } => {

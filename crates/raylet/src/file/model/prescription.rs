@@ -101,7 +101,7 @@ impl Part<'_> {
     /// Its radii of curvature at the vertex along x and y in mm; none where it is straight.
     pub fn radii(&self) -> [Option<f64>; 2] {
         let height = self.shape().height(0.0, 0.0);
-        let [x, _, y] = height.map_or([0.0; 3], |height| height.bend);
+        let [x, _, y] = height.map_or([0.0; 3], |height| height.hessian);
         let radius = |curvature: f64| (curvature != 0.0).then(|| 1.0 / curvature);
         [x, y].map(|curvature| radius(curvature).filter(|radius| radius.is_finite()))
     }

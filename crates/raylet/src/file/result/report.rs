@@ -90,7 +90,7 @@ pub struct SettingsEntry {
     pub memory_limit_mb: f64,
 }
 
-/// The knobs of the paper's method.
+/// The settings of the paper's method.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 #[expect(
     missing_docs,
@@ -281,7 +281,7 @@ pub struct Fates<T> {
 /// Power through a hop, ∫|U|² in mm² for unit amplitude.
 #[derive(Clone, Copy, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Power {
-    /// Before the first screen acts, over its opening; nothing for local bands, which have no whole field.
+    /// Before the first screen acts, over its aperture; nothing for local bands, which have no whole field.
     pub before: Option<f64>,
     /// Just behind it; likewise.
     pub behind: Option<f64>,

@@ -29,7 +29,7 @@ pub struct Aperture {
     /// Within any polygon.
     #[serde(default)]
     pub polygon: Option<Polygon>,
-    /// Parts of the opening that are blocked, each described as an opening is.
+    /// Parts of the aperture that are blocked, each described as an aperture is.
     #[serde(default)]
     pub blocked: Vec<Aperture>,
 }
@@ -75,7 +75,7 @@ pub struct Annulus {
     #[serde(deserialize_with = "not_negative")]
     #[schemars(extend("minimum" = 0))]
     pub inner_radius_mm: f64,
-    /// Radius of the opening in millimetres.
+    /// Radius of the aperture in millimetres.
     #[serde(deserialize_with = "positive")]
     #[schemars(extend("minimum" = 1e-12))]
     pub outer_radius_mm: f64,

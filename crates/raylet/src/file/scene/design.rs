@@ -21,7 +21,7 @@ pub struct Design {
     /// How the search finds the minimum.
     #[serde(default)]
     pub optimizer: Optimizer,
-    /// Which beamlets a look follows; all by default. Drawn ones take adam or momentum, and a system without
+    /// Which beamlets an evaluation follows; all by default. Drawn ones take adam or momentum, and a system without
     /// `[[design.variable]]` whose only other screen is the sensor.
     #[serde(default)]
     pub estimator: Option<Estimator>,

@@ -27,7 +27,7 @@ tagged! {
         Mirror(MirrorElement) = "mirror",
         /// An ideal thin lens.
         ParaxialLens(ParaxialLens) = "paraxial_lens",
-        /// An opening in an opaque screen.
+        /// An aperture in an opaque screen.
         Stop(StopElement) = "stop",
         /// A turn and shift of the axis for all that follows.
         CoordinateBreak(CoordinateBreak) = "coordinate_break",
@@ -118,7 +118,7 @@ table! {
 }
 
 table! {
-    /// An opening in an opaque plane.
+    /// An aperture in an opaque plane.
     pub struct StopElement with [place, way] {
         /// The open part.
         pub aperture: Aperture,

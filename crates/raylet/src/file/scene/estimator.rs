@@ -15,7 +15,7 @@ pub struct Estimator {
     #[serde(default = "sixty_four", deserialize_with = "count")]
     #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub each: usize,
-    /// Iterations from one exact look to the next, for `control_variate`.
+    /// Iterations from one exact evaluation to the next, for `control_variate`.
     #[serde(default = "ten", deserialize_with = "count")]
     #[schemars(extend("minimum" = 1, "maximum" = 1_000_000_000))]
     pub refresh: usize,
@@ -29,7 +29,7 @@ pub struct Estimator {
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Drawing {
-    /// Without replacement, for what has changed since the last exact look.
+    /// Without replacement, for what has changed since the last exact evaluation.
     ControlVariate,
     /// Without replacement.
     WithoutReplacement,

@@ -146,7 +146,7 @@ loss_table! {
         #[serde(deserialize_with = "not_empty")]
         #[schemars(extend("minItems" = 1))]
         pub at_mm: Vec<[f64; 2]>,
-        /// Distance at which a perfect wave from the whole opening would focus: with it s is a Strehl ratio, the
+        /// Distance at which a perfect wave from the whole aperture would focus: with it s is a Strehl ratio, the
         /// intensity over (open area/λf)². Without it s is the share of the light that falls on the point's pixel.
         #[serde(default, deserialize_with = "positive")]
         #[schemars(extend("minimum" = 1e-12))]

@@ -365,8 +365,8 @@ pub(crate) fn check_extent(
             "a radius up to which the surface exists: its conic ends before",
         ),
         _ => place.inner(key).refuse(
-            format!("an opening at ({x:.6}, {y:.6}) mm, where the surface does not exist"),
-            "an opening all over which it exists",
+            format!("an aperture at ({x:.6}, {y:.6}) mm, where the surface does not exist"),
+            "an aperture all over which it exists",
         ),
     }
 }

@@ -151,7 +151,7 @@ impl AxisLayout {
         }
     }
 
-    /// Where light meets a surface first, an opening of the beam's radius (or the surface's own) stands
+    /// Where light meets a surface first, an aperture of the beam's radius (or the surface's own) stands
     /// before it: the field has to live on some screen.
     fn enter(&mut self, face: &PlacedShape) {
         if self.screens.is_empty() {

@@ -39,7 +39,7 @@ pub(crate) fn check_finite(decentre: &[f64; 2], tilt: &[f64; 3]) -> Result<(), M
     }
 }
 
-/// A surface must be curved by finite numbers, and exist all over its opening.
+/// A surface must be curved by finite numbers, and exist all over its aperture.
 pub(crate) fn check_face(shape: &Shape, aperture: &Aperture) -> Result<(), Mismatch> {
     if let Shape::Conic(conic) = shape
         && !conic.curvature.is_finite()
@@ -47,18 +47,18 @@ pub(crate) fn check_face(shape: &Shape, aperture: &Aperture) -> Result<(), Misma
         let found = format!("a curvature of {} per mm", conic.curvature);
         return Err((found, "a radius that is not zero; infinite for a plane"));
     }
-    check_opening(aperture)?;
+    check_aperture(aperture)?;
     match missing_point(shape, aperture, f64::MAX) {
         None => Ok(()),
         Some([x, y]) => {
             let found =
-                format!("an opening at ({x:.6}, {y:.6}) mm, where the surface does not exist");
-            Err((found, "an opening all over which it exists"))
+                format!("an aperture at ({x:.6}, {y:.6}) mm, where the surface does not exist");
+            Err((found, "an aperture all over which it exists"))
         }
     }
 }
 
-/// A point of the opening, in mm, where the surface does not exist or is further than `highest` mm from its local plane.
+/// A point of the aperture, in mm, where the surface does not exist or is further than `highest` mm from its local plane.
 pub(crate) fn missing_point(shape: &Shape, aperture: &Aperture, highest: f64) -> Option<[f64; 2]> {
     let mut points = aperture.rim().into_iter().chain(aperture.inside());
     points.find(|[x, y]| {
@@ -67,21 +67,21 @@ pub(crate) fn missing_point(shape: &Shape, aperture: &Aperture, highest: f64) ->
     })
 }
 
-/// An opening must have a width above zero.
-pub(crate) fn check_opening(aperture: &Aperture) -> Result<(), Mismatch> {
+/// An aperture must have a width above zero.
+pub(crate) fn check_aperture(aperture: &Aperture) -> Result<(), Mismatch> {
     if let Outline::Disc { radius } = aperture.outline {
-        return check_above_zero("a radius of the opening", radius);
+        return check_above_zero("a radius of the aperture", radius);
     }
     let Some([x0, x1, y0, y1]) = aperture.bounds() else {
         return Ok(());
     };
-    check_above_zero("a width of the opening", x1 - x0)?;
-    check_above_zero("a height of the opening", y1 - y0)
+    check_above_zero("a width of the aperture", x1 - x0)?;
+    check_above_zero("a height of the aperture", y1 - y0)
 }
 
 /// An element must have an edge, and pixels that are numbers on one lattice.
 pub(crate) fn check_element(doe: &Doe) -> Result<(), Mismatch> {
-    check_opening(&doe.aperture)?;
+    check_aperture(&doe.aperture)?;
     for layer in &doe.layers {
         if let Layer::Pixels(pixels) = layer {
             check_pixels(pixels)?;

@@ -6,7 +6,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
 use crate::optics::assembly::glass::Glass;
 use crate::optics::assembly::part_check::{
-    Mismatch, check_element, check_face, check_finite, check_heading, check_opening, check_sensor,
+    Mismatch, check_aperture, check_element, check_face, check_finite, check_heading, check_sensor,
     check_transmits,
 };
 use crate::optics::doe::Doe;
@@ -124,7 +124,7 @@ impl Laying {
                 self.axis.reflect(face);
             }
             Part::Stop(aperture) => {
-                check_opening(aperture)?;
+                check_aperture(aperture)?;
                 self.limit(
                     String::from("stop"),
                     Shape::Plane,
@@ -188,7 +188,7 @@ impl Laying {
         if let Some(radius) = self.beam_radius.filter(|_| self.axis.is_empty()) {
             return Err((
                 format!("a beam radius of {radius} mm, though this part meets the light first"),
-                "no beam radius: the opening of this part limits the light",
+                "no beam radius: the aperture of this part limits the light",
             ));
         }
         Ok(())

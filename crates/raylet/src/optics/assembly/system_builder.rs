@@ -85,7 +85,7 @@ impl SystemBuilder {
         self
     }
 
-    /// Radius of the beam in mm, where the first part is a surface or mirror: without it the opening of that part
+    /// Radius of the beam in mm, where the first part is a surface or mirror: without it the aperture of that part
     /// limits the light.
     pub fn beam_radius(mut self, radius: f64) -> Self {
         self.beam_radius = Some(radius);
@@ -147,7 +147,7 @@ impl SystemBuilder {
         self.with(Part::Mirror(shape, aperture))
     }
 
-    /// An opening.
+    /// An aperture.
     pub fn stop(self, aperture: Aperture) -> Self {
         self.with(Part::Stop(aperture))
     }
@@ -199,7 +199,7 @@ impl SystemBuilder {
     ///
     /// # Errors
     /// The first part that is wrong: an unknown glass, one that is not known at the wavelength, a number out of its
-    /// range, a surface that does not exist all over its opening, or a sensor that is missing or not the last part.
+    /// range, a surface that does not exist all over its aperture, or a sensor that is missing or not the last part.
     pub fn build(self) -> Result<System, BuildError> {
         let light = |wrong| error("light", wrong);
         check_above_zero("a wavelength", self.wavelength).map_err(light)?;

@@ -9,7 +9,7 @@ use crate::math::erfc::erfc;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
 use crate::optics::frame::Axes;
-use crate::optics::refraction::Bent;
+use crate::optics::refraction::Refracted;
 use crate::optics::shape::Height;
 
 /// What a walk reports about one surface it meets.
@@ -23,7 +23,7 @@ pub struct Encounter<'a, T, A> {
     /// +1 when that normal points to the surface's +z, else −1.
     pub side: f64,
     /// The new direction, in the surface's frame.
-    pub bent: &'a Bent<T>,
+    pub refracted: &'a Refracted<T>,
     /// Index before and after.
     pub index: [T; 2],
 }
@@ -32,8 +32,8 @@ pub struct Encounter<'a, T, A> {
 pub trait Companion<T: Real> {
     /// The ray flies `length` mm through a medium.
     fn fly(&mut self, length: T, index: T);
-    /// The ray is bent at a surface.
-    fn bend<A: Axes<T>>(&mut self, encounter: &Encounter<T, A>);
+    /// The ray is refracted at a surface.
+    fn refract<A: Axes<T>>(&mut self, encounter: &Encounter<T, A>);
     /// The ray stands at a global point, at its start and after each flight.
     fn visit(&mut self, _point: Vec3<T>) {}
 }
@@ -43,7 +43,7 @@ impl<T: Real> Companion<T> for () {
     #[inline(always)]
     fn fly(&mut self, _length: T, _index: T) {}
     #[inline(always)]
-    fn bend<A: Axes<T>>(&mut self, _encounter: &Encounter<T, A>) {}
+    fn refract<A: Axes<T>>(&mut self, _encounter: &Encounter<T, A>) {}
 }
 
 /// A beamlet's amplitude and curvature.
@@ -108,7 +108,7 @@ impl<T: Real> Companion<T> for Beamlet<T> {
 
     /// H = P₁ᵀG⊥P₁ + (n₁cos χ₁ − n₂cos χ₂)S on tangent axes, then G⊥′ = P₂⁻ᵀHP₂⁻¹ across the new ray.
     #[inline(always)]
-    fn bend<A: Axes<T>>(&mut self, e: &Encounter<T, A>) {
+    fn refract<A: Axes<T>>(&mut self, e: &Encounter<T, A>) {
         let across = e.frame.turn_in(self.across);
         let along = e.frame.turn_in(self.direction).cross(across);
 
@@ -124,8 +124,9 @@ impl<T: Real> Companion<T> for Beamlet<T> {
         // The second fundamental form of the height along the normal, weighted by the index step.
         let [sx, sy] = e.height.slope;
         let scale = T::constant(e.side) / (sx * sx + sy * sy + 1.0).sqrt();
-        let step = (e.bent.cosine_in * e.index[0] - e.bent.cosine_out * e.index[1]) * scale;
-        let [xx, xy, yy] = e.height.bend;
+        let step =
+            (e.refracted.cosine_in * e.index[0] - e.refracted.cosine_out * e.index[1]) * scale;
+        let [xx, xy, yy] = e.height.hessian;
         let form = |a: Vec3<T>, b: Vec3<T>| {
             (xx * a.x * b.x + xy * (a.x * b.y + a.y * b.x) + yy * a.y * b.y) * step
         };
@@ -134,7 +135,7 @@ impl<T: Real> Companion<T> for Beamlet<T> {
         h.yy.re = h.yy.re + form(t2, t2);
 
         // Across the new ray.
-        let direction = e.bent.direction;
+        let direction = e.refracted.direction;
         let across = (t1 + direction * -direction.dot(t1)).unit();
         let along = direction.cross(across);
         let after = [
@@ -142,7 +143,7 @@ impl<T: Real> Companion<T> for Beamlet<T> {
             [along.dot(t1), along.dot(t2)],
         ];
         self.curvature = h.congruent(inverse(after));
-        self.amplitude = self.amplitude.scale(e.bent.transmission);
+        self.amplitude = self.amplitude.scale(e.refracted.transmission);
         self.across = e.frame.turn_out(across);
         self.direction = e.frame.turn_out(direction);
     }

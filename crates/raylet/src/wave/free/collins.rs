@@ -183,7 +183,7 @@ mod tests {
     fn train(sensor: f64) -> Abcd {
         Abcd::IDENTITY
             .drift(10.0, 1.0)
-            .bend(1.0 / 50.0)
+            .thin_lens(1.0 / 50.0)
             .drift(4.0, 1.5)
             .drift(sensor, 1.0)
     }
@@ -262,7 +262,7 @@ mod tests {
     fn images_are_refused() {
         let relay = Abcd::IDENTITY
             .drift(100.0, 1.0)
-            .bend(1.0 / 50.0)
+            .thin_lens(1.0 / 50.0)
             .drift(100.0, 1.0);
         let grid = Grid {
             x: Axis::uniform(4, 0.1, 0.0),

@@ -246,7 +246,7 @@ mod tests {
             k: std::f64::consts::TAU,
             slabs: vec![slab],
             offset: [0.3, 0.0],
-            anchor: [0.1, 0.0],
+            chief: [0.1, 0.0],
             padding: 4.0,
             clear: CLEAR,
         };

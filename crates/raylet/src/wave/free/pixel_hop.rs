@@ -91,7 +91,7 @@ impl PixelHop {
                 exit: None,
             }],
             offset: [0.0; 2],
-            anchor: [0.0; 2],
+            chief: [0.0; 2],
             padding: PADDING,
             clear: CLEAR,
         };

@@ -28,7 +28,7 @@ pub struct FreeHop {
     /// Position of the receiving plane's origin in the emitting plane, in mm.
     pub offset: [f64; 2],
     /// Direction of the incident light, optical cosines: the lattice of plane waves is anchored there.
-    pub anchor: [f64; 2],
+    pub chief: [f64; 2],
     /// Period P over W, the sum of the half widths of screen and target; at least 4.
     pub padding: f64,
     /// P − 2W in units of √(λ × depth), at least: the directions between W and P − W, where the taper falls, blur
@@ -98,7 +98,7 @@ impl FreeHop {
                 }
             }
             let limit = outside.min(lowest);
-            let band = Band::between(self.anchor[a], wavelength / period, -limit, limit);
+            let band = Band::between(self.chief[a], wavelength / period, -limit, limit);
             (period, span, band)
         };
         let (x, y) = (axis(0), axis(1));
@@ -143,24 +143,24 @@ impl FreeHop {
 
     /// The conjugate transpose of [`FreeHop::carry`], from the target's points to the nodes of the field; and
     /// the derivative with respect to each parameter, known by the hops a little below and above and the
-    /// distance of its values. Dark nodes of a curved screen stay dark; without neighbours the derivative is
-    /// nothing.
+    /// distance of its values. Dark nodes of a curved screen stay dark; without perturbed hops there is no
+    /// derivative.
     pub(crate) fn carry_adjoint(
         &self,
         target_bar: &Array2<Complex64>,
         target: &Raster,
         emitted: EmittedField,
         plan: &FreePlan,
-        neighbours: &[PerturbedFreeHops],
+        perturbed: &[PerturbedFreeHops],
     ) -> (Array2<Complex64>, Vec<f64>) {
         let EmittedField { field, surface } = emitted;
         let mut waves_bar = self.land_adjoint(target_bar, target, plan);
         self.cross_adjoint(&mut waves_bar, plan);
         let mut parameters = Vec::new();
-        if !neighbours.is_empty() {
+        if !perturbed.is_empty() {
             let waves = self.emission_spectrum(field, surface, plan);
             let along = |pair: &PerturbedFreeHops| pull(pair, &waves, &waves_bar, plan);
-            parameters = neighbours.iter().map(along).collect();
+            parameters = perturbed.iter().map(along).collect();
         }
         (
             self.emission_spectrum_adjoint(&waves_bar, field, surface, plan),
@@ -302,7 +302,7 @@ mod tests {
                 exit: None,
             }],
             offset: [0.0; 2],
-            anchor: [0.0; 2],
+            chief: [0.0; 2],
             padding: 4.0,
             clear: CLEAR,
         };
@@ -340,7 +340,7 @@ mod tests {
                 exit: None,
             }],
             offset: [0.1, -0.05],
-            anchor: [0.0, 0.0],
+            chief: [0.0, 0.0],
             padding: 4.0,
             clear: CLEAR,
         };
@@ -379,7 +379,7 @@ mod tests {
             k: std::f64::consts::TAU,
             slabs: vec![slab(1.0, Some(Coating::Fresnel)), slab(1.5, None)],
             offset: [0.6, -0.4],
-            anchor: [0.1, 0.0],
+            chief: [0.1, 0.0],
             padding: 4.0,
             clear: CLEAR,
         };

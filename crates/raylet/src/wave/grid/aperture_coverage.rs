@@ -12,7 +12,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::moments::{Cell, legendre, open_moments};
 use crate::wave::grid::field::{Axis, Grid};
 
-/// What an opening lets through of each node of a grid.
+/// What an aperture lets through of each node of a grid.
 pub(crate) struct ApertureCoverage<'a> {
     aperture: &'a Aperture,
     grid: &'a Grid,
@@ -21,7 +21,7 @@ pub(crate) struct ApertureCoverage<'a> {
 }
 
 impl<'a> ApertureCoverage<'a> {
-    /// An opening seen by a grid.
+    /// An aperture seen by a grid.
     pub(crate) fn new(aperture: &'a Aperture, grid: &'a Grid) -> Self {
         Self {
             aperture,
@@ -126,9 +126,9 @@ mod tests {
         (0..rings.len()).map(ring).sum()
     }
 
-    /// Spectra of round openings, of few wide pixels and of none, at λ = 1.
+    /// Spectra of round apertures, of few wide pixels and of none, at λ = 1.
     #[test]
-    fn round_openings_have_their_spectrum() {
+    fn round_apertures_have_their_spectrum() {
         let stop = |radius: f64| Screen {
             act: Act::Stop(Aperture::disc(radius)),
             ..round_pixels(1, 1.0, radius)

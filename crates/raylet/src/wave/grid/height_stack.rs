@@ -46,7 +46,7 @@ impl HeightStack {
         }
     }
 
-    /// The conjugate transpose of [`HeightStack::on`]: from the field on the screen to the sheets, whose values do
+    /// The conjugate transpose of [`HeightStack::on`]: from the field on the screen to the levels, whose values do
     /// not matter.
     pub(crate) fn on_adjoint(&self, screen: &Screen, field_bar: &Field) -> Vec<Array2<Complex64>> {
         let back = |bar: &Field| interpolate_adjoint(&self.raster, bar);
@@ -109,7 +109,7 @@ mod tests {
                 arrives: 1.0,
             };
             let count = stack.as_ref().map_or(1, Stack::len);
-            let sheets = HeightStack {
+            let stack = HeightStack {
                 raster: Raster {
                     start: [-9.0, -9.0],
                     pitch: [0.4, 0.45],
@@ -122,10 +122,10 @@ mod tests {
                 values: noise(grid.shape(), 100),
                 grid: grid.clone(),
             };
-            let there = sheets.on(&screen, &grid).values;
-            let back = sheets.on_adjoint(&screen, &bar);
+            let there = stack.on(&screen, &grid).values;
+            let back = stack.on_adjoint(&screen, &bar);
             let pairs: Vec<(&Array2<Complex64>, &Array2<Complex64>)> =
-                back.iter().zip(&sheets.values).collect();
+                back.iter().zip(&stack.values).collect();
             assert_transposed(&[(&bar.values, &there)], &pairs);
         }
     }

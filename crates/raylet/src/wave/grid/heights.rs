@@ -89,16 +89,16 @@ impl Stack {
 
     /// The field on a curved screen from the fields on the levels, all at the same nodes:
     /// U(z) = Σᵢ ℓᵢ(z) e^{iκ(z − zᵢ)} Uᵢ with the carrier κ.
-    pub(crate) fn merge(&self, sheets: &[Field], heights: &Heights) -> Field {
-        let mut merged = Field::zeros(sheets[0].grid.clone());
+    pub(crate) fn merge(&self, fields: &[Field], heights: &Heights) -> Field {
+        let mut merged = Field::zeros(fields[0].grid.clone());
         ndarray::Zip::indexed(merged.values.rows_mut()).par_for_each(|j, mut row| {
             let mut shares = vec![0.0; self.len()];
             for (i, value) in row.iter_mut().enumerate() {
                 let z = heights.z[[j, i]];
                 self.levels.shares(z, &mut shares);
-                for ((sheet, level), share) in sheets.iter().zip(&self.levels.at).zip(&shares) {
+                for ((field, level), share) in fields.iter().zip(&self.levels.at).zip(&shares) {
                     let turn = Complex64::from_polar(*share, self.carrier * (z - level));
-                    *value += sheet.values[[j, i]] * turn;
+                    *value += field.values[[j, i]] * turn;
                 }
             }
         });
@@ -206,8 +206,8 @@ mod tests {
             }
             field
         };
-        let sheets: Vec<Field> = stack.levels.at.iter().map(|z| sheet(*z)).collect();
-        let merged = stack.merge(&sheets, &heights);
+        let fields: Vec<Field> = stack.levels.at.iter().map(|z| sheet(*z)).collect();
+        let merged = stack.merge(&fields, &heights);
         for ((j, i), value) in merged.values.indexed_iter() {
             let exact = light(grid.x.node(i), grid.y.node(j), heights.z[[j, i]]);
             assert!((value - exact).norm() < 4e-4, "{}", stack.len());
@@ -246,11 +246,11 @@ mod tests {
             grid: grid.clone(),
             values: noise(grid.shape(), purpose as u32),
         };
-        let sheets: Vec<Field> = (0..stack.len()).map(field).collect();
+        let fields: Vec<Field> = (0..stack.len()).map(field).collect();
         let bar = field(100);
-        let merged = stack.merge(&sheets, &heights);
+        let merged = stack.merge(&fields, &heights);
         let back = stack.merge_adjoint(&bar, &heights);
-        let pairs = back.iter().zip(&sheets);
+        let pairs = back.iter().zip(&fields);
         let pairs: Vec<_> = pairs.map(|(bar, u)| (&bar.values, &u.values)).collect();
         assert_transposed(&[(&bar.values, &merged.values)], &pairs);
     }

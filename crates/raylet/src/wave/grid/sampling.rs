@@ -62,7 +62,7 @@ const CUT_TOLERANCE: f64 = 1e-4;
 const EDGE_FINENESS: f64 = 4.0;
 const EDGE_CELLS: f64 = 800.0;
 
-/// Samples that an opening has along an axis at least.
+/// Samples that an aperture has along an axis at least.
 const LEAST_SAMPLES: f64 = 16.0;
 
 /// Uniform samples for which one cell of Gauss nodes stands.
@@ -72,7 +72,7 @@ const GAUSS_CELL: f64 = 4.0;
 const MOST_CYCLES: f64 = 5.0;
 const MOST_NODES: usize = 32;
 
-/// Plans the nodes of a screen: the pixels of its element, or equal cells over its opening, with enough Gauss
+/// Plans the nodes of a screen: the pixels of its element, or equal cells over its aperture, with enough Gauss
 /// nodes each for what arrives, what the element adds and what matters behind it.
 ///
 /// # Errors
@@ -110,8 +110,13 @@ pub(crate) fn plan_grid(
                 pixel_axis(cells, pixels.pitch[a], pixels.form, frequency, cut)
             }
             None => {
-                let unrolled = doe.is_some_and(Doe::has_unrolled_pixels);
-                open_axis([bounds[2 * a], bounds[2 * a + 1]], frequency, unrolled, cut)
+                let on_surface = doe.is_some_and(Doe::has_surface_pixels);
+                open_axis(
+                    [bounds[2 * a], bounds[2 * a + 1]],
+                    frequency,
+                    on_surface,
+                    cut,
+                )
             }
         }
     };
@@ -142,7 +147,7 @@ fn swing(screen: &Screen, reach: Reach) -> f64 {
     n - least(reach.arriving).min(least(reach.leaving))
 }
 
-/// Whether the opening of a screen ends at the outer sides of its cells, so that it cuts none of them.
+/// Whether the aperture of a screen ends at the outer sides of its cells, so that it cuts none of them.
 fn ends_with_cells(screen: &Screen, doe: Option<&Doe>, bounds: [f64; 4]) -> bool {
     let Some(pixels) = doe.and_then(|doe| doe.pixels()) else {
         return screen.is_rectangular();
@@ -157,12 +162,12 @@ fn ends_with_cells(screen: &Screen, doe: Option<&Doe>, bounds: [f64; 4]) -> bool
     open || screen.is_rectangular() && (0..4).all(|i| on_side(i / 2, bounds[i]))
 }
 
-/// The nodes along one axis of an opening without pixels, or with pixels on the surface's own coordinates;
+/// The nodes along one axis of an aperture without pixels, or with pixels on the surface's own coordinates;
 /// `frequency` as for [`pixel_axis`].
-fn open_axis([low, high]: [f64; 2], frequency: f64, unrolled: bool, cut: bool) -> Axis {
+fn open_axis([low, high]: [f64; 2], frequency: f64, on_surface: bool, cut: bool) -> Axis {
     let needed = ((high - low) * OVERSAMPLING * frequency).max(LEAST_SAMPLES);
     let middle = 0.5 * (low + high);
-    if unrolled {
+    if on_surface {
         // Cells take the mean over edges that lie anywhere in them: many small ones.
         let cells = (needed * EDGE_FINENESS).min(EDGE_CELLS).max(needed).ceil();
         return Axis::uniform(cells as usize, (high - low) / cells, middle);
@@ -228,7 +233,7 @@ fn gauss_nodes(cycles: f64) -> usize {
     fits.unwrap_or(MOST_NODES)
 }
 
-/// Multiplies an arriving field by the screen's transmission, and by what its opening lets through of the
+/// Multiplies an arriving field by the screen's transmission, and by what its aperture lets through of the
 /// nodes ([`ApertureCoverage`]).
 pub(crate) fn act(screen: &Screen, field: &mut Field) {
     let (doe, aperture) = parts(screen);
@@ -260,10 +265,10 @@ fn pixels_cotangent(doe: &Doe, arrived: &Field, bar: &Field) -> Option<Array2<Co
     let mut total = Array2::zeros(doe.free_pixels()?.values.dim());
     let grid = &arrived.grid;
     let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
-    let opening = ApertureCoverage::new(&doe.aperture, grid);
+    let aperture = ApertureCoverage::new(&doe.aperture, grid);
     let nodes = grid.y.offsets.len();
     for row in 0..grid.y.cells {
-        for ((g, i), open) in opening.row(row).indexed_iter() {
+        for ((g, i), open) in aperture.row(row).indexed_iter() {
             let j = row * nodes + g;
             let weight = bar.values[[j, i]] * arrived.values[[j, i]].conj() * open;
             if weight != Complex64::ZERO {
@@ -276,7 +281,7 @@ fn pixels_cotangent(doe: &Doe, arrived: &Field, bar: &Field) -> Option<Array2<Co
     Some(total)
 }
 
-/// The element of a screen, if it has one, and its opening.
+/// The element of a screen, if it has one, and its aperture.
 fn parts(screen: &Screen) -> (Option<&Doe>, &Aperture) {
     match &screen.act {
         Act::Doe(doe) => (Some(doe), &doe.aperture),
@@ -285,7 +290,7 @@ fn parts(screen: &Screen) -> (Option<&Doe>, &Aperture) {
     }
 }
 
-/// Changes the value of each node that an opening leaves open at least in part, from its place, its spans
+/// Changes the value of each node that an aperture leaves open at least in part, from its place, its spans
 /// and its weight; the other nodes become zero.
 fn for_open_nodes(
     aperture: &Aperture,
@@ -294,13 +299,13 @@ fn for_open_nodes(
 ) {
     let Field { grid, values } = field;
     let (spans_x, spans_y) = (spans(&grid.x), spans(&grid.y));
-    let opening = ApertureCoverage::new(aperture, grid);
+    let aperture = ApertureCoverage::new(aperture, grid);
     let nodes = grid.y.offsets.len();
     let rows = values.axis_chunks_iter_mut(ndarray::Axis(0), nodes);
     rows.into_par_iter()
         .enumerate()
         .for_each(|(row, mut values)| {
-            let weights = opening.row(row);
+            let weights = aperture.row(row);
             for (((g, i), value), open) in values.indexed_iter_mut().zip(&weights) {
                 let j = row * nodes + g;
                 if *open == 0.0 {
@@ -318,7 +323,7 @@ fn spans(axis: &Axis) -> Vec<[f64; 2]> {
     (0..axis.len()).map(|i| axis.span(i)).collect()
 }
 
-/// The raster on which an arriving field is summed before it meets a screen: over the screen's opening
+/// The raster on which an arriving field is summed before it meets a screen: over the screen's aperture
 /// and a margin for the interpolation, at a pitch of λ/(3 p_max).
 ///
 /// # Errors

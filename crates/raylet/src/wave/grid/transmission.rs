@@ -16,7 +16,7 @@ use crate::wave::grid::sampling::act;
 )]
 pub struct NoPixels(pub String);
 
-/// What a screen lets through at the nodes of a grid, times the weight its opening gives each, indexed [y, x].
+/// What a screen lets through at the nodes of a grid, times the weight its aperture gives each, indexed [y, x].
 pub(crate) fn screen_transmission(screen: &Screen, grid: &Grid) -> Array2<Complex64> {
     let mut field = Field::zeros(grid.clone());
     field.values.fill(Complex64::ONE);
@@ -56,7 +56,7 @@ pub(crate) fn pixels_bar(
                 pixels = Some((own.values.dim(), own.pitch));
                 own.values.fill(Complex64::ONE);
             }
-            Layer::Pixels(_) | Layer::Sum(_) | Layer::Unrolled(..) => return Err(fault()),
+            Layer::Pixels(_) | Layer::Sum(_) | Layer::OnSurface(..) => return Err(fault()),
         }
     }
     let ((ny, nx), pitch) = pixels.ok_or_else(fault)?;

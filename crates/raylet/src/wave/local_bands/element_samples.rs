@@ -11,11 +11,11 @@ use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::fourier_axis::CellFilter;
 
-/// An element, or the opening of a stop, as local bands see it.
+/// An element, or the aperture of a stop, as local bands see it.
 #[derive(Clone, Debug)]
 pub(crate) struct Element<'a> {
     doe: Option<&'a Doe>,
-    opening: Aperture,
+    aperture: Aperture,
     pixels: Option<&'a Pixels>,
 }
 
@@ -84,10 +84,10 @@ impl<'a> Element<'a> {
     /// The element of a screen; nothing where layers are of a kind that has no local samples.
     pub(crate) fn of(screen: &'a Screen) -> Option<Self> {
         let doe = match &screen.act {
-            Act::Stop(opening) => {
+            Act::Stop(aperture) => {
                 return Some(Self {
                     doe: None,
-                    opening: opening.clone(),
+                    aperture: aperture.clone(),
                     pixels: None,
                 });
             }
@@ -100,14 +100,14 @@ impl<'a> Element<'a> {
         }
         Some(Self {
             doe: Some(doe),
-            opening: doe.aperture.clone(),
+            aperture: doe.aperture.clone(),
             pixels: doe.pixels(),
         })
     }
 
-    /// Its opening.
-    pub(crate) fn opening(&self) -> &Aperture {
-        &self.opening
+    /// Its aperture.
+    pub(crate) fn aperture(&self) -> &Aperture {
+        &self.aperture
     }
 
     /// Its pixels, if it has any.
@@ -119,7 +119,7 @@ impl<'a> Element<'a> {
         let layers = self.doe.map_or(&[][..], |doe| &doe.layers);
         layers.iter().filter_map(|layer| match layer {
             Layer::Phase(profile) => Some(profile),
-            Layer::Pixels(_) | Layer::Sum(_) | Layer::Unrolled(..) => None,
+            Layer::Pixels(_) | Layer::Sum(_) | Layer::OnSurface(..) => None,
         })
     }
 
@@ -173,7 +173,7 @@ impl<'a> Element<'a> {
     }
 
     /// The nodes of a tile at which the transmission over the element's own `carrier` is to be sampled; `cut` where an edge of
-    /// the opening crosses windows of the tile.
+    /// the aperture crosses windows of the tile.
     pub(crate) fn nodes_of(
         &self,
         area: &TileArea,
@@ -246,18 +246,18 @@ impl<'a> Element<'a> {
         pixels
     }
 
-    /// Whether the edge of the opening cuts pixels: a rectangle along their sides does not. Without pixels it cuts the cells of
+    /// Whether the edge of the aperture cuts pixels: a rectangle along their sides does not. Without pixels it cuts the cells of
     /// any nodes.
     fn cuts_cells(&self) -> bool {
         let (Some(pixels), Outline::Rectangle { half_x, half_y }) =
-            (self.pixels, &self.opening.outline)
+            (self.pixels, &self.aperture.outline)
         else {
             return true;
         };
         let counts = [pixels.values.ncols(), pixels.values.nrows()];
         [*half_x, *half_y].iter().enumerate().any(|(a, half)| {
             let cuts = |side: f64| {
-                let edge = self.opening.centre[a] + side * half;
+                let edge = self.aperture.centre[a] + side * half;
                 let place = edge / pixels.pitch[a] + 0.5 * counts[a] as f64;
                 let inside = 0.0 < place && place < counts[a] as f64;
                 inside && (place - place.round()).abs() > 1e-6
@@ -287,7 +287,7 @@ impl<'a> Element<'a> {
         [0, 1].map(|a| area.half_band[a] + widest[a])
     }
 
-    /// The nodes along one axis of a tile: parts of the pixels, or equal cells over the opening.
+    /// The nodes along one axis of a tile: parts of the pixels, or equal cells over the aperture.
     fn nodes(&self, area: &TileArea, a: usize, pitch: f64) -> Axis {
         let [low, high] = area.samples[a].edges();
         if let Some(pixels) = self.pixels {
@@ -309,7 +309,7 @@ impl<'a> Element<'a> {
             let cells = ((last - first) * parts) as usize;
             return Axis::gauss(cells, own / parts, middle, nodes);
         }
-        let bounds = self.opening.bounds().unwrap_or([low, high, low, high]);
+        let bounds = self.aperture.bounds().unwrap_or([low, high, low, high]);
         let low = low.max(bounds[2 * a] - pitch);
         let high = high.min(bounds[2 * a + 1] + pitch).max(low);
         let count = ((high - low) / pitch).ceil();
@@ -345,7 +345,7 @@ impl<'a> Element<'a> {
         let plane = carrier.p == [0.0; 2] && carrier.q == [0.0; 3];
         for (j, mut row) in values.rows_mut().into_iter().enumerate() {
             let y = rows.node(j);
-            let mut scan = OpeningScan::new(&self.opening, rows.span(j));
+            let mut scan = ApertureScan::new(&self.aperture, rows.span(j));
             for (i, value) in row.iter_mut().enumerate() {
                 let open = if opened { scan.open(spans[i]) } else { 1.0 };
                 if open == 0.0 {
@@ -383,24 +383,24 @@ impl<'a> Element<'a> {
 
     /// The open share of a cell.
     fn open(&self, [x, y]: [[f64; 2]; 2]) -> f64 {
-        OpeningScan::new(&self.opening, y).open(x)
+        ApertureScan::new(&self.aperture, y).open(x)
     }
 }
 
 /// The open shares of cells along a row, from low to high x. A depth inside or outside the edge says how far the next edge
 /// is, so that most cells need no look of their own.
-struct OpeningScan<'a> {
-    opening: &'a Aperture,
+struct ApertureScan<'a> {
+    aperture: &'a Aperture,
     /// The row's span along y, in mm.
     row: [f64; 2],
     /// Cells are known to have this share up to that x.
     known: (f64, f64),
 }
 
-impl<'a> OpeningScan<'a> {
-    fn new(opening: &'a Aperture, row: [f64; 2]) -> Self {
+impl<'a> ApertureScan<'a> {
+    fn new(aperture: &'a Aperture, row: [f64; 2]) -> Self {
         Self {
-            opening,
+            aperture,
             row,
             known: (0.0, f64::NEG_INFINITY),
         }
@@ -415,9 +415,9 @@ impl<'a> OpeningScan<'a> {
             return share;
         }
         let half = 0.5 * (x1 - x0).hypot(y1 - y0);
-        let depth = self.opening.depth(x, y);
+        let depth = self.aperture.depth(x, y);
         if depth.abs() <= half {
-            return self.opening.coverage(x0, x1, y0, y1);
+            return self.aperture.coverage(x0, x1, y0, y1);
         }
         let share = if depth > 0.0 { 1.0 } else { 0.0 };
         self.known = (share, x + depth.abs());

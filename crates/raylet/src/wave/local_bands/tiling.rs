@@ -45,7 +45,7 @@ pub(crate) struct Tile {
     pub windows: [Range<usize>; 2],
 }
 
-/// How a window lies to the opening of its screen.
+/// How a window lies to the aperture of its screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lie {
     /// It sees no edge.
@@ -95,13 +95,13 @@ impl Tiling {
         .collect()
     }
 
-    /// The windows of a tile that an opening does not leave dark, row by row, with their centres and how they lie.
-    pub(crate) fn lit(&self, tile: &Tile, opening: &Aperture) -> Vec<([usize; 2], [f64; 2], Lie)> {
+    /// The windows of a tile that an aperture does not leave dark, row by row, with their centres and how they lie.
+    pub(crate) fn lit(&self, tile: &Tile, aperture: &Aperture) -> Vec<([usize; 2], [f64; 2], Lie)> {
         let [columns, rows] = tile.windows.clone();
         let all = rows.flat_map(|j| columns.clone().map(move |i| [i, j]));
         let lying = |window: [usize; 2]| {
             let at = self.centre(window);
-            let lie = Lie::of(opening.depth(at[0], at[1]), self.positions[0].sigma);
+            let lie = Lie::of(aperture.depth(at[0], at[1]), self.positions[0].sigma);
             (lie != Lie::Outside).then_some((window, at, lie))
         };
         all.filter_map(lying).collect()

@@ -1,7 +1,7 @@
 //! Patches of a field and their plane waves.
 //!
 //! The field under a window is expanded in plane waves of its period P,
-//! ĝⱼ U = Σₘ cₘ e^{ik pₘ·(x−xⱼ)}, on a lattice of optical direction cosines pₘ = anchor + m·λ/P.
+//! ĝⱼ U = Σₘ cₘ e^{ik pₘ·(x−xⱼ)}, on a lattice of optical direction cosines pₘ = chief + m·λ/P.
 
 use std::ops::Range;
 
@@ -13,11 +13,11 @@ use crate::math::part::part;
 use crate::wave::grid::field::{Axis, Field};
 use crate::wave::patches::window::Positions;
 
-/// A range of lattice directions along one axis: pₘ = anchor + m·spacing for `first ≤ m < first + count`.
+/// A range of lattice directions along one axis: pₘ = chief + m·spacing for `first ≤ m < first + count`.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Band {
     /// The direction cosine of m = 0.
-    pub anchor: f64,
+    pub chief: f64,
     /// Lattice spacing λ/P.
     pub spacing: f64,
     /// First index.
@@ -28,11 +28,11 @@ pub struct Band {
 
 impl Band {
     /// The lattice directions within [low, high].
-    pub fn between(anchor: f64, spacing: f64, low: f64, high: f64) -> Self {
-        let first = ((low - anchor) / spacing).ceil() as i64;
-        let last = ((high - anchor) / spacing).floor() as i64;
+    pub fn between(chief: f64, spacing: f64, low: f64, high: f64) -> Self {
+        let first = ((low - chief) / spacing).ceil() as i64;
+        let last = ((high - chief) / spacing).floor() as i64;
         Self {
-            anchor,
+            chief,
             spacing,
             first,
             count: last.saturating_sub(first).saturating_add(1).max(0) as usize,
@@ -41,7 +41,7 @@ impl Band {
 
     /// The indices of this band's directions within [low, high].
     pub(crate) fn within(&self, low: f64, high: f64) -> Range<usize> {
-        let part = Self::between(self.anchor, self.spacing, low, high);
+        let part = Self::between(self.chief, self.spacing, low, high);
         let clip = |m: i64| (m - self.first).clamp(0, self.count as i64) as usize;
         let first = clip(part.first);
         first..clip(part.first + part.count as i64).max(first)
@@ -50,7 +50,7 @@ impl Band {
     /// The optical direction cosine of the `index`-th direction of the band.
     #[inline]
     pub fn at(&self, index: usize) -> f64 {
-        self.anchor + (self.first + index as i64) as f64 * self.spacing
+        self.chief + (self.first + index as i64) as f64 * self.spacing
     }
 }
 

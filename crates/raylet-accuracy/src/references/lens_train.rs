@@ -1,7 +1,7 @@
-//! An optical bench of pixel planes and small, strongly refracting lenses, carried from screen to
+//! A train of pixel planes and small, strongly refracting lenses, carried from screen to
 //! screen by plane waves and surface integrals.
 //!
-//! Accuracy: the discretisation converges as described at each setting of [`Bench`]; the physics is
+//! Accuracy: the discretisation converges as described at each setting of [`LensTrain`]; the physics is
 //! exact for scalar waves in free space and through plane faces, and Kirchhoff's at a curved
 //! interface (a field that is continuous, with unit transmission, zero outside the aperture), in
 //! error there by about χ²/(k n R).
@@ -16,7 +16,7 @@ use crate::references::surface::{Sag, SurfaceSamples};
 
 /// The numerical settings, each an argument so that its effect can be shown.
 #[derive(Clone, Copy, Debug)]
-pub struct Bench {
+pub struct LensTrain {
     /// Vacuum wavelength λ.
     pub wavelength: f64,
     /// Period P of the plane-wave lattice: six times the sum of the half widths of the widest hop
@@ -153,7 +153,7 @@ impl Flight {
     }
 }
 
-impl Bench {
+impl LensTrain {
     /// Settings that leave discretisation errors of about 1e-5 in the field for trains in air of
     /// index up to 1.5 (the `convergence` example), given a sufficient `period`.
     pub fn converged(wavelength: f64, period: f64) -> Self {
@@ -280,11 +280,11 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::numbers::pixels::Pixels;
-    use crate::references::bench::{Bench, PlanoConvex, Source, Step};
+    use crate::references::lens_train::{LensTrain, PlanoConvex, Source, Step};
     use crate::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
     use crate::references::spectrum::PeriodTooShort;
 
-    const BENCH: Bench = Bench {
+    const TRAIN: LensTrain = LensTrain {
         wavelength: 1.0,
         period: 150.0,
         samples: 450,
@@ -304,7 +304,7 @@ mod tests {
         ];
         let x = ndarray::Array1::linspace(-9.0, 9.0, 7);
         let [ours, exact] = sources.map(|source| {
-            let spectrum = BENCH.run(source, &[Step::Drift(30.0)], 10.0).unwrap();
+            let spectrum = TRAIN.run(source, &[Step::Drift(30.0)], 10.0).unwrap();
             spectrum.on_grid(&x, &x)
         });
         let off = (&ours - &exact).iter().map(|u| u.norm_sqr()).sum::<f64>();
@@ -360,7 +360,7 @@ mod tests {
         let exact = rayleigh_sommerfeld(&pixels, [0.1, 0.05], 1.0, 14, &at);
         for mut steps in [lens.convex_first(), lens.plane_first()] {
             steps.push(Step::Drift(20.0));
-            let behind = BENCH
+            let behind = TRAIN
                 .run(Source::Pixels(&pixels, [0.1, 0.05]), &steps, 6.0)
                 .unwrap();
             let error = distance(&behind.at_points(&sensor(), 1e-9), &exact);
@@ -373,7 +373,7 @@ mod tests {
     fn pixels_behind_pixels_equal_direct_sums() {
         let (first, second) = (scrambled(16, 0.5), scrambled(8, 1.0));
         let steps = [Step::Drift(9.0), Step::Pixels(&second), Step::Drift(15.0)];
-        let behind = BENCH
+        let behind = TRAIN
             .run(Source::Pixels(&first, [0.0, 0.0]), &steps, 6.0)
             .unwrap();
 
@@ -406,7 +406,7 @@ mod tests {
 
     #[test]
     fn a_wide_screen_needs_a_long_period() {
-        let result = BENCH.run(Source::Disc(40.0, [0.0, 0.0]), &[Step::Drift(9.0)], 36.0);
+        let result = TRAIN.run(Source::Disc(40.0, [0.0, 0.0]), &[Step::Drift(9.0)], 36.0);
         assert_eq!(
             result.unwrap_err(),
             PeriodTooShort {

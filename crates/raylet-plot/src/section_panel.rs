@@ -37,7 +37,7 @@ pub enum CurveKind {
     Mirror,
     /// A diffractive element: a line with steps to the right when going along its points.
     Doe,
-    /// A stop: its points span the opening, and bars stand beyond its two ends.
+    /// A stop: its points span the aperture, and bars stand beyond its two ends.
     Stop,
     /// A sensor or other target: a thick line.
     Sensor,
@@ -316,7 +316,7 @@ fn draw_curve(svg: &mut Svg, room: &mut Room, line: &[[f64; 2]], kind: CurveKind
             svg.path(&relief, false, Pen::line("#a3159a", 1.2));
         }
         CurveKind::Stop => {
-            // From each end away from the opening, with a foot across it.
+            // From each end away from the aperture, with a foot across it.
             let (Some(&first), Some(&last)) = (line.first(), line.last()) else {
                 return;
             };
@@ -416,8 +416,8 @@ impl Content for LayoutPanel {
 
 #[cfg(test)]
 mod tests {
-    use crate::layout_panel::{LayoutPanel, LayoutScene, RayPath, along, below};
     use crate::panel::Content;
+    use crate::section_panel::{LayoutPanel, LayoutScene, RayPath, along, below};
     use crate::svg::{Rect, Svg};
 
     const PLOT: Rect = Rect {

@@ -41,7 +41,7 @@ fn screen(shape: Shape, layers: Vec<Layer>, half: f64) -> Screen {
         frame: Frame::GLOBAL,
         shape,
         act: Act::Doe(Doe {
-            layers: vec![Layer::Unrolled(Box::new(own), layers)],
+            layers: vec![Layer::OnSurface(Box::new(own), layers)],
             aperture: Aperture {
                 outline: Outline::Rectangle {
                     half_x: half,
@@ -81,7 +81,7 @@ fn gratings_turn_light_by_their_period_along_the_surface() {
     ];
     for (shape, lines) in cases {
         for [x, y] in [[6.0, 0.0], [10.0, 0.0], [3.0, 4.0], [-5.0, 2.0]] {
-            // A small opening about the place: the element is sampled as a whole.
+            // A small aperture about the place: the element is sampled as a whole.
             let mut element = screen(shape.clone(), vec![grating.clone()], 0.065);
             if let Act::Doe(doe) = &mut element.act {
                 doe.aperture.centre = [x, y];

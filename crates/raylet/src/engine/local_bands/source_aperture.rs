@@ -1,43 +1,43 @@
-//! Whether the opening of the first screen cuts light that matters, or only says where windows stand.
+//! Whether the aperture of the first screen cuts light that matters, or only says where windows stand.
 
 use crate::engine::local_bands::local_band_error::LocalBandError;
-use crate::engine::local_bands::settings::SourceOpening;
+use crate::engine::local_bands::settings::SourceAperture;
 use crate::engine::local_bands::source_light::source_carrier;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::System;
 
-/// Light that lands this far outside the next screen's opening matters still, as a share of the opening's width.
+/// Light that lands this far outside the next screen's aperture matters still, as a share of the aperture's width.
 const BESIDE: f64 = 0.1;
 
-/// What the opening of the first screen does: it is soft where that is a stop and the light at its rim is lost, or lands
-/// far outside the opening of the next screen.
+/// What the aperture of the first screen does: it is soft where that is a stop and the light at its rim is lost, or lands
+/// far outside the aperture of the next screen.
 ///
 /// # Errors
 /// When the system has no screen.
-pub(crate) fn source_opening(system: &System) -> Result<SourceOpening, LocalBandError> {
+pub(crate) fn source_aperture(system: &System) -> Result<SourceAperture, LocalBandError> {
     let first = system.screens.first().ok_or(LocalBandError::NoSensor)?;
-    let (Act::Stop(opening), Some(hop)) = (&first.act, system.hops().next()) else {
-        return Ok(SourceOpening::Hard);
+    let (Act::Stop(aperture), Some(hop)) = (&first.act, system.hops().next()) else {
+        return Ok(SourceAperture::Hard);
     };
     let matters = |at: &[f64; 2]| {
         let carrier = source_carrier(&system.source, first, *at);
         let landing = hop.trace_along(*at, carrier.p, &mut ());
         landing.is_ok_and(|landing| meets(hop.to, landing.at))
     };
-    Ok(match opening.rim().iter().any(matters) {
-        true => SourceOpening::Hard,
-        false => SourceOpening::Soft,
+    Ok(match aperture.rim().iter().any(matters) {
+        true => SourceAperture::Hard,
+        false => SourceAperture::Soft,
     })
 }
 
-/// Whether a point lies in a screen's opening, or not far outside.
+/// Whether a point lies in a screen's aperture, or not far outside.
 fn meets(screen: &Screen, [x, y]: [f64; 2]) -> bool {
     let Some([x0, x1, y0, y1]) = screen.bounds() else {
         return true;
     };
     let margin = BESIDE * (x1 - x0).max(y1 - y0);
     let depth = match &screen.act {
-        Act::Stop(opening) => opening.depth(x, y),
+        Act::Stop(aperture) => aperture.depth(x, y),
         Act::Doe(doe) => doe.aperture.depth(x, y),
         Act::Sensor(_) => 0.0,
     };
