@@ -8,7 +8,7 @@ use std::path::Path;
 use std::sync::LazyLock;
 use std::time::Instant;
 
-use raylet::design::estimator::{Estimator, EvaluationMode};
+use raylet::design::estimator::{Estimator, EstimatorKind, EvaluationMode};
 use raylet::design::optimizers::descent::Rule;
 use raylet::design::optimizers::optimizer::{Method, Optimizer};
 use raylet::design::optimizers::schedule::Schedule;
@@ -51,7 +51,7 @@ fn processor() -> f64 {
 /// One estimator's run.
 struct Course {
     name: String,
-    looks: usize,
+    evaluations: usize,
     /// Cosine of the angle to the exact gradient at the start and where the exact search ended.
     cosines: [f64; 2],
     /// (seconds, exact NCC).
@@ -91,50 +91,48 @@ fn main() -> Result<(), Failure> {
 }
 
 /// What is compared.
-fn estimators() -> Vec<(&'static str, Estimator)> {
-    let refresh = 10;
-    let gumbel = |each| Estimator::Gumbel {
-        each,
-        temperature: 1.0,
+fn estimators() -> Vec<(&'static str, Option<Estimator>)> {
+    let drawn = |kind, each| {
+        Some(Estimator {
+            kind,
+            each,
+            refresh: 10,
+            temperature: 1.0,
+        })
     };
+    use EstimatorKind::{ControlVariate, Gumbel, Multinomial, WithoutReplacement};
     vec![
-        ("exact", Estimator::Exact),
-        (
-            "control variate, 16",
-            Estimator::ControlVariate { each: 16, refresh },
-        ),
-        (
-            "control variate, 64",
-            Estimator::ControlVariate { each: 64, refresh },
-        ),
-        (
-            "without replacement, 64",
-            Estimator::WithoutReplacement { each: 64 },
-        ),
-        ("multinomial, 64", Estimator::Multinomial { each: 64 }),
-        ("multinomial, 256", Estimator::Multinomial { each: 256 }),
-        ("Gumbel, 8, T = 1", gumbel(8)),
-        ("Gumbel, 64, T = 1", gumbel(64)),
+        ("exact", None),
+        ("control variate, 16", drawn(ControlVariate, 16)),
+        ("control variate, 64", drawn(ControlVariate, 64)),
+        ("without replacement, 64", drawn(WithoutReplacement, 64)),
+        ("multinomial, 64", drawn(Multinomial, 64)),
+        ("multinomial, 256", drawn(Multinomial, 256)),
+        ("Gumbel, 8, T = 1", drawn(Gumbel, 8)),
+        ("Gumbel, 64, T = 1", drawn(Gumbel, 64)),
     ]
 }
 
-/// One evaluation by an estimator; anchors are renewed where it needs them.
-struct Looker<'a> {
+/// One evaluation by an estimator; exact ones are renewed where it needs them.
+struct Evaluator<'a> {
     project: &'a Project,
     plans: &'a Plans,
-    estimator: Estimator,
+    estimator: Option<Estimator>,
     control_variates: Vec<raylet::engine::chain::control_variate::ControlVariate>,
 }
 
-impl Looker<'_> {
+impl Evaluator<'_> {
     fn evaluate(&mut self, point: &[f64], iteration: usize) -> Result<(f64, Vec<f64>), Failure> {
-        if self.estimator.renews_control_variates(iteration) {
+        if self
+            .estimator
+            .is_some_and(|drawn| drawn.renews_control_variates(iteration))
+        {
             self.control_variates =
                 self.project
                     .control_variates(self.plans, point, 1.0, &uncancelled)?;
         }
         let mode = match (
-            self.estimator.draws(7, iteration),
+            self.estimator.map(|drawn| drawn.draws(7, iteration)),
             self.control_variates.is_empty(),
         ) {
             (None, _) => EvaluationMode::All,
@@ -148,16 +146,16 @@ impl Looker<'_> {
     }
 }
 
-/// A descent with as many looks as fit into the time; what scores them does not count.
+/// A descent with as many evaluations as fit into the time; what scores them does not count.
 fn descend(
     project: &Project,
     plans: &Plans,
-    estimator: Estimator,
+    estimator: Option<Estimator>,
     start: &[f64],
     seconds: f64,
     exact: Truth,
 ) -> Result<Course, Failure> {
-    let mut evaluator = Looker {
+    let mut evaluator = Evaluator {
         project,
         plans,
         estimator,
@@ -169,30 +167,30 @@ fn descend(
     evaluator.evaluate(start, 0)?;
     let before = processor();
     let trial = match estimator {
-        Estimator::ControlVariate { refresh, .. } => refresh,
+        Some(drawn) if drawn.kind == EstimatorKind::ControlVariate => drawn.refresh,
         _ => 3,
     };
     for iteration in 0..trial {
-        let exact = estimator.renews_control_variates(iteration);
+        let exact = estimator.is_some_and(|drawn| drawn.renews_control_variates(iteration));
         evaluator.evaluate(if exact { start } else { &moved }, iteration)?;
     }
     let cost = (processor() - before) / trial as f64;
-    let looks = (seconds / cost).ceil().max(1.0) as usize;
+    let evaluations = (seconds / cost).ceil().max(1.0) as usize;
 
     let schedule = Schedule::Cosine {
         from: RATE,
         to: 0.0,
-        iterations: looks,
+        iterations: evaluations,
     };
     let method = Method::Descent(Rule::ADAM, schedule);
     let mut search: Optimizer = method.start(start.to_vec(), Space::free(start.len()))?;
     let (mut scores, mut nearness) = (Vec::new(), Vec::new());
     let mut spent = 0.0;
-    for iteration in 0..looks {
+    for iteration in 0..evaluations {
         let before = processor();
         let (value, gradient) = evaluator.evaluate(search.point(), iteration)?;
         let looked = processor() - before;
-        if iteration % looks.div_ceil(8) == 0 {
+        if iteration % evaluations.div_ceil(8) == 0 {
             let (like, truth) = exact(search.point())?;
             scores.push([spent, like]);
             nearness.push([spent, cosine(&gradient, &truth)]);
@@ -207,7 +205,7 @@ fn descend(
     scores.push([spent, exact(search.point())?.0]);
     Ok(Course {
         name: String::new(),
-        looks,
+        evaluations,
         cosines: [f64::NAN; 2],
         scores,
         nearness,
@@ -221,22 +219,22 @@ fn cosine(a: &[f64], b: &[f64]) -> f64 {
     dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()
 }
 
-/// Mean cosine to the exact gradient at a point; for a control variate a little noise away from its anchor.
+/// Mean cosine to the exact gradient at a point; for a control variate a little noise away from its exact evaluation.
 fn mean_cosine(
     project: &Project,
     plans: &Plans,
-    estimator: Estimator,
+    estimator: Option<Estimator>,
     point: &[f64],
 ) -> Result<f64, Failure> {
     let moved = moved(point);
     let exact = project.evaluate(plans, &moved, 1.0)?.gradient;
-    let mut evaluator = Looker {
+    let mut evaluator = Evaluator {
         project,
         plans,
         estimator,
         control_variates: Vec::new(),
     };
-    if estimator.renews_control_variates(0) {
+    if estimator.is_some_and(|drawn| drawn.renews_control_variates(0)) {
         evaluator.control_variates = project.control_variates(plans, point, 1.0, &uncancelled)?;
     }
     let mut sum = 0.0;
@@ -257,10 +255,10 @@ fn moved(point: &[f64]) -> Vec<f64> {
 /// One row of the table.
 fn row(course: &Course) -> String {
     let [spent, score] = course.scores.last().copied().unwrap_or([f64::NAN; 2]);
-    let (looks, [start, end]) = (course.looks, course.cosines);
-    let cost = spent / looks as f64;
+    let (evaluations, [start, end]) = (course.evaluations, course.cosines);
+    let cost = spent / evaluations as f64;
     format!(
-        "| {} | {looks} | {cost:.2} | {spent:.1} | {start:.3} | {end:.3} | {score:.4} |",
+        "| {} | {evaluations} | {cost:.2} | {spent:.1} | {start:.3} | {end:.3} | {score:.4} |",
         course.name
     )
 }
@@ -273,7 +271,7 @@ fn draw(courses: &[Course], seconds: f64) -> Result<(), Failure> {
             Series::line(name, part(course).iter().copied())
         };
         Panel::lines(courses.iter().map(line).collect())
-            .x_axis("processor time of looks", "s")
+            .x_axis("processor time of evaluations", "s")
             .x_range([0.0, seconds])
     };
     let scores = panel(|course| &course.scores, true)

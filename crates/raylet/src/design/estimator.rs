@@ -1,8 +1,8 @@
 //! How a design finds value and gradient: from all beamlets, or from some that are drawn.
 
+use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::design::exact;
 use crate::engine::chain::control_variate::ControlVariate;
 use crate::engine::chain::forward_pass::{ForwardPass, Gradient};
 use crate::engine::chain::linearised_system::LinearisedSystem;
@@ -12,63 +12,57 @@ use crate::engine::progress::Pulse;
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::system::System;
 
-/// Which beamlets an evaluation follows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub enum Estimator {
-    /// All: value and gradient are exact.
-    #[default]
-    Exact,
-    /// `each` of a patch, without replacement, for what has changed since the last exact evaluation; one of those every
-    /// `refresh` iterations.
-    ControlVariate {
-        /// Draws of a patch.
-        each: usize,
-        /// Iterations from one exact evaluation to the next.
-        refresh: usize,
-    },
-    /// `each` of a patch, without replacement.
-    WithoutReplacement {
-        /// Draws of a patch.
-        each: usize,
-    },
-    /// `each` of a patch, independently, held constant on the way back: the source paper's public code.
-    Multinomial {
-        /// Draws of a patch.
-        each: usize,
-    },
-    /// The same draws with the gradient of a soft maximum: the source paper's text.
-    Gumbel {
-        /// Draws of a patch.
-        each: usize,
-        /// Temperature of the soft maximum.
-        #[serde(with = "exact::number")]
-        temperature: f64,
-    },
+/// How beamlets are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EstimatorKind {
+    /// Without replacement, for what has changed since the last exact evaluation.
+    ControlVariate,
+    /// Without replacement.
+    WithoutReplacement,
+    /// Independently, held constant on the way back, as in the source paper's public code.
+    Multinomial,
+    /// The same, with the gradient of a soft maximum, as in the source paper's text.
+    Gumbel,
+}
+
+/// An estimator of value and gradient from beamlets that are drawn in each evaluation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimator {
+    /// How they are drawn.
+    pub kind: EstimatorKind,
+    /// Draws of each patch.
+    pub each: usize,
+    /// Iterations from one exact evaluation to the next; for control variates.
+    pub refresh: usize,
+    /// Temperature of the soft maximum; for Gumbel's noise.
+    pub temperature: f64,
 }
 
 impl Estimator {
-    /// What is drawn in an iteration; nothing where all are followed.
-    pub fn draws(&self, seed: u64, iteration: usize) -> Option<Draws> {
-        let (drawing, each) = match *self {
-            Self::Exact => return None,
-            Self::ControlVariate { each, .. } | Self::WithoutReplacement { each } => {
-                (Drawing::WithoutReplacement, each)
+    /// What is drawn in an iteration.
+    pub fn draws(&self, seed: u64, iteration: usize) -> Draws {
+        let drawing = match self.kind {
+            EstimatorKind::ControlVariate | EstimatorKind::WithoutReplacement => {
+                Drawing::WithoutReplacement
             }
-            Self::Multinomial { each } => (Drawing::Multinomial, each),
-            Self::Gumbel { each, temperature } => (Drawing::Gumbel { temperature }, each),
+            EstimatorKind::Multinomial => Drawing::Multinomial,
+            EstimatorKind::Gumbel => Drawing::Gumbel {
+                temperature: self.temperature,
+            },
         };
         // Another seed for every iteration, the same again when a run is resumed.
         let seed = seed ^ (iteration as u64 + 1).wrapping_mul(0x9E37_79B9_7F4A_7C15);
-        Some(Draws {
+        Draws {
             drawing,
-            each,
+            each: self.each,
             seed,
-        })
+        }
     }
 
     /// Whether an iteration begins with an exact evaluation, from which estimates start.
     pub fn renews_control_variates(&self, iteration: usize) -> bool {
-        matches!(self, Self::ControlVariate { refresh, .. } if iteration.is_multiple_of(*refresh.max(&1)))
+        self.kind == EstimatorKind::ControlVariate && iteration.is_multiple_of(self.refresh.max(1))
     }
 }
 

@@ -61,8 +61,8 @@ pub struct Project {
     pub elements: Vec<Element>,
     /// The parameters of the system that are designed.
     pub system_parameters: Vec<SystemParameter>,
-    /// How value and gradient are found.
-    pub estimator: Estimator,
+    /// How value and gradient are estimated from drawn beamlets; exact from all of them without it.
+    pub estimator: Option<Estimator>,
     /// How light is carried.
     pub settings: Settings,
 }

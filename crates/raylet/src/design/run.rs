@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::design::estimator::{Estimator, EvaluationMode};
+use crate::design::estimator::{Estimator, EstimatorKind, EvaluationMode};
 use crate::design::exact;
 use crate::design::optimizers::optimizer::Optimizer;
 use crate::design::optimizers::step::{SavedError, Step, Stop};
@@ -46,10 +46,8 @@ impl State {
     ) -> Result<(), SavedError> {
         self.search.check(fresh)?;
         let space = fresh.space();
-        let last_exact = match project.estimator {
-            Estimator::ControlVariate { .. } => self.evaluations > 0,
-            _ => false,
-        };
+        let renews = |drawn: Estimator| drawn.kind == EstimatorKind::ControlVariate;
+        let last_exact = project.estimator.is_some_and(renews) && self.evaluations > 0;
         let done = self.search.iteration();
         for (name, good) in [
             ("planned point", space.holds(&self.planned)),
@@ -166,7 +164,7 @@ impl<'p> Run<'p> {
     /// estimates, of which the best is the luckiest.
     pub fn best(&self) -> &[f64] {
         let search = &self.state.search;
-        if self.project.estimator != Estimator::Exact {
+        if self.project.estimator.is_some() {
             return search.point();
         }
         search.best().map_or(search.point(), |(point, _)| point)
@@ -229,12 +227,14 @@ impl<'p> Run<'p> {
         let (project, iteration) = (self.project, self.iteration());
         let state = &mut self.state;
         let (point, share) = (state.search.point().to_vec(), state.share);
-        if project.estimator.renews_control_variates(iteration) {
+        let renews = |drawn: Estimator| drawn.renews_control_variates(iteration);
+        if project.estimator.is_some_and(renews) {
             self.control_variates =
                 project.control_variates(&self.plans, &point, share, self.pulse)?;
             state.last_exact = point.clone();
         }
-        let draws = project.estimator.draws(project.settings.seed, iteration);
+        let seed = project.settings.seed;
+        let draws = project.estimator.map(|drawn| drawn.draws(seed, iteration));
         let mode = match draws {
             None => EvaluationMode::All,
             Some(draws) if self.control_variates.is_empty() => EvaluationMode::Drawn(draws),

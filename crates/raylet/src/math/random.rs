@@ -6,7 +6,7 @@
 
 /// What random numbers are drawn for: the last word of their address, so that no two steps draw the same numbers.
 ///
-/// Drawn beamlets have addresses of their own form, and a seed of their own for each iteration.
+/// For drawn beamlets it is the first word, and each iteration has its own seed.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 #[repr(u32)]
 pub enum Purpose {
@@ -20,8 +20,16 @@ pub enum Purpose {
     AberrationSample = 4,
     /// Points at which a hop without rays is checked.
     SpotCheck = 5,
+    /// Places at which lost light is divided by cause.
+    LostLight = 6,
+    /// Beamlets that an evaluation of a design follows.
+    DrawnBeamlet = 7,
+    /// Gumbel's noise on their weights.
+    DrawnNoise = 8,
     /// Phases from which a design starts.
     StartPhase = 0x5354_4152,
+    /// What sets the second phase of a pixel apart from the first at the start.
+    SecondStartPhase = 0x5345_434F,
     /// Directions along which gradients are checked.
     GradientCheck = 0x4348_4543,
 }

@@ -42,15 +42,16 @@ impl SpreadingPhase {
     }
 }
 
-/// Phases uniform in \[−π, π), [y, x]: a function of the seed, the number of the element and the pixel.
-pub(crate) fn random_phase(seed: u64, element: u32, shape: (usize, usize)) -> Array2<f64> {
+/// Phases uniform in \[−π, π), [y, x]: a function of the seed, the number of the element, the purpose and the pixel.
+pub(crate) fn random_phase(
+    seed: u64,
+    element: u32,
+    purpose: Purpose,
+    shape: (usize, usize),
+) -> Array2<f64> {
     Array2::from_shape_fn(shape, |(j, i)| {
-        PI * (2.0
-            * random::uniform(
-                seed,
-                [element, j as u32, i as u32, Purpose::StartPhase as u32],
-            )
-            - 1.0)
+        let at = [element, j as u32, i as u32, purpose as u32];
+        PI * (2.0 * random::uniform(seed, at) - 1.0)
     })
 }
 
@@ -97,14 +98,17 @@ mod tests {
 
     #[test]
     fn random_phases_are_of_their_address() {
-        let all = random_phase(3, 0, (40, 50));
-        assert_eq!(all, random_phase(3, 0, (40, 50)));
-        assert_ne!(all, random_phase(4, 0, (40, 50)));
-        assert_ne!(all, random_phase(3, 1, (40, 50)));
+        let all = random_phase(3, 0, Purpose::StartPhase, (40, 50));
+        assert_eq!(all, random_phase(3, 0, Purpose::StartPhase, (40, 50)));
+        assert_ne!(all, random_phase(4, 0, Purpose::StartPhase, (40, 50)));
+        assert_ne!(all, random_phase(3, 1, Purpose::StartPhase, (40, 50)));
         assert!(all.iter().all(|phase| (-PI..PI).contains(phase)));
         // Mean within four standard deviations; part of a larger element is the same.
         let count = all.len() as f64;
         assert!(all.sum().abs() / count < 4.0 * (PI * PI / 3.0 / count).sqrt());
-        assert_eq!(random_phase(3, 0, (80, 80))[[39, 49]], all[[39, 49]]);
+        assert_eq!(
+            random_phase(3, 0, Purpose::StartPhase, (80, 80))[[39, 49]],
+            all[[39, 49]]
+        );
     }
 }

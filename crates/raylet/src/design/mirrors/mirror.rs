@@ -221,6 +221,7 @@ mod tests {
     use crate::design::mirrors::conformal::{Conformal, LitArea, Show, Substrate, Window};
     use crate::design::mirrors::mirror::{FreePixelValue, MirrorDesign, MirrorError};
     use crate::math::noise::noise;
+    use crate::math::random::Purpose;
     use crate::optics::system::System;
 
     const MIRROR: Conformal = Conformal {
@@ -277,10 +278,10 @@ mod tests {
             for brightness in [Brightness::Free, Brightness::Given { scale: 1.0 }] {
                 let design = design(freedom, brightness);
                 let rows = design.len() / MIRROR.count();
-                let phases = random_phase(3, 0, (rows, MIRROR.count()))
+                let phases = random_phase(3, 0, Purpose::StartPhase, (rows, MIRROR.count()))
                     .into_raw_vec_and_offset()
                     .0;
-                let way = random_phase(4, 0, (rows, MIRROR.count()))
+                let way = random_phase(4, 0, Purpose::StartPhase, (rows, MIRROR.count()))
                     .into_raw_vec_and_offset()
                     .0;
                 let at = |step: f64| {
@@ -308,7 +309,7 @@ mod tests {
     #[test]
     fn shares_are_of_the_light_that_is_sent() {
         let design = design(FreePixelValue::TwoPhases, Brightness::Free);
-        let one = random_phase(5, 0, (design.len() / 2, 1))
+        let one = random_phase(5, 0, Purpose::StartPhase, (design.len() / 2, 1))
             .into_raw_vec_and_offset()
             .0;
         let both: Vec<f64> = one.iter().chain(&one).copied().collect();

@@ -49,6 +49,9 @@ pub(crate) enum HopAdjointError {
     /// Its method, by the name in scenes, has no adjoint.
     #[error("method '{0}' has no adjoint")]
     NoAdjoint(&'static str),
+    /// A perturbed system, with its two screens, is not free where the system itself is.
+    #[error("between '{0}' and '{1}' a perturbed system is not free")]
+    NotFree(String, String),
     /// The progress callback cancelled it.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),
@@ -288,7 +291,7 @@ impl<'a> HopRun<'a> {
         let (hop, settings) = (self.hop, self.settings);
         match self.plan {
             Plan::Free(free, plan) => {
-                FreeRun { hop, free, plan }.carry_adjoint(field, raster, bar, back);
+                FreeRun { hop, free, plan }.carry_adjoint(field, raster, bar, back)?;
             }
             Plan::Beamlets(plan) => {
                 let settings = &settings.aiming_at(plan.target_error);
@@ -370,21 +373,30 @@ impl FreeRun<'_> {
     }
 
     /// The conjugate transpose of [`FreeRun::carry`].
+    ///
+    /// # Errors
+    /// When a perturbed hop is not free: a parameter that tilts a screen is planned with rays.
     fn carry_adjoint(
         &self,
         field: &Field,
         raster: &Raster,
         bar: &Array2<Complex64>,
         back: &mut AdjointSums,
-    ) {
-        // A parameter that would tilt a screen is planned with rays, so that every neighbour is free as well.
-        let neighbour = |hop: &Hop| along(self.free, hop).unwrap_or_else(|| self.free.clone());
-        let pair = |n: &PerturbedHops| PerturbedFreeHops {
-            below: neighbour(&n.below),
-            above: neighbour(&n.above),
-            distance: n.distance,
+    ) -> Result<(), HopAdjointError> {
+        let free = |hop: &Hop| {
+            let name = |screen: &Screen| screen.name.clone();
+            let not_free = || HopAdjointError::NotFree(name(hop.from), name(hop.to));
+            along(self.free, hop).ok_or_else(not_free)
         };
-        let perturbed: Vec<PerturbedFreeHops> = back.perturbed.iter().map(pair).collect();
+        let pair = |n: &PerturbedHops| -> Result<_, HopAdjointError> {
+            Ok(PerturbedFreeHops {
+                below: free(&n.below)?,
+                above: free(&n.above)?,
+                distance: n.distance,
+            })
+        };
+        let perturbed = back.perturbed.iter().map(pair);
+        let perturbed = perturbed.collect::<Result<Vec<_>, _>>()?;
         let heights = heights(&self.hop, field);
         let leaves = self.hop.from.leaves();
         let emitted = EmittedField {
@@ -397,6 +409,7 @@ impl FreeRun<'_> {
         for (total, part) in back.parameters.iter_mut().zip(pulled) {
             *total += part;
         }
+        Ok(())
     }
 }
 

@@ -79,6 +79,7 @@ impl From<HopAdjointError> for LinearisedSystemError {
     fn from(error: HopAdjointError) -> Self {
         match error {
             HopAdjointError::NoAdjoint(method) => Self::Method(method),
+            HopAdjointError::NotFree(from, to) => Self::Moved(from, to),
             HopAdjointError::Cancelled(error) => error.into(),
         }
     }

@@ -9,7 +9,7 @@
 use rayon::prelude::*;
 
 use crate::engine::error::tally::{FATES, Fate};
-use crate::math::random::pair;
+use crate::math::random::{Purpose, pair};
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
 use crate::wave::grid::field::{Axis, Field, Grid};
@@ -29,9 +29,6 @@ const APART: f64 = 2.0;
 /// Samples per wavelength of the medium: what a hard edge sends to 5 … 7 times the index is taken for light that
 /// propagates, a twelfth of its evanescent energy.
 const SAMPLES: f64 = 6.0;
-
-/// What random numbers are drawn for.
-const LOST_LIGHT: u32 = 3;
 
 /// The local spectrum of a patch in all directions, as a plan that serves every place.
 struct Lens {
@@ -58,7 +55,7 @@ pub(crate) fn lost_light(hop: &Hop, light: &(dyn Fn(Grid) -> Field + Sync)) -> [
         .into_par_iter()
         .map(|place| {
             // Places are drawn one in each cell of a grid over the screen.
-            let [u, v] = pair(0, [place as u32, 0, 0, LOST_LIGHT]);
+            let [u, v] = pair(0, [place as u32, 0, 0, Purpose::LostLight as u32]);
             let share = |cell: usize, u: f64, cells: usize| (cell as f64 + u) / cells as f64;
             let at = [
                 x0 + (x1 - x0) * share(place % columns, u, columns),

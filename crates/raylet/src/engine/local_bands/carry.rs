@@ -158,7 +158,7 @@ pub fn carry_kept_adjoint(
                 None => Bars::Sensor(&canvas),
                 Some((held, bars)) => Bars::Beamlets(held, bars),
             },
-            changes: HopChanges::new(back.variations, number, hop),
+            changes: HopChanges::new(back.variations, number, hop)?,
             weakest: kept.weakest,
             pulse: back.pulse,
         };

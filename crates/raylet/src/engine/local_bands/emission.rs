@@ -207,7 +207,7 @@ mod tests {
         let moments = |_: &[Arrival]| bar.iter().map(|bar| [*bar, zero, zero, zero, zero, zero]);
         let back = emission.send_adjoint(
             &waves,
-            &HopChanges::new(&[], 0, hop),
+            &HopChanges::new(&[], 0, hop).unwrap(),
             |there| moments(there).collect(),
             &mut [],
         );

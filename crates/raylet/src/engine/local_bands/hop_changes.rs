@@ -7,6 +7,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
+use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::source_light::{source_carrier, source_field, source_values};
 use crate::engine::trace::complex_rate::pull_rate;
 use crate::engine::trace::ray_sensitivity::{
@@ -77,7 +78,14 @@ pub(crate) struct SourceSamples<'a> {
 
 impl<'a> HopChanges<'a> {
     /// The changes of the hop with this number; those of the first hop take in the light of the source.
-    pub(crate) fn new(variations: &'a [Variation], number: usize, hop: Hop<'a>) -> Self {
+    ///
+    /// # Errors
+    /// When the element of a perturbed system has layers of a kind that local bands do not carry.
+    pub(crate) fn new(
+        variations: &'a [Variation],
+        number: usize,
+        hop: Hop<'a>,
+    ) -> Result<Self, LocalBandError> {
         let all = || variations.iter().enumerate();
         let moving: Vec<Moving> = all()
             .filter_map(|(parameter, variation)| {
@@ -95,15 +103,19 @@ impl<'a> HopChanges<'a> {
             let hops: Vec<PerturbedHops> = block.iter().map(|moving| moving.hops).collect();
             VariedHop::new(hop, &hops)
         });
-        Self {
+        let mut elements = Vec::new();
+        for (parameter, variation) in all() {
+            if let Some(element) = element_of(variation, number)? {
+                elements.push((parameter, element));
+            }
+        }
+        Ok(Self {
             k: hop.wavenumber(),
             count: variations.len(),
             varied: varied.collect(),
             moving,
-            elements: all()
-                .filter_map(|(i, variation)| Some((i, element_of(variation, number)?)))
-                .collect(),
-        }
+            elements,
+        })
     }
 
     /// Adds the derivatives that a beamlet of a window brings, the window's carrier held constant.
@@ -202,14 +214,23 @@ fn light_of(variation: &Variation) -> Option<Perturbed<(&Source, &Screen)>> {
 }
 
 /// The element of a variation on a screen; nothing where it stays the same.
-fn element_of(variation: &Variation, screen: usize) -> Option<Perturbed<Element<'_>>> {
-    let below = variation.below.screens.get(screen)?;
-    let above = variation.above.screens.get(screen)?;
-    (below.act != above.act).then_some(Perturbed {
-        below: Element::of(below)?,
-        above: Element::of(above)?,
+fn element_of(
+    variation: &Variation,
+    screen: usize,
+) -> Result<Option<Perturbed<Element<'_>>>, LocalBandError> {
+    let pair = [&variation.below, &variation.above].map(|system| system.screens.get(screen));
+    let [Some(below), Some(above)] = pair else {
+        return Ok(None);
+    };
+    if below.act == above.act {
+        return Ok(None);
+    }
+    let layers = |screen: &Screen| LocalBandError::Layers(screen.name.clone());
+    Ok(Some(Perturbed {
+        below: Element::of(below).ok_or_else(|| layers(below))?,
+        above: Element::of(above).ok_or_else(|| layers(above))?,
         distance: variation.distance,
-    })
+    }))
 }
 
 /// The start of a beamlet with a window's carrier held constant.

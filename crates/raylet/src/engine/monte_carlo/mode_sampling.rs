@@ -12,7 +12,7 @@ use num_complex::Complex64;
 
 use crate::math::draw::{draw, inclusion, systematic};
 use crate::math::hilbert::hilbert_order;
-use crate::math::random::{pair, uniform};
+use crate::math::random::{Purpose, pair, uniform};
 
 /// How modes are drawn.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -51,8 +51,8 @@ pub struct PatchDraws {
 }
 
 /// What random numbers are drawn for.
-const BEAMLET: u32 = 5;
-const NOISE: u32 = 6;
+const BEAMLET: u32 = Purpose::DrawnBeamlet as u32;
+const NOISE: u32 = Purpose::DrawnNoise as u32;
 
 impl PatchDraws {
     /// By what each mode is multiplied, [m_y, m_x]: zero where it is not drawn.

@@ -10,7 +10,7 @@ use std::sync::Arc;
 use ndarray::Array2;
 
 use crate::design::constraints::modulation::{Modulation, Modulator};
-use crate::design::estimator::Estimator;
+use crate::design::estimator::{Estimator, EstimatorKind};
 use crate::design::holograms::hologram;
 use crate::design::holograms::start::{SpreadingPhase, random_phase};
 use crate::design::optimizers::descent::Rule;
@@ -27,10 +27,11 @@ use crate::file::model::build;
 use crate::file::model::design_targets::{ChannelDescription, ChannelLosses, channel_losses, lit};
 use crate::file::model::hologram::{HologramDesign, commission};
 use crate::file::model::pixel_part::{Output, PixelPart, blanked, pixel_parts};
+use crate::file::model::variations::DERIVATIVE_STEP;
 use crate::file::scene::design::{Design, Optimizer, Start, Variable};
-use crate::file::scene::estimator::Drawing;
 use crate::file::scene::scene_file::Scene;
 use crate::file::scene::variable::{Address, VariableScene};
+use crate::math::random::Purpose;
 use crate::optics::system::System;
 use crate::wave::grid::raster::Raster;
 
@@ -59,9 +60,8 @@ pub struct SceneDesign {
 /// Relative size of a step of a parameter of the system, where none is given.
 const SCALE: f64 = 1e-3;
 
-/// The perturbed systems of a derivative are this share of a step away: with [`SCALE`] the same relative distance as in
-/// [`crate::file::model::variations`].
-const NEAR: f64 = 0.01;
+/// The perturbed systems of a derivative are this share of a step away.
+const NEAR: f64 = DERIVATIVE_STEP / SCALE;
 
 /// The design of a scene without its arrays, which may be still to come.
 ///
@@ -316,7 +316,8 @@ fn start(scene: &Scene, part: &PixelPart, element: &Element) -> Result<Vec<f64>,
             let mut planes = vec![found; phases];
             if matches!(modulator.modulation(), Modulation::TwoPhase(_)) {
                 // Two phases that are alike would stay so.
-                let turn = random_phase(scene.seed, SECOND + element.screen as u32, shape);
+                let screen = element.screen as u32;
+                let turn = random_phase(scene.seed, screen, Purpose::SecondStartPhase, shape);
                 planes[1] = &planes[1] + &turn.mapv(|turn| 0.5 * turn);
             }
             planes.extend(vec![Array2::ones(shape); amplitudes]);
@@ -325,9 +326,6 @@ fn start(scene: &Scene, part: &PixelPart, element: &Element) -> Result<Vec<f64>,
     };
     Ok(packed(modulator, &planes, phases))
 }
-
-/// What random numbers are drawn for that part two phases.
-const SECOND: u32 = 0x1_0000;
 
 /// Planes of pixels as parameters: a block starts at the mean of its pixels' phasors or amplitudes.
 fn packed(modulator: &Modulator, planes: &[Array2<f64>], phases: usize) -> Vec<f64> {
@@ -363,7 +361,7 @@ fn phase(
     };
     Ok(match part.part.start {
         Start::Flat | Start::File => Array2::zeros(shape),
-        Start::Random => random_phase(scene.seed, screen as u32, shape),
+        Start::Random => random_phase(scene.seed, screen as u32, Purpose::StartPhase, shape),
         Start::Spread => spread(&task()?, shape),
         Start::Paraxial => {
             let commission = task()?;
@@ -463,9 +461,9 @@ fn check_rates(scene: &Scene, design: &Design) -> Result<(), Fault> {
 ///
 /// # Errors
 /// Drawn ones with what they cannot serve.
-fn estimator(scene: &Scene, design: &Design, system: &System) -> Result<Estimator, Fault> {
+fn estimator(scene: &Scene, design: &Design, system: &System) -> Result<Option<Estimator>, Fault> {
     let Some(given) = &design.estimator else {
-        return Ok(Estimator::Exact);
+        return Ok(None);
     };
     let fault = |found: &str, expected: &str| Err(scene.fault("design.estimator", found, expected));
     if design.optimizer == Optimizer::Lbfgs {
@@ -480,20 +478,16 @@ fn estimator(scene: &Scene, design: &Design, system: &System) -> Result<Estimato
             "one of the two",
         );
     }
-    if given.kind == Drawing::ControlVariate && system.trains.len() != 1 {
+    if given.kind == EstimatorKind::ControlVariate && system.trains.len() != 1 {
         return fault(
             "a control variate with several screens before the sensor",
             "one element and the sensor",
         );
     }
-    let (each, refresh) = (given.each, given.refresh);
-    Ok(match given.kind {
-        Drawing::ControlVariate => Estimator::ControlVariate { each, refresh },
-        Drawing::WithoutReplacement => Estimator::WithoutReplacement { each },
-        Drawing::Multinomial => Estimator::Multinomial { each },
-        Drawing::Gumbel => Estimator::Gumbel {
-            each,
-            temperature: given.temperature,
-        },
-    })
+    Ok(Some(Estimator {
+        kind: given.kind,
+        each: given.each,
+        refresh: given.refresh,
+        temperature: given.temperature,
+    }))
 }

@@ -9,17 +9,15 @@ use crate::file::scene::scene_file::Scene;
 use crate::file::scene::variable::{Address, VariableScene};
 use crate::optics::system::System;
 
-/// Step of a parameter over its size, or the step itself where the parameter is zero. A design takes a share of its own
-/// step instead (`NEAR` times `SCALE` in [`crate::file::model::project`]), which is the same unless the scene gives
-/// another scale.
-const STEP: f64 = 1e-5;
+/// Step of a parameter over its size, or the step itself where the parameter is zero.
+pub(crate) const DERIVATIVE_STEP: f64 = 1e-5;
 
 /// By how much a parameter of this value changes between the perturbed systems and the system itself.
 fn step(value: f64) -> f64 {
     if value == 0.0 {
-        STEP
+        DERIVATIVE_STEP
     } else {
-        STEP * value.abs()
+        DERIVATIVE_STEP * value.abs()
     }
 }
 
