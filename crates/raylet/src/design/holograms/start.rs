@@ -60,6 +60,7 @@ mod tests {
     use std::f64::consts::{PI, TAU};
 
     use crate::design::holograms::start::{SpreadingPhase, random_phase};
+    use crate::math::random::Purpose;
     use crate::optics::paraxial::Abcd;
 
     #[test]

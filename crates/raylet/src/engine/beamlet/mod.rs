@@ -9,6 +9,7 @@
 //! | [`beamlet_launch`] | One beamlet from its place on a screen to its landing on the next |
 //! | [`beamlet_plan`] | The plan of a beamlet sum: width, positions, directions and cost |
 //! | `beamlet_target` | One beamlet of a patch and the target: where it lands, or why it is discarded |
+//! | `beamlet_width` | The choice of the width σ of beamlets and of the distance of their windows |
 //! | `discarded_tail` | The energy that the tail of a discarded beamlet would bring to the target |
 //! | `mode_histogram` | The energy of all modes by their strength: what a threshold leaves out |
 //! | `window_error` | The error of the windows of a beamlet sum, by their distance and period |
@@ -21,6 +22,7 @@ pub(crate) mod beamlet_error;
 pub mod beamlet_launch;
 pub mod beamlet_plan;
 pub(crate) mod beamlet_target;
+pub(crate) mod beamlet_width;
 pub(crate) mod discarded_tail;
 pub(crate) mod mode_histogram;
 pub(crate) mod window_error;

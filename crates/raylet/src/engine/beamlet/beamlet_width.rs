@@ -1,0 +1,160 @@
+//! The choice of the width σ of beamlets, and of the distance of their windows.
+//!
+//! Each width has an error, found by real rays, and takes work. The choice is the cheapest width whose error is within its
+//! share of the target.
+
+use crate::engine::beamlet::beamlet_error::ExpectedErrors;
+use crate::engine::beamlet::beamlet_plan::{Arrived, BeamletPlan, Planner};
+use crate::engine::beamlet::workload::{CORRECTION_SECONDS, RAY_SECONDS, VALUE_SECONDS};
+use crate::engine::plan::settings::Correction;
+use crate::engine::trace::direction_search::{DirectionSearch, SearchRay};
+use crate::optics::system::Hop;
+use crate::wave::patches::window::Positions;
+
+/// The widths tried, σ₀·2^{j/4}.
+const WIDTHS: std::ops::RangeInclusive<i32> = -6..=4;
+
+/// The distances of windows tried, in σ.
+const STEPS: [f64; 5] = [1.1, 1.25, 1.5, 1.75, 2.0];
+
+/// Share of the target error that aberration and windows may have.
+const SHARE: f64 = 0.5;
+
+/// A plan is as accurate as the best one within this factor.
+const ALIKE: f64 = 1.5;
+
+/// Share of the least error that windows may add where no plan is within the target.
+const WINDOWS: f64 = 0.1;
+
+impl Planner<'_> {
+    /// The widths to try.
+    pub(crate) fn widths(&self, sample_rays: &[SearchRay]) -> Vec<f64> {
+        if let Some(sigma) = self.settings.sigma {
+            return vec![sigma];
+        }
+        let start = starting_width(self.hop, self.from, sample_rays);
+        WIDTHS
+            .map(|j| start * 2f64.powf(0.25 * f64::from(j)))
+            .collect()
+    }
+
+    /// The cheapest plan within its share of the target error, or else of those as accurate as the best and
+    /// with windows that add little to it; none where no error is a number. The list holds each width with its
+    /// errors.
+    pub(crate) fn choose(
+        &self,
+        search: &DirectionSearch,
+        sample_rays: &[SearchRay],
+        widths: &[(f64, ExpectedErrors)],
+    ) -> Option<BeamletPlan> {
+        let at_width = |&(sigma, expected): &(f64, ExpectedErrors)| {
+            self.candidates(search, sample_rays, sigma, expected)
+        };
+        let mut candidates: Vec<_> = widths.iter().flat_map(at_width).collect();
+        let aim = SHARE * self.settings.target_error;
+        let errors = candidates.iter().map(BeamletPlan::error_of_beamlets);
+        let least = errors.fold(f64::INFINITY, f64::min);
+        candidates.retain(|plan| plan.error_of_beamlets() <= aim.max(ALIKE * least));
+        if least > aim {
+            let windows = |plan: &BeamletPlan| plan.window_error(plan.cubic);
+            let best = candidates.iter().map(windows).fold(f64::INFINITY, f64::min);
+            let limit = best.max(aim).max(WINDOWS * least);
+            candidates.retain(|plan| windows(plan) <= limit);
+        }
+        candidates
+            .into_iter()
+            .min_by(|a, b| a.seconds.total_cmp(&b.seconds))
+    }
+
+    /// What a width with these errors would give, with windows at each distance, and its cost on the sample rays of
+    /// all light.
+    fn candidates(
+        &self,
+        search: &DirectionSearch,
+        sample_rays: &[SearchRay],
+        sigma: f64,
+        expected: ExpectedErrors,
+    ) -> Vec<BeamletPlan> {
+        let settings = self.settings;
+        let Arrived {
+            footprint,
+            largest: arriving,
+            usual,
+        } = self.arrival(sample_rays, sigma);
+        let correct = match settings.correction {
+            Correction::On => true,
+            Correction::Off => false,
+            Correction::Auto => expected.eta > 0.1 * settings.target_error,
+        };
+
+        // Cost: positions × directions, each traced once and summed over its footprint.
+        let period = settings.patch_period() * sigma;
+        let bands = self.bands(search, period);
+        let rays = |step: f64| {
+            let positions = |a: usize| {
+                let edges = [self.from[2 * a], self.from[2 * a + 1]];
+                Positions::cover(edges, sigma, step * sigma, 0.5 * period).count
+            };
+            let counts = [positions(0), positions(1), bands[0].count, bands[1].count];
+            counts.map(|count| count as f64).iter().product::<f64>()
+        };
+        let spacing = self.spacing(arriving);
+        let values = std::f64::consts::PI * footprint * footprint / (spacing[0] * spacing[1]);
+        let correction = if correct { CORRECTION_SECONDS } else { 0.0 };
+        let each = (RAY_SECONDS + correction) * self.slowness() + values * VALUE_SECONDS;
+        let at = |step: f64| BeamletPlan {
+            sigma,
+            step: step * sigma,
+            period,
+            target_error: settings.target_error,
+            bands,
+            correct,
+            at_limit: false,
+            doubtful_rim: true,
+            eta: expected.eta,
+            eta_corrected: expected.eta_corrected,
+            cubic: expected.cubic,
+            dropped: expected.dropped,
+            footprint,
+            arriving,
+            usual,
+            rays: rays(step),
+            seconds: rays(step) * each,
+        };
+        let given = settings.step.map(|step| vec![step]);
+        let steps = given.unwrap_or_else(|| STEPS.to_vec());
+        steps.into_iter().map(at).collect()
+    }
+}
+
+/// σ₀ = (k‖∂p′/∂x‖)^{−1/2}, the width whose beamlets spread least behind the train's power, by the
+/// median of the search; without power √(‖∂s/∂p‖/k), and never more than a quarter of the screen.
+pub(crate) fn starting_width(hop: &Hop, from: [f64; 4], sample_rays: &[SearchRay]) -> f64 {
+    let k = hop.wavenumber();
+    let wavelength = hop.wavelength;
+    let norm = |ray: &SearchRay, row: usize, column: usize| {
+        let j = &ray.jacobian;
+        let squares = (0..2).flat_map(|a| (0..2).map(move |b| j[row + a][column + b].powi(2)));
+        (0.5 * squares.sum::<f64>()).sqrt()
+    };
+    let median = |row: usize, column: usize| {
+        let mut values: Vec<f64> = sample_rays
+            .iter()
+            .map(|ray| norm(ray, row, column))
+            .collect();
+        values.sort_by(f64::total_cmp);
+        values[values.len() / 2]
+    };
+    let (power, throw) = (median(2, 0), median(0, 2));
+    let by_power = (k * power).powf(-0.5);
+    let by_throw = (throw / k).sqrt().max(3.0 * wavelength);
+    let [x0, x1, y0, y1] = from;
+    let largest = 0.25 * (x1 - x0).max(y1 - y0);
+    let powered = power * throw > 1e-3;
+    let start = if powered {
+        by_power
+    } else {
+        by_power.min(by_throw)
+    };
+    start.min(largest).max(1.5 * wavelength)
+}
