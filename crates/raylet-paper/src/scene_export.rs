@@ -158,7 +158,6 @@ fn heights(grid: &SagGrid) -> Array2<f64> {
 mod tests {
     use std::fs;
 
-    use raylet::design::examples::patterns::star_hologram;
     use raylet::design::mirrors::conformal::{Conformal, Show, Substrate, Window};
     use raylet::engine::chain::simulate::simulate;
     use raylet::engine::plan::settings::Settings;
@@ -166,6 +165,7 @@ mod tests {
     use raylet::file::scene::scene_file::Scene;
     use raylet::optics::system::System;
     use raylet::wave::grid::metrics::field_error;
+    use raylet_testkit::patterns::star_hologram;
 
     use crate::scene_export::scene_files;
 

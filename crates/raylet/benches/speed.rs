@@ -251,7 +251,6 @@ mod transforms {
 mod paper {
     use ndarray::Array2;
     use num_complex::Complex64;
-    use raylet::design::examples::problems::{PITCH, WAVELENGTH, lens_hologram};
     use raylet::engine::chain::simulate::simulate;
     use raylet::engine::plan::settings::{Method, Paper, Settings};
     use raylet::math::draw::draw;
@@ -263,6 +262,7 @@ mod paper {
     use raylet::wave::grid::raster::Raster;
     use raylet::wave::patches::patch::Band;
     use raylet::wave::patches::tile::{Tile, TileCutter, TileWindow};
+    use raylet_testkit::paper_systems::{PITCH, WAVELENGTH, lens_hologram};
 
     use crate::{Bencher, ItemsCount, black_box};
 
@@ -444,7 +444,6 @@ mod design {
 mod gradients {
     use ndarray::Array2;
     use num_complex::Complex64;
-    use raylet::design::examples::problems::lens_hologram;
     use raylet::engine::chain::forward_pass::ForwardPass;
     use raylet::engine::chain::linearised_system::LinearisedSystem;
     use raylet::engine::plan::settings::Settings;
@@ -454,6 +453,7 @@ mod gradients {
     use raylet::optics::screen::{Act, Sensor};
     use raylet::optics::shape::Shape;
     use raylet::optics::system::System;
+    use raylet_testkit::paper_systems::lens_hologram;
 
     use crate::{Bencher, black_box};
 

@@ -4,8 +4,8 @@
 //! `cargo run --release -p raylet --example draw_smiley -- scenes/smiley.png`
 //! `cargo run --release -p raylet --example draw_smiley -- scenes/paper/smiley.png 200`
 
-use raylet::design::examples::smiley::{enlarged, smiley};
 use raylet::file::arrays::image::{ImageError, write_gray16};
+use raylet_testkit::smiley::{enlarged, smiley};
 
 fn main() -> Result<(), ImageError> {
     let path = std::env::args().nth(1);

@@ -6,7 +6,6 @@ use std::error::Error;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::design::examples::smiley::smiley;
 use raylet::design::holograms::hologram::{HologramTask, design};
 use raylet::design::losses::target::Target;
 use raylet::engine::chain::simulate::simulate;
@@ -18,6 +17,7 @@ use raylet::optics::paraxial::Abcd;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::ncc;
 use raylet::wave::grid::raster::Raster;
+use raylet_testkit::smiley::smiley;
 
 /// Wavelength and pitch of the pixels in mm, and their number along each side.
 const WAVELENGTH: f64 = 0.7e-3;

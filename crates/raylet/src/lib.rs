@@ -107,8 +107,11 @@ extern crate self as raylet;
 )]
 mod fixtures {
     pub(crate) mod noise;
+    pub(crate) mod paper_systems;
     pub(crate) mod parts;
+    pub(crate) mod patterns;
     pub(crate) mod scattered;
+    pub(crate) mod smiley;
 }
 
 pub mod design;

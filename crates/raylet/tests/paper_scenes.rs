@@ -1,13 +1,13 @@
 //! The scenes in scenes/paper are the problems of the paper's studies.
 
 use num_complex::Complex64;
-use raylet::design::examples::problems::{GRATING_SENSOR, grating, lens_hologram, near_hologram};
 use raylet::engine::plan::settings::{Positions, Sampler};
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::doe::PixelForm;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
+use raylet_testkit::paper_systems::{GRATING_SENSOR, grating, lens_hologram, near_hologram};
 use raylet_testkit::scenes::scene_path;
 
 /// Places, shapes, indices, sensor: everything but the element itself.

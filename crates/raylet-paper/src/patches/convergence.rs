@@ -282,10 +282,10 @@ fn ways() -> [Way; 3] {
 
 #[cfg(test)]
 mod tests {
-    use raylet::design::examples::patterns::metalens;
     use raylet::engine::chain::simulate::simulate;
     use raylet::engine::plan::settings::{Density, Sampler};
     use raylet::wave::grid::metrics::field_error;
+    use raylet_testkit::patterns::metalens;
 
     use crate::patches::convergence::{Convergence, settings};
 

@@ -318,9 +318,9 @@ impl Covering {
 
 #[cfg(test)]
 mod tests {
-    use raylet::design::examples::patterns::star_hologram;
     use raylet::engine::chain::simulate::simulate;
     use raylet::wave::grid::metrics::field_error;
+    use raylet_testkit::patterns::star_hologram;
 
     use crate::patches::covering::{RULES, Stage, settings};
 

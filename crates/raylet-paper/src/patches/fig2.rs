@@ -1,9 +1,9 @@
 //! Figure 2 of the source paper: how many patches cover a hologram, what periods cost, and what flat
 //! patches cost on a curved mirror.
 
-use raylet::design::examples::patterns::star_hologram;
 use raylet::file::result::machine::Machine;
 use raylet_plot::text_table::table;
+use raylet_testkit::patterns::star_hologram;
 use serde_json::json;
 
 use crate::patches::covering::{Covering, CoveringCase, RULES};

@@ -5,9 +5,9 @@
     reason = "runs, elements and pixels are made here, as many as are given"
 )]
 
-use raylet::design::examples::patterns::{metalens, star_hologram};
 use raylet::optics::system::System;
 use raylet_plot::text_table::table;
+use raylet_testkit::patterns::{metalens, star_hologram};
 use serde_json::json;
 
 use crate::patches::convergence::Convergence;

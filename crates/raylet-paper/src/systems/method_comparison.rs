@@ -205,9 +205,9 @@ fn row_of_panels(row: Vec<Shown>) -> Vec<Panel<'static>> {
 #[cfg(test)]
 mod tests {
     use ndarray::Array2;
-    use raylet::design::examples::problems::near_hologram;
     use raylet::engine::plan::settings::Settings;
     use raylet::optics::doe::PixelForm;
+    use raylet_testkit::paper_systems::near_hologram;
 
     use crate::systems::method_comparison::{Match, MethodRun, Shown, figure, light};
 

@@ -9,10 +9,10 @@ use std::fmt::Write;
 use std::ops::Range;
 use std::time::Instant;
 
-use raylet::design::examples::problems::{GRATING_SENSOR, READINGS, Window, grating};
 use raylet::engine::geometrical::maslov::{Strength, sum_of_directions};
 use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::optics::system::System;
+use raylet_testkit::paper_systems::{GRATING_SENSOR, READINGS, Window, grating};
 
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;

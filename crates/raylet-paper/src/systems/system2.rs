@@ -10,8 +10,6 @@ use std::time::Instant;
 
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
-use raylet::design::examples::problems::{NEAR, PITCH, WAVELENGTH, near_hologram, open};
-use raylet::design::examples::smiley::smiley;
 use raylet::design::holograms::near::{NearSpace, NearTask, design};
 use raylet::engine::chain::reference::{ReferenceOptions, reference};
 use raylet::engine::free::free_method::Approach;
@@ -19,6 +17,8 @@ use raylet::engine::plan::settings::{Paper, Positions, Sampler, Settings};
 use raylet::file::arrays::phase_file::npy;
 use raylet::optics::doe::PixelForm;
 use raylet::optics::system::System;
+use raylet_testkit::paper_systems::{NEAR, PITCH, WAVELENGTH, near_hologram, open};
+use raylet_testkit::smiley::smiley;
 
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;

@@ -9,8 +9,6 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::design::examples::problems::{PITCH, WAVELENGTH, lens_hologram, open};
-use raylet::design::examples::smiley::smiley;
 use raylet::design::holograms::hologram::{HologramTask, design};
 use raylet::design::losses::target::Target;
 use raylet::engine::chain::reference::{ReferenceOptions, reference};
@@ -22,6 +20,8 @@ use raylet::optics::paraxial::Abcd;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::ncc;
 use raylet_plot::chart_panel::Series;
+use raylet_testkit::paper_systems::{PITCH, WAVELENGTH, lens_hologram, open};
+use raylet_testkit::smiley::smiley;
 
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;

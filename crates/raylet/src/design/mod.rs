@@ -7,7 +7,6 @@
 //! | [`constraints`] | From free parameters to pixels that can be made |
 //! | [`holograms`] | Iterative Fourier transform algorithms |
 //! | [`mirrors`] | Diffractive mirrors on curved substrates |
-//! | [`examples`] | Systems and pictures on which methods are shown |
 //! | [`project`] | A design: its free parameters, its loss, and the gradient |
 //! | [`run`] | A design under way |
 //! | [`estimator`] | Value and gradient from all beamlets, or from drawn ones |
@@ -21,7 +20,6 @@
 pub mod constraints;
 pub mod estimator;
 pub mod exact;
-pub mod examples;
 pub mod holograms;
 pub mod losses;
 pub mod mirrors;

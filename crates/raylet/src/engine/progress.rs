@@ -56,7 +56,6 @@ mod tests {
 
     use ndarray::Array2;
 
-    use crate::design::examples::problems::{NEAR, PITCH, WAVELENGTH, near_hologram, open};
     use crate::design::holograms::near::{NearTask, design};
     use crate::engine::chain::forecast::forecast_with_progress;
     use crate::engine::chain::linearised_system::LinearisedSystem;
@@ -68,6 +67,7 @@ mod tests {
     use crate::engine::free::free_method::Approach;
     use crate::engine::plan::settings::{Method, Paper, Settings};
     use crate::engine::progress::{Cancelled, Reply, uncancelled};
+    use crate::fixtures::paper_systems::{NEAR, PITCH, WAVELENGTH, near_hologram, open};
     use crate::optics::doe::PixelForm;
     use crate::optics::system::System;
 

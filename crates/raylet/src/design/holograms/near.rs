@@ -151,9 +151,9 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::design::examples::problems::{NEAR, PITCH, WAVELENGTH, open};
-    use crate::design::examples::smiley::smiley;
     use crate::design::holograms::near::{NearSpace, NearTask, design};
+    use crate::fixtures::paper_systems::{NEAR, PITCH, WAVELENGTH, open};
+    use crate::fixtures::smiley::smiley;
     use crate::math::random::pair;
 
     #[test]

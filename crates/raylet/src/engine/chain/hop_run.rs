@@ -422,7 +422,6 @@ fn heights(hop: &Hop, field: &Field) -> Option<Heights> {
 mod tests {
     use ndarray::Array2;
 
-    use crate::design::examples::problems::near_hologram;
     use crate::engine::chain::arriving_light::{
         Arriving, arrival_reach, incidence, leaving, receiving_raster,
     };
@@ -433,6 +432,7 @@ mod tests {
     use crate::engine::plan::hop_plan::plan;
     use crate::engine::plan::settings::{Method, Settings};
     use crate::engine::progress::uncancelled;
+    use crate::fixtures::paper_systems::near_hologram;
     use crate::optics::doe::PixelForm;
     use crate::wave::grid::field::Field;
 

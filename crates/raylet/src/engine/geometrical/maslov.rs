@@ -208,10 +208,10 @@ fn density(tube: &RayTube, q: Matrix, k: f64) -> Complex64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::examples::problems::{Window, grating};
     use crate::engine::chain::simulate::simulate;
     use crate::engine::geometrical::maslov::{Strength, sum_of_directions};
     use crate::engine::plan::settings::Settings;
+    use crate::fixtures::paper_systems::{Window, grating};
     use crate::wave::grid::metrics::field_error;
 
     /// A lens of 3 mm that brings a grating's light to a focus, before it: beamlets find the same field.

@@ -92,10 +92,10 @@ impl RepeatedRuns {
 mod tests {
     use ndarray::Array2;
 
-    use crate::design::examples::problems::near_hologram;
     use crate::engine::chain::simulate::simulate;
     use crate::engine::monte_carlo::repeated_runs::RepeatedRuns;
     use crate::engine::plan::settings::{Method, Paper, Positions, Sampler, Settings};
+    use crate::fixtures::paper_systems::near_hologram;
     use crate::optics::doe::PixelForm;
     use crate::wave::grid::metrics::field_error;
 

@@ -90,8 +90,8 @@ mod tests {
     use fearless_simd::{Level, dispatch};
     use ndarray::Array2;
 
-    use crate::design::examples::problems::lens_hologram;
     use crate::engine::trace::ray_packet::{PacketTracer, eight};
+    use crate::fixtures::paper_systems::lens_hologram;
     use crate::fixtures::parts::{on_axis, open_screen};
     use crate::math::random::pair;
     use crate::optics::aperture::Aperture;

@@ -186,7 +186,7 @@ fn what_is_not_refused_has_finite_plans_slow() {
 /// A system whose numbers never went through a scene file: a pixel element and a sensor, this far apart in mm, with
 /// pixels of this pitch.
 fn system(distance: f64, pitch: f64) -> System {
-    let mut system = crate::design::examples::patterns::star_hologram(4, 0.5, 1e-3);
+    let mut system = crate::fixtures::patterns::star_hologram(4, 0.5, 1e-3);
     system.screens[1].frame.origin.z = distance;
     for screen in &mut system.screens {
         if let Act::Doe(doe) = &mut screen.act

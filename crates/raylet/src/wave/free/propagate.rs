@@ -38,7 +38,7 @@ pub struct FreeHop {
 
 /// [`FreeHop::clear`] for an error of 1e-3: what small screens far apart have with 6 is 1e-3 to 1e-2, with 10 3e-4 to
 /// 2e-3, with 16 1e-5 to 4e-4, with 24 1e-6 to 7e-5; with no more than the period of nearer screens, 1e-2 to 1.
-pub(crate) const CLEAR: f64 = 13.0;
+pub const CLEAR: f64 = 13.0;
 
 /// [`FreeHop::clear`] for an error.
 pub(crate) fn clear_for(error: f64) -> f64 {
@@ -71,7 +71,7 @@ pub(crate) struct PerturbedFreeHops {
 impl FreeHop {
     /// Chooses period and directions for a field within `from` and a target within `to`, both
     /// `[x_min, x_max, y_min, y_max]` in mm on their own planes.
-    pub(crate) fn plan(&self, from: [f64; 4], to: [f64; 4]) -> FreePlan {
+    pub fn plan(&self, from: [f64; 4], to: [f64; 4]) -> FreePlan {
         let wavelength = std::f64::consts::TAU / self.k;
         let lowest = self
             .slabs
@@ -128,8 +128,9 @@ impl FreeHop {
     /// Carries a field to the raster of the receiving plane. From a curved screen, along whose local z axis
     /// light leaves with a sign, by Weyl's sum over the true surface,
     /// c(p) = 1/P² Σ U e^{−ik(p·x ± q s)} N·(p, ±q)/(±q) dA with N = (−∇s, 1),
-    /// the surface taken apart into levels.
-    pub(crate) fn carry(
+    /// the surface taken apart into levels. `plan` is that of [`FreeHop::plan`]; the result is the complex field at the
+    /// points of the raster, in the unit of the field's own values, [y, x].
+    pub fn carry(
         &self,
         field: &Field,
         surface: Surface,

@@ -3,19 +3,19 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
+use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::Aperture;
+use raylet::optics::doe::{Layer, PixelForm};
+use raylet::optics::frame::Frame;
+use raylet::optics::profile::Profile;
+use raylet::optics::screen::{Act, Screen};
+use raylet::optics::shape::Shape;
+use raylet::optics::source::Source;
+use raylet::optics::surface::Surface;
+use raylet::optics::system::System;
+use raylet::wave::grid::field::Axis;
 
-use crate::math::vec3::Vec3;
-use crate::optics::aperture::Aperture;
-use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use crate::optics::frame::Frame;
-use crate::optics::profile::Profile;
-use crate::optics::refraction::{Coating, Interface};
-use crate::optics::screen::{Act, Screen, Sensor};
-use crate::optics::shape::{Conic, Shape};
-use crate::optics::source::Source;
-use crate::optics::surface::Surface;
-use crate::optics::system::System;
-use crate::wave::grid::field::Axis;
+use super::parts::{self, conic, face, on_axis, plane_wave, screen};
 
 /// Wavelength in mm.
 pub const WAVELENGTH: f64 = 0.7e-3;
@@ -24,7 +24,7 @@ pub const WAVELENGTH: f64 = 0.7e-3;
 pub const PITCH: f64 = 6.3e-3;
 
 /// Phase gradient of the grating in rad/mm.
-pub(crate) const GRADIENT: f64 = 30.0;
+const GRADIENT: f64 = 30.0;
 
 /// From the hologram to the sensor that is close to it, in mm: four times its radius.
 pub const NEAR: f64 = 1.26;
@@ -113,7 +113,6 @@ impl Reading {
 
     /// The system so read.
     pub fn apply(self, mut system: System) -> System {
-        let moved = |z: f64| Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z));
         match self {
             Reading::Code => {}
             Reading::FarPoint => {
@@ -131,7 +130,7 @@ impl Reading {
                 for train in &mut system.trains {
                     train.reverse();
                     for (surface, z) in train.iter_mut().zip(FACES) {
-                        surface.frame = moved(z);
+                        surface.frame = on_axis(z);
                         surface.index.reverse();
                         if let Shape::Conic(conic) = &mut surface.shape {
                             conic.curvature = -conic.curvature;
@@ -171,65 +170,42 @@ fn hologram(phase: &Array2<f64>, form: PixelForm, train: Vec<Surface>, z: f64) -
 pub fn open(count: usize) -> Array2<f64> {
     let axis = Axis::uniform(count, PITCH, 0.0);
     let disc = Aperture::disc(0.5 * count as f64 * PITCH);
+    let span = |i: usize| {
+        let low = axis.start + (i as f64 - 0.5) * PITCH;
+        [low, low + PITCH]
+    };
     Array2::from_shape_fn((count, count), |(j, i)| {
-        let ([x0, x1], [y0, y1]) = (axis.span(i), axis.span(j));
+        let ([x0, x1], [y0, y1]) = (span(i), span(j));
         disc.coverage(x0, x1, y0, y1)
     })
 }
 
 fn pixel_layer(values: Array2<Complex64>, form: PixelForm) -> Layer {
-    Layer::Pixels(Pixels {
-        pitch: [PITCH; 2],
-        values,
-        form,
-    })
+    parts::pixel_layer(values, PITCH, form)
 }
 
 fn element(name: &str, layer: Layer, radius: f64) -> Screen {
-    let doe = Doe {
-        layers: vec![layer],
-        aperture: Aperture::disc(radius),
-        reflect: false,
-    };
-    screen(name, [0.0; 2], 0.0, Act::Doe(doe))
+    let doe = parts::element(layer, Aperture::disc(radius));
+    Screen {
+        name: name.to_owned(),
+        ..screen(on_axis(0.0), Act::Doe(doe))
+    }
 }
 
 fn sensor_screen(z: f64, window: Window) -> Screen {
-    let sensor = Sensor {
-        pixels: [window.count; 2],
-        pitch: [window.pitch; 2],
-    };
-    screen("sensor", window.middle, z, Act::Sensor(sensor))
-}
-
-fn screen(name: &str, [x, y]: [f64; 2], z: f64, act: Act) -> Screen {
-    Screen {
-        name: name.to_owned(),
-        frame: Frame::GLOBAL.moved(Vec3::new(x, y, z)),
-        shape: Shape::Plane,
-        act,
-        index: 1.0,
-        behind: None,
-        arrives: 1.0,
-    }
+    let [x, y] = window.middle;
+    let frame = Frame::GLOBAL.moved(Vec3::new(x, y, z));
+    screen(frame, parts::sensor(window.count, window.pitch))
 }
 
 /// The LA1131-A, its curved side to the element.
 fn lens() -> Vec<Surface> {
     let face = |z: f64, shape: Shape, index: [f64; 2]| Surface {
-        shape,
-        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
         aperture: Aperture::disc(LENS_RADIUS),
-        interface: Interface::Refract,
-        coating: Coating::Ideal,
-        index,
+        ..face(on_axis(z), shape, index)
     };
-    let sphere = Shape::Conic(Conic {
-        curvature: 1.0 / FACE_RADIUS,
-        conic: 0.0,
-    });
     vec![
-        face(FACES[0], sphere, [1.0, INDEX]),
+        face(FACES[0], conic(1.0 / FACE_RADIUS, 0.0), [1.0, INDEX]),
         face(FACES[1], Shape::Plane, [INDEX, 1.0]),
     ]
 }
@@ -237,10 +213,7 @@ fn lens() -> Vec<Surface> {
 fn system(element: Screen, train: Vec<Surface>, sensor: Screen) -> System {
     System {
         wavelength: WAVELENGTH,
-        source: Source::Plane {
-            direction: Vec3::new(0.0, 0.0, 1.0),
-            origin: Vec3::new(0.0, 0.0, 0.0),
-        },
+        source: plane_wave([0.0; 2]),
         screens: vec![element, sensor],
         trains: vec![train],
     }
@@ -248,8 +221,9 @@ fn system(element: Screen, train: Vec<Surface>, sensor: Screen) -> System {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::examples::problems::{GRATING_SENSOR, READINGS, Reading, grating};
-    use crate::optics::paraxial::Abcd;
+    use raylet::optics::paraxial::Abcd;
+
+    use super::{GRATING_SENSOR, READINGS, Reading, grating};
 
     /// Focal length and distance of the focus from the sensor of every reading.
     #[test]

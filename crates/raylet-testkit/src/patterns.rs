@@ -5,20 +5,17 @@ use std::f64::consts::{PI, TAU};
 
 use ndarray::Array2;
 use num_complex::Complex64;
+use raylet::math::random::uniform;
+use raylet::optics::aperture::Aperture;
+use raylet::optics::doe::PixelForm;
+use raylet::optics::screen::Act;
+use raylet::optics::system::System;
+use raylet::wave::free::free_plan::Slab;
+use raylet::wave::free::propagate::{CLEAR, FreeHop};
+use raylet::wave::grid::field::{Axis, Field, Grid};
+use raylet::wave::grid::raster::Raster;
 
-use crate::math::random::uniform;
-use crate::math::vec3::Vec3;
-use crate::optics::aperture::Aperture;
-use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use crate::optics::frame::Frame;
-use crate::optics::screen::{Act, Screen, Sensor};
-use crate::optics::shape::Shape;
-use crate::optics::source::Source;
-use crate::optics::system::System;
-use crate::wave::free::free_plan::Slab;
-use crate::wave::free::propagate::{CLEAR, FreeHop};
-use crate::wave::grid::field::{Axis, Field, Grid};
-use crate::wave::grid::raster::Raster;
+use super::parts::{self, lit, on_axis, pixel_layer, screen};
 
 /// Spokes of the star.
 const SPOKES: f64 = 18.0;
@@ -82,7 +79,7 @@ pub fn star_hologram(width: usize, aperture: f64, wavelength: f64) -> System {
 }
 
 /// A Siemens star of `count`² pixels, one and zero, within 0.9 of the square.
-pub(crate) fn star(count: usize) -> Array2<f64> {
+pub fn star(count: usize) -> Array2<f64> {
     let middle = 0.5 * (count as f64 - 1.0);
     Array2::from_shape_fn((count, count), |(j, i)| {
         let (x, y) = (i as f64 - middle, j as f64 - middle);
@@ -98,46 +95,24 @@ fn distance(width: usize, aperture: f64, wavelength: f64) -> f64 {
 
 /// These pixels, collimated light, and a sensor like them `z` mm behind.
 fn system(values: Array2<Complex64>, z: f64, wavelength: f64) -> System {
-    let (count, pitch) = (values.nrows(), [0.5 * wavelength; 2]);
-    let element = Doe {
-        layers: vec![Layer::Pixels(Pixels {
-            pitch,
-            values,
-            form: PixelForm::Point,
-        })],
-        aperture: Aperture::OPEN,
-        reflect: false,
-    };
-    let pixels = [count; 2];
-    let screen = |name: &str, z: f64, act: Act| Screen {
-        name: name.to_owned(),
-        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-        shape: Shape::Plane,
-        act,
-        index: 1.0,
-        behind: None,
-        arrives: 1.0,
-    };
+    let (count, pitch) = (values.nrows(), 0.5 * wavelength);
+    let layer = pixel_layer(values, pitch, PixelForm::Point);
+    let element = Act::Doe(parts::element(layer, Aperture::OPEN));
+    let sensor = parts::sensor(count, pitch);
+    let screens = vec![screen(on_axis(0.0), element), screen(on_axis(z), sensor)];
     System {
         wavelength,
-        source: Source::Plane {
-            direction: Vec3::new(0.0, 0.0, 1.0),
-            origin: Vec3::new(0.0, 0.0, 0.0),
-        },
-        screens: vec![
-            screen("element", 0.0, Act::Doe(element)),
-            screen("sensor", z, Act::Sensor(Sensor { pixels, pitch })),
-        ],
-        trains: vec![vec![]],
+        ..lit(screens, vec![vec![]])
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::design::examples::patterns::{metalens, star, star_hologram};
-    use crate::engine::chain::simulate::simulate;
-    use crate::engine::plan::settings::Settings;
-    use crate::wave::grid::metrics::ncc;
+    use raylet::engine::chain::simulate::simulate;
+    use raylet::engine::plan::settings::Settings;
+    use raylet::wave::grid::metrics::ncc;
+
+    use super::{metalens, star, star_hologram};
 
     /// The middle of the focus is the sum of all pixels in phase, by the first Rayleigh–Sommerfeld
     /// integral with one node each: Σ h² (z/r)(1/r − ik) e^{ik·focus}/(2πr).
