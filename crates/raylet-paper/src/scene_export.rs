@@ -158,7 +158,6 @@ fn heights(grid: &SagGrid) -> Array2<f64> {
 mod tests {
     use std::fs;
 
-    use raylet::design::mirrors::conformal::{Conformal, Show, Substrate, Window};
     use raylet::engine::chain::simulate::simulate;
     use raylet::engine::plan::settings::Settings;
     use raylet::file::model::build;
@@ -167,6 +166,7 @@ mod tests {
     use raylet::wave::grid::metrics::field_error;
     use raylet_testkit::patterns::star_hologram;
 
+    use crate::mirrors::conformal_mirror::{Conformal, Show, Substrate, Window};
     use crate::scene_export::scene_files;
 
     /// How far the field of the scene that is written is from that of the system itself.

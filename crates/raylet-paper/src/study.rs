@@ -37,13 +37,13 @@ pub struct Study {
     pub text: String,
     /// The same as a document: a table.
     pub document: serde_json::Value,
-    /// Names and contents of its pictures, and of the scenes that pose its systems.
+    /// Names and contents of its pictures, and of the scenes of its systems.
     pub pictures: Vec<(String, Vec<u8>)>,
 }
 
 impl Study {
     /// Adds a system as a scene with its arrays, for `raylet simulate`.
-    pub(crate) fn pose(
+    pub(crate) fn export_scene(
         &mut self,
         system: &System,
         stem: &str,

@@ -9,7 +9,6 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::design::mirrors::conformal::{Conformal, Show, Window};
 use raylet::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::chain::simulate_error::SimulateError;
@@ -19,6 +18,8 @@ use raylet::math::part::part;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::{Axis, Field, Grid};
 use raylet::wave::grid::metrics::{field_error, fwhm, ncc, peak, shape_error};
+
+use crate::mirrors::conformal_mirror::{Conformal, Show, Window};
 
 /// Samples along each axis of a window about a focus, and their distance in mm.
 const FOCUS: (usize, f64) = (41, 1e-4);
@@ -305,10 +306,10 @@ impl Comparison {
 
 #[cfg(test)]
 mod tests {
-    use raylet::design::mirrors::conformal::{Conformal, Show, Substrate};
     use raylet::engine::plan::settings::Sag;
 
     use crate::mirrors::conformal::{Comparison, Draws, Way};
+    use crate::mirrors::conformal_mirror::{Conformal, Show, Substrate};
 
     /// A tenth of the mirror: foci where they should be, whatever the substrate, by every way but planes.
     #[test]

@@ -6,12 +6,12 @@
 )]
 
 use ndarray::Array2;
-use raylet::design::mirrors::conformal::{Conformal, Show};
 use raylet::wave::grid::field::Field;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
 
 use crate::mirrors::conformal::{Comparison, Way, letter};
+use crate::mirrors::conformal_mirror::{Conformal, Show};
 
 /// Samples along each axis of the substrate's picture.
 const SAMPLES: usize = 201;

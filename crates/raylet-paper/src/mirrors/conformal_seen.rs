@@ -7,7 +7,6 @@
 
 use ndarray::{Array2, ArrayView1};
 use num_complex::Complex64;
-use raylet::design::mirrors::conformal::{Conformal, LitArea, Show, Window};
 use raylet::engine::chain::outcome::Progress;
 use raylet::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
 use raylet::engine::free::free_method::Approach;
@@ -16,6 +15,7 @@ use raylet::wave::grid::field::Field;
 use raylet::wave::grid::metrics::{ncc, peak};
 
 use crate::mirrors::conformal::{foci, letter};
+use crate::mirrors::conformal_mirror::{Conformal, LitArea, Show, Window};
 
 /// Samples along each axis of a window about a focus, and their distance in mm.
 const FOCUS: (usize, f64) = (41, 1e-4);

@@ -1,12 +1,12 @@
 //! Figure 6 of the source paper, forward: a conformal diffractive mirror with conjugate phases.
 
-use raylet::design::mirrors::conformal::{Conformal, Show, Substrate};
 use raylet::engine::plan::settings::Sag;
 use raylet::file::result::machine::Machine;
 use raylet_plot::text_table::table;
 use serde_json::json;
 
 use crate::mirrors::conformal::{Comparison, Draws, Outcome, Way};
+use crate::mirrors::conformal_mirror::{Conformal, Show, Substrate};
 use crate::study::Study;
 use crate::study_error::StudyError;
 
@@ -34,7 +34,7 @@ pub fn fig6(quick: bool) -> Result<Study, StudyError> {
             let overview = Comparison::overview(&mirror, pixels)?;
             let picture = found.png(&title, &overview)?;
             study.pictures.push((format!("{name}.png"), picture));
-            study.pose(&found.system(), &name, &title)?;
+            study.export_scene(&found.system(), &name, &title)?;
             study.text += &block(&title, &found);
             entries.push(entry(&name, &found));
         }

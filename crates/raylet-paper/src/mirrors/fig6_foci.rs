@@ -1,12 +1,12 @@
 //! Figure 6 of the source paper, designed: a conformal mirror with two foci, found by gradients from phases that
 //! ignore its height.
 
-use raylet::design::mirrors::conformal::{Conformal, LitArea, Show, Substrate};
 use raylet::file::arrays::phase_file::npy;
 use raylet::file::result::machine::Machine;
 use raylet_plot::text_table::table;
 use serde_json::{Value, json};
 
+use crate::mirrors::conformal_mirror::{Conformal, LitArea, Show, Substrate};
 use crate::mirrors::conformal_seen::Seen;
 use crate::mirrors::mirror::{Sought, forget, seek};
 use crate::study::{Effort, Study};

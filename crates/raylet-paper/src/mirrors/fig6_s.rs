@@ -1,11 +1,11 @@
 //! Figure 6 of the source paper, designed: a conformal mirror of phases that shows a letter S.
 
-use raylet::design::mirrors::conformal::{Conformal, LitArea, Show, Substrate};
 use raylet::file::arrays::phase_file::npy;
 use raylet::file::result::machine::Machine;
 use raylet::wave::grid::metrics::ncc;
 use serde_json::json;
 
+use crate::mirrors::conformal_mirror::{Conformal, LitArea, Show, Substrate};
 use crate::mirrors::mirror::{forget, seek};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
@@ -32,8 +32,8 @@ pub fn fig6_s(effort: Effort) -> Result<Study, StudyError> {
     let iterations = if effort.quick { QUICK } else { ITERATIONS };
     let sought = seek(NAME, mirror, LitArea::Disc, iterations, effort)?;
     let values = sought.values();
-    let shares = sought.posed.design.shares(values.view());
-    let known = ncc(shares.view(), sought.posed.target.view());
+    let shares = sought.search.design.shares(values.view());
+    let known = ncc(shares.view(), sought.search.target.view());
     let seen = sought.seen(NAME, &values, effort.display)?;
     let size = match mirror.scale {
         1.0 => String::new(),

@@ -10,8 +10,6 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::design::mirrors::conformal::{Conformal, LitArea, Show};
-use raylet::design::mirrors::conformal_design::MirrorSearch;
 use raylet::design::mirrors::mirror::MirrorEvaluation;
 use raylet::design::optimizers::lbfgs::LbfgsSettings;
 use raylet::design::optimizers::optimizer::{Method, Optimizer};
@@ -23,8 +21,10 @@ use raylet::file::storage::own_file::Replace;
 use raylet::wave::grid::metrics::ncc;
 use serde::{Deserialize, Serialize};
 
+use crate::mirrors::conformal_mirror::{Conformal, LitArea, Show};
 use crate::mirrors::conformal_seen::Seen;
 use crate::mirrors::mirror_chart::MirrorChart;
+use crate::mirrors::mirror_search::MirrorSearch;
 use crate::progress_display::ProgressDisplay;
 use crate::study::Effort;
 use crate::study_error::StudyError;
@@ -45,8 +45,8 @@ struct Saved {
 /// A mirror whose pixels were designed.
 pub(crate) struct Sought {
     pub(crate) mirror: Conformal,
-    pub(crate) aperture: LitArea,
-    pub(crate) posed: MirrorSearch,
+    pub(crate) opening: LitArea,
+    pub(crate) search: MirrorSearch,
     /// The phases that were found.
     pub(crate) phases: Vec<f64>,
     pub(crate) iterations: usize,
@@ -65,16 +65,16 @@ pub(crate) fn seek(
     effort: Effort,
 ) -> Result<Sought, StudyError> {
     let clock = Instant::now();
-    let posed = MirrorSearch::new(&mirror, aperture)?;
+    let search = MirrorSearch::new(&mirror, opening)?;
     let kept = effort.keep.map(|keep| {
         let description = format!("{name} {mirror:?} {aperture:?}");
         Checkpoints::within(&keep.join(name), &description)
     });
-    let mut saved = begin(kept.as_ref(), &posed)?;
+    let mut saved = begin(kept.as_ref(), &search)?;
     let earlier = saved.seconds;
     let mut steps = (effort.display).search(name, saved.search.iteration(), iterations);
     while saved.search.iteration() < iterations {
-        let evaluation = posed.design.evaluate(saved.search.point());
+        let evaluation = search.design.evaluate(saved.search.point());
         let step = saved.search.report(evaluation.value, &evaluation.gradient);
         saved.evaluations += 1;
         saved.seconds = earlier + clock.elapsed().as_secs_f64();
@@ -86,7 +86,7 @@ pub(crate) fn seek(
         }
         let (done, score) = (
             saved.search.iteration(),
-            score(&mirror, &posed, &evaluation),
+            score(&mirror, &search, &evaluation),
         );
         saved.course.push([done as f64, score]);
         steps.note(done, &format!("{} {score:.4}", score_name(mirror.show)));
@@ -97,10 +97,10 @@ pub(crate) fn seek(
     steps.end();
     let best = saved.search.best().map(|(point, _)| point.to_vec());
     Ok(Sought {
-        phases: best.unwrap_or_else(|| posed.start.clone()),
+        phases: best.unwrap_or_else(|| search.start.clone()),
         mirror,
-        aperture,
-        posed,
+        opening,
+        search,
         iterations: saved.search.iteration(),
         evaluations: saved.evaluations,
         seconds: saved.seconds,
@@ -109,15 +109,15 @@ pub(crate) fn seek(
 }
 
 /// The search where it was, or at its start.
-fn begin(kept: Option<&Checkpoints>, posed: &MirrorSearch) -> Result<Saved, StudyError> {
+fn begin(kept: Option<&Checkpoints>, search: &MirrorSearch) -> Result<Saved, StudyError> {
     let settings = LbfgsSettings {
         memory: 10,
-        first: 0.1 * (posed.start.len() as f64).sqrt(),
+        first: 0.1 * (search.start.len() as f64).sqrt(),
         ..LbfgsSettings::default()
     };
-    let space = Space::free(posed.start.len());
+    let space = Space::free(search.start.len());
     let fresh = Saved {
-        search: Method::Lbfgs(settings).start(posed.start.clone(), space)?,
+        search: Method::Lbfgs(settings).start(search.start.clone(), space)?,
         evaluations: 0,
         seconds: 0.0,
         course: Vec::new(),
@@ -139,11 +139,11 @@ fn begin(kept: Option<&Checkpoints>, posed: &MirrorSearch) -> Result<Saved, Stud
 }
 
 /// Likeness to the letter, or the share of the light in the samples at the foci.
-fn score(mirror: &Conformal, posed: &MirrorSearch, evaluation: &MirrorEvaluation) -> f64 {
+fn score(mirror: &Conformal, search: &MirrorSearch, evaluation: &MirrorEvaluation) -> f64 {
     match mirror.show {
-        Show::Letter => ncc(evaluation.shares.view(), posed.target.view()).unwrap_or(0.0),
+        Show::Letter => ncc(evaluation.shares.view(), search.target.view()).unwrap_or(0.0),
         Show::Foci => {
-            let lit = evaluation.shares.iter().zip(&posed.target);
+            let lit = evaluation.shares.iter().zip(&search.target);
             lit.filter(|(_, target)| **target > 0.0)
                 .map(|(share, _)| share)
                 .sum()
@@ -161,7 +161,7 @@ fn score_name(show: Show) -> &'static str {
 impl Sought {
     /// The reflections of the pixels, [y, x].
     pub(crate) fn values(&self) -> Array2<Complex64> {
-        self.posed.design.reflections(&self.phases)
+        self.search.design.reflections(&self.phases)
     }
 
     /// The phases as arrays of pixels, [y, x].
@@ -199,14 +199,14 @@ impl Sought {
             true => values[at],
             false => Complex64::ZERO,
         });
-        let shares = self.posed.design.shares(values.view());
+        let shares = self.search.design.shares(values.view());
         let chart = MirrorChart {
             title,
             mirror: &self.mirror,
             values: &shown,
             shares: &shares,
-            pitch: self.posed.sensor.pitch,
-            target: &self.posed.target,
+            pitch: self.search.sensor.pitch,
+            target: &self.search.target,
             seen,
             course: (score_name(self.mirror.show), self.course.clone()),
         };

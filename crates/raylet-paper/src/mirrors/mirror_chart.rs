@@ -7,13 +7,13 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::design::mirrors::conformal::{Conformal, Show};
 use raylet::wave::grid::metrics::peak;
 use raylet_plot::chart_panel::Series;
 use raylet_plot::colour::ColourMap;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
 
+use crate::mirrors::conformal_mirror::{Conformal, Show};
 use crate::mirrors::conformal_seen::Seen;
 
 /// What is shown.

@@ -47,7 +47,7 @@ pub fn fig2(quick: bool) -> Result<Study, StudyError> {
             ),
         ],
     };
-    study.pose(&system, "star", &title)?;
+    study.export_scene(&system, "star", &title)?;
     Ok(study)
 }
 

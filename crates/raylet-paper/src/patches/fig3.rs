@@ -39,7 +39,7 @@ pub fn fig3(quick: bool) -> Result<Study, StudyError> {
         entries.push(entry(&task, &found));
         let name = format!("{}.png", task.name);
         study.pictures.push((name, found.png(&task.title)?));
-        study.pose(&task.system, task.name, &task.title)?;
+        study.export_scene(&task.system, task.name, &task.title)?;
     }
     study.document = serde_json::json!({ "tasks": entries });
     Ok(study)

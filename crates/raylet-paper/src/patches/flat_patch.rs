@@ -8,7 +8,6 @@
 
 use std::time::Instant;
 
-use raylet::design::mirrors::conformal::spherical_patch;
 use raylet::engine::chain::reference::{ReferenceError, ReferenceOptions, reference};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::free::free_method::Approach;
@@ -17,6 +16,8 @@ use raylet::wave::grid::metrics::{field_error, shape_error};
 use raylet_plot::chart_panel::Series;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
+
+use crate::mirrors::conformal_mirror::spherical_patch;
 
 /// Samples along each axis of the sensor.
 const POINTS: usize = 16;

@@ -19,7 +19,7 @@ use crate::wave::grid::raster::Raster;
 
 /// What is free in each pixel.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum FreePixelValue {
+pub enum FreePixelValue {
     /// φ: the pixel reflects e^{iφ}.
     Phase,
     /// φ₁ and φ₂: the pixel reflects e^{iφ₁} + e^{iφ₂}, of modulus 0 to 2.
@@ -96,11 +96,12 @@ pub enum MirrorError {
 }
 
 impl MirrorDesign {
-    /// Of the mirror of a system that is lit along its axis and has a sensor parallel to it.
+    /// Of the mirror of a system that is lit along its axis and has a sensor parallel to it. The loss is of shares, [y, x],
+    /// as many as the sensor has pixels.
     ///
     /// # Errors
     /// When the system is another, or the loss is for another sensor.
-    pub(crate) fn new(
+    pub fn new(
         system: &System,
         freedom: FreePixelValue,
         loss: Box<dyn Loss>,
@@ -169,8 +170,8 @@ impl MirrorDesign {
         self.freedom.reflect(phases, self.shape)
     }
 
-    /// The phases that send light back to where a field on the sensor says it comes from, [y, x].
-    pub(crate) fn conjugate(&self, field: ArrayView2<Complex64>) -> Array2<f64> {
+    /// The phases in rad that send light back to where a field on the sensor's pixels says it comes from, [y, x] both.
+    pub fn conjugate(&self, field: ArrayView2<Complex64>) -> Array2<f64> {
         self.hop.carry_adjoint(field).mapv(|u| u.arg())
     }
 
@@ -218,26 +219,57 @@ mod tests {
 
     use crate::design::holograms::start::random_phase;
     use crate::design::losses::likeness::{Brightness, Likeness};
-    use crate::design::mirrors::conformal::{Conformal, LitArea, Show, Substrate, Window};
     use crate::design::mirrors::mirror::{FreePixelValue, MirrorDesign, MirrorError};
+    use crate::fixtures::parts::{element, on_axis, pixel_layer, screen, sensor};
     use crate::math::noise::noise;
-    use crate::math::random::Purpose;
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::conic::Conic;
+    use crate::optics::doe::PixelForm;
+    use crate::optics::frame::Frame;
+    use crate::optics::freeform::Term;
+    use crate::optics::screen::{Act, Screen};
+    use crate::optics::shape::Shape;
+    use crate::optics::source::Source;
     use crate::optics::system::System;
 
-    const MIRROR: Conformal = Conformal {
-        substrate: Substrate::Bump,
-        show: Show::Letter,
-        scale: 0.08,
-    };
+    /// Pixels along each side of the mirror.
+    const COUNT: usize = 41;
 
+    /// A round mirror with a Gaussian bump of one wavelength, lit along −z, and a sensor above it.
     fn system() -> System {
-        let window = Window {
-            x: 0.0,
-            pixels: [20; 2],
-            pitch: 1e-3,
+        let ones = Array2::from_elem((COUNT, COUNT), Complex64::ONE);
+        let mut doe = element(
+            pixel_layer(ones, 5e-4, PixelForm::Box),
+            Aperture::disc(0.01),
+        );
+        doe.reflect = true;
+        let base = Conic {
+            curvature: 0.0,
+            conic: 0.0,
         };
-        let ones = Array2::from_elem((MIRROR.count(), MIRROR.count()), Complex64::ONE);
-        MIRROR.made(ones, LitArea::Disc, window)
+        let bump = Term::Gaussian {
+            height: 1.012e-3,
+            centre: [0.0; 2],
+            sigma: 6.4e-3,
+        };
+        let mirror = Screen {
+            shape: Shape::Freeform {
+                base,
+                terms: vec![bump],
+            },
+            arrives: -1.0,
+            ..screen(Frame::GLOBAL, Act::Doe(doe))
+        };
+        System {
+            wavelength: 1e-3,
+            source: Source::Plane {
+                direction: Vec3::new(0.0, 0.0, -1.0),
+                origin: Vec3::new(0.0, 0.0, 0.0),
+            },
+            screens: vec![mirror, screen(on_axis(0.02004), sensor(20, 1e-3))],
+            trains: vec![vec![]],
+        }
     }
 
     fn design(freedom: FreePixelValue, brightness: Brightness) -> MirrorDesign {
@@ -277,11 +309,11 @@ mod tests {
         for freedom in [FreePixelValue::Phase, FreePixelValue::TwoPhases] {
             for brightness in [Brightness::Free, Brightness::Given { scale: 1.0 }] {
                 let design = design(freedom, brightness);
-                let rows = design.len() / MIRROR.count();
-                let phases = random_phase(3, 0, Purpose::StartPhase, (rows, MIRROR.count()))
+                let rows = design.len() / COUNT;
+                let phases = random_phase(3, 0, (rows, COUNT))
                     .into_raw_vec_and_offset()
                     .0;
-                let way = random_phase(4, 0, Purpose::StartPhase, (rows, MIRROR.count()))
+                let way = random_phase(4, 0, (rows, COUNT))
                     .into_raw_vec_and_offset()
                     .0;
                 let at = |step: f64| {

@@ -5,11 +5,12 @@ use std::f64::consts::TAU;
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::design::losses::likeness::{Brightness, Likeness};
-use crate::design::losses::loss::{Loss, LossError, Sum};
-use crate::design::losses::share::Share;
-use crate::design::mirrors::conformal::{Conformal, LitArea, Show, Window};
-use crate::design::mirrors::mirror::{FreePixelValue, MirrorDesign, MirrorError};
+use raylet::design::losses::likeness::{Brightness, Likeness};
+use raylet::design::losses::loss::{Loss, LossError, Sum};
+use raylet::design::losses::share::Share;
+use raylet::design::mirrors::mirror::{FreePixelValue, MirrorDesign, MirrorError};
+
+use crate::mirrors::conformal_mirror::{Conformal, LitArea, Show, Window};
 
 /// Distance of the sensor's samples in mm, half a wavelength.
 const PITCH: f64 = 5e-4;
@@ -33,9 +34,9 @@ pub struct MirrorSearch {
     pub sensor: Window,
 }
 
-/// Why a mirror cannot be posed.
+/// Why there is no search for the pixels of a mirror.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
-pub enum PoseError {
+pub enum MirrorSearchError {
     /// Its loss makes no sense.
     #[error(transparent)]
     Loss(#[from] LossError),
@@ -53,7 +54,7 @@ impl MirrorSearch {
     ///
     /// # Errors
     /// A mirror so small that the sensor misses the target.
-    pub fn new(mirror: &Conformal, aperture: LitArea) -> Result<Self, PoseError> {
+    pub fn new(mirror: &Conformal, opening: LitArea) -> Result<Self, MirrorSearchError> {
         let half = (0.5 * mirror.width() / PITCH).floor() as usize;
         let sensor = Window {
             x: 0.0,
@@ -146,11 +147,12 @@ impl Conformal {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::mirrors::conformal::{Conformal, LitArea, Show, Substrate};
-    use crate::design::mirrors::conformal_design::MirrorSearch;
-    use crate::design::optimizers::lbfgs::LbfgsSettings;
-    use crate::design::optimizers::optimizer::Method;
-    use crate::design::optimizers::space::Space;
+    use raylet::design::optimizers::lbfgs::LbfgsSettings;
+    use raylet::design::optimizers::optimizer::Method;
+    use raylet::design::optimizers::space::Space;
+
+    use crate::mirrors::conformal_mirror::{Conformal, LitArea, Show, Substrate};
+    use crate::mirrors::mirror_search::MirrorSearch;
 
     /// A tenth of the mirror, whose height turns the phase by fifteen radians that the start does not know of: light
     /// comes to both foci as it does by the phases that know the height.
@@ -161,26 +163,26 @@ mod tests {
             show: Show::Foci,
             scale: 0.1,
         };
-        let posed = MirrorSearch::new(&mirror, LitArea::Disc).unwrap();
+        let search = MirrorSearch::new(&mirror, LitArea::Disc).unwrap();
         let in_foci = |phases: &[f64]| {
-            let shares = posed.design.evaluate(phases).shares;
-            (&shares * &posed.target).sum()
+            let shares = search.design.evaluate(phases).shares;
+            (&shares * &search.target).sum()
         };
-        let before = in_foci(&posed.start);
+        let before = in_foci(&search.start);
         let settings = LbfgsSettings {
             memory: 10,
-            first: 0.1 * (posed.start.len() as f64).sqrt(),
+            first: 0.1 * (search.start.len() as f64).sqrt(),
             ..LbfgsSettings::default()
         };
-        let space = Space::free(posed.start.len());
-        let mut search = Method::Lbfgs(settings)
-            .start(posed.start.clone(), space)
+        let space = Space::free(search.start.len());
+        let mut optimizer = Method::Lbfgs(settings)
+            .start(search.start.clone(), space)
             .unwrap();
         for _ in 0..30 {
-            let evaluation = posed.design.evaluate(search.point());
-            search.report(evaluation.value, &evaluation.gradient);
+            let evaluation = search.design.evaluate(optimizer.point());
+            optimizer.report(evaluation.value, &evaluation.gradient);
         }
-        let after = in_foci(search.best().unwrap().0);
+        let after = in_foci(optimizer.best().unwrap().0);
         // A perfect focus of this aperture has π NA²/λ² of its light on each mm²: 0.039 on half a sample's area.
         assert!(before < 0.015 && after > 0.032, "{before} {after}");
     }

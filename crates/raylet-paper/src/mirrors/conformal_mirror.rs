@@ -1,5 +1,10 @@
 //! Diffractive mirrors on curved substrates, with phases that take their height into account: patches of a
-//! sphere, and a mirror that shows two foci or a letter.
+//! sphere, and the mirror of figure 6 that shows two foci or a letter.
+
+#![expect(
+    clippy::indexing_slicing,
+    reason = "pixels are indexed by loops over the sizes of the mirror they belong to"
+)]
 
 use std::f64::consts::TAU;
 
@@ -7,19 +12,19 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::math::random::uniform;
-use crate::math::vec3::Vec3;
-use crate::optics::aperture::{Aperture, Outline};
-use crate::optics::conic::Conic;
-use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use crate::optics::frame::Frame;
-use crate::optics::freeform::Term;
-use crate::optics::sag_grid::SagGrid;
-use crate::optics::screen::{Act, Screen, Sensor};
-use crate::optics::shape::Shape;
-use crate::optics::source::Source;
-use crate::optics::system::System;
-use crate::wave::free::rayleigh::{Emitter, Emitters};
+use raylet::math::random::uniform;
+use raylet::math::vec3::Vec3;
+use raylet::optics::aperture::{Aperture, Outline};
+use raylet::optics::conic::Conic;
+use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::frame::Frame;
+use raylet::optics::freeform::Term;
+use raylet::optics::sag_grid::SagGrid;
+use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::shape::Shape;
+use raylet::optics::source::Source;
+use raylet::optics::system::System;
+use raylet::wave::free::rayleigh::{Emitter, Emitters};
 
 /// Wavelength in mm; pixels are half of it.
 const WAVELENGTH: f64 = 1e-3;
@@ -302,7 +307,7 @@ pub fn spherical_patch(width: usize, radius: f64, points: usize) -> System {
 
 #[cfg(test)]
 mod tests {
-    use crate::design::mirrors::conformal::{Conformal, Show, Substrate, Window, spherical_patch};
+    use crate::mirrors::conformal_mirror::{Conformal, Show, Substrate, Window, spherical_patch};
 
     #[test]
     fn substrates_have_their_radii() {
