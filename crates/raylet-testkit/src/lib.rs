@@ -11,9 +11,11 @@
 //! | [`paper_systems`] | The three systems of the source paper |
 //! | [`patterns`] | Two elements in free space on which ways to sample are compared |
 //! | [`smiley`] | The line drawing of the source paper's holograms |
+//! | [`dot_product`] | The inner products of dot-product tests |
 //! | [`scattered`] | A tilted element with rays on it, for scattering |
 //! | [`scenes`] | Scene files of the repository and texts of scenes |
 
+pub mod dot_product;
 pub mod noise;
 pub mod paper_systems;
 pub mod parts;

@@ -106,6 +106,7 @@ extern crate self as raylet;
     reason = "the files are written for a crate of its own; not every test needs all of them"
 )]
 mod fixtures {
+    pub(crate) mod dot_product;
     pub(crate) mod noise;
     pub(crate) mod paper_systems;
     pub(crate) mod parts;

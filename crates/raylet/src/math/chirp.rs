@@ -339,19 +339,12 @@ mod tests {
     use num_complex::Complex64;
     use rayon::ThreadPoolBuilder;
 
+    use crate::fixtures::noise::complex_noise;
     use crate::math::chirp::{Chirp, Chirp2, Comb};
-    use crate::math::random;
 
-    fn noise(count: usize, purpose: u32) -> Vec<Complex64> {
-        let value = |i| random::pair(7, [i, 0, 0, purpose]).map(|u| u - 0.5);
-        (0..count as u32)
-            .map(value)
-            .map(|[re, im]| Complex64::new(re, im))
-            .collect()
-    }
-
-    fn noise2(shape: [usize; 2], purpose: u32) -> Array2<Complex64> {
-        Array2::from_shape_vec(shape, noise(shape[0] * shape[1], purpose)).unwrap()
+    fn values(count: usize, purpose: u32) -> Vec<Complex64> {
+        let drawn = complex_noise((count, 1), 7, [0, purpose]);
+        drawn.into_iter().collect()
     }
 
     fn inner<'a>(
@@ -402,7 +395,7 @@ mod tests {
             (falling, Comb { count: 1, ..far }, 8.0),
             (Comb { count: 1, ..far }, falling, 8.0),
         ] {
-            let input = noise(from.count, 1);
+            let input = values(from.count, 1);
             let mut out = vec![Complex64::ZERO; to.count];
             Chirp::new(from, to, scale).apply(&input, &mut out, &mut Vec::new());
             let (mut got, mut expected) = (Vec::new(), Vec::new());
@@ -444,8 +437,8 @@ mod tests {
             count: 733,
         };
         let chirp = Chirp::new(from, to, -7.3);
-        let (input, out_bar) = (noise(from.count, 1), noise(to.count, 2));
-        let (mut out, mut input_bar) = (noise(to.count, 3), noise(from.count, 3));
+        let (input, out_bar) = (values(from.count, 1), values(to.count, 2));
+        let (mut out, mut input_bar) = (values(to.count, 3), values(from.count, 3));
         out.fill(Complex64::ZERO);
         input_bar.fill(Complex64::ZERO);
         chirp.apply(&input, &mut out, &mut Vec::new());
@@ -478,7 +471,7 @@ mod tests {
     fn two_axes_equal_the_direct_sum() {
         for x_first in [true, false] {
             let (plan, [from_y, from_x, to_y, to_x]) = plan(x_first);
-            let input = noise2([from_y.count, from_x.count], 4);
+            let input = complex_noise([from_y.count, from_x.count], 7, [0, 4]);
             let expected = Array2::from_shape_fn([to_y.count, to_x.count], |(n, m)| {
                 let line = |row: ndarray::ArrayView1<'_, _>| {
                     direct(from_x, &row.to_vec(), 1.5, to_x.at(m))
@@ -496,8 +489,8 @@ mod tests {
     fn two_axes_dot_product() {
         for x_first in [true, false] {
             let (plan, [from_y, from_x, to_y, to_x]) = plan(x_first);
-            let input = noise2([from_y.count, from_x.count], 5);
-            let out_bar = noise2([to_y.count, to_x.count], 6);
+            let input = complex_noise([from_y.count, from_x.count], 7, [0, 5]);
+            let out_bar = complex_noise([to_y.count, to_x.count], 7, [0, 6]);
             let (out, input_bar) = (plan.apply(input.view()), plan.apply_adjoint(out_bar.view()));
             let (a, b) = (inner(&out_bar, &out), inner(&input_bar, &input));
             let size = (inner(&out_bar, &out_bar) * inner(&out, &out))
@@ -510,7 +503,7 @@ mod tests {
     #[test]
     fn same_bits_for_any_number_of_threads() {
         let (plan, [from_y, from_x, ..]) = plan(true);
-        let input = noise2([from_y.count, from_x.count], 8);
+        let input = complex_noise([from_y.count, from_x.count], 7, [0, 8]);
         let run = |threads| {
             let pool = ThreadPoolBuilder::new()
                 .num_threads(threads)

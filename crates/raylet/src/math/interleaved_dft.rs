@@ -94,19 +94,12 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
+    use crate::fixtures::noise::complex_noise;
     use crate::math::chirp::Comb;
     use crate::math::interleaved_dft::InterleavedDft2;
-    use crate::math::random;
 
     fn comb(start: f64, step: f64, count: usize) -> Comb {
         Comb { start, step, count }
-    }
-
-    fn noise(shape: [usize; 2], purpose: u32) -> Array2<Complex64> {
-        Array2::from_shape_fn(shape, |(j, i)| {
-            let [re, im] = random::pair(7, [j as u32, i as u32, 0, purpose]);
-            Complex64::new(re - 0.5, im - 0.5)
-        })
     }
 
     fn dft() -> (InterleavedDft2, [Vec<Comb>; 2], [Comb; 2]) {
@@ -119,7 +112,7 @@ mod tests {
     #[test]
     fn sums_are_those_written() {
         let (dft, [y, x], to) = dft();
-        let input = noise([8, 15], 1);
+        let input = complex_noise([8, 15], 7, [0, 1]);
         let found = dft.apply(input.view());
         for ((n, m), value) in found.indexed_iter() {
             let mut sum = Complex64::ZERO;
@@ -134,7 +127,10 @@ mod tests {
     #[test]
     fn apply_dot_product() {
         let (dft, ..) = dft();
-        let (a, b) = (noise([8, 15], 2), noise([7, 6], 3));
+        let (a, b) = (
+            complex_noise([8, 15], 7, [0, 2]),
+            complex_noise([7, 6], 7, [0, 3]),
+        );
         let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| -> Complex64 {
             a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
         };

@@ -42,8 +42,6 @@ pub(crate) mod jet;
 mod kaiser;
 pub(crate) mod lanes;
 pub(crate) mod lines;
-#[cfg(test)]
-pub(crate) mod noise;
 pub mod nufft;
 pub mod part;
 pub mod random;

@@ -199,23 +199,17 @@ mod tests {
     use num_complex::Complex64;
     use rayon::ThreadPoolBuilder;
 
+    use crate::fixtures::noise::complex_noise;
     use crate::math::nufft::{Nufft, NufftError};
-    use crate::math::random;
 
     /// Points over several periods, and strengths.
-    fn noise(count: u32, purpose: u32) -> (Vec<[f64; 2]>, Vec<Complex64>) {
-        let angles = |i| random::pair(3, [i, 0, 0, purpose]).map(|u| 20.0 * (u - 0.5));
-        let strength = |i| random::pair(3, [i, 1, 0, purpose]).map(|u| u - 0.5);
-        let complex = |[re, im]: [f64; 2]| Complex64::new(re, im);
+    fn sources(count: usize, purpose: u32) -> (Vec<[f64; 2]>, Vec<Complex64>) {
+        let drawn = complex_noise((count, 2), 3, [0, purpose]);
+        let angles = |v: &Complex64| [20.0 * v.re, 20.0 * v.im];
         (
-            (0..count).map(angles).collect(),
-            (0..count).map(|i| complex(strength(i))).collect(),
+            drawn.column(0).iter().map(angles).collect(),
+            drawn.column(1).to_vec(),
         )
-    }
-
-    fn modes(shape: [usize; 2], purpose: u32) -> Array2<Complex64> {
-        let (_, values) = noise((shape[0] * shape[1]) as u32, purpose);
-        Array2::from_shape_vec(shape, values).unwrap()
     }
 
     /// exp(i·m·angle) for every mode of an axis.
@@ -269,9 +263,9 @@ mod tests {
     fn tolerance_is_met_against_the_direct_sum() {
         // With few modes the random weight of the outermost, which are the worst, counts.
         for (shape, luck) in [([48, 61], 1.0), ([1, 40], 1.5), ([7, 2], 1.5)] {
-            let (points, strengths) = noise(2000, 1);
+            let (points, strengths) = sources(2000, 1);
             let expected = direct(shape, &points, &strengths);
-            let bar = modes(shape, 2);
+            let bar = complex_noise(shape, 3, [0, 2]);
             let expected_back = direct_adjoint(&bar, &points);
             for tolerance in [
                 1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7, 1e-8, 1e-9, 1e-10, 1e-11, 1e-12,
@@ -334,8 +328,8 @@ mod tests {
             (1e-12, [30, 30]),
         ] {
             let plan = Nufft::new(shape, tolerance).unwrap();
-            let (points, strengths) = noise(30_000, 4);
-            let out_bar = modes(shape, 5);
+            let (points, strengths) = sources(30_000, 4);
+            let out_bar = complex_noise(shape, 3, [0, 5]);
             let mut out = Array2::zeros(shape);
             plan.type1(&points, &strengths, &mut out);
             let strengths_bar = plan.type2(out_bar.view(), &points);
@@ -350,7 +344,7 @@ mod tests {
     fn same_bits_for_any_number_of_threads() {
         // More points than one batch holds.
         let plan = Nufft::new([20, 50], 1e-6).unwrap();
-        let (points, strengths) = noise(300_000, 6);
+        let (points, strengths) = sources(300_000, 6);
         let run = |threads| {
             let pool = ThreadPoolBuilder::new()
                 .num_threads(threads)

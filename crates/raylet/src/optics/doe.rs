@@ -447,7 +447,7 @@ fn slopes(layers: &[Layer], x: f64, y: f64) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use crate::math::noise::noise;
+    use crate::fixtures::noise::noise;
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Doe, Layer};
     use crate::optics::profile::Profile;

@@ -3,7 +3,6 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::plan::settings::{Method, Settings};
-use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::PixelForm;
@@ -14,6 +13,7 @@ use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
+use raylet_testkit::noise::real_noise;
 use raylet_testkit::parts::{self, conic, element, on_axis, pixel_layer, sensor};
 
 /// A system and how it is carried.
@@ -23,11 +23,10 @@ pub(crate) struct Case {
     pub(crate) settings: Settings,
 }
 
+/// Complex values with parts from −½ to ½, [y, x].
 pub(crate) fn noise(shape: [usize; 2], purpose: u32) -> Array2<Complex64> {
-    Array2::from_shape_fn(shape, |(j, i)| {
-        let value = |part| uniform(11, [j as u32, i as u32, part, purpose]) - 0.5;
-        Complex64::new(value(0), value(1))
-    })
+    let [re, im] = [0, 1].map(|part| real_noise(shape, 11, [part, purpose]) - 0.5);
+    re.mapv(Complex64::from) + im.mapv(|im| Complex64::new(0.0, im))
 }
 
 pub(crate) fn screen(z: f64, act: Act) -> Screen {

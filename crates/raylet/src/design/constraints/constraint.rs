@@ -229,12 +229,11 @@ mod tests {
     use crate::design::optimizers::optimizer::{Method, Optimizer};
     use crate::design::optimizers::schedule::Schedule;
     use crate::design::optimizers::space::Space;
-    use crate::math::random;
+    use crate::fixtures::noise::real_noise;
 
-    fn noise(shape: (usize, usize), purpose: u32) -> Array2<f64> {
-        Array2::from_shape_fn(shape, |(j, i)| {
-            2.0 * PI * (random::uniform(5, [j as u32, i as u32, 0, purpose]) - 0.5)
-        })
+    /// Phases from −π to π.
+    fn phases(shape: (usize, usize), purpose: u32) -> Array2<f64> {
+        real_noise(shape, 5, [0, purpose]).mapv(|turn| 2.0 * PI * (turn - 0.5))
     }
 
     fn levels(count: usize, hardening: Hardening) -> Option<Relief> {
@@ -254,10 +253,10 @@ mod tests {
         let chain = Constraints::new(rules, shape).unwrap();
         assert_eq!(chain.free(), (5, 6));
         let bar = Array2::from_shape_fn(shape, |at| {
-            Complex64::new(noise(shape, 1)[at], noise(shape, 2)[at])
+            Complex64::new(phases(shape, 1)[at], phases(shape, 2)[at])
         });
-        let (free, change) = (noise((5, 6), 3), noise((5, 6), 4));
-        let pull = noise(shape, 5);
+        let (free, change) = (phases((5, 6), 3), phases((5, 6), 4));
+        let pull = phases(shape, 5);
         for share in [0.0, 0.4, 0.7] {
             // ⟨bar, transmission⟩ + ⟨pull, phase⟩, where the phase may wrap by whole turns.
             let value = |made: &ModulatedElement| {
@@ -337,7 +336,7 @@ mod tests {
         let (far, shape) = (Far::new(), (24, 24));
         let smooth = Constraints::new(Rules::NONE, shape).unwrap();
         let lbfgs = Method::Lbfgs(LbfgsSettings::default());
-        let (best, _) = far.design(&smooth, lbfgs, noise(shape, 7), 200);
+        let (best, _) = far.design(&smooth, lbfgs, phases(shape, 7), 200);
         let adam = Method::Descent(Rule::ADAM, Schedule::Constant { rate: 0.03 });
         for (count, gain) in [(2, 2.0), (4, 5.0), (8, 5.0)] {
             let rules = Rules {
@@ -373,12 +372,12 @@ mod tests {
             fill: Fill::WHOLE,
         };
         let chain = Constraints::new(rules, (9, 9)).unwrap();
-        let made = chain.make(noise((3, 3), 8).view(), 0.3);
+        let made = chain.make(phases((3, 3), 8).view(), 0.3);
         for ((j, i), phase) in made.phase.indexed_iter() {
             assert_eq!(*phase, made.phase[[3 * (j / 3), 3 * (i / 3)]]);
         }
         let none = Constraints::new(Rules::NONE, (4, 4)).unwrap();
-        let free = noise((4, 4), 9);
+        let free = phases((4, 4), 9);
         assert_eq!(none.finish(free.view()).phase, free);
         assert!(
             Constraints::new(

@@ -131,19 +131,18 @@ mod tests {
     use ndarray::Array2;
 
     use crate::design::constraints::feature::{Blocks, Blur, FeatureError};
-    use crate::math::random;
+    use crate::fixtures::noise::real_noise;
 
-    fn noise(shape: (usize, usize), purpose: u32) -> Array2<f64> {
-        Array2::from_shape_fn(shape, |(j, i)| {
-            random::uniform(6, [j as u32, i as u32, 0, purpose]) - 0.5
-        })
+    /// Values from −½ to ½.
+    fn values(shape: (usize, usize), purpose: u32) -> Array2<f64> {
+        real_noise(shape, 6, [0, purpose]) - 0.5
     }
 
     #[test]
     fn spread_dot_product_and_blocks() {
         let blocks = Blocks::new(3, (8, 10)).unwrap();
         assert_eq!(blocks.coarse(), (3, 4));
-        let (coarse, bar) = (noise((3, 4), 0), noise((8, 10), 1));
+        let (coarse, bar) = (values((3, 4), 0), values((8, 10), 1));
         let fine = blocks.spread(coarse.view());
         let back = blocks.spread_adjoint(bar.view());
         assert!(((&fine * &bar).sum() - (&coarse * &back).sum()).abs() < 1e-14);
@@ -155,7 +154,7 @@ mod tests {
     fn soften_dot_product_and_means() {
         for (radius, shape) in [(1.0, (4, 5)), (2.5, (9, 11)), (6.0, (3, 4))] {
             let blur = Blur::new(radius, shape).unwrap();
-            let (pixels, bar) = (noise(shape, 0), noise(shape, 1));
+            let (pixels, bar) = (values(shape, 0), values(shape, 1));
             let soft = blur.soften(pixels.view());
             let back = blur.soften_adjoint(bar.view());
             assert!(((&soft * &bar).sum() - (&pixels * &back).sum()).abs() < 1e-14);

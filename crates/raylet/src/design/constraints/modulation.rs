@@ -222,7 +222,7 @@ mod tests {
     use crate::design::constraints::modulation::{Modulation, Modulator};
     use crate::design::constraints::relief::{Levels, Relief};
     use crate::design::constraints::staircase::Hardening;
-    use crate::math::noise::noise;
+    use crate::fixtures::noise::noise;
 
     const SHAPE: (usize, usize) = (7, 8);
 

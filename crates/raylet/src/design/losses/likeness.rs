@@ -128,13 +128,11 @@ mod tests {
     use crate::design::losses::discrepancy::discrepancy;
     use crate::design::losses::likeness::{Brightness, Likeness};
     use crate::design::losses::loss::Loss;
-    use crate::math::random;
+    use crate::fixtures::noise::real_noise;
     use crate::wave::grid::metrics::ncc;
 
-    fn noise(purpose: u32) -> Array2<f64> {
-        Array2::from_shape_fn((7, 9), |(j, i)| {
-            random::uniform(1, [j as u32, i as u32, 0, purpose])
-        })
+    fn picture(purpose: u32) -> Array2<f64> {
+        real_noise((7, 9), 1, [0, purpose])
     }
 
     const ALL: [Brightness; 3] = [
@@ -145,11 +143,11 @@ mod tests {
 
     #[test]
     fn central_differences_and_pixels_that_do_not_count() {
-        let mask = noise(2).mapv(|w| if w < 0.3 { 0.0 } else { w });
+        let mask = picture(2).mapv(|w| if w < 0.3 { 0.0 } else { w });
         for brightness in ALL {
             for weight in [None, Some(mask.clone())] {
-                let loss = Likeness::new(noise(0), weight.clone(), brightness).unwrap();
-                let mut intensity = noise(1);
+                let loss = Likeness::new(picture(0), weight.clone(), brightness).unwrap();
+                let mut intensity = picture(1);
                 let off = discrepancy(&loss, intensity.view(), 5);
                 assert!(off < 1e-10, "{brightness:?} {off:e}");
 
@@ -168,7 +166,7 @@ mod tests {
 
     #[test]
     fn free_brightness_is_one_less_the_correlation_squared() {
-        let (picture, intensity) = (noise(0), noise(1));
+        let (picture, intensity) = (picture(0), picture(1));
         let loss = Likeness::new(picture.clone(), None, Brightness::Free).unwrap();
         let found = loss.evaluate((&intensity * 3.3).view());
         let likeness = ncc(intensity.view(), picture.view()).unwrap();

@@ -65,7 +65,7 @@ mod tests {
     use crate::design::losses::likeness::{Brightness, Likeness};
     use crate::design::losses::loss::FieldLoss;
     use crate::design::losses::overlap::Overlap;
-    use crate::math::noise::noise;
+    use crate::fixtures::noise::noise;
 
     /// Relative distance of the gradient from central differences along a random direction.
     fn discrepancy(loss: &dyn FieldLoss, field: &Array2<Complex64>) -> f64 {

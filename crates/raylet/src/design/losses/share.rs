@@ -163,10 +163,10 @@ mod tests {
     use ndarray::Array2;
 
     use crate::design::losses::discrepancy::discrepancy;
+    use crate::fixtures::noise::real_noise;
 
     use crate::design::losses::loss::Loss;
     use crate::design::losses::share::Share;
-    use crate::math::random;
     use crate::wave::grid::raster::Raster;
 
     /// Jₙ(v), n = 0 and 1, by the midpoint rule for its integral: exact to rounding.
@@ -186,12 +186,6 @@ mod tests {
             pitch: [pitch; 2],
             size: [count; 2],
         }
-    }
-
-    fn noise(count: usize, purpose: u32) -> Array2<f64> {
-        Array2::from_shape_fn((count, count), |(j, i)| {
-            random::uniform(8, [j as u32, i as u32, 0, purpose])
-        })
     }
 
     #[test]
@@ -214,8 +208,8 @@ mod tests {
 
     #[test]
     fn central_differences() {
-        let intensity = noise(11, 0);
-        let mask = noise(11, 1);
+        let intensity = real_noise((11, 11), 8, [0, 0]);
+        let mask = real_noise((11, 11), 8, [0, 1]);
         let raster = raster(11, 0.2);
         let points = [[0.3, -0.4], [-0.5, 0.55]];
         let encircled = Share::encircled(&raster, &points, 0.45, Some(mask.clone())).unwrap();

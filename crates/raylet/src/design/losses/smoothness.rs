@@ -46,18 +46,17 @@ mod tests {
     use ndarray::Array2;
 
     use crate::design::losses::smoothness::roughness;
-    use crate::math::random;
+    use crate::fixtures::noise::real_noise;
 
-    fn noise(purpose: u32) -> Array2<f64> {
-        Array2::from_shape_fn((6, 8), |(j, i)| {
-            6.0 * random::uniform(6, [j as u32, i as u32, 0, purpose])
-        })
+    /// Values from 0 to 6.
+    fn values(purpose: u32) -> Array2<f64> {
+        real_noise((6, 8), 6, [0, purpose]) * 6.0
     }
 
     #[test]
     fn central_differences() {
-        let (phase, direction) = (noise(0), noise(1) - 3.0);
-        let open = noise(2).mapv(|value| value > 2.0);
+        let (phase, direction) = (values(0), values(1) - 3.0);
+        let open = values(2).mapv(|value| value > 2.0);
         for open in [None, Some(open.view())] {
             let at = |step: f64| roughness((&phase + &(&direction * step)).view(), open).value;
             let near = (at(1e-3) - at(-1e-3)) / 2e-3;

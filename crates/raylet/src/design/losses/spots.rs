@@ -157,10 +157,10 @@ mod tests {
     use ndarray::Array2;
 
     use crate::design::losses::discrepancy::discrepancy;
+    use crate::fixtures::noise::real_noise;
 
     use crate::design::losses::loss::{Loss, LossError};
     use crate::design::losses::spots::{Sharing, Spots};
-    use crate::math::random;
     use crate::wave::grid::raster::Raster;
 
     const RASTER: Raster = Raster {
@@ -171,12 +171,6 @@ mod tests {
 
     const POINTS: [([f64; 2], f64); 3] =
         [([-0.4, 0.2], 2.0), ([0.03, -0.06], 3.0), ([0.2, 0.1], 4.0)];
-
-    fn noise() -> Array2<f64> {
-        Array2::from_shape_fn((5, 9), |(j, i)| {
-            random::uniform(2, [j as u32, i as u32, 0, 0])
-        })
-    }
 
     #[test]
     fn brightness_between_pixels_is_interpolated() {
@@ -194,7 +188,7 @@ mod tests {
         for sharing in [Sharing::Linear, Sharing::Log] {
             for evenness in [0.0, 0.3] {
                 let spots = Spots::new(&RASTER, &POINTS, sharing, evenness).unwrap();
-                let off = discrepancy(&spots, noise().view(), 9);
+                let off = discrepancy(&spots, real_noise((5, 9), 2, [0, 0]).view(), 9);
                 assert!(off < 1e-9, "{sharing:?} {off:e}");
             }
         }

@@ -220,8 +220,8 @@ mod tests {
     use crate::design::holograms::start::random_phase;
     use crate::design::losses::likeness::{Brightness, Likeness};
     use crate::design::mirrors::mirror::{FreePixelValue, MirrorDesign, MirrorError};
+    use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{element, on_axis, pixel_layer, screen, sensor};
-    use crate::math::noise::noise;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::conic::Conic;

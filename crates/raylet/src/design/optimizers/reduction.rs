@@ -98,17 +98,18 @@ fn in_order(sums: Vec<f64>) -> f64 {
 #[cfg(test)]
 mod tests {
     use crate::design::optimizers::reduction;
-    use crate::math::random;
+    use crate::fixtures::noise::real_noise;
 
-    fn noise(count: usize, purpose: u32) -> Vec<f64> {
-        let one = |i| random::uniform(4, [i as u32, 0, 0, purpose]) - 0.5;
-        (0..count).map(one).collect()
+    /// Values from −½ to ½.
+    fn values(count: usize, purpose: u32) -> Vec<f64> {
+        let drawn = real_noise((count, 1), 4, [0, purpose]) - 0.5;
+        drawn.into_iter().collect()
     }
 
     #[test]
     fn sums_are_those_of_a_plain_loop() {
         for count in [0, 1, 7, 8, 8191, 8192, 8193, 30_000] {
-            let (a, b) = (noise(count, 0), noise(count, 1));
+            let (a, b) = (values(count, 0), values(count, 1));
             let mask: Vec<bool> = a.iter().map(|a| *a > 0.1).collect();
             let pairs = || a.iter().zip(&b).zip(&mask);
             let plain: f64 = pairs().map(|((a, b), _)| a * b).sum();
@@ -130,7 +131,7 @@ mod tests {
 
     #[test]
     fn same_bits_for_any_number_of_threads() {
-        let (a, b) = (noise(100_000, 2), noise(100_000, 3));
+        let (a, b) = (values(100_000, 2), values(100_000, 3));
         let sums = [1, 2, 3, 7].map(|threads| {
             let pool = rayon::ThreadPoolBuilder::new().num_threads(threads);
             pool.build()

@@ -291,10 +291,10 @@ mod tests {
     use crate::engine::local_bands::local_band_error::LocalBandError;
     use crate::engine::local_bands::settings::{LocalBandSettings, SourceAperture};
     use crate::engine::progress::uncancelled;
+    use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{
         box_pixels, conic, element, face, on_axis, pixel_layer, plane_wave, screen, sensor,
     };
-    use crate::math::noise::noise;
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Layer, PixelForm};
     use crate::optics::frame::Frame;

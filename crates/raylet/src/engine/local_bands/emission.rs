@@ -157,8 +157,8 @@ mod tests {
     use crate::engine::local_bands::emission::{Emission, Emitted, WindowWaves};
     use crate::engine::local_bands::hop_changes::HopChanges;
     use crate::engine::local_bands::target::Target;
+    use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{on_axis, open_screen, screen, sensor};
-    use crate::math::noise::noise;
     use crate::optics::frame::Frame;
     use crate::optics::system::Hop;
     use crate::wave::beamlet::wavelet::Arrival;

@@ -230,7 +230,7 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::engine::local_bands::held_light::{ArrivingLight, HeldBeamlets};
-    use crate::math::noise::noise;
+    use crate::fixtures::noise::noise;
     use crate::wave::beamlet::wavelet::Arrival;
     use crate::wave::grid::field::Axis;
     use crate::wave::local_bands::local_band::WindowBlock;

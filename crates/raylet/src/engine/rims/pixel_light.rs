@@ -231,7 +231,7 @@ mod tests {
 
     use crate::engine::rims::pixel_light::{PixelLight, PixelValues};
     use crate::engine::rims::source_ray::SourceRay;
-    use crate::math::noise::noise;
+    use crate::fixtures::noise::noise;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};

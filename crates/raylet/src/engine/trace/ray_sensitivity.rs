@@ -395,7 +395,7 @@ mod tests {
     use crate::engine::beamlet::beamlet_launch::launch_beamlet_from;
     use crate::engine::trace::launch_plane::LaunchPlane;
     use crate::engine::trace::ray_sensitivity::{PerturbedHops, VariedHop, pull};
-    use crate::math::noise::noise;
+    use crate::fixtures::noise::noise;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;

@@ -277,6 +277,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
+    use crate::fixtures::noise::noise;
     use crate::fixtures::parts::screen;
     use crate::math::random::pair;
     use crate::math::vec3::Vec3;
@@ -367,16 +368,9 @@ mod tests {
         a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
     }
 
-    fn noise() -> Array2<Complex64> {
-        Array2::from_shape_fn((32, 41), |(j, i)| {
-            let [re, im] = pair(9, [i as u32, j as u32, 0, 0]);
-            Complex64::new(re - 0.5, im - 0.5)
-        })
-    }
-
     #[test]
     fn collect_dot_product() {
-        let (screen, columns, bar) = (sensor(), Columns::new(60), noise());
+        let (screen, columns, bar) = (sensor(), Columns::new(60), noise((32, 41), 9));
         let ray_sum = SecondaryRaySum::new(&screen, WAVELENGTH, 1e-6).unwrap();
         for wavelet in [
             Wavelet::Plain,
@@ -398,7 +392,7 @@ mod tests {
     /// Re⟨bar, field⟩ by central differences in what one ray is, against the gradients.
     #[test]
     fn gradients_match_differences() {
-        let (screen, bar, h) = (sensor(), noise(), 1e-5);
+        let (screen, bar, h) = (sensor(), noise((32, 41), 9), 1e-5);
         let ray_sum = SecondaryRaySum::new(&screen, WAVELENGTH, 1e-11).unwrap();
         let columns = Columns::new(7);
         let hits = ray_sum.hits(&columns.rays()).unwrap();

@@ -172,7 +172,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::math::random;
+    use crate::fixtures::noise::complex_noise;
     use crate::optics::paraxial::Abcd;
     use crate::wave::free::collins::{Collins, CollinsError};
     use crate::wave::grid::field::{Axis, Grid};
@@ -194,13 +194,6 @@ mod tests {
             pitch: [pitch; 2],
             size,
         }
-    }
-
-    fn noise(shape: [usize; 2], purpose: u32) -> Array2<Complex64> {
-        Array2::from_shape_fn(shape, |(j, i)| {
-            let [re, im] = random::pair(3, [j as u32, i as u32, 0, purpose]);
-            Complex64::new(re - 0.5, im - 0.5)
-        })
     }
 
     #[test]
@@ -243,7 +236,10 @@ mod tests {
         };
         let to = raster([47, 39], 0.011);
         let plan = Collins::new(WAVELENGTH, train(40.0), &grid, &to).unwrap();
-        let (field, out_bar) = (noise(grid.shape(), 1), noise([39, 47], 2));
+        let (field, out_bar) = (
+            complex_noise(grid.shape(), 3, [0, 1]),
+            complex_noise([39, 47], 3, [0, 2]),
+        );
         let (out, field_bar) = (plan.carry(field.view()), plan.carry_adjoint(out_bar.view()));
         let inner = |a: &Array2<Complex64>, b: &Array2<Complex64>| {
             a.iter()

@@ -210,7 +210,8 @@ fn node_comb(axis: &Axis, g: usize) -> Comb {
 mod tests {
     use ndarray::Array2;
 
-    use crate::math::noise::{assert_transposed, noise};
+    use crate::fixtures::dot_product::assert_transposed;
+    use crate::fixtures::noise::noise;
     use crate::wave::free::free_plan::Slab;
     use crate::wave::free::propagate::{CLEAR, FreeHop};
     use crate::wave::grid::field::{Axis, Field, Grid};

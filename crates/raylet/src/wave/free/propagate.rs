@@ -276,7 +276,8 @@ pub(in crate::wave) fn band_comb(band: &Band) -> Comb {
 mod tests {
     use num_complex::Complex64;
 
-    use crate::math::noise::{assert_transposed, noise};
+    use crate::fixtures::dot_product::assert_transposed;
+    use crate::fixtures::noise::noise;
     use crate::optics::refraction::Coating;
     use crate::wave::free::free_plan::Slab;
     use crate::wave::free::propagate::{CLEAR, EmittedField, FreeHop};

@@ -187,7 +187,8 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::math::noise::{assert_transposed, noise};
+    use crate::fixtures::dot_product::assert_transposed;
+    use crate::fixtures::noise::noise;
     use crate::optics::refraction::Coating;
     use crate::wave::free::free_plan::{FreePlan, Slab};
     use crate::wave::free::slab_transfer::SlabTransfer;

@@ -77,7 +77,8 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::math::noise::{assert_transposed, noise};
+    use crate::fixtures::dot_product::assert_transposed;
+    use crate::fixtures::noise::noise;
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
     use crate::optics::screen::{Act, Screen};

@@ -163,7 +163,8 @@ pub(crate) fn normal_cosines([x0, x1, y0, y1]: [f64; 4], n: f64) -> [f64; 2] {
 
 #[cfg(test)]
 mod tests {
-    use crate::math::noise::{assert_transposed, noise};
+    use crate::fixtures::dot_product::assert_transposed;
+    use crate::fixtures::noise::noise;
     use ndarray::Array2;
     use num_complex::Complex64;
 

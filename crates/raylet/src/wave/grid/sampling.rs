@@ -468,7 +468,8 @@ fn bessel_i0(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::math::noise::{assert_transposed, noise};
+    use crate::fixtures::dot_product::assert_transposed;
+    use crate::fixtures::noise::noise;
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
     use crate::optics::frame::Frame;

@@ -85,6 +85,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
+    use crate::fixtures::noise::noise;
     use crate::fixtures::parts;
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
@@ -94,13 +95,6 @@ mod tests {
 
     use crate::wave::grid::field::{Axis, Grid};
     use crate::wave::grid::transmission::{phase_bar, pixels_bar, screen_transmission};
-
-    fn noise(shape: (usize, usize), salt: usize) -> Array2<Complex64> {
-        Array2::from_shape_fn(shape, |(j, i)| {
-            let t = (((j * 31 + i) * 17 + salt) as f64 * 0.618_034).fract();
-            Complex64::new(t - 0.5, (7.0 * t).sin())
-        })
-    }
 
     fn doe(values: Array2<Complex64>) -> Doe {
         let pixels = Pixels {

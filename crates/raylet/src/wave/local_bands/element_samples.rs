@@ -435,8 +435,8 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
+    use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{element, pixel_layer, screen};
-    use crate::math::noise::noise;
     use crate::optics::aperture::{Aperture, Outline};
     use crate::optics::doe::{Layer, PixelForm};
     use crate::optics::frame::Frame;

@@ -198,7 +198,8 @@ fn transposed(array: &Array2<Complex64>) -> Array2<Complex64> {
 mod tests {
     use raylet_fft::Planner;
 
-    use crate::math::noise::{assert_transposed, noise};
+    use crate::fixtures::dot_product::assert_transposed;
+    use crate::fixtures::noise::noise;
     use crate::wave::grid::field::Axis;
     use crate::wave::local_bands::folded_fourier::{FoldedFourier, FoldedFourier2, fast_length};
     use crate::wave::local_bands::fourier_axis::{CellFilter, FourierAxis, Modes};

@@ -74,7 +74,7 @@ impl Gather {
 mod tests {
     use num_complex::Complex64;
 
-    use crate::math::noise::noise;
+    use crate::fixtures::noise::noise;
     use crate::wave::beamlet::wavelet::Arrival;
     use crate::wave::grid::raster::Raster;
     use crate::wave::local_bands::carrier::Carrier;

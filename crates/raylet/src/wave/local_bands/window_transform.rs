@@ -250,7 +250,8 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::math::noise::{assert_transposed, noise};
+    use crate::fixtures::dot_product::assert_transposed;
+    use crate::fixtures::noise::noise;
     use crate::wave::grid::field::Axis;
     use crate::wave::local_bands::fourier_axis::{CellFilter, Modes};
     use crate::wave::local_bands::window_transform::{

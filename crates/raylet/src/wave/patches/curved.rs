@@ -226,7 +226,8 @@ impl CurvedPatches<'_> {
 
 #[cfg(test)]
 mod tests {
-    use crate::math::noise::{assert_transposed, noise};
+    use crate::fixtures::dot_product::assert_transposed;
+    use crate::fixtures::noise::noise;
     use crate::math::part::part;
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;

@@ -377,6 +377,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
+    use crate::fixtures::noise::noise;
     use crate::fixtures::parts::open_screen;
 
     use crate::optics::bundle::Hit;
@@ -394,13 +395,6 @@ mod tests {
             shape,
             ..open_screen(Frame::GLOBAL)
         }
-    }
-
-    fn noise(shape: (usize, usize), salt: usize) -> Array2<Complex64> {
-        Array2::from_shape_fn(shape, |(j, i)| {
-            let t = ((j * 1013 + i * 37 + salt) as f64 * 0.618_033_988_7).fract();
-            Complex64::new(t - 0.5, (9.0 * t).sin())
-        })
     }
 
     fn hit(at: [f64; 2], cosines: [f64; 2]) -> Hit {

@@ -307,7 +307,8 @@ fn node_shares(axis: &Axis, start: usize, weights: &[f64]) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use crate::math::noise::{assert_transposed, noise};
+    use crate::fixtures::dot_product::assert_transposed;
+    use crate::fixtures::noise::noise;
     use num_complex::Complex64;
 
     use crate::wave::grid::field::{Axis, Field, Grid};

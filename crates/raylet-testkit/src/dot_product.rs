@@ -1,21 +1,11 @@
-//! Random arrays and the inner products of dot-product tests.
+//! The inner products of dot-product tests.
 
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::math::random::pair;
-
-/// Random numbers of the square about zero, other ones for each purpose.
-pub(crate) fn noise(shape: impl Into<(usize, usize)>, purpose: u32) -> Array2<Complex64> {
-    Array2::from_shape_fn(shape.into(), |(j, i)| {
-        let [re, im] = pair(19, [j as u32, i as u32, purpose, 0]);
-        Complex64::new(re - 0.5, im - 0.5)
-    })
-}
-
 /// Holds that Σ ȳ*·Ax = Σ (Aᴴȳ)*·x, from pairs of ȳ with Ax and of Aᴴȳ with x.
 #[track_caller]
-pub(crate) fn assert_transposed(
+pub fn assert_transposed(
     there: &[(&Array2<Complex64>, &Array2<Complex64>)],
     back: &[(&Array2<Complex64>, &Array2<Complex64>)],
 ) {
