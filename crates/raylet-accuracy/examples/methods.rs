@@ -8,33 +8,23 @@ use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::hop_plan::Plan;
 use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::math::chirp::{Chirp2, Comb};
-use raylet::math::random::uniform;
-use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use raylet::optics::frame::Frame;
-use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen, Sensor};
-use raylet::optics::shape::{Conic, Shape};
-use raylet::optics::source::Source;
+use raylet::optics::doe::{Layer, PixelForm};
+use raylet::optics::screen::{Act, Screen};
+use raylet::optics::shape::Shape;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 use raylet_accuracy::numbers::pixels::Pixels as Boxes;
 use raylet_accuracy::references::collins::{Abcd, collins};
 use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
+use raylet_testkit::noise::phases;
+use raylet_testkit::parts::{self, box_pixels, conic, face, lit, on_axis, screen};
 
 const WAVELENGTH: f64 = 0.7e-3;
 const PITCH: f64 = 6.3e-3;
 
-fn at(z: f64) -> Frame {
-    Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z))
-}
-
 fn random_phase(n: usize) -> Array2<Complex64> {
-    let phase = |j: usize, i: usize| uniform(7, [j as u32, i as u32, 0, 0]);
-    Array2::from_shape_fn((n, n), |(j, i)| {
-        Complex64::cis(std::f64::consts::TAU * phase(j, i))
-    })
+    phases([n, n], 7)
 }
 
 /// A hologram: random pixels that are alike over `grain` of them send their light near the axis.
@@ -44,50 +34,17 @@ fn smooth_phase(n: usize, grain: usize) -> Array2<Complex64> {
 }
 
 fn doe(values: Array2<Complex64>) -> Screen {
-    let pixels = Pixels {
-        pitch: [PITCH; 2],
-        values,
-        form: PixelForm::Box,
-    };
-    Screen {
-        name: String::from("doe"),
-        frame: Frame::GLOBAL,
-        index: 1.0,
-        behind: None,
-        shape: Shape::Plane,
-        arrives: 1.0,
-        act: Act::Doe(Doe {
-            layers: vec![Layer::Pixels(pixels)],
-            aperture: Aperture::OPEN,
-            reflect: false,
-        }),
-    }
+    screen(on_axis(0.0), box_pixels(values, PITCH))
 }
 
 fn sensor(z: f64, n: usize) -> Screen {
-    Screen {
-        name: String::from("sensor"),
-        frame: at(z),
-        index: 1.0,
-        behind: None,
-        shape: Shape::Plane,
-        arrives: 1.0,
-        act: Act::Sensor(Sensor {
-            pixels: [n, n],
-            pitch: [PITCH; 2],
-        }),
-    }
+    screen(on_axis(z), parts::sensor(n, PITCH))
 }
 
 fn system(screens: Vec<Screen>, train: Vec<Surface>) -> System {
     System {
         wavelength: WAVELENGTH,
-        source: Source::Plane {
-            direction: Vec3::new(0.0, 0.0, 1.0),
-            origin: Vec3::new(0.0, 0.0, 0.0),
-        },
-        screens,
-        trains: vec![train],
+        ..lit(screens, vec![train])
     }
 }
 
@@ -230,19 +187,11 @@ fn free() {
 fn lens() {
     let (n, radius, index) = (200, 25.8, 1.513063997196);
     let face = |z: f64, shape: Shape, index: [f64; 2]| Surface {
-        shape,
-        frame: at(z),
         aperture: Aperture::disc(12.7),
-        interface: Interface::Refract,
-        coating: Coating::Ideal,
-        index,
+        ..face(on_axis(z), shape, index)
     };
-    let convex = Shape::Conic(Conic {
-        curvature: 1.0 / radius,
-        conic: 0.0,
-    });
     let train = vec![
-        face(3.0, convex, [1.0, index]),
+        face(3.0, conic(1.0 / radius, 0.0), [1.0, index]),
         face(8.3, Shape::Plane, [index, 1.0]),
     ];
     for (name, values) in [

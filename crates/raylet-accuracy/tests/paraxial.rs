@@ -4,11 +4,10 @@ use ndarray::{Array1, Array2};
 use num_complex::Complex64;
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
-use raylet::optics::aperture::Aperture;
 use raylet::optics::frame::Frame;
 use raylet::optics::paraxial::Abcd;
-use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::refraction::Interface;
+use raylet::optics::screen::Screen;
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::surface::Surface;
 use raylet::optics::system::Hop;
@@ -17,33 +16,32 @@ use raylet::wave::grid::field::{Axis, Grid};
 use raylet::wave::grid::raster::Raster;
 use raylet_accuracy::numbers::pixels::Pixels;
 use raylet_accuracy::references::collins::{Abcd as Direct, collins};
+use raylet_testkit::parts::{face, open_screen};
+
+/// A frame beside the global axis.
+fn beside(z: f64) -> Frame {
+    Frame::GLOBAL.moved(Vec3::new(0.2, -0.1, z))
+}
 
 fn screen(z: f64, index: f64, arrives: f64) -> Screen {
     Screen {
-        name: String::from("screen"),
-        frame: Frame::GLOBAL.moved(Vec3::new(0.2, -0.1, z)),
-        act: Act::Stop(Aperture::OPEN),
         index,
-        behind: None,
-        shape: Shape::Plane,
         arrives,
+        ..open_screen(beside(z))
     }
 }
 
 fn surface(z: f64, radius: f64, interface: Interface, index: [f64; 2]) -> Surface {
-    Surface {
-        shape: Shape::Asphere {
-            base: Conic {
-                curvature: 1.0 / radius,
-                conic: -0.4,
-            },
-            coefficients: vec![1e-5, 2e-7],
+    let shape = Shape::Asphere {
+        base: Conic {
+            curvature: 1.0 / radius,
+            conic: -0.4,
         },
-        frame: Frame::GLOBAL.moved(Vec3::new(0.2, -0.1, z)),
-        aperture: Aperture::OPEN,
+        coefficients: vec![1e-5, 2e-7],
+    };
+    Surface {
         interface,
-        coating: Coating::Ideal,
-        index,
+        ..face(beside(z), shape, index)
     }
 }
 

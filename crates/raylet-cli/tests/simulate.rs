@@ -6,6 +6,7 @@ use std::fs;
 use std::path::Path;
 
 use raylet::file::result::result_folder::ResultFolder;
+use raylet_testkit::scenes::scene_path;
 
 use crate::stage::{SCENE, Stage, complaint, names};
 
@@ -255,8 +256,7 @@ fn check_warns_of_what_may_surprise() {
 #[test]
 fn a_lens_of_full_size_goes_by_local_bands() {
     let stage = Stage::new(SCENE);
-    let scenes = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes");
-    let scene = scenes.join("real_size/cooke_triplet.toml");
+    let scene = scene_path("real_size/cooke_triplet");
     let scene = scene.to_str().unwrap();
     let output = stage.raylet(&["simulate", scene, "--out", "triplet"]);
     assert!(output.status.success(), "{}", complaint(&output));

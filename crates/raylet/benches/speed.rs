@@ -14,14 +14,12 @@ fn main() {
 mod rays {
     use raylet::math::complex::{Complex, Symmetric};
     use raylet::math::random;
-    use raylet::math::vec3::Vec3;
     use raylet::optics::aperture::Aperture;
-    use raylet::optics::frame::Frame;
-    use raylet::optics::refraction::{Coating, Interface};
-    use raylet::optics::screen::{Act, Screen, Sensor};
-    use raylet::optics::shape::{Conic, Shape};
+    use raylet::optics::screen::Screen;
+    use raylet::optics::shape::Shape;
     use raylet::optics::surface::Surface;
     use raylet::optics::system::Hop;
+    use raylet_testkit::parts::{self, conic, face, on_axis, sensor};
 
     use crate::{Bencher, ItemsCount, black_box};
 
@@ -29,38 +27,18 @@ mod rays {
     const RAYS: u64 = 4096;
 
     fn screen(z: f64) -> Screen {
-        let sensor = Sensor {
-            pixels: [256, 256],
-            pitch: [0.0025, 0.0025],
-        };
-        Screen {
-            name: String::from("screen"),
-            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
-            act: Act::Sensor(sensor),
-            index: 1.0,
-            behind: None,
-            shape: Shape::Plane,
-            arrives: 1.0,
-        }
+        parts::screen(on_axis(z), sensor(256, 0.0025))
     }
 
     /// A plano-convex lens of 50 mm focal length in N-BK7, as a catalogue's LA1131-A: R 25.8 mm, 5.3 mm thick.
     fn lens() -> Vec<Surface> {
         let surface = |z: f64, shape: Shape, index: [f64; 2]| Surface {
-            shape,
-            frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)),
             aperture: Aperture::disc(12.7),
-            interface: Interface::Refract,
-            coating: Coating::Ideal,
-            index,
+            ..face(on_axis(z), shape, index)
         };
-        let sphere = Shape::Conic(Conic {
-            curvature: -1.0 / 25.8,
-            conic: 0.0,
-        });
         vec![
             surface(10.0, Shape::Plane, [1.0, 1.5195]),
-            surface(15.3, sphere, [1.5195, 1.0]),
+            surface(15.3, conic(-1.0 / 25.8, 0.0), [1.5195, 1.0]),
         ]
     }
 

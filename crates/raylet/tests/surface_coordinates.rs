@@ -15,45 +15,31 @@ use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::bundle::Rays;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::doe::{Layer, PixelForm};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
-use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::screen::{Act, Screen};
 use raylet::optics::shape::{Conic, Shape};
-use raylet::optics::source::Source;
 use raylet::optics::surface_coordinates::SurfaceCoordinates;
-use raylet::optics::system::System;
 use raylet::optics::toric::Biconic;
 use raylet::wave::free::rayleigh::{Emitter, Emitters};
 use raylet::wave::grid::metrics::field_error;
+use raylet_testkit::parts::{self, conic, element, lit, on_axis, pixel_layer, sensor};
 
-fn conic(curvature: f64) -> Conic {
-    Conic {
-        curvature,
-        conic: 0.0,
-    }
-}
-
-fn screen(shape: Shape, layers: Vec<Layer>, half: f64) -> Screen {
+fn screen(shape: Shape, layer: Layer, half: f64) -> Screen {
     let own = SurfaceCoordinates::of(&shape).unwrap();
+    let outline = Outline::Rectangle {
+        half_x: half,
+        half_y: half,
+    };
+    let aperture = Aperture {
+        outline,
+        centre: [0.0; 2],
+    };
+    let doe = element(Layer::Unrolled(Box::new(own), vec![layer]), aperture);
     Screen {
-        name: String::from("element"),
-        frame: Frame::GLOBAL,
         shape,
-        act: Act::Doe(Doe {
-            layers: vec![Layer::OnSurface(Box::new(own), layers)],
-            aperture: Aperture {
-                outline: Outline::Rectangle {
-                    half_x: half,
-                    half_y: half,
-                },
-                centre: [0.0; 2],
-            },
-            reflect: false,
-        }),
-        index: 1.0,
-        behind: None,
-        arrives: 1.0,
+        ..parts::screen(Frame::GLOBAL, Act::Doe(doe))
     }
 }
 
@@ -69,20 +55,26 @@ fn gratings_turn_light_by_their_period_along_the_surface() {
         gradient: [std::f64::consts::TAU / period, 0.0],
     });
     let cylinder = Shape::Biconic(Biconic {
-        x: conic(1.0 / radius),
-        y: conic(0.0),
+        x: Conic {
+            curvature: 1.0 / radius,
+            conic: 0.0,
+        },
+        y: Conic {
+            curvature: 0.0,
+            conic: 0.0,
+        },
     });
     let arc = |t: f64| radius * (t / radius).asin();
     let on_sphere = move |x: f64, y: f64| arc(x.hypot(y)) * x / x.hypot(y);
     let on_cylinder = move |x: f64, _: f64| arc(x);
     let cases: [(Shape, Lines); 2] = [
-        (Shape::Conic(conic(1.0 / radius)), &on_sphere),
+        (conic(1.0 / radius, 0.0), &on_sphere),
         (cylinder, &on_cylinder),
     ];
     for (shape, lines) in cases {
         for [x, y] in [[6.0, 0.0], [10.0, 0.0], [3.0, 4.0], [-5.0, 2.0]] {
-            // A small aperture about the place: the element is sampled as a whole.
-            let mut element = screen(shape.clone(), vec![grating.clone()], 0.065);
+            // A small opening about the place: the element is sampled as a whole.
+            let mut element = screen(shape.clone(), grating.clone(), 0.065);
             if let Act::Doe(doe) = &mut element.act {
                 doe.aperture.centre = [x, y];
             }
@@ -161,13 +153,9 @@ fn by_hand(values: &Array2<Complex64>, x: f64, y: f64) -> Complex64 {
 #[test]
 fn pixels_lie_where_hand_made_projections_put_them() {
     let values = pixels();
-    let layer = Layer::Pixels(Pixels {
-        pitch: [PITCH; 2],
-        values: values.clone(),
-        form: PixelForm::Box,
-    });
+    let layer = pixel_layer(values.clone(), PITCH, PixelForm::Box);
     let half = 0.5 * COUNT as f64 * PITCH;
-    let element = screen(Shape::Conic(conic(1.0 / RADIUS)), vec![layer], half);
+    let element = screen(conic(1.0 / RADIUS, 0.0), layer, half);
     let Act::Doe(doe) = &element.act else {
         unreachable!()
     };
@@ -204,27 +192,8 @@ fn pixels_lie_where_hand_made_projections_put_them() {
         .collect();
     let exact = Emitters::of_nodes(nodes.into_iter()).shine(&points, 1.0);
     let exact = Array2::from_shape_vec((count, count), exact).unwrap();
-    let sensor = Screen {
-        name: String::from("sensor"),
-        frame: Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, distance)),
-        shape: Shape::Plane,
-        act: Act::Sensor(Sensor {
-            pixels: [count; 2],
-            pitch: [pitch; 2],
-        }),
-        index: 1.0,
-        behind: None,
-        arrives: 1.0,
-    };
-    let system = System {
-        wavelength: 1.0,
-        source: Source::Plane {
-            direction: Vec3::new(0.0, 0.0, 1.0),
-            origin: Vec3::new(0.0, 0.0, 0.0),
-        },
-        screens: vec![element, sensor],
-        trains: vec![vec![]],
-    };
+    let sensor = parts::screen(on_axis(distance), sensor(count, pitch));
+    let system = lit(vec![element, sensor], vec![vec![]]);
     let ours = simulate(&system, &Settings::default(), &|_| {}).unwrap();
     let error = field_error(ours.field.values.view(), exact.view()).unwrap();
     assert!(error < 3e-3, "{error:e}");

@@ -232,42 +232,18 @@ mod tests {
     use crate::engine::rims::pixel_light::{PixelLight, PixelValues};
     use crate::engine::rims::source_ray::SourceRay;
     use crate::fixtures::noise::noise;
-    use crate::math::vec3::Vec3;
+    use crate::fixtures::parts::{element, on_axis, pixel_layer, screen, sensor};
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
-    use crate::optics::frame::Frame;
-    use crate::optics::screen::{Act, Screen, Sensor};
-    use crate::optics::shape::Shape;
+    use crate::optics::doe::PixelForm;
+    use crate::optics::screen::Act;
     use crate::optics::system::Hop;
 
     /// Rays of unit energy behind pixels of pitch 4 at wavelength 1.
     fn rays(values: Array2<Complex64>, fixed: PixelValues) -> Vec<SourceRay> {
-        let pixels = Pixels {
-            pitch: [4.0; 2],
-            values,
-            form: PixelForm::Box,
-        };
-        let doe = Doe {
-            layers: vec![Layer::Pixels(pixels)],
-            aperture: Aperture::OPEN,
-            reflect: false,
-        };
-        let screen = |act: Act| Screen {
-            name: String::new(),
-            frame: Frame::GLOBAL,
-            shape: Shape::Plane,
-            act,
-            index: 1.0,
-            behind: None,
-            arrives: 1.0,
-        };
+        let doe = element(pixel_layer(values, 4.0, PixelForm::Box), Aperture::OPEN);
         let light = PixelLight::new(&doe, 1.0, fixed).unwrap();
-        let mut to = screen(Act::Sensor(Sensor {
-            pixels: [1; 2],
-            pitch: [1.0; 2],
-        }));
-        to.frame.origin = Vec3::new(0.0, 0.0, 100.0);
-        let from = screen(Act::Doe(doe.clone()));
+        let from = screen(on_axis(0.0), Act::Doe(doe.clone()));
+        let to = screen(on_axis(100.0), sensor(1, 1.0));
         let hop = Hop {
             from: &from,
             to: &to,

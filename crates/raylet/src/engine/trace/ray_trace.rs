@@ -302,13 +302,12 @@ impl Hop<'_> {
 mod tests {
     use num_complex::Complex64;
 
-    use crate::fixtures::parts::open_screen;
+    use crate::fixtures::parts::{self, conic, face, on_axis, open_screen};
     use crate::math::complex::{Complex, Symmetric};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
-    use crate::optics::refraction::{Coating, Interface};
-
+    use crate::optics::refraction::Interface;
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
@@ -318,16 +317,14 @@ mod tests {
             curvature,
             conic: -0.3,
         };
+        let shape = Shape::Asphere {
+            base: conic,
+            coefficients: vec![2e-6],
+        };
         Surface {
-            shape: Shape::Asphere {
-                base: conic,
-                coefficients: vec![2e-6],
-            },
-            frame,
             aperture: Aperture::disc(10.0),
             interface,
-            coating: Coating::Ideal,
-            index,
+            ..face(frame, shape, index)
         }
     }
 
@@ -438,22 +435,14 @@ mod tests {
     #[test]
     fn parabola_and_ellipse_bring_every_path_to_one_length() {
         // A parabolic mirror focuses collimated light, an ellipsoid one focus into the other.
-        let plane = open_screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, -30.0)));
+        let plane = open_screen(on_axis(-30.0));
         let focus = |z: f64| {
-            let mut s = open_screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, z)));
+            let mut s = open_screen(on_axis(z));
             s.arrives = -1.0;
             s
         };
-        let mirror = |radius: f64, conic: f64| Surface {
-            shape: Shape::Conic(Conic {
-                curvature: 1.0 / radius,
-                conic,
-            }),
-            frame: Frame::GLOBAL,
-            aperture: Aperture::OPEN,
-            interface: Interface::Reflect,
-            coating: Coating::Ideal,
-            index: [1.0, 1.0],
+        let mirror = |radius: f64, constant: f64| {
+            parts::mirror(Frame::GLOBAL, conic(1.0 / radius, constant))
         };
         let train = [mirror(-80.0, -1.0)];
         let to = focus(-40.0);
@@ -471,7 +460,7 @@ mod tests {
         // Ellipse with semi-axes a, b: R = b²/a, κ = −e², foci at a(1 ∓ e) from the vertex.
         let (a, e) = (50.0, 0.6f64);
         let train = [mirror(-a * (1.0 - e * e), -e * e)];
-        let source = open_screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, -a * (1.0 - e))));
+        let source = open_screen(on_axis(-a * (1.0 - e)));
         let to = focus(-a * (1.0 + e));
         let hop = Hop {
             wavelength: 1e-3,
@@ -490,22 +479,11 @@ mod tests {
     fn sphere_is_stigmatic_at_its_aplanatic_points() {
         // Light in glass n aimed at R·(1 + n)/n … leaves as if from the conjugate at R·(1 + n).
         let (n, radius) = (1.5, -20.0);
-        let surface = Surface {
-            shape: Shape::Conic(Conic {
-                curvature: 1.0 / radius,
-                conic: 0.0,
-            }),
-            frame: Frame::GLOBAL,
-            aperture: Aperture::OPEN,
-            interface: Interface::Refract,
-            coating: Coating::Ideal,
-            index: [n, 1.0],
-        };
+        let surface = face(Frame::GLOBAL, conic(1.0 / radius, 0.0), [n, 1.0]);
         // Object at distance R(1 + 1/n) before the vertex; its virtual image at R(1 + n).
-        let mut from =
-            open_screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, radius * (1.0 + 1.0 / n))));
+        let mut from = open_screen(on_axis(radius * (1.0 + 1.0 / n)));
         from.index = n;
-        let to = open_screen(Frame::GLOBAL.moved(Vec3::new(0.0, 0.0, radius * (1.0 + n))));
+        let to = open_screen(on_axis(radius * (1.0 + n)));
         let train = [surface];
         let hop = Hop {
             wavelength: 1e-3,

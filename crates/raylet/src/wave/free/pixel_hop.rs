@@ -428,11 +428,11 @@ mod tests {
 
     use crate::fixtures::dot_product::assert_transposed;
     use crate::fixtures::noise::noise;
-    use crate::optics::aperture::Aperture;
+    use crate::fixtures::parts::open_screen;
     use crate::optics::conic::Conic;
     use crate::optics::frame::Frame;
     use crate::optics::freeform::Term;
-    use crate::optics::screen::{Act, Screen};
+    use crate::optics::screen::Screen;
     use crate::optics::shape::Shape;
     use crate::wave::free::pixel_hop::{PixelHop, TargetPlane};
     use crate::wave::free::rayleigh::Emitters;
@@ -455,16 +455,12 @@ mod tests {
             sigma: 13.0,
         };
         Screen {
-            name: String::from("mirror"),
-            frame: Frame::GLOBAL,
             shape: Shape::Freeform {
                 base,
                 terms: vec![bump],
             },
-            act: Act::Stop(Aperture::OPEN),
-            index: 1.0,
-            behind: None,
             arrives: -1.0,
+            ..open_screen(Frame::GLOBAL)
         }
     }
 

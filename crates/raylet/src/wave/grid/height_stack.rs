@@ -79,10 +79,10 @@ mod tests {
 
     use crate::fixtures::dot_product::assert_transposed;
     use crate::fixtures::noise::noise;
-    use crate::optics::aperture::Aperture;
+    use crate::fixtures::parts::{conic, open_screen};
     use crate::optics::frame::Frame;
-    use crate::optics::screen::{Act, Screen};
-    use crate::optics::shape::{Conic, Shape};
+    use crate::optics::screen::Screen;
+    use crate::optics::shape::Shape;
     use crate::wave::grid::field::{Axis, Field, Grid};
     use crate::wave::grid::height_stack::HeightStack;
     use crate::wave::grid::heights::Stack;
@@ -94,20 +94,12 @@ mod tests {
             x: Axis::gauss(14, 0.5, 0.0, 2),
             y: Axis::uniform(25, 0.3, 0.0),
         };
-        let curved = Shape::Conic(Conic {
-            curvature: 0.05,
-            conic: 0.0,
-        });
+        let curved = conic(0.05, 0.0);
         let levels = Stack::new([0.0, 1.5], [0.7, 1.0], std::f64::consts::TAU);
         for (shape, stack) in [(Shape::Plane, None), (curved, Some(levels))] {
             let screen = Screen {
-                name: String::new(),
-                frame: Frame::GLOBAL,
                 shape,
-                act: Act::Stop(Aperture::OPEN),
-                index: 1.0,
-                behind: None,
-                arrives: 1.0,
+                ..open_screen(Frame::GLOBAL)
             };
             let count = stack.as_ref().map_or(1, Stack::len);
             let stack = HeightStack {

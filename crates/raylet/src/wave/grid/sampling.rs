@@ -470,12 +470,12 @@ fn bessel_i0(x: f64) -> f64 {
 mod tests {
     use crate::fixtures::dot_product::assert_transposed;
     use crate::fixtures::noise::noise;
+    use crate::fixtures::parts::{self, screen};
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+    use crate::optics::doe::{Layer, PixelForm, Pixels};
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
-    use crate::optics::screen::{Act, Screen};
-    use crate::optics::shape::Shape;
+    use crate::optics::screen::Act;
     use crate::wave::grid::field::Field;
     use crate::wave::grid::sampling::{act, act_adjoint, interpolate_adjoint};
     use ndarray::Array2;
@@ -544,25 +544,15 @@ mod tests {
     #[test]
     fn act_dot_product() {
         for form in [PixelForm::Box, PixelForm::Bilinear] {
-            let screen = |values: Array2<Complex64>| Screen {
-                name: String::new(),
-                frame: Frame::GLOBAL,
-                shape: Shape::Plane,
-                act: Act::Doe(Doe {
-                    layers: vec![
-                        Layer::Phase(Profile::Axicon { slope: 0.7 }),
-                        Layer::Pixels(Pixels {
-                            pitch: [0.9, 1.1],
-                            values,
-                            form,
-                        }),
-                    ],
-                    aperture: Aperture::disc(4.3),
-                    reflect: false,
-                }),
-                index: 1.0,
-                behind: None,
-                arrives: 1.0,
+            let element = |values: Array2<Complex64>| {
+                let cone = Layer::Phase(Profile::Axicon { slope: 0.7 });
+                let mut doe = parts::element(cone, Aperture::disc(4.3));
+                doe.layers.push(Layer::Pixels(Pixels {
+                    pitch: [0.9, 1.1],
+                    values,
+                    form,
+                }));
+                screen(Frame::GLOBAL, Act::Doe(doe))
             };
             let grid = Grid {
                 x: Axis::gauss(12, 0.9, 0.0, 3),
@@ -573,7 +563,7 @@ mod tests {
                 grid,
             };
             let pixels = noise((9, 11), 3);
-            let screen = screen(pixels.clone());
+            let screen = element(pixels.clone());
             let mut behind = arrived.clone();
             act(&screen, &mut behind);
             let bar = noise(behind.values.dim(), 4);

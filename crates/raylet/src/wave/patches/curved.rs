@@ -228,11 +228,10 @@ impl CurvedPatches<'_> {
 mod tests {
     use crate::fixtures::dot_product::assert_transposed;
     use crate::fixtures::noise::noise;
+    use crate::fixtures::parts::{conic, open_screen};
     use crate::math::part::part;
-    use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
-    use crate::optics::screen::{Act, Screen};
-    use crate::optics::shape::{Conic, Shape};
+    use crate::optics::screen::Screen;
     use crate::wave::grid::field::{Axis, Field, Grid};
     use crate::wave::grid::heights::Heights;
     use crate::wave::patches::curved::CurvedPatches;
@@ -251,19 +250,12 @@ mod tests {
         let positions = Positions::cover(axis.edges(), 3.0, 4.0, 9.0);
         let band = Band::between(0.1, 1.0 / 18.0, -0.5, 0.6);
         let patches = Patches::new([&axis; 2], [&positions; 2], [&band; 2], k, 18.0);
-        let shape = Shape::Conic(Conic {
-            curvature: 0.02,
-            conic: -0.3,
-        });
         for arrives in [1.0, -1.0] {
             let screen = Screen {
-                name: String::new(),
-                frame: Frame::GLOBAL,
-                shape: shape.clone(),
-                act: Act::Stop(Aperture::OPEN),
+                shape: conic(0.02, -0.3),
                 index: 1.3,
-                behind: None,
                 arrives,
+                ..open_screen(Frame::GLOBAL)
             };
             let heights = Heights::on(&screen, &grid);
             let curved = CurvedPatches {
