@@ -1,4 +1,26 @@
 //! The `raylet` program: one file per verb, thin.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `simulate` | `raylet simulate SCENE`: the field on the sensor, with pictures and numbers |
+//! | `reference` | `raylet reference SCENE`: the same outputs by a method that needs no rays |
+//! | `compare` | `raylet compare A B`: how alike the fields of two runs are |
+//! | `check` | `raylet check SCENE`: what a scene says, what a run would do, and warnings |
+//! | `hologram` | `raylet hologram SCENE`: the phase with which the sensor shows a picture |
+//! | `design` | `raylet design SCENE`: phases and parameters of the system, found by gradients |
+//! | `gradcheck` | `raylet gradcheck SCENE`: whether the gradients of a design are those of its loss |
+//! | `schema` | `raylet schema`: the JSON Schema of scene files |
+//! | `paper` | `raylet paper NAME`: a study of the source paper, done again |
+//! | `overrides` | Choices on the command line that take the place of the scene's |
+//! | `outputs` | What the user allows for the files that a scene names |
+//! | `result_folder` | Everything that a run leaves behind, as one folder |
+//! | `say` | What the program says: answers on standard output, the rest on standard error |
+//! | `failure` | What ends a verb early: one message for the user, exit code 2 |
+//! | `interrupt` | What happens when the program is interrupted: no incomplete file stays behind |
+//! | `progress` | How far a run has come |
+//! | `steps` | How far a search has come, iteration by iteration |
+//! | `study_display` | How far a study of the paper has come |
+//! | `wait` | What is being done, from the first second of a wait to its end |
 
 #![deny(
     clippy::expect_used,

@@ -1,5 +1,21 @@
 //! The extension module behind the Python package `raylet`: arrays and words in, arrays and words out. The
 //! library defines what they mean, and `python/raylet` how they are called.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `scene` | A scene as Python holds it |
+//! | `simulate` | The light of a scene on its sensor |
+//! | `design` | Holograms and designs that a scene describes |
+//! | `bench` | A system as a function of pixels and parameters, with its gradient |
+//! | `rays` | Rays of another tracer at a system's element and on its sensor |
+//! | `trace` | Single rays through a system |
+//! | `inspect` | What a system looks like: its parts, its section, its elements |
+//! | `files` | Files that Python writes: complete or not at all, and never in place of foreign ones |
+//! | `arrays` | NumPy arrays that are read in place |
+//! | `document` | Documents of Python as trees that the library decodes |
+//! | `typed` | Arrays and dictionaries that declare their Python types; type stubs are made of these |
+//! | `refusal` | Refusals of the library as Python exceptions |
+//! | `watch` | Long work: without Python's lock, and cancelled when the user requests it |
 
 #![deny(
     clippy::expect_used,

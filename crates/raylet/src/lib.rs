@@ -66,9 +66,16 @@
 //!
 //! # Layers
 //!
-//! A module uses only those before it: [`math`] (numbers, no light), [`optics`] (what the parts are), [`wave`] (what happens
-//! to waves), [`engine`] (propagation from screen to screen), [`design`] (what should change), [`mod@file`] (how it is
-//! written down).
+//! A module uses only those before it.
+//!
+//! | folder | what it holds |
+//! | --- | --- |
+//! | [`math`] | Numbers, no light |
+//! | [`optics`] | What the parts are |
+//! | [`wave`] | What happens to waves |
+//! | [`engine`] | Propagation from screen to screen |
+//! | [`design`] | What should change |
+//! | [`mod@file`] | How it is written down |
 //!
 //! [`System`]: optics::system::System
 //! [`Screen`]: optics::screen::Screen

@@ -14,6 +14,7 @@
 //! | `jet` | A number that carries first and second derivatives with respect to two inputs |
 //! | `kaiser` | The Kaiser–Bessel bump, by which non-uniform Fourier sums pass through a uniform grid |
 //! | `lanes` | Eight numbers at once: exponentials and phases for the hot loops |
+//! | `lines` | One-dimensional transforms along every row of an array, shared among the threads |
 //! | [`nufft`] | Fourier sums over scattered points, at a chosen tolerance: the non-uniform fast Fourier transform |
 //! | [`part`] | Parts of arrays by rows and columns |
 //! | [`random`] | Random numbers as addresses: a pure function of a seed and of where the number is used |

@@ -1,4 +1,15 @@
 //! The rules of the house, held by reading the code.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `source` | The sources that the rules read |
+//! | `imports` | Which modules the code of a file names |
+//! | `rules` | The rules on imports |
+//! | `sizes` | The rules on sizes |
+//! | `orphans` | The rule that no file is forgotten |
+//! | `tables` | The rule that the table of a folder names what the folder holds |
+//! | `prints` | The rule on output |
+//! | `planted` | Sources that break these rules, and what is found in them |
 
 mod imports;
 mod orphans;
@@ -7,6 +18,7 @@ mod prints;
 mod rules;
 mod sizes;
 mod source;
+mod tables;
 
 use std::fs;
 use std::path::PathBuf;
@@ -16,6 +28,7 @@ use crate::prints::prints;
 use crate::rules::{looks_up, ring, through_the_root, uses_super};
 use crate::sizes::{full_folders, long_files};
 use crate::source::{all_sources, code, crate_names, of_crate, sources, workspace};
+use crate::tables::tables;
 
 /// Longest function, in lines.
 const LONGEST_FUNCTION: usize = 60;
@@ -63,6 +76,12 @@ fn files_are_short_and_folders_small() {
 fn every_file_is_compiled() {
     let sources = all_sources();
     assert_eq!(orphans(&sources), Vec::<String>::new());
+}
+
+#[test]
+fn tables_name_what_folders_hold() {
+    let sources = all_sources();
+    assert_eq!(tables(&sources), Vec::<String>::new());
 }
 
 #[test]

@@ -1,10 +1,11 @@
-//! Every rule on imports, sizes and output finds what is planted to break it, and nothing in sources that keep it.
+//! Every rule on imports, sizes, tables and output finds what is planted to break it, and nothing in sources that keep it.
 
 use crate::orphans::orphans;
 use crate::prints::prints;
 use crate::rules::{looks_up, ring, through_the_root, uses_super};
 use crate::sizes::{full_folders, long_files};
 use crate::source::Source;
+use crate::tables::tables;
 
 fn sources(pairs: &[(&str, &str)]) -> Vec<Source> {
     let source = |(path, text): &(&str, &str)| ((*path).to_owned(), (*text).to_owned());
@@ -13,16 +14,31 @@ fn sources(pairs: &[(&str, &str)]) -> Vec<Source> {
 
 /// Sources that keep every rule: files, a subfolder, groups, a module by its short name, and tests.
 const GOOD: [(&str, &str); 7] = [
-    ("lib.rs", "pub mod math;\npub mod engine;\n"),
-    ("math/mod.rs", "pub mod real;\n"),
+    (
+        "lib.rs",
+        "//! | folder | what it holds |\n//! | --- | --- |\n//! | [`math`] | a |\n//! | [`engine`] | b |\n\
+         pub mod math;\npub mod engine;\n",
+    ),
+    (
+        "math/mod.rs",
+        "//! | word | meaning |\n//! | --- | --- |\n//! | `cut` | c |\n//!\n\
+         //! | file | what it holds |\n//! | --- | --- |\n//! | `real` | A `f64`, or another |\npub mod real;\n",
+    ),
     ("math/real.rs", "pub struct Real;\n"),
-    ("engine/mod.rs", "pub mod plan;\npub mod trace;\n"),
+    (
+        "engine/mod.rs",
+        "//! | file or folder | what it holds |\n//! | --- | --- |\n//! | [`mod@plan`], `trace` | d |\n\
+         pub mod plan;\npub mod trace;\n",
+    ),
     (
         "engine/plan.rs",
         "use crate::engine::trace::{self, walk::Walk};\nuse crate::math::real::Real;\nfn go() { trace::go() }\n\
          #[cfg(test)]\nmod tests {\n    use super::go;\n    use crate::file::scene::scene_file::Scene;\n}\n",
     ),
-    ("engine/trace/mod.rs", "pub mod walk;\npub fn go() {}\n"),
+    (
+        "engine/trace/mod.rs",
+        "//! | file | what it holds |\n//! | --- | --- |\n//! | `walk` | e |\npub mod walk;\npub fn go() {}\n",
+    ),
     (
         "engine/trace/walk.rs",
         "/// As [`crate::engine::plan`] says.\nuse crate::math::real::Real;\npub(in crate::engine) struct Walk;\n",
@@ -156,6 +172,32 @@ fn a_full_folder_is_found() {
         planted(full_folders, &files),
         ["wave/grid has 26 source files"]
     );
+}
+
+#[test]
+fn a_wrong_table_is_found() {
+    let none = [("engine/trace/mod.rs", "//! Rays.\npub mod walk;\n")];
+    let expected = ["engine/trace/mod.rs has no row for walk"];
+    assert_eq!(planted(tables, &none), expected);
+    let beside = [
+        ("engine/run.rs", ""),
+        ("engine/chain/mod.rs", ""),
+        // Without a head of its own it is no module.
+        ("engine/data/list.rs", ""),
+    ];
+    let expected = [
+        "engine/mod.rs has no row for chain",
+        "engine/mod.rs has no row for run",
+    ];
+    assert_eq!(planted(tables, &beside), expected);
+    let gone = [(
+        "math/mod.rs",
+        "//! | file | what it holds |\n//! | --- | --- |\n//! | `real` | a |\n//! | `lanes` | b |\n",
+    )];
+    let expected = ["math/mod.rs has a row for lanes, which is not there"];
+    assert_eq!(planted(tables, &gone), expected);
+    // A program beside a library needs no table.
+    assert_eq!(planted(tables, &[("main.rs", "")]), Vec::<String>::new());
 }
 
 #[test]

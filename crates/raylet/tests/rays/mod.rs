@@ -1,5 +1,14 @@
 //! Rays against geometry: surfaces that form perfect images, gratings, and the laws that every traced
 //! ray obeys.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `stage` | Hops and screens from which the tests build their systems |
+//! | `canonical` | What holds for every ray through any system: the symplectic form, Malus and Dupin, reversibility |
+//! | `glass` | Indices that glass makers and standard papers print |
+//! | `grating` | The grating equation, with the optical path that goes with it |
+//! | `oval` | Cartesian ovals, which image a point into a point |
+//! | `stigmatic` | Conics that bring every ray to one point over one optical path |
 
 mod canonical;
 mod glass;

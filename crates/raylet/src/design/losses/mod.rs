@@ -2,6 +2,7 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
+//! | `discrepancy` | For tests: how far the gradient of a loss is from differences of its values |
 //! | [`likeness`] | Losses that compare the intensity with a picture |
 //! | [`loss`] | The traits of losses of intensities and of fields, and sums of losses |
 //! | [`overlap`] | The share of the light in a target mode, phase included |

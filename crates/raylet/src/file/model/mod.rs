@@ -11,6 +11,7 @@
 //! | `design_targets` | The runs that a design evaluates, and their losses |
 //! | `variations` | A system at values of a scene's numbers, and its perturbed systems for derivatives |
 //! | `error_location` | Faults found while computing, reported at the element of the scene they belong to |
+//! | `magnitude_test` | Tests: numbers that no system has, in every numeric key of every scene |
 
 pub mod build;
 pub mod design_targets;

@@ -15,6 +15,9 @@
 //! | `element_names` | What elements are called: by their names, or by their places where they have none |
 //! | `check` | Faults of a scene that no single value shows: parts that do not fit together |
 //! | `variable` | Numbers of a scene by their address, so that a design may change any of them |
+//! | `scene_test` | Tests: scenes that must be read, and scenes that must be refused at the right place |
+//! | `schema_test` | Tests: the JSON Schema of a scene file against good and bad scenes |
+//! | `surfaces_test` | Tests: scenes with every shape and aperture, and those that must be refused |
 
 pub mod aperture;
 pub(crate) mod check;

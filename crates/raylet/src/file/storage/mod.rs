@@ -13,6 +13,7 @@
 //! | `run_folder` | The folder in which one run at a time keeps what it has, such as the checkpoints of a design |
 //! | `checkpoint` | Checkpoints of a run: a file that is whole or not there, and the one before it |
 //! | `partial` | A random run that is not finished: its parts so far in a file, from which it goes on later |
+//! | `killed_test` | Tests: results whose writers are killed at any moment |
 
 pub mod checkpoint;
 pub mod folder;
