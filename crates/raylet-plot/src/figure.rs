@@ -1,4 +1,4 @@
-//! Figures: panels in rows, as SVG text or as PNG pixels.
+//! Figures: panels in rows, as PNG pixels.
 //!
 //! The letters are built in, so a figure is the same on every machine.
 
@@ -34,9 +34,6 @@ const HEIGHTS: [f64; 2] = [80.0, 430.0];
 
 /// Most device pixels along a side of a PNG.
 const MOST_PIXELS: f64 = 20_000.0;
-
-/// Device pixels per pixel of the pictures inside an SVG.
-const SVG_DENSITY: f64 = 2.0;
 
 /// The built-in letters, unpacked once.
 static FONTS: LazyLock<Arc<Database>> = LazyLock::new(|| {
@@ -139,11 +136,6 @@ impl<'a> Figure<'a> {
         self
     }
 
-    /// The figure as SVG; a panel that cannot be shown is an error.
-    pub fn to_svg(&self) -> Result<String, FigureError> {
-        self.drawn(SVG_DENSITY).map(|(svg, _)| svg)
-    }
-
     /// The figure as PNG with `scale` device pixels per pixel of [`Figure::width`].
     pub fn to_png(&self, scale: f64) -> Result<Vec<u8>, FigureError> {
         // The drawing says how high it is, so the number of pixels is known before they exist.
@@ -181,7 +173,7 @@ impl<'a> Figure<'a> {
         Ok(encode_rgb([nx as usize, ny as usize], &bytes)?)
     }
 
-    /// The figure as SVG with its height in pixels.
+    /// The figure as SVG, whose pictures have `density` device pixels per pixel, with its height in pixels.
     fn drawn(&self, density: f64) -> Result<(String, f64), FigureError> {
         let mut svg = Svg::default();
 
@@ -415,7 +407,7 @@ mod tests {
 
     #[test]
     fn svg_is_valid_and_png_has_its_size() {
-        let svg = every_kind().to_svg().unwrap();
+        let svg = every_kind().drawn(2.0).unwrap().0;
         let size = Tree::from_str(&svg, &Options::default()).unwrap().size();
         for scale in [0.5, 2.0] {
             let (w, h, _) = pixels(&every_kind().to_png(scale).unwrap());

@@ -4,7 +4,7 @@
 //!
 //! | module | what it holds |
 //! | --- | --- |
-//! | [`figure`] | figures: panels in rows, as SVG or PNG |
+//! | [`figure`] | figures: panels in rows, as PNG |
 //! | [`panel`] | what all panels share: title, axes, margins, errors |
 //! | [`image_panel`] | a panel of coloured values, with its colour bar |
 //! | [`chart_panel`] | a panel of lines |

@@ -73,7 +73,7 @@ impl Profile {
 
     /// The second derivatives (xx, xy, yy) of the phase in rad/mm²; zero at the singular centre of a
     /// vortex or axicon.
-    pub fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
+    pub(crate) fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
         let square = x * x + y * y;
         match self {
             Profile::Vortex { .. } | Profile::Axicon { .. } if square == 0.0 => [0.0; 3],

@@ -103,7 +103,7 @@ impl Screen {
     }
 
     /// Whether the screen is a plane.
-    pub fn is_plane(&self) -> bool {
+    pub(crate) fn is_plane(&self) -> bool {
         self.shape == Shape::Plane
     }
 

@@ -36,7 +36,7 @@ impl ForwardPass {
 
     /// ∫|U|² just behind the first screen, in mm² for unit amplitude; nothing of a run by local bands, which has no field
     /// there.
-    pub fn power_behind(&self) -> Option<f64> {
+    pub(crate) fn power_behind(&self) -> Option<f64> {
         self.screens().first().map(|first| first.behind.power())
     }
 }

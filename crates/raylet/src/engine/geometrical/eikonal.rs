@@ -50,7 +50,7 @@ pub enum EikonalError {
 }
 
 /// Least Fresnel number of a pixel that is used.
-pub const LEAST_FRESNEL: f64 = 1.0;
+pub(crate) const LEAST_FRESNEL: f64 = 1.0;
 
 /// Cells along each axis of the first screen.
 const CELLS: usize = 160;
@@ -150,7 +150,7 @@ pub fn carry(system: &System) -> Result<Geometrical, EikonalError> {
 /// # Errors
 /// [`EikonalError::NotSmooth`] with the first that has not, [`EikonalError::Curved`] with the first that is
 /// no plane.
-pub fn check_smooth(system: &System) -> Result<(), EikonalError> {
+pub(crate) fn check_smooth(system: &System) -> Result<(), EikonalError> {
     let rough = system.screens.iter().find(|screen| match &screen.act {
         Act::Doe(doe) => doe.profiles().is_none(),
         Act::Stop(_) | Act::Sensor(_) => false,

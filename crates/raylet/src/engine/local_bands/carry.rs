@@ -99,7 +99,7 @@ pub fn carry(
 ///
 /// # Errors
 /// As [`carry`]; when `progress` cancels the run.
-pub fn carry_with(
+pub(crate) fn carry_with(
     system: &System,
     settings: &LocalBandSettings,
     progress: &(dyn Fn(&LocalBandProgress) -> ControlFlow<()> + Sync),
@@ -110,7 +110,7 @@ pub fn carry_with(
 /// The same, and what the way back needs: the beamlets on all screens.
 ///
 /// # Errors
-/// As [`carry_with`].
+/// As [`carry`]; when `progress` cancels the run.
 pub fn carry_kept(
     system: &System,
     settings: &LocalBandSettings,
