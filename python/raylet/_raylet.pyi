@@ -113,9 +113,7 @@ class Scene:
         The same scene with other settings, given as plain values by the keys of the table `[settings]`.
         """
 
-def beams(
-    place: tuple[Scene, dict[str, NDArray[Any]], SupportsIndex], bundle: Incomplete, ways: Incomplete
-) -> tuple[NDArray[complex128], NDArray[complex128]]:
+def beams(place: Incomplete, bundle: Incomplete, ways: Incomplete) -> tuple[NDArray[complex128], NDArray[complex128]]:
     """
     The amplitudes (rays,) and curvatures (rays, 3) in 1/mm of the beamlets of rays on the sensor.
     """
@@ -128,7 +126,7 @@ def check(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex)
 def design(
     scene: Scene,
     arrays: dict[str, NDArray[Any]],
-    keeping: tuple[str | PathLike[str], str, bool] | None,
+    keeping: Incomplete | None,
     threads: SupportsIndex | None,
     progress: Any | None,
 ) -> tuple[
@@ -154,18 +152,13 @@ def element(
     the box [x_min, x_max, y_min, y_max] in mm.
     """
 
-def gather(
-    place: tuple[Scene, dict[str, NDArray[Any]], SupportsIndex], bundle: Incomplete, sum: Incomplete
-) -> NDArray[complex128]:
+def gather(place: Incomplete, bundle: Incomplete, sum: Incomplete) -> NDArray[complex128]:
     """
     The field that rays bring to the pixel centres of the sensor, [y, x].
     """
 
 def gather_adjoint(
-    place: tuple[Scene, dict[str, NDArray[Any]], SupportsIndex],
-    bundle: Incomplete,
-    sum: Incomplete,
-    field_bar: NDArray[complex128],
+    place: Incomplete, bundle: Incomplete, sum: Incomplete, field_bar: NDArray[complex128]
 ) -> dict[str, Any]:
     """
     The conjugate transpose of [`gather`], as a dictionary of arrays: cotangents of weight, path (1/mm), place and
@@ -195,23 +188,17 @@ def parts(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex)
     The parts of a system in the order light meets them, as JSON.
     """
 
-def scatter(
-    scene: Scene,
-    arrays: dict[str, NDArray[Any]],
-    place: tuple[str, SupportsIndex],
-    bundle: Incomplete,
-    choices: Incomplete,
-) -> dict[str, Any]:
+def scatter(place: Incomplete, bundle: Incomplete, choices: Incomplete) -> dict[str, Any]:
     """
     The rays that leave an element, as a dictionary of arrays.
     """
 
 def scatter_adjoint(
-    scene: Scene,
-    arrays: dict[str, NDArray[Any]],
-    place: tuple[str, SupportsIndex],
-    rays: tuple[Incomplete, Incomplete],
-    drawn: tuple[Incomplete, NDArray[complex128]],
+    place: Incomplete,
+    bundle: Incomplete,
+    choices: Incomplete,
+    drawn: Incomplete,
+    weight_bar: NDArray[complex128],
 ) -> tuple[NDArray[complex128] | None, NDArray[complex128]]:
     """
     The conjugate transpose of [`scatter`] by weights: cotangents of the element's pixels (complex [y, x], or None
@@ -237,13 +224,14 @@ def trace(
     scene: Scene,
     arrays: dict[str, NDArray[Any]],
     channel: SupportsIndex,
-    starts: tuple[NDArray[float64], NDArray[float64]],
+    starts: Incomplete,
     parameters: SupportsGetItem[int, str],
     threads: SupportsIndex | None,
 ) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[float64]]:
     """
-    Rays by their `starts`: the places (rays, 2) where they meet the first screen, in units of the half widths of its
-    aperture, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
+    Rays by their `starts`, a dictionary: their places "pupil" (rays, 2) on the first screen, in units of the half
+    widths of its opening, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
+    source.
 
     Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
     fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on

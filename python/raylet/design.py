@@ -114,7 +114,10 @@ def design(
             start = row.get("start") == "file"
             _make_room(document, row.get("name"), row.get("free", "phase"), start=start)
     scene, arrays = _compiled(system, document)
-    kept = None if keeping is None else (os.fspath(keeping[0]), _digest(arrays), keeping[1])
+    kept = None
+    if keeping is not None:
+        folder, resume = keeping
+        kept = {"folder": os.fspath(folder), "rest": _digest(arrays), "resume": resume}
     with reporting(progress, "{}") as report:
         pixels, parameters, course, parts, made = _raylet.design(scene, arrays, kept, threads, report)
     losses, loss, evaluations, warning = course

@@ -64,8 +64,7 @@ class Secondary:
         """Cotangents ∂L/∂Re z + i ∂L/∂Im z of the element's pixels t [y, x] (None where it has no pixels of its own)
         and of the arriving weights, from those of the secondary weights. By phases: Im(t̄ t*)."""
         bar = complex_column("weight_bar", weight_bar, len(self))
-        scene, arrays, place, bundle, choices = self._call
-        return _raylet.scatter_adjoint(scene, arrays, place, (bundle, choices), (self._drawn, bar))
+        return _raylet.scatter_adjoint(*self._call, self._drawn, bar)
 
     @described
     def __repr__(self) -> str:
@@ -101,6 +100,10 @@ def _four(name: str, values: Any) -> list[float]:
     if array.shape != (4,):
         raise ValueError(f"{name} has shape {array.shape}, expected four: (x_low, x_high, y_low, y_high)")
     return [float(value) for value in array]
+
+
+def _place(system: System, channel: int) -> dict[str, Any]:
+    return {"scene": system._compiled(), "arrays": system._arrays, "channel": system._channel(channel)}
 
 
 def _bundle(position: Any, direction: Any, path_mm: Any, weight: Any) -> dict[str, Any]:
@@ -165,7 +168,7 @@ def scatter(
         "seed": seed,
         "curvature": bent,
     }
-    call = (system._compiled(), system._arrays, (element, system._channel(channel)), bundle, choices)
+    call = (_place(system, channel) | {"element": element}, bundle, choices)
     made = _raylet.scatter(*call)
     drawn = {key: made[key] for key in ("parent", "mode", "times")}
     own = {key: made[key] for key in ("position", "direction", "weight", "window", "cosine", "axes", "parent")}
@@ -205,7 +208,7 @@ def beams(
         "cosine": column("cosine", cosine, rays),
         "images": passed,
     }
-    return Beams(*_raylet.beams((system._compiled(), system._arrays, system._channel(channel)), bundle, ways))
+    return Beams(*_raylet.beams(_place(system, channel), bundle, ways))
 
 
 def _sum(beams: Beams | None, wavelet: str | None, tolerance: float) -> dict[str, Any]:
@@ -238,9 +241,7 @@ def gather(
     tolerance : beamlets end where they fall below this share of their peak; plane waves are summed to this error.
     """
     bundle = _bundle(position, direction, path_mm, weight)
-    return _raylet.gather(
-        (system._compiled(), system._arrays, system._channel(channel)), bundle, _sum(beams, wavelet, tolerance)
-    )
+    return _raylet.gather(_place(system, channel), bundle, _sum(beams, wavelet, tolerance))
 
 
 def gather_adjoint(
@@ -261,7 +262,5 @@ def gather_adjoint(
     bar = numbers("field_bar", field_bar).astype(np.complex128, copy=False)
     if bar.ndim != 2:
         raise ValueError(f"field_bar has shape {bar.shape}, expected two axes [y, x]")
-    back = _raylet.gather_adjoint(
-        (system._compiled(), system._arrays, system._channel(channel)), bundle, _sum(beams, wavelet, tolerance), bar
-    )
+    back = _raylet.gather_adjoint(_place(system, channel), bundle, _sum(beams, wavelet, tolerance), bar)
     return GatherBar(path_mm=back.pop("path"), **back)

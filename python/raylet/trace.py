@@ -79,8 +79,8 @@ def trace(
     if not (np.isfinite(pupil).all() and np.isfinite(Hx).all() and np.isfinite(Hy).all()):
         raise ValueError("Hx, Hy, Px, Py hold numbers that are not finite")
     light = _light(source, Hx, Hy, scale)
-    scene, arrays = system._compiled(), system._arrays
-    found = _raylet.trace(scene, arrays, channel, (pupil, light), list(parameters), threads)
+    scene, arrays, starts = system._compiled(), system._arrays, {"pupil": pupil, "light": light}
+    found = _raylet.trace(scene, arrays, channel, starts, list(parameters), threads)
     points, directions, paths, fate, slopes = found
     names = [part["name"] for part in system.parts]
     x, y, z = np.moveaxis(points, -1, 0)

@@ -117,14 +117,14 @@ pub fn overlap(scene: &Scene, system: &System) -> Outcome<Share> {
     let spectrum = train.run(Source::Pixels(&planes[0], [0.0; 2]), &steps, widest);
     let field = spectrum.map_err(|e| format!("{e:?}"))?.on_grid(&y, &x);
 
-    share(scene, system, (&x, &y), &field)
+    share(scene, system, [&x, &y], &field)
 }
 
-/// How much of a field is in the target mode, and how bright it looks.
+/// How much of a field at these x and y is in the target mode, and how bright it looks.
 fn share(
     scene: &Scene,
     system: &System,
-    (x, y): (&Array1<f64>, &Array1<f64>),
+    [x, y]: [&Array1<f64>; 2],
     field: &Array2<Complex64>,
 ) -> Outcome<Share> {
     // The mode at the sensor's pixels, and the light that the first aperture lets in.
@@ -134,7 +134,7 @@ fn share(
         return Err("an overlap without its picture".into());
     };
     let limit = MemoryLimit::of_settings((scene.settings.memory_limit_mb * 1e6) as u64);
-    let mode = mode(&read_gray(scene.origin.beside(file), limit)?, size, (x, y));
+    let mode = mode(&read_gray(scene.origin.beside(file), limit)?, size, [x, y]);
     let power = match &system.screens[0].act {
         Act::Doe(doe) => aperture(&doe.aperture),
         _ => 1.0,
@@ -165,7 +165,7 @@ fn overlap_of(scene: &Scene) -> Outcome<&OverlapLoss> {
 }
 
 /// The root of a picture of this size at the sensor's pixel centres, [y, x].
-fn mode(image: &Array2<f64>, size: [f64; 2], (x, y): (&Array1<f64>, &Array1<f64>)) -> Array2<f64> {
+fn mode(image: &Array2<f64>, size: [f64; 2], [x, y]: [&Array1<f64>; 2]) -> Array2<f64> {
     let (rows, columns) = image.dim();
     let cell = |at: f64, size: f64, count: usize| {
         let cell = (at / size + 0.5) * count as f64;

@@ -312,7 +312,7 @@ impl Content for ChartPanel {
         let named = numbered.filter(|(_, s)| !s.name.is_empty());
         let entries: Vec<_> = named.map(|(i, s)| (s.name.as_str(), s.pen(i))).collect();
         room.draw_legend(svg, &entries);
-        draw_axes(svg, plot, (&x, &x_label), (&y, &y_label));
+        draw_axes(svg, plot, [&x, &y], [&x_label, &y_label]);
         Ok(())
     }
 }

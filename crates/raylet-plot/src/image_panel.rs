@@ -397,7 +397,7 @@ impl Content for ImagePanel<'_> {
             across.label(&self.axes[0], unit),
             up.label(&self.axes[1], unit),
         ];
-        draw_axes(svg, plot, (&across, &labels[0]), (&up, &labels[1]));
+        draw_axes(svg, plot, [&across, &up], [&labels[0], &labels[1]]);
         Ok(())
     }
 }

@@ -137,13 +137,13 @@ pub(crate) fn draw_grid(svg: &mut Svg, plot: Rect, x: &Axis, y: &Axis) {
     }
 }
 
-/// The frame of a plot with ticks and labels outside it.
-pub(crate) fn draw_axes(svg: &mut Svg, plot: Rect, x: (&Axis, &str), y: (&Axis, &str)) {
+/// The frame of a plot with the ticks and labels of the x and y axes outside it.
+pub(crate) fn draw_axes(svg: &mut Svg, plot: Rect, [x, y]: [&Axis; 2], labels: [&str; 2]) {
     let pen = Pen::line(INK, 1.0);
     svg.rect(plot, pen);
 
     // Below: ticks, their labels, the name of the axis.
-    let ((x, x_label), (y, y_label)) = (x, y);
+    let [x_label, y_label] = labels;
     let bottom = plot.bottom();
     for tick in &x.ticks {
         let at = x.at(tick.value);

@@ -409,7 +409,7 @@ impl Content for LayoutPanel {
         room.draw_legend(svg, &entries);
         let transverse = frame.t.label(&self.transverse, "mm");
         let z = frame.z.label("z", "mm");
-        draw_axes(svg, plot, (&frame.z, &z), (&frame.t, &transverse));
+        draw_axes(svg, plot, [&frame.z, &frame.t], [&z, &transverse]);
         Ok(())
     }
 }

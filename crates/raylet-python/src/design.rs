@@ -85,9 +85,16 @@ type Answer<'py> = (
     Scene,
 );
 
-/// Where checkpoints are kept: their folder, what the run depends on beside its scene, and whether to go on from the
-/// last of them.
-type Keeping = Option<(PathBuf, String, bool)>;
+/// Where checkpoints are kept.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Keeping {
+    folder: PathBuf,
+    /// What the run depends on beside its scene.
+    rest: String,
+    /// Whether to go on from the last checkpoint.
+    resume: bool,
+}
 
 /// Runs the `[design]` of a scene.
 ///
@@ -100,7 +107,7 @@ pub(crate) fn design<'py>(
     py: Python<'py>,
     scene: &Scene,
     arrays: ByPath<'py>,
-    keeping: Keeping,
+    keeping: Option<Keeping>,
     threads: Option<usize>,
     progress: Option<&Bound<'py, PyAny>>,
 ) -> PyResult<Answer<'py>> {
@@ -189,7 +196,7 @@ impl<'b> Going<'b> {
     fn new(
         file: &File,
         scene_design: &'b SceneDesign,
-        keeping: Option<&(PathBuf, String, bool)>,
+        keeping: Option<&Keeping>,
         pulse: &'b Pulse<'b>,
     ) -> Result<Self, Failure> {
         let (project, iterations) = (&scene_design.project, scene_design.design.iterations);
@@ -199,7 +206,12 @@ impl<'b> Going<'b> {
             kept: None,
             warning: None,
         };
-        let Some((folder, rest, resume)) = keeping else {
+        let Some(Keeping {
+            folder,
+            rest,
+            resume,
+        }) = keeping
+        else {
             return Ok(going);
         };
         let held = RunFolder::open(folder)?;
@@ -259,11 +271,7 @@ fn check(state: &State, course: &[f64], scene_design: &SceneDesign) -> Result<()
     }
 }
 
-fn find(
-    file: &File,
-    keeping: Option<&(PathBuf, String, bool)>,
-    watch: &Watch,
-) -> Result<Found, Failure> {
+fn find(file: &File, keeping: Option<&Keeping>, watch: &Watch) -> Result<Found, Failure> {
     let scene_design = scene_design(file)?;
     let pulse = || watch.pulse();
     let mut going = Going::new(file, &scene_design, keeping, &pulse)?;

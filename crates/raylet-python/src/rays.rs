@@ -133,13 +133,14 @@ impl Choices<'_> {
     }
 }
 
-/// An element of a scene at one of its wavelengths.
-#[derive(Clone, Copy)]
-struct At<'a, 'py> {
-    scene: &'a Scene,
-    arrays: &'a ByPath<'py>,
+/// An element of a scene with its arrays, at one of its wavelengths.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct ElementPlace<'py> {
+    scene: PyRef<'py, Scene>,
+    arrays: ByPath<'py>,
     /// The name of the element.
-    name: &'a str,
+    element: String,
     /// The index of the wavelength.
     channel: usize,
 }
@@ -147,21 +148,16 @@ struct At<'a, 'py> {
 /// Does something with the rays at an element of a system.
 fn at_element<T: Send + 'static>(
     py: Python<'_>,
-    at: At<'_, '_>,
+    place: &ElementPlace<'_>,
     bundle: &Bundle<'_>,
     choices: &Choices<'_>,
     work: impl FnOnce(&Scatter, &Screen, &Watch) -> Result<T, String> + Send + 'static,
 ) -> PyResult<T> {
-    let At {
-        scene,
-        arrays,
-        name,
-        channel,
-    } = at;
-    let system = scene.system(py, arrays, channel)?;
+    let (scene, name) = (&place.scene, &place.element);
+    let system = scene.system(py, &place.arrays, place.channel)?;
     let wavelength = system.wavelength;
     let mut screens = system.screens.into_iter();
-    let found = screens.find(|screen| screen.name == name);
+    let found = screens.find(|screen| screen.name == *name);
     let screen =
         found.ok_or_else(|| error(py, format!("no element is called '{}'", shortened(name))))?;
     let held = bundle.columns()?;
@@ -205,22 +201,17 @@ fn touching(screen: &Screen, [x, y, z]: [f64; 3]) -> [[f64; 3]; 3] {
 #[pyfunction]
 pub(crate) fn scatter<'py>(
     py: Python<'py>,
-    scene: &Scene,
-    arrays: ByPath<'py>,
-    place: (String, usize),
+    place: ElementPlace<'py>,
     bundle: Bundle<'py>,
     choices: Choices<'py>,
 ) -> PyResult<Named<'py>> {
-    let (name, channel) = place;
-    let at = At {
-        scene,
-        arrays: &arrays,
-        name: &name,
-        channel,
-    };
-    let most = (memory(scene) / RAY_BYTES) as usize;
-    let (made, axes, unevenness) =
-        at_element(py, at, &bundle, &choices, move |scatter, screen, watch| {
+    let most = (memory(&place.scene) / RAY_BYTES) as usize;
+    let (made, axes, unevenness) = at_element(
+        py,
+        &place,
+        &bundle,
+        &choices,
+        move |scatter, screen, watch| {
             let made = scatter
                 .scatter_within(most, &|| watch.pulse())
                 .map_err(|failure| failure.to_string())?;
@@ -230,7 +221,8 @@ pub(crate) fn scatter<'py>(
                 .map(|at| touching(screen, *at))
                 .collect();
             Ok((made, axes, scatter.unevenness()))
-        })?;
+        },
+    )?;
     let answer = PyDict::new(py);
     let index = |i: &usize| *i as i64;
     let mode: Vec<[i64; 2]> = made
@@ -301,21 +293,14 @@ impl Drawn<'_> {
 #[pyfunction]
 pub(crate) fn scatter_adjoint<'py>(
     py: Python<'py>,
-    scene: &Scene,
-    arrays: ByPath<'py>,
-    place: (String, usize),
-    rays: (Bundle<'py>, Choices<'py>),
-    drawn: (Drawn<'py>, Given<'py, Complex64, Ix1>),
+    place: ElementPlace<'py>,
+    bundle: Bundle<'py>,
+    choices: Choices<'py>,
+    drawn: Drawn<'py>,
+    weight_bar: Given<'py, Complex64, Ix1>,
 ) -> PyResult<(Option<Grid<'py>>, Column<'py>)> {
-    let ((name, channel), (bundle, choices)) = (place, rays);
-    let (secondary, bar) = (drawn.0.secondary()?, column("weight_bar", &drawn.1)?);
-    let at = At {
-        scene,
-        arrays: &arrays,
-        name: &name,
-        channel,
-    };
-    let (pixels, weight) = at_element(py, at, &bundle, &choices, move |scatter, _, _| {
+    let (secondary, bar) = (drawn.secondary()?, column("weight_bar", &weight_bar)?);
+    let (pixels, weight) = at_element(py, &place, &bundle, &choices, move |scatter, _, _| {
         let back = scatter
             .weigh_adjoint(&secondary, &bar)
             .map_err(|failure| failure.to_string())?;
@@ -375,19 +360,25 @@ impl Ways<'_> {
     }
 }
 
-/// A scene with its arrays, and the index of a wavelength.
-type Place<'py> = (PyRef<'py, Scene>, ByPath<'py>, usize);
+/// The sensor of a scene with its arrays, at one of its wavelengths.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct SensorPlace<'py> {
+    scene: PyRef<'py, Scene>,
+    arrays: ByPath<'py>,
+    /// The index of the wavelength.
+    channel: usize,
+}
 
 /// Does something with rays on the sensor of a system.
 fn on_sensor<T: Send + 'static>(
     py: Python<'_>,
-    place: &Place<'_>,
+    place: &SensorPlace<'_>,
     bundle: &Bundle<'_>,
     tolerance: f64,
     work: impl FnOnce(&SecondaryRaySum, &Rays, f64) -> Result<T, SecondaryRayError> + Send + 'static,
 ) -> PyResult<T> {
-    let (scene, arrays, channel) = place;
-    let mut system = scene.system(py, arrays, *channel)?;
+    let mut system = place.scene.system(py, &place.arrays, place.channel)?;
     let screen = system.screens.pop();
     let screen = screen.ok_or_else(|| error(py, "no sensor"))?;
     let (held, wavelength) = (bundle.columns()?, system.wavelength);
@@ -402,7 +393,7 @@ fn on_sensor<T: Send + 'static>(
 #[pyfunction]
 pub(crate) fn beams<'py>(
     py: Python<'py>,
-    place: Place<'py>,
+    place: SensorPlace<'py>,
     bundle: Bundle<'py>,
     ways: Ways<'py>,
 ) -> PyResult<(Column<'py>, Grid<'py>)> {
@@ -479,7 +470,7 @@ impl Sum<'_> {
 #[pyfunction]
 pub(crate) fn gather<'py>(
     py: Python<'py>,
-    place: Place<'py>,
+    place: SensorPlace<'py>,
     bundle: Bundle<'py>,
     sum: Sum<'py>,
 ) -> PyResult<Grid<'py>> {
@@ -499,7 +490,7 @@ pub(crate) fn gather<'py>(
 #[pyfunction]
 pub(crate) fn gather_adjoint<'py>(
     py: Python<'py>,
-    place: Place<'py>,
+    place: SensorPlace<'py>,
     bundle: Bundle<'py>,
     sum: Sum<'py>,
     field_bar: Given<'py, Complex64, Ix2>,

@@ -35,8 +35,18 @@ type Answer<'py> = (
     Made<'py, f64, Ix3>,
 );
 
-/// Rays by their `starts`: the places (rays, 2) where they meet the first screen, in units of the half widths of its
-/// aperture, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
+/// Where rays start: the places (rays, 2) where they meet the first screen, in units of the half widths of its
+/// opening, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct Starts<'py> {
+    pupil: Given<'py, f64, Ix2>,
+    light: Given<'py, f64, Ix2>,
+}
+
+/// Rays by their `starts`, a dictionary: their places "pupil" (rays, 2) on the first screen, in units of the half
+/// widths of its opening, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
+/// source.
 ///
 /// Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
 /// fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on
@@ -47,12 +57,12 @@ pub(crate) fn trace<'py>(
     scene: &Scene,
     arrays: ByPath<'py>,
     channel: usize,
-    starts: (Given<'py, f64, Ix2>, Given<'py, f64, Ix2>),
+    starts: Starts<'py>,
     parameters: Vec<String>,
     threads: Option<usize>,
 ) -> PyResult<Answer<'py>> {
-    let pupil = columns::<f64, 2>("pupil", &starts.0)?;
-    let light = columns::<f64, 3>("light", &starts.1)?;
+    let pupil = columns::<f64, 2>("pupil", &starts.pupil)?;
+    let light = columns::<f64, 3>("light", &starts.light)?;
     if pupil.len() != light.len() {
         let (pupil, light) = (pupil.len(), light.len());
         return Err(PyValueError::new_err(format!(

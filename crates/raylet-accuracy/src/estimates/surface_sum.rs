@@ -134,7 +134,7 @@ fn sensor(system: &System) -> Option<(&Screen, Sensor)> {
 fn sensor_of(system: &System) -> Vec<Vec3> {
     let sensor = sensor(system);
     sensor.map_or_else(Vec::new, |(screen, sensor)| {
-        sensor_points(&screen.frame, (sensor.pixels[0], sensor.pitch[0]))
+        sensor_points(&screen.frame, sensor.pixels[0], sensor.pitch[0])
     })
 }
 

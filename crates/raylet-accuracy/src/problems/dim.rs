@@ -189,7 +189,7 @@ impl DimLens {
             areas: areas.collect(),
             field: on_second,
         };
-        let field = sheet.radiate(1.0, &sensor_points(&frame, SENSOR));
+        let field = sheet.radiate(1.0, &sensor_points(&frame, SENSOR.0, SENSOR.1));
         Array2::from_shape_fn((SENSOR.0, SENSOR.0), |(j, i)| field[j * SENSOR.0 + i])
     }
 }

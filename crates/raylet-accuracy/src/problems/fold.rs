@@ -36,7 +36,7 @@ fn problem(
     let (count, _) = SENSOR;
     let points = screens
         .last()
-        .map(|screen| sensor_points(&screen.frame, SENSOR))
+        .map(|screen| sensor_points(&screen.frame, SENSOR.0, SENSOR.1))
         .unwrap_or_default();
     Problem {
         name: name.to_owned(),

@@ -155,7 +155,7 @@ impl Glass {
 }
 
 /// The points of a square sensor in `frame`, row by row.
-pub fn sensor_points(frame: &Frame, (count, pitch): (usize, f64)) -> Vec<Vec3> {
+pub fn sensor_points(frame: &Frame, count: usize, pitch: f64) -> Vec<Vec3> {
     let at = axis(count, pitch);
     let row = |y: &f64| {
         at.iter()
@@ -202,7 +202,7 @@ impl Setup {
             settings: Settings::default(),
             exact: Box::new(move || {
                 let sheet = Sheet::pixels(&self.pixels, &self.doe, NODES).lit(self.light, 1.0);
-                let points = sensor_points(&self.sensor, self.points);
+                let points = sensor_points(&self.sensor, self.points.0, self.points.1);
                 let field = self.glass.carry(&sheet, self.effort, &points);
                 Array2::from_shape_fn((count, count), |(j, i)| field[j * count + i])
             }),

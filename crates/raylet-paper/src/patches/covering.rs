@@ -34,15 +34,37 @@ const MOST: usize = 16_384;
 /// Repetitions with other random numbers that a number of positions is judged by.
 const SEEDS: u64 = 2;
 
-/// A rule of position: its name, where positions lie, and whether the coverage is divided out.
-pub type Rule = (&'static str, Positions, bool);
+/// A rule of position.
+#[derive(Clone, Copy, Debug)]
+pub struct Rule {
+    /// What it is called in the study.
+    pub name: &'static str,
+    /// Where positions lie.
+    pub positions: Positions,
+    /// Whether the coverage is divided out.
+    pub divides: bool,
+}
+
+impl Rule {
+    /// A rule that does not divide by the coverage.
+    const fn plain(name: &'static str, positions: Positions) -> Self {
+        Self {
+            name,
+            positions,
+            divides: false,
+        }
+    }
+}
 
 /// The rules compared.
 pub const RULES: [Rule; 4] = [
-    ("inside", Positions::Inside, false),
-    ("dilated", Positions::Dilated, false),
-    ("jittered", Positions::Jittered, false),
-    ("dilated, divided by coverage", Positions::Dilated, true),
+    Rule::plain("inside", Positions::Inside),
+    Rule::plain("dilated", Positions::Dilated),
+    Rule::plain("jittered", Positions::Jittered),
+    Rule {
+        divides: true,
+        ..Rule::plain("dilated, divided by coverage", Positions::Dilated)
+    },
 ];
 
 /// What positions by one rule bring with patches of one size.
@@ -116,15 +138,15 @@ fn intensity(field: &Array2<Complex64>) -> Array2<f64> {
 }
 
 /// Patches of this side by this rule, with a period of `period` mm.
-fn settings(side: f64, period: f64, (_, positions, coverage): Rule, rays: usize) -> Settings {
+fn settings(side: f64, period: f64, rule: Rule, rays: usize) -> Settings {
     Settings {
         method: Method::Paper,
         paper: Paper {
             rays,
             patch: Some(side),
             padding: period / side,
-            positions,
-            coverage,
+            positions: rule.positions,
+            coverage: rule.divides,
             sampler: Sampler::All,
             ..Paper::default()
         },
@@ -133,7 +155,7 @@ fn settings(side: f64, period: f64, (_, positions, coverage): Rule, rays: usize)
 }
 
 /// The whole hologram as one patch.
-const WHOLE: Rule = ("", Positions::Grid, false);
+const WHOLE: Rule = Rule::plain("", Positions::Grid);
 
 /// The plan of the system's only hop.
 fn planned(system: &System, settings: &Settings) -> Result<PaperPlan, SimulateError> {
@@ -224,7 +246,7 @@ impl<'a> Stage<'a> {
     fn need(&mut self, side: f64, rule: Rule) -> Result<Need, SimulateError> {
         let [most, _] = self.judge(side, rule, MOST)?;
         let mut need = Need {
-            rule: rule.0,
+            rule: rule.name,
             side,
             positions: None,
             most,
@@ -295,7 +317,7 @@ impl Covering {
                     let [like, error] = stage.judge(side, rule, count)?;
                     points.push([count as f64, like, error]);
                 }
-                let rule = rule.0;
+                let rule = rule.name;
                 curves.push(Curve { rule, side, points });
             }
             let mut sides = [&case.sides[..], &case.between].concat();
@@ -334,7 +356,7 @@ mod tests {
             let rays = simulate(&system, &settings, &|_| {}).unwrap().field.values;
             let sum = stage.sum(7.0, rule, 20, settings.seed).unwrap();
             let error = field_error(sum.view(), rays.view()).unwrap();
-            assert!(error < 1e-5, "{}: {error:e}", rule.0);
+            assert!(error < 1e-5, "{}: {error:e}", rule.name);
         }
     }
 }

@@ -50,9 +50,9 @@ impl Covering {
                 .into()
         });
         let needed = RULES.iter().map(|rule| {
-            let of_rule = self.needs.iter().filter(|need| need.rule == rule.0);
+            let of_rule = self.needs.iter().filter(|need| need.rule == rule.name);
             let points = of_rule.filter_map(|need| Some([need.side, need.positions? as f64]));
-            Series::line(rule.0, points)
+            Series::line(rule.name, points)
         });
         let needed = Panel::lines(needed.collect())
             .title("Incident rays for NCC 0.99, where it is reached")

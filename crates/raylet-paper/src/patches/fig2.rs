@@ -159,7 +159,7 @@ fn document(covering: &Covering, flat: &FlatPatches) -> serde_json::Value {
         })
     });
     json!({
-        "rules": RULES.map(|rule| rule.0),
+        "rules": RULES.map(|rule| rule.name),
         "curves": curves.collect::<Vec<_>>(),
         "needs": needs.collect::<Vec<_>>(),
         "period_ncc_field_error": covering.padding,

@@ -54,7 +54,7 @@ impl Share {
     }
 
     /// [`Share::efficiency`] with β = 1, the window all points within a radius (mm) of any of these (x, y in mm);
-    /// `light` is the power sent out and the area of a pixel in mm².
+    /// `power` is that of the light sent out, ∫|U|² in mm².
     ///
     /// # Errors
     /// When no point is on the sensor, or a number is not positive.
@@ -62,11 +62,11 @@ impl Share {
         raster: &Raster,
         points: &[[f64; 2]],
         radius: f64,
-        light: (f64, f64),
+        power: f64,
     ) -> Result<Self, LossError> {
         check_positive("the radius", radius)?;
         let window = circles(raster, points, radius);
-        Self::efficiency(window, light.0, light.1, 1.0)
+        Self::efficiency(window, power, raster.pitch[0] * raster.pitch[1], 1.0)
     }
 
     /// L = 1 − s, s the encircled energy: light within a radius (mm) of any of the points (x, y in mm)

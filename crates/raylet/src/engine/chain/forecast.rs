@@ -129,7 +129,10 @@ pub(crate) fn choose_with<R: Reply>(
 
 /// Whole fields, or local bands where these promise the target error in much less time.
 fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Chosen {
-    let seconds: f64 = hops.iter().map(whole_field_seconds).sum();
+    let seconds: f64 = hops
+        .iter()
+        .map(|(plan, grids)| whole_field_seconds(plan, grids))
+        .sum();
     if settings.method != Method::Auto || seconds < QUICK {
         return Chosen::WholeFields(hops);
     }
@@ -145,7 +148,7 @@ fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Ch
 }
 
 /// Seconds of one core that a hop from a whole field takes, about.
-fn whole_field_seconds((plan, grids): &(Plan, Grids)) -> f64 {
+fn whole_field_seconds(plan: &Plan, grids: &Grids) -> f64 {
     let count = |[ny, nx]: [usize; 2]| nx as f64 * ny as f64;
     let rays = match plan {
         Plan::Beamlets(plan) => plan.seconds,

@@ -122,9 +122,9 @@ impl<'a> HopRun<'a> {
         let stack = stack(to, reach, self.hop.wavenumber());
         let (mut values, mut tally) = (Vec::new(), Tally::default());
         for (number, level) in stack.levels.at.iter().enumerate() {
-            let planes = self.planes(*level);
+            let (plane, planned) = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = self.on_planes(number, &planes, &plan);
+            let run = self.on_planes(number, &plane, planned.as_ref(), &plan);
             let before = number as f64 / stack.len() as f64;
             let part = |done: f64| progress(before + done / stack.len() as f64);
             let (landed, counts) = run.carry_to_plane(field, &raster, &part)?;
@@ -152,11 +152,11 @@ impl<'a> HopRun<'a> {
     fn on_planes<'b>(
         &'b self,
         number: usize,
-        planes: &'b (Screen, Option<Screen>),
+        plane: &'b Screen,
+        planned: Option<&'b Screen>,
         plan: &'b Plan,
     ) -> HopRun<'b> {
-        let (plane, planned) = planes;
-        let planned = self.planned.zip(planned.as_ref());
+        let planned = self.planned.zip(planned);
         HopRun {
             hop: Hop {
                 to: plane,
@@ -194,9 +194,9 @@ impl<'a> HopRun<'a> {
         }
         let stack = stack(to, reach, self.hop.wavenumber());
         for (number, (level, bar)) in stack.levels.at.iter().zip(levels_bar).enumerate() {
-            let planes = self.planes(*level);
+            let (plane, planned) = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = self.on_planes(number, &planes, &plan);
+            let run = self.on_planes(number, &plane, planned.as_ref(), &plan);
 
             // The perturbed planes at the same level.
             let pairs: Vec<[Screen; 2]> = back

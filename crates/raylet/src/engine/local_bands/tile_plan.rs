@@ -21,7 +21,7 @@ use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::element_samples::{Element, ElementSamples, TileArea};
 use crate::wave::local_bands::fourier_axis::Modes;
 use crate::wave::local_bands::local_band::{WindowBlock, sample_pitch, window_half_band};
-use crate::wave::local_bands::tiling::{Lie, REACH, Tile, Tiling, WindowShape};
+use crate::wave::local_bands::tiling::{Lie, LitWindow, REACH, Tile, Tiling, WindowShape};
 use crate::wave::local_bands::window_transform::{
     NodeLine, SampleLine, WindowTransform, nodes_within,
 };
@@ -167,12 +167,8 @@ impl<'a> TileRun<'a> {
     }
 
     /// A window's carrier, and the directions that lead from it to the target; nothing where none does.
-    fn aim(
-        &self,
-        (window, at, lie): ([usize; 2], [f64; 2], Lie),
-        leaving: &Carrier,
-        own: &Carrier,
-    ) -> Option<TargetedWindow> {
+    fn aim(&self, lit: LitWindow, leaving: &Carrier, own: &Carrier) -> Option<AimedWindow> {
+        let LitWindow { window, at, lie } = lit;
         let shift = self.element.beside(own, self.far(), at, self.k());
         let start = ChirpedStart {
             carrier: leaving.about(at).times(shift, [0.0; 3]),

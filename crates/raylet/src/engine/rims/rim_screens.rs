@@ -330,7 +330,7 @@ fn cut_shares(
         if total > 0.0 {
             (cut.removed, cut.misplaced) = (sent / total, sent / total);
             for ray in &rays {
-                let part = clipped(&open, &rim, (ray.at, ray.p), sigma);
+                let part = clipped(&open, &rim, ray.at, ray.p, sigma);
                 cut.removed += part * ray.area / total;
                 cut.misplaced += part.min(1.0 - part) * ray.area / total;
             }
@@ -447,13 +447,10 @@ fn arrive(hop: &Hop, ray: &SearchRay) -> Option<SourceRay> {
     })
 }
 
-/// A ray by its place and cosines on the first screen.
-type Start = ([f64; 2], [f64; 2]);
-
 /// The share of a beamlet's energy that the rim of a surface cuts: ½ erfc(d/w), d the depth of its ray inside
 /// the edge and w the half width of its energy at 1/e, the wider one.
-fn clipped(open: &Hop, rim: &SurfaceEdge, start: Start, sigma: f64) -> f64 {
-    let Some(arrival) = at_rim(open, rim, start, sigma) else {
+fn clipped(open: &Hop, rim: &SurfaceEdge, at: [f64; 2], p: [f64; 2], sigma: f64) -> f64 {
+    let Some(arrival) = at_rim(open, rim, at, p, sigma) else {
         return 0.0;
     };
     let [wx, wy] = arrival.footprint(open.wavenumber(), (-0.5f64).exp());
@@ -461,8 +458,9 @@ fn clipped(open: &Hop, rim: &SurfaceEdge, start: Start, sigma: f64) -> f64 {
     0.5 * erfc(depth / wx.max(wy))
 }
 
-/// A beamlet where its ray crosses the plane of a surface's rim, before the surface.
-fn at_rim(open: &Hop, rim: &SurfaceEdge, (at, p): Start, sigma: f64) -> Option<Arrival> {
+/// A beamlet from the place `at` of the first screen with the cosines p, where its ray crosses the plane of a
+/// surface's rim, before the surface.
+fn at_rim(open: &Hop, rim: &SurfaceEdge, at: [f64; 2], p: [f64; 2], sigma: f64) -> Option<Arrival> {
     meet_rim(open, rim, |hop| launch_beamlet(hop, at, p, sigma).ok())
 }
 

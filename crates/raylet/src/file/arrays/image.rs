@@ -262,7 +262,10 @@ pub fn write_gray16(
         path: path.into(),
         source,
     })?;
-    let format = (png::ColorType::Grayscale, png::BitDepth::Sixteen);
+    let format = PixelFormat {
+        color: png::ColorType::Grayscale,
+        depth: png::BitDepth::Sixteen,
+    };
     encode(BufWriter::new(file), [nx, ny], format, &bytes).map_err(|source| ImageError::Encode {
         path: path.into(),
         source,
@@ -275,20 +278,32 @@ pub fn write_gray16(
 /// A size of zero, or bytes that are not three for each pixel.
 pub fn encode_rgb(size: [usize; 2], bytes: &[u8]) -> Result<Vec<u8>, png::EncodingError> {
     let mut out = Vec::new();
-    let format = (png::ColorType::Rgb, png::BitDepth::Eight);
+    let format = PixelFormat {
+        color: png::ColorType::Rgb,
+        depth: png::BitDepth::Eight,
+    };
     encode(&mut out, size, format, bytes).map(|()| out)
+}
+
+/// What a pixel of a PNG holds.
+#[derive(Clone, Copy)]
+struct PixelFormat {
+    /// Its channels.
+    color: png::ColorType,
+    /// Bits of one channel.
+    depth: png::BitDepth,
 }
 
 /// Writes one PNG of the given [across, down] size.
 fn encode(
     out: impl Write,
     [nx, ny]: [usize; 2],
-    (color, depth): (png::ColorType, png::BitDepth),
+    format: PixelFormat,
     bytes: &[u8],
 ) -> Result<(), png::EncodingError> {
     let mut encoder = png::Encoder::new(out, nx as u32, ny as u32);
-    encoder.set_color(color);
-    encoder.set_depth(depth);
+    encoder.set_color(format.color);
+    encoder.set_depth(format.depth);
     encoder.set_compression(png::Compression::Fast);
     let mut writer = encoder.write_header()?;
     writer.write_image_data(bytes)?;
@@ -331,7 +346,9 @@ fn resize_rows(values: ArrayView2<f64>, new: usize) -> Array2<f64> {
 mod tests {
     use ndarray::{Array2, array};
 
-    use crate::file::arrays::image::{ImageError, area_mean, encode, read_gray, write_gray16};
+    use crate::file::arrays::image::{
+        ImageError, PixelFormat, area_mean, encode, read_gray, write_gray16,
+    };
     use crate::file::arrays::memory::MemoryLimit;
 
     const LIMIT: MemoryLimit = MemoryLimit {
@@ -339,12 +356,18 @@ mod tests {
         set_by: "settings.memory_limit_mb",
     };
 
+    const GRAY: PixelFormat = PixelFormat {
+        color: png::ColorType::Grayscale,
+        depth: png::BitDepth::Eight,
+    };
+
+    const RGBA: PixelFormat = PixelFormat {
+        color: png::ColorType::Rgba,
+        depth: png::BitDepth::Eight,
+    };
+
     /// A PNG of the given kind in a temporary file.
-    fn png_file(
-        size: [usize; 2],
-        format: (png::ColorType, png::BitDepth),
-        bytes: &[u8],
-    ) -> tempfile::NamedTempFile {
+    fn png_file(size: [usize; 2], format: PixelFormat, bytes: &[u8]) -> tempfile::NamedTempFile {
         let file = tempfile::NamedTempFile::new().unwrap();
         encode(file.as_file(), size, format, bytes).unwrap();
         file
@@ -361,17 +384,15 @@ mod tests {
 
     #[test]
     fn the_top_of_the_file_is_plus_y() {
-        let gray = (png::ColorType::Grayscale, png::BitDepth::Eight);
-        let file = png_file([2, 2], gray, &[255, 0, 51, 102]);
+        let file = png_file([2, 2], GRAY, &[255, 0, 51, 102]);
         let back = read_gray(file.path(), LIMIT).unwrap();
         assert_eq!(back, array![[0.2, 0.4], [1.0, 0.0]]);
     }
 
     #[test]
     fn colour_becomes_luma_and_transparency_dark() {
-        let rgba = (png::ColorType::Rgba, png::BitDepth::Eight);
         let pixels = [0, 255, 0, 255, 255, 255, 255, 0, 255, 0, 0, 51];
-        let file = png_file([3, 1], rgba, &pixels);
+        let file = png_file([3, 1], RGBA, &pixels);
         let back = read_gray(file.path(), LIMIT).unwrap();
         let want = array![[0.7152, 0.0, 0.2126 * 0.2]];
         assert!((&back - &want).iter().all(|d| d.abs() < 1e-15), "{back}");
@@ -412,8 +433,7 @@ mod tests {
     #[test]
     fn a_huge_header_is_refused_and_a_cut_file_is_an_error() {
         // A valid header that promises 2^31 - 1 pixels squared, with nothing behind it.
-        let gray = (png::ColorType::Grayscale, png::BitDepth::Eight);
-        let small = png_file([3, 3], gray, &[7; 9]);
+        let small = png_file([3, 3], GRAY, &[7; 9]);
         let bytes = std::fs::read(small.path()).unwrap();
         let mut huge = bytes.clone();
         huge[16..24].copy_from_slice(&[0x7f, 0xff, 0xff, 0xff, 0x7f, 0xff, 0xff, 0xff]);
@@ -433,7 +453,10 @@ mod tests {
     /// are missing here.
     #[test]
     fn a_picture_beyond_the_limit_is_refused_by_its_header() {
-        let wide = (png::ColorType::Rgba, png::BitDepth::Sixteen);
+        let wide = PixelFormat {
+            depth: png::BitDepth::Sixteen,
+            ..RGBA
+        };
         let file = png_file([1, 1], wide, &[0; 8]);
         let mut bytes = std::fs::read(file.path()).unwrap();
         for place in [16, 20] {

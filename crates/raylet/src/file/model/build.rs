@@ -138,9 +138,9 @@ impl Layout<'_, '_> {
                 self.behind = behind.map_or(self.axis.index(), |behind| behind.index);
                 let act = Act::Doe(self.doe(doe, &shape, &path)?);
                 self.check_beam(&path)?;
-                match behind {
-                    None => self.axis.screen(name, frame, shape, act),
-                    Some(behind) => self.axis.interface(name, (frame, shape), act, behind),
+                self.axis.screen(name, frame, shape, act);
+                if let Some(behind) = behind {
+                    self.axis.enter_medium(behind);
                 }
             }
             Element::ParaxialLens(lens) => {

@@ -388,9 +388,8 @@ impl<'s> Stage<'s> {
         at: &str,
     ) -> Result<Result<Box<dyn FieldLoss>, LossError>, Fault> {
         let boxed = |share: Share| Box::new(share) as Box<dyn FieldLoss>;
-        let light = (self.power, self.area());
         if let (false, Some(radius)) = (spec.at_mm.is_empty(), spec.radius_mm) {
-            let share = Share::within(&self.raster, &spec.at_mm, radius, light);
+            let share = Share::within(&self.raster, &spec.at_mm, radius, self.power);
             return Ok(share.map(boxed));
         }
         if !spec.at_mm.is_empty() || spec.radius_mm.is_some() {
@@ -405,7 +404,7 @@ impl<'s> Stage<'s> {
                 *lit = 0.0;
             }
         });
-        Ok(Share::efficiency(lit, light.0, light.1, 1.0).map(boxed))
+        Ok(Share::efficiency(lit, self.power, self.area(), 1.0).map(boxed))
     }
 
     fn circles(&self, spec: &CirclesLoss) -> Result<Box<dyn FieldLoss>, LossError> {

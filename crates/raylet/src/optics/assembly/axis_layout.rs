@@ -83,25 +83,6 @@ impl AxisLayout {
         self.axis = self.axis.moved(Vec3::new(0.0, 0.0, distance));
     }
 
-    /// Adds an element on an interface: its screen, and the medium behind it.
-    pub(crate) fn interface(
-        &mut self,
-        name: String,
-        placed: (Frame, Shape),
-        act: Act,
-        behind: Behind,
-    ) {
-        self.screen(name, placed.0, placed.1, act);
-        if let Some(screen) = self
-            .screens
-            .last_mut()
-            .filter(|_| behind.index != self.index)
-        {
-            screen.behind = Some(behind);
-            self.index = behind.index;
-        }
-    }
-
     /// Adds a screen. Where it reflects, light turns back.
     pub(crate) fn screen(&mut self, name: String, frame: Frame, shape: Shape, act: Act) {
         if !self.screens.is_empty() && self.trains.len() < self.screens.len() {
@@ -120,18 +101,30 @@ impl AxisLayout {
         self.screens.push(screen);
     }
 
+    /// Puts the last screen on an interface: this medium is behind it.
+    pub(crate) fn enter_medium(&mut self, behind: Behind) {
+        if let Some(screen) = self
+            .screens
+            .last_mut()
+            .filter(|_| behind.index != self.index)
+        {
+            screen.behind = Some(behind);
+            self.index = behind.index;
+        }
+    }
+
     /// Adds a surface that light crosses into a medium of the index `behind`.
     pub(crate) fn refract(&mut self, face: PlacedShape, coating: Coating, behind: f64) {
         self.enter(&face);
         let before = std::mem::replace(&mut self.index, behind);
-        self.surface(face, (Interface::Refract, coating), [before, behind]);
+        self.surface(face, Interface::Refract, coating, [before, behind]);
     }
 
     /// Adds a mirror: light turns back.
     pub(crate) fn reflect(&mut self, face: PlacedShape) {
         self.enter(&face);
         let index = [self.index; 2];
-        self.surface(face, (Interface::Reflect, Coating::Ideal), index);
+        self.surface(face, Interface::Reflect, Coating::Ideal, index);
         self.towards = -self.towards;
     }
 
@@ -161,7 +154,13 @@ impl AxisLayout {
         }
     }
 
-    fn surface(&mut self, face: PlacedShape, does: (Interface, Coating), index: [f64; 2]) {
+    fn surface(
+        &mut self,
+        face: PlacedShape,
+        interface: Interface,
+        coating: Coating,
+        index: [f64; 2],
+    ) {
         if self.trains.len() < self.screens.len() {
             self.trains.push(Vec::new());
         }
@@ -170,8 +169,8 @@ impl AxisLayout {
                 shape: face.shape,
                 frame: face.frame,
                 aperture: face.aperture,
-                interface: does.0,
-                coating: does.1,
+                interface,
+                coating,
                 index,
             });
         }

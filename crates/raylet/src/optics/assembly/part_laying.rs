@@ -143,8 +143,9 @@ impl Laying {
                             coating: self.coating,
                         };
                         self.check_beam()?;
-                        let placed = (self.frame(), shape);
-                        self.axis.interface(name.clone(), placed, act, behind);
+                        let frame = self.frame();
+                        self.axis.screen(name.clone(), frame, shape, act);
+                        self.axis.enter_medium(behind);
                     }
                 }
             }

@@ -388,7 +388,8 @@ mod tests {
 
     /// Largest relative error of radii over centres that lie differently between the samples.
     fn worst_radius(
-        (n, pitch): (usize, f64),
+        n: usize,
+        pitch: f64,
         spot: impl Fn(f64) -> f64,
         total: f64,
         cases: &[(f64, f64)],
@@ -417,8 +418,8 @@ mod tests {
         let cases = [0.1, 0.5, 0.8, 0.9, 0.99].map(radius);
         let spot = |r: f64| (-2.0 * r * r).exp();
         let total = std::f64::consts::FRAC_PI_2;
-        let coarse = worst_radius((41, 0.2), spot, total, &cases);
-        let fine = worst_radius((161, 0.05), spot, total, &cases);
+        let coarse = worst_radius(41, 0.2, spot, total, &cases);
+        let fine = worst_radius(161, 0.05, spot, total, &cases);
         assert!(coarse < 3e-3 && fine < 2.5e-4, "{coarse:.1e} {fine:.1e}");
     }
 
@@ -445,8 +446,8 @@ mod tests {
         let cases = [0.6, 1.6, 3.0, 6.0, 9.0]
             .map(|v| (1.0 - bessel(0.0, v).powi(2) - bessel(1.0, v).powi(2), v));
         let total = 4.0 * std::f64::consts::PI;
-        let coarse = worst_radius((60, 0.5), spot, total, &cases);
-        let fine = worst_radius((200, 0.15), spot, total, &cases);
+        let coarse = worst_radius(60, 0.5, spot, total, &cases);
+        let fine = worst_radius(200, 0.15, spot, total, &cases);
         assert!(coarse < 3e-3 && fine < 2.5e-4, "{coarse:.1e} {fine:.1e}");
     }
 

@@ -45,7 +45,18 @@ pub(crate) struct Tile {
     pub windows: [Range<usize>; 2],
 }
 
-/// How a window lies to the aperture of its screen.
+/// A window that an opening does not leave dark.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct LitWindow {
+    /// Its numbers along x and y.
+    pub window: [usize; 2],
+    /// Its centre in mm.
+    pub at: [f64; 2],
+    /// How it lies to the opening.
+    pub lie: Lie,
+}
+
+/// How a window lies to the opening of its screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lie {
     /// It sees no edge.
@@ -95,14 +106,14 @@ impl Tiling {
         .collect()
     }
 
-    /// The windows of a tile that an aperture does not leave dark, row by row, with their centres and how they lie.
-    pub(crate) fn lit(&self, tile: &Tile, aperture: &Aperture) -> Vec<([usize; 2], [f64; 2], Lie)> {
+    /// The windows of a tile that an opening does not leave dark, row by row.
+    pub(crate) fn lit(&self, tile: &Tile, opening: &Aperture) -> Vec<LitWindow> {
         let [columns, rows] = tile.windows.clone();
         let all = rows.flat_map(|j| columns.clone().map(move |i| [i, j]));
         let lying = |window: [usize; 2]| {
             let at = self.centre(window);
-            let lie = Lie::of(aperture.depth(at[0], at[1]), self.positions[0].sigma);
-            (lie != Lie::Outside).then_some((window, at, lie))
+            let lie = Lie::of(opening.depth(at[0], at[1]), self.positions[0].sigma);
+            (lie != Lie::Outside).then_some(LitWindow { window, at, lie })
         };
         all.filter_map(lying).collect()
     }
@@ -152,7 +163,7 @@ pub(crate) fn raster([x, y]: &[Axis; 2]) -> Raster {
 #[cfg(test)]
 mod tests {
     use crate::optics::aperture::Aperture;
-    use crate::wave::local_bands::tiling::{Lie, Tiling, WindowShape};
+    use crate::wave::local_bands::tiling::{Lie, LitWindow, Tiling, WindowShape};
 
     #[test]
     fn tiles_hold_every_window_once() {
@@ -166,7 +177,8 @@ mod tests {
         for tile in tiling.tiles() {
             let open = tiling.lit(&tile, &Aperture::OPEN);
             let [x, y] = tiling.samples(&tile, [0.07, 0.05]);
-            for ([i, j], at, lie) in open {
+            for LitWindow { window, at, lie } in open {
+                let [i, j] = window;
                 assert_eq!(lie, Lie::Inside);
                 seen[j * tiling.positions[0].count + i] += 1;
                 for (axis, at) in [(&x, at[0]), (&y, at[1])] {
