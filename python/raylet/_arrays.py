@@ -1,4 +1,4 @@
-"""Arrays as the library takes them: 2-D float64 or complex128, looked at where they are if that is what they are."""
+"""Arrays as the library takes them: 2-D float64 or complex128. Arrays of these types are used without a copy."""
 
 from __future__ import annotations
 

@@ -162,7 +162,8 @@ fn descend(
         control_variates: Vec::new(),
     };
 
-    // What an evaluation costs, its share of the exact ones with it; a little away from those, for nothing is drawn there.
+    // The cost of an evaluation, with its share of the exact ones. Drawn evaluations are a little away from the exact
+    // ones, because nothing is drawn at the same point.
     let moved = moved(start);
     evaluator.evaluate(start, 0)?;
     let before = processor();

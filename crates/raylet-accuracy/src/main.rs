@@ -161,8 +161,7 @@ fn cover(ratios: &[(String, f64)]) {
     );
 }
 
-/// Collins' integral is paraxial. What of the difference is its own shows beside a run that aims at a hundredth
-/// of the usual error.
+/// Collins' integral is paraxial. A run with a hundredth of the target error shows the integral's own error.
 fn doubt(problem: &Problem) -> Result<(), SimulateError> {
     let fine = Settings {
         target_error: 1e-5,

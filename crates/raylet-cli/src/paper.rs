@@ -31,8 +31,8 @@ pub(crate) struct Paper {
     /// Smaller elements and fewer repetitions: seconds instead of minutes.
     #[arg(long)]
     quick: bool,
-    /// Writes paper.json, the pictures and scenes of the elements into this folder. A system or a design that is
-    /// stopped goes on where it was when run again; until then what it has is kept in DIR.parts.
+    /// Writes paper.json, the pictures and scenes of the elements into this folder. A system or a design that was
+    /// stopped goes on where it was when it runs again. Until then DIR.parts keeps its results.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
     /// Does only so many of the parts (20 or fewer) of each long random run of a system, for a first look. The

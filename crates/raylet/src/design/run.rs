@@ -160,8 +160,7 @@ impl<'p> Run<'p> {
         self.state.stop.is_some() || self.iteration() >= self.iterations
     }
 
-    /// The best point so far, at which what is made is what is to be exported; the last one where values are
-    /// estimates, of which the best is the luckiest.
+    /// The best point so far. With drawn beamlets it is the last point, because the best value is then mostly chance.
     pub fn best(&self) -> &[f64] {
         let search = &self.state.search;
         if self.project.estimator.is_some() {
@@ -201,8 +200,8 @@ impl<'p> Run<'p> {
         })
     }
 
-    /// Looks; a trial of a line search at which there is no such system, or its light spreads too far to be carried, is one
-    /// that went too far.
+    /// Evaluates the point. If a line-search trial has no valid system, or light that spreads too far to be carried,
+    /// reports an infinite loss, so that the step is shortened.
     fn possible(&mut self) -> Result<DesignEvaluation, ProjectError> {
         loop {
             let found = self.evaluate();
@@ -222,7 +221,7 @@ impl<'p> Run<'p> {
         }
     }
 
-    /// Evaluates the point as the design's estimator does.
+    /// Evaluates the point with the design's estimator.
     fn evaluate(&mut self) -> Result<DesignEvaluation, ProjectError> {
         let (project, iteration) = (self.project, self.iteration());
         let state = &mut self.state;

@@ -266,7 +266,7 @@ impl Chirp2 {
     pub fn new(from_y: Comb, from_x: Comb, to_y: Comb, to_x: Comb, scale: f64) -> Self {
         let x = Chirp::new(from_x, to_x, scale);
         let y = Chirp::new(from_y, to_y, scale);
-        // The axis done first is done on as many lines as there were, the other on as many as there are.
+        // The first axis is transformed on all input lines, the second on all output lines.
         let x_then_y = from_y.count as f64 * x.cost() + to_x.count as f64 * y.cost();
         let y_then_x = from_x.count as f64 * y.cost() + to_y.count as f64 * x.cost();
         Self {

@@ -12,8 +12,8 @@ pub enum Brightness {
     /// Whatever fits best: L = Σw(αI − T)²/ΣwT², α = ΣwIT/ΣwI². That is 1 − NCC², NCC the normalised
     /// cross-correlation ΣwIT/√(ΣwI² ΣwT²); how much light there is does not matter. 1 for no light.
     Free,
-    /// Both with sum 1: L = Σw(I/ΣwI − T/ΣwT)², as in the code of the source paper. 0 ≤ L < 2; as small
-    /// as 1/(number of lit pixels) however unlike the two are. Of no light it is that of a black picture.
+    /// Both with sum 1: L = Σw(I/ΣwI − T/ΣwT)², as in the code of the source paper. With weights of 0 and 1 it is
+    /// 0 ≤ L ≤ 2. L may be as small as 1/(lit pixels) for unlike pictures. Without light L = Σw(T/ΣwT)².
     Sum,
     /// That of the picture times a scale: the mean of (scale·I − T)², Σw(scale·I − T)²/Σw.
     Given {

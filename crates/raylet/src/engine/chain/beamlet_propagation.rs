@@ -496,7 +496,7 @@ fn pulled(
     total
 }
 
-/// What the beamlets of a patch are with the coefficients of a spectrum, without those that are too weak.
+/// The beamlets of a patch times the coefficients of a spectrum, without those that are too weak.
 fn lit(beamlets: &PatchBeamlets, spectrum: &Spectrum, floor: f64) -> Vec<Arrival> {
     let mut list = Vec::new();
     for (place, arrival) in beamlets.places.iter().zip(&beamlets.arrivals) {

@@ -28,7 +28,7 @@ use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::height_stack::HeightStack;
 use crate::wave::grid::sampling::act;
 
-/// A share of the light that no report would show: where less is unaccounted for, it is not asked where it went.
+/// Lost light below this share is not divided by cause: no report shows it.
 const NOTHING: f64 = 1e-9;
 
 /// Carries the light of a system to its sensor. `progress` is called after each chunk of work.

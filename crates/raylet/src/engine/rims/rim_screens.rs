@@ -243,10 +243,10 @@ fn side_behind(hop: &Hop, number: usize) -> f64 {
     way.dot(hop.train[number].frame.z).signum()
 }
 
-/// What the edge wave of a rim on a curved surface is off by, over the slope of the surface there and the
-/// root of the share of the light that is cut: whether the field is cut along the surface or in the plane
-/// of the rim, both within Kirchhoff's approximation. Measured on 95 random systems in which this is the largest
-/// error: the true one is between 0.1 and 3.1 times as large, in the median 0.66 times.
+/// Error of the edge wave of a rim on a curved surface, divided by the slope of the surface there and by the root of
+/// the share of the light that is cut. Kirchhoff's approximation does not say whether the field is cut along the
+/// surface or in the plane of the rim. Measured on 95 random systems in which this error is the largest: the true
+/// one is 0.1 to 3.1 times the estimate, in the median 0.66 times.
 const EDGE: f64 = 0.075;
 
 /// The error to expect from the rims that cut light ray by ray in a hop.

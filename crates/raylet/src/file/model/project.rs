@@ -228,8 +228,8 @@ fn build_system(
     }))
 }
 
-/// How light is carried: what is kept may not depend on what is sought, unless the scene says how much is left
-/// out, and where the system changes, footprints end so far out that no value jumps.
+/// Settings of the design's runs. No mode is dropped unless the scene sets a threshold. Where the system changes,
+/// footprints are wider, so that no value jumps.
 fn settings(scene: &Scene, changing: bool) -> Settings {
     let mut settings = build::settings(scene);
     if scene.settings.mode_threshold.is_none() {

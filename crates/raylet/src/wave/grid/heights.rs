@@ -45,8 +45,8 @@ impl Heights {
     }
 }
 
-/// What light that travels with normal cosines `low` to `high` (signed, optical) needs of the levels
-/// between two heights: few of them, once its mean phase is taken out.
+/// Levels between two heights, enough for light whose normal cosines (signed, optical) lie between `low` and `high`.
+/// They are few, because the mean phase of the light is taken out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stack {
     /// Where they are.
