@@ -112,8 +112,8 @@ fn loss(show: Show, target: &Array2<f64>) -> Result<Box<dyn Loss>, LossError> {
     Ok(Box::new(Sum::new(parts)?))
 }
 
-/// The phases that send the mirror's light, made smaller, onto a disc of the sensor: those of light that comes back
-/// from it, with a phase that spreads it over the mirror.
+/// The phases that send the mirror's light, made smaller, onto a disc of the sensor. They conjugate the light that
+/// comes back from the disc, whose own phase spreads it over the mirror.
 fn spread(
     mirror: &Conformal,
     design: &MirrorDesign,
@@ -154,8 +154,8 @@ mod tests {
     use crate::mirrors::conformal_mirror::{Conformal, LitArea, Show, Substrate};
     use crate::mirrors::mirror_search::MirrorSearch;
 
-    /// A tenth of the mirror, whose height turns the phase by fifteen radians that the start does not know of: light
-    /// comes to both foci as it does by the phases that know the height.
+    /// A mirror at a tenth of its size. Its height turns the phase by fifteen radians, and the start does not know the
+    /// height. The design finds both foci all the same.
     #[test]
     fn foci_are_found_from_a_start_that_ignores_the_height() {
         let mirror = Conformal {

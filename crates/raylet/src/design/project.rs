@@ -24,8 +24,9 @@ use crate::optics::system::System;
 pub struct Channel {
     /// What is made of the field at the sensor's pixels, [y, x], each with its factor.
     pub losses: Vec<(f64, Box<dyn FieldLoss>)>,
-    /// For each element, the phase that it gives this channel's light over the one it is designed for: the ratio
-    /// of (index step)/λ for heights, 1 for phases that do not depend on the wavelength, and where it is missing.
+    /// For each element, the phase that it gives this channel's light, divided by the phase that it is designed for.
+    /// For heights this is the ratio of (index step)/λ. It is 1 for phases that do not depend on the wavelength, and
+    /// for elements beyond the end of the list.
     pub ratios: Vec<f64>,
 }
 
@@ -93,8 +94,8 @@ pub enum ProjectError {
 }
 
 impl ProjectError {
-    /// Whether another point may be without it: the parameters make no system here, or light that spreads too far for local
-    /// bands.
+    /// Whether another point may not have this error: the parameters make no system here, or the light spreads too far
+    /// for local bands.
     pub(crate) fn is_of_point(&self) -> bool {
         match self {
             Self::System(_) => true,

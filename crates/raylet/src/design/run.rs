@@ -90,7 +90,7 @@ pub struct Evaluated {
     pub evaluation: DesignEvaluation,
     /// What became of the point in the search.
     pub step: Step,
-    /// |gradient|, each part times its parameter's scale left out.
+    /// |gradient|, without the scales of the parameters.
     pub slope: f64,
 }
 

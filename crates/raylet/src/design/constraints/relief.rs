@@ -23,7 +23,7 @@ pub struct Relief {
     /// The largest height in mm.
     highest: f64,
     levels: Option<Levels>,
-    /// Heights a period apart make the same light; none where no two allowed heights are.
+    /// Heights that differ by this period make the same light; none where no two allowed heights differ by it.
     period: Option<f64>,
 }
 
@@ -169,7 +169,8 @@ impl Relief {
         self.slope(phase, share) * made_bar
     }
 
-    /// The height between zero and the largest that makes nearly this phase, and whether it moves with it.
+    /// The height, from zero to the largest, that makes this phase or comes nearest to it, and its derivative by the
+    /// height of the phase: 1, or 0 at an end.
     fn nearest(&self, phase: f64) -> (f64, f64) {
         let height = phase / self.factor;
         if let Some(period) = self.period {

@@ -1,11 +1,13 @@
 //! Phase holograms by an iterative Fourier transform algorithm through a paraxial train.
 //!
-//! After Gerchberg and Saxton (Optik 35, 237, 1972): the field goes to the sensor by Collins' integral, its
-//! modulus there is replaced by the target's, what changed goes back by the adjoint, and only the phase
-//! is kept. The field outside the sensor is not changed. Three things are added, each because results
-//! on a photograph and on a line drawing were better with it: a smooth start that spreads the light geometrically over
-//! the image, without which vortices freeze in as speckle; momentum: each step goes past the update;
-//! and a goal a little brighter than the field, which draws light into the image and fades during the run.
+//! After Gerchberg and Saxton (Optik 35, 237, 1972): Collins' integral carries the field to the sensor. There the
+//! target's modulus replaces the field's. The adjoint carries the change back, and only the phase is kept. The
+//! field outside the sensor is not changed. Three things are added. Each made results better on a photograph and on
+//! a line drawing:
+//!
+//! - The start is smooth and spreads the light geometrically over the image. Without it vortices freeze in as speckle.
+//! - Steps have momentum: each goes past the update.
+//! - The goal is a little brighter than the field, which draws light into the image. This fades during the run.
 
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
@@ -32,7 +34,7 @@ const SPREAD: f64 = std::f64::consts::SQRT_2;
 /// How much brighter in amplitude than the field the goal is at first; falls linearly to nothing.
 const EXPANSION: f64 = 0.05;
 
-/// Part of the last change of each phase by which the next step starts out beyond it.
+/// Momentum: the next step starts from each phase plus this part of its last change.
 const MOMENTUM: f64 = 0.9;
 
 /// A hologram to be found.
@@ -319,8 +321,8 @@ impl PhaseRetrieval {
         }
     }
 
-    /// The target's modulus at the field's own phase and mean brightness times `expansion`, or at the requested
-    /// brightness, less the field.
+    /// The change of the field that gives it the target's modulus and keeps its phase. The target is as bright as the
+    /// field times `expansion`, or has the requested brightness if that is higher.
     fn change(&self, seen: &Array2<Complex64>, expansion: f64) -> Array2<Complex64> {
         let (mut along, mut square) = (0.0, 0.0);
         Zip::from(seen).and(&self.modulus).for_each(|u, modulus| {

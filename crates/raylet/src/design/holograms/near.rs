@@ -17,7 +17,7 @@ use crate::wave::grid::metrics::ncc;
 /// Width of the lattice's period over that of the pixels.
 const PADDING: usize = 2;
 
-/// Part of the last change of each phase by which the next step starts out beyond it.
+/// Momentum: the next step starts from each phase plus this part of its last change.
 const MOMENTUM: f64 = 0.9;
 
 /// A hologram to be found.

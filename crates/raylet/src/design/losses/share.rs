@@ -8,7 +8,7 @@ use crate::design::losses::loss::{
 use crate::optics::aperture::Aperture;
 use crate::wave::grid::raster::Raster;
 
-/// Of what the light in the window is a share.
+/// The whole of which the light in the window is a share.
 #[derive(Clone, Debug, PartialEq)]
 enum Whole {
     /// Of this sum of intensities, which all the light would make.

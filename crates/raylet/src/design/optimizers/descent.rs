@@ -174,7 +174,7 @@ impl Descent {
         self.steps
     }
 
-    /// The function has changed: the best value is not one of its own. `forget`: neither are the means.
+    /// The function has changed, so the best value so far does not count. With `forget` the means do not count either.
     pub(crate) fn refresh(&mut self, forget: bool) {
         self.best_value = f64::INFINITY;
         self.stopped = false;

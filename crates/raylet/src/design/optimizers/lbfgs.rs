@@ -25,9 +25,11 @@ use crate::design::optimizers::wolfe::{LineSearchReply, Search};
 /// Steps are never longer than this many times the direction.
 const LONGEST: f64 = 1e10;
 
-/// A pair is used when its curvature is more than this share of what the slope alone would give, and of its
-/// whole curvature where bounds leave only a part of it.
+/// A pair is kept when step·change is more than this share of −step·(the gradient before the step).
 const CURVED: f64 = 1e-15;
+
+/// Where bounds hold some parameters, a pair is used when step·change of the free ones is more than this share of that
+/// of all.
 const CURVED_PART: f64 = 1e-6;
 
 /// A step cut off by the box must keep this share of its descent; else it goes straight downhill.
@@ -368,7 +370,8 @@ impl Lbfgs {
         along
     }
 
-    /// Straight downhill in scales: as far as the curvature of `pair` says, else by the first step.
+    /// Steepest descent in scales. Its length comes from the curvature of `pair`; without a pair it is that of the
+    /// first step.
     fn downhill(&self, free: Option<&[bool]>, pair: Option<&Pair>) -> Vec<f64> {
         let mut along = self.gradient.clone();
         keep(&mut along, free);

@@ -169,8 +169,8 @@ impl Space {
         point.len() == self.len() && point.iter().zip(bounds).all(inside)
     }
 
-    /// Where parameter `i` comes to by a step from `from`: not beyond its bounds, and onto one that it
-    /// misses by rounding alone.
+    /// The value of parameter `i` after a step from `from`. It stays within its bounds. If it misses a bound by
+    /// rounding alone, it is that bound.
     #[inline]
     pub(crate) fn moved(&self, i: usize, from: f64, step: f64) -> f64 {
         let (lower, upper) = (self.lower[i], self.upper[i]);
@@ -189,7 +189,7 @@ impl Space {
         (at <= self.lower[i] && slope >= 0.0) || (at >= self.upper[i] && slope <= 0.0)
     }
 
-    /// How often a step fits between where parameter `i` is and its bound; infinite without one.
+    /// The distance of parameter `i` from the bound ahead, divided by the step; infinite without a bound.
     #[inline]
     pub(crate) fn room(&self, i: usize, at: f64, step: f64) -> f64 {
         match step {

@@ -25,7 +25,7 @@ pub enum Stop {
     Flat,
     /// The change of the value is below its limit.
     Still,
-    /// Not even straight downhill is anything better: rounding, or a gradient that is not the value's.
+    /// Steepest descent finds nothing better either, because of rounding or because the gradient is not the value's.
     Stuck,
     /// The value or the gradient is not a number.
     NotFinite,

@@ -18,7 +18,8 @@ const CURVATURE: f64 = 0.9;
 /// The interval is small enough when it is this share of its larger end.
 const NARROW: f64 = 0.1;
 
-/// Before the minimum is bracketed, the next step is between these multiples of the last advance extrapolated it.
+/// Before a minimum is bracketed, the next trial goes beyond the last one by between these multiples of the last
+/// trial's distance from the best step before it.
 const ADVANCE: [f64; 2] = [1.1, 4.0];
 
 /// A bracket that did not shrink to this share in two trials is halved.
@@ -189,7 +190,8 @@ impl Search {
         }
     }
 
-    /// The trial led where the function is not: half the way from the best step, and no farther from now.
+    /// The function has no value at the trial. The next trial is halfway back to the best step, and no later one goes
+    /// beyond it.
     fn retreat(&mut self) -> LineSearchReply {
         if self.trials >= TRIALS {
             return LineSearchReply::Hopeless;

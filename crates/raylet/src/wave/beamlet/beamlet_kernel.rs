@@ -108,7 +108,8 @@ type Pair<S> = (f64x8<S>, f64x8<S>);
 /// Columns after which a value is computed anew: its error grows as the square of their number.
 const LONGEST: usize = 256;
 
-/// Where the exponent of a row falls below this, its values cannot be followed from there.
+/// Where the exponent of a row is below this in the first column of its block, its values cannot be computed from that
+/// column on.
 const FAINTEST: f64 = -600.0;
 
 impl<'a> BeamletKernel<'a> {
@@ -268,8 +269,9 @@ impl<'a> BeamletKernel<'a> {
         Chords { low, high }
     }
 
-    /// The rows of a block that are computed together: all, or each by itself where an oblique footprint would have
-    /// them computed far outside of it. Then how many groups there are.
+    /// The rows of a block that are computed together, and how many groups of them there are. All rows are one group;
+    /// each row is one where values cannot be computed from column to column, or where an oblique footprint makes all
+    /// columns of the block more than those of its rows one by one.
     #[inline(always)]
     fn groups<S: Simd>(&self, simd: S, block: usize, chords: &Chords) -> ([Group; LANES], usize) {
         let mut groups = [Group::default(); LANES];

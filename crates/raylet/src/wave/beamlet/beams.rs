@@ -33,14 +33,15 @@ pub struct Beams {
 type Real2 = [[f64; 2]; 2];
 type Complex2 = [[Complex64; 2]; 2];
 
-/// How far before an image a ray may be to be taken as behind it, in rad of its phase there.
+/// A ray that is less than this before an image counts as behind it, in rad of the phase that grows by π from image to
+/// image.
 const AT_IMAGE: f64 = 1e-6;
 
 impl Beams {
     /// The beamlets of rays that arrive on a screen: G = (C + Dq₀)(A + Bq₀)⁻¹, q₀ = iW/k, and the amplitude
-    /// det(A + Bq₀)^{−1/2} √(cos/cos′). The root is that of a beam that was followed all the way: what it
-    /// turned since the last image is read from the Jacobian, whatever the axes on either side and the number
-    /// of mirrors, and half a turn is added for every image.
+    /// det(A + Bq₀)^{−1/2} √(cos/cos′). The root is that of a beam that was followed all the way. The Jacobian gives
+    /// the phase of the determinant since the last image, whatever the axes on either side and the number of mirrors; every
+    /// image adds half a turn.
     ///
     /// # Errors
     /// When lengths differ, numbers are not finite, or a Jacobian leaves nothing that decays.

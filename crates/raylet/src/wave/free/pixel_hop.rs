@@ -30,8 +30,8 @@ use crate::wave::grid::heights::{Heights, Stack};
 use crate::wave::grid::raster::Raster;
 use crate::wave::patches::patch::Band;
 
-/// Period over the sum of the half widths of mirror and target. Less than elsewhere: what copies of the period
-/// bring is a few thousandths of the light.
+/// Period over the sum of the half widths of mirror and target. It is smaller than elsewhere, because the copies one
+/// period away bring only a few thousandths of the light.
 const PADDING: f64 = 3.0;
 
 /// Directions that keep less than this of their light do not count for the levels.
@@ -335,8 +335,8 @@ fn lattice(free: &FreeHop, from: [f64; 4], target: &Raster, pitch: [f64; 2]) -> 
     plan
 }
 
-/// What becomes of each plane wave, [x, y], with the box of a pixel and the place of the first one; and the least
-/// normal cosine of those that count.
+/// The factor of each plane wave on the way to the plane, [x, y], with the spectrum of a pixel's box and the phase of
+/// the first pixel's place. Then the least normal cosine of the waves that count.
 fn transfer(
     free: &FreeHop,
     plan: &FreePlan,

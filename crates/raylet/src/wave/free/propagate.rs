@@ -31,14 +31,14 @@ pub struct FreeHop {
     pub chief: [f64; 2],
     /// Period P over W, the sum of the half widths of screen and target; at least 4.
     pub padding: f64,
-    /// P − 2W in units of √(λ × depth), at least: the directions between W and P − W, where the taper falls, blur
-    /// what arrives by that length.
+    /// The least P − 2W, in units of √(λ × depth). The taper falls over directions that land between W and P − W:
+    /// the narrower this range, the more the taper blurs the arriving light.
     pub clear: f64,
 }
 
-/// [`FreeHop::clear`] for an error of 1e-3: what small screens far apart have with 6 is 1e-3 to 1e-2, with 10 3e-4 to
-/// 2e-3, with 16 1e-5 to 4e-4, with 24 1e-6 to 7e-5; with no more than the period of nearer screens, 1e-2 to 1.
-pub const CLEAR: f64 = 13.0;
+/// [`FreeHop::clear`] for an error of 1e-3. Errors of small screens far apart: 1e-3 to 1e-2 with 6, 3e-4 to 2e-3 with
+/// 10, 1e-5 to 4e-4 with 16, 1e-6 to 7e-5 with 24. With the period of nearer screens alone they are 1e-2 to 1.
+pub(crate) const CLEAR: f64 = 13.0;
 
 /// [`FreeHop::clear`] for an error.
 pub(crate) fn clear_for(error: f64) -> f64 {
@@ -142,10 +142,9 @@ impl FreeHop {
         self.land(&waves, target, plan)
     }
 
-    /// The conjugate transpose of [`FreeHop::carry`], from the target's points to the nodes of the field; and
-    /// the derivative with respect to each parameter, known by the hops a little below and above and the
-    /// distance of its values. Dark nodes of a curved screen stay dark; without perturbed hops there is no
-    /// derivative.
+    /// The conjugate transpose of [`FreeHop::carry`], from the target's points to the nodes of the field, and the
+    /// derivative with respect to each parameter. A parameter is given by `neighbours`: the hops with a slightly
+    /// smaller and a slightly larger value, and the difference of the values. Dark nodes of a curved screen stay dark.
     pub(crate) fn carry_adjoint(
         &self,
         target_bar: &Array2<Complex64>,
@@ -227,8 +226,8 @@ impl FreeHop {
     }
 }
 
-/// The derivative of a loss along one parameter, from the waves that leave and the cotangent of them: that of
-/// wave·transfer is its transfer's logarithmic derivative, landing offset included.
+/// The derivative of a loss along one parameter, from the waves that leave and their cotangent. The derivative of
+/// wave·transfer is wave·transfer times the logarithmic derivative of the transfer, landing offset included.
 fn pull(
     perturbed: &PerturbedFreeHops,
     waves: &Array2<Complex64>,

@@ -18,8 +18,8 @@ pub(in crate::wave) struct SlabTransfer<'a> {
     tapers: [Taper; 2],
 }
 
-/// What eight plane waves meet: their optical paths through the slabs, and what interfaces and taper leave of them;
-/// zero of those that are evanescent.
+/// Eight plane waves on their way: their optical paths through the slabs, and the factors by which interfaces and taper
+/// weaken them. The factor of an evanescent wave is zero.
 pub(in crate::wave) struct Crossings {
     /// In mm.
     pub path: Lanes,

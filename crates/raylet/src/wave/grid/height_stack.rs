@@ -46,8 +46,8 @@ impl HeightStack {
         }
     }
 
-    /// The conjugate transpose of [`HeightStack::on`]: from the field on the screen to the levels, whose values do
-    /// not matter.
+    /// The conjugate transpose of [`HeightStack::on`]: from the field on the screen to the levels. The values on the
+    /// levels are not used.
     pub(crate) fn on_adjoint(&self, screen: &Screen, field_bar: &Field) -> Vec<Array2<Complex64>> {
         let back = |bar: &Field| interpolate_adjoint(&self.raster, bar);
         match &self.stack {

@@ -270,8 +270,8 @@ fn share(energy: &mut [f64], square: f64, value: f64) {
     energy[k + 1] += outer * value;
 }
 
-/// Where a running sum over nodes first reaches a value. Even light over the plane gives node k as much as
-/// lies between the squared radii halfway to its neighbours' squares, so its energy lies evenly between these.
+/// The radius at which a running sum over nodes first reaches a value. The energy of node k is taken as even between
+/// the squared radii halfway to the squares of its neighbours: light that is even over the plane gives the node as much.
 fn radius_within(within: &[f64], value: f64) -> f64 {
     let last = within.len() - 1;
     let k = within.iter().position(|s| *s >= value).unwrap_or(last);

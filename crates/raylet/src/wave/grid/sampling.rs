@@ -136,8 +136,8 @@ pub(crate) fn plan_grid(
     Ok(grid)
 }
 
-/// How much the normal cosine of light changes at a screen, at most: on a curved screen this times its
-/// slope is a phase rate.
+/// The largest change of the normal cosine of light at a screen. On a curved screen this times the slope is a phase
+/// rate.
 fn swing(screen: &Screen, reach: Reach) -> f64 {
     let n = screen.index;
     if screen.leaves() != screen.arrives {
@@ -194,8 +194,8 @@ fn pixel_axis(cells: usize, pitch: f64, form: PixelForm, frequency: f64, cut: bo
     Axis::gauss(cells, pitch, 0.0, nodes)
 }
 
-/// How many Gauss nodes a cell has of so many cycles, on an axis of so many cells, some of which an edge cuts or
-/// none.
+/// The number of Gauss nodes in a cell with so many cycles, on an axis of so many cells; `cut` where an edge cuts some
+/// of them.
 fn cell_nodes(cycles: f64, cells: usize, cut: bool) -> usize {
     let whole = gauss_nodes(cycles);
     if !cut {

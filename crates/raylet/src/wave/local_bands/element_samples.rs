@@ -64,8 +64,8 @@ pub(crate) struct ElementSamples {
     pub half_band: Option<[f64; 2]>,
 }
 
-/// Where an edge cuts pixels, the furthest direction has this phase from node to node at most, in rad: what the open share
-/// of a cell says about its spectrum is wrong by that over four.
+/// Largest phase of the steepest direction from node to node where an edge cuts pixels, in rad. A cell counts by its
+/// open share, so its spectrum is wrong by a quarter of this phase.
 const EDGE_PHASE: f64 = 0.3;
 
 /// Most parts of a pixel along each axis that its edges ask for; the light in it may ask for more.
@@ -139,7 +139,7 @@ impl<'a> Element<'a> {
         })
     }
 
-    /// The direction that its smooth phase adds at a point beside what `carrier` says.
+    /// The direction that its smooth phase adds at a point, less that of `carrier`.
     pub(crate) fn beside(&self, carrier: &Carrier, far: f64, at: [f64; 2], k: f64) -> [f64; 2] {
         let near = carrier.at[0].hypot(carrier.at[1]) <= far;
         let mut p = carrier.cosines(at).map(|p| -p);
@@ -387,10 +387,10 @@ impl<'a> Element<'a> {
     }
 }
 
-/// The open shares of cells along a row, from low to high x. A depth inside or outside the edge says how far the next edge
-/// is, so that most cells need no look of their own.
-struct ApertureScan<'a> {
-    aperture: &'a Aperture,
+/// The open shares of cells along a row, from low to high x. The depth of one cell inside or outside the edge says
+/// how near an edge can be, so most cells need no evaluation of their own.
+struct OpeningScan<'a> {
+    opening: &'a Aperture,
     /// The row's span along y, in mm.
     row: [f64; 2],
     /// Cells are known to have this share up to that x.

@@ -1,4 +1,4 @@
-//! What Fourier sums from nodes to plane waves are about, along one axis of a window.
+//! The nodes, cells and plane waves of Fourier sums along one axis of a window.
 
 use std::f64::consts::TAU;
 

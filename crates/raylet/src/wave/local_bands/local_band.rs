@@ -6,8 +6,8 @@ use crate::wave::local_bands::carrier::Carrier;
 /// Share of the strong beamlets whose directions a band holds.
 const HELD: f64 = 0.999;
 
-/// A tile is never judged darker than this share of the screen's brightest light: the few beamlets of a dark tile
-/// would make its band as wide as they please.
+/// The strongest beamlet of a tile counts as at least this share of the screen's bright light. Otherwise a few weak
+/// beamlets would decide the band of a dark tile.
 const DARK: f64 = 0.1;
 
 /// Samples per sample that the band needs.

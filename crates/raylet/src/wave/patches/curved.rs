@@ -91,8 +91,8 @@ impl CurvedPatches<'_> {
     }
 
     /// The conjugate transpose of [`CurvedPatches::cut_within`]: from the coefficients to the nodes of the
-    /// patch, [y, x]. `field` is that of the way there: its levels are those of the lit nodes, and dark nodes
-    /// stay dark.
+    /// patch, [y, x]. `field` is the one that was expanded. Its lit nodes give the levels, and its dark nodes stay
+    /// dark.
     pub(crate) fn cut_adjoint(
         &self,
         field: &Field,

@@ -84,7 +84,7 @@ pub(crate) struct Mode {
     pub cosine: f64,
 }
 
-/// Nodes and modes are separated by sums of products: one of them.
+/// One term of the sum of products that separates nodes from modes.
 struct Separated {
     /// Factor of each node; nothing when it is one.
     nodes: Option<Array2<Complex64>>,

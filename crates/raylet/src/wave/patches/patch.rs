@@ -298,8 +298,8 @@ impl Patches {
     }
 }
 
-/// What the intensity at each node of a window weighs in Parseval's sum: the analysis weights hold the
-/// node's length once, |ĝU|²·length needs weight²/length.
+/// The factor of the intensity at each node of a window in Parseval's sum: weight²/length. |ĝU|²·length has the node's
+/// length once, and the square of the analysis weight ĝ·length has it twice.
 fn node_shares(axis: &Axis, start: usize, weights: &[f64]) -> Vec<f64> {
     let node = |(i, w): (usize, &f64)| w * w / axis.weight(start + i);
     weights.iter().enumerate().map(node).collect()

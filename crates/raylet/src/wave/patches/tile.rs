@@ -106,7 +106,7 @@ struct Placed {
     first: i64,
     /// Weights of its nodes with the carrier taken out, zero outside.
     weights: Vec<Complex64>,
-    /// By which each mode is multiplied after the transform.
+    /// The factor of each mode after the transform.
     phases: Vec<Complex64>,
 }
 
