@@ -31,8 +31,8 @@ fn reduced_suite_stays_within_its_bounds_slow() {
     }
 }
 
-/// A run meets its target error, and estimates its own error within a factor of two; what it plans is
-/// what it does.
+/// A run meets its target error, and a smaller target gives a smaller error. The estimate is below 1.1 times the target
+/// and 0.5 to 3 times the error. At the smallest target the planned rays are 0.3 to 3 times those that were followed.
 #[test]
 fn the_target_error_is_met_and_estimated() {
     let mut problem = tilted_planes().swap_remove(0);
