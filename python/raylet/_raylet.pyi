@@ -230,7 +230,7 @@ def trace(
 ) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[float64]]:
     """
     Rays by their `starts`, a dictionary: their places "pupil" (rays, 2) on the first screen, in units of the half
-    widths of its opening, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
+    widths of its aperture, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
     source.
 
     Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,

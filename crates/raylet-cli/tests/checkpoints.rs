@@ -106,7 +106,7 @@ fn forgeries() -> Vec<(usize, String, Forge)> {
         (1, "search/Descent/first"),
         (1, "search/Descent/second"),
         (1, "search/Descent/best"),
-        (2, "anchored"),
+        (2, "last_exact"),
     ];
     for (kind, path) in lists {
         list.extend([(kind, path, Cut), (kind, path, Put(nan))]);
@@ -138,7 +138,7 @@ fn forgeries() -> Vec<(usize, String, Forge)> {
         (1, "search/Descent/rule/Adam/beta1", Bits(1.0)),
         (1, "search/Descent/steps", Set(json!(1_000_000))),
         (1, "search/Descent/steps", Set(json!(-1))),
-        (2, "anchored", Set(json!(""))),
+        (2, "last_exact", Set(json!(""))),
         // Counts that are none, and an end that is not there.
         (0, "search/Lbfgs/iteration", Set(json!(-3))),
         (0, "search/Lbfgs/iteration", Set(json!(u64::MAX))),

@@ -36,7 +36,7 @@ type Answer<'py> = (
 );
 
 /// Where rays start: the places (rays, 2) where they meet the first screen, in units of the half widths of its
-/// opening, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
+/// aperture, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Starts<'py> {
@@ -45,7 +45,7 @@ pub(crate) struct Starts<'py> {
 }
 
 /// Rays by their `starts`, a dictionary: their places "pupil" (rays, 2) on the first screen, in units of the half
-/// widths of its opening, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
+/// widths of its aperture, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
 /// source.
 ///
 /// Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,

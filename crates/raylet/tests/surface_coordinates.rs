@@ -36,7 +36,7 @@ fn screen(shape: Shape, layer: Layer, half: f64) -> Screen {
         outline,
         centre: [0.0; 2],
     };
-    let doe = element(Layer::Unrolled(Box::new(own), vec![layer]), aperture);
+    let doe = element(Layer::OnSurface(Box::new(own), vec![layer]), aperture);
     Screen {
         shape,
         ..parts::screen(Frame::GLOBAL, Act::Doe(doe))
@@ -73,7 +73,7 @@ fn gratings_turn_light_by_their_period_along_the_surface() {
     ];
     for (shape, lines) in cases {
         for [x, y] in [[6.0, 0.0], [10.0, 0.0], [3.0, 4.0], [-5.0, 2.0]] {
-            // A small opening about the place: the element is sampled as a whole.
+            // A small aperture about the place: the element is sampled as a whole.
             let mut element = screen(shape.clone(), grating.clone(), 0.065);
             if let Act::Doe(doe) = &mut element.act {
                 doe.aperture.centre = [x, y];

@@ -45,7 +45,7 @@ struct Saved {
 /// A mirror whose pixels were designed.
 pub(crate) struct Sought {
     pub(crate) mirror: Conformal,
-    pub(crate) opening: LitArea,
+    pub(crate) aperture: LitArea,
     pub(crate) search: MirrorSearch,
     /// The phases that were found.
     pub(crate) phases: Vec<f64>,
@@ -65,7 +65,7 @@ pub(crate) fn seek(
     effort: Effort,
 ) -> Result<Sought, StudyError> {
     let clock = Instant::now();
-    let search = MirrorSearch::new(&mirror, opening)?;
+    let search = MirrorSearch::new(&mirror, aperture)?;
     let kept = effort.keep.map(|keep| {
         let description = format!("{name} {mirror:?} {aperture:?}");
         Checkpoints::within(&keep.join(name), &description)
@@ -99,7 +99,7 @@ pub(crate) fn seek(
     Ok(Sought {
         phases: best.unwrap_or_else(|| search.start.clone()),
         mirror,
-        opening,
+        aperture,
         search,
         iterations: saved.search.iteration(),
         evaluations: saved.evaluations,

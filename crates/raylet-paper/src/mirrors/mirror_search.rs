@@ -54,7 +54,7 @@ impl MirrorSearch {
     ///
     /// # Errors
     /// A mirror so small that the sensor misses the target.
-    pub fn new(mirror: &Conformal, opening: LitArea) -> Result<Self, MirrorSearchError> {
+    pub fn new(mirror: &Conformal, aperture: LitArea) -> Result<Self, MirrorSearchError> {
         let half = (0.5 * mirror.width() / PITCH).floor() as usize;
         let sensor = Window {
             x: 0.0,

@@ -12,38 +12,31 @@ use crate::engine::progress::Pulse;
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::system::System;
 
-/// Which beamlets an evaluation follows.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Serialize, Deserialize)]
-pub enum Estimator {
-    /// All: value and gradient are exact.
-    #[default]
-    Exact,
-    /// `each` of a patch are drawn without replacement, for the change since the last exact evaluation. Every `refresh`
-    /// iterations one evaluation is exact.
-    ControlVariate {
-        /// Draws of a patch.
-        each: usize,
-        /// Iterations from one exact evaluation to the next.
-        refresh: usize,
-    },
-    /// `each` of a patch, without replacement.
-    WithoutReplacement {
-        /// Draws of a patch.
-        each: usize,
-    },
-    /// `each` of a patch, independently, held constant on the way back: the source paper's public code.
-    Multinomial {
-        /// Draws of a patch.
-        each: usize,
-    },
-    /// The same draws with the gradient of a soft maximum: the source paper's text.
-    Gumbel {
-        /// Draws of a patch.
-        each: usize,
-        /// Temperature of the soft maximum.
-        #[serde(with = "exact::number")]
-        temperature: f64,
-    },
+/// How beamlets are drawn.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum EstimatorKind {
+    /// Without replacement, for what has changed since the last exact evaluation.
+    ControlVariate,
+    /// Without replacement.
+    WithoutReplacement,
+    /// Independently, held constant on the way back, as in the source paper's public code.
+    Multinomial,
+    /// The same, with the gradient of a soft maximum, as in the source paper's text.
+    Gumbel,
+}
+
+/// An estimator of value and gradient from beamlets that are drawn in each evaluation.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct Estimator {
+    /// How they are drawn.
+    pub kind: EstimatorKind,
+    /// Draws of each patch.
+    pub each: usize,
+    /// Iterations from one exact evaluation to the next; for control variates.
+    pub refresh: usize,
+    /// Temperature of the soft maximum; for Gumbel's noise.
+    pub temperature: f64,
 }
 
 impl Estimator {

@@ -414,7 +414,7 @@ fn gradient(layers: &[Layer], x: f64, y: f64) -> Option<[f64; 2]> {
 
 /// [`slopes`] of layers on surface coordinates, converted to slopes over x and y. Pixels among the layers are not
 /// sampled one by one, so their orders count.
-fn unrolled_slopes(own: &SurfaceCoordinates, layers: &[Layer], [x, y]: [f64; 2]) -> [f64; 2] {
+fn slopes_on_surface(own: &SurfaceCoordinates, layers: &[Layer], [x, y]: [f64; 2]) -> [f64; 2] {
     let (Some([u, v]), Some(d)) = (own.at([x, y]), own.derivative([x, y])) else {
         return [0.0; 2];
     };

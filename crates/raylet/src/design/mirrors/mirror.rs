@@ -222,6 +222,7 @@ mod tests {
     use crate::design::mirrors::mirror::{FreePixelValue, MirrorDesign, MirrorError};
     use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{element, on_axis, pixel_layer, screen, sensor};
+    use crate::math::random::Purpose;
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::conic::Conic;
@@ -310,10 +311,10 @@ mod tests {
             for brightness in [Brightness::Free, Brightness::Given { scale: 1.0 }] {
                 let design = design(freedom, brightness);
                 let rows = design.len() / COUNT;
-                let phases = random_phase(3, 0, (rows, COUNT))
+                let phases = random_phase(3, 0, Purpose::StartPhase, (rows, COUNT))
                     .into_raw_vec_and_offset()
                     .0;
-                let way = random_phase(4, 0, (rows, COUNT))
+                let way = random_phase(4, 0, Purpose::StartPhase, (rows, COUNT))
                     .into_raw_vec_and_offset()
                     .0;
                 let at = |step: f64| {

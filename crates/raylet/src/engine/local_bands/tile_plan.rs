@@ -167,7 +167,7 @@ impl<'a> TileRun<'a> {
     }
 
     /// A window's carrier, and the directions that lead from it to the target; nothing where none does.
-    fn aim(&self, lit: LitWindow, leaving: &Carrier, own: &Carrier) -> Option<AimedWindow> {
+    fn aim(&self, lit: LitWindow, leaving: &Carrier, own: &Carrier) -> Option<TargetedWindow> {
         let LitWindow { window, at, lie } = lit;
         let shift = self.element.beside(own, self.far(), at, self.k());
         let start = ChirpedStart {

@@ -27,7 +27,7 @@ pub struct FreeHop {
     pub slabs: Vec<Slab>,
     /// Position of the receiving plane's origin in the emitting plane, in mm.
     pub offset: [f64; 2],
-    /// Direction of the incident light, optical cosines: the lattice of plane waves is anchored there.
+    /// Direction of the incident light, optical cosines: the lattice of plane waves has a node there.
     pub chief: [f64; 2],
     /// Period P over W, the sum of the half widths of screen and target; at least 4.
     pub padding: f64,
@@ -38,7 +38,7 @@ pub struct FreeHop {
 
 /// [`FreeHop::clear`] for an error of 1e-3. Errors of small screens far apart: 1e-3 to 1e-2 with 6, 3e-4 to 2e-3 with
 /// 10, 1e-5 to 4e-4 with 16, 1e-6 to 7e-5 with 24. With the period of nearer screens alone they are 1e-2 to 1.
-pub(crate) const CLEAR: f64 = 13.0;
+pub const CLEAR: f64 = 13.0;
 
 /// [`FreeHop::clear`] for an error.
 pub(crate) fn clear_for(error: f64) -> f64 {

@@ -389,8 +389,8 @@ impl<'a> Element<'a> {
 
 /// The open shares of cells along a row, from low to high x. The depth of one cell inside or outside the edge says
 /// how near an edge can be, so most cells need no evaluation of their own.
-struct OpeningScan<'a> {
-    opening: &'a Aperture,
+struct ApertureScan<'a> {
+    aperture: &'a Aperture,
     /// The row's span along y, in mm.
     row: [f64; 2],
     /// Cells are known to have this share up to that x.

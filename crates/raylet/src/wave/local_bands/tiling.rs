@@ -45,18 +45,18 @@ pub(crate) struct Tile {
     pub windows: [Range<usize>; 2],
 }
 
-/// A window that an opening does not leave dark.
+/// A window that an aperture does not leave dark.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LitWindow {
     /// Its numbers along x and y.
     pub window: [usize; 2],
     /// Its centre in mm.
     pub at: [f64; 2],
-    /// How it lies to the opening.
+    /// How it lies to the aperture.
     pub lie: Lie,
 }
 
-/// How a window lies to the opening of its screen.
+/// How a window lies to the aperture of its screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub(crate) enum Lie {
     /// It sees no edge.
@@ -106,13 +106,13 @@ impl Tiling {
         .collect()
     }
 
-    /// The windows of a tile that an opening does not leave dark, row by row.
-    pub(crate) fn lit(&self, tile: &Tile, opening: &Aperture) -> Vec<LitWindow> {
+    /// The windows of a tile that an aperture does not leave dark, row by row.
+    pub(crate) fn lit(&self, tile: &Tile, aperture: &Aperture) -> Vec<LitWindow> {
         let [columns, rows] = tile.windows.clone();
         let all = rows.flat_map(|j| columns.clone().map(move |i| [i, j]));
         let lying = |window: [usize; 2]| {
             let at = self.centre(window);
-            let lie = Lie::of(opening.depth(at[0], at[1]), self.positions[0].sigma);
+            let lie = Lie::of(aperture.depth(at[0], at[1]), self.positions[0].sigma);
             (lie != Lie::Outside).then_some(LitWindow { window, at, lie })
         };
         all.filter_map(lying).collect()
