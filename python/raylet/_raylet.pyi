@@ -194,11 +194,7 @@ def scatter(place: Incomplete, bundle: Incomplete, choices: Incomplete) -> dict[
     """
 
 def scatter_adjoint(
-    place: Incomplete,
-    bundle: Incomplete,
-    choices: Incomplete,
-    drawn: Incomplete,
-    weight_bar: NDArray[complex128],
+    place: Incomplete, bundle: Incomplete, choices: Incomplete, drawn: Incomplete, weight_bar: NDArray[complex128]
 ) -> tuple[NDArray[complex128] | None, NDArray[complex128]]:
     """
     The conjugate transpose of [`scatter`] by weights: cotangents of the element's pixels (complex [y, x], or None

@@ -56,7 +56,7 @@ class Bench:
 
     Calling it with an array for each element (phases, or complex transmissions) and the parameters sends light through.
     What is differentiated is one fixed, smooth function: no mode is dropped for being weak, as :meth:`raylet.System.
-    simulate` may do within its target error. Numbers that have gone far deserve a bench of their own.
+    simulate` may do within its target error. Parameters that have gone far deserve a bench of their own.
 
     Attributes
     ----------

@@ -64,7 +64,8 @@ class Secondary:
         """Cotangents ∂L/∂Re z + i ∂L/∂Im z of the element's pixels t [y, x] (None where it has no pixels of its own)
         and of the arriving weights, from those of the secondary weights. By phases: Im(t̄ t*)."""
         bar = complex_column("weight_bar", weight_bar, len(self))
-        return _raylet.scatter_adjoint(*self._call, self._drawn, bar)
+        place, bundle, choices = self._call
+        return _raylet.scatter_adjoint(place, bundle, choices, self._drawn, bar)
 
     @described
     def __repr__(self) -> str:

@@ -41,10 +41,10 @@ pixels, for the modulator 16 × 16. For the combiner the reference is the Raylei
 const TAIL: &str = "
 ## What is not there yet
 
-The modulator takes some 35 s of processor time, where 30 s are the goal, and 100 s and 1.3 GB with random pixels. A third
-goes into the sum of its six million beamlets on the camera, a third into the fast transforms of its windows. The grating
-takes some 5 s, where 4 s are the goal. The expected error behind pixels counts the light that the edges of the lenses
-in front diffract, which pixels send everywhere; the reference does not know it. So it does for the asphere at 3°.
+With random pixels the modulator takes three times as long as with its array of spots, and 1.3 GB. A third of its time goes
+into the sum of its six million beamlets on the camera, a third into the fast transforms of its windows. The expected error
+behind pixels counts the light that the edges of the lenses in front diffract, which pixels send everywhere; the reference
+does not know it. So it does for the asphere at 3°.
 
 The expected errors of the achromat, the metalens at 20° and the element behind a strong lens are two to three times too
 small. For the achromat what is missing grows with the square of the window's width.

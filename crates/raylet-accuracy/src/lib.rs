@@ -15,6 +15,7 @@
 //! | [`problems`] | The problems on which raylet is measured |
 //! | [`gradients`] | Gradients of raylet against adjoints and differences of the references |
 //! | [`estimates`] | The errors that raylet reports of random small systems beside their true ones |
+//! | [`measured_again`] | The rows of the accuracy report that its tests measure again |
 //! | [`designed`] | Systems that raylet has designed |
 
 #![expect(
@@ -33,6 +34,7 @@ pub mod bounds;
 pub mod designed;
 pub mod estimates;
 pub mod gradients;
+pub mod measured_again;
 pub mod numbers;
 pub mod objective;
 pub mod problems;

@@ -20,6 +20,7 @@ use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::plan::settings::Settings;
 use raylet_accuracy::estimates::report::print_estimates;
 use raylet_accuracy::gradients::gradient_problems::comparisons;
+use raylet_accuracy::measured_again::sentence;
 use raylet_accuracy::problems::problem::{Measured, Problem};
 use raylet_accuracy::problems::suite::{COLLINS, problems};
 
@@ -40,6 +41,7 @@ fn main() -> ExitCode {
          measured when it was set (`crates/raylet-accuracy/data/bounds.txt`).\n",
         if reduced { " -- --reduced" } else { "" }
     );
+    println!("{}\n", sentence());
     println!(
         "| problem | reference | absolute | shape | 1 − NCC | own estimate | rays | allowed |"
     );

@@ -1,6 +1,9 @@
 //! `docs/accuracy.md` is the report that the code makes, and its bounds are close to what was measured.
 
+use std::collections::BTreeSet;
+
 use raylet_accuracy::gradients::gradient_problems::comparisons;
+use raylet_accuracy::measured_again::{GRADIENT, is_measured_again, sentence};
 use raylet_accuracy::problems::suite::problems;
 
 const REPORT: &str = include_str!("../../../docs/accuracy.md");
@@ -51,22 +54,39 @@ fn every_gradient_has_its_row_and_a_bound_near_its_error() {
     }
 }
 
-/// What is quick to measure again is what the report says, to a tenth.
+/// A row's error that was measured again is what the report says, to a tenth.
+fn assert_as_reported(row: &[&str], measured: usize, found: f64) {
+    let [reported, _] = numbers(row, measured).unwrap_or_else(|| panic!("{row:?}"));
+    let off = found / reported - 1.0;
+    assert!(off.abs() < 0.1, "{row:?}: found {found:e}");
+}
+
+/// Quick problems of every kind of reference.
 #[test]
 fn quick_rows_are_as_reported() {
-    let rows = rows(8);
+    let (rows, mut references) = (rows(8), BTreeSet::new());
     for problem in problems(false) {
-        if !problem.name.contains("120λ of free space") {
-            continue;
+        if is_measured_again(&problem.name) {
+            let row = rows.iter().find(|row| row[0] == problem.name).unwrap();
+            assert_as_reported(row, 2, problem.measure().unwrap().absolute);
+            references.insert(problem.reference);
         }
-        let row = rows.iter().find(|row| row[0] == problem.name).unwrap();
-        let reported: f64 = row[2].parse().unwrap();
-        let found = problem.measure().unwrap();
-        let off = found.absolute / reported - 1.0;
-        assert!(
-            off.abs() < 0.1,
-            "{}: {found:?}, reported {reported:e}",
-            problem.name
-        );
     }
+    let all = problems(false).into_iter().map(|problem| problem.reference);
+    assert_eq!(references, all.collect());
+    assert!(REPORT.contains(&sentence()));
+}
+
+#[test]
+fn a_quick_gradient_is_as_reported() {
+    let (rows, mut measured) = (rows(6), 0);
+    for comparison in comparisons(false) {
+        if comparison.name == GRADIENT {
+            let named = |row: &&Vec<&str>| row[0] == GRADIENT && row[1] == comparison.loss;
+            let row = rows.iter().find(named).unwrap();
+            assert_as_reported(row, 4, comparison.measure().unwrap().0);
+            measured += 1;
+        }
+    }
+    assert_eq!(measured, 2);
 }

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ndarray::Array2;
 use num_complex::Complex64;
+use raylet::engine::geometrical::system_trace::trace_system;
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::aperture::Aperture;
@@ -14,7 +15,7 @@ use raylet::optics::refraction::Coating;
 use raylet::optics::screen::Act;
 use raylet::optics::shape::Shape;
 use raylet::optics::system::System;
-use raylet_testkit::parts::{element, pixel_layer};
+use raylet_testkit::parts::{conic, element, pixel_layer};
 
 fn of_text(text: &str) -> System {
     let scene = Scene::parse(text, Path::new("scene.toml")).unwrap();
@@ -84,6 +85,30 @@ pitch_um = 3
         .unwrap();
     assert_eq!(code, scene);
     assert_eq!(code.screens[1].arrives, -1.0);
+}
+
+/// A parabolic mirror brings collimated light to its focus, half its radius before it, over equal paths.
+#[test]
+fn a_parabolic_mirror_focuses() {
+    let (to_mirror, focal_length) = (150.0, 100.0);
+    let parabola = conic(-0.5 / focal_length, -1.0);
+    let system = SystemBuilder::new(0.5e-3)
+        .stop(Aperture::disc(40.0))
+        .gap(to_mirror)
+        .shaped_mirror(parabola, Aperture::disc(45.0))
+        .gap(-focal_length)
+        .sensor([8, 8], [1e-3; 2])
+        .build()
+        .unwrap();
+    for at in [[0.0, 0.0], [12.0, 0.0], [-20.0, 16.0], [0.0, -40.0]] {
+        let ray = trace_system(&system, &system.source, at);
+        assert_eq!(ray.lost, None, "{at:?}");
+        let end = ray.hits.last().unwrap();
+        let aside = end.point.x.hypot(end.point.y);
+        let path = end.path - (to_mirror + focal_length);
+        assert!(aside < 1e-12 && path.abs() < 1e-12, "{at:?}: {end:?}");
+        assert!((end.point.z - (to_mirror - focal_length)).abs() < 1e-12);
+    }
 }
 
 const HYBRID: &str = r#"

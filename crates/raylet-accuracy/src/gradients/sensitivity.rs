@@ -114,8 +114,8 @@ pub fn through_lens(reduced: bool) -> Vec<Comparison> {
         "phases of 12 of 12² random 2λ pixels",
         Box::new(pixel_phases),
     )];
-    let numbers = if reduced { 0 } else { PARAMETERS.len() };
-    for (number, (name, ..)) in PARAMETERS.iter().enumerate().take(numbers) {
+    let parameters = if reduced { 0 } else { PARAMETERS.len() };
+    for (number, (name, ..)) in PARAMETERS.iter().enumerate().take(parameters) {
         let name = format!("{name}, 12² random 2λ pixels");
         list.push(comparison(&name, Box::new(move || parameter(number))));
     }

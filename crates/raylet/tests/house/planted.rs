@@ -86,6 +86,8 @@ fn a_way_through_the_root_is_found() {
     let star = [("engine/plan.rs", "use crate::*;\n")];
     let expected = ["engine/plan.rs goes through the crate root: "];
     assert_eq!(planted(through_the_root, &star), expected);
+    let fixture = [("engine/trace/walk.rs", "use crate::fixtures::parts;\n")];
+    assert_eq!(planted(through_the_root, &fixture), Vec::<String>::new());
 }
 
 #[test]

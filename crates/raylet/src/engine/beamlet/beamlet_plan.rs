@@ -5,7 +5,7 @@
 use crate::engine::beamlet::beamlet_aberration::aberration;
 use crate::engine::beamlet::beamlet_error::{FARTHEST, TRUSTED_TAIL, WidthErrors};
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
-use crate::engine::beamlet::beamlet_width::starting_width;
+use crate::engine::beamlet::starting_width::starting_width;
 use crate::engine::beamlet::window_error::window_error;
 use crate::engine::plan::direction_spread::{
     DirectionEnvelope, LightDirections, weighted_quantile,
@@ -55,7 +55,7 @@ pub struct BeamletPlan {
     pub usual: [f64; 2],
     /// Rays that the plan expects to follow.
     pub rays: f64,
-    /// Seconds on one core that it expects.
+    /// Seconds on one core that it expects; of a plan that is only compared, its work in the weights of the choice.
     pub seconds: f64,
 }
 

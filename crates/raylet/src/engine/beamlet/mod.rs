@@ -12,6 +12,7 @@
 //! | `beamlet_width` | The choice of the width σ of beamlets and of the distance of their windows |
 //! | `discarded_tail` | The energy that the tail of a discarded beamlet would bring to the target |
 //! | `mode_histogram` | The energy of all modes by their strength: what a threshold leaves out |
+//! | `starting_width` | The width of beamlets about which others are tried |
 //! | `window_error` | The error of the windows of a beamlet sum, by their distance and period |
 //! | `workload` | What a beamlet plan will take, counted on a few patches |
 
@@ -25,5 +26,6 @@ pub(crate) mod beamlet_target;
 pub(crate) mod beamlet_width;
 pub(crate) mod discarded_tail;
 pub(crate) mod mode_histogram;
+pub(crate) mod starting_width;
 pub(crate) mod window_error;
 pub(crate) mod workload;

@@ -24,12 +24,12 @@ pub(crate) struct Workload {
 
 /// Measured on one core of a server that others share, over the scenes that come with the program: what every
 /// run takes, what a patch and a ray take, a sample of the aberration of one beamlet (of which a lattice serves
-/// several), and a value summed. The choice of the width takes the same numbers.
+/// several), and a value summed.
 const START_SECONDS: f64 = 0.3;
 const PATCH_SECONDS: f64 = 5e-5;
-pub(crate) const RAY_SECONDS: f64 = 1.5e-6;
-pub(crate) const CORRECTION_SECONDS: f64 = 2e-6;
-pub(crate) const VALUE_SECONDS: f64 = 4e-10;
+const RAY_SECONDS: f64 = 1.5e-6;
+const CORRECTION_SECONDS: f64 = 2e-6;
+const VALUE_SECONDS: f64 = 4e-10;
 
 /// A surface that is no conic costs as much as this many trains of conics.
 const STEPPED: f64 = 8.0;
@@ -84,7 +84,7 @@ impl Planner<'_> {
     }
 
     /// How much longer rays take than through conics: other surfaces are met step by step.
-    pub(crate) fn slowness(&self) -> f64 {
+    fn slowness(&self) -> f64 {
         let closed = |surface: &Surface| matches!(surface.shape, Shape::Plane | Shape::Conic(_));
         let stepped = self.hop.train.iter().filter(|surface| !closed(surface));
         1.0 + STEPPED * stepped.count() as f64

@@ -11,7 +11,7 @@ pub enum LinearisedSystemError {
     /// It cannot be simulated.
     #[error(transparent)]
     Simulate(#[from] SimulateError),
-    /// Numbers of the system cannot be sought with drawn beamlets.
+    /// Parameters of the system cannot be designed with drawn beamlets.
     #[error(
         "drawn beamlets have gradients of pixels only, not of the system's parameters; follow all of them"
     )]

@@ -16,7 +16,7 @@ use rayon::prelude::*;
 
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::{Planner, sample_rays};
-use crate::engine::beamlet::beamlet_width::starting_width;
+use crate::engine::beamlet::starting_width::starting_width;
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Cancelled, ShareDone};

@@ -9,7 +9,7 @@
 //! energy that this puts on the wrong side of the edge is in the error budget.
 
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
-use crate::engine::beamlet::beamlet_width::starting_width;
+use crate::engine::beamlet::starting_width::starting_width;
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::{edge_energy, edge_waves};
 use crate::engine::rims::onward::Onward;

@@ -1,0 +1,31 @@
+//! The rows of the accuracy report that its tests measure again.
+
+/// Words that the names of these problems hold: quick ones of each kind of reference.
+pub const PROBLEMS: [&str; 8] = [
+    "120λ of free space, light",
+    "hologram, LA1131-A convex side first, sensor 44.7 mm behind it",
+    "bare mirror on a Gaussian bump (radius 506λ), without rays",
+    "lens, random 2λ pixels 50λ behind it, sensor 200λ on",
+    "random pixels, random pixels 200λ on, sensor 120λ on",
+    "random 2λ pixels, 120λ of free space, sensor tilted 30°",
+    "random 2λ pixels, plate tilted 25°, sensor",
+    "random 4.35λ pixels, lens tilted [7.9, 4.85]° and -13.2λ off, small sensor at (0, 0, 2382)λ",
+];
+
+/// The gradients, one for each loss.
+pub const GRADIENT: &str = "12² random 4λ pixels, 60λ of free space, light at 0°, without rays";
+
+/// Whether the row of a problem is measured again.
+pub fn is_measured_again(name: &str) -> bool {
+    PROBLEMS.iter().any(|words| name.contains(words))
+}
+
+/// What the report says about it.
+pub fn sentence() -> String {
+    format!(
+        "The tests measure some rows again and compare them to a tenth: the problems whose names hold \"{}\", and \
+         the gradients \"{GRADIENT}\". Of the other rows they check the names, the references of the problems and \
+         the bounds.",
+        PROBLEMS.join("\", \"")
+    )
+}
