@@ -143,7 +143,9 @@ class Result:
         for channel, share in zip(self.report["channels"], self.power_share):
             error = channel["error"]
             estimate = f", expected field error {error:.1e}" if error is not None else ""
-            lines.append(f"  λ = {channel['wavelength_um']:g} µm: {share:.2%} of the light on the sensor{estimate}")
+            power = channel["metrics"]["power"]
+            light = f"{power:.4e} mm² of the light" if share is None else f"{share:.2%} of the light"
+            lines.append(f"  λ = {channel['wavelength_um']:g} µm: {light} on the sensor{estimate}")
             lines += [f"    {line}" for hop in channel["hops"] for line in _hop_lines(hop)]
         return "\n".join(lines)
 

@@ -49,3 +49,10 @@ def test_whole_fields_refuse_a_hybrid_lens() -> None:
         assert "local_bands" in str(refusal)
     else:
         raise AssertionError("whole fields carried an interface")
+
+
+def test_results_of_local_bands_are_described() -> None:
+    result = hybrid(np.zeros((SIDE, SIDE))).simulate()
+    assert result.methods == ["local_bands", "local_bands"]
+    assert result.power_share == [None]
+    assert "mm² of the light on the sensor, expected field error" in repr(result)

@@ -9,7 +9,7 @@ pub const PROBLEMS: [&str; 8] = [
     "random pixels, random pixels 200λ on, sensor 120λ on",
     "random 2λ pixels, 120λ of free space, sensor tilted 30°",
     "random 2λ pixels, plate tilted 25°, sensor",
-    "random 4.35λ pixels, lens tilted [7.9, 4.85]° and -13.2λ off, small sensor at (0, 0, 2382)λ",
+    "random 4.35λ pixels, lens tilted [3.0, -12.0]° and 20λ off, small sensor at (-80, 0, 1000)λ",
 ];
 
 /// The gradients, one for each loss.
