@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
-from raylet._document import element_names, copied, put_in, taken_out, without_none
+from raylet._document import copied, element_names, put_in, taken_out, without_none
 from raylet._plain import plain
 from raylet._refusal import described
 from raylet.progress import Progress, reporting

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import grid, real
-from raylet._document import element_names, copied, put_in, rebased, taken_out
+from raylet._document import copied, element_names, put_in, rebased, taken_out
 from raylet._files import npy, write
 from raylet._plain import plain
 from raylet._refusal import RayletError, shown
