@@ -20,10 +20,10 @@ def aperture(draft: Draft, radius: float, inside: bool = True) -> dict:
         "regular_polygon": {"sides": draft.whole(3, 9), "radius_mm": radius, **turn},
         "polygon": {"corners_mm": [[-radius, -radius], [radius, -radius], [0.4 * radius, bend], [0, radius]]},
     }
-    aperture: dict = {kind: {**outline[kind], **centre}}
+    found: dict = {kind: {**outline[kind], **centre}}
     if inside and draft.chance(0.15):
-        aperture["blocked"] = [aperture(draft, 0.4 * radius, False) for _ in range(draft.whole(1, 3))]
-    return aperture
+        found["blocked"] = [aperture(draft, 0.4 * radius, False) for _ in range(draft.whole(1, 3))]
+    return found
 
 
 def pixels(draft: Draft, radius: float) -> dict:
