@@ -7,7 +7,7 @@ from typing import Any, Union
 import numpy as np
 from numpy.typing import NDArray
 
-from raylet._refusal import RayletError, cut, shown
+from raylet._refusal import RayletError, cut, shown, type_name
 
 Grid = Union[NDArray[np.float64], NDArray[np.complex128]]
 
@@ -19,7 +19,7 @@ def numbers(name: str, value: Any) -> NDArray[Any]:
     except Exception as error:
         # A list that lies too deep, or contains itself, is refused as such in a scene too.
         refusal = RayletError if isinstance(value, (list, tuple)) else TypeError
-        raise refusal(f"{name}: {type(value).__name__} is no array ({cut(str(error))})") from error
+        raise refusal(f"{name}: {type_name(value)} is no array ({cut(str(error))})") from error
     if isinstance(value, str):
         raise TypeError(f"{name} is the string {shown(value)}, expected numbers; np.load reads them from a file")
     if isinstance(value, np.ma.MaskedArray) and np.ma.is_masked(value):

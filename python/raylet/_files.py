@@ -11,12 +11,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
+from raylet._refusal import type_name
 
 
 def write(files: Mapping[str | os.PathLike[str], bytes], *, overwrite: bool) -> None:
     """Writes files; all are checked before the first is written."""
     if not isinstance(overwrite, bool):
-        raise TypeError(f"overwrite is {type(overwrite).__name__}, expected True or False")
+        raise TypeError(f"overwrite is {type_name(overwrite)}, expected True or False")
     _raylet.write_files([(os.fspath(path), content) for path, content in files.items()], overwrite)
 
 

@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from raylet._refusal import RayletError, check_level, cut, shown
+from raylet._refusal import RayletError, check_level, cut, shown, type_name
 
 #: The most numbers and texts in a document, arrays apart.
 _MOST_VALUES = 200_000
@@ -51,7 +51,7 @@ class _Walk:
             return self.table(value, path, level)
         if isinstance(value, (list, tuple)):
             return [self.value(item, f"{path}[{i}]", level + 1) for i, item in enumerate(value)]
-        raise TypeError(f"{cut(path)} is {type(value).__name__}, expected a number, text, list or table")
+        raise TypeError(f"{cut(path)} is {type_name(value)}, expected a number, text, list or table")
 
     def _check_room(self, count: int, path: str) -> None:
         """Refuses more values than a scene has that somebody wrote."""
@@ -64,7 +64,7 @@ class _Walk:
 
 def _key(key: Any) -> str:
     if not isinstance(key, str):
-        raise TypeError(f"key {shown(key)} is {type(key).__name__}, expected a string")
+        raise TypeError(f"key {shown(key)} is {type_name(key)}, expected a string")
     return _text(key)
 
 

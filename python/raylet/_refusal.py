@@ -13,6 +13,9 @@ MOST_SHOWN = 200
 #: How deep lists and tables may lie in each other: deeper ones contain themselves, or are no system.
 MOST_LEVELS = 50
 
+#: The most wavelengths of a system or a result that are shown.
+MOST_WAVES = 20
+
 _short = reprlib.Repr()
 _short.maxstring = _short.maxother = MOST_SHOWN
 _short.maxlist = _short.maxtuple = _short.maxdict = _short.maxset = 8
@@ -48,6 +51,11 @@ def shown(value: Any) -> str:
 def cut(text: str) -> str:
     """At most 200 characters of a text."""
     return text if len(text) <= MOST_SHOWN else f"{text[:MOST_SHOWN]}… ({len(text)} characters)"
+
+
+def type_name(value: Any) -> str:
+    """The name of a value's type, at most 200 characters of it."""
+    return cut(type(value).__name__)
 
 
 def check_level(level: int, path: str) -> None:

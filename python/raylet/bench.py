@@ -9,7 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
-from raylet._arrays import Grid, grid, real
+from raylet._arrays import Grid, grid, numbers, real
 from raylet._document import element_names
 from raylet._refusal import described
 from raylet.layers import pixel_shape
@@ -39,7 +39,7 @@ class Passage:
         Returns one array for each element, float64 by its phases where these were given, complex128 ∂L/∂Re t + i
         ∂L/∂Im t by its transmissions where those were; and the derivatives by the parameters.
         """
-        bar = np.asarray(field_bar)
+        bar = numbers("field_bar", field_bar)
         if bar.shape != self.field.shape:
             raise ValueError(f"field_bar has shape {bar.shape}, expected {self.field.shape}")
         bars = [bar] if bar.ndim == 2 else list(bar)
@@ -84,7 +84,7 @@ class Bench:
 
     def __call__(self, *pixels: Any, parameters: Any = None) -> Passage:
         """Light through the system with these pixels and parameters."""
-        self._check([np.shape(array) for array in pixels], self.start.shape)
+        self._check_count(len(pixels))
         given = [grid(f"pixels of '{name}'", array) for name, array in zip(self.elements, pixels)]
         values = self.start if parameters is None else np.atleast_1d(real("parameters", parameters))
         self._check([array.shape for array in given], values.shape)
@@ -92,10 +92,12 @@ class Bench:
         field = np.stack(fields) if self._several else fields[0]
         return Passage(field, fields, passage, self._threads)
 
+    def _check_count(self, given: int) -> None:
+        if given != len(self.elements):
+            raise TypeError(f"{given} arrays of pixels, expected {len(self.elements)}: for {self.elements}")
+
     def _check(self, pixels: Sequence[tuple[int, ...]], parameters: tuple[int, ...]) -> None:
         """Refuses arrays of other shapes than the system's."""
-        if len(pixels) != len(self.elements):
-            raise TypeError(f"{len(pixels)} arrays of pixels, expected {len(self.elements)}: for {self.elements}")
         for name, shape, expected in zip(self.elements, pixels, self._shapes):
             if expected is not None and len(shape) == 2 and tuple(shape) != expected:
                 raise ValueError(f"pixels of '{name}' have shape {tuple(shape)}, expected {expected}")

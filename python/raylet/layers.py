@@ -64,7 +64,7 @@ def pixel_shape(layers: Sequence[Layer]) -> tuple[int, ...] | None:
 def constant(glass: Any) -> Any:
     """A constant index may be given as a plain number."""
     number = isinstance(glass, (int, float, np.number)) and not isinstance(glass, bool)
-    return {"index": float(glass)} if number else glass
+    return {"index": glass} if number else glass
 
 
 def grating(*, period_um: float, direction_deg: float = 0.0, order: int = 1) -> Layer:
@@ -84,7 +84,8 @@ def axicon(*, angle_deg: float) -> Layer:
 
 def vortex(*, charge: int) -> Layer:
     """A spiral phase: charge times the angle about the axis."""
-    return _layer("vortex", charge=int(charge) if float(charge).is_integer() else charge)
+    whole = isinstance(charge, (float, np.floating)) and float(charge).is_integer()
+    return _layer("vortex", charge=int(charge) if whole else charge)
 
 
 def radial(*, norm_radius_mm: float, coefficients: Sequence[float]) -> Layer:

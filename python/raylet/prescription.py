@@ -15,7 +15,7 @@ from raylet._arrays import grid, real
 from raylet._document import copied, element_names, put_in, rebased, taken_out
 from raylet._files import npy, write
 from raylet._plain import plain
-from raylet._refusal import RayletError, shown
+from raylet._refusal import RayletError, shown, type_name
 from raylet._toml import dumps
 from raylet.layers import Aperture, Layer, Pair, constant, pixel_shape
 
@@ -234,7 +234,7 @@ class Prescription:
     def _channel(self, channel: Any) -> int:
         """The index of a wavelength, if it is one."""
         if isinstance(channel, bool) or not isinstance(channel, (int, np.integer)):
-            raise TypeError(f"channel is {type(channel).__name__}, expected the index of a wavelength")
+            raise TypeError(f"channel is {type_name(channel)}, expected the index of a wavelength")
         if not 0 <= channel < len(self.wavelength_um):
             raise IndexError(f"channel is {shown(channel)}, expected from 0 to {len(self.wavelength_um) - 1}")
         return int(channel)

@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any, Union
 
+from raylet._refusal import type_name
+
 Progress = Union[bool, None, Callable[[float, str], Any]]
 
 #: Seconds before a bar appears by itself.
@@ -18,7 +20,7 @@ _PATIENCE = 1.0
 def reporting(progress: Progress, words: str = "to '{}'") -> Iterator[Callable[[float, float, str], None] | None]:
     """What the library is to call with (done, all, what), for as long as the call lasts; `words` has a place for it."""
     if progress is not None and not isinstance(progress, bool) and not callable(progress):
-        raise TypeError(f"progress is {type(progress).__name__}, expected a function, True, False or None")
+        raise TypeError(f"progress is {type_name(progress)}, expected a function, True, False or None")
     if callable(progress):
         report = progress
         yield lambda done, whole, what: report(done / whole if whole else 1.0, words.format(what))

@@ -73,7 +73,7 @@ class Secondary:
         return f"<raylet.Secondary: {len(self)} rays from {parents}; left out {self.dropped:.1e} of the field>"
 
 
-@dataclass(frozen=True, eq=False)
+@dataclass(frozen=True, eq=False, repr=False)
 class Beams:
     """Beamlets on a sensor: what the amplitude of each ray was multiplied by on the way (rays,), without the phase of
     its path, and the curvature xx, xy, yy (rays, 3) in 1/mm of exp(ik[p·u + ½uᵀGu]) along the sensor's axes."""
@@ -81,8 +81,12 @@ class Beams:
     amplitude: Complex
     curvature: Complex
 
+    @described
+    def __repr__(self) -> str:
+        return f"<raylet.Beams: {np.size(self.amplitude)} beamlets>"
 
-@dataclass(frozen=True, eq=False)
+
+@dataclass(frozen=True, eq=False, repr=False)
 class GatherBar:
     """Cotangents of what rays bring to a sensor, one for each: of the weight, of the optical path (1/mm), of the place
     on the sensor's axes (rays, 2) (1/mm), of the optical direction cosines there (rays, 2), and of the beamlets'
@@ -94,6 +98,10 @@ class GatherBar:
     cosines: Real
     amplitude: Complex
     curvature: Complex
+
+    @described
+    def __repr__(self) -> str:
+        return f"<raylet.GatherBar: cotangents of {np.size(self.weight)} rays>"
 
 
 def _four(name: str, values: Any) -> list[float]:

@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet._files import npz, write
-from raylet._refusal import described
+from raylet._refusal import MOST_WAVES, described
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -111,6 +111,15 @@ class Result:
         return [None if whole is None else part / whole for part, whole in zip(landed, behind, strict=True)]
 
     @property
+    def warnings(self) -> list[str]:
+        """What a user must know of this result, such as an expected error above the target; empty where all is well."""
+        return [
+            f"λ = {channel['wavelength_um']:g} µm: {warning}"
+            for channel in self.report["channels"]
+            for warning in channel.get("warnings", [])
+        ]
+
+    @property
     def seconds(self) -> float:
         """How long it took."""
         return float(self.report["seconds"])
@@ -140,13 +149,17 @@ class Result:
         ny, nx = self._fields[0].shape
         pitch = 1e3 * (self.x_mm[1] - self.x_mm[0]) if nx > 1 else 0.0
         lines = [f"<raylet.Result {nx} x {ny} pixels of {pitch:.4g} µm, {self.seconds:.2f} s>"]
-        for channel, share in zip(self.report["channels"], self.power_share):
+        channels = self.report["channels"]
+        for channel, share in zip(channels[:MOST_WAVES], self.power_share):
             error = channel["error"]
             estimate = f", expected field error {error:.1e}" if error is not None else ""
             power = channel["metrics"]["power"]
             light = f"{power:.4e} mm² of the light" if share is None else f"{share:.2%} of the light"
             lines.append(f"  λ = {channel['wavelength_um']:g} µm: {light} on the sensor{estimate}")
             lines += [f"    {line}" for hop in channel["hops"] for line in _hop_lines(hop)]
+        if len(channels) > MOST_WAVES:
+            lines.append(f"  … ({len(channels)} wavelengths)")
+        lines += [f"  warning: {warning}" for warning in self.warnings[:MOST_WAVES]]
         return "\n".join(lines)
 
 

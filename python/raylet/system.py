@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,8 +12,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
+from raylet._arrays import number
 from raylet._document import without_none
-from raylet._refusal import cut, described, shown
+from raylet._refusal import MOST_WAVES, cut, described, shown, type_name
 from raylet.bench import Bench
 from raylet.design import Design, design, hologram
 from raylet.prescription import Prescription
@@ -82,7 +84,8 @@ class System(Prescription):
     ) -> Result:
         """Carries the light of every wavelength to the sensor.
 
-        Ctrl-C ends it at once. Results have the same bits for any number of threads.
+        A result that misses its target error, or has no light on the sensor, warns (:attr:`Result.warnings`). Ctrl-C
+        ends the run at once. Results have the same bits for any number of threads.
 
         Parameters
         ----------
@@ -99,7 +102,10 @@ class System(Prescription):
         scene = self._compiled(seed, {key: value for key, value in chosen.items() if value is not None})
         with reporting(progress) as report:
             answer = _raylet.simulate(scene, self._arrays, _threads(threads), report)
-        return Result._of(answer, several=isinstance(self._document["wavelength_um"], list), title=self.title)
+        result = Result._of(answer, several=isinstance(self._document["wavelength_um"], list), title=self.title)
+        for warning in result.warnings:
+            warnings.warn(warning, stacklevel=2)
+        return result
 
     def bench(self, *elements: str, parameters: Sequence[str] = (), threads: int | None = None) -> Bench:
         """The system as a function of the pixels of some elements and of some of its parameters, with its gradient.
@@ -138,10 +144,13 @@ class System(Prescription):
             radius by its curvature. Through surfaces, mirrors and stops only.
         threads : how many to use; all processors' by default. They change no bit.
         """
-        scale = (field_deg or self.field_deg, field_mm or self.field_mm)
+        chosen = {"field_deg": field_deg or self.field_deg, "field_mm": field_mm or self.field_mm}
+        scale = [None if value is None else number(key, value) for key, value in chosen.items()]
         source = json.loads(self._compiled().to_json())["source"]
         names = [derivatives] if isinstance(derivatives, str) else list(derivatives)
-        return trace(self, source, (Hx, Hy, Px, Py), scale, self._channel(channel), names, _threads(threads))
+        return trace(
+            self, source, (Hx, Hy, Px, Py), (scale[0], scale[1]), self._channel(channel), names, _threads(threads)
+        )
 
     # What is sought.
 
@@ -176,7 +185,7 @@ class System(Prescription):
         whole sensor (`ncc_sensor`), and the share of the light in the picture (`efficiency`).
         """
         if not isinstance(naive, bool):
-            raise TypeError(f"naive is {type(naive).__name__}, expected True or False")
+            raise TypeError(f"naive is {type_name(naive)}, expected True or False")
         table = {"target": target, "element": element, "size_mm": size_mm, "iterations": iterations}
         given = {**table, "efficiency_goal": efficiency_goal, **keys}
         return hologram(self, given, naive=naive, threads=_threads(threads), progress=progress)
@@ -255,7 +264,7 @@ class System(Prescription):
         """The complex transmission [y, x] of a diffractive element at the centres of equal cells, and the box
         (x_min, x_max, y_min, y_max) in mm that they fill; zero where it is not open."""
         if not isinstance(element, str):
-            raise TypeError(f"element is {type(element).__name__}, expected the name of one")
+            raise TypeError(f"element is {type_name(element)}, expected the name of one")
         values, bounds = _raylet.element(self._compiled(), self._arrays, element, self._channel(channel))
         low_x, high_x, low_y, high_y = bounds
         return values, (low_x, high_x, low_y, high_y)
@@ -268,7 +277,7 @@ class System(Prescription):
 
     @described
     def __repr__(self) -> str:
-        waves = ", ".join(f"{wave:g}" if isinstance(wave, (int, float)) else shown(wave) for wave in self.wavelength_um)
+        waves = _shown_waves(self.wavelength_um)
         head = f"<raylet.System{f' {shown(self.title)}' if self.title else ''}, λ = {waves} µm"
         try:
             parts = self.parts
@@ -283,7 +292,14 @@ def _threads(threads: Any) -> int | None:
         if threads is not None and not 1 <= threads <= 1024:
             raise ValueError(f"threads is {shown(threads)}, expected from 1 to 1024")
         return None if threads is None else int(threads)
-    raise TypeError(f"threads is {type(threads).__name__}, expected a whole number")
+    raise TypeError(f"threads is {type_name(threads)}, expected a whole number")
+
+
+def _shown_waves(waves: Sequence[Any]) -> str:
+    """Wavelengths, the first of very many."""
+    first = (f"{wave:g}" if isinstance(wave, float) else shown(wave) for wave in waves[:MOST_WAVES])
+    more = f", … ({len(waves)} wavelengths)" if len(waves) > MOST_WAVES else ""
+    return ", ".join(first) + more
 
 
 def _table(parts: Sequence[Mapping[str, Any]]) -> str:

@@ -5,12 +5,14 @@ from __future__ import annotations
 import sys
 import time
 from collections.abc import Callable
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
 
 import raylet
+import raylet.rays
 from raylet._refusal import MOST_SHOWN, shown
 
 #: More than any message has that shows 200 characters of each value it names.
@@ -81,14 +83,47 @@ def test_deep_lists_are_no_arrays(odd: Callable[[], Any]) -> None:
         lambda: small().trace(Hx=odd()),
         lambda: raylet.scatter(small(), "doe", odd(), [[0.0, 0.0, 1.0]], sigma_mm=0.01),
         lambda: raylet.System(wavelength_um=odd()),
+        lambda: small().bench("doe")(odd()),
+        lambda: small().bench("doe")(np.zeros((4, 5))).adjoint(odd()),
+        lambda: small().trace(Hx=[0.1], field_deg=odd()),  # type: ignore[arg-type]
     ):
         with pytest.raises(raylet.RayletError) as caught:
             call()
         assert len(str(caught.value)) < LONGEST
 
 
-def test_messages_show_few_characters_of_names() -> None:
+def test_whole_numbers_beyond_all_limits_are_refused() -> None:
+    huge = 10**400
+
+    def seen(index: int) -> str:
+        return raylet.System(0.7, ambient=index).add_sensor(pixels=(1, 1), pitch_um=1.0).to_toml()  # type: ignore[arg-type]
+
+    for call in (
+        lambda: seen(huge),
+        lambda: small().add_doe(raylet.height(pitch_um=1.0, glass=huge, size=(2, 2)), thickness_mm=1.0).to_toml(),
+        lambda: small().add_doe(raylet.vortex(charge=huge), thickness_mm=1.0).to_toml(),
+        lambda: small().trace(Hx=[0.1], field_deg=huge),
+        lambda: raylet.System(0.7, field_deg=huge).add_sensor(pixels=(1, 1), pitch_um=1.0).trace(Hx=[0.1]),
+    ):
+        with pytest.raises((raylet.RayletError, TypeError)) as caught:
+            call()
+        assert len(str(caught.value)) < LONGEST
+
+
+def test_messages_show_few_characters_of_names(tmp_path: Path) -> None:
     name = "n" * 1_000_000
+    odd = type(name, (), {})()
+    for refused in (
+        lambda: small().add("stop", aperture=odd).to_toml(),
+        lambda: small().transmission(odd),
+        lambda: small().simulate(threads=odd),
+        lambda: raylet.load(name),
+        lambda: small().save(name),
+        lambda: small().simulate().save(tmp_path / name),
+    ):
+        with pytest.raises((ValueError, TypeError, OSError)) as caught:
+            refused()
+        assert len(str(caught.value)) < LONGEST
     for call in (
         lambda: small().transmission(name),
         lambda: small().with_pixels(name, phase=np.zeros((4, 5))),
@@ -170,6 +205,9 @@ def test_repr_never_raises() -> None:
         small().bench("doe"),
     )
     del result.report, design.scores, bench.elements
-    for thing in [*systems, result, design, bench]:
+    hollow = type("Hollow", (), {"__repr__": lambda self: 1 / 0})()
+    parts = [raylet.Beams(hollow, None), raylet.rays.GatherBar(*[hollow] * 6)]  # type: ignore[arg-type]
+    many = raylet.System(np.linspace(0.4, 0.7, 1_000_000))
+    for thing in [*systems, result, design, bench, *parts, many]:
         text = repr(thing)
         assert "raylet" in text and len(text) < LONGEST, text[:300]

@@ -46,12 +46,14 @@ impl Check {
         if !scene.title.is_empty() {
             let _ = writeln!(text, "{}", scene.title);
         }
+        let wait = Wait::new();
         for system in &build_all(&scene)? {
             let _ = writeln!(text, "λ = {} µm", micrometres(system.wavelength));
             text += &prescription(&scene, system);
             text += &paraxial(system);
-            text += &plan(&scene, system, &settings)?;
+            text += &plan(&scene, system, &settings, &wait)?;
         }
+        drop(wait);
         say(&text)
     }
 }
@@ -147,12 +149,22 @@ fn paraxial(system: &System) -> String {
 }
 
 /// What a run would do hop by hop, and what there is to say about it.
-fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, Failure> {
+fn plan(
+    scene: &Scene,
+    system: &System,
+    settings: &Settings,
+    wait: &Wait,
+) -> Result<String, Failure> {
+    let wavelength = micrometres(system.wavelength);
+    wait.note(format!(
+        "looking for rims that cut light, λ = {wavelength} µm"
+    ));
     // As it will be run: rims that become screens have hops of their own.
     let rimmed = with_rims(system, settings, PixelValues::Fixed);
     let system = &rimmed.system;
-    let hops = planned(system, settings).map_err(|error| simulate_fault(scene, &error))?;
+    let hops = planned(system, settings, wait).map_err(|error| simulate_fault(scene, &error))?;
     let methods: Vec<HopMethod> = hops.iter().map(|hop| hop.method.clone()).collect();
+    wait.note(format!("following rays for warnings, λ = {wavelength} µm"));
     let findings = advice(system, &methods, settings);
     let mut text = String::from("\n");
     for (number, (hop, forecast)) in system.hops().zip(&hops).enumerate() {
@@ -176,9 +188,13 @@ fn plan(scene: &Scene, system: &System, settings: &Settings) -> Result<String, F
     Ok(text)
 }
 
-/// Plans all hops. Where that takes long, a terminal shows which hop is being planned.
-fn planned(system: &System, settings: &Settings) -> Result<Vec<Forecast>, SimulateError> {
-    let (wait, count) = (Wait::new(), system.trains.len());
+/// Plans all hops. Where that takes long, `wait` says which hop is being planned.
+fn planned(
+    system: &System,
+    settings: &Settings,
+    wait: &Wait,
+) -> Result<Vec<Forecast>, SimulateError> {
+    let count = system.trains.len();
     let wavelength = micrometres(system.wavelength);
     forecast_with_progress(system, settings, |number, hop: &Hop| {
         wait.note(format!(

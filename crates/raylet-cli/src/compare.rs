@@ -24,7 +24,7 @@ pub(crate) struct Compare {
     /// Writes compare.json and compare.png into this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// The most memory that the fields may take, in units of 10⁶ bytes.
+    /// The most memory that the fields, numbers and pictures may take, in units of 10⁶ bytes.
     #[arg(long, value_name = "MB", default_value_t = 4096.0, value_parser = megabytes)]
     #[arg(allow_negative_numbers = true)]
     memory_limit_mb: f64,
@@ -36,8 +36,8 @@ impl Compare {
         let claim = |path: &PathBuf| Target::claim_as(path, COMPARISON_FILE);
         let target = self.out.as_ref().map(claim).transpose()?;
         let limit = MemoryLimit {
-            bytes: (self.memory_limit_mb * 1e6) as u64,
-            set_by: "--memory-limit-mb",
+            bytes: (0.5 * self.memory_limit_mb * 1e6) as u64,
+            set_by: "half of --memory-limit-mb, since numbers and pictures take as much again",
         };
         let a = Side::read(&self.a, limit)?;
         let b = Side::read(&self.b, limit.without(a.fields.bytes()))?;

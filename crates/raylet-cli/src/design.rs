@@ -148,6 +148,7 @@ impl Design {
 
     /// Everything that will be written: what may not be is refused before the work begins.
     fn claim(&self, scene: &Scene, scene_design: &SceneDesign) -> Result<Files, Failure> {
+        check_distinct(scene, &scene_design.outputs)?;
         let allowed = self.outputs.allowed(Some(&self.out));
         let array =
             |output: &Output| PhaseFile::of_scene(scene, &output.field, &output.file, allowed);
@@ -168,6 +169,19 @@ impl Design {
             course: held("course.csv")?,
         })
     }
+}
+
+/// Refuses two arrays in one file.
+fn check_distinct(scene: &Scene, outputs: &[Output]) -> Result<(), Fault> {
+    for (number, output) in outputs.iter().enumerate() {
+        let same = |other: &&Output| other.file.components().eq(output.file.components());
+        if let Some(other) = outputs.iter().take(number).find(same) {
+            let file = output.file.display();
+            let found = format!("{file}, where the design of `{}` goes too", other.field);
+            return Err(scene.fault(&output.field, found, "a file of its own"));
+        }
+    }
+    Ok(())
 }
 
 /// Where a scene with designed parameters goes: beside the scene, so that the files it names are found.

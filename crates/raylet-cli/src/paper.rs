@@ -1,6 +1,6 @@
 //! `raylet paper NAME`: a study of the source paper, done again.
 
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use raylet::file::storage::folder::Target;
@@ -74,7 +74,7 @@ impl Paper {
         let claim = |path: &PathBuf| Target::claim_as(path, STUDY_FILE);
         let target = self.out.as_ref().map(claim).transpose()?;
         // Where a study keeps what it has, to go on with if it is stopped.
-        let keep = self.out.as_ref().map(|out| out.with_extension("parts"));
+        let keep = self.out.as_ref().map(|out| parts(out));
         let effort = Effort {
             quick: self.quick,
             keep: keep.as_deref(),
@@ -110,4 +110,26 @@ impl Paper {
 /// What a study that ended early says.
 fn message(error: StudyError) -> Failure {
     Failure::new(error.to_string())
+}
+
+/// The folder beside `--out` with the parts of a run.
+fn parts(out: &Path) -> PathBuf {
+    let out: PathBuf = out.components().collect();
+    let mut name = out.into_os_string();
+    name.push(".parts");
+    PathBuf::from(name)
+}
+
+#[cfg(test)]
+mod tests {
+    use std::path::Path;
+
+    use crate::paper::parts;
+
+    #[test]
+    fn each_folder_has_parts_of_its_own() {
+        let parts = |out: &str| parts(Path::new(out));
+        assert_eq!(parts("runs/pp.v1"), Path::new("runs/pp.v1.parts"));
+        assert_eq!(parts("runs/pp.v2/"), Path::new("runs/pp.v2.parts"));
+    }
 }

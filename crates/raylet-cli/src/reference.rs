@@ -62,7 +62,7 @@ impl Reference {
         // All systems are built before the first is run, so that faults show at once.
         let systems = build_all(&scene)?;
         let (channels, fields) = self.carry_all(&scene, &systems, &settings)?;
-        let fields = gather(&systems, &fields);
+        let fields = gather(&systems, fields);
         let seconds = clock.elapsed().as_secs_f64();
         let report = Report::new("reference", &scene, &settings, channels, seconds);
         let light = Light {

@@ -5,7 +5,8 @@
     reason = "elements are numbered by the systems they were built into"
 )]
 
-use std::io::Cursor;
+use std::fs::File;
+use std::io;
 use std::path::Path;
 
 use ndarray::{Array1, Array2, Array3, Axis, stack};
@@ -23,18 +24,25 @@ use raylet_plot::layout_picture::layout_png;
 use raylet_plot::panel::FigureError;
 use raylet_plot::pictures::{DoeView, MOST_CHANNELS, doe_png, sensor_png};
 
-/// The fields of all channels, which share the sensor's grid.
-pub(crate) fn gather(systems: &[System], fields: &[Field]) -> Fields {
+/// The fields of all channels, which share the sensor's grid. A single field is not copied.
+pub(crate) fn gather(systems: &[System], mut fields: Vec<Field>) -> Fields {
     let (x, y) = match fields.first() {
         Some(field) => (field.grid.x.nodes(), field.grid.y.nodes()),
         None => (Vec::new(), Vec::new()),
     };
-    let mut all = Array3::zeros((fields.len(), y.len(), x.len()));
-    for (mut slice, field) in all.axis_iter_mut(Axis(0)).zip(fields) {
-        slice.assign(&field.values);
-    }
+    let single = fields.pop_if(|_| systems.len() == 1);
+    let field = match single {
+        Some(field) => field.values.insert_axis(Axis(0)),
+        None => {
+            let mut all = Array3::zeros((fields.len(), y.len(), x.len()));
+            for (mut slice, field) in all.axis_iter_mut(Axis(0)).zip(fields) {
+                slice.assign(&field.values);
+            }
+            all
+        }
+    };
     Fields {
-        field: all,
+        field,
         x_mm: Array1::from(x),
         y_mm: Array1::from(y),
         wavelength_um: systems.iter().map(|s| micrometres(s.wavelength)).collect(),
@@ -47,18 +55,11 @@ pub(crate) type StandardError = Array2<f64>;
 /// The file that holds the standard errors.
 const NOISE_FILE: &str = "standard_error.npy";
 
-/// Standard errors of the fields of all channels as a .npy file, float64 [channel, y, x].
-fn noise_npy(errors: &[StandardError]) -> Result<Vec<u8>, Fault> {
-    let refuse = |found: String| {
-        let expected = "arrays that can be written";
-        Fault::of_file(Path::new(NOISE_FILE), found, expected)
-    };
+/// Writes standard errors of the fields of all channels as a .npy file, float64 [channel, y, x].
+fn write_noise(errors: &[StandardError], file: &mut File) -> io::Result<()> {
     let views: Vec<_> = errors.iter().map(|error| error.view()).collect();
-    let all = stack(Axis(0), &views).map_err(|error| refuse(error.to_string()))?;
-    let mut file = Cursor::new(Vec::new());
-    all.write_npy(&mut file)
-        .map_err(|error| refuse(error.to_string()))?;
-    Ok(file.into_inner())
+    let all = stack(Axis(0), &views).map_err(io::Error::other)?;
+    all.write_npy(file).map_err(io::Error::other)
 }
 
 /// The light of a run on its sensor.
@@ -101,7 +102,7 @@ pub(crate) fn publish(
     let mut draft = target.draft()?;
     if !errors.is_empty() && errors.len() == systems.len() {
         report.files.push(NOISE_FILE.to_owned());
-        draft.write(NOISE_FILE, &noise_npy(errors)?)?;
+        draft.fill(NOISE_FILE, &|file| write_noise(errors, file))?;
     }
     for (name, bytes) in &pictures {
         draft.write(name, bytes)?;

@@ -50,7 +50,7 @@ impl Simulate {
             fields,
             errors,
         } = carry_all(&scene, &systems, &settings)?;
-        let fields = gather(&systems, &fields);
+        let fields = gather(&systems, fields);
         let seconds = clock.elapsed().as_secs_f64();
         let report = Report::new("simulate", &scene, &settings, channels, seconds);
         let light = Light {
@@ -139,6 +139,12 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
         out.display()
     );
     let _ = writeln!(text, "  result.json, {}", report.files.join(", "));
+    for channel in &report.channels {
+        for warning in &channel.warnings {
+            let wave = channel.wavelength_um;
+            let _ = writeln!(text, "warning: λ = {wave} µm: {warning}");
+        }
+    }
     text
 }
 

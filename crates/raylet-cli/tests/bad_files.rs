@@ -87,9 +87,21 @@ fn pipes_and_devices_are_refused() {
 fn large_scenes_are_refused() {
     let stage = Stage::new(SCENE);
     let large = std::fs::File::create(stage.join("large.toml")).unwrap();
-    large.set_len(65_000_000).unwrap();
-    let says = ["large.toml", "64 MB"];
+    large.set_len(1_000_001).unwrap();
+    let says = ["large.toml", "1 MB"];
     none_of([wrong_in_time(&stage, &["check", "large.toml"], &says)]);
+}
+
+/// Regular files of the system that wait for more are not waited for.
+#[cfg(target_os = "linux")]
+#[test]
+fn files_that_never_end_are_refused() {
+    let stage = Stage::new(SCENE);
+    none_of([wrong_in_time(
+        &stage,
+        &["check", "/proc/kmsg"],
+        &["/proc/kmsg"],
+    )]);
 }
 
 /// An archive of 389 kB that holds 400 MB of zeros, under a limit of 100 MB.

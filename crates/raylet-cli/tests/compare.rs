@@ -20,7 +20,7 @@ fn write(path: &Path, factor: Complex64, half: f64) {
         x_mm: axis.clone(),
         y_mm: axis,
     };
-    fs::write(path, fields.to_npz().unwrap()).unwrap();
+    fields.write_npz(fs::File::create(path).unwrap()).unwrap();
 }
 
 /// Runs `raylet compare` in a folder.

@@ -61,6 +61,30 @@ fn phases_are_found_and_simulate_agrees() {
     assert!(simulated.status.success(), "{}", complaint(&simulated));
 }
 
+/// Two elements cannot leave their designs in one file.
+#[test]
+fn each_element_needs_a_file_of_its_own() {
+    let element = SCENE.split("[[element]]").nth(1).unwrap();
+    let sought = element.replace(
+        "phase = \"phase.npy\"",
+        "phase = \"found.npy\"\nsize = [30, 30]",
+    );
+    let twin = sought.replace("\"pixels\"\nthick", "\"twin\"\nthick");
+    let both = format!("[[element]]{sought}[[element]]{twin}");
+    let scene = SCENE.replacen(&format!("[[element]]{element}"), &both, 1);
+    let task = "[hologram]\ntarget = \"picture.png\"\nelement = \"pixels\"\nsize_mm = [0.2, 0.2]\n[design]\n\
+                [[design.element]]\nname = \"pixels\"\n[[design.element]]\nname = \"twin\"\n";
+    let stage = stage("");
+    fs::write(stage.join("scene.toml"), format!("{scene}{task}")).unwrap();
+    let run = stage.raylet(&["design", "scene.toml"]);
+    let message = complaint(&run);
+    assert_eq!(run.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains("element[1].layer[0].phase: found found.npy, where the design of `element[0].layer[0].phase`"),
+        "{message}"
+    );
+}
+
 /// What a run leaves that was killed and went on, the same to the bit as a run that was not.
 fn stopped_and_resumed(task: &str, files: &[&str]) -> Stage {
     let whole = stage(task);

@@ -14,6 +14,7 @@ mod design;
 mod elements;
 mod endings;
 mod flat_patches;
+mod memory;
 mod overwriting;
 mod paper;
 mod refusal;

@@ -3,6 +3,15 @@
 //! The transforms are those of `rustfft`, which is generic: each crate that makes a plan with it compiles all of its
 //! kernels again. This crate makes the plans for all others, so that the kernels are compiled once.
 
+#![deny(
+    clippy::expect_used,
+    clippy::indexing_slicing,
+    clippy::panic,
+    clippy::string_slice,
+    clippy::unreachable,
+    clippy::unwrap_used
+)]
+
 use std::sync::Arc;
 
 pub use rustfft::Fft;

@@ -26,6 +26,8 @@ struct Pair {
     b: Array2<f64>,
     /// |U_A − U_B|².
     residual: Array2<f64>,
+    /// |U_A|² − |U_B|².
+    difference: Array2<f64>,
     note: String,
 }
 
@@ -36,6 +38,7 @@ impl Pair {
             a: Array2::zeros((a.y_mm.len(), a.x_mm.len())),
             b: Array2::zeros((a.y_mm.len(), a.x_mm.len())),
             residual: Array2::zeros((a.y_mm.len(), a.x_mm.len())),
+            difference: Array2::zeros((0, 0)),
             note,
         };
         for k in channels {
@@ -50,42 +53,56 @@ impl Pair {
                 |sum: &mut f64, u: &_, v: &_| *sum += num_complex::Complex64::norm_sqr(&(u - v));
             Zip::from(&mut pair.residual).and(u).and(v).for_each(add);
         }
+        pair.difference = &pair.a - &pair.b;
         pair
     }
 
     /// Intensities and their difference, then logarithms; all intensities on one scale.
-    fn rows(self, [xs, ys]: [[f64; 2]; 2]) -> [Vec<Panel<'static>>; 2] {
+    fn rows(&self, [xs, ys]: [[f64; 2]; 2]) -> [Vec<Panel<'_>>; 2] {
         let most = self
             .a
             .iter()
             .chain(&self.b)
             .fold(0.0, |most: f64, v| most.max(*v));
         let most = if most > 0.0 { most } else { 1.0 };
-        let difference = Panel::image(&self.a - &self.b, xs, ys)
+        let difference = Panel::image(&self.difference, xs, ys)
             .title("Intensity A − B")
             .colours(ColourMap::Difference)
             .quantity("|A|² − |B|²", "");
-        let linear = |values: &Array2<f64>, title: &str, quantity: &str| {
-            Panel::image(values.clone(), xs, ys)
-                .title(title)
+        let linear = |values| {
+            Panel::image(values, xs, ys)
                 .note(self.note.clone())
-                .quantity(quantity, "")
                 .range([0.0, most])
         };
-        let logarithmic = |values, title: &str, quantity: &str| {
+        let logarithmic = |values| {
             let range = [most * 10f64.powi(-DECADES), most];
-            linear(values, title, quantity).log().range(range).into()
+            linear(values).log().range(range)
         };
         [
             vec![
-                linear(&self.a, "Intensity A", "|A|²").into(),
-                linear(&self.b, "Intensity B", "|B|²").into(),
+                linear(&self.a)
+                    .title("Intensity A")
+                    .quantity("|A|²", "")
+                    .into(),
+                linear(&self.b)
+                    .title("Intensity B")
+                    .quantity("|B|²", "")
+                    .into(),
                 difference.note(self.note.clone()).into(),
             ],
             vec![
-                logarithmic(&self.a, "Intensity A, logarithmic", "|A|²"),
-                logarithmic(&self.b, "Intensity B, logarithmic", "|B|²"),
-                logarithmic(&self.residual, "Field error, logarithmic", "|A − B|²"),
+                logarithmic(&self.a)
+                    .title("Intensity A, logarithmic")
+                    .quantity("|A|²", "")
+                    .into(),
+                logarithmic(&self.b)
+                    .title("Intensity B, logarithmic")
+                    .quantity("|B|²", "")
+                    .into(),
+                logarithmic(&self.residual)
+                    .title("Field error, logarithmic")
+                    .quantity("|A − B|²", "")
+                    .into(),
             ],
         ]
     }
@@ -111,10 +128,7 @@ pub fn contrast_png(a: &Side, b: &Side, title: &str) -> Result<Vec<u8>, FigureEr
             format!("sum of {count} wavelengths"),
         )],
     };
-    let rows = pairs
-        .into_iter()
-        .flat_map(|pair| pair.rows(ranges))
-        .collect();
+    let rows = pairs.iter().flat_map(|pair| pair.rows(ranges)).collect();
     Figure::new(rows, title).width(1500.0).to_png(SCALE)
 }
 

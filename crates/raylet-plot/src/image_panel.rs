@@ -1,7 +1,7 @@
 //! A panel that shows an array of values as colours, with its colour bar.
 
 use ndarray::{Array2, CowArray, Ix2};
-use raylet::file::arrays::image::{area_mean, encode_rgb};
+use raylet::file::arrays::image::{area_mean, area_mean_of, encode_rgb};
 
 use crate::axis::{Axis, Direction, LengthUnit, TICK_SIZE};
 use crate::colour::{ColourMap, ColourScale};
@@ -285,7 +285,7 @@ impl<'a> ImagePanel<'a> {
         // Finite values count by their share of the pixel.
         let mean = |f: &dyn Fn(f64) -> f64| {
             let of_finite = |v: f64| if v.is_finite() { f(v) } else { 0.0 };
-            area_mean(self.values.mapv(of_finite).view(), shape)
+            area_mean_of(self.values.view(), shape, &of_finite)
         };
         let share = mean(&|_| 1.0);
         let mut out = match cyclic {

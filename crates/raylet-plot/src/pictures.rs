@@ -5,7 +5,7 @@
     reason = "axes are 0 and 1, and fields are numbered by their own wavelengths"
 )]
 
-use ndarray::{Array2, ArrayView2, Axis};
+use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use raylet::file::arrays::npz::Fields;
 use raylet::optics::doe::{Doe, Layer, PixelForm};
@@ -42,33 +42,46 @@ pub fn sensor_png(fields: &Fields, title: &str) -> Result<Vec<u8>, FigureError> 
     } else {
         channels
     };
+    let seen = fields.field.outer_iter().take(shown);
+    let intensities: Vec<Array2<f64>> = seen
+        .clone()
+        .map(|field| field.mapv(|u| u.norm_sqr()))
+        .collect();
+    let sum = (channels > MOST_CHANNELS).then(|| summed_intensity(fields));
     let mut rows = Vec::new();
-    if channels > MOST_CHANNELS {
-        let sum = fields.field.mapv(|u| u.norm_sqr()).sum_axis(Axis(0));
+    if let Some(sum) = &sum {
         let place = format!("sum of {channels} wavelengths");
-        rows.push(intensity_panels(&sum, ranges, &place));
+        rows.push(intensity_panels(sum, ranges, &place));
     }
-    for (number, field) in fields.field.outer_iter().take(shown).enumerate() {
+    for (number, (field, intensity)) in seen.zip(&intensities).enumerate() {
         let place = match channels {
             1 => String::new(),
             _ => format!("λ = {} µm", fields.wavelength_um[number]),
         };
-        let intensity = field.mapv(|u| u.norm_sqr());
-        let mut row = intensity_panels(&intensity, ranges, &place);
-        row.push(phase_panel(field, &intensity, ranges));
+        let mut row = intensity_panels(intensity, ranges, &place);
+        row.push(phase_panel(field, intensity, ranges));
         rows.push(row);
     }
     Figure::new(rows, title).width(1500.0).to_png(SCALE)
 }
 
+/// The intensities of all wavelengths, added.
+fn summed_intensity(fields: &Fields) -> Array2<f64> {
+    let mut sum = Array2::zeros((fields.y_mm.len(), fields.x_mm.len()));
+    for field in fields.field.outer_iter() {
+        sum.zip_mut_with(&field, |sum, u| *sum += u.norm_sqr());
+    }
+    sum
+}
+
 /// Intensity on a linear and on a logarithmic scale.
-fn intensity_panels(
-    intensity: &Array2<f64>,
+fn intensity_panels<'a>(
+    intensity: &'a Array2<f64>,
     [xs, ys]: [[f64; 2]; 2],
     place: &str,
-) -> Vec<Panel<'static>> {
+) -> Vec<Panel<'a>> {
     let panel = |title: &str| {
-        let panel = Panel::image(intensity.clone(), xs, ys).title(title);
+        let panel = Panel::image(intensity, xs, ys).title(title);
         if place.is_empty() {
             panel
         } else {
@@ -85,11 +98,11 @@ fn intensity_panels(
 }
 
 /// The phase where there is light enough for it to mean something.
-fn phase_panel(
+fn phase_panel<'a>(
     field: ArrayView2<Complex64>,
     intensity: &Array2<f64>,
     [xs, ys]: [[f64; 2]; 2],
-) -> Panel<'static> {
+) -> Panel<'a> {
     let floor = PHASE_FLOOR * intensity.fold(0.0, |max: f64, v| max.max(*v));
     let lit = |u: &Complex64| u.norm_sqr() > floor;
     let phase = field.mapv(|u| if lit(&u) { u.arg() } else { f64::NAN });

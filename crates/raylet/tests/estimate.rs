@@ -9,6 +9,7 @@ use raylet::engine::plan::hop_plan::Plan;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::{RimTreatment, with_rims};
+use raylet::file::result::report::Channel;
 use raylet::math::erfc::erfc;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Layer;
@@ -183,6 +184,27 @@ fn a_tighter_target_raises_the_reported_error_by_a_twentieth_at_most_slow() {
             );
         }
     }
+}
+
+/// A result whose expected error misses the target says so, and from what; one that does not says nothing.
+#[test]
+fn a_missed_target_is_a_warning() {
+    let warnings = |radius: f64, target_error: f64| {
+        let settings = Settings {
+            target_error,
+            ..Settings::default()
+        };
+        let run = simulate(&strong_mirror(radius, 0.0), &settings, &|_| {}).unwrap();
+        Channel::new(&run, &settings).warnings
+    };
+    assert_eq!(warnings(200.0, 1e-2), [""; 0]);
+    let [missed] = &warnings(60.0, 1e-2)[..] else {
+        panic!("one warning");
+    };
+    assert!(
+        missed.contains("misses the target 1.0e-2") && missed.contains("tails that were left out"),
+        "{missed}"
+    );
 }
 
 /// A rim of 1214 samples near the light of a lens, as in the tilted lens whose rays it once cut one by one with

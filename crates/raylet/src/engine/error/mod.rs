@@ -5,9 +5,11 @@
 //! | [`advice`] | Warnings and hints about a system before a run |
 //! | [`error_budget`] | The expected error of a hop, by cause and altogether |
 //! | `lost_light` | Where the light goes that no beamlet follows |
+//! | `run_warnings` | What a user must know of a result |
 //! | [`tally`] | Rays and energy of a hop by fate |
 
 pub mod advice;
 pub mod error_budget;
 pub(crate) mod lost_light;
+pub(crate) mod run_warnings;
 pub mod tally;

@@ -315,16 +315,26 @@ fn encode(
 /// Each new pixel is the mean of the old picture, taken as constant over each old pixel, over
 /// the new pixel's area: the overall mean is kept exactly, shrinking does not alias, and
 /// enlarging repeats pixels. `shape` is [ny, nx]; an empty picture or shape gives zeros.
-pub fn area_mean(values: ArrayView2<f64>, [ny, nx]: [usize; 2]) -> Array2<f64> {
+pub fn area_mean(values: ArrayView2<f64>, shape: [usize; 2]) -> Array2<f64> {
+    area_mean_of(values, shape, &|value| value)
+}
+
+/// The same of a function of the picture's values, without a copy of the picture.
+pub fn area_mean_of(
+    values: ArrayView2<f64>,
+    [ny, nx]: [usize; 2],
+    function: &dyn Fn(f64) -> f64,
+) -> Array2<f64> {
     if values.is_empty() {
         return Array2::zeros((ny, nx));
     }
-    let narrowed = resize_rows(values.reversed_axes(), nx);
-    resize_rows(narrowed.view().reversed_axes(), ny)
+    let flattened = resize_rows(values, ny, function);
+    let narrowed = resize_rows(flattened.view().reversed_axes(), nx, &|value| value);
+    narrowed.reversed_axes().as_standard_layout().into_owned()
 }
 
-/// Area averaging along the first axis alone.
-fn resize_rows(values: ArrayView2<f64>, new: usize) -> Array2<f64> {
+/// Area averaging of a function of the values along the first axis alone.
+fn resize_rows(values: ArrayView2<f64>, new: usize, function: &dyn Fn(f64) -> f64) -> Array2<f64> {
     let (old, width) = values.dim();
     let mut out = Array2::zeros((new, width));
     let ratio = old as f64 / new as f64;
@@ -336,7 +346,7 @@ fn resize_rows(values: ArrayView2<f64>, new: usize) -> Array2<f64> {
             let weight = (to.min((i + 1) as f64) - from.max(i as f64)).max(0.0) / ratio;
             Zip::from(&mut row)
                 .and(values.row(i))
-                .for_each(|sum, v| *sum += weight * v);
+                .for_each(|sum, v| *sum += weight * function(*v));
         }
     }
     out

@@ -3,7 +3,7 @@
 //! Arrays: `field` complex128 [channel, y, x], `x_mm`, `y_mm` (pixel centres) and `wavelength_um`, float64.
 
 use std::fs::File;
-use std::io::{BufReader, Cursor};
+use std::io::{self, BufReader, Seek, Write};
 use std::path::Path;
 
 use ndarray::{Array, Array1, Array3, Dimension, Ix1, Ix3};
@@ -32,29 +32,24 @@ pub struct Fields {
 }
 
 impl Fields {
-    /// The bytes of a .npz file. Equal fields give equal bytes.
+    /// Writes a .npz file without a copy of the arrays. Equal fields give equal bytes.
     ///
     /// # Errors
-    /// What the packing said.
-    pub fn to_npz(&self) -> Result<Vec<u8>, Fault> {
-        let pack = || -> Result<Vec<u8>, ndarray_npy::WriteNpzError> {
-            let mut writer = NpzWriter::new(Cursor::new(Vec::new()));
+    /// What the file system or the packing said.
+    pub fn write_npz(&self, file: impl Write + Seek) -> io::Result<()> {
+        let pack = || -> Result<(), ndarray_npy::WriteNpzError> {
+            let mut writer = NpzWriter::new(file);
             writer.add_array("field", &self.field)?;
             writer.add_array("x_mm", &self.x_mm)?;
             writer.add_array("y_mm", &self.y_mm)?;
             writer.add_array("wavelength_um", &self.wavelength_um)?;
-            Ok(writer.finish()?.into_inner())
+            writer.finish()?;
+            Ok(())
         };
-        pack().map_err(|error| {
-            Fault::of_file(
-                Path::new("field.npz"),
-                error.to_string(),
-                "arrays that can be packed",
-            )
-        })
+        pack().map_err(io::Error::other)
     }
 
-    /// Reads a file that [`Fields::to_npz`] or a program with the same arrays wrote.
+    /// Reads a file that [`Fields::write_npz`] or a program with the same arrays wrote.
     ///
     /// # Errors
     /// A file that cannot be read, a missing array, an array of another kind, arrays beyond the limit, axes that do
@@ -189,6 +184,9 @@ impl Members<'_> {
 
 #[cfg(test)]
 mod tests {
+    use std::fs::File;
+    use std::path::Path;
+
     use ndarray::{Array1, Array3};
     use num_complex::Complex64;
 
@@ -211,13 +209,22 @@ mod tests {
         }
     }
 
+    fn write(path: &Path, fields: &Fields) {
+        fields.write_npz(File::create(path).unwrap()).unwrap();
+    }
+
     #[test]
     fn written_fields_read_back_the_same() {
         let room = tempfile::tempdir().unwrap();
         let path = room.path().join("field.npz");
-        std::fs::write(&path, fields().to_npz().unwrap()).unwrap();
+        write(&path, &fields());
         assert_eq!(Fields::read(&path, LIMIT).unwrap(), fields());
-        assert_eq!(fields().to_npz().unwrap(), fields().to_npz().unwrap());
+        let again = room.path().join("again.npz");
+        write(&again, &fields());
+        assert_eq!(
+            std::fs::read(&path).unwrap(),
+            std::fs::read(&again).unwrap()
+        );
     }
 
     #[test]
@@ -225,7 +232,7 @@ mod tests {
         let room = tempfile::tempdir().unwrap();
         let path = room.path().join("field.npz");
         let refusal = |fields: &Fields| {
-            std::fs::write(&path, fields.to_npz().unwrap()).unwrap();
+            write(&path, fields);
             Fields::read(&path, LIMIT).unwrap_err().to_string()
         };
         let mut short = fields();
@@ -255,7 +262,7 @@ mod tests {
     fn sizes_are_held_to_the_limit() {
         let room = tempfile::tempdir().unwrap();
         let path = room.path().join("field.npz");
-        std::fs::write(&path, fields().to_npz().unwrap()).unwrap();
+        write(&path, &fields());
         assert_eq!(fields().bytes(), 16 * 24 + 8 * 9);
         let within = |bytes| Fields::read(&path, MemoryLimit { bytes, ..LIMIT });
         assert!(within(fields().bytes()).is_ok());

@@ -152,7 +152,7 @@ impl fmt::Display for Address {
         if self.file.as_os_str().is_empty() {
             write!(f, "input")?;
         } else {
-            write!(f, "{}", self.file.display())?;
+            write!(f, "{}", name(&self.file))?;
         }
         if let Some(excerpt) = &self.excerpt {
             write!(f, ":{}:{}", excerpt.line, excerpt.column)?;
@@ -162,6 +162,22 @@ impl fmt::Display for Address {
         }
         Ok(())
     }
+}
+
+/// No file system has longer names of files with their folders, in bytes.
+const LONGEST_NAME: usize = 4096;
+
+/// Characters that are shown of a longer one.
+const SHOWN: usize = 200;
+
+/// The name of a file, or the start of one that no file can have.
+fn name(file: &Path) -> String {
+    let name = file.display().to_string();
+    if name.len() <= LONGEST_NAME {
+        return name;
+    }
+    let start: String = name.chars().take(SHOWN).collect();
+    format!("{start}… ({} characters)", name.chars().count())
 }
 
 impl Excerpt {

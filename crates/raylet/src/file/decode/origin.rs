@@ -10,6 +10,10 @@ use toml::de::{DeTable, DeValue};
 use crate::file::arrays::regular_file;
 use crate::file::decode::fault::{Address, Excerpt, Fault};
 
+/// The largest scene that is read, in bytes. Numbers by the million belong in array files, and as a tree of values a text
+/// takes up to 90 times as much memory.
+const LARGEST_SCENE: u64 = 1_000_000;
+
 /// A TOML file's name and text. The default is an empty text of no file: things made in memory.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct Origin {
@@ -31,10 +35,10 @@ impl Origin {
     /// The whole text of a file.
     ///
     /// # Errors
-    /// A file that is not regular, is larger than 64 MB, cannot be read, or is not UTF-8.
+    /// A file that is not regular, is larger than 1 MB, cannot be read, or is not UTF-8.
     pub(crate) fn read(file: &Path) -> Result<Self, Fault> {
         let refuse = |found: String| Fault::of_file(file, found, "a readable TOML file");
-        let text = regular_file::read_text(file).map_err(refuse)?;
+        let text = regular_file::read_text(file, LARGEST_SCENE).map_err(refuse)?;
         Ok(Self::new(&text, file))
     }
 

@@ -1,13 +1,8 @@
 //! How alike the fields of two runs are, channel by channel and in total.
 
-#![expect(
-    clippy::indexing_slicing,
-    reason = "rows are counted from the shape of the array itself"
-)]
-
 use std::path::{Path, PathBuf};
 
-use ndarray::{Array2, Array3, ArrayView2, Axis};
+use ndarray::{Array2, ArrayView, ArrayView2, Axis, Dimension};
 use num_complex::Complex64;
 use serde::{Deserialize, Serialize};
 
@@ -136,40 +131,43 @@ impl Comparison {
     /// Grids or wavelengths that differ.
     pub fn of(a: &Side, b: &Side) -> Result<Self, Fault> {
         check_grids(a, b)?;
-        let light = |side: &Side| side.fields.field.mapv(|u| u.norm_sqr());
-        let (light_a, light_b) = (light(a), light(b));
+        let sides = [a, b];
         let channel = |(k, wavelength): (usize, &f64)| {
-            let field = |side: &Side| side.fields.field.index_axis(Axis(0), k).to_owned();
-            let intensity = |light: &Array3<f64>| light.index_axis(Axis(0), k).to_owned();
-            let pair = [intensity(&light_a), intensity(&light_b)];
+            let fields = sides.map(|side| side.fields.field.index_axis(Axis(0), k));
+            let light = fields.map(|field| field.mapv(|u| u.norm_sqr()));
             ChannelLikeness {
                 wavelength_um: *wavelength,
-                likeness: Likeness::of([a, b], &[field(a), field(b)], &pair),
+                likeness: Likeness::of(sides, fields, &light),
             }
         };
         let channels = a.fields.wavelength_um.iter().enumerate().map(channel);
-        let sums = [light_a.sum_axis(Axis(0)), light_b.sum_axis(Axis(0))];
+        let sums = sides.map(summed);
         Ok(Self {
             version: VERSION,
             a: a.path.clone(),
             b: b.path.clone(),
             channels: channels.collect(),
-            total: Likeness::of([a, b], &[stacked(a), stacked(b)], &sums),
+            total: Likeness::of(sides, sides.map(|side| side.fields.field.view()), &sums),
         })
     }
 }
 
-/// The fields of all channels as the rows of one array.
-fn stacked(side: &Side) -> Array2<Complex64> {
-    let (channels, ny, nx) = side.fields.field.dim();
-    Array2::from_shape_fn((channels * ny, nx), |(row, i)| {
-        side.fields.field[[row / ny, row % ny, i]]
-    })
+/// The intensities of all channels, added.
+fn summed(side: &Side) -> Array2<f64> {
+    let (_, ny, nx) = side.fields.field.dim();
+    let mut sum = Array2::zeros((ny, nx));
+    for field in side.fields.field.outer_iter() {
+        sum.zip_mut_with(&field, |sum, u| *sum += u.norm_sqr());
+    }
+    sum
 }
 
 impl Likeness {
-    fn of(sides: [&Side; 2], fields: &[Array2<Complex64>; 2], light: &[Array2<f64>; 2]) -> Self {
-        let [a, b] = fields.each_ref().map(|array| array.view());
+    fn of<D: Dimension + Copy>(
+        sides: [&Side; 2],
+        [a, b]: [ArrayView<'_, Complex64, D>; 2],
+        light: &[Array2<f64>; 2],
+    ) -> Self {
         let [light_a, light_b] = light.each_ref().map(|array| array.view());
         let shape = shape_error(a, b);
         Self {

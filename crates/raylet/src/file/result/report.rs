@@ -14,6 +14,7 @@ use crate::engine::beamlet::beamlet_plan::BeamletPlan;
 use crate::engine::chain::outcome::{HopReport, Outcome};
 use crate::engine::chain::reference::Reference;
 use crate::engine::error::error_budget::ErrorBudget;
+use crate::engine::error::run_warnings::run_warnings;
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::local_bands::settings::LocalBandPlan;
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
@@ -126,6 +127,9 @@ pub struct Channel {
     pub error: Option<f64>,
     /// What the sensor shows.
     pub metrics: Metrics,
+    /// What a user must know of this result; empty where all is well.
+    #[serde(default, skip_serializing_if = "Vec::is_empty")]
+    pub warnings: Vec<String>,
 }
 
 /// One hop from screen to screen.
@@ -405,6 +409,7 @@ impl Channel {
             hops,
             steps: Vec::new(),
             metrics: Metrics::of(&outcome.field),
+            warnings: run_warnings(outcome, settings.target_error),
         }
     }
 
@@ -416,6 +421,7 @@ impl Channel {
             hops: Vec::new(),
             steps: reference.steps.iter().map(StepEntry::new).collect(),
             metrics: Metrics::of(&reference.field),
+            warnings: Vec::new(),
         }
     }
 }

@@ -13,6 +13,9 @@ use crate::file::storage::folder::{Draft, RESULT_FILE};
 /// The file that holds the fields.
 pub const FIELD_FILE: &str = "field.npz";
 
+/// The largest document of results that is read, in bytes. As a tree of values it takes up to 16 times as much memory.
+const LARGEST_DOCUMENT: u64 = 16_000_000;
+
 /// What a folder of results holds beside its pictures.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ResultFolder {
@@ -29,7 +32,7 @@ impl ResultFolder {
     /// # Errors
     /// Fields or numbers that are not finite, or what the file system said.
     pub fn publish(&self, mut draft: Draft) -> Result<(), Fault> {
-        draft.write(FIELD_FILE, &self.fields.to_npz()?)?;
+        draft.fill(FIELD_FILE, &|file| self.fields.write_npz(file))?;
         draft.publish(&document::text(&self.report, RESULT_FILE)?)
     }
 
@@ -40,7 +43,7 @@ impl ResultFolder {
     pub fn read(folder: &Path) -> Result<Self, Fault> {
         let path = folder.join(RESULT_FILE);
         let expected = "a folder of results with a result.json";
-        let text = regular_file::read_text(&path)
+        let text = regular_file::read_text(&path, LARGEST_DOCUMENT)
             .map_err(|found| Fault::of_file(&path, found, expected))?;
 
         // The version comes first: another one may differ in anything else.

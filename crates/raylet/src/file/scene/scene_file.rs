@@ -207,18 +207,19 @@ impl Scene {
         Err(self.fault("hologram.element", found, WITH_PIXELS))
     }
 
-    /// The field on the sensor must fit in memory.
+    /// The field on the sensor must fit in memory, twice: while it is computed and while its pictures are made, as much
+    /// is held beside it.
     fn check_memory(&self) -> Result<(), Fault> {
         for (i, element) in self.element.iter().enumerate() {
             let Element::Sensor(sensor) = element else {
                 continue;
             };
             let [nx, ny] = sensor.pixels.map(|count| count as f64);
-            let megabytes = nx * ny * self.wavelength_um.len() as f64 * 16e-6;
+            let megabytes = 2.0 * nx * ny * self.wavelength_um.len() as f64 * 16e-6;
             if megabytes > self.settings.memory_limit_mb {
                 return Err(self.fault(
                     &format!("element[{i}].pixels"),
-                    format!("a field of {megabytes:.3} MB"),
+                    format!("a field that takes {megabytes:.3} MB with its pictures"),
                     format!(
                         "at most {} MB (settings.memory_limit_mb)",
                         self.settings.memory_limit_mb

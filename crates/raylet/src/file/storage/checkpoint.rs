@@ -1,7 +1,7 @@
 //! Checkpoints of a run: a file that is whole or not there, and the one before it.
 
-use std::fs;
-use std::io;
+use std::fs::{self, File};
+use std::io::{self, Read};
 use std::path::{Path, PathBuf};
 
 use serde::Serialize;
@@ -11,6 +11,7 @@ use crate::file::decode::fault::Fault;
 use crate::file::storage::hidden::{Hidden, unwritable};
 use crate::file::storage::own_file::Replace;
 use crate::file::storage::parent_folders::{named, sync};
+use crate::file::storage::seal::Checksum;
 
 /// What a user may go on from.
 const EXPECTED: &str = "the checkpoint of an earlier run";
@@ -34,11 +35,11 @@ pub struct Restored<T> {
 }
 
 /// What stands where a checkpoint should be.
+#[derive(Clone, Copy, PartialEq, Eq)]
 enum Found {
     Nothing,
     Torn,
-    /// Its body.
-    Whole(String),
+    Whole,
 }
 
 impl Checkpoints {
@@ -79,7 +80,7 @@ impl Checkpoints {
         fresh.write(None, text.as_bytes()).map_err(refuse)?;
 
         // A torn one does not take the place of the whole one before it.
-        if let Found::Whole(_) = look(&self.newest)? {
+        if look(&self.newest)? == Found::Whole {
             fs::rename(&self.newest, &self.before).map_err(refuse)?;
             sync(self.folder()).map_err(refuse)?;
         }
@@ -95,9 +96,9 @@ impl Checkpoints {
         check: impl FnOnce(&T) -> Result<(), String>,
     ) -> Result<Restored<T>, Fault> {
         let newest = look(&self.newest)?;
-        let wrong = match &newest {
-            Found::Whole(body) => {
-                let state = self.state(&self.newest, body, check)?;
+        let wrong = match newest {
+            Found::Whole => {
+                let state = self.state(&self.newest, check)?;
                 return Ok(Restored {
                     state,
                     warning: None,
@@ -107,8 +108,8 @@ impl Checkpoints {
             Found::Nothing => "missing",
         };
         let (path, found) = match (newest, look(&self.before)?) {
-            (_, Found::Whole(body)) => {
-                let state = self.state(&self.before, &body, check)?;
+            (_, Found::Whole) => {
+                let state = self.state(&self.before, check)?;
                 let (newest, before) = (self.newest.display(), self.before.display());
                 let warning = format!(
                     "the newest checkpoint is {wrong} ({newest}); going on from the one before it ({before})"
@@ -131,7 +132,7 @@ impl Checkpoints {
     /// What the file system said.
     pub fn remove(&self) -> Result<(), Fault> {
         for path in [&self.newest, &self.before] {
-            if let Found::Whole(_) = look(path)? {
+            if look(path)? == Found::Whole {
                 fs::remove_file(path).map_err(|error| unwritable(path, &error))?;
             }
         }
@@ -146,11 +147,13 @@ impl Checkpoints {
     fn state<T: DeserializeOwned>(
         &self,
         path: &Path,
-        body: &str,
         check: impl FnOnce(&T) -> Result<(), String>,
     ) -> Result<T, Fault> {
-        let (description, state): (String, T) = serde_json::from_str(body)
-            .map_err(|error| Fault::of_file(path, error.to_string(), EXPECTED))?;
+        let refuse = |found: String| Fault::of_file(path, found, EXPECTED);
+        let text = fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
+        let body = text.split_once('\n').map_or("", |(_, body)| body);
+        let (description, state): (String, T) =
+            serde_json::from_str(body).map_err(|error| refuse(error.to_string()))?;
         if description != self.description {
             let found = "a checkpoint of another scene or of other settings";
             return Err(Fault::of_file(path, found, "that of this one"));
@@ -160,11 +163,15 @@ impl Checkpoints {
     }
 }
 
+/// Bytes of the line with the checksum, its end included.
+const LINE: usize = 9;
+
 fn checksum(body: &str) -> String {
     format!("{:08x}", crc32fast::hash(body.as_bytes()))
 }
 
-/// Reads what stands where a checkpoint should be; anything but a whole one is torn, whatever its bytes are.
+/// Judges what stands where a checkpoint should be, without reading it into memory: it may have any size. Anything but
+/// a whole one is torn, whatever its bytes are.
 fn look(path: &Path) -> Result<Found, Fault> {
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Found::Nothing),
@@ -177,14 +184,30 @@ fn look(path: &Path) -> Result<Found, Fault> {
         }
         _ => {}
     }
-    let bytes =
-        fs::read(path).map_err(|error| Fault::of_file(path, error.to_string(), EXPECTED))?;
-    let text = String::from_utf8(bytes).unwrap_or_default();
-    let body = text.split_once('\n');
-    Ok(match body.filter(|(sum, body)| *sum == checksum(body)) {
-        Some((_, body)) => Found::Whole(body.to_owned()),
-        None => Found::Torn,
-    })
+    let whole = is_whole(path);
+    match whole.map_err(|error| Fault::of_file(path, error.to_string(), EXPECTED))? {
+        true => Ok(Found::Whole),
+        false => Ok(Found::Torn),
+    }
+}
+
+/// Whether a file begins with a line that is the checksum of the rest.
+fn is_whole(path: &Path) -> io::Result<bool> {
+    let mut file = File::open(path)?;
+    let mut line = [0; LINE];
+    match file.read_exact(&mut line) {
+        Err(error) if error.kind() == io::ErrorKind::UnexpectedEof => return Ok(false),
+        other => other?,
+    }
+    // Of most other files this line says it already.
+    let [digits @ .., b'\n'] = &line else {
+        return Ok(false);
+    };
+    if !digits.iter().all(u8::is_ascii_hexdigit) {
+        return Ok(false);
+    }
+    let rest = Checksum::of_rest(&mut file)?;
+    Ok(digits[..] == *format!("{:08x}", rest.crc32).as_bytes())
 }
 
 #[cfg(test)]

@@ -3,7 +3,7 @@
 //! Everything is written into a hidden folder beside the target, which takes the target's name at the end. One run at
 //! a time writes to a target.
 
-use std::fs;
+use std::fs::{self, File};
 use std::io;
 use std::path::{Path, PathBuf};
 
@@ -174,6 +174,25 @@ impl Draft<'_> {
     pub fn write(&mut self, name: &str, content: &[u8]) -> Result<(), Fault> {
         self.put(name, content)?;
         self.files.push((name.to_owned(), Checksum::of(content)));
+        Ok(())
+    }
+
+    /// Lets `fill` write one file, however large: no copy of it is held.
+    ///
+    /// # Errors
+    /// What `fill` or the file system said.
+    pub fn fill(
+        &mut self,
+        name: &str,
+        fill: &dyn Fn(&mut File) -> io::Result<()>,
+    ) -> Result<(), Fault> {
+        let written = self.hidden.fill(Some(name), fill);
+        let content = written.and_then(|path| Checksum::of_file(&path));
+        let refuse = |error: &io::Error| unwritable(&self.target.path.join(name), error);
+        let content = content.map_err(|error| refuse(&error))?;
+        let content =
+            content.ok_or_else(|| refuse(&io::Error::other("something that is no file")))?;
+        self.files.push((name.to_owned(), content));
         Ok(())
     }
 

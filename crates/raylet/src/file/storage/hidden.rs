@@ -28,6 +28,9 @@ pub struct Hidden {
 /// Says whether what stands somewhere may be replaced.
 pub(crate) type Judge<'a> = &'a dyn Fn(&Path) -> Result<(), Fault>;
 
+/// Writes the content of a new file.
+pub(crate) type Fill<'a> = &'a dyn Fn(&mut File) -> io::Result<()>;
+
 /// Lets two paths change places at one stroke; `false` where that is not possible.
 pub(crate) type Swap<'a> = &'a dyn Fn(&Path, &Path) -> io::Result<bool>;
 
@@ -91,12 +94,21 @@ impl Hidden {
     /// # Errors
     /// What the file system said.
     pub fn write(&self, name: Option<&str>, content: &[u8]) -> io::Result<()> {
+        self.fill(name, &|file| file.write_all(content)).map(drop)
+    }
+
+    /// The same with what `fill` writes, of which no copy is held; returns where the file is for now.
+    ///
+    /// # Errors
+    /// What `fill` or the file system said.
+    pub(crate) fn fill(&self, name: Option<&str>, fill: Fill) -> io::Result<PathBuf> {
         let _list = unfinished();
         let path = match name {
             Some(name) => self.path().join(name),
             None => self.path(),
         };
-        write_through(&path, content)
+        write_through(&path, fill)?;
+        Ok(path)
     }
 
     /// Gives the new thing its name, in folders that are made where they are missing, if `judge` allows what stands
@@ -152,7 +164,7 @@ impl Hidden {
         let refuse = |error: io::Error| unwritable(path, &error);
         let around = self.folder.parent().map(named).unwrap_or(&self.folder);
         let place = below(around, path).as_os_str().as_encoded_bytes();
-        write_through(&self.folder.join(PLACE), place).map_err(refuse)?;
+        write_through(&self.folder.join(PLACE), &|file| file.write_all(place)).map_err(refuse)?;
         sync(&self.folder).map_err(refuse)?;
         let old = self.folder.join(OLD);
         fs::rename(path, &old).map_err(refuse)?;
@@ -184,10 +196,10 @@ pub(crate) fn unwritable(path: &Path, error: &io::Error) -> Fault {
     Fault::of_file(path, error.to_string(), "a place that can be written")
 }
 
-/// Writes a file, and waits until it is on the disk.
-fn write_through(path: &Path, content: &[u8]) -> io::Result<()> {
+/// Fills a file, and waits until it is on the disk.
+fn write_through(path: &Path, fill: Fill) -> io::Result<()> {
     let mut file = File::create(path)?;
-    file.write_all(content)?;
+    fill(&mut file)?;
     file.sync_all()
 }
 

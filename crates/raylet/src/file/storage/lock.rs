@@ -129,10 +129,12 @@ fn open(path: &Path) -> io::Result<File> {
         .open(path)?;
 
     // An empty one belongs to a process that is just about to write its name.
-    let mut start = [0; MARK.len()];
-    match file.read(&mut start)? {
-        0 => Ok(file),
-        _ if start == MARK.as_bytes() => Ok(file),
+    let mut text = Vec::new();
+    (&mut file).take(LONGEST).read_to_end(&mut text)?;
+    let is_lock =
+        |text: &str| Process::parse(text).is_some_and(|process| text == process.to_string());
+    match str::from_utf8(&text) {
+        Ok(text) if text.is_empty() || is_lock(text) => Ok(file),
         _ => Err(foreign()),
     }
 }
@@ -262,7 +264,7 @@ mod tests {
         assert_eq!(fs::read_dir(room.path()).unwrap().count(), 0);
 
         // One that a killed process has left is taken over.
-        for left in ["", "raylet process 1 on moon since 12\n", "raylet pro"] {
+        for left in ["", "raylet process 1 on moon since 12\n"] {
             fs::write(&path, left).unwrap();
             drop(Lock::take(&path).unwrap());
             assert!(!path.exists());
@@ -273,9 +275,17 @@ mod tests {
     fn other_files_of_that_name_are_left_alone() {
         let room = tempfile::tempdir().unwrap();
         let path = room.path().join("lock");
-        fs::write(&path, "diary").unwrap();
-        assert!(matches!(Lock::take(&path), Err(LockError::Io(_))));
-        assert_eq!(fs::read_to_string(&path).unwrap(), "diary");
+        let mine = [
+            "diary",
+            "raylet is good",
+            "raylet process 1 on moon since 12",
+            "raylet process 1 on moon since 12\nmore",
+        ];
+        for text in mine {
+            fs::write(&path, text).unwrap();
+            assert!(matches!(Lock::take(&path), Err(LockError::Io(_))));
+            assert_eq!(fs::read_to_string(&path).unwrap(), text);
+        }
         #[cfg(unix)]
         {
             let link = room.path().join("link");

@@ -66,7 +66,15 @@ impl Checksum {
         if !fs::symlink_metadata(path)?.is_file() {
             return Ok(None);
         }
-        let (mut file, mut hasher) = (File::open(path)?, crc32fast::Hasher::new());
+        Self::of_rest(&mut File::open(path)?).map(Some)
+    }
+
+    /// That of what is left to read of a file.
+    ///
+    /// # Errors
+    /// What the file system said.
+    pub(crate) fn of_rest(file: &mut File) -> io::Result<Self> {
+        let mut hasher = crc32fast::Hasher::new();
         let (mut buffer, mut bytes) = (vec![0; 1 << 16], 0);
         loop {
             let count = match file.read(&mut buffer) {
@@ -78,10 +86,10 @@ impl Checksum {
             hasher.update(buffer.get(..count).unwrap_or_default());
             bytes += count as u64;
         }
-        Ok(Some(Self {
+        Ok(Self {
             bytes,
             crc32: hasher.finalize(),
-        }))
+        })
     }
 }
 

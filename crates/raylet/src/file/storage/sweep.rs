@@ -106,13 +106,14 @@ mod tests {
         let strange = [
             ".raylet-notes1/new/a.txt",
             ".raylet-notes/owner",
+            ".raylet-notes2/owner",
             ".raylet-x/new/b",
         ];
         for path in strange {
             fs::create_dir_all(join(path).parent().unwrap()).unwrap();
-            fs::write(join(path), "mine").unwrap();
+            fs::write(join(path), "raylet is mine").unwrap();
         }
-        fs::write(join(".raylet-diary.lock"), "mine").unwrap();
+        fs::write(join(".raylet-diary.lock"), "raylet is mine").unwrap();
         let held = Hidden::beside(&join("out")).unwrap();
         let lock = Lock::take(&join(".raylet-held.lock")).unwrap();
         sweep_around(&join("a/b/out"));
@@ -120,13 +121,13 @@ mod tests {
             assert!(!join(path).exists(), "{path}");
         }
         for path in strange.iter().chain(&[".raylet-diary.lock"]) {
-            assert_eq!(fs::read_to_string(join(path)).unwrap(), "mine");
+            assert_eq!(fs::read_to_string(join(path)).unwrap(), "raylet is mine");
         }
         assert!(join(".raylet-held.lock").exists());
         held.write(None, b"still there").unwrap();
         held.reveal(&join("out"), &|_| Ok(())).unwrap();
         drop(lock);
-        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 5);
+        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 6);
     }
 
     /// A result that stood aside when its run was killed comes back, unless the new one has come.

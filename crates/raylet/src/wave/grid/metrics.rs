@@ -4,7 +4,7 @@
 //! spaced, so that each sample represents the same area. A number that does not exist (of dark fields, of
 //! arrays that differ in shape) is `None`, never NaN.
 
-use ndarray::{Array2, ArrayView2, Zip};
+use ndarray::{Array2, ArrayView, ArrayView2, Dimension, Zip};
 use num_complex::Complex64;
 
 /// Each sample is split into this many parts along each axis where its energy is counted by radius.
@@ -16,12 +16,16 @@ fn quotient(a: f64, b: f64) -> Option<f64> {
 }
 
 /// √Σ|a|².
-fn norm(a: ArrayView2<'_, Complex64>) -> f64 {
+fn norm<D: Dimension>(a: ArrayView<'_, Complex64, D>) -> f64 {
     a.iter().map(|u| u.norm_sqr()).sum::<f64>().sqrt()
 }
 
 /// √Σ|a − factor·b|² of arrays of one shape.
-fn distance(a: ArrayView2<'_, Complex64>, factor: Complex64, b: ArrayView2<'_, Complex64>) -> f64 {
+fn distance<D: Dimension>(
+    a: ArrayView<'_, Complex64, D>,
+    factor: Complex64,
+    b: ArrayView<'_, Complex64, D>,
+) -> f64 {
     Zip::from(a)
         .and(b)
         .fold(0.0, |sum, u, v| sum + (u - factor * v).norm_sqr())
@@ -41,7 +45,10 @@ pub fn ncc(a: ArrayView2<'_, f64>, b: ArrayView2<'_, f64>) -> Option<f64> {
 
 /// The error ‖a − b‖ / ‖b‖ of a field against the reference `b`, phase and scale counted. `None` if `b` is
 /// dark or the shapes differ.
-pub fn field_error(a: ArrayView2<'_, Complex64>, b: ArrayView2<'_, Complex64>) -> Option<f64> {
+pub fn field_error<D: Dimension + Copy>(
+    a: ArrayView<'_, Complex64, D>,
+    b: ArrayView<'_, Complex64, D>,
+) -> Option<f64> {
     if a.shape() != b.shape() {
         return None;
     }
@@ -59,9 +66,9 @@ pub struct ShapeError {
 
 /// The error of a field against the reference `b` that no global factor removes. `None` if one of them is
 /// dark or the shapes differ.
-pub fn shape_error(
-    a: ArrayView2<'_, Complex64>,
-    b: ArrayView2<'_, Complex64>,
+pub fn shape_error<D: Dimension + Copy>(
+    a: ArrayView<'_, Complex64, D>,
+    b: ArrayView<'_, Complex64, D>,
 ) -> Option<ShapeError> {
     if a.shape() != b.shape() {
         return None;

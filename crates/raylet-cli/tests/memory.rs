@@ -1,0 +1,79 @@
+//! Memory limits hold for whole runs: the pictures and files at the end do not pass them by.
+#![cfg(unix)]
+
+use std::process::{Command, Output};
+
+use crate::stage::Stage;
+
+/// A stop before a sensor of 4 million pixels, whose field takes 64 MB.
+const LARGE: &str = r#"version = 1
+wavelength_um = 0.5
+settings.memory_limit_mb = 130
+[source]
+kind = "plane"
+[[element]]
+kind = "stop"
+thickness_mm = 1
+aperture = { disc = { radius_mm = 0.02 } }
+[[element]]
+kind = "sensor"
+pixels = [2000, 2000]
+pitch_um = 0.05
+"#;
+
+/// Runs the program with an address space of this many kilobytes. One thread and one arena of the allocator reserve
+/// little beyond what they use.
+fn within(stage: &Stage, kilobytes: u32, arguments: &str) -> Output {
+    Command::new("sh")
+        .current_dir(stage.path())
+        .args([
+            "-c",
+            &format!("ulimit -v {kilobytes}; exec \"$RAYLET\" {arguments}"),
+        ])
+        .env("RAYLET", env!("CARGO_BIN_EXE_raylet"))
+        .env("RAYON_NUM_THREADS", "1")
+        .env("MALLOC_ARENA_MAX", "1")
+        .output()
+        .unwrap()
+}
+
+/// The run once took four times its field, and the comparison three times both fields.
+#[test]
+fn results_and_comparisons_keep_to_the_memory_limit() {
+    let stage = Stage::new(LARGE);
+    let run = within(&stage, 230_000, "simulate scene.toml --out out");
+    assert!(run.status.success(), "{run:?}");
+    let compare = "compare out out --memory-limit-mb 257 --out comparison";
+    let run = within(&stage, 360_000, compare);
+    assert!(run.status.success(), "{run:?}");
+}
+
+/// Less memory than the field and its pictures take is refused before the run.
+#[test]
+fn fields_that_do_not_fit_are_refused() {
+    let stage = Stage::new(&LARGE.replace("= 130", "= 127"));
+    let run = within(&stage, 230_000, "simulate scene.toml --out out");
+    let message = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains("takes 128.000 MB with its pictures"),
+        "{message}"
+    );
+}
+
+/// Pixels so large that all light falls between their centres: the result says that it is dark.
+#[test]
+fn a_dark_sensor_is_a_warning() {
+    let dark = LARGE
+        .replace("[2000, 2000]", "[4, 4]")
+        .replace("0.05", "1e5");
+    let stage = Stage::new(&dark);
+    let run = within(&stage, 230_000, "simulate scene.toml --out out");
+    assert!(run.status.success(), "{run:?}");
+    let said = String::from_utf8_lossy(&run.stdout);
+    let last = said.lines().last().unwrap_or_default();
+    assert!(
+        last.starts_with("warning: λ = 0.5 µm: no light comes to the centre"),
+        "{said}"
+    );
+}
