@@ -58,8 +58,9 @@ impl WindowWaves {
 struct Kept {
     places: Vec<(usize, usize)>,
     beamlets: Vec<Arrival>,
-    /// What they bring to the target.
-    energy: f64,
+    /// How they lie to the target, and the energy that they bring there.
+    tails: Vec<(Tail, f64)>,
+    /// The largest of these energies, and the direction of that plane wave.
     strongest: (f64, [f64; 2]),
 }
 
@@ -123,10 +124,12 @@ impl Emission<'_> {
                 continue;
             }
             statistics.tally.count(Fate::Arrived, share);
-            kept.energy += share * Tail::of(&beamlet, self.target.bounds, k).share;
-            if share > kept.strongest.0 {
-                kept.strongest = (share, dp);
+            let tail = Tail::of(&beamlet, self.target.bounds, k);
+            let energy = share * tail.share;
+            if energy >= kept.strongest.0 {
+                kept.strongest = (energy, dp);
             }
+            kept.tails.push((tail, energy));
             kept.places.push(place);
             kept.beamlets.push(beamlet);
         }
@@ -139,7 +142,10 @@ impl Emission<'_> {
     /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet.
     fn correct(&self, start: &ChirpedStart, kept: &mut Kept, statistics: &mut HopStatistics) {
         let found = start.aberration(self.hop, kept.strongest.1);
-        statistics.tally.add_aberration(found, kept.energy);
+        for (tail, energy) in &kept.tails {
+            let there = found.map(|found| found.at_distance(tail.distance));
+            statistics.tally.add_aberration(there, *energy);
+        }
         if let Some(found) = found.filter(|_| self.corrected) {
             let factor = found.correction();
             for beamlet in &mut kept.beamlets {

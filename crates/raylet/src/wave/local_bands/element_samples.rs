@@ -8,7 +8,9 @@ use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use crate::optics::profile::Profile;
 use crate::optics::screen::{Act, Screen};
 use crate::wave::grid::field::Axis;
+use crate::wave::local_bands::aperture_scan::ApertureScan;
 use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::edge_mask::{PASSBAND, REACH, edge_mask};
 use crate::wave::local_bands::fourier_axis::CellFilter;
 
 /// An element, or the aperture of a stop, as local bands see it.
@@ -64,21 +66,29 @@ pub(crate) struct ElementSamples {
     pub half_band: Option<[f64; 2]>,
 }
 
+/// Band of the light of a singular point, in turns from node to node.
+const CORE_BAND: f64 = 0.45;
+
 /// Largest phase of the steepest direction from node to node where an edge cuts pixels, in rad. A cell counts by its
 /// open share, so its spectrum is wrong by a quarter of this phase.
 const EDGE_PHASE: f64 = 0.3;
 
+/// Where an edge cuts a transmission without pixels, nodes are at most this many times coarser than usual, and at most this
+/// many times finer, however far the light of the edge turns.
+const COARSEST_EDGE: f64 = 2.0;
+const FINEST_EDGE: f64 = 2.0;
+
+/// Pitches from one to its half.
+const PITCHES: f64 = 4.0;
+
 /// Most parts of a pixel along each axis that its edges ask for; the light in it may ask for more.
-const MOST_PARTS: f64 = 8.0;
+const MOST_PARTS: f64 = 16.0;
 
 /// Gauss nodes along each axis of a part of a box pixel.
 const NODES_OF_BOX: usize = 2;
 
 /// Points along each axis at which the band of a smooth phase is looked at.
 const LOOKS: usize = 9;
-
-/// A plane wave's index along an edge filter stays below this share of the limit of its nodes.
-const EDGE_LIMIT: f64 = 0.9;
 
 impl<'a> Element<'a> {
     /// The element of a screen; nothing where layers are of a kind that has no local samples.
@@ -187,7 +197,8 @@ impl<'a> Element<'a> {
             let pitch = 0.5 * std::f64::consts::TAU / (area.k * band[a]);
             let edge = match self.pixels {
                 Some(_) => area.edge_pitch.min(EDGE_PHASE / (area.k * area.reach[a])),
-                None => area.edge_pitch,
+                None if !cut => area.edge_pitch,
+                None => edge_pitch(area, a),
             };
             if rough { pitch.min(edge) } else { pitch }
         });
@@ -201,10 +212,11 @@ impl<'a> Element<'a> {
             };
         }
         let axes = [0, 1].map(|a| self.nodes(area, a, needed[a]));
-        let filter = axes.each_ref().map(|axis| self.filter(axis.pitch, cut));
+        let filter = axes.each_ref().map(|axis| self.filter(axis.pitch));
+        let share = if cut { PASSBAND } else { CORE_BAND };
         let limit = axes
             .each_ref()
-            .map(|axis| EDGE_LIMIT * 0.5 * std::f64::consts::TAU / (area.k * axis.pitch));
+            .map(|axis| share * std::f64::consts::TAU / (area.k * axis.pitch));
         ElementNodes {
             axes,
             at_samples: false,
@@ -310,23 +322,23 @@ impl<'a> Element<'a> {
             return Axis::gauss(cells, own / parts, middle, nodes);
         }
         let bounds = self.aperture.bounds().unwrap_or([low, high, low, high]);
-        let low = low.max(bounds[2 * a] - pitch);
-        let high = high.min(bounds[2 * a + 1] + pitch).max(low);
+        let beside = REACH as f64 * pitch;
+        let low = low.max(bounds[2 * a] - beside);
+        let high = high.min(bounds[2 * a + 1] + beside).max(low);
         let count = ((high - low) / pitch).ceil();
         Axis::uniform(count as usize, pitch, 0.5 * (low + high))
     }
 
     /// What cells of a width do.
-    fn filter(&self, pitch: f64, cut: bool) -> CellFilter {
+    fn filter(&self, pitch: f64) -> CellFilter {
         match self.pixels.map(|pixels| pixels.form) {
             Some(PixelForm::Box) => CellFilter::Boxes(pitch),
-            Some(PixelForm::Point | PixelForm::Bilinear) => CellFilter::Points,
-            None if cut => CellFilter::Means(pitch),
-            None => CellFilter::Points,
+            Some(PixelForm::Point | PixelForm::Bilinear) | None => CellFilter::Points,
         }
     }
 
-    /// The transmission over a carrier at nodes, times the open share of their cells if `opened`.
+    /// The transmission over a carrier at nodes, times what is open there if `opened`: the share of each part of a pixel, and
+    /// the mask of limited band where there are no pixels.
     fn values(
         &self,
         nodes: &[Axis; 2],
@@ -342,12 +354,17 @@ impl<'a> Element<'a> {
             let along = |a: usize, axis: &Axis| pixels.indices(a, &axis.nodes());
             (&pixels.values, along(0, columns), along(1, rows))
         });
+        let mask = (opened && self.pixels.is_none()).then(|| edge_mask(&self.aperture, nodes));
         let plane = carrier.p == [0.0; 2] && carrier.q == [0.0; 3];
         for (j, mut row) in values.rows_mut().into_iter().enumerate() {
             let y = rows.node(j);
             let mut scan = ApertureScan::new(&self.aperture, rows.span(j));
             for (i, value) in row.iter_mut().enumerate() {
-                let open = if opened { scan.open(spans[i]) } else { 1.0 };
+                let open = match &mask {
+                    Some(mask) => mask[[j, i]],
+                    None if opened => scan.open(spans[i]),
+                    None => 1.0,
+                };
                 if open == 0.0 {
                     continue;
                 }
@@ -387,42 +404,13 @@ impl<'a> Element<'a> {
     }
 }
 
-/// The open shares of cells along a row, from low to high x. The depth of one cell inside or outside the edge says
-/// how near an edge can be, so most cells need no evaluation of their own.
-struct ApertureScan<'a> {
-    aperture: &'a Aperture,
-    /// The row's span along y, in mm.
-    row: [f64; 2],
-    /// Cells are known to have this share up to that x.
-    known: (f64, f64),
-}
-
-impl<'a> ApertureScan<'a> {
-    fn new(aperture: &'a Aperture, row: [f64; 2]) -> Self {
-        Self {
-            aperture,
-            row,
-            known: (0.0, f64::NEG_INFINITY),
-        }
-    }
-
-    /// The open share of the cell with this span along x.
-    fn open(&mut self, [x0, x1]: [f64; 2]) -> f64 {
-        let [y0, y1] = self.row;
-        let (x, y) = (0.5 * (x0 + x1), 0.5 * (y0 + y1));
-        let (share, end) = self.known;
-        if x + 0.5 * (x1 - x0 + y1 - y0) < end {
-            return share;
-        }
-        let half = 0.5 * (x1 - x0).hypot(y1 - y0);
-        let depth = self.aperture.depth(x, y);
-        if depth.abs() <= half {
-            return self.aperture.coverage(x0, x1, y0, y1);
-        }
-        let share = if depth > 0.0 { 1.0 } else { 0.0 };
-        self.known = (share, x + depth.abs());
-        share
-    }
+/// The pitch of nodes along an axis at which the light of an edge is computed in all directions that lead to the target. It
+/// has steps, so that it stays the same where a system changes a little.
+fn edge_pitch(area: &TileArea, a: usize) -> f64 {
+    let needed = area.reach[a] + area.half_band[a];
+    let fine = PASSBAND * std::f64::consts::TAU / (area.k * needed);
+    let finer = (COARSEST_EDGE * area.edge_pitch / fine).clamp(1.0, COARSEST_EDGE * FINEST_EDGE);
+    COARSEST_EDGE * area.edge_pitch * 2f64.powf(-(PITCHES * finer.log2()).ceil() / PITCHES)
 }
 
 /// Whether a phase has a point at which it is not smooth.

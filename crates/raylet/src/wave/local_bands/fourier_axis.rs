@@ -15,8 +15,6 @@ pub enum CellFilter {
     /// The element is constant over each cell of this width in mm, which has one node in its middle or two Gauss nodes:
     /// the product with light that is constant or linear in the cell is integrated exactly.
     Boxes(f64),
-    /// Nodes hold means over cells of this width in mm: the sinc that this brings is divided out.
-    Means(f64),
 }
 
 impl CellFilter {
@@ -32,7 +30,6 @@ impl CellFilter {
                 let linear = Complex64::new(even, -3f64.sqrt() * aside.signum() * odd);
                 linear * Complex64::cis(k * dp * aside)
             }
-            Self::Means(width) => Complex64::from(1.0 / bessel(half(width))[0]),
         }
     }
 }
