@@ -61,12 +61,12 @@ fn main_cause(hop: &HopReport, budget: &ErrorBudget) -> (&'static str, &'static 
     let largest = aberration.max(windows).max(dropped).max(rims);
     match (largest, &hop.method) {
         _ if largest == rims => (
-            "rims of surfaces that cut light ray by ray",
-            "; an element of kind \"stop\" in place of the rim diffracts it",
+            "rims of surfaces that cut light",
+            "; where a rim cuts ray by ray, an element of kind \"stop\" in its place diffracts the light",
         ),
         _ if largest == dropped => (
             "modes and tails that were left out",
-            "; a tighter target error, or a target screen that holds all the light, may help",
+            "; a tighter target error may help",
         ),
         _ if largest == windows => (
             "windows and their period",

@@ -12,16 +12,17 @@ use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::aperture_scan::ApertureScan;
 
 /// Frequencies of the mask up to this one are right, in turns from node to node; those from 1 less this one on are gone.
-pub(crate) const PASSBAND: f64 = 0.35;
+pub(crate) const PASSBAND: f64 = 0.25;
 
 /// The filter reaches this many nodes to both sides.
 pub(crate) const REACH: usize = 7;
 
-/// Cells from node to node. Their own means attenuate the edge of the passband by 4e-3.
+/// Cells from node to node. Their own means attenuate the edge of the passband by 2e-3.
 const FINE: usize = 7;
 
-/// Shape of the filter's window exp(β(√(1 − z²) − 1)): frequencies that must go are below 1e-3.
-const SHAPE: f64 = 6.2;
+/// Shape of the filter's window exp(β(√(1 − z²) − 1)): within the passband the filter is one within 2e-5, and
+/// frequencies that must go are below 2e-5.
+const SHAPE: f64 = 11.0;
 
 /// The filter at fine cells, from one end to the other; the sum is one.
 fn kernel() -> Vec<f64> {

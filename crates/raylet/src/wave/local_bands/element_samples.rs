@@ -73,9 +73,8 @@ const CORE_BAND: f64 = 0.45;
 /// open share, so its spectrum is wrong by a quarter of this phase.
 const EDGE_PHASE: f64 = 0.3;
 
-/// Where an edge cuts a transmission without pixels, nodes are at most this many times coarser than usual, and at most this
-/// many times finer, however far the light of the edge turns.
-const COARSEST_EDGE: f64 = 2.0;
+/// Where an edge cuts a transmission without pixels, nodes are at most this many times finer than usual, however far the light
+/// of the edge turns.
 const FINEST_EDGE: f64 = 2.0;
 
 /// Pitches from one to its half.
@@ -409,8 +408,8 @@ impl<'a> Element<'a> {
 fn edge_pitch(area: &TileArea, a: usize) -> f64 {
     let needed = area.reach[a] + area.half_band[a];
     let fine = PASSBAND * std::f64::consts::TAU / (area.k * needed);
-    let finer = (COARSEST_EDGE * area.edge_pitch / fine).clamp(1.0, COARSEST_EDGE * FINEST_EDGE);
-    COARSEST_EDGE * area.edge_pitch * 2f64.powf(-(PITCHES * finer.log2()).ceil() / PITCHES)
+    let finer = (area.edge_pitch / fine).clamp(1.0, FINEST_EDGE);
+    area.edge_pitch * 2f64.powf(-(PITCHES * finer.log2()).ceil() / PITCHES)
 }
 
 /// Whether a phase has a point at which it is not smooth.
