@@ -110,10 +110,12 @@ def may_touch(case: Case, line: list[str], run: Run, name: str, what: str) -> bo
     own = PurePosixPath(name).name.removeprefix(".").removesuffix(".raylet")
     stated = own.encode() in case.files.get("scene.toml", b"") or own == "scene.designed.toml"
     lent = name in {**DECOYS, **case.files, **case.special}
-    if verb in ("hologram", "design") and (stated or own == PurePosixPath(out).name):
+    leads = bool(out) and what == "made" and out.startswith(name + "/")
+    # A design that ends with an error leaves its folder with the last checkpoint; its name may stand in the scene too.
+    folder = verb == "design" and (name == out or leads)
+    if verb in ("hologram", "design") and not folder and (stated or own == PurePosixPath(out).name):
         return run.code == 0 and (overwrite or not lent) and (not name.startswith("../") or "--allow-outside" in line)
     beneath = bool(out) and (name + "/").startswith(out + "/") or out == "."
-    leads = bool(out) and what == "made" and out.startswith(name + "/")
     return (beneath or leads) and not lent and (run.code == 0 or verb == "design" or what == "made" and leads)
 
 

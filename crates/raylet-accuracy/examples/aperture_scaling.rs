@@ -10,7 +10,6 @@ use std::path::Path;
 
 use raylet::engine::chain::outcome::HopReport;
 use raylet::engine::chain::simulate::simulate;
-use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::error::tally::Fate;
 use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::plan::settings::{Method, Settings};
@@ -113,9 +112,6 @@ fn measure(name: &str, diameter: f64) -> Result<Row, Box<dyn Error>> {
     let norm: f64 = exact.iter().map(|value| value.norm_sqr()).sum();
 
     let hops = &outcome.hops;
-    let budgets = hops
-        .iter()
-        .filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
     let held = hops
         .first()
         .map_or(0.0, |hop| hop.tally.rays(Fate::Arrived) as f64);
@@ -124,7 +120,7 @@ fn measure(name: &str, diameter: f64) -> Result<Row, Box<dyn Error>> {
         seconds,
         bytes: BEAMLET * held,
         windows: hops.iter().map(windows).sum(),
-        expected: budgets.map(|budget| budget.total()).fold(0.0, f64::hypot),
+        expected: outcome.expected_error().unwrap_or(0.0),
         error: (off / norm).sqrt(),
     })
 }

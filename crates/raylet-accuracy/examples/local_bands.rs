@@ -15,7 +15,6 @@ use num_complex::Complex64;
 use raylet::engine::chain::local_band_run::local_band_settings;
 use raylet::engine::chain::outcome::Outcome;
 use raylet::engine::chain::simulate::simulate;
-use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::error::tally::Fate;
 use raylet::engine::local_bands::carry::{LocalBandCotangent, carry_kept, carry_kept_adjoint};
 use raylet::engine::local_bands::settings::LocalBandSettings;
@@ -146,7 +145,7 @@ fn report(outcome: &Outcome) {
             tally.rays(Fate::Arrived),
             hop.seconds,
         );
-        let Some(budget) = ErrorBudget::of(&hop.method, tally) else {
+        let Some(budget) = hop.budget() else {
             continue;
         };
         println!(

@@ -10,7 +10,7 @@ use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 use raylet_accuracy::estimates::error_ratios::distance;
 use raylet_accuracy::numbers::pixels::Pixels;
-use raylet_accuracy::problems::problem::{doe, estimated_error, face, sensor};
+use raylet_accuracy::problems::problem::{doe, face, sensor};
 use raylet_accuracy::problems::slanted::tilted_planes;
 use raylet_accuracy::problems::suite::problems;
 use raylet_testkit::parts::plane_wave;
@@ -97,7 +97,7 @@ fn free_hops_meet_their_target_and_estimate_their_error_slow() {
             let error = distance(&outcome.field.values, &exact);
             let name = format!("{}, target {target}, error {error:e}", problem.name);
             assert!(error < target, "{name}");
-            let ratio = estimated_error(&outcome) / error;
+            let ratio = outcome.expected_error().unwrap() / error;
             assert!((0.5..2.0).contains(&ratio), "{name}: {ratio}");
 
             let HopMethod::WholeField(Plan::Free(_, plan)) = &outcome.hops[0].method else {

@@ -4,7 +4,6 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::local_band_run::local_band_settings;
 use raylet::engine::chain::simulate::simulate;
-use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::local_bands::carry::carry;
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::optics::doe::Layer;
@@ -67,14 +66,7 @@ fn the_error_behind_a_mask_is_estimated() {
         let nodes = polar_nodes(&triplet.element, 1.5, [60, 160]);
         let exact = field(&system, &nodes, None).unwrap();
         let error = absolute_error(&outcome.field.values, &exact);
-        let budgets = outcome.hops.iter();
-        let squares = budgets.map(|hop| {
-            ErrorBudget::of(&hop.method, &hop.tally)
-                .unwrap()
-                .total()
-                .powi(2)
-        });
-        let expected = squares.sum::<f64>().sqrt();
+        let expected = outcome.expected_error().unwrap();
         assert!(error < expected, "{angle}°: {error:e} of {expected:e}");
         assert!(
             expected < 8.0 * error,

@@ -47,7 +47,8 @@ impl Meter {
     pub(crate) fn note(&self, run: &str, progress: Progress) {
         let mut now = self.now.lock().unwrap_or_else(PoisonError::into_inner);
         let Progress { hop, hops, to, .. } = progress;
-        let label = format!("{run}hop {} of {hops} to '{to}'", hop + 1);
+        let attempt = progress.attempt_note();
+        let label = format!("{run}hop {} of {hops} to '{to}'{attempt}", hop + 1);
         if now.as_ref().is_none_or(|shown| shown.label != label) {
             *now = Some(self.begin(label, progress));
         }

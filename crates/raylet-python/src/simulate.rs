@@ -79,7 +79,8 @@ fn carry_all(
         let report = |progress: Progress| {
             let before = (number * progress.hops + progress.hop) as f64;
             let all = (systems.len() * progress.hops) as f64;
-            watch.report(before + progress.done, all, progress.to)
+            let label = format!("{}{}", progress.to, progress.attempt_note());
+            watch.report(before + progress.done, all, &label)
         };
         let outcome: Outcome =
             carry(system, settings, &report).map_err(|error| simulate_fault(file, &error))?;

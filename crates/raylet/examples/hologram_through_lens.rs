@@ -9,7 +9,6 @@ use num_complex::Complex64;
 use raylet::design::holograms::hologram::{HologramTask, design};
 use raylet::design::losses::target::Target;
 use raylet::engine::chain::simulate::simulate;
-use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::Settings;
 use raylet::optics::assembly::part_check::BuildError;
 use raylet::optics::assembly::system_builder::SystemBuilder;
@@ -78,7 +77,7 @@ fn main() -> Result<(), Box<dyn Error>> {
     let seen = ncc(outcome.field.intensity().view(), picture.view()).ok_or("a dark sensor")?;
     println!("likeness through the real lens: {seen:.4}");
     for hop in &outcome.hops {
-        if let Some(budget) = ErrorBudget::of(&hop.method, &hop.tally) {
+        if let Some(budget) = hop.budget() {
             println!("estimated error of the field: {:.1e}", budget.total());
         }
     }

@@ -8,7 +8,6 @@ use raylet::engine::chain::forecast::forecast;
 use raylet::engine::chain::outcome::HopReport;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::chain::simulate_error::SimulateError;
-use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::local_bands::local_band_error::LocalBandError;
 use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::plan::hop_plan::Plan;
@@ -66,12 +65,9 @@ fn bessel(v: f64) -> f64 {
 #[test]
 fn a_field_too_large_to_be_sampled_goes_by_local_bands_to_the_pattern_of_airy() {
     let outcome = simulate(&system(), &little_memory(), &|_| {}).unwrap();
-    let mut expected = 0.0;
-    for hop in &outcome.hops {
-        assert!(matches!(hop.method, HopMethod::LocalBands(_)));
-        let budget = ErrorBudget::of(&hop.method, &hop.tally).unwrap();
-        expected = f64::hypot(expected, budget.total());
-    }
+    let local_bands = |hop: &HopReport| matches!(hop.method, HopMethod::LocalBands(_));
+    assert!(outcome.hops.iter().all(local_bands));
+    let expected = outcome.expected_error().unwrap();
     assert!(expected < 1e-3, "{expected:e}");
 
     // |U| = (πR²/λf)·2J₁(v)/v, v = kRr/f, to the square of the aperture's sine.
@@ -195,9 +191,7 @@ fn edges_turn_light_by_large_angles() {
         let free = |hop: &HopReport| matches!(hop.method, HopMethod::WholeField(Plan::Free(..)));
         assert!(exact.hops.iter().all(free));
         let error = field_error(found.field.values.view(), exact.field.values.view()).unwrap();
-        let budgets = found.hops.iter();
-        let budgets = budgets.map(|hop| ErrorBudget::of(&hop.method, &hop.tally).unwrap());
-        let expected = budgets.fold(0.0, |sum: f64, budget| sum.hypot(budget.total()));
+        let expected = found.expected_error().unwrap();
         assert!(error < 1.3e-3, "radius {radius}: {error:e}");
         assert!(
             expected > 0.33 * error,

@@ -2,16 +2,14 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::outcome::Outcome;
+use raylet::engine::chain::outcome::{HopReport, Outcome};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::chain::simulate_error::SimulateError;
-use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::Settings;
 use raylet::optics::system::System;
 
 use crate::estimates::random_systems::{KINDS, Kind, random_system};
 use crate::estimates::surface_sum::surface_sum;
-use crate::problems::problem::estimated_error;
 
 /// A random system, the error that raylet estimated and the true one.
 #[derive(Clone, Debug)]
@@ -80,7 +78,7 @@ pub fn run_case(index: u32) -> Result<Case, SimulateError> {
         kind,
         number,
         target,
-        estimate: estimated_error(&outcome),
+        estimate: outcome.expected_error().unwrap_or(0.0),
         parts: parts(&outcome),
         truth: distance(&outcome.field.values, &exact),
         intensity: power(&exact) / exact.len() as f64,
@@ -90,8 +88,7 @@ pub fn run_case(index: u32) -> Result<Case, SimulateError> {
 
 /// The errors that the hops of a run estimate, by cause.
 fn parts(outcome: &Outcome) -> [f64; 4] {
-    let budgets = outcome.hops.iter();
-    let budgets = budgets.filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
+    let budgets = outcome.hops.iter().filter_map(HopReport::budget);
     budgets.fold([0.0; 4], |sums: [f64; 4], budget| {
         let own = [
             budget.aberration,

@@ -5,7 +5,6 @@ use num_complex::Complex64;
 use raylet::engine::chain::outcome::Outcome;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::chain::simulate_error::SimulateError;
-use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::engine::plan::settings::Settings;
 use raylet::math::random::uniform;
 use raylet::optics::aperture::Aperture;
@@ -84,19 +83,9 @@ fn measured(outcome: &Outcome, exact: &Array2<Complex64>) -> Measured {
             .max(0.0)
             .sqrt(),
         ncc: sum(&ia, &ib) / (sum(&ia, &ia) * sum(&ib, &ib)).sqrt(),
-        estimate: estimated_error(outcome),
+        estimate: outcome.expected_error().unwrap_or(0.0),
         rays: rays.sum(),
     }
-}
-
-/// The error that a run estimates: the errors of its hops together.
-pub fn estimated_error(outcome: &Outcome) -> f64 {
-    let budgets = outcome.hops.iter();
-    let budgets = budgets.filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
-    budgets
-        .map(|budget| budget.total().powi(2))
-        .sum::<f64>()
-        .sqrt()
 }
 
 /// A screen of box pixels on the axis.

@@ -5,9 +5,7 @@ use std::time::Instant;
 
 use ndarray::Array2;
 use num_complex::Complex64;
-use raylet::engine::chain::outcome::Outcome;
 use raylet::engine::chain::simulate::simulate;
-use raylet::engine::error::error_budget::ErrorBudget;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Outline;
 use raylet::optics::doe::Doe;
@@ -47,16 +45,9 @@ pub fn measure(case: &Case) -> Result<Measured, Box<dyn Error>> {
         processor: processor_seconds() - start,
         wall: clock.elapsed().as_secs_f64(),
         megabytes: peak_megabytes(),
-        expected: expected(&outcome),
+        expected: outcome.expected_error().unwrap_or(0.0),
         error: error(case, &system, &outcome.field.values),
     })
-}
-
-/// The expected error of all hops together.
-fn expected(outcome: &Outcome) -> f64 {
-    let budgets = outcome.hops.iter();
-    let budgets = budgets.filter_map(|hop| ErrorBudget::of(&hop.method, &hop.tally));
-    budgets.map(|budget| budget.total()).fold(0.0, f64::hypot)
 }
 
 /// The error on the block of pixels about the brightest one.

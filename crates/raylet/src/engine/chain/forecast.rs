@@ -150,7 +150,7 @@ fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Ch
 }
 
 /// Seconds of one core that a hop from a whole field takes, about.
-fn whole_field_seconds(plan: &Plan, grids: &Grids) -> f64 {
+pub(crate) fn whole_field_seconds(plan: &Plan, grids: &Grids) -> f64 {
     let count = |[ny, nx]: [usize; 2]| nx as f64 * ny as f64;
     let rays = match plan {
         Plan::Beamlets(plan) => plan.seconds,

@@ -81,6 +81,7 @@ pub(crate) fn run_local_bands(
     let system = &rimmed.system;
     let outcome = carry_with(system, settings, &|here| {
         progress(Progress {
+            attempt: 0,
             hop: here.hop,
             hops: system.trains.len(),
             to: &system.screens[here.hop + 1].name,

@@ -3,6 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | [`arriving_light`] | The light that arrives at a screen as a whole field, and its grids |
+//! | `attempt` | One attempt to carry the light of a system: its rims, who carries the light, and the run |
 //! | `backend` | The interface between fields and rays: everything that crosses it adds |
 //! | [`control_variate`] | A control variate for drawn beamlets: only the change since an exact run is estimated |
 //! | `beamlet_propagation` | The backend that carries beamlets of a range of patches on the threads of this machine |
@@ -14,14 +15,17 @@
 //! | `linearised_fields` | Fields and gradients of a system with frozen plans of whole fields |
 //! | [`linearised_system`] | A system with frozen plans: its fields and its gradients |
 //! | [`linearised_system_error`] | Why a system cannot be differentiated |
+//! | `missed_target` | Further attempts where a run misses its target error |
 //! | [`outcome`] | The result of a run, and how far it has come |
 //! | [`mod@reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
 //! | `rimmed_variations` | Perturbed systems with a screen at every rim of the planned one |
 //! | [`screen_sensitivity`] | How the light on a screen changes with the parameters of its source and element |
 //! | [`simulate`] | A whole run from the source to the sensor |
 //! | [`simulate_error`] | Why a run is impossible |
+//! | `whole_field_run` | A whole run from fields that are sampled as a whole |
 
 pub mod arriving_light;
+pub(crate) mod attempt;
 pub(crate) mod backend;
 pub(crate) mod beamlet_propagation;
 pub mod control_variate;
@@ -33,9 +37,11 @@ pub(crate) mod linearised_fields;
 pub mod linearised_system;
 pub mod linearised_system_error;
 pub mod local_band_run;
+pub(crate) mod missed_target;
 pub mod outcome;
 pub mod reference;
 pub(crate) mod rimmed_variations;
 pub mod screen_sensitivity;
 pub mod simulate;
 pub mod simulate_error;
+pub(crate) mod whole_field_run;

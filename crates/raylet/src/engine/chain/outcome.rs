@@ -3,6 +3,7 @@
 use ndarray::Array2;
 
 use crate::engine::chain::simulate_error::SimulateError;
+use crate::engine::error::error_budget::ErrorBudget;
 use crate::engine::error::tally::Tally;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
@@ -28,6 +29,13 @@ pub struct HopReport {
     pub seconds: f64,
 }
 
+impl HopReport {
+    /// What its error is expected to be, by cause; nothing of a method whose errors are not estimated.
+    pub fn budget(&self) -> Option<ErrorBudget> {
+        ErrorBudget::of(&self.method, &self.tally)
+    }
+}
+
 /// The result of a run at one wavelength.
 #[derive(Clone, Debug)]
 pub struct Outcome {
@@ -42,9 +50,21 @@ pub struct Outcome {
     pub rimmed: Rimmed,
 }
 
+impl Outcome {
+    /// The expected relative error of the field: the root of the sum of squares over all hops. Nothing where a hop was
+    /// carried by a method whose errors are not estimated.
+    pub fn expected_error(&self) -> Option<f64> {
+        let budgets = self.hops.iter().map(HopReport::budget);
+        let squares: Option<f64> = budgets.map(|one| Some(one?.total().powi(2))).sum();
+        squares.map(f64::sqrt)
+    }
+}
+
 /// How far a run has come.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
+    /// Which attempt it is: 0, then 1 and so on where the target error was missed.
+    pub attempt: usize,
     /// Index of the hop.
     pub hop: usize,
     /// Number of hops.
@@ -58,8 +78,17 @@ pub struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
+    /// Which attempt it is, to stand behind the name of a screen: " (attempt 2)", or nothing for the first.
+    pub fn attempt_note(&self) -> String {
+        match self.attempt {
+            0 => String::new(),
+            before => format!(" (attempt {})", before + 1),
+        }
+    }
+
     pub(crate) fn of(system: &'a System, hop: usize, plan: &Plan, done: f64) -> Self {
         Self {
+            attempt: 0,
             hop,
             hops: system.trains.len(),
             to: &system.screens[hop + 1].name,

@@ -210,6 +210,7 @@ fn by_routes(
     for (number, (hop, route)) in system.hops().zip(&routes).enumerate() {
         let report = |done: f64| {
             Cancelled::check(progress(Progress {
+                attempt: 0,
                 hop: number,
                 hops: routes.len(),
                 to: &hop.to.name,
@@ -399,6 +400,7 @@ fn refraction(system: &System, progress: &Listener) -> Result<Reference, Referen
     let screens = [name(system.screens.first()), name(system.screens.last())];
     let report = |done: f64| {
         Cancelled::check(progress(Progress {
+            attempt: 0,
             hop: 0,
             hops: 1,
             to: &screens[1],

@@ -13,25 +13,16 @@ const SUM: f64 = 1e-3;
 
 /// The warnings about a result, for this target error.
 pub(crate) fn run_warnings(outcome: &Outcome, target_error: f64) -> Vec<String> {
-    let budgets: Vec<Option<ErrorBudget>> = outcome
+    let expected = outcome.expected_error();
+    let budgets = outcome
         .hops
         .iter()
-        .map(|hop| ErrorBudget::of(&hop.method, &hop.tally))
-        .collect();
-    let squares: Option<f64> = budgets
-        .iter()
-        .map(|one| Some(one.as_ref()?.total().powi(2)))
-        .sum();
-    let expected = squares.map(f64::sqrt);
-    let worst = outcome
-        .hops
-        .iter()
-        .zip(budgets.iter().flatten())
-        .max_by(|(_, a), (_, b)| a.total().total_cmp(&b.total()));
+        .filter_map(|hop| Some((hop, hop.budget()?)));
+    let worst = budgets.max_by(|(_, a), (_, b)| a.total().total_cmp(&b.total()));
     let missed = expected
         .filter(|expected| *expected > NEAR * target_error)
         .zip(worst)
-        .map(|(expected, (hop, budget))| missed_target([expected, target_error], hop, budget));
+        .map(|(expected, (hop, budget))| missed_target([expected, target_error], hop, &budget));
     let list = [
         missed,
         dark_sensor(outcome),

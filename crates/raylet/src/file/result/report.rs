@@ -13,7 +13,6 @@ use serde::{Deserialize, Serialize};
 use crate::engine::beamlet::beamlet_plan::BeamletPlan;
 use crate::engine::chain::outcome::{HopReport, Outcome};
 use crate::engine::chain::reference::Reference;
-use crate::engine::error::error_budget::ErrorBudget;
 use crate::engine::error::run_warnings::run_warnings;
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::local_bands::settings::LocalBandPlan;
@@ -429,7 +428,7 @@ impl Channel {
 impl HopEntry {
     fn new(hop: &Hop, report: &HopReport, settings: &Settings) -> Self {
         let tally = &report.tally;
-        let budget = ErrorBudget::of(&report.method, tally);
+        let budget = report.budget();
         let [before, behind, landed] = report.power;
         Self {
             plan: PlanEntry::new(hop, &report.method, settings),

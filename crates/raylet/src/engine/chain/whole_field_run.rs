@@ -1,0 +1,120 @@
+//! A whole run from fields that are sampled as a whole: from one screen to the next.
+
+use std::ops::ControlFlow;
+use std::time::Instant;
+
+use ndarray::Array2;
+
+use crate::engine::chain::arriving_light::{
+    Arriving, arrival_reach, leaving, receiving_raster, sensor_grid, sensor_of,
+};
+use crate::engine::chain::hop_run::HopRun;
+use crate::engine::chain::outcome::{HopReport, Outcome, Progress, check_sound};
+use crate::engine::chain::simulate_error::SimulateError;
+use crate::engine::error::lost_light::lost_light;
+use crate::engine::error::tally::{FATES, Fate};
+use crate::engine::plan::downstream::Downstream;
+use crate::engine::plan::hop_method::HopMethod;
+use crate::engine::plan::hop_plan::Plan;
+use crate::engine::plan::settings::Settings;
+use crate::engine::progress::Cancelled;
+use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, edge_error};
+use crate::optics::screen::Sensor;
+use crate::optics::system::{Hop, System};
+use crate::wave::grid::field::{Field, Grid};
+use crate::wave::grid::height_stack::HeightStack;
+use crate::wave::grid::sampling::act;
+
+/// Lost light below this share is not divided by cause: no report shows it.
+const NOTHING: f64 = 1e-9;
+
+/// Carries the light of a system, in which rims that matter are screens, to its sensor.
+///
+/// # Errors
+/// When a screen needs too many samples, no light is left, the field is not finite, or `progress` cancels the run.
+pub(crate) fn run_whole_fields(
+    original: &System,
+    rimmed: Rimmed,
+    plans: Vec<Plan>,
+    settings: &Settings,
+    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+) -> Result<Outcome, SimulateError> {
+    let system = &rimmed.system;
+    let sensor = sensor_of(system)?;
+    let settings = &settings.shared(system.trains.len());
+    let mut light = Arriving::from_source(system);
+    let (mut reports, mut standard_error) = (Vec::<HopReport>::new(), None);
+    for ((number, hop), plan) in system.hops().enumerate().zip(plans) {
+        let clock = Instant::now();
+        let downstream = &Downstream::of(system, number);
+        let (arrived, field) = light.pass(system, hop.from, leaving(&plan), settings)?;
+        let before = arrived.power();
+        drop(arrived);
+        let reach = arrival_reach(&hop, &plan);
+        let raster = receiving_raster(&hop, reach, settings)?;
+        let step = |done: f64| progress(Progress::of(system, number, &plan, done));
+        Cancelled::check(step(0.0))?;
+        let run = HopRun::new(number, hop, &plan, settings, downstream);
+        let (levels, mut tally) = run.carry(&field, raster, reach, &step)?;
+        if !levels.power().is_finite() {
+            return Err(SimulateError::NotFinite(hop.to.name.clone()));
+        }
+        standard_error = tally.noise.take();
+        if tally.share(Fate::Elsewhere) > NOTHING {
+            tally.divide_elsewhere(lost_light_shares(system, &hop, &light));
+        }
+        let ended = (1.0 - field.power() / before).max(rimmed.cut_at(hop.from));
+        tally.edge = edge_error(original, hop.from, ended).hypot(cut_by_ray(&rimmed.rims, number));
+        Cancelled::check(step(1.0))?;
+        let directions = plan.light(&hop, light.directions);
+        reports.push(HopReport {
+            screens: [hop.from.name.clone(), hop.to.name.clone()],
+            method: HopMethod::WholeField(plan),
+            tally,
+            power: [before, field.power(), levels.power()].map(Some),
+            samples: Some(field.grid.shape()),
+            seconds: clock.elapsed().as_secs_f64(),
+        });
+        light = Arriving {
+            sum: Some(levels),
+            directions,
+            reach,
+        };
+    }
+    note_landed(system, &mut reports);
+    let field = on_sensor(sensor, light.sum);
+    check_sound(original, &field, standard_error.as_ref())?;
+    Ok(Outcome {
+        field,
+        standard_error,
+        hops: reports,
+        rimmed,
+    })
+}
+
+/// Notes which share of the light behind its first screen each hop brings to the sensor.
+fn note_landed(system: &System, reports: &mut [HopReport]) {
+    let landed = reports.last().and_then(|last| last.power[2]).unwrap_or(0.0);
+    for (number, report) in reports.iter_mut().enumerate() {
+        let share = report.power[1].map(|behind| landed / behind);
+        report.tally.landed = share.filter(|_| Downstream::reaches_end(system, number));
+    }
+}
+
+/// The field at the pixel centres of a sensor; dark when no light was summed there.
+fn on_sensor(sensor: &Sensor, sum: Option<HeightStack>) -> Field {
+    let grid = sensor_grid(sensor);
+    let dark = || Array2::zeros(grid.shape());
+    let values = sum.map_or_else(dark, HeightStack::into_middle);
+    Field { grid, values }
+}
+
+/// Energy by fate, in proportion, of all light behind the first screen.
+fn lost_light_shares(system: &System, hop: &Hop, light: &Arriving) -> [f64; FATES.len()] {
+    let behind = |grid: Grid| {
+        let mut field = light.on(system, hop.from, grid);
+        act(hop.from, &mut field);
+        field
+    };
+    lost_light(hop, &behind)
+}
