@@ -1,11 +1,14 @@
 //! The errors that raylet estimates for random small systems, beside their exact fields.
 
+use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::settings::Settings;
 use rayon::prelude::*;
 
 use raylet_accuracy::estimates::error_ratios::{
     EFFORT, FINER, Spread, case_at, distance, run_case,
 };
 use raylet_accuracy::estimates::surface_sum::surface_sum;
+use raylet_testkit::strong_mirror::strong_mirror;
 
 /// Systems, as many as in the report.
 const CASES: u32 = 200;
@@ -36,5 +39,27 @@ fn surface_sums_have_converged() {
         let (usual, finer) = (surface_sum(&system, EFFORT), surface_sum(&system, FINER));
         let off = distance(&usual, &finer);
         assert!(off < 1e-5, "{kind:?} {number}: {off:e}");
+    }
+}
+
+/// Mirrors whose plans for a target of 1e-2 end far above it (at 6.9e-2 without tilt) meet it with the plan for a tighter
+/// target, and the estimate covers the true error.
+#[test]
+fn another_plan_meets_a_missed_target() {
+    for (radius, tilt) in [(60.0, 0.0), (60.0, 0.05)] {
+        let system = strong_mirror(radius, tilt);
+        let settings = Settings {
+            target_error: 1e-2,
+            ..Settings::default()
+        };
+        let outcome = simulate(&system, &settings, &|_| {}).unwrap();
+        let truth = distance(&outcome.field.values, &surface_sum(&system, EFFORT));
+        let expected = outcome.expected_error().unwrap();
+        println!("radius {radius}, tilt {tilt}: {expected:.2e} estimated, {truth:.2e} true");
+        assert!(truth < 1e-2, "radius {radius}: {truth:e}");
+        assert!(
+            expected > 0.5 * truth,
+            "radius {radius}: {expected:e} {truth:e}"
+        );
     }
 }

@@ -11,6 +11,7 @@
 //! | [`paper_systems`] | The three systems of the source paper |
 //! | [`patterns`] | Two elements in free space on which ways to sample are compared |
 //! | [`smiley`] | The line drawing of the source paper's holograms |
+//! | [`strong_mirror`] | A small mirror on which beamlets miss their target error |
 //! | [`dot_product`] | The inner products of dot-product tests |
 //! | [`scattered`] | A tilted element with rays on it, for scattering |
 //! | [`scenes`] | Scene files of the repository and texts of scenes |
@@ -35,3 +36,4 @@ pub mod patterns;
 pub mod scattered;
 pub mod scenes;
 pub mod smiley;
+pub mod strong_mirror;

@@ -1,7 +1,5 @@
 //! What a run reports before and after: rays, rims, and the aberration inside beamlets.
 
-use ndarray::Array2;
-use num_complex::Complex64;
 use raylet::engine::chain::forecast::forecast;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::hop_plan::Plan;
@@ -13,13 +11,14 @@ use raylet::math::erfc::erfc;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
-use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::refraction::Coating;
+use raylet::optics::screen::Act;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::field_error;
-use raylet_testkit::parts::{box_pixels, conic, element, face, lit, on_axis, screen, sensor};
+use raylet_testkit::parts::{conic, element, face, lit, on_axis, screen, sensor};
 use raylet_testkit::scenes::scene_system;
+use raylet_testkit::strong_mirror::strong_mirror;
 
 /// A surface on the axis with a rim, and no loss.
 fn rimmed_face(z: f64, curvature: f64, rim: f64, index: [f64; 2]) -> Surface {
@@ -133,27 +132,6 @@ fn forecasts_are_half_to_twice_what_runs_take() {
     assert!((0.5..2.0).contains(&rays), "{rays}");
 }
 
-/// Pixels of two wavelengths with scattered phases before a concave mirror of this radius, tilted by `tilt`
-/// (rad), and a sensor at 0.4 of its radius; lengths in wavelengths.
-fn strong_mirror(radius: f64, tilt: f64) -> System {
-    let phase = |(j, i): (usize, usize)| Complex64::cis((3 * i * i + 5 * j * j + 7 * i * j) as f64);
-    let pixels = box_pixels(Array2::from_shape_fn((20, 20), phase), 2.0);
-    let (before, behind) = (10.0, 0.4 * radius);
-    let mirror = Surface {
-        interface: Interface::Reflect,
-        ..rimmed_face(before, -1.0 / radius, 0.6 * radius, [1.0, 1.0])
-    };
-    let frame = mirror.frame.tilted([tilt, 0.0, 0.0]);
-    let seen = Screen {
-        arrives: -1.0,
-        ..screen(on_axis(before - behind), sensor(16, 0.5))
-    };
-    lit(
-        vec![screen(on_axis(0.0), pixels), seen],
-        vec![vec![Surface { frame, ..mirror }]],
-    )
-}
-
 /// Mirrors of 60 to 400 wavelengths: a tighter target raises the error that the run reports by a twentieth at most. It
 /// once raised 3.8e-2 to 8.4e-2, and 4.1e-2 to 5.2e-2 for the tilted mirror of 60 wavelengths, whose tails beside the
 /// sensor are too aberrated to count.
@@ -184,8 +162,8 @@ fn a_tighter_target_raises_the_reported_error_by_a_twentieth_at_most_slow() {
     }
 }
 
-/// A mirror whose plan for the target error ends at 7e-2 is carried by that for a tighter one, in which its rim is a
-/// screen. The result is near the run at the tighter target, which the first plan's was 7e-2 from.
+/// The plan for a target of 1e-2 ends at 7e-2 for this mirror. So the plan for a tighter target carries the light, in which
+/// the rim is a screen. The field is that of a run at a tight target.
 #[test]
 fn another_plan_is_taken_where_one_misses_the_target() {
     let run = |target_error: f64| {

@@ -1,10 +1,8 @@
 //! One attempt to carry the light of a system: its rims, who carries the light, and the run.
 
-use std::ops::ControlFlow;
-
 use crate::engine::chain::forecast::{Chosen, Grids, choose};
 use crate::engine::chain::local_band_run::run_local_bands;
-use crate::engine::chain::outcome::{Outcome, Progress};
+use crate::engine::chain::outcome::{Listener, Outcome, Progress};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::chain::whole_field_run::run_whole_fields;
 use crate::engine::plan::hop_plan::Plan;
@@ -13,16 +11,13 @@ use crate::engine::rims::pixel_light::PixelValues;
 use crate::engine::rims::rim_screens::{Rimmed, with_rims};
 use crate::optics::system::{Hop, System};
 
-/// Who is told how far a run is, and may end it.
-pub(crate) type Listener<'a> = dyn Fn(Progress) -> ControlFlow<()> + Sync + 'a;
-
 /// An attempt that is planned.
 pub(crate) struct Attempt {
     /// The system with a screen at every rim that matters.
     rimmed: Rimmed,
     /// Who carries its light.
     chosen: Chosen,
-    /// To which target error, among other choices.
+    /// The choices that it was planned with, its target error among them.
     settings: Settings,
 }
 

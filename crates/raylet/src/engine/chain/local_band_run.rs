@@ -1,8 +1,6 @@
 //! A whole run by local bands: the choices for a system, and its outcome as that of any run.
 
-use std::ops::ControlFlow;
-
-use crate::engine::chain::outcome::{HopReport, Outcome, Progress, check_sound};
+use crate::engine::chain::outcome::{HopReport, Listener, Outcome, Progress, check_sound};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::local_bands::carry::{LocalBandHop, carry_with, planned};
 use crate::engine::local_bands::local_band_error::LocalBandError;
@@ -76,7 +74,7 @@ pub(crate) fn run_local_bands(
     original: &System,
     rimmed: Rimmed,
     settings: &LocalBandSettings,
-    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    progress: &Listener,
 ) -> Result<Outcome, SimulateError> {
     let system = &rimmed.system;
     let outcome = carry_with(system, settings, &|here| {

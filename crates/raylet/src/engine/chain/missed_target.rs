@@ -6,9 +6,9 @@
 
 use std::f64::consts::FRAC_1_SQRT_2;
 
-use crate::engine::chain::attempt::{Attempt, Listener};
+use crate::engine::chain::attempt::Attempt;
 use crate::engine::chain::forecast::{Grids, whole_field_seconds};
-use crate::engine::chain::outcome::{HopReport, Outcome, Progress};
+use crate::engine::chain::outcome::{HopReport, Listener, Outcome, Progress};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::{Method, Settings};

@@ -1,5 +1,7 @@
 //! The result of a run, and how far it has come.
 
+use std::ops::ControlFlow;
+
 use ndarray::Array2;
 
 use crate::engine::chain::simulate_error::SimulateError;
@@ -97,6 +99,9 @@ impl<'a> Progress<'a> {
         }
     }
 }
+
+/// The function to which a run reports how far it has come. Its answer continues the run or cancels it.
+pub(crate) type Listener<'a> = dyn Fn(Progress) -> ControlFlow<()> + Sync + 'a;
 
 /// Refuses a field on the sensor, or its standard errors, that are no numbers.
 ///

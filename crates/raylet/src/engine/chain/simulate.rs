@@ -1,9 +1,8 @@
 //! A whole run: from the source through every hop to the sensor.
 
 use crate::engine::chain::arriving_light::sensor_of;
-use crate::engine::chain::attempt::Listener;
 use crate::engine::chain::missed_target::best_outcome;
-use crate::engine::chain::outcome::{Outcome, Progress};
+use crate::engine::chain::outcome::{Listener, Outcome, Progress};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::Reply;

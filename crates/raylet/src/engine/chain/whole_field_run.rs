@@ -1,6 +1,5 @@
 //! A whole run from fields that are sampled as a whole: from one screen to the next.
 
-use std::ops::ControlFlow;
 use std::time::Instant;
 
 use ndarray::Array2;
@@ -9,7 +8,7 @@ use crate::engine::chain::arriving_light::{
     Arriving, arrival_reach, leaving, receiving_raster, sensor_grid, sensor_of,
 };
 use crate::engine::chain::hop_run::HopRun;
-use crate::engine::chain::outcome::{HopReport, Outcome, Progress, check_sound};
+use crate::engine::chain::outcome::{HopReport, Listener, Outcome, Progress, check_sound};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::error::lost_light::lost_light;
 use crate::engine::error::tally::{FATES, Fate};
@@ -37,7 +36,7 @@ pub(crate) fn run_whole_fields(
     rimmed: Rimmed,
     plans: Vec<Plan>,
     settings: &Settings,
-    progress: &(dyn Fn(Progress) -> ControlFlow<()> + Sync),
+    progress: &Listener,
 ) -> Result<Outcome, SimulateError> {
     let system = &rimmed.system;
     let sensor = sensor_of(system)?;
