@@ -117,20 +117,23 @@ impl Backend for BeamletPropagation {
             floor = cutter.histogram(&kept).floor(job.settings);
         }
 
+        // A patch's spectrum, which may have to be computed again, shows which of its beamlets are strong.
         let cached = cutter.cached(to_bar);
-        let strong = |index: usize, place: [usize; 2]| {
-            let energy = |spectrum: &Spectrum| spectrum.coefficients[place].norm_sqr();
-            let found = || cutter.with(&kept, index, energy);
-            floor == 0.0 || found().is_some_and(|energy| energy >= floor)
+        let strong = |index: usize, spectrum: &Spectrum| {
+            let is_strong = |place: [usize; 2]| spectrum.coefficients[place].norm_sqr() >= floor;
+            match cached {
+                Some(all) => all[index].as_ref().map(|all| all.only(is_strong)),
+                None => beamlets(&cutter, index, to_bar, &is_strong),
+            }
         };
         let one = |index: usize| match cached {
             _ if job.draws.is_some() => drawn(&cutter, &kept, index, to_bar).map(Cow::Owned),
-            Some(all) if floor == 0.0 => all[index].as_ref().map(Cow::Borrowed),
-            Some(all) => {
-                let beamlets = all[index].as_ref()?;
-                Some(Cow::Owned(beamlets.only(|place| strong(index, place))))
+            _ if floor > 0.0 => {
+                let found = cutter.with(&kept, index, |spectrum| strong(index, spectrum));
+                found.flatten().map(Cow::Owned)
             }
-            None => beamlets(&cutter, index, to_bar, &strong).map(Cow::Owned),
+            Some(all) => all[index].as_ref().map(Cow::Borrowed),
+            None => beamlets(&cutter, index, to_bar, &|_| true).map(Cow::Owned),
         };
 
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
@@ -274,7 +277,7 @@ impl<'a> Cutter<'a> {
             let most = all.clone().into_par_iter().map(modes).sum::<usize>();
             let fits =
                 most.saturating_mul(PatchBeamlets::BYTES) <= self.job.settings.memory_limit / 8;
-            let one = |index: usize| beamlets(self, index, to, &|_, _| true);
+            let one = |index: usize| beamlets(self, index, to, &|_| true);
             let found = fits.then(|| all.into_par_iter().map(one).collect());
             cache.fill(grid, raster, found);
         }
@@ -382,12 +385,12 @@ fn draw(job: &Job, patch: usize, spectrum: &Spectrum, to: &Canvas) -> (Vec<Arriv
 fn drawn(cutter: &Cutter, kept: &Kept, index: usize, to: &Canvas) -> Option<PatchBeamlets> {
     let draws = cutter.job.draws_of(index)?;
     if let Drawing::Gumbel { .. } = draws.draws.drawing {
-        return beamlets(cutter, index, to, &|_, _| true);
+        return beamlets(cutter, index, to, &|_| true);
     }
     let weights = cutter.with(kept, index, |spectrum| {
         draws.weights(&spectrum.coefficients)
     })?;
-    beamlets(cutter, index, to, &|_, place| weights[place] != 0.0)
+    beamlets(cutter, index, to, &|place| weights[place] != 0.0)
 }
 
 /// Follows one beamlet to the target.
@@ -512,13 +515,13 @@ fn lit(beamlets: &PatchBeamlets, spectrum: &Spectrum, floor: f64) -> Vec<Arrival
     list
 }
 
-/// The beamlets of one patch of coefficient one that reach the target, of those that are selected by patch and place
-/// among its modes.
+/// The beamlets of one patch of coefficient one that reach the target, of those that are selected by their place among
+/// its modes.
 fn beamlets(
     cutter: &Cutter,
     index: usize,
     to: &Canvas,
-    selected: &dyn Fn(usize, [usize; 2]) -> bool,
+    selected: &dyn Fn([usize; 2]) -> bool,
 ) -> Option<PatchBeamlets> {
     let job = cutter.job;
     let modes = cutter.modes(index)?;
@@ -534,7 +537,7 @@ fn beamlets(
     for my in 0..beamlets.modes[1].len() {
         for mx in 0..beamlets.modes[0].len() {
             let mode = [beamlets.modes[0].start + mx, beamlets.modes[1].start + my];
-            if !selected(index, [my, mx]) {
+            if !selected([my, mx]) {
                 continue;
             }
             if let Ok(beamlet) = target_beamlet(job, &launch_planes, mode, to, &mut samples) {
