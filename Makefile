@@ -133,6 +133,7 @@ bench:
 
 # Remakes docs/accuracy.md.
 accuracy:
+	cargo test --release --package raylet-accuracy --test integration -- --ignored
 	cargo run --release --package raylet-accuracy > docs/accuracy.md
 
 # Remakes docs/aperture_scaling.md and its picture.

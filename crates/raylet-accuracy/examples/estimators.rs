@@ -75,14 +75,20 @@ fn main() -> Result<(), Failure> {
         Ok((like.unwrap_or(f64::NAN), evaluation.gradient))
     };
 
+    let study = Study {
+        project,
+        plans: &plans,
+        start: &start,
+        seconds,
+    };
     let mut courses: Vec<Course> = Vec::new();
     for (name, estimator) in estimators() {
-        let mut course = descend(project, &plans, estimator, &start, seconds, &exact)?;
+        let mut course = study.descend(estimator, &exact)?;
         name.clone_into(&mut course.name);
         let end = courses.first().unwrap_or(&course).end.clone();
         course.cosines = [
-            mean_cosine(project, &plans, estimator, &start)?,
-            mean_cosine(project, &plans, estimator, &end)?,
+            study.mean_cosine(estimator, &start)?,
+            study.mean_cosine(estimator, &end)?,
         ];
         println!("{}", row(&course));
         courses.push(course);
@@ -113,11 +119,27 @@ fn estimators() -> Vec<(&'static str, Option<Estimator>)> {
     ]
 }
 
-/// One evaluation by an estimator; exact ones are renewed where it needs them.
-struct Evaluator<'a> {
+/// What all estimators are asked.
+struct Study<'a> {
+    /// The design.
     project: &'a Project,
+    /// How its light is carried.
     plans: &'a Plans,
+    /// Where each descent starts.
+    start: &'a [f64],
+    /// Seconds of the processor that each descent has.
+    seconds: f64,
+}
+
+/// Evaluations by an estimator; exact ones are renewed where it needs them.
+struct Evaluator<'a> {
+    /// What is evaluated.
+    project: &'a Project,
+    /// How its light is carried.
+    plans: &'a Plans,
+    /// What is drawn; nothing where all beamlets are taken.
     estimator: Option<Estimator>,
+    /// The exact evaluations that draws correct.
     control_variates: Vec<raylet::engine::chain::control_variate::ControlVariate>,
 }
 
@@ -146,104 +168,102 @@ impl Evaluator<'_> {
     }
 }
 
-/// A descent with as many evaluations as fit into the time; what scores them does not count.
-fn descend(
-    project: &Project,
-    plans: &Plans,
-    estimator: Option<Estimator>,
-    start: &[f64],
-    seconds: f64,
-    exact: Truth,
-) -> Result<Course, Failure> {
-    let mut evaluator = Evaluator {
-        project,
-        plans,
-        estimator,
-        control_variates: Vec::new(),
-    };
-
-    // The cost of an evaluation, with its share of the exact ones. Drawn evaluations are a little away from the exact
-    // ones, because nothing is drawn at the same point.
-    let moved = moved(start);
-    evaluator.evaluate(start, 0)?;
-    let before = processor();
-    let trial = match estimator {
-        Some(drawn) if drawn.kind == EstimatorKind::ControlVariate => drawn.refresh,
-        _ => 3,
-    };
-    for iteration in 0..trial {
-        let exact = estimator.is_some_and(|drawn| drawn.renews_control_variates(iteration));
-        evaluator.evaluate(if exact { start } else { &moved }, iteration)?;
-    }
-    let cost = (processor() - before) / trial as f64;
-    let evaluations = (seconds / cost).ceil().max(1.0) as usize;
-
-    let schedule = Schedule::Cosine {
-        from: RATE,
-        to: 0.0,
-        iterations: evaluations,
-    };
-    let method = Method::Descent(Rule::ADAM, schedule);
-    let mut search: Optimizer = method.start(start.to_vec(), Space::free(start.len()))?;
-    let (mut scores, mut nearness) = (Vec::new(), Vec::new());
-    let mut spent = 0.0;
-    for iteration in 0..evaluations {
-        let before = processor();
-        let (value, gradient) = evaluator.evaluate(search.point(), iteration)?;
-        let looked = processor() - before;
-        if iteration % evaluations.div_ceil(8) == 0 {
-            let (like, truth) = exact(search.point())?;
-            scores.push([spent, like]);
-            nearness.push([spent, cosine(&gradient, &truth)]);
-        }
-        let before = processor();
-        let step = search.report(value, &gradient);
-        spent += looked + processor() - before;
-        if let Step::Finished(_) = step {
-            break;
+impl Study<'_> {
+    /// An estimator without exact evaluations so far.
+    fn evaluator(&self, estimator: Option<Estimator>) -> Evaluator<'_> {
+        Evaluator {
+            project: self.project,
+            plans: self.plans,
+            estimator,
+            control_variates: Vec::new(),
         }
     }
-    scores.push([spent, exact(search.point())?.0]);
-    Ok(Course {
-        name: String::new(),
-        evaluations,
-        cosines: [f64::NAN; 2],
-        scores,
-        nearness,
-        end: search.point().to_vec(),
-    })
+
+    /// Seconds of one evaluation, with its share of the exact ones. Drawn evaluations are a little away from the exact
+    /// ones, because nothing is drawn at the same point.
+    fn cost(&self, evaluator: &mut Evaluator) -> Result<f64, Failure> {
+        let (start, moved) = (self.start, moved(self.start));
+        evaluator.evaluate(start, 0)?;
+        let before = processor();
+        let estimator = evaluator.estimator;
+        let trial = match estimator {
+            Some(drawn) if drawn.kind == EstimatorKind::ControlVariate => drawn.refresh,
+            _ => 3,
+        };
+        for iteration in 0..trial {
+            let exact = estimator.is_some_and(|drawn| drawn.renews_control_variates(iteration));
+            evaluator.evaluate(if exact { start } else { &moved }, iteration)?;
+        }
+        Ok((processor() - before) / trial as f64)
+    }
+
+    /// A descent with as many evaluations as fit into the time; what scores them does not count.
+    fn descend(&self, estimator: Option<Estimator>, exact: Truth) -> Result<Course, Failure> {
+        let mut evaluator = self.evaluator(estimator);
+        let cost = self.cost(&mut evaluator)?;
+        let evaluations = (self.seconds / cost).ceil().max(1.0) as usize;
+
+        let schedule = Schedule::Cosine {
+            from: RATE,
+            to: 0.0,
+            iterations: evaluations,
+        };
+        let method = Method::Descent(Rule::ADAM, schedule);
+        let space = Space::free(self.start.len());
+        let mut search: Optimizer = method.start(self.start.to_vec(), space)?;
+        let (mut scores, mut nearness) = (Vec::new(), Vec::new());
+        let mut spent = 0.0;
+        for iteration in 0..evaluations {
+            let before = processor();
+            let (value, gradient) = evaluator.evaluate(search.point(), iteration)?;
+            let looked = processor() - before;
+            if iteration % evaluations.div_ceil(8) == 0 {
+                let (like, truth) = exact(search.point())?;
+                scores.push([spent, like]);
+                nearness.push([spent, cosine(&gradient, &truth)]);
+            }
+            let before = processor();
+            let step = search.report(value, &gradient);
+            spent += looked + processor() - before;
+            if let Step::Finished(_) = step {
+                break;
+            }
+        }
+        scores.push([spent, exact(search.point())?.0]);
+        Ok(Course {
+            name: String::new(),
+            evaluations,
+            cosines: [f64::NAN; 2],
+            scores,
+            nearness,
+            end: search.point().to_vec(),
+        })
+    }
+
+    /// Mean cosine to the exact gradient at a point; for a control variate a little noise away from its exact
+    /// evaluation.
+    fn mean_cosine(&self, estimator: Option<Estimator>, point: &[f64]) -> Result<f64, Failure> {
+        let moved = moved(point);
+        let exact = self.project.evaluate(self.plans, &moved, 1.0)?.gradient;
+        let mut evaluator = self.evaluator(estimator);
+        if estimator.is_some_and(|drawn| drawn.renews_control_variates(0)) {
+            evaluator.control_variates =
+                self.project
+                    .control_variates(self.plans, point, 1.0, &uncancelled)?;
+        }
+        let mut sum = 0.0;
+        for trial in 1..=3 {
+            let (_, gradient) = evaluator.evaluate(&moved, 10 * trial + 1)?;
+            sum += cosine(&gradient, &exact);
+        }
+        Ok(sum / 3.0)
+    }
 }
 
 /// Of the angle between two gradients.
 fn cosine(a: &[f64], b: &[f64]) -> f64 {
     let dot = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
     dot(a, b) / (dot(a, a) * dot(b, b)).sqrt()
-}
-
-/// Mean cosine to the exact gradient at a point; for a control variate a little noise away from its exact evaluation.
-fn mean_cosine(
-    project: &Project,
-    plans: &Plans,
-    estimator: Option<Estimator>,
-    point: &[f64],
-) -> Result<f64, Failure> {
-    let moved = moved(point);
-    let exact = project.evaluate(plans, &moved, 1.0)?.gradient;
-    let mut evaluator = Evaluator {
-        project,
-        plans,
-        estimator,
-        control_variates: Vec::new(),
-    };
-    if estimator.is_some_and(|drawn| drawn.renews_control_variates(0)) {
-        evaluator.control_variates = project.control_variates(plans, point, 1.0, &uncancelled)?;
-    }
-    let mut sum = 0.0;
-    for trial in 1..=3 {
-        let (_, gradient) = evaluator.evaluate(&moved, 10 * trial + 1)?;
-        sum += cosine(&gradient, &exact);
-    }
-    Ok(sum / 3.0)
 }
 
 /// A point with a little noise.

@@ -15,7 +15,7 @@ use raylet::optics::shape::Shape;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 use raylet_accuracy::numbers::pixels::Pixels as Boxes;
-use raylet_accuracy::references::collins::{Abcd, collins};
+use raylet_accuracy::references::collins::{Abcd, CollinsIntegral};
 use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
 use raylet_testkit::noise::phases;
 use raylet_testkit::parts::{self, box_pixels, conic, face, lit, on_axis, screen};
@@ -210,7 +210,13 @@ fn lens() {
             pitch: PITCH,
             transmission: values,
         };
-        let paraxial = collins(&pixels, [0.0; 2], WAVELENGTH, abcd, 4, [&axis, &axis]).unwrap();
+        let integral = CollinsIntegral {
+            pixels: &pixels,
+            wavelength: WAVELENGTH,
+            train: abcd,
+            nodes: 4,
+        };
+        let paraxial = integral.field([0.0; 2], [&axis, &axis]).unwrap();
         println!("lens, {name}: reference is a fine beamlet sum, then Collins");
         let fine = Settings {
             step: Some(1.25),

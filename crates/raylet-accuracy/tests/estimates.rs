@@ -21,14 +21,18 @@ fn estimated_errors_cover_the_true_ones_slow() {
         .into_par_iter()
         .map(|index| run_case(index).unwrap())
         .collect();
-    for case in &cases {
-        println!(
-            "{:?} {}: {:.2e} estimated, {:.2e} true",
-            case.kind, case.number, case.estimate, case.truth
-        );
-    }
     let spread = Spread::of(&cases);
-    assert!(spread.covers(), "{spread:?}");
+    let apart: Vec<String> = cases
+        .iter()
+        .filter(|case| !(0.5..=5.0).contains(&case.ratio()))
+        .map(|case| {
+            format!(
+                "{:?} {}: {:.2e} estimated, {:.2e} true",
+                case.kind, case.number, case.estimate, case.truth
+            )
+        })
+        .collect();
+    assert!(spread.covers(), "{spread:?} {apart:#?}");
 }
 
 /// The reference changes by less than 1e-5 when its nodes are made denser.
@@ -43,7 +47,7 @@ fn surface_sums_have_converged() {
 }
 
 /// Mirrors whose plans for a target of 1e-2 end far above it (at 6.9e-2 without tilt) meet it with the plan for a tighter
-/// target, and the estimate covers the true error.
+/// target: the true error is below the target and the expected one at most twice as large, and it covers the true one.
 #[test]
 fn another_plan_meets_a_missed_target() {
     for (radius, tilt) in [(60.0, 0.0), (60.0, 0.05)] {
@@ -55,11 +59,11 @@ fn another_plan_meets_a_missed_target() {
         let outcome = simulate(&system, &settings, &|_| {}).unwrap();
         let truth = distance(&outcome.field.values, &surface_sum(&system, EFFORT));
         let expected = outcome.expected_error().unwrap();
-        println!("radius {radius}, tilt {tilt}: {expected:.2e} estimated, {truth:.2e} true");
-        assert!(truth < 1e-2, "radius {radius}: {truth:e}");
-        assert!(
-            expected > 0.5 * truth,
-            "radius {radius}: {expected:e} {truth:e}"
-        );
+        let found =
+            format!("radius {radius}, tilt {tilt}: {expected:.2e} estimated, {truth:.2e} true");
+        assert!(truth < settings.target_error, "{found}");
+        // Raylet counts a target as missed where the expected error is above twice the target.
+        assert!(expected <= 2.0 * settings.target_error, "{found}");
+        assert!(expected > 0.5 * truth, "{found}");
     }
 }

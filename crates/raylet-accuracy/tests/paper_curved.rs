@@ -76,9 +76,10 @@ fn tangent_patches_err_with_their_size_and_true_ones_do_not_slow() {
     {
         let [tangent, whole] = [Sag::Tangent, Sag::True]
             .map(|sag| error(square(), exact, [patch, 1.0], TileWindow::Rectangle, sag));
-        println!("{patch} wavelengths: tangent {tangent:.3?}, with the height {whole:.4?}");
-        assert!((low..high).contains(&tangent[1]));
-        assert!(whole[0] < 6e-3);
+        let found =
+            format!("{patch} wavelengths: tangent {tangent:.3?}, with the height {whole:.4?}");
+        assert!((low..high).contains(&tangent[1]), "{found}");
+        assert!(whole[0] < 6e-3, "{found}");
     }
 }
 
@@ -102,8 +103,10 @@ fn overlap_and_the_incident_light_decide_about_planes_slow() {
                 TileWindow::Rectangle,
                 sag,
             );
-            println!("{sag:?}, {overlap} times as dense, {patch} wavelengths: {shape:.3}");
-            assert!((shape - expected).abs() < 0.01);
+            assert!(
+                (shape - expected).abs() < 0.01,
+                "{sag:?}, {overlap} times as dense, {patch} wavelengths: {shape:.3}"
+            );
         }
     }
 }
@@ -122,7 +125,9 @@ fn fading_patches_err_too() {
             TileWindow::Hann,
             Sag::Incident,
         );
-        println!("Hann, {patch} wavelengths: {found:.3?}");
-        assert!((found[0] - expected[0]).abs() < 0.01 && (found[1] - expected[1]).abs() < 0.01);
+        assert!(
+            (found[0] - expected[0]).abs() < 0.01 && (found[1] - expected[1]).abs() < 0.01,
+            "{patch} wavelengths: {found:.3?}"
+        );
     }
 }

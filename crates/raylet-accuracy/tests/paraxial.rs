@@ -15,7 +15,7 @@ use raylet::wave::free::collins::Collins;
 use raylet::wave::grid::field::{Axis, Grid};
 use raylet::wave::grid::raster::Raster;
 use raylet_accuracy::numbers::pixels::Pixels;
-use raylet_accuracy::references::collins::{Abcd as Direct, collins};
+use raylet_accuracy::references::collins::{Abcd as Direct, CollinsIntegral};
 use raylet_testkit::parts::{face, open_screen};
 
 /// A frame beside the global axis.
@@ -128,15 +128,13 @@ fn collins_equals_its_direct_sum() {
             .drift(5.3, 1.513)
             .refract(-0.003)
             .drift(sensor, 1.0);
-        let exact = collins(
-            &pixels,
-            [0.0; 2],
+        let integral = CollinsIntegral {
+            pixels: &pixels,
             wavelength,
-            direct,
+            train: direct,
             nodes,
-            [&points(1), &points(0)],
-        )
-        .unwrap();
+        };
+        let exact = integral.field([0.0; 2], [&points(1), &points(0)]).unwrap();
         let fast = Collins::new(wavelength, train, &grid, &to)
             .unwrap()
             .carry(field.view());

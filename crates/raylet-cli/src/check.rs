@@ -15,7 +15,7 @@ use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
 use raylet::file::model::prescription::{Part, parts};
 use raylet::file::result::document;
-use raylet::file::result::report::{PlanEntry, micrometres};
+use raylet::file::result::report::{BeamletEntry, LocalBandEntry, PlanEntry, micrometres};
 use raylet::file::result::rim::RimEntry;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::paraxial::Cardinal;
@@ -205,6 +205,7 @@ fn planned(
     })
 }
 
+/// How a hop is carried, and what that takes.
 fn hop_lines(entry: &PlanEntry, forecast: &Forecast) -> String {
     let mut text = format!(
         "  {} to {}: {} ({})\n",
@@ -218,27 +219,10 @@ fn hop_lines(entry: &PlanEntry, forecast: &Forecast) -> String {
         );
     }
     if let Some(plan) = &entry.local_bands {
-        let correction = if plan.corrected { "with" } else { "without" };
-        let [nx, ny] = plan.windows;
-        let _ = writeln!(
-            text,
-            "    {nx} × {ny} windows of σ = {:.2} µm, {:.2} µm apart, period {:.2} µm; {correction} correction",
-            plan.sigma_um, plan.step_um, plan.period_um
-        );
+        text += &local_band_line(plan);
     }
     if let Some(plan) = &entry.beamlets {
-        let correction = if plan.corrected { "with" } else { "without" };
-        let _ = writeln!(
-            text,
-            "    windows of σ = {:.2} µm, {:.2} µm apart, period {:.2} µm; footprint {:.1} µm; \
-             {correction} correction",
-            plan.sigma_um, plan.step_um, plan.period_um, plan.footprint_um
-        );
-        let _ = writeln!(
-            text,
-            "    {:.2e} rays, about {:.1} s on one core; aberration and windows {:.1e}",
-            entry.expected_rays, plan.expected_seconds, plan.expected_error
-        );
+        text += &beamlet_lines(plan, entry.expected_rays);
     }
     if let Some(plan) = &entry.planes {
         let _ = writeln!(
@@ -254,19 +238,42 @@ fn hop_lines(entry: &PlanEntry, forecast: &Forecast) -> String {
             plan.positions, plan.secondary, plan.side_um, plan.period_um
         );
     }
+    text + &memory_line(forecast)
+}
+
+/// The windows of local bands.
+fn local_band_line(plan: &LocalBandEntry) -> String {
+    let correction = if plan.corrected { "with" } else { "without" };
+    let [nx, ny] = plan.windows;
+    format!(
+        "    {nx} × {ny} windows of σ = {:.2} µm, {:.2} µm apart, period {:.2} µm; {correction} correction\n",
+        plan.sigma_um, plan.step_um, plan.period_um
+    )
+}
+
+/// The lattice of beamlets, and what its rays take.
+fn beamlet_lines(plan: &BeamletEntry, rays: f64) -> String {
+    let correction = if plan.corrected { "with" } else { "without" };
+    let lattice = format!(
+        "    windows of σ = {:.2} µm, {:.2} µm apart, period {:.2} µm; footprint {:.1} µm; \
+         {correction} correction\n",
+        plan.sigma_um, plan.step_um, plan.period_um, plan.footprint_um
+    );
+    let work = format!(
+        "    {rays:.2e} rays, about {:.1} s on one core; aberration and windows {:.1e}\n",
+        plan.expected_seconds, plan.expected_error
+    );
+    lattice + &work
+}
+
+/// The samples of whole fields, and the memory that a hop needs.
+fn memory_line(forecast: &Forecast) -> String {
     let megabytes = forecast.bytes() as f64 * 1e-6;
-    let _ = match &forecast.grids {
+    match &forecast.grids {
         Some(grids) => {
             let [[ny, nx], [my, mx]] = [grids.samples, grids.sums];
-            writeln!(
-                text,
-                "    {nx} × {ny} samples to {mx} × {my}, about {megabytes:.0} MB"
-            )
+            format!("    {nx} × {ny} samples to {mx} × {my}, about {megabytes:.0} MB\n")
         }
-        None => writeln!(
-            text,
-            "    no whole field; about {megabytes:.0} MB of beamlets"
-        ),
-    };
-    text
+        None => format!("    no whole field; about {megabytes:.0} MB of beamlets\n"),
+    }
 }

@@ -1,9 +1,10 @@
 //! `raylet gradcheck SCENE`: whether the gradients of a design are those of its loss.
 
+use std::fmt::Display;
 use std::path::PathBuf;
 
 use clap::Args;
-use raylet::design::project::{Plans, Project};
+use raylet::design::project::{Plans, Project, ProjectError};
 use raylet::engine::progress::uncancelled;
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::project::scene_design;
@@ -30,18 +31,19 @@ const DIRECTIONS: u32 = 3;
 /// Change of a phase in rad, for differences.
 const TURN: f64 = 1e-3;
 
+/// What is written below the table.
+const TAIL: &str = "differences are of fourth order, through the same plans; their own rounding is about 1e-9, and 1e-4 by \
+     local bands, which choose carriers anew\n";
+
 impl Gradcheck {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         start_threads(self.threads)?;
         let scene = Scene::open(&self.scene)?;
         let scene_design = scene_design(&scene)?;
         let project = &scene_design.project;
-        let refuse = |error: &dyn std::fmt::Display| -> Fault {
-            scene.fault(
-                "design",
-                error.to_string(),
-                "a system that light gets through",
-            )
+        let refuse = |error: &dyn Display| -> Fault {
+            let expected = "a system that light gets through";
+            scene.fault("design", error.to_string(), expected)
         };
         let point = scene_design.search.point();
         let plans = project
@@ -51,52 +53,86 @@ impl Gradcheck {
             .evaluate(&plans, point, 0.0)
             .map_err(|error| refuse(&error))?;
 
-        // Each line: a direction of the parameters, a step, and the two slopes.
-        let mut table = format!(
-            "loss {:.9e}\n{:<44} {:>16} {:>16} {:>9}\n",
-            evaluation.value, "along", "gradient", "differences", "apart"
-        );
-        let pixels = project.system_parameters_from();
-        let directions = if pixels > 0 { DIRECTIONS } else { 0 };
-        let mut lines: Vec<(String, Vec<f64>, f64)> = (0..directions)
-            .map(|number| {
-                let along = |i: usize| match i < pixels {
-                    true => {
-                        uniform(
-                            scene.seed,
-                            [i as u32, number, 0, Purpose::GradientCheck as u32],
-                        ) - 0.5
-                    }
-                    false => 0.0,
-                };
-                let name = format!("all pixels, random direction {}", number + 1);
-                (name, (0..project.len()).map(along).collect(), TURN)
-            })
-            .collect();
-        for (i, parameter) in project.system_parameters.iter().enumerate() {
-            let along = |place: usize| f64::from(u8::from(place == pixels + i));
-            let along = (0..project.len()).map(along).collect();
-            lines.push((parameter.name.clone(), along, parameter.step));
-        }
-        for (name, along, step) in lines {
-            let slope: f64 = along
-                .iter()
-                .zip(&evaluation.gradient)
-                .map(|(a, g)| a * g)
-                .sum();
-            let found = differences(project, &plans, point, &along, step)
-                .map_err(|error| refuse(&error))?;
+        // Each line has a direction of the parameters and the two slopes along it.
+        let mut table = head(evaluation.value);
+        for direction in directions(project, scene.seed) {
+            let slope = direction.slope(&evaluation.gradient);
+            let found =
+                differences(project, &plans, point, &direction).map_err(|error| refuse(&error))?;
             if !(evaluation.value.is_finite() && slope.is_finite() && found.is_finite()) {
-                return Err(
-                    refuse(&format!("a loss or slope along {name} that is not finite")).into(),
-                );
+                let name = &direction.name;
+                let infinite = format!("a loss or slope along {name} that is not finite");
+                return Err(refuse(&infinite).into());
             }
-            let apart = apart(slope, found);
-            table += &format!("{name:<44} {slope:>16.9e} {found:>16.9e} {apart:>9}\n");
+            table += &direction.line(slope, found);
         }
-        table += "differences are of fourth order, through the same plans; their own rounding is about 1e-9, and 1e-4 by \
-                  local bands, which choose carriers anew\n";
-        say(&table)
+        say(&(table + TAIL))
+    }
+}
+
+/// A direction in which parameters change.
+struct Direction {
+    /// Its name in the table.
+    name: String,
+    /// How far each parameter changes for a step of one.
+    along: Vec<f64>,
+    /// The step for differences.
+    step: f64,
+}
+
+impl Direction {
+    /// The slope of the loss along it, by the gradient.
+    fn slope(&self, gradient: &[f64]) -> f64 {
+        let along = self.along.iter();
+        along.zip(gradient).map(|(a, g)| a * g).sum()
+    }
+
+    /// Its line in the table.
+    fn line(&self, slope: f64, found: f64) -> String {
+        let (name, apart) = (&self.name, apart(slope, found));
+        format!("{name:<44} {slope:>16.9e} {found:>16.9e} {apart:>9}\n")
+    }
+}
+
+/// The loss, and the names of the columns.
+fn head(loss: f64) -> String {
+    format!(
+        "loss {loss:.9e}\n{:<44} {:>16} {:>16} {:>9}\n",
+        "along", "gradient", "differences", "apart"
+    )
+}
+
+/// Random directions of all pixels, and every parameter of the system.
+fn directions(project: &Project, seed: u64) -> Vec<Direction> {
+    let pixels = project.system_parameters_from();
+    let count = if pixels > 0 { DIRECTIONS } else { 0 };
+    let random = (0..count).map(|number| random_direction(project, seed, number));
+    let parameters = project.system_parameters.iter().enumerate();
+    let single = parameters.map(|(i, parameter)| {
+        let along = |place: usize| f64::from(u8::from(place == pixels + i));
+        Direction {
+            name: parameter.name.clone(),
+            along: (0..project.len()).map(along).collect(),
+            step: parameter.step,
+        }
+    });
+    random.chain(single).collect()
+}
+
+/// A random direction of all pixels.
+fn random_direction(project: &Project, seed: u64, number: u32) -> Direction {
+    let pixels = project.system_parameters_from();
+    let along = |i: usize| match i < pixels {
+        true => {
+            let address = [i as u32, number, 0, Purpose::GradientCheck as u32];
+            uniform(seed, address) - 0.5
+        }
+        false => 0.0,
+    };
+    Direction {
+        name: format!("all pixels, random direction {}", number + 1),
+        along: (0..project.len()).map(along).collect(),
+        step: TURN,
     }
 }
 
@@ -113,9 +149,9 @@ fn differences(
     project: &Project,
     plans: &Plans,
     point: &[f64],
-    along: &[f64],
-    step: f64,
-) -> Result<f64, raylet::design::project::ProjectError> {
+    direction: &Direction,
+) -> Result<f64, ProjectError> {
+    let (along, step) = (&direction.along, direction.step);
     let at = |by: f64| {
         let moved: Vec<f64> = point.iter().zip(along).map(|(p, a)| p + by * a).collect();
         project.value(plans, &moved, 0.0)

@@ -47,7 +47,7 @@ pub fn sensor_png(fields: &Fields, title: &str) -> Result<Vec<u8>, FigureError> 
         .clone()
         .map(|field| field.mapv(|u| u.norm_sqr()))
         .collect();
-    let sum = (channels > MOST_CHANNELS).then(|| summed_intensity(fields));
+    let sum = (channels > MOST_CHANNELS).then(|| fields.total_intensity());
     let mut rows = Vec::new();
     if let Some(sum) = &sum {
         let place = format!("sum of {channels} wavelengths");
@@ -63,15 +63,6 @@ pub fn sensor_png(fields: &Fields, title: &str) -> Result<Vec<u8>, FigureError> 
         rows.push(row);
     }
     Figure::new(rows, title).width(1500.0).to_png(SCALE)
-}
-
-/// The intensities of all wavelengths, added.
-fn summed_intensity(fields: &Fields) -> Array2<f64> {
-    let mut sum = Array2::zeros((fields.y_mm.len(), fields.x_mm.len()));
-    for field in fields.field.outer_iter() {
-        sum.zip_mut_with(&field, |sum, u| *sum += u.norm_sqr());
-    }
-    sum
 }
 
 /// Intensity on a linear and on a logarithmic scale.

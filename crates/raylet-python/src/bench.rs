@@ -122,6 +122,10 @@ impl Bench {
 
     /// Light through the system with these pixels (phases float64 or transmissions complex128, [y, x], for each
     /// element) and parameters: the fields [y, x] of all wavelengths, and the passage.
+    #[expect(
+        clippy::too_many_arguments,
+        reason = "its parameters are those of the Python method"
+    )]
     fn forward<'py>(
         &self,
         py: Python<'py>,

@@ -52,6 +52,10 @@ pub(crate) struct Starts<'py> {
 /// fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on
 /// the sensor. What a lost ray did not reach is NaN.
 #[pyfunction]
+#[expect(
+    clippy::too_many_arguments,
+    reason = "its parameters are those of the Python function"
+)]
 pub(crate) fn trace<'py>(
     py: Python<'py>,
     scene: &Scene,

@@ -8,7 +8,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::error::tally::Tally;
-use raylet::engine::monte_carlo::paper::carry;
+use raylet::engine::monte_carlo::paper::PaperRun;
 use raylet::engine::monte_carlo::paper_plan::{Address, PaperPlan};
 use raylet::engine::plan::settings::{Density, Positions, Sag, Sampler};
 use raylet::engine::progress::uncancelled;
@@ -71,7 +71,8 @@ fn run(field: &Field, plan: &PaperPlan, seed: u64) -> (Array2<Complex64>, Tally)
     };
     let mut sum = PlaneSum::new(RASTER, K, 1e-9).unwrap();
     let address = Address { seed, hop: 0 };
-    let tally = carry(hop, plan, address, field, &mut sum, &|_| uncancelled()).unwrap();
+    let run = PaperRun::new(hop, plan, address, field);
+    let tally = run.carry(&mut sum, &|_| uncancelled()).unwrap();
     (sum.finish(), tally)
 }
 

@@ -233,15 +233,15 @@ impl<'a> Integral<'a> {
         for j in 0..3 {
             for i in 0..3 {
                 let to = [(i as f64 - 1.0) * half[0], (j as f64 - 1.0) * half[1]];
-                let (found, landing, b) = self.towards(at, p, to)?;
-                p = found;
+                let aimed = self.towards(at, p, to)?;
+                p = aimed.leaving;
                 let [leaves, lands] = [self.behind(at)?, self.at_sensor()];
-                let ratio = leaves.flux_over_slopes(p) / lands.flux(landing.1);
-                spray.path[j][i] = path + landing.0;
+                let ratio = leaves.flux_over_slopes(p) / lands.flux(aimed.landing);
+                spray.path[j][i] = path + aimed.path;
                 for (a, slope) in spray.slope.iter_mut().enumerate() {
                     slope[j][i] = cosines[a] - p[a];
                 }
-                spray.size[j][i] = size * (ratio / determinant(b).abs()).sqrt();
+                spray.size[j][i] = size * (ratio / determinant(aimed.shift).abs()).sqrt();
             }
         }
         Some(spray)
@@ -320,7 +320,7 @@ impl<'a> Integral<'a> {
         None
     }
 
-    /// The direction from a point of the stop to one of the sensor, the path and cosines there, and ∂s/∂p.
+    /// The ray from a point of the stop to one of the sensor, sought from a direction on.
     fn towards(&self, at: [f64; 2], from: [f64; 2], to: [f64; 2]) -> Option<Aimed> {
         let mut p = from;
         for _ in 0..STEPS {
@@ -329,7 +329,12 @@ impl<'a> Integral<'a> {
             let gap = [to[0] - landing.at[0], to[1] - landing.at[1]];
             if gap[0].hypot(gap[1]) < CLOSE {
                 self.after.whole.trace(at, p, &mut ()).ok()?;
-                return Some((p, (landing.path, landing.cosines), slope));
+                return Some(Aimed {
+                    leaving: p,
+                    path: landing.path,
+                    landing: landing.cosines,
+                    shift: slope,
+                });
             }
             p = moved(p, solved(slope, gap));
         }
@@ -337,8 +342,17 @@ impl<'a> Integral<'a> {
     }
 }
 
-/// A direction, the path and cosines where it lands, and what a change of it does there.
-type Aimed = ([f64; 2], (f64, [f64; 2]), [[f64; 2]; 2]);
+/// A ray from a point of the stop that lands on a given point of the sensor.
+struct Aimed {
+    /// Its optical direction cosines at the stop.
+    leaving: [f64; 2],
+    /// Its optical path in mm.
+    path: f64,
+    /// Its optical direction cosines on the sensor.
+    landing: [f64; 2],
+    /// ∂s/∂p: how its landing moves with its direction at the stop, in mm.
+    shift: [[f64; 2]; 2],
+}
 
 /// The parabolas through values at −1, 0, 1, along x and y.
 fn between(values: &[[f64; 3]; 3], u: f64, v: f64) -> f64 {

@@ -114,16 +114,20 @@ pub fn before_lens(name: &str, pixels: Pixels, back: f64, effort: Effort) -> Pro
     }
 }
 
-/// A lens in a hard-edged collimated beam of radius `beam`, then pixels `gap` behind it, then the
-/// sensor.
-pub fn after_lens(
-    name: &str,
-    pixels: Pixels,
-    beam: f64,
-    gap: f64,
-    back: f64,
-    effort: Effort,
-) -> Problem {
+/// The way of a hard-edged collimated beam through the lens to pixels and the sensor; in wavelengths.
+#[derive(Clone, Copy, Debug)]
+pub struct BeamPath {
+    /// Radius of the beam before the lens.
+    pub radius: f64,
+    /// From the lens to the pixels.
+    pub gap: f64,
+    /// To the sensor, from the pixels or the lens behind them.
+    pub back: f64,
+}
+
+/// A lens in a hard-edged collimated beam, then pixels, then the sensor.
+pub fn after_lens(name: &str, pixels: Pixels, path: BeamPath, effort: Effort) -> Problem {
+    let BeamPath { radius, gap, back } = path;
     let depth = LENS.gap_before + LENS.thickness + gap;
     Problem {
         name: format!("lens, {name} {gap}λ behind it, sensor {back}λ on"),
@@ -132,7 +136,7 @@ pub fn after_lens(
             wavelength: 1.0,
             source: plane_wave([0.0; 2]),
             screens: vec![
-                screen(on_axis(0.0), Act::Stop(Aperture::disc(beam))),
+                screen(on_axis(0.0), Act::Stop(Aperture::disc(radius))),
                 doe(depth, &pixels),
                 sensor(depth + back, SENSOR.0, SENSOR.1),
             ],
@@ -142,20 +146,14 @@ pub fn after_lens(
         exact: Box::new(move || {
             let mut steps = LENS.convex_first();
             steps.extend([Step::Drift(gap), Step::Pixels(&pixels), Step::Drift(back)]);
-            exact(effort, Source::Disc(beam, [0.0; 2]), &steps)
+            exact(effort, Source::Disc(radius, [0.0; 2]), &steps)
         }),
     }
 }
 
 /// A lens in a hard-edged collimated beam, pixels, a second lens, the sensor.
-pub fn between_lenses(
-    name: &str,
-    pixels: Pixels,
-    beam: f64,
-    gap: f64,
-    back: f64,
-    effort: Effort,
-) -> Problem {
+pub fn between_lenses(name: &str, pixels: Pixels, path: BeamPath, effort: Effort) -> Problem {
+    let BeamPath { radius, gap, back } = path;
     let middle = LENS.gap_before + LENS.thickness + gap;
     let second = middle + LENS.gap_before;
     let end = second + LENS.thickness + back;
@@ -166,7 +164,7 @@ pub fn between_lenses(
             wavelength: 1.0,
             source: plane_wave([0.0; 2]),
             screens: vec![
-                screen(on_axis(0.0), Act::Stop(Aperture::disc(beam))),
+                screen(on_axis(0.0), Act::Stop(Aperture::disc(radius))),
                 doe(middle, &pixels),
                 sensor(end, SENSOR.0, SENSOR.1),
             ],
@@ -178,7 +176,7 @@ pub fn between_lenses(
             steps.extend([Step::Drift(gap), Step::Pixels(&pixels)]);
             steps.extend(LENS.convex_first());
             steps.push(Step::Drift(back));
-            exact(effort, Source::Disc(beam, [0.0; 2]), &steps)
+            exact(effort, Source::Disc(radius, [0.0; 2]), &steps)
         }),
     }
 }

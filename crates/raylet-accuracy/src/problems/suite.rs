@@ -14,9 +14,10 @@ use crate::problems::problem::{
 };
 use crate::problems::slanted::{slanted, tilted_planes};
 use crate::problems::strong::{
-    Effort, FULL, QUICK, after_lens, around_lens, before_lens, between_lenses, stopped, two_screens,
+    BeamPath, Effort, FULL, QUICK, after_lens, around_lens, before_lens, between_lenses, stopped,
+    two_screens,
 };
-use crate::references::collins::{Abcd, collins};
+use crate::references::collins::{Abcd, CollinsIntegral};
 use crate::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
 
 /// The reference that is itself an approximation.
@@ -34,27 +35,40 @@ const SLANTED: Effort = Effort {
 /// All problems; the reduced list leaves out the slow ones and computes coarser references.
 pub fn problems(reduced: bool) -> Vec<Problem> {
     let effort = if reduced { QUICK } else { FULL };
-    let mut list = Vec::new();
+    let mut list = in_free_space(reduced);
+    for convex_first in [true, false] {
+        for back in [44.7, 40.0] {
+            list.push(catalogue_lens(convex_first, back));
+        }
+    }
+    list.extend(mirrors(reduced));
+    list.push(before_lens("random 2λ pixels", random(), 250.0, effort));
+    if !reduced {
+        list.extend(strong_lenses(effort));
+    }
+    list.extend(tilted_planes());
+    if !reduced {
+        list.extend(slanted(SLANTED));
+        list.extend(DIM_LENSES.map(DimLens::problem));
+    }
+    list
+}
+
+/// Pixels of λ/2 in free space; the reduced list has one distance.
+fn in_free_space(reduced: bool) -> Vec<Problem> {
     let distances: &[f64] = if reduced {
         &[120.0]
     } else {
         &[30.0, 120.0, 400.0]
     };
+    let mut list = Vec::new();
     for &z in distances {
         for tilt in [0.0, 10.0] {
-            list.push(free_space(
-                "random λ/2 pixels",
-                random_pixels(120, 0.5),
-                z,
-                tilt,
-            ));
+            let pixels = random_pixels(120, 0.5);
+            list.push(free_space("random λ/2 pixels", pixels, z, tilt));
         }
-        list.push(free_space(
-            "checkerboard of λ/2 pixels",
-            checkerboard(120, 0.5),
-            z,
-            0.0,
-        ));
+        let pixels = checkerboard(120, 0.5);
+        list.push(free_space("checkerboard of λ/2 pixels", pixels, z, 0.0));
     }
     list.push(free_space(
         "random amplitude and phase, λ/2 pixels",
@@ -62,11 +76,12 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
         120.0,
         0.0,
     ));
-    for convex_first in [true, false] {
-        for back in [44.7, 40.0] {
-            list.push(catalogue_lens(convex_first, back));
-        }
-    }
+    list
+}
+
+/// Diffractive mirrors; the reduced list has that of random pixels.
+fn mirrors(reduced: bool) -> Vec<Problem> {
+    let mut list = Vec::new();
     for (name, coat) in [
         ("random 2λ pixels", Coat::Random(2.0)),
         ("bare mirror", Coat::Bare),
@@ -77,57 +92,44 @@ pub fn problems(reduced: bool) -> Vec<Problem> {
             list.extend(bump(name, coat));
         }
     }
-    let random = || random_pixels(30, 2.0);
-    list.push(before_lens("random 2λ pixels", random(), 250.0, effort));
-    if !reduced {
-        // Another part of the same noise.
-        let other = || {
-            let noise = random_pixels(60, 2.0);
-            let part = part(noise.transmission.view(), 30.., 30..);
-            Pixels {
-                transmission: part.to_owned(),
-                ..noise
-            }
-        };
-        list.push(before_lens("random 2λ pixels", random(), 375.0, effort));
-        list.push(before_lens(
-            "grating of sine 0.25",
-            grating_pixels(120, 0.5, 0.25),
-            375.0,
-            effort,
-        ));
-        list.push(before_lens(
-            "random 2λ pixels, 40λ off the axis",
-            aside(random_pixels(60, 2.0), 20..50),
-            250.0,
-            effort,
-        ));
-        list.push(two_screens(random(), other(), 200.0, 120.0, effort));
-        list.push(around_lens(random(), other(), 40.0, 120.0, effort));
-        list.push(stopped(random(), 40.0, 120.0, effort));
-        list.push(after_lens(
-            "random 2λ pixels",
-            random(),
-            40.0,
-            50.0,
-            200.0,
-            effort,
-        ));
-        list.push(between_lenses(
-            "random 2λ pixels",
-            random(),
-            40.0,
-            20.0,
-            180.0,
-            effort,
-        ));
-    }
-    list.extend(tilted_planes());
-    if !reduced {
-        list.extend(slanted(SLANTED));
-        list.extend(DIM_LENSES.map(DimLens::problem));
-    }
     list
+}
+
+/// Pixels before, behind and between strong lenses, and before other pixels.
+fn strong_lenses(effort: Effort) -> Vec<Problem> {
+    let name = "random 2λ pixels";
+    let grating = grating_pixels(120, 0.5, 0.25);
+    let aside = aside(random_pixels(60, 2.0), 20..50);
+    let path = |gap, back| BeamPath {
+        radius: 40.0,
+        gap,
+        back,
+    };
+    vec![
+        before_lens(name, random(), 375.0, effort),
+        before_lens("grating of sine 0.25", grating, 375.0, effort),
+        before_lens("random 2λ pixels, 40λ off the axis", aside, 250.0, effort),
+        two_screens(random(), other(), 200.0, 120.0, effort),
+        around_lens(random(), other(), 40.0, 120.0, effort),
+        stopped(random(), 40.0, 120.0, effort),
+        after_lens(name, random(), path(50.0, 200.0), effort),
+        between_lenses(name, random(), path(20.0, 180.0), effort),
+    ]
+}
+
+/// Random pixels of 2λ.
+fn random() -> Pixels {
+    random_pixels(30, 2.0)
+}
+
+/// As many from another part of the same noise.
+fn other() -> Pixels {
+    let noise = random_pixels(60, 2.0);
+    let part = part(noise.transmission.view(), 30.., 30..);
+    Pixels {
+        transmission: part.to_owned(),
+        ..noise
+    }
 }
 
 /// A mirror 160λ wide on a Gaussian bump, seen 250λ away: without rays, and by beamlets.
@@ -225,7 +227,13 @@ fn catalogue_lens(convex_first: bool, back: f64) -> Problem {
         settings: Settings::default(),
         exact: Box::new(move || {
             let at = axis(128, pitch);
-            match collins(&pixels, [0.0; 2], wavelength, abcd, 4, [&at, &at]) {
+            let integral = CollinsIntegral {
+                pixels: &pixels,
+                wavelength,
+                train: abcd,
+                nodes: 4,
+            };
+            match integral.field([0.0; 2], [&at, &at]) {
                 Ok(field) => field,
                 #[expect(
                     clippy::unreachable,

@@ -19,6 +19,9 @@ use crate::objective::ray_integral::chief_landing;
 /// Period of the binary grating in mm.
 const PERIOD: f64 = 0.02;
 
+/// Random pixels of 8 µm.
+const RANDOM: Mask = Mask::Pixels(8e-3);
+
 /// What stands at the stop of a system.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Mask {
@@ -170,9 +173,19 @@ fn put(mask: Mask, stop: &mut Screen) {
 
 /// All cases, in the order of the table.
 pub fn cases() -> Vec<Case> {
-    let random = Mask::Pixels(8e-3);
+    let mut all = photographic();
+    all.extend(flat_elements());
+    all.extend(hybrids());
+    all.extend(telescopes());
+    all.extend(phone_lens());
+    all.push(combiner());
+    all
+}
+
+/// Photographic objectives.
+fn photographic() -> Vec<Case> {
     let mut all = Vec::new();
-    for mask in [Mask::Bare, Mask::Vortex, Mask::Cubic, Mask::Grating, random] {
+    for mask in [Mask::Bare, Mask::Vortex, Mask::Cubic, Mask::Grating, RANDOM] {
         let nodes = match mask {
             Mask::Cubic => [200, 480],
             _ => [100, 240],
@@ -197,11 +210,17 @@ pub fn cases() -> Vec<Case> {
             ..case
         });
     }
+    all
+}
+
+/// A metalens, a modulator before a camera, and elements behind a strong lens.
+fn flat_elements() -> Vec<Case> {
+    let mut all = Vec::new();
     for (angle, nodes) in [(0.0, [100, 240]), (10.0, [300, 600]), (20.0, [600, 1200])] {
         let case = Case::new("metalens", Mask::Own("hyperbolic phase"), angle);
         all.push(Case { nodes, ..case });
     }
-    for mask in [Mask::Own("array of spots, 8 bits"), random] {
+    for mask in [Mask::Own("array of spots, 8 bits"), RANDOM] {
         let case = Case::new("slm_camera", mask, 0.0);
         all.push(Case { block: 16, ..case });
     }
@@ -209,6 +228,12 @@ pub fn cases() -> Vec<Case> {
         let case = Case::new("behind_strong_lens", mask, 0.0);
         all.push(Case { cells: 3, ..case });
     }
+    all
+}
+
+/// Lenses with a kinoform on one of their faces.
+fn hybrids() -> Vec<Case> {
+    let mut all = Vec::new();
     for angle in [0.0, 3.0] {
         let case = Case::new("hybrid_asphere", Mask::Own("kinoform on its front"), angle);
         all.push(Case {
@@ -220,6 +245,12 @@ pub fn cases() -> Vec<Case> {
         let case = Case::new("hybrid_achromat", Mask::Own("kinoform on its back"), angle);
         all.push(case);
     }
+    all
+}
+
+/// Telescopes with lenses and with mirrors.
+fn telescopes() -> Vec<Case> {
+    let mut all = Vec::new();
     for angle in [0.0, 0.5] {
         all.push(Case::new("telescope_doublet", Mask::Bare, angle));
     }
@@ -228,6 +259,12 @@ pub fn cases() -> Vec<Case> {
         let nodes = [800, 800];
         all.push(Case { nodes, ..case });
     }
+    all
+}
+
+/// The lens of a telephone, bare and with a cubic phase.
+fn phone_lens() -> Vec<Case> {
+    let mut all = Vec::new();
     for (mask, nodes) in [
         (Mask::Bare, [100, 240]),
         (Mask::Own("cubic, 5 waves"), [150, 360]),
@@ -237,14 +274,18 @@ pub fn cases() -> Vec<Case> {
             all.push(Case { nodes, ..case });
         }
     }
+    all
+}
+
+/// A hologram that reflects a display into the eye.
+fn combiner() -> Case {
     let hologram = Mask::Own("hologram of a point, reflecting");
-    all.push(Case {
+    Case {
         reference: Reference::Surface,
         block: 3,
         nodes: [18000, 30000],
         ..Case::new("combiner", hologram, 0.0)
-    });
-    all
+    }
 }
 
 #[cfg(test)]

@@ -62,47 +62,44 @@ impl Abcd {
     }
 }
 
-/// The field [y, x] at sensor positions `y` × `x`,
-///   U = e^{ik path}/(iλb) ∫ T E_in e^{(ik/2b)(a x₁² − 2 x₁·x₂ + d x₂²)} d²x₁,
-/// with E_in = exp(ik `tilt`·x₁) and each pixel integrated by `nodes`² Gauss–Legendre nodes.
-///
-/// Fails at an image plane of the pixels (b = 0).
-pub fn collins(
-    pixels: &Pixels,
-    tilt: [f64; 2],
-    wavelength: f64,
-    train: Abcd,
-    nodes: usize,
-    [y, x]: [&Array1<f64>; 2],
-) -> Result<Array2<Complex64>, ImagingPlane> {
-    if train.b == 0.0 {
-        return Err(ImagingPlane);
+/// Collins' integral from a plane of box pixels through a train.
+#[derive(Clone, Copy, Debug)]
+pub struct CollinsIntegral<'a> {
+    /// The pixels.
+    pub pixels: &'a Pixels,
+    /// Vacuum wavelength λ.
+    pub wavelength: f64,
+    /// What lies between the pixels and the sensor.
+    pub train: Abcd,
+    /// Gauss–Legendre nodes along each axis of a pixel.
+    pub nodes: usize,
+}
+
+impl CollinsIntegral<'_> {
+    /// The field [y, x] at sensor positions `y` × `x`,
+    ///   U = e^{ik path}/(iλb) ∫ T E_in e^{(ik/2b)(a x₁² − 2 x₁·x₂ + d x₂²)} d²x₁,
+    /// with E_in = exp(ik `tilt`·x₁).
+    ///
+    /// Fails at an image plane of the pixels (b = 0).
+    pub fn field(
+        &self,
+        tilt: [f64; 2],
+        [y, x]: [&Array1<f64>; 2],
+    ) -> Result<Array2<Complex64>, ImagingPlane> {
+        let Abcd { b, path, .. } = self.train;
+        if b == 0.0 {
+            return Err(ImagingPlane);
+        }
+        let (rows, columns) = self.pixels.transmission.dim();
+        let field = separable(
+            &self.kernel(y, rows, tilt[1]),
+            &self.pixels.transmission,
+            &self.kernel(x, columns, tilt[0]),
+        );
+        let (c, s) = cis_turns(path / self.wavelength);
+        Ok(field * (Complex64::new(c, s) / Complex64::new(0.0, self.wavelength * b)))
     }
-    let axis = Axis {
-        pixels,
-        wavelength,
-        train,
-        nodes,
-    };
-    let (rows, columns) = pixels.transmission.dim();
-    let field = separable(
-        &axis.kernel(y, rows, tilt[1]),
-        &pixels.transmission,
-        &axis.kernel(x, columns, tilt[0]),
-    );
-    let (c, s) = cis_turns(train.path / wavelength);
-    Ok(field * (Complex64::new(c, s) / Complex64::new(0.0, wavelength * train.b)))
-}
 
-/// What the kernels of both axes share.
-struct Axis<'a> {
-    pixels: &'a Pixels,
-    wavelength: f64,
-    train: Abcd,
-    nodes: usize,
-}
-
-impl Axis<'_> {
     /// The kernel [sensor position, pixel] along one axis, integrated over each pixel.
     fn kernel(&self, sensor: &Array1<f64>, count: usize, tilt: f64) -> Array2<Complex64> {
         let nodes = self.pixels.nodes(count, self.nodes);
@@ -128,7 +125,7 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::numbers::pixels::Pixels;
-    use crate::references::collins::{Abcd, ImagingPlane, collins};
+    use crate::references::collins::{Abcd, CollinsIntegral, ImagingPlane};
 
     /// A Gaussian beam in its waist, 10 mm before a lens of 50 mm: by the q-parameter,
     /// U = e^{ik path} e^{ik x²/2q′}/(a + b/q), with the Gouy phase in the complex divisor.
@@ -157,7 +154,13 @@ mod tests {
             let axis = Array1::linspace(-0.5, 0.5, 21);
 
             // One node per pixel is the trapezoidal rule: spectrally exact for a Gaussian.
-            let field = collins(&pixels, [0.0, 0.0], wavelength, train, 1, [&axis, &axis]).unwrap();
+            let integral = CollinsIntegral {
+                pixels: &pixels,
+                wavelength,
+                train,
+                nodes: 1,
+            };
+            let field = integral.field([0.0, 0.0], [&axis, &axis]).unwrap();
             let mut worst: f64 = 0.0;
             for ((row, column), value) in field.indexed_iter() {
                 let square = axis[row].powi(2) + axis[column].powi(2);
@@ -180,7 +183,13 @@ mod tests {
         let axis = Array1::linspace(-4.0, 4.0, 33);
         let field = |nodes, shift: f64| {
             let moved = axis.mapv(|x| x + shift * 50.0);
-            collins(&pixels, [shift, 0.0], 0.7e-3, train, nodes, [&axis, &moved]).unwrap()
+            let integral = CollinsIntegral {
+                pixels: &pixels,
+                wavelength: 0.7e-3,
+                train,
+                nodes,
+            };
+            integral.field([shift, 0.0], [&axis, &moved]).unwrap()
         };
         let norm =
             |field: &Array2<Complex64>| field.iter().map(|u| u.norm_sqr()).sum::<f64>().sqrt();
@@ -207,7 +216,13 @@ mod tests {
             .refract(1.0 / 50.0)
             .drift(100.0, 1.0);
         let axis = Array1::zeros(1);
-        let result = collins(&pixels, [0.0, 0.0], 1.0, train, 1, [&axis, &axis]);
+        let integral = CollinsIntegral {
+            pixels: &pixels,
+            wavelength: 1.0,
+            train,
+            nodes: 1,
+        };
+        let result = integral.field([0.0, 0.0], [&axis, &axis]);
         assert_eq!(result.unwrap_err(), ImagingPlane);
     }
 }

@@ -72,7 +72,8 @@ impl Doe {
     /// The transmission of a small cell about (x, y), given as its spans: that of the point, with the mean over
     /// the cell of pixels on surface coordinates, whose edges lie anywhere in it.
     pub(crate) fn transmission_over(&self, [x, y]: [f64; 2], spans: [[f64; 2]; 2]) -> Complex64 {
-        let factors = self.layers.iter().map(|layer| over(layer, [x, y], spans));
+        let cell = Cell { at: [x, y], spans };
+        let factors = self.layers.iter().map(|layer| over(layer, cell));
         factors.product()
     }
 
@@ -121,9 +122,10 @@ impl Doe {
         let Some(place) = self.layers.iter().position(own) else {
             return;
         };
+        let cell = Cell { at, spans };
         let others = |layer: &(usize, &Layer)| layer.0 != place;
         let rest = self.layers.iter().enumerate().filter(others);
-        let factor: Complex64 = rest.map(|(_, layer)| over(layer, at, spans)).product();
+        let factor: Complex64 = rest.map(|(_, layer)| over(layer, cell)).product();
         match &self.layers[place] {
             Layer::Pixels(pixels) => {
                 for (pixel, share) in pixels.shares(at[0], at[1]) {
@@ -131,7 +133,7 @@ impl Doe {
                 }
             }
             Layer::OnSurface(own, layers) => {
-                visit_on_surface(own, layers, factor, at, spans, visit);
+                visit_on_surface(own, layers, factor, cell, visit);
             }
             Layer::Phase(_) | Layer::Sum(_) => {}
         }
@@ -199,13 +201,21 @@ impl Doe {
     }
 }
 
-/// What makes up a pixel grid: pitch along x and y in mm, rows and columns, and form.
-pub(crate) type Lattice = ([f64; 2], (usize, usize), PixelForm);
+/// What makes up a pixel grid, whatever its values.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Lattice {
+    /// Distance of neighbouring pixel centres along x and y, in mm.
+    pub pitch: [f64; 2],
+    /// Number of rows and of columns.
+    pub shape: (usize, usize),
+    /// What lies between the centres.
+    pub form: PixelForm,
+}
 
 /// The lattice of every pixel grid among layers.
 pub(crate) fn lattices(layers: &[Layer]) -> Vec<Lattice> {
     let own = |layer: &Layer| match layer {
-        Layer::Pixels(pixels) => vec![(pixels.pitch, pixels.values.dim(), pixels.form)],
+        Layer::Pixels(pixels) => vec![pixels.lattice()],
         Layer::Phase(_) => Vec::new(),
         Layer::Sum(terms) => terms.iter().flat_map(|term| lattices(&term.1)).collect(),
         Layer::OnSurface(_, layers) => lattices(layers),
@@ -214,6 +224,15 @@ pub(crate) fn lattices(layers: &[Layer]) -> Vec<Lattice> {
 }
 
 impl Pixels {
+    /// The grid without its values.
+    fn lattice(&self) -> Lattice {
+        Lattice {
+            pitch: self.pitch,
+            shape: self.values.dim(),
+            form: self.form,
+        }
+    }
+
     /// The transmission at (x, y); zero outside the grid.
     pub(crate) fn at(&self, x: f64, y: f64) -> Complex64 {
         let part = |(pixel, share)| self.values[pixel] * share;
@@ -266,6 +285,15 @@ impl Pixels {
     }
 }
 
+/// A small cell of a screen, over which the field is one sample.
+#[derive(Clone, Copy)]
+struct Cell {
+    /// Where the sample stands, in mm.
+    at: [f64; 2],
+    /// From where to where the cell extends along x and y, in mm.
+    spans: [[f64; 2]; 2],
+}
+
 /// Points along each axis of a cell over which pixels on surface coordinates are averaged.
 const PARTS: u32 = 8;
 
@@ -296,7 +324,7 @@ fn parts([[x0, x1], [y0, y1]]: [[f64; 2]; 2]) -> impl Iterator<Item = [f64; 2]> 
 }
 
 /// The transmission of one layer in a small cell: see [`Doe::transmission_over`].
-fn over(layer: &Layer, at: [f64; 2], spans: [[f64; 2]; 2]) -> Complex64 {
+fn over(layer: &Layer, Cell { at, spans }: Cell) -> Complex64 {
     match layer {
         Layer::OnSurface(own, layers) => {
             let (edged, smooth): (Vec<&Layer>, Vec<&Layer>) = layers.iter().partition(is_edged);
@@ -328,8 +356,7 @@ fn visit_on_surface(
     own: &SurfaceCoordinates,
     layers: &[Layer],
     factor: Complex64,
-    at: [f64; 2],
-    spans: [[f64; 2]; 2],
+    Cell { at, spans }: Cell,
     visit: &mut impl FnMut([usize; 2], Complex64),
 ) {
     let (edged, smooth): (Vec<&Layer>, Vec<&Layer>) = layers.iter().partition(is_edged);

@@ -94,7 +94,7 @@ fn lens_parameters() -> Vec<Parameter> {
     vec![
         (
             "curvature",
-            2e-7,
+            5e-8,
             on_surface(0, |conic, by| conic.curvature += by),
         ),
         ("conic", 1e-2, on_surface(1, |conic, by| conic.conic += by)),
@@ -123,7 +123,7 @@ fn lens_parameters() -> Vec<Parameter> {
         ),
         (
             "element tilt",
-            5e-5,
+            2e-6,
             screen(0, Vec3::new(0.0, 0.0, 0.0), [0.5, -1.0, 0.7]),
         ),
     ]

@@ -6,45 +6,57 @@
 //! | `imports` | Which modules the code of a file names |
 //! | `rules` | The rules on imports |
 //! | `sizes` | The rules on sizes |
+//! | `words` | The rules on names and on marks of what is left undone |
+//! | `adjoints` | The rule on adjoints |
 //! | `orphans` | The rule that no file is forgotten |
 //! | `tables` | The rule that the table of a folder names what the folder holds |
 //! | `prints` | The rule on output |
-//! | `planted` | Sources that break these rules, and what is found in them |
+//! | `planted` | Sources that break the rules on imports, folders and output, and what is found in them |
+//! | `planted_code` | The same for functions, words and adjoints |
 
+mod adjoints;
 mod imports;
 mod orphans;
 mod planted;
+mod planted_code;
 mod prints;
 mod rules;
 mod sizes;
 mod source;
 mod tables;
+mod words;
 
-use std::fs;
-use std::path::PathBuf;
-
+use crate::adjoints::lone_adjoints;
 use crate::orphans::orphans;
 use crate::prints::prints;
 use crate::rules::{looks_up, ring, through_the_root, uses_super};
-use crate::sizes::{full_folders, long_files};
-use crate::source::{all_sources, code, crate_names, of_crate, sources, workspace};
+use crate::sizes::{full_folders, long_files, long_functions};
+use crate::source::{Source, all_sources, crate_names, sources};
 use crate::tables::tables;
+use crate::words::{empty_names, left_undone};
 
-/// Longest function, in lines.
-const LONGEST_FUNCTION: usize = 60;
-
-/// Names that say nothing.
-const EMPTY_NAMES: [&str; 4] = ["utils", "common", "helpers", "misc"];
-
-/// The crates whose code the rules on functions hold.
+/// The libraries whose adjoints stand beside their forward steps; bindings and references have theirs elsewhere.
 const LIBRARIES: [&str; 3] = ["raylet", "raylet-plot", "raylet-paper"];
 
-fn libraries() -> Vec<PathBuf> {
-    LIBRARIES.iter().flat_map(|name| of_crate(name)).collect()
+/// The crates with a program that prints.
+const PROGRAMS: [&str; 2] = ["raylet-accuracy", "raylet-cli"];
+
+/// The Rust sources in the `src` folders of these crates, with their paths from the root of the repository.
+fn code_of<T: AsRef<str>>(names: &[T]) -> Vec<Source> {
+    let folders: Vec<String> = names.iter().map(|name| folder(name.as_ref())).collect();
+    let mut sources = all_sources();
+    sources.retain(|(path, _)| path.ends_with(".rs") && starts(path, &folders));
+    sources
 }
 
-fn text(path: &PathBuf) -> String {
-    fs::read_to_string(path).unwrap()
+/// The `src` folder of a crate.
+fn folder(name: &str) -> String {
+    format!("crates/{name}/src/")
+}
+
+/// Whether a file is in one of these folders.
+fn starts(path: &str, folders: &[String]) -> bool {
+    folders.iter().any(|folder| path.starts_with(folder))
 }
 
 #[test]
@@ -86,76 +98,38 @@ fn tables_name_what_folders_hold() {
 
 #[test]
 fn files_are_named_for_something() {
-    for path in workspace() {
-        let name = path.file_stem().unwrap().to_string_lossy().into_owned();
-        assert!(!EMPTY_NAMES.contains(&name.as_str()), "{}", path.display());
-    }
+    assert_eq!(empty_names(&all_sources()), Vec::<String>::new());
 }
 
 #[test]
 fn functions_are_short() {
-    for path in libraries() {
-        let text = code(&text(&path));
-        let lines: Vec<&str> = text.lines().collect();
-        for (start, line) in lines.iter().enumerate() {
-            let head = line.trim_start();
-            let starts = ["fn ", "pub fn ", "pub(crate) fn ", "pub const fn "];
-            if !starts.iter().any(|s| head.starts_with(s)) || head.ends_with(';') {
-                continue;
-            }
-            // A formatted function ends at the first closing brace with its own indentation.
-            let close = format!("{}}}", &line[..line.len() - head.len()]);
-            let length = lines[start..].iter().position(|l| *l == close).unwrap_or(0) + 1;
-            let place = format!("{}:{}", path.display(), start + 1);
-            assert!(length <= LONGEST_FUNCTION, "{place} has {length} lines");
-        }
+    let names = crate_names();
+    let sources = code_of(&names);
+    for name in names {
+        let folder = [folder(&name)];
+        let found = sources.iter().any(|(path, _)| starts(path, &folder));
+        assert!(found, "{name}");
     }
+    assert_eq!(long_functions(&sources), Vec::<String>::new());
 }
 
 #[test]
 fn nothing_is_left_undone() {
-    let is_test = |path: &PathBuf| path.to_string_lossy().ends_with("_test.rs");
-    for path in libraries().into_iter().filter(|path| !is_test(path)) {
-        let text = code(&text(&path));
-        for mark in ["TODO", "FIXME", "XXX", "HACK"] {
-            assert!(!text.contains(mark), "{} holds {mark}", path.display());
-        }
-    }
+    assert_eq!(left_undone(&all_sources()), Vec::<String>::new());
 }
 
 #[test]
-fn libraries_and_their_tests_print_nothing() {
-    let folders = LIBRARIES.map(|name| format!("crates/{name}/"));
+fn libraries_and_tests_print_nothing() {
+    let programs = PROGRAMS.map(folder);
     let mut sources = all_sources();
-    sources.retain(|(path, _)| folders.iter().any(|folder| path.starts_with(folder)));
-    assert!(sources.len() > 250, "{}", sources.len());
+    sources.retain(|(path, _)| path.starts_with("crates/") && !starts(path, &programs));
+    assert!(sources.len() > 300, "{}", sources.len());
     assert_eq!(prints(&sources), Vec::<String>::new());
 }
 
 #[test]
 fn every_adjoint_stands_below_its_forward_and_is_tested() {
-    for path in libraries() {
-        let text = text(&path);
-        for piece in text.split("fn ").skip(1) {
-            let name: String = piece
-                .chars()
-                .take_while(|c| c.is_alphanumeric() || *c == '_')
-                .collect();
-            let Some(forward) = name.strip_suffix("_adjoint") else {
-                continue;
-            };
-            let up = text.find(&format!("fn {forward}"));
-            let down = text.find(&format!("fn {name}"));
-            assert!(
-                up.is_some() && up < down,
-                "{}: {name} has no forward",
-                path.display()
-            );
-            assert!(
-                text.contains("dot_product") || text.contains("inner_product"),
-                "{}: {name} has no dot-product test",
-                path.display()
-            );
-        }
-    }
+    let sources = code_of(&LIBRARIES);
+    assert!(sources.len() > 250, "{}", sources.len());
+    assert_eq!(lone_adjoints(&sources), Vec::<String>::new());
 }

@@ -1,4 +1,4 @@
-//! Every rule on imports, sizes, tables and output finds what is planted to break it, and nothing in sources that keep it.
+//! Every rule on imports, folders and output finds what is planted to break it, and nothing in sources that keep it.
 
 use crate::orphans::orphans;
 use crate::prints::prints;
@@ -46,7 +46,7 @@ const GOOD: [(&str, &str); 7] = [
 ];
 
 /// What a rule says once these files take the place of the good ones of the same name, or stand beside them.
-fn planted(rule: fn(&[Source]) -> Vec<String>, bad: &[(&str, &str)]) -> Vec<String> {
+pub(crate) fn planted(rule: fn(&[Source]) -> Vec<String>, bad: &[(&str, &str)]) -> Vec<String> {
     let mut all = sources(&GOOD);
     assert_eq!(rule(&all), Vec::<String>::new());
     all.retain(|(path, _)| !bad.iter().any(|(name, _)| name == path));

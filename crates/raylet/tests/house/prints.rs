@@ -1,8 +1,8 @@
-//! The rule on output: a library prints nothing and ends no process, and its tests say what they measure in assertions.
+//! The rule on output: a library prints nothing and ends no process, and tests say what they measure in assertions.
 
 use crate::source::Source;
 
-/// Sources of libraries and their tests that print, or end the process. Examples and benches may.
+/// Sources of libraries and of tests that print, or end the process. Examples and benches may.
 pub(crate) fn prints(sources: &[Source]) -> Vec<String> {
     // Whole words: `println!` is not in `eprintln!`.
     let calls = [

@@ -12,7 +12,7 @@ fn crates() -> PathBuf {
 }
 
 /// The Rust files in a folder and its subfolders, but for what was built.
-pub(crate) fn files(folder: &Path) -> Vec<PathBuf> {
+fn files(folder: &Path) -> Vec<PathBuf> {
     files_of(folder, &["rs"])
 }
 
@@ -33,13 +33,8 @@ fn files_of(folder: &Path, endings: &[&str]) -> Vec<PathBuf> {
 }
 
 /// The Rust files of a crate's `src` folder.
-pub(crate) fn of_crate(name: &str) -> Vec<PathBuf> {
+fn of_crate(name: &str) -> Vec<PathBuf> {
     files(&crates().join(name).join("src"))
-}
-
-/// All Rust files of the workspace.
-pub(crate) fn workspace() -> Vec<PathBuf> {
-    files(&crates())
 }
 
 /// The Rust and Python sources of the repository, with their paths from its root.

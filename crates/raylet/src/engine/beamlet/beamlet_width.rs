@@ -11,8 +11,8 @@ use crate::engine::trace::direction_search::{DirectionSearch, SearchRay};
 use crate::wave::patches::window::Positions;
 
 /// Weights of a beamlet, of its correction and of a value that is summed in the choice between plans of equal error. They
-/// are not the seconds of `workload.rs`: with those other windows are chosen, and the derivative by a lens's curvature in
-/// `tests/gradients/differences.rs` is 2.1e-5 from that of differences, where the bound is 1e-6.
+/// are not the seconds of `workload.rs`: with those, windows further apart are chosen, which take as long, and some errors in
+/// `docs/accuracy.md` become twice as large within their target error.
 const BEAMLET_WEIGHT: f64 = 4e-7;
 const CORRECTION_WEIGHT: f64 = 7e-6;
 const VALUE_WEIGHT: f64 = 6e-10;

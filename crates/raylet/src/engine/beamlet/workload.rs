@@ -22,17 +22,19 @@ pub(crate) struct Workload {
     pub seconds: f64,
 }
 
-/// Measured on one core of a server that others share, over the scenes that come with the program: what every
-/// run takes, what a patch and a ray take, a sample of the aberration of one beamlet (of which a lattice serves
-/// several), and a value summed.
+/// Seconds of one core, measured with beamlets of three widths through 2 and 10 surfaces of several shapes: for every run, for
+/// each patch, for each beamlet, for each surface that it crosses, for the correction of its aberration (samples on a lattice
+/// serve several beamlets), and for each point at which it is summed.
 const START_SECONDS: f64 = 0.3;
 const PATCH_SECONDS: f64 = 5e-5;
-const RAY_SECONDS: f64 = 1.5e-6;
-const CORRECTION_SECONDS: f64 = 2e-6;
-const VALUE_SECONDS: f64 = 4e-10;
+const BEAMLET_SECONDS: f64 = 1.4e-6;
+const SURFACE_SECONDS: f64 = 2.4e-7;
+const CORRECTION_SECONDS: f64 = 2e-7;
+const VALUE_SECONDS: f64 = 5.7e-10;
 
-/// A surface that is no conic costs as much as this many trains of conics.
-const STEPPED: f64 = 8.0;
+/// A surface that is met by iteration takes as long as this many conics, one with terms of any kind as this many.
+const ITERATED: f64 = 2.0;
+const FREEFORM: f64 = 3.5;
 
 /// Patches looked at along each axis, and directions of each.
 const PATCHES: usize = 8;
@@ -70,24 +72,25 @@ impl Planner<'_> {
 
         // The rest of the patches are like these.
         let scale = (x.count * y.count) as f64 / sample.patches.max(1.0);
-        let correction = if plan.correct {
-            CORRECTION_SECONDS
-        } else {
-            0.0
-        };
-        let tracing = sample.lit * PATCH_SECONDS + sample.rays * (RAY_SECONDS + correction);
-        let seconds = tracing * self.slowness() + sample.values * VALUE_SECONDS;
+        let patches = sample.lit * PATCH_SECONDS;
+        let values = sample.values / sample.rays.max(1.0);
+        let beamlets = sample.rays * self.seconds_of_beamlet(plan.correct, values);
         Workload {
             rays: scale * sample.rays,
-            seconds: START_SECONDS + scale * seconds,
+            seconds: START_SECONDS + scale * (patches + beamlets),
         }
     }
 
-    /// How much longer rays take than through conics: other surfaces are met step by step.
-    fn slowness(&self) -> f64 {
-        let closed = |surface: &Surface| matches!(surface.shape, Shape::Plane | Shape::Conic(_));
-        let stepped = self.hop.train.iter().filter(|surface| !closed(surface));
-        1.0 + STEPPED * stepped.count() as f64
+    /// Seconds of one beamlet that is summed at so many points, with the correction of its aberration or without.
+    fn seconds_of_beamlet(&self, correct: bool, values: f64) -> f64 {
+        let as_conics = |surface: &Surface| match surface.shape {
+            Shape::Plane | Shape::Conic(_) => 1.0,
+            Shape::Asphere { .. } | Shape::Biconic(_) | Shape::Toroid(_) => ITERATED,
+            Shape::Freeform { .. } => FREEFORM,
+        };
+        let surfaces: f64 = self.hop.train.iter().map(as_conics).sum();
+        let correction = if correct { CORRECTION_SECONDS } else { 0.0 };
+        BEAMLET_SECONDS + correction + surfaces * SURFACE_SECONDS + values * VALUE_SECONDS
     }
 
     /// Adds one patch to a sample.

@@ -13,14 +13,12 @@ use rayon::prelude::*;
 
 use crate::engine::beamlet::aberration_sample::AberrationSamples;
 use crate::engine::beamlet::beamlet_cache::PatchBeamlets;
-use crate::engine::beamlet::beamlet_plan::MARGIN;
 use crate::engine::beamlet::beamlet_target::{DiscardedBeamlet, LaunchPlanes, target_beamlet};
-use crate::engine::beamlet::mode_histogram::ModeHistogram;
 use crate::engine::chain::backend::{AdjointSums, Backend, Job};
+use crate::engine::chain::patch_cutter::{Cutter, Kept, positions};
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::monte_carlo::mode_sampling::Drawing;
 use crate::engine::progress::{Cancelled, ShareDone};
-use crate::engine::trace::direction_search::reach;
 use crate::engine::trace::ray_sensitivity::{BLOCK, PerturbedHops, VariedHop, pull};
 use crate::math::part::part;
 use crate::optics::ray::Loss;
@@ -28,10 +26,7 @@ use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::field::Field;
-use crate::wave::grid::heights::Heights;
-use crate::wave::patches::curved::CurvedPatches;
-use crate::wave::patches::patch::{Patches, Spectrum};
-use crate::wave::patches::window::Positions;
+use crate::wave::patches::patch::Spectrum;
 
 /// This machine's cores, through the current rayon pool.
 #[derive(Clone, Copy, Debug, Default)]
@@ -109,32 +104,7 @@ impl Backend for BeamletPropagation {
     ) -> Result<(), Cancelled> {
         let cutter = Cutter::new(job, from);
         let varied_hops = varied_hops(job, back.perturbed);
-        let (mut kept, mut floor) = (None, 0.0);
-        if job.draws.is_some() {
-            kept = cutter.keep();
-        } else if job.settings.weakest_mode() > 0.0 {
-            kept = cutter.keep();
-            floor = cutter.histogram(&kept).floor(job.settings);
-        }
-
-        // A patch's spectrum, which may have to be computed again, shows which of its beamlets are strong.
-        let cached = cutter.cached(to_bar);
-        let strong = |index: usize, spectrum: &Spectrum| {
-            let is_strong = |place: [usize; 2]| spectrum.coefficients[place].norm_sqr() >= floor;
-            match cached {
-                Some(all) => all[index].as_ref().map(|all| all.only(is_strong)),
-                None => beamlets(&cutter, index, to_bar, &is_strong),
-            }
-        };
-        let one = |index: usize| match cached {
-            _ if job.draws.is_some() => drawn(&cutter, &kept, index, to_bar).map(Cow::Owned),
-            _ if floor > 0.0 => {
-                let found = cutter.with(&kept, index, |spectrum| strong(index, spectrum));
-                found.flatten().map(Cow::Owned)
-            }
-            Some(all) => all[index].as_ref().map(Cow::Borrowed),
-            None => beamlets(&cutter, index, to_bar, &|_| true).map(Cow::Owned),
-        };
+        let kept_beamlets = KeptBeamlets::new(&cutter, to_bar);
 
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
         let mut done = 0;
@@ -142,12 +112,23 @@ impl Backend for BeamletPropagation {
             // The beamlets of the way there, traced again unless they are kept.
             let first = patches.start + done;
             let last = (first + chunk).min(patches.end);
-            let all: Vec<Cow<_>> = (first..last).into_par_iter().filter_map(one).collect();
+            let all: Vec<Cow<_>> = (first..last)
+                .into_par_iter()
+                .filter_map(|index| kept_beamlets.of(index))
+                .collect();
 
             // canvas += amplitude·coefficient·beamlet
             let bars: Vec<(Array2<Complex64>, Vec<f64>)> = all
                 .par_iter()
-                .map(|beamlets| give_back(&cutter, &kept, beamlets, &varied_hops, to_bar))
+                .map(|beamlets| {
+                    give_back(
+                        &cutter,
+                        &kept_beamlets.spectra,
+                        beamlets,
+                        &varied_hops,
+                        to_bar,
+                    )
+                })
                 .collect();
 
             // Patches overlap: one after the other.
@@ -166,107 +147,65 @@ impl Backend for BeamletPropagation {
     }
 }
 
-/// What cuts the field of a job into patches: on a curved screen on its true surface.
-struct Cutter<'a> {
-    job: &'a Job<'a>,
-    field: &'a Field,
-    patches: Patches,
-    heights: Option<Heights>,
+/// The beamlets that the way there followed, found again for the way back.
+struct KeptBeamlets<'a> {
+    cutter: &'a Cutter<'a>,
+    to: &'a Canvas,
+    /// The spectra of all patches, if they are needed and fit.
+    spectra: Kept,
+    /// The energy below which modes are left out; zero where none are, or where they are drawn.
+    floor: f64,
+    /// The beamlets of all patches, if they fit.
+    cached: Option<&'a [Option<PatchBeamlets>]>,
 }
 
-/// The spectra of all patches, where they fit into memory.
-type Kept = Option<Vec<Option<Spectrum>>>;
+impl<'a> KeptBeamlets<'a> {
+    fn new(cutter: &'a Cutter<'a>, to: &'a Canvas) -> Self {
+        let job = cutter.job;
+        let (mut spectra, mut floor) = (None, 0.0);
+        if job.draws.is_some() {
+            spectra = cutter.keep();
+        } else if job.settings.weakest_mode() > 0.0 {
+            spectra = cutter.keep();
+            floor = cutter.histogram(&spectra).floor(job.settings);
+        }
+        Self {
+            cutter,
+            to,
+            spectra,
+            floor,
+            cached: cutter.cached(to),
+        }
+    }
+
+    /// Those of one patch.
+    fn of(&self, index: usize) -> Option<Cow<'a, PatchBeamlets>> {
+        let (cutter, to) = (self.cutter, self.to);
+        if cutter.job.draws.is_some() {
+            return drawn(cutter, &self.spectra, index, to).map(Cow::Owned);
+        }
+        if self.floor > 0.0 {
+            let strong = |spectrum: &Spectrum| self.strong(index, spectrum);
+            let found = cutter.with(&self.spectra, index, strong);
+            return found.flatten().map(Cow::Owned);
+        }
+        match self.cached {
+            Some(all) => all[index].as_ref().map(Cow::Borrowed),
+            None => beamlets(cutter, index, to, &|_| true).map(Cow::Owned),
+        }
+    }
+
+    /// Those of one patch whose modes are strong, by its spectrum: computed once for the patch, as it may take long.
+    fn strong(&self, index: usize, spectrum: &Spectrum) -> Option<PatchBeamlets> {
+        let is_strong = |place: [usize; 2]| spectrum.coefficients[place].norm_sqr() >= self.floor;
+        match self.cached {
+            Some(all) => all[index].as_ref().map(|all| all.only(is_strong)),
+            None => beamlets(self.cutter, index, self.to, &is_strong),
+        }
+    }
+}
 
 impl<'a> Cutter<'a> {
-    fn new(job: &'a Job<'a>, field: &'a Field) -> Self {
-        let [px, py] = positions(job, field);
-        let [bx, by] = &job.plan.bands;
-        let axes = [&field.grid.x, &field.grid.y];
-        let k = job.hop.wavenumber();
-        let from = job.hop.from;
-        Self {
-            job,
-            field,
-            patches: Patches::new(axes, [&px, &py], [bx, by], k, job.plan.period),
-            heights: (!from.is_plane()).then(|| Heights::on(from, &field.grid)),
-        }
-    }
-
-    /// Most modes of a patch.
-    fn most_modes(&self) -> usize {
-        let [bx, by] = &self.job.plan.bands;
-        bx.count * by.count
-    }
-
-    /// The directions of one patch that may lead to the target, as indices in the bands.
-    fn modes(&self, index: usize) -> Option<[Range<usize>; 2]> {
-        let hop = self.job.chooser();
-        let margin = [MARGIN * self.job.plan.footprint; 2];
-        let at = self.patches.place(index).centre;
-        let plan = self.job.plan;
-        let [x0, x1, y0, y1] = reach(hop, at, hop.to.bounds()?, margin, plan.limits())?;
-        let [bx, by] = &plan.bands;
-        Some([bx.within(x0, x1), by.within(y0, y1)])
-    }
-
-    /// The spectrum of one patch.
-    fn cut(&self, index: usize) -> Option<Spectrum> {
-        // A patch from which nothing reaches the target has no modes to follow, but its energy counts.
-        let modes = self.modes(index).unwrap_or([0..0, 0..0]);
-        let dark = modes.iter().any(Range::is_empty);
-        let Some(heights) = self.heights.as_ref().filter(|_| !dark) else {
-            return self.patches.cut_within(self.field, index, &modes);
-        };
-        self.curved(heights).cut_within(self.field, index, &modes)
-    }
-
-    /// The conjugate transpose of [`Cutter::cut`]: from some modes of a patch to the nodes under its window.
-    fn cut_adjoint(
-        &self,
-        index: usize,
-        modes: &[Range<usize>; 2],
-        bar: &Array2<Complex64>,
-    ) -> Array2<Complex64> {
-        let place = self.patches.place(index);
-        let nowhere = || Array2::zeros([place.y.len(), place.x.len()]);
-        match &self.heights {
-            None => self.patches.transform_adjoint(bar.view(), index, modes),
-            Some(heights) => self
-                .curved(heights)
-                .cut_adjoint(self.field, index, modes, bar)
-                .unwrap_or_else(nowhere),
-        }
-    }
-
-    fn curved<'b>(&'b self, heights: &'b Heights) -> CurvedPatches<'b> {
-        let [bx, by] = &self.job.plan.bands;
-        CurvedPatches {
-            patches: &self.patches,
-            screen: self.job.hop.from,
-            heights,
-            origin: [0.0; 2],
-            bands: [bx, by],
-            k: self.job.hop.wavenumber(),
-        }
-    }
-
-    /// All spectra, if they fit: they are looked at twice.
-    fn keep(&self) -> Kept {
-        let needed = self.patches.count().saturating_mul(self.most_modes());
-        (needed <= self.job.settings.samples_allowed()).then(|| {
-            let all = (0..self.patches.count()).into_par_iter();
-            all.map(|index| self.cut(index)).collect()
-        })
-    }
-
-    /// The result of the spectrum of one patch, which is kept or computed again.
-    fn with<T>(&self, kept: &Kept, index: usize, then: impl FnOnce(&Spectrum) -> T) -> Option<T> {
-        match kept {
-            Some(all) => all[index].as_ref().map(then),
-            None => self.cut(index).as_ref().map(then),
-        }
-    }
-
     /// The beamlets of all patches to a canvas, if they may be kept from run to run and fit.
     fn cached(&self, to: &Canvas) -> Option<&'a [Option<PatchBeamlets>]> {
         let cache = self.job.cache.filter(|_| self.job.draws.is_none())?;
@@ -283,22 +222,6 @@ impl<'a> Cutter<'a> {
         }
         cache.of(grid, raster)
     }
-
-    fn histogram(&self, kept: &Kept) -> ModeHistogram {
-        let count = |spectrum: &Spectrum| ModeHistogram::of(spectrum.coefficients.iter());
-        (0..self.patches.count())
-            .into_par_iter()
-            .filter_map(|index| self.with(kept, index, count))
-            .reduce(ModeHistogram::default, ModeHistogram::merge)
-    }
-}
-
-fn positions(job: &Job, from: &Field) -> [Positions; 2] {
-    let reach = 0.5 * job.plan.period;
-    let axis = |axis: &crate::wave::grid::field::Axis| {
-        Positions::cover(axis.edges(), job.plan.sigma, job.plan.step, reach)
-    };
-    [axis(&from.grid.x), axis(&from.grid.y)]
 }
 
 /// What the modes of all patches hold.
@@ -325,27 +248,34 @@ fn spread(
         tally.add_energy(Fate::Lost(Loss::Missed), spectrum.energy);
         return (arrivals, tally);
     };
-    let mut samples = AberrationSamples::new(job, patch, spectrum.centre, strength.total);
+    let mut follower = Follower {
+        job,
+        launch_planes: &launch_planes,
+        to,
+        samples: AberrationSamples::new(job, patch, spectrum.centre, strength.total),
+        tally,
+    };
     for ((my, mx), c) in spectrum.coefficients.indexed_iter() {
         let energy = c.norm_sqr();
         within += energy;
         if energy < strength.floor || energy == 0.0 {
-            tally.add_energy(Fate::Weak, energy);
+            follower.tally.add_energy(Fate::Weak, energy);
             continue;
         }
         let mode = [spectrum.first[0] + mx, spectrum.first[1] + my];
-        let fate = match follow(job, &launch_planes, mode, *c, to, &mut samples, &mut tally) {
+        let fate = match follower.follow(mode, *c) {
             Ok(arrival) => {
                 arrivals.push(arrival);
                 Fate::Arrived
             }
             Err(discarded) => {
-                tally.untrusted += energy * discarded.share;
+                follower.tally.untrusted += energy * discarded.share;
                 discarded.fate
             }
         };
-        tally.count(fate, energy);
+        follower.tally.count(fate, energy);
     }
+    let mut tally = follower.tally;
     tally.add_energy(Fate::Elsewhere, (spectrum.energy - within).max(0.0));
     (arrivals, tally)
 }
@@ -393,36 +323,47 @@ fn drawn(cutter: &Cutter, kept: &Kept, index: usize, to: &Canvas) -> Option<Patc
     beamlets(cutter, index, to, &|place| weights[place] != 0.0)
 }
 
-/// Follows one beamlet to the target.
-fn follow(
-    job: &Job,
-    launch_planes: &LaunchPlanes,
-    mode: [usize; 2],
-    coefficient: Complex64,
-    to: &Canvas,
-    samples: &mut AberrationSamples,
-    tally: &mut Tally,
-) -> Result<Arrival, DiscardedBeamlet> {
-    let beamlet = target_beamlet(job, launch_planes, mode, to, samples)?;
-    let mut arrival = beamlet.arrival;
-    let energy = coefficient.norm_sqr();
-    let seen = match beamlet.needed {
-        true => Some((beamlet.found, 1.0)),
-        false => {
-            let drawn = samples.drawn(mode, energy);
-            drawn.map(|stands_for| (samples.at(mode), stands_for))
+/// What follows the beamlets of one patch to the target.
+struct Follower<'a> {
+    job: &'a Job<'a>,
+    launch_planes: &'a LaunchPlanes,
+    to: &'a Canvas,
+    /// The samples of the aberration inside its beamlets.
+    samples: AberrationSamples<'a>,
+    /// What became of its beamlets.
+    tally: Tally,
+}
+
+impl Follower<'_> {
+    /// Follows one beamlet.
+    fn follow(
+        &mut self,
+        mode: [usize; 2],
+        coefficient: Complex64,
+    ) -> Result<Arrival, DiscardedBeamlet> {
+        let (job, to, samples) = (self.job, self.to, &mut self.samples);
+        let beamlet = target_beamlet(job, self.launch_planes, mode, to, samples)?;
+        let mut arrival = beamlet.arrival;
+        let energy = coefficient.norm_sqr();
+        let seen = match beamlet.needed {
+            true => Some((beamlet.found, 1.0)),
+            false => {
+                let drawn = samples.drawn(mode, energy);
+                drawn.map(|stands_for| (samples.at(mode), stands_for))
+            }
+        };
+        if let Some((found, stands_for)) = seen
+            && job.downstream.is_relevant(arrival.at, arrival.cosines)
+        {
+            // The tail that falls on the target is more aberrated than the beamlet's middle.
+            let tail = to.tail(&arrival, job.hop.wavenumber());
+            let found = found.map(|found| found.at_distance(tail.distance));
+            let weight = stands_for * energy * tail.share;
+            self.tally.add_aberration(found, weight);
         }
-    };
-    if let Some((found, stands_for)) = seen
-        && job.downstream.is_relevant(arrival.at, arrival.cosines)
-    {
-        // The tail that falls on the target is more aberrated than the beamlet's middle.
-        let tail = to.tail(&arrival, job.hop.wavenumber());
-        let found = found.map(|found| found.at_distance(tail.distance));
-        tally.add_aberration(found, stands_for * energy * tail.share);
+        arrival.amplitude *= coefficient;
+        Ok(arrival)
     }
-    arrival.amplitude *= coefficient;
-    Ok(arrival)
 }
 
 /// The hop with its parameters, a block at a time.

@@ -10,12 +10,12 @@ use crate::engine::chain::beamlet_propagation::BeamletPropagation;
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::free::spot_check::SpotCheck;
 use crate::engine::monte_carlo::mode_sampling::Draws;
-use crate::engine::monte_carlo::paper;
+use crate::engine::monte_carlo::paper::PaperRun;
 use crate::engine::monte_carlo::paper_plan::Address;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, along};
 use crate::engine::plan::settings::Settings;
-use crate::engine::plane_wave::plane_wavelets;
+use crate::engine::plane_wave::plane_wavelets::PlaneRun;
 use crate::engine::progress::{Cancelled, ShareDone};
 use crate::engine::trace::ray_sensitivity::PerturbedHops;
 use crate::math::nufft::NufftError;
@@ -266,7 +266,7 @@ impl<'a> HopRun<'a> {
             }
             Plan::Planes(plan) => {
                 let mut sum = planes()?;
-                let tally = plane_wavelets::carry(hop, plan, settings, field, &mut sum, progress)?;
+                let tally = PlaneRun::new(hop, plan, settings, field).carry(&mut sum, progress)?;
                 (sum.finish(), tally)
             }
             Plan::Paper(plan) => {
@@ -275,7 +275,8 @@ impl<'a> HopRun<'a> {
                     seed: settings.seed,
                     hop: self.number as u32,
                 };
-                let tally = paper::carry(hop, plan, address, field, &mut sum, progress)?;
+                let run = PaperRun::new(hop, plan, address, field);
+                let tally = run.carry(&mut sum, progress)?;
                 (sum.finish(), tally)
             }
         })

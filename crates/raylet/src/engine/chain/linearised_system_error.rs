@@ -48,8 +48,8 @@ pub enum LinearisedSystemError {
     },
     /// Local bands have no whole fields from which beamlets could be drawn.
     #[error(
-        "a control variate takes whole fields, and local bands carry this system; let the method be beamlet, or the estimator \
-         exact"
+        "a control variate takes whole fields, and local bands carry this system; set the method to beamlet, or leave the \
+         estimator out"
     )]
     LocalBands,
     /// A method without gradients.
@@ -57,7 +57,7 @@ pub enum LinearisedSystemError {
     Method(&'static str),
     /// The system is no longer like the one that was planned.
     #[error(
-        "between '{0}' and '{1}' the system is not free any more as when it was planned; let the method be \
+        "between '{0}' and '{1}' the system is not free any more as when it was planned; set the method to \
          beamlet"
     )]
     Moved(String, String),

@@ -65,7 +65,7 @@ struct Attempts<'a> {
     settings: &'a Settings,
     progress: &'a Listener<'a>,
     longest: f64,
-    tried: Vec<Vec<Choice>>,
+    tried: Vec<Vec<Option<Choice>>>,
     best: Outcome,
 }
 
@@ -155,14 +155,23 @@ fn unless_cancelled<T>(result: Result<T, SimulateError>) -> Result<Option<T>, Si
     }
 }
 
-/// What tells the plan of a hop from those for other targets: the width of its beamlets and whether they are corrected.
-/// A hop without rays has none.
-type Choice = Option<(f64, bool)>;
+/// What tells the beamlets of a hop from those for other targets.
+#[derive(PartialEq)]
+struct Choice {
+    /// Their width σ in mm.
+    sigma: f64,
+    /// Whether the aberration inside them is corrected.
+    correct: bool,
+}
 
-/// The choices of an attempt from whole fields; of local bands none, whose plans come from their own forecast.
-fn choices(attempt: &Attempt) -> Vec<Choice> {
+/// The choices of an attempt from whole fields, nothing for a hop without beamlets; of local bands none, whose plans come
+/// from their own forecast.
+fn choices(attempt: &Attempt) -> Vec<Option<Choice>> {
     let choice = |(plan, _): &(Plan, Grids)| match plan {
-        Plan::Beamlets(plan) => Some((plan.sigma, plan.correct)),
+        Plan::Beamlets(plan) => Some(Choice {
+            sigma: plan.sigma,
+            correct: plan.correct,
+        }),
         Plan::Free(..) | Plan::Planes(_) | Plan::Paper(_) => None,
     };
     attempt.whole_fields().iter().map(choice).collect()

@@ -17,6 +17,7 @@
 //! | [`linearised_system_error`] | Why a system cannot be differentiated |
 //! | `missed_target` | Further attempts where a run misses its target error |
 //! | [`outcome`] | The result of a run, and how far it has come |
+//! | `patch_cutter` | The patches of a field that beamlets carry: their places, spectra and modes |
 //! | [`mod@reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
 //! | `rimmed_variations` | Perturbed systems with a screen at every rim of the planned one |
 //! | [`screen_sensitivity`] | How the light on a screen changes with the parameters of its source and element |
@@ -39,6 +40,7 @@ pub mod linearised_system_error;
 pub mod local_band_run;
 pub(crate) mod missed_target;
 pub mod outcome;
+pub(crate) mod patch_cutter;
 pub mod reference;
 pub(crate) mod rimmed_variations;
 pub mod screen_sensitivity;

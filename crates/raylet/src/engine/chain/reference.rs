@@ -205,32 +205,12 @@ fn by_routes(
         }
         other => other?,
     };
-    let mut light = Arriving::from_source(system);
-    let mut steps = Vec::new();
-    for (number, (hop, route)) in system.hops().zip(&routes).enumerate() {
-        let report = |done: f64| {
-            Cancelled::check(progress(Progress {
-                attempt: 0,
-                hop: number,
-                hops: routes.len(),
-                to: &hop.to.name,
-                done,
-                rays: 0.0,
-            }))
-        };
-        let (next, step) = carry(system, &hop, route, &light, &settings, choice, &report)?;
-        light = next;
-        steps.push(step);
-    }
-    let grid = sensor_grid(sensor_of(system)?);
-    let values = match light.sum {
-        Some(levels) => levels.into_middle(),
-        None => Array2::zeros(grid.shape()),
+    let run = HopByHop {
+        system,
+        settings: &settings,
+        choice,
     };
-    Ok(Reference {
-        field: Field { grid, values },
-        steps,
-    })
+    run.follow(&routes, progress)
 }
 
 /// The outlines of both screens of a hop.
@@ -274,64 +254,135 @@ fn routes(
     Ok(routes)
 }
 
-/// One hop: the field behind the first screen, and what arrives at the second.
-fn carry(
-    system: &System,
-    hop: &Hop,
-    route: &FreeMethod,
-    light: &Arriving,
-    settings: &Settings,
+/// A reference that goes hop by hop: what all its hops share.
+struct HopByHop<'a> {
+    /// What the light runs through.
+    system: &'a System,
+    /// How finely it is sampled.
+    settings: &'a Settings,
+    /// What the user chose.
     choice: ReferenceOptions,
-    progress: &HopListener,
-) -> Result<(Arriving, Step), ReferenceError> {
-    let clock = Instant::now();
-    let [from, to] = outlines(hop)?;
-    let (leaving, arriving) = route.reach(hop, from, to);
-    let fineness = fineness(hop.from);
-    let finer = leaving
-        .map(|p| (fineness * p).min((PIXEL_FINENESS * p).max(2.0 * hop.from.index_behind())));
-    let (arrived, field) = light.pass(system, hop.from, finer, settings)?;
-    let before = arrived.power();
-    drop(arrived);
-    let raster = receiving_raster(hop, arriving, settings)?;
-    progress(0.0)?;
-    let (values, work, neglects) = match route {
-        FreeMethod::AngularSpectrum(free, plan) => {
-            let waves = plan.bands[0].count * plan.bands[1].count;
-            (free.carry(&field, None, &raster, plan), waves as f64, "")
+}
+
+/// What a hop brings to the raster on its second screen.
+struct Brought {
+    /// The field there [ny, nx].
+    values: Array2<Complex64>,
+    /// Node–point pairs of a direct sum, plane waves of a spectrum, or nodes.
+    work: f64,
+    /// What the method leaves out, in words; empty when nothing.
+    neglects: &'static str,
+}
+
+impl HopByHop<'_> {
+    /// All hops by their routes.
+    fn follow(
+        &self,
+        routes: &[FreeMethod],
+        progress: &Listener,
+    ) -> Result<Reference, ReferenceError> {
+        let mut light = Arriving::from_source(self.system);
+        let mut steps = Vec::new();
+        for (number, (hop, route)) in self.system.hops().zip(routes).enumerate() {
+            let report = |done: f64| {
+                Cancelled::check(progress(Progress {
+                    attempt: 0,
+                    hop: number,
+                    hops: routes.len(),
+                    to: &hop.to.name,
+                    done,
+                    rays: 0.0,
+                }))
+            };
+            let (next, step) = self.carry(&hop, route, &light, &report)?;
+            light = next;
+            steps.push(step);
         }
-        FreeMethod::RayleighSommerfeld(_) => {
-            let (values, pairs) = shine(hop, &field, &raster, choice, progress)?;
-            (values, pairs, "")
-        }
-        FreeMethod::Collins(train) => {
-            let plan = Collins::new(hop.wavelength, *train, &field.grid, &raster)?;
-            let nodes = field.values.len() as f64;
-            let values = plan.carry(field.values.view());
-            (values, nodes, "aberrations and the rims of lenses")
-        }
-    };
-    progress(1.0)?;
-    let landed = raster.power(&values);
-    let step = Step {
-        screens: [hop.from.name.clone(), hop.to.name.clone()],
-        approach: route.approach(),
-        neglects,
-        samples: field.grid.shape(),
-        power: [before, field.power(), landed].map(Some),
-        work,
-        unresolved: 0,
-        seconds: clock.elapsed().as_secs_f64(),
-    };
-    let next = Arriving {
-        sum: Some(HeightStack::plane(raster, values)),
-        directions: LightDirections {
-            chief: chief(hop, light.directions.chief),
-            usual: arriving,
-        },
-        reach: arriving,
-    };
-    Ok((next, step))
+        let grid = sensor_grid(sensor_of(self.system)?);
+        let values = match light.sum {
+            Some(levels) => levels.into_middle(),
+            None => Array2::zeros(grid.shape()),
+        };
+        Ok(Reference {
+            field: Field { grid, values },
+            steps,
+        })
+    }
+
+    /// One hop: the field behind the first screen, and what arrives at the second.
+    fn carry(
+        &self,
+        hop: &Hop,
+        route: &FreeMethod,
+        light: &Arriving,
+        progress: &HopListener,
+    ) -> Result<(Arriving, Step), ReferenceError> {
+        let clock = Instant::now();
+        let [from, to] = outlines(hop)?;
+        let (leaving, arriving) = route.reach(hop, from, to);
+        let fineness = fineness(hop.from);
+        let finer = leaving
+            .map(|p| (fineness * p).min((PIXEL_FINENESS * p).max(2.0 * hop.from.index_behind())));
+        let (arrived, field) = light.pass(self.system, hop.from, finer, self.settings)?;
+        let before = arrived.power();
+        drop(arrived);
+        let raster = receiving_raster(hop, arriving, self.settings)?;
+        progress(0.0)?;
+        let brought = self.bring(hop, route, &field, &raster, progress)?;
+        progress(1.0)?;
+        let landed = raster.power(&brought.values);
+        let step = Step {
+            screens: [hop.from.name.clone(), hop.to.name.clone()],
+            approach: route.approach(),
+            neglects: brought.neglects,
+            samples: field.grid.shape(),
+            power: [before, field.power(), landed].map(Some),
+            work: brought.work,
+            unresolved: 0,
+            seconds: clock.elapsed().as_secs_f64(),
+        };
+        let next = Arriving {
+            sum: Some(HeightStack::plane(raster, brought.values)),
+            directions: LightDirections {
+                chief: chief(hop, light.directions.chief),
+                usual: arriving,
+            },
+            reach: arriving,
+        };
+        Ok((next, step))
+    }
+
+    /// The field behind the first screen, carried to the raster on the second.
+    fn bring(
+        &self,
+        hop: &Hop,
+        route: &FreeMethod,
+        field: &Field,
+        raster: &Raster,
+        progress: &HopListener,
+    ) -> Result<Brought, ReferenceError> {
+        let (values, work, neglects) = match route {
+            FreeMethod::AngularSpectrum(free, plan) => {
+                let waves = plan.bands[0].count * plan.bands[1].count;
+                (free.carry(field, None, raster, plan), waves as f64, "")
+            }
+            FreeMethod::RayleighSommerfeld(_) => {
+                let (values, pairs) = shine(hop, field, raster, self.choice, progress)?;
+                (values, pairs, "")
+            }
+            FreeMethod::Collins(train) => {
+                let plan = Collins::new(hop.wavelength, *train, &field.grid, raster)?;
+                let nodes = field.values.len() as f64;
+                let values = plan.carry(field.values.view());
+                (values, nodes, "aberrations and the rims of lenses")
+            }
+        };
+        Ok(Brought {
+            values,
+            work,
+            neglects,
+        })
+    }
 }
 
 /// How much finer than the target needs a screen is sampled.

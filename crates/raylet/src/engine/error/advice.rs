@@ -94,8 +94,14 @@ pub fn advice(system: &System, methods: &[HopMethod], settings: &Settings) -> Ve
     list
 }
 
-/// A ray that stands on a screen.
-type ScreenRay = ([f64; 2], [f64; 2]);
+/// A ray that arrives on a screen.
+#[derive(Clone, Copy)]
+struct ScreenRay {
+    /// Where it arrives, in mm.
+    at: [f64; 2],
+    /// Its optical direction cosines there.
+    cosines: [f64; 2],
+}
 
 /// What a hop does to the rays that stand on its first screen.
 #[derive(Default)]
@@ -125,8 +131,8 @@ impl Light {
             ..*hop
         };
         let stride = rays.len().div_ceil(MOST_RAYS).max(1);
-        for &(at, arriving) in rays.iter().step_by(stride) {
-            for p in leaving(hop, at, arriving) {
+        for &ScreenRay { at, cosines } in rays.iter().step_by(stride) {
+            for p in leaving(hop, at, cosines) {
                 if let Ok((landing, j)) = open.jacobian(at, p) {
                     light.widen(landing.at);
                     for (a, row) in j.iter().take(2).enumerate() {
@@ -157,7 +163,10 @@ impl Light {
                 for a in 0..2 {
                     self.cosines[a] = self.cosines[a].max(landing.cosines[a].abs());
                 }
-                self.arrived.push((landing.at, landing.cosines));
+                self.arrived.push(ScreenRay {
+                    at: landing.at,
+                    cosines: landing.cosines,
+                });
             }
             Err(_) => {}
         }
@@ -190,7 +199,8 @@ fn launch(system: &System) -> Vec<ScreenRay> {
         .map(|at| {
             let here = screen.frame.to_global(Vec3::new(at[0], at[1], 0.0));
             let d = screen.frame.turn_in(system.source.direction(here));
-            (at, [d.x * screen.index, d.y * screen.index])
+            let cosines = [d.x * screen.index, d.y * screen.index];
+            ScreenRay { at, cosines }
         })
         .collect()
 }

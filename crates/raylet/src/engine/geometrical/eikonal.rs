@@ -80,6 +80,16 @@ struct Share {
     fresnel: f64,
 }
 
+/// A ray that all but ends at the centre of a pixel.
+struct NearRay {
+    /// Where it starts on the first screen, in mm.
+    start: [f64; 2],
+    /// From there to the start of the ray that ends at the centre, in mm.
+    step: [f64; 2],
+    /// The tube about it.
+    tube: RayTube,
+}
+
 /// What one row of cells lights.
 struct Row {
     shares: Vec<Share>,
@@ -323,7 +333,7 @@ impl<'a> PixelRays<'a> {
             let [dx, dy] = miss(&tube);
             let step = m.map(|row| row[0] * dx + row[1] * dy);
             if (0..2).all(|a| step[a].abs() < 1e-6 * self.cell[a]) {
-                return self.settle(start, step, &tube, cell, pixel, rays);
+                return self.settle(&NearRay { start, step, tube }, cell, pixel, rays);
             }
             start = [start[0] + step[0], start[1] + step[1]];
             let away = |a: usize| self.place(start, a) - cell[a] as f64 - 0.5;
@@ -345,9 +355,7 @@ impl<'a> PixelRays<'a> {
     /// stands in its way.
     fn settle(
         &self,
-        start: [f64; 2],
-        step: [f64; 2],
-        tube: &RayTube,
+        NearRay { start, step, tube }: &NearRay,
         cell: [usize; 2],
         pixel: [usize; 2],
         rays: &mut u64,
@@ -359,7 +367,7 @@ impl<'a> PixelRays<'a> {
             return None;
         }
         *rays += 1;
-        trace_tube(self.system, start).ok()?;
+        trace_tube(self.system, *start).ok()?;
 
         // The phase of the start's ray, carried over the rest of the way to the pixel by its gradient p.
         let first = &self.system.screens[0];

@@ -47,8 +47,8 @@ struct Drawn {
     energy: f64,
 }
 
-/// One hop being carried.
-struct Carrier<'a> {
+/// A hop by drawn rays, with its plan.
+pub struct PaperRun<'a> {
     hop: Hop<'a>,
     plan: &'a PaperPlan,
     address: Address,
@@ -61,51 +61,6 @@ struct Carrier<'a> {
     /// Which modes propagate from a plane screen, where it is the same everywhere.
     propagates: Option<Vec<bool>>,
     share: f64,
-}
-
-/// Adds what drawn rays bring to the receiving screen. Runs in chunks on the current rayon pool; the sum
-/// has the same bits for any number of threads. The tally holds the standard error where positions are
-/// independent.
-///
-/// # Errors
-/// When `progress` cancels the work.
-pub fn carry(
-    hop: Hop,
-    plan: &PaperPlan,
-    address: Address,
-    field: &Field,
-    to: &mut PlaneSum,
-    progress: &ShareDone,
-) -> Result<Tally, Cancelled> {
-    let carrier = Carrier::new(hop, plan, address, field);
-    let most = CHUNK.max(to.samples()).min(LARGEST_CHUNK);
-    let chunk = (most / plan.rays_each().max(1)).max(1);
-    let mut tally = Tally::default();
-    let mut spread = Spread::default();
-    let size = match plan.is_independent() && plan.positions > 1 {
-        true => plan.positions.div_ceil(BATCHES),
-        false => plan.positions.max(1),
-    };
-    for start in (0..plan.positions).step_by(size) {
-        let end = plan.positions.min(start + size);
-        let before = (size < plan.positions).then(|| to.values().clone());
-        for first in (start..end).step_by(chunk) {
-            let last = end.min(first + chunk);
-            carrier.add(first..last, to, &mut tally);
-            Cancelled::check(progress(last as f64 / plan.positions as f64))?;
-        }
-        // Batches of one size are compared; a shorter last one is left out.
-        if let Some(before) = before
-            && end - start == size
-        {
-            spread.add(&before, to.values());
-        }
-    }
-    if let Some((variance, square)) = spread.finish(plan.positions as f64 / size as f64) {
-        tally.sampling = Some([variance.sum(), square]);
-        tally.noise = Some(variance.mapv(|v| v.max(0.0).sqrt()));
-    }
-    Ok(tally)
 }
 
 /// The sum of the windows over each node of a grid of this shape; the last row and column lie beyond it.
@@ -203,15 +158,16 @@ impl Spread {
     }
 }
 
-impl<'a> Carrier<'a> {
-    fn new(hop: Hop<'a>, plan: &'a PaperPlan, address: Address, field: &Field) -> Self {
+impl<'a> PaperRun<'a> {
+    /// Of the field behind the first screen; `address` is where the random numbers of the hop are found.
+    pub fn new(hop: Hop<'a>, plan: &'a PaperPlan, address: Address, field: &Field) -> Self {
         let axes = [&field.grid.x, &field.grid.y];
         let cutter = TileCutter::new(axes, &plan.bands, hop.wavenumber(), &plan.tile());
         let order = match plan.sampler {
             Sampler::Systematic => hilbert_order([plan.bands[0].count, plan.bands[1].count]),
             Sampler::Multinomial | Sampler::All => Vec::new(),
         };
-        let mut carrier = Self {
+        let mut run = Self {
             hop,
             plan,
             address,
@@ -225,9 +181,47 @@ impl<'a> Carrier<'a> {
             share: plan.share(),
         };
         if plan.coverage {
-            carrier.divide();
+            run.divide();
         }
-        carrier
+        run
+    }
+
+    /// Adds what drawn rays bring to the receiving screen. Runs in chunks on the current rayon pool; the sum
+    /// has the same bits for any number of threads. The tally holds the standard error where positions are
+    /// independent.
+    ///
+    /// # Errors
+    /// When `progress` cancels the work.
+    pub fn carry(&self, to: &mut PlaneSum, progress: &ShareDone) -> Result<Tally, Cancelled> {
+        let plan = self.plan;
+        let most = CHUNK.max(to.samples()).min(LARGEST_CHUNK);
+        let chunk = (most / plan.rays_each().max(1)).max(1);
+        let mut tally = Tally::default();
+        let mut spread = Spread::default();
+        let size = match plan.is_independent() && plan.positions > 1 {
+            true => plan.positions.div_ceil(BATCHES),
+            false => plan.positions.max(1),
+        };
+        for start in (0..plan.positions).step_by(size) {
+            let end = plan.positions.min(start + size);
+            let before = (size < plan.positions).then(|| to.values().clone());
+            for first in (start..end).step_by(chunk) {
+                let last = end.min(first + chunk);
+                self.add(first..last, to, &mut tally);
+                Cancelled::check(progress(last as f64 / plan.positions as f64))?;
+            }
+            // Batches of one size are compared; a shorter last one is left out.
+            if let Some(before) = before
+                && end - start == size
+            {
+                spread.add(&before, to.values());
+            }
+        }
+        if let Some((variance, square)) = spread.finish(plan.positions as f64 / size as f64) {
+            tally.sampling = Some([variance.sum(), square]);
+            tally.noise = Some(variance.mapv(|v| v.max(0.0).sqrt()));
+        }
+        Ok(tally)
     }
 
     /// Divides the field by the sum of the windows over each node; what none covers stays dark.

@@ -204,8 +204,8 @@ impl PlanePlan {
     }
 }
 
-/// One hop being carried.
-struct Carrier<'a> {
+/// A hop by plane wavelets, with its plan.
+pub(crate) struct PlaneRun<'a> {
     hop: Hop<'a>,
     plan: &'a PlanePlan,
     field: &'a Field,
@@ -216,42 +216,36 @@ struct Carrier<'a> {
     most: usize,
 }
 
-/// Adds what a field brings to the receiving screen. Runs in chunks on the current rayon pool; the sum
-/// has the same bits for any number of threads.
-///
-/// # Errors
-/// When `progress` cancels the work.
-pub(crate) fn carry(
-    hop: Hop,
-    plan: &PlanePlan,
-    settings: &Settings,
-    field: &Field,
-    to: &mut PlaneSum,
-    progress: &ShareDone,
-) -> Result<Tally, Cancelled> {
-    let cover = |axis: &Axis, a: usize| plan.cover(axis.edges(), plan.step[a]);
-    let (px, py) = (cover(&field.grid.x, 0), cover(&field.grid.y, 1));
-    let [bx, by] = &plan.bands;
-    let patches = Patches::new(
-        [&field.grid.x, &field.grid.y],
-        [&px, &py],
-        [bx, by],
-        hop.wavenumber(),
-        plan.period,
-    );
-    let mut carrier = Carrier {
-        hop,
-        plan,
-        field,
-        patches,
-        floor: 0.0,
-        most: (settings.memory_limit / (CHUNK_SHARE * RAY_BYTES)).max(1),
-    };
-    carrier.floor = carrier.strongest() * settings.weakest_mode();
-    carrier.run(to, progress)
-}
+impl<'a> PlaneRun<'a> {
+    /// Of the field behind the first screen.
+    pub(crate) fn new(
+        hop: Hop<'a>,
+        plan: &'a PlanePlan,
+        settings: &Settings,
+        field: &'a Field,
+    ) -> Self {
+        let cover = |axis: &Axis, a: usize| plan.cover(axis.edges(), plan.step[a]);
+        let (px, py) = (cover(&field.grid.x, 0), cover(&field.grid.y, 1));
+        let [bx, by] = &plan.bands;
+        let patches = Patches::new(
+            [&field.grid.x, &field.grid.y],
+            [&px, &py],
+            [bx, by],
+            hop.wavenumber(),
+            plan.period,
+        );
+        let mut run = Self {
+            hop,
+            plan,
+            field,
+            patches,
+            floor: 0.0,
+            most: (settings.memory_limit / (CHUNK_SHARE * RAY_BYTES)).max(1),
+        };
+        run.floor = run.strongest() * settings.weakest_mode();
+        run
+    }
 
-impl Carrier<'_> {
     /// The strongest mode, from patches about one σ apart: neighbours are nearly alike.
     fn strongest(&self) -> f64 {
         let [nx, ny] = self.patches.shape();
@@ -280,8 +274,16 @@ impl Carrier<'_> {
             .sqrt()
     }
 
-    /// All patches, in chunks of about [`CHUNK`] rays.
-    fn run(&self, to: &mut PlaneSum, progress: &ShareDone) -> Result<Tally, Cancelled> {
+    /// Adds what the field brings to the receiving screen. Runs in chunks of about [`CHUNK`] rays on the current rayon
+    /// pool; the sum has the same bits for any number of threads.
+    ///
+    /// # Errors
+    /// When `progress` cancels the work.
+    pub(crate) fn carry(
+        &self,
+        to: &mut PlaneSum,
+        progress: &ShareDone,
+    ) -> Result<Tally, Cancelled> {
         let [nx, ny] = self.patches.shape();
         let directions = self.plan.bands[0].count * self.plan.bands[1].count;
         let rays = CHUNK.max(to.samples()).min(self.most);

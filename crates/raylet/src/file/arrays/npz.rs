@@ -6,7 +6,7 @@ use std::fs::File;
 use std::io::{self, BufReader, Seek, Write};
 use std::path::Path;
 
-use ndarray::{Array, Array1, Array3, Dimension, Ix1, Ix3};
+use ndarray::{Array, Array1, Array2, Array3, Dimension, Ix1, Ix3};
 use ndarray_npy::{NpzWriter, ReadNpyExt, ReadableElement};
 use num_complex::Complex64;
 use zip::ZipArchive;
@@ -32,6 +32,16 @@ pub struct Fields {
 }
 
 impl Fields {
+    /// The sum of the intensities of all channels, [y, x].
+    pub fn total_intensity(&self) -> Array2<f64> {
+        let (_, ny, nx) = self.field.dim();
+        let mut sum = Array2::zeros((ny, nx));
+        for field in self.field.outer_iter() {
+            sum.zip_mut_with(&field, |sum, u| *sum += u.norm_sqr());
+        }
+        sum
+    }
+
     /// Writes a .npz file without a copy of the arrays. Equal fields give equal bytes.
     ///
     /// # Errors

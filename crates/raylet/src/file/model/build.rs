@@ -326,7 +326,7 @@ impl Layout<'_, '_> {
     /// Layers on the own coordinates of a surface.
     fn on_surface(&self, layers: Vec<Layer>, shape: &Shape, path: &str) -> Result<Layer, Fault> {
         let place = format!("{path}.coordinates");
-        let is_point = |lattice: &Lattice| lattice.2 == PixelForm::Point;
+        let is_point = |lattice: &Lattice| lattice.form == PixelForm::Point;
         if lattices(&layers).iter().any(is_point) {
             let found = "\"surface\" with pixels that are points";
             let expected = "pixel = \"box\" or \"bilinear\", or coordinates = \"projected\"";

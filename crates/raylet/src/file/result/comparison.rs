@@ -141,7 +141,7 @@ impl Comparison {
             }
         };
         let channels = a.fields.wavelength_um.iter().enumerate().map(channel);
-        let sums = sides.map(summed);
+        let sums = sides.map(|side| side.fields.total_intensity());
         Ok(Self {
             version: VERSION,
             a: a.path.clone(),
@@ -150,16 +150,6 @@ impl Comparison {
             total: Likeness::of(sides, sides.map(|side| side.fields.field.view()), &sums),
         })
     }
-}
-
-/// The intensities of all channels, added.
-fn summed(side: &Side) -> Array2<f64> {
-    let (_, ny, nx) = side.fields.field.dim();
-    let mut sum = Array2::zeros((ny, nx));
-    for field in side.fields.field.outer_iter() {
-        sum.zip_mut_with(&field, |sum, u| *sum += u.norm_sqr());
-    }
-    sum
 }
 
 impl Likeness {

@@ -18,13 +18,32 @@ pub struct BuildError {
 }
 
 /// What was found and what is expected, of a part that is known elsewhere.
-pub(crate) type Mismatch = (String, &'static str);
+#[derive(Clone, Debug, PartialEq, Eq)]
+pub(crate) struct Mismatch {
+    /// What was found.
+    pub found: String,
+    /// What is expected there.
+    pub expected: &'static str,
+}
+
+impl Mismatch {
+    /// Of what was found, and what is expected in its place.
+    pub(crate) fn new(found: impl Into<String>, expected: &'static str) -> Self {
+        Self {
+            found: found.into(),
+            expected,
+        }
+    }
+}
 
 /// A length or wavelength above zero.
 pub(crate) fn check_above_zero(what: &str, value: f64) -> Result<(), Mismatch> {
     match value > 0.0 && value.is_finite() {
         true => Ok(()),
-        false => Err((format!("{what} of {value} mm"), "one above zero")),
+        false => Err(Mismatch::new(
+            format!("{what} of {value} mm"),
+            "one above zero",
+        )),
     }
 }
 
@@ -32,7 +51,7 @@ pub(crate) fn check_above_zero(what: &str, value: f64) -> Result<(), Mismatch> {
 pub(crate) fn check_finite(decentre: &[f64; 2], tilt: &[f64; 3]) -> Result<(), Mismatch> {
     match decentre.iter().chain(tilt).all(|number| number.is_finite()) {
         true => Ok(()),
-        false => Err((
+        false => Err(Mismatch::new(
             format!("an offset of {decentre:?} mm and angles of {tilt:?} rad"),
             "finite numbers",
         )),
@@ -45,7 +64,8 @@ pub(crate) fn check_face(shape: &Shape, aperture: &Aperture) -> Result<(), Misma
         && !conic.curvature.is_finite()
     {
         let found = format!("a curvature of {} per mm", conic.curvature);
-        return Err((found, "a radius that is not zero; infinite for a plane"));
+        let expected = "a radius that is not zero; infinite for a plane";
+        return Err(Mismatch::new(found, expected));
     }
     check_aperture(aperture)?;
     match missing_point(shape, aperture, f64::MAX) {
@@ -53,7 +73,7 @@ pub(crate) fn check_face(shape: &Shape, aperture: &Aperture) -> Result<(), Misma
         Some([x, y]) => {
             let found =
                 format!("an aperture at ({x:.6}, {y:.6}) mm, where the surface does not exist");
-            Err((found, "an aperture all over which it exists"))
+            Err(Mismatch::new(found, "an aperture all over which it exists"))
         }
     }
 }
@@ -88,12 +108,13 @@ pub(crate) fn check_element(doe: &Doe) -> Result<(), Mismatch> {
         }
     }
     if doe.bounds().is_none() {
-        return Err((String::from("no edge"), "an aperture, or a layer of pixels"));
+        let expected = "an aperture, or a layer of pixels";
+        return Err(Mismatch::new("no edge", expected));
     }
     match doe.shares_lattice() {
         true => Ok(()),
-        false => Err((
-            String::from("pixel grids of different pitch, size or pixel form in one element"),
+        false => Err(Mismatch::new(
+            "pixel grids of different pitch, size or pixel form in one element",
             "grids that share their lattice; or two elements at a distance",
         )),
     }
@@ -103,8 +124,8 @@ pub(crate) fn check_element(doe: &Doe) -> Result<(), Mismatch> {
 pub(crate) fn check_transmits(doe: &Doe) -> Result<(), Mismatch> {
     match doe.reflect {
         false => Ok(()),
-        true => Err((
-            String::from("light that goes on by reflection, and a medium behind the element"),
+        true => Err(Mismatch::new(
+            "light that goes on by reflection, and a medium behind the element",
             "one of both",
         )),
     }
@@ -115,11 +136,14 @@ fn check_pixels(pixels: &Pixels) -> Result<(), Mismatch> {
         check_above_zero("a pitch", pitch)?;
     }
     if pixels.values.is_empty() {
-        return Err((String::from("no pixels"), "at least one"));
+        return Err(Mismatch::new("no pixels", "at least one"));
     }
     match pixels.values.iter().find(|value| !value.is_finite()) {
         None => Ok(()),
-        Some(value) => Err((format!("a pixel of {value}"), "finite transmissions")),
+        Some(value) => {
+            let found = format!("a pixel of {value}");
+            Err(Mismatch::new(found, "finite transmissions"))
+        }
     }
 }
 
@@ -129,7 +153,7 @@ pub(crate) fn check_sensor(sensor: &Sensor) -> Result<(), Mismatch> {
         check_above_zero("a pitch", pitch)?;
     }
     match sensor.pixels.contains(&0) {
-        true => Err((
+        true => Err(Mismatch::new(
             format!("{:?} pixels", sensor.pixels),
             "at least one each way",
         )),
@@ -141,7 +165,10 @@ pub(crate) fn check_sensor(sensor: &Sensor) -> Result<(), Mismatch> {
 pub(crate) fn check_heading(distance: f64, towards: f64) -> Result<(), Mismatch> {
     match expected_heading(distance, towards) {
         None => Ok(()),
-        Some(expected) => Err((format!("a distance of {distance} mm"), expected)),
+        Some(expected) => {
+            let found = format!("a distance of {distance} mm");
+            Err(Mismatch::new(found, expected))
+        }
     }
 }
 

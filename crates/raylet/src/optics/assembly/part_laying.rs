@@ -62,7 +62,7 @@ pub(crate) fn address(parts: &[Part], number: usize) -> String {
 /// Index of a medium at a vacuum wavelength in mm.
 pub(crate) fn glass_index(glass: &Glass, wavelength: f64) -> Result<f64, Mismatch> {
     let index = glass.index(wavelength);
-    index.map_err(|found| (found, "a medium that is known at the wavelength"))
+    index.map_err(|found| Mismatch::new(found, "a medium that is known at the wavelength"))
 }
 
 /// The axis while parts are laid on it.
@@ -98,8 +98,8 @@ impl Laying {
     /// Checks a part and adds it.
     pub(crate) fn lay(&mut self, part: &Part) -> Result<(), Mismatch> {
         if self.ended {
-            let found = String::from("a part behind the sensor");
-            return Err((found, "the sensor as the last part"));
+            let found = "a part behind the sensor";
+            return Err(Mismatch::new(found, "the sensor as the last part"));
         }
         match part {
             Part::Gap(distance) => {
@@ -158,7 +158,7 @@ impl Laying {
     pub(crate) fn end(self) -> Result<AxisLayout, Mismatch> {
         match self.ended {
             true => Ok(self.axis),
-            false => Err((String::from("no sensor"), "one as the last part")),
+            false => Err(Mismatch::new("no sensor", "one as the last part")),
         }
     }
 
@@ -187,7 +187,7 @@ impl Laying {
     /// A beam radius has no use where a stop or element meets the light first.
     fn check_beam(&self) -> Result<(), Mismatch> {
         if let Some(radius) = self.beam_radius.filter(|_| self.axis.is_empty()) {
-            return Err((
+            return Err(Mismatch::new(
                 format!("a beam radius of {radius} mm, though this part meets the light first"),
                 "no beam radius: the aperture of this part limits the light",
             ));
@@ -198,8 +198,9 @@ impl Laying {
     fn sensor(&mut self, sensor: Sensor) -> Result<(), Mismatch> {
         check_sensor(&sensor)?;
         if self.axis.is_empty() {
-            let found = String::from("a sensor as the only part");
-            return Err((found, "at least one part before the sensor"));
+            let found = "a sensor as the only part";
+            let expected = "at least one part before the sensor";
+            return Err(Mismatch::new(found, expected));
         }
         let frame = self.frame();
         let name = String::from("sensor");

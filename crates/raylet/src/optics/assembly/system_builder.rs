@@ -229,16 +229,16 @@ impl SystemBuilder {
             Light::Point([x, y, z]) => Ok(Source::point([x, y, z], origin)),
             Light::Collimated(angle) => Source::collimated(angle, origin).ok_or_else(|| {
                 let found = format!("angles of {angle:?} rad");
-                (found, "angles whose sines' squares add up to less than one")
+                Mismatch::new(found, "angles whose sines' squares add up to less than one")
             }),
         }
     }
 }
 
-fn error(part: &str, (found, expected): Mismatch) -> BuildError {
+fn error(part: &str, wrong: Mismatch) -> BuildError {
     BuildError {
         part: part.to_owned(),
-        found,
-        expected: expected.to_owned(),
+        found: wrong.found,
+        expected: wrong.expected.to_owned(),
     }
 }
