@@ -16,7 +16,26 @@ MOST_LEVELS = 50
 #: The most wavelengths of a system or a result that are shown.
 MOST_WAVES = 20
 
-_short = reprlib.Repr()
+#: The most bits of a whole number whose digits are shown.
+MOST_BITS = 1000
+
+
+class _Short(reprlib.Repr):
+    """Short texts of values, which never make the whole text of a large one first."""
+
+    def repr_int(self, x: int, level: int) -> str:
+        bits = x.bit_length()
+        return f"<whole number of {bits} bits>" if bits > MOST_BITS else super().repr_int(x, level)
+
+    def repr_instance(self, x: Any, level: int) -> str:
+        if isinstance(x, str):
+            return self.repr_str(str.__getitem__(x, slice(0, 2 * MOST_SHOWN)), level)
+        if isinstance(x, bytes | bytearray | memoryview | list | tuple | dict | set | frozenset):
+            return f"<{type(x).__name__} of {len(x)} values>"
+        return super().repr_instance(x, level)
+
+
+_short = _Short()
 _short.maxstring = _short.maxother = MOST_SHOWN
 _short.maxlist = _short.maxtuple = _short.maxdict = _short.maxset = 8
 _short.maxlong = 60

@@ -110,6 +110,26 @@ def test_whole_numbers_beyond_all_limits_are_refused() -> None:
         assert len(str(caught.value)) < LONGEST
 
 
+def test_large_values_are_shown_by_their_type() -> None:
+    class Many(list[int]):
+        """A list of another type."""
+
+    class Name(str):
+        """A string of another type."""
+
+    for value, text in [
+        (bytes(10**8), "<bytes of 100000000 values>"),
+        ([bytes(10**8)], "[<bytes of 100000000 values>]"),
+        (Many(range(10**6)), "<Many of 1000000 values>"),
+        (1 << 20_000, "<whole number of 20001 bits>"),
+        (-12, "-12"),
+        (True, "True"),
+        (Name("doe"), "'doe'"),
+    ]:
+        assert shown(value) == text
+    assert len(shown(Name("n" * 10**7))) <= MOST_SHOWN
+
+
 def test_messages_show_few_characters_of_names(tmp_path: Path) -> None:
     name = "n" * 1_000_000
     odd = type(name, (), {})()

@@ -199,7 +199,7 @@ impl Saved {
         checked.map_err(|error| error.to_string())?;
         match are_sound(&self.rows, &self.state) {
             true => Ok(()),
-            false => Err(String::from("a course that is none of this design's")),
+            false => Err(String::from("a course of another design")),
         }
     }
 }

@@ -267,7 +267,7 @@ fn check(state: &State, course: &[f64], scene_design: &SceneDesign) -> Result<()
         course.len() <= state.evaluations && course.is_empty() == (state.evaluations == 0);
     match counted && course.iter().all(|loss| loss.is_finite()) {
         true => Ok(()),
-        false => Err(String::from("a course that is none of this design's")),
+        false => Err(String::from("a course of another design")),
     }
 }
 

@@ -16,7 +16,7 @@ pub const WAVELENGTH: f64 = 0.55e-3;
 pub const FOCUS: f64 = 41.87;
 
 /// Radius of the aperture before the first surface, and of all surfaces, in mm.
-const OPENING: f64 = 16.0;
+const SEMI_APERTURE: f64 = 16.0;
 
 /// Distance of that aperture from the first surface, in mm.
 const BEFORE: f64 = 1.0;
@@ -73,13 +73,13 @@ impl Triplet {
         let scale = self.scale;
         let surfaces = |builder: SystemBuilder, list: &[(f64, f64, &str)]| {
             list.iter().fold(builder, |builder, (radius, gap, glass)| {
-                let surface = builder.surface(radius * scale, *glass, OPENING * scale);
+                let surface = builder.surface(radius * scale, *glass, SEMI_APERTURE * scale);
                 surface.gap(gap * scale)
             })
         };
         let builder = SystemBuilder::new(WAVELENGTH)
             .collimated([self.angle_deg.to_radians(), 0.0])
-            .stop(Aperture::disc(OPENING * scale))
+            .stop(Aperture::disc(SEMI_APERTURE * scale))
             .gap(BEFORE * scale);
         let builder = surfaces(builder, &first)
             .element("stop", Shape::Plane, self.element.clone())

@@ -114,7 +114,7 @@ impl EvaluationMode<'_> {
         }
     }
 
-    /// Its way back: the conjugate transpose of [`EvaluationMode::forward`] but for what a control variate adds, and of Gumbel's draws.
+    /// The way back of [`EvaluationMode::forward`]: its conjugate transpose, except for control variates and Gumbel's draws.
     ///
     /// # Errors
     /// As [`LinearisedSystem::adjoint_with`] and [`ControlVariate::forward_adjoint`].

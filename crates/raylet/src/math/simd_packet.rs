@@ -7,7 +7,7 @@ use std::ops::{Add, Div, Mul, Neg, Sub};
 
 use crate::math::real::Real;
 
-/// How many numbers a pack holds.
+/// How many numbers a packet holds.
 pub(crate) const PACKET: usize = 8;
 
 /// Eight numbers. Its value is the first of them; decisions are taken for all or not at all.

@@ -30,7 +30,7 @@ const PATCH_SECONDS: f64 = 5e-5;
 const BEAMLET_SECONDS: f64 = 1.4e-6;
 const SURFACE_SECONDS: f64 = 2.4e-7;
 const CORRECTION_SECONDS: f64 = 2e-7;
-const VALUE_SECONDS: f64 = 5.7e-10;
+const VALUE_SECONDS: f64 = 5e-10;
 
 /// A surface that is met by iteration takes as long as this many conics, one with terms of any kind as this many.
 const ITERATED: f64 = 2.0;

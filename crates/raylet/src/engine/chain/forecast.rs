@@ -89,7 +89,7 @@ pub(crate) enum Chosen {
 /// element has two media, where they take much less time, and where a whole field does not fit into memory; `progress` is called before each hop is planned.
 ///
 /// # Errors
-/// As [`simulate`](crate::engine::chain::simulate::simulate), but for light that is found to be absent.
+/// As [`simulate`](crate::engine::chain::simulate::simulate), except that light which does not arrive is no error.
 pub(crate) fn choose<R: Reply>(
     system: &System,
     settings: &Settings,
@@ -162,7 +162,7 @@ pub(crate) fn whole_field_seconds(plan: &Plan, grids: &Grids) -> f64 {
 /// Every hop of a system as it would be run.
 ///
 /// # Errors
-/// As [`simulate`](crate::engine::chain::simulate::simulate), but for light that is found to be absent.
+/// As [`simulate`](crate::engine::chain::simulate::simulate), except that light which does not arrive is no error.
 pub fn forecast(system: &System, settings: &Settings) -> Result<Vec<Forecast>, SimulateError> {
     forecast_with_progress(system, settings, |_, _| ())
 }

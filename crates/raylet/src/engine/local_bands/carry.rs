@@ -124,7 +124,7 @@ pub fn carry_kept(
 /// The windows of each hop.
 ///
 /// # Errors
-/// As [`carry`], but for light that is found to be absent.
+/// As [`carry`], except that light which does not arrive is no error.
 pub(crate) fn planned(
     system: &System,
     settings: &LocalBandSettings,

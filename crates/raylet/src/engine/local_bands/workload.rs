@@ -42,7 +42,7 @@ pub(crate) struct Workload {
 /// The workload of a system, for a target error of each hop.
 ///
 /// # Errors
-/// As a run, but for light that is found to be absent.
+/// As a run, except that light which does not arrive is no error.
 pub(crate) fn workload(
     system: &System,
     settings: &LocalBandSettings,

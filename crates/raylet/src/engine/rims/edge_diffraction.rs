@@ -1,4 +1,4 @@
-//! Light that hard edges send aside: how much of it goes where, roughly.
+//! An estimate of the light that hard edges diffract into each direction.
 //!
 //! A straight edge of a uniformly lit aperture sends, for each length of it and towards either side, the energy
 //! λ/(4π²q²) dq of each unit of area into directions that differ by q from the light's own along the edge's

@@ -30,10 +30,10 @@ const RESOLVED: f64 = 8.0;
 /// Where the mean of the spectrum stands along an axis, behind its points.
 const MEAN: usize = PATCH;
 
-/// Whether the pixels stay as they are.
+/// Whether the pixels of an element are known or will change.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum PixelValues {
-    /// They do, and their spectrum counts.
+    /// They keep their values, and the spectrum of these counts.
     Fixed,
     /// They will have other values: all directions that a single pixel lights count.
     Varying,

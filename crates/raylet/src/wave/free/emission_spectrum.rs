@@ -57,7 +57,7 @@ impl FreeHop {
         waves
     }
 
-    /// The conjugate transpose of [`FreeHop::leave`].
+    /// The conjugate transpose of [`FreeHop::emission_spectrum`].
     pub(in crate::wave) fn emission_spectrum_adjoint(
         &self,
         waves_bar: &Array2<Complex64>,
@@ -219,7 +219,7 @@ mod tests {
 
     /// From a plane and, with dark nodes, from a curved screen.
     #[test]
-    fn leave_dot_product() {
+    fn emission_spectrum_dot_product() {
         let axis = Axis::gauss(20, 0.5, 0.0, 2);
         let grid = Grid {
             x: axis.clone(),
