@@ -8,7 +8,7 @@ use crate::file::arrays::regular_file;
 use crate::file::storage::hidden::PREFIX;
 use crate::file::storage::lock::Lock;
 use crate::file::storage::parent_folders::{named, standing};
-use crate::file::storage::unfinished::{NEW, OLD, OWNER, PLACE, clear, unfinished};
+use crate::file::storage::unfinished::{OLD, OWNER, PLACE, clear, unfinished};
 
 /// Letters and digits behind the prefix of a draft's name.
 const LETTERS: usize = 6;
@@ -53,21 +53,16 @@ pub(crate) fn sweep(folder: &Path) {
 fn sweep_draft(around: &Path, draft: &Path) {
     let owner = draft.join(OWNER);
     if owner.exists() {
-        // A run that was killed before it wrote its name had nothing in its draft.
-        let is_named = fs::metadata(&owner).is_ok_and(|owner| owner.len() > 0);
         let Ok(Some(lock)) = Lock::take_stale(&owner) else {
             return;
         };
         let list = unfinished();
-        if is_named {
-            put_back(around, draft);
-            clear(draft);
-        }
+        put_back(around, draft);
+        clear(draft);
         drop(list);
         drop(lock);
     }
-    // What is left is empty, or not raylet's.
-    let _ = fs::remove_dir(draft.join(NEW));
+    // Without an owner it is empty, or not raylet's.
     let _ = fs::remove_dir(draft);
 }
 
@@ -124,26 +119,12 @@ mod tests {
             fs::write(join(path), "raylet is mine").unwrap();
         }
         fs::write(join(".raylet-diary.lock"), "raylet is mine").unwrap();
-
-        // Without a name of a process, only what is empty goes.
-        fs::create_dir_all(join(".raylet-nobody/new")).unwrap();
-        fs::write(join(".raylet-nobody/new/thesis.txt"), "mine").unwrap();
-        fs::write(join(".raylet-nobody/owner"), "").unwrap();
-        fs::create_dir_all(join(".raylet-killed/new")).unwrap();
-        fs::write(join(".raylet-killed/owner"), "").unwrap();
         let held = Hidden::beside(&join("out")).unwrap();
         let lock = Lock::take(&join(".raylet-held.lock")).unwrap();
         sweep_around(&join("a/b/out"));
-        for path in [
-            ".raylet-aB3d5f",
-            ".raylet-empty0",
-            ".raylet-killed",
-            ".raylet-out.lock",
-        ] {
+        for path in [".raylet-aB3d5f", ".raylet-empty0", ".raylet-out.lock"] {
             assert!(!join(path).exists(), "{path}");
         }
-        let thesis = fs::read_to_string(join(".raylet-nobody/new/thesis.txt"));
-        assert_eq!(thesis.unwrap(), "mine");
         for path in strange.iter().chain(&[".raylet-diary.lock"]) {
             assert_eq!(fs::read_to_string(join(path)).unwrap(), "raylet is mine");
         }
@@ -151,7 +132,7 @@ mod tests {
         held.write(None, b"still there").unwrap();
         held.reveal(&join("out"), &|_| Ok(())).unwrap();
         drop(lock);
-        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 7);
+        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 6);
     }
 
     /// A result that stood aside when its run was killed comes back, unless the new one has come.
