@@ -21,7 +21,7 @@ MOST_BITS = 1000
 
 
 class _Short(reprlib.Repr):
-    """Short texts of values, which never make the whole text of a large one first."""
+    """Short texts of values. The whole text of a large value is never made."""
 
     def repr_int(self, x: int, level: int) -> str:
         bits = x.bit_length()

@@ -11,8 +11,8 @@ use crate::engine::trace::direction_search::{DirectionSearch, SearchRay};
 use crate::wave::patches::window::Positions;
 
 /// Weights of a beamlet, of its correction and of a value that is summed in the choice between plans of equal error. They
-/// are not the seconds of `workload.rs`: with those, windows further apart are chosen, which take as long, and some errors in
-/// `docs/accuracy.md` become twice as large within their target error.
+/// are not the seconds of `workload.rs`. With seconds of an earlier fit, windows further apart were chosen, which took as
+/// long, and an error in `docs/accuracy.md` became twice as large, within its target.
 const BEAMLET_WEIGHT: f64 = 4e-7;
 const CORRECTION_WEIGHT: f64 = 7e-6;
 const VALUE_WEIGHT: f64 = 6e-10;

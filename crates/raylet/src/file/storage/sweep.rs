@@ -90,6 +90,10 @@ fn place(draft: &Path) -> Option<PathBuf> {
 #[cfg(test)]
 mod tests {
     use std::fs;
+    use std::process::Command;
+    use std::sync::mpsc::channel;
+    use std::thread::spawn;
+    use std::time::Duration;
 
     use crate::file::storage::hidden::Hidden;
     use crate::file::storage::lock::Lock;
@@ -153,6 +157,26 @@ mod tests {
             assert_eq!(out.join("result.json").exists(), !has_come);
             assert_eq!(fs::read_dir(room.path()).unwrap().count(), 1);
         }
+    }
+
+    /// To read a pipe would wait until somebody writes into it.
+    #[cfg(unix)]
+    #[test]
+    fn a_pipe_in_the_place_of_a_note_is_not_read() {
+        let room = tempfile::tempdir().unwrap();
+        let draft = room.path().join(".raylet-aB3d5f");
+        fs::create_dir_all(draft.join("new")).unwrap();
+        fs::write(draft.join("owner"), "raylet process 1 on moon since 12\n").unwrap();
+        let made = Command::new("mkfifo").arg(draft.join("place")).status();
+        assert!(made.unwrap().success());
+
+        let (out, (done, ended)) = (room.path().join("out"), channel());
+        spawn(move || {
+            sweep_around(&out);
+            done.send(()).unwrap();
+        });
+        ended.recv_timeout(Duration::from_secs(60)).unwrap();
+        assert!(!draft.exists());
     }
 
     /// A file of the user's in what stood aside is never removed, and notes lead nowhere else.
