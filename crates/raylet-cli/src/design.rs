@@ -5,7 +5,7 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use indicatif::{HumanDuration, ProgressBar};
-use raylet::design::optimizers::step::Step;
+use raylet::design::optimizers::step::{Step, is_moderate};
 use raylet::design::project::DesignEvaluation;
 use raylet::design::run::{Run, State};
 use raylet::engine::progress::uncancelled;
@@ -50,6 +50,9 @@ pub(crate) struct Design {
     threads: Option<u16>,
 }
 
+/// A cross-correlation may exceed 1 by rounding.
+const ROUNDING: f64 = 1e-9;
+
 /// What a checkpoint holds.
 #[derive(Serialize, Deserialize)]
 struct Saved {
@@ -90,7 +93,7 @@ impl Design {
         let scene_design = scene_design(&scene)?;
         let mut course = Course {
             files: self.claim(&scene, &scene_design)?,
-            checkpoints: Checkpoints::within(&self.out, &scene.to_toml()?),
+            checkpoints: checkpoints(&self.out, &scene, &scene_design)?,
             scene: &scene,
             scene_design: &scene_design,
             out: &self.out,
@@ -171,6 +174,12 @@ impl Design {
     }
 }
 
+/// The checkpoints of a design in this folder.
+fn checkpoints(out: &Path, scene: &Scene, designed: &SceneDesign) -> Result<Checkpoints, Failure> {
+    let bytes = State::saved_bytes(&designed.search, designed.design.iterations);
+    Ok(Checkpoints::within(out, &scene.to_toml()?, bytes))
+}
+
 /// Refuses two arrays in one file.
 fn check_distinct(scene: &Scene, outputs: &[Output]) -> Result<(), Fault> {
     for (number, output) in outputs.iter().enumerate() {
@@ -206,13 +215,12 @@ impl Saved {
 
 /// Whether rows are the course to a state: one for each accepted point, up to the last evaluation.
 fn are_sound(rows: &[Row], state: &State) -> bool {
-    let numbers = |row: &Row| {
-        [row.loss, row.slope]
-            .into_iter()
-            .chain(row.ncc)
-            .chain(row.efficiency)
+    let moderate = |row: &Row| {
+        is_moderate(row.loss)
+            && is_moderate(row.slope)
+            && row.ncc.is_none_or(|ncc| ncc.abs() <= 1.0 + ROUNDING)
+            && row.efficiency.is_none_or(is_moderate)
     };
-    let finite = rows.iter().flat_map(numbers).all(f64::is_finite);
     let mut pairs = rows.iter().zip(rows.iter().skip(1));
     let rises = pairs.all(|(a, b)| a.iteration <= b.iteration && a.evaluations < b.evaluations);
     let ends = match rows.last() {
@@ -221,7 +229,7 @@ fn are_sound(rows: &[Row], state: &State) -> bool {
         }
         None => state.evaluations == 0,
     };
-    finite && rises && ends
+    rows.iter().all(moderate) && rises && ends
 }
 
 impl Course<'_> {

@@ -116,6 +116,12 @@ fn forgeries() -> Vec<(usize, String, Forge)> {
         (0, "search/Lbfgs/point", Put(inf)),
         (0, "search/Lbfgs/space/scale", Put(-1.0)),
         (0, "search/Lbfgs/space/lower", Put(7.0)),
+        (0, "search/Lbfgs/point", Put(1e300)),
+        (0, "search/Lbfgs/direction", Put(1e300)),
+        (0, "search/Lbfgs/gradient", Put(-1e300)),
+        (0, "search/Lbfgs/value", Bits(1e300)),
+        (0, "planned", Put(1e13)),
+        (1, "search/Descent/first", Put(1e300)),
         (0, "search/Lbfgs/value", Bits(inf)),
         (0, "search/Lbfgs/value", Bits(nan)),
         (0, "search/Lbfgs/settings/memory", Set(json!(0))),
@@ -168,6 +174,8 @@ fn forgeries() -> Vec<(usize, String, Forge)> {
     // The course, and the whole.
     let rows = [
         ("/1/rows/1/loss", Set(json!(null))),
+        ("/1/rows/1/loss", Set(json!(1e300))),
+        ("/1/rows/1/ncc", Set(json!(1e308))),
         ("/1/rows/1/loss", Omit),
         ("/1/rows/1/iteration", Set(json!(5000))),
         ("/1/rows/1/evaluations", Set(json!(-1))),
@@ -213,7 +221,7 @@ fn forged_checkpoints_are_refused() {
     let stages = KINDS.map(designed);
     let genuine = [0, 1, 2].map(|kind: usize| body(&stages[kind]));
     let list = forgeries();
-    assert!(list.len() >= 60, "{}", list.len());
+    assert!(list.len() >= 68, "{}", list.len());
     let mut all = Vec::new();
     for (kind, pointer, forge) in &list {
         let mut forged = genuine[*kind].clone();

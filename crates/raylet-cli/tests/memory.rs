@@ -1,9 +1,10 @@
 //! Memory limits hold for whole runs: the pictures and files at the end do not pass them by.
 #![cfg(unix)]
 
+use std::fs::File;
 use std::process::{Command, Output};
 
-use crate::stage::Stage;
+use crate::stage::{SCENE, Stage};
 
 /// A stop before a sensor of 4 million pixels, whose field takes 64 MB.
 const LARGE: &str = r#"version = 1
@@ -57,6 +58,42 @@ fn fields_that_do_not_fit_are_refused() {
     assert_eq!(run.status.code(), Some(2), "{message}");
     assert!(
         message.contains("takes 128.000 MB with its pictures"),
+        "{message}"
+    );
+}
+
+/// A picture with a text of 200 MB of zeros, packed into 200 kB, and an archive with a million members.
+#[test]
+fn what_files_hold_beside_their_values_takes_no_memory() {
+    let hologram =
+        "[hologram]\ntarget = \"picture.png\"\nsize_mm = [0.05, 0.05]\nelement = \"pixels\"\n";
+    let few = SCENE.replace("phase.npy\"", "found.npy\"\nsize = [10, 10]");
+    let stage = Stage::new(&format!("{few}{hologram}"));
+    let mut encoder = png::Encoder::new(File::create(stage.join("picture.png")).unwrap(), 8, 8);
+    encoder.set_color(png::ColorType::Grayscale);
+    let text = "\0".repeat(200_000_000);
+    encoder.add_ztxt_chunk("Comment".to_owned(), text).unwrap();
+    let mut writer = encoder.write_header().unwrap();
+    writer.write_image_data(&[7; 64]).unwrap();
+    writer.finish().unwrap();
+    let run = within(&stage, 150_000, "hologram scene.toml");
+    assert!(run.status.success(), "{run:?}");
+
+    // As the phase of an element.
+    let stage = Stage::new(&SCENE.replace("phase.npy", "many.npz"));
+    let mut archive = zip::ZipWriter::new(File::create(stage.join("many.npz")).unwrap());
+    for number in 0..1_000_000 {
+        let options = zip::write::SimpleFileOptions::default();
+        archive
+            .start_file(format!("{number}.npy"), options)
+            .unwrap();
+    }
+    archive.finish().unwrap();
+    let run = within(&stage, 150_000, "check scene.toml");
+    let message = String::from_utf8_lossy(&run.stderr);
+    assert_eq!(run.status.code(), Some(2), "{message}");
+    assert!(
+        message.contains("a list of members longer than"),
         "{message}"
     );
 }

@@ -106,10 +106,14 @@ pub fn fig5(effort: Effort) -> Result<Study, StudyError> {
         };
         rows.push(seen(&scene_design, found)?);
     }
-    let description = scene_design.design.iterations.to_string();
+    let iterations = scene_design.design.iterations;
+    let (description, bytes) = (
+        iterations.to_string(),
+        State::saved_bytes(&scene_design.search, iterations),
+    );
     let kept = effort
         .keep
-        .map(|keep| Checkpoints::within(&keep.join("fig5"), &description));
+        .map(|keep| Checkpoints::within(&keep.join("fig5"), &description, bytes));
     let found = through_lens(&scene_design, kept.as_ref(), effort)?;
     rows.push(seen(&scene_design, found)?);
     let study = study(&rows, &scene_design)?;

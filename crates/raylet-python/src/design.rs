@@ -8,7 +8,7 @@ use ndarray::Array2;
 use numpy::Ix2;
 use pyo3::prelude::*;
 use raylet::design::holograms::hologram::{Score, design as seek};
-use raylet::design::optimizers::step::Step;
+use raylet::design::optimizers::step::{Step, is_moderate};
 use raylet::design::project::ProjectError;
 use raylet::design::run::{Run, State};
 use raylet::engine::progress::{Cancelled, Pulse};
@@ -215,7 +215,8 @@ impl<'b> Going<'b> {
             return Ok(going);
         };
         let held = RunFolder::open(folder)?;
-        let checkpoints = Checkpoints::within(folder, &(file.to_toml()? + rest));
+        let bytes = State::saved_bytes(&scene_design.search, iterations);
+        let checkpoints = Checkpoints::within(folder, &(file.to_toml()? + rest), bytes);
         if *resume {
             let check = |(state, course): &(State, Vec<f64>)| check(state, course, scene_design);
             let Restored { state, warning } = checkpoints.read(check)?;
@@ -265,7 +266,7 @@ fn check(state: &State, course: &[f64], scene_design: &SceneDesign) -> Result<()
     checked.map_err(|error| error.to_string())?;
     let counted =
         course.len() <= state.evaluations && course.is_empty() == (state.evaluations == 0);
-    match counted && course.iter().all(|loss| loss.is_finite()) {
+    match counted && course.iter().all(|loss| is_moderate(*loss)) {
         true => Ok(()),
         false => Err(String::from("a course of another design")),
     }

@@ -15,6 +15,7 @@ use raylet::design::optimizers::lbfgs::LbfgsSettings;
 use raylet::design::optimizers::optimizer::{Method, Optimizer};
 use raylet::design::optimizers::space::Space;
 use raylet::design::optimizers::step::Step;
+use raylet::design::run::State;
 use raylet::engine::chain::outcome::Progress;
 use raylet::file::storage::checkpoint::Checkpoints;
 use raylet::file::storage::own_file::Replace;
@@ -66,11 +67,13 @@ pub(crate) fn seek(
 ) -> Result<Sought, StudyError> {
     let clock = Instant::now();
     let search = MirrorSearch::new(&mirror, aperture)?;
+    let fresh = fresh(&search)?;
     let kept = effort.keep.map(|keep| {
         let description = format!("{name} {mirror:?} {aperture:?}");
-        Checkpoints::within(&keep.join(name), &description)
+        let bytes = State::saved_bytes(&fresh.search, iterations);
+        Checkpoints::within(&keep.join(name), &description, bytes)
     });
-    let mut saved = begin(kept.as_ref(), &search)?;
+    let mut saved = begin(kept.as_ref(), fresh)?;
     let earlier = saved.seconds;
     let mut steps = (effort.display).search(name, saved.search.iteration(), iterations);
     while saved.search.iteration() < iterations {
@@ -108,20 +111,24 @@ pub(crate) fn seek(
     })
 }
 
-/// The search where it was, or at its start.
-fn begin(kept: Option<&Checkpoints>, search: &MirrorSearch) -> Result<Saved, StudyError> {
+/// The search at its start.
+fn fresh(search: &MirrorSearch) -> Result<Saved, StudyError> {
     let settings = LbfgsSettings {
         memory: 10,
         first: 0.1 * (search.start.len() as f64).sqrt(),
         ..LbfgsSettings::default()
     };
     let space = Space::free(search.start.len());
-    let fresh = Saved {
+    Ok(Saved {
         search: Method::Lbfgs(settings).start(search.start.clone(), space)?,
         evaluations: 0,
         seconds: 0.0,
         course: Vec::new(),
-    };
+    })
+}
+
+/// The search where it was, or at its start.
+fn begin(kept: Option<&Checkpoints>, fresh: Saved) -> Result<Saved, StudyError> {
     let Some(kept) = kept else {
         return Ok(fresh);
     };
@@ -220,7 +227,7 @@ pub(crate) fn forget(keep: Option<&Path>, names: &[&str]) -> Result<(), StudyErr
         .iter()
         .filter_map(|name| keep.map(|keep| keep.join(name)));
     for folder in folders {
-        Checkpoints::within(&folder, "").remove()?;
+        Checkpoints::within(&folder, "", 0).remove()?;
     }
     Ok(())
 }

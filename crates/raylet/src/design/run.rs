@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::estimator::{Estimator, EstimatorKind, EvaluationMode};
 use crate::design::exact;
-use crate::design::optimizers::optimizer::Optimizer;
+use crate::design::optimizers::optimizer::{Optimizer, SAVED_NUMBER};
 use crate::design::optimizers::step::{SavedError, Step, Stop};
 use crate::design::project::{DesignEvaluation, Plans, Project, ProjectError};
 use crate::engine::chain::control_variate::ControlVariate;
@@ -32,7 +32,16 @@ pub struct State {
     pub stop: Option<Stop>,
 }
 
+/// Bytes of what is noted of an iteration: one line, and one more where a line search begins anew.
+const NOTE: u64 = 1000;
+
 impl State {
+    /// The most bytes that the state of the design with this first search, and notes of its iterations, take as text.
+    pub fn saved_bytes(fresh: &Optimizer, iterations: usize) -> u64 {
+        let points = 2 * SAVED_NUMBER * fresh.space().len() as u64;
+        fresh.saved_bytes() + points + NOTE * iterations as u64
+    }
+
     /// Checks that a state which was read is one of the design that begins with the search `fresh` and does so many
     /// iterations.
     ///

@@ -8,7 +8,9 @@ use crate::design::exact;
 use crate::design::optimizers::reduction;
 use crate::design::optimizers::schedule::Schedule;
 use crate::design::optimizers::space::Space;
-use crate::design::optimizers::step::{OptimizerError, SavedError, Step, Stop, demand};
+use crate::design::optimizers::step::{
+    OptimizerError, SavedError, Step, Stop, demand, is_moderate,
+};
 
 /// What a step is made of. g is the gradient, each part times its parameter's scale; a step x changes a
 /// parameter by −rate·scale·x.
@@ -130,14 +132,14 @@ impl Descent {
         }
         let first = self.first.len() == fresh.first.len();
         let second = self.second.len() == fresh.second.len();
-        let known = self.best_value.is_finite() || self.best_value == f64::INFINITY;
+        let known = is_moderate(self.best_value) || self.best_value == f64::INFINITY;
         for (name, good) in [
             ("point", self.space.holds(&self.point)),
             ("best point", self.space.holds(&self.best)),
-            ("mean", first && self.first.iter().all(|x| x.is_finite())),
+            ("mean", first && self.first.iter().all(|x| is_moderate(*x))),
             (
                 "mean square",
-                second && self.second.iter().all(|x| x.is_finite() && *x >= 0.0),
+                second && self.second.iter().all(|x| is_moderate(*x) && *x >= 0.0),
             ),
             ("best value", known),
         ] {
@@ -146,6 +148,12 @@ impl Descent {
             }
         }
         Ok(())
+    }
+
+    /// How many numbers are saved at most.
+    pub(crate) fn saved_numbers(&self) -> usize {
+        // Bounds, scales, two points and two means.
+        7 * self.space.len()
     }
 
     /// Why it is over, if it is.

@@ -19,7 +19,9 @@ use serde::{Deserialize, Serialize};
 use crate::design::exact;
 use crate::design::optimizers::reduction;
 use crate::design::optimizers::space::Space;
-use crate::design::optimizers::step::{OptimizerError, SavedError, Step, Stop, demand};
+use crate::design::optimizers::step::{
+    OptimizerError, SavedError, Step, Stop, demand, is_moderate,
+};
 use crate::design::optimizers::wolfe::{LineSearchReply, Search};
 
 /// Steps are never longer than this many times the direction.
@@ -148,8 +150,9 @@ impl Lbfgs {
             return Err(SavedError::Settings);
         }
         let count = self.space.len();
-        let list = |list: &[f64]| list.len() == count && list.iter().all(|x| x.is_finite());
+        let list = |list: &[f64]| list.len() == count && list.iter().all(|x| is_moderate(*x));
         let positive = |x: f64| x > 0.0 && x.is_finite();
+        let value = self.value.is_nan() || is_moderate(self.value);
         let pair = |pair: &Pair| {
             list(&pair.step)
                 && list(&pair.change)
@@ -168,7 +171,7 @@ impl Lbfgs {
             ("direction", list(&self.direction)),
             ("steps so far", self.pairs.iter().all(pair)),
             ("memory", self.pairs.len() <= self.settings.memory),
-            ("value", !self.value.is_infinite()),
+            ("value", value),
             ("line search", searching),
         ] {
             if !good {
@@ -176,6 +179,12 @@ impl Lbfgs {
             }
         }
         Ok(())
+    }
+
+    /// How many numbers are saved at most.
+    pub(crate) fn saved_numbers(&self) -> usize {
+        // Bounds, scales, points, gradient and direction; two for each remembered step.
+        self.space.len() * (7 + 2 * self.settings.memory)
     }
 
     /// Why it is over, if it is.

@@ -35,6 +35,10 @@ impl Method {
     }
 }
 
+/// Bytes of a number of a saved list, a little more than its base64, and of all single numbers and names.
+pub(crate) const SAVED_NUMBER: u64 = 12;
+const SAVED_NAMES: u64 = 1 << 16;
+
 /// A search under way, by any of the methods.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub enum Optimizer {
@@ -55,6 +59,15 @@ impl Optimizer {
             (Self::Descent(search), Self::Descent(fresh)) => search.check(fresh),
             _ => Err(SavedError::Method),
         }
+    }
+
+    /// The most bytes that it takes as text when it is saved.
+    pub fn saved_bytes(&self) -> u64 {
+        let numbers = match self {
+            Self::Lbfgs(search) => search.saved_numbers(),
+            Self::Descent(search) => search.saved_numbers(),
+        };
+        SAVED_NUMBER * numbers as u64 + SAVED_NAMES
     }
 
     /// The space that it searches.
@@ -182,6 +195,7 @@ mod tests {
                 let (value, gradient) = rosenbrock(stopped.point());
                 assert_eq!(stopped.report(value, &gradient), here);
                 let text = serde_json::to_string(&stopped).unwrap();
+                assert!(text.len() as u64 <= stopped.saved_bytes());
                 stopped = serde_json::from_str(&text).unwrap();
                 assert_eq!(stopped.check(&started(method)), Ok(()));
                 let bits = |search: &Optimizer| {

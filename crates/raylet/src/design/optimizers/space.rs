@@ -10,6 +10,9 @@ use crate::design::optimizers::reduction;
 /// A step that ends within this many units in the last place of a bound ends on it.
 const ULPS: f64 = 4.0;
 
+/// No parameter of a scene is larger: a length in mm.
+const LARGEST_PARAMETER: f64 = 1e12;
+
 /// Bounds and scales of a flat vector of parameters.
 ///
 /// A scale is the change of a parameter that matters about as much as a change of the others by theirs:
@@ -161,11 +164,13 @@ impl Space {
         Ok(point)
     }
 
-    /// Whether a point has the right length and lies between the bounds.
+    /// Whether a point has the right length, lies between the bounds, and has no number that is larger than any of a
+    /// scene.
     pub(crate) fn holds(&self, point: &[f64]) -> bool {
         let bounds = self.lower.iter().zip(&self.upper);
-        let inside =
-            |(x, (lower, upper)): (&f64, (&f64, &f64))| x.is_finite() && lower <= x && x <= upper;
+        let inside = |(x, (lower, upper)): (&f64, (&f64, &f64))| {
+            x.abs() <= LARGEST_PARAMETER && lower <= x && x <= upper
+        };
         point.len() == self.len() && point.iter().zip(bounds).all(inside)
     }
 

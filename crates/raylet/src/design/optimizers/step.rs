@@ -69,6 +69,11 @@ pub(crate) fn demand(
     })
 }
 
+/// Whether a number is one whose square is finite, as values, slopes and steps of a search are.
+pub fn is_moderate(number: f64) -> bool {
+    number.abs() < 1e150
+}
+
 /// Why a search that was read is none of these parameters.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, thiserror::Error)]
 pub enum SavedError {

@@ -1,7 +1,7 @@
 //! The choice of the width σ of beamlets, and of the distance of their windows.
 //!
 //! Each width has an error, found by real rays, and takes work. The choice is the cheapest width whose error is within its
-//! share of the target.
+//! share of the target. Work is counted in seconds (`workload.rs`).
 
 use crate::engine::beamlet::beamlet_error::ExpectedErrors;
 use crate::engine::beamlet::beamlet_plan::{Arrived, BeamletPlan, Planner};
@@ -9,13 +9,6 @@ use crate::engine::beamlet::starting_width::starting_width;
 use crate::engine::plan::settings::Correction;
 use crate::engine::trace::direction_search::{DirectionSearch, SearchRay};
 use crate::wave::patches::window::Positions;
-
-/// Weights of a beamlet, of its correction and of a value that is summed in the choice between plans of equal error. They
-/// are not the seconds of `workload.rs`. With seconds of an earlier fit, windows further apart were chosen, which took as
-/// long, and an error in `docs/accuracy.md` became twice as large, within its target.
-const BEAMLET_WEIGHT: f64 = 4e-7;
-const CORRECTION_WEIGHT: f64 = 7e-6;
-const VALUE_WEIGHT: f64 = 6e-10;
 
 /// The widths tried, σ₀·2^{j/4}.
 const WIDTHS: std::ops::RangeInclusive<i32> = -6..=4;
@@ -28,6 +21,9 @@ const SHARE: f64 = 0.5;
 
 /// A plan is as accurate as the best one within this factor.
 const ALIKE: f64 = 1.5;
+
+/// Plans take equally long within this factor, which the forecasts of their seconds are not better than.
+const AS_FAST: f64 = 1.15;
 
 /// Share of the least error that windows may add where no plan is within the target.
 const WINDOWS: f64 = 0.1;
@@ -67,9 +63,15 @@ impl Planner<'_> {
             let limit = best.max(aim).max(WINDOWS * least);
             candidates.retain(|plan| windows(plan) <= limit);
         }
+
+        // The most accurate one of those that take as long as the cheapest.
+        let seconds = candidates.iter().map(|plan| plan.seconds);
+        let fastest = seconds.fold(f64::INFINITY, f64::min);
+        candidates.retain(|plan| plan.seconds <= AS_FAST * fastest);
+        let errors = |plan: &BeamletPlan| plan.error_of_beamlets();
         candidates
             .into_iter()
-            .min_by(|a, b| a.seconds.total_cmp(&b.seconds))
+            .min_by(|a, b| errors(a).total_cmp(&errors(b)))
     }
 
     /// What a width with these errors would give, with windows at each distance, and its cost on the sample rays of
@@ -106,8 +108,7 @@ impl Planner<'_> {
         };
         let spacing = self.spacing(arriving);
         let values = std::f64::consts::PI * footprint * footprint / (spacing[0] * spacing[1]);
-        let correction = if correct { CORRECTION_WEIGHT } else { 0.0 };
-        let each = BEAMLET_WEIGHT + correction + values * VALUE_WEIGHT;
+        let each = self.seconds_of_beamlet(correct, values);
         let at = |step: f64| BeamletPlan {
             sigma,
             step: step * sigma,

@@ -1,6 +1,6 @@
 //! What a chosen beamlet plan will take, counted on a few of its patches.
 //!
-//! The choice between plans needs only what differs between them. The forecast of the chosen one follows the
+//! The choice between plans counts every patch and every direction. The forecast of the chosen one follows the
 //! run more closely: each patch follows the directions that lead from it to the target and that its light may
 //! have, and a beamlet is summed over the part of its footprint that lies on the target.
 
@@ -82,7 +82,7 @@ impl Planner<'_> {
     }
 
     /// Seconds of one beamlet that is summed at so many points, with the correction of its aberration or without.
-    fn seconds_of_beamlet(&self, correct: bool, values: f64) -> f64 {
+    pub(crate) fn seconds_of_beamlet(&self, correct: bool, values: f64) -> f64 {
         let as_conics = |surface: &Surface| match surface.shape {
             Shape::Plane | Shape::Conic(_) => 1.0,
             Shape::Asphere { .. } | Shape::Biconic(_) | Shape::Toroid(_) => ITERATED,

@@ -11,6 +11,7 @@ use num_complex::{Complex32, Complex64};
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::arrays::npy_header::{Header, plain};
 use crate::file::arrays::regular_file;
+use crate::file::arrays::zip_archive::Archive;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::quantity::Quantity;
 
@@ -152,16 +153,11 @@ struct Expected<'a> {
 impl Expected<'_> {
     /// One array of a .npz file, which is a zip archive of .npy files.
     fn member(&self, file: File, key: Option<&str>) -> Result<Array, Fault> {
-        let broken = |error: zip::result::ZipError| {
-            Fault::of_file(
-                self.path,
-                error.to_string(),
-                "an archive made by numpy.savez",
-            )
-        };
-        let mut archive = zip::ZipArchive::new(io::BufReader::new(file)).map_err(broken)?;
+        let broken =
+            |found: String| Fault::of_file(self.path, found, "an archive made by numpy.savez");
+        let archive = Archive::open(file).map_err(broken)?;
         let names: Vec<String> = archive
-            .file_names()
+            .names()
             .map(|name| name.trim_end_matches(".npy").to_owned())
             .collect();
 
@@ -184,7 +180,7 @@ impl Expected<'_> {
                 return Err(Fault::of_file(self.path, found, known));
             }
         };
-        let member = archive.by_name(&format!("{chosen}.npy")).map_err(broken)?;
+        let member = archive.member(&format!("{chosen}.npy")).map_err(broken)?;
         self.array(member)
     }
 

@@ -131,6 +131,9 @@ pub fn read_gray(path: impl AsRef<Path>, limit: MemoryLimit) -> Result<Array2<f6
 
     // Palettes, low bit depths and transparency keys are expanded to plain channels.
     decoder.set_transformations(png::Transformations::EXPAND);
+    // Texts and colour profiles, which may be packed and large, are not read.
+    decoder.set_ignore_text_chunk(true);
+    decoder.set_ignore_iccp_chunk(true);
     let mut reader = decoder.read_info().map_err(decode)?;
     let size = reader.output_buffer_size();
     let size = size.ok_or_else(|| decode(png::DecodingError::LimitsExceeded))?;

@@ -32,7 +32,7 @@ impl MemoryLimit {
         if bytes <= self.bytes {
             return Ok(());
         }
-        let megabytes = |bytes: u64| (bytes as f64 * 1e-3).round() * 1e-3;
+        let megabytes = |bytes: u64| (bytes as f64 * 1e-3).round() / 1e3;
         Err((
             format!("{what} that take {} MB", megabytes(bytes)),
             format!("at most {} MB ({})", megabytes(self.bytes), self.set_by),

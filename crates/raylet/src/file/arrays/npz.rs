@@ -2,18 +2,17 @@
 //!
 //! Arrays: `field` complex128 [channel, y, x], `x_mm`, `y_mm` (pixel centres) and `wavelength_um`, float64.
 
-use std::fs::File;
-use std::io::{self, BufReader, Seek, Write};
+use std::io::{self, Seek, Write};
 use std::path::Path;
 
 use ndarray::{Array, Array1, Array2, Array3, Dimension, Ix1, Ix3};
 use ndarray_npy::{NpzWriter, ReadNpyExt, ReadableElement};
 use num_complex::Complex64;
-use zip::ZipArchive;
 
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::arrays::npy_header::{Header, plain};
 use crate::file::arrays::regular_file;
+use crate::file::arrays::zip_archive::Archive;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::quantity::LENGTH;
 use crate::wave::grid::field::{LARGEST_AMPLITUDE, is_amplitude};
@@ -68,9 +67,8 @@ impl Fields {
         let file = regular_file::open(path)
             .map_err(|found| Fault::of_file(path, found, "a field.npz that can be read"))?;
         let mut members = Members {
-            archive: ZipArchive::new(BufReader::new(file)).map_err(|error| {
-                Fault::of_file(path, error.to_string(), "an archive made by numpy.savez")
-            })?,
+            archive: Archive::open(file)
+                .map_err(|found| Fault::of_file(path, found, "an archive made by numpy.savez"))?,
             path,
             left: limit,
         };
@@ -147,7 +145,7 @@ impl Fields {
 
 /// The arrays of an archive while they are read.
 struct Members<'a> {
-    archive: ZipArchive<BufReader<File>>,
+    archive: Archive,
     path: &'a Path,
     /// What is left of the memory.
     left: MemoryLimit,
@@ -167,8 +165,8 @@ impl Members<'_> {
         };
         let mut member = self
             .archive
-            .by_name(&format!("{name}.npy"))
-            .map_err(|error| refuse(error.to_string(), expected))?;
+            .member(&format!("{name}.npy"))
+            .map_err(|found| refuse(found, expected))?;
 
         // The size is known before memory is taken; columns in one piece are turned into rows.
         let header = Header::read(&mut member).map_err(|found| refuse(found, expected))?;

@@ -7,6 +7,7 @@ use std::path::{Path, PathBuf};
 use serde::Serialize;
 use serde::de::DeserializeOwned;
 
+use crate::file::arrays::regular_file;
 use crate::file::decode::fault::Fault;
 use crate::file::storage::hidden::{Hidden, unwritable};
 use crate::file::storage::own_file::Replace;
@@ -16,6 +17,10 @@ use crate::file::storage::seal::Checksum;
 /// What a user may go on from.
 const EXPECTED: &str = "the checkpoint of an earlier run";
 
+/// Bytes of one byte of text that JSON escapes, and of what stands around description and state.
+const ESCAPED: u64 = 6;
+const FRAME: u64 = 64;
+
 /// The two files of a run's checkpoints.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub struct Checkpoints {
@@ -23,6 +28,8 @@ pub struct Checkpoints {
     before: PathBuf,
     /// What the run's numbers depend on: another run's checkpoint is none of this one.
     description: String,
+    /// The most bytes that a checkpoint of the run has.
+    longest: u64,
 }
 
 /// What was read.
@@ -43,12 +50,15 @@ enum Found {
 }
 
 impl Checkpoints {
-    /// Those in a folder, of the run that is so described.
-    pub fn within(folder: &Path, description: &str) -> Self {
+    /// Those in a folder, of the run that is so described and whose state takes at most so many bytes as text. A longer
+    /// file is refused before it is read.
+    pub fn within(folder: &Path, description: &str, state_bytes: u64) -> Self {
+        let described = ESCAPED * description.len() as u64;
         Self {
             newest: folder.join("checkpoint.json"),
             before: folder.join("checkpoint.before.json"),
             description: description.to_owned(),
+            longest: described.saturating_add(state_bytes).saturating_add(FRAME),
         }
     }
 
@@ -58,7 +68,7 @@ impl Checkpoints {
     /// Other files of their names.
     pub fn claim(&self, replace: Replace) -> Result<(), Fault> {
         for path in [&self.newest, &self.before] {
-            if let (Found::Torn, Replace::Own) = (look(path)?, replace) {
+            if let (Found::Torn, Replace::Own) = (found_at(path)?, replace) {
                 let found = "a file that is not a whole checkpoint of raylet";
                 let fault = Fault::of_file(path, found, "no file, or a checkpoint");
                 return Err(fault.hint("move it away, or let it be replaced (--overwrite)"));
@@ -80,7 +90,7 @@ impl Checkpoints {
         fresh.write(None, text.as_bytes()).map_err(refuse)?;
 
         // A torn one does not take the place of the whole one before it.
-        if look(&self.newest)? == Found::Whole {
+        if found_at(&self.newest)? == Found::Whole {
             fs::rename(&self.newest, &self.before).map_err(refuse)?;
             sync(self.folder()).map_err(refuse)?;
         }
@@ -95,7 +105,7 @@ impl Checkpoints {
         &self,
         check: impl FnOnce(&T) -> Result<(), String>,
     ) -> Result<Restored<T>, Fault> {
-        let newest = look(&self.newest)?;
+        let newest = found_at(&self.newest)?;
         let wrong = match newest {
             Found::Whole => {
                 let state = self.state(&self.newest, check)?;
@@ -107,7 +117,7 @@ impl Checkpoints {
             Found::Torn => "torn",
             Found::Nothing => "missing",
         };
-        let (path, found) = match (newest, look(&self.before)?) {
+        let (path, found) = match (newest, found_at(&self.before)?) {
             (_, Found::Whole) => {
                 let state = self.state(&self.before, check)?;
                 let (newest, before) = (self.newest.display(), self.before.display());
@@ -132,7 +142,7 @@ impl Checkpoints {
     /// What the file system said.
     pub fn remove(&self) -> Result<(), Fault> {
         for path in [&self.newest, &self.before] {
-            if look(path)? == Found::Whole {
+            if found_at(path)? == Found::Whole {
                 fs::remove_file(path).map_err(|error| unwritable(path, &error))?;
             }
         }
@@ -150,7 +160,12 @@ impl Checkpoints {
         check: impl FnOnce(&T) -> Result<(), String>,
     ) -> Result<T, Fault> {
         let refuse = |found: String| Fault::of_file(path, found, EXPECTED);
-        let text = fs::read_to_string(path).map_err(|error| refuse(error.to_string()))?;
+        let bytes = fs::metadata(path).map_or(0, |metadata| metadata.len());
+        if bytes > self.longest {
+            let expected = format!("{EXPECTED}, of at most {} bytes", self.longest);
+            return Err(Fault::of_file(path, format!("{bytes} bytes"), &expected));
+        }
+        let text = regular_file::read_text(path, self.longest).map_err(refuse)?;
         let body = text.split_once('\n').map_or("", |(_, body)| body);
         let (description, state): (String, T) =
             serde_json::from_str(body).map_err(|error| refuse(error.to_string()))?;
@@ -172,7 +187,7 @@ fn checksum(body: &str) -> String {
 
 /// Judges what stands where a checkpoint should be, without reading it into memory: it may have any size. Anything but
 /// a whole one is torn, whatever its bytes are.
-fn look(path: &Path) -> Result<Found, Fault> {
+fn found_at(path: &Path) -> Result<Found, Fault> {
     match fs::symlink_metadata(path) {
         Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Found::Nothing),
         Ok(kind) if !kind.is_file() => {
@@ -218,6 +233,9 @@ mod tests {
     use crate::file::storage::checkpoint::{Checkpoints, Restored};
     use crate::file::storage::own_file::Replace;
 
+    /// Bytes of the largest state.
+    const ROOM: u64 = 100;
+
     fn read(files: &Checkpoints) -> Result<Restored<Vec<u32>>, Fault> {
         files.read(|_| Ok(()))
     }
@@ -225,7 +243,7 @@ mod tests {
     #[test]
     fn torn_files_give_way_to_the_one_before() {
         let room = tempfile::tempdir().unwrap();
-        let files = Checkpoints::within(&room.path().join("run"), "this scene");
+        let files = Checkpoints::within(&room.path().join("run"), "this scene", ROOM);
         let none = read(&files).unwrap_err().to_string();
         assert!(none.contains("no such file"), "{none}");
         files.write(&vec![1, 2]).unwrap();
@@ -268,7 +286,7 @@ mod tests {
     #[test]
     fn other_runs_are_refused() {
         let room = tempfile::tempdir().unwrap();
-        let files = |description| Checkpoints::within(room.path(), description);
+        let files = |description| Checkpoints::within(room.path(), description, ROOM);
         files("one").write(&7).unwrap();
         let read = files("another").read(|_: &u32| Ok(()));
         let message = read.unwrap_err().to_string();
@@ -282,9 +300,24 @@ mod tests {
     }
 
     #[test]
+    fn files_that_are_too_long_are_refused_unread() {
+        let room = tempfile::tempdir().unwrap();
+        let files = |bytes| Checkpoints::within(room.path(), "one", bytes);
+        files(ROOM).write(&vec![7_u32; 1000]).unwrap();
+        let message = read(&files(ROOM)).unwrap_err().to_string();
+        assert!(
+            message.contains(
+                "found 2018 bytes, expected the checkpoint of an earlier run, of at most 182 bytes"
+            ),
+            "{message}"
+        );
+        assert_eq!(read(&files(10_000)).unwrap().state.len(), 1000);
+    }
+
+    #[test]
     fn other_files_stay() {
         let room = tempfile::tempdir().unwrap();
-        let files = Checkpoints::within(room.path(), "one");
+        let files = Checkpoints::within(room.path(), "one", ROOM);
         files.claim(Replace::Own).unwrap();
         for name in ["checkpoint.json", "checkpoint.before.json"] {
             let path = room.path().join(name);

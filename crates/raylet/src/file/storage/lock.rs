@@ -71,21 +71,22 @@ impl Lock {
     }
 
     /// Takes a lock that a process which has ended has left; none if another one holds it, or it is not certain that
-    /// none does.
+    /// none does. The file goes on naming that process: killed at any moment, this one leaves it as it was.
     ///
     /// # Errors
-    /// The file cannot be written.
+    /// There is no such file, or it cannot be written.
     pub(crate) fn take_stale(path: &Path) -> io::Result<Option<Self>> {
         Self::attempt(path, false)
     }
 
-    fn attempt(path: &Path, uncertain: bool) -> io::Result<Option<Self>> {
+    /// With `new`, a file that is not there is made, and names this process.
+    fn attempt(path: &Path, new: bool) -> io::Result<Option<Self>> {
         // A process that is about to end removes its locks while it holds the list.
         let mut list = unfinished();
-        let mut file = open(path)?;
+        let mut file = open(path, new)?;
         match file.try_lock() {
             Ok(()) => {}
-            Err(TryLockError::Error(_)) if uncertain => {}
+            Err(TryLockError::Error(_)) if new => {}
             Err(_) => return Ok(None),
         }
         // Whoever held it may have removed the file meanwhile.
@@ -94,7 +95,7 @@ impl Lock {
         }
         list.push(Trace::Lock(path.to_path_buf()));
         drop(list);
-        let written = write(&mut file);
+        let written = if new { write(&mut file) } else { Ok(()) };
         let lock = Self {
             path: path.to_path_buf(),
             _file: file,
@@ -114,7 +115,7 @@ impl Drop for Lock {
 }
 
 /// Opens a lock file, but nothing else that may have its name.
-fn open(path: &Path) -> io::Result<File> {
+fn open(path: &Path, new: bool) -> io::Result<File> {
     let foreign = || io::Error::other("a file of that name which is no lock of raylet");
     match fs::symlink_metadata(path) {
         Ok(kind) if !kind.is_file() || kind.len() > LONGEST => return Err(foreign()),
@@ -124,7 +125,7 @@ fn open(path: &Path) -> io::Result<File> {
     let mut file = options
         .read(true)
         .write(true)
-        .create(true)
+        .create(new)
         .truncate(false)
         .open(path)?;
 

@@ -52,7 +52,13 @@ pub(crate) fn sweep(folder: &Path) {
 
 fn sweep_draft(around: &Path, draft: &Path) {
     let owner = draft.join(OWNER);
-    if owner.exists() {
+    if let Ok(note) = fs::symlink_metadata(&owner) {
+        // A run that was killed before it wrote its name has written nothing else.
+        let is_named = note.len() > 0;
+        let count = fs::read_dir(draft).map_or(0, Iterator::count);
+        if !is_named && count != 1 {
+            return;
+        }
         let Ok(Some(lock)) = Lock::take_stale(&owner) else {
             return;
         };
@@ -109,6 +115,8 @@ mod tests {
         fs::write(join(".raylet-aB3d5f/owner"), left).unwrap();
         fs::write(join(".raylet-aB3d5f/new/field.npz"), "half").unwrap();
         fs::create_dir(join(".raylet-empty0")).unwrap();
+        fs::create_dir(join(".raylet-empty1")).unwrap();
+        fs::write(join(".raylet-empty1/owner"), "").unwrap();
         fs::write(join(".raylet-out.lock"), left).unwrap();
 
         // Nobody's, or another's.
@@ -117,16 +125,24 @@ mod tests {
             ".raylet-notes/owner",
             ".raylet-notes2/owner",
             ".raylet-x/new/b",
+            ".raylet-notes3/new/c",
         ];
         for path in strange {
             fs::create_dir_all(join(path).parent().unwrap()).unwrap();
             fs::write(join(path), "raylet is mine").unwrap();
         }
+        fs::write(join(".raylet-notes3/owner"), "").unwrap();
         fs::write(join(".raylet-diary.lock"), "raylet is mine").unwrap();
         let held = Hidden::beside(&join("out")).unwrap();
         let lock = Lock::take(&join(".raylet-held.lock")).unwrap();
         sweep_around(&join("a/b/out"));
-        for path in [".raylet-aB3d5f", ".raylet-empty0", ".raylet-out.lock"] {
+        let gone = [
+            ".raylet-aB3d5f",
+            ".raylet-empty0",
+            ".raylet-empty1",
+            ".raylet-out.lock",
+        ];
+        for path in gone {
             assert!(!join(path).exists(), "{path}");
         }
         for path in strange.iter().chain(&[".raylet-diary.lock"]) {
@@ -136,7 +152,7 @@ mod tests {
         held.write(None, b"still there").unwrap();
         held.reveal(&join("out"), &|_| Ok(())).unwrap();
         drop(lock);
-        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 6);
+        assert_eq!(fs::read_dir(room.path()).unwrap().count(), 7);
     }
 
     /// A result that stood aside when its run was killed comes back, unless the new one has come.
