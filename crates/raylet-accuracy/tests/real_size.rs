@@ -9,7 +9,7 @@ use raylet_testkit::scenes::scene_system;
 
 /// Focal length of the telescope, radii of its aperture and obstruction, and half the width of a vane, in mm.
 const FOCAL: f64 = 500.0;
-const OPENING: f64 = 25.0;
+const APERTURE: f64 = 25.0;
 const OBSTRUCTION: f64 = 8.0;
 const VANE: f64 = 0.5;
 
@@ -17,7 +17,7 @@ const VANE: f64 = 0.5;
 fn open_points() -> Vec<([f64; 2], f64)> {
     let mut points = Vec::new();
     for (t, w) in gauss_legendre(60) {
-        let half = 0.5 * (OPENING - OBSTRUCTION);
+        let half = 0.5 * (APERTURE - OBSTRUCTION);
         let r = OBSTRUCTION + half * (t + 1.0);
         let vane = (VANE / r).asin();
         let arc = 0.5 * (FRAC_PI_2 - 2.0 * vane);

@@ -248,7 +248,7 @@ impl Lbfgs {
             Some(LineSearchReply::Hopeless) if self.pairs.is_empty() => self.finish(Stop::Stuck),
             Some(LineSearchReply::Hopeless) => {
                 self.pairs.clear();
-                self.aim(Step::Restarted)
+                self.start_search(Step::Restarted)
             }
         }
     }
@@ -263,7 +263,7 @@ impl Lbfgs {
         if self.space.slope(&self.base, &self.gradient) <= self.settings.slope {
             return self.finish(Stop::Flat);
         }
-        self.aim(Step::Accepted)
+        self.start_search(Step::Accepted)
     }
 
     /// The trial ends an iteration.
@@ -300,7 +300,7 @@ impl Lbfgs {
         if still {
             return self.finish(Stop::Still);
         }
-        self.aim(Step::Accepted)
+        self.start_search(Step::Accepted)
     }
 
     fn finish(&mut self, stop: Stop) -> Step {
@@ -311,7 +311,7 @@ impl Lbfgs {
     }
 
     /// Chooses the direction from the last accepted point and proposes the first trial along it.
-    fn aim(&mut self, step: Step) -> Step {
+    fn start_search(&mut self, step: Step) -> Step {
         let free = self.free();
         self.direction = self.newton(free.as_deref());
         let mut slope = reduction::dot(&self.direction, &self.gradient);

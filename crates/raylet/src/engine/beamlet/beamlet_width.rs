@@ -53,14 +53,14 @@ impl Planner<'_> {
             self.candidates(search, sample_rays, sigma, expected)
         };
         let mut candidates: Vec<_> = widths.iter().flat_map(at_width).collect();
-        let aim = SHARE * self.settings.target_error;
+        let share = SHARE * self.settings.target_error;
         let errors = candidates.iter().map(BeamletPlan::error_of_beamlets);
         let least = errors.fold(f64::INFINITY, f64::min);
-        candidates.retain(|plan| plan.error_of_beamlets() <= aim.max(ALIKE * least));
-        if least > aim {
+        candidates.retain(|plan| plan.error_of_beamlets() <= share.max(ALIKE * least));
+        if least > share {
             let windows = |plan: &BeamletPlan| plan.window_error(plan.cubic);
             let best = candidates.iter().map(windows).fold(f64::INFINITY, f64::min);
-            let limit = best.max(aim).max(WINDOWS * least);
+            let limit = best.max(share).max(WINDOWS * least);
             candidates.retain(|plan| windows(plan) <= limit);
         }
 

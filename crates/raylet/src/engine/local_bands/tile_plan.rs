@@ -101,9 +101,9 @@ impl<'a> TileRun<'a> {
         statistics.windows += lit.len() as u64;
         let own = self.element.carrier(light.carrier.at, self.far(), self.k());
         let leaving = light.carrier.times(own.p, own.q);
-        let aims = lit.into_iter();
-        let aimed: Vec<TargetedWindow> = aims
-            .filter_map(|lit| self.aim(lit, &leaving, &own))
+        let windows = lit.into_iter();
+        let aimed: Vec<TargetedWindow> = windows
+            .filter_map(|lit| self.targeted(lit, &leaving, &own))
             .collect();
         if aimed.is_empty() {
             return None;
@@ -167,7 +167,7 @@ impl<'a> TileRun<'a> {
     }
 
     /// A window's carrier, and the directions that lead from it to the target; nothing where none does.
-    fn aim(&self, lit: LitWindow, leaving: &Carrier, own: &Carrier) -> Option<TargetedWindow> {
+    fn targeted(&self, lit: LitWindow, leaving: &Carrier, own: &Carrier) -> Option<TargetedWindow> {
         let LitWindow { window, at, lie } = lit;
         let shift = self.element.beside(own, self.far(), at, self.k());
         let start = ChirpedStart {

@@ -38,7 +38,7 @@ fn is_smooth(number: usize, aperture: SourceAperture) -> bool {
 ///
 /// # Errors
 /// When a screen has no edge or layers of another kind, or no ray of the source meets an aperture.
-pub fn window_widths(
+pub(crate) fn window_widths(
     system: &System,
     aperture: SourceAperture,
     step: f64,

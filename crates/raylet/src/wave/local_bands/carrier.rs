@@ -10,7 +10,7 @@ use crate::wave::beamlet::wavelet::Arrival;
 
 /// The wave exp(ik[p·u + ½uᵀQu]), u = x − at, of a plane screen.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Carrier {
+pub(crate) struct Carrier {
     /// The point about which it is written, in mm.
     pub at: [f64; 2],
     /// Its optical direction cosines there.
@@ -31,27 +31,27 @@ const SINGULAR: f64 = 1e-4;
 
 impl Carrier {
     /// Its direction cosines p + Q(x − at) at another point.
-    pub fn cosines(&self, x: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn cosines(&self, x: [f64; 2]) -> [f64; 2] {
         let [u, v] = [x[0] - self.at[0], x[1] - self.at[1]];
         let [xx, xy, yy] = self.q;
         [self.p[0] + xx * u + xy * v, self.p[1] + xy * u + yy * v]
     }
 
     /// Its optical path p·u + ½uᵀQu at another point, in mm.
-    pub fn path(&self, x: [f64; 2]) -> f64 {
+    pub(crate) fn path(&self, x: [f64; 2]) -> f64 {
         let [u, v] = [x[0] - self.at[0], x[1] - self.at[1]];
         let [xx, xy, yy] = self.q;
         self.p[0] * u + self.p[1] * v + 0.5 * (xx * u * u + yy * v * v) + xy * u * v
     }
 
     /// The same wave, but for its phase, written about another point.
-    pub fn about(&self, at: [f64; 2]) -> Self {
+    pub(crate) fn about(&self, at: [f64; 2]) -> Self {
         let p = self.cosines(at);
         Self { at, p, q: self.q }
     }
 
     /// This wave times another one about the same point.
-    pub fn times(&self, p: [f64; 2], q: [f64; 3]) -> Self {
+    pub(crate) fn times(&self, p: [f64; 2], q: [f64; 3]) -> Self {
         Self {
             at: self.at,
             p: [self.p[0] + p[0], self.p[1] + p[1]],
@@ -60,18 +60,18 @@ impl Carrier {
     }
 
     /// The phase factor by which light at a point is divided by the carrier.
-    pub fn removed(&self, x: [f64; 2], k: f64) -> Complex64 {
+    pub(crate) fn removed(&self, x: [f64; 2], k: f64) -> Complex64 {
         Complex64::cis(-k * self.path(x))
     }
 
     /// A beamlet's direction beside the carrier's where it lands.
-    pub fn departure(&self, arrival: &Arrival) -> [f64; 2] {
+    pub(crate) fn departure(&self, arrival: &Arrival) -> [f64; 2] {
         let [p, q] = self.cosines(arrival.at);
         [arrival.cosines[0] - p, arrival.cosines[1] - q]
     }
 
     /// A beamlet divided by the carrier: a beamlet again, with directions and curvature beside those of the carrier.
-    pub fn beside(&self, arrival: &Arrival, k: f64) -> Arrival {
+    pub(crate) fn beside(&self, arrival: &Arrival, k: f64) -> Arrival {
         let [xx, xy, yy] = arrival.curvature;
         Arrival {
             at: arrival.at,
@@ -84,7 +84,7 @@ impl Carrier {
     /// The carrier about a point of the light that beamlets bring, from those within some `radius` of it: linear
     /// regression of their directions on their places, weighted by energy. Where they are too few it looks farther
     /// away; where they lie on a line the carrier is plane. Nothing without light.
-    pub fn fit(arrivals: &[Arrival], at: [f64; 2], radius: f64) -> Option<Self> {
+    pub(crate) fn fit(arrivals: &[Arrival], at: [f64; 2], radius: f64) -> Option<Self> {
         let mut radius = radius;
         let mut plane = None;
         for _ in 0..WIDENINGS {

@@ -8,7 +8,7 @@ use crate::wave::grid::field::Axis;
 
 /// What a cell about each node does to the spectrum of what the nodes represent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
-pub enum CellFilter {
+pub(crate) enum CellFilter {
     /// Nodes hold values of a smooth function.
     #[default]
     Points,
@@ -46,7 +46,7 @@ fn bessel(x: f64) -> [f64; 2] {
 
 /// The plane waves of a window to be computed, along one axis.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Modes {
+pub(crate) struct Modes {
     /// Index m of the first.
     pub first: i64,
     /// How many.
@@ -59,7 +59,7 @@ pub struct Modes {
 
 impl Modes {
     /// Those with Δp in [low, high].
-    pub fn between(low: f64, high: f64, spacing: f64, shift: f64) -> Self {
+    pub(crate) fn between(low: f64, high: f64, spacing: f64, shift: f64) -> Self {
         let first = (low / spacing).ceil() as i64;
         let last = (high / spacing).floor() as i64;
         Self {
@@ -71,7 +71,7 @@ impl Modes {
     }
 
     /// Δp of one of them.
-    pub fn at(&self, index: usize) -> f64 {
+    pub(crate) fn at(&self, index: usize) -> f64 {
         (self.first + index as i64) as f64 * self.spacing
     }
 }

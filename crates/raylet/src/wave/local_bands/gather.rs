@@ -11,7 +11,7 @@ use crate::wave::local_bands::carrier::Carrier;
 
 /// The samples of one tile.
 #[derive(Clone, Copy, Debug)]
-pub struct Gather {
+pub(crate) struct Gather {
     /// What the light is divided by.
     pub carrier: Carrier,
     /// Where the samples stand.
@@ -24,7 +24,7 @@ pub struct Gather {
 
 impl Gather {
     /// The light of beamlets over the carrier at the samples, [y, x], and how many values were evaluated.
-    pub fn apply(&self, arrivals: &[Arrival]) -> (Array2<Complex64>, u64) {
+    pub(crate) fn apply(&self, arrivals: &[Arrival]) -> (Array2<Complex64>, u64) {
         let mut rows = Rows::zeros(self.raster);
         let limit = self.limit();
         let mut evaluations = 0;

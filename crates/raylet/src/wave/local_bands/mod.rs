@@ -2,26 +2,26 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | [`carrier`] | The plane wave with curvature that runs along with a piece of light |
+//! | `carrier` | The plane wave with curvature that runs along with a piece of light |
 //! | `local_band` | The directions beside its carrier that a piece of light has |
 //! | `tiling` | Windows over a screen, and the tiles in which they are worked on |
-//! | [`gather`] | Beamlets summed on the samples of one tile, and back |
+//! | `gather` | Beamlets summed on the samples of one tile, and back |
 //! | `aperture_scan` | The open shares of many cells |
 //! | `edge_mask` | An aperture at the nodes of one tile, with a limited band |
 //! | `element_samples` | The transmission of an element at the nodes of one tile |
-//! | [`fourier_axis`] | What Fourier sums along one axis of a window are about |
+//! | `fourier_axis` | What Fourier sums along one axis of a window are about |
 //! | `fourier_matrix` | Fourier sums from nodes to plane waves, as a matrix |
 //! | `folded_fourier` | The same by fast transforms, where the period is a whole number of cells |
-//! | [`window_transform`] | From the samples under one window to its plane waves, and back |
+//! | `window_transform` | From the samples under one window to its plane waves, and back |
 
 pub(crate) mod aperture_scan;
-pub mod carrier;
+pub(crate) mod carrier;
 pub(crate) mod edge_mask;
 pub(crate) mod element_samples;
 pub(crate) mod folded_fourier;
-pub mod fourier_axis;
+pub(crate) mod fourier_axis;
 pub(crate) mod fourier_matrix;
-pub mod gather;
+pub(crate) mod gather;
 pub(crate) mod local_band;
 pub(crate) mod tiling;
-pub mod window_transform;
+pub(crate) mod window_transform;

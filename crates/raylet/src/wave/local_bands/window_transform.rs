@@ -19,7 +19,7 @@ use crate::wave::local_bands::fourier_matrix::fourier_matrix;
 
 /// The nodes of an element along one axis, and what they represent.
 #[derive(Clone, Copy, Debug)]
-pub struct NodeLine<'a> {
+pub(crate) struct NodeLine<'a> {
     /// All nodes of the tile.
     pub axis: &'a Axis,
     /// Those under the window.
@@ -30,7 +30,7 @@ pub struct NodeLine<'a> {
 
 /// The samples under a window along one axis.
 #[derive(Clone, Copy, Debug)]
-pub struct SampleLine<'a> {
+pub(crate) struct SampleLine<'a> {
     /// All samples of the tile.
     pub axis: &'a Axis,
     /// Those under the window.
@@ -155,7 +155,7 @@ thread_local! {
 }
 
 /// The linear map from the samples under one window, indexed [y, x], to its plane waves, indexed [m_y, m_x].
-pub struct WindowTransform {
+pub(crate) struct WindowTransform {
     /// From samples to nodes; nothing where the samples are the nodes.
     to_nodes: Option<Interpolation>,
     spectrum: Spectrum,
@@ -163,7 +163,7 @@ pub struct WindowTransform {
 
 impl WindowTransform {
     /// Plans it; without `nodes` the samples themselves are the nodes.
-    pub fn new(
+    pub(crate) fn new(
         samples: [&SampleLine; 2],
         nodes: Option<[&NodeLine; 2]>,
         modes: [&Modes; 2],
@@ -205,7 +205,7 @@ impl WindowTransform {
     }
 
     /// The plane waves of the light times the transmission at the nodes, which is one where there is none.
-    pub fn apply(
+    pub(crate) fn apply(
         &self,
         samples: &Array2<Complex64>,
         transmission: Option<ArrayView2<Complex64>>,
@@ -214,7 +214,7 @@ impl WindowTransform {
     }
 
     /// The conjugate transpose: the cotangents of the samples, and of the transmission.
-    pub fn apply_adjoint(
+    pub(crate) fn apply_adjoint(
         &self,
         samples: &Array2<Complex64>,
         transmission: Option<ArrayView2<Complex64>>,
@@ -240,7 +240,7 @@ fn conjugate(array: &Array2<Complex64>) -> Array2<Complex64> {
 }
 
 /// The nodes of an axis within [low, high].
-pub fn nodes_within(axis: &Axis, low: f64, high: f64) -> (usize, usize) {
+pub(crate) fn nodes_within(axis: &Axis, low: f64, high: f64) -> (usize, usize) {
     let Range { start, end } = axis.below(low)..axis.below(high);
     (start, end.max(start))
 }
