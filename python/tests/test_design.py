@@ -104,6 +104,18 @@ def test_sums_and_heights_are_found() -> None:
             assert len(np.unique(heights)) == 2
 
 
+def test_heights_in_another_medium_than_air_are_found() -> None:
+    """Glass and water with dispersion: the loss is that of a simulation with the heights that were found."""
+    relief = raylet.height(pitch_um=2.0, height_um=np.zeros((10, 10)), glass="N-SF11")
+    system = raylet.System(wavelength_um=[0.45, 0.7], ambient="water")
+    system.add_doe(relief, aperture=raylet.disc(0.01), thickness_mm=0.1, name="slm")
+    system.add_sensor(pixels=(12, 12), pitch_um=2.0)
+    losses = [LOSS | {"wavelength_um": [colour]} for colour in (0.45, 0.7)]
+    made = system.design(element=[{"name": "slm", "free": "height", "start": "random"}], loss=losses, iterations=4)
+    seen = [1.0 - ncc(np.abs(field) ** 2) ** 2 for field in made.system.simulate().field]
+    assert made.scores["loss"] == pytest.approx(sum(seen), rel=2e-3)
+
+
 def test_parameters_are_found_beside_arrays_in_memory() -> None:
     """The radius of a lens whose light comes to a spot: what is left brightens it, and keeps the pixels before it."""
     phase = np.zeros((8, 8))
