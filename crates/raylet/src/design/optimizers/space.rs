@@ -164,8 +164,8 @@ impl Space {
         Ok(point)
     }
 
-    /// Whether a point has the right length, lies between the bounds, and has no number that is larger than any of a
-    /// scene.
+    /// Whether a point has the right length, lies between the bounds, and has no number beyond those that a scene may
+    /// have.
     pub(crate) fn holds(&self, point: &[f64]) -> bool {
         let bounds = self.lower.iter().zip(&self.upper);
         let inside = |(x, (lower, upper)): (&f64, (&f64, &f64))| {

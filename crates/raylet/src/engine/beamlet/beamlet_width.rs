@@ -1,7 +1,7 @@
 //! The choice of the width σ of beamlets, and of the distance of their windows.
 //!
 //! Each width has an error, found by real rays, and takes work. The choice is the cheapest width whose error is within its
-//! share of the target. Work is counted in seconds (`workload.rs`).
+//! share of the target; of widths that take equally long, the most accurate one. Work is counted in seconds (`workload.rs`).
 
 use crate::engine::beamlet::beamlet_error::ExpectedErrors;
 use crate::engine::beamlet::beamlet_plan::{Arrived, BeamletPlan, Planner};
@@ -22,7 +22,7 @@ const SHARE: f64 = 0.5;
 /// A plan is as accurate as the best one within this factor.
 const ALIKE: f64 = 1.5;
 
-/// Plans take equally long within this factor, which the forecasts of their seconds are not better than.
+/// Plans whose forecast seconds differ by less than this factor take equally long: forecasts are not more accurate.
 const AS_FAST: f64 = 1.15;
 
 /// Share of the least error that windows may add where no plan is within the target.

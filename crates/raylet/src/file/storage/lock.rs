@@ -71,7 +71,7 @@ impl Lock {
     }
 
     /// Takes a lock that a process which has ended has left; none if another one holds it, or it is not certain that
-    /// none does. The file goes on naming that process: killed at any moment, this one leaves it as it was.
+    /// none does. The file goes on naming that process. If this one is killed, the file stays as it was.
     ///
     /// # Errors
     /// There is no such file, or it cannot be written.
