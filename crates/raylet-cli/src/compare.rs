@@ -7,7 +7,7 @@ use raylet::file::arrays::memory::MemoryLimit;
 use raylet::file::result::comparison::{Comparison, Likeness, Side};
 use raylet::file::result::document;
 use raylet::file::result::report::Metrics;
-use raylet::file::storage::folder::{COMPARISON_FILE, COMPARISON_PICTURE, Target};
+use raylet::file::storage::folder::{COMPARISON_FILE, COMPARISON_PICTURE, OutputFolder};
 use raylet_plot::contrast::contrast_png;
 use raylet_plot::text_table::table;
 
@@ -33,7 +33,7 @@ pub(crate) struct Compare {
 impl Compare {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         // What cannot be written is refused before anything is read.
-        let claim = |path: &PathBuf| Target::claim_as(path, COMPARISON_FILE);
+        let claim = |path: &PathBuf| OutputFolder::claim_as(path, COMPARISON_FILE);
         let target = self.out.as_ref().map(claim).transpose()?;
         let limit = MemoryLimit {
             bytes: (0.5 * self.memory_limit_mb * 1e6) as u64,

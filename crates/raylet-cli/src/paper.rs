@@ -3,7 +3,7 @@
 use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
-use raylet::file::storage::folder::Target;
+use raylet::file::storage::folder::OutputFolder;
 use raylet_paper::fig5::fig5;
 use raylet_paper::mirrors::fig6::fig6;
 use raylet_paper::mirrors::fig6_foci::fig6_foci;
@@ -71,7 +71,7 @@ enum Name {
 impl Paper {
     pub(crate) fn run(&self) -> Result<(), Failure> {
         start_threads(self.threads)?;
-        let claim = |path: &PathBuf| Target::claim_as(path, STUDY_FILE);
+        let claim = |path: &PathBuf| OutputFolder::claim_as(path, STUDY_FILE);
         let target = self.out.as_ref().map(claim).transpose()?;
         // Where a study keeps what it has, to go on with if it is stopped.
         let keep = self.out.as_ref().map(|out| parts(out));

@@ -12,7 +12,7 @@ use raylet::file::model::build;
 use raylet::file::model::error_location::reference_fault;
 use raylet::file::result::report::{Channel, Report, micrometres};
 use raylet::file::scene::scene_file::Scene;
-use raylet::file::storage::folder::Target;
+use raylet::file::storage::folder::OutputFolder;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
 
@@ -57,7 +57,7 @@ impl Reference {
         };
         start_threads(self.threads)?;
         let out = self.out.clone().unwrap_or_else(|| default_out(&self.scene));
-        let target = Target::claim(&out)?;
+        let target = OutputFolder::claim(&out)?;
 
         // All systems are built before the first is run, so that faults show at once.
         let systems = build_all(&scene)?;

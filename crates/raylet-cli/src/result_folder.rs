@@ -16,7 +16,7 @@ use raylet::file::decode::fault::Fault;
 use raylet::file::result::report::{Report, micrometres};
 use raylet::file::result::result_folder::{FIELD_FILE, ResultFolder};
 use raylet::file::scene::scene_file::Scene;
-use raylet::file::storage::folder::Target;
+use raylet::file::storage::folder::OutputFolder;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
@@ -78,7 +78,7 @@ pub(crate) struct Light<'a> {
 /// Fields or numbers that are not finite, a picture that cannot be drawn, or a folder that cannot be written; then
 /// nothing is left behind.
 pub(crate) fn publish(
-    target: &Target,
+    target: &OutputFolder,
     scene: &Scene,
     systems: &[System],
     light: Light,

@@ -7,7 +7,7 @@
 
 use std::path::Path;
 
-use raylet::file::storage::folder::Target;
+use raylet::file::storage::folder::OutputFolder;
 use raylet::optics::system::System;
 
 use crate::progress_display::ProgressDisplay;
@@ -58,7 +58,7 @@ impl Study {
     ///
     /// # Errors
     /// A folder that cannot be written.
-    pub fn publish(&self, target: &Target) -> Result<(), StudyError> {
+    pub fn publish(&self, target: &OutputFolder) -> Result<(), StudyError> {
         let mut draft = target.draft()?;
         for (name, picture) in &self.pictures {
             draft.write(name, picture)?;

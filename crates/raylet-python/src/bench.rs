@@ -17,7 +17,7 @@ use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
 use raylet::file::model::variations::{ParameterValues, varied_system};
 use raylet::file::scene::scene_file::Scene as File;
-use raylet::file::scene::variable::{Address, VariableScene};
+use raylet::file::scene::variable::{VariableAddress, VariableScene};
 use raylet::optics::doe::Pixels;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
@@ -36,7 +36,7 @@ pub(crate) struct Bench {
     file: VariableScene,
     /// Names of the elements and their screens.
     elements: Vec<(String, usize)>,
-    addresses: Vec<Address>,
+    addresses: Vec<VariableAddress>,
     /// For each wavelength its system as it was planned, with its plans.
     planned: Arc<Vec<(System, Plans)>>,
 }
@@ -340,16 +340,16 @@ fn settings(file: &File, changing: bool) -> Settings {
 }
 
 /// The parameters at these paths of a scene.
-fn found(file: &File, paths: &[String]) -> Result<(VariableScene, Vec<Address>), Fault> {
+fn found(file: &File, paths: &[String]) -> Result<(VariableScene, Vec<VariableAddress>), Fault> {
     let file = VariableScene::new(file)?;
     let addresses = paths
         .iter()
-        .map(|path| Address::new(&file, path, "element"));
+        .map(|path| VariableAddress::new(&file, path, "element"));
     let addresses = addresses.collect::<Result<_, Fault>>()?;
     Ok((file, addresses))
 }
 
-fn values(file: &VariableScene, addresses: &[Address]) -> Vec<f64> {
+fn values(file: &VariableScene, addresses: &[VariableAddress]) -> Vec<f64> {
     addresses
         .iter()
         .map(|address| address.value(file))

@@ -16,12 +16,9 @@
 //! | [`scattered`] | A tilted element with rays on it, for scattering |
 //! | [`scenes`] | Scene files of the repository and texts of scenes |
 
-#![expect(
-    clippy::indexing_slicing,
-    reason = "fixtures take samples of arrays that they make themselves"
-)]
 #![deny(
     clippy::expect_used,
+    clippy::indexing_slicing,
     clippy::panic,
     clippy::string_slice,
     clippy::unreachable,

@@ -1,7 +1,7 @@
 //! The three systems on which the source paper shows its method: a grating and a lens, a hologram close to
 //! its sensor, and a hologram and a lens. Light of 0.7 µm, pixels of 6.3 µm.
 
-use ndarray::Array2;
+use ndarray::{Array1, Array2};
 use num_complex::Complex64;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
@@ -64,10 +64,8 @@ pub fn grating(radius: f64, pixels: bool, sensor: Window) -> System {
     let layer = if pixels {
         let count = 2 * (radius / PITCH).ceil() as usize;
         let axis = Axis::uniform(count, PITCH, 0.0);
-        let row: Vec<Complex64> = (0..count)
-            .map(|i| Complex64::cis(GRADIENT * axis.node(i)))
-            .collect();
-        let values = Array2::from_shape_fn((count, count), |(_, i)| row[i]);
+        let row = Array1::from_shape_fn(count, |i| Complex64::cis(GRADIENT * axis.node(i)));
+        let values = Array2::ones([count, count]) * row;
         pixel_layer(values, PixelForm::Point)
     } else {
         Layer::Phase(Profile::Linear {

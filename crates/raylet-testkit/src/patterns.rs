@@ -3,7 +3,7 @@
 
 use std::f64::consts::{PI, TAU};
 
-use ndarray::Array2;
+use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 use raylet::math::random::uniform;
 use raylet::optics::aperture::Aperture;
@@ -48,10 +48,12 @@ pub fn star_hologram(width: usize, aperture: f64, wavelength: f64) -> System {
         y: axis.clone(),
     });
     let star = star(count);
-    for ((j, i), value) in image.values.indexed_iter_mut() {
-        let turn = uniform(SEED, [j as u32, i as u32, 0, 0]);
-        *value = Complex64::from_polar(star[[j, i]].sqrt(), TAU * turn);
-    }
+    Zip::indexed(&mut image.values)
+        .and(&star)
+        .for_each(|(j, i), value, &intensity| {
+            let turn = uniform(SEED, [j as u32, i as u32, 0, 0]);
+            *value = Complex64::from_polar(intensity.sqrt(), TAU * turn);
+        });
 
     // Back is forward with the conjugate field.
     let half = 0.5 * count as f64 * pitch;

@@ -16,8 +16,17 @@ use super::parts::{conic, element, pixel_layer, screen};
 pub const COUNT: usize = 12;
 
 /// A tilted reflecting element, plane or curved (by its curvature in 1/mm), of these pixels, row by row.
+///
+/// # Panics
+///
+/// Unless there are [`COUNT`]² values.
+#[expect(
+    clippy::expect_used,
+    reason = "a test that gives another count is to fail"
+)]
 pub fn tilted_element(curvature: f64, values: &[Complex64]) -> Screen {
-    let values = ndarray::Array2::from_shape_fn((COUNT, COUNT), |(j, i)| values[j * COUNT + i]);
+    let values =
+        ndarray::Array2::from_shape_vec((COUNT, COUNT), values.to_vec()).expect("COUNT² values");
     let mut doe = element(pixel_layer(values, 1.5, PixelForm::Box), Aperture::OPEN);
     doe.reflect = true;
     let frame = Frame::GLOBAL.moved(Vec3::new(1.0, 2.0, 30.0));

@@ -132,11 +132,11 @@ fn forecasts_are_half_to_twice_what_runs_take() {
     assert!((0.5..2.0).contains(&rays), "{rays}");
 }
 
-/// Mirrors of 60 to 400 wavelengths: a tighter target raises the error that the run reports by a twentieth at most. It
+/// Mirrors of 60 to 400 wavelengths: a tighter target never raises the error that the run reports. It
 /// once raised 3.8e-2 to 8.4e-2, and 4.1e-2 to 5.2e-2 for the tilted mirror of 60 wavelengths, whose tails beside the
 /// sensor are too aberrated to count.
 #[test]
-fn a_tighter_target_raises_the_reported_error_by_a_twentieth_at_most_slow() {
+fn a_tighter_target_never_raises_the_reported_error_slow() {
     for (radius, tilt, targets) in [
         (60.0, 0.0, [1e-2, 1e-3, 1e-5]),
         (60.0, 0.5, [1e-2, 1e-3, 1e-4]),
@@ -155,7 +155,7 @@ fn a_tighter_target_raises_the_reported_error_by_a_twentieth_at_most_slow() {
         });
         for pair in reported.windows(2) {
             assert!(
-                pair[1] <= 1.05 * pair[0],
+                pair[1] <= pair[0],
                 "radius {radius} tilt {tilt}: {reported:?}"
             );
         }

@@ -9,7 +9,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::error::tally::Tally;
 use raylet::engine::monte_carlo::paper::PaperRun;
-use raylet::engine::monte_carlo::paper_plan::{Address, PaperPlan};
+use raylet::engine::monte_carlo::paper_plan::{DrawAddress, PaperPlan};
 use raylet::engine::plan::settings::{Density, Positions, Sag, Sampler};
 use raylet::engine::progress::uncancelled;
 use raylet::math::random::uniform;
@@ -70,7 +70,7 @@ fn run(field: &Field, plan: &PaperPlan, seed: u64) -> (Array2<Complex64>, Tally)
         to: &to,
     };
     let mut sum = PlaneSum::new(RASTER, K, 1e-9).unwrap();
-    let address = Address { seed, hop: 0 };
+    let address = DrawAddress { seed, hop: 0 };
     let run = PaperRun::new(hop, plan, address, field);
     let tally = run.carry(&mut sum, &|_| uncancelled()).unwrap();
     (sum.finish(), tally)

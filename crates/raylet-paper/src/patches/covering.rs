@@ -16,7 +16,7 @@ use raylet::engine::chain::arriving_light::{Arriving, leaving, receiving_raster}
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::monte_carlo::paper::window_coverage;
-use raylet::engine::monte_carlo::paper_plan::{Address, PaperPlan};
+use raylet::engine::monte_carlo::paper_plan::{DrawAddress, PaperPlan};
 use raylet::engine::plan::downstream::Downstream;
 use raylet::engine::plan::hop_plan::{Plan, plan};
 use raylet::engine::plan::settings::{Method, Paper, Positions, Sampler, Settings};
@@ -214,7 +214,7 @@ impl<'a> Stage<'a> {
         let k = self.system.wavenumber();
         let cutter = TileCutter::new(axes, &plan.bands, k, &plan.tile());
         let mut values = self.field.values.clone();
-        let address = Address { seed, hop: 0 };
+        let address = DrawAddress { seed, hop: 0 };
         for hop in self.system.hops() {
             let coverage = window_coverage(&hop, &plan, address, &cutter, self.field.grid.shape());
             let share = plan.share();

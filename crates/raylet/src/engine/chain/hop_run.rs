@@ -11,7 +11,7 @@ use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::free::spot_check::SpotCheck;
 use crate::engine::monte_carlo::mode_sampling::Draws;
 use crate::engine::monte_carlo::paper::PaperRun;
-use crate::engine::monte_carlo::paper_plan::Address;
+use crate::engine::monte_carlo::paper_plan::DrawAddress;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_plan::{Plan, along};
 use crate::engine::plan::settings::Settings;
@@ -271,7 +271,7 @@ impl<'a> HopRun<'a> {
             }
             Plan::Paper(plan) => {
                 let mut sum = planes()?;
-                let address = Address {
+                let address = DrawAddress {
                     seed: settings.seed,
                     hop: self.number as u32,
                 };

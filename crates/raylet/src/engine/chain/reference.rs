@@ -123,7 +123,7 @@ fn span(hours: f64) -> String {
 
 /// What one step of a reference did.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Step {
+pub struct ReferenceStep {
     /// Names of its first and last screen.
     pub screens: [String; 2],
     /// Its method.
@@ -149,7 +149,7 @@ pub struct Reference {
     /// Complex field at the sensor's pixel centres.
     pub field: Field,
     /// What was done, from the source to the sensor.
-    pub steps: Vec<Step>,
+    pub steps: Vec<ReferenceStep>,
 }
 
 /// Carries the light of a system to its sensor without beamlets. `progress` is called after each chunk of work.
@@ -316,7 +316,7 @@ impl HopByHop<'_> {
         route: &FreeMethod,
         light: &Arriving,
         progress: &HopListener,
-    ) -> Result<(Arriving, Step), ReferenceError> {
+    ) -> Result<(Arriving, ReferenceStep), ReferenceError> {
         let clock = Instant::now();
         let [from, to] = outlines(hop)?;
         let (leaving, arriving) = route.reach(hop, from, to);
@@ -331,7 +331,7 @@ impl HopByHop<'_> {
         let brought = self.bring(hop, route, &field, &raster, progress)?;
         progress(1.0)?;
         let landed = raster.power(&brought.values);
-        let step = Step {
+        let step = ReferenceStep {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
             approach: route.approach(),
             neglects: brought.neglects,
@@ -467,7 +467,7 @@ fn refraction(system: &System, progress: &Listener) -> Result<Reference, Referen
         ..
     } = eikonal::carry(system)?;
     report(1.0)?;
-    let step = Step {
+    let step = ReferenceStep {
         screens,
         approach: Approach::Refraction,
         neglects: "diffraction",

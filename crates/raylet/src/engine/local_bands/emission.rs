@@ -7,7 +7,7 @@ use crate::engine::error::tally::Fate;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
 use crate::engine::local_bands::hop_statistics::HopStatistics;
-use crate::engine::local_bands::target::Target;
+use crate::engine::local_bands::target::TargetRegion;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::{Arrival, Tail};
@@ -18,7 +18,7 @@ pub(crate) struct Emission<'a> {
     /// The hop.
     pub hop: &'a Hop<'a>,
     /// The target of the beamlets.
-    pub target: &'a Target,
+    pub target: &'a TargetRegion,
     /// Plane waves weaker than this are left out.
     pub weakest: f64,
     /// Energy of the plane waves of a window under a unit plane wave.
@@ -162,7 +162,7 @@ mod tests {
     use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
     use crate::engine::local_bands::emission::{Emission, Emitted, WindowWaves};
     use crate::engine::local_bands::hop_changes::HopChanges;
-    use crate::engine::local_bands::target::Target;
+    use crate::engine::local_bands::target::TargetRegion;
     use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{on_axis, open_screen, screen, sensor};
     use crate::optics::frame::Frame;
@@ -183,7 +183,7 @@ mod tests {
             train: &[],
             to: &to,
         };
-        let target = Target::of(&to, 0.0, 1e-3).unwrap();
+        let target = TargetRegion::of(&to, 0.0, 1e-3).unwrap();
         let emission = Emission {
             hop: &hop,
             target: &target,

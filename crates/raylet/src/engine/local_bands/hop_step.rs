@@ -19,7 +19,7 @@ use crate::engine::local_bands::settings::{
     LocalBandPlan, LocalBandSettings, SOURCE_STEP, SourceAperture,
 };
 use crate::engine::local_bands::source_windows::SourceWindows;
-use crate::engine::local_bands::target::Target;
+use crate::engine::local_bands::target::TargetRegion;
 use crate::engine::local_bands::tile_plan::TileRun;
 use crate::engine::local_bands::tile_run::{TileBar, TileValues};
 use crate::engine::progress::{Cancelled, Pulse, ShareDone};
@@ -161,7 +161,7 @@ pub(crate) struct HopStep<'a> {
     shape: WindowShape,
     tiling: Tiling,
     /// The target of the light.
-    pub target: Target,
+    pub target: TargetRegion,
 }
 
 impl<'a> HopStep<'a> {
@@ -220,7 +220,7 @@ impl<'a> HopStep<'a> {
             element,
             shape,
             tiling,
-            target: Target::of(hop.to, margin, edge).ok_or_else(|| boundless(hop.to))?,
+            target: TargetRegion::of(hop.to, margin, edge).ok_or_else(|| boundless(hop.to))?,
         })
     }
 

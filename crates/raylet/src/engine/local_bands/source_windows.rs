@@ -9,7 +9,7 @@ use crate::engine::local_bands::emission::Emitted;
 use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
 use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::source_light::{source_carrier, source_field};
-use crate::engine::local_bands::target::Target;
+use crate::engine::local_bands::target::TargetRegion;
 use crate::optics::source::Source;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::beamlet_kernel::Moments;
@@ -26,7 +26,7 @@ pub(crate) struct SourceWindows<'a> {
     /// The hop from the first screen.
     pub hop: &'a Hop<'a>,
     /// The target of the light.
-    pub target: &'a Target,
+    pub target: &'a TargetRegion,
     /// Where windows stand.
     pub tiling: &'a Tiling,
     /// Whether the aberration inside beamlets is corrected.

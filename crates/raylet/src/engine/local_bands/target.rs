@@ -6,7 +6,7 @@ use crate::wave::beamlet::wavelet::Arrival;
 
 /// The part of the receiving screen that matters.
 #[derive(Clone, Debug)]
-pub(crate) struct Target {
+pub(crate) struct TargetRegion {
     /// Its box, `[x_min, x_max, y_min, y_max]` in mm.
     pub bounds: [f64; 4],
     /// The aperture inside; open for a sensor.
@@ -17,7 +17,7 @@ pub(crate) struct Target {
     pub edge: f64,
 }
 
-impl Target {
+impl TargetRegion {
     /// A screen's part that matters and a margin around it; nothing when the screen has no edge.
     pub(crate) fn of(screen: &Screen, margin: f64, edge: f64) -> Option<Self> {
         let [x0, x1, y0, y1] = screen.bounds()?;

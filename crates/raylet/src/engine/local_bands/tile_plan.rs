@@ -12,7 +12,7 @@ use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::held_light::{ArrivingLight, TileLight};
 use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::settings::LocalBandSettings;
-use crate::engine::local_bands::target::Target;
+use crate::engine::local_bands::target::TargetRegion;
 use crate::engine::local_bands::window_directions::window_directions;
 use crate::math::part::part;
 use crate::optics::system::Hop;
@@ -45,7 +45,7 @@ pub(crate) struct TileRun<'a> {
     /// How wide they are.
     pub shape: WindowShape,
     /// The target of the light.
-    pub target: &'a Target,
+    pub target: &'a TargetRegion,
     /// The settings of the run.
     pub settings: &'a LocalBandSettings,
 }

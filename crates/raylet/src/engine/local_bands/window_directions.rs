@@ -1,7 +1,7 @@
 //! Which directions lead from a window to the target.
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
-use crate::engine::local_bands::target::Target;
+use crate::engine::local_bands::target::TargetRegion;
 use crate::engine::trace::ray_trace::Landing;
 use crate::optics::system::Hop;
 
@@ -43,7 +43,7 @@ impl LandedDirection {
 pub(crate) fn window_directions(
     hop: &Hop,
     start: &ChirpedStart,
-    target: &Target,
+    target: &TargetRegion,
 ) -> Option<[f64; 4]> {
     let at = start.carrier.at;
     let bounds = &target.bounds;

@@ -13,7 +13,7 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::engine::error::tally::{Fate, Tally};
-use crate::engine::monte_carlo::paper_plan::{Address, PaperPlan};
+use crate::engine::monte_carlo::paper_plan::{DrawAddress, PaperPlan};
 use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Sag, Sampler};
 use crate::engine::progress::{Cancelled, ShareDone};
@@ -51,7 +51,7 @@ struct Drawn {
 pub struct PaperRun<'a> {
     hop: Hop<'a>,
     plan: &'a PaperPlan,
-    address: Address,
+    address: DrawAddress,
     /// The field, divided by its coverage where the plan says so.
     field: Field,
     heights: Option<Heights>,
@@ -67,7 +67,7 @@ pub struct PaperRun<'a> {
 pub fn window_coverage(
     hop: &Hop,
     plan: &PaperPlan,
-    address: Address,
+    address: DrawAddress,
     cutter: &TileCutter,
     [ny, nx]: [usize; 2],
 ) -> Array2<f64> {
@@ -160,7 +160,7 @@ impl Spread {
 
 impl<'a> PaperRun<'a> {
     /// Of the field behind the first screen; `address` is where the random numbers of the hop are found.
-    pub fn new(hop: Hop<'a>, plan: &'a PaperPlan, address: Address, field: &Field) -> Self {
+    pub fn new(hop: Hop<'a>, plan: &'a PaperPlan, address: DrawAddress, field: &Field) -> Self {
         let axes = [&field.grid.x, &field.grid.y];
         let cutter = TileCutter::new(axes, &plan.bands, hop.wavenumber(), &plan.tile());
         let order = match plan.sampler {
@@ -328,7 +328,7 @@ impl<'a> PaperRun<'a> {
                 energy: c.norm_sqr() * times,
             }
         };
-        let Address { seed, hop } = self.address;
+        let DrawAddress { seed, hop } = self.address;
         match self.plan.sampler {
             Sampler::All => (0..weights.len())
                 .filter(|index| weights[*index] > 0.0)
@@ -354,7 +354,7 @@ impl<'a> PaperRun<'a> {
 
     /// The random numbers of a patch, one for each draw.
     fn numbers(&self, patch: u32) -> Vec<f64> {
-        let Address { seed, hop } = self.address;
+        let DrawAddress { seed, hop } = self.address;
         (0..self.plan.secondary.div_ceil(2) as u32)
             .flat_map(|sample| pair(seed, [hop, patch, sample, Purpose::PatchMode as u32]))
             .take(self.plan.secondary)

@@ -50,7 +50,7 @@ pub struct PaperPlan {
 
 /// Where the random numbers of a hop are found.
 #[derive(Clone, Copy, Debug)]
-pub struct Address {
+pub struct DrawAddress {
     /// Seed of the run.
     pub seed: u64,
     /// Number of the hop.
@@ -112,7 +112,7 @@ impl PaperPlan {
     }
 
     /// The position of a patch.
-    pub(crate) fn place(&self, patch: u32, Address { seed, hop }: Address) -> [f64; 2] {
+    pub(crate) fn place(&self, patch: u32, DrawAddress { seed, hop }: DrawAddress) -> [f64; 2] {
         let [x0, x1, y0, y1] = self.area;
         let within = match self.rule {
             Positions::Grid => [0.5; 2],

@@ -155,14 +155,14 @@ impl HologramDesign {
 }
 
 /// Where the hologram goes: the numbers of the element and of its pixel layer, and that as the scene has it.
-pub(crate) struct Place {
+pub(crate) struct HologramLayer {
     pub(crate) element: usize,
     pub(crate) number: usize,
     pub(crate) layer: PixelLayer,
 }
 
 /// The scene with the hologram's layer made blank, so that its phase file need not exist.
-pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Place), Fault> {
+pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, HologramLayer), Fault> {
     let mut blank = scene.clone();
     let named = scene.number_of(&hologram.element);
     let named = named.and_then(|number| Some((number, blank.element.get_mut(number)?)));
@@ -181,7 +181,7 @@ pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Plac
                 let expected = "size = [nx, ny] and phase = \"FILE.npy\"";
                 return Err(scene.fault(&path, found, expected));
             }
-            let place = Place {
+            let place = HologramLayer {
                 element,
                 number,
                 layer,

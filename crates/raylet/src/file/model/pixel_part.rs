@@ -16,7 +16,7 @@ use crate::design::constraints::relief::{Levels, Relief};
 use crate::design::constraints::staircase::Hardening;
 use crate::file::decode::fault::Fault;
 use crate::file::model::build;
-use crate::file::scene::design::{Design, Free, Optimizer, Part, Start};
+use crate::file::scene::design::{Design, DesignElement, Free, OptimizerKind, Start};
 use crate::file::scene::element::{Element, WITH_PIXELS};
 use crate::file::scene::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
 use crate::file::scene::scene_file::Scene;
@@ -30,7 +30,7 @@ const UM: f64 = 1e-3;
 #[derive(Clone, Debug)]
 pub(crate) struct PixelPart {
     /// What the scene says about it.
-    pub(crate) part: Part,
+    pub(crate) part: DesignElement,
     /// Where it says so: `design`, or `design.element[2]`.
     pub(crate) at: String,
     /// The key of `at` that names the element.
@@ -102,7 +102,7 @@ pub(crate) fn pixel_parts(scene: &Scene, design: &Design) -> Result<Vec<PixelPar
         let Some(hologram) = &scene.hologram else {
             return stray(scene, design, "no [hologram]").map(|()| Vec::new());
         };
-        let part = Part {
+        let part = DesignElement {
             name: hologram.element.clone(),
             free: Free::Phase,
             start: design.start.unwrap_or_default(),
@@ -152,7 +152,12 @@ fn stray(scene: &Scene, design: &Design, beside: &str) -> Result<(), Fault> {
 }
 
 impl PixelPart {
-    fn new(scene: &Scene, part: Part, at: String, name_key: String) -> Result<Self, Fault> {
+    fn new(
+        scene: &Scene,
+        part: DesignElement,
+        at: String,
+        name_key: String,
+    ) -> Result<Self, Fault> {
         let Some(number) = scene.number_of(&part.name) else {
             return Err(scene.nameless(&name_key, &part.name));
         };
@@ -215,12 +220,12 @@ impl PixelPart {
     pub(crate) fn modulator(
         &self,
         scene: &Scene,
-        optimizer: Optimizer,
+        optimizer: OptimizerKind,
         around: &[f64],
     ) -> Result<Modulator, Fault> {
         let hardening = match optimizer {
-            Optimizer::Lbfgs => Hardening::Annealed,
-            Optimizer::Adam | Optimizer::Momentum => Hardening::StraightThrough,
+            OptimizerKind::Lbfgs => Hardening::Annealed,
+            OptimizerKind::Adam | OptimizerKind::Momentum => Hardening::StraightThrough,
         };
         let levels = self.part.levels.map(|count| Levels { count, hardening });
         let rules = Rules {

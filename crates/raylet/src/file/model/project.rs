@@ -15,7 +15,7 @@ use crate::design::holograms::hologram;
 use crate::design::holograms::start::{SpreadingPhase, random_phase};
 use crate::design::optimizers::descent::Rule;
 use crate::design::optimizers::lbfgs::LbfgsSettings;
-use crate::design::optimizers::optimizer::{Method, Optimizer as Search};
+use crate::design::optimizers::optimizer::{Method, Optimizer};
 use crate::design::optimizers::schedule::Schedule;
 use crate::design::optimizers::space::Space;
 use crate::design::optimizers::step::OptimizerError;
@@ -28,9 +28,9 @@ use crate::file::model::design_targets::{ChannelDescription, ChannelLosses, chan
 use crate::file::model::hologram::{HologramDesign, commission};
 use crate::file::model::pixel_part::{Output, PixelPart, blanked, pixel_parts};
 use crate::file::model::variations::DERIVATIVE_STEP;
-use crate::file::scene::design::{Design, Optimizer, Start, Variable};
+use crate::file::scene::design::{Design, OptimizerKind, Start, Variable};
 use crate::file::scene::scene_file::Scene;
-use crate::file::scene::variable::{Address, VariableScene};
+use crate::file::scene::variable::{VariableAddress, VariableScene};
 use crate::math::random::Purpose;
 use crate::optics::system::System;
 use crate::wave::grid::raster::Raster;
@@ -40,7 +40,7 @@ pub struct SceneDesign {
     /// What is looked for.
     pub project: Project,
     /// How, and from where.
-    pub search: Search,
+    pub search: Optimizer,
     /// What the scene says.
     pub design: Design,
     /// What each channel of the project is.
@@ -54,7 +54,7 @@ pub struct SceneDesign {
     /// Name, half width and half height in mm of each element that is designed.
     pub elements: Vec<(String, [f64; 2])>,
     /// The parameters of the system that are designed.
-    addresses: Arc<Vec<Address>>,
+    addresses: Arc<Vec<VariableAddress>>,
 }
 
 /// Relative size of a step of a parameter of the system, where none is given.
@@ -205,7 +205,7 @@ fn around(systems: &[System], screen: usize) -> Vec<f64> {
 fn build_system(
     lit: &[Scene],
     described: &[ChannelDescription],
-    addresses: &Arc<Vec<Address>>,
+    addresses: &Arc<Vec<VariableAddress>>,
 ) -> Result<SystemBuild, Fault> {
     let places: Vec<[usize; 2]> = described
         .iter()
@@ -244,7 +244,7 @@ fn settings(scene: &Scene, changing: bool) -> Settings {
 /// The parameters of the system that are designed.
 #[derive(Default)]
 struct Parameters {
-    addresses: Vec<Address>,
+    addresses: Vec<VariableAddress>,
     list: Vec<SystemParameter>,
     /// The scale of the steps of each, and its bounds.
     ranges: Vec<(f64, [f64; 2])>,
@@ -259,7 +259,7 @@ fn system_parameters(
     let blank = VariableScene::new(blank)?;
     for (i, variable) in variables.iter().enumerate() {
         let at = format!("design.variable[{i}].path");
-        let address = Address::new(&blank, &variable.path, &at)?;
+        let address = VariableAddress::new(&blank, &variable.path, &at)?;
         let start = address.value(&blank);
         if !start.is_finite() {
             return Err(scene.fault(&at, "infinity", "a finite number to start from"));
@@ -395,7 +395,7 @@ fn search(
     project: &Project,
     mut start: Vec<f64>,
     ranges: &[(f64, [f64; 2])],
-) -> Result<Search, OptimizerError> {
+) -> Result<Optimizer, OptimizerError> {
     let pixels = start.len();
     start.extend(
         project
@@ -431,12 +431,12 @@ fn search(
         },
     };
     let method = match design.optimizer {
-        Optimizer::Lbfgs => Method::Lbfgs(LbfgsSettings {
+        OptimizerKind::Lbfgs => Method::Lbfgs(LbfgsSettings {
             first: 0.1 * (start.len() as f64).sqrt(),
             ..LbfgsSettings::default()
         }),
-        Optimizer::Adam => Method::Descent(Rule::ADAM, schedule),
-        Optimizer::Momentum => Method::Descent(Rule::Momentum { momentum: 0.9 }, schedule),
+        OptimizerKind::Adam => Method::Descent(Rule::ADAM, schedule),
+        OptimizerKind::Momentum => Method::Descent(Rule::Momentum { momentum: 0.9 }, schedule),
     };
     method.start(start, space)
 }
@@ -448,7 +448,7 @@ const RATE: f64 = 0.2;
 fn check_rates(scene: &Scene, design: &Design) -> Result<(), Fault> {
     let rates = [("rate", design.rate), ("last_rate", design.last_rate)];
     match rates.iter().find(|(_, given)| given.is_some()) {
-        Some((key, _)) if design.optimizer == Optimizer::Lbfgs => Err(scene.fault(
+        Some((key, _)) if design.optimizer == OptimizerKind::Lbfgs => Err(scene.fault(
             &format!("design.{key}"),
             "the length of a step with the optimizer lbfgs, which finds its own",
             "it with optimizer = \"adam\" or \"momentum\"",
@@ -466,7 +466,7 @@ fn estimator(scene: &Scene, design: &Design, system: &System) -> Result<Option<E
         return Ok(None);
     };
     let fault = |found: &str, expected: &str| Err(scene.fault("design.estimator", found, expected));
-    if design.optimizer == Optimizer::Lbfgs {
+    if design.optimizer == OptimizerKind::Lbfgs {
         return fault(
             "drawn beamlets with the optimizer lbfgs",
             "adam or momentum, which bear noise",

@@ -6,7 +6,7 @@ use crate::file::decode::fault::Fault;
 use crate::file::model::build;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::scene_file::Scene;
-use crate::file::scene::variable::{Address, VariableScene};
+use crate::file::scene::variable::{VariableAddress, VariableScene};
 use crate::optics::system::System;
 
 /// Step of a parameter over its size, or the step itself where the parameter is zero.
@@ -27,8 +27,8 @@ pub struct ParameterValues<'a> {
     /// The scene.
     pub scene: &'a VariableScene,
     /// Where the parameters stand.
-    pub addresses: &'a [Address],
-    /// Their values, as [`Address::value`] counts: of a radius its curvature.
+    pub addresses: &'a [VariableAddress],
+    /// Their values, as [`VariableAddress::value`] counts: of a radius its curvature.
     pub values: &'a [f64],
 }
 
@@ -72,7 +72,7 @@ pub fn variations(
 ) -> Result<Vec<Variation>, Fault> {
     let scene = VariableScene::new(scene)?;
     let one = |path: &String| {
-        let address = Address::new(&scene, path, "element")?;
+        let address = VariableAddress::new(&scene, path, "element")?;
         let value = address.value(&scene);
         Variation::new(&[value], 0, step(value), |values| {
             let scene = scene.with_parameters(std::slice::from_ref(&address), values)?;

@@ -2,7 +2,7 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::chain::reference::Step;
+use crate::engine::chain::reference::ReferenceStep;
 
 /// One step of a reference: a hop, or the whole system where rays are followed along smooth phases.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
@@ -29,7 +29,7 @@ pub struct StepEntry {
 
 impl StepEntry {
     /// The entry of a step.
-    pub(crate) fn new(step: &Step) -> Self {
+    pub(crate) fn new(step: &ReferenceStep) -> Self {
         let [from, to] = step.screens.clone();
         Self {
             from,

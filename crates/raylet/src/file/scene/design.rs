@@ -20,7 +20,7 @@ pub struct Design {
     pub iterations: usize,
     /// How the search finds the minimum.
     #[serde(default)]
-    pub optimizer: Optimizer,
+    pub optimizer: OptimizerKind,
     /// Which beamlets an evaluation follows; all by default. Drawn ones take adam or momentum, and a system without
     /// `[[design.variable]]` whose only other screen is the sensor.
     #[serde(default)]
@@ -51,7 +51,7 @@ pub struct Design {
     pub block: Option<usize>,
     /// Elements whose pixels are designed.
     #[serde(default)]
-    pub element: Vec<Part>,
+    pub element: Vec<DesignElement>,
     /// Numbers of the scene that are designed as well.
     #[serde(default)]
     pub variable: Vec<Variable>,
@@ -71,7 +71,7 @@ pub struct Design {
 /// its layer names.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Part {
+pub struct DesignElement {
     /// Name of the diffractive element; its first layer of pixels, heights or a sum is designed.
     pub name: String,
     /// What is free in each pixel.
@@ -122,7 +122,7 @@ pub enum Free {
 /// How a search finds a minimum.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
-pub enum Optimizer {
+pub enum OptimizerKind {
     /// Limited-memory BFGS with a line search.
     #[default]
     Lbfgs,

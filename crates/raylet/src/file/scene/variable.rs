@@ -18,7 +18,7 @@ pub struct VariableScene {
 
 /// A number of a scene.
 #[derive(Clone, Debug, PartialEq)]
-pub struct Address {
+pub struct VariableAddress {
     path: String,
     steps: Vec<Step>,
     /// Whether the design changes one over the number: a radius passes through infinity.
@@ -54,7 +54,7 @@ impl VariableScene {
     /// A scene that is none with these parameters.
     pub(crate) fn with_parameters(
         &self,
-        addresses: &[Address],
+        addresses: &[VariableAddress],
         values: &[f64],
     ) -> Result<Scene, Fault> {
         let mut tree = self.tree.clone();
@@ -103,7 +103,7 @@ fn collect(node: &Node, path: &str, paths: &mut Vec<String>) {
     }
 }
 
-impl Address {
+impl VariableAddress {
     /// The number at a path such as `element[1].surface[0].radius_mm`.
     ///
     /// # Errors
@@ -254,7 +254,7 @@ mod tests {
     use crate::file::decode::tree::{Entry, Value};
     use crate::file::scene::scene_file::Scene;
     use crate::file::scene::scene_test::SCENE;
-    use crate::file::scene::variable::{Address, VariableScene, collect, with_settings};
+    use crate::file::scene::variable::{VariableAddress, VariableScene, collect, with_settings};
 
     fn scene() -> VariableScene {
         let scene = Scene::parse(SCENE, Path::new("demo.toml")).unwrap();
@@ -268,7 +268,7 @@ mod tests {
         collect(&scene.tree, "", &mut paths);
         let mut accepted = 0;
         for path in &paths {
-            let address = [Address::new(&scene, path, "element").unwrap()];
+            let address = [VariableAddress::new(&scene, path, "element").unwrap()];
             let value = address[0].value(&scene) * (1.0 + f64::EPSILON);
             let Ok(changed) = scene.with_parameters(&address, &[value]) else {
                 continue;
@@ -294,7 +294,7 @@ mod tests {
     fn faults_of_a_changed_number_are_reported_at_its_key() {
         let scene = scene();
         let path = "element[0].thickness_mm";
-        let address = [Address::new(&scene, path, "element").unwrap()];
+        let address = [VariableAddress::new(&scene, path, "element").unwrap()];
         for (value, found, expected) in [
             (
                 -1.5,
@@ -318,7 +318,7 @@ mod tests {
             let line = fault.address.excerpt.map(|excerpt| excerpt.text);
             assert!(line.is_some_and(|line| line.starts_with("thickness_mm")));
         }
-        let fault = Address::new(&scene, "element[0].thicknes_mm", "element").unwrap_err();
+        let fault = VariableAddress::new(&scene, "element[0].thicknes_mm", "element").unwrap_err();
         assert_eq!(
             fault.hint.as_deref(),
             Some("did you mean element[0].thickness_mm?")

@@ -28,7 +28,7 @@ const LONGEST: usize = 180;
 
 /// The name of a folder that may be written: checked and held, not yet made.
 #[derive(Debug)]
-pub struct Target {
+pub struct OutputFolder {
     path: PathBuf,
     mark: &'static str,
     _lock: Lock,
@@ -37,12 +37,12 @@ pub struct Target {
 /// A folder that is being filled. Dropped before [`Draft::publish`], it leaves nothing behind.
 #[derive(Debug)]
 pub struct Draft<'t> {
-    target: &'t Target,
+    target: &'t OutputFolder,
     hidden: Hidden,
     files: Vec<(String, Checksum)>,
 }
 
-impl Target {
+impl OutputFolder {
     /// Checks that a folder of results may be written here: nothing is here, or an empty folder, or an
     /// earlier result, and the folder around it can be written or made. Until it is dropped a hidden lock
     /// stands beside it.
@@ -208,7 +208,7 @@ impl Draft<'_> {
 
     /// The same with another way to let folders change places.
     pub(crate) fn publish_by(self, swap: Swap, document: &str) -> Result<(), Fault> {
-        let Target { path, mark, .. } = self.target;
+        let OutputFolder { path, mark, .. } = self.target;
         let Some(text) = sealed(document, &self.files) else {
             return Err(Fault::of_file(&path.join(mark), "no JSON object", "one"));
         };
@@ -228,11 +228,11 @@ mod tests {
     use std::fs;
     use std::path::Path;
 
-    use crate::file::storage::folder::{COMPARISON_FILE, RESULT_FILE, Target};
+    use crate::file::storage::folder::{COMPARISON_FILE, OutputFolder, RESULT_FILE};
 
     /// Publishes a folder with one file.
     fn publish(out: &Path, name: &str) {
-        let target = Target::claim(out).unwrap();
+        let target = OutputFolder::claim(out).unwrap();
         let mut draft = target.draft().unwrap();
         draft.write(name, name.as_bytes()).unwrap();
         draft.publish("{\"version\": 1}").unwrap();
@@ -248,7 +248,7 @@ mod tests {
                 .map(|e| e.unwrap().file_name().into_string().unwrap())
                 .collect()
         };
-        let target = Target::claim(&out).unwrap();
+        let target = OutputFolder::claim(&out).unwrap();
         assert_eq!(names(), [".raylet-out.lock"]);
         let draft = target.draft().unwrap();
         assert!(!out.exists());
@@ -270,17 +270,17 @@ mod tests {
         let room = tempfile::tempdir().unwrap();
         let out = room.path().join("out");
         fs::create_dir(&out).unwrap();
-        Target::claim(&out).unwrap();
+        OutputFolder::claim(&out).unwrap();
         fs::write(out.join("diary.txt"), "mine").unwrap();
-        let refusal = |path: &Path| Target::claim(path).unwrap_err().to_string();
+        let refusal = |path: &Path| OutputFolder::claim(path).unwrap_err().to_string();
         let fault = refusal(&out);
         assert!(
             fault.contains("other files") && fault.contains("diary.txt"),
             "{fault}"
         );
         let file = out.join("diary.txt");
-        assert!(Target::claim(&file).is_err());
-        assert!(Target::claim(&file.join("below")).is_err());
+        assert!(OutputFolder::claim(&file).is_err());
+        assert!(OutputFolder::claim(&file.join("below")).is_err());
         for nameless in [".", "..", "/", "", "out/.."] {
             let fault = refusal(nameless.as_ref());
             assert!(fault.contains("without a name"), "{nameless}: {fault}");
@@ -290,7 +290,7 @@ mod tests {
         // A comparison does not replace results, and nothing replaces what only has their names.
         let results = room.path().join("results");
         publish(&results, "field.npz");
-        assert!(Target::claim_as(&results, COMPARISON_FILE).is_err());
+        assert!(OutputFolder::claim_as(&results, COMPARISON_FILE).is_err());
         let seeming = room.path().join("seeming");
         fs::create_dir(&seeming).unwrap();
         fs::write(seeming.join(RESULT_FILE), "{\"files\": [\"field.npz\"]}").unwrap();
@@ -308,7 +308,7 @@ mod tests {
             let file = out.join(name);
             fs::create_dir_all(file.parent().unwrap()).unwrap();
             fs::write(&file, "mine").unwrap();
-            let fault = Target::claim(&out).unwrap_err().to_string();
+            let fault = OutputFolder::claim(&out).unwrap_err().to_string();
             let first = name.split('/').next().unwrap();
             assert!(fault.contains(&format!("such as {first}")), "{fault}");
             assert_eq!(fs::read_to_string(&file).unwrap(), "mine");
@@ -319,7 +319,7 @@ mod tests {
         let out = room.path().join("out");
         for name in [".ssh", "field.npz"] {
             publish(&out, "field.npz");
-            let target = Target::claim(&out).unwrap();
+            let target = OutputFolder::claim(&out).unwrap();
             let draft = target.draft().unwrap();
             fs::write(out.join(name), "mine").unwrap();
             assert!(draft.publish("{}").is_err());
@@ -333,13 +333,13 @@ mod tests {
         let room = tempfile::tempdir().unwrap();
         for name in ["out", "new/folder/out", &"long".repeat(60)] {
             let out = room.path().join(name);
-            let first = Target::claim(&out).unwrap();
-            let fault = Target::claim(&out).unwrap_err().to_string();
+            let first = OutputFolder::claim(&out).unwrap();
+            let fault = OutputFolder::claim(&out).unwrap_err().to_string();
             let process = format!("process {}", std::process::id());
             assert!(fault.contains(&process), "{fault}");
-            let other = Target::claim(&room.path().join("other")).unwrap();
+            let other = OutputFolder::claim(&room.path().join("other")).unwrap();
             drop((first, other));
-            Target::claim(&out).unwrap();
+            OutputFolder::claim(&out).unwrap();
         }
         assert_eq!(fs::read_dir(room.path()).unwrap().count(), 0);
     }

@@ -6,7 +6,7 @@ use std::process::{Child, Command, Stdio};
 use std::thread::sleep;
 use std::time::{Duration, Instant};
 
-use crate::file::storage::folder::{RESULT_FILE, Target};
+use crate::file::storage::folder::{OutputFolder, RESULT_FILE};
 use crate::file::storage::hidden::Swap;
 use crate::file::storage::parent_folders::exchange;
 use crate::file::storage::seal::Sealed;
@@ -31,14 +31,14 @@ fn writer() {
         true => &exchange,
         false => &|_, _| Ok(false),
     };
-    let target = Target::claim(&Path::new(&room).join("out")).unwrap();
+    let target = OutputFolder::claim(&Path::new(&room).join("out")).unwrap();
     for run in 0_u64.. {
         publish(&target, run, swap);
     }
 }
 
 /// A result whose every byte says which run it is of.
-fn publish(target: &Target, run: u64, swap: Swap) {
+fn publish(target: &OutputFolder, run: u64, swap: Swap) {
     let mut draft = target.draft().unwrap();
     for file in 0..FILES {
         let size = if file == 0 { LARGEST } else { LARGEST / 64 };
@@ -95,7 +95,7 @@ fn is_absent(out: &Path, patience: Duration) -> bool {
 fn kill(times: u32, by_stroke: bool) -> [u32; 2] {
     let room = tempfile::tempdir().unwrap();
     let out = room.path().join("out");
-    publish(&Target::claim(&out).unwrap(), 0, &exchange);
+    publish(&OutputFolder::claim(&out).unwrap(), 0, &exchange);
     let mut counts = [0; 2];
     for time in 0..times {
         let mut writer = start(room.path(), by_stroke);
@@ -116,13 +116,13 @@ fn kill(times: u32, by_stroke: bool) -> [u32; 2] {
 
         // In two steps the next start puts back what stood aside.
         if !by_stroke {
-            drop(Target::claim(&out).unwrap());
+            drop(OutputFolder::claim(&out).unwrap());
         }
         assert_whole(&out);
     }
 
     // The next start removes everything that was left.
-    drop(Target::claim(&out).unwrap());
+    drop(OutputFolder::claim(&out).unwrap());
     assert_eq!(fs::read_dir(room.path()).unwrap().count(), 1);
     counts
 }

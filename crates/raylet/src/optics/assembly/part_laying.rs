@@ -17,7 +17,7 @@ use crate::optics::shape::Shape;
 
 /// One call of the builder: lengths in mm, angles in rad.
 #[derive(Clone, Debug)]
-pub(crate) enum Part {
+pub(crate) enum BuilderCall {
     Gap(f64),
     /// The next part is moved aside and turned.
     Offset([f64; 2], [f64; 3]),
@@ -31,26 +31,26 @@ pub(crate) enum Part {
     Sensor(Sensor),
 }
 
-impl Part {
+impl BuilderCall {
     fn kind(&self) -> &'static str {
         match self {
-            Part::Gap(_) => "gap",
-            Part::Offset(..) => "offset",
-            Part::Turn(..) => "turn",
-            Part::Surface(..) => "surface",
-            Part::Mirror(..) => "mirror",
-            Part::Stop(_) => "stop",
-            Part::Element(..) => "element",
-            Part::Sensor(_) => "sensor",
+            BuilderCall::Gap(_) => "gap",
+            BuilderCall::Offset(..) => "offset",
+            BuilderCall::Turn(..) => "turn",
+            BuilderCall::Surface(..) => "surface",
+            BuilderCall::Mirror(..) => "mirror",
+            BuilderCall::Stop(_) => "stop",
+            BuilderCall::Element(..) => "element",
+            BuilderCall::Sensor(_) => "sensor",
         }
     }
 }
 
 /// What a part is called in errors: its name, or its kind and its number among the parts of that kind.
-pub(crate) fn address(parts: &[Part], number: usize) -> String {
+pub(crate) fn address(parts: &[BuilderCall], number: usize) -> String {
     let up_to = || parts.iter().take(number + 1);
     match up_to().next_back() {
-        Some(Part::Element(name, ..)) => format!("element '{name}'"),
+        Some(BuilderCall::Element(name, ..)) => format!("element '{name}'"),
         Some(part) => {
             let alike = up_to().filter(|other| other.kind() == part.kind());
             format!("{} {}", part.kind(), alike.count())
@@ -96,34 +96,34 @@ impl Laying {
     }
 
     /// Checks a part and adds it.
-    pub(crate) fn lay(&mut self, part: &Part) -> Result<(), Mismatch> {
+    pub(crate) fn lay(&mut self, part: &BuilderCall) -> Result<(), Mismatch> {
         if self.ended {
             let found = "a part behind the sensor";
             return Err(Mismatch::new(found, "the sensor as the last part"));
         }
         match part {
-            Part::Gap(distance) => {
+            BuilderCall::Gap(distance) => {
                 check_heading(*distance, self.axis.towards())?;
                 self.axis.advance(*distance);
             }
-            Part::Offset(decentre, tilt) => {
+            BuilderCall::Offset(decentre, tilt) => {
                 check_finite(decentre, tilt)?;
                 self.next = Some((*decentre, *tilt));
             }
-            Part::Turn(decentre, tilt) => {
+            BuilderCall::Turn(decentre, tilt) => {
                 check_finite(decentre, tilt)?;
                 self.axis.turn(self.axis.frame(*decentre, *tilt));
             }
-            Part::Surface(shape, aperture, behind) => {
+            BuilderCall::Surface(shape, aperture, behind) => {
                 let face = self.face(shape, aperture)?;
                 let behind = glass_index(behind, self.wavelength)?;
                 self.axis.refract(face, self.coating, behind);
             }
-            Part::Mirror(shape, aperture) => {
+            BuilderCall::Mirror(shape, aperture) => {
                 let face = self.face(shape, aperture)?;
                 self.axis.reflect(face);
             }
-            Part::Stop(aperture) => {
+            BuilderCall::Stop(aperture) => {
                 check_aperture(aperture)?;
                 self.limit(
                     String::from("stop"),
@@ -131,7 +131,7 @@ impl Laying {
                     Act::Stop(aperture.clone()),
                 )?;
             }
-            Part::Element(name, shape, doe, behind) => {
+            BuilderCall::Element(name, shape, doe, behind) => {
                 check_element(doe)?;
                 let (shape, act) = (shape.clone(), Act::Doe(doe.clone()));
                 match behind {
@@ -149,7 +149,7 @@ impl Laying {
                     }
                 }
             }
-            Part::Sensor(sensor) => self.sensor(*sensor)?,
+            BuilderCall::Sensor(sensor) => self.sensor(*sensor)?,
         }
         Ok(())
     }

@@ -7,7 +7,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::assembly::axis_layout::AxisLayout;
 use crate::optics::assembly::glass::Glass;
 use crate::optics::assembly::part_check::{BuildError, Mismatch, check_above_zero};
-use crate::optics::assembly::part_laying::{Laying, Part, address, glass_index};
+use crate::optics::assembly::part_laying::{BuilderCall, Laying, address, glass_index};
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use crate::optics::refraction::Coating;
 use crate::optics::screen::Sensor;
@@ -57,7 +57,7 @@ pub struct SystemBuilder {
     beam_radius: Option<f64>,
     ambient: Glass,
     coating: Coating,
-    parts: Vec<Part>,
+    parts: Vec<BuilderCall>,
 }
 
 impl SystemBuilder {
@@ -106,18 +106,18 @@ impl SystemBuilder {
 
     /// The distance from the vertex of the last part to that of the next, in mm; negative where light runs towards −z.
     pub fn gap(self, distance: f64) -> Self {
-        self.with(Part::Gap(distance))
+        self.with(BuilderCall::Gap(distance))
     }
 
     /// Moves the next part, and nothing behind it, aside by `decentre` mm and turns it by `tilt` rad, right-handed,
     /// about its x axis, its new y axis and its new z axis.
     pub fn offset(self, decentre: [f64; 2], tilt: [f64; 3]) -> Self {
-        self.with(Part::Offset(decentre, tilt))
+        self.with(BuilderCall::Offset(decentre, tilt))
     }
 
     /// The same for the axis itself, and so for all that follows.
     pub fn turn(self, decentre: [f64; 2], tilt: [f64; 3]) -> Self {
-        self.with(Part::Turn(decentre, tilt))
+        self.with(BuilderCall::Turn(decentre, tilt))
     }
 
     /// A spherical surface by its radius in mm, positive where the centre lies at larger z, infinite for a plane; the
@@ -134,7 +134,7 @@ impl SystemBuilder {
         behind: impl Into<Glass>,
         aperture: Aperture,
     ) -> Self {
-        self.with(Part::Surface(shape, aperture, behind.into()))
+        self.with(BuilderCall::Surface(shape, aperture, behind.into()))
     }
 
     /// A spherical mirror by its radius and half its clear diameter in mm. Light runs back behind it.
@@ -144,12 +144,12 @@ impl SystemBuilder {
 
     /// A mirror of any shape.
     pub fn shaped_mirror(self, shape: Shape, aperture: Aperture) -> Self {
-        self.with(Part::Mirror(shape, aperture))
+        self.with(BuilderCall::Mirror(shape, aperture))
     }
 
     /// An aperture.
     pub fn stop(self, aperture: Aperture) -> Self {
-        self.with(Part::Stop(aperture))
+        self.with(BuilderCall::Stop(aperture))
     }
 
     /// A plane element of phase pixels: their phases in rad, [y, x], and the distances of their centres along x and y in
@@ -175,7 +175,7 @@ impl SystemBuilder {
 
     /// A diffractive element of any layers on a surface of any shape.
     pub fn element(self, name: &str, shape: Shape, doe: Doe) -> Self {
-        self.with(Part::Element(name.to_owned(), shape, doe, None))
+        self.with(BuilderCall::Element(name.to_owned(), shape, doe, None))
     }
 
     /// The same on an interface: the medium behind it begins at its surface, which refracts too.
@@ -187,12 +187,12 @@ impl SystemBuilder {
         behind: impl Into<Glass>,
     ) -> Self {
         let behind = Some(behind.into());
-        self.with(Part::Element(name.to_owned(), shape, doe, behind))
+        self.with(BuilderCall::Element(name.to_owned(), shape, doe, behind))
     }
 
     /// The sensor, the last part: its pixels [nx, ny], and the distances of their centres along x and y in mm.
     pub fn sensor(self, pixels: [usize; 2], pitch: [f64; 2]) -> Self {
-        self.with(Part::Sensor(Sensor { pixels, pitch }))
+        self.with(BuilderCall::Sensor(Sensor { pixels, pitch }))
     }
 
     /// The system of all parts.
@@ -218,7 +218,7 @@ impl SystemBuilder {
         Ok(axis.into_system(self.wavelength, source))
     }
 
-    fn with(mut self, part: Part) -> Self {
+    fn with(mut self, part: BuilderCall) -> Self {
         self.parts.push(part);
         self
     }

@@ -16,7 +16,7 @@ use crate::math::part::part;
 use crate::optics::screen::Screen;
 use crate::wave::grid::field::Field;
 use crate::wave::grid::heights::{Heights, Stack, normal_cosines};
-use crate::wave::patches::patch::{Band, Patches, Place, Spectrum};
+use crate::wave::patches::patch::{Band, PatchPlace, Patches, Spectrum};
 
 /// What turns a field on a curved screen into patch spectra.
 pub(crate) struct CurvedPatches<'a> {
@@ -142,7 +142,7 @@ impl CurvedPatches<'_> {
     }
 
     /// Heights of the nodes of a patch above its centre.
-    fn above(&self, centre: &Centre, place: &Place) -> Array2<f64> {
+    fn above(&self, centre: &Centre, place: &PatchPlace) -> Array2<f64> {
         let z = part(self.heights.z.view(), place.y.clone(), place.x.clone());
         z.mapv(|z| z - centre.z)
     }

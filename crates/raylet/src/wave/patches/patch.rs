@@ -90,7 +90,7 @@ pub(crate) struct Patches {
 }
 
 /// Where a patch lies: its centre in mm, and the nodes under its window.
-pub(crate) struct Place {
+pub(crate) struct PatchPlace {
     /// The centre, on the screen.
     pub centre: [f64; 2],
     /// Nodes along x.
@@ -143,9 +143,9 @@ impl Patches {
     }
 
     /// Where the patch with this index lies.
-    pub(crate) fn place(&self, index: usize) -> Place {
+    pub(crate) fn place(&self, index: usize) -> PatchPlace {
         let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
-        Place {
+        PatchPlace {
             centre: [self.x.positions.at(jx), self.y.positions.at(jy)],
             x: self.x.rows[jx].0.clone(),
             y: self.y.rows[jy].0.clone(),
