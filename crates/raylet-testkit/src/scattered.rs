@@ -15,18 +15,11 @@ use super::parts::{conic, element, pixel_layer, screen};
 /// Pixels of the element along each side.
 pub const COUNT: usize = 12;
 
-/// A tilted reflecting element, plane or curved (by its curvature in 1/mm), of these pixels, row by row.
-///
-/// # Panics
-///
-/// Unless there are [`COUNT`]² values.
-#[expect(
-    clippy::expect_used,
-    reason = "a test that gives another count is to fail"
-)]
+/// A tilted reflecting element, plane or curved (by its curvature in 1/mm), of these pixels, row by row;
+/// missing ones are zero.
 pub fn tilted_element(curvature: f64, values: &[Complex64]) -> Screen {
-    let values =
-        ndarray::Array2::from_shape_vec((COUNT, COUNT), values.to_vec()).expect("COUNT² values");
+    let value = |(j, i)| values.get(j * COUNT + i).copied().unwrap_or_default();
+    let values = ndarray::Array2::from_shape_fn((COUNT, COUNT), value);
     let mut doe = element(pixel_layer(values, 1.5, PixelForm::Box), Aperture::OPEN);
     doe.reflect = true;
     let frame = Frame::GLOBAL.moved(Vec3::new(1.0, 2.0, 30.0));
