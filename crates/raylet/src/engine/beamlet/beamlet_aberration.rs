@@ -53,7 +53,12 @@ impl Aberration {
 
     /// The factor exp(½ε₃² − 3i m₄) for the beamlet's amplitude; one where the expansion does not hold.
     pub(crate) fn correction(&self) -> Complex64 {
-        if self.eta() > CORRECTABLE {
+        self.correction_up_to(CORRECTABLE)
+    }
+
+    /// The same factor; one where η is larger than `largest`.
+    pub(crate) fn correction_up_to(&self, largest: f64) -> Complex64 {
+        if self.eta() > largest {
             return Complex64::ONE;
         }
         Complex64::from_polar((0.5 * self.cubic).exp(), -3.0 * self.quartic)

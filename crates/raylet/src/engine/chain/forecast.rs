@@ -14,6 +14,7 @@ use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::{Plan, plan as plan_hop};
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::progress::{Cancelled, Reply};
+use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::free::propagate::FreeHop;
@@ -70,6 +71,11 @@ const QUICK: f64 = 20.0;
 
 /// Local bands are taken where they take this many times less.
 const MUCH_LESS: f64 = 2.0;
+
+/// The same two for light that leaves one screen without pixels and meets no other on its way to the sensor, as behind the
+/// stop in front of a lens: no rim diffracts there.
+const QUICK_FIRST: f64 = 5.0;
+const MUCH_LESS_FIRST: f64 = 4.0;
 
 /// Seconds of one core that a sample of a whole field takes, about.
 const SAMPLE_SECONDS: f64 = 2e-7;
@@ -135,18 +141,28 @@ fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Ch
         .iter()
         .map(|(plan, grids)| whole_field_seconds(plan, grids))
         .sum();
-    if settings.method != Method::Auto || seconds < QUICK {
+    let (quick, much_less) = match is_first_and_smooth(system) {
+        true => (QUICK_FIRST, MUCH_LESS_FIRST),
+        false => (QUICK, MUCH_LESS),
+    };
+    if settings.method != Method::Auto || seconds < quick {
         return Chosen::WholeFields(hops);
     }
     let error = settings.shared(system.trains.len()).target_error;
     let bands = local_band_settings(system, settings);
     let found = bands.and_then(|bands| Ok((workload(system, &bands, error)?, bands)));
     match found {
-        Ok((work, bands)) if work.is_accurate && MUCH_LESS * work.seconds < seconds => {
+        Ok((work, bands)) if work.is_accurate && much_less * work.seconds < seconds => {
             Chosen::LocalBands(bands)
         }
         _ => Chosen::WholeFields(hops),
     }
+}
+
+/// Whether the light of the source meets one screen alone, without pixels, and goes from there to the sensor.
+fn is_first_and_smooth(system: &System) -> bool {
+    let pixels = |screen: &Screen| matches!(&screen.act, Act::Doe(doe) if doe.pixels().is_some());
+    system.trains.len() == 1 && !system.screens.iter().any(pixels)
 }
 
 /// Seconds of one core that a hop from a whole field takes, about.

@@ -1,5 +1,7 @@
 //! The beamlets of one window.
 
+use std::f64::consts::PI;
+
 use ndarray::Array2;
 use num_complex::Complex64;
 
@@ -8,10 +10,22 @@ use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::hop_changes::{HopChanges, SentBeamlet};
 use crate::engine::local_bands::hop_statistics::HopStatistics;
 use crate::engine::local_bands::target::TargetRegion;
+use crate::math::erfc::erfc;
+use crate::optics::aperture::Aperture;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::{Arrival, Tail};
 use crate::wave::local_bands::fourier_axis::Modes;
+
+/// Largest η that is corrected. Windows whose centres lie outside an aperture have more aberration there than in their
+/// light. The field of a telephone's lens has errors of 6.3e-4 and 7.0e-4 with 0.15 here, 4.7e-4 and 5.5e-4 with 0.8.
+const CORRECTABLE: f64 = 0.8;
+
+/// Windows farther inside an edge than this, in σ, do not notice it.
+const BESIDE_EDGE: f64 = 3.0;
+
+/// Slopes of the depth inside an edge are differences over this part of σ.
+const SLOPE_STEP: f64 = 0.01;
 
 /// What all windows of a hop share when they send their beamlets.
 pub(crate) struct Emission<'a> {
@@ -25,6 +39,8 @@ pub(crate) struct Emission<'a> {
     pub unit: f64,
     /// Whether the aberration inside beamlets is corrected.
     pub corrected: bool,
+    /// The aperture of the emitting screen.
+    pub aperture: Option<&'a Aperture>,
 }
 
 /// Beamlets that reach the target, with statistics of how they came about.
@@ -139,15 +155,51 @@ impl Emission<'_> {
         kept
     }
 
-    /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet.
+    /// The start of beamlets where the light of a window is: beside an edge not at its centre, but at the mean place of its
+    /// energy, as if the edge were straight and the light even.
+    fn amid_light(&self, start: &ChirpedStart) -> ChirpedStart {
+        let [x, y] = start.carrier.at;
+        let depth = |x: f64, y: f64| self.aperture.map_or(f64::INFINITY, |a| a.depth(x, y));
+        let part = depth(x, y) / start.sigma;
+        if part > BESIDE_EDGE {
+            return *start;
+        }
+
+        // The mean of u over the energy exp(−u²/σ²) that is inside; far outside it tends to the edge itself.
+        let inside = PI.sqrt() * erfc(-part);
+        let aside = match inside > f64::MIN_POSITIVE {
+            true => (-part * part).exp() / inside,
+            false => -part,
+        };
+
+        // Inwards, along the slope of the depth.
+        let step = SLOPE_STEP * start.sigma;
+        let inwards = [
+            depth(x + step, y) - depth(x - step, y),
+            depth(x, y + step) - depth(x, y - step),
+        ];
+        let moved = inwards.map(|slope| aside * start.sigma * slope / (2.0 * step));
+        ChirpedStart {
+            carrier: start.carrier.about([x + moved[0], y + moved[1]]),
+            ..*start
+        }
+    }
+
+    /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet, and counts that which its
+    /// light has.
     fn correct(&self, start: &ChirpedStart, kept: &mut Kept, statistics: &mut HopStatistics) {
         let found = start.aberration(self.hop, kept.strongest.1);
+        let lit = self.amid_light(start);
+        let counted = match lit.carrier == start.carrier {
+            true => found,
+            false => lit.aberration(self.hop, kept.strongest.1),
+        };
         for (tail, energy) in &kept.tails {
-            let there = found.map(|found| found.at_distance(tail.distance));
+            let there = counted.map(|counted| counted.at_distance(tail.distance));
             statistics.tally.add_aberration(there, *energy);
         }
         if let Some(found) = found.filter(|_| self.corrected) {
-            let factor = found.correction();
+            let factor = found.correction_up_to(CORRECTABLE);
             for beamlet in &mut kept.beamlets {
                 beamlet.amplitude *= factor;
             }
@@ -190,6 +242,7 @@ mod tests {
             weakest: 0.2,
             unit: 1.0,
             corrected: true,
+            aperture: None,
         };
         let modes = Modes::between(-0.02, 0.02, 2e-3, 0.0);
         let waves = WindowWaves {

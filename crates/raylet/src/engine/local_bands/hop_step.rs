@@ -336,6 +336,7 @@ impl<'a> HopStep<'a> {
             weakest,
             unit: run.unit(),
             corrected: self.settings.corrected,
+            aperture: self.element.as_ref().map(|element| element.aperture()),
         }
     }
 
