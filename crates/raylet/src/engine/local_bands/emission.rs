@@ -217,11 +217,66 @@ mod tests {
     use crate::engine::local_bands::target::TargetRegion;
     use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{on_axis, open_screen, screen, sensor};
+    use crate::optics::aperture::{Aperture, Outline};
     use crate::optics::frame::Frame;
     use crate::optics::system::Hop;
     use crate::wave::beamlet::wavelet::Arrival;
     use crate::wave::local_bands::carrier::Carrier;
     use crate::wave::local_bands::fourier_axis::Modes;
+
+    /// Beside the edge of a half plane, beamlets are looked at in the mean place of the window's energy that is inside it.
+    #[test]
+    fn the_light_of_a_window_beside_an_edge_is_inside() {
+        let (from, to) = (
+            open_screen(Frame::GLOBAL),
+            screen(on_axis(20.0), sensor(10, 0.02)),
+        );
+        let hop = Hop {
+            wavelength: 0.5e-3,
+            from: &from,
+            train: &[],
+            to: &to,
+        };
+        let target = TargetRegion::of(&to, 0.0, 1e-3).unwrap();
+        let (edge, sigma) = (1.5, 0.05);
+        let aperture = Aperture {
+            outline: Outline::Rectangle {
+                half_x: edge,
+                half_y: 40.0,
+            },
+            centre: [0.0; 2],
+        };
+        let emission = Emission {
+            hop: &hop,
+            target: &target,
+            weakest: 0.2,
+            unit: 1.0,
+            corrected: true,
+            aperture: Some(&aperture),
+        };
+        for part in [-30.0, -4.0, -1.2, 0.0, 0.7, 3.5] {
+            let start = ChirpedStart {
+                carrier: Carrier {
+                    at: [edge - part * sigma, 2.0],
+                    p: [0.01, 0.0],
+                    q: [-0.03, 0.001, -0.02],
+                },
+                sigma,
+            };
+            // Midpoints of the window inside the edge, energies relative to the largest.
+            let [mut energy, mut moment] = [0.0; 2];
+            for n in 0..8000 {
+                let u = -part + (f64::from(n) + 0.5) * 1e-3;
+                let weight = (part.min(0.0).powi(2) - u * u).exp();
+                energy += weight;
+                moment += weight * u;
+            }
+            let [x, y] = emission.amid_light(&start).carrier.at;
+            let exact = start.carrier.at[0] - sigma * moment / energy;
+            assert!((x - exact).abs() < 0.05 * sigma, "{part}: {x} {exact}");
+            assert!((y - 2.0).abs() < 1e-9, "{y}");
+        }
+    }
 
     #[test]
     fn send_dot_product() {
