@@ -49,11 +49,12 @@ does not know it. So it does for the asphere at 3°.
 The expected errors of the achromat and the element behind a strong lens are up to two times too small, that of the metalens
 at 20° two to three times. For the achromat what is missing grows with the square of the window's width.
 
-Off the axis of the double Gauss lens at f/2 the expected error is 60 to 90 times too large: it counts light that the edges of
-the lenses behind the stop send to the sensor as if the beam reached these edges, though it only comes near them. So it does
-behind the lens for a phone with its cubic phase at 35°. There the choice falls on a whole field, which takes longer and more
-memory than the 5 s and 300 MB that local bands keep to. The rows of this lens, of the asphere and of the element behind a
-strong lens are newer than the others, and were measured beside other work: their times are up to three times too long.
+Off the axis of the double Gauss lens at f/2 the expected error is 60 to 90 times too large: nearly all of it is counted for
+the edges of the lenses behind the stop. For the lens of a phone with its cubic phase at 35° it is 300 times too large. At
+35° this lens is carried from a whole field, which takes more time and memory than local bands.
+
+The rows of this lens, of the asphere and of the element behind a strong lens are newer than the others. They were measured
+beside other work: their times are up to three times too long.
 
 Local bands do not carry the light of the Cassegrain telescope well: where they are requested, the error is some 8e-3, and the
 expected one 0.2. The runs of the table carry it by beamlets from a whole field.
