@@ -234,7 +234,7 @@ impl<'a> HopRun<'a> {
             raster,
             values,
         };
-        check.error(self.settings.seed)
+        check.error(self.settings)
     }
 
     fn carry_to_plane(

@@ -52,8 +52,10 @@ pub(crate) fn best_outcome(
         tried,
         best: first.run(system, progress)?,
     };
-    if attempts.may_improve() {
-        attempts.try_tighter()?;
+    if attempts.may_be_repeated() {
+        if attempts.is_aberrated() {
+            attempts.try_tighter()?;
+        }
         attempts.try_looser()?;
     }
     Ok(attempts.best)
@@ -80,15 +82,21 @@ impl Attempts<'_> {
         self.error() > MISSED * self.settings.target_error
     }
 
-    /// Whether other widths may help: they are free, most of the error comes from aberration, and there is memory.
-    fn may_improve(&self) -> bool {
-        let free = self.settings.method == Method::Auto && self.settings.sigma.is_none();
+    /// Whether plans for other targets may help: the target is missed by whole fields, widths are free, and there is memory.
+    fn may_be_repeated(&self) -> bool {
+        let whole = self.tried.iter().all(|choices| !choices.is_empty());
+        let free = whole && self.settings.method == Method::Auto && self.settings.sigma.is_none();
         let room = SPARE * self.best.field.values.len() <= self.settings.samples_allowed();
+        free && room && self.misses()
+    }
+
+    /// Whether most of the error comes from aberration, which other widths have less of.
+    fn is_aberrated(&self) -> bool {
         let budgets = self.best.hops.iter().filter_map(HopReport::budget);
         let aberrated = budgets
             .map(|budget| budget.aberration.hypot(budget.dropped))
             .fold(0.0, f64::hypot);
-        free && room && self.misses() && aberrated > FRAC_1_SQRT_2 * self.error()
+        aberrated > FRAC_1_SQRT_2 * self.error()
     }
 
     /// Tries tighter targets, until one has other widths.
@@ -101,7 +109,8 @@ impl Attempts<'_> {
         Ok(())
     }
 
-    /// Tries looser targets as long as they may help and do.
+    /// Tries looser targets as long as they may help and do. Where no target helps, as where rims make the error, the
+    /// plan for a looser one is kept if it reports less: a tighter target never reports more.
     fn try_looser(&mut self) -> Result<(), SimulateError> {
         let mut factor = LOOSER;
         while self.misses() && factor * self.settings.target_error <= MISSED * self.error() {
