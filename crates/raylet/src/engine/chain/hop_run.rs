@@ -1,5 +1,5 @@
-//! One hop being run: a field behind the first screen to the light before the second. `chain_dot_product_slow` in the
-//! crate's tests holds the way back.
+//! The run of one hop, from the field behind the first screen to the light before the second, and its adjoint.
+//! `chain_dot_product_slow` in the crate's tests checks the adjoint.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -43,7 +43,7 @@ pub(crate) enum HopError {
     Cancelled(#[from] Cancelled),
 }
 
-/// Why there is no way back through a hop.
+/// Why a hop has no adjoint.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub(crate) enum HopAdjointError {
     /// Its method, by the name in scenes, has no adjoint.
@@ -60,19 +60,19 @@ pub(crate) enum HopAdjointError {
 /// A hop with its plan.
 #[derive(Clone, Copy)]
 pub(crate) struct HopRun<'a> {
-    /// Its place in the system.
+    /// Its number in the system, from 0.
     pub number: usize,
     /// Screens and train.
     pub hop: Hop<'a>,
     /// The hop that was planned, if `hop` is a slightly changed one.
     pub planned: Option<Hop<'a>>,
-    /// How it is carried.
+    /// The method by which it is propagated, with its plan.
     pub plan: &'a Plan,
     /// Thresholds.
     pub settings: &'a Settings,
-    /// Where its light goes next.
+    /// The hops behind this one, as far as its directions are kept.
     pub downstream: &'a Downstream<'a>,
-    /// Where beamlets may be kept for the next time, for each level of the second screen.
+    /// Memory that may keep beamlets for the next run of the hop, one for each level of the second screen.
     pub caches: &'a [BeamletCache],
     /// How beamlets are drawn; nothing where all are followed.
     pub draws: Option<Draws>,
@@ -234,7 +234,7 @@ impl<'a> HopRun<'a> {
             raster,
             values,
         };
-        check.error(self.settings)
+        check.error(self.settings.seed)
     }
 
     fn carry_to_plane(

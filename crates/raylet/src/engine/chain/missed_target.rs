@@ -28,8 +28,8 @@ const WORSE: f64 = 1.1;
 const LONGEST: f64 = 20.0;
 const LONGER: f64 = 4.0;
 
-/// An attempt adds a field on the sensor to those of a run: the samples of a sensor for which there is memory, as a share
-/// of those that the limit allows.
+/// An attempt adds a field on the sensor to those of a run: the samples of a sensor for which there is memory, as a
+/// share of those that the limit allows.
 const SPARE: usize = 4;
 
 /// The best outcome of a system: that of the plans for the target error, or of those for another one.
@@ -61,7 +61,7 @@ pub(crate) fn best_outcome(
     Ok(attempts.best)
 }
 
-/// What was tried, and the best of it.
+/// The attempts of a run, with the best outcome so far.
 struct Attempts<'a> {
     system: &'a System,
     settings: &'a Settings,
@@ -82,7 +82,8 @@ impl Attempts<'_> {
         self.error() > MISSED * self.settings.target_error
     }
 
-    /// Whether plans for other targets may help: the target is missed by whole fields, widths are free, and there is memory.
+    /// Whether plans for other targets may help: the target is missed by whole fields, widths are free, and there is
+    /// memory.
     fn may_be_repeated(&self) -> bool {
         let whole = self.tried.iter().all(|choices| !choices.is_empty());
         let free = whole && self.settings.method == Method::Auto && self.settings.sigma.is_none();
@@ -90,7 +91,7 @@ impl Attempts<'_> {
         free && room && self.misses()
     }
 
-    /// Whether most of the error comes from aberration, which other widths have less of.
+    /// Whether most of the error comes from aberration, which is smaller with other widths.
     fn is_aberrated(&self) -> bool {
         let budgets = self.best.hops.iter().filter_map(HopReport::budget);
         let aberrated = budgets
@@ -164,7 +165,7 @@ fn unless_cancelled<T>(result: Result<T, SimulateError>) -> Result<Option<T>, Si
     }
 }
 
-/// What tells the beamlets of a hop from those for other targets.
+/// The choices by which the beamlets of a hop for one target error differ from those for another.
 #[derive(PartialEq)]
 struct Choice {
     /// Their width σ in mm.
@@ -173,8 +174,8 @@ struct Choice {
     correct: bool,
 }
 
-/// The choices of an attempt from whole fields, nothing for a hop without beamlets; of local bands none, whose plans come
-/// from their own forecast.
+/// The choices of an attempt from whole fields, nothing for a hop without beamlets; of local bands none, whose plans
+/// come from their own forecast.
 fn choices(attempt: &Attempt) -> Vec<Option<Choice>> {
     let choice = |(plan, _): &(Plan, Grids)| match plan {
         Plan::Beamlets(plan) => Some(Choice {

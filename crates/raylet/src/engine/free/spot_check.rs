@@ -9,7 +9,6 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::plan::settings::Settings;
 use crate::math::random::{Purpose, pair};
 use crate::math::vec3::Vec3;
 use crate::optics::system::Hop;
@@ -22,10 +21,6 @@ use crate::wave::grid::raster::Raster;
 /// Fewest and most points, and the node–point pairs up to which more than the fewest are taken.
 const POINTS: [usize; 2] = [8, 32];
 const PAIRS: usize = 100_000_000;
-
-/// The smallest error that is reported, as a share of the target error: so few points do not resolve less, and a
-/// tighter target would report more by chance.
-const RESOLVED: f64 = 0.01;
 
 /// Rows of nodes summed at once.
 const ROWS: usize = 64;
@@ -48,23 +43,21 @@ pub(crate) struct SpotCheck<'a> {
 }
 
 impl SpotCheck<'_> {
-    /// The relative error of what was found, at least a hundredth of the target error; nothing through plates, very near
-    /// the screen or in the dark.
-    pub(crate) fn error(&self, settings: &Settings) -> Option<f64> {
+    /// The relative error of what was found; nothing through plates, very near the screen or in the dark.
+    pub(crate) fn error(&self, seed: u64) -> Option<f64> {
         let wavelength = self.hop.wavelength / self.hop.from.index_behind();
         let near = self.nearest()? < NEAR * wavelength;
         let total: f64 = self.values.iter().map(|u| u.norm_sqr()).sum();
         if near || self.free.slabs.len() != 1 || total <= 0.0 {
             return None;
         }
-        let drawn = self.draw(settings.seed, total);
+        let drawn = self.draw(seed, total);
         let points: Vec<[f64; 3]> = drawn.iter().map(|(at, _)| self.point(*at)).collect();
         let sums = self.sums(&points, wavelength);
         let squares = drawn.iter().zip(&sums).map(|(([j, i], chance), sum)| {
             (self.values[[*j, *i]] - sum).norm_sqr() / (chance * drawn.len() as f64)
         });
-        let error = (squares.sum::<f64>() / total).sqrt();
-        Some(error.max(RESOLVED * settings.target_error))
+        Some((squares.sum::<f64>() / total).sqrt())
     }
 
     /// How close the second screen comes to the first.

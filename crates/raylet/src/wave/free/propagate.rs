@@ -40,6 +40,10 @@ pub struct FreeHop {
 /// 10, 1e-5 to 4e-4 with 16, 1e-6 to 7e-5 with 24. With the period of nearer screens alone they are 1e-2 to 1.
 pub const CLEAR: f64 = 13.0;
 
+/// A period for an error below 1e-3 is taken if it is this many times the period for 1e-3. Where it is not, the error
+/// hardly depends on it, and a tighter target does not change it by chance.
+const WIDER: f64 = 1.15;
+
 /// [`FreeHop::clear`] for an error.
 pub(crate) fn clear_for(error: f64) -> f64 {
     (CLEAR + 2.5 * (1e-3 / error).ln()).clamp(6.0, 30.0)
@@ -60,9 +64,9 @@ pub(crate) struct EmittedField<'a> {
 
 /// A parameter of a hop without rays: the same hop with the parameter a little smaller and a little larger.
 pub(crate) struct PerturbedFreeHops {
-    /// With the smaller value.
+    /// The hop with the smaller value.
     pub below: FreeHop,
-    /// With the larger value.
+    /// The hop with the larger value.
     pub above: FreeHop,
     /// The difference of the two values.
     pub distance: f64,
@@ -84,8 +88,11 @@ impl FreeHop {
             let low = to[2 * a] + self.offset[a] - from[2 * a + 1];
             let high = to[2 * a + 1] + self.offset[a] - from[2 * a];
             let span = 0.5 * (high - low).max(0.0) + (0.5 * (high + low)).abs();
-            let period =
-                (self.padding * span).max(2.0 * span + self.clear * (wavelength * depth).sqrt());
+            let scale = (wavelength * depth).sqrt();
+            let cleared = |clear: f64| (self.padding * span).max(2.0 * span + clear * scale);
+            let usual = cleared(self.clear.min(CLEAR));
+            let wider = cleared(self.clear);
+            let period = if wider > WIDER * usual { wider } else { usual };
             // Beyond the direction that lands P − W away nothing is kept.
             let reach = |p: f64| self.landing(p, p * p).unwrap_or(f64::INFINITY);
             let (mut inside, mut outside) = (0.0, lowest);
