@@ -38,7 +38,7 @@ const SHARE: f64 = 0.5;
 const RIM_RAYS: usize = 3000;
 const NEAR_RIM: f64 = 0.15;
 
-/// What becomes of a rim.
+/// How a run treats a rim.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum RimTreatment {
     /// It is a screen, and diffracts.
@@ -52,7 +52,7 @@ pub enum RimTreatment {
 /// The rim of a surface.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Rim {
-    /// Its name: that of its screen, if it is one.
+    /// Name of the rim, which is also that of its screen if it has one.
     pub name: String,
     /// The hop in which its surface stands, of the system in which rims that matter are screens.
     pub hop: usize,
@@ -60,7 +60,7 @@ pub struct Rim {
     pub cut: f64,
     /// Share of that energy which the decision by chief rays puts on the wrong side of the edge.
     pub misplaced: f64,
-    /// What becomes of it.
+    /// How the run treats it.
     pub treatment: RimTreatment,
 }
 
@@ -361,8 +361,8 @@ impl<'a> SurfaceEdge<'a> {
 }
 
 /// The energy that the rim of a surface sends into the box of the target and on to the sensor, of light that meets the
-/// surface near it and does not land there by itself: as the edge of a plane aperture would from where its rays land, on
-/// the way left.
+/// surface near it and does not land there by itself: as the edge of a plane aperture would from where its rays land,
+/// on the way left.
 fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[SourceRay]) -> f64 {
     let surface = rim.surface;
     let Some(to) = open.to.bounds() else {
@@ -376,6 +376,7 @@ fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[Source
     let index = open.to.index;
     let narrowest = (open.wavelength * index / way.max(open.wavelength)).sqrt();
     let width = index * (to[1] - to[0]).hypot(to[3] - to[2]) / way;
+    let travelled = (surface.frame.origin - open.from.frame.origin).norm();
     let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
     let one = |source_ray: &SourceRay| {
         let depth = depth_at_rim(open, rim, source_ray)?;
@@ -393,17 +394,29 @@ fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[Source
             return None;
         }
         let q = (index * beside / way).max(narrowest);
-        let a_length = source_ray.energy / (2.0 * NEAR_RIM * radius);
+        let a_length = source_ray.energy / (NEAR_RIM * radius);
         let towards = |point: [f64; 2]| SourceRay {
             at: point,
             p: [0, 1].map(|a| landing.cosines[a] + index * (point[a] - landing.at[a]) / way),
             energy: 1.0,
         };
         let share = onward.share(to, towards);
-        Some(a_length * share * edge_energy(open.wavelength, q, width))
+        let sent = a_length * share * edge_energy(open.wavelength, q, width);
+        Some((depth, sent * stride as f64))
     };
-    let some = leaving.iter().step_by(stride);
-    some.filter_map(one).sum::<f64>() * stride as f64
+    let some = leaving.iter().step_by(stride).filter_map(one);
+    fainter_side(some, (open.wavelength * travelled).sqrt())
+}
+
+/// The energy on the fainter side of an edge, of light that meets it at these depths inside it: light that ends before the
+/// edge does not reach it. What is nearer to it than light is blurred by diffraction counts on both sides.
+fn fainter_side(light: impl Iterator<Item = (f64, f64)>, blur: f64) -> f64 {
+    let (mut inside, mut outside) = (0.0, 0.0);
+    for (depth, energy) in light {
+        inside += if depth > -blur { energy } else { 0.0 };
+        outside += if depth < blur { energy } else { 0.0 };
+    }
+    f64::min(inside, outside)
 }
 
 /// How far inside a surface's edge a ray meets it.
