@@ -13,7 +13,7 @@ pub fn launch_beamlet(hop: &Hop, at: [f64; 2], p: [f64; 2], sigma: f64) -> Resul
     launch_beamlet_from(&LaunchPlane::new(hop.from, at)?, hop, p, sigma)
 }
 
-/// The same from a launch plane that is known.
+/// [`launch_beamlet`] from a launch plane that is known.
 ///
 /// # Errors
 /// How its chief ray was lost, if it was.

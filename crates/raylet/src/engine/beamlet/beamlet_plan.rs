@@ -6,7 +6,7 @@ use crate::engine::beamlet::beamlet_aberration::aberration;
 use crate::engine::beamlet::beamlet_error::{FARTHEST, TRUSTED_TAIL, WidthErrors};
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::starting_width::starting_width;
-use crate::engine::beamlet::window_error::window_error;
+use crate::engine::error::window_error::window_error;
 use crate::engine::plan::direction_spread::{
     DirectionEnvelope, LightDirections, weighted_quantile,
 };

@@ -18,7 +18,7 @@ const TRIALS: usize = 3;
 
 /// A beamlet as it leaves.
 pub(crate) struct LeavingBeamlet<'a> {
-    /// Where.
+    /// The plane from which it leaves.
     pub launch_plane: &'a LaunchPlane,
     /// Its optical direction cosines on the screen.
     pub p: [f64; 2],
@@ -155,8 +155,8 @@ mod tests {
         landed / (std::f64::consts::PI * sigma * sigma * cosine)
     }
 
-    /// Beamlets far aside of a sensor, in free space: where they are wide and land steeply their Gaussian holds; where
-    /// they are narrow and graze the sensor it is off by up to 60 times, and real rays are within a factor of two.
+    /// Beamlets that land beside a sensor in free space: the Gaussian holds for wide, steep ones. For narrow, grazing ones it
+    /// is wrong by up to 60 times, and real rays are right within a factor of two.
     #[test]
     fn shares_are_those_of_the_wave() {
         for (distance, tilt, p, sigma, beside) in [

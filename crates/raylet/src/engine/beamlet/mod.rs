@@ -13,7 +13,6 @@
 //! | `discarded_tail` | The energy that the tail of a discarded beamlet would bring to the target |
 //! | `mode_histogram` | The energy of all modes by their strength: what a threshold leaves out |
 //! | `starting_width` | The width of beamlets about which others are tried |
-//! | `window_error` | The error of the windows of a beamlet sum, by their distance and period |
 //! | `workload` | What a beamlet plan will take, counted on a few patches |
 
 pub(crate) mod aberration_sample;
@@ -27,5 +26,4 @@ pub(crate) mod beamlet_width;
 pub(crate) mod discarded_tail;
 pub(crate) mod mode_histogram;
 pub(crate) mod starting_width;
-pub(crate) mod window_error;
 pub(crate) mod workload;

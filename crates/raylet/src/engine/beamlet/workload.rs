@@ -6,6 +6,7 @@
 
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::{BeamletPlan, MARGIN, Planner};
+use crate::engine::plan::cost_model::beamlets;
 use crate::engine::trace::direction_search::reach;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::Act;
@@ -21,20 +22,6 @@ pub(crate) struct Workload {
     /// Seconds on one core.
     pub seconds: f64,
 }
-
-/// Seconds of one core, measured with beamlets of three widths through 2 and 10 surfaces of several shapes: for every run, for
-/// each patch, for each beamlet, for each surface that it crosses, for the correction of its aberration (samples on a lattice
-/// serve several beamlets), and for each point at which it is summed.
-const START_SECONDS: f64 = 0.3;
-const PATCH_SECONDS: f64 = 5e-5;
-const BEAMLET_SECONDS: f64 = 1.4e-6;
-const SURFACE_SECONDS: f64 = 2.4e-7;
-const CORRECTION_SECONDS: f64 = 2e-7;
-const VALUE_SECONDS: f64 = 5e-10;
-
-/// A surface that is met by iteration takes as long as this many conics, one with terms of any kind as this many.
-const ITERATED: f64 = 2.0;
-const FREEFORM: f64 = 3.5;
 
 /// Patches looked at along each axis, and directions of each.
 const PATCHES: usize = 8;
@@ -72,12 +59,12 @@ impl Planner<'_> {
 
         // The rest of the patches are like these.
         let scale = (x.count * y.count) as f64 / sample.patches.max(1.0);
-        let patches = sample.lit * PATCH_SECONDS;
+        let patches = sample.lit * beamlets::PATCH;
         let values = sample.values / sample.rays.max(1.0);
-        let beamlets = sample.rays * self.seconds_of_beamlet(plan.correct, values);
+        let rays = sample.rays * self.seconds_of_beamlet(plan.correct, values);
         Workload {
             rays: scale * sample.rays,
-            seconds: START_SECONDS + scale * (patches + beamlets),
+            seconds: beamlets::HOP + scale * (patches + rays),
         }
     }
 
@@ -85,12 +72,13 @@ impl Planner<'_> {
     pub(crate) fn seconds_of_beamlet(&self, correct: bool, values: f64) -> f64 {
         let as_conics = |surface: &Surface| match surface.shape {
             Shape::Plane | Shape::Conic(_) => 1.0,
-            Shape::Asphere { .. } | Shape::Biconic(_) | Shape::Toroid(_) => ITERATED,
-            Shape::Freeform { .. } => FREEFORM,
+            Shape::Asphere { .. } | Shape::Biconic(_) | Shape::Toroid(_) => beamlets::ITERATED,
+            Shape::Freeform { .. } => beamlets::FREEFORM,
         };
         let surfaces: f64 = self.hop.train.iter().map(as_conics).sum();
-        let correction = if correct { CORRECTION_SECONDS } else { 0.0 };
-        BEAMLET_SECONDS + correction + surfaces * SURFACE_SECONDS + values * VALUE_SECONDS
+        let correction = if correct { beamlets::CORRECTION } else { 0.0 };
+        let crossed = surfaces * beamlets::SURFACE;
+        beamlets::BEAMLET + correction + crossed + values * beamlets::VALUE
     }
 
     /// Adds one patch to a sample.

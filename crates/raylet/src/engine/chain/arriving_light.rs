@@ -64,13 +64,13 @@ pub(crate) fn chief(hop: &Hop, chief: [f64; 2]) -> [f64; 2] {
     }
 }
 
-/// What the light is when it arrives at a screen.
+/// The light that arrives at a screen: its field, and its directions.
 pub struct Arriving {
     /// The field as summed before the screen acts; nothing on the first screen, which the source lights.
     pub sum: Option<HeightStack>,
-    /// Its directions, roughly.
+    /// Its directions, roughly: the chief direction and the usual spread about it.
     pub directions: LightDirections,
-    /// Its largest |p| along x and y.
+    /// Its largest optical direction cosines |p| along x and y.
     pub reach: [f64; 2],
 }
 

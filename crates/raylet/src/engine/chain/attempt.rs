@@ -1,4 +1,4 @@
-//! One attempt to carry the light of a system: its rims, who carries the light, and the run.
+//! One attempt to propagate the light of a system: its rims, the method that propagates the light, and the run.
 
 use crate::engine::chain::forecast::{Chosen, Grids, choose};
 use crate::engine::chain::local_band_run::run_local_bands;
@@ -15,7 +15,7 @@ use crate::optics::system::{Hop, System};
 pub(crate) struct Attempt {
     /// The system with a screen at every rim that matters.
     rimmed: Rimmed,
-    /// Who carries its light.
+    /// The method that propagates its light.
     chosen: Chosen,
     /// The choices that it was planned with, its target error among them.
     settings: Settings,

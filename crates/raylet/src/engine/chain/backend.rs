@@ -29,11 +29,11 @@ pub(crate) struct Job<'a> {
     pub plan: &'a BeamletPlan,
     /// Thresholds.
     pub settings: &'a Settings,
-    /// Where its light goes next.
+    /// The hops behind this one, as far as its directions are kept.
     pub downstream: &'a Downstream<'a>,
-    /// Where its beamlets may be kept for the next time.
+    /// Memory that may keep its beamlets for the next run of the hop.
     pub cache: Option<&'a BeamletCache>,
-    /// How they are drawn, with the hop's number; nothing where all are followed.
+    /// How beamlets are drawn, with the number of the hop; `None` where all are followed.
     pub draws: Option<(Draws, u32)>,
 }
 
@@ -52,7 +52,7 @@ impl<'a> Job<'a> {
     }
 }
 
-/// What the way back through a hop adds to.
+/// The sums to which the adjoint of a hop adds.
 pub(crate) struct AdjointSums<'a> {
     /// Cotangent of the field at the nodes of the first screen, [y, x].
     pub from_bar: &'a mut Array2<Complex64>,
@@ -82,9 +82,9 @@ pub(crate) trait Backend {
         progress: &ShareDone,
     ) -> Result<Tally, Cancelled>;
 
-    /// The conjugate transpose of [`Backend::carry`], held by `chain_dot_product_slow` in the crate's tests: adds what a
-    /// range of patches gives back. The values of `from` only show which modes were too weak, and on what
-    /// the parameters act.
+    /// The conjugate transpose of [`Backend::carry`], held by `chain_dot_product_slow` in the crate's tests: adds what
+    /// a range of patches gives back. The values of `from` only show which modes were too weak, and on what the
+    /// parameters act.
     ///
     /// # Errors
     /// When the pulse of `back` cancels the work.

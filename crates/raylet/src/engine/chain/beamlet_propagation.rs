@@ -2,7 +2,8 @@
 //!
 //! Patches are taken in chunks of fixed size: their spectra and rays in parallel, then the sum over the
 //! chunk in parallel over rows. Memory is one chunk of arrivals, whatever the number of rays, and the
-//! result has the same bits for any number of threads. `chain_dot_product_slow` in the crate's tests holds the way back.
+//! result has the same bits for any number of threads. The adjoint stands beside the forward step;
+//! `chain_dot_product_slow` in the crate's tests checks it.
 
 use std::borrow::Cow;
 use std::ops::Range;
@@ -109,7 +110,7 @@ impl Backend for BeamletPropagation {
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
         let mut done = 0;
         while done < patches.len() {
-            // The beamlets of the way there, traced again unless they are kept.
+            // The beamlets of the forward pass, traced again unless they are kept.
             let first = patches.start + done;
             let last = (first + chunk).min(patches.end);
             let all: Vec<Cow<_>> = (first..last)
@@ -147,7 +148,7 @@ impl Backend for BeamletPropagation {
     }
 }
 
-/// The beamlets that the way there followed, found again for the way back.
+/// The beamlets that the forward pass followed, for the adjoint: kept, or traced again.
 struct KeptBeamlets<'a> {
     cutter: &'a Cutter<'a>,
     to: &'a Canvas,
@@ -178,7 +179,7 @@ impl<'a> KeptBeamlets<'a> {
         }
     }
 
-    /// Those of one patch.
+    /// The beamlets of one patch.
     fn of(&self, index: usize) -> Option<Cow<'a, PatchBeamlets>> {
         let (cutter, to) = (self.cutter, self.to);
         if cutter.job.draws.is_some() {
@@ -195,7 +196,7 @@ impl<'a> KeptBeamlets<'a> {
         }
     }
 
-    /// Those of one patch whose modes are strong, by its spectrum: computed once for the patch, as it may take long.
+    /// The beamlets of one patch whose modes are strong. Its spectrum is computed once, because that may take long.
     fn strong(&self, index: usize, spectrum: &Spectrum) -> Option<PatchBeamlets> {
         let is_strong = |place: [usize; 2]| spectrum.coefficients[place].norm_sqr() >= self.floor;
         match self.cached {
@@ -311,7 +312,7 @@ fn draw(job: &Job, patch: usize, spectrum: &Spectrum, to: &Canvas) -> (Vec<Arriv
     (arrivals, tally)
 }
 
-/// The beamlets of one patch that its draws need on the way back: those drawn, or all where each is compared.
+/// The beamlets of one patch that the adjoint of its draws needs: those drawn, or all where each is compared.
 fn drawn(cutter: &Cutter, kept: &Kept, index: usize, to: &Canvas) -> Option<PatchBeamlets> {
     let draws = cutter.job.draws_of(index)?;
     if let Drawing::Gumbel { .. } = draws.draws.drawing {
@@ -372,7 +373,7 @@ fn varied_hops<'a>(job: &Job<'a>, perturbed: &[PerturbedHops<'a>]) -> Vec<Varied
     blocks.map(|block| VariedHop::new(job.hop, block)).collect()
 }
 
-/// What one patch gives back: to the nodes under its window, and to all parameters.
+/// The adjoint of one patch: cotangents of the nodes under its window, [y, x], and derivatives by all parameters.
 fn give_back(
     cutter: &Cutter,
     kept: &Kept,

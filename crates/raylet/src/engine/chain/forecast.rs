@@ -8,6 +8,7 @@ use crate::engine::local_bands::carry::planned;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::workload::workload;
+use crate::engine::plan::cost_model::whole_field;
 use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_method::HopMethod;
@@ -23,7 +24,7 @@ use crate::wave::grid::sampling::{Reach, plan_grid};
 /// One hop as it would be run.
 #[derive(Clone, Debug)]
 pub struct Forecast {
-    /// How it is carried.
+    /// Its method, with the plan.
     pub method: HopMethod,
     /// The samples of whole fields; nothing for local bands, which have none.
     pub grids: Option<Grids>,
@@ -32,9 +33,9 @@ pub struct Forecast {
 /// Samples of the whole fields of a hop.
 #[derive(Clone, Copy, Debug)]
 pub struct Grids {
-    /// Of the field on its first screen, [ny, nx].
+    /// Samples of the field on its first screen, [ny, nx].
     pub samples: [usize; 2],
-    /// Summed on its second screen, [ny, nx].
+    /// Points on its second screen where the field is summed, [ny, nx].
     pub sums: [usize; 2],
 }
 
@@ -64,35 +65,33 @@ impl Forecast {
     }
 }
 
-/// Whole fields that take less than these seconds of one core are not compared with local bands. Where rims of small lenses
-/// diffract, local bands take longer than their forecast and are less exact: behind a lens of 100 λ with pixels of 2 λ, 22 s
-/// and an error of 1.6e-3 instead of 11 s and 5.0e-4.
+/// Whole fields that take less than these seconds of one core are not compared with local bands. Where rims of small
+/// lenses diffract, local bands take longer than their forecast and are less exact: behind a lens of 100 λ with pixels
+/// of 2 λ, 22 s and an error of 1.6e-3 instead of 11 s and 5.0e-4.
 const QUICK: f64 = 20.0;
 
 /// Local bands are taken where they take this many times less.
 const MUCH_LESS: f64 = 2.0;
 
-/// The same two for light that leaves one screen without pixels and meets no other on its way to the sensor, as behind the
-/// stop in front of a lens: no rim diffracts there.
+/// [`QUICK`] and [`MUCH_LESS`] for light that leaves one screen without pixels and meets no other on its way to the
+/// sensor, as behind the stop in front of a lens: no rim diffracts there.
 const QUICK_FIRST: f64 = 5.0;
 const MUCH_LESS_FIRST: f64 = 4.0;
-
-/// Seconds of one core that a sample of a whole field takes, about.
-const SAMPLE_SECONDS: f64 = 2e-7;
 
 /// Whether a hop without rays, given with its number, has none either where the system varies.
 pub(crate) type StaysFree<'a> = dyn Fn(usize, &Hop, &FreeHop) -> bool + 'a;
 
-/// Who carries the light of a system.
+/// The method that propagates the light of a system.
 pub(crate) enum Chosen {
-    /// The plan of each hop from a whole field, and its samples.
+    /// By whole fields: for each hop its plan and the size of its grids.
     WholeFields(Vec<(Plan, Grids)>),
-    /// Local bands with these settings.
+    /// By local bands, with these settings.
     LocalBands(LocalBandSettings),
 }
 
 /// Chooses for a system in which rims that matter are screens: local bands where they are requested, where an
-/// element has two media, where they take much less time, and where a whole field does not fit into memory; `progress` is called before each hop is planned.
+/// element has two media, where they take much less time, and where a whole field does not fit into memory; `progress`
+/// is called before each hop is planned.
 ///
 /// # Errors
 /// As [`simulate`](crate::engine::chain::simulate::simulate), except that light which does not arrive is no error.
@@ -104,7 +103,7 @@ pub(crate) fn choose<R: Reply>(
     choose_with(system, settings, &|_, _, _| true, progress)
 }
 
-/// The same; a hop without rays is carried by beamlets where `stays` says no: where its screens may tilt.
+/// [`choose`], but a hop without rays is propagated by beamlets where `stays` is false: where its screens may tilt.
 ///
 /// # Errors
 /// As [`choose`].
@@ -172,7 +171,7 @@ pub(crate) fn whole_field_seconds(plan: &Plan, grids: &Grids) -> f64 {
         Plan::Beamlets(plan) => plan.seconds,
         Plan::Free(..) | Plan::Planes(_) | Plan::Paper(_) => 0.0,
     };
-    rays + (count(grids.samples) + count(grids.sums)) * SAMPLE_SECONDS
+    rays + (count(grids.samples) + count(grids.sums)) * whole_field::SAMPLE
 }
 
 /// Every hop of a system as it would be run.

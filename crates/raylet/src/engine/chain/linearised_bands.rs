@@ -1,7 +1,7 @@
 //! A system whose windows are chosen once: light through it by local bands, many times, and gradients back.
 //!
-//! The way there keeps the beamlets on each screen; the way back plans each tile again. Window widths are frozen; carriers and
-//! plane waves are found again for each system, which changes the field by no more than what is dropped.
+//! The forward pass keeps the beamlets on each screen; the adjoint plans each tile again. Window widths are frozen;
+//! carriers and plane waves are found again for each system, which changes the field by no more than what is dropped.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -23,13 +23,13 @@ use crate::wave::grid::field::Field;
 /// The frozen choices of a system: the windows of its screens.
 #[derive(Clone, Debug)]
 pub(crate) struct LinearisedBands {
-    /// What was planned, with screens at rims.
+    /// The system that was planned, with a screen at every rim that matters.
     pub planned: Rimmed,
-    /// Its windows.
+    /// The widths of its windows and the other settings of local bands.
     pub settings: LocalBandSettings,
 }
 
-/// What the way back starts from.
+/// The input of the adjoint: the cotangent of the field on the sensor, and the parameters.
 pub(crate) struct SensorCotangent<'a> {
     /// ∂L/∂Re U + i ∂L/∂Im U at the sensor's pixels, [y, x].
     pub field_bar: &'a Array2<Complex64>,
@@ -40,8 +40,8 @@ pub(crate) struct SensorCotangent<'a> {
 }
 
 impl LinearisedBands {
-    /// Carries the light of a system with the same screens and trains as the one that was planned; the pulse is called after
-    /// each chunk of work.
+    /// Carries the light of a system with the same screens and trains as the one that was planned; the pulse is called
+    /// after each chunk of work.
     ///
     /// # Errors
     /// As [`crate::engine::chain::simulate::simulate`]; when the pulse cancels the work.

@@ -1,6 +1,6 @@
 //! A system whose whole fields are planned once: light through it many times, and gradients back.
 //!
-//! The way there keeps the field on each screen, before and behind it; the way back traces the rays again,
+//! The forward pass keeps the field on each screen, before and behind it; the adjoint traces the rays again,
 //! chunk by chunk. Memory is that of the screens, whatever the number of rays; where the beamlets of the planned
 //! system fit into an eighth of the memory limit they are kept, which changes no bit of a result. Plans are
 //! frozen so that what is differentiated is one fixed, smooth function.
@@ -65,8 +65,8 @@ impl LinearisedFields {
         Ok(linearised)
     }
 
-    /// The same, with beamlets drawn instead of followed all: an estimate of the field, and of the pixels'
-    /// gradient with the draws held constant. Free hops stay exact.
+    /// This system with beamlets drawn at random instead of followed all. It gives an estimate of the field, and of the
+    /// gradient by the pixels with the draws held constant. Free hops stay exact.
     pub(crate) fn drawn(&self, draws: Draws) -> Self {
         Self {
             draws: Some(draws),
@@ -90,8 +90,8 @@ impl LinearisedFields {
         &self.plans
     }
 
-    /// Carries the light of a system with the same screens and trains as the one that was planned; the pulse is called after
-    /// each chunk of work.
+    /// Carries the light of a system with the same screens and trains as the one that was planned; the pulse is called
+    /// after each chunk of work.
     ///
     /// # Errors
     /// As [`crate::engine::chain::simulate::simulate`]; when the system is not like the one that was planned; when the

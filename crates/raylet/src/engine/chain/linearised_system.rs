@@ -28,7 +28,7 @@ pub struct LinearisedSystem {
     way: Way,
 }
 
-/// Who carries the light.
+/// The method that propagates the light: from whole fields, or by local bands.
 #[derive(Clone, Debug)]
 enum Way {
     Fields(LinearisedFields),
@@ -48,7 +48,7 @@ impl LinearisedSystem {
         Self::new_with(system, variations, settings, &uncancelled)
     }
 
-    /// The same, with a pulse that is called before each hop is planned.
+    /// [`LinearisedSystem::new`] with a pulse, which is called before each hop is planned.
     ///
     /// # Errors
     /// As [`LinearisedSystem::new`]; when the pulse cancels the work.
@@ -81,8 +81,8 @@ impl LinearisedSystem {
         Ok(Self { way })
     }
 
-    /// The same, with beamlets drawn instead of followed all: an estimate of the field, and of the pixels'
-    /// gradient with the draws held constant. Free hops stay exact, and local bands follow all beamlets.
+    /// This system with beamlets drawn at random instead of followed all. It gives an estimate of the field, and of the
+    /// gradient by the pixels with the draws held constant. Free hops stay exact, and local bands follow all beamlets.
     pub fn drawn(&self, draws: Draws) -> Self {
         let way = match &self.way {
             Way::Fields(fields) => Way::Fields(fields.drawn(draws)),
@@ -99,7 +99,8 @@ impl LinearisedSystem {
         }
     }
 
-    /// Carries the light of a system with the same screens and trains as the one that was planned.
+    /// Propagates the light of a system with the same screens and trains as the one that was planned. The record holds
+    /// the field on the sensor.
     ///
     /// # Errors
     /// As [`crate::engine::chain::simulate::simulate`]; when the system is not like the one that was planned.
@@ -107,7 +108,7 @@ impl LinearisedSystem {
         self.forward_with(system, &uncancelled)
     }
 
-    /// The same, with a pulse that is called after each chunk of work.
+    /// [`LinearisedSystem::forward`] with a pulse, which is called after each chunk of work.
     ///
     /// # Errors
     /// As [`LinearisedSystem::forward`]; when the pulse cancels the work.
@@ -137,7 +138,7 @@ impl LinearisedSystem {
         self.adjoint_with(system, variations, trace, field_bar, &uncancelled)
     }
 
-    /// The same, with a pulse that is called after each chunk of work.
+    /// [`LinearisedSystem::adjoint`] with a pulse, which is called after each chunk of work.
     ///
     /// # Errors
     /// As [`LinearisedSystem::forward`]; when the pulse cancels the work.
@@ -166,8 +167,8 @@ impl LinearisedSystem {
     /// The light of a system of one hop, before and behind its element.
     ///
     /// # Errors
-    /// [`LinearisedSystemError::ControlVariate`] for more, [`LinearisedSystemError::LocalBands`] without whole fields; as
-    /// [`LinearisedSystem::forward`].
+    /// [`LinearisedSystemError::ControlVariate`] for more, [`LinearisedSystemError::LocalBands`] without whole fields;
+    /// as [`LinearisedSystem::forward`].
     pub fn pass(&self, system: &System) -> Result<ScreenFields, LinearisedSystemError> {
         self.fields()?.pass(system)
     }

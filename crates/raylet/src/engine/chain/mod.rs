@@ -3,13 +3,13 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | [`arriving_light`] | The light that arrives at a screen as a whole field, and its grids |
-//! | `attempt` | One attempt to carry the light of a system: its rims, who carries the light, and the run |
+//! | `attempt` | One attempt to propagate the light of a system: its rims, its method, and the run |
 //! | `backend` | The interface between fields and rays: everything that crosses it adds |
 //! | [`control_variate`] | A control variate for drawn beamlets: only the change since an exact run is estimated |
 //! | `beamlet_propagation` | The backend that carries beamlets of a range of patches on the threads of this machine |
-//! | [`forward_pass`] | The light that a run keeps for the way back, and the gradient that this finds |
+//! | [`forward_pass`] | The record of a forward pass, which the adjoint reads, and the gradient |
 //! | [`forecast`] | What a run will take: plans, samples and memory of every hop |
-//! | `hop_run` | One hop being run, from the field behind the first screen to the light before the second |
+//! | `hop_run` | The run of one hop, from the field behind the first screen to the light before the second |
 //! | [`local_band_run`] | A whole run by local bands |
 //! | `linearised_bands` | Fields and gradients of a system with frozen windows, by local bands |
 //! | `linearised_fields` | Fields and gradients of a system with frozen plans of whole fields |

@@ -13,12 +13,12 @@ use crate::engine::rims::rim_screens::Rimmed;
 use crate::optics::system::System;
 use crate::wave::grid::field::Field;
 
-/// What one hop did.
+/// The report on one hop of a run.
 #[derive(Clone, Debug)]
 pub struct HopReport {
     /// Names of its screens.
     pub screens: [String; 2],
-    /// How it was carried.
+    /// Its method, with the plan.
     pub method: HopMethod,
     /// Rays and energy by fate.
     pub tally: Tally,
@@ -32,7 +32,7 @@ pub struct HopReport {
 }
 
 impl HopReport {
-    /// What its error is expected to be, by cause; nothing of a method whose errors are not estimated.
+    /// The expected error of the hop, by cause; `None` for a method whose errors are not estimated.
     pub fn budget(&self) -> Option<ErrorBudget> {
         ErrorBudget::of(&self.method, &self.tally)
     }
@@ -46,7 +46,7 @@ pub struct Outcome {
     /// Standard error of the field at each of them, indexed [y, x], where the last hop drew rays at random:
     /// what that hop adds. Its real and imaginary parts each have this over √2.
     pub standard_error: Option<Array2<f64>>,
-    /// What each hop did.
+    /// The report on each hop.
     pub hops: Vec<HopReport>,
     /// The system as it was run, with a screen at every rim that matters, and all rims.
     pub rimmed: Rimmed,
@@ -62,10 +62,10 @@ impl Outcome {
     }
 }
 
-/// How far a run has come.
+/// The progress of a run, for a callback.
 #[derive(Clone, Copy, Debug)]
 pub struct Progress<'a> {
-    /// Which attempt it is: 0, then 1 and so on where the target error was missed.
+    /// Number of the attempt: 0 for the first, 1 and more where the target error was missed.
     pub attempt: usize,
     /// Index of the hop.
     pub hop: usize,
@@ -80,7 +80,7 @@ pub struct Progress<'a> {
 }
 
 impl<'a> Progress<'a> {
-    /// Which attempt it is, to stand behind the name of a screen: " (attempt 2)", or nothing for the first.
+    /// A note that follows the name of a screen in messages: " (attempt 2)" for a second attempt, "" for the first.
     pub fn attempt_note(&self) -> String {
         match self.attempt {
             0 => String::new(),

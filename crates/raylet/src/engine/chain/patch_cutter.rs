@@ -1,5 +1,5 @@
-//! The patches of a field that beamlets carry: their places, spectra and modes. `chain_dot_product_slow` in the crate's tests
-//! holds the way back.
+//! The patches of a field that beamlets carry: their places, spectra and modes. The adjoint stands beside the forward
+//! step; `chain_dot_product_slow` in the crate's tests checks it.
 
 use std::ops::Range;
 

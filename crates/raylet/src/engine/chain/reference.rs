@@ -34,7 +34,7 @@ pub const PADDING: f64 = 8.0;
 const PIXEL_FINENESS: f64 = 1.5;
 const EDGE_FINENESS: f64 = 8.0;
 
-/// What a user may choose about a reference.
+/// The choices of a user for a reference.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct ReferenceOptions {
     /// The method.
@@ -121,14 +121,14 @@ fn span(hours: f64) -> String {
     format!("{value:.1} {unit}")
 }
 
-/// What one step of a reference did.
+/// The report on one step of a reference.
 #[derive(Clone, Debug, PartialEq)]
 pub struct ReferenceStep {
     /// Names of its first and last screen.
     pub screens: [String; 2],
-    /// Its method.
+    /// Method of the step.
     pub approach: Approach,
-    /// What the method leaves out, in words; empty when nothing.
+    /// Effects that the method leaves out, in words; empty if there are none.
     pub neglects: &'static str,
     /// Samples of the field on the first screen [ny, nx]; zero where no field is needed.
     pub samples: [usize; 2],
@@ -148,7 +148,7 @@ pub struct ReferenceStep {
 pub struct Reference {
     /// Complex field at the sensor's pixel centres.
     pub field: Field,
-    /// What was done, from the source to the sensor.
+    /// The steps of the reference, from the source to the sensor.
     pub steps: Vec<ReferenceStep>,
 }
 
@@ -175,7 +175,7 @@ type Listener<'a> = dyn Fn(Progress) -> ControlFlow<()> + 'a;
 /// Called with the share of a hop that is done; it may cancel the hop.
 type HopListener<'a> = dyn Fn(f64) -> Result<(), Cancelled> + 'a;
 
-/// The same, whatever values the field has.
+/// [`reference`] without the check that the field is finite.
 fn by_routes(
     system: &System,
     settings: &Settings,

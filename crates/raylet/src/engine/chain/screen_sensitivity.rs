@@ -11,7 +11,7 @@ use crate::optics::system::System;
 use crate::wave::grid::field::Field;
 use crate::wave::grid::sampling::act;
 
-/// What a run leaves on one screen.
+/// The whole fields of a run on one screen, before and behind it.
 #[derive(Clone, Debug)]
 pub struct ScreenFields {
     /// The field that arrived, at the nodes.

@@ -1,7 +1,7 @@
 //! The error budget of a hop: what to expect from each cause, and altogether.
 
-use crate::engine::beamlet::window_error::interpolated;
 use crate::engine::error::tally::Tally;
+use crate::engine::error::window_error::interpolated;
 use crate::engine::local_bands::settings::LocalBandPlan;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;

@@ -7,9 +7,11 @@
 //! | `lost_light` | Where the light goes that no beamlet follows |
 //! | `run_warnings` | What a user must know of a result |
 //! | [`tally`] | Rays and energy of a hop by fate |
+//! | `window_error` | The error of the windows of a beamlet sum, by their distance and period |
 
 pub mod advice;
 pub mod error_budget;
 pub(crate) mod lost_light;
 pub(crate) mod run_warnings;
 pub mod tally;
+pub(crate) mod window_error;

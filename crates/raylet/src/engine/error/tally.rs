@@ -5,7 +5,7 @@ use ndarray::Array2;
 use crate::engine::beamlet::beamlet_aberration::Aberration;
 use crate::optics::ray::Loss;
 
-/// What became of a ray or of a share of the energy.
+/// The fate of a ray, or of a share of the energy.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Fate {
     /// It reached the target.
@@ -92,7 +92,8 @@ pub struct Tally {
     pub aberration: Aberrations,
     /// Energy of tails that fall on the target and are left out, because the beamlets are too aberrated there.
     pub untrusted: f64,
-    /// The share of the light behind the first screen that reaches the sensor, where it goes there as it came.
+    /// Share of the light behind the first screen that reaches the sensor; `None` where a screen between changes
+    /// directions.
     pub landed: Option<f64>,
     /// The error to expect from rims: from that where the hop begins, if it begins at one, and from those
     /// whose light was cut ray by ray.
@@ -226,8 +227,8 @@ impl Tally {
             .map(|[variance, square]| ratio(variance.max(0.0), square).sqrt())
     }
 
-    /// √ of the share of the energy in modes below the threshold, where the modes that are followed land beside the target
-    /// as often as the others would.
+    /// √ of the share of the energy in modes below the threshold, where the modes that are followed land beside the
+    /// target as often as the others would.
     pub(crate) fn dropped_of_followed(&self) -> f64 {
         let followed = self.total_energy();
         ratio(self.energy[Fate::Weak.place()], followed).sqrt()

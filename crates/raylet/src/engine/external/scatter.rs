@@ -32,9 +32,9 @@ use crate::wave::patches::window_coverage::window_coverage;
 /// Cotangents of what secondary rays are made from.
 #[derive(Clone, Debug)]
 pub struct ScatterBar {
-    /// Of the element's transmission at its nodes ([`Scatter::grid`]), indexed [y, x].
+    /// Cotangent of the element's transmission at its nodes ([`Scatter::grid`]), indexed [y, x].
     pub transmission: Array2<Complex64>,
-    /// Of the complex amplitude of every arriving ray.
+    /// Cotangent of the complex amplitude of each arriving ray.
     pub weight: Vec<Complex64>,
 }
 
@@ -179,8 +179,8 @@ impl<'a> Scatter<'a> {
         all.filter_map(strongest).reduce(|| 0.0, f64::max)
     }
 
-    /// The secondary rays of some of the arriving rays; what does not propagate, is not to be followed, too weak or
-    /// not drawn is left out. The same for any number of threads and any division into ranges.
+    /// The secondary rays of some of the arriving rays. Modes that do not propagate, are not to be followed, are too
+    /// weak or were not drawn are left out. The same for any number of threads and any division into ranges.
     pub fn scatter(&self, rays: Range<usize>) -> SecondaryRays {
         let parts: Vec<(SecondaryRays, [f64; 2])> = (rays.start..rays.end.min(self.hits.len()))
             .into_par_iter()
@@ -189,7 +189,7 @@ impl<'a> Scatter<'a> {
         SecondaryRays::gathered(parts)
     }
 
-    /// The same for all rays, as long as there are no more than `most`; the pulse is called for each arriving ray.
+    /// The secondary rays of all arriving rays, if there are at most `most`; the pulse is called for each arriving ray.
     ///
     /// # Errors
     /// More secondary rays than that, or a pulse that cancels the work.
@@ -261,8 +261,8 @@ impl<'a> Scatter<'a> {
         Some((part, energy))
     }
 
-    /// The weights that the same rays would have with this element and these amplitudes: rays chosen once
-    /// and held, as line searches and finite differences want them.
+    /// The complex weights of given secondary rays, with this element and these amplitudes of the arriving rays: one
+    /// weight for each secondary ray. The rays are not chosen again, as line searches and finite differences need it.
     ///
     /// # Errors
     /// When the rays are no secondary rays of these arriving rays.
@@ -288,9 +288,9 @@ impl<'a> Scatter<'a> {
         Ok(weights.into_iter().flatten().collect())
     }
 
-    /// The conjugate transpose of [`Scatter::weigh`]: cotangents of the element and of the arriving
-    /// amplitudes, given those of the secondary weights. Which modes were chosen, and how probable that was,
-    /// is held constant; where nothing was drawn at random it is the exact transpose of what was kept.
+    /// The conjugate transpose of [`Scatter::weigh`]: from the cotangents of the secondary weights to those of the
+    /// element and of the arriving amplitudes. The choice of modes and its probabilities are held constant. Where
+    /// nothing was drawn at random, it is the exact transpose for the modes that were kept.
     ///
     /// # Errors
     /// When the rays are no secondary rays of these arriving rays, or there is not one cotangent for each.
@@ -326,7 +326,7 @@ impl<'a> Scatter<'a> {
         Ok(bar)
     }
 
-    /// What the rays of one patch give back to its nodes and to its amplitude.
+    /// The adjoint of one patch: its spectrum, and the cotangents of its nodes, [y, x], and of the arriving amplitude.
     fn give_back(
         &self,
         secondary: &SecondaryRays,

@@ -8,7 +8,7 @@ use crate::wave::grid::transmission::NoPixels;
 use crate::wave::patches::local_spectrum::Window;
 use crate::wave::patches::window::Synthesis;
 
-/// How patches share the element's area.
+/// The area of the element that each ray represents.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Coverage {
     /// The element is divided by what the windows of all rays add up to at each of its points, so any
@@ -25,36 +25,36 @@ pub struct Drawing {
     pub sampler: Sampler,
     /// Most modes drawn at each ray.
     pub most: usize,
-    /// Seed; ray number and draw number do the rest.
+    /// Seed; each random number follows from it, the number of the ray and the number of the draw.
     pub seed: u64,
 }
 
 /// The choices of a scattering.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Scattering {
-    /// What patches are cut out with.
+    /// Window by which the light of a patch is multiplied.
     pub window: Window,
     /// Period of a patch in mm: directions are λ/period apart, and copies of what a patch sends, a period
     /// apart, must miss the target or be damped by the window.
     pub period: f64,
-    /// What arrives puts the patches together again: beamlets, each with its window, or plane waves.
+    /// How the arriving rays are summed again: as beamlets, each with its window, or as plane waves.
     pub synthesis: Synthesis,
-    /// How patches share the area.
+    /// The area that each ray represents.
     pub coverage: Coverage,
     /// Directions to follow, as optical cosines on the element's x and y axes `[x_low, x_high, y_low,
     /// y_high]`; all when absent.
     pub towards: Option<[f64; 4]>,
     /// Modes weaker than this share of the strongest of all rays are dropped.
     pub threshold: f64,
-    /// Which of the rest become rays.
+    /// Which of the other modes become rays.
     pub drawing: Drawing,
     /// Most sample points of the element.
     pub samples: usize,
 }
 
 impl Scattering {
-    /// For beamlets of width σ mm: period 6σ, coverage divided out, |c| above 10⁻³ of the strongest.
-    /// Positions 1.5σ apart give 10⁻³ of the field.
+    /// Settings for beamlets of width σ in mm: period 6σ, coverage divided out, modes above 10⁻³ of the strongest.
+    /// With arriving rays 1.5σ apart, the error is 10⁻³ of the field.
     pub fn beamlets(sigma: f64) -> Self {
         Self {
             window: Window::Gaussian { sigma },
@@ -72,7 +72,7 @@ impl Scattering {
         }
     }
 
-    /// The same for plane waves, on patches of this period in mm.
+    /// Settings for plane waves, with a Gaussian window of width σ in mm and this period in mm.
     pub fn waves(sigma: f64, period: f64) -> Self {
         Self {
             period,
@@ -81,7 +81,7 @@ impl Scattering {
         }
     }
 
-    /// For plane waves of square patches, in mm.
+    /// Settings for plane waves, with square patches of this side and period in mm.
     pub fn squares(side: f64, period: f64) -> Self {
         Self {
             window: Window::Square { side },

@@ -15,7 +15,7 @@ use crate::math::random::{Purpose, pair, uniform};
 pub struct SecondaryRays {
     /// Index of the arriving ray that each comes from.
     pub parent: Vec<usize>,
-    /// Where each starts on the element, in mm, global.
+    /// Starting point of each ray on the element, in mm, global.
     pub position: Vec<[f64; 3]>,
     /// Unit direction of travel, global.
     pub direction: Vec<[f64; 3]>,
@@ -30,7 +30,7 @@ pub struct SecondaryRays {
     pub cosine: Vec<f64>,
     /// √(Σ|c|² below the threshold / Σ|c|²): the share of the field that was left out.
     pub dropped: f64,
-    /// Which mode each is, [m_y, m_x] in the patch of its parent.
+    /// Mode of each ray: its indices [m_y, m_x] in the patch of its parent.
     pub mode: Vec<[usize; 2]>,
     /// How often the mode was drawn over how often it was expected; held constant in gradients.
     pub times: Vec<f64>,

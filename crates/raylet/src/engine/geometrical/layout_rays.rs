@@ -17,21 +17,21 @@ use crate::optics::source::Source;
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::wavelet::{Companion, Encounter};
 
-/// Where a ray of the layout went.
+/// The path of a ray of a layout picture.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LayoutRay {
     /// Global points in mm: the source or a point before the first screen, then every meeting.
     pub points: Vec<Vec3>,
-    /// What happened behind the elements that spread light.
+    /// How elements that spread light turned it.
     pub turn: Deflection,
     /// Whether it ends on the last screen.
     pub arrived: bool,
 }
 
-/// What an element that spreads light did to a ray of the layout.
+/// How an element that spreads light turned a ray of a layout picture.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Deflection {
-    /// Nothing: it went straight on, or nothing on its way spreads light.
+    /// It went straight on, or no element on its way spreads light.
     Straight,
     /// It was turned towards the upper side of the next screen.
     Up,

@@ -33,12 +33,12 @@ const TOLERANCE: f64 = 1e-9;
 /// Rays of a chunk: the unit of the sum.
 const CHUNK: usize = 1 << 18;
 
-/// How strong the plane wave of a ray is.
+/// The amplitude of the plane wave of a ray.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Strength {
-    /// By the density of directions: the field as it is.
+    /// By the density of directions: this gives the true field.
     Density,
-    /// The same for all rays and Q = 0, the source paper's reference: right up to a factor where directions
+    /// Equal for all rays, with Q = 0, as in the source paper's reference: right up to a factor where directions
     /// are spread evenly over the first screen.
     Equal,
 }

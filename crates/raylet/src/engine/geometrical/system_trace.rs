@@ -18,7 +18,7 @@ use crate::wave::beamlet::wavelet::{Companion, Encounter};
 /// A ray where it meets a screen or surface.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct RayHit {
-    /// Where, in mm, global.
+    /// Point where they meet, in mm, global.
     pub point: Vec3,
     /// Unit direction in which it goes on, global.
     pub direction: Vec3,
@@ -31,11 +31,11 @@ pub struct RayHit {
 pub struct SystemRay {
     /// The screens and surfaces that it met, in order.
     pub hits: Vec<RayHit>,
-    /// How it was lost before the sensor, if it was.
+    /// Reason why it was lost before the sensor; `None` if it arrived.
     pub lost: Option<Loss>,
 }
 
-/// What is recorded of a ray on its way.
+/// The record of a ray under way.
 struct Log {
     hits: Vec<RayHit>,
     direction: Vec3,
@@ -143,7 +143,7 @@ fn outwards(screen: &Screen, [px, py]: [f64; 2]) -> Vec3 {
     screen.frame.turn_out(Vec3::new(px, py, along) * (1.0 / n))
 }
 
-/// Whether a screen lets light on at a point.
+/// Whether the aperture of a screen contains the point (x, y) in mm on its axes; a sensor contains all points.
 pub(crate) fn passes(screen: &Screen, at: [f64; 2]) -> bool {
     match &screen.act {
         Act::Stop(aperture) => aperture.contains(at[0], at[1]),

@@ -22,12 +22,12 @@ use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::field::{Axis, Field, Grid};
 use crate::wave::grid::raster::Raster;
 
-/// What one hop did.
+/// The report on one hop of a run.
 #[derive(Clone, Debug)]
 pub struct LocalBandHop {
     /// Names of its screens.
     pub screens: [String; 2],
-    /// Its windows.
+    /// The width, distance and number of its windows.
     pub plan: LocalBandPlan,
     /// Counts and energies.
     pub statistics: HopStatistics,
@@ -55,7 +55,7 @@ pub struct LocalBandOutcome {
     pub hops: Vec<LocalBandHop>,
 }
 
-/// What the way back needs of a hop that has run.
+/// The record of a hop that has run, for the adjoint.
 #[derive(Clone, Debug)]
 pub struct KeptHop {
     /// The beamlets that arrived at its first screen; nothing where the source lights it.
@@ -63,16 +63,16 @@ pub struct KeptHop {
     weakest: f64,
 }
 
-/// The cotangents of what a system is made of.
+/// The gradient of a loss L by the pixels and parameters of a system.
 #[derive(Clone, Debug)]
 pub struct LocalBandGradient {
-    /// Of the pixels of each screen's element but the last, [y, x]; nothing where there are none.
+    /// For each screen but the last the cotangent of the pixels of its element, [y, x]; `None` where it has no pixels.
     pub pixels: Vec<Option<Array2<Complex64>>>,
-    /// With respect to each parameter.
+    /// ∂L/∂q for each parameter q, in one over the unit of q.
     pub parameters: Vec<f64>,
 }
 
-/// What the way back starts from.
+/// The input of the adjoint: the cotangent of the field on the sensor, and the parameters.
 #[derive(Clone, Copy)]
 pub struct LocalBandCotangent<'a> {
     /// ∂L/∂Re U + i ∂L/∂Im U at the sensor's pixel centres.
@@ -86,8 +86,8 @@ pub struct LocalBandCotangent<'a> {
 /// Carries the light of a system to its sensor.
 ///
 /// # Errors
-/// When a screen has no edge or reflects into another medium, an element has layers of another kind, a width is missing,
-/// the last screen is no sensor, or no light is left.
+/// When a screen has no edge or reflects into another medium, an element has layers of another kind, a width is
+/// missing, the last screen is no sensor, or no light is left.
 pub fn carry(
     system: &System,
     settings: &LocalBandSettings,
@@ -95,7 +95,7 @@ pub fn carry(
     carry_with(system, settings, &|_| uncancelled())
 }
 
-/// The same; `progress` is called after each chunk of work.
+/// [`carry`] with progress: `progress` is called after each chunk of work.
 ///
 /// # Errors
 /// As [`carry`]; when `progress` cancels the run.
@@ -107,7 +107,7 @@ pub(crate) fn carry_with(
     run_hops(system, settings, progress, Keep::Latest, drop)
 }
 
-/// The same, and what the way back needs: the beamlets on all screens.
+/// [`carry`] that also returns the record for the adjoint: the beamlets on all screens, hop by hop.
 ///
 /// # Errors
 /// As [`carry`]; when `progress` cancels the run.
@@ -192,12 +192,12 @@ fn arriving<'a>(
 enum Keep {
     /// Those of one screen, until they are carried on.
     Latest,
-    /// Those of all screens, for the way back.
+    /// Those of all screens, for the adjoint.
     All,
 }
 
 impl Keep {
-    /// What a beamlet takes in bytes: on the way back the moments under it too.
+    /// Memory of a beamlet in bytes; where the adjoint follows, with the moments under it.
     fn bytes(self) -> usize {
         match self {
             Self::Latest => size_of::<Arrival>(),

@@ -74,14 +74,14 @@ impl WindowWaves {
 struct Kept {
     places: Vec<(usize, usize)>,
     beamlets: Vec<Arrival>,
-    /// How they lie to the target, and the energy that they bring there.
+    /// For each beamlet its tail at the edge of the target, and the energy that it brings to the target.
     tails: Vec<(Tail, f64)>,
     /// The largest of these energies, and the direction of that plane wave.
     strongest: (f64, [f64; 2]),
 }
 
 impl Emission<'_> {
-    /// Sends the plane waves of a window on their way.
+    /// Traces the plane waves of a window to the target, as beamlets, and adds those that arrive to `out`.
     pub(crate) fn send(&self, waves: &WindowWaves, out: &mut Emitted) {
         let kept = self.kept(waves, &mut out.statistics);
         out.statistics.modes += waves.coefficients.len() as u64;
@@ -92,8 +92,8 @@ impl Emission<'_> {
     }
 
     /// The conjugate transpose, for the plane waves that are kept: from the moments that the cotangent has under what a
-    /// window sends, which `bars` gives for these beamlets, to the cotangents of its coefficients; adds to the derivatives
-    /// with respect to the parameters with which the hop changes.
+    /// window sends, which `bars` gives for these beamlets, to the cotangents of its coefficients; adds to the
+    /// derivatives with respect to the parameters with which the hop changes.
     pub(crate) fn send_adjoint(
         &self,
         waves: &WindowWaves,
@@ -155,8 +155,8 @@ impl Emission<'_> {
         kept
     }
 
-    /// The start of beamlets where the light of a window is: beside an edge not at its centre, but at the mean place of its
-    /// energy, as if the edge were straight and the light even.
+    /// The start of beamlets where the light of a window is: beside an edge not at its centre, but at the mean place of
+    /// its energy, as if the edge were straight and the light even.
     fn amid_light(&self, start: &ChirpedStart) -> ChirpedStart {
         let [x, y] = start.carrier.at;
         let depth = |x: f64, y: f64| self.aperture.map_or(f64::INFINITY, |a| a.depth(x, y));
@@ -185,8 +185,8 @@ impl Emission<'_> {
         }
     }
 
-    /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet, and counts that which its
-    /// light has.
+    /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet, and counts that which
+    /// its light has.
     fn correct(&self, start: &ChirpedStart, kept: &mut Kept, statistics: &mut HopStatistics) {
         let found = start.aberration(self.hop, kept.strongest.1);
         let lit = self.amid_light(start);
@@ -219,25 +219,73 @@ mod tests {
     use crate::fixtures::parts::{on_axis, open_screen, screen, sensor};
     use crate::optics::aperture::{Aperture, Outline};
     use crate::optics::frame::Frame;
+    use crate::optics::screen::Screen;
     use crate::optics::system::Hop;
     use crate::wave::beamlet::wavelet::Arrival;
     use crate::wave::local_bands::carrier::Carrier;
     use crate::wave::local_bands::fourier_axis::Modes;
 
-    /// Beside the edge of a half plane, beamlets are looked at in the mean place of the window's energy that is inside it.
+    /// Free space of 20 mm between a plane and a small sensor.
+    struct Space {
+        from: Screen,
+        to: Screen,
+        target: TargetRegion,
+    }
+
+    impl Space {
+        fn new() -> Self {
+            let to = screen(on_axis(20.0), sensor(10, 0.02));
+            Self {
+                from: open_screen(Frame::GLOBAL),
+                target: TargetRegion::of(&to, 0.0, 1e-3).unwrap(),
+                to,
+            }
+        }
+
+        fn hop(&self) -> Hop<'_> {
+            Hop {
+                wavelength: 0.5e-3,
+                from: &self.from,
+                train: &[],
+                to: &self.to,
+            }
+        }
+
+        /// What all windows of this hop share, on a plane with this aperture.
+        fn emission<'a>(
+            &'a self,
+            hop: &'a Hop<'a>,
+            aperture: Option<&'a Aperture>,
+        ) -> Emission<'a> {
+            Emission {
+                hop,
+                target: &self.target,
+                weakest: 0.2,
+                unit: 1.0,
+                corrected: true,
+                aperture,
+            }
+        }
+    }
+
+    /// The start of a window at a place, in a curved wave that is a little inclined.
+    fn start(at: [f64; 2], sigma: f64) -> ChirpedStart {
+        ChirpedStart {
+            carrier: Carrier {
+                at,
+                p: [0.01, 0.0],
+                q: [-0.03, 0.001, -0.02],
+            },
+            sigma,
+        }
+    }
+
+    /// Beside the edge of a half plane, beamlets are looked at in the mean place of the window's energy that is inside
+    /// it.
     #[test]
     fn the_light_of_a_window_beside_an_edge_is_inside() {
-        let (from, to) = (
-            open_screen(Frame::GLOBAL),
-            screen(on_axis(20.0), sensor(10, 0.02)),
-        );
-        let hop = Hop {
-            wavelength: 0.5e-3,
-            from: &from,
-            train: &[],
-            to: &to,
-        };
-        let target = TargetRegion::of(&to, 0.0, 1e-3).unwrap();
+        let space = Space::new();
+        let hop = space.hop();
         let (edge, sigma) = (1.5, 0.05);
         let aperture = Aperture {
             outline: Outline::Rectangle {
@@ -246,23 +294,9 @@ mod tests {
             },
             centre: [0.0; 2],
         };
-        let emission = Emission {
-            hop: &hop,
-            target: &target,
-            weakest: 0.2,
-            unit: 1.0,
-            corrected: true,
-            aperture: Some(&aperture),
-        };
+        let emission = space.emission(&hop, Some(&aperture));
         for part in [-30.0, -4.0, -1.2, 0.0, 0.7, 3.5] {
-            let start = ChirpedStart {
-                carrier: Carrier {
-                    at: [edge - part * sigma, 2.0],
-                    p: [0.01, 0.0],
-                    q: [-0.03, 0.001, -0.02],
-                },
-                sigma,
-            };
+            let start = start([edge - part * sigma, 2.0], sigma);
             // Midpoints of the window inside the edge, energies relative to the largest.
             let [mut energy, mut moment] = [0.0; 2];
             for n in 0..8000 {
@@ -280,35 +314,12 @@ mod tests {
 
     #[test]
     fn send_dot_product() {
-        let (from, to) = (
-            open_screen(Frame::GLOBAL),
-            screen(on_axis(20.0), sensor(10, 0.02)),
-        );
-        let hop = Hop {
-            wavelength: 0.5e-3,
-            from: &from,
-            train: &[],
-            to: &to,
-        };
-        let target = TargetRegion::of(&to, 0.0, 1e-3).unwrap();
-        let emission = Emission {
-            hop: &hop,
-            target: &target,
-            weakest: 0.2,
-            unit: 1.0,
-            corrected: true,
-            aperture: None,
-        };
+        let space = Space::new();
+        let hop = space.hop();
+        let emission = space.emission(&hop, None);
         let modes = Modes::between(-0.02, 0.02, 2e-3, 0.0);
         let waves = WindowWaves {
-            start: ChirpedStart {
-                carrier: Carrier {
-                    at: [0.1, -0.05],
-                    p: [0.01, 0.0],
-                    q: [-0.03, 0.001, -0.02],
-                },
-                sigma: 0.05,
-            },
+            start: start([0.1, -0.05], 0.05),
             modes: [modes, modes],
             coefficients: noise((21, 21), 0),
         };

@@ -1,5 +1,5 @@
-//! How one hop by local bands changes with the parameters of a system: its rays, the element on its first screen, and the
-//! light of the source there.
+//! How one hop by local bands changes with the parameters of a system: its rays, the element on its first screen, and
+//! the light of the source there.
 //!
 //! `beamlets_and_elements_match_differences` (in `tests/gradients/local_bands.rs`) tests the derivatives.
 
@@ -60,19 +60,19 @@ pub(crate) struct SentBeamlet<'a> {
     pub dp: [f64; 2],
     /// Total amplitude where it lands.
     pub amplitude: Complex64,
-    /// Of the cotangent, under the beamlet of amplitude one.
+    /// Moments of the cotangent under the beamlet, for amplitude one.
     pub moments: &'a Moments,
 }
 
 /// The samples of a tile that the source lights, their values over a carrier, and the cotangents of these.
 pub(crate) struct SourceSamples<'a> {
-    /// Where they stand.
+    /// Places of the samples along x and y, in mm.
     pub samples: &'a [Axis; 2],
-    /// What the light is divided by.
+    /// The carrier by which the light is divided.
     pub carrier: &'a Carrier,
     /// The light, [y, x].
     pub values: &'a Array2<Complex64>,
-    /// Its cotangent.
+    /// The cotangent of `values`, [y, x].
     pub bar: &'a Array2<Complex64>,
 }
 
@@ -126,8 +126,8 @@ impl<'a> HopChanges<'a> {
         }
     }
 
-    /// Adds the derivatives that the beamlet of a window of a smooth source brings, whose carrier and `field` there change
-    /// with the source.
+    /// Adds the derivatives that the beamlet of a window of a smooth source brings, whose carrier and `field` there
+    /// change with the source.
     pub(crate) fn pull_source_beamlet(&self, sent: &SentBeamlet, total: &mut [f64]) {
         let at = sent.start.carrier.at;
         for (varied, block) in self.varied.iter().zip(self.moving.chunks(BLOCK)) {
@@ -172,8 +172,8 @@ impl<'a> HopChanges<'a> {
         }
     }
 
-    /// Adds the derivatives that an element brings whose transmission changes: from that at the nodes of a tile over the
-    /// element's `carrier` there, and its cotangent.
+    /// Adds the derivatives that an element brings whose transmission changes: from that at the nodes of a tile over
+    /// the element's `carrier` there, and its cotangent.
     pub(crate) fn pull_element(
         &self,
         samples: &ElementSamples,

@@ -1,6 +1,6 @@
 //! One hop: all its tiles, forward and back.
 //!
-//! `carry_kept_dot_product` (in `carry.rs`) tests its way back, as a part of the whole.
+//! `carry_kept_dot_product` (in `carry.rs`) tests the adjoint of the hop as a part of the whole run.
 
 use std::collections::HashMap;
 use std::sync::atomic::{AtomicU64, Ordering::Relaxed};
@@ -57,15 +57,16 @@ const LONGEST_TRANSFORM: f64 = 1e5;
 /// A period becomes longer by this factor at most, so that it is a whole number of pixels.
 const LONGER: f64 = 1.05;
 
-/// The same on the way back, which holds the cotangents of their pixels and of what arrived at them.
+/// [`CHUNK`] in the adjoint, which also holds the cotangents of the pixels of these tiles and of the beamlets that
+/// arrived.
 const CHUNK_BACK: usize = 8;
 
-/// The part of the memory limit that those of what arrived take at most.
+/// The cotangents of the arrived beamlets take at most this part of the memory limit.
 const SHARE_BACK: usize = 4;
 
-/// What a hop sends.
+/// The light that a hop sends to its second screen.
 pub(crate) struct Sent {
-    /// How it came about.
+    /// Counts and energies of the plane waves and beamlets.
     pub statistics: HopStatistics,
     /// The beamlets of each tile; none where the hop ends at the sensor.
     pub tiles: Vec<Vec<Arrival>>,
@@ -81,11 +82,11 @@ pub(crate) enum Bars<'a> {
     Beamlets(&'a HeldBeamlets, &'a [Moments]),
 }
 
-/// What the way back through a hop takes.
+/// The input of the adjoint of a hop.
 pub(crate) struct Back<'a> {
-    /// Cotangents of what it sends.
+    /// Cotangents of the light that the hop sends.
     pub bars: Bars<'a>,
-    /// How it changes with parameters.
+    /// Changes of the hop with each parameter of the system.
     pub changes: HopChanges<'a>,
     /// Plane waves weaker than this were left out.
     pub weakest: f64,
@@ -93,7 +94,7 @@ pub(crate) struct Back<'a> {
     pub pulse: &'a Pulse<'a>,
 }
 
-/// What the way back through a hop finds.
+/// The result of the adjoint of a hop.
 pub(crate) struct HopBar {
     /// Moments of the cotangent under the beamlets that arrive at its first screen.
     pub arriving: Vec<Moments>,
@@ -140,13 +141,13 @@ impl HopBar {
     }
 }
 
-/// Where light is summed, whom to report to, and what is in memory beside the beamlets that are sent.
+/// What a hop needs from its run: the canvas on which light is summed, the progress callback and the memory in use.
 pub(crate) struct Work<'a> {
     pub canvas: &'a mut Canvas,
     pub progress: &'a ShareDone<'a>,
-    /// Beamlets that are held.
+    /// Number of beamlets that are held in memory beside those that the hop sends.
     pub held: usize,
-    /// What each beamlet takes, in bytes, on this way and the way back.
+    /// Memory of each beamlet in bytes, with what its adjoint will need.
     pub bytes: usize,
 }
 
@@ -168,7 +169,8 @@ impl<'a> HopStep<'a> {
     /// Plans the hop with this number.
     ///
     /// # Errors
-    /// When a screen has no edge or reflects into another medium, an element has layers of another kind, or a width is missing.
+    /// When a screen has no edge or reflects into another medium, an element has layers of another kind, or a width is
+    /// missing.
     pub(crate) fn new(
         system: &'a System,
         settings: &'a LocalBandSettings,
@@ -456,7 +458,7 @@ impl<'a> HopStep<'a> {
     }
 }
 
-/// How many tiles are worked on at a time on the way back: each may see all `held` beamlets.
+/// How many tiles the adjoint works on at a time: each may see all `held` beamlets.
 fn chunk_back(held: usize, memory_limit: usize) -> usize {
     let of_tile = held * size_of::<(usize, Moments)>();
     (memory_limit / SHARE_BACK / of_tile.max(1)).clamp(1, CHUNK_BACK)

@@ -1,8 +1,9 @@
 //! What may be chosen about a run with local bands.
 
+use crate::engine::error::window_error::{left_by_lattice, period_error};
 use crate::wave::local_bands::tiling::WindowShape;
 
-/// How light is carried by local bands.
+/// The settings of a run by local bands.
 #[derive(Clone, Debug, PartialEq)]
 pub struct LocalBandSettings {
     /// Width σ of the windows of each screen but the last, in mm.
@@ -21,7 +22,7 @@ pub struct LocalBandSettings {
     pub edge_nodes: f64,
     /// Whether the aberration inside beamlets is corrected.
     pub corrected: bool,
-    /// What the aperture of the first screen does where that is a stop.
+    /// Whether the aperture of the first screen cuts light, where that screen is a stop.
     pub aperture: SourceAperture,
     /// Most bytes that the beamlets of a run may take.
     pub memory_limit: usize,
@@ -36,7 +37,7 @@ pub struct LocalBandPlan {
     pub step: f64,
     /// Period of the plane waves of a window in σ.
     pub period: f64,
-    /// How many there are along x and y of the first screen's box.
+    /// Number of windows along x and y of the first screen's box.
     pub windows: [usize; 2],
     /// Whether they are of a smooth source, which has one direction in each.
     pub smooth: bool,
@@ -44,10 +45,10 @@ pub struct LocalBandPlan {
     pub corrected: bool,
 }
 
-/// What the aperture of the first screen does.
+/// Whether the aperture of the first screen cuts light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum SourceAperture {
-    /// It only says where windows stand: the light falls off by itself. For apertures wider than what comes next.
+    /// It does not: it only limits the places of windows. For apertures that are wider than the next one.
     #[default]
     Soft,
     /// It cuts the light, which is diffracted.
@@ -66,13 +67,6 @@ const BYTES_OF_WINDOW: usize = 256;
 /// The usual distance of windows in σ.
 pub const STEP: f64 = 1.25;
 
-/// What windows that stand so many σ apart leave of the cubic phase inside their beamlets, which a continuous sum cancels:
-/// the spectrum of u³·exp(−u²/σ²) at their lattice's frequency, with a factor from measurements.
-pub(crate) fn left_by_lattice(step: f64) -> f64 {
-    let turn = std::f64::consts::TAU / step;
-    0.6 * (turn.powi(3) / 8.0 - 0.75 * turn) * (-0.25 * turn * turn).exp()
-}
-
 impl LocalBandPlan {
     /// The relative error of the field that the lattice and the period of windows bring, with this root mean square
     /// cubic phase inside beamlets (rad): what the lattice leaves of that phase, and the tails of neighbouring periods.
@@ -81,11 +75,11 @@ impl LocalBandPlan {
             true => 0.0,
             false => left_by_lattice(self.step) * cubic_phase,
         };
-        lattice.hypot(2.0 * (-0.25 * self.period * self.period).exp())
+        lattice.hypot(period_error(self.period))
     }
 
-    /// The part of dropped plane waves that shows in the field, as a ratio of amplitudes: there are (period/step)² times
-    /// more plane waves than the field has numbers, and the sum over windows cancels what no field has.
+    /// The part of dropped plane waves that shows in the field, as a ratio of amplitudes: there are (period/step)²
+    /// times more plane waves than the field has numbers, and the sum over windows cancels what no field has.
     pub(crate) fn share_of_dropped(&self) -> f64 {
         self.step / self.period
     }

@@ -1,7 +1,7 @@
-//! What is known of one tile before its light goes on: carriers, samples, the element under it, and the windows that see
-//! the target. Nothing of it is kept: the way back plans each tile again.
+//! What is known of one tile before its light goes on: carriers, samples, the element under it, and the windows that
+//! see the target. Nothing of it is kept: the adjoint plans each tile again.
 //!
-//! `carry_kept_dot_product` (in `carry.rs`) tests its way back, as a part of the whole.
+//! `carry_kept_dot_product` (in `carry.rs`) tests the adjoint of a tile as a part of the whole run.
 
 use std::ops::Range;
 
@@ -38,11 +38,11 @@ pub(crate) struct TileRun<'a> {
     pub hop: &'a Hop<'a>,
     /// The light that arrives.
     pub light: ArrivingLight<'a>,
-    /// What stands there.
+    /// The element on the screen.
     pub element: &'a Element<'a>,
-    /// Where its windows stand.
+    /// The places of its windows, in tiles.
     pub tiling: &'a Tiling,
-    /// How wide they are.
+    /// The width, distance and period of the windows.
     pub shape: WindowShape,
     /// The target of the light.
     pub target: &'a TargetRegion,
@@ -55,7 +55,7 @@ pub(crate) struct TargetedWindow {
     window: [usize; 2],
     /// Its carrier and width.
     pub start: ChirpedStart,
-    /// How it lies to the aperture.
+    /// Whether the aperture contains it, cuts it or blocks it.
     pub lie: Lie,
     /// Direction of its carrier beside that of the tile's.
     shift: [f64; 2],
@@ -67,7 +67,7 @@ pub(crate) struct TargetedWindow {
 pub(crate) struct TilePlan<'a> {
     /// The light that arrives.
     pub light: TileLight<'a>,
-    /// Where it is sampled.
+    /// The samples of that light along x and y, in mm.
     pub samples: [Axis; 2],
     /// The carriers of the arriving light and of the element.
     pub carriers: [Carrier; 2],

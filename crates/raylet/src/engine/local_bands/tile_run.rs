@@ -1,6 +1,6 @@
 //! One tile: from the light that arrives to the beamlets that leave, and back.
 //!
-//! `carry_kept_dot_product` (in `carry.rs`) tests its way back, as a part of the whole.
+//! `carry_kept_dot_product` (in `carry.rs`) tests the adjoint of a tile as a part of the whole run.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -19,7 +19,7 @@ use crate::wave::local_bands::tiling::Tile;
 /// Of so many windows of a tile one is looked at to find how strong plane waves are.
 const SAMPLED: usize = 5;
 
-/// What the way back through a tile finds.
+/// The result of the adjoint of a tile.
 #[derive(Default)]
 pub(crate) struct TileBar {
     /// Moments of the cotangent under arriving beamlets, by their places among all.
@@ -66,9 +66,10 @@ impl TileRun<'_> {
         out
     }
 
-    /// The conjugate transpose, for the plane waves that are kept: from the moments that the cotangent has under the beamlets
-    /// that leave, which `bars` gives window by window for beamlets of coefficient one, to those under the beamlets that
-    /// arrive, to the cotangents of the element's pixels, and to the parameters with which the hop changes.
+    /// The conjugate transpose, for the plane waves that are kept: from the moments that the cotangent has under the
+    /// beamlets that leave, which `bars` gives window by window for beamlets of coefficient one, to those under the
+    /// beamlets that arrive, to the cotangents of the element's pixels, and to the parameters with which the hop
+    /// changes.
     pub(crate) fn send_adjoint(
         &self,
         tile: &Tile,

@@ -4,9 +4,10 @@
 //! beamlet stops it. It is sampled along rays of the source that meet each aperture, with the curvature that the wave
 //! has there.
 
+use crate::engine::error::window_error::left_by_lattice;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::local_band_error::LocalBandError;
-use crate::engine::local_bands::settings::{LocalBandPlan, SourceAperture, left_by_lattice};
+use crate::engine::local_bands::settings::{LocalBandPlan, SourceAperture};
 use crate::engine::local_bands::source_light::source_carrier;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};

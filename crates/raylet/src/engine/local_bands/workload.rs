@@ -6,23 +6,14 @@ use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::window_directions::window_directions;
 use crate::engine::local_bands::window_widths::{is_accurate, leaving_carriers};
+use crate::engine::plan::cost_model::local_bands::{
+    NODE, OPERATION, PRODUCT, SMOOTH_WINDOW, SURFACE, VALUE, WAVE, WINDOW,
+};
 use crate::optics::screen::{Act, Sensor};
 use crate::optics::system::System;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::local_band::{sample_pitch, window_half_band};
 use crate::wave::local_bands::tiling::REACH;
-
-/// Seconds of one core, measured: for each window, for each window of a smooth source, for each plane wave of a window, for
-/// each surface that it crosses, for a complex product, for a node of the element, for an operation of a fast transform, and
-/// for a value on the sensor.
-const WINDOW: f64 = 1e-4;
-const SMOOTH_WINDOW: f64 = 8e-6;
-const WAVE: f64 = 0.4e-6;
-const SURFACE: f64 = 0.15e-6;
-const PRODUCT: f64 = 0.35e-9;
-const NODE: f64 = 20e-9;
-const OPERATION: f64 = 0.3e-9;
-const VALUE: f64 = 2e-9;
 
 /// Nodes of a pixel along an axis.
 const NODES: f64 = 2.0;
@@ -30,9 +21,9 @@ const NODES: f64 = 2.0;
 /// Widths of windows that are tried, as parts of the widest.
 const NARROWER: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.25];
 
-/// What a run will take.
+/// What a run by local bands will take.
 #[derive(Clone, Copy, Debug)]
-pub(crate) struct Workload {
+pub(crate) struct LocalBandWorkload {
     /// Seconds on one core, about.
     pub seconds: f64,
     /// Whether the aberration inside beamlets is within its share of the target error.
@@ -47,9 +38,9 @@ pub(crate) fn workload(
     system: &System,
     settings: &LocalBandSettings,
     error: f64,
-) -> Result<Workload, LocalBandError> {
+) -> Result<LocalBandWorkload, LocalBandError> {
     let leaving = leaving_carriers(system, settings.aperture)?;
-    let mut total = Workload {
+    let mut total = LocalBandWorkload {
         seconds: 0.0,
         is_accurate: true,
     };

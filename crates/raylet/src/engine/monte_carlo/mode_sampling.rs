@@ -2,9 +2,9 @@
 //!
 //! Of the K modes c of a patch N are drawn. Without replacement a mode has the probability π of being among them and
 //! brings c/π; drawn independently with π = |c|/Σ|c| it brings c/(Nπ) each time. In both the mean is the exact sum.
-//! The way back holds the draws and their probabilities constant, as the source paper's public code does. The paper's
-//! text instead draws by the largest of log π + Gumbel noise and goes back through the soft maximum that this is the
-//! limit of (straight through: Jang, Gu and Poole, ICLR 2017); its cost is N·K a patch, and its mean is not the
+//! The adjoint holds the draws and their probabilities constant, as the source paper's public code does. The paper's
+//! text instead draws the largest of log π + Gumbel noise, and differentiates the soft maximum of which this is the
+//! limit (straight through: Jang, Gu and Poole, ICLR 2017); its cost is N·K a patch, and its mean is not the
 //! gradient.
 
 use ndarray::{Array2, Zip};
@@ -30,12 +30,12 @@ pub enum Drawing {
     },
 }
 
-/// What is drawn of each patch.
+/// The draws of a run: rule, number and seed.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Draws {
-    /// How.
+    /// Rule by which modes are drawn.
     pub drawing: Drawing,
-    /// Draws of each patch.
+    /// Number of draws from each patch.
     pub each: usize,
     /// Seed; another one for every evaluation.
     pub seed: u64,
@@ -46,7 +46,7 @@ pub struct Draws {
 pub struct PatchDraws {
     /// The draws.
     pub draws: Draws,
-    /// The hop's number and the patch's.
+    /// Number of the hop, and of the patch.
     pub at: [u32; 2],
 }
 

@@ -159,7 +159,7 @@ impl Spread {
 }
 
 impl<'a> PaperRun<'a> {
-    /// Of the field behind the first screen; `address` is where the random numbers of the hop are found.
+    /// A run from the field behind the first screen; `address` is the address of the random numbers of the hop.
     pub fn new(hop: Hop<'a>, plan: &'a PaperPlan, address: DrawAddress, field: &Field) -> Self {
         let axes = [&field.grid.x, &field.grid.y];
         let cutter = TileCutter::new(axes, &plan.bands, hop.wavenumber(), &plan.tile());

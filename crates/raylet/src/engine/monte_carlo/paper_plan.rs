@@ -10,35 +10,35 @@ use crate::optics::system::Hop;
 use crate::wave::patches::patch::Band;
 use crate::wave::patches::tile::{Tile, TileWindow};
 
-/// What is drawn, and from what.
+/// The plan of a hop by the method of the source paper: positions of patches, and modes to draw at each.
 #[derive(Clone, Debug, PartialEq)]
 pub struct PaperPlan {
     /// Number of positions.
     pub positions: usize,
-    /// How they are chosen.
+    /// Rule by which positions are chosen.
     pub rule: Positions,
     /// Columns and rows of the rules that have a grid.
     pub cells: [usize; 2],
-    /// Where they lie, `[x_min, x_max, y_min, y_max]` in mm.
+    /// Box of the positions, `[x_min, x_max, y_min, y_max]` in mm.
     pub area: [f64; 4],
     /// Whether the field is divided by the sum of the windows over it.
     pub coverage: bool,
-    /// Modes drawn at each.
+    /// Number of modes drawn at each position.
     pub secondary: usize,
-    /// With which probability.
+    /// Probability of a mode.
     pub density: Density,
-    /// And how.
+    /// Rule by which modes are drawn: all, with or without replacement.
     pub sampler: Sampler,
     /// Side of the square patch, in mm.
     pub side: f64,
-    /// What the field in it is multiplied by.
+    /// Window by which the field in a patch is multiplied.
     pub window: TileWindow,
-    /// Its period, in mm.
+    /// Period of the modes of a patch, in mm.
     pub period: f64,
     /// Lattice of modes along x and y, as rates on the screen's local plane; those that do not propagate
     /// are never drawn.
     pub bands: [Band; 2],
-    /// What is made of the height of a curved screen.
+    /// Use of the height of a curved screen over its tangent plane.
     pub sag: Sag,
     /// Normal cosine of the incident light, with its sign.
     pub along: f64,
@@ -48,7 +48,7 @@ pub struct PaperPlan {
     pub arriving: [f64; 2],
 }
 
-/// Where the random numbers of a hop are found.
+/// The address of the random numbers of a hop.
 #[derive(Clone, Copy, Debug)]
 pub struct DrawAddress {
     /// Seed of the run.
@@ -102,7 +102,7 @@ impl PaperPlan {
         }
     }
 
-    /// Its patches.
+    /// The square patch at each position: side, window and period.
     pub fn tile(&self) -> Tile {
         Tile {
             side: self.side,

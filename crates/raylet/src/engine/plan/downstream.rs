@@ -1,7 +1,7 @@
-//! Where the light of a hop goes next, as far as its directions are kept.
+//! The hops that follow a hop, as far as the directions of its light are kept.
 //!
-//! Behind a stop or a rim light goes on as it came, so what would miss the end of the following hop does
-//! not matter for the result, however it was carried. Elements send light anywhere.
+//! A stop or a rim does not change directions, so light that would miss the end of the following hop does
+//! not matter for the result, whatever method propagated it. Elements send light in all directions.
 
 use crate::optics::screen::{Act, Screen};
 use crate::optics::surface::Surface;
@@ -14,12 +14,12 @@ pub struct Downstream<'a> {
 }
 
 impl<'a> Downstream<'a> {
-    /// Nothing is known of what lies behind: all light counts.
+    /// No hops: all light that arrives on the second screen counts.
     pub(crate) fn none() -> &'static Downstream<'static> {
         const { &Downstream { hops: Vec::new() } }
     }
 
-    /// What lies behind hop `number` of a system.
+    /// The hops behind hop `number` of a system.
     pub(crate) fn of(system: &'a System, number: usize) -> Self {
         let behind = system.hops().skip(number + 1);
         let kept = |hop: &Hop| matches!(hop.from.act, Act::Stop(_)) && hop.from.is_plane();
@@ -28,7 +28,7 @@ impl<'a> Downstream<'a> {
         }
     }
 
-    /// Whether the light of a hop goes to the last screen of the system as it came.
+    /// Whether no screen between hop `number` and the last screen of the system changes the directions of light.
     pub(crate) fn reaches_end(system: &'a System, number: usize) -> bool {
         let behind = system.hops().skip(number + 1);
         behind.count() == Self::of(system, number).hops.len()
@@ -39,8 +39,8 @@ impl<'a> Downstream<'a> {
         self.hops.is_empty()
     }
 
-    /// The surfaces from the first screen of `hop` to where the light goes as it came, and the screen there;
-    /// nothing where the light of `hop` ends or is sent elsewhere on its second screen.
+    /// The surfaces between the first screen of `hop` and the last screen that its light reaches in unchanged
+    /// directions, and that screen; `None` where the second screen of `hop` is the sensor or changes the directions.
     pub(crate) fn joined(&self, hop: &Hop) -> Option<(Vec<Surface>, &'a Screen)> {
         let last = self.hops.last()?;
         let behind = self.hops.iter().flat_map(|hop| hop.train);

@@ -1,9 +1,9 @@
-//! How a hop of a run is carried: from a field that is sampled as a whole, or by local bands.
+//! The method of a hop of a run: from a field that is sampled as a whole, or by local bands.
 
 use crate::engine::local_bands::settings::LocalBandPlan;
 use crate::engine::plan::hop_plan::Plan;
 
-/// How a hop of a run is carried.
+/// The method of a hop of a run, with its plan.
 #[derive(Clone, Debug)]
 pub enum HopMethod {
     /// From a field on its first screen that is sampled as a whole.

@@ -18,7 +18,7 @@ use crate::wave::free::free_plan::{FreePlan, Slab};
 use crate::wave::free::propagate::{FreeHop, clear_for};
 use crate::wave::patches::patch::Band;
 
-/// How one hop is carried.
+/// The method of one hop from a whole field, with its plan.
 #[derive(Clone, Debug)]
 pub enum Plan {
     /// Without rays.
@@ -108,8 +108,8 @@ impl Plan {
 /// Plans a hop that begins with `light` on the first screen and whose light goes on `downstream`.
 ///
 /// # Errors
-/// When a screen has two media or no edge, no ray reaches the target, a patch has too many modes, or the plan's numbers are not
-/// finite.
+/// When a screen has two media or no edge, no ray reaches the target, a patch has too many modes, or the plan's numbers
+/// are not finite.
 pub fn plan(
     hop: &Hop,
     light: LightDirections,
@@ -233,7 +233,8 @@ fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
     }
 }
 
-/// Plane waves that cost little for an error of 1e-3: a free hop whose period may grow takes the widest one within them.
+/// Plane waves that cost little for an error of 1e-3: a free hop whose period may grow takes the widest one within
+/// them.
 const CHEAP_DIRECTIONS: f64 = 3e6;
 
 /// Plane waves that cost little for an error: less exact fields are also to be quicker.

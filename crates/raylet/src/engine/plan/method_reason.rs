@@ -32,7 +32,7 @@ pub(crate) fn reason(hop: &Hop, method: &HopMethod, settings: &Settings) -> Stri
     }
 }
 
-/// What keeps a hop from going without rays.
+/// Why a hop needs rays, in words.
 fn obstacle(hop: &Hop) -> String {
     let count = |test: &dyn Fn(&crate::optics::surface::Surface) -> bool| {
         hop.train.iter().filter(|s| test(s)).count()

@@ -2,6 +2,7 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
+//! | `cost_model` | Measured seconds of one core, for forecasts and the choice of a method |
 //! | [`direction_spread`] | The directions of the light on a screen, as far as they are known before it is computed |
 //! | [`downstream`] | Where the light of a hop goes next |
 //! | [`hop_method`] | How a hop of a run is carried: from a whole field or by local bands |
@@ -10,6 +11,7 @@
 //! | [`plan_error`] | Why a hop has no plan |
 //! | [`settings`] | The choices of a user about a run |
 
+pub(crate) mod cost_model;
 pub mod direction_spread;
 pub mod downstream;
 pub mod hop_method;

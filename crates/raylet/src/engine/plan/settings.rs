@@ -6,12 +6,12 @@ use serde::{Deserialize, Serialize};
 
 use crate::wave::patches::tile::TileWindow;
 
-/// A method that carries the field.
+/// A method that propagates the field.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Method {
     // Without rays where no surface has power, by beamlets elsewhere.
-    /// The one that promises the target error at the least cost.
+    /// The cheapest method whose expected error is at most the target error.
     #[default]
     Auto,
     /// Gaussian beamlets with exact second-order phase.
@@ -43,7 +43,7 @@ pub enum Correction {
 /// The choices of a run; the defaults are what the accuracy report was made with.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Settings {
-    /// How fields are carried.
+    /// Method that propagates fields from screen to screen.
     pub method: Method,
     /// Relative error of the complex field that the planner aims at.
     pub target_error: f64,

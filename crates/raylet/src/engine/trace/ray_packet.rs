@@ -191,8 +191,9 @@ mod tests {
             lost += u32::from(alone.is_err());
             assert_eq!(*together, alone);
         }
-        assert!(together.contains(&Err(Loss::Clipped)));
-        assert!(together.contains(&Err(Loss::Evanescent)));
+        for loss in [Loss::Missed, Loss::Clipped, Loss::Evanescent] {
+            assert!(together.contains(&Err(loss)), "{loss:?}");
+        }
         assert!((100..2003).contains(&lost), "{lost}");
     }
 }

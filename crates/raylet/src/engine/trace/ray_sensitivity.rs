@@ -27,9 +27,9 @@ use crate::wave::beamlet::beamlet_kernel::Moments;
 /// A parameter of a system: the same system with the parameter a little smaller and a little larger.
 #[derive(Clone, Debug)]
 pub struct Variation {
-    /// With the smaller value.
+    /// The system with the smaller value.
     pub below: System,
-    /// With the larger value.
+    /// The system with the larger value.
     pub above: System,
     /// The difference of the two values.
     pub distance: f64,
@@ -85,9 +85,9 @@ impl Variation {
 /// One hop of a variation.
 #[derive(Clone, Copy)]
 pub(crate) struct PerturbedHops<'a> {
-    /// With the smaller value of the parameter.
+    /// The hop with the smaller value of the parameter.
     pub below: Hop<'a>,
-    /// With the larger value.
+    /// The hop with the larger value.
     pub above: Hop<'a>,
     /// The difference of the two values.
     pub distance: f64,
@@ -300,7 +300,8 @@ impl<'a> VariedHop<'a> {
         land(&self.landing_screen(), ray, &mut ())
     }
 
-    /// A beamlet that leaves the first screen, where it lands, with slopes and curvature of the wave along both surfaces.
+    /// A beamlet that leaves the first screen, where it lands, with slopes and curvature of the wave along both
+    /// surfaces.
     ///
     /// # Errors
     /// How its ray was lost, if it was.

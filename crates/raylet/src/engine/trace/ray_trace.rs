@@ -255,7 +255,8 @@ impl Hop<'_> {
         land(&PosedScreen::reached(self.to), ray, companion)
     }
 
-    /// The same with a beamlet that starts with curvature `q` on the emitting screen's axes.
+    /// A beamlet from (x, y) on the first screen along p to the second screen. It starts with curvature `q` in 1/mm on
+    /// the axes of the first screen.
     ///
     /// # Errors
     /// How the ray was lost, if it was.

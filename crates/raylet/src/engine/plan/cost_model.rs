@@ -1,0 +1,64 @@
+//! Measured seconds of one core, from which forecasts are made and methods are chosen.
+//!
+//! Beamlets from whole fields and local bands have rows of their own: the former go through their surfaces eight at a time
+//! with the sensitivities of each ray, the latter one at a time.
+
+/// A beamlet sum from a whole field, measured with beamlets of three widths through 2 and 10 surfaces of several shapes.
+pub(crate) mod beamlets {
+    /// Every hop.
+    pub(crate) const HOP: f64 = 0.3;
+
+    /// A patch, with the spectrum of its window.
+    pub(crate) const PATCH: f64 = 5e-5;
+
+    /// A beamlet.
+    pub(crate) const BEAMLET: f64 = 1.4e-6;
+
+    /// A conic or plane that a beamlet crosses; other shapes take [`ITERATED`] or [`FREEFORM`] times as long.
+    pub(crate) const SURFACE: f64 = 2.4e-7;
+
+    /// The factor of a surface that is met by iteration.
+    pub(crate) const ITERATED: f64 = 2.0;
+
+    /// The factor of a surface with terms of any kind.
+    pub(crate) const FREEFORM: f64 = 3.5;
+
+    /// The correction of a beamlet's aberration; samples on a lattice serve several beamlets.
+    pub(crate) const CORRECTION: f64 = 2e-7;
+
+    /// A point at which a beamlet is summed.
+    pub(crate) const VALUE: f64 = 5e-10;
+}
+
+/// A hop by local bands.
+pub(crate) mod local_bands {
+    /// A window.
+    pub(crate) const WINDOW: f64 = 1e-4;
+
+    /// A window of a smooth source, which has one direction.
+    pub(crate) const SMOOTH_WINDOW: f64 = 8e-6;
+
+    /// A plane wave of a window.
+    pub(crate) const WAVE: f64 = 0.4e-6;
+
+    /// A surface that a plane wave of a window crosses.
+    pub(crate) const SURFACE: f64 = 0.15e-6;
+
+    /// A complex product of a matrix transform.
+    pub(crate) const PRODUCT: f64 = 0.35e-9;
+
+    /// A node of the element.
+    pub(crate) const NODE: f64 = 20e-9;
+
+    /// An operation of a fast transform.
+    pub(crate) const OPERATION: f64 = 0.3e-9;
+
+    /// A value on the sensor.
+    pub(crate) const VALUE: f64 = 2e-9;
+}
+
+/// A whole field.
+pub(crate) mod whole_field {
+    /// A sample of it.
+    pub(crate) const SAMPLE: f64 = 2e-7;
+}
