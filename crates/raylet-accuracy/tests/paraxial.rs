@@ -2,7 +2,6 @@
 
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
-use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::frame::Frame;
 use raylet::optics::paraxial::Abcd;
@@ -16,6 +15,7 @@ use raylet::wave::grid::field::{Axis, Grid};
 use raylet::wave::grid::raster::Raster;
 use raylet_accuracy::numbers::pixels::Pixels;
 use raylet_accuracy::references::collins::{Abcd as Direct, CollinsIntegral};
+use raylet_testkit::noise::phases;
 use raylet_testkit::parts::{face, open_screen};
 
 /// A frame beside the global axis.
@@ -93,12 +93,9 @@ fn ray_matrix_is_the_jacobian_at_the_axis() {
 fn collins_equals_its_direct_sum() {
     // Random pixels before a thick lens, on both sides of its focus, on a raster off the axis.
     let (wavelength, pitch, count, nodes) = (0.7e-3, 6.3e-3, 60, 4);
-    let transmission = Array2::from_shape_fn((count, count), |(j, i)| {
-        Complex64::cis(std::f64::consts::TAU * uniform(5, [j as u32, i as u32, 0, 0]))
-    });
     let pixels = Pixels {
         pitch,
-        transmission,
+        transmission: phases([count; 2], 5),
     };
     let axis = Axis::gauss(count, pitch, 0.0, nodes);
     let grid = Grid {

@@ -53,7 +53,7 @@ fn numbers_are_printed_and_written() {
         assert!(text.contains("(NCC)   1.000000000\n"), "{text}");
     }
 
-    // Twice the same folder, whole both times.
+    // The second took the place of the first.
     let document = fs::read_to_string(room.path().join("out/compare.json")).unwrap();
     let document: serde_json::Value = serde_json::from_str(&document).unwrap();
     let exact = (factor - 1.0).norm();

@@ -102,7 +102,7 @@ fn whenever_it_is_interrupted_results_are_whole_or_absent() {
 }
 
 #[test]
-fn two_runs_at_once_leave_one_whole_result() {
+fn four_runs_at_once_leave_one_whole_result() {
     let stage = Stage::new(SCENE);
     let arguments = ["simulate", "scene.toml", "--out", "a/out"];
     let mut runs: Vec<Child> = (0..4).map(|_| start(&stage, &arguments)).collect();

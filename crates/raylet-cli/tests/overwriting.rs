@@ -314,13 +314,17 @@ fn what_killed_runs_leave_is_removed_by_the_next() {
     let clock = Instant::now();
     succeeds(&stage, &arguments);
     let whole = clock.elapsed();
+    let mut left = 0;
     for moment in 0..8 {
         let mut run = start(&stage, &arguments);
         sleep(whole * moment / 7);
         run.kill().unwrap();
         run.wait().unwrap();
         ResultFolder::read(&stage.join("out")).unwrap();
+        let names = stage.names();
+        left += names.iter().filter(|n| n.starts_with(".raylet-")).count();
     }
+    assert!(left > 0, "no killed run left anything");
     succeeds(&stage, &arguments);
     assert_eq!(stage.names(), ["out", "phase.npy", "scene.toml"]);
 }

@@ -22,7 +22,7 @@ fn study(name: &str, pictures: &[&str]) -> serde_json::Value {
 }
 
 #[test]
-fn figure_three_in_seconds_slow() {
+fn figure_three_ranks_the_ways_to_draw_slow() {
     let room = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| {
         Command::new(env!("CARGO_BIN_EXE_raylet"))
@@ -55,7 +55,6 @@ fn figure_three_in_seconds_slow() {
         assert!(error(2) < error(1) && error(1) < error(0), "{text}");
     }
 
-    // Done again into the same folder it takes the place of the first; another study's files are in the way.
     assert_eq!(
         document["files"],
         serde_json::json!([
@@ -75,6 +74,8 @@ fn figure_three_in_seconds_slow() {
         "{}",
         String::from_utf8_lossy(&seen.stderr)
     );
+
+    // Done again into the same folder it takes the place of the first; a file of the user's is in the way.
     let again = run(&["paper", "fig3", "--quick", "--out", "fig3"]);
     let errors = String::from_utf8(again.stderr).unwrap();
     assert!(again.status.success(), "{errors}");
@@ -94,11 +95,13 @@ fn figure_three_in_seconds_slow() {
 }
 
 #[test]
-fn figure_two_in_seconds() {
+fn figure_two_ranks_planes_and_rules() {
     let document = study("fig2", &["patches", "rays", "curvature"]);
 
     // A flat patch errs, one with the height hardly; dividing by the coverage needs the fewest rays.
-    for bent in document["flat_patches"].as_array().unwrap() {
+    let patches = document["flat_patches"].as_array().unwrap();
+    assert!(!patches.is_empty());
+    for bent in patches {
         let error = |way: &str| bent[way][0].as_f64().unwrap();
         assert!(error("with_height") < error("incident"), "{bent}");
         assert!(error("incident") < error("tangent"), "{bent}");

@@ -355,8 +355,11 @@ mod tests {
                     assert_ne!(pair[0].label, pair[1].label);
                     let half = |i: usize| text_width(&pair[i].label, TICK_SIZE) / 2.0;
                     let apart = (axis.at(pair[1].value) - axis.at(pair[0].value)).abs();
-                    let fits = apart + 1e-9 >= half(0) + half(1) + TICK_GAPS[0];
-                    assert!(fits || axis.ticks.len() <= 3, "{range:?} {width}");
+                    let clear = apart - half(0) - half(1);
+                    assert!(clear > 0.0, "{range:?} {width}: {clear}");
+                    // Where there are more than three they have the whole gap.
+                    let wide = clear + 1e-9 >= TICK_GAPS[0];
+                    assert!(wide || axis.ticks.len() <= 3, "{range:?} {width}");
                 }
             }
         }

@@ -141,7 +141,9 @@ mod tests {
     use raylet::file::arrays::npz::Fields;
     use raylet::file::result::comparison::Side;
 
+    use crate::colour::{ColourMap, ColourScale};
     use crate::contrast::{Pair, contrast_png};
+    use crate::decoded_png::DecodedPng;
 
     fn side(channels: usize, value: Complex64) -> Side {
         Side {
@@ -164,13 +166,55 @@ mod tests {
         assert_eq!(pair.residual[[1, 2]], 20.0);
     }
 
+    /// The colour of a value.
+    fn colour(scale: ColourScale, value: f64) -> Option<[u8; 3]> {
+        scale.colours([value].iter(), 1.0).try_into().ok()
+    }
+
+    /// What two rows of panels show for intensities that are the same everywhere: A, B and their difference, and the
+    /// logarithms of A, B and the residual.
+    fn expected([a, b, residual]: [f64; 3]) -> [[Option<[u8; 3]>; 3]; 2] {
+        let most = if a.max(b) > 0.0 { a.max(b) } else { 1.0 };
+        let map = ColourMap::Inferno;
+        let linear = |value| {
+            let (range, log) = ([0.0, most], false);
+            colour(ColourScale { map, range, log }, value)
+        };
+        let logarithm = |value| {
+            let (range, log) = ([1e-5 * most, most], true);
+            colour(ColourScale { map, range, log }, value)
+        };
+        let difference = ColourScale::fitted(ColourMap::Difference, a - b, a - b);
+        [
+            [linear(a), linear(b), colour(difference, a - b)],
+            [logarithm(a), logarithm(b), logarithm(residual)],
+        ]
+    }
+
+    /// Two rows for each of one and two wavelengths, and for the sum of five; each panel is filled with the colour of
+    /// its value.
     #[test]
     fn every_kind_of_field_has_a_picture() {
-        let lit = Complex64::new(0.0, 2.0);
-        for (channels, a, b) in [(1, lit, lit), (5, lit, Complex64::ZERO)] {
-            contrast_png(&side(channels, a), &side(channels, b), "A and B").unwrap();
+        let (lit, dim, dark) = (Complex64::new(0.0, 2.0), Complex64::ONE, Complex64::ZERO);
+        for (channels, [a, b], values) in [
+            (1, [lit, lit], [4.0, 4.0, 0.0]),
+            (1, [lit, dim], [4.0, 1.0, 5.0]),
+            (5, [lit, dark], [20.0, 0.0, 20.0]),
+            (2, [dark, dark], [0.0; 3]),
+        ] {
+            let png = contrast_png(&side(channels, a), &side(channels, b), "A and B");
+            let picture = DecodedPng::of(&png.unwrap());
+            let (w, h) = (picture.width, picture.height);
+            assert_eq!(w, 2250);
+            let rows = if channels == 2 { 4 } else { 2 };
+            for row in 0..rows {
+                let part = |column: usize| {
+                    let across = column * w / 3..(column + 1) * w / 3;
+                    picture.commonest(across, row * h / rows..(row + 1) * h / rows)
+                };
+                let found = [0, 1, 2].map(part);
+                assert_eq!(found, expected(values)[row % 2], "{values:?}, row {row}");
+            }
         }
-        let dark = side(2, Complex64::ZERO);
-        contrast_png(&dark, &dark, "dark").unwrap();
     }
 }

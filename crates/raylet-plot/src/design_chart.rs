@@ -28,7 +28,7 @@ pub struct Row {
     pub slope: f64,
 }
 
-/// What is shown of a design.
+/// The data of the charts of a design.
 pub struct DesignChart<'a> {
     /// Its title.
     pub title: &'a str,

@@ -361,6 +361,7 @@ mod tests {
 
     use crate::chart_panel::Series;
     use crate::colour::ColourMap;
+    use crate::decoded_png::DecodedPng;
     use crate::figure::{BORDER, Figure, Panel};
     use crate::section_panel::{Curve, CurveKind, Label, LayoutScene, RayPath};
 
@@ -394,25 +395,14 @@ mod tests {
         Figure::new(rows, "every kind of panel")
     }
 
-    /// Width, height and RGB bytes of a PNG.
-    fn pixels(png: &[u8]) -> (usize, usize, Vec<u8>) {
-        let mut reader = png::Decoder::new(std::io::Cursor::new(png))
-            .read_info()
-            .unwrap();
-        let mut bytes = vec![0; reader.output_buffer_size().unwrap()];
-        let info = reader.next_frame(&mut bytes).unwrap();
-        assert_eq!(info.color_type, png::ColorType::Rgb);
-        (info.width as usize, info.height as usize, bytes)
-    }
-
     #[test]
     fn svg_is_valid_and_png_has_its_size() {
         let svg = every_kind().drawn(2.0).unwrap().0;
         let size = Tree::from_str(&svg, &Options::default()).unwrap().size();
         for scale in [0.5, 2.0] {
-            let (w, h, _) = pixels(&every_kind().to_png(scale).unwrap());
+            let picture = DecodedPng::of(&every_kind().to_png(scale).unwrap());
             let want = [size.width(), size.height()].map(|v| (f64::from(v) * scale).round());
-            assert_eq!([w as f64, h as f64], want);
+            assert_eq!([picture.width as f64, picture.height as f64], want);
         }
         assert_eq!(size.width(), 1200.0);
     }
@@ -441,14 +431,14 @@ mod tests {
         let figure = Figure::new(vec![vec![panel.into()]], "").width(400.0);
         let mut y = BORDER;
         let plot = figure.place(&figure.rows[0], &figure.sizes()[0], &mut y)[0].plot;
-        let (w, _, bytes) = pixels(&figure.to_png(2.0).unwrap());
+        let picture = DecodedPng::of(&figure.to_png(2.0).unwrap());
 
         // Look into the middle of each corner square.
         let grey = |x: f64, y: f64| {
-            let [px, py] = [plot.x + x * plot.w, plot.y + y * plot.h].map(|v| (2.0 * v) as usize);
-            let at = 3 * (py * w + px);
-            assert_eq!((bytes[at], bytes[at]), (bytes[at + 1], bytes[at + 2]));
-            bytes[at]
+            let place = [plot.x + x * plot.w, plot.y + y * plot.h];
+            let [r, g, b] = picture.at(place.map(|v| (2.0 * v) as usize));
+            assert_eq!((r, r), (g, b));
+            r
         };
         assert_eq!([grey(0.125, 0.125), grey(0.875, 0.125)], [204, 255]);
         assert_eq!([grey(0.125, 0.875), grey(0.875, 0.875)], [0, 51]);

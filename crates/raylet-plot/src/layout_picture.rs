@@ -302,7 +302,7 @@ fn between(first: &[Place], second: &[Place]) -> Polygon {
         (Some(a), Some(b)) => [b[0] - a[0], b[1] - a[1]],
         _ => [0.0; 2],
     };
-    // The way back runs along the second cut against the first one's direction, so that sides do not cross.
+    // The return path runs along the second cut against the first one's direction, so that sides do not cross.
     let ([ax, ay], [bx, by]) = (chord(&first), chord(&second));
     if ax * bx + ay * by > 0.0 {
         points.extend(second.iter().rev());
@@ -337,11 +337,53 @@ mod tests {
     use raylet::file::scene::scene_file::Scene;
     use raylet::optics::polygon::{area, crosses_itself};
 
-    use crate::layout_picture::{Place, between, layout_png};
+    use crate::decoded_png::DecodedPng;
+    use crate::layout_picture::{Place, between, layout, layout_png};
+    use crate::section_panel::CurveKind;
 
     /// A scene with one of every shape and aperture, which the library's tests read.
     const SCENE: &str = include_str!("../../raylet/tests/scenes/every_shape.toml");
 
+    /// What the scene's parts are drawn as, in its section through z and x. A disc inside the stop is a curve of its
+    /// own, and so is each side of the ring; a bar across the ideal lens blocks the whole section.
+    const KINDS: [CurveKind; 13] = [
+        CurveKind::Doe,
+        CurveKind::Surface,
+        CurveKind::Surface,
+        CurveKind::Surface,
+        CurveKind::Surface,
+        CurveKind::Surface,
+        CurveKind::Surface,
+        CurveKind::Surface,
+        CurveKind::Stop,
+        CurveKind::Mirror,
+        CurveKind::Mirror,
+        CurveKind::Mirror,
+        CurveKind::Sensor,
+    ];
+
+    /// z in mm of the first seven curves above x, by the numbers of the scene.
+    fn heights(x: f64) -> [f64; 7] {
+        let circle = |radius: f64| radius - (radius * radius - x * x).sqrt();
+        let r = x.abs();
+        let defocus = 3.0f64.sqrt() * (2.0 * x * x / 9.0 - 1.0);
+        [
+            circle(30.0),
+            2.0 + circle(20.0),
+            4.0 + circle(50.0) + 1e-5 * x.powi(4) + 5e-3 * (0.5 * x).powi(2),
+            7.0,
+            10.0 + circle(60.0),
+            13.0 + 0.01 * r + 1e-4 * r.powi(3),
+            16.0 + 1e-3 * defocus,
+        ]
+    }
+
+    /// Colours of elements, glass and sensors.
+    const ELEMENT: [u8; 3] = [0xa3, 0x15, 0x9a];
+    const GLASS: [u8; 3] = [0xcf, 0xe2, 0xf4];
+    const SENSOR: [u8; 3] = [0x0f, 0x76, 0x6e];
+
+    /// The parts have their symbols and heights, and their colours stand in the picture where they do along z.
     #[test]
     fn every_shape_is_drawn() {
         let folder = tempfile::tempdir().unwrap();
@@ -354,7 +396,42 @@ mod tests {
         write_npy(folder.path().join("heights.npy"), &bowl).unwrap();
         let scene = Scene::read(&path).unwrap();
         let system = system(&scene, 0).unwrap();
-        assert!(layout_png(&scene, &system).is_ok_and(|png| !png.is_empty()));
+        let (drawn, up) = layout(&scene, &system);
+        assert_eq!(up, "x");
+        let kinds: Vec<CurveKind> = drawn.surfaces.iter().map(|curve| curve.kind).collect();
+        assert_eq!(kinds, KINDS);
+        for (number, curve) in drawn.surfaces.iter().take(7).enumerate() {
+            assert!(curve.points.len() > 40, "{number}");
+            for [z, x] in &curve.points {
+                let off = z - heights(*x)[number];
+                assert!(off.abs() < 1e-12, "{number}: {off:e} at {x}");
+            }
+        }
+
+        // The element's line, three pixels wide, stands at 0 mm, the sensor at 26 mm.
+        let picture = DecodedPng::of(&layout_png(&scene, &system).unwrap());
+        assert_eq!(picture.width, 1800);
+        let [element, glass, sensor] =
+            [ELEMENT, GLASS, SENSOR].map(|colour| picture.columns(colour).unwrap());
+        let start = element[0] as f64 + 1.5;
+        let end = 0.5 * (sensor[0] + sensor[1]) as f64;
+        let column = |z: f64| start + (end - start) * z / 26.0;
+        for (found, z) in glass.into_iter().zip([2.0, 16.0]) {
+            let off = found as f64 - column(z);
+            assert!(off.abs() < 4.0, "{z}: {off}");
+        }
+        for (z, filled) in [
+            (1.0, false),
+            (3.0, true),
+            (5.5, false),
+            (8.5, true),
+            (11.5, false),
+            (14.5, true),
+            (18.0, false),
+        ] {
+            let x = column(z).round() as usize;
+            assert_eq!(picture.column_has(x, GLASS), filled, "{z}");
+        }
     }
 
     /// A thick tilted plate seen close up, each face drawn either way: its sides never cross.

@@ -16,6 +16,7 @@
 //! | [`design_chart`] | the course of a design |
 //! | [`contrast`] | two results side by side |
 //! | [`text_table`] | plain text tables |
+//! | `decoded_png` | for tests: the pixels of a PNG |
 //!
 //! Axes, legends and labels are this crate's own code. In November 2026 it was compared with plotters 0.3.7, of
 //! September 2024, on an error chart, a field and a layout. plotters leaves to its caller the powers of ten on an axis,
@@ -37,6 +38,8 @@ mod axis;
 pub mod chart_panel;
 pub mod colour;
 pub mod contrast;
+#[cfg(test)]
+mod decoded_png;
 pub mod design_chart;
 pub mod figure;
 pub mod image_panel;

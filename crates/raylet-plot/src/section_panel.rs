@@ -27,7 +27,7 @@ pub struct RayPath {
     pub group: usize,
 }
 
-/// What a curve in a layout means, which decides how it is drawn.
+/// The part that a curve in a layout shows, which decides how it is drawn.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq)]
 pub enum CurveKind {
     /// A refracting surface: a thin line.
@@ -50,7 +50,7 @@ pub enum CurveKind {
 pub struct Curve {
     /// The curve as a polyline.
     pub points: Vec<[f64; 2]>,
-    /// What it means.
+    /// The part that the curve shows.
     pub kind: CurveKind,
 }
 
@@ -64,9 +64,9 @@ pub struct Polygon {
 /// A name beside a point (z, transverse) in mm; it is moved to keep clear of other things.
 #[derive(Clone, Debug, Default)]
 pub struct Label {
-    /// What is named.
+    /// The point (z, transverse) in mm.
     pub at: [f64; 2],
-    /// Its name.
+    /// The name.
     pub text: String,
 }
 

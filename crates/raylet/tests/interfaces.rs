@@ -3,12 +3,14 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
+use raylet::engine::chain::forecast::forecast;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::geometrical::system_trace::trace_system;
 use raylet::engine::local_bands::carry::{
     LocalBandCotangent, carry, carry_kept, carry_kept_adjoint,
 };
 use raylet::engine::local_bands::settings::{LocalBandSettings, SourceAperture};
+use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::engine::progress::uncancelled;
 use raylet::file::model::build;
@@ -432,6 +434,11 @@ fn whole_fields_refuse_an_interface() {
         assert!(error.contains("'element'"), "{error}");
         assert!(error.contains("local_bands"), "{error}");
     }
+    let forecasts = forecast(&case, &Settings::default()).unwrap();
+    let [only] = &forecasts[..] else {
+        panic!("one hop: {}", forecasts.len())
+    };
+    assert!(matches!(only.method, HopMethod::LocalBands(_)));
 }
 
 /// A point's light on the first, curved screen: the sum over the surface agrees.

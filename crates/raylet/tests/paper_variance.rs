@@ -12,13 +12,13 @@ use raylet::engine::monte_carlo::paper::PaperRun;
 use raylet::engine::monte_carlo::paper_plan::{DrawAddress, PaperPlan};
 use raylet::engine::plan::settings::{Density, Positions, Sag, Sampler};
 use raylet::engine::progress::uncancelled;
-use raylet::math::random::uniform;
 use raylet::optics::system::Hop;
 use raylet::wave::beamlet::plane::PlaneSum;
 use raylet::wave::grid::field::{Axis, Field, Grid};
 use raylet::wave::grid::raster::Raster;
 use raylet::wave::patches::patch::Band;
 use raylet::wave::patches::tile::TileWindow;
+use raylet_testkit::noise::phases;
 use raylet_testkit::parts::{on_axis, open_screen};
 
 /// Wavelength, pitch of the field, and distance of the screens.
@@ -41,15 +41,14 @@ const RASTER: Raster = Raster {
 
 fn field() -> Field {
     let axis = Axis::uniform(FIELD, PITCH, 0.0);
-    let mut field = Field::zeros(Grid {
+    let grid = Grid {
         x: axis.clone(),
         y: axis,
-    });
-    for ((j, i), value) in field.values.indexed_iter_mut() {
-        let turn = uniform(3, [j as u32, i as u32, 0, 0]);
-        *value = Complex64::cis(std::f64::consts::TAU * turn);
+    };
+    Field {
+        values: phases([FIELD; 2], 3),
+        ..Field::zeros(grid)
     }
-    field
 }
 
 fn band(period: usize) -> Band {

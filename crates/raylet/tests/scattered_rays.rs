@@ -127,19 +127,35 @@ fn bad_input_is_one_clear_error() {
     assert_eq!(fault(|_, _| {}), "");
 }
 
+/// Rays whose parent is no arriving ray have neither weights nor a transpose; before one was foreign, they had both.
 #[test]
-fn foreign_rays_have_no_transpose() {
+fn foreign_rays_have_no_weights_and_no_transpose() {
     let screen = tilted_element(0.0, &column(COUNT * COUNT, 1));
     let columns = Columns::on(&screen);
     let plan = plan(&screen, &columns, settings());
     let mut secondary = plan.scatter(0..2);
-    let found = plan.weigh_adjoint(&secondary, &[]).unwrap_err();
-    assert!(found.to_string().contains("weight_bar has 0 entries"));
+    let bar = column(secondary.len(), 4);
+    plan.weigh(&secondary).unwrap();
+    plan.weigh_adjoint(&secondary, &bar).unwrap();
     secondary.parent[0] = 49;
-    assert!(
-        plan.weigh(&secondary)
-            .unwrap_err()
-            .to_string()
-            .contains("parent is 49")
-    );
+    let weights = plan.weigh(&secondary).unwrap_err();
+    let transpose = plan.weigh_adjoint(&secondary, &bar).unwrap_err();
+    for found in [weights, transpose].map(|error| error.to_string()) {
+        assert!(found.contains("parent is 49"), "{found}");
+    }
+}
+
+#[test]
+fn a_transpose_needs_a_cotangent_for_every_ray() {
+    let screen = tilted_element(0.0, &column(COUNT * COUNT, 1));
+    let columns = Columns::on(&screen);
+    let plan = plan(&screen, &columns, settings());
+    let secondary = plan.scatter(0..2);
+    let count = secondary.len();
+    for given in [0, count - 1, count + 1] {
+        let found = plan.weigh_adjoint(&secondary, &column(given, 4));
+        let found = found.unwrap_err().to_string();
+        let expected = format!("weight_bar has {given} entries, expected {count}");
+        assert!(found.contains(&expected), "{found}");
+    }
 }

@@ -199,7 +199,7 @@ fn what_cannot_stand_on_an_interface_is_one_clear_error() {
         .build()
         .unwrap_err();
     assert_eq!(error.part, "element 'mirror'");
-    assert_eq!(error.expected, "one of both");
+    assert_eq!(error.expected, "exactly one of the two");
 }
 
 /// Where a lens meets the light first, the aperture before it has the beam's radius.

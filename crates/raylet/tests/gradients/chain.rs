@@ -1,4 +1,4 @@
-//! The way back is the transpose of the way there.
+//! The adjoint of a whole run is the transpose of the run.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -59,7 +59,7 @@ fn chain_dot_product_slow() {
 /// Where weak modes are left out, the field is linear in each element for the modes that its own light keeps.
 #[test]
 fn dot_product_without_weak_modes() {
-    let wanted = ["lens", "rims and a tilt"];
+    let (wanted, mut elements) = (["lens", "rims and a tilt"], 0);
     for case in cases().iter().filter(|case| wanted.contains(&case.name)) {
         let all = LinearisedSystem::new(&case.system, &[], &case.settings).unwrap();
         let settings = Settings {
@@ -80,15 +80,17 @@ fn dot_product_without_weak_modes() {
             {
                 let error = apart([&field_bar, field], [&bar, &pixels.values]);
                 assert!(error < 1e-12, "{}: {error:e}", case.name);
+                elements += 1;
             }
         }
     }
+    assert_eq!(elements, wanted.len());
 }
 
 /// Beamlets are kept from the first run on; that changes no bit, whether weak modes are left out or not.
 #[test]
 fn kept_beamlets_change_no_bit() {
-    let wanted = ["lens", "rims and a tilt"];
+    let (wanted, mut runs) = (["lens", "rims and a tilt"], 0);
     for case in cases().iter().filter(|case| wanted.contains(&case.name)) {
         for mode_threshold in [Some(0.0), Some(1e-2)] {
             let settings = Settings {
@@ -100,7 +102,9 @@ fn kept_beamlets_change_no_bit() {
             for _ in 0..2 {
                 let trace = linearised.forward(&case.system).unwrap();
                 assert_eq!(trace.field.values, anew.field.values, "{}", case.name);
+                runs += 1;
             }
         }
     }
+    assert_eq!(runs, 4 * wanted.len());
 }

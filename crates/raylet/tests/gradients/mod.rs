@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `stage` | Small systems in wavelengths, with every kind of hop between them |
-//! | `chain` | The way back is the transpose of the way there |
+//! | `chain` | The adjoint of a whole run is the transpose of the run |
 //! | `differences` | Gradients against central differences of the loss itself |
 //! | `drawn` | Drawn beamlets, whose mean is the exact field and gradient, and their control variate |
 //! | `local_bands` | Gradients by local bands against central differences of the loss |

@@ -128,8 +128,14 @@ fn libraries_and_tests_print_nothing() {
 }
 
 #[test]
-fn every_adjoint_stands_below_its_forward_and_is_tested() {
-    let sources = code_of(&LIBRARIES);
+fn every_adjoint_stands_below_its_forward_and_has_a_dot_product_test() {
+    let parts = ["src", "tests"].map(|part| LIBRARIES.map(|name| format!("crates/{name}/{part}/")));
+    let folders = parts.as_flattened();
+    let mut sources = all_sources();
+    // The tests of these rules hold sources that break them.
+    sources.retain(|(path, _)| {
+        path.ends_with(".rs") && starts(path, folders) && !path.contains("/house/")
+    });
     assert!(sources.len() > 250, "{}", sources.len());
     assert_eq!(lone_adjoints(&sources), Vec::<String>::new());
 }

@@ -87,21 +87,56 @@ fn a_mark_of_what_is_left_undone_is_found() {
     assert_eq!(planted(left_undone, &bad), expected);
 }
 
+/// What the rule says of a file with this code and a test of it.
+fn lone(code: &str, test: &str) -> Vec<String> {
+    let text = format!("{code}#[cfg(test)]\nmod tests {{\n    fn {test}\n}}\n");
+    planted(lone_adjoints, &[("math/real.rs", &text)])
+}
+
+const SCALE: &str = "fn scale() {}\nfn scale_adjoint() {}\n";
+
 #[test]
-fn a_lone_adjoint_is_found() {
-    let kept = "fn scale() {}\nfn scale_adjoint() {}\nfn dot_product() {}\n";
-    assert_eq!(
-        planted(lone_adjoints, &[("math/real.rs", kept)]),
-        Vec::<String>::new()
-    );
-    let above = "fn scale_adjoint() {}\nfn scale() {}\nfn dot_product() {}\n";
-    assert_eq!(
-        planted(lone_adjoints, &[("math/real.rs", above)]),
-        ["math/real.rs: scale_adjoint has no forward"]
-    );
-    let untested = "fn scale() {}\nfn scale_adjoint() {}\n";
-    assert_eq!(
-        planted(lone_adjoints, &[("math/real.rs", untested)]),
-        ["math/real.rs: scale_adjoint has no dot-product test"]
-    );
+fn an_adjoint_without_a_forward_above_it_is_found() {
+    let test = "scale_dot_product() { scale_adjoint() }";
+    for kept in [SCALE, "fn scale_at() {}\nfn scale_adjoint() {}\n"] {
+        assert_eq!(lone(kept, test), Vec::<String>::new(), "{kept}");
+    }
+    for bad in [
+        "fn scale_adjoint() {}\nfn scale() {}\n",
+        "fn scaled() {}\nfn scale_adjoint() {}\n",
+        "// fn scale\nfn scale_adjoint() {}\n",
+    ] {
+        let expected = ["math/real.rs: scale_adjoint has no forward above it"];
+        assert_eq!(lone(bad, test), expected, "{bad}");
+    }
+}
+
+#[test]
+fn an_adjoint_that_no_dot_product_test_calls_is_found() {
+    let by_way = format!("{SCALE}fn run_back() {{ scale_adjoint() }}\n");
+    for (code, test) in [
+        (SCALE, "scale_inner_product() { scale_adjoint() }"),
+        (by_way.as_str(), "run_dot_product() { run_back() }"),
+    ] {
+        assert_eq!(lone(code, test), Vec::<String>::new(), "{test}");
+    }
+    let named = format!("// `scale_dot_product` holds it.\n{SCALE}");
+    let expected = ["math/real.rs: scale_adjoint has no dot-product test"];
+    for (code, test) in [
+        (SCALE, "scale_works() { scale_adjoint() }"),
+        (SCALE, "scale_dot_product() { scale() }"),
+        (by_way.as_str(), "scale_dot_product() { scale() }"),
+        (named.as_str(), "scale_dot_product() { scale() }"),
+        (named.as_str(), "scale_works() {}"),
+    ] {
+        assert_eq!(lone(code, test), expected, "{code} {test}");
+    }
+
+    // A test of another file counts where a comment names it.
+    let elsewhere = ("tests/real.rs", "fn scale_dot_product() {}\n");
+    let file = ("math/real.rs", named.as_str());
+    let found = planted(lone_adjoints, &[file, elsewhere]);
+    assert_eq!(found, Vec::<String>::new());
+    let silent = planted(lone_adjoints, &[("math/real.rs", SCALE), elsewhere]);
+    assert_eq!(silent, expected);
 }
