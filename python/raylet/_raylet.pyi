@@ -73,7 +73,7 @@ class Bench:
 @final
 class Passage:
     """
-    Light on its way through a bench, ready to be gone back.
+    The record of a forward pass through a bench, for its gradient.
     """
     def adjoint(
         self, /, fields_bar: list[NDArray[Any]], threads: SupportsIndex | None

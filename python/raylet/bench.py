@@ -21,7 +21,7 @@ Field = NDArray[np.complex128]
 
 
 class Passage:
-    """Light that went through a bench, and the way back.
+    """A forward pass through a bench: its field, and gradients of losses of it.
 
     Attributes
     ----------
@@ -56,7 +56,8 @@ class Bench:
 
     Calling it with an array for each element (phases, or complex transmissions) and the parameters sends light through.
     What is differentiated is one fixed, smooth function: no mode is dropped for being weak, as :meth:`raylet.System.
-    simulate` may do within its target error. Parameters that have gone far deserve a bench of their own.
+    simulate` may do within its target error. After large changes of the parameters make a new bench: the plans are those
+    for the values that it was made with.
 
     Attributes
     ----------

@@ -34,7 +34,7 @@ def intensity(bench: Bench, *pixels: Any, parameters: Any = None) -> Any:
 
 
 class _Hashed:
-    """A bench that JAX can distinguish from others, with its latest passage: the way back follows the way there."""
+    """A bench that JAX can distinguish from others, with its latest passage, of which gradients are taken."""
 
     def __init__(self, bench: Bench) -> None:
         self.bench = bench

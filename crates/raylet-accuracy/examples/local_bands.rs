@@ -3,7 +3,7 @@
 //! `cargo run --release -p raylet-accuracy --example local_bands -- CASE ANGLE [WORD=VALUE ...]`, where CASE is bare, vortex,
 //! cubic, lens or pixels, and ANGLE in degrees. The words: `sigma=100` the width of all windows in µm, which is chosen
 //! without it; `radius` of the stop in mm; `sensor` its pixels of 1 µm along a side; `pitch` of the random pixels in µm;
-//! `target`, `thr`, `step`, `period`, `corrected` the settings; `way=back` also measures the way back, `way=there` leaves
+//! `target`, `thr`, `step`, `period`, `corrected` the settings; `way=back` also measures the adjoint, `way=there` leaves
 //! out the reference.
 
 use std::error::Error;
@@ -101,7 +101,7 @@ fn reference(triplet: &Triplet, radius: f64, system: &System) -> Option<Array2<C
     field(system, &polar_nodes(doe, radius, fine), None)
 }
 
-/// Measures the way back from a field: ⟨U, U⟩ by the sensor, and by the pixels and their cotangents.
+/// Measures the adjoint from a field: ⟨U, U⟩ by the sensor, and by the pixels and their cotangents.
 fn measure_back(
     triplet: &Triplet,
     system: &System,

@@ -1,6 +1,6 @@
 //! The rows of the accuracy report that its tests measure again.
 
-/// Words that the names of these problems hold: quick ones of each kind of reference.
+/// Parts of the names of these problems: quick ones of each kind of reference.
 pub const PROBLEMS: [&str; 8] = [
     "120λ of free space, light",
     "hologram, LA1131-A convex side first, sensor 44.7 mm behind it",
@@ -12,7 +12,7 @@ pub const PROBLEMS: [&str; 8] = [
     "random 4.35λ pixels, lens tilted [3.0, -12.0]° and 20λ off, small sensor at (-80, 0, 1000)λ",
 ];
 
-/// The gradients, one for each loss.
+/// Name of the gradients that are measured again, one for each loss.
 pub const GRADIENT: &str = "12² random 4λ pixels, 60λ of free space, light at 0°, without rays";
 
 /// Whether the row of a problem is measured again.
@@ -20,7 +20,7 @@ pub fn is_measured_again(name: &str) -> bool {
     PROBLEMS.iter().any(|words| name.contains(words))
 }
 
-/// What the report says about it.
+/// The sentence of the report about these rows.
 pub fn sentence() -> String {
     format!(
         "The tests measure some rows again and compare them to a tenth: the problems whose names hold \"{}\", and \

@@ -17,25 +17,25 @@ use crate::study_error::StudyError;
 /// The file by which the folder of a study is known.
 pub const STUDY_FILE: &str = "paper.json";
 
-/// How much of a study is done, and who shows it.
+/// The size of a study, and the display of its progress.
 #[derive(Clone, Copy)]
 pub struct Effort<'a> {
-    /// Everything small.
+    /// Whether the study runs at a small size.
     pub quick: bool,
-    /// Where the parts of long runs are kept.
+    /// Folder in which the parts of long runs are kept.
     pub keep: Option<&'a Path>,
-    /// Most parts of a run.
+    /// Largest number of parts of a run.
     pub most: usize,
     /// Shows how far it is.
     pub display: &'a dyn ProgressDisplay,
 }
 
-/// What a study found.
+/// The results of a study.
 #[derive(Default)]
 pub struct Study {
-    /// For standard output.
+    /// Text for standard output.
     pub text: String,
-    /// The same as a document: a table.
+    /// The results as a JSON document: a table.
     pub document: serde_json::Value,
     /// Names and contents of its pictures, and of the scenes of its systems.
     pub pictures: Vec<(String, Vec<u8>)>,

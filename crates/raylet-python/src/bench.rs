@@ -41,7 +41,7 @@ pub(crate) struct Bench {
     planned: Arc<Vec<(System, Plans)>>,
 }
 
-/// Light on its way through a bench, ready to be gone back.
+/// The record of a forward pass through a bench, for its gradient.
 #[pyclass(frozen, module = "raylet._raylet")]
 pub(crate) struct Passage {
     planned: Arc<Vec<(System, Plans)>>,
@@ -163,7 +163,7 @@ impl Bench {
                 .collect::<Result<Vec<_>, LinearisedSystemError>>()
         })?;
         let mut channels = channels.map_err(|failure| error(py, failure))?;
-        // Nothing on the way back needs the field itself: its memory becomes NumPy's.
+        // The adjoint does not need the field itself: its memory becomes NumPy's.
         let take = |channel: &mut Channel| std::mem::take(&mut channel.trace.field.values);
         let fields = channels.iter_mut().map(take);
         let fields = fields.map(|field| Made::new(py, field));

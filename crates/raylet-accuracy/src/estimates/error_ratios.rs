@@ -14,15 +14,15 @@ use crate::estimates::surface_sum::surface_sum;
 /// A random system, the error that raylet estimated and the true one.
 #[derive(Clone, Debug)]
 pub struct Case {
-    /// What it consists of.
+    /// Kind of the system.
     pub kind: Kind,
-    /// Which of its kind.
+    /// Number of the system within its kind.
     pub number: u32,
     /// The target error of the run.
     pub target: f64,
     /// The error that raylet estimated.
     pub estimate: f64,
-    /// What that consists of: aberration, windows, dropped light, rims.
+    /// The parts of that estimate: aberration, windows, dropped light, rims.
     pub parts: [f64; 4],
     /// Relative L2 distance of the complex field from the exact one, nothing fitted.
     pub truth: f64,
@@ -38,10 +38,10 @@ const TARGETS: [f64; 3] = [1e-3, 3e-3, 3e-4];
 /// The fineness of the reference.
 pub const EFFORT: f64 = 1.0;
 
-/// That of a finer one, beside which the reference is checked.
+/// The fineness of a finer reference, against which the first one is checked.
 pub const FINER: f64 = 1.3;
 
-/// Errors below this are alike: so far the reference itself may be off.
+/// Errors below this count as equal: the reference itself may be wrong by as much.
 pub const FLOOR: f64 = 2e-5;
 
 impl Case {
@@ -126,7 +126,7 @@ pub struct Spread {
 pub const BOUNDS: [f64; 7] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 
 impl Spread {
-    /// Of these cases.
+    /// The spread of the ratios of these cases.
     pub fn of(cases: &[Case]) -> Self {
         let share = |wanted: &dyn Fn(f64) -> bool| {
             let count = cases.iter().filter(|case| wanted(case.ratio())).count();

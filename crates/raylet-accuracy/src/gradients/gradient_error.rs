@@ -17,7 +17,7 @@ pub enum Loss {
 }
 
 impl Loss {
-    /// What the report calls it.
+    /// Formula of the loss, as the report shows it.
     pub fn name(self) -> &'static str {
         match self {
             Self::Image => "Σ(I − T)²",
@@ -25,7 +25,7 @@ impl Loss {
         }
     }
 
-    /// Its value.
+    /// Value of the loss for a field on the sensor, [y, x].
     pub fn value(self, field: &Array2<Complex64>) -> f64 {
         let term = |((j, i), u): ((usize, usize), &Complex64)| match self {
             Self::Image => (u.norm_sqr() - draw(j, i, 0)).powi(2),
@@ -34,7 +34,7 @@ impl Loss {
         field.indexed_iter().map(term).sum()
     }
 
-    /// Its cotangent, ∂L/∂Re U + i ∂L/∂Im U.
+    /// Cotangent of the field U, ∂L/∂Re U + i ∂L/∂Im U, [y, x].
     pub fn bar(self, field: &Array2<Complex64>) -> Array2<Complex64> {
         Array2::from_shape_fn(field.dim(), |(j, i)| match self {
             Self::Image => {
@@ -54,20 +54,20 @@ fn vector(j: usize, i: usize) -> Complex64 {
     Complex64::new(draw(j, i, 1) - 0.5, draw(j, i, 2) - 0.5)
 }
 
-/// One gradient and what it is measured against.
+/// One gradient, and the reference to which it is compared.
 pub struct Comparison {
-    /// What it is.
+    /// Description of the system and of the parameters, as the report shows it.
     pub name: String,
-    /// What is differentiated.
+    /// Formula of the loss that is differentiated.
     pub loss: &'static str,
-    /// What it is measured against.
+    /// Name of the reference.
     pub reference: &'static str,
     /// raylet's gradient and the reference's, entry by entry.
     run: Box<dyn Fn() -> Result<[Vec<f64>; 2], LinearisedSystemError>>,
 }
 
 impl Comparison {
-    /// One whose entries are real.
+    /// A comparison of real entries; `run` returns those of raylet and of the reference.
     pub fn new(
         name: String,
         loss: &'static str,

@@ -3,12 +3,12 @@
 //! The collimated light on the stop is the geometrical field: the path of the one ray to each point, and an amplitude
 //! by the area of its ray tube. Behind the element it is multiplied by the ray Green's function (Van Vleck) of the rear
 //! group, (k/2πi)·√(q/q′)·|det ∂s/∂p|^{−1/2}·e^{ikL}. There is no caustic between the stop and the sensor. Rays to each
-//! pixel are interpolated between 3 × 3 points of the sensor. Where the stop is the first screen, the light on it is that of
-//! the source.
+//! pixel are interpolated between 3 × 3 points of the sensor. Where the stop is the first screen, the light on it is
+//! that of the source.
 //!
-//! Where the stop is a curved surface, or an interface, q is the optical direction against the normal of the surface that
-//! belongs to unit area below it, q − p·∇s, on either side; det ∂s/∂p is taken with the slopes p + q∇s of the waves along
-//! the surface. The interface keeps the power of the light that it refracts.
+//! Where the stop is a curved surface, or an interface, q is the optical direction against the normal of the surface
+//! that belongs to unit area below it, q − p·∇s, on either side; det ∂s/∂p is taken with the slopes p + q∇s of the
+//! waves along the surface. The interface keeps the power of the light that it refracts.
 
 use ndarray::Array2;
 use num_complex::Complex64;
@@ -35,7 +35,7 @@ const CLOSE: f64 = 1e-12;
 /// A point of the stop with the transmission there times the area that it represents, in mm².
 #[derive(Clone, Copy, Debug)]
 pub struct StopNode {
-    /// Where it is, in mm.
+    /// Place on the stop, (x, y) in mm.
     pub at: [f64; 2],
     /// Transmission times area.
     pub weight: Complex64,
@@ -58,8 +58,8 @@ pub fn polar_nodes(doe: &Doe, radius: f64, [rings, spokes]: [usize; 2]) -> Vec<S
     nodes
 }
 
-/// The centres of square cells of a pitch in mm over the bounds of the aperture, with the share of each that the aperture
-/// leaves; none without an edge.
+/// The centres of square cells of a pitch in mm over the bounds of the aperture, with the share of each that the
+/// aperture leaves; none without an edge.
 pub fn cell_nodes(doe: &Doe, pitch: f64) -> Vec<StopNode> {
     let Some([x0, x1, y0, y1]) = doe.aperture.bounds() else {
         return Vec::new();
@@ -83,8 +83,8 @@ pub fn cell_nodes(doe: &Doe, pitch: f64) -> Vec<StopNode> {
     nodes
 }
 
-/// The light at a point of the stop as it goes on to the sensor: optical path, amplitude, and rates of the path with the
-/// place on the stop along x and y; at 3 × 3 points of the sensor, [y, x].
+/// The light at a point of the stop as it goes on to the sensor: optical path, amplitude, and rates of the path with
+/// the place on the stop along x and y; at 3 × 3 points of the sensor, [y, x].
 struct Spray {
     path: [[f64; 3]; 3],
     size: [[f64; 3]; 3],
@@ -146,8 +146,8 @@ pub fn field(system: &System, nodes: &[StopNode], cell: Option<f64>) -> Option<A
     Some(parts?.iter().fold(dark, |sum, part| sum + part))
 }
 
-/// Where on the sensor the ray lands that crosses the middle of the stop, where its optical direction cosines change by a
-/// `kick`, whether or not an edge stops it on the way; nothing where it is lost otherwise.
+/// Where on the sensor the ray lands that crosses the middle of the stop, where its optical direction cosines change by
+/// a `kick`, whether or not an edge stops it on the way; nothing where it is lost otherwise.
 pub fn chief_landing(system: &System, kick: [f64; 2]) -> Option<[f64; 2]> {
     let trains = opened(system);
     let integral = Integral::new(system, &trains)?;

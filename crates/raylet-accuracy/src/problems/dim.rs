@@ -48,12 +48,12 @@ pub const USUAL: Effort = Effort {
     density: 2.5,
 };
 
-/// One of the systems.
+/// A tilted and decentred lens that sends little light to the sensor.
 #[derive(Clone, Copy, Debug)]
 pub struct DimLens {
     /// Tilts of the lens about x and y in degrees.
     pub tilt: [f64; 2],
-    /// Its decentre along x.
+    /// Decentre of the lens along x.
     pub decentre: f64,
     /// Distance of the sensor from the second face's vertex plane, and of its middle from the axis.
     pub sensor: [f64; 3],

@@ -21,28 +21,28 @@ use raylet_testkit::parts::{self, box_pixels, on_axis, screen};
 
 /// A system, how raylet is to run it, and the field that a reference finds on its sensor.
 pub struct Problem {
-    /// What it is.
+    /// Description of the system, as the report shows it.
     pub name: String,
-    /// What the reference is.
+    /// Name of the reference.
     pub reference: &'static str,
     /// The system.
     pub system: System,
-    /// How raylet runs it.
+    /// Settings of raylet's run.
     pub settings: Settings,
     /// The reference's field on the sensor, [y, x]; may take a while.
     pub exact: Box<dyn Fn() -> Array2<Complex64>>,
 }
 
-/// How far a field is from the reference.
+/// The errors of a field against the reference.
 #[derive(Clone, Copy, Debug)]
 pub struct Measured {
     /// Relative L2 error of the complex field, nothing fitted.
     pub absolute: f64,
-    /// The same after the best complex factor.
+    /// Relative L2 error after the best complex factor.
     pub shape: f64,
     /// Normalised cross-correlation of the intensities.
     pub ncc: f64,
-    /// What raylet says its error is.
+    /// The error that raylet estimates.
     pub estimate: f64,
     /// Rays followed.
     pub rays: u64,

@@ -26,7 +26,7 @@ use crate::references::surface::{Sag, SurfaceSamples};
 /// A piece of glass with a plane face behind, in air; its frame is that of its first face.
 #[derive(Clone, Copy, Debug)]
 pub struct Glass {
-    /// Where it stands.
+    /// Origin and axes at the vertex of the first face.
     pub frame: Frame,
     /// Radius of the first face; infinite for a plate.
     pub radius: f64,
@@ -41,7 +41,7 @@ pub struct Glass {
 /// Pixels, glass, sensor.
 #[derive(Clone)]
 pub struct Setup {
-    /// What it is.
+    /// Description of the system, as the report shows it.
     pub name: &'static str,
     /// Unit direction of the collimated light, phase zero at the origin.
     pub light: Vec3,
@@ -55,7 +55,7 @@ pub struct Setup {
     pub sensor: Frame,
     /// Points of the sensor along each axis, and their distance.
     pub points: (usize, f64),
-    /// How exactly the reference is computed.
+    /// Period and sampling of the reference.
     pub effort: Effort,
 }
 

@@ -41,7 +41,7 @@ const APART: f64 = 0.05;
 /// Seed of the random phases.
 const SEED: u64 = 17;
 
-/// What the mirror is made on.
+/// The substrate of the mirror.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Substrate {
     /// Two bumps of a tenth of a wavelength, tapered to zero at the edge of their square.
@@ -50,7 +50,7 @@ pub enum Substrate {
     Bump,
 }
 
-/// What the mirror shows.
+/// The picture that the mirror shows.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Show {
     /// Two foci on the x axis.
@@ -62,15 +62,15 @@ pub enum Show {
 /// The mirror, at a share of its full size.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Conformal {
-    /// What it is made on.
+    /// Its substrate.
     pub substrate: Substrate,
-    /// What it shows.
+    /// The picture that it shows.
     pub show: Show,
     /// Share of the full size, in all lengths.
     pub scale: f64,
 }
 
-/// What of its pixels is lit.
+/// The lit part of its pixels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum LitArea {
     /// The disc that touches the edges.

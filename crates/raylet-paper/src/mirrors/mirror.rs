@@ -1,4 +1,4 @@
-//! What the studies of a mirror's pixels share: the search, kept so that it goes on when it is stopped.
+//! The search for a mirror's pixels, which several studies use. Checkpoints let a stopped search go on.
 
 #![expect(
     clippy::indexing_slicing,

@@ -37,10 +37,10 @@ pub struct MirrorSearch {
 /// Why there is no search for the pixels of a mirror.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum MirrorSearchError {
-    /// Its loss makes no sense.
+    /// Its loss is refused.
     #[error(transparent)]
     Loss(#[from] LossError),
-    /// Its system makes no sense.
+    /// Its system is refused.
     #[error(transparent)]
     Mirror(#[from] MirrorError),
 }

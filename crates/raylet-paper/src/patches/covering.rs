@@ -27,19 +27,19 @@ use raylet::wave::patches::tile::TileCutter;
 
 use crate::patches::periodic_hop::PeriodicHop;
 
-/// Likeness that counts as enough, and the most positions tried for it.
+/// Likeness (NCC) that counts as enough, and the largest number of positions that is tried to reach it.
 const ENOUGH: f64 = 0.99;
 const MOST: usize = 16_384;
 
-/// Repetitions with other random numbers that a number of positions is judged by.
+/// Repetitions with other random numbers; their mean judges a number of positions.
 const SEEDS: u64 = 2;
 
 /// A rule of position.
 #[derive(Clone, Copy, Debug)]
 pub struct Rule {
-    /// What it is called in the study.
+    /// Name of the rule in the study.
     pub name: &'static str,
-    /// Where positions lie.
+    /// How positions are chosen.
     pub positions: Positions,
     /// Whether the coverage is divided out.
     pub divides: bool,
@@ -67,14 +67,14 @@ pub const RULES: [Rule; 4] = [
     },
 ];
 
-/// What positions by one rule bring with patches of one size.
+/// Likeness and error over the number of positions, for one rule and one size of patches.
 #[derive(Clone, Debug)]
 pub struct Curve {
     /// Name of the rule.
     pub rule: &'static str,
     /// Side of the patches in wavelengths.
     pub side: f64,
-    /// Positions, likeness of the intensities, and error of the field.
+    /// For each number of positions: that number, likeness (NCC) of the intensities, and error of the field.
     pub points: Vec<[f64; 3]>,
 }
 
@@ -97,7 +97,7 @@ pub struct Covering {
     pub curves: Vec<Curve>,
     /// Positions needed.
     pub needs: Vec<Need>,
-    /// Of the whole hologram with a period of so many widths, against free space: the ratio, likeness, and
+    /// The whole hologram as one patch against free space: period over the width of the hologram, likeness (NCC) and
     /// error of the field.
     pub padding: Vec<[f64; 3]>,
     /// Intensities: the reference; then one patch in the middle, and many, of each size.
@@ -110,12 +110,12 @@ pub struct Covering {
     pub seconds: f64,
 }
 
-/// What to try.
+/// The patches and numbers of positions that a study tries.
 #[derive(Clone, Debug)]
 pub struct CoveringCase {
     /// Sides of patches in wavelengths that are followed over positions.
     pub sides: Vec<f64>,
-    /// Those whose need is sought as well.
+    /// Further sides in wavelengths for which only the number of positions needed is found.
     pub between: Vec<f64>,
     /// Numbers of positions.
     pub counts: Vec<usize>,

@@ -38,9 +38,9 @@ pub struct Bent {
     pub phase: f64,
     /// Field error, and error of its shape alone, of the plane that touches the middle.
     pub tangent: [f64; 2],
-    /// The same where the light that comes meets the true surface.
+    /// The two errors where the incident light meets the true surface.
     pub incident: [f64; 2],
-    /// The same with the height of the surface.
+    /// The two errors with the height of the surface for incident and leaving light.
     pub whole: [f64; 2],
 }
 
@@ -196,6 +196,7 @@ mod tests {
     #[test]
     fn errors_of_planes_are_those_of_their_phase_slow() {
         let study = FlatPatches::measure(&[10, 20], &[400.0]).unwrap();
+        assert_eq!(study.found.len(), 2);
         for bent in &study.found {
             let expected = 4.0 * bent.phase * f64::sqrt(7.0 / 180.0);
             let ratio = bent.tangent[0] / expected;

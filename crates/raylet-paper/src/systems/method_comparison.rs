@@ -19,20 +19,20 @@ use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
 use serde::Serialize;
 
-/// What one way gave.
+/// The field of one method on the sensor, and its cost.
 #[derive(Clone, Debug)]
 pub struct MethodRun {
-    /// Its name.
+    /// Name of the method.
     pub name: String,
     /// The field on the sensor.
     pub field: Array2<Complex64>,
-    /// What it took.
+    /// Rays, time and memory.
     pub cost: Cost,
     /// The standard error that a random run estimated, over the norm of its field.
     pub standard_error: Option<f64>,
 }
 
-/// What a field took.
+/// The cost of a field: rays, time and memory.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Serialize)]
 pub struct Cost {
     /// Draws; equal to the rays where nothing is drawn.
@@ -66,7 +66,7 @@ pub struct Match {
     pub unit_sum_mse: Option<f64>,
     /// ‖A − B‖ / ‖B‖ of the complex fields.
     pub field_error: Option<f64>,
-    /// The same after the best complex factor.
+    /// ‖A − c·B‖ / ‖A‖ with the best complex factor c.
     pub shape_error: Option<f64>,
 }
 
@@ -126,7 +126,7 @@ impl MethodRun {
         }
     }
 
-    /// The same way seen on a square of the sensor only.
+    /// The run with its field on these rows and columns of the sensor only.
     pub fn cropped(&self, [rows, columns]: [std::ops::Range<usize>; 2]) -> Self {
         let part = part(self.field.view(), rows, columns);
         Self {

@@ -20,18 +20,18 @@ pub enum EstimatorKind {
     ControlVariate,
     /// Without replacement.
     WithoutReplacement,
-    /// Independently, held constant on the way back, as in the source paper's public code.
+    /// Independently; gradients hold the draws constant, as in the source paper's public code.
     Multinomial,
-    /// The same, with the gradient of a soft maximum, as in the source paper's text.
+    /// Independently; gradients are those of a soft maximum, as in the source paper's text.
     Gumbel,
 }
 
 /// An estimator of value and gradient from beamlets that are drawn in each evaluation.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Estimator {
-    /// How they are drawn.
+    /// Rule by which beamlets are drawn.
     pub kind: EstimatorKind,
-    /// Draws of each patch.
+    /// Number of draws from each patch.
     pub each: usize,
     /// Iterations from one exact evaluation to the next; for control variates.
     pub refresh: usize,
@@ -40,7 +40,7 @@ pub struct Estimator {
 }
 
 impl Estimator {
-    /// What is drawn in an iteration.
+    /// The draws of an iteration, by a seed of its own.
     pub fn draws(&self, seed: u64, iteration: usize) -> Draws {
         let drawing = match self.kind {
             EstimatorKind::ControlVariate | EstimatorKind::WithoutReplacement => {
@@ -66,14 +66,14 @@ impl Estimator {
     }
 }
 
-/// How a point is evaluated.
+/// The beamlets from which a point of a design is evaluated.
 #[derive(Clone, Copy)]
 pub enum EvaluationMode<'a> {
-    /// By all beamlets.
+    /// From all beamlets.
     All,
-    /// By drawn ones.
+    /// From drawn beamlets.
     Drawn(Draws),
-    /// By drawn ones for what has changed since exact evaluations, one for each channel.
+    /// From an exact evaluation of each channel, and drawn beamlets for what has changed since.
     From(&'a [ControlVariate], Draws),
 }
 
@@ -114,7 +114,8 @@ impl EvaluationMode<'_> {
         }
     }
 
-    /// The way back of [`EvaluationMode::forward`]: its conjugate transpose, except for control variates and Gumbel's draws.
+    /// The adjoint of [`EvaluationMode::forward`]: its conjugate transpose, except for control variates and Gumbel's
+    /// draws.
     ///
     /// # Errors
     /// As [`LinearisedSystem::adjoint_with`] and [`ControlVariate::forward_adjoint`].

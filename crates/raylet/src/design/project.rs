@@ -22,7 +22,7 @@ use crate::optics::system::System;
 
 /// One coherent run that a design evaluates.
 pub struct Channel {
-    /// What is made of the field at the sensor's pixels, [y, x], each with its factor.
+    /// The losses of the field at the sensor's pixels, [y, x], each with its factor.
     pub losses: Vec<(f64, Box<dyn FieldLoss>)>,
     /// For each element, the phase that it gives this channel's light, divided by the phase that it is designed for.
     /// For heights this is the ratio of (index step)/λ. It is 1 for phases that do not depend on the wavelength, and
@@ -32,39 +32,39 @@ pub struct Channel {
 
 /// An element whose pixels are designed.
 pub struct Element {
-    /// Its screen in the systems.
+    /// Number of its screen in the systems, from 0.
     pub screen: usize,
-    /// What is made of its parameters.
+    /// The map from its parameters to the transmission of its pixels.
     pub modulator: Modulator,
 }
 
 /// A parameter of the system that is designed.
 #[derive(Clone, Debug, PartialEq)]
 pub struct SystemParameter {
-    /// What it is called.
+    /// Name of the parameter, for messages.
     pub name: String,
-    /// Its value at the start.
+    /// Value at the start, in the unit of the parameter.
     pub start: f64,
-    /// By how much it changes between the perturbed systems that give its derivative.
+    /// Its change between the two perturbed systems that give its derivative, in the same unit.
     pub step: f64,
 }
 
 /// Makes the system of a channel from its parameters; the designed pixels may have any value.
 pub(crate) type SystemBuild = Box<dyn Fn(usize, &[f64]) -> Result<System, String> + Send + Sync>;
 
-/// Everything that a design is.
+/// A design: the systems, what may change in them, and the losses.
 pub struct Project {
     /// The systems.
     pub build_system: SystemBuild,
-    /// What light is sent through them.
+    /// The runs that an evaluation takes, each with its light and its losses.
     pub channels: Vec<Channel>,
     /// The elements that are designed.
     pub elements: Vec<Element>,
     /// The parameters of the system that are designed.
     pub system_parameters: Vec<SystemParameter>,
-    /// How value and gradient are estimated from drawn beamlets; exact from all of them without it.
+    /// Estimator of value and gradient from drawn beamlets; `None` for exact ones from all beamlets.
     pub estimator: Option<Estimator>,
-    /// How light is carried.
+    /// Settings of each run: method, target error, memory limit.
     pub settings: Settings,
 }
 
@@ -110,18 +110,18 @@ impl ProjectError {
     }
 }
 
-/// What a point of a design is like.
+/// The value and gradient of a design at a point, with its light.
 pub struct DesignEvaluation {
     /// The sum of the losses, and of the penalty on steps.
     pub value: f64,
     /// Every loss of every channel, without its factor.
     pub parts: Vec<Vec<f64>>,
-    /// Its derivative with respect to each parameter.
+    /// Derivative of `value` with respect to each parameter.
     pub gradient: Vec<f64>,
     /// |U|² at the sensor's pixels for each channel, [y, x].
     pub intensities: Vec<Array2<f64>>,
-    /// ∫|U|² just behind the first screen of each channel, in mm² for unit amplitude; nothing where local bands carry its
-    /// light.
+    /// ∫|U|² just behind the first screen of each channel, in mm² for unit amplitude; nothing where local bands carry
+    /// its light.
     pub powers: Vec<Option<f64>>,
 }
 
@@ -149,12 +149,12 @@ impl Project {
         self.len() == 0
     }
 
-    /// Where those of the system begin among the parameters.
+    /// Index of the first parameter of the system; those of the pixels come before it.
     pub fn system_parameters_from(&self) -> usize {
         self.elements.iter().map(|e| e.modulator.count()).sum()
     }
 
-    /// What each element is made of at a point; `share` of the iterations are done.
+    /// The phases and amplitudes of each element at a point; `share` of the iterations are done.
     pub fn make(&self, point: &[f64], share: f64) -> Vec<Shaped> {
         let mut from = 0;
         let make = |element: &Element| {
@@ -260,7 +260,7 @@ impl Project {
         linearised_systems.map(control_variate).collect()
     }
 
-    /// The same as [`Project::evaluate`], with the beamlets that `mode` follows.
+    /// [`Project::evaluate`] with the beamlets that `mode` follows.
     ///
     /// # Errors
     /// As [`Project::evaluate`], `EvaluationMode::forward` and `EvaluationMode::back`; when the pulse cancels the work.

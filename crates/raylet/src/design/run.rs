@@ -84,7 +84,7 @@ pub struct Run<'p> {
     project: &'p Project,
     /// Number of iterations to do.
     iterations: usize,
-    /// Where it is.
+    /// The state from which it goes on, as checkpoints hold it.
     pub state: State,
     plans: Plans,
     /// The last exact evaluations, if estimates start from them.
@@ -93,11 +93,11 @@ pub struct Run<'p> {
     pulse: &'p Pulse<'p>,
 }
 
-/// What one evaluation found.
+/// The result of one evaluation in a run.
 pub struct Evaluated {
-    /// What the design is like there.
+    /// Value, gradient and light of the point.
     pub evaluation: DesignEvaluation,
-    /// What became of the point in the search.
+    /// The verdict of the optimiser on the point.
     pub step: Step,
     /// |gradient|, without the scales of the parameters.
     pub slope: f64,

@@ -19,7 +19,7 @@ pub struct Complex<T = f64> {
 }
 
 impl<T: Real> Complex<T> {
-    /// From real and imaginary part.
+    /// The number `re` + i·`im`.
     #[inline(always)]
     pub const fn new(re: T, im: T) -> Self {
         Self { re, im }

@@ -139,8 +139,10 @@ mod tests {
         let mut counts = [0u32; 40];
         let runs = 100_000;
         for run in 0..runs {
-            let drawn = systematic(&p, &order, uniform(5, [run, 0, 0, 0]));
-            assert_eq!(drawn.len(), 12);
+            let mut drawn = systematic(&p, &order, uniform(5, [run, 0, 0, 0]));
+            drawn.sort_unstable();
+            drawn.dedup();
+            assert_eq!(drawn.len(), 12, "distinct draws of run {run}");
             drawn.iter().for_each(|index| counts[*index] += 1);
         }
         for (count, p) in counts.iter().zip(&p) {

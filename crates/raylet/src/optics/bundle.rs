@@ -32,7 +32,7 @@ pub struct Hit {
     pub along: f64,
 }
 
-/// What is wrong with arrays of rays, or with a call that uses them.
+/// Why arrays of rays, or a call that uses them, are refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum RayError {
     /// An array has another length than its fellows.

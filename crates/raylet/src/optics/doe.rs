@@ -34,8 +34,8 @@ pub enum Layer {
     OnSurface(Box<SurfaceCoordinates>, Vec<Layer>),
 }
 
-/// Orders of the spectrum of pixels on surface coordinates that their sampling resolves: their edges lie anywhere between
-/// the samples.
+/// Orders of the spectrum of pixels on surface coordinates that their sampling resolves: their edges lie anywhere
+/// between the samples.
 const PIXEL_ORDERS: f64 = 8.0;
 
 /// What a pixel's value means between the pixel centres.
@@ -97,7 +97,7 @@ impl Doe {
         self.layers.iter().find_map(own_pixels)
     }
 
-    /// The same, to be changed.
+    /// Mutable access to the pixels of [`Doe::free_pixels`].
     pub fn free_pixels_mut(&mut self) -> Option<&mut Pixels> {
         let own = |layer: &&mut Layer| own_pixels(layer).is_some();
         match self.layers.iter_mut().find(own)? {
@@ -264,8 +264,8 @@ impl Pixels {
         pairs.filter(move |(_, share)| inside && *share != 0.0)
     }
 
-    /// The column (along x, axis 0) or row (along y, axis 1) of the box under each of some places in mm; nothing outside the
-    /// grid.
+    /// The column (along x, axis 0) or row (along y, axis 1) of the box under each of some places in mm; nothing
+    /// outside the grid.
     pub(crate) fn indices(&self, axis: usize, places: &[f64]) -> Vec<Option<usize>> {
         let (ny, nx) = self.values.dim();
         let count = if axis == 0 { nx } else { ny };

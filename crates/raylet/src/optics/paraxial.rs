@@ -112,7 +112,7 @@ impl Abcd {
         }
     }
 
-    /// From screen to screen.
+    /// The matrix of a hop, from its first to its second screen.
     ///
     /// # Errors
     /// When a surface or the second screen is tilted, off the first screen's axis, or turned, or a surface
@@ -130,7 +130,7 @@ impl Abcd {
         Ok(axis.matrix)
     }
 
-    /// From screen to screen with the train replaced by a thin lens of the same focal length at the first
+    /// The matrix of a hop whose train is replaced by a thin lens of the same focal length at the first
     /// vertex: the approximation that ignores principal planes, for comparison.
     ///
     /// # Errors
@@ -153,14 +153,14 @@ impl Abcd {
 /// path, positive downstream.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Cardinal {
-    /// From the first vertex to the last.
+    /// The matrix from the first vertex to the last.
     pub matrix: Abcd,
     /// Refractive index before the first and behind the last surface.
     pub index: [f64; 2],
 }
 
 impl Cardinal {
-    /// Of the train of a hop; nothing without surfaces or without power.
+    /// The first-order properties of the train of a hop; `None` without surfaces or without power.
     ///
     /// # Errors
     /// When a surface is tilted, off the screen's axis, or astigmatic.

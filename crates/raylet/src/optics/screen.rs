@@ -12,11 +12,11 @@ use crate::optics::shape::{Height, Shape};
 pub struct Screen {
     /// Name shown to users.
     pub name: String,
-    /// Its place; the field is a function of its local x and y.
+    /// Origin (in mm) and axes of the screen, global; the field is a function of its local x and y.
     pub frame: Frame,
     /// Its height over the local plane, z = s(x, y).
     pub shape: Shape,
-    /// What acts there.
+    /// Action on the light: an aperture, a diffractive element or a sensor.
     pub act: Act,
     /// Refractive index around it; where another medium stands behind it, the index before it.
     pub index: f64,
@@ -35,7 +35,7 @@ pub struct Behind {
     pub coating: Coating,
 }
 
-/// What happens to light on a screen.
+/// The action of a screen on light.
 #[derive(Clone, Debug, PartialEq)]
 pub enum Act {
     /// An aperture: what is outside is blocked.

@@ -135,6 +135,7 @@ impl SurfaceCoordinates {
 #[cfg(test)]
 mod tests {
     use crate::optics::conic::Conic;
+    use crate::optics::freeform::Term;
     use crate::optics::shape::Shape;
     use crate::optics::surface_coordinates::SurfaceCoordinates;
     use crate::optics::toric::{Biconic, Toroid};
@@ -209,12 +210,39 @@ mod tests {
         }
     }
 
+    /// Surfaces that bend along both axes and are not round.
     #[test]
     fn other_surfaces_are_refused() {
-        let saddle = Shape::Biconic(Biconic {
-            x: conic(0.02, 0.0),
-            y: conic(-0.02, 0.0),
-        });
-        assert!(SurfaceCoordinates::of(&saddle).is_none());
+        let base = conic(0.02, 0.0);
+        let freeform = |term| Shape::Freeform {
+            base,
+            terms: vec![term],
+        };
+        let others = [
+            Shape::Biconic(Biconic {
+                x: base,
+                y: conic(-0.02, 0.0),
+            }),
+            Shape::Toroid(Toroid {
+                rotation: 0.03,
+                curve: base,
+                coefficients: vec![],
+            }),
+            freeform(Term::Polynomial {
+                radius: 1.0,
+                terms: vec![([2, 0], 1e-3)],
+            }),
+            freeform(Term::Gaussian {
+                height: 0.1,
+                centre: [1.0, 0.0],
+                sigma: 2.0,
+            }),
+        ];
+        for other in others {
+            assert_eq!(SurfaceCoordinates::of(&other), None, "{other:?}");
+        }
+        // The same base under powers of the radius is round.
+        let round = freeform(Term::Powers(vec![0.0, 1e-3]));
+        assert!(SurfaceCoordinates::of(&round).is_some());
     }
 }

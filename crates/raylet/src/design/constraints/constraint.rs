@@ -11,7 +11,7 @@ use crate::design::constraints::feature::{Blocks, Blur, FeatureError};
 use crate::design::constraints::fill::Fill;
 use crate::design::constraints::relief::Relief;
 
-/// What a tool can make.
+/// The limits of a fabrication tool, for pixels of any number.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Rules {
     /// Pixels along a side of the blocks that have one value; 1 for none.
@@ -20,7 +20,7 @@ pub struct Rules {
     pub blur: Option<f64>,
     /// Levels or heights of material, if not any phase can be made.
     pub relief: Option<Relief>,
-    /// How much of each pixel is active.
+    /// The active share of each pixel, and what the rest does.
     pub fill: Fill,
 }
 
@@ -58,7 +58,7 @@ pub struct ModulatedElement {
 }
 
 impl Constraints {
-    /// For an element of that many rows and columns.
+    /// The constraints for an element of `shape` rows and columns of pixels.
     ///
     /// # Errors
     /// When blocks or blur make no sense.
@@ -271,6 +271,35 @@ mod tests {
             let back = chain.make_adjoint(&made, bar.view(), Some(pull.view()));
             let off = ((&back * &change).sum() - slope).abs() / slope.abs();
             assert!(off < 1e-7, "{share} {off:e}");
+        }
+    }
+
+    /// The same for light to which the element gives a part of its phase, or more than that.
+    #[test]
+    fn transmission_dot_product_with_differences() {
+        let rules = Rules {
+            block: 2,
+            blur: Some(1.5),
+            fill: Fill::new(0.9, Rest::Flat).unwrap(),
+            ..Rules::NONE
+        };
+        let shape = (9, 12);
+        let chain = Constraints::new(rules, shape).unwrap();
+        let [re, im] = [1, 2].map(|part| phases(shape, part));
+        let bar = Array2::from_shape_fn(shape, |at| Complex64::new(re[at], im[at]));
+        let (free, change) = (phases((5, 6), 3), phases((5, 6), 4));
+        let at = |step: f64| chain.make((&free + &(&change * step)).view(), 0.0);
+        for ratio in [0.7, 1.0, 1.3] {
+            let value = |step: f64| {
+                let seen = chain.transmission_at(&at(step), ratio);
+                let pairs = seen.iter().zip(&bar);
+                pairs.map(|(t, bar)| (bar.conj() * t).re).sum::<f64>()
+            };
+            let h = 1e-5;
+            let slope = (value(h) - value(-h)) / (2.0 * h);
+            let back = chain.transmission_adjoint(&at(0.0), ratio, bar.view());
+            let off = ((&back * &change).sum() - slope).abs() / slope.abs();
+            assert!(off < 1e-7, "{ratio} {off:e}");
         }
     }
 

@@ -72,7 +72,7 @@ impl Blocks {
 }
 
 impl Blur {
-    /// Of a radius in pixels, on an element of that many rows and columns.
+    /// A blur of this radius in pixels, on an element of `shape` rows and columns.
     ///
     /// # Errors
     /// When the radius is no number of at least 1.
@@ -97,7 +97,7 @@ impl Blur {
         self.gather(pixels) * &self.share
     }
 
-    /// Its transpose: the kernel is even, so only the shares change places.
+    /// The transpose of [`Blur::soften`]. The kernel is even, so only the order of kernel and shares changes.
     pub fn soften_adjoint(&self, soft_bar: ArrayView2<'_, f64>) -> Array2<f64> {
         // soft = share · (kernel ∗ pixels)
         self.gather((&self.share * &soft_bar).view())

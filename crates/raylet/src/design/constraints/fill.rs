@@ -5,7 +5,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 // It lies between the active area and that of the next pixel.
-/// What the part of a pixel does that carries nothing.
+/// What the inactive part of a pixel does to light.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Rest {
@@ -19,15 +19,15 @@ pub enum Rest {
 /// The fill factor: the part of a pixel's area that carries its phase.
 ///
 /// The pixel acts as a box with its mean transmission, f·e^{iφ} + (1 − f)·rest. That is exact for light
-/// that leaves within a small part of the angle λ/pitch; the finer structure sends light into higher
-/// orders, which the mean does not know.
+/// that leaves within a small part of the angle λ/pitch. The finer structure sends light into higher
+/// orders, which the mean does not include.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Fill {
     share: f64,
     rest: f64,
 }
 
-/// A fill factor that is none.
+/// A fill factor outside its range: not a number, not above 0, or above 1.
 #[derive(Clone, Copy, Debug, PartialEq, thiserror::Error)]
 #[error("a fill factor of {0}; expected more than 0 and at most 1")]
 pub struct FillError(f64);

@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use crate::design::constraints::constraint::{Constraints, ModulatedElement};
 use crate::design::losses::smoothness::roughness;
 
-/// What is free in each pixel.
+/// The free values of each pixel: phase, amplitude, both, or two phases.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub enum Modulation {
     /// The phase φ in rad.
@@ -19,10 +19,10 @@ pub enum Modulation {
     TwoPhase([f64; 2]),
 }
 
-/// From the parameters of an element to the transmission of its pixels, and back.
+/// The map from the parameters of an element to the transmission of its pixels, and its adjoint.
 ///
-/// Parameters are planes of blocks one behind the other, [plane, y, x]. What a tool can make of phases holds
-/// for each plane of phases; amplitudes know blocks and blur only, and weaken a pixel as a whole.
+/// Parameters are planes of blocks one behind the other, [plane, y, x]. The constraints apply to each plane of phases.
+/// Of amplitudes only blocks and blur are constrained; an amplitude weakens a pixel as a whole.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Modulator {
     modulation: Modulation,
@@ -47,7 +47,7 @@ impl From<Constraints> for Modulator {
 }
 
 impl Modulator {
-    /// With what a tool can make of each plane.
+    /// A modulator with these constraints on each plane, and no penalty on steps.
     pub fn new(modulation: Modulation, constraints: Constraints) -> Self {
         Self {
             modulation,
@@ -56,18 +56,18 @@ impl Modulator {
         }
     }
 
-    /// With a penalty on steps between neighbouring phases: this times their [`roughness`] is added to the loss.
+    /// Adds a penalty on steps between neighbouring phases: `price` times their [`roughness`] is added to the loss.
     pub fn smooth(mut self, price: f64) -> Self {
         self.smoothness = price;
         self
     }
 
-    /// What a tool can make of each plane.
+    /// The constraints on each plane.
     pub fn constraints(&self) -> &Constraints {
         &self.constraints
     }
 
-    /// What is free.
+    /// The free values of each pixel.
     pub fn modulation(&self) -> Modulation {
         self.modulation
     }

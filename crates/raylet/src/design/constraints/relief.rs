@@ -9,9 +9,9 @@ use crate::design::constraints::staircase::Hardening;
 /// Equally spaced levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub struct Levels {
-    /// How many, at least two.
+    /// Number of levels, at least two.
     pub count: usize,
-    /// How a design is led to them.
+    /// How a design reaches the levels.
     pub hardening: Hardening,
 }
 
@@ -42,8 +42,8 @@ pub enum ReliefError {
 }
 
 impl Relief {
-    /// From the phase that a millimetre of height adds, in rad, the largest height in mm, and the levels
-    /// that it may have, if not all.
+    /// A relief whose phase grows by `factor` rad per mm of height, with heights up to `highest` mm, on these levels or
+    /// on any height.
     ///
     /// Phases are wrapped onto as many whole waves as the largest height holds, where the levels are the
     /// multiples of (those waves)/count from zero. Where it holds none, the levels are spread from zero to
@@ -51,7 +51,7 @@ impl Relief {
     /// parameters within [`Relief::bounds`].
     ///
     /// # Errors
-    /// When a number makes no sense.
+    /// When a number is outside its range.
     pub fn new(factor: f64, highest: f64, levels: Option<Levels>) -> Result<Self, ReliefError> {
         if factor == 0.0 || !factor.is_finite() {
             return Err(ReliefError::Factor(factor));
@@ -77,10 +77,10 @@ impl Relief {
         })
     }
 
-    /// Of a transparent material: φ = 2π(n − n′)h/λ, n its index and n′ that of what it stands in.
+    /// A relief of a transparent material: φ = 2π(n − n′)h/λ, n its index and n′ that of what it stands in.
     ///
     /// # Errors
-    /// When a number makes no sense.
+    /// When a number is outside its range.
     pub fn transmission(
         wavelength: f64,
         indices: [f64; 2],
@@ -91,10 +91,10 @@ impl Relief {
         Self::new(TAU * (material - around) / wavelength, highest, levels)
     }
 
-    /// Of a mirror: φ = −4πn′h/λ, for heights towards the light shorten its way twice.
+    /// A relief on a mirror: φ = −4πn′h/λ, because a height towards the light shortens its path twice.
     ///
     /// # Errors
-    /// When a number makes no sense.
+    /// When a number is outside its range.
     pub fn reflection(
         wavelength: f64,
         around: f64,
@@ -104,7 +104,7 @@ impl Relief {
         Self::new(-2.0 * TAU * around / wavelength, highest, levels)
     }
 
-    /// Of phases alone, 0 to 2π, on levels: a relief whose height is its phase.
+    /// Phases from 0 to 2π on levels, without a material: a relief whose height is its phase in rad.
     ///
     /// # Errors
     /// When there are fewer than two levels.
@@ -152,7 +152,7 @@ impl Relief {
         self.factor * self.height(phase, share)
     }
 
-    /// What a change of the phase made is times a change of the requested phase.
+    /// Derivative of the phase that is made by the requested phase.
     pub fn slope(&self, phase: f64, share: f64) -> f64 {
         let (height, slope) = self.nearest(phase);
         match self.levels {
@@ -199,6 +199,7 @@ mod tests {
 
     use crate::design::constraints::relief::{Levels, Relief, ReliefError};
     use crate::design::constraints::staircase::Hardening;
+    use crate::fixtures::noise::column;
 
     fn levels(count: usize) -> Levels {
         Levels {
@@ -280,6 +281,22 @@ mod tests {
                     let off = bar - 1.7 * (up - turns) / (2.0 * step);
                     assert!(off.abs() < 1e-7, "{phase} {share} {off:e}");
                 }
+            }
+
+            // All phases at once: ⟨J dx, ȳ⟩ = ⟨dx, Jᵀȳ⟩ with J dx by central differences along dx.
+            for share in [0.0, 0.3, 0.7] {
+                let [mut there, mut back] = [0.0f64; 2];
+                for (i, drawn) in (0..).zip(column(60, 5)) {
+                    let (phase, step) = (0.2113 * f64::from(i) - 6.0, 1e-5);
+                    let [dx, bar] = [drawn.re, drawn.im];
+                    let ends = [phase + step * dx, phase - step * dx];
+                    let [up, down] = ends.map(|phase| relief.make(phase, share));
+                    let turns = TAU * ((up - down) / TAU).round();
+                    there += (up - down - turns) / (2.0 * step) * bar;
+                    back += dx * relief.make_adjoint(phase, share, bar);
+                }
+                assert!(back.abs() > 0.1, "{back}");
+                assert!((there - back).abs() < 1e-9, "{share}: {there} {back}");
             }
         }
     }

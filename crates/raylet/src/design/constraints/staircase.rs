@@ -5,7 +5,7 @@ use serde::{Deserialize, Serialize};
 /// Sharpness of the soft stairs halfway through the annealing.
 const SHARPNESS: f64 = 4.0;
 
-/// How a design is led to allowed levels.
+/// How a design reaches allowed levels.
 #[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize)]
 pub enum Hardening {
     /// Always on a level; the gradient is that of the value before (Bengio, Léonard and Courville,
@@ -18,7 +18,7 @@ pub enum Hardening {
 }
 
 impl Hardening {
-    /// Where `u`, in steps between levels, comes to: whole numbers are levels. `share` is that of the
+    /// The stairs at `u`, in units of the step between levels: whole numbers are levels. `share` is the share of the
     /// iterations done, 0 to 1.
     pub fn climb(self, u: f64, share: f64) -> f64 {
         match self.sharpness(share) {
@@ -31,7 +31,7 @@ impl Hardening {
         }
     }
 
-    /// What a change of the result is times a change of `u`, for gradients.
+    /// Derivative of [`Hardening::climb`] by `u`, for gradients.
     pub fn slope(self, u: f64, share: f64) -> f64 {
         match self.sharpness(share) {
             None | Some(0.0) => 1.0,

@@ -42,7 +42,7 @@ const MOMENTUM: f64 = 0.9;
 pub struct HologramTask {
     /// Vacuum wavelength in mm.
     pub wavelength: f64,
-    /// From the element to the sensor.
+    /// Paraxial matrix from the element to the sensor.
     pub train: Abcd,
     /// Distance of neighbouring pixels along x and y in mm.
     pub pitch: [f64; 2],
@@ -60,14 +60,14 @@ pub struct HologramTask {
     pub efficiency: f64,
 }
 
-/// How good a hologram is on the paraxial train.
+/// The quality of a hologram, by its light through the paraxial train.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Score {
     /// Iterations done.
     pub iteration: usize,
     /// Normalised cross-correlation of the intensity with the softened picture, within its outline.
     pub ncc: f64,
-    /// The same over the sensor's whole area.
+    /// Normalised cross-correlation of the intensity with the softened picture, over the sensor's whole area.
     pub ncc_sensor: f64,
     /// Share of the light behind the element that falls within the picture's outline.
     pub efficiency: f64,
@@ -78,7 +78,7 @@ pub struct Score {
 pub struct Hologram {
     /// Phase of each pixel in radians, in \[−π, π), [y, x]; zero where no light is.
     pub phase: Array2<f64>,
-    /// How good it is.
+    /// Its quality.
     pub score: Score,
     /// The picture as softened.
     pub target: Target,

@@ -27,7 +27,7 @@ pub struct NearTask {
     pub wavelength: f64,
     /// Distance of neighbouring pixels in mm.
     pub pitch: f64,
-    /// From the hologram to the sensor in mm.
+    /// Distance from the hologram to the sensor in mm.
     pub distance: f64,
     /// Modulus of the light behind each pixel, [y, x].
     pub amplitude: Array2<f64>,

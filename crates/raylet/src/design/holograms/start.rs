@@ -16,7 +16,7 @@ use crate::optics::paraxial::Abcd;
 pub(crate) struct SpreadingPhase {
     /// Vacuum wavelength in mm.
     pub wavelength: f64,
-    /// From the element to the sensor; its b is not zero.
+    /// Paraxial matrix from the element to the sensor; its entry b is not zero.
     pub train: Abcd,
     /// Distance of neighbouring pixels along x and y in mm.
     pub pitch: [f64; 2],

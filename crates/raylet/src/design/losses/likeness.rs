@@ -33,8 +33,8 @@ pub struct Likeness {
 }
 
 impl Likeness {
-    /// From the target picture at the sensor's pixels, [y, x], and how much each of them counts, from 0
-    /// (don't care) to 1.
+    /// The loss for a target picture at the sensor's pixels, [y, x], with weights from 0 (ignored) to 1; all pixels
+    /// count if there are none.
     ///
     /// # Errors
     /// When the picture is black where it counts, a value is negative or not a number, or shapes differ.
@@ -200,15 +200,26 @@ mod tests {
     #[test]
     fn what_makes_no_sense_is_refused() {
         for brightness in ALL {
-            let refused = |picture, weight| Likeness::new(picture, weight, brightness).is_err();
-            assert!(refused(Array2::zeros((2, 2)), None));
-            assert!(refused(array![[0.1, -0.1]], None));
-            assert!(refused(array![[0.1, f64::NAN]], None));
-            assert!(refused(array![[0.1, 0.0]], Some(array![[0.0, 1.0]])));
-            assert!(refused(array![[0.1, 0.2]], Some(array![[0.0, 1.1]])));
-            assert!(refused(array![[0.1, 0.2]], Some(array![[1.0], [1.0]])));
+            let refused = |picture, weight| {
+                let found = Likeness::new(picture, weight, brightness);
+                found.unwrap_err().to_string()
+            };
+            let black = refused(Array2::zeros((2, 2)), None);
+            assert_eq!(black, "the picture is zero everywhere");
+            let negative = refused(array![[0.1, -0.1]], None);
+            assert!(negative.starts_with("the picture is -0.1 in row 0, column 1"));
+            let none = refused(array![[0.1, f64::NAN]], None);
+            assert!(none.starts_with("the picture is NaN in row 0, column 1"));
+            let hidden = refused(array![[0.1, 0.0]], Some(array![[0.0, 1.0]]));
+            assert_eq!(hidden, "the picture, where it counts, is zero everywhere");
+            let heavy = refused(array![[0.1, 0.2]], Some(array![[0.0, 1.1]]));
+            assert!(heavy.starts_with("the weight is 1.1 in row 0, column 1"));
+            let tall = refused(array![[0.1, 0.2]], Some(array![[1.0], [1.0]]));
+            assert_eq!(tall, "the weight of 1 × 2 pixels; expected 2 × 1");
         }
         let scale = Brightness::Given { scale: -1.0 };
-        assert!(Likeness::new(array![[1.0]], None, scale).is_err());
+        let found = Likeness::new(array![[1.0]], None, scale).unwrap_err();
+        let says = "the scale of the intensity is -1;";
+        assert!(found.to_string().starts_with(says), "{found}");
     }
 }

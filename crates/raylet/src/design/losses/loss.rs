@@ -82,7 +82,7 @@ pub enum LossError {
         /// What they should be.
         expected: (usize, usize),
     },
-    /// A pixel's value that makes no sense.
+    /// A pixel's value outside its range.
     #[error("{what} is {value} in row {}, column {}; expected {expected}", at.0, at.1)]
     Pixel {
         /// Which array.
@@ -97,7 +97,7 @@ pub enum LossError {
     /// No pixel counts.
     #[error("{0} is zero everywhere")]
     Empty(&'static str),
-    /// A number that makes no sense.
+    /// A number outside its range.
     #[error("{what} is {value}; expected {expected}")]
     Number {
         /// Which number.
@@ -180,7 +180,7 @@ pub struct Sum {
 }
 
 impl Sum {
-    /// Of one loss and more of its shape.
+    /// The sum of one loss or more of equal shape, each times its factor.
     ///
     /// # Errors
     /// When there is none, shapes differ or a factor is not a number.

@@ -19,7 +19,7 @@ pub struct Overlap {
 }
 
 impl Overlap {
-    /// With a mode at the sensor's pixels, [y, x], of any brightness; `power` is that of the light sent out,
+    /// The loss for a mode at the sensor's pixels, [y, x], of any brightness; `power` is that of the light sent out,
     /// ∫|U|² in mm², and `area` of a pixel of the sensor in mm².
     ///
     /// # Errors

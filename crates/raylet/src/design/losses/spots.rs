@@ -43,12 +43,12 @@ pub struct Spots {
 }
 
 impl Spots {
-    /// From points (x, y) in mm with the intensity that counts as 1 at each.
+    /// The loss for spots at the points (x, y) in mm, each with the intensity that counts as 1.
     ///
     /// `evenness` ≥ 0 multiplies the variance of the sⱼ over their squared mean, which is added.
     ///
     /// # Errors
-    /// When there are no points, one is off the sensor's pixel centres, or a number makes no sense.
+    /// When there are no points, one is off the sensor's pixel centres, or a number is outside its range.
     pub fn new(
         raster: &Raster,
         points: &[([f64; 2], f64)],

@@ -17,7 +17,7 @@ use crate::wave::free::pixel_hop::{PixelHop, TargetPlane};
 use crate::wave::grid::field::{Axis, Grid};
 use crate::wave::grid::raster::Raster;
 
-/// What is free in each pixel.
+/// The free values of each pixel: one phase, or two.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum FreePixelValue {
     /// φ: the pixel reflects e^{iφ}.
@@ -70,7 +70,7 @@ pub struct MirrorDesign {
 pub struct MirrorEvaluation {
     /// The loss.
     pub value: f64,
-    /// Its derivative by each phase, in 1/rad.
+    /// Derivative of the loss by each phase, in 1/rad.
     pub gradient: Vec<f64>,
     /// Share of the light behind the mirror on each pixel of the sensor, [y, x].
     pub shares: Array2<f64>,
@@ -96,8 +96,8 @@ pub enum MirrorError {
 }
 
 impl MirrorDesign {
-    /// Of the mirror of a system that is lit along its axis and has a sensor parallel to it. The loss is of shares, [y, x],
-    /// as many as the sensor has pixels.
+    /// The design of the mirror of a system that is lit along its axis and has a sensor parallel to it. The loss gets
+    /// the share of the light on each pixel of the sensor, [y, x].
     ///
     /// # Errors
     /// When the system is another, or the loss is for another sensor.

@@ -92,7 +92,7 @@ impl Descent {
     /// From a starting point, which is moved into the bounds.
     ///
     /// # Errors
-    /// When the point does not fit the space or a setting makes no sense.
+    /// When the point does not fit the space or a setting is outside its range.
     pub(crate) fn new(
         start: Vec<f64>,
         space: Space,

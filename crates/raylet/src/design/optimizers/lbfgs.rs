@@ -105,10 +105,10 @@ pub struct Lbfgs {
 }
 
 impl Lbfgs {
-    /// From a starting point, which is moved into the bounds.
+    /// A search from a starting point, which is moved into the bounds.
     ///
     /// # Errors
-    /// When the point does not fit the space or a setting makes no sense.
+    /// When the point does not fit the space or a setting is outside its range.
     pub fn new(
         start: Vec<f64>,
         space: Space,

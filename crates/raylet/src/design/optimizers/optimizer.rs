@@ -24,7 +24,7 @@ impl Method {
     /// The search from a starting point, which is moved into the bounds.
     ///
     /// # Errors
-    /// When the point does not fit the space or a setting makes no sense.
+    /// When the point does not fit the space or a setting is outside its range.
     pub fn start(self, point: Vec<f64>, space: Space) -> Result<Optimizer, OptimizerError> {
         Ok(match self {
             Self::Lbfgs(settings) => Optimizer::Lbfgs(Lbfgs::new(point, space, settings)?),

@@ -10,12 +10,12 @@ use crate::design::optimizers::reduction;
 /// A step that ends within this many units in the last place of a bound ends on it.
 const ULPS: f64 = 4.0;
 
-/// No parameter of a scene is larger: a length in mm.
+/// The largest parameter of a scene: a length in mm.
 const LARGEST_PARAMETER: f64 = 1e12;
 
 /// Bounds and scales of a flat vector of parameters.
 ///
-/// A scale is the change of a parameter that matters about as much as a change of the others by theirs:
+/// The scale of a parameter is a change that matters about as much as a change of any other parameter by its own scale:
 /// 1 rad of a phase, perhaps 1e-4/mm of a curvature. Optimisers measure steps and gradients in scales.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Space {
@@ -28,10 +28,10 @@ pub struct Space {
     bounded: bool,
 }
 
-/// Why parameters cannot be so.
+/// Why bounds, scales or values of parameters are refused.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum SpaceError {
-    /// No such parameters.
+    /// A range that goes beyond the parameters.
     #[error("parameters {from}..{to} of {count}")]
     Range {
         /// First parameter.
@@ -41,7 +41,7 @@ pub enum SpaceError {
         /// How many there are.
         count: usize,
     },
-    /// Bounds that no number keeps.
+    /// Bounds with no number between them.
     #[error("no number lies between {lower} and {upper}")]
     Empty {
         /// Lower bound.

@@ -4,7 +4,7 @@ use serde::{Deserialize, Serialize};
 
 use crate::design::optimizers::space::SpaceError;
 
-/// What became of the point whose value was reported.
+/// The verdict of an optimiser on the point whose value was reported.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Step {
     /// It ends an iteration: the search goes on from it. The very first point counts as one.

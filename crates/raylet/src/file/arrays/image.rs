@@ -18,12 +18,12 @@ pub(crate) const PIXEL_LIMIT: u64 = 100_000_000;
 /// Why a picture could not be read or written; each message starts with the file's path.
 #[derive(Debug, thiserror::Error)]
 pub enum ImageError {
-    /// The file system said no.
+    /// The file could not be opened, read or written.
     #[error("{}: {source}", path.display())]
     Io {
         /// The file concerned.
         path: PathBuf,
-        /// What the file system said.
+        /// The error of the file system.
         source: std::io::Error,
     },
     /// The file is not regular, or cannot be opened.
@@ -67,7 +67,7 @@ pub enum ImageError {
     Decode {
         /// The file concerned.
         path: PathBuf,
-        /// What the decoder said.
+        /// The error of the decoder.
         source: png::DecodingError,
     },
     /// The picture could not be written as PNG.
@@ -75,7 +75,7 @@ pub enum ImageError {
     Encode {
         /// The file concerned.
         path: PathBuf,
-        /// What the encoder said.
+        /// The error of the encoder.
         source: png::EncodingError,
     },
     /// The values cannot be mapped to grey levels.
@@ -322,7 +322,7 @@ pub fn area_mean(values: ArrayView2<f64>, shape: [usize; 2]) -> Array2<f64> {
     area_mean_of(values, shape, &|value| value)
 }
 
-/// The same of a function of the picture's values, without a copy of the picture.
+/// [`area_mean`] of `function` of the values, without a copy of the picture; the result is `[ny, nx]`.
 pub fn area_mean_of(
     values: ArrayView2<f64>,
     [ny, nx]: [usize; 2],

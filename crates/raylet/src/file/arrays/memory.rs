@@ -18,7 +18,7 @@ impl MemoryLimit {
         Self { bytes, set_by }
     }
 
-    /// What is left when so many bytes are taken.
+    /// The limit that remains after `bytes` are taken; 0 if there are fewer.
     #[must_use]
     pub fn without(self, bytes: u64) -> Self {
         Self {

@@ -44,7 +44,7 @@ impl Fields {
     /// Writes a .npz file without a copy of the arrays. Equal fields give equal bytes.
     ///
     /// # Errors
-    /// What the file system or the packing said.
+    /// An error of the file system, or an array that cannot be encoded.
     pub fn write_npz(&self, file: impl Write + Seek) -> io::Result<()> {
         let pack = || -> Result<(), ndarray_npy::WriteNpzError> {
             let mut writer = NpzWriter::new(file);

@@ -16,14 +16,14 @@ pub struct PhaseFile {
     file: OwnFile,
 }
 
-/// What the user allows for files that a scene names.
+/// The permission of the user for writing files that a scene names.
 #[derive(Clone, Copy, Debug)]
 pub struct Allowed<'a> {
-    /// Which files may be replaced.
+    /// Which existing files may be replaced.
     pub replace: Replace,
-    /// Whether they may be anywhere.
+    /// Whether they may be in any folder.
     pub outside: bool,
-    /// Where they may be beside the scene's folder.
+    /// A folder where they may be, besides the scene's own.
     pub out: Option<&'a Path>,
 }
 
@@ -45,11 +45,11 @@ impl PhaseFile {
         Ok(Self { file })
     }
 
-    /// The same for a file that a scene names in this field, which has to be in the scene's folder or in another one
-    /// that the user names.
+    /// [`PhaseFile::claim`] for a file that a scene names in `field`. It has to be in the scene's folder or in another
+    /// one that the user names.
     ///
     /// # Errors
-    /// The same, and a file outside.
+    /// As [`PhaseFile::claim`]; a file outside of these folders.
     pub fn of_scene(
         scene: &Scene,
         field: &str,
@@ -73,7 +73,7 @@ impl PhaseFile {
         Self::claim(path, allowed.replace)
     }
 
-    /// Where the file will be.
+    /// Path of the file, which may not exist yet.
     pub fn path(&self) -> &Path {
         self.file.path()
     }
@@ -81,7 +81,7 @@ impl PhaseFile {
     /// Writes float64 [y, x].
     ///
     /// # Errors
-    /// A value that is not finite, or what the file system said.
+    /// A value that is not finite, or an error of the file system.
     pub fn write(&self, phase: &Array2<f64>) -> Result<(), Fault> {
         if let Some((at, value)) = phase.indexed_iter().find(|(_, value)| !value.is_finite()) {
             let found = format!("{value} at {at:?} of the array to be written");
@@ -93,10 +93,10 @@ impl PhaseFile {
     }
 }
 
-/// The bytes of a .npy file of float64 [y, x].
+/// The bytes of a .npy file of float64 [y, x], of phases in radians.
 ///
 /// # Errors
-/// What the packing said.
+/// When the array cannot be encoded.
 pub fn npy(phase: &Array2<f64>) -> Result<Vec<u8>, WriteNpyError> {
     let mut bytes = Vec::new();
     phase.write_npy(&mut bytes)?;

@@ -40,7 +40,7 @@ pub fn system(scene: &Scene, channel: usize) -> Result<System, Fault> {
     system_with(scene, &scene.arrays, channel)
 }
 
-/// The same with arrays from elsewhere, as [`Scene::load_with`] gives them.
+/// [`system`] with arrays from elsewhere, as [`Scene::load_with`] gives them.
 ///
 /// # Errors
 /// As [`system`].

@@ -126,7 +126,9 @@ fn local_bands_fault(scene: &Scene, error: &LocalBandError) -> Fault {
     let found = error.to_string();
     match error {
         LocalBandError::Boundless(name) => without_edge(scene, name),
-        LocalBandError::Mirror(name) => scene.fault(&path_of(scene, name), found, "one of both"),
+        LocalBandError::Mirror(name) => {
+            scene.fault(&path_of(scene, name), found, "exactly one of the two")
+        }
         LocalBandError::Layers(name) => {
             let expected = "phases, and pixels of one lattice, or the method beamlet or auto";
             scene.fault(&path_of(scene, name), found, expected)

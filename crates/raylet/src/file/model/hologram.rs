@@ -148,7 +148,7 @@ impl HologramDesign {
     /// Writes phases in radians as the scene will read them: divided by `phase_scale`.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub fn write(&self, phase: &Array2<f64>, file: &PhaseFile) -> Result<(), Fault> {
         file.write(&(phase / self.phase_scale))
     }
@@ -192,7 +192,7 @@ pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Holo
     Err(scene.fault("hologram.element", hologram.element.as_str(), WITH_PIXELS))
 }
 
-/// The picture, the way round that the scene wants it.
+/// The target picture, inverted and mirrored as the scene asks, with its width and height in mm.
 pub(crate) fn target(scene: &Scene, hologram: &Hologram) -> Result<Target, Fault> {
     let mut image = picture_of(scene, &hologram.target, "hologram.target")?;
     if hologram.invert {
@@ -368,7 +368,11 @@ size_mm = [0.4, 0.2]
         // The disc of 0.05 mm reaches the fourth pixel from the middle and not the sixth.
         let amplitude = |i: usize| task.incident[[4, i]].norm();
         assert!(amplitude(6 + 3) == 1.0 && amplitude(6 + 5) == 0.0);
-        let plain = task.train;
+        // 3 mm, a face of this power, 5.3 mm of glass of index n, 40 mm: their ray matrices multiplied.
+        let (plain, n) = (task.train, 1.513_063_997_196);
+        let (power, behind) = ((n - 1.0) / 25.8, 5.3 / n + 40.0);
+        assert!((plain.a - (1.0 - power * behind)).abs() < 1e-9);
+        assert!((plain.b - (3.0 + (1.0 - 3.0 * power) * behind)).abs() < 1e-9);
         let thin = altered(
             "element = \"slm\"",
             "element = \"slm\"\nprincipal_planes = false",

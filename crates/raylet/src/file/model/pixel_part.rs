@@ -46,7 +46,7 @@ pub(crate) struct PixelPart {
 /// A file that a design leaves.
 #[derive(Clone, Debug)]
 pub struct Output {
-    /// Where it goes.
+    /// Path of the file.
     pub file: PathBuf,
     /// The field of the scene that names it, such as `element[0].layer[0].phase`.
     pub field: String,
@@ -67,7 +67,8 @@ enum Quantity {
 }
 
 impl Output {
-    /// What the file holds, from all elements as made, [y, x].
+    /// The values of the file, [y, x], from all elements as made: phases over `phase_scale` of the layer, amplitudes
+    /// from 0 to 1, or heights in µm.
     pub fn values(&self, made: &[Shaped]) -> Array2<f64> {
         let shaped = &made[self.element];
         let found = match self.quantity {
@@ -83,7 +84,7 @@ impl Output {
         found.unwrap_or_default()
     }
 
-    /// What it is called.
+    /// Name of the quantity in the file: "phase", "amplitude" or "height".
     pub fn what(&self) -> &'static str {
         match self.quantity {
             Quantity::Phase { .. } => "phase",

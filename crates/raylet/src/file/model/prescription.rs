@@ -11,7 +11,7 @@ use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::optics::system::System;
 
-/// What a part is.
+/// A part of a system: a screen, or a surface between two screens.
 #[derive(Clone, Copy, Debug)]
 pub enum Kind<'a> {
     /// A place where the field is known.
@@ -38,7 +38,7 @@ pub struct Part<'a> {
 }
 
 impl Part<'_> {
-    /// Where it stands.
+    /// Origin (in mm) and axes of the part, global.
     pub fn frame(&self) -> &Frame {
         match self.kind {
             Kind::Screen(screen) => &screen.frame,
@@ -54,7 +54,7 @@ impl Part<'_> {
         }
     }
 
-    /// What it is, in one word.
+    /// Kind of the part in one word, such as "stop", "mirror" or "sphere".
     pub fn word(&self) -> &'static str {
         match self.kind {
             Kind::Screen(screen) => match &screen.act {
@@ -78,7 +78,7 @@ impl Part<'_> {
         }
     }
 
-    /// Its shape.
+    /// Height of the part over its local plane, as a function of x and y.
     pub fn shape(&self) -> &Shape {
         match self.kind {
             Kind::Screen(screen) => &screen.shape,

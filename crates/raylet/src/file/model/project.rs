@@ -37,13 +37,13 @@ use crate::wave::grid::raster::Raster;
 
 /// The design of a scene.
 pub struct SceneDesign {
-    /// What is looked for.
+    /// The project: what changes, and the losses.
     pub project: Project,
-    /// How, and from where.
+    /// The optimiser, at the starting point.
     pub search: Optimizer,
-    /// What the scene says.
+    /// The section `[design]` of the scene.
     pub design: Design,
-    /// What each channel of the project is.
+    /// Description of each channel of the project.
     pub described: Vec<ChannelDescription>,
     /// The files for what is found.
     pub outputs: Vec<Output>,

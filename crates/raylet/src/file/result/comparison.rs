@@ -24,11 +24,11 @@ const TOLERANCE: f64 = 1e-9;
 pub struct Side {
     /// The file.
     pub path: PathBuf,
-    /// What it holds.
+    /// The fields on the sensor, one for each wavelength.
     pub fields: Fields,
 }
 
-/// How alike two runs are.
+/// The likeness of two runs, A and B.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Comparison {
     /// The version of this document.
@@ -64,7 +64,7 @@ pub struct Likeness {
     pub field_error: Option<f64>,
     /// ‖A − c·B‖ / ‖A‖ with the best complex factor c.
     pub shape_error: Option<f64>,
-    /// That factor.
+    /// The factor c of `shape_error`.
     pub factor: Option<Factor>,
     /// The spot of A.
     pub a: Metrics,

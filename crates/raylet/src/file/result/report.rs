@@ -124,7 +124,7 @@ pub struct Channel {
     /// Expected relative error of the complex field: the root of the hops' squares; none where one of
     /// them has none.
     pub error: Option<f64>,
-    /// What the sensor shows.
+    /// Power, peak and spot on the sensor.
     pub metrics: Metrics,
     /// What a user must know of this result; empty where all is well.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
@@ -134,7 +134,7 @@ pub struct Channel {
 /// One hop from screen to screen.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct HopEntry {
-    /// How it was carried.
+    /// Method of the hop, with its plan.
     pub plan: PlanEntry,
     /// Samples of the field on the first screen, [ny, nx]; nothing for local bands, which have no whole field.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -182,7 +182,7 @@ pub struct PlanEntry {
     pub beamlets: Option<BeamletEntry>,
     /// The lattice of plane wavelets, where there are any.
     pub planes: Option<PlaneEntry>,
-    /// What is drawn by the paper's method, where it is used.
+    /// The patches and modes of the paper's method, where it is used.
     pub paper: Option<DrawEntry>,
     /// The windows of local bands, where there are any.
     #[serde(default, skip_serializing_if = "Option::is_none")]
@@ -198,7 +198,7 @@ pub struct LocalBandEntry {
     pub step_um: f64,
     /// Period of their plane waves in micrometres.
     pub period_um: f64,
-    /// How many there are along x and y of the first screen's box.
+    /// Number of windows along x and y of the first screen's box.
     pub windows: [usize; 2],
     /// Whether each has the one direction of a smooth source.
     pub smooth: bool,
@@ -228,7 +228,7 @@ pub struct DrawEntry {
     pub side_um: f64,
     /// Its period in micrometres.
     pub period_um: f64,
-    /// What is wrong with patches that ignore the height of a curved screen.
+    /// A warning where patches ignore the height of a curved screen; none where it does not matter.
     pub warning: Option<String>,
 }
 
@@ -239,7 +239,7 @@ pub struct Directions {
     pub lowest: f64,
     /// The highest one.
     pub highest: f64,
-    /// How many.
+    /// Number of directions.
     pub count: usize,
 }
 
@@ -307,14 +307,14 @@ pub struct ErrorEntry {
     pub total: f64,
 }
 
-/// What the sensor shows, of the intensity |U|² at the pixel centres.
+/// Power, peak and spot of the intensity |U|² at the pixel centres of the sensor.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct Metrics {
     /// Sum times pixel area, in mm² for unit amplitude.
     pub power: f64,
     /// The largest value.
     pub peak: f64,
-    /// Where it is, [x, y] in mm.
+    /// Place of the peak, [x, y] in mm; none where the sensor is dark.
     pub peak_mm: Option<[f64; 2]>,
     /// Centre of mass [x, y] in mm.
     pub centroid_mm: Option<[f64; 2]>,

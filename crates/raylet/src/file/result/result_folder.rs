@@ -30,7 +30,7 @@ impl ResultFolder {
     /// already.
     ///
     /// # Errors
-    /// Fields or numbers that are not finite, or what the file system said.
+    /// Fields or numbers that are not finite, or an error of the file system.
     pub fn publish(&self, mut draft: Draft) -> Result<(), Fault> {
         draft.fill(FIELD_FILE, &|file| self.fields.write_npz(file))?;
         draft.publish(&document::text(&self.report, RESULT_FILE)?)

@@ -7,16 +7,16 @@ use crate::engine::rims::rim_screens::{Rim, RimTreatment};
 /// The rim of a surface in a hop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RimEntry {
-    /// Its name.
+    /// Name of the rim.
     pub name: String,
-    /// What becomes of it: `screen`, `ignored` or `by ray`.
+    /// How the run treats it: `screen`, `ignored` or `by ray`.
     pub treatment: String,
     /// Root of the share that it cuts of the energy on its way to the second screen, which the error of
     /// leaving it out does not exceed.
     pub bound: f64,
     /// The expected error of clipping single rays at it.
     pub error: f64,
-    /// What is wrong with that.
+    /// A warning about this treatment; none where it is fine.
     pub warning: Option<String>,
 }
 

@@ -32,12 +32,12 @@ pub struct Checkpoints {
     longest: u64,
 }
 
-/// What was read.
+/// A state that was read from a checkpoint.
 #[derive(Debug)]
 pub struct Restored<T> {
     /// The state.
     pub state: T,
-    /// What was wrong with the newest file, if the one before it was taken.
+    /// The fault of the newest file, if the one before it was read instead.
     pub warning: Option<String>,
 }
 
@@ -50,8 +50,8 @@ enum Found {
 }
 
 impl Checkpoints {
-    /// Those in a folder, of the run that is so described and whose state takes at most so many bytes as text. A longer
-    /// file is refused before it is read.
+    /// The checkpoints in `folder` of the run with this description, whose state takes at most `state_bytes` as text. A
+    /// longer file is refused before it is read.
     pub fn within(folder: &Path, description: &str, state_bytes: u64) -> Self {
         let described = ESCAPED * description.len() as u64;
         Self {
@@ -80,7 +80,7 @@ impl Checkpoints {
     /// Writes a checkpoint; the last one is kept beside it. At any moment one of the two is whole, on the disk too.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub fn write<T: Serialize>(&self, state: &T) -> Result<(), Fault> {
         let refuse = |error: io::Error| unwritable(&self.newest, &error);
         let body = serde_json::to_string(&(&self.description, state));
@@ -139,7 +139,7 @@ impl Checkpoints {
     /// Removes the checkpoints, and their folder if nothing else is in it.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub fn remove(&self) -> Result<(), Fault> {
         for path in [&self.newest, &self.before] {
             if found_at(path)? == Found::Whole {

@@ -54,10 +54,11 @@ impl OutputFolder {
         Self::claim_as(path, RESULT_FILE)
     }
 
-    /// The same for a folder that is known by another file, so that no kind replaces another.
+    /// [`OutputFolder::claim`] for a folder of another kind, recognised by the file `mark`. A folder of one kind does
+    /// not replace a folder of another.
     ///
     /// # Errors
-    /// The same.
+    /// As [`OutputFolder::claim`].
     pub fn claim_as(path: &Path, mark: &'static str) -> Result<Self, Fault> {
         // A slash at the end would make a link of the same name seem the folder it leads to.
         let path: PathBuf = path.components().collect();
@@ -75,7 +76,7 @@ impl OutputFolder {
         Ok(target)
     }
 
-    /// Where the folder will be.
+    /// Path of the folder, which may not exist yet.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -170,7 +171,7 @@ impl Draft<'_> {
     /// Writes one file.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub fn write(&mut self, name: &str, content: &[u8]) -> Result<(), Fault> {
         self.put(name, content)?;
         self.files.push((name.to_owned(), Checksum::of(content)));
@@ -180,7 +181,7 @@ impl Draft<'_> {
     /// Lets `fill` write one file, however large: no copy of it is held.
     ///
     /// # Errors
-    /// What `fill` or the file system said.
+    /// An error of `fill` or of the file system.
     pub fn fill(
         &mut self,
         name: &str,
@@ -201,7 +202,7 @@ impl Draft<'_> {
     /// is replaced.
     ///
     /// # Errors
-    /// Something else has come to stand there, or what the file system said; then nothing is changed.
+    /// Something else has come to stand there, or an error of the file system; then nothing is changed.
     pub fn publish(self, document: &str) -> Result<(), Fault> {
         self.publish_by(&exchange, document)
     }

@@ -1,6 +1,6 @@
 //! Files and folders that are written under a hidden name, and take their own name when they are complete.
 //!
-//! A hidden folder stands beside the place that is meant, or beside the first of its folders that is not there yet, so
+//! A hidden folder stands beside the final place, or beside the first folder of its path that does not exist yet, so
 //! that the last step is a rename. It holds a lock, by which a later run sees whether it was left by a killed one.
 
 use std::fs::{self, File};
@@ -25,13 +25,13 @@ pub struct Hidden {
     owner: Option<Lock>,
 }
 
-/// Says whether what stands somewhere may be replaced.
+/// Decides whether the file or folder at a path may be replaced: the error is the reason against it.
 pub(crate) type Judge<'a> = &'a dyn Fn(&Path) -> Result<(), Fault>;
 
 /// Writes the content of a new file.
 pub(crate) type Fill<'a> = &'a dyn Fn(&mut File) -> io::Result<()>;
 
-/// Lets two paths change places at one stroke; `false` where that is not possible.
+/// Exchanges two paths in one atomic step; `false` where the file system cannot.
 pub(crate) type Swap<'a> = &'a dyn Fn(&Path, &Path) -> io::Result<bool>;
 
 impl Hidden {
@@ -83,7 +83,7 @@ impl Hidden {
     /// Makes the new thing a folder.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub fn make_folder(&self) -> io::Result<()> {
         let _list = unfinished();
         fs::create_dir(self.path())
@@ -92,7 +92,7 @@ impl Hidden {
     /// Writes the new thing, or the file of this name in it, and waits until it is on the disk.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub fn write(&self, name: Option<&str>, content: &[u8]) -> io::Result<()> {
         self.fill(name, &|file| file.write_all(content)).map(drop)
     }
@@ -100,7 +100,7 @@ impl Hidden {
     /// The same with what `fill` writes, of which no copy is held; returns where the file is for now.
     ///
     /// # Errors
-    /// What `fill` or the file system said.
+    /// An error of `fill` or of the file system.
     pub(crate) fn fill(&self, name: Option<&str>, fill: Fill) -> io::Result<PathBuf> {
         let _list = unfinished();
         let path = match name {
@@ -115,12 +115,12 @@ impl Hidden {
     /// there then to be replaced. An earlier folder of that name is removed, file by file as its document lists them.
     ///
     /// # Errors
-    /// What `judge` or the file system said; then nothing is changed.
+    /// An error of `judge` or of the file system; then nothing is changed.
     pub fn reveal(self, path: &Path, judge: Judge) -> Result<(), Fault> {
         self.reveal_by(&exchange, path, judge)
     }
 
-    /// The same with another way to let folders change places.
+    /// [`Hidden::reveal`] with a given function that exchanges two folders.
     pub(crate) fn reveal_by(self, swap: Swap, path: &Path, judge: Judge) -> Result<(), Fault> {
         let list = unfinished();
         let mut made = Vec::new();

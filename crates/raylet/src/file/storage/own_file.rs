@@ -20,12 +20,12 @@ use crate::file::storage::sweep::sweep_around;
 const MARK: &str = "raylet wrote ";
 const LONGEST: u64 = 1 << 16;
 
-/// Which files may be replaced.
+/// Which existing files a run may replace.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Replace {
-    /// Those that raylet wrote and nobody changed since.
+    /// Only files that raylet wrote and nobody changed since.
     Own,
-    /// All.
+    /// Any file.
     Any,
 }
 
@@ -67,7 +67,7 @@ impl OwnFile {
         })
     }
 
-    /// The same in a folder that this run holds already.
+    /// [`OwnFile::claim`] without a lock, in a folder that this run has locked already.
     ///
     /// # Errors
     /// A folder of that name, or a file that may not be replaced.
@@ -80,7 +80,7 @@ impl OwnFile {
         })
     }
 
-    /// Where the file will be.
+    /// Path of the file, which may not exist yet.
     pub fn path(&self) -> &Path {
         &self.path
     }
@@ -88,7 +88,7 @@ impl OwnFile {
     /// Writes the file, which changes as a whole or not at all.
     ///
     /// # Errors
-    /// Another file has come to stand there, or what the file system said.
+    /// Another file has come to stand there, or an error of the file system.
     pub fn write(&self, content: &[u8]) -> Result<(), Fault> {
         let refuse = |error: io::Error| unwritable(&self.path, &error);
         let judge = |path: &Path| check_occupant(path, self.replace);
@@ -244,13 +244,17 @@ mod tests {
 
     #[test]
     fn whichever_content_a_killed_run_leaves_is_its_own() {
-        let room = tempfile::tempdir().unwrap();
-        let path = room.path().join("phase.npy");
-        write(&path, Replace::Own, "older").unwrap();
-        write(&path, Replace::Own, "newer").unwrap();
-        // As if killed after the record was written.
-        fs::write(&path, "older").unwrap();
-        write(&path, Replace::Own, "newest").unwrap();
+        // Killed after the record was written, and before or after the file was; a third content is nobody's.
+        for (left, is_own) in [("older", true), ("newer", true), ("other", false)] {
+            let room = tempfile::tempdir().unwrap();
+            let path = room.path().join("phase.npy");
+            write(&path, Replace::Own, "older").unwrap();
+            write(&path, Replace::Own, "newer").unwrap();
+            fs::write(&path, left).unwrap();
+            assert_eq!(write(&path, Replace::Own, "newest").is_ok(), is_own);
+            let now = if is_own { "newest" } else { left };
+            assert_eq!(fs::read_to_string(&path).unwrap(), now);
+        }
     }
 
     #[test]

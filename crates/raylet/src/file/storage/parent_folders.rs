@@ -27,7 +27,7 @@ pub(crate) fn named(folder: &Path) -> &Path {
 /// Makes the missing folders around a path, and notes which.
 ///
 /// # Errors
-/// What the file system said.
+/// An error of the file system.
 pub(crate) fn make(path: &Path, made: &mut Vec<PathBuf>) -> io::Result<()> {
     let missing: Vec<&Path> = path
         .ancestors()
@@ -55,7 +55,7 @@ pub(crate) fn unmake(made: &[PathBuf]) {
 /// Waits until the names in a folder are on the disk, where the system can say so.
 ///
 /// # Errors
-/// What the file system said.
+/// An error of the file system.
 pub(crate) fn sync(folder: &Path) -> io::Result<()> {
     if cfg!(not(unix)) {
         return Ok(());
@@ -77,7 +77,7 @@ pub(crate) fn sync(folder: &Path) -> io::Result<()> {
 /// Lets two paths change places at one stroke; `false` where the system or its file system cannot.
 ///
 /// # Errors
-/// What the file system said.
+/// An error of the file system.
 #[cfg(any(target_os = "linux", target_os = "android", target_vendor = "apple"))]
 pub(crate) fn exchange(one: &Path, other: &Path) -> io::Result<bool> {
     use rustix::fs::{CWD, RenameFlags, renameat_with};
@@ -101,6 +101,7 @@ mod tests {
 
     use crate::file::storage::parent_folders::{exchange, sync};
 
+    /// Where the file system cannot, it says so, and each stays in its place.
     #[test]
     fn folders_change_places() {
         let room = tempfile::tempdir().unwrap();
@@ -109,9 +110,11 @@ mod tests {
         fs::create_dir(&other).unwrap();
         fs::write(one.join("file"), "").unwrap();
         assert!(exchange(&one, &room.path().join("none")).is_err());
-        if exchange(&one, &other).unwrap() {
-            assert!(other.join("file").exists() && !one.join("file").exists());
-        }
+        let [full, empty] = match exchange(&one, &other).unwrap() {
+            true => [&other, &one],
+            false => [&one, &other],
+        };
+        assert!(full.join("file").exists() && !empty.join("file").exists());
         sync(room.path()).unwrap();
     }
 }

@@ -58,7 +58,7 @@ impl PartialFile {
     /// Writes what there is; the file changes as a whole or not at all.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub fn write(&self, run: &RepeatedRuns) -> Result<(), Fault> {
         let refuse = |error: io::Error| unwritable(&self.path, &error);
         let bytes = self.pack(run);
@@ -71,7 +71,7 @@ impl PartialFile {
     /// Removes a file, if it holds the parts of a run.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub fn remove(path: &Path) -> Result<(), Fault> {
         match open(path) {
             Some(_) => fs::remove_file(path).map_err(|error| unwritable(path, &error)),

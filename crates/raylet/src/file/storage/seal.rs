@@ -61,7 +61,7 @@ impl Checksum {
     /// That of a regular file; none of anything else, such as a link, a folder or a pipe.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub(crate) fn of_file(path: &Path) -> io::Result<Option<Self>> {
         if !fs::symlink_metadata(path)?.is_file() {
             return Ok(None);
@@ -72,7 +72,7 @@ impl Checksum {
     /// That of what is left to read of a file.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub(crate) fn of_rest(file: &mut File) -> io::Result<Self> {
         let mut hasher = crc32fast::Hasher::new();
         let (mut buffer, mut bytes) = (vec![0; 1 << 16], 0);
@@ -170,7 +170,7 @@ impl Sealed {
     /// An entry of the folder, hidden ones included, that raylet did not write, or that was changed since.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub(crate) fn stranger(&self, folder: &Path) -> io::Result<Option<String>> {
         for found in fs::read_dir(folder)? {
             let name = found?.file_name().to_string_lossy().into_owned();
@@ -192,7 +192,7 @@ impl Sealed {
     /// the folder.
     ///
     /// # Errors
-    /// What the file system said.
+    /// An error of the file system.
     pub(crate) fn remove(&self, folder: &Path) -> io::Result<()> {
         for entry in &self.entries {
             let path = folder.join(&entry.file);

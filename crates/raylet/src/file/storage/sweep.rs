@@ -32,7 +32,7 @@ pub(crate) fn sweep_around(path: &Path) {
     }
 }
 
-/// The same right inside a folder.
+/// Removes the drafts and locks that killed runs left directly inside a folder.
 pub(crate) fn sweep(folder: &Path) {
     for entry in fs::read_dir(folder).into_iter().flatten().flatten() {
         let name = entry.file_name().to_string_lossy().into_owned();
@@ -72,7 +72,7 @@ fn sweep_draft(around: &Path, draft: &Path) {
     let _ = fs::remove_dir(draft);
 }
 
-/// A folder that stood aside for another one which did not come.
+/// Puts back a folder that was to be replaced by a new one which was never completed.
 fn put_back(around: &Path, draft: &Path) {
     let Some(place) = place(draft) else {
         return;
@@ -85,7 +85,7 @@ fn put_back(around: &Path, draft: &Path) {
     }
 }
 
-/// Where it stood, below the folder around.
+/// The original place of that folder, relative to the folder around the draft.
 fn place(draft: &Path) -> Option<PathBuf> {
     let place = regular_file::read_text(&draft.join(PLACE), LONGEST_PLACE);
     let place = PathBuf::from(place.ok()?);

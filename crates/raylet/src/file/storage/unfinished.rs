@@ -8,30 +8,30 @@ use std::sync::{Mutex, MutexGuard, PoisonError};
 
 use crate::file::storage::seal::Sealed;
 
-/// Name of the new thing inside the hidden folder of a draft.
+/// Name of the new file or folder inside the hidden folder of a draft.
 pub(crate) const NEW: &str = "new";
 
-/// Name of what it replaces, for as long as that stands aside.
+/// Name of the replaced file or folder inside the hidden folder, until the new one is in place.
 pub(crate) const OLD: &str = "old";
 
-/// Name of the note that says where that stood.
+/// Name of the note in a draft with the place to which the replaced file or folder belongs.
 pub(crate) const PLACE: &str = "place";
 
 /// Name of the lock that says whose draft it is.
 pub(crate) const OWNER: &str = "owner";
 
-/// Something that goes when the work is done.
+/// A file or folder that is removed when the work is done.
 #[derive(Clone, Debug, PartialEq, Eq)]
 pub(crate) enum Trace {
     /// The hidden folder of a draft.
     Draft(PathBuf),
     /// A lock.
     Lock(PathBuf),
-    /// A folder that was made, which goes if nothing is in it.
+    /// A folder that was made, which is removed if it is empty.
     Folder(PathBuf),
 }
 
-/// What there is now. Whoever changes the disk holds the list while doing so.
+/// All unfinished files and folders of this process. Code that changes the disk holds the list while it does so.
 static UNFINISHED: Mutex<Vec<Trace>> = Mutex::new(Vec::new());
 
 /// While this is held, nothing is written.

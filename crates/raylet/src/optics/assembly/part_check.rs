@@ -78,7 +78,8 @@ pub(crate) fn check_face(shape: &Shape, aperture: &Aperture) -> Result<(), Misma
     }
 }
 
-/// A point of the aperture, in mm, where the surface does not exist or is further than `highest` mm from its local plane.
+/// A point of the aperture, in mm, where the surface does not exist or is further than `highest` mm from its local
+/// plane.
 pub(crate) fn missing_point(shape: &Shape, aperture: &Aperture, highest: f64) -> Option<[f64; 2]> {
     let mut points = aperture.rim().into_iter().chain(aperture.inside());
     points.find(|[x, y]| {
@@ -126,7 +127,7 @@ pub(crate) fn check_transmits(doe: &Doe) -> Result<(), Mismatch> {
         false => Ok(()),
         true => Err(Mismatch::new(
             "light that goes on by reflection, and a medium behind the element",
-            "one of both",
+            "exactly one of the two",
         )),
     }
 }

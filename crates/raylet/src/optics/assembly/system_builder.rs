@@ -92,13 +92,13 @@ impl SystemBuilder {
         self
     }
 
-    /// The medium before the first part, and around all of them; air where nothing is said.
+    /// The medium before the first part, and around all of them; air by default.
     pub fn ambient(mut self, medium: impl Into<Glass>) -> Self {
         self.ambient = medium.into();
         self
     }
 
-    /// How all refracting surfaces transmit; ideally where nothing is said.
+    /// Coating of all refracting surfaces, which sets how much they transmit; [`Coating::Ideal`] by default.
     pub fn coating(mut self, coating: Coating) -> Self {
         self.coating = coating;
         self
@@ -115,7 +115,8 @@ impl SystemBuilder {
         self.with(BuilderCall::Offset(decentre, tilt))
     }
 
-    /// The same for the axis itself, and so for all that follows.
+    /// Moves the axis, with all parts that follow, aside by `decentre` mm and turns it by `tilt` rad, as in
+    /// [`SystemBuilder::offset`].
     pub fn turn(self, decentre: [f64; 2], tilt: [f64; 3]) -> Self {
         self.with(BuilderCall::Turn(decentre, tilt))
     }
@@ -152,13 +153,14 @@ impl SystemBuilder {
         self.with(BuilderCall::Stop(aperture))
     }
 
-    /// A plane element of phase pixels: their phases in rad, [y, x], and the distances of their centres along x and y in
-    /// mm. Each phase holds over its whole pixel.
+    /// A plane element of phase pixels: their phases in rad, [y, x], and the distances of their centres along x and y
+    /// in mm. Each phase holds over its whole pixel.
     pub fn phase_pixels(self, name: &str, phases: &Array2<f64>, pitch: [f64; 2]) -> Self {
         self.pixels(name, phases.mapv(Complex64::cis), pitch)
     }
 
-    /// The same by complex transmissions.
+    /// A plane element of pixels with complex transmissions, [y, x], and the distances of their centres along x and y
+    /// in mm.
     pub fn pixels(self, name: &str, values: Array2<Complex64>, pitch: [f64; 2]) -> Self {
         let pixels = Pixels {
             pitch,
@@ -178,7 +180,7 @@ impl SystemBuilder {
         self.with(BuilderCall::Element(name.to_owned(), shape, doe, None))
     }
 
-    /// The same on an interface: the medium behind it begins at its surface, which refracts too.
+    /// A diffractive element on an interface: the medium `behind` begins at its surface, which also refracts.
     pub fn element_into(
         self,
         name: &str,

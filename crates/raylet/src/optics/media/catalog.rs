@@ -72,7 +72,7 @@ pub enum CatalogError {
 pub struct Glass {
     /// The maker's catalogue, or `MATERIAL`.
     pub catalogue: &'static str,
-    /// Its names, the proper one first.
+    /// Names of the medium, the proper one first.
     pub names: Vec<&'static str>,
     /// Where the numbers come from, and the temperature they hold at where it is known.
     pub source: &'static str,

@@ -14,7 +14,7 @@ use crate::wave::grid::raster::Raster;
 /// values, then their imaginary parts.
 pub(crate) struct Rows {
     values: Vec<f64>,
-    /// Where they stand.
+    /// The places of their values, in mm.
     pub raster: Raster,
 }
 
@@ -54,7 +54,7 @@ impl Rows {
         &self.values[(start + first) * COLUMN..(start + last) * COLUMN]
     }
 
-    /// The same, to be changed.
+    /// Mutable access to the numbers of some columns of a block.
     #[inline(always)]
     fn columns_mut(&mut self, block: usize, [first, last]: [usize; 2]) -> &mut [f64] {
         let start = block * self.raster.size[0];
@@ -120,13 +120,14 @@ impl<'a> BeamletKernel<'a> {
         (limit * xx / (xx * yy - xy * xy)).sqrt()
     }
 
-    /// The beamlet's footprint on a raster, where uᵀ(Im G)u stays below `limit` in mm; nothing when it does not meet it.
+    /// The beamlet's footprint on a raster, where uᵀ(Im G)u stays below `limit` in mm; nothing when it does not meet
+    /// it.
     #[inline(always)]
     pub(crate) fn new(arrival: &'a Arrival, raster: &Raster, limit: f64, k: f64) -> Option<Self> {
         Self::reaching(arrival, raster, [limit, Self::reach(arrival, limit)], k)
     }
 
-    /// The same for a footprint that is known to reach so far along y.
+    /// [`BeamletKernel::new`] for a footprint whose half width `reach` along y is known, in mm.
     #[inline(always)]
     pub(crate) fn reaching(
         arrival: &'a Arrival,
@@ -392,8 +393,8 @@ impl<S: Simd> ColumnValues<S> {
         }
     }
 
-    /// Σ of columns times the conjugates of the values that [`ColumnValues::add`] would add to them, row by row, times 1, u, u²
-    /// where u starts here and grows by `pitch`.
+    /// Σ of columns times the conjugates of the values that [`ColumnValues::add`] would add to them, row by row, times
+    /// 1, u, u² where u starts here and grows by `pitch`.
     #[inline(always)]
     fn add_adjoint(self, simd: S, columns: &[f64], mut u: f64, pitch: f64) -> [Pair<S>; 3] {
         let Self {

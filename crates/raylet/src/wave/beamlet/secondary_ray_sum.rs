@@ -12,13 +12,14 @@ use crate::wave::beamlet::plane::{PlaneSum, PlaneWave};
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::grid::raster::Raster;
 
-/// What an arriving ray adds to the field on the sensor, with α its weight times exp(ik·path), s the place
-/// where it lands and p its optical direction cosines there.
+/// The wave that an arriving ray adds to the field on the sensor. α is its weight times exp(ik·path), s the place
+/// where it lands in mm, and p its optical direction cosines there.
 #[derive(Clone, Copy, Debug)]
 pub enum Wavelet<'a> {
-    /// α·exp(ik p·(x − s)): right behind empty space, biased behind anything with power.
+    /// α·exp(ik p·(x − s)): correct behind empty space, biased behind surfaces with power.
     Plain,
-    /// The same times the prefactor √det(D + ikσ²C), from the beamlets: right behind lenses and mirrors.
+    /// The wave of [`Wavelet::Plain`] times the prefactor √det(D + ikσ²C), from the beamlets: correct behind lenses and
+    /// mirrors.
     Prefactor(&'a Beams),
     /// α·amplitude·exp(ik[p·(x − s) + ½(x − s)ᵀG(x − s)]), the beamlets themselves.
     Beamlet(&'a Beams),
@@ -41,17 +42,17 @@ pub enum SecondaryRayError {
 /// Cotangents of what rays bring to a sensor, one for each ray.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct SecondaryRaySumBar {
-    /// Of the weight.
+    /// Cotangent of the weight.
     pub weight: Vec<Complex64>,
-    /// Of the optical path, in 1/mm.
+    /// Derivative by the optical path, in 1/mm.
     pub path: Vec<f64>,
-    /// Of the place, along the sensor's x and y axes, in 1/mm.
+    /// Derivative by the place, along the sensor's x and y axes, in 1/mm.
     pub at: Vec<[f64; 2]>,
-    /// Of the optical direction cosines along these axes.
+    /// Derivative by the optical direction cosines along these axes.
     pub cosines: Vec<[f64; 2]>,
-    /// For beamlets, of the amplitude gained on the way; else empty.
+    /// For beamlets the cotangent of the amplitude gained on the way; else empty.
     pub amplitude: Vec<Complex64>,
-    /// For beamlets, of the curvature (xx, xy, yy), in mm; else empty.
+    /// For beamlets the cotangent of the curvature (xx, xy, yy), in mm; else empty.
     pub curvature: Vec<[Complex64; 3]>,
 }
 

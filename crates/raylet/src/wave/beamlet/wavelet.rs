@@ -12,7 +12,7 @@ use crate::optics::frame::Axes;
 use crate::optics::refraction::Refracted;
 use crate::optics::shape::Height;
 
-/// What a walk reports about one surface it meets.
+/// A ray at one surface: what the trace of the ray tells its companion there.
 pub struct Encounter<'a, T, A> {
     /// The surface's frame.
     pub frame: &'a A,
@@ -22,13 +22,13 @@ pub struct Encounter<'a, T, A> {
     pub normal: Vec3<T>,
     /// +1 when that normal points to the surface's +z, else −1.
     pub side: f64,
-    /// The new direction, in the surface's frame.
+    /// The direction behind the surface, in the surface's frame, with the loss of amplitude.
     pub refracted: &'a Refracted<T>,
-    /// Index before and after.
+    /// Refractive index before and behind the surface.
     pub index: [T; 2],
 }
 
-/// What travels along with a ray.
+/// A quantity that is carried along a ray, such as a beamlet.
 pub trait Companion<T: Real> {
     /// The ray flies `length` mm through a medium.
     fn fly(&mut self, length: T, index: T);
@@ -67,7 +67,7 @@ impl<T: Real> Beamlet<T> {
         Self::launch_along(direction, screen.across(), q)
     }
 
-    /// The same with its curvature along two vectors that span a plane, of any length and angle.
+    /// [`Beamlet::launch`] with the curvature `q` along two vectors that span a plane, of any length and angle.
     #[inline(always)]
     pub(crate) fn launch_along(direction: Vec3<T>, [x, y]: [Vec3<T>; 2], q: Symmetric<T>) -> Self {
         let across = (x + direction * -direction.dot(x)).unit();

@@ -265,10 +265,14 @@ mod tests {
     fn crossings_are_those_of_the_transfer() {
         let (slabs, plan) = plate();
         let transfer = SlabTransfer::new(&slabs, &plan);
-        let mut waves = Array2::from_elem((1, 13), Complex64::ONE);
+        let mut waves = Array2::from_elem((1, 21), Complex64::ONE);
         transfer.apply(waves.row_mut(0), direction);
-        let met = transfer.crossings(3, direction);
-        let wave = Complex64::from_polar(met.size[0], K * met.path[0]);
-        assert!((wave - waves[[0, 3]]).norm() < 1e-9, "{wave}");
+        for first in [0, 3, 6, 13] {
+            let met = transfer.crossings(first, direction);
+            for (lane, (size, path)) in met.size.into_iter().zip(met.path).enumerate() {
+                let off = Complex64::from_polar(size, K * path) - waves[[0, first + lane]];
+                assert!(off.norm() < 1e-9, "{first} {lane}: {off}");
+            }
+        }
     }
 }

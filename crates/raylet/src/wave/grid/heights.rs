@@ -17,7 +17,7 @@ pub struct Heights {
 }
 
 impl Heights {
-    /// Those of a plane.
+    /// The heights of a plane: zero, with zero slope.
     pub fn flat(grid: &Grid) -> Self {
         let shape = grid.shape();
         Self {
@@ -26,7 +26,7 @@ impl Heights {
         }
     }
 
-    /// Those of a screen.
+    /// The heights of a screen at the nodes of a grid.
     pub(crate) fn on(screen: &Screen, grid: &Grid) -> Self {
         let mut heights = Self::flat(grid);
         if screen.is_plane() {
@@ -49,7 +49,7 @@ impl Heights {
 /// They are few, because the mean phase of the light is taken out.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Stack {
-    /// Where they are.
+    /// Heights of the levels, in mm.
     pub levels: Levels,
     /// Phase per mm that is taken out, k times the mean normal cosine.
     pub carrier: f64,
@@ -64,7 +64,7 @@ impl Stack {
         Self::within(LEVEL_TOLERANCE, range, cosines, k)
     }
 
-    /// The same, that add an error of about `tolerance`.
+    /// The levels that add a relative error of about `tolerance`, for heights from `bottom` to `top` in mm.
     pub(crate) fn within(
         tolerance: f64,
         [bottom, top]: [f64; 2],

@@ -6,7 +6,7 @@
 //! | [`field`] | Complex fields on the nodes of a plane grid |
 //! | [`sampling`] | Where a screen's field is sampled, and what the screen does to it there |
 //! | `aperture_coverage` | The open share of the cell of each node |
-//! | [`transmission`] | What an element does at the nodes of a grid, and the way back to phases and pixels |
+//! | [`transmission`] | The transmission of an element at the nodes of a grid, and its adjoint for phases and pixels |
 //! | [`heights`] | The levels around a curved screen, and interpolation between them |
 //! | [`height_stack`] | A field as it is summed: on a plane, or on levels around a curved screen |
 //! | [`metrics`] | How alike two fields are, and how large a spot is |

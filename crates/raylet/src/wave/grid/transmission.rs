@@ -1,4 +1,4 @@
-//! What a diffractive element puts on the nodes of a grid, and the way back to its phase and its pixels.
+//! The transmission of a diffractive element at the nodes of a grid, and the adjoint for its phase and its pixels.
 
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;

@@ -49,7 +49,7 @@ fn bessel(x: f64) -> [f64; 2] {
 pub(crate) struct Modes {
     /// Index m of the first.
     pub first: i64,
-    /// How many.
+    /// Number of plane waves.
     pub count: usize,
     /// Distance λ/P of neighbours, as optical direction cosine.
     pub spacing: f64,

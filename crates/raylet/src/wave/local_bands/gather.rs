@@ -12,9 +12,9 @@ use crate::wave::local_bands::carrier::Carrier;
 /// The samples of one tile.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct Gather {
-    /// What the light is divided by.
+    /// The carrier by which the light is divided.
     pub carrier: Carrier,
-    /// Where the samples stand.
+    /// Places of the samples, in mm.
     pub raster: Raster,
     /// Vacuum wavenumber in rad/mm.
     pub k: f64,
@@ -39,8 +39,8 @@ impl Gather {
         (values, evaluations)
     }
 
-    /// The conjugate transpose: the moments that the cotangent of the samples has under each beamlet of amplitude one, the
-    /// first of which is the cotangent of the beamlet's amplitude.
+    /// The conjugate transpose: the moments that the cotangent of the samples has under each beamlet of amplitude one,
+    /// the first of which is the cotangent of the beamlet's amplitude.
     pub(crate) fn apply_adjoint(
         &self,
         arrivals: &[Arrival],

@@ -74,11 +74,11 @@ impl TileWindow {
 /// A square patch.
 #[derive(Clone, Copy, Debug)]
 pub struct Tile {
-    /// Its side, in mm.
+    /// Side of the patch, in mm.
     pub side: f64,
-    /// What the field in it is multiplied by.
+    /// Window by which the field in the patch is multiplied.
     pub window: TileWindow,
-    /// The period of its copies, in mm.
+    /// Period of its plane waves, in mm.
     pub period: f64,
 }
 

@@ -6,7 +6,7 @@
 
 use crate::wave::grid::field::Axis;
 
-/// What patches are put together with again.
+/// How patches are added to the field again.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum Synthesis {
     /// Each with its own window gⱼ: beamlets.
