@@ -21,9 +21,6 @@ quick:
 	cargo clippy --profile quick --workspace --all-targets -- -D warnings
 	cargo test --profile quick --quiet --workspace --lib --test house -- --skip _slow
 
-# The profile of what is tested: Cargo.toml says how it differs from a release. Another one: make test PROFILE=release.
-PROFILE ?= tested
-
 # Lints work beside the compiler, in a folder of their own; the environments come mostly from the network.
 test:
 	$(MAKE) --no-print-directory --jobs 3 lint compiled environments
@@ -32,15 +29,17 @@ test:
 test-rust: lint compiled cargo-test
 
 compiled:
-	cargo test --profile $(PROFILE) --workspace --no-run
+	cargo test --release --workspace --tests --no-run
 
 lint:
 	cargo fmt --all --check
 	cargo clippy --profile quick --workspace --all-targets -- -D warnings
 	RUSTDOCFLAGS="-D warnings" cargo doc --profile quick --workspace --no-deps
 
+# Examples that are no tests are only linted.
 cargo-test:
-	cargo test --profile $(PROFILE) --workspace
+	cargo test --release --workspace --tests
+	cargo test --release --workspace --doc
 
 # Random scenes, files and arguments (docs/fuzzing.md). A long run: make fuzz CASES=1000000; its last cases: FROM=990000.
 CASES ?= 2000
@@ -53,11 +52,10 @@ PYTEST = python -m pytest -n $(JOBS) --dist worksteal
 
 # The whole workspace decides on features, so that what the tests built is not built again.
 fuzz:
-	cargo build --profile $(PROFILE) --quiet --workspace --bin raylet
-	$(PYTHON) -m fuzz --binary target/$(PROFILE)/raylet --cases $(CASES) --seed $(SEED) --from $(FROM) --jobs $(JOBS)
+	cargo build --release --quiet --workspace --bin raylet
+	$(PYTHON) -m fuzz --cases $(CASES) --seed $(SEED) --from $(FROM) --jobs $(JOBS)
 
-# A virtual environment with what the Python tests need. The package that is tested is built with the same profile as the
-# rest; `make wheel` builds a release.
+# A virtual environment with what the Python tests need; the package is built with the same profile as the rest.
 VENV = .venv
 PYTHON ?= python3
 
@@ -68,7 +66,7 @@ $(VENV)/ready: python/requirements-test.txt
 
 .PHONY: install
 install: $(VENV)/ready
-	MATURIN_PEP517_ARGS="--profile $(PROFILE)" PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/pip install --quiet --disable-pip-version-check \
+	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/pip install --quiet --disable-pip-version-check \
 		--no-build-isolation --no-deps --force-reinstall .
 
 # The types of the extension module, written by the module itself.
@@ -76,7 +74,7 @@ STUBS = out/stubs/raylet/_raylet.pyi
 
 .PHONY: stubs $(STUBS)
 $(STUBS): $(VENV)/ready
-	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/maturin generate-stubs --quiet --profile $(PROFILE) --out out/stubs
+	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/maturin generate-stubs --quiet --profile release --out out/stubs
 	$(VENV)/bin/ruff format --quiet $@
 	$(VENV)/bin/ruff check --quiet --fix $@
 
@@ -97,13 +95,9 @@ test-python: install
 # One wheel for every Python from 3.10 on.
 WHEELS = out/wheels
 
-wheel: WHEEL_PROFILE = release
-tested-wheel: WHEEL_PROFILE = $(PROFILE)
-
-.PHONY: tested-wheel
-wheel tested-wheel: $(VENV)/ready
+wheel: $(VENV)/ready
 	rm -rf $(WHEELS)
-	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/maturin build --profile $(WHEEL_PROFILE) --quiet --out $(WHEELS)
+	PATH="$(CURDIR)/$(VENV)/bin:$$PATH" $(VENV)/bin/maturin build --release --quiet --out $(WHEELS)
 
 # The wheel beside PyTorch and the ray tracers that need it. DeepLens needs Python 3.12; with another one its tests
 # are skipped. PyTorch's wheel for Linux brings CUDA along: 7 GB on disk.
@@ -123,7 +117,7 @@ environments: $(VENV)/ready
 	then echo "skipped: tests with PyTorch need $(ROOM_GB) GB of disk"; \
 	else $(MAKE) --no-print-directory $(TORCH_VENV)/ready; fi
 
-test-torch: environments tested-wheel
+test-torch: environments wheel
 	@if [ -e $(TORCH_VENV)/ready ]; then $(MAKE) --no-print-directory test-torch-here; fi
 
 .PHONY: test-torch-here

@@ -33,6 +33,26 @@ fn estimated_errors_cover_the_true_ones_slow() {
         })
         .collect();
     assert!(spread.covers(), "{spread:?} {apart:#?}");
+
+    // The report has the same histogram, but for systems whose ratio lies near a bound and differs between processors.
+    let reported = reported_counts();
+    assert_eq!(reported.len(), spread.counts.len());
+    for (place, (found, reported)) in spread.counts.iter().zip(&reported).enumerate() {
+        assert!(found.abs_diff(*reported) <= 2, "{place}: {spread:?}");
+    }
+}
+
+/// Systems by their ratio in `docs/accuracy.md`, from its histogram.
+fn reported_counts() -> Vec<usize> {
+    let report = include_str!("../../../docs/accuracy.md");
+    let (_, histogram) = report.split_once("ratio         systems\n").unwrap();
+    let (histogram, _) = histogram.split_once("```").unwrap();
+    let count = |line: &str| {
+        line.split_whitespace()
+            .filter_map(|word| word.parse().ok())
+            .next_back()
+    };
+    histogram.lines().filter_map(count).collect()
 }
 
 /// The reference changes by less than 1e-5 when its nodes are made denser.

@@ -13,6 +13,7 @@ mod paper_curved;
 mod paraxial;
 mod rayleigh;
 mod rays;
+mod readme;
 mod real_size;
 mod reference;
 mod report;

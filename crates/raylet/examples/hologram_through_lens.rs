@@ -8,14 +8,11 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::design::holograms::hologram::{HologramTask, design};
 use raylet::design::losses::target::Target;
-use raylet::engine::chain::simulate::simulate;
-use raylet::engine::plan::settings::Settings;
 use raylet::optics::assembly::part_check::BuildError;
-use raylet::optics::assembly::system_builder::SystemBuilder;
 use raylet::optics::paraxial::Abcd;
-use raylet::optics::system::System;
 use raylet::wave::grid::metrics::ncc;
 use raylet::wave::grid::raster::Raster;
+use raylet::{Settings, System, SystemBuilder, simulate};
 use raylet_testkit::smiley::smiley;
 
 /// Wavelength and pitch of the pixels in mm, and their number along each side.

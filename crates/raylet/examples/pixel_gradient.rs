@@ -6,15 +6,12 @@
 use std::error::Error;
 
 use ndarray::{Array2, Zip};
-use raylet::engine::chain::linearised_system::LinearisedSystem;
 use raylet::engine::chain::linearised_system_error::LinearisedSystemError;
-use raylet::engine::plan::settings::Settings;
 use raylet::optics::assembly::part_check::BuildError;
-use raylet::optics::assembly::system_builder::SystemBuilder;
 use raylet::optics::doe::Doe;
 use raylet::optics::screen::Act;
-use raylet::optics::system::System;
 use raylet::wave::grid::transmission::phase_bar;
+use raylet::{LinearisedSystem, Settings, System, SystemBuilder};
 
 /// Pixels of the element and of the sensor along each side.
 const PIXELS: usize = 32;

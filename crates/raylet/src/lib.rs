@@ -4,9 +4,7 @@
 //!
 //! ```
 //! use ndarray::Array2;
-//! use raylet::engine::chain::simulate::simulate;
-//! use raylet::engine::plan::settings::Settings;
-//! use raylet::optics::assembly::system_builder::SystemBuilder;
+//! use raylet::{Settings, SystemBuilder, simulate};
 //!
 //! // Light of 0.7 µm meets 40 × 40 pixels of 6.3 µm with the phases of a grating; a lens brings it to a sensor in its
 //! // focus. Lengths are in mm.
@@ -77,19 +75,9 @@
 //! | [`design`] | What should change |
 //! | [`mod@file`] | How it is written down |
 //!
-//! [`System`]: optics::system::System
-//! [`Screen`]: optics::screen::Screen
-//! [`Surface`]: optics::surface::Surface
-//! [`Hop`]: optics::system::Hop
-//! [`Field`]: wave::grid::field::Field
-//! [`SystemBuilder`]: optics::assembly::system_builder::SystemBuilder
+//! The types of the table, and those with which a run begins and ends, stand at the root as well: `use raylet::System`.
+//!
 //! [`build::system`]: file::model::build::system
-//! [`Scene`]: file::scene::scene_file::Scene
-//! [`simulate`]: engine::chain::simulate::simulate
-//! [`forecast`]: engine::chain::forecast::forecast
-//! [`LinearisedSystem`]: engine::chain::linearised_system::LinearisedSystem
-//! [`Project`]: design::project::Project
-//! [`ErrorBudget`]: engine::error::error_budget::ErrorBudget
 
 #![deny(
     clippy::expect_used,
@@ -128,6 +116,20 @@ pub mod file;
 pub mod math;
 pub mod optics;
 pub mod wave;
+
+pub use design::project::Project;
+pub use engine::chain::forecast::forecast;
+pub use engine::chain::linearised_system::LinearisedSystem;
+pub use engine::chain::outcome::Outcome;
+pub use engine::chain::simulate::simulate;
+pub use engine::error::error_budget::ErrorBudget;
+pub use engine::plan::settings::Settings;
+pub use file::scene::scene_file::Scene;
+pub use optics::assembly::system_builder::SystemBuilder;
+pub use optics::screen::Screen;
+pub use optics::surface::Surface;
+pub use optics::system::{Hop, System};
+pub use wave::grid::field::Field;
 
 /// The examples of the user guide, run as tests.
 #[cfg(doctest)]

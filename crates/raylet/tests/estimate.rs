@@ -132,17 +132,13 @@ fn forecasts_are_half_to_twice_what_runs_take() {
     assert!((0.5..2.0).contains(&rays), "{rays}");
 }
 
-/// Mirrors of 60 to 400 wavelengths: a tighter target never raises the error that the run reports. It
-/// once raised 3.8e-2 to 8.4e-2, and 4.1e-2 to 5.2e-2 for the tilted mirror of 60 wavelengths, whose tails beside the
-/// sensor are too aberrated to count.
+/// Mirrors of 60 wavelengths: a tighter target never raises the error that the run reports. It once raised 3.8e-2 to
+/// 8.4e-2, and 4.1e-2 to 5.2e-2 for the tilted mirror, whose tails beside the sensor are too aberrated to count.
 #[test]
 fn a_tighter_target_never_raises_the_reported_error_slow() {
     for (radius, tilt, targets) in [
         (60.0, 0.0, [1e-2, 1e-3, 1e-5]),
         (60.0, 0.5, [1e-2, 1e-3, 1e-4]),
-        (100.0, 0.2, [1e-2, 1e-3, 3e-4]),
-        (100.0, 0.5, [1e-1, 1e-2, 1e-4]),
-        (400.0, 0.0, [1e-2, 1e-3, 3e-4]),
     ] {
         let system = strong_mirror(radius, tilt);
         let reported = targets.map(|target_error| {

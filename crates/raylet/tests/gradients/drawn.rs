@@ -84,7 +84,7 @@ fn estimates_have_the_exact_mean() {
     ];
     for drawing in drawings {
         let (mut sum, mut square) = (Array2::<Complex64>::zeros(whole.raw_dim()), 0.0);
-        let seeds = 36;
+        let seeds = 24;
         for seed in 1..=seeds {
             let drawn = linearised.drawn(draws(drawing, 16, seed));
             let field = drawn.forward(&system).unwrap().field.values;
