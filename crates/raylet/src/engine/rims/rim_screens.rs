@@ -377,6 +377,7 @@ fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[Source
     let narrowest = (open.wavelength * index / way.max(open.wavelength)).sqrt();
     let width = index * (to[1] - to[0]).hypot(to[3] - to[2]) / way;
     let travelled = (surface.frame.origin - open.from.frame.origin).norm();
+    let blur = (open.wavelength * travelled).sqrt().min(NEAR_RIM * radius);
     let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
     let one = |source_ray: &SourceRay| {
         let depth = depth_at_rim(open, rim, source_ray)?;
@@ -384,17 +385,12 @@ fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[Source
         if depth.abs() > NEAR_RIM * radius {
             return None;
         }
-        let outside = |a: usize| {
-            (to[2 * a] - landing.at[a])
-                .max(landing.at[a] - to[2 * a + 1])
-                .max(0.0)
-        };
-        let beside = outside(0).hypot(outside(1));
+        let beside = distance_beside(to, landing.at);
         if beside == 0.0 {
             return None;
         }
         let q = (index * beside / way).max(narrowest);
-        let a_length = source_ray.energy / (NEAR_RIM * radius);
+        let a_length = source_ray.energy / (NEAR_RIM * radius + blur);
         let towards = |point: [f64; 2]| SourceRay {
             at: point,
             p: [0, 1].map(|a| landing.cosines[a] + index * (point[a] - landing.at[a]) / way),
@@ -405,7 +401,16 @@ fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[Source
         Some((depth, sent * stride as f64))
     };
     let some = leaving.iter().step_by(stride).filter_map(one);
-    fainter_side(some, (open.wavelength * travelled).sqrt())
+    fainter_side(some, blur)
+}
+
+/// How far a point is outside a box; zero inside.
+fn distance_beside(outline: [f64; 4], at: [f64; 2]) -> f64 {
+    let outside = |a: usize| {
+        let [low, high] = [outline[2 * a] - at[a], at[a] - outline[2 * a + 1]];
+        low.max(high).max(0.0)
+    };
+    outside(0).hypot(outside(1))
 }
 
 /// The energy on the fainter side of an edge, of light that meets it at these depths inside it: light that ends before the
@@ -498,4 +503,26 @@ fn meet_rim<T>(open: &Hop, rim: &SurfaceEdge, follow: impl Fn(&Hop) -> Option<T>
     };
     // Behind mirrors light may come from either side.
     cross(1.0).or_else(|| cross(-1.0))
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::rims::rim_screens::fainter_side;
+
+    /// Even light of density 1 that reaches from the depth 1 inside an edge to this one.
+    fn even_light(end: f64) -> impl Iterator<Item = (f64, f64)> {
+        let depths = (0..1000).map(|n| 1.0 - 0.002 * (f64::from(n) + 0.5));
+        depths
+            .filter(move |depth| *depth > end)
+            .map(|depth| (depth, 0.002))
+    }
+
+    /// Light across an edge counts by its density. Light that ends before the edge does not count, unless diffraction blurs
+    /// it that far.
+    #[test]
+    fn light_that_ends_inside_an_edge_does_not_reach_it() {
+        assert!((fainter_side(even_light(-1.0), 0.0) - 1.0).abs() < 1e-9);
+        assert_eq!(fainter_side(even_light(0.1), 0.0), 0.0);
+        assert!((fainter_side(even_light(0.1), 0.2) - 0.1).abs() < 3e-3);
+    }
 }
