@@ -44,17 +44,17 @@ const TAIL: &str = "
 With random pixels the modulator takes three times as long as with its array of spots, and 1.3 GB. A third of its time goes
 into the sum of its six million beamlets on the camera, a third into the fast transforms of its windows. The expected error
 behind pixels counts the light that the edges of the lenses in front diffract, which pixels send everywhere; the reference
-does not know it. So it does for the asphere at 3°.
+does not know it.
 
 The expected errors of the achromat and the element behind a strong lens are up to two times too small, that of the metalens
 at 20° two to three times. For the achromat what is missing grows with the square of the window's width.
 
-Off the axis of the double Gauss lens at f/2 the expected error is 60 to 90 times too large: nearly all of it is counted for
+Off the axis of the double Gauss lens at f/2 the expected error is 20 to 40 times too large: nearly all of it is counted for
 the edges of the lenses behind the stop. For the lens of a phone with its cubic phase at 35° it is 300 times too large. At
 35° this lens is carried from a whole field, which takes more time and memory than local bands.
 
-The rows of this lens, of the asphere and of the element behind a strong lens are newer than the others. They were measured
-beside other work: their times are up to three times too long.
+The rows of this lens, of the double Gauss lenses, of the asphere and of the element behind a strong lens are newer than the
+others. They were measured beside other work: their times are up to three times too long.
 
 Local bands do not carry the light of the Cassegrain telescope well: where they are requested, the error is some 8e-3, and the
 expected one 0.2. The runs of the table carry it by beamlets from a whole field.
