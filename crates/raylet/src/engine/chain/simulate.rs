@@ -10,8 +10,9 @@ use crate::optics::system::System;
 
 /// Carries the light of a system to its sensor. `progress` is called after each chunk of work.
 ///
-/// Where the expected error is more than twice the target error because of aberrated beamlets, the plans for tighter and
-/// for looser targets are run too, unless they take long, and the outcome with the smallest expected error is returned.
+/// Where the expected error is more than twice the target error, the plans for looser targets are run too, and those for
+/// tighter ones where aberrated beamlets make most of it, unless they take long. The outcome with the smallest expected
+/// error is returned.
 ///
 /// # Errors
 /// When a screen has no edge or needs too many samples, no ray gets through a hop, no light is left, or `progress`
