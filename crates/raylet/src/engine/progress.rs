@@ -23,7 +23,7 @@ impl Reply for ControlFlow<()> {
 /// A callback that long work calls again and again, from any thread; `Break` cancels the work.
 pub type Pulse<'a> = dyn Fn() -> ControlFlow<()> + Sync + 'a;
 
-/// A pulse that is told the share of the work that is done, 0 to 1.
+/// A pulse that receives the share of the work that is done, 0 to 1.
 pub(crate) type ShareDone<'a> = dyn Fn(f64) -> ControlFlow<()> + Sync + 'a;
 
 /// The pulse of work that nobody cancels.

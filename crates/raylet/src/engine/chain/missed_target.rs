@@ -111,7 +111,8 @@ impl Attempts<'_> {
     }
 
     /// Tries looser targets as long as they may help and do. Where no target helps, as where rims make the error, the
-    /// plan for a looser one is kept if it reports less: a tighter target never reports more.
+    /// plan for a looser one is kept if it reports less: a target ten times tighter does not
+    /// report more.
     fn try_looser(&mut self) -> Result<(), SimulateError> {
         let mut factor = LOOSER;
         while self.misses() && factor * self.settings.target_error <= MISSED * self.error() {
