@@ -39,15 +39,15 @@ class Camera(torch.nn.Module):
     def __init__(self) -> None:
         super().__init__()
         path = "element[1].radius_mm"
-        self.benches = [camera(angle).bench("element", parameters=[path]) for angle in ANGLES_DEG]
+        self.linearised = [camera(angle).linearised("element", parameters=[path]) for angle in ANGLES_DEG]
         self.phase = torch.nn.Parameter(0.1 * torch.randn(PIXELS, PIXELS, dtype=torch.float64))
-        self.start = torch.tensor(self.benches[0].start)
+        self.start = torch.tensor(self.linearised[0].start)
         self.bend = torch.nn.Parameter(torch.zeros(1, dtype=torch.float64))
 
     def forward(self, brightness: torch.Tensor) -> torch.Tensor:
         # One unit of `bend` is a percent of the curvature.
         parameters = self.start * (1.0 + 0.01 * self.bend)
-        spots = [raylet.torch.intensity(bench, self.phase, parameters=parameters) for bench in self.benches]
+        spots = [raylet.torch.intensity(system, self.phase, parameters=parameters) for system in self.linearised]
         scale = sum(spot.detach().sum() for spot in spots) / len(spots)
         return torch.einsum("bd,dyx->byx", brightness, torch.stack(spots) / scale)
 

@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 
 __all__ = [
     "__version__",
-    "Bench",
+    "LinearisedSystem",
     "Passage",
     "Scene",
     "beams",
@@ -35,7 +35,7 @@ __all__ = [
 __version__: Final[str]
 
 @final
-class Bench:
+class LinearisedSystem:
     """
     Frozen plans of a scene whose pixels and parameters vary.
     """
@@ -47,7 +47,7 @@ class Bench:
         elements: SupportsGetItem[int, str],
         parameters: SupportsGetItem[int, str],
         threads: SupportsIndex | None,
-    ) -> Bench:
+    ) -> LinearisedSystem:
         """
         Plans a scene about the values of its parameters; `elements` are the names of those whose pixels vary,
         `parameters` the paths of the parameters that do.
@@ -73,7 +73,7 @@ class Bench:
 @final
 class Passage:
     """
-    The record of a forward pass through a bench, for its gradient.
+    The record of a forward pass through a linearised system, for its gradient.
     """
     def adjoint(
         self, /, fields_bar: list[NDArray[Any]], threads: SupportsIndex | None

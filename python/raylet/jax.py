@@ -14,48 +14,48 @@ import jax
 import jax.numpy as jnp
 import numpy as np
 
-from raylet.bench import Bench, Passage
+from raylet.linearised_system import LinearisedSystem, Passage
 
 __all__ = ["field", "intensity"]
 
 
-def field(bench: Bench, *pixels: Any, parameters: Any = None) -> Any:
-    """The complex field on the sensor of a bench with these parameters and pixels (phases or transmissions)."""
-    values = jnp.asarray(bench.start if parameters is None else parameters)
+def field(linearised: LinearisedSystem, *pixels: Any, parameters: Any = None) -> Any:
+    """The complex field of a linearised system with these parameters and pixels (phases or transmissions)."""
+    values = jnp.asarray(linearised.start if parameters is None else parameters)
     arrays = tuple(jnp.asarray(array) for array in pixels)
-    bench._check([array.shape for array in arrays], values.shape)
-    return _field(_Hashed(bench), arrays, values)
+    linearised._check([array.shape for array in arrays], values.shape)
+    return _field(_Hashed(linearised), arrays, values)
 
 
-def intensity(bench: Bench, *pixels: Any, parameters: Any = None) -> Any:
-    """|U|² on the sensor of a bench."""
-    amplitude = field(bench, *pixels, parameters=parameters)
+def intensity(linearised: LinearisedSystem, *pixels: Any, parameters: Any = None) -> Any:
+    """|U|² on the sensor of a linearised system."""
+    amplitude = field(linearised, *pixels, parameters=parameters)
     return jnp.square(amplitude.real) + jnp.square(amplitude.imag)
 
 
 class _Hashed:
-    """A bench that JAX can distinguish from others, with its latest passage, of which gradients are taken."""
+    """A linearised system that JAX can distinguish from others, with its latest passage, whose gradients are taken."""
 
-    def __init__(self, bench: Bench) -> None:
-        self.bench = bench
+    def __init__(self, linearised: LinearisedSystem) -> None:
+        self.linearised = linearised
 
     def __hash__(self) -> int:
-        return id(self.bench)
+        return id(self.linearised)
 
     def __eq__(self, other: object) -> bool:
-        return isinstance(other, _Hashed) and other.bench is self.bench
+        return isinstance(other, _Hashed) and other.linearised is self.linearised
 
     def passage(self, pixels: Any, parameters: Any) -> Passage:
         given = [*(np.asarray(array) for array in pixels), np.asarray(parameters, dtype=np.float64)]
-        held, latest = _LATEST.get(self.bench, (None, None))
+        held, latest = _LATEST.get(self.linearised, (None, None))
         if held is None or latest is None or not all(map(np.array_equal, held, given)):
-            latest = self.bench(*given[:-1], parameters=given[-1])
-            _LATEST[self.bench] = [array.copy() for array in given], latest
+            latest = self.linearised(*given[:-1], parameters=given[-1])
+            _LATEST[self.linearised] = [array.copy() for array in given], latest
         return latest
 
 
-#: What went through each bench last.
-_LATEST: WeakKeyDictionary[Bench, tuple[list[Any], Passage]] = WeakKeyDictionary()
+#: What went through each linearised system last.
+_LATEST: WeakKeyDictionary[LinearisedSystem, tuple[list[Any], Passage]] = WeakKeyDictionary()
 
 
 def _like(shape: tuple[int, ...], dtype: Any) -> Any:
@@ -68,7 +68,7 @@ def _complex() -> Any:
 
 @partial(jax.custom_vjp, nondiff_argnums=(0,))
 def _field(held: _Hashed, pixels: Any, parameters: Any) -> Any:
-    shape = _like(held.bench.shape, _complex())
+    shape = _like(held.linearised.shape, _complex())
 
     def carry(pixels: Any, parameters: Any) -> Any:
         return held.passage(pixels, parameters).field.astype(shape.dtype)

@@ -15,7 +15,7 @@ from raylet import _raylet
 from raylet._arrays import number
 from raylet._document import without_none
 from raylet._refusal import MOST_WAVES, cut, described, shown, type_name
-from raylet.bench import Bench
+from raylet.linearised_system import LinearisedSystem
 from raylet.design import Design, design, hologram
 from raylet.prescription import Prescription
 from raylet.progress import Progress, reporting
@@ -90,8 +90,8 @@ class System(Prescription):
         Parameters
         ----------
         method : "auto", "beamlet", "local_bands", "plane" or "paper".
-        target_error : relative error of the complex field that automatic choices aim at; 1e-3 unless the scene says
-            otherwise.
+        target_error : relative error of the complex field that automatic choices aim at, by the power of ten at or below
+            it; 1e-3 unless the scene says otherwise.
         threads : processors to use; all of them by default.
         memory_limit_mb : most memory that arrays may take, in 10⁶ bytes.
         seed : of whatever is drawn at random.
@@ -107,7 +107,9 @@ class System(Prescription):
             warnings.warn(warning, stacklevel=2)
         return result
 
-    def bench(self, *elements: str, parameters: Sequence[str] = (), threads: int | None = None) -> Bench:
+    def linearised(
+        self, *elements: str, parameters: Sequence[str] = (), threads: int | None = None
+    ) -> LinearisedSystem:
         """The system as a function of the pixels of some elements and of some of its parameters, with its gradient.
 
         `parameters` are paths in the scene, such as "element[1].surface[0].radius_mm" (whose curvature then varies) or
@@ -115,7 +117,7 @@ class System(Prescription):
         """
         if isinstance(parameters, str):
             raise TypeError(f"parameters is the string {shown(parameters)}, expected a list of paths")
-        return Bench(self, elements, parameters, _threads(threads))
+        return LinearisedSystem(self, elements, parameters, _threads(threads))
 
     def trace(
         self,

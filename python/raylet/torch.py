@@ -4,8 +4,8 @@ Tensors on the CPU are not copied where they are float64 or complex128; others a
 the precision and on the device of what was given. Derivatives are of first order.
 
 >>> import torch, raylet, raylet.torch
->>> bench = system.bench("hologram", parameters=["element[1].thickness_mm"])  # doctest: +SKIP
->>> intensity = raylet.torch.intensity(bench, phase, parameters=parameters)      # doctest: +SKIP
+>>> linearised = system.linearised("hologram", parameters=["element[1].thickness_mm"])  # doctest: +SKIP
+>>> intensity = raylet.torch.intensity(linearised, phase, parameters=parameters)      # doctest: +SKIP
 >>> loss(intensity).backward()                                             # doctest: +SKIP
 """
 
@@ -20,8 +20,8 @@ from torch import Tensor
 from torch.autograd.function import once_differentiable
 
 import raylet.rays
-from raylet._ways import beamlets
-from raylet.bench import Bench
+from raylet._beamlets import beamlets
+from raylet.linearised_system import LinearisedSystem
 
 if TYPE_CHECKING:
     from raylet.system import System
@@ -29,8 +29,8 @@ if TYPE_CHECKING:
 __all__ = ["Beams", "Secondary", "beams", "field", "gather", "intensity", "scatter"]
 
 
-def field(bench: Bench, *pixels: Tensor, parameters: Tensor | None = None) -> Tensor:
-    """The complex field on the sensor of a bench with these pixels (phases, or complex transmissions) and parameters.
+def field(linearised: LinearisedSystem, *pixels: Tensor, parameters: Tensor | None = None) -> Tensor:
+    """The complex field of a linearised system with these pixels (phases or complex transmissions) and parameters.
 
     complex64 where everything given has single precision, else complex128.
     """
@@ -40,13 +40,13 @@ def field(bench: Bench, *pixels: Tensor, parameters: Tensor | None = None) -> Te
             raise TypeError(f"{type(tensor).__name__} given, expected torch tensors")
         if tensor.dtype not in _SINGLE:
             raise TypeError(f"a tensor of {tensor.dtype}, expected one of {', '.join(map(str, _SINGLE))}")
-    out: Tensor = _Field.apply(bench, len(pixels), *given)
+    out: Tensor = _Field.apply(linearised, len(pixels), *given)
     return out
 
 
-def intensity(bench: Bench, *pixels: Tensor, parameters: Tensor | None = None) -> Tensor:
-    """|U|² on the sensor of a bench."""
-    amplitude = field(bench, *pixels, parameters=parameters)
+def intensity(linearised: LinearisedSystem, *pixels: Tensor, parameters: Tensor | None = None) -> Tensor:
+    """|U|² on the sensor of a linearised system."""
+    amplitude = field(linearised, *pixels, parameters=parameters)
     return amplitude.real.square() + amplitude.imag.square()
 
 
@@ -62,9 +62,9 @@ class _Field(torch.autograd.Function):
     """The library's forward step and its transpose."""
 
     @staticmethod
-    def forward(ctx: Any, bench: Bench, count: int, *given: Tensor) -> Tensor:
+    def forward(ctx: Any, linearised: LinearisedSystem, count: int, *given: Tensor) -> Tensor:
         arrays = [_numpy(tensor) for tensor in given]
-        passage = bench(*arrays[:count], parameters=arrays[count] if len(arrays) > count else None)
+        passage = linearised(*arrays[:count], parameters=arrays[count] if len(arrays) > count else None)
         ctx.passage, ctx.count = passage, count
         ctx.like = [(tensor.dtype, tensor.device, tensor.shape) for tensor in given]
         single = bool(given) and all(_SINGLE[tensor.dtype] for tensor in given)

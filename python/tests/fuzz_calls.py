@@ -75,7 +75,7 @@ def usual() -> dict[str, dict[str, object]]:
             **{"Hx": 0.0, "Hy": 0.1, "Px": 0.0, "Py": 0.0},
             **{"field_deg": 1.0, "channel": 0, "derivatives": (), "threads": 1},
         },
-        "bench": {"pixels": np.zeros((4, 5)), "parameters": None, "bar": np.zeros((4, 3))},
+        "linearised": {"pixels": np.zeros((4, 5)), "parameters": None, "bar": np.zeros((4, 3))},
         "with_pixels": {"element": "doe", "phase": np.zeros((4, 5)), "transmission": None},
         "scatter": {"element": "doe", **rays, "path_mm": 0.0, "weight": 1.0, "sigma_mm": 0.01, "towards": None},
         "beams": {"position": np.array([[0.0, 0.0, 3.0]]), "direction": rays["direction"], **way},
@@ -119,7 +119,7 @@ class Stage:
 
     def __init__(self) -> None:
         self.system = small()
-        self.bench = self.system.bench("doe")
+        self.linearised = self.system.linearised("doe")
         places = {"position": np.zeros((1, 3)), "direction": [[0.0, 0.0, 1.0]]}
         self.made = raylet.scatter(self.system, "doe", **places, sigma_mm=0.01)
 
@@ -140,9 +140,9 @@ class Stage:
                 layer, aperture=raylet.disc(given["radius"]), thickness_mm=given["thickness_mm"]
             )
             return system.add_sensor(pixels=given["pixels"], pitch_um=1.0).to_toml()
-        if name == "bench":
+        if name == "linearised":
             bar = given.pop("bar")
-            return self.bench(given.pop("pixels"), **given).adjoint(bar)
+            return self.linearised(given.pop("pixels"), **given).adjoint(bar)
         if name == "adjoint":
             return self.made.adjoint(**given)
         if name == "look":

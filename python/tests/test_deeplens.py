@@ -155,8 +155,8 @@ def test_gradients_of_that_system() -> None:
     weight = np.random.default_rng(5).uniform(0.0, 1.0, field.shape)
     (torch.tensor(weight) * field.abs().square()).sum().backward()
 
-    bench = hologram_first().settings(target_error=1e-4).bench("doe", parameters=["element[1].radius_mm"])
-    passage = bench(PHASE)
+    linearised = hologram_first().settings(target_error=1e-4).linearised("doe", parameters=["element[1].radius_mm"])
+    passage = linearised(PHASE)
     (by_phase,), by_number = passage.adjoint(2.0 * weight * passage.field)
     assert apart(phase.grad, by_phase) < 1e-3
     assert float(curvature.grad) == pytest.approx(by_number[0], rel=1e-3)

@@ -262,7 +262,7 @@ def test_elements_without_a_name_are_called_by_their_place() -> None:
     assert np.array_equal(phase, same)
     put = system.with_pixels("element[0]", phase=phase)
     assert np.array_equal(put.simulate().field, made.system.simulate().field)
-    assert np.array_equal(put.bench("element[0]")(phase).field, put.bench("element[0]")(phase + 0.0).field)
+    assert np.array_equal(put.linearised("element[0]")(phase).field, put.linearised("element[0]")(phase + 0.0).field)
     assert system.design(element=[{"name": "element[0]"}], loss=[LOSS], iterations=2).course[-1] < 1.0
 
 

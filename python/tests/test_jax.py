@@ -14,17 +14,17 @@ import raylet.jax  # noqa: E402
 
 
 def test_wrong_shapes_are_refused_before_anything_runs() -> None:
-    bench = hologram(noise((6, 6))).bench("hologram")
+    linearised = hologram(noise((6, 6))).linearised("hologram")
     with pytest.raises(ValueError, match=r"shape \(5, 6\), expected \(6, 6\)"):
-        raylet.jax.field(bench, noise((5, 6)))
+        raylet.jax.field(linearised, noise((5, 6)))
 
 
 def test_gradient_matches_differences() -> None:
-    bench = hologram(noise((4, 5)), pixels=(5, 4)).bench("hologram")
+    linearised = hologram(noise((4, 5)), pixels=(5, 4)).linearised("hologram")
     weight = jnp.asarray(noise((4, 5), 3))
 
     def loss(phase: object) -> object:
-        field = raylet.jax.field(bench, phase)
+        field = raylet.jax.field(linearised, phase)
         return jnp.sum(weight * jnp.abs(field) ** 2) + jnp.sum(weight * field.real) - jnp.sum(field.imag)
 
     phase, step = noise((4, 5), 1), 1e-6
@@ -38,10 +38,10 @@ def test_gradient_matches_differences() -> None:
 
 def test_complex_transmissions_descend() -> None:
     """JAX's gradient of a complex parameter is the conjugate of the steepest ascent."""
-    bench = hologram(noise((4, 5)), pixels=(5, 4)).bench("hologram")
+    linearised = hologram(noise((4, 5)), pixels=(5, 4)).linearised("hologram")
 
     def loss(t: object) -> object:
-        return jnp.sum(raylet.jax.intensity(bench, t)[1:3, 2])
+        return jnp.sum(raylet.jax.intensity(linearised, t)[1:3, 2])
 
     start = jnp.asarray(np.exp(1j * noise((4, 5), 2)))
     gradient, step = jax.grad(loss)(start), 1e-6
@@ -52,13 +52,13 @@ def test_complex_transmissions_descend() -> None:
 
 def test_parameters_and_jit() -> None:
     system = through_lens(noise((3, 4)), pixels=(4, 3))
-    bench = system.bench("hologram", parameters=["element[1].radius_mm"])
+    linearised = system.linearised("hologram", parameters=["element[1].radius_mm"])
     phase = jnp.asarray(noise((3, 4)))
 
     @jax.jit
     def loss(parameters: object) -> object:
-        return jnp.sum(raylet.jax.intensity(bench, phase, parameters=parameters)[1])
+        return jnp.sum(raylet.jax.intensity(linearised, phase, parameters=parameters)[1])
 
-    start, step = jnp.asarray(bench.start), 1e-6
+    start, step = jnp.asarray(linearised.start), 1e-6
     slope = (loss(start + step) - loss(start - step)) / (2 * step)
     assert float(jax.grad(loss)(start)[0]) == pytest.approx(float(slope), rel=1e-5)

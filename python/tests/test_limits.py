@@ -83,8 +83,8 @@ def test_deep_lists_are_no_arrays(odd: Callable[[], Any]) -> None:
         lambda: small().trace(Hx=odd()),
         lambda: raylet.scatter(small(), "doe", odd(), [[0.0, 0.0, 1.0]], sigma_mm=0.01),
         lambda: raylet.System(wavelength_um=odd()),
-        lambda: small().bench("doe")(odd()),
-        lambda: small().bench("doe")(np.zeros((4, 5))).adjoint(odd()),
+        lambda: small().linearised("doe")(odd()),
+        lambda: small().linearised("doe")(np.zeros((4, 5))).adjoint(odd()),
         lambda: small().trace(Hx=[0.1], field_deg=odd()),  # type: ignore[arg-type]
     ):
         with pytest.raises(raylet.RayletError) as caught:
@@ -147,9 +147,9 @@ def test_messages_show_few_characters_of_names(tmp_path: Path) -> None:
     for call in (
         lambda: small().transmission(name),
         lambda: small().with_pixels(name, phase=np.zeros((4, 5))),
-        lambda: small().bench(name),
-        lambda: small().bench("doe", parameters=[name]),
-        lambda: small().bench("doe", parameters=name),
+        lambda: small().linearised(name),
+        lambda: small().linearised("doe", parameters=[name]),
+        lambda: small().linearised("doe", parameters=name),
         lambda: small().simulate(method=name),
         lambda: small().simulate(memory_limit_mb=name),
         lambda: small().add_sensor(pixels=(3, 4), pitch_um=1.0, **{name: 1}).to_toml(),
@@ -196,8 +196,8 @@ def test_results_are_finite_or_refused() -> None:
     with pytest.raises(raylet.RayletError):
         system.with_pixels("doe", transmission=bright).simulate()
     with pytest.raises(raylet.RayletError):
-        system.bench("doe")(bright)
-    passage = system.bench("doe")(np.zeros((4, 5)))
+        system.linearised("doe")(bright)
+    passage = system.linearised("doe")(np.zeros((4, 5)))
     with pytest.raises(raylet.RayletError):
         passage.adjoint(np.full(passage.field.shape, 1e308))
 
@@ -219,15 +219,15 @@ def test_repr_never_raises() -> None:
         broken,
         empty,
     ]
-    result, design, bench = (
+    result, design, linearised = (
         small().simulate(),
         small().hologram(np.ones((3, 4)), size_mm=(0.01, 0.01)),
-        small().bench("doe"),
+        small().linearised("doe"),
     )
-    del result.report, design.scores, bench.elements
+    del result.report, design.scores, linearised.elements
     hollow = type("Hollow", (), {"__repr__": lambda self: 1 / 0})()
     parts = [raylet.Beams(hollow, None), raylet.rays.GatherBar(*[hollow] * 6)]  # type: ignore[arg-type]
     many = raylet.System(np.linspace(0.4, 0.7, 1_000_000))
-    for thing in [*systems, result, design, bench, *parts, many]:
+    for thing in [*systems, result, design, linearised, *parts, many]:
         text = repr(thing)
         assert "raylet" in text and len(text) < LONGEST, text[:300]

@@ -22,13 +22,13 @@ def hybrid(phase: np.ndarray) -> raylet.System:
 def test_gradients_of_a_hybrid_lens_match_differences() -> None:
     rng = np.random.default_rng(5)
     phase = rng.uniform(-0.5, 0.5, (SIDE, SIDE))
-    bench = hybrid(phase).bench("back", parameters=["element[1].radius_mm", "element[2].thickness_mm"])
+    linearised = hybrid(phase).linearised("back", parameters=["element[1].radius_mm", "element[2].thickness_mm"])
 
     def loss(phase: np.ndarray, parameters: np.ndarray) -> float:
-        return float(np.sum(np.abs(bench(phase, parameters=parameters).field[3:9, 3:9]) ** 2))
+        return float(np.sum(np.abs(linearised(phase, parameters=parameters).field[3:9, 3:9]) ** 2))
 
-    start = np.asarray(bench.start)
-    passage = bench(phase, parameters=start)
+    start = np.asarray(linearised.start)
+    passage = linearised(phase, parameters=start)
     bar = np.zeros_like(passage.field)
     bar[3:9, 3:9] = 2.0 * passage.field[3:9, 3:9]
     (by_phase,), by_parameters = passage.adjoint(bar)

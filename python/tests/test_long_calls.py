@@ -58,8 +58,8 @@ def test_other_python_threads_go_on() -> None:
 def test_calls_from_several_threads_at_once() -> None:
     """Runs and gradients of one system side by side, on threads of several numbers, give what they give alone."""
     system = through_lens(noise((10, 10)))
-    bench, alone = system.bench("hologram"), system.simulate().field
-    passage = bench(noise((10, 10)))
+    linearised, alone = system.linearised("hologram"), system.simulate().field
+    passage = linearised(noise((10, 10)))
     (gradient,), _ = passage.adjoint(passage.field)
     same: list[bool] = []
 
@@ -159,7 +159,7 @@ def test_memory_does_not_grow() -> None:
     layer = raylet.pixels(pitch_um=8.0, phase=noise((4, 4)))
     system.add_doe(layer, aperture=raylet.rectangle(0.032, 0.032), thickness_mm=20.0, name="doe")
     system.add_sensor(pixels=(128, 120), pitch_um=0.5)
-    bench, phase = system.bench("doe"), noise((4, 4))
+    linearised, phase = system.linearised("doe"), noise((4, 4))
 
     def left_behind(call: object, times: int) -> float:
         """Fields for each call, when the allocator has what it keeps for itself."""
@@ -173,7 +173,7 @@ def test_memory_does_not_grow() -> None:
         return (resident() - before) / (times * 128 * 120 * 16e-6)
 
     def gradient() -> None:
-        passage = bench(phase)
+        passage = linearised(phase)
         passage.adjoint(passage.field)
 
     spot = {"kind": "encircled_energy", "at_mm": [[0.0, 0.0]], "radius_mm": 0.01}

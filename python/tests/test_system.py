@@ -188,22 +188,22 @@ def test_systems_can_be_copied_and_named() -> None:
     assert "not complete" in repr(raylet.System(wavelength_um=0.5))
 
 
-def test_bench_gradient_without_a_framework() -> None:
+def test_linearised_gradient_without_a_framework() -> None:
     """The dot product of forward and adjoint, and both kinds of pixels."""
-    bench = hologram(noise((4, 5))).bench("hologram")
+    linearised = hologram(noise((4, 5))).linearised("hologram")
     phase, moved = noise((4, 5), 1), noise((4, 5), 2) - np.pi
-    passage = bench(phase)
+    passage = linearised(phase)
     bar = np.exp(1j * noise(passage.field.shape, 3))
     step = 1e-6
-    difference = (bench(phase + step * moved).field - bench(phase - step * moved).field) / (2 * step)
+    difference = (linearised(phase + step * moved).field - linearised(phase - step * moved).field) / (2 * step)
     (by_phase,), _ = passage.adjoint(bar)
     assert np.vdot(bar, difference).real == pytest.approx(np.sum(by_phase * moved), rel=1e-8)
 
     t = 0.5 * np.exp(1j * phase)
-    passage = bench(t)
+    passage = linearised(t)
     change = np.exp(1j * noise((4, 5), 4))
     (by_t,), _ = passage.adjoint(bar)
-    exact = bench(t + change).field - passage.field
+    exact = linearised(t + change).field - passage.field
     assert np.vdot(bar, exact).real == pytest.approx(np.vdot(by_t, change).real, rel=1e-10)
 
 

@@ -88,13 +88,13 @@ fn another_plan_meets_a_missed_target() {
     }
 }
 
-/// A target ten times tighter does not raise the expected error. In these systems it once did, by up to 11 %: three whose rims make most
-/// of the error, and three free hops of two plane elements or a curved one, whose error lies far below both targets.
+/// A smaller target does not raise the expected error. In these systems it once did, by up to 11 %: rims make most of the error, or
+/// a free hop has far less than its target. A target between two powers of ten is planned as the lower one.
 #[test]
-fn a_ten_times_tighter_target_does_not_raise_the_expected_error() {
-    for index in [10, 21, 75, 103, 110, 189] {
+fn a_smaller_target_does_not_raise_the_expected_error() {
+    for index in [9, 17, 35, 75, 103] {
         let (kind, number, _, system) = case_at(index);
-        let expected = [1e-2, 1e-3, 1e-4].map(|target_error| {
+        let expected = [1e-2, 3e-3, 1e-3, 1e-4, 1e-5].map(|target_error| {
             let settings = Settings {
                 target_error,
                 ..Settings::default()
@@ -104,5 +104,6 @@ fn a_ten_times_tighter_target_does_not_raise_the_expected_error() {
         });
         let falls = expected.is_sorted_by(|looser, tighter| tighter <= looser);
         assert!(falls, "{kind:?} {number}: {expected:?}");
+        assert_eq!(expected[1], expected[2], "{kind:?} {number}");
     }
 }

@@ -6,7 +6,7 @@
 //! | `scene` | A scene as Python holds it |
 //! | `simulate` | The light of a scene on its sensor |
 //! | `design` | Holograms and designs that a scene describes |
-//! | `bench` | A system as a function of pixels and parameters, with its gradient |
+//! | `linearised_system` | A system as a function of pixels and parameters, with its gradient |
 //! | `rays` | Rays of another tracer at a system's element and on its sensor |
 //! | `trace` | Single rays through a system |
 //! | `inspect` | What a system looks like: its parts, its section, its elements |
@@ -27,11 +27,11 @@
 )]
 
 mod arrays;
-mod bench;
 mod design;
 mod document;
 mod files;
 mod inspect;
+mod linearised_system;
 mod rays;
 mod refusal;
 mod scene;
@@ -44,13 +44,13 @@ mod watch;
 #[pyo3::pymodule]
 mod _raylet {
     #[pymodule_export]
-    use crate::bench::{Bench, Passage};
-    #[pymodule_export]
     use crate::design::{design, hologram};
     #[pymodule_export]
     use crate::files::write_files;
     #[pymodule_export]
     use crate::inspect::{check, element, glasses, layout, parts, schema};
+    #[pymodule_export]
+    use crate::linearised_system::{LinearisedSystem, Passage};
     #[pymodule_export]
     use crate::rays::{beams, gather, gather_adjoint, scatter, scatter_adjoint};
     #[pymodule_export]

@@ -129,7 +129,7 @@ fn refuse_turned(py: Python<'_>, system: &System, variations: &[Variation]) -> P
             py,
             format!(
                 "derivatives of rays that element '{}' turns: they exist through surfaces, mirrors and stops; \
-                 System.bench has those of the field",
+                 System.linearised has those of the field",
                 screen.name
             ),
         )),

@@ -33,7 +33,7 @@ pub struct Case {
 }
 
 /// The target errors, in turn.
-const TARGETS: [f64; 3] = [1e-3, 3e-3, 3e-4];
+const TARGETS: [f64; 3] = [1e-3, 1e-2, 1e-4];
 
 /// The fineness of the reference.
 pub const EFFORT: f64 = 1.0;

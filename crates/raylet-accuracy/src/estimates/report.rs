@@ -11,7 +11,7 @@ const LONGEST: usize = 50;
 pub fn print_estimates(count: u32) -> bool {
     println!(
         "\n## Estimated errors\n\n{count} random systems of twelve kinds, each some 10 to 30 wavelengths across, with target \
-         errors of 1e-3, 3e-3 and 3e-4 in turn, many with sensors on which little light falls. The true error is the \
+         errors of 1e-3, 1e-2 and 1e-4 in turn, many with sensors on which little light falls. The true error is the \
          relative L2 distance of the complex field from surface integrals from each surface to the next, nothing \
          fitted. Ratios are of the estimated to the true error; errors below 2e-5 count as equal. Where the \
          estimated error is larger than the target, the target was not met, and raylet says so.\n"

@@ -59,7 +59,7 @@ pub fn comparisons(reduced: bool) -> Vec<Comparison> {
 }
 
 /// The error of fields at which raylet aims here.
-const TARGET: f64 = 3e-4;
+const TARGET: f64 = 1e-4;
 
 /// The two parts of each number in turn.
 fn parts(list: &Array2<Complex64>) -> Vec<f64> {

@@ -191,7 +191,7 @@ pub fn forecast_with_progress<R: Reply>(
     settings: &Settings,
     progress: impl FnMut(usize, &Hop) -> R,
 ) -> Result<Vec<Forecast>, SimulateError> {
-    match choose(system, settings, progress)? {
+    match choose(system, &settings.for_planning(), progress)? {
         Chosen::WholeFields(hops) => {
             let hops = hops.into_iter().map(|(plan, grids)| Forecast {
                 method: HopMethod::WholeField(plan),

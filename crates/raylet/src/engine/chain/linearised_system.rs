@@ -64,6 +64,7 @@ impl LinearisedSystem {
             Method::Auto | Method::Beamlet | Method::LocalBands => {}
         }
         sensor_of(system)?;
+        let settings = &settings.for_planning();
         let planned = with_rims(system, settings, PixelValues::Varying);
         let variations = &rimmed_variations(&planned, variations)?;
         let stays = |number: usize, hop: &Hop, free: &FreeHop| {

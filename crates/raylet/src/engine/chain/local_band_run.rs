@@ -110,7 +110,7 @@ fn report(
     let mut tally = hop.statistics.tally;
     let from = &rimmed.system.screens[number];
     let last = number + 1 == rimmed.system.trains.len();
-    let cut = edge_error(original, from, rimmed.cut_at(from));
+    let cut = edge_error(original, from, rimmed.ended_at(from));
     tally.edge = cut.hypot(cut_by_ray(&rimmed.rims, number));
     if last {
         let area = (hop.plan.step * hop.plan.sigma).powi(2);

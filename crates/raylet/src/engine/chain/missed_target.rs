@@ -14,8 +14,25 @@ use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::{Method, Settings};
 use crate::optics::system::System;
 
-/// A run misses its target if its expected error is this many times as large.
-const MISSED: f64 = 2.0;
+/// When a run is repeated with plans for looser targets.
+struct Repetition {
+    /// A run misses its target if its expected error is this many times as large.
+    missed: f64,
+    /// The loosest target that is tried, over the expected error.
+    loosest: f64,
+}
+
+/// For systems with beamlets.
+const BEAMLETS: Repetition = Repetition {
+    missed: 2.0,
+    loosest: 2.0,
+};
+
+/// For systems of free hops alone: they cost little to repeat, and their errors are often far below their targets.
+const FREE: Repetition = Repetition {
+    missed: 1.0,
+    loosest: 10.0,
+};
 
 /// The tighter targets that are tried, as shares of the given one: the first with other widths.
 const TIGHTER: [f64; 2] = [0.1, 0.01];
@@ -41,14 +58,17 @@ pub(crate) fn best_outcome(
     settings: &Settings,
     progress: &Listener,
 ) -> Result<Outcome, SimulateError> {
+    let settings = &settings.for_planning();
     let first = Attempt::plan(system, settings, progress)?;
     let longest = LONGEST.max(LONGER * seconds(&first));
     let tried = vec![choices(&first)];
+    let free = tried[0].iter().all(Option::is_none);
     let mut attempts = Attempts {
         system,
         settings,
         progress,
         longest,
+        repetition: if free { FREE } else { BEAMLETS },
         tried,
         best: first.run(system, progress)?,
     };
@@ -61,12 +81,22 @@ pub(crate) fn best_outcome(
     Ok(attempts.best)
 }
 
+/// Which plans for another target are run.
+#[derive(Clone, Copy, PartialEq)]
+enum OtherWidths {
+    /// Those of which some hop has another width than in all attempts before.
+    Only,
+    /// All.
+    OrTheSame,
+}
+
 /// The attempts of a run, with the best outcome so far.
 struct Attempts<'a> {
     system: &'a System,
     settings: &'a Settings,
     progress: &'a Listener<'a>,
     longest: f64,
+    repetition: Repetition,
     tried: Vec<Vec<Option<Choice>>>,
     best: Outcome,
 }
@@ -79,7 +109,7 @@ impl Attempts<'_> {
 
     /// Whether the best outcome misses the target error.
     fn misses(&self) -> bool {
-        self.error() > MISSED * self.settings.target_error
+        self.error() > self.repetition.missed * self.settings.target_error
     }
 
     /// Whether plans for other targets may help: the target is missed by whole fields, widths are free, and there is
@@ -103,24 +133,26 @@ impl Attempts<'_> {
     /// Tries tighter targets, until one has other widths.
     fn try_tighter(&mut self) -> Result<(), SimulateError> {
         for share in TIGHTER {
-            if self.attempt(share)?.is_some() {
+            if self.attempt(share, OtherWidths::Only)?.is_some() {
                 break;
             }
         }
         Ok(())
     }
 
+    /// The loosest target that may help.
+    fn loosest(&self) -> f64 {
+        self.repetition.loosest * self.error()
+    }
+
     /// Tries looser targets as long as they may help and do. Where no target helps, as where rims make the error, the
-    /// plan for a looser one is kept if it reports less: a target ten times tighter does not
-    /// report more.
+    /// plan for a looser one is kept if it reports less: a target ten times tighter does not report more.
     fn try_looser(&mut self) -> Result<(), SimulateError> {
         let mut factor = LOOSER;
-        while self.misses() && factor * self.settings.target_error <= MISSED * self.error() {
+        while self.misses() && factor * self.settings.target_error <= self.loosest() {
             let before = self.error();
-            if self
-                .attempt(factor)?
-                .is_some_and(|error| error > WORSE * before)
-            {
+            let error = self.attempt(factor, OtherWidths::OrTheSame)?;
+            if error.is_some_and(|error| error > WORSE * before) {
                 break;
             }
             factor *= LOOSER;
@@ -129,8 +161,8 @@ impl Attempts<'_> {
     }
 
     /// Runs the plans for another target error and keeps the better outcome; its expected error, or nothing where they
-    /// were tried before, would take too long or are impossible.
-    fn attempt(&mut self, factor: f64) -> Result<Option<f64>, SimulateError> {
+    /// have no other widths though they should, would take too long or are impossible.
+    fn attempt(&mut self, factor: f64, widths: OtherWidths) -> Result<Option<f64>, SimulateError> {
         let number = self.tried.len();
         let again = |here: Progress| {
             (self.progress)(Progress {
@@ -143,8 +175,8 @@ impl Attempts<'_> {
             return Ok(None);
         };
         let choices = choices(&planned);
-        let known = choices.is_empty() || self.tried.contains(&choices);
-        if known || seconds(&planned) > self.longest {
+        let same = widths == OtherWidths::Only && self.tried.contains(&choices);
+        if choices.is_empty() || same || seconds(&planned) > self.longest {
             return Ok(None);
         }
         self.tried.push(choices);

@@ -62,7 +62,7 @@ pub(crate) fn run_whole_fields(
         if tally.share(Fate::Elsewhere) > NOTHING {
             tally.divide_elsewhere(lost_light_shares(system, &hop, &light));
         }
-        let ended = (1.0 - field.power() / before).max(rimmed.cut_at(hop.from));
+        let ended = rimmed.ended_at(hop.from);
         tally.edge = edge_error(original, hop.from, ended).hypot(cut_by_ray(&rimmed.rims, number));
         Cancelled::check(step(1.0))?;
         let directions = plan.light(&hop, light.directions);

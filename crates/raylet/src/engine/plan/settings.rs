@@ -45,7 +45,7 @@ pub enum Correction {
 pub struct Settings {
     /// Method that propagates fields from screen to screen.
     pub method: Method,
-    /// Relative error of the complex field that the planner aims at.
+    /// Relative error of the complex field that the planner aims at, by the power of ten at or below it.
     pub target_error: f64,
     /// Beamlet width σ in mm, where the field is exp(−u²/2σ²); chosen by the planner when absent.
     pub sigma: Option<f64>,
@@ -204,6 +204,9 @@ const PERIOD_SHARE: f64 = 0.25;
 /// Where footprints end in a system that changes, as a share of their peak.
 const SMOOTH: f64 = 1e-7;
 
+/// A target error counts as a power of ten if its logarithm is this near to one.
+const ROUNDING: f64 = 1e-9;
+
 /// The thresholds are the target error, but never more than this.
 const COARSEST: f64 = 1e-3;
 
@@ -218,6 +221,13 @@ impl Settings {
     /// The settings of each of so many hops, whose errors add in squares to the target.
     pub(crate) fn shared(&self, hops: usize) -> Self {
         self.aiming_at(self.target_error / (hops.max(1) as f64).sqrt())
+    }
+
+    /// The settings by which a run is planned: with the power of ten at or below the target error. The errors of plans for
+    /// nearby targets differ by chance, so that the one for the smaller target may expect the larger error.
+    pub(crate) fn for_planning(&self) -> Self {
+        let power = (self.target_error.log10() + ROUNDING).floor() as i32;
+        self.aiming_at(10f64.powi(-power).recip())
     }
 
     /// The same settings with another target error.
@@ -253,5 +263,23 @@ impl Settings {
     /// Complex samples that one array may have: an eighth of the memory limit.
     pub(crate) fn samples_allowed(&self) -> usize {
         self.memory_limit / (8 * size_of::<num_complex::Complex64>())
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::plan::settings::Settings;
+
+    #[test]
+    fn runs_are_planned_for_powers_of_ten() {
+        let given = [0.5, 1e-1, 3e-2, 1e-3, 0.99e-3, 2e-6, 1e-12];
+        let planned = given.map(|target_error| {
+            let settings = Settings {
+                target_error,
+                ..Settings::default()
+            };
+            settings.for_planning().target_error
+        });
+        assert_eq!(planned, [1e-1, 1e-1, 1e-2, 1e-3, 1e-4, 1e-6, 1e-12]);
     }
 }

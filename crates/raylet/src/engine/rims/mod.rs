@@ -5,6 +5,7 @@
 //! | `edge_diffraction` | Estimates of the light that hard edges diffract, by direction |
 //! | `onward` | Whether light that arrives on a screen goes on to the sensor |
 //! | [`pixel_light`] | The directions into which pixels send light, by the power spectrum about a place |
+//! | `rim_light` | What rims do to light, by rays of the source |
 //! | [`rim_screens`] | Rims that become screens, and the error of those that do not |
 //! | `source_ray` | One ray of the source's light on a screen |
 //! | `source_rays` | Rays of the light itself, from the source through every screen |
@@ -12,6 +13,7 @@
 pub(crate) mod edge_diffraction;
 pub(crate) mod onward;
 pub mod pixel_light;
+pub(crate) mod rim_light;
 pub mod rim_screens;
 pub(crate) mod source_ray;
 pub(crate) mod source_rays;

@@ -18,7 +18,7 @@ use crate::wave::patches::tile::TileWindow;
 pub struct Settings {
     /// Which method carries the field through the lenses.
     pub method: Method,
-    /// Relative error of the field that the automatic choices aim at.
+    /// Relative error of the field that the automatic choices aim at, by the power of ten at or below it.
     #[serde(deserialize_with = "target")]
     #[schemars(extend("minimum" = 1e-12, "exclusiveMaximum" = 1))]
     pub target_error: f64,

@@ -21,7 +21,7 @@ Field = NDArray[np.complex128]
 
 
 class Passage:
-    """A forward pass through a bench: its field, and gradients of losses of it.
+    """A forward pass through a linearised system: its field, and gradients of losses of it.
 
     Attributes
     ----------
@@ -48,16 +48,16 @@ class Passage:
 
     @described
     def __repr__(self) -> str:
-        return f"<raylet.bench.Passage, field {' x '.join(map(str, self.field.shape))}>"
+        return f"<raylet.linearised_system.Passage, field {' x '.join(map(str, self.field.shape))}>"
 
 
-class Bench:
-    """Frozen plans of a system whose pixels and parameters vary; made by :meth:`raylet.System.bench`.
+class LinearisedSystem:
+    """Frozen plans of a system whose pixels and parameters vary; made by :meth:`raylet.System.linearised`.
 
     Calling it with an array for each element (phases, or complex transmissions) and the parameters sends light through.
     What is differentiated is one fixed, smooth function: no mode is dropped for being weak, as :meth:`raylet.System.
-    simulate` may do within its target error. After large changes of the parameters make a new bench: the plans are
-    those for the values that it was made with.
+    simulate` may do within its target error. After large changes of the parameters make a new one: the plans are those for the
+    values that it was made with.
 
     Attributes
     ----------
@@ -73,8 +73,8 @@ class Bench:
         self.elements = tuple(elements)
         self._scene, self._arrays, self._threads = system._compiled(), system._arrays, threads
         self._several = isinstance(system._document["wavelength_um"], list)
-        self._bench = _raylet.Bench(self._scene, self._arrays, list(elements), list(parameters), threads)
-        self.start: NDArray[np.float64] = np.array(self._bench.parameters(), dtype=np.float64)
+        self._inner = _raylet.LinearisedSystem(self._scene, self._arrays, list(elements), list(parameters), threads)
+        self.start: NDArray[np.float64] = np.array(self._inner.parameters(), dtype=np.float64)
         rows = dict(zip(element_names(system._document), system._document["element"]))
         self._shapes = [pixel_shape(rows.get(name, {}).get("layer") or []) for name in elements]
         nx, ny = system._document["element"][-1]["pixels"]
@@ -89,7 +89,7 @@ class Bench:
         given = [grid(f"pixels of '{name}'", array) for name, array in zip(self.elements, pixels)]
         values = self.start if parameters is None else np.atleast_1d(real("parameters", parameters))
         self._check([array.shape for array in given], values.shape)
-        fields, passage = self._bench.forward(self._scene, self._arrays, given, values.tolist(), self._threads)
+        fields, passage = self._inner.forward(self._scene, self._arrays, given, values.tolist(), self._threads)
         field = np.stack(fields) if self._several else fields[0]
         return Passage(field, fields, passage, self._threads)
 
@@ -108,4 +108,4 @@ class Bench:
     @described
     def __repr__(self) -> str:
         varying = [*(f"pixels of '{name}'" for name in self.elements), *self.names]
-        return f"<raylet.Bench, varying {', '.join(varying) or 'nothing'}>"
+        return f"<raylet.LinearisedSystem, varying {', '.join(varying) or 'nothing'}>"

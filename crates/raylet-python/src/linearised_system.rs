@@ -32,7 +32,7 @@ use crate::watch::{Watch, run};
 
 /// Frozen plans of a scene whose pixels and parameters vary.
 #[pyclass(frozen, module = "raylet._raylet")]
-pub(crate) struct Bench {
+pub(crate) struct LinearisedSystem {
     file: VariableScene,
     /// Names of the elements and their screens.
     elements: Vec<(String, usize)>,
@@ -41,7 +41,7 @@ pub(crate) struct Bench {
     planned: Arc<Vec<(System, Plans)>>,
 }
 
-/// The record of a forward pass through a bench, for its gradient.
+/// The record of a forward pass through a linearised system, for its gradient.
 #[pyclass(frozen, module = "raylet._raylet")]
 pub(crate) struct Passage {
     planned: Arc<Vec<(System, Plans)>>,
@@ -58,7 +58,7 @@ struct Channel {
 }
 
 #[pymethods]
-impl Bench {
+impl LinearisedSystem {
     /// Plans a scene about the values of its parameters; `elements` are the names of those whose pixels vary,
     /// `parameters` the paths of the parameters that do.
     #[new]
@@ -177,7 +177,7 @@ impl Bench {
     }
 }
 
-impl Bench {
+impl LinearisedSystem {
     /// These values of the parameters.
     fn at<'a>(&'a self, values: &'a [f64]) -> ParameterValues<'a> {
         ParameterValues {
