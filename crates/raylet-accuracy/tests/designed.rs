@@ -50,7 +50,7 @@ source = { kind = "plane" }
 [settings]
 method = "beamlet"
 coating = "unit"
-target_error = 0.03
+target_error = 0.01
 mode_threshold = 0.01
 
 [[element]]

