@@ -56,8 +56,8 @@ class LinearisedSystem:
 
     Calling it with an array for each element (phases, or complex transmissions) and the parameters sends light through.
     What is differentiated is one fixed, smooth function: no mode is dropped for being weak, as :meth:`raylet.System.
-    simulate` may do within its target error. After large changes of the parameters make a new one: the plans are those for the
-    values that it was made with.
+    simulate` may do within its target error. After large changes of the parameters make a new one: the plans
+    are those for the values that it was made with.
 
     Attributes
     ----------

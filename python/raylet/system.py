@@ -15,8 +15,8 @@ from raylet import _raylet
 from raylet._arrays import number
 from raylet._document import without_none
 from raylet._refusal import MOST_WAVES, cut, described, shown, type_name
-from raylet.linearised_system import LinearisedSystem
 from raylet.design import Design, design, hologram
+from raylet.linearised_system import LinearisedSystem
 from raylet.prescription import Prescription
 from raylet.progress import Progress, reporting
 from raylet.result import Result
@@ -90,8 +90,8 @@ class System(Prescription):
         Parameters
         ----------
         method : "auto", "beamlet", "local_bands", "plane" or "paper".
-        target_error : relative error of the complex field that automatic choices aim at, by the power of ten at or below
-            it; 1e-3 unless the scene says otherwise.
+        target_error : relative error of the complex field that automatic choices aim at, by the power of ten at or
+            below it; 1e-3 unless the scene says otherwise.
         threads : processors to use; all of them by default.
         memory_limit_mb : most memory that arrays may take, in 10⁶ bytes.
         seed : of whatever is drawn at random.

@@ -92,7 +92,7 @@ fn gradients(reduced: bool, only: Option<&str>) -> bool {
     println!(
         "\n## Gradients\n\nRelative L2 errors of raylet's gradients, nothing fitted; each side takes the \
          cotangent of the loss from its own field. Of pixels both parts of the cotangent are compared, where no \
-         phases are named. Against adjoints raylet aims at field errors of 3e-4, against differences at the usual \
+         phases are named. Against adjoints raylet aims at field errors of 1e-4, against differences at the usual \
          1e-3.\n"
     );
     println!("| gradient | loss | reference | entries | error | allowed |");

@@ -1,4 +1,4 @@
-//! What rims do to light, by rays of the source: which share of it they cut, put on the wrong side and end.
+//! What rims do to light, by rays of the source: the shares that they cut, that end there, and that chief rays misplace.
 
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::starting_width::starting_width;
@@ -311,7 +311,36 @@ fn meet_rim<T>(open: &Hop, rim: &SurfaceEdge, follow: impl Fn(&Hop) -> Option<T>
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::rims::rim_light::fainter_side;
+    use std::f64::consts::FRAC_PI_4;
+
+    use crate::engine::rims::rim_light::{ended_at_rim, fainter_side};
+    use crate::engine::rims::source_rays::source_rays;
+    use crate::fixtures::parts::{face, lit, on_axis, screen, sensor};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::Act;
+    use crate::optics::shape::Shape;
+
+    /// Of even light in the square about a disc, 1 − π/4 ends outside. What passes one disc passes a second one behind it.
+    #[test]
+    fn a_disc_ends_the_corners_of_its_square() {
+        let square = Aperture::turned_rectangle(2.05, 2.05, 0.0, [0.0; 2]);
+        let disc = |z: f64, index: [f64; 2]| {
+            let mut surface = face(on_axis(z), Shape::Plane, index);
+            surface.aperture = Aperture::disc(1.05);
+            surface
+        };
+        let first = screen(Frame::GLOBAL, Act::Stop(square));
+        let last = screen(on_axis(2.0), sensor(10, 0.1));
+        let train = vec![disc(0.5, [1.0, 1.5]), disc(1.0, [1.5, 1.0])];
+        let mut system = lit(vec![first, last], vec![train]);
+        system.wavelength = 1e-6;
+        let light = source_rays(&system);
+        let hop = system.hops().next().unwrap();
+        let [first, second] = [0, 1].map(|number| ended_at_rim(&hop, number, &light));
+        assert!((first - (1.0 - FRAC_PI_4)).abs() < 0.02, "{first}");
+        assert!(second < 1e-6, "{second:e}");
+    }
 
     /// Even light of density 1 that reaches from the depth 1 inside an edge to this one.
     fn even_light(end: f64) -> impl Iterator<Item = (f64, f64)> {

@@ -48,11 +48,11 @@ pub struct Rim {
     pub hop: usize,
     /// Share of the energy on its way to the target that it cuts, by beamlets along rays of the source.
     pub cut: f64,
-    /// Share of the light in the square about the rim that ends at it, by rays of the source; zero of a rim that cannot
-    /// become a screen.
-    pub ended: f64,
     /// Share of that energy which the decision by chief rays puts on the wrong side of the edge.
     pub misplaced: f64,
+    /// Share of the light in the square about the rim that ends at it, by rays of the source; zero for a rim that cannot
+    /// become a screen.
+    pub ended: f64,
     /// How the run treats it.
     pub treatment: RimTreatment,
 }
@@ -159,8 +159,8 @@ impl Rimmed {
                     name: name_of(hop, number),
                     hop: self.system.trains.len(),
                     cut: cut.removed,
-                    ended: cut.ended,
                     misplaced: cut.misplaced,
+                    ended: cut.ended,
                     treatment: match (&screen, matters) {
                         (Some(_), _) => RimTreatment::Screen,
                         (None, true) => RimTreatment::ByRay,
