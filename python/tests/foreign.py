@@ -70,7 +70,7 @@ def field(bend: float, phase: Any = PHASE, source: Any = None, **keys: Any) -> A
     """Field behind the lens with so much more curvature, of collimated light or of a point. Its target error is well
     below the bounds of the comparisons."""
     own = hologram_behind(lens_radius=1.0 / (0.1 + bend), **keys).with_pixels("doe", phase=phase)
-    own = own.settings(target_error=3e-4)
+    own = own.settings(target_error=1e-4)
     return (own if source is None else own.point_source(source)).simulate().field
 
 
