@@ -118,6 +118,18 @@ impl<'a> SurfaceEdge<'a> {
             depth: edge.first().copied().and_then(sag).unwrap_or(0.0),
         }
     }
+
+    /// How far the edge reaches from the vertex.
+    fn radius(&self) -> Option<f64> {
+        let edge = self.surface.aperture.rim();
+        edge.iter().map(|[x, y]| x.hypot(*y)).reduce(f64::max)
+    }
+
+    /// The width over which diffraction on the way there blurs light at an edge of this radius.
+    fn blur(&self, open: &Hop, radius: f64) -> f64 {
+        let travelled = (self.surface.frame.origin - open.from.frame.origin).norm();
+        (open.wavelength * travelled).sqrt().min(NEAR_RIM * radius)
+    }
 }
 
 /// The energy that the rim of a surface sends into the box of the target and on to the sensor, of light that meets the
@@ -128,16 +140,14 @@ fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[Source
     let Some(to) = open.to.bounds() else {
         return 0.0;
     };
-    let edge = surface.aperture.rim();
-    let Some(radius) = edge.iter().map(|[x, y]| x.hypot(*y)).reduce(f64::max) else {
+    let Some(radius) = rim.radius() else {
         return 0.0;
     };
     let way = (open.to.frame.origin - surface.frame.origin).norm();
     let index = open.to.index;
     let narrowest = (open.wavelength * index / way.max(open.wavelength)).sqrt();
     let width = index * (to[1] - to[0]).hypot(to[3] - to[2]) / way;
-    let travelled = (surface.frame.origin - open.from.frame.origin).norm();
-    let blur = (open.wavelength * travelled).sqrt().min(NEAR_RIM * radius);
+    let blur = rim.blur(open, radius);
     let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
     let one = |source_ray: &SourceRay| {
         let depth = depth_at_rim(open, rim, source_ray)?;
@@ -185,12 +195,10 @@ pub(crate) fn ended_at_rim(hop: &Hop, number: usize, leaving: &[SourceRay]) -> f
         edges(&hop.train[..number]),
         SurfaceEdge::of(number, &hop.train[number]),
     );
-    let edge = rim.surface.aperture.rim();
-    let Some(radius) = edge.iter().map(|[x, y]| x.hypot(*y)).reduce(f64::max) else {
+    let Some(radius) = rim.radius() else {
         return 0.0;
     };
-    let travelled = (rim.surface.frame.origin - open.from.frame.origin).norm();
-    let blur = (open.wavelength * travelled).sqrt().min(NEAR_RIM * radius);
+    let blur = rim.blur(open, radius);
     let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
     let (mut all, mut ended) = (0.0, 0.0);
     for ray in leaving.iter().step_by(stride) {
