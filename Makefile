@@ -123,8 +123,7 @@ test-torch: environments wheel
 .PHONY: test-torch-here
 test-torch-here:
 	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
-	$(TORCH_VENV)/bin/$(PYTEST) -m torch python/tests/test_optiland.py
-	$(TORCH_VENV)/bin/$(PYTEST) python/tests/test_torch.py python/tests/test_deeplens.py python/tests/test_docs.py
+	$(TORCH_VENV)/bin/$(PYTEST) -m torch
 
 # The guide as a site, in site/.
 docs: install

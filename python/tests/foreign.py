@@ -66,40 +66,36 @@ def apart(one: Any, other: Any) -> float:
     return float(np.linalg.norm(np.asarray(one) - other) / np.linalg.norm(other))
 
 
-def field(bend: float, phase: Any = PHASE, source: Any = None, **keys: Any) -> Any:
+def field(bend: float, phase: Any = PHASE, source: Any = None, target_error: float = 1e-4, **keys: Any) -> Any:
     """Field behind the lens with so much more curvature, of collimated light or of a point. Its target error is well
-    below the bounds of the comparisons."""
+    below the bounds of the comparisons, if no other is given."""
     own = hologram_behind(lens_radius=1.0 / (0.1 + bend), **keys).with_pixels("doe", phase=phase)
-    own = own.settings(target_error=1e-4)
+    own = own.settings(target_error=target_error)
     return (own if source is None else own.point_source(source)).simulate().field
-
-
-def picture(*what: Any, **keys: Any) -> Any:
-    return np.abs(field(*what, **keys)) ** 2
 
 
 #: What gradients lead to: a lens that is bent so much more, 20 %.
 STRONGER = 0.02
 
 
-def missed(wanted: Any, by_curvature: float, by_phase: Any, **keys: Any) -> float:
-    """Relative error of a gradient of the sum of squared differences from a picture, by the curvature of the lens and
-    by the phases: by differences of raylet's own runs on a way on which both change the sum equally, and add up."""
+def distance(field: Any, wanted: Any) -> Any:
+    """Squared distance of a field from another, a tensor or an array: it sees the phase that a whole field shares."""
+    return (abs(field - wanted) ** 2).sum()
+
+
+def of_pictures(field: Any, wanted: Any) -> Any:
+    """Squared distance of a field's picture from another's: it does not see phases."""
+    return ((abs(field) ** 2 - abs(wanted) ** 2) ** 2).sum()
+
+
+def missed(loss: Any, wanted: Any, by_curvature: float, by_phase: Any, **keys: Any) -> float:
+    """Relative error of a gradient of a loss by the curvature of the lens and by the phases: by differences of raylet's
+    own runs on a way on which both change the loss equally, and add up."""
     steepness = float(np.linalg.norm(by_phase))
     bend, along = np.copysign(1e-5, by_curvature), 1e-5 * abs(by_curvature) / steepness
 
-    def loss(step: float) -> float:
-        phase = PHASE + step * along * by_phase / steepness
-        return float(((picture(step * bend, phase, **keys) - wanted) ** 2).sum())
+    def value(step: float) -> float:
+        return float(loss(field(step * bend, PHASE + step * along * by_phase / steepness, **keys), wanted))
 
     expected = 2.0 * 1e-5 * abs(by_curvature)
-    return abs(0.5 * (loss(1.0) - loss(-1.0)) / expected - 1.0)
-
-
-def own_slope_of_field(wanted: Any) -> float:
-    """Slope of the squared distance from a field by the curvature of the lens: it sees the phase, too."""
-
-    def loss(bend: float) -> float:
-        return float((np.abs(field(bend) - wanted) ** 2).sum())
-
-    return (loss(1e-5) - loss(-1e-5)) / 2e-5
+    return abs(0.5 * (value(1.0) - value(-1.0)) / expected - 1.0)

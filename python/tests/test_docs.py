@@ -11,10 +11,17 @@ from conftest import ROOT
 
 PAGES = [*sorted((ROOT / "docs" / "guide").glob("*.md")), ROOT / "README.md"]
 FENCED = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+NEEDS_TORCH = re.compile(r"^# needs: (torch|deeplens)", re.MULTILINE)
+
+
+def marked(page: Path) -> object:
+    """A page; those that need PyTorch run where it is, too."""
+    marks = [pytest.mark.torch] if NEEDS_TORCH.search(page.read_text()) else []
+    return pytest.param(page, marks=marks, id=page.stem)
 
 
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.stem)
+@pytest.mark.parametrize("page", [marked(page) for page in PAGES])
 def test_snippets_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     matplotlib = pytest.importorskip("matplotlib")
     matplotlib.use("Agg")

@@ -12,6 +12,8 @@ from raylet.linearised_system import LinearisedSystem
 torch = pytest.importorskip("torch")
 import raylet.torch  # noqa: E402
 
+pytestmark = pytest.mark.torch
+
 
 def phases(shape: tuple[int, int], dtype: object = None) -> object:
     return torch.tensor(noise(shape), dtype=dtype or torch.float64, requires_grad=True)

@@ -48,7 +48,7 @@ wavelength_um = [0.5, 0.65]
 source = { kind = "plane" }
 
 [settings]
-method = "beamlet"
+method = "auto"
 coating = "unit"
 target_error = 0.01
 mode_threshold = 0.01

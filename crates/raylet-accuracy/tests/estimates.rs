@@ -7,45 +7,80 @@ use rayon::prelude::*;
 use raylet_accuracy::estimates::error_ratios::{
     EFFORT, FINER, Spread, case_at, distance, run_case,
 };
+use raylet_accuracy::estimates::random_systems::KINDS;
 use raylet_accuracy::estimates::surface_sum::surface_sum;
 use raylet_testkit::strong_mirror::strong_mirror;
 
-/// Systems, as many as in the report.
-const CASES: u32 = 200;
+const REPORT: &str = include_str!("../../../docs/accuracy.md");
 
-/// The estimated error is at least half of the true one in 95 of 100 systems, at most five times it in 90 of 100, and
-/// never ten times too small.
+/// Of the systems of the report, one in so many runs again; prime to the number of kinds, so that all kinds do.
+const ONE_IN: usize = 5;
+
+/// Ratios in the report, which has two digits behind the point, are those of a run again to this part of themselves.
+const SAME: f64 = 0.1;
+
+/// A fifth of the systems of the report have the ratios of estimated to true errors that it says. All of them are measured
+/// again whenever the report is made.
 #[test]
-fn estimated_errors_cover_the_true_ones_slow() {
-    let cases: Vec<_> = (0..CASES)
-        .into_par_iter()
-        .map(|index| run_case(index).unwrap())
-        .collect();
-    let spread = Spread::of(&cases);
+fn estimated_errors_are_as_reported_slow() {
+    let ratios = reported_ratios();
+    let count: usize = ratios.iter().map(|(_, ratios)| ratios.len()).sum();
+    let again: Vec<usize> = (0..count).step_by(ONE_IN).collect();
+    let cases = again.par_iter().map(|index| {
+        let case = run_case(*index as u32).unwrap();
+        let (kind, own) = &ratios[index % KINDS.len()];
+        assert_eq!(*kind, format!("{:?}", case.kind));
+        (own[case.number as usize], case)
+    });
+    let cases: Vec<_> = cases.collect();
     let apart: Vec<String> = cases
         .iter()
-        .filter(|case| !(0.5..=5.0).contains(&case.ratio()))
-        .map(|case| {
+        .filter(|(reported, case)| (case.ratio() - reported).abs() > SAME * reported)
+        .map(|(reported, case)| {
             format!(
-                "{:?} {}: {:.2e} estimated, {:.2e} true",
+                "{:?} {}: {:.2e} estimated, {:.2e} true, their ratio reported as {reported}",
                 case.kind, case.number, case.estimate, case.truth
             )
         })
         .collect();
-    assert!(spread.covers(), "{spread:?} {apart:#?}");
+    assert!(apart.is_empty(), "{apart:#?}");
+}
 
-    // The report has the same histogram, but for systems whose ratio lies near a bound and differs between processors.
+/// By the report, the estimated error is at least half of the true one in 95 of 100 systems, at most five times it in 90 of
+/// 100, and never ten times too small. Its histogram counts its ratios.
+#[test]
+fn reported_ratios_cover_the_true_errors() {
+    let ratios: Vec<f64> = reported_ratios()
+        .into_iter()
+        .flat_map(|(_, own)| own)
+        .collect();
+    let spread = Spread::of(&ratios);
+    assert!(ratios.len() == 200 && spread.covers(), "{spread:?}");
     let reported = reported_counts();
     assert_eq!(reported.len(), spread.counts.len());
     for (place, (found, reported)) in spread.counts.iter().zip(&reported).enumerate() {
+        // Two digits move ratios just below 1 over the bound between two bars.
         assert!(found.abs_diff(*reported) <= 2, "{place}: {spread:?}");
     }
 }
 
-/// Systems by their ratio in `docs/accuracy.md`, from its histogram.
+/// The ratios of the systems of each kind in the report.
+fn reported_ratios() -> Vec<(&'static str, Vec<f64>)> {
+    let (_, table) = REPORT
+        .split_once("| kind | ratio of each system |\n|---|---|\n")
+        .unwrap();
+    let (table, _) = table.split_once("\n\n").unwrap();
+    let row = |line: &'static str| {
+        let [_, kind, ratios, _] = line.split('|').collect::<Vec<_>>().try_into().unwrap();
+        let ratios = ratios.split_whitespace().map(|word| word.parse().unwrap());
+        (kind.trim(), ratios.collect())
+    };
+    table.lines().map(row).collect()
+}
+
+/// Systems by their ratio in the report, from its histogram.
 fn reported_counts() -> Vec<usize> {
-    let report = include_str!("../../../docs/accuracy.md");
-    let (_, histogram) = report.split_once("ratio         systems\n").unwrap();
+    let (_, histogram) = REPORT.split_once("ratio         systems\n").unwrap();
     let (histogram, _) = histogram.split_once("```").unwrap();
     let count = |line: &str| {
         line.split_whitespace()
@@ -92,11 +127,22 @@ fn another_plan_meets_a_missed_target() {
 /// error, or a free hop has far less than its target. A target between two powers of ten is planned as the lower one.
 #[test]
 fn a_smaller_target_does_not_raise_the_expected_error() {
-    let with_rims_or_free = [10, 21, 75, 103, 110, 189].map(|index| (index, 1e-4));
-    for (index, tightest) in [(9, 1e-5)].into_iter().chain(with_rims_or_free) {
-        let (kind, number, _, system) = case_at(index);
+    assert_expected_errors_fall(&[(9, 1e-5), (10, 1e-4), (75, 1e-4)]);
+}
+
+/// The same in four more systems, two minutes of them: whenever the report is made.
+#[test]
+#[ignore = "slow: run by make accuracy"]
+fn a_smaller_target_does_not_raise_the_expected_error_of_slow_systems() {
+    assert_expected_errors_fall(&[21, 103, 110, 189].map(|index| (index, 1e-4)));
+}
+
+/// Runs systems of the report, each down to a smallest target.
+fn assert_expected_errors_fall(systems: &[(u32, f64)]) {
+    for (index, tightest) in systems {
+        let (kind, number, _, system) = case_at(*index);
         let targets = [1e-2, 3e-3, 1e-3, 1e-4, 1e-5].into_iter();
-        let targets = targets.filter(|target| *target >= tightest);
+        let targets = targets.filter(|target| target >= tightest);
         let expected = targets.map(|target_error| {
             let settings = Settings {
                 target_error,

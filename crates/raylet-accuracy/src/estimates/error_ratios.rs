@@ -126,20 +126,20 @@ pub struct Spread {
 pub const BOUNDS: [f64; 7] = [0.1, 0.2, 0.5, 1.0, 2.0, 5.0, 10.0];
 
 impl Spread {
-    /// The spread of the ratios of these cases.
-    pub fn of(cases: &[Case]) -> Self {
+    /// The spread of these ratios.
+    pub fn of(ratios: &[f64]) -> Self {
         let share = |wanted: &dyn Fn(f64) -> bool| {
-            let count = cases.iter().filter(|case| wanted(case.ratio())).count();
-            count as f64 / cases.len() as f64
+            let count = ratios.iter().filter(|ratio| wanted(**ratio)).count();
+            count as f64 / ratios.len() as f64
         };
         let mut counts = [0; BOUNDS.len() + 1];
-        for case in cases {
-            counts[BOUNDS.partition_point(|bound| *bound <= case.ratio())] += 1;
+        for ratio in ratios {
+            counts[BOUNDS.partition_point(|bound| bound <= ratio)] += 1;
         }
         Self {
             at_least_half: share(&|ratio| ratio >= 0.5),
             at_most_five: share(&|ratio| ratio <= 5.0),
-            least: cases.iter().map(Case::ratio).fold(f64::INFINITY, f64::min),
+            least: ratios.iter().copied().fold(f64::INFINITY, f64::min),
             counts,
         }
     }

@@ -24,8 +24,10 @@ pub fn print_estimates(count: u32) -> bool {
         }
     }
     print_kinds(&cases);
-    let spread = Spread::of(&cases);
+    let ratios: Vec<f64> = cases.iter().map(Case::ratio).collect();
+    let spread = Spread::of(&ratios);
     print_histogram(&spread);
+    print_ratios(&cases);
     println!(
         "\nAt least half of the true error: {:.1} % (95 required). At most five times: {:.1} % (90 required). Smallest \
          ratio: {:.2} (0.1 required). The case is run alone by `cargo run --release -p raylet-accuracy --example \
@@ -53,6 +55,16 @@ fn print_kinds(cases: &[Case]) {
                 own.len()
             );
         }
+    }
+}
+
+/// The ratio of each case, by kind: tests measure some of them again.
+fn print_ratios(cases: &[Case]) {
+    println!("\n| kind | ratio of each system |\n|---|---|");
+    for kind in KINDS {
+        let own = cases.iter().filter(|case| case.kind == kind);
+        let ratios: Vec<String> = own.map(|case| format!("{:.2}", case.ratio())).collect();
+        println!("| {kind:?} | {} |", ratios.join(" "));
     }
 }
 

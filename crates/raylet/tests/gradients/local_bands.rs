@@ -171,7 +171,12 @@ fn beamlets_and_elements_match_differences_slow() {
                 let moved = system(place, None, along(i, by));
                 loss(&linearised.forward(&moved).unwrap().field.values).0
             };
-            let slope = (8.0 * (value(0.5) - value(-0.5)) - (value(1.0) - value(-1.0))) / 6.0;
+            // Where more than 1e-3 is allowed, two points are enough.
+            let near = value(0.5) - value(-0.5);
+            let slope = match bounds[i] < 1e-3 {
+                true => (8.0 * near - (value(1.0) - value(-1.0))) / 6.0,
+                false => near,
+            };
             let error = (found - slope).abs() / slope.abs().max(1e-6);
             let name = NAMES[i];
             assert!(
