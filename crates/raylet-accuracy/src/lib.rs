@@ -1,4 +1,4 @@
-//! Brute-force diffraction references that share no code with raylet's rays.
+//! Brute-force diffraction references that share no code with raylet's rays, but for that of the objective.
 //!
 //! Scalar waves, time factor exp(−iωt), light going +z varies as exp(+ikz). Lengths are in any
 //! one unit (mm in raylet), arrays are indexed [y, x], and a transverse direction p is the

@@ -36,7 +36,7 @@ fn both_direct_sums_agree_to_rounding() {
         transmission,
     };
     let theirs = rayleigh_sommerfeld(&pixels, tilt, wavelength, 4, &points);
-    let ours = Emitters::new(&field, &Heights::flat(&field.grid)).shine(&points, wavelength);
+    let ours = Emitters::new(&field, &Heights::flat(&field.grid)).field_at(&points, wavelength);
     let norm: f64 = theirs.iter().map(|u| u.norm_sqr()).sum();
     let off: f64 = ours
         .iter()

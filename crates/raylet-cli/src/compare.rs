@@ -94,7 +94,9 @@ fn block(likeness: &Likeness) -> String {
     for (name, value) in single {
         text += &format!("  {name:<30}{value}\n");
     }
-    let both = spot(&likeness.a).into_iter().zip(spot(&likeness.b));
+    let both = spot_metrics(&likeness.a)
+        .into_iter()
+        .zip(spot_metrics(&likeness.b));
     let rows: Vec<_> = both
         .map(|((name, a), (_, b))| vec![format!("{name:<28}"), a, b])
         .collect();
@@ -102,7 +104,7 @@ fn block(likeness: &Likeness) -> String {
 }
 
 /// The lines about one spot.
-fn spot(metrics: &Metrics) -> [(&'static str, String); 5] {
+fn spot_metrics(metrics: &Metrics) -> [(&'static str, String); 5] {
     let [width_x, width_y] = metrics.fwhm_um;
     let pair = |values: Option<[f64; 2]>, number: fn(Option<f64>) -> String| {
         let [p, q] = match values {

@@ -70,7 +70,7 @@ pub struct Label {
     pub text: String,
 }
 
-/// What a layout panel shows, as plain geometry.
+/// What a section panel shows, as plain geometry.
 #[derive(Clone, Debug, Default)]
 pub struct LayoutScene {
     /// The rays.

@@ -289,7 +289,7 @@ impl Drawn<'_> {
 }
 
 /// The conjugate transpose of [`scatter`] by weights: cotangents of the element's pixels (complex [y, x], or None
-/// where it has none of its own) and of the arriving weights.
+/// where it is not one grid of box or point pixels, alone or times analytic phases) and of the arriving weights.
 #[pyfunction]
 pub(crate) fn scatter_adjoint<'py>(
     py: Python<'py>,

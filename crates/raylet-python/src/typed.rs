@@ -95,9 +95,9 @@ fn not_finite(py: Python<'_>) -> PyErr {
 /// RayletError for one that is not finite.
 pub(crate) fn finite<'a>(
     py: Python<'_>,
-    numbers: impl IntoIterator<Item = &'a f64>,
+    values: impl IntoIterator<Item = &'a f64>,
 ) -> PyResult<()> {
-    match { numbers }.into_iter().all(|number| number.is_finite()) {
+    match { values }.into_iter().all(|value| value.is_finite()) {
         true => Ok(()),
         false => Err(not_finite(py)),
     }

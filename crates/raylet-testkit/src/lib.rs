@@ -1,8 +1,8 @@
 //! Fixtures that the tests of all crates share.
 //!
-//! The unit tests of the library compile all files but `scenes.rs` as their own module `fixtures`: types of this crate
-//! belong to another copy of the library than the one under test. So these files name the library `raylet`, and each other
-//! by `super`. Tests of these files run there too.
+//! The unit tests of the library compile these files, but for `scenes.rs` and `strong_mirror.rs`, as their own module
+//! `fixtures`: types of this crate belong to another copy of the library than the one under test. So these files name the
+//! library `raylet`, and each other by `super`. Tests of these files run there too.
 //!
 //! | file | what it holds |
 //! | --- | --- |

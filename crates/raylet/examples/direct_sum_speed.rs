@@ -20,7 +20,7 @@ fn main() {
         match rayon::ThreadPoolBuilder::new().num_threads(threads).build() {
             Ok(pool) => {
                 let clock = std::time::Instant::now();
-                let sum = pool.install(|| emitters.shine(&points, 0.7e-3));
+                let sum = pool.install(|| emitters.field_at(&points, 0.7e-3));
                 let seconds = clock.elapsed().as_secs_f64();
                 let pairs = (emitters.len() * sum.len()) as f64;
                 println!("{threads} thread(s): {:.3e} pairs/s", pairs / seconds);

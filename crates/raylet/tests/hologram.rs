@@ -3,7 +3,6 @@
 use std::fs;
 
 use raylet::design::holograms::hologram::{Hologram, design};
-use raylet::engine::chain::arriving_light::sensor_grid;
 use raylet::engine::chain::outcome::Outcome;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::Settings;
@@ -14,6 +13,7 @@ use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::own_file::Replace;
 use raylet::optics::screen::Act;
 use raylet::optics::system::System;
+use raylet::wave::grid::field::Grid;
 use raylet::wave::grid::metrics::ncc;
 use raylet::wave::grid::raster::Raster;
 use raylet_testkit::scenes::scene_folder;
@@ -62,7 +62,7 @@ fn look(system: &System, outcome: &Outcome, found: &Hologram) -> Seen {
     let Act::Sensor(sensor) = &system.screens[1].act else {
         panic!("the second screen is the sensor");
     };
-    let grid = sensor_grid(sensor);
+    let grid = Grid::of(sensor);
     let raster = Raster {
         start: [grid.x.start, grid.y.start],
         pitch: sensor.pitch,

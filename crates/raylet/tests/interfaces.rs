@@ -167,7 +167,7 @@ impl OnSphere {
     fn summed(&self) -> Vec<Complex64> {
         let nodes = polar(self.radius).into_iter();
         let emitters = nodes.map(|(at, area)| self.emitter(at, area));
-        Emitters::of_nodes(emitters).shine(&self.points(), WAVELENGTH)
+        Emitters::of_nodes(emitters).field_at(&self.points(), WAVELENGTH)
     }
 }
 
@@ -473,7 +473,7 @@ fn light_of_a_point_on_a_curved_element_agrees_with_the_sum_slow() {
             strength: light * Complex64::from_polar(area, (case.phase)(x, y)),
         }
     });
-    let exact = Emitters::of_nodes(nodes).shine(&case.points(), WAVELENGTH);
+    let exact = Emitters::of_nodes(nodes).field_at(&case.points(), WAVELENGTH);
     let found = run(&system, &[0.02], SourceAperture::Hard);
     let error = distance(&found.values, &exact);
     assert!(error < 2e-4, "{error:e}");

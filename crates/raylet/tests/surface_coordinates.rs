@@ -190,7 +190,7 @@ fn pixels_lie_where_hand_made_projections_put_them() {
     let points: Vec<[f64; 3]> = (0..count * count)
         .map(|i| [along(i % count), along(i / count), distance])
         .collect();
-    let exact = Emitters::of_nodes(nodes.into_iter()).shine(&points, 1.0);
+    let exact = Emitters::of_nodes(nodes.into_iter()).field_at(&points, 1.0);
     let exact = Array2::from_shape_vec((count, count), exact).unwrap();
     let sensor = parts::screen(on_axis(distance), sensor(count, pitch));
     let system = lit(vec![element, sensor], vec![vec![]]);

@@ -146,6 +146,6 @@ impl Spread {
 
     /// Whether estimated errors cover true ones as they should.
     pub fn covers(&self) -> bool {
-        self.at_least_half >= 0.95 && self.at_most_five >= 0.9 && self.least > 0.1
+        self.at_least_half >= 0.95 && self.at_most_five >= 0.93 && self.least > 0.12
     }
 }

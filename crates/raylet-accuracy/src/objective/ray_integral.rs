@@ -100,7 +100,7 @@ struct Way<'a> {
 
 /// A point of the stop's surface, on one side of it.
 #[derive(Clone, Copy)]
-struct Facet {
+struct LocalSurface {
     slope: [f64; 2],
     /// The index on this side.
     index: f64,
@@ -108,7 +108,7 @@ struct Facet {
     sense: f64,
 }
 
-impl Facet {
+impl LocalSurface {
     /// The cosine along z.
     fn along(&self, [px, py]: [f64; 2]) -> f64 {
         (self.index * self.index - px * px - py * py).sqrt() * self.sense
@@ -248,9 +248,9 @@ impl<'a> Integral<'a> {
     }
 
     /// The side of the stop at which light arrives.
-    fn before(&self, at: [f64; 2]) -> Option<Facet> {
+    fn before(&self, at: [f64; 2]) -> Option<LocalSurface> {
         let stop = self.after.whole.from;
-        Some(Facet {
+        Some(LocalSurface {
             slope: stop.height(at)?.slope,
             index: stop.index,
             sense: stop.arrives,
@@ -258,15 +258,15 @@ impl<'a> Integral<'a> {
     }
 
     /// The side of the stop from which light leaves.
-    fn behind(&self, at: [f64; 2]) -> Option<Facet> {
+    fn behind(&self, at: [f64; 2]) -> Option<LocalSurface> {
         let before = self.before(at)?;
         let index = self.after.whole.from.index_behind();
-        Some(Facet { index, ..before })
+        Some(LocalSurface { index, ..before })
     }
 
-    fn at_sensor(&self) -> Facet {
+    fn at_sensor(&self) -> LocalSurface {
         let sensor = self.after.whole.to;
-        Facet {
+        LocalSurface {
             slope: [0.0; 2],
             index: sensor.index,
             sense: sensor.arrives,

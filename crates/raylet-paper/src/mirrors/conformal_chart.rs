@@ -10,7 +10,7 @@ use raylet::wave::grid::field::Field;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
 
-use crate::mirrors::conformal::{Comparison, Way, letter};
+use crate::mirrors::conformal_methods::{Comparison, Way, letter};
 use crate::mirrors::conformal_mirror::{Conformal, Show};
 
 /// Samples along each axis of the substrate's picture.

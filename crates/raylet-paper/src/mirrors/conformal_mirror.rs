@@ -173,7 +173,7 @@ impl Conformal {
             Show::Letter => {
                 let before = |[x, y, z]: &[f64; 3]| [*x, *y, distance - z];
                 let towards: Vec<[f64; 3]> = points.iter().map(before).collect();
-                let back = self.letter_lights().shine(&towards, WAVELENGTH);
+                let back = self.letter_lights().field_at(&towards, WAVELENGTH);
                 let phases = back.iter().zip(&points);
                 phases
                     .map(|(back, [_, _, z])| Complex64::cis(k * z - back.arg()))

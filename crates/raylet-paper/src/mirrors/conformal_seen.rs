@@ -14,7 +14,7 @@ use raylet::engine::plan::settings::Settings;
 use raylet::wave::grid::field::Field;
 use raylet::wave::grid::metrics::{ncc, peak};
 
-use crate::mirrors::conformal::{foci, letter};
+use crate::mirrors::conformal_methods::{foci, letter};
 use crate::mirrors::conformal_mirror::{Conformal, LitArea, Show, Window};
 
 /// Samples along each axis of a window about a focus, and their distance in mm.

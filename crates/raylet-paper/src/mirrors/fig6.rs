@@ -5,7 +5,7 @@ use raylet::file::result::machine::Machine;
 use raylet_plot::text_table::table;
 use serde_json::json;
 
-use crate::mirrors::conformal::{Comparison, Draws, Outcome, Way};
+use crate::mirrors::conformal_methods::{Comparison, Draws, Outcome, Way};
 use crate::mirrors::conformal_mirror::{Conformal, Show, Substrate};
 use crate::study::Study;
 use crate::study_error::StudyError;

@@ -8,7 +8,7 @@ use serde_json::{Value, json};
 
 use crate::mirrors::conformal_mirror::{Conformal, LitArea, Show, Substrate};
 use crate::mirrors::conformal_seen::Seen;
-use crate::mirrors::mirror::{Sought, forget, seek};
+use crate::mirrors::mirror_search::{Sought, forget, seek};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
 

@@ -6,7 +6,7 @@ use raylet::wave::grid::metrics::ncc;
 use serde_json::json;
 
 use crate::mirrors::conformal_mirror::{Conformal, LitArea, Show, Substrate};
-use crate::mirrors::mirror::{forget, seek};
+use crate::mirrors::mirror_search::{forget, seek};
 use crate::study::{Effort, Study};
 use crate::study_error::StudyError;
 

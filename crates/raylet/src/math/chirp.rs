@@ -168,7 +168,7 @@ impl Chirp {
         );
     }
 
-    /// A line for the convolution, its values those of the last one, and what the transforms want.
+    /// The line of the convolution, which still holds the last values, and the scratch space of the transforms.
     fn split<'a>(
         &self,
         scratch: &'a mut Vec<Complex64>,

@@ -1,15 +1,15 @@
 //! Drawing from a list of weights, with and without replacement.
 
-/// How often each of `weights` is drawn in as many independent draws as there are `numbers`, with
+/// How often each of `weights` is drawn in as many independent draws as there are `uniforms`, with
 /// probability proportional to the weight: (index, count), ascending, only those drawn at all.
 ///
-/// `numbers` are uniform in \[0, 1) and are sorted on the way. Without positive weights nothing is drawn.
-pub fn draw(weights: &[f64], numbers: &mut [f64]) -> Vec<(usize, u32)> {
+/// `uniforms` are uniform in \[0, 1) and are sorted on the way. Without positive weights nothing is drawn.
+pub fn draw(weights: &[f64], uniforms: &mut [f64]) -> Vec<(usize, u32)> {
     let total: f64 = weights.iter().sum();
     if total.is_nan() || total <= 0.0 {
         return Vec::new();
     }
-    numbers.sort_unstable_by(f64::total_cmp);
+    uniforms.sort_unstable_by(f64::total_cmp);
     let mut drawn: Vec<(usize, u32)> = Vec::new();
     let (mut sum, mut next) = (0.0, 0);
     let last = weights.iter().rposition(|w| *w > 0.0).unwrap_or(0);
@@ -21,12 +21,12 @@ pub fn draw(weights: &[f64], numbers: &mut [f64]) -> Vec<(usize, u32)> {
         } else {
             sum / total
         };
-        let count = numbers[next..].iter().take_while(|u| **u < limit).count();
+        let count = uniforms[next..].iter().take_while(|u| **u < limit).count();
         if count > 0 {
             drawn.push((index, count as u32));
             next += count;
         }
-        if next == numbers.len() {
+        if next == uniforms.len() {
             break;
         }
     }
@@ -95,8 +95,8 @@ mod tests {
     fn counts_follow_the_weights() {
         let weights = [0.0, 3.0, 1.0, 0.0, 6.0, 0.0];
         let count = 200_000u32;
-        let mut numbers: Vec<f64> = (0..count).map(|i| uniform(9, [i, 0, 0, 0])).collect();
-        let drawn = draw(&weights, &mut numbers);
+        let mut uniforms: Vec<f64> = (0..count).map(|i| uniform(9, [i, 0, 0, 0])).collect();
+        let drawn = draw(&weights, &mut uniforms);
         assert_eq!(
             drawn.iter().map(|d| d.0).collect::<Vec<_>>(),
             [1, 2, 4],

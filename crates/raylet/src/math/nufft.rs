@@ -111,7 +111,7 @@ impl Modes {
             .for_each(|(value, work)| *value += *work);
     }
 
-    /// A zeroed line of the grid, and what the transform wants.
+    /// A zeroed line of the grid, and the scratch space of the transform.
     fn split<'a>(
         &self,
         scratch: &'a mut Vec<Complex64>,

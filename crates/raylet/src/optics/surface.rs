@@ -25,6 +25,21 @@ pub struct Surface {
     pub index: [f64; 2],
 }
 
+impl Surface {
+    /// The surface without its edge.
+    pub(crate) fn without_edge(&self) -> Self {
+        Self {
+            aperture: Aperture::OPEN,
+            ..self.clone()
+        }
+    }
+}
+
+/// The surfaces of a train without their edges.
+pub(crate) fn without_edges(train: &[Surface]) -> Vec<Surface> {
+    train.iter().map(Surface::without_edge).collect()
+}
+
 /// A surface as a ray of numbers `T` meets it: one that stands still, or one that moves and bends.
 pub(crate) trait Face<T: Real> {
     /// Its axes.

@@ -53,12 +53,12 @@ fn drawn_dot_product() {
     for drawing in [Drawing::WithoutReplacement, Drawing::Multinomial] {
         let drawn = linearised.drawn(draws(drawing, 20, 5));
         let field = drawn
-            .through(&system, &behind, &uncancelled)
+            .propagate(&system, &behind, &uncancelled)
             .unwrap()
             .values;
         let field_bar = noise([12, 12], 40);
         let bar = drawn
-            .through_adjoint(&system, &behind, &field_bar, &uncancelled)
+            .propagate_adjoint(&system, &behind, &field_bar, &uncancelled)
             .unwrap()
             .values;
         let error = (dot(&field_bar, &field) - dot(&bar, &behind.values)).norm();

@@ -139,7 +139,7 @@ impl Relief {
             return height;
         };
         let spacing = self.spacing(levels.count);
-        let level = levels.hardening.climb(height / spacing, share);
+        let level = levels.hardening.quantise(height / spacing, share);
         match self.period {
             // The level above the last is the first of the next wave.
             Some(_) if level >= levels.count as f64 => 0.0,

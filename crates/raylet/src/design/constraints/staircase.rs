@@ -20,7 +20,7 @@ pub enum Hardening {
 impl Hardening {
     /// The stairs at `u`, in units of the step between levels: whole numbers are levels. `share` is the share of the
     /// iterations done, 0 to 1.
-    pub fn climb(self, u: f64, share: f64) -> f64 {
+    pub fn quantise(self, u: f64, share: f64) -> f64 {
         match self.sharpness(share) {
             None => (u + 0.5).floor(),
             Some(0.0) => u,
@@ -31,7 +31,7 @@ impl Hardening {
         }
     }
 
-    /// Derivative of [`Hardening::climb`] by `u`, for gradients.
+    /// Derivative of [`Hardening::quantise`] by `u`, for gradients.
     pub fn slope(self, u: f64, share: f64) -> f64 {
         match self.sharpness(share) {
             None | Some(0.0) => 1.0,
@@ -61,18 +61,19 @@ mod tests {
         for i in -30..30 {
             let u = 0.1003 * f64::from(i);
             let near = u.round();
-            assert_eq!(soft.climb(u, 0.0), u);
-            assert_eq!(soft.climb(u, 1.0), near);
-            assert_eq!(Hardening::StraightThrough.climb(u, 0.3), near);
+            assert_eq!(soft.quantise(u, 0.0), u);
+            assert_eq!(soft.quantise(u, 1.0), near);
+            assert_eq!(Hardening::StraightThrough.quantise(u, 0.3), near);
 
             // Ever nearer to the level, and never past it.
             let mut last = (u - near).abs();
             for share in [0.2, 0.5, 0.8, 0.95] {
-                let off = (soft.climb(u, share) - near).abs();
+                let off = (soft.quantise(u, share) - near).abs();
                 assert!(off <= last + 1e-15, "{u} {share}");
                 last = off;
 
-                let difference = (soft.climb(u + 1e-6, share) - soft.climb(u - 1e-6, share)) / 2e-6;
+                let difference =
+                    (soft.quantise(u + 1e-6, share) - soft.quantise(u - 1e-6, share)) / 2e-6;
                 assert!((difference - soft.slope(u, share)).abs() < 1e-6);
             }
         }

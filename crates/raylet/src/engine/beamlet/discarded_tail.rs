@@ -9,8 +9,8 @@ use crate::math::erfc::erfc;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::wavelet::Tail;
 
-/// Tails that are discarded count in the error up to this distance r, where the amplitude is exp(−r²/2): the same for
-/// all target errors, the finer of which see tails from farther away.
+/// Tails that are discarded count in the error up to this distance r, where the amplitude is exp(−r²/2). It is the same
+/// for all target errors.
 const COUNTED: f64 = 3.0;
 
 /// Real rays that are traced to find the distance.

@@ -7,7 +7,7 @@ use crate::engine::plan::settings::Settings;
 use crate::math::vec3::Vec3;
 use crate::optics::screen::{Act, Screen, Sensor};
 use crate::optics::system::{Hop, System};
-use crate::wave::grid::field::{Axis, Field, Grid};
+use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::height_stack::HeightStack;
 use crate::wave::grid::raster::Raster;
 use crate::wave::grid::sampling::{Reach, act, plan_grid, plan_raster};
@@ -45,15 +45,6 @@ pub(crate) fn illuminate(system: &System, grid: Grid) -> Field {
         }
     });
     field
-}
-
-/// The uniform grid of a sensor.
-pub fn sensor_grid(sensor: &Sensor) -> Grid {
-    let axis = |a: usize| Axis::uniform(sensor.pixels[a], sensor.pitch[a], 0.0);
-    Grid {
-        x: axis(0),
-        y: axis(1),
-    }
 }
 
 /// Direction on the next screen of the ray through the middle of this one; straight on when it is lost.

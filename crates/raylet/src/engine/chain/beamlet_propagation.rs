@@ -402,7 +402,8 @@ fn give_back(
     )
 }
 
-/// The derivatives with respect to all parameters that one patch brings.
+/// The derivatives with respect to all parameters that one patch brings. A varied hop has the values of the hop itself, so
+/// what arrived arrives again; only a ray at an edge may end by rounding, and the support of a sum is constant.
 fn pulled(
     cutter: &Cutter,
     kept: &Kept,

@@ -39,9 +39,9 @@ impl ControlVariate {
         field_bar: impl FnOnce(&Field) -> Result<Array2<Complex64>, E>,
     ) -> Result<Self, E> {
         let passed = linearised.pass(system)?;
-        let field = linearised.through(system, &passed.behind, pulse)?;
+        let field = linearised.propagate(system, &passed.behind, pulse)?;
         let field_bar = field_bar(&field)?;
-        let behind_bar = linearised.through_adjoint(system, &passed.behind, &field_bar, pulse)?;
+        let behind_bar = linearised.propagate_adjoint(system, &passed.behind, &field_bar, pulse)?;
         Ok(Self {
             field,
             behind: passed.behind,
@@ -69,7 +69,7 @@ impl ControlVariate {
         pulse: &Pulse,
     ) -> Result<ForwardPass, LinearisedSystemError> {
         let passed = drawn.pass(system)?;
-        let mut field = drawn.through(system, &self.change(&passed.behind), pulse)?;
+        let mut field = drawn.propagate(system, &self.change(&passed.behind), pulse)?;
         field.values += &self.field.values;
         Ok(ForwardPass {
             field,
@@ -94,7 +94,7 @@ impl ControlVariate {
             return Err(LinearisedSystemError::ControlVariate(trace.screens().len()));
         };
         let turned = field_bar - &self.field_bar;
-        let mut bar = drawn.through_adjoint(system, &self.change(behind), &turned, pulse)?;
+        let mut bar = drawn.propagate_adjoint(system, &self.change(behind), &turned, pulse)?;
         bar.values += &self.behind_bar.values;
         let pixels = act_adjoint(&system.screens[0], arrived, &mut bar);
         Ok(Gradient {

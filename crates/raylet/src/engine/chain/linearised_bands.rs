@@ -6,7 +6,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::chain::arriving_light::{sensor_grid, sensor_of};
+use crate::engine::chain::arriving_light::sensor_of;
 use crate::engine::chain::forward_pass::{ForwardPass, Gradient, PassedLight};
 use crate::engine::chain::linearised_system_error::LinearisedSystemError;
 use crate::engine::chain::rimmed_variations::rimmed_variations;
@@ -18,7 +18,7 @@ use crate::engine::progress::Pulse;
 use crate::engine::rims::rim_screens::Rimmed;
 use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::system::System;
-use crate::wave::grid::field::Field;
+use crate::wave::grid::field::{Field, Grid};
 
 /// The frozen choices of a system: the windows of its screens.
 #[derive(Clone, Debug)]
@@ -71,7 +71,7 @@ impl LinearisedBands {
         let system = &self.like(system)?;
         let variations = &rimmed_variations(&self.planned, back.variations)?;
         let field = &Field {
-            grid: sensor_grid(sensor_of(system)?),
+            grid: Grid::of(sensor_of(system)?),
             values: back.field_bar.clone(),
         };
         let cotangent = LocalBandCotangent {

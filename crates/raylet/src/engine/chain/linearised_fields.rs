@@ -10,7 +10,7 @@ use num_complex::Complex64;
 
 use crate::engine::beamlet::beamlet_cache::BeamletCache;
 use crate::engine::chain::arriving_light::{
-    Arriving, arrival_reach, leaving, receiving_raster, sensor_grid, sensor_of,
+    Arriving, arrival_reach, leaving, receiving_raster, sensor_of,
 };
 use crate::engine::chain::backend::AdjointSums;
 use crate::engine::chain::forward_pass::{ForwardPass, Gradient, PassedLight};
@@ -26,7 +26,7 @@ use crate::engine::progress::{Cancelled, Pulse};
 use crate::engine::rims::rim_screens::Rimmed;
 use crate::engine::trace::ray_sensitivity::{Variation, perturbed_hops};
 use crate::optics::system::{Hop, System};
-use crate::wave::grid::field::Field;
+use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::height_stack::HeightStack;
 use crate::wave::grid::raster::Raster;
 use crate::wave::grid::sampling::act_adjoint;
@@ -118,7 +118,7 @@ impl LinearisedFields {
                 reach,
             };
         }
-        let grid = sensor_grid(sensor_of(system)?);
+        let grid = Grid::of(sensor_of(system)?);
         let values = match light.sum {
             Some(levels) => levels.into_middle(),
             None => Array2::zeros(grid.shape()),
@@ -232,7 +232,7 @@ impl LinearisedFields {
     ///
     /// # Errors
     /// As [`LinearisedFields::pass`]; when the pulse cancels the work.
-    pub(crate) fn through(
+    pub(crate) fn propagate(
         &self,
         system: &System,
         behind: &Field,
@@ -247,16 +247,16 @@ impl LinearisedFields {
                 .0
                 .into_middle();
         }
-        let grid = sensor_grid(sensor_of(&system)?);
+        let grid = Grid::of(sensor_of(&system)?);
         Ok(Field { grid, values })
     }
 
-    /// The conjugate transpose of [`LinearisedFields::through`], held by `drawn_dot_product` in the crate's tests: the
-    /// cotangent behind the element. Of the light there, only what is drawn or too weak counts.
+    /// The conjugate transpose of [`LinearisedFields::propagate`], held by `drawn_dot_product` in the crate's tests: the
+    /// cotangent behind the element. Only modes that are drawn, or too weak to be followed, contribute.
     ///
     /// # Errors
-    /// As [`LinearisedFields::through`].
-    pub(crate) fn through_adjoint(
+    /// As [`LinearisedFields::propagate`].
+    pub(crate) fn propagate_adjoint(
         &self,
         system: &System,
         behind: &Field,

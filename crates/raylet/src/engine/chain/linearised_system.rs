@@ -179,28 +179,28 @@ impl LinearisedSystem {
     ///
     /// # Errors
     /// As [`LinearisedSystem::pass`]; when the pulse cancels the work.
-    pub fn through(
+    pub fn propagate(
         &self,
         system: &System,
         behind: &Field,
         pulse: &Pulse,
     ) -> Result<Field, LinearisedSystemError> {
-        self.fields()?.through(system, behind, pulse)
+        self.fields()?.propagate(system, behind, pulse)
     }
 
-    /// The conjugate transpose of [`LinearisedSystem::through`], held by `drawn_dot_product` in the crate's tests: the
-    /// cotangent behind the element. Of the light there, only what is drawn or too weak counts.
+    /// The conjugate transpose of [`LinearisedSystem::propagate`], held by `drawn_dot_product` in the crate's tests: the
+    /// cotangent behind the element. Only modes that are drawn, or too weak to be followed, contribute.
     ///
     /// # Errors
-    /// As [`LinearisedSystem::through`].
-    pub fn through_adjoint(
+    /// As [`LinearisedSystem::propagate`].
+    pub fn propagate_adjoint(
         &self,
         system: &System,
         behind: &Field,
         field_bar: &Array2<Complex64>,
         pulse: &Pulse,
     ) -> Result<Field, LinearisedSystemError> {
-        (self.fields()?).through_adjoint(system, behind, field_bar, pulse)
+        (self.fields()?).propagate_adjoint(system, behind, field_bar, pulse)
     }
 
     fn fields(&self) -> Result<&LinearisedFields, LinearisedSystemError> {

@@ -6,9 +6,7 @@ use std::time::Instant;
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::engine::chain::arriving_light::{
-    Arriving, chief, receiving_raster, sensor_grid, sensor_of,
-};
+use crate::engine::chain::arriving_light::{Arriving, chief, receiving_raster, sensor_of};
 use crate::engine::chain::outcome::{Progress, check_sound};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::free::free_method::{Approach, FreeMethod, free_method};
@@ -21,7 +19,7 @@ use crate::optics::screen::{Act, Screen};
 use crate::optics::system::{Hop, System};
 use crate::wave::free::collins::{Collins, CollinsError};
 use crate::wave::free::rayleigh::{Emitters, PAIRS_PER_SECOND};
-use crate::wave::grid::field::Field;
+use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::height_stack::HeightStack;
 use crate::wave::grid::heights::Heights;
 use crate::wave::grid::raster::Raster;
@@ -298,7 +296,7 @@ impl HopByHop<'_> {
             light = next;
             steps.push(step);
         }
-        let grid = sensor_grid(sensor_of(self.system)?);
+        let grid = Grid::of(sensor_of(self.system)?);
         let values = match light.sum {
             Some(levels) => levels.into_middle(),
             None => Array2::zeros(grid.shape()),
@@ -367,7 +365,7 @@ impl HopByHop<'_> {
                 (free.carry(field, None, raster, plan), waves as f64, "")
             }
             FreeMethod::RayleighSommerfeld(_) => {
-                let (values, pairs) = shine(hop, field, raster, self.choice, progress)?;
+                let (values, pairs) = field_of_emitters(hop, field, raster, self.choice, progress)?;
                 (values, pairs, "")
             }
             FreeMethod::Collins(train) => {
@@ -397,7 +395,7 @@ fn fineness(screen: &Screen) -> f64 {
 const POINTS_AT_ONCE: usize = 4096;
 
 /// The direct sum onto a raster, and the number of its pairs.
-fn shine(
+fn field_of_emitters(
     hop: &Hop,
     field: &Field,
     raster: &Raster,
@@ -437,7 +435,7 @@ fn shine(
     let wavelength = hop.wavelength / hop.from.index_behind();
     let mut values = Vec::with_capacity(points.len());
     for chunk in points.chunks(POINTS_AT_ONCE) {
-        values.extend(emitters.shine(chunk, wavelength));
+        values.extend(emitters.field_at(chunk, wavelength));
         progress(values.len() as f64 / points.len() as f64)?;
     }
     let array = Array2::from_shape_fn((ny, nx), |(j, i)| values[j * nx + i]);

@@ -1,6 +1,6 @@
 //! How the light on a screen changes with a parameter of the system: through its source, and through its element.
 //!
-//! The forward steps are in [`crate::engine::chain::simulate`] and [`crate::wave::grid::sampling`]; the derivatives are
+//! The forward steps are in [`crate::engine::chain::arriving_light`] and [`crate::wave::grid::sampling`]; the derivatives are
 //! differences between two perturbed systems.
 
 use crate::engine::chain::arriving_light::illuminate;

@@ -5,7 +5,7 @@ use std::time::Instant;
 use ndarray::Array2;
 
 use crate::engine::chain::arriving_light::{
-    Arriving, arrival_reach, leaving, receiving_raster, sensor_grid, sensor_of,
+    Arriving, arrival_reach, leaving, receiving_raster, sensor_of,
 };
 use crate::engine::chain::hop_run::HopRun;
 use crate::engine::chain::outcome::{HopReport, Listener, Outcome, Progress, check_sound};
@@ -102,7 +102,7 @@ fn note_landed(system: &System, reports: &mut [HopReport]) {
 
 /// The field at the pixel centres of a sensor; dark when no light was summed there.
 fn on_sensor(sensor: &Sensor, sum: Option<HeightStack>) -> Field {
-    let grid = sensor_grid(sensor);
+    let grid = Grid::of(sensor);
     let dark = || Array2::zeros(grid.shape());
     let values = sum.map_or_else(dark, HeightStack::into_middle);
     Field { grid, values }

@@ -6,11 +6,10 @@ use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::Settings;
 use crate::math::vec3::Vec3;
-use crate::optics::aperture::Aperture;
 use crate::optics::doe::Doe;
 use crate::optics::ray::Loss;
 use crate::optics::screen::Act;
-use crate::optics::surface::Surface;
+use crate::optics::surface::without_edges;
 use crate::optics::system::{Hop, System};
 
 /// One finding about a hop.
@@ -125,7 +124,7 @@ impl Light {
         let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
             return light;
         };
-        let train: Vec<Surface> = hop.train.iter().map(opened).collect();
+        let train = without_edges(hop.train);
         let open = Hop {
             train: &train,
             ..*hop
@@ -175,14 +174,6 @@ impl Light {
 
 fn inside([x0, x1, y0, y1]: [f64; 4], [x, y]: [f64; 2]) -> bool {
     x0 <= x && x <= x1 && y0 <= y && y <= y1
-}
-
-/// The surface without its edge.
-fn opened(surface: &Surface) -> Surface {
-    Surface {
-        aperture: Aperture::OPEN,
-        ..surface.clone()
-    }
 }
 
 /// The source's rays on a lattice of places across the first screen.

@@ -6,7 +6,7 @@
 /// Field error of a sum with divided Gaussian windows over ε₃, by their distance in σ: the cubic phases of
 /// neighbouring beamlets cancel but for the ripple of their sum. Measured on tilted plates, sensors and a
 /// toroidal mirror, within a factor of 1.5.
-const RIPPLE: [(f64, f64); 7] = [
+const ERROR_BY_STEP: [(f64, f64); 7] = [
     (1.0, 3e-3),
     (1.1, 9e-3),
     (1.25, 0.028),
@@ -19,8 +19,8 @@ const RIPPLE: [(f64, f64); 7] = [
 /// Expected field error of windows `step` σ apart in patches of `period` σ, for beamlets with the cubic
 /// phase `cubic` (rad).
 pub(crate) fn window_error(step: f64, period: f64, cubic: f64) -> f64 {
-    let ripple = interpolated(&RIPPLE, step) * cubic;
-    ripple.hypot(period_error(period))
+    let between = interpolated(&ERROR_BY_STEP, step) * cubic;
+    between.hypot(period_error(period))
 }
 
 /// The error of spectra with a period of so many σ: the tails of neighbouring periods, 2·exp(−P²/4).

@@ -135,7 +135,7 @@ impl SpotCheck<'_> {
             let rows = b * ROWS..ny.min((b + 1) * ROWS);
             let nodes = rows.flat_map(|j| (0..nx).map(move |i| (j, i)));
             let lit = nodes.filter(|(j, i)| self.field.values[[*j, *i]] != Complex64::ZERO);
-            Emitters::of_nodes(lit.map(|(j, i)| emitter(j, i))).shine(points, wavelength)
+            Emitters::of_nodes(lit.map(|(j, i)| emitter(j, i))).field_at(points, wavelength)
         };
         let parts: Vec<Vec<Complex64>> = (0..ny.div_ceil(ROWS)).into_par_iter().map(band).collect();
         let mut sums = vec![Complex64::ZERO; points.len()];

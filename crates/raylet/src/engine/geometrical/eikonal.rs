@@ -8,11 +8,11 @@
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::chain::arriving_light::sensor_grid;
 use crate::engine::geometrical::ray_tube::{RayTube, inverse, trace_tube};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Act, Screen};
+use crate::optics::surface::without_edges;
 use crate::optics::system::System;
 use crate::wave::grid::field::{Field, Grid};
 
@@ -179,7 +179,7 @@ fn prepare(system: &System) -> Result<(&Screen, Grid), EikonalError> {
     check_smooth(system)?;
     match (system.screens.first(), system.screens.last()) {
         (Some(first), Some(last)) => match &last.act {
-            Act::Sensor(sensor) => Ok((first, sensor_grid(sensor))),
+            Act::Sensor(sensor) => Ok((first, Grid::of(sensor))),
             _ => Err(EikonalError::NoSensor(last.name.clone())),
         },
         _ => Err(EikonalError::NoSensor(String::new())),
@@ -196,8 +196,8 @@ fn opened(system: &System) -> System {
             Act::Sensor(_) => {}
         }
     }
-    for surface in open.trains.iter_mut().flatten() {
-        surface.aperture = Aperture::OPEN;
+    for train in &mut open.trains {
+        *train = without_edges(train);
     }
     open
 }

@@ -42,8 +42,8 @@ pub enum Deflection {
 /// Places of the rays on the first screen, as shares of its half width.
 const PLACES: [f64; 5] = [-0.9, -0.45, 0.0, 0.45, 0.9];
 
-/// Rays are aimed at these shares of the next screen's half width, the first that an element can reach.
-const AIMS: [f64; 5] = [0.8, 0.5, 0.3, 0.15, 0.05];
+/// Rays are targeted at these shares of the next screen's half width, the first that an element can reach.
+const TARGET_SHARES: [f64; 5] = [0.8, 0.5, 0.3, 0.15, 0.05];
 
 /// Beyond this number, elements that spread light let rays go straight on.
 const MOST_RAYS: usize = 40;
@@ -195,7 +195,7 @@ fn aimed(hop: &Hop, doe: &Doe, ray: &Arrived, side: f64, normal: Vec3) -> Option
     let u = cut(&hop.to.frame, normal);
     let limit = turning(doe, hop.wavelength);
     let within = |p: [f64; 2]| (0..2).all(|a| (p[a] - ray.p[a]).abs() <= limit[a] + 1e-9);
-    AIMS.iter().find_map(|share| {
+    TARGET_SHARES.iter().find_map(|share| {
         let t = side * share;
         let target = [
             0.5 * (x0 + x1) + t * 0.5 * (x1 - x0) * u[0],

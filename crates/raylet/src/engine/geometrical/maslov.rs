@@ -12,7 +12,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::engine::chain::arriving_light::{sensor_grid, sensor_of};
+use crate::engine::chain::arriving_light::sensor_of;
 use crate::engine::geometrical::eikonal::{EikonalError, check_smooth};
 use crate::engine::geometrical::ray_tube::{
     Matrix, RayTube, aperture_of, determinant, inverse, product, signature, trace_tube,
@@ -24,7 +24,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Act, Screen};
 use crate::optics::system::System;
 use crate::wave::beamlet::plane::{PlaneSum, PlaneWave};
-use crate::wave::grid::field::Field;
+use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::raster::Raster;
 
 /// Relative tolerance of the sum.
@@ -76,7 +76,7 @@ pub fn sum_of_directions<R: Reply>(
         .bounds()
         .ok_or_else(|| EikonalError::Boundless(name()))?;
     let sensor = sensor_of(system).map_err(|_| EikonalError::NoSensor(name()))?;
-    let grid = sensor_grid(sensor);
+    let grid = Grid::of(sensor);
     let raster = Raster {
         start: [grid.x.start, grid.y.start],
         pitch: [grid.x.pitch, grid.y.pitch],

@@ -3,7 +3,7 @@
 //! A smooth element turns a ray by the gradient of its phase φ and adds φ/k to its path; pixels and sums, whose
 //! phase has no gradient of this kind, let it go straight on.
 
-use crate::engine::trace::ray_sensitivity::{BLOCK, Number, PerturbedHops, Variation, VariedHop};
+use crate::engine::trace::ray_sensitivity::{BLOCK, Number, Variation, VariedHop};
 use crate::engine::trace::ray_trace::Landing;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
@@ -160,6 +160,7 @@ fn leave(screen: &Screen, k: f64, at: [f64; 2], p: [f64; 2]) -> Result<([f64; 2]
     let Act::Doe(doe) = &screen.act else {
         return Ok((p, 0.0));
     };
+    // Pixels spread light about the direction in which it came: rays go straight on.
     let gradient = doe.phase_gradient(at[0], at[1]);
     let kick = gradient.unwrap_or_default().map(|g| g / k);
     let turned = deflected(screen, at, p, kick).ok_or(Loss::Evanescent)?;
@@ -206,21 +207,12 @@ fn landing_tangents(
             return None;
         }
         let each = variations.iter();
-        let perturbed: Option<Vec<_>> = each.map(|v| perturbed(v, number)).collect();
+        let perturbed: Option<Vec<_>> = each.map(|variation| variation.hop(number)).collect();
         let landing = VariedHop::new(hop, &perturbed?).trace(at, p).ok()?;
         (at, p, path) = (landing.at, landing.cosines, path + landing.path);
         last = Some(Landing { path, ..landing });
     }
     last
-}
-
-/// One hop of a variation.
-fn perturbed(variation: &Variation, number: usize) -> Option<PerturbedHops<'_>> {
-    Some(PerturbedHops {
-        below: variation.below.hops().nth(number)?,
-        above: variation.above.hops().nth(number)?,
-        distance: variation.distance,
-    })
 }
 
 #[cfg(test)]

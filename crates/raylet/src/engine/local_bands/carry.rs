@@ -14,12 +14,12 @@ use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandPlan, LocalBandSettings};
 use crate::engine::progress::{Pulse, uncancelled};
 use crate::engine::trace::ray_sensitivity::Variation;
-use crate::optics::screen::{Act, Sensor};
+use crate::optics::screen::Act;
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::beamlet::wavelet::Arrival;
-use crate::wave::grid::field::{Axis, Field, Grid};
+use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::raster::Raster;
 
 /// The report on one hop of a run.
@@ -256,19 +256,10 @@ fn run_hops(
         });
     }
     let field = Field {
-        grid: sensor_grid(sensor),
+        grid: Grid::of(sensor),
         values: canvas.finish(),
     };
     Ok(LocalBandOutcome { field, hops })
-}
-
-/// The pixel centres of a sensor.
-fn sensor_grid(sensor: &Sensor) -> Grid {
-    let axis = |a: usize| Axis::uniform(sensor.pixels[a], sensor.pitch[a], 0.0);
-    Grid {
-        x: axis(0),
-        y: axis(1),
-    }
 }
 
 /// A uniform grid as a raster.
@@ -346,7 +337,7 @@ mod tests {
         let points: Vec<[f64; 3]> = (0..24 * 24)
             .map(|n| [place(n % 24), place(n / 24), DISTANCE])
             .collect();
-        Emitters::new(&field, &Heights::flat(&field.grid)).shine(&points, system.wavelength)
+        Emitters::new(&field, &Heights::flat(&field.grid)).field_at(&points, system.wavelength)
     }
 
     #[test]

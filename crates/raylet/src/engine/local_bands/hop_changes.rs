@@ -154,7 +154,8 @@ impl<'a> HopChanges<'a> {
         }
     }
 
-    /// Adds the derivatives that one beamlet brings with respect to a block of parameters.
+    /// Adds the derivatives that one beamlet brings with respect to a block of parameters. A varied hop has the values of the
+    /// hop itself, so a beamlet that arrived arrives again; only one at an edge may end by rounding.
     fn pull_block(
         &self,
         varied: &VariedHop,

@@ -118,10 +118,10 @@ pub enum Sampler {
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Sag {
-    // The patch is taken to be that plane, for the light that comes and for the light that goes.
+    // The patch is taken to be that plane for arriving and for leaving light.
     /// Nothing.
     Tangent,
-    /// The phase that it has for the light that comes, not for the light that goes.
+    /// The phase that it adds to the arriving light; none for the leaving light.
     Incident,
     /// The phase that it has for each mode.
     #[default]

@@ -12,7 +12,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::screen::{Act, Screen};
 use crate::optics::shape::Shape;
-use crate::optics::surface::Surface;
+use crate::optics::surface::{Surface, without_edges};
 use crate::optics::system::Hop;
 use crate::wave::beamlet::wavelet::Arrival;
 
@@ -32,14 +32,6 @@ pub(crate) struct Cut {
     pub(crate) ended: f64,
 }
 
-/// The surface without its edge.
-pub(crate) fn opened(surface: &Surface) -> Surface {
-    Surface {
-        aperture: Aperture::OPEN,
-        ..surface.clone()
-    }
-}
-
 /// What each surface's rim does to the energy on its way to the target, of light that goes on to the sensor; `light`
 /// becomes what arrives on the next screen.
 pub(crate) fn cut_shares(
@@ -56,7 +48,7 @@ pub(crate) fn cut_shares(
     };
 
     // The rays that would land on the target if nothing had an edge, and those of them that do.
-    let train: Vec<Surface> = hop.train.iter().map(opened).collect();
+    let train = without_edges(hop.train);
     let open = Hop {
         train: &train,
         ..*hop
@@ -186,7 +178,7 @@ fn edges(train: &[Surface]) -> Vec<SurfaceEdge<'_>> {
 /// Of the light in the square about a surface's edge, the share that ends outside the edge, by rays that the edges before
 /// it let pass. The edge is blurred as diffraction blurs light on the way there.
 pub(crate) fn ended_at_rim(hop: &Hop, number: usize, leaving: &[SourceRay]) -> f64 {
-    let train: Vec<Surface> = hop.train.iter().map(opened).collect();
+    let train = without_edges(hop.train);
     let open = &Hop {
         train: &train,
         ..*hop

@@ -12,7 +12,7 @@ use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::edge_waves;
 use crate::engine::rims::onward::Onward;
 use crate::engine::rims::pixel_light::PixelValues;
-use crate::engine::rims::rim_light::{Cut, cut_shares, ended_at_rim, opened};
+use crate::engine::rims::rim_light::{Cut, cut_shares, ended_at_rim};
 use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::source_rays::{rays_behind, source_rays};
 use crate::math::vec3::Vec3;
@@ -170,7 +170,7 @@ impl Rimmed {
             }
             match screen {
                 Some(screen) => {
-                    train.push(opened(surface));
+                    train.push(surface.without_edge());
                     self.system.trains.push(std::mem::take(&mut train));
                     self.system.screens.push(screen);
                 }

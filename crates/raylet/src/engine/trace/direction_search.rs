@@ -2,9 +2,8 @@
 
 use crate::engine::trace::bounding_sphere::{BoundingSphere, SeenDirections};
 use crate::engine::trace::ray_trace::Landing;
-use crate::optics::aperture::Aperture;
 use crate::optics::ray::Loss;
-use crate::optics::surface::Surface;
+use crate::optics::surface::{Surface, without_edges};
 use crate::optics::system::Hop;
 
 /// A ray of the search with its Jacobian ∂(s, p′)/∂(x, p).
@@ -102,7 +101,7 @@ struct Cell {
 /// dilated by `margin` mm; boxes are `[x_min, x_max, y_min, y_max]` in mm.
 ///
 /// The square of all directions is divided like a quadtree wherever a cell's rays, by their Jacobian,
-/// may land on the target, until their landing spread is small against it, or they add nothing to what is goal.
+/// may land on the target, until their landings spread little against it. It ends early where they lead to nothing new.
 pub(crate) fn search_directions(
     hop: &Hop,
     from: [f64; 4],
@@ -151,7 +150,7 @@ impl<'a> SearchedHop<'a> {
     fn new(hop: &'a Hop<'a>) -> Self {
         Self {
             hop,
-            open: hop.train.iter().map(opened).collect(),
+            open: without_edges(hop.train),
             first: hop.train.first().and_then(BoundingSphere::of),
         }
     }
@@ -196,14 +195,6 @@ impl Cell {
             let (low, high) = (self.centre[a] - self.half, self.centre[a] + self.half);
             low <= band[2 * a + 1] && high >= band[2 * a]
         })
-    }
-}
-
-/// A surface without its edge.
-fn opened(surface: &Surface) -> Surface {
-    Surface {
-        aperture: Aperture::OPEN,
-        ..surface.clone()
     }
 }
 

@@ -9,6 +9,7 @@ use toml::de::{DeTable, DeValue};
 
 use crate::file::arrays::regular_file;
 use crate::file::decode::fault::{Address, Excerpt, Fault};
+use crate::file::decode::path_step::{PathStep, path_steps};
 
 /// The largest scene that is read, in bytes. Numbers by the million belong in array files, and as a tree of values a text
 /// takes up to 90 times as much memory.
@@ -83,33 +84,17 @@ impl Origin {
     }
 }
 
-/// One step of a dotted path.
-enum Step<'p> {
-    Key(&'p str),
-    Index(usize),
-}
-
-/// The steps of a dotted path: `a.b[2].c` is a, b, 2, c.
-fn steps(path: &str) -> impl Iterator<Item = Step<'_>> {
-    path.split(['.', '['])
-        .filter(|step| !step.is_empty())
-        .map(|step| match step.strip_suffix(']').map(str::parse) {
-            Some(Ok(index)) => Step::Index(index),
-            _ => Step::Key(step),
-        })
-}
-
 /// The bytes of the value at a path, or of the deepest table on the way to it.
 fn locate(root: &DeTable<'_>, path: &str) -> Option<Range<usize>> {
-    let mut steps = steps(path);
-    let Some(Step::Key(first)) = steps.next() else {
+    let mut steps = path_steps(path).map_while(|step| step);
+    let Some(PathStep::Key(first)) = steps.next() else {
         return None;
     };
-    let mut value: &Spanned<DeValue<'_>> = root.get(first)?;
+    let mut value: &Spanned<DeValue<'_>> = root.get(first.as_str())?;
     for step in steps {
         let next = match (step, value.get_ref()) {
-            (Step::Key(key), DeValue::Table(table)) => table.get(key),
-            (Step::Index(index), DeValue::Array(array)) => array.get(index),
+            (PathStep::Key(key), DeValue::Table(table)) => table.get(key.as_str()),
+            (PathStep::Index(index), DeValue::Array(array)) => array.get(index),
             _ => None,
         };
         let Some(next) = next else { break };

@@ -10,6 +10,7 @@ use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::free::free_method::Approach;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::{Method, Settings};
+use crate::file::decode::path_step::PathStep;
 use crate::file::model::build;
 use crate::file::result::document;
 use crate::file::result::report::PlanEntry;
@@ -30,25 +31,18 @@ const ABSURD: [f64; 7] = [
     9.2e18,
 ];
 
-/// A step of a path through a document.
-#[derive(Clone, Debug)]
-enum Step {
-    Key(String),
-    Index(usize),
-}
-
 /// The paths of all numbers in a value.
-fn numbers(value: &Value, path: &[Step], into: &mut Vec<Vec<Step>>) {
-    let below = |step: Step| [path, &[step]].concat();
+fn numbers(value: &Value, path: &[PathStep], into: &mut Vec<Vec<PathStep>>) {
+    let below = |step: PathStep| [path, &[step]].concat();
     match value {
         Value::Table(table) => {
             for (key, inner) in table {
-                numbers(inner, &below(Step::Key(key.clone())), into);
+                numbers(inner, &below(PathStep::Key(key.clone())), into);
             }
         }
         Value::Array(list) => {
             for (i, inner) in list.iter().enumerate() {
-                numbers(inner, &below(Step::Index(i)), into);
+                numbers(inner, &below(PathStep::Index(i)), into);
             }
         }
         Value::Integer(_) | Value::Float(_) => into.push(path.to_vec()),
@@ -57,13 +51,13 @@ fn numbers(value: &Value, path: &[Step], into: &mut Vec<Vec<Step>>) {
 }
 
 /// The document with another value at a path.
-fn with(document: &Table, path: &[Step], number: Value) -> String {
+fn with(document: &Table, path: &[PathStep], number: Value) -> String {
     let mut root = Value::Table(document.clone());
     let mut place = &mut root;
     for step in path {
         let next = match step {
-            Step::Key(key) => place.get_mut(key.as_str()),
-            Step::Index(i) => place.get_mut(*i),
+            PathStep::Key(key) => place.get_mut(key.as_str()),
+            PathStep::Index(i) => place.get_mut(*i),
         };
         place = next.expect("a path of the document");
     }

@@ -444,7 +444,7 @@ fn search(
 /// Length of a step of adam or momentum, where the scene gives none, in rad.
 const RATE: f64 = 0.2;
 
-/// Refuses lengths of steps for an optimiser that finds its own.
+/// L-BFGS finds the lengths of its steps itself: a scene that gives them is refused.
 fn check_rates(scene: &Scene, design: &Design) -> Result<(), Fault> {
     let rates = [("rate", design.rate), ("last_rate", design.last_rate)];
     match rates.iter().find(|(_, given)| given.is_some()) {
@@ -460,7 +460,7 @@ fn check_rates(scene: &Scene, design: &Design) -> Result<(), Fault> {
 /// Which beamlets are followed.
 ///
 /// # Errors
-/// Drawn ones with what they cannot serve.
+/// An optimiser or a loss that drawn beamlets cannot serve.
 fn estimator(scene: &Scene, design: &Design, system: &System) -> Result<Option<Estimator>, Fault> {
     let Some(given) = &design.estimator else {
         return Ok(None);

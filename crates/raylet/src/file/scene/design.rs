@@ -4,7 +4,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::file::decode::number::{acute, count, from_one, not_negative, positive};
-use crate::file::scene::estimator::Estimator;
+use crate::file::scene::estimator::EstimatorTable;
 use crate::file::scene::loss_specification::LossSpecification;
 
 /// A design by gradients through the real system: what is free, the losses, and the search.
@@ -24,7 +24,7 @@ pub struct Design {
     /// Which beamlets an evaluation follows; all by default. Drawn ones take adam or momentum, and a system without
     /// `[[design.variable]]` whose only other screen is the sensor.
     #[serde(default)]
-    pub estimator: Option<Estimator>,
+    pub estimator: Option<EstimatorTable>,
     /// Length of a step of adam or momentum, in radians; 0.2 by default.
     #[serde(default, deserialize_with = "positive")]
     #[schemars(extend("minimum" = 1e-12))]

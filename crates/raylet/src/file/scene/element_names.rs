@@ -12,9 +12,9 @@ impl Scene {
         name.map_or_else(|| format!("element[{number}]"), str::to_owned)
     }
 
-    /// The number of the element that is called so.
-    pub(crate) fn number_of(&self, called: &str) -> Option<usize> {
-        (0..self.element.len()).find(|number| self.element_name(*number) == called)
+    /// The number of the element of this name.
+    pub(crate) fn number_of(&self, name: &str) -> Option<usize> {
+        (0..self.element.len()).find(|number| self.element_name(*number) == name)
     }
 
     /// The fault of a field that names an element which is not there.

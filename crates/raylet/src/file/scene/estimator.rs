@@ -9,7 +9,7 @@ use crate::file::decode::number::{count, positive};
 /// Beamlets that are drawn instead of followed all.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct Estimator {
+pub struct EstimatorTable {
     /// How.
     pub kind: EstimatorKind,
     /// Beamlets drawn of each patch.

@@ -234,7 +234,7 @@ impl Scene {
     ///
     /// # Errors
     /// An array that is missing, malformed, not 2-D, of the wrong kind or shape, not finite, or too large
-    /// for `memory_limit_mb`; or a surface made of one that does not fit the rest.
+    /// for `memory_limit_mb`; or an array of heights that does not fit its surface.
     pub fn load(mut self) -> Result<Self, Fault> {
         self.arrays = self.load_with(&BTreeMap::new())?;
         Ok(self)

@@ -4,6 +4,7 @@ use toml::Table;
 
 use crate::file::decode::decode_error::nearest;
 use crate::file::decode::fault::{Fault, shortened};
+use crate::file::decode::path_step::{PathStep, path_steps};
 use crate::file::decode::quantity::LENGTH;
 use crate::file::decode::tree::{Entry, Node, Value, in_memory};
 use crate::file::scene::scene_file::Scene;
@@ -20,15 +21,9 @@ pub struct VariableScene {
 #[derive(Clone, Debug, PartialEq)]
 pub struct VariableAddress {
     path: String,
-    steps: Vec<Step>,
+    steps: Vec<PathStep>,
     /// Whether the design changes one over the number: a radius passes through infinity.
     inverse: bool,
-}
-
-#[derive(Clone, Debug, PartialEq, Eq)]
-enum Step {
-    Key(String),
-    Index(usize),
 }
 
 impl VariableScene {
@@ -110,8 +105,9 @@ impl VariableAddress {
     /// A path that leads to no number, reported at the field `at` of the scene.
     pub fn new(scene: &VariableScene, path: &str, at: &str) -> Result<Self, Fault> {
         let refuse = || scene.unknown(path, at);
-        let steps = steps(path).ok_or_else(refuse)?;
-        let inverse = matches!(steps.last(), Some(Step::Key(key)) if key.starts_with("radius"));
+        let steps: Option<Vec<_>> = path_steps(path).collect();
+        let steps = steps.ok_or_else(refuse)?;
+        let inverse = matches!(steps.last(), Some(PathStep::Key(key)) if key.starts_with("radius"));
         let address = Self {
             path: path.to_owned(),
             steps,
@@ -165,8 +161,8 @@ impl VariableAddress {
         let mut node = tree;
         for step in &self.steps {
             node = match (step, &node.value) {
-                (Step::Key(key), table) => table.get(key)?,
-                (Step::Index(index), Value::List(list)) => list.get(*index)?,
+                (PathStep::Key(key), table) => table.get(key)?,
+                (PathStep::Index(index), Value::List(list)) => list.get(*index)?,
                 _ => return None,
             };
         }
@@ -182,8 +178,8 @@ impl VariableAddress {
         let mut node = tree;
         for step in &self.steps {
             node = match (step, &mut node.value) {
-                (Step::Key(key), table) => table.get_mut(key)?,
-                (Step::Index(index), Value::List(list)) => list.get_mut(*index)?,
+                (PathStep::Key(key), table) => table.get_mut(key)?,
+                (PathStep::Index(index), Value::List(list)) => list.get_mut(*index)?,
                 _ => return None,
             };
         }
@@ -222,28 +218,6 @@ fn tree(scene: &Scene) -> Result<Node, Fault> {
         )
     })?;
     Ok(in_memory(table).into())
-}
-
-/// `a[1].b` as key, index, key; nothing when it is no path.
-fn steps(path: &str) -> Option<Vec<Step>> {
-    let mut steps = Vec::new();
-    for part in path.split('.') {
-        let (key, indices) = match part.find('[') {
-            Some(at) => part.split_at(at),
-            None => (part, ""),
-        };
-        if key.is_empty() {
-            return None;
-        }
-        steps.push(Step::Key(key.to_owned()));
-        let mut rest = indices;
-        while !rest.is_empty() {
-            let (index, after) = rest.strip_prefix('[')?.split_once(']')?;
-            steps.push(Step::Index(index.parse().ok()?));
-            rest = after;
-        }
-    }
-    Some(steps)
 }
 
 #[cfg(test)]

@@ -190,13 +190,13 @@ impl Formula {
     }
 }
 
-/// Whether all numbers are finite and above zero.
+/// Whether all coefficients are finite and above zero.
 fn positive<'a>(
     expected: &'static str,
-    numbers: impl IntoIterator<Item = &'a f64>,
+    coefficients: impl IntoIterator<Item = &'a f64>,
 ) -> Result<(), DispersionError> {
     let bad = |x: &&f64| !(**x > 0.0 && x.is_finite());
-    match numbers.into_iter().find(bad) {
+    match coefficients.into_iter().find(bad) {
         None => Ok(()),
         Some(bad) => Err(DispersionError::new(expected, bad)),
     }

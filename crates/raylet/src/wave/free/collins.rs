@@ -7,10 +7,10 @@
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 
-use crate::math::chirp::{Chirp2, Comb};
+use crate::math::chirp::Chirp2;
 use crate::math::part::{comb, part};
 use crate::optics::paraxial::Abcd;
-use crate::wave::grid::field::{Axis, Grid};
+use crate::wave::grid::field::Grid;
 use crate::wave::grid::raster::Raster;
 
 /// Why Collins' integral cannot be taken.
@@ -59,12 +59,12 @@ impl Collins {
         let k = std::f64::consts::TAU / wavelength;
 
         // One comb of nodes after the other.
-        let combs = [comb_of(to, 1), comb_of(to, 0)];
+        let combs = [to.comb(1), to.comb(0)];
         let sums = (0..from.y.offsets.len())
             .map(|gy| {
                 (0..from.x.offsets.len())
                     .map(|gx| {
-                        let [y, x] = [node_comb(&from.y, gy), node_comb(&from.x, gx)];
+                        let [y, x] = [from.y.node_comb(gy), from.x.node_comb(gx)];
                         Chirp2::new(y, x, combs[0], combs[1], -k / b)
                     })
                     .collect()
@@ -147,24 +147,6 @@ fn scaled(
         }
     });
     out
-}
-
-/// The raster's points along x (0) or y (1).
-fn comb_of(raster: &Raster, axis: usize) -> Comb {
-    Comb {
-        start: raster.start[axis],
-        step: raster.pitch[axis],
-        count: raster.size[axis],
-    }
-}
-
-/// The `g`-th node of every cell.
-fn node_comb(axis: &Axis, g: usize) -> Comb {
-    Comb {
-        start: axis.start + axis.offsets[g],
-        step: axis.pitch,
-        count: axis.cells,
-    }
 }
 
 #[cfg(test)]

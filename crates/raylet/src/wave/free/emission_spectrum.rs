@@ -181,9 +181,7 @@ impl FreeHop {
     fn dft(&self, grid: &Grid, plan: &FreePlan) -> InterleavedDft2 {
         let [band_x, band_y] = &plan.bands;
         let combs = |axis: &Axis| -> Vec<Comb> {
-            (0..axis.offsets.len())
-                .map(|g| node_comb(axis, g))
-                .collect()
+            (0..axis.offsets.len()).map(|g| axis.node_comb(g)).collect()
         };
         let (y, x) = (combs(&grid.y), combs(&grid.x));
         InterleavedDft2::new(&y, &x, band_comb(band_y), band_comb(band_x), -self.k)
@@ -195,15 +193,6 @@ fn level_part(stack: &Stack, number: usize, field: &Field, heights: &Heights) ->
     ndarray::Zip::from(&field.values)
         .and(&heights.z)
         .par_map_collect(|value, z| stack.part(*value, *z, number))
-}
-
-/// The comb of a cell's `g`-th nodes.
-fn node_comb(axis: &Axis, g: usize) -> Comb {
-    Comb {
-        start: axis.start + axis.offsets[g],
-        step: axis.pitch,
-        count: axis.cells,
-    }
 }
 
 #[cfg(test)]

@@ -17,7 +17,7 @@ use num_complex::Complex64;
 use raylet_fft::{Fft, Planner};
 use rayon::prelude::*;
 
-use crate::math::chirp::{Chirp2, Comb};
+use crate::math::chirp::Chirp2;
 use crate::math::lanes::{LANES, cis_turns};
 use crate::math::lines::{quick_length, transform_rows};
 use crate::math::sinc::sinc;
@@ -112,8 +112,8 @@ impl PixelHop {
             land: Chirp2::new(
                 band_comb(&plan.bands[1]),
                 band_comb(&plan.bands[0]),
-                points(target, 1),
-                points(target, 0),
+                target.comb(1),
+                target.comb(0),
                 free.k,
             ),
         }
@@ -303,15 +303,6 @@ impl Line {
         work.clear();
         work.resize(fft.len() + fft.get_inplace_scratch_len(), Complex64::ZERO);
         work.split_at_mut(fft.len())
-    }
-}
-
-/// The points of a raster along an axis.
-fn points(target: &Raster, axis: usize) -> Comb {
-    Comb {
-        start: target.start[axis],
-        step: target.pitch[axis],
-        count: target.size[axis],
     }
 }
 
@@ -532,7 +523,7 @@ mod tests {
             for ((j, i), value) in behind.values.indexed_iter_mut() {
                 *value *= values[[j / 4, i / 4]];
             }
-            let exact = Emitters::new(&behind, &heights).shine(&points, 1.0);
+            let exact = Emitters::new(&behind, &heights).field_at(&points, 1.0);
             let exact = Array2::from_shape_vec((9, 15), exact).unwrap();
             let found = hop.carry(values.view());
             let size: f64 = exact.iter().map(|u| u.norm_sqr()).sum();

@@ -51,7 +51,7 @@ fn error_of_pixels(screen: &Screen, count: usize, pitch: f64, plane: TargetPlane
         .map(|n| [along(0, n % size[0]), along(1, n / size[0]), plane.distance])
         .collect();
     let heights = Heights::on(screen, &behind.grid);
-    let exact = Emitters::new(&behind, &heights).shine(&points, 1.0);
+    let exact = Emitters::new(&behind, &heights).field_at(&points, 1.0);
     let exact = Array2::from_shape_vec(found.dim(), exact).unwrap();
     field_error(found.view(), exact.view()).unwrap()
 }

@@ -106,7 +106,7 @@ impl Emitters {
 
     /// The field at points (x, y, z) in front of the screen, in mm, in a medium where light has the given
     /// `wavelength` (vacuum wavelength over index, mm). The same bits for any number of threads.
-    pub fn shine(&self, points: &[[f64; 3]], wavelength: f64) -> Vec<Complex64> {
+    pub fn field_at(&self, points: &[[f64; 3]], wavelength: f64) -> Vec<Complex64> {
         let level = Level::new();
         points
             .par_iter()
@@ -178,7 +178,7 @@ mod tests {
         for z in [3e-3, 20e-3, 60e-3, 400.0] {
             let slant = f64::hypot(z, radius);
             let exact = Complex64::cis(k * z) - Complex64::cis(k * slant) * (z / slant);
-            let field = disc(radius).shine(&[[0.0, 0.0, z]], wavelength)[0];
+            let field = disc(radius).field_at(&[[0.0, 0.0, z]], wavelength)[0];
             let error = (field - exact).norm();
             assert!(error < 1e-12 + 2e-16 * k * z, "{z}: {error:e}");
         }
@@ -205,7 +205,7 @@ mod tests {
                 ),
             }
         });
-        let field = Emitters::of_nodes(nodes).shine(&[[0.0, 0.0, radius]], wavelength)[0];
+        let field = Emitters::of_nodes(nodes).field_at(&[[0.0, 0.0, radius]], wavelength)[0];
         let open = 1.0 - (1.0 - (half / radius).powi(2)).sqrt();
         let exact = Complex64::new(1.0 / radius, -k) * Complex64::cis(k * radius) * radius * open;
         assert!(
@@ -225,7 +225,7 @@ mod tests {
                 .num_threads(threads)
                 .build()
                 .unwrap();
-            pool.install(|| emitters.shine(&points, 0.7e-3))
+            pool.install(|| emitters.field_at(&points, 0.7e-3))
         };
         assert_eq!(run(1), run(3));
     }

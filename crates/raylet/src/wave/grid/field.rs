@@ -3,6 +3,9 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::math::chirp::Comb;
+use crate::optics::screen::Sensor;
+
 /// The nodes of a grid along one axis: equal cells, each with the same few nodes inside.
 ///
 /// Node `cell·q + g` sits at `start + cell·pitch + offsets[g]` and represents a length `weights[g]`;
@@ -31,6 +34,15 @@ impl Axis {
             cells,
             offsets: vec![0.0],
             weights: vec![pitch],
+        }
+    }
+
+    /// The `g`-th node of every cell.
+    pub(crate) fn node_comb(&self, g: usize) -> Comb {
+        Comb {
+            start: self.start + self.offsets[g],
+            step: self.pitch,
+            count: self.cells,
         }
     }
 
@@ -132,6 +144,15 @@ pub struct Grid {
 }
 
 impl Grid {
+    /// The pixel centres of a sensor.
+    pub fn of(sensor: &Sensor) -> Self {
+        let axis = |a: usize| Axis::uniform(sensor.pixels[a], sensor.pitch[a], 0.0);
+        Self {
+            x: axis(0),
+            y: axis(1),
+        }
+    }
+
     /// Array shape [ny, nx].
     pub fn shape(&self) -> [usize; 2] {
         [self.y.len(), self.x.len()]

@@ -3,6 +3,7 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::math::chirp::Comb;
 use crate::optics::screen::Sensor;
 
 /// A uniform grid of sample points: x = start + i·pitch, likewise y.
@@ -17,6 +18,15 @@ pub struct Raster {
 }
 
 impl Raster {
+    /// The points along x (0) or y (1).
+    pub(crate) fn comb(&self, axis: usize) -> Comb {
+        Comb {
+            start: self.start[axis],
+            step: self.pitch[axis],
+            count: self.size[axis],
+        }
+    }
+
     /// The pixel centres of a sensor.
     pub(crate) fn of(sensor: &Sensor) -> Self {
         let first = |a: usize| -0.5 * (sensor.pixels[a] as f64 - 1.0) * sensor.pitch[a];

@@ -86,8 +86,8 @@ const MOST_PARTS: f64 = 16.0;
 /// Gauss nodes along each axis of a part of a box pixel.
 const NODES_OF_BOX: usize = 2;
 
-/// Points along each axis at which the band of a smooth phase is looked at.
-const LOOKS: usize = 9;
+/// Points along each axis at which the band of a smooth phase is sampled.
+const BAND_SAMPLES: usize = 9;
 
 impl<'a> Element<'a> {
     /// The element of a screen; nothing where layers are of a kind that has no local samples.
@@ -286,11 +286,15 @@ impl<'a> Element<'a> {
     fn band(&self, area: &TileArea, carrier: &Carrier, far: f64) -> [f64; 2] {
         let mut widest = [0.0f64; 2];
         let [x0, x1, y0, y1] = area.bounds;
-        let place =
-            |low: f64, high: f64, i: usize| low + (high - low) * i as f64 / (LOOKS - 1) as f64;
+        let place = |low: f64, high: f64, i: usize| {
+            low + (high - low) * i as f64 / (BAND_SAMPLES - 1) as f64
+        };
         if self.doe.is_some() {
-            for n in 0..LOOKS * LOOKS {
-                let at = [place(x0, x1, n % LOOKS), place(y0, y1, n / LOOKS)];
+            for n in 0..BAND_SAMPLES * BAND_SAMPLES {
+                let at = [
+                    place(x0, x1, n % BAND_SAMPLES),
+                    place(y0, y1, n / BAND_SAMPLES),
+                ];
                 let beside = self.beside(carrier, far, at, area.k);
                 widest = [0, 1].map(|a| widest[a].max(beside[a].abs()));
             }

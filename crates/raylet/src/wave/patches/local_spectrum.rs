@@ -406,7 +406,7 @@ mod tests {
     }
 
     /// Runs a test on a point of a plane and of a sphere.
-    fn with_spots(test: impl Fn(&Emitter, &Hit, [f64; 3])) {
+    fn with_hits(test: impl Fn(&Emitter, &Hit, [f64; 3])) {
         let sphere = Shape::Conic(Conic {
             curvature: 0.01,
             conic: 0.0,
@@ -442,7 +442,7 @@ mod tests {
     /// The coefficients as the integral is written, in three dimensions.
     #[test]
     fn coefficients_match_the_direct_sum() {
-        with_spots(|emitter, hit, curvature| {
+        with_hits(|emitter, hit, curvature| {
             let t = noise((150, 120), 1);
             let spectrum = LocalSpectrum::new(emitter, hit, Some(curvature)).unwrap();
             let found = spectrum.cut(&t);
@@ -507,7 +507,7 @@ mod tests {
 
     #[test]
     fn cut_dot_product() {
-        with_spots(|emitter, hit, curvature| {
+        with_hits(|emitter, hit, curvature| {
             for curvature in [None, Some(curvature)] {
                 let spectrum = LocalSpectrum::new(emitter, hit, curvature).unwrap();
                 let t = noise((150, 120), 2);

@@ -191,7 +191,7 @@ fn carry(mirror: &Conformal, way: Way) -> Result<(Vec<Field>, f64), ReferenceErr
 
 /// Peak of a window along x and y in the window's own coordinates, by a parabola through the largest sample
 /// and its neighbours, and the widths through it.
-fn spot(field: &Field) -> Option<[f64; 4]> {
+fn spot_metrics(field: &Field) -> Option<[f64; 4]> {
     let bright = field.intensity();
     let [x, y] = [&field.grid.x, &field.grid.y].map(|axis| axis.nodes());
     let [j, i] = peak(bright.view())?.at;
@@ -214,7 +214,7 @@ fn spot(field: &Field) -> Option<[f64; 4]> {
 /// Distance of the foci, and their mean full widths at half maximum along x and y, in mm, from the fields in windows
 /// about them.
 pub fn foci(mirror: &Conformal, fields: &[Field]) -> Option<[f64; 3]> {
-    let [left, right] = [fields.first()?, fields.get(1)?].map(spot);
+    let [left, right] = [fields.first()?, fields.get(1)?].map(spot_metrics);
     let (left, right) = (left?, right?);
     let [a, b] = mirror.foci();
     let apart = [b + right[0] - a - left[0], right[1] - left[1]];
@@ -308,7 +308,7 @@ impl Comparison {
 mod tests {
     use raylet::engine::plan::settings::Sag;
 
-    use crate::mirrors::conformal::{Comparison, Draws, Way};
+    use crate::mirrors::conformal_methods::{Comparison, Draws, Way};
     use crate::mirrors::conformal_mirror::{Conformal, Show, Substrate};
 
     /// A tenth of the mirror: foci where they should be, whatever the substrate, by every way but planes.
