@@ -198,7 +198,7 @@ def scatter_adjoint(
 ) -> tuple[NDArray[complex128] | None, NDArray[complex128]]:
     """
     The conjugate transpose of [`scatter`] by weights: cotangents of the element's pixels (complex [y, x], or None
-    where it has none of its own) and of the arriving weights.
+    where it is not one grid of box or point pixels, alone or times analytic phases) and of the arriving weights.
     """
 
 def schema() -> str:
