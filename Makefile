@@ -42,7 +42,7 @@ cargo-test:
 	cargo test --release --workspace --doc
 
 # Random scenes, files and arguments (docs/fuzzing.md). A long run: make fuzz CASES=1000000; its last cases: FROM=990000.
-CASES ?= 2000
+CASES ?= 1000
 SEED ?= 1
 FROM ?= 0
 

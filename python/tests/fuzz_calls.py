@@ -1,4 +1,4 @@
-"""Ten thousand calls with arguments that make no sense, in a process of their own: run by test_fuzz.py.
+"""Calls with arguments that make no sense, in a process of their own: run by test_fuzz.py.
 
 Every call either returns or raises one of the exceptions that users are promised. Prints how many did which.
 """

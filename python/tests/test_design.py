@@ -16,6 +16,7 @@ PICTURE[2:4], PICTURE[:, 7:9], PICTURE[8:, :4] = 1.0, 1.0, 1.0
 SCENE = """version = 1
 wavelength_um = 0.6
 source = { kind = "plane" }
+settings.target_error = 1e-2
 [[element]]
 kind = "doe"
 name = "slm"
@@ -38,7 +39,7 @@ iterations = 5
 def blank(**layer: object) -> raylet.System:
     """Free space behind pixels that are to be found."""
     pixels = raylet.pixels(pitch_um=2.0, size=(10, 10), **layer)
-    system = raylet.System(wavelength_um=0.6)
+    system = raylet.System(wavelength_um=0.6).settings(target_error=1e-2)
     system.add_doe(pixels, aperture=raylet.disc(0.01), thickness_mm=0.1, name="slm")
     return system.add_sensor(pixels=(12, 12), pitch_um=2.0)
 
@@ -92,7 +93,7 @@ def test_sums_and_heights_are_found() -> None:
         (raylet.superposition([[two[0]], [two[1]]], weights=[0.5, 0.5]), {"free": "two_phase", "start": "file"}),
         (relief, {"free": "height", "levels": 2, "start": "random"}),
     ]:
-        system = raylet.System(wavelength_um=0.6)
+        system = raylet.System(wavelength_um=0.6).settings(target_error=1e-2)
         system.add_doe(layer, aperture=raylet.disc(0.01), thickness_mm=0.1, name="slm")
         system.add_sensor(pixels=(12, 12), pitch_um=2.0)
         made = system.design(element=[{"name": "slm", **element}], loss=[LOSS], iterations=4)
@@ -107,7 +108,7 @@ def test_sums_and_heights_are_found() -> None:
 def test_heights_in_another_medium_than_air_are_found() -> None:
     """Glass and water with dispersion: the loss is that of a simulation with the heights that were found."""
     relief = raylet.height(pitch_um=2.0, height_um=np.zeros((10, 10)), glass="N-SF11")
-    system = raylet.System(wavelength_um=[0.45, 0.7], ambient="water")
+    system = raylet.System(wavelength_um=[0.45, 0.7], ambient="water").settings(target_error=1e-2)
     system.add_doe(relief, aperture=raylet.disc(0.01), thickness_mm=0.1, name="slm")
     system.add_sensor(pixels=(12, 12), pitch_um=2.0)
     losses = [LOSS | {"wavelength_um": [colour]} for colour in (0.45, 0.7)]
@@ -122,8 +123,8 @@ def test_parameters_are_found_beside_arrays_in_memory() -> None:
     system = (
         raylet.System(wavelength_um=0.6)
         .add_doe(raylet.pixels(pitch_um=12.0, phase=phase), aperture=raylet.disc(0.045), thickness_mm=1.0, name="slm")
-        .add_surface(radius_mm=1.1, thickness_mm=0.2, glass="N-BK7", semi_aperture_mm=0.2)
-        .add_surface(thickness_mm=1.8, semi_aperture_mm=0.2)
+        .add_surface(radius_mm=1.1, thickness_mm=0.2, glass="N-BK7", semi_aperture_mm=0.4)
+        .add_surface(thickness_mm=1.8, semi_aperture_mm=0.4)
         .add_sensor(pixels=(9, 9), pitch_um=2.0)
         .settings(target_error=1e-2)
     )

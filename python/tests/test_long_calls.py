@@ -155,7 +155,7 @@ def resident() -> float:
 def test_memory_does_not_grow() -> None:
     """Nothing stays of a hundred runs, designs and gradients: each has fields of 983 kB, and most of what a call costs
     is its plan, which does not depend on their size. An eighth of a field for each call is allowed."""
-    system = raylet.System(wavelength_um=0.7)
+    system = raylet.System(wavelength_um=0.7).settings(target_error=1e-2)
     layer = raylet.pixels(pitch_um=8.0, phase=noise((4, 4)))
     system.add_doe(layer, aperture=raylet.rectangle(0.032, 0.032), thickness_mm=20.0, name="doe")
     system.add_sensor(pixels=(256, 240), pitch_um=0.25)

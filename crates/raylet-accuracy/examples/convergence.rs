@@ -7,7 +7,7 @@ use std::time::Instant;
 
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
-use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::numerics::pixels::Pixels;
 use raylet_accuracy::references::lens_train::{LensTrain, PlanoConvex, Source, Step};
 
 /// A source, the steps to the sensor, the sensor's half width.

@@ -10,11 +10,11 @@ use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::math::chirp::{Chirp2, Comb};
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Layer, PixelForm};
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::Shape;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
-use raylet_accuracy::numbers::pixels::Pixels as Boxes;
+use raylet_accuracy::numerics::pixels::Pixels as Boxes;
 use raylet_accuracy::references::collins::{Abcd, CollinsIntegral};
 use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
 use raylet_testkit::noise::phases;
@@ -140,7 +140,7 @@ fn free() {
         ("grains of 4", smooth_phase(100, 4)),
     ] {
         let mut screens = vec![doe(values.clone()), sensor(z, count)];
-        if let Act::Sensor(sensor) = &mut screens[1].act {
+        if let ScreenKind::Sensor(sensor) = &mut screens[1].kind {
             sensor.pitch = [pitch; 2];
         }
         let points = Comb {
@@ -170,7 +170,7 @@ fn free() {
             );
         }
         println!("free space, {name}, one sample per pixel, against the FFT's modes");
-        if let Act::Doe(doe) = &mut screens[0].act
+        if let ScreenKind::Doe(doe) = &mut screens[0].kind
             && let Layer::Pixels(pixels) = &mut doe.layers[0]
         {
             pixels.form = PixelForm::Point;

@@ -13,12 +13,12 @@ use raylet::file::scene::layer::Layer;
 use raylet::file::scene::loss_specification::{LossSpecification, OverlapLoss, SpotLoss};
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::screen::{Act, Sensor};
+use raylet::optics::screen::{ScreenKind, Sensor};
 use raylet::optics::shape::Shape;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 
-use crate::numbers::pixels::Pixels;
+use crate::numerics::pixels::Pixels;
 use crate::references::lens_train::{LensTrain, Source, Step};
 use crate::references::spectrum::Spectrum;
 use crate::references::surface::Sag;
@@ -51,7 +51,7 @@ const PARTS: usize = 5;
 
 /// The pixels of an element, each divided into parts that count by how far they are open.
 fn parts(system: &System, screen: usize) -> Outcome<Pixels> {
-    let Act::Doe(doe) = &system.screens[screen].act else {
+    let ScreenKind::Doe(doe) = &system.screens[screen].kind else {
         return Err("a screen without pixels".into());
     };
     let pixels = doe.free_pixels().ok_or("an element without pixels")?;
@@ -76,8 +76,8 @@ fn centres(sensor: &Sensor, axis: usize) -> Array1<f64> {
 }
 
 fn sensor(system: &System) -> Outcome<Sensor> {
-    match system.screens.last().map(|screen| &screen.act) {
-        Some(Act::Sensor(sensor)) => Ok(*sensor),
+    match system.screens.last().map(|screen| &screen.kind) {
+        Some(ScreenKind::Sensor(sensor)) => Ok(*sensor),
         _ => Err("no sensor".into()),
     }
 }
@@ -135,8 +135,8 @@ fn share(
     };
     let limit = MemoryLimit::of_settings((scene.settings.memory_limit_mb * 1e6) as u64);
     let mode = mode(&read_gray(scene.origin.beside(file), limit)?, size, [x, y]);
-    let power = match &system.screens[0].act {
-        Act::Doe(doe) => aperture(&doe.aperture),
+    let power = match &system.screens[0].kind {
+        ScreenKind::Doe(doe) => aperture(&doe.aperture),
         _ => 1.0,
     };
 
@@ -252,7 +252,7 @@ fn strehl(
     let [front, back] = &system.trains[0][..] else {
         return Err("not one lens".into());
     };
-    let Act::Doe(doe) = &system.screens[0].act else {
+    let ScreenKind::Doe(doe) = &system.screens[0].kind else {
         return Err("the first screen is no element".into());
     };
     let radius = doe.aperture.bounds().ok_or("no aperture")?[1];

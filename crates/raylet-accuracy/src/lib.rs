@@ -8,7 +8,7 @@
 //! | folder or file | what it holds |
 //! | --- | --- |
 //! | [`bounds`] | The errors that are allowed |
-//! | [`numbers`] | Numbers and shapes that the references are made of |
+//! | [`numerics`] | Numbers and shapes that the references are made of |
 //! | [`references`] | Diffraction by methods that are slow, simple and not those of the library |
 //! | [`objective`] | A photographic objective with an element at its stop, and its field by rays to each pixel |
 //! | [`real_size`] | Systems at their real size, what they take and how exact they are |
@@ -35,7 +35,7 @@ pub mod designed;
 pub mod estimates;
 pub mod gradients;
 pub mod measured_again;
-pub mod numbers;
+pub mod numerics;
 pub mod objective;
 pub mod problems;
 pub mod real_size;

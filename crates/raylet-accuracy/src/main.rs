@@ -71,7 +71,7 @@ fn main() -> ExitCode {
             paraxial.push(problem);
         }
     }
-    cover(&ratios);
+    print_coverage(&ratios);
     let doubts = paraxial.iter().try_for_each(doubt);
     let gradients = gradients(reduced, only.as_deref());
     let count = if reduced {
@@ -147,7 +147,7 @@ fn allowed(bound: Option<f64>) -> String {
 
 /// How many errors the estimates cover, and which they do not, by name and the ratio of error to estimate. What
 /// a paraxial reference calls an error is left out.
-fn cover(ratios: &[(String, f64)]) {
+fn print_coverage(ratios: &[(String, f64)]) {
     let apart = ratios
         .iter()
         .filter(|(_, ratio)| !(0.5..=2.0).contains(ratio));

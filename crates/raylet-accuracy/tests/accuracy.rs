@@ -9,7 +9,7 @@ use raylet::engine::plan::settings::Settings;
 use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 use raylet_accuracy::estimates::error_ratios::distance;
-use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::numerics::pixels::Pixels;
 use raylet_accuracy::problems::problem::{doe, face, sensor};
 use raylet_accuracy::problems::slanted::tilted_planes;
 use raylet_accuracy::problems::suite::problems;

@@ -6,8 +6,9 @@ use raylet_accuracy::problems::dim::{DIM_LENSES, USUAL};
 use raylet_accuracy::problems::strong::Effort;
 
 /// At a target of 1e-3 the error was estimated as 1.07e-3 and was 7.5e-3. The accuracy report has this system and five
-/// like it.
+/// like it, and random systems with little light on the sensor are among those of its estimates.
 #[test]
+#[ignore = "takes 40 s of a processor; make accuracy runs it"]
 fn errors_of_dim_sensors_are_met_and_estimated_slow() {
     let problem = DIM_LENSES[0].problem();
     let found = problem.measure().unwrap();

@@ -7,7 +7,7 @@ use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::field_error;
-use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::numerics::pixels::Pixels;
 use raylet_accuracy::problems::problem::{axis, doe, face, sensor};
 use raylet_accuracy::references::collins::{Abcd, CollinsIntegral};
 use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;

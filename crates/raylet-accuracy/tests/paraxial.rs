@@ -13,7 +13,7 @@ use raylet::optics::system::Hop;
 use raylet::wave::free::collins::Collins;
 use raylet::wave::grid::field::{Axis, Grid};
 use raylet::wave::grid::raster::Raster;
-use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::numerics::pixels::Pixels;
 use raylet_accuracy::references::collins::{Abcd as Direct, CollinsIntegral};
 use raylet_testkit::noise::phases;
 use raylet_testkit::parts::{face, open_screen};

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use raylet::wave::free::rayleigh::Emitters;
 use raylet::wave::grid::field::{Axis, Field, Grid};
 use raylet::wave::grid::heights::Heights;
-use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::numerics::pixels::Pixels;
 use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
 
 /// Random-phase box pixels of half a wavelength, lit at 10°, onto a tilted line of points.

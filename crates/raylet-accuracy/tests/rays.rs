@@ -14,7 +14,7 @@ use raylet::optics::screen::Screen;
 use raylet::wave::beamlet::beams::{Beams, Jacobians};
 use raylet::wave::beamlet::secondary_ray_sum::{SecondaryRaySum, Wavelet};
 use raylet::wave::grid::metrics::field_error;
-use raylet_accuracy::numbers::pixels::Pixels;
+use raylet_accuracy::numerics::pixels::Pixels;
 use raylet_accuracy::problems::mirror::{Coat, MirrorProblem};
 use raylet_accuracy::problems::problem::{axis, doe, random_pixels, sensor};
 use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;

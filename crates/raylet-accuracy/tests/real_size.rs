@@ -4,7 +4,7 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use num_complex::Complex64;
 use raylet::engine::chain::simulate::simulate;
-use raylet_accuracy::numbers::quadrature::gauss_legendre;
+use raylet_accuracy::numerics::quadrature::gauss_legendre;
 use raylet_testkit::scenes::scene_system;
 
 /// Focal length of the telescope, radii of its aperture and obstruction, and half the width of a vane, in mm.

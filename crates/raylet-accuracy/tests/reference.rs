@@ -11,12 +11,12 @@ use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
 use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
-use raylet_accuracy::numbers::pixels::Pixels as Boxes;
+use raylet_accuracy::numerics::pixels::Pixels as Boxes;
 use raylet_accuracy::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
 use raylet_testkit::noise::phases;
 use raylet_testkit::parts::{box_pixels, on_axis, screen, sensor};
@@ -124,7 +124,7 @@ fn tilted_sensor_is_summed_directly() {
 fn chained_hops_agree_with_one() {
     let mut system = free(on_axis(0.12));
     let exact = exact(&system);
-    let stop = Act::Stop(Aperture::disc(0.25));
+    let stop = ScreenKind::Stop(Aperture::disc(0.25));
     system.screens.insert(1, screen(on_axis(0.05), stop));
     system.trains.push(vec![]);
     let ours = run(&system, Approach::Auto).unwrap();
@@ -213,8 +213,8 @@ fn open_areas_agree_between_methods() {
         direction: Vec3::new(0.0, 0.0, 1.0),
         origin: Vec3::new(0.0, 0.0, 0.0),
     };
-    system.screens[0].act = Act::Doe(lens);
-    system.screens[1].act = Act::Sensor(Sensor {
+    system.screens[0].kind = ScreenKind::Doe(lens);
+    system.screens[1].kind = ScreenKind::Sensor(Sensor {
         pixels: [40, 40],
         pitch: [8e-3; 2],
     });

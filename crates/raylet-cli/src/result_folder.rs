@@ -17,7 +17,7 @@ use raylet::file::result::report::{Report, micrometres};
 use raylet::file::result::result_folder::{FIELD_FILE, ResultFolder};
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::folder::OutputFolder;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
 use raylet_plot::layout_picture::layout_png;
@@ -134,8 +134,8 @@ fn pictures(
     for (number, screen) in first.screens.iter().enumerate() {
         let views: Vec<DoeView> = systems[..shown]
             .iter()
-            .filter_map(|system| match &system.screens[number].act {
-                Act::Doe(doe) => Some(DoeView {
+            .filter_map(|system| match &system.screens[number].kind {
+                ScreenKind::Doe(doe) => Some(DoeView {
                     doe,
                     wavelength_um: micrometres(system.wavelength),
                 }),

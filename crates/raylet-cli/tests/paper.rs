@@ -47,8 +47,8 @@ fn figure_three_ranks_the_ways_to_draw_slow() {
         assert!(picture.starts_with(b"\x89PNG"));
 
         // The last of three numbers of draws: uniform is worst, systematic best.
-        let error = |way: usize| {
-            document["tasks"][place]["ways"][way]["errors"][2][1]
+        let error = |method: usize| {
+            document["tasks"][place]["methods"][method]["errors"][2][1]
                 .as_f64()
                 .unwrap()
         };
@@ -102,7 +102,7 @@ fn figure_two_ranks_planes_and_rules() {
     let patches = document["flat_patches"].as_array().unwrap();
     assert!(!patches.is_empty());
     for bent in patches {
-        let error = |way: &str| bent[way][0].as_f64().unwrap();
+        let error = |method: &str| bent[method][0].as_f64().unwrap();
         assert!(error("with_height") < error("incident"), "{bent}");
         assert!(error("incident") < error("tangent"), "{bent}");
     }
@@ -120,10 +120,10 @@ fn figure_six_in_seconds_slow() {
     for (place, name) in names.iter().enumerate() {
         let mirror = &document["mirrors"][place];
         assert_eq!(mirror["name"], *name);
-        let error = |way: usize| mirror["outcomes"][way]["field_error"].as_f64().unwrap();
-        let ways = mirror["outcomes"].as_array().unwrap().len();
+        let error = |method: usize| mirror["outcomes"][method]["field_error"].as_f64().unwrap();
+        let methods = mirror["outcomes"].as_array().unwrap().len();
         assert!(error(1) < 1e-4, "{name}: {}", error(1));
-        assert!(error(2) > error(ways - 1), "{name}");
+        assert!(error(2) > error(methods - 1), "{name}");
     }
 }
 
@@ -169,7 +169,7 @@ fn designs_of_the_curved_mirror_in_seconds() {
 #[test]
 fn systems_in_seconds_slow() {
     let room = tempfile::tempdir().unwrap();
-    for (name, ways) in [("system1", 11), ("system2", 8), ("system3", 10)] {
+    for (name, methods) in [("system1", 11), ("system2", 8), ("system3", 10)] {
         let output = Command::new(env!("CARGO_BIN_EXE_raylet"))
             .current_dir(room.path())
             .args(["paper", name, "--quick", "--out", name])
@@ -180,15 +180,15 @@ fn systems_in_seconds_slow() {
         let folder = room.path().join(name);
         let document = fs::read_to_string(folder.join("paper.json")).unwrap();
         let document: serde_json::Value = serde_json::from_str(&document).unwrap();
-        assert_eq!(document["ways"].as_array().unwrap().len(), ways);
+        assert_eq!(document["methods"].as_array().unwrap().len(), methods);
         for file in document["files"].as_array().unwrap() {
             assert!(folder.join(file.as_str().unwrap()).is_file());
         }
         assert!(!room.path().join(format!("{name}.parts")).exists());
 
         // The default method against its reference; the picture of the right design through the lens.
-        let like = |way: usize, against: usize| {
-            document["ways"][way]["matches"][against]["match"]["field_error"]
+        let like = |method: usize, against: usize| {
+            document["methods"][method]["matches"][against]["match"]["field_error"]
                 .as_f64()
                 .unwrap()
         };
@@ -196,7 +196,8 @@ fn systems_in_seconds_slow() {
             "system1" => assert!(like(8, 0) < 2e-2 && like(10, 0) < 1e-3, "{document}"),
             "system2" => assert!(like(7, 2) < 2e-3, "{document}"),
             _ => {
-                let picture = |way: usize| document["ways"][way]["ncc_with_picture"].as_f64();
+                let picture =
+                    |method: usize| document["methods"][method]["ncc_with_picture"].as_f64();
                 assert!(
                     picture(0).unwrap() < 0.8 && picture(5).unwrap() > 0.95,
                     "{document}"

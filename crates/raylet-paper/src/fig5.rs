@@ -69,7 +69,7 @@ struct Saved {
     seconds: f64,
 }
 
-/// Designs the hologram in three ways and looks at each through the real lens.
+/// Designs the hologram by three methods and looks at each through the real lens.
 ///
 /// # Errors
 /// What the library refuses, and files that cannot be kept.
@@ -97,7 +97,7 @@ pub fn fig5(effort: Effort) -> Result<Study, StudyError> {
         steps.end();
         let phase = found.map_err(|error| job.fault(&scene, &error))?.phase;
         let seconds = clock.elapsed().as_secs_f64();
-        let found = Found {
+        let found = FoundHologram {
             name,
             file,
             phase,
@@ -124,7 +124,7 @@ pub fn fig5(effort: Effort) -> Result<Study, StudyError> {
 }
 
 /// A hologram that was found, and what it took.
-struct Found {
+struct FoundHologram {
     /// What it is called.
     name: &'static str,
     /// The name of its file.
@@ -140,7 +140,7 @@ fn through_lens(
     scene_design: &SceneDesign,
     kept: Option<&Checkpoints>,
     effort: Effort,
-) -> Result<Found, StudyError> {
+) -> Result<FoundHologram, StudyError> {
     let (clock, iterations) = (Instant::now(), scene_design.design.iterations);
     let before = kept.and_then(|kept| kept.read(|saved| check(saved, scene_design)).ok());
     if let (Some(kept), None) = (kept, &before) {
@@ -181,7 +181,7 @@ fn through_lens(
     }
     steps.end();
     let made = scene_design.project.make(run.best(), 1.0);
-    Ok(Found {
+    Ok(FoundHologram {
         name: "through the real lens",
         file: "real",
         phase: made[0].phases[0].phase.clone(),
@@ -209,8 +209,8 @@ fn target(scene_design: &SceneDesign) -> Result<&[Array2<f64>; 2], StudyError> {
 }
 
 /// What a phase shows through the real lens, and by Collins' integral.
-fn seen(scene_design: &SceneDesign, found: Found) -> Result<Row, StudyError> {
-    let Found {
+fn seen(scene_design: &SceneDesign, found: FoundHologram) -> Result<Row, StudyError> {
+    let FoundHologram {
         name,
         file,
         phase,

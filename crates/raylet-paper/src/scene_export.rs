@@ -11,7 +11,7 @@ use raylet::optics::aperture::Outline;
 use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use raylet::optics::freeform::Term;
 use raylet::optics::sag_grid::SagGrid;
-use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::Shape;
 use raylet::optics::system::System;
 
@@ -80,7 +80,7 @@ fn parts(system: &System) -> Option<(&Screen, &Doe, &Pixels, &Sensor)> {
         return None;
     };
     let centred = sensor.frame.origin.x == 0.0 && sensor.frame.origin.y == 0.0;
-    let (Act::Doe(doe), Act::Sensor(sensor)) = (&element.act, &sensor.act) else {
+    let (ScreenKind::Doe(doe), ScreenKind::Sensor(sensor)) = (&element.kind, &sensor.kind) else {
         return None;
     };
     match doe.layers.as_slice() {

@@ -31,7 +31,7 @@ const DECADES: u32 = 5;
 pub struct ImagePanel<'a> {
     values: CowArray<'a, f64, Ix2>,
     ranges_mm: [[f64; 2]; 2],
-    found: Found,
+    found: ValueRange,
     title: String,
     notes: Vec<String>,
     colours: ColourMap,
@@ -44,7 +44,7 @@ pub struct ImagePanel<'a> {
 
 /// What the values turned out to be.
 #[derive(Clone, Copy, Debug)]
-struct Found {
+struct ValueRange {
     lo: f64,
     hi: f64,
     not_finite: usize,
@@ -66,18 +66,18 @@ impl<'a> ImagePanel<'a> {
         x_range_mm: [f64; 2],
         y_range_mm: [f64; 2],
     ) -> Self {
-        let start = Found {
+        let start = ValueRange {
             lo: f64::INFINITY,
             hi: f64::NEG_INFINITY,
             not_finite: 0,
         };
         let found = values.iter().fold(start, |found, &v| match v.is_finite() {
-            true => Found {
+            true => ValueRange {
                 lo: found.lo.min(v),
                 hi: found.hi.max(v),
                 ..found
             },
-            false => Found {
+            false => ValueRange {
                 not_finite: found.not_finite + 1,
                 ..found
             },

@@ -10,7 +10,7 @@ use raylet::file::model::prescription::{Kind, Part, parts};
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::vec3::Vec3;
 use raylet::optics::refraction::Interface;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
 
@@ -118,7 +118,7 @@ fn plane_of(system: &System) -> Plane {
     }
     // A smooth phase that turns the light as a whole, such as a grating.
     for screen in &system.screens {
-        if let Act::Doe(doe) = &screen.act
+        if let ScreenKind::Doe(doe) = &screen.kind
             && let Some([gx, gy]) = doe.phase_gradient(0.0, 0.0)
         {
             let turned = system.wavelength / std::f64::consts::TAU;
@@ -254,11 +254,11 @@ fn symbols(part: &Part, line: &[Place], before: Option<Vec3>, plane: &Plane) -> 
             (CurveKind::Mirror, 1.0)
         }
         Kind::Surface(_) => (CurveKind::Surface, 1.0),
-        Kind::Screen(screen) => match &screen.act {
-            Act::Stop(_) => (CurveKind::Stop, 1.0),
-            Act::Sensor(_) => (CurveKind::Sensor, 1.0),
-            Act::Doe(doe) if doe.reflect => (CurveKind::Doe, -1.0),
-            Act::Doe(_) => (CurveKind::Doe, 1.0),
+        Kind::Screen(screen) => match &screen.kind {
+            ScreenKind::Stop(_) => (CurveKind::Stop, 1.0),
+            ScreenKind::Sensor(_) => (CurveKind::Sensor, 1.0),
+            ScreenKind::Doe(doe) if doe.reflect => (CurveKind::Doe, -1.0),
+            ScreenKind::Doe(_) => (CurveKind::Doe, 1.0),
         },
     };
 

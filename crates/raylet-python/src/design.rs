@@ -60,7 +60,7 @@ pub(crate) fn hologram<'py>(
 type Parts = Vec<(usize, usize, Vec<(String, f64)>)>;
 
 /// What a design found.
-struct Found {
+struct DesignResult {
     /// What goes where in the scene.
     pixels: Vec<(String, Array2<f64>)>,
     /// Names and values of the parameters.
@@ -272,7 +272,7 @@ fn check(state: &State, course: &[f64], scene_design: &SceneDesign) -> Result<()
     }
 }
 
-fn find(file: &File, keeping: Option<&Keeping>, watch: &Watch) -> Result<Found, Failure> {
+fn find(file: &File, keeping: Option<&Keeping>, watch: &Watch) -> Result<DesignResult, Failure> {
     let scene_design = scene_design(file)?;
     let pulse = || watch.pulse();
     let mut going = Going::new(file, &scene_design, keeping, &pulse)?;
@@ -286,7 +286,7 @@ fn find(file: &File, keeping: Option<&Keeping>, watch: &Watch) -> Result<Found, 
     let values = best.iter().skip(project.system_parameters_from());
     let parameters = project.system_parameters.iter().zip(values);
     let parts = scene_design.described.iter().zip(&evaluation.parts);
-    Ok(Found {
+    Ok(DesignResult {
         pixels: outputs
             .map(|output| (output.field.clone(), output.values(&made)))
             .collect(),

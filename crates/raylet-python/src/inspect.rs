@@ -16,7 +16,7 @@ use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
 use raylet::file::model::prescription::parts as list;
 use raylet::optics::media::catalog;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet_plot::layout_picture;
 use raylet_plot::pictures::doe_map;
 use raylet_plot::section_panel::CurveKind;
@@ -112,9 +112,9 @@ pub(crate) fn element<'py>(
 ) -> PyResult<(Made<'py, Complex64, Ix2>, [f64; 4])> {
     let system = scene.system(py, &arrays, channel)?;
     let screen = system.screens.iter().find(|screen| screen.name == name);
-    let Some(Act::Doe(doe)) = screen.map(|screen| &screen.act) else {
+    let Some(ScreenKind::Doe(doe)) = screen.map(|screen| &screen.kind) else {
         let screens = system.screens.iter();
-        let names = screens.filter(|screen| matches!(screen.act, Act::Doe(_)));
+        let names = screens.filter(|screen| matches!(screen.kind, ScreenKind::Doe(_)));
         let names: Vec<&str> = names.map(|screen| screen.name.as_str()).collect();
         let known = match names.is_empty() {
             true => String::from("there is none"),

@@ -19,7 +19,7 @@ use raylet::file::model::variations::{ParameterValues, varied_system};
 use raylet::file::scene::scene_file::Scene as File;
 use raylet::file::scene::variable::{VariableAddress, VariableScene};
 use raylet::optics::doe::Pixels;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::is_amplitude;
 use raylet::wave::grid::transmission::phase_bar;
@@ -388,16 +388,16 @@ fn screen_of(system: &System, name: &str) -> Option<usize> {
 }
 
 fn own_pixels(system: &System, screen: usize) -> Option<&Pixels> {
-    match &system.screens.get(screen)?.act {
-        Act::Doe(doe) => doe.free_pixels(),
-        Act::Stop(_) | Act::Sensor(_) => None,
+    match &system.screens.get(screen)?.kind {
+        ScreenKind::Doe(doe) => doe.free_pixels(),
+        ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
     }
 }
 
 fn pixels_of(system: &mut System, screen: usize) -> Option<&mut Pixels> {
-    match &mut system.screens.get_mut(screen)?.act {
-        Act::Doe(doe) => doe.free_pixels_mut(),
-        Act::Stop(_) | Act::Sensor(_) => None,
+    match &mut system.screens.get_mut(screen)?.kind {
+        ScreenKind::Doe(doe) => doe.free_pixels_mut(),
+        ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
     }
 }
 

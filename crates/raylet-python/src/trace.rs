@@ -16,7 +16,7 @@ use raylet::file::model::build;
 use raylet::file::model::variations::variations;
 use raylet::math::vec3::Vec3;
 use raylet::optics::ray::Loss;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
 use rayon::prelude::*;
@@ -123,7 +123,7 @@ const FARTHEST: f64 = 1e12;
 /// Refuses derivatives where an element turns rays.
 fn refuse_turned(py: Python<'_>, system: &System, variations: &[Variation]) -> PyResult<()> {
     let mut screens = system.screens.iter();
-    let turned = screens.find(|screen| matches!(screen.act, Act::Doe(_)));
+    let turned = screens.find(|screen| matches!(screen.kind, ScreenKind::Doe(_)));
     match turned {
         Some(screen) if !variations.is_empty() => Err(error(
             py,
@@ -151,7 +151,7 @@ struct Job {
 }
 
 /// Their points, directions and paths at all parts, what became of them, and their derivatives.
-struct Found {
+struct TracedRays {
     points: Array3<f64>,
     directions: Array3<f64>,
     paths: Array2<f64>,
@@ -167,10 +167,10 @@ struct Course {
 
 impl Job {
     /// All rays, round by round, so that only the answer takes memory.
-    fn follow(&self, watch: &Watch) -> Result<Found, Cancelled> {
+    fn follow(&self, watch: &Watch) -> Result<TracedRays, Cancelled> {
         let surfaces: usize = self.system.trains.iter().map(Vec::len).sum();
         let (parts, rays) = (self.system.screens.len() + surfaces, self.pupil.len());
-        let mut found = Found::nowhere(parts, rays, self.variations.len());
+        let mut found = TracedRays::nowhere(parts, rays, self.variations.len());
         for first in (0..rays).step_by(ROUND) {
             let round = first..rays.min(first + ROUND);
             let courses: Vec<Course> = (round.clone().into_par_iter())
@@ -201,7 +201,7 @@ impl Job {
     }
 }
 
-impl Found {
+impl TracedRays {
     /// What is found of rays that reach nothing.
     fn nowhere(parts: usize, rays: usize, parameters: usize) -> Self {
         Self {

@@ -8,7 +8,7 @@ use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Layer, PixelForm};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::Shape;
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
@@ -186,7 +186,7 @@ fn element(name: &str, layer: Layer, radius: f64) -> Screen {
     let doe = parts::element(layer, Aperture::disc(radius));
     Screen {
         name: name.to_owned(),
-        ..screen(on_axis(0.0), Act::Doe(doe))
+        ..screen(on_axis(0.0), ScreenKind::Doe(doe))
     }
 }
 

@@ -7,7 +7,7 @@ use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use raylet::optics::frame::Frame;
 use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
@@ -19,17 +19,17 @@ pub fn on_axis(z: f64) -> Frame {
 }
 
 /// A plane screen, at which light arrives towards its +z; it has the name of its kind.
-pub fn screen(frame: Frame, act: Act) -> Screen {
-    let name = match &act {
-        Act::Stop(_) => "stop",
-        Act::Doe(_) => "element",
-        Act::Sensor(_) => "sensor",
+pub fn screen(frame: Frame, kind: ScreenKind) -> Screen {
+    let name = match &kind {
+        ScreenKind::Stop(_) => "stop",
+        ScreenKind::Doe(_) => "element",
+        ScreenKind::Sensor(_) => "sensor",
     };
     Screen {
         name: name.to_owned(),
         frame,
         shape: Shape::Plane,
-        act,
+        kind,
         index: 1.0,
         behind: None,
         arrives: 1.0,
@@ -38,7 +38,7 @@ pub fn screen(frame: Frame, act: Act) -> Screen {
 
 /// A plane screen without edge.
 pub fn open_screen(frame: Frame) -> Screen {
-    screen(frame, Act::Stop(Aperture::OPEN))
+    screen(frame, ScreenKind::Stop(Aperture::OPEN))
 }
 
 /// An element of one layer.
@@ -60,14 +60,14 @@ pub fn pixel_layer(values: Array2<Complex64>, pitch: f64, form: PixelForm) -> La
 }
 
 /// An element of square box pixels of this pitch in mm, [y, x], which end where the pixels do.
-pub fn box_pixels(values: Array2<Complex64>, pitch: f64) -> Act {
+pub fn box_pixels(values: Array2<Complex64>, pitch: f64) -> ScreenKind {
     let layer = pixel_layer(values, pitch, PixelForm::Box);
-    Act::Doe(element(layer, Aperture::OPEN))
+    ScreenKind::Doe(element(layer, Aperture::OPEN))
 }
 
 /// A sensor of `count`² pixels of this pitch in mm.
-pub fn sensor(count: usize, pitch: f64) -> Act {
-    Act::Sensor(Sensor {
+pub fn sensor(count: usize, pitch: f64) -> ScreenKind {
+    ScreenKind::Sensor(Sensor {
         pixels: [count; 2],
         pitch: [pitch; 2],
     })

@@ -8,7 +8,7 @@ use num_complex::Complex64;
 use raylet::math::random::uniform;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::PixelForm;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::free::free_plan::Slab;
 use raylet::wave::free::propagate::{CLEAR, FreeHop};
@@ -99,7 +99,7 @@ fn distance(width: usize, aperture: f64, wavelength: f64) -> f64 {
 fn system(values: Array2<Complex64>, z: f64, wavelength: f64) -> System {
     let (count, pitch) = (values.nrows(), 0.5 * wavelength);
     let layer = pixel_layer(values, pitch, PixelForm::Point);
-    let element = Act::Doe(parts::element(layer, Aperture::OPEN));
+    let element = ScreenKind::Doe(parts::element(layer, Aperture::OPEN));
     let sensor = parts::sensor(count, pitch);
     let screens = vec![screen(on_axis(0.0), element), screen(on_axis(z), sensor)];
     System {

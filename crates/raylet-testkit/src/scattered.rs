@@ -6,7 +6,7 @@ use raylet::optics::aperture::Aperture;
 use raylet::optics::bundle::Rays;
 use raylet::optics::doe::PixelForm;
 use raylet::optics::frame::Frame;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::Shape;
 
 use super::noise::column;
@@ -29,7 +29,7 @@ pub fn tilted_element(curvature: f64, values: &[Complex64]) -> Screen {
             true => Shape::Plane,
             false => conic(curvature, 0.0),
         },
-        ..screen(frame.tilted([0.2, -0.1, 0.3]), Act::Doe(doe))
+        ..screen(frame.tilted([0.2, -0.1, 0.3]), ScreenKind::Doe(doe))
     }
 }
 

@@ -428,7 +428,7 @@ mod gradients {
     use raylet::engine::trace::ray_sensitivity::Variation;
     use raylet::math::random::uniform;
     use raylet::optics::doe::PixelForm;
-    use raylet::optics::screen::{Act, Sensor};
+    use raylet::optics::screen::{ScreenKind, Sensor};
     use raylet::optics::shape::Shape;
     use raylet::optics::system::System;
     use raylet_testkit::paper_systems::lens_hologram;
@@ -440,7 +440,7 @@ mod gradients {
             std::f64::consts::TAU * uniform(5, [j as u32, i as u32, 0, 0])
         });
         let mut system = lens_hologram(&phases, PixelForm::Box);
-        system.screens[1].act = Act::Sensor(Sensor {
+        system.screens[1].kind = ScreenKind::Sensor(Sensor {
             pixels: [256; 2],
             pitch: [11e-3; 2],
         });

@@ -9,7 +9,7 @@ use ndarray::{Array2, Zip};
 use raylet::engine::chain::linearised_system_error::LinearisedSystemError;
 use raylet::optics::assembly::part_check::BuildError;
 use raylet::optics::doe::Doe;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::wave::grid::transmission::phase_bar;
 use raylet::{LinearisedSystem, Settings, System, SystemBuilder};
 
@@ -32,8 +32,8 @@ fn system(phases: &Array2<f64>) -> Result<System, BuildError> {
 
 /// The element of a system, the first screen.
 fn element(system: &System) -> Result<&Doe, &'static str> {
-    match system.screens.first().map(|screen| &screen.act) {
-        Some(Act::Doe(doe)) => Ok(doe),
+    match system.screens.first().map(|screen| &screen.kind) {
+        Some(ScreenKind::Doe(doe)) => Ok(doe),
         _ => Err("a system without an element"),
     }
 }

@@ -12,7 +12,7 @@ use raylet::engine::plan::settings::{Method, Settings};
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::frame::Frame;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::field_error;
@@ -43,7 +43,7 @@ fn centred(i: usize, count: usize, pitch: f64) -> f64 {
     (i as f64 - 0.5 * (count as f64 - 1.0)) * pitch
 }
 
-fn element() -> Act {
+fn element() -> ScreenKind {
     let values = Array2::from_shape_fn((PIXELS, PIXELS), |(j, i)| {
         let [x, y] = [i, j].map(|i| centred(i, PIXELS, PITCH));
         profile(x, PERIODS[0]) * profile(y, PERIODS[1])

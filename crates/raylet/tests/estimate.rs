@@ -12,7 +12,7 @@ use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
 use raylet::optics::refraction::Coating;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::field_error;
@@ -38,7 +38,7 @@ fn lens(radius: f64, slope: f64, rim: f64) -> System {
     let mut seen = screen(on_axis(1150.0), sensor(50, 1.0));
     seen.frame.origin.x = 1150.0 * slope;
     lit(
-        vec![screen(on_axis(0.0), Act::Doe(doe)), seen],
+        vec![screen(on_axis(0.0), ScreenKind::Doe(doe)), seen],
         vec![vec![
             rimmed_face(20.0, 1.0 / 600.0, rim, [1.0, 1.5]),
             rimmed_face(50.0, 0.0, 2.0 * rim, [1.5, 1.0]),
@@ -78,7 +78,7 @@ fn a_rim_cuts_what_the_integral_says() {
     let (lit, rim) = (300.0, 310.0);
     let mut system = lens(lit, 0.0, rim);
     // A sensor that takes all in.
-    if let Act::Sensor(sensor) = &mut system.screens[1].act {
+    if let ScreenKind::Sensor(sensor) = &mut system.screens[1].kind {
         sensor.pitch = [20.0; 2];
     }
     let found = with_rims(&system, &settings, PixelValues::Fixed);

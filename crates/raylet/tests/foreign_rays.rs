@@ -13,7 +13,7 @@ use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::bundle::Rays;
 use raylet::optics::doe::{Doe, Layer, PixelForm};
 use raylet::optics::profile::Profile;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 use raylet::wave::beamlet::beams::{Beams, Jacobians};
@@ -149,7 +149,7 @@ fn element(count: usize, pitch: f64, before: Option<Profile>) -> Screen {
         },
         reflect: false,
     };
-    screen(on_axis(0.0), Act::Doe(doe))
+    screen(on_axis(0.0), ScreenKind::Doe(doe))
 }
 
 fn lit(element: Screen, train: Vec<Surface>, sensor: &Screen) -> System {

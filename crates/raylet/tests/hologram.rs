@@ -11,7 +11,7 @@ use raylet::file::model::build;
 use raylet::file::model::hologram::commission;
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::own_file::Replace;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::Grid;
 use raylet::wave::grid::metrics::ncc;
@@ -52,14 +52,14 @@ fn seen<const N: usize>(name: &str, naive: bool, distances: [&str; N]) -> (Holog
         fs::write(&path, moved).unwrap();
         let system = build::system(&Scene::read(&path).unwrap(), 0).unwrap();
         let outcome = simulate(&system, &Settings::default(), &|_| {}).unwrap();
-        look(&system, &outcome, &found)
+        observed(&system, &outcome, &found)
     });
     (found, seen)
 }
 
-fn look(system: &System, outcome: &Outcome, found: &Hologram) -> Seen {
+fn observed(system: &System, outcome: &Outcome, found: &Hologram) -> Seen {
     let intensity = outcome.field.intensity();
-    let Act::Sensor(sensor) = &system.screens[1].act else {
+    let ScreenKind::Sensor(sensor) = &system.screens[1].kind else {
         panic!("the second screen is the sensor");
     };
     let grid = Grid::of(sensor);

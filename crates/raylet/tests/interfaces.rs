@@ -21,7 +21,7 @@ use raylet::optics::doe::{Doe, Layer, PixelForm};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
 use raylet::optics::refraction::Coating;
-use raylet::optics::screen::{Act, Behind, Screen};
+use raylet::optics::screen::{MediumBehind, Screen, ScreenKind};
 use raylet::optics::shape::Shape;
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
@@ -53,11 +53,11 @@ fn out_of_glass(frame: Frame, shape: Shape, doe: Doe, coating: Coating) -> Scree
     Screen {
         shape,
         index: GLASS,
-        behind: Some(Behind {
+        behind: Some(MediumBehind {
             index: 1.0,
             coating,
         }),
-        ..screen(frame, Act::Doe(doe))
+        ..screen(frame, ScreenKind::Doe(doe))
     }
 }
 
@@ -236,7 +236,7 @@ fn a_kinoform_on_a_sphere_of_glass_agrees_with_the_sum_over_its_surface_slow() {
 
     let aperture = Screen {
         index: GLASS,
-        ..screen(on_axis(-0.6), Act::Stop(Aperture::disc(0.8)))
+        ..screen(on_axis(-0.6), ScreenKind::Stop(Aperture::disc(0.8)))
     };
     system.screens.insert(0, aperture);
     system.trains.push(Vec::new());
@@ -265,14 +265,14 @@ fn lens(coating: Coating, on_element: bool) -> System {
     let (first, train) = match on_element {
         true => {
             let flat = Layer::Phase(Profile::Linear { gradient: [0.0; 2] });
-            let behind = Behind {
+            let behind = MediumBehind {
                 index: GLASS,
                 coating,
             };
             let element = Screen {
                 shape,
                 behind: Some(behind),
-                ..screen(frame, Act::Doe(element(flat, disc)))
+                ..screen(frame, ScreenKind::Doe(element(flat, disc)))
             };
             (element, vec![back])
         }
@@ -281,7 +281,7 @@ fn lens(coating: Coating, on_element: bool) -> System {
                 coating,
                 ..face(frame, shape, [1.0, GLASS])
             };
-            let stop = screen(frame.moved(at_rim), Act::Stop(disc));
+            let stop = screen(frame.moved(at_rim), ScreenKind::Stop(disc));
             (stop, vec![front, back])
         }
     };
@@ -331,13 +331,13 @@ fn a_reflecting_element_without_a_phase_is_a_mirror_slow() {
                 };
                 let element = Screen {
                     shape: shape.clone(),
-                    ..screen(frame, Act::Doe(doe))
+                    ..screen(frame, ScreenKind::Doe(doe))
                 };
                 (element, Vec::new())
             }
             false => {
                 let at_rim = Vec3::new(0.0, 0.0, height(&shape, RADIUS));
-                let stop = screen(frame.moved(at_rim), Act::Stop(disc));
+                let stop = screen(frame.moved(at_rim), ScreenKind::Stop(disc));
                 (stop, vec![mirror(frame, shape.clone())])
             }
         };
@@ -365,7 +365,7 @@ fn carry_kept_dot_product_on_a_curved_interface() {
         wavelength: 0.5e-3,
         source: plane_wave([0.01, -0.005]),
         screens: vec![
-            screen(Frame::GLOBAL, Act::Doe(first)),
+            screen(Frame::GLOBAL, ScreenKind::Doe(first)),
             bent,
             screen(on_axis(4.0), sensor(8, 0.01)),
         ],

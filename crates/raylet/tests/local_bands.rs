@@ -18,7 +18,7 @@ use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Layer, PixelForm, Pixels};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::field_error;
 use raylet_testkit::parts::{element, lit, on_axis, screen, sensor};
@@ -33,11 +33,11 @@ fn system() -> System {
         focal_length: FOCUS,
         wavenumber: std::f64::consts::TAU / WAVELENGTH,
     };
-    let aperture = Act::Stop(Aperture::disc(8.0));
+    let aperture = ScreenKind::Stop(Aperture::disc(8.0));
     let doe = element(Layer::Phase(lens), Aperture::disc(RADIUS));
     let screens = vec![
         screen(Frame::GLOBAL, aperture),
-        screen(on_axis(10.0), Act::Doe(doe)),
+        screen(on_axis(10.0), ScreenKind::Doe(doe)),
         screen(on_axis(10.0 + FOCUS), sensor(9, 2e-3)),
     ];
     System {
@@ -94,7 +94,7 @@ fn wide_screens_go_by_local_bands_with_the_usual_memory_too_slow() {
 #[test]
 fn what_neither_can_carry_is_refused_with_both_reasons() {
     let mut summed = system();
-    if let Act::Doe(doe) = &mut summed.screens[1].act {
+    if let ScreenKind::Doe(doe) = &mut summed.screens[1].kind {
         let layers = std::mem::take(&mut doe.layers);
         doe.layers = vec![Layer::Sum(vec![(Complex64::ONE, layers)])];
     }
@@ -174,9 +174,9 @@ fn edges_turn_light_by_large_angles() {
             vec![
                 screen(
                     on_axis(0.0),
-                    Act::Doe(element(pixels.clone(), Aperture::disc(50.0))),
+                    ScreenKind::Doe(element(pixels.clone(), Aperture::disc(50.0))),
                 ),
-                screen(on_axis(342.0), Act::Stop(Aperture::disc(radius))),
+                screen(on_axis(342.0), ScreenKind::Stop(Aperture::disc(radius))),
                 screen(beside, sensor(29, 1.47)),
             ],
             vec![Vec::new(), Vec::new()],

@@ -5,7 +5,7 @@ use raylet::engine::plan::settings::{Positions, Sampler};
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::doe::PixelForm;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet_testkit::paper_systems::{GRATING_SENSOR, grating, lens_hologram, near_hologram};
 use raylet_testkit::scenes::scene_path;
@@ -36,8 +36,8 @@ fn system1_is_the_grating() {
         grating(12.7, false, GRATING_SENSOR),
     );
     compare(&ours, &theirs);
-    let slope = |system: &System| match &system.screens[0].act {
-        Act::Doe(doe) => doe.phase_gradient(1.0, 2.0).unwrap(),
+    let slope = |system: &System| match &system.screens[0].kind {
+        ScreenKind::Doe(doe) => doe.phase_gradient(1.0, 2.0).unwrap(),
         _ => panic!("no element"),
     };
     for (p, q) in slope(&ours).iter().zip(slope(&theirs)) {
@@ -51,8 +51,8 @@ fn system1_is_the_grating() {
 fn system2_is_the_near_hologram() {
     let scene = Scene::read(&scene_path("paper/system2")).unwrap();
     let ours = build::system(&scene, 0).unwrap();
-    let phase = match &ours.screens[0].act {
-        Act::Doe(doe) => doe.pixels().unwrap().values.mapv(|u| u.arg()),
+    let phase = match &ours.screens[0].kind {
+        ScreenKind::Doe(doe) => doe.pixels().unwrap().values.mapv(|u| u.arg()),
         _ => panic!("no element"),
     };
     assert_eq!(phase.dim(), (100, 100));
@@ -87,7 +87,7 @@ fn figure_6_has_its_two_foci() {
     let scene = Scene::read(&scene_path("paper/fig6_foci")).unwrap();
     let system = build::system(&scene, 0).unwrap();
     let mirror = &system.screens[0];
-    let Act::Doe(doe) = &mirror.act else {
+    let ScreenKind::Doe(doe) = &mirror.kind else {
         panic!("no element");
     };
     let sensor = system.screens[1].frame.origin;

@@ -114,7 +114,7 @@ fn compare(alive: impl Fn(f64) -> Vec<Surface>, screens: [&Screen; 2]) -> f64 {
     let mut farthest: f64 = 0.0;
     for [x, y, dx, dy] in RAYS {
         let direction = Vec3::new(dx, dy, (1.0 - dx * dx - dy * dy).sqrt());
-        let p = screens[0].frame.turn_in(direction);
+        let p = screens[0].frame.direction_to_local(direction);
         let ray = [x, y, p.x, p.y];
         let [size, phase] = continued(&alive, screens, ray);
         let found = prefactor(&alive(1.0), screens, ray);

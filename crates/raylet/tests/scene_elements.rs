@@ -8,7 +8,7 @@ use ndarray::array;
 use ndarray_npy::write_npy;
 use raylet::file::model::build::system;
 use raylet::file::scene::scene_file::Scene;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 
 /// Index of the medium around the element.
@@ -49,8 +49,8 @@ pitch_um = [2.0, 3.0]
 }
 
 fn gradient(system: &System, x: f64, y: f64) -> [f64; 2] {
-    match &system.screens[0].act {
-        Act::Doe(doe) => doe.phase_gradient(x, y).unwrap(),
+    match &system.screens[0].kind {
+        ScreenKind::Doe(doe) => doe.phase_gradient(x, y).unwrap(),
         _ => panic!("the first screen is the element"),
     }
 }
@@ -110,7 +110,7 @@ fn heights_delay_against_their_medium() {
         "kind = \"height\"\npitch_um = 10\nheight_um = \"heights.npy\"\nglass = { index = 1.5 }";
     for (channel, wavelength) in [(0, FIRST), (1, SECOND)] {
         let system = with_layer(layer, channel);
-        let Act::Doe(doe) = &system.screens[0].act else {
+        let ScreenKind::Doe(doe) = &system.screens[0].kind else {
             panic!("the first screen is the element")
         };
         for (at, height) in [
@@ -128,7 +128,7 @@ fn heights_delay_against_their_medium() {
 #[test]
 fn sensors_have_a_pitch_along_each_axis() {
     let system = with_layer("kind = \"vortex\"\ncharge = 1", 0);
-    let Act::Sensor(sensor) = &system.screens[1].act else {
+    let ScreenKind::Sensor(sensor) = &system.screens[1].kind else {
         panic!("the second screen is the sensor")
     };
     assert_eq!(sensor.pixels, [4, 6]);

@@ -18,7 +18,7 @@ use raylet::optics::bundle::Rays;
 use raylet::optics::doe::{Layer, PixelForm};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::surface_coordinates::SurfaceCoordinates;
 use raylet::optics::toric::Biconic;
@@ -39,7 +39,7 @@ fn screen(shape: Shape, layer: Layer, half: f64) -> Screen {
     let doe = element(Layer::OnSurface(Box::new(own), vec![layer]), aperture);
     Screen {
         shape,
-        ..parts::screen(Frame::GLOBAL, Act::Doe(doe))
+        ..parts::screen(Frame::GLOBAL, ScreenKind::Doe(doe))
     }
 }
 
@@ -75,7 +75,7 @@ fn gratings_turn_light_by_their_period_along_the_surface() {
         for [x, y] in [[6.0, 0.0], [10.0, 0.0], [3.0, 4.0], [-5.0, 2.0]] {
             // A small aperture about the place: the element is sampled as a whole.
             let mut element = screen(shape.clone(), grating.clone(), 0.065);
-            if let Act::Doe(doe) = &mut element.act {
+            if let ScreenKind::Doe(doe) = &mut element.kind {
                 doe.aperture.centre = [x, y];
             }
             let here = element.height([x, y]).unwrap();
@@ -156,7 +156,7 @@ fn pixels_lie_where_hand_made_projections_put_them() {
     let layer = pixel_layer(values.clone(), PITCH, PixelForm::Box);
     let half = 0.5 * COUNT as f64 * PITCH;
     let element = screen(conic(1.0 / RADIUS, 0.0), layer, half);
-    let Act::Doe(doe) = &element.act else {
+    let ScreenKind::Doe(doe) = &element.kind else {
         unreachable!()
     };
     let fine = 800;
@@ -233,7 +233,7 @@ fn refusal(text: &str) -> String {
 fn scenes_choose_coordinates() {
     let scene = Scene::parse(SCENE, Path::new("demo.toml")).unwrap();
     let system = build::system(&scene, 0).unwrap();
-    let Act::Doe(doe) = &system.screens[0].act else {
+    let ScreenKind::Doe(doe) = &system.screens[0].kind else {
         unreachable!()
     };
     // Where the sphere is tilted by 30° its lines are closer by cos 30° over x.

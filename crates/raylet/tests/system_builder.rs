@@ -12,7 +12,7 @@ use raylet::optics::assembly::system_builder::SystemBuilder;
 use raylet::optics::doe::{Doe, Layer, PixelForm};
 use raylet::optics::profile::Profile;
 use raylet::optics::refraction::Coating;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::shape::Shape;
 use raylet::optics::system::System;
 use raylet_testkit::parts::{conic, element, pixel_layer};
@@ -210,13 +210,13 @@ fn a_beam_enters_by_its_radius() {
             .point_source([0.0, 0.0, -100.0])
             .surface(40.0, 1.5, 8.0);
         let system = lens.gap(3.0).sensor([4, 4], [0.1; 2]).build().unwrap();
-        system.screens[0].act.clone()
+        system.screens[0].kind.clone()
     };
     let new = || SystemBuilder::new(0.5e-3);
-    assert_eq!(build(new()), Act::Stop(Aperture::disc(8.0)));
+    assert_eq!(build(new()), ScreenKind::Stop(Aperture::disc(8.0)));
     assert_eq!(
         build(new().beam_radius(2.0)),
-        Act::Stop(Aperture::disc(2.0))
+        ScreenKind::Stop(Aperture::disc(2.0))
     );
 }
 
@@ -229,7 +229,7 @@ fn phases_become_transmissions() {
         .sensor([4, 4], [0.1; 2])
         .build()
         .unwrap();
-    let Act::Doe(doe) = &system.screens[0].act else {
+    let ScreenKind::Doe(doe) = &system.screens[0].kind else {
         panic!("the first screen is the element");
     };
     let pixels = doe.pixels().unwrap();

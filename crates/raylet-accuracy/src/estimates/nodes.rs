@@ -1,6 +1,6 @@
 //! Quadrature nodes of plane regions: discs, rectangles, and pixels that a disc may cut.
 
-use crate::numbers::quadrature::gauss_legendre;
+use crate::numerics::quadrature::gauss_legendre;
 
 /// Nodes [x, y] and the area that each represents.
 pub type Nodes = Vec<([f64; 2], f64)>;
@@ -97,7 +97,7 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::estimates::nodes::{Fineness, Nodes, disc, rectangle_in_disc};
-    use crate::numbers::disc::disc_transform;
+    use crate::numerics::disc::disc_transform;
 
     fn transform(nodes: &Nodes, frequency: f64) -> Complex64 {
         let turn = std::f64::consts::TAU * frequency;

@@ -9,7 +9,7 @@ use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
 use raylet::optics::refraction::{Coating, Interface};
-use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
@@ -163,7 +163,7 @@ fn element(draw: &mut Draw, z: f64, half: f64) -> Screen {
         Aperture::turned_rectangle(half, half, 0.0, [0.0; 2])
     };
     if form < 0.15 {
-        return screen(on_axis(z), Act::Stop(aperture));
+        return screen(on_axis(z), ScreenKind::Stop(aperture));
     }
     let layers = if form < 0.4 {
         let gradient = draw.offset(0.2).map(|p| std::f64::consts::TAU * p);
@@ -196,7 +196,7 @@ fn element(draw: &mut Draw, z: f64, half: f64) -> Screen {
     };
     screen(
         on_axis(z),
-        Act::Doe(Doe {
+        ScreenKind::Doe(Doe {
             layers,
             aperture,
             reflect: false,
@@ -207,13 +207,13 @@ fn element(draw: &mut Draw, z: f64, half: f64) -> Screen {
 /// A sensor of 13² points in a frame.
 fn sensor(draw: &mut Draw, frame: Frame) -> Screen {
     let pitch = draw.between(0.7, 2.0);
-    let act = Act::Sensor(Sensor {
+    let kind = ScreenKind::Sensor(Sensor {
         pixels: [13; 2],
         pitch: [pitch; 2],
     });
     Screen {
         frame,
-        ..screen(on_axis(0.0), act)
+        ..screen(on_axis(0.0), kind)
     }
 }
 
@@ -292,7 +292,7 @@ fn lenses(draw: &mut Draw, system: &mut System, kind: Kind) {
         z += draw.between(8.0, 30.0);
         let half = draw.between(4.5, 9.0);
         let second = match kind {
-            Kind::Stop => screen(on_axis(z), Act::Stop(Aperture::disc(half))),
+            Kind::Stop => screen(on_axis(z), ScreenKind::Stop(Aperture::disc(half))),
             _ => element(draw, z, half),
         };
         system.screens.push(second);

@@ -1,6 +1,6 @@
 //! The field on a sensor by surface integrals from each surface of a system to the next.
 //!
-//! Each screen and each lens surface is a sheet of quadrature nodes ([`Sheet`]) over its own aperture; light goes
+//! Each screen and each lens surface is a sheet of quadrature nodes ([`SampledSurface`]) over its own aperture; light goes
 //! from each node to each node of the next by the first Rayleigh–Sommerfeld integral. What a refracting or
 //! reflecting surface sends on is corrected by its mean curvature (see [`crate::references::interface`]); interfaces let
 //! everything through. Only heights, apertures and transmissions are raylet's.
@@ -12,14 +12,14 @@ use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::doe::Doe;
 use raylet::optics::frame::Frame;
 use raylet::optics::refraction::Interface;
-use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::Shape;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 
 use crate::estimates::nodes::{Fineness, Nodes, disc, rectangle, rectangle_in_disc};
 use crate::problems::tilted::sensor_points;
-use crate::references::direct::Sheet;
+use crate::references::direct::SampledSurface;
 
 /// One surface on the way.
 struct Station<'a> {
@@ -44,7 +44,7 @@ pub fn surface_sum(system: &System, effort: f64) -> Array2<Complex64> {
         .collect();
     let mut travel = middle(&outlines[1]) - middle(&outlines[0]);
     let mut before = system.screens[0].index;
-    let mut light: Option<(Sheet, f64)> = None;
+    let mut light: Option<(SampledSurface, f64)> = None;
     for (number, station) in stations.iter().enumerate() {
         if number > 0 {
             travel = middle(&outlines[number]) - middle(&outlines[number - 1]);
@@ -95,10 +95,10 @@ fn stations(system: &System) -> Vec<Station<'_>> {
 }
 
 fn screen_station(screen: &Screen) -> Station<'_> {
-    let (aperture, doe) = match &screen.act {
-        Act::Stop(aperture) => (Some(aperture), None),
-        Act::Doe(doe) => (Some(&doe.aperture), Some(doe)),
-        Act::Sensor(_) => (None, None),
+    let (aperture, doe) = match &screen.kind {
+        ScreenKind::Stop(aperture) => (Some(aperture), None),
+        ScreenKind::Doe(doe) => (Some(&doe.aperture), Some(doe)),
+        ScreenKind::Sensor(_) => (None, None),
     };
     let (shape, frame, index) = (&screen.shape, screen.frame, screen.index);
     Station {
@@ -124,9 +124,9 @@ fn surface_station(surface: &Surface) -> Station<'_> {
 
 fn sensor(system: &System) -> Option<(&Screen, Sensor)> {
     let screen = system.screens.last()?;
-    match &screen.act {
-        Act::Sensor(sensor) => Some((screen, *sensor)),
-        Act::Stop(_) | Act::Doe(_) => None,
+    match &screen.kind {
+        ScreenKind::Sensor(sensor) => Some((screen, *sensor)),
+        ScreenKind::Stop(_) | ScreenKind::Doe(_) => None,
     }
 }
 
@@ -232,11 +232,11 @@ fn steepness(station: &Station) -> f64 {
 }
 
 /// The nodes of a station with its transmission for a field; `travel` is the way the light comes.
-fn sheet(station: &Station, travel: Vec3, fine: Fineness, wavelength: f64) -> Sheet {
-    let mut sheet = Sheet::default();
+fn sheet(station: &Station, travel: Vec3, fine: Fineness, wavelength: f64) -> SampledSurface {
+    let mut sheet = SampledSurface::default();
     for ([x, y], area) in nodes(station, fine) {
         let [z, p, q, curvature] = height(station.shape, x, y);
-        let normal = station.frame.turn_out(Vec3::new(-p, -q, 1.0));
+        let normal = station.frame.direction_to_global(Vec3::new(-p, -q, 1.0));
         let along = normal.dot(travel).signum();
         let reflects = station.interface == Some(Interface::Reflect)
             || station.doe.is_some_and(|doe| doe.reflect);

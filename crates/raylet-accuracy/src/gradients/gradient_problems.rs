@@ -13,7 +13,7 @@ use raylet_testkit::parts::plane_wave;
 
 use crate::gradients::gradient_error::{Comparison, Loss};
 use crate::gradients::sensitivity::through_lens;
-use crate::numbers::pixels::Pixels;
+use crate::numerics::pixels::Pixels;
 use crate::problems::mirror::{self, Coat};
 use crate::problems::problem::{axis, doe, random_pixels, sensor};
 use crate::references::rayleigh_sommerfeld::{

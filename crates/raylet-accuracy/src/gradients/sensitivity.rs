@@ -11,7 +11,7 @@ use raylet::optics::system::System;
 use raylet_testkit::parts::plane_wave;
 
 use crate::gradients::gradient_error::{Comparison, Loss};
-use crate::numbers::pixels::Pixels;
+use crate::numerics::pixels::Pixels;
 use crate::problems::problem::{axis, doe, face, random_pixels, sensor};
 use crate::references::lens_train::{LensTrain, PlanoConvex, Source, Step};
 

@@ -17,11 +17,11 @@ use rayon::prelude::*;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Doe;
-use raylet::optics::screen::{Act, Sensor};
+use raylet::optics::screen::{ScreenKind, Sensor};
 use raylet::optics::surface::Surface;
 use raylet::optics::system::{Hop, System};
 
-use crate::numbers::quadrature::gauss_legendre;
+use crate::numerics::quadrature::gauss_legendre;
 
 /// Nodes that are summed together.
 const CHUNK: usize = 256;
@@ -93,7 +93,7 @@ struct Spray {
 
 /// A hop, and the same without the edges of its surfaces: no ray is lost on the way to its landing.
 #[derive(Clone, Copy)]
-struct Way<'a> {
+struct HopPair<'a> {
     whole: Hop<'a>,
     open: Hop<'a>,
 }
@@ -128,8 +128,8 @@ impl LocalSurface {
 /// The hops to the stop, if there is one, and from it to the sensor.
 struct Integral<'a> {
     system: &'a System,
-    before: Option<Way<'a>>,
-    after: Way<'a>,
+    before: Option<HopPair<'a>>,
+    after: HopPair<'a>,
 }
 
 /// The field at the pixels of a sensor behind an element at the stop, [y, x]; nothing where a ray is lost. With a
@@ -171,8 +171,8 @@ impl<'a> Integral<'a> {
     /// Of a system of one or two hops.
     fn new(system: &'a System, trains: &'a [Vec<Surface>]) -> Option<Self> {
         let pairs = system.hops().zip(trains);
-        let mut ways: Vec<Way> = pairs
-            .map(|(whole, train)| Way {
+        let mut ways: Vec<HopPair> = pairs
+            .map(|(whole, train)| HopPair {
                 whole,
                 open: Hop { train, ..whole },
             })
@@ -187,9 +187,9 @@ impl<'a> Integral<'a> {
     }
 
     fn sensor(&self) -> Option<Sensor> {
-        match self.after.whole.to.act {
-            Act::Sensor(sensor) => Some(sensor),
-            Act::Stop(_) | Act::Doe(_) => None,
+        match self.after.whole.to.kind {
+            ScreenKind::Sensor(sensor) => Some(sensor),
+            ScreenKind::Stop(_) | ScreenKind::Doe(_) => None,
         }
     }
 

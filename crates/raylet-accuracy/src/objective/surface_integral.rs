@@ -9,11 +9,11 @@ use rayon::prelude::*;
 
 use raylet::math::vec3::Vec3;
 use raylet::optics::doe::Doe;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::system::System;
 
-use crate::numbers::phase::cis_turns;
-use crate::numbers::quadrature::gauss_legendre;
+use crate::numerics::phase::cis_turns;
+use crate::numerics::quadrature::gauss_legendre;
 
 /// Fewest nodes around a ring.
 const AROUND: f64 = 64.0;
@@ -36,7 +36,7 @@ pub fn field_at(
     [rings, spokes]: [usize; 2],
 ) -> Option<Vec<Complex64>> {
     let screen = system.screens.first()?;
-    let Act::Doe(doe) = &screen.act else {
+    let ScreenKind::Doe(doe) = &screen.kind else {
         return None;
     };
     let [_, radius, _, _] = doe.aperture.bounds()?;
@@ -75,7 +75,7 @@ fn node(system: &System, screen: &Screen, doe: &Doe, [x, y]: [f64; 2], area: f64
     // Light goes back to the side from which it came.
     let normal = Vec3::new(-sx, -sy, 1.0) * -screen.arrives;
     let light = system.source.field(at, system.wavenumber()) * doe.transmission(x, y) * area;
-    let normal = screen.frame.turn_out(normal);
+    let normal = screen.frame.direction_to_global(normal);
     Some(Node { at, normal, light })
 }
 
@@ -95,7 +95,7 @@ mod tests {
     use raylet::math::vec3::Vec3;
     use raylet::optics::aperture::Aperture;
     use raylet::optics::doe::Doe;
-    use raylet::optics::screen::{Act, Screen};
+    use raylet::optics::screen::{Screen, ScreenKind};
     use raylet::optics::source::Source;
     use raylet::optics::system::System;
     use raylet_testkit::parts::{conic, on_axis, screen, sensor};
@@ -114,7 +114,7 @@ mod tests {
         };
         let mirror = Screen {
             shape: conic(-1.0 / radius, 0.0),
-            ..screen(on_axis(0.0), Act::Doe(mirror))
+            ..screen(on_axis(0.0), ScreenKind::Doe(mirror))
         };
         let centre = Vec3::new(0.0, 0.0, -radius);
         let system = System {

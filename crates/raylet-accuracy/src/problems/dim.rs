@@ -12,7 +12,7 @@ use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels as DoePixels};
 use raylet::optics::frame::Frame;
 use raylet::optics::refraction::Coating;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 use raylet_testkit::parts::{on_axis, plane_wave, screen};
@@ -21,7 +21,7 @@ use crate::estimates::nodes::{Fineness, rectangle_in_disc};
 use crate::problems::problem::{Problem, face, random_pixels, sensor};
 use crate::problems::strong::Effort;
 use crate::problems::tilted::{sensor_points, standing};
-use crate::references::direct::Sheet;
+use crate::references::direct::SampledSurface;
 use crate::references::interface::{plane_to_surface, surface_to_plane};
 use crate::references::spectrum::{Lattice, Slab};
 use crate::references::surface::{Sag, SurfaceSamples};
@@ -118,7 +118,7 @@ impl DimLens {
                 wavelength: 1.0,
                 source: plane_wave([0.0; 2]),
                 screens: vec![
-                    screen(on_axis(0.0), Act::Doe(element)),
+                    screen(on_axis(0.0), ScreenKind::Doe(element)),
                     standing(sensor(0.0, SENSOR.0, SENSOR.1), frame),
                 ],
                 trains: vec![self.faces()],
@@ -184,7 +184,7 @@ impl DimLens {
             .weights
             .iter()
             .map(|weight| own.z * (weight * pitch * pitch));
-        let sheet = Sheet {
+        let sheet = SampledSurface {
             points: place(&second.points, THICKNESS),
             areas: areas.collect(),
             field: on_second,
@@ -195,14 +195,14 @@ impl DimLens {
 }
 
 /// The pixels within the disc, lit from behind.
-fn element() -> Sheet {
+fn element() -> SampledSurface {
     let pixels = random_pixels(23, PITCH);
     let (rows, columns) = pixels.transmission.dim();
     let fine = Fineness {
         frequency: FREQUENCY,
         effort: 1.0,
     };
-    let mut sheet = Sheet::default();
+    let mut sheet = SampledSurface::default();
     for ((row, column), value) in pixels.transmission.indexed_iter() {
         let low = |place: usize, count: usize| (place as f64 - 0.5 * count as f64) * PITCH;
         let (x, y) = (low(column, columns), low(row, rows));

@@ -15,10 +15,10 @@ use raylet::optics::system::System;
 use raylet::optics::toric::Toroid;
 use raylet_testkit::parts::{on_axis, plane_wave};
 
-use crate::numbers::pixels::Pixels;
+use crate::numerics::pixels::Pixels;
 use crate::problems::problem::{Problem, doe, sensor};
 use crate::problems::tilted::{sensor_points, soft, standing};
-use crate::references::direct::Sheet;
+use crate::references::direct::SampledSurface;
 
 /// Direction of the light in every problem here.
 const ALONG: Vec3 = Vec3::new(0.0, 0.0, 1.0);
@@ -63,7 +63,7 @@ pub fn tilted_sensor(pixels: Pixels, frame: Frame, nodes: usize) -> Problem {
     ];
     let name = "random 2λ pixels, 120λ of free space, sensor tilted 30°";
     problem(name, screens, vec![vec![]], move |points| {
-        Sheet::pixels(&pixels, &on_axis(0.0), nodes)
+        SampledSurface::pixels(&pixels, &on_axis(0.0), nodes)
             .lit(ALONG, 1.0)
             .radiate(1.0, points)
     })
@@ -78,8 +78,8 @@ pub fn tilted_element(first: Pixels, second: Pixels, frame: Frame, nodes: usize)
     ];
     let name = "random pixels, random pixels tilted 25° 120λ on, sensor 140λ on";
     problem(name, screens, vec![vec![], vec![]], move |points| {
-        let before = Sheet::pixels(&first, &on_axis(0.0), nodes).lit(ALONG, 1.0);
-        let behind = Sheet::pixels(&second, &frame, nodes);
+        let before = SampledSurface::pixels(&first, &on_axis(0.0), nodes).lit(ALONG, 1.0);
+        let behind = SampledSurface::pixels(&second, &frame, nodes);
         let arriving = before.radiate(1.0, &behind.points);
         behind.times(&arriving).radiate(1.0, points)
     })
@@ -137,10 +137,10 @@ fn toroid(x: f64, y: f64) -> ([f64; 3], f64) {
 }
 
 /// The mirror's samples, their field the soft edge and the curvature's correction of the surface integral.
-fn mirror_sheet() -> Sheet {
+fn mirror_sheet() -> SampledSurface {
     let (half, pitch) = MIRROR;
     let frame = mirror_frame();
-    let mut sheet = Sheet::default();
+    let mut sheet = SampledSurface::default();
     let [nx, ny] = half.map(|half| (half / pitch) as i32);
     for j in -ny..=ny {
         for i in -nx..=nx {
@@ -148,7 +148,7 @@ fn mirror_sheet() -> Sheet {
             let ([z, zx, zy], curvature) = toroid(x, y);
             sheet.points.push(frame.to_global(Vec3::new(x, y, z)));
             let area = Vec3::new(-zx, -zy, 1.0) * (pitch * pitch);
-            sheet.areas.push(frame.turn_out(area));
+            sheet.areas.push(frame.direction_to_global(area));
             let correction = Complex64::new(1.0, -curvature / std::f64::consts::TAU);
             sheet
                 .field
@@ -182,7 +182,7 @@ pub fn toroidal_mirror(pixels: Pixels, nodes: usize) -> Problem {
     ];
     let name = "smooth random light of sines below 0.15, toroidal mirror at 45°, sensor between its images";
     problem(name, screens, vec![vec![mirror]], move |points| {
-        let before = Sheet::pixels(&pixels, &on_axis(0.0), nodes).lit(ALONG, 1.0);
+        let before = SampledSurface::pixels(&pixels, &on_axis(0.0), nodes).lit(ALONG, 1.0);
         let mirror = mirror_sheet();
         let arriving = before.radiate(1.0, &mirror.points);
         mirror.times(&arriving).radiate(1.0, points)

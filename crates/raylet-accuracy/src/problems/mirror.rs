@@ -9,15 +9,15 @@ use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use raylet::optics::freeform::Term;
 use raylet::optics::profile::Profile;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
 use raylet_testkit::parts::{on_axis, screen};
 use rayon::prelude::*;
 
-use crate::numbers::phase::cis_turns;
-use crate::numbers::quadrature::gauss_legendre;
+use crate::numerics::phase::cis_turns;
+use crate::numerics::quadrature::gauss_legendre;
 use crate::problems::problem::{Problem, axis, sensor};
 
 /// A Gaussian bump of this height and width: its smallest radius of curvature is 506 λ.
@@ -230,7 +230,7 @@ impl MirrorProblem {
                 terms: vec![bump],
             },
             arrives: -1.0,
-            ..screen(on_axis(0.0), Act::Doe(element))
+            ..screen(on_axis(0.0), ScreenKind::Doe(element))
         };
         let system = System {
             wavelength: 1.0,

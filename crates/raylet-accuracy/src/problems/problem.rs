@@ -15,7 +15,7 @@ use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 
 use crate::bounds::bound;
-use crate::numbers::pixels::Pixels;
+use crate::numerics::pixels::Pixels;
 use raylet_testkit::noise::phases;
 use raylet_testkit::parts::{self, box_pixels, on_axis, screen};
 

@@ -8,12 +8,12 @@ use num_complex::Complex64;
 use raylet::engine::plan::settings::Settings;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::refraction::Coating;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 use raylet_testkit::parts::{on_axis, plane_wave, screen};
 
-use crate::numbers::pixels::Pixels;
+use crate::numerics::pixels::Pixels;
 use crate::problems::problem::{Problem, axis, doe, face, sensor};
 use crate::references::lens_train::{LensTrain, PlanoConvex, Source, Step};
 
@@ -136,7 +136,7 @@ pub fn after_lens(name: &str, pixels: Pixels, path: BeamPath, effort: Effort) ->
             wavelength: 1.0,
             source: plane_wave([0.0; 2]),
             screens: vec![
-                screen(on_axis(0.0), Act::Stop(Aperture::disc(radius))),
+                screen(on_axis(0.0), ScreenKind::Stop(Aperture::disc(radius))),
                 doe(depth, &pixels),
                 sensor(depth + back, SENSOR.0, SENSOR.1),
             ],
@@ -164,7 +164,7 @@ pub fn between_lenses(name: &str, pixels: Pixels, path: BeamPath, effort: Effort
             wavelength: 1.0,
             source: plane_wave([0.0; 2]),
             screens: vec![
-                screen(on_axis(0.0), Act::Stop(Aperture::disc(radius))),
+                screen(on_axis(0.0), ScreenKind::Stop(Aperture::disc(radius))),
                 doe(middle, &pixels),
                 sensor(end, SENSOR.0, SENSOR.1),
             ],
@@ -255,7 +255,7 @@ pub fn stopped(pixels: Pixels, gap: f64, back: f64, effort: Effort) -> Problem {
             source: plane_wave([0.0; 2]),
             screens: vec![
                 doe(0.0, &pixels),
-                screen(on_axis(depth), Act::Stop(aperture)),
+                screen(on_axis(depth), ScreenKind::Stop(aperture)),
                 sensor(depth + back, SENSOR.0, SENSOR.1),
             ],
             trains: vec![lens(LENS.gap_before), vec![]],

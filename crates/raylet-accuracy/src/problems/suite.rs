@@ -6,7 +6,7 @@ use raylet::optics::refraction::Coating;
 use raylet::optics::system::System;
 use raylet_testkit::parts::plane_wave;
 
-use crate::numbers::pixels::Pixels;
+use crate::numerics::pixels::Pixels;
 use crate::problems::dim::{DIM_LENSES, DimLens};
 use crate::problems::mirror::{self, Coat};
 use crate::problems::problem::{

@@ -15,10 +15,10 @@ use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 
-use crate::numbers::pixels::Pixels;
+use crate::numerics::pixels::Pixels;
 use crate::problems::problem::{Problem, axis, doe, face, sensor};
 use crate::problems::strong::Effort;
-use crate::references::direct::Sheet;
+use crate::references::direct::SampledSurface;
 use crate::references::interface::surface_to_plane;
 use crate::references::spectrum::{Lattice, Slab, Spectrum};
 use crate::references::surface::{Sag, SurfaceSamples};
@@ -106,7 +106,7 @@ impl Glass {
     }
 
     /// The field at points behind it, from a sheet before it.
-    fn carry(&self, sheet: &Sheet, effort: Effort, points: &[Vec3]) -> Vec<Complex64> {
+    fn carry(&self, sheet: &SampledSurface, effort: Effort, points: &[Vec3]) -> Vec<Complex64> {
         let surface = self.samples(effort);
         let on_face: Vec<Vec3> = surface
             .points
@@ -201,7 +201,8 @@ impl Setup {
             },
             settings: Settings::default(),
             exact: Box::new(move || {
-                let sheet = Sheet::pixels(&self.pixels, &self.doe, NODES).lit(self.light, 1.0);
+                let sheet =
+                    SampledSurface::pixels(&self.pixels, &self.doe, NODES).lit(self.light, 1.0);
                 let points = sensor_points(&self.sensor, self.points.0, self.points.1);
                 let field = self.glass.carry(&sheet, self.effort, &points);
                 Array2::from_shape_fn((count, count), |(j, i)| field[j * count + i])

@@ -8,7 +8,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
 use raylet_testkit::scenes::scene_path;
@@ -150,7 +150,7 @@ impl Case {
         let lit = Source::collimated([self.angle_deg.to_radians(), 0.0], origin);
         system.source = lit.unwrap_or(system.source);
         let stop = system.screens.len() - 2;
-        if let (Act::Doe(doe), Some(radius)) = (&mut system.screens[stop].act, self.stop) {
+        if let (ScreenKind::Doe(doe), Some(radius)) = (&mut system.screens[stop].kind, self.stop) {
             doe.aperture = Aperture::disc(radius);
         }
         put(self.mask, &mut system.screens[stop]);
@@ -167,7 +167,8 @@ fn put(mask: Mask, stop: &mut Screen) {
     let Some([x0, x1, y0, y1]) = stop.bounds() else {
         return;
     };
-    if let (Act::Doe(doe), Some(layers)) = (&mut stop.act, mask.layers([x1 - x0, y1 - y0])) {
+    if let (ScreenKind::Doe(doe), Some(layers)) = (&mut stop.kind, mask.layers([x1 - x0, y1 - y0]))
+    {
         doe.layers = layers;
     }
 }
@@ -293,7 +294,7 @@ fn combiner() -> Case {
 mod tests {
     use std::collections::BTreeSet;
 
-    use raylet::optics::screen::Act;
+    use raylet::optics::screen::ScreenKind;
 
     use crate::real_size::cases::cases;
 
@@ -305,7 +306,7 @@ mod tests {
         for case in &all {
             let (system, _) = case.system().unwrap();
             let last = system.screens.last().unwrap();
-            assert!(matches!(last.act, Act::Sensor(_)), "{}", case.key());
+            assert!(matches!(last.kind, ScreenKind::Sensor(_)), "{}", case.key());
         }
     }
 }

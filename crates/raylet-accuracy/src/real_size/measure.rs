@@ -9,7 +9,7 @@ use raylet::engine::chain::simulate::simulate;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Outline;
 use raylet::optics::doe::Doe;
-use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::system::System;
 
 use crate::objective::ray_integral::{cell_nodes, field, polar_nodes};
@@ -68,7 +68,7 @@ fn error(case: &Case, system: &System, ours: &Array2<Complex64>) -> Option<f64> 
 /// The error on pixels spread over the sensor, behind a reflecting element.
 fn surface_error(case: &Case, system: &System, ours: &Array2<Complex64>) -> Option<f64> {
     let screen = system.screens.last()?;
-    let Act::Sensor(sensor) = screen.act else {
+    let ScreenKind::Sensor(sensor) = screen.kind else {
         return None;
     };
     // The middles of as many parts of each side, [x, y].
@@ -101,7 +101,7 @@ fn corner(values: &Array2<Complex64>, block: usize) -> [usize; 2] {
 
 /// Makes a sensor the block of its pixels from this column and row on; nothing for other screens.
 fn focus_on(screen: &mut Screen, first: [usize; 2], block: usize) -> Option<()> {
-    let Act::Sensor(sensor) = &mut screen.act else {
+    let ScreenKind::Sensor(sensor) = &mut screen.kind else {
         return None;
     };
     let Sensor { pixels, pitch } = *sensor;
@@ -115,14 +115,14 @@ fn focus_on(screen: &mut Screen, first: [usize; 2], block: usize) -> Option<()> 
 /// The field by the integral over the stop.
 fn reference(case: &Case, system: &System) -> Option<Array2<Complex64>> {
     let stop = &system.screens[system.screens.len() - 2];
-    let doe = match &stop.act {
-        Act::Doe(doe) => doe.clone(),
-        Act::Stop(aperture) => Doe {
+    let doe = match &stop.kind {
+        ScreenKind::Doe(doe) => doe.clone(),
+        ScreenKind::Stop(aperture) => Doe {
             layers: Vec::new(),
             aperture: aperture.clone(),
             reflect: false,
         },
-        Act::Sensor(_) => return None,
+        ScreenKind::Sensor(_) => return None,
     };
     if let Some(pixels) = doe.pixels() {
         let cell = pixels.pitch[0].min(pixels.pitch[1]) / case.cells as f64;

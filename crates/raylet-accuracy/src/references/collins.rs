@@ -3,9 +3,9 @@
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
 
-use crate::numbers::dense::separable;
-use crate::numbers::phase::cis_turns;
-use crate::numbers::pixels::Pixels;
+use crate::numerics::dense::separable;
+use crate::numerics::phase::cis_turns;
+use crate::numerics::pixels::Pixels;
 
 /// A rotationally symmetric paraxial train between the pixel plane and the sensor: the ray matrix
 /// [[a, b], [c, d]] on position and optical direction cosine (so that ad − bc = 1 between any two
@@ -124,7 +124,7 @@ mod tests {
     use ndarray::{Array1, Array2};
     use num_complex::Complex64;
 
-    use crate::numbers::pixels::Pixels;
+    use crate::numerics::pixels::Pixels;
     use crate::references::collins::{Abcd, CollinsIntegral, ImagingPlane};
 
     /// A Gaussian beam in its waist, 10 mm before a lens of 50 mm: by the q-parameter,

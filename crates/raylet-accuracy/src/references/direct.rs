@@ -7,15 +7,15 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::frame::Frame;
 use rayon::prelude::*;
 
-use crate::numbers::phase::cis_turns;
-use crate::numbers::pixels::Pixels;
+use crate::numerics::phase::cis_turns;
+use crate::numerics::pixels::Pixels;
 
 /// Sources handled side by side by the inner loop.
 const LANES: usize = 8;
 
 /// A field on samples of a surface.
 #[derive(Default)]
-pub struct Sheet {
+pub struct SampledSurface {
     /// Where the samples are.
     pub points: Vec<Vec3>,
     /// Their vector areas: quadrature weight times the unit normal towards where the light goes.
@@ -27,7 +27,7 @@ pub struct Sheet {
 /// A block of sources, each part in lanes: position, vector area, field.
 type Block = [[f64; LANES]; 8];
 
-impl Sheet {
+impl SampledSurface {
     /// The Gauss nodes of a plane of box pixels that stands in `frame`, dark ones left out; the field is
     /// the transmission.
     pub fn pixels(pixels: &Pixels, frame: &Frame, nodes: usize) -> Self {
@@ -120,8 +120,8 @@ mod tests {
     use raylet::math::vec3::Vec3;
     use raylet::optics::frame::Frame;
 
-    use crate::numbers::pixels::Pixels;
-    use crate::references::direct::Sheet;
+    use crate::numerics::pixels::Pixels;
+    use crate::references::direct::SampledSurface;
     use crate::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
 
     /// Turned and moved as a whole, pixels and points keep their field.
@@ -140,12 +140,12 @@ mod tests {
         let frame = Frame::GLOBAL
             .moved(Vec3::new(3.0, -8.0, 20.0))
             .tilted([0.4, -0.9, 0.3]);
-        let direction = frame.turn_out(Vec3::new(0.2, -0.1, (1.0f64 - 0.05).sqrt()));
+        let direction = frame.direction_to_global(Vec3::new(0.2, -0.1, (1.0f64 - 0.05).sqrt()));
         let points: Vec<Vec3> = local
             .iter()
             .map(|[x, y, z]| frame.to_global(Vec3::new(*x, *y, *z)))
             .collect();
-        let found = Sheet::pixels(&pixels, &frame, 5)
+        let found = SampledSurface::pixels(&pixels, &frame, 5)
             .lit(direction, 0.8)
             .radiate(0.8, &points);
         // The light's phase is counted from another origin.

@@ -17,8 +17,8 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
-use crate::numbers::fourier::CentredTransform;
-use crate::numbers::phase::cis_turns;
+use crate::numerics::fourier::CentredTransform;
+use crate::numerics::phase::cis_turns;
 use crate::references::spectrum::{Lattice, Spectrum};
 use crate::references::surface::SurfaceSamples;
 
@@ -222,7 +222,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::numbers::pixels::Pixels;
+    use crate::numerics::pixels::Pixels;
     use crate::references::interface::{plane_to_surface, surface_to_plane};
     use crate::references::spectrum::{Lattice, Slab, Spectrum};
     use crate::references::surface::{Sag, SurfaceSamples};

@@ -8,8 +8,8 @@
 
 use num_complex::Complex64;
 
-use crate::numbers::dense::{fourier_kernel, separable};
-use crate::numbers::pixels::Pixels;
+use crate::numerics::dense::{fourier_kernel, separable};
+use crate::numerics::pixels::Pixels;
 use crate::references::interface::{plane_to_surface, surface_to_plane};
 use crate::references::spectrum::{Lattice, PeriodTooShort, Slab, Spectrum};
 use crate::references::surface::{Sag, SurfaceSamples};
@@ -279,7 +279,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::numbers::pixels::Pixels;
+    use crate::numerics::pixels::Pixels;
     use crate::references::lens_train::{LensTrain, PlanoConvex, Source, Step};
     use crate::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
     use crate::references::spectrum::PeriodTooShort;

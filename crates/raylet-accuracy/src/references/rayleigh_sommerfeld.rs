@@ -6,8 +6,8 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::numbers::phase::cis_turns;
-use crate::numbers::pixels::Pixels;
+use crate::numerics::phase::cis_turns;
+use crate::numerics::pixels::Pixels;
 
 /// Sources handled side by side by the inner loop.
 const LANES: usize = 8;
@@ -158,8 +158,8 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::numbers::disc::disc_weights;
-    use crate::numbers::pixels::Pixels;
+    use crate::numerics::disc::disc_weights;
+    use crate::numerics::pixels::Pixels;
     use crate::references::rayleigh_sommerfeld::{
         FieldBar, rayleigh_sommerfeld, rayleigh_sommerfeld_adjoint,
     };

@@ -8,10 +8,10 @@ use ndarray::{Array1, Array2};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::numbers::dense::{fourier_kernel, separable};
-use crate::numbers::disc::disc_transform;
-use crate::numbers::phase::cis_turns;
-use crate::numbers::pixels::Pixels;
+use crate::numerics::dense::{fourier_kernel, separable};
+use crate::numerics::disc::disc_transform;
+use crate::numerics::phase::cis_turns;
+use crate::numerics::pixels::Pixels;
 
 /// Modes handled side by side by the sum at points.
 const LANES: usize = 8;
@@ -310,7 +310,7 @@ mod tests {
     use ndarray::{Array1, Array2};
     use num_complex::Complex64;
 
-    use crate::numbers::pixels::Pixels;
+    use crate::numerics::pixels::Pixels;
     use crate::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
     use crate::references::spectrum::{Lattice, PeriodTooShort, Slab, Spectrum};
 

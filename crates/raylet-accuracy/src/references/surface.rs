@@ -1,6 +1,6 @@
 //! A curved surface's sag, and the samples on its aperture that diffraction sums run over.
 
-use crate::numbers::disc::disc_weights;
+use crate::numerics::disc::disc_weights;
 
 /// A function (x, y) ↦ [z, ∂z/∂x, ∂z/∂y].
 pub type SagFunction<'a> = &'a (dyn Fn(f64, f64) -> [f64; 3] + Sync);

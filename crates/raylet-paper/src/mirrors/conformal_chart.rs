@@ -1,4 +1,4 @@
-//! Pictures of a conformal diffractive mirror: its substrate, what it shows, and how each way errs.
+//! Pictures of a conformal diffractive mirror: its substrate, what it shows, and how each method errs.
 
 #![expect(
     clippy::indexing_slicing,
@@ -10,7 +10,7 @@ use raylet::wave::grid::field::Field;
 use raylet_plot::figure::{Figure, Panel};
 use raylet_plot::panel::FigureError;
 
-use crate::mirrors::conformal_methods::{Comparison, Way, letter};
+use crate::mirrors::conformal_methods::{Comparison, PropagationMethod, letter};
 use crate::mirrors::conformal_mirror::{Conformal, Show};
 
 /// Samples along each axis of the substrate's picture.
@@ -35,7 +35,7 @@ fn heights(mirror: &Conformal) -> Array2<f64> {
 }
 
 impl Comparison {
-    /// The substrate and the whole sensor, then the windows by every way in the same colours.
+    /// The substrate and the whole sensor, then the windows by every method in the same colours.
     ///
     /// # Errors
     /// A picture that cannot be drawn.
@@ -62,7 +62,7 @@ impl Comparison {
         Figure::new(rows, title).to_png(1.5)
     }
 
-    /// The first window by every way.
+    /// The first window by every method.
     fn windows(&self) -> Vec<Panel<'static>> {
         let shift = match self.mirror.show {
             Show::Foci => self.mirror.foci()[0],
@@ -75,12 +75,12 @@ impl Comparison {
         let panels = self.outcomes.iter().map(|outcome| {
             let field = &outcome.fields[0];
             let [x, y] = edges(field, shift);
-            let note = match outcome.way {
-                Way::Exact => String::from("the reference"),
+            let note = match outcome.method {
+                PropagationMethod::Exact => String::from("the reference"),
                 _ => format!("error of the field {:.1e}", outcome.errors[0]),
             };
             let panel = Panel::image(field.intensity(), x, y)
-                .title(outcome.way.name())
+                .title(outcome.method.name())
                 .note(note)
                 .range([0.0, brightest])
                 .quantity("|U|²", "");

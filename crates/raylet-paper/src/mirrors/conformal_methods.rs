@@ -40,9 +40,9 @@ pub struct Draws {
     pub secondary: usize,
 }
 
-/// A way to carry the light.
+/// A method to carry the light.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub enum Way {
+pub enum PropagationMethod {
     /// The direct integral.
     Exact,
     /// As by default.
@@ -51,13 +51,13 @@ pub enum Way {
     Paper(Sag, Draws),
 }
 
-impl Way {
+impl PropagationMethod {
     /// Its name.
     pub fn name(self) -> String {
         let (sag, draws) = match self {
-            Way::Exact => return String::from("direct integral over the surface"),
-            Way::Default => return String::from("default"),
-            Way::Paper(sag, draws) => (sag, draws),
+            PropagationMethod::Exact => return String::from("direct integral over the surface"),
+            PropagationMethod::Default => return String::from("default"),
+            PropagationMethod::Paper(sag, draws) => (sag, draws),
         };
         let on = match sag {
             Sag::Tangent => "tangent planes",
@@ -68,11 +68,11 @@ impl Way {
     }
 }
 
-/// What one way gave.
+/// What one method gave.
 #[derive(Clone, Debug)]
 pub struct Outcome {
-    /// The way.
-    pub way: Way,
+    /// The method.
+    pub method: PropagationMethod,
     /// Field error and error of its shape against the direct integral.
     pub errors: [f64; 2],
     /// Normalised correlation of the intensity with that of the direct integral.
@@ -89,7 +89,7 @@ pub struct Outcome {
     pub fields: Vec<Field>,
 }
 
-/// A mirror, by all ways.
+/// A mirror, by all methods.
 #[derive(Clone, Debug)]
 pub struct Comparison {
     /// The mirror.
@@ -143,9 +143,9 @@ fn ends(strip: Field, windows: &[Window]) -> Vec<Field> {
     vec![window(0), window(last)]
 }
 
-/// The settings of a way.
-fn settings(mirror: &Conformal, way: Way) -> Settings {
-    let Way::Paper(sag, draws) = way else {
+/// The settings of a method.
+fn settings(mirror: &Conformal, method: PropagationMethod) -> Settings {
+    let PropagationMethod::Paper(sag, draws) = method else {
         return Settings::default();
     };
     Settings {
@@ -165,10 +165,13 @@ fn settings(mirror: &Conformal, way: Way) -> Settings {
 }
 
 /// The fields in the windows, and the work they took.
-fn carry(mirror: &Conformal, way: Way) -> Result<(Vec<Field>, f64), ReferenceError> {
-    let settings = settings(mirror, way);
+fn carry(
+    mirror: &Conformal,
+    method: PropagationMethod,
+) -> Result<(Vec<Field>, f64), ReferenceError> {
+    let settings = settings(mirror, method);
     let (windows, strip) = windows(mirror);
-    if way != Way::Exact {
+    if method != PropagationMethod::Exact {
         let outcome = simulate(&mirror.system(strip), &settings, &|_| {})?;
         let rays = outcome.hops.iter().map(|hop| hop.tally.total_rays());
         let rays = rays.sum::<u64>() as f64;
@@ -247,15 +250,18 @@ fn joined(fields: &[Field]) -> Array2<Complex64> {
 }
 
 impl Comparison {
-    /// Carries the light in every way, the direct integral first.
+    /// Carries the light by every method, the direct integral first.
     ///
     /// # Errors
     /// As [`reference()`].
-    pub fn measure(mirror: Conformal, ways: &[Way]) -> Result<Self, ReferenceError> {
+    pub fn measure(
+        mirror: Conformal,
+        methods: &[PropagationMethod],
+    ) -> Result<Self, ReferenceError> {
         let mut outcomes: Vec<Outcome> = Vec::new();
-        for &way in [Way::Exact].iter().chain(ways) {
+        for &method in [PropagationMethod::Exact].iter().chain(methods) {
             let clock = Instant::now();
-            let (fields, work) = carry(&mirror, way)?;
+            let (fields, work) = carry(&mirror, method)?;
             let ours = joined(&fields);
             let exact = outcomes
                 .first()
@@ -265,7 +271,7 @@ impl Comparison {
             let error = field_error(ours.view(), exact.view());
             let like = ncc(bright(&ours).view(), bright(&exact).view());
             outcomes.push(Outcome {
-                way,
+                method,
                 errors: [error, shape].map(|error| error.unwrap_or(f64::NAN)),
                 like: like.unwrap_or(f64::NAN),
                 foci: foci(&mirror, &fields),
@@ -308,10 +314,10 @@ impl Comparison {
 mod tests {
     use raylet::engine::plan::settings::Sag;
 
-    use crate::mirrors::conformal_methods::{Comparison, Draws, Way};
+    use crate::mirrors::conformal_methods::{Comparison, Draws, PropagationMethod};
     use crate::mirrors::conformal_mirror::{Conformal, Show, Substrate};
 
-    /// A tenth of the mirror: foci where they should be, whatever the substrate, by every way but planes.
+    /// A tenth of the mirror: foci where they should be, whatever the substrate, by every method but planes.
     #[test]
     fn foci_stand_where_the_phase_sends_them_slow() {
         for substrate in [Substrate::Bumps, Substrate::Bump] {
@@ -324,8 +330,11 @@ mod tests {
                 rays: 40,
                 secondary: 1000,
             };
-            let ways = [Way::Default, Way::Paper(Sag::True, draws)];
-            let found = Comparison::measure(mirror, &ways).unwrap();
+            let methods = [
+                PropagationMethod::Default,
+                PropagationMethod::Paper(Sag::True, draws),
+            ];
+            let found = Comparison::measure(mirror, &methods).unwrap();
             let [exact, ours] = [&found.outcomes[0], &found.outcomes[1]];
             assert!(ours.errors[0] < 2e-3, "{:?}", ours.errors);
             let [apart, wide, _] = exact.foci.unwrap();

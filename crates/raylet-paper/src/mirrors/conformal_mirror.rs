@@ -20,7 +20,7 @@ use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use raylet::optics::frame::Frame;
 use raylet::optics::freeform::Term;
 use raylet::optics::sag_grid::SagGrid;
-use raylet::optics::screen::{Act, Screen, Sensor};
+use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::Shape;
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
@@ -260,11 +260,11 @@ fn mirror(shape: Shape, element: Doe, place: Vec3, pixels: [usize; 2], pitch: f6
         pixels,
         pitch: [pitch; 2],
     };
-    let screen = |name: &str, origin: Vec3, shape: Shape, act: Act, arrives: f64| Screen {
+    let screen = |name: &str, origin: Vec3, shape: Shape, kind: ScreenKind, arrives: f64| Screen {
         name: name.to_owned(),
         frame: Frame::GLOBAL.moved(origin),
         shape,
-        act,
+        kind,
         index: 1.0,
         behind: None,
         arrives,
@@ -277,8 +277,14 @@ fn mirror(shape: Shape, element: Doe, place: Vec3, pixels: [usize; 2], pitch: f6
             origin: middle,
         },
         screens: vec![
-            screen("mirror", middle, shape, Act::Doe(element), -1.0),
-            screen("sensor", place, Shape::Plane, Act::Sensor(sensor), 1.0),
+            screen("mirror", middle, shape, ScreenKind::Doe(element), -1.0),
+            screen(
+                "sensor",
+                place,
+                Shape::Plane,
+                ScreenKind::Sensor(sensor),
+                1.0,
+            ),
         ],
         trains: vec![vec![]],
     }

@@ -5,7 +5,7 @@ use raylet::file::result::machine::Machine;
 use raylet_plot::text_table::table;
 use serde_json::json;
 
-use crate::mirrors::conformal_methods::{Comparison, Draws, Outcome, Way};
+use crate::mirrors::conformal_methods::{Comparison, Draws, Outcome, PropagationMethod};
 use crate::mirrors::conformal_mirror::{Conformal, Show, Substrate};
 use crate::study::Study;
 use crate::study_error::StudyError;
@@ -28,7 +28,7 @@ pub fn fig6(quick: bool) -> Result<Study, StudyError> {
                 show,
                 scale: if quick { 0.06 } else { 1.0 },
             };
-            let found = Comparison::measure(mirror, &ways(substrate, quick))?;
+            let found = Comparison::measure(mirror, &methods(substrate, quick))?;
             let [name, title] = names(&mirror);
             let pixels = if quick { QUICK_OVERVIEW } else { OVERVIEW };
             let overview = Comparison::overview(&mirror, pixels)?;
@@ -54,15 +54,15 @@ fn draws(sag: Sag, quick: bool) -> Draws {
     Draws { rays, secondary }
 }
 
-/// What is compared; on the nearly flat substrate the ways between planes and the height hardly differ.
-fn ways(substrate: Substrate, quick: bool) -> Vec<Way> {
-    let paper = |sag| Way::Paper(sag, draws(sag, quick));
-    let mut ways = vec![Way::Default, paper(Sag::Tangent)];
+/// What is compared; on the nearly flat substrate the methods between planes and the height hardly differ.
+fn methods(substrate: Substrate, quick: bool) -> Vec<PropagationMethod> {
+    let paper = |sag| PropagationMethod::Paper(sag, draws(sag, quick));
+    let mut methods = vec![PropagationMethod::Default, paper(Sag::Tangent)];
     if substrate == Substrate::Bump {
-        ways.push(paper(Sag::Incident));
+        methods.push(paper(Sag::Incident));
     }
-    ways.push(paper(Sag::True));
-    ways
+    methods.push(paper(Sag::True));
+    methods
 }
 
 /// A name for files and a title.
@@ -95,12 +95,12 @@ fn block(title: &str, found: &Comparison) -> String {
             (None, Some(like)) => format!("NCC {like:.3}"),
             (None, None) => String::from("no foci"),
         };
-        let [all, shape] = outcome.errors.map(|error| match outcome.way {
-            Way::Exact => String::new(),
+        let [all, shape] = outcome.errors.map(|error| match outcome.method {
+            PropagationMethod::Exact => String::new(),
             _ => format!("{error:.2e}"),
         });
         vec![
-            outcome.way.name(),
+            outcome.method.name(),
             shown,
             all,
             shape,
@@ -126,7 +126,7 @@ fn block(title: &str, found: &Comparison) -> String {
 fn entry(name: &str, found: &Comparison) -> serde_json::Value {
     let outcomes = found.outcomes.iter().map(|outcome| {
         json!({
-            "by": outcome.way.name(),
+            "by": outcome.method.name(),
             "field_error": outcome.errors[0],
             "shape_error": outcome.errors[1],
             "ncc": outcome.like,

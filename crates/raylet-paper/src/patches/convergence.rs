@@ -26,9 +26,9 @@ use raylet_plot::panel::FigureError;
 /// Squared errors below this are rounding: all modes were drawn.
 const ROUNDING: f64 = 1e-20;
 
-/// One way to draw modes, and what it gave.
+/// One method to draw modes, and what it gave.
 #[derive(Clone, Debug)]
-pub struct Way {
+pub struct SamplingMethod {
     /// Its name.
     pub name: &'static str,
     density: Density,
@@ -42,8 +42,8 @@ pub struct Way {
 /// The measured convergence on one element.
 #[derive(Clone, Debug)]
 pub struct Convergence {
-    /// The ways to draw, compared.
-    pub ways: [Way; 3],
+    /// The methods to draw, compared.
+    pub methods: [SamplingMethod; 3],
     /// Modes of the patch that propagate.
     pub modes: usize,
     /// Field error of the sum of all these modes against the angular spectrum with a wide period.
@@ -129,10 +129,10 @@ impl<'a> Element<'a> {
         })
     }
 
-    /// Fills in the errors of one way with so many draws, and its law; the last field, and all rays.
+    /// Fills in the errors of one method with so many draws, and its law; the last field, and all rays.
     fn follow(
         &self,
-        way: &mut Way,
+        method: &mut SamplingMethod,
         count: usize,
         seeds: u64,
     ) -> Result<(Array2<Complex64>, u64), SimulateError> {
@@ -141,23 +141,23 @@ impl<'a> Element<'a> {
         for seed in 0..seeds {
             let settings = Settings {
                 seed,
-                ..settings(self.width, way.density, way.sampler, count)
+                ..settings(self.width, method.density, method.sampler, count)
             };
             let outcome = simulate(self.system, &settings, &|_| {})?;
             rays += outcome.hops[0].tally.total_rays();
             last = outcome.field.values;
             sum += square(&(&last - &self.whole)) / norm;
         }
-        way.errors.push([count as f64, sum / seeds as f64]);
+        method.errors.push([count as f64, sum / seeds as f64]);
 
         // (Σ|c|²/π − |V|²)/N at every point, over the mean of |V|².
         let [sizes, squares, modes] = self.sums;
-        let spread = match way.density {
+        let spread = match method.density {
             Density::Amplitude => sizes * sizes,
             Density::Uniform => modes * squares,
         };
         let points = self.whole.len() as f64;
-        if let Some(law) = &mut way.law {
+        if let Some(law) = &mut method.law {
             law.push([count as f64, (spread * points / norm - 1.0) / count as f64]);
         }
         Ok((last, rays))
@@ -176,13 +176,13 @@ impl Convergence {
             .field
             .values;
 
-        // Each way with each number of draws; the paper's own way is shown.
+        // Each method with each number of draws; the paper's own method is shown.
         let mut rays = 0;
         let mut shown = [truth.clone(), truth.clone(), truth.clone()];
-        let mut ways = ways();
-        for (number, way) in ways.iter_mut().enumerate() {
+        let mut methods = methods();
+        for (number, method) in methods.iter_mut().enumerate() {
             for (place, count) in draws.iter().enumerate() {
-                let (field, followed) = element.follow(way, *count, seeds)?;
+                let (field, followed) = element.follow(method, *count, seeds)?;
                 rays += followed;
                 if number == PAPER {
                     shown[if place == 0 { 2 } else { 1 }] = field;
@@ -192,7 +192,7 @@ impl Convergence {
         let whole = element.whole;
         let bright = |u: &Array2<Complex64>| u.mapv(|u| u.norm_sqr());
         Ok(Self {
-            ways,
+            methods,
             modes: element.sums[2] as usize,
             floor: field_error(whole.view(), truth.view()).unwrap_or(f64::NAN),
             floor_mse: unit_sum_mse(bright(&whole).view(), bright(&truth).view())
@@ -210,16 +210,16 @@ impl Convergence {
     /// A picture that cannot be drawn.
     pub fn png(&self, title: &str) -> Result<Vec<u8>, FigureError> {
         let mut series: Vec<Series> = Vec::new();
-        for way in &self.ways {
-            let shown = way.errors.iter().filter(|error| error[1] > ROUNDING);
-            series.push(Series::line(way.name, shown.copied()));
+        for method in &self.methods {
+            let shown = method.errors.iter().filter(|error| error[1] > ROUNDING);
+            series.push(Series::line(method.name, shown.copied()));
         }
-        for (way, name) in self
-            .ways
+        for (method, name) in self
+            .methods
             .iter()
             .zip(["law, uniform", "law, proportional to |c|"])
         {
-            if let Some(law) = &way.law {
+            if let Some(law) = &method.law {
                 series.push(Series::dashed(name, law.clone()));
             }
         }
@@ -229,8 +229,8 @@ impl Convergence {
             .y_axis("relative mean squared error of the field", "")
             .log_x()
             .log_y();
-        let least = self.ways[1].errors.first().map_or(0.0, |e| e[0]);
-        let most = self.ways[1].errors.last().map_or(0.0, |e| e[0]);
+        let least = self.methods[1].errors.first().map_or(0.0, |e| e[0]);
+        let most = self.methods[1].errors.last().map_or(0.0, |e| e[0]);
         let names = [
             String::from("Angular spectrum"),
             format!("{most} draws proportional to |c|"),
@@ -245,12 +245,12 @@ impl Convergence {
     }
 }
 
-/// The place of the paper's way among them.
+/// The place of the paper's method among them.
 const PAPER: usize = 1;
 
-/// The ways that are compared.
-fn ways() -> [Way; 3] {
-    let way = |name, density, sampler, law| Way {
+/// The methods that are compared.
+fn methods() -> [SamplingMethod; 3] {
+    let method = |name, density, sampler, law| SamplingMethod {
         name,
         density,
         sampler,
@@ -259,19 +259,19 @@ fn ways() -> [Way; 3] {
     };
     let independent = || Some(Vec::new());
     [
-        way(
+        method(
             "uniform",
             Density::Uniform,
             Sampler::Multinomial,
             independent(),
         ),
-        way(
+        method(
             "proportional to |c|",
             Density::Amplitude,
             Sampler::Multinomial,
             independent(),
         ),
-        way(
+        method(
             "proportional to |c|, systematic",
             Density::Amplitude,
             Sampler::Systematic,
@@ -295,15 +295,15 @@ mod tests {
     fn errors_follow_their_laws_slow() {
         let system = metalens(30, 0.1, 1e-3);
         let found = Convergence::measure(&system, &[30, 300, 3000], 8).unwrap();
-        let lawful = found.ways.each_ref().map(|way| way.law.is_some());
+        let lawful = found.methods.each_ref().map(|method| method.law.is_some());
         assert_eq!(lawful, [true, true, false]);
-        for way in &found.ways {
-            if let Some(law) = &way.law {
-                let ratio = way.errors[2][1] / law[2][1];
-                assert!((ratio - 1.0).abs() < 0.2, "{}: {ratio}", way.name);
+        for method in &found.methods {
+            if let Some(law) = &method.law {
+                let ratio = method.errors[2][1] / law[2][1];
+                assert!((ratio - 1.0).abs() < 0.2, "{}: {ratio}", method.name);
             }
         }
-        for (with, without) in found.ways[1].errors.iter().zip(&found.ways[2].errors) {
+        for (with, without) in found.methods[1].errors.iter().zip(&found.methods[2].errors) {
             assert!(without[1] < with[1], "{without:?} {with:?}");
         }
 

@@ -71,11 +71,11 @@ fn tasks(quick: bool) -> [HologramTask; 2] {
 /// The numbers of one element as text.
 fn block(task: &HologramTask, found: &Convergence) -> String {
     let mut rows = Vec::new();
-    for way in &found.ways {
-        for (i, [draws, error]) in way.errors.iter().enumerate() {
-            let law = way.law.as_ref().map(|law| format!("{:.3e}", law[i][1]));
+    for method in &found.methods {
+        for (i, [draws, error]) in method.errors.iter().enumerate() {
+            let law = method.law.as_ref().map(|law| format!("{:.3e}", law[i][1]));
             rows.push(vec![
-                way.name.to_owned(),
+                method.name.to_owned(),
                 format!("{draws}"),
                 format!("{error:.3e}"),
                 law.unwrap_or_default(),
@@ -98,10 +98,10 @@ fn block(task: &HologramTask, found: &Convergence) -> String {
 
 /// The same as a document.
 fn entry(task: &HologramTask, found: &Convergence) -> serde_json::Value {
-    let ways = found
-        .ways
+    let methods = found
+        .methods
         .iter()
-        .map(|way| json!({ "drawn": way.name, "errors": way.errors, "law": way.law }));
+        .map(|method| json!({ "drawn": method.name, "errors": method.errors, "law": method.law }));
     json!({
         "name": task.name,
         "title": task.title,
@@ -109,7 +109,7 @@ fn entry(task: &HologramTask, found: &Convergence) -> serde_json::Value {
         "modes": found.modes,
         "all_modes_field_error": found.floor,
         "all_modes_unit_sum_mse": found.floor_mse,
-        "ways": ways.collect::<Vec<_>>(),
+        "methods": methods.collect::<Vec<_>>(),
         "rays": found.rays,
         "seconds": found.seconds,
     })

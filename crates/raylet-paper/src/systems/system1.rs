@@ -66,7 +66,7 @@ impl Sizes {
     }
 }
 
-/// Carries the light of the grating in every way, and compares them.
+/// Carries the light of the grating by every method, and compares them.
 ///
 /// # Errors
 /// What the library refuses, and files that cannot be kept.
@@ -233,7 +233,7 @@ fn readings(sizes: &Sizes) -> Result<String, StudyError> {
     Ok(text)
 }
 
-/// The light about the peak by every way.
+/// The light about the peak by every method.
 fn picture(
     runs: &[MethodRun],
     near: &MethodRun,

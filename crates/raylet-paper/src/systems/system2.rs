@@ -28,7 +28,7 @@ use crate::systems::system_table::{Board, DrawnRun, Rod, by_paper, in_parts, onc
 /// Periods of the angular spectrum over the hologram: the paper's, and one whose copies are far.
 const PADDINGS: [usize; 2] = [2, 8];
 
-/// Designs the hologram, carries its light in every way, and compares them.
+/// Designs the hologram, carries its light by every method, and compares them.
 ///
 /// # Errors
 /// What the library refuses, and files that cannot be kept.
@@ -66,7 +66,7 @@ pub fn system2(effort: Effort) -> Result<Study, StudyError> {
         },
     ];
     let mut runs = vec![wide.clone(), real.clone()];
-    runs.extend(ways(&points, effort)?);
+    runs.extend(methods(&points, effort)?);
     runs.push(once(
         "default: free hop, box pixels",
         &boxes,
@@ -135,7 +135,7 @@ fn directly(boxes: &System) -> Result<MethodRun, StudyError> {
 }
 
 /// The paper's method: with all modes, by its code of the whole element, by its code of patches, by its text.
-fn ways(points: &System, effort: Effort) -> Result<Vec<MethodRun>, StudyError> {
+fn methods(points: &System, effort: Effort) -> Result<Vec<MethodRun>, StudyError> {
     let width = points.screens[0].bounds().map_or(0.0, |b| b[1] - b[0]);
     let whole = |sampler, secondary| Paper {
         rays: 1,

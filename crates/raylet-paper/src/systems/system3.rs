@@ -69,7 +69,7 @@ struct Design {
     curves: [Series; 2],
 }
 
-/// Designs the hologram for two trains, carries its light in every way, and compares them.
+/// Designs the hologram for two trains, carries its light by every method, and compares them.
 ///
 /// # Errors
 /// What the library refuses, and files that cannot be kept.

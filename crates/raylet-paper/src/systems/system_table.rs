@@ -1,4 +1,4 @@
-//! What the studies of the source paper's three systems share: ways side by side, as a table and a document.
+//! What the studies of the source paper's three systems share: methods side by side, as a table and a document.
 
 use std::path::Path;
 
@@ -8,7 +8,7 @@ use raylet::engine::chain::outcome::Progress;
 use raylet::engine::monte_carlo::repeated_runs::RepeatedRuns;
 use raylet::engine::plan::settings::{Method, Paper, Settings};
 use raylet::file::storage::partial::PartialFile;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::ncc;
 use raylet_plot::text_table::table;
@@ -28,7 +28,7 @@ pub(crate) struct Rod<'a> {
     pub(crate) field: ArrayView2<'a, Complex64>,
 }
 
-/// What was found of one way.
+/// What was found of one method.
 struct Entry {
     run: MethodRun,
     /// How alike it is to references, by name.
@@ -39,7 +39,7 @@ struct Entry {
     peak_um: Option<[f64; 2]>,
 }
 
-/// All ways of a study.
+/// All methods of a study.
 #[derive(Default)]
 pub(crate) struct Board {
     entries: Vec<Entry>,
@@ -151,14 +151,14 @@ pub fn clear(folder: &Path) -> Result<(), StudyError> {
 
 /// Samples [ny, nx] of a system's sensor.
 fn shape(system: &System) -> [usize; 2] {
-    match system.screens.last().map(|screen| &screen.act) {
-        Some(Act::Sensor(sensor)) => [sensor.pixels[1], sensor.pixels[0]],
+    match system.screens.last().map(|screen| &screen.kind) {
+        Some(ScreenKind::Sensor(sensor)) => [sensor.pixels[1], sensor.pixels[0]],
         _ => [0, 0],
     }
 }
 
 impl Board {
-    /// Notes a way, compared with references and with the target picture.
+    /// Notes a method, compared with references and with the target picture.
     pub(crate) fn add(&mut self, run: &MethodRun, rods: &[Rod], picture: Option<&Array2<f64>>) {
         // A field is not compared with itself.
         let others = rods.iter().filter(|rod| rod.field != run.field);
@@ -175,14 +175,14 @@ impl Board {
         });
     }
 
-    /// Notes where the brightest pixel of the last way is, in µm.
+    /// Notes where the brightest pixel of the last method is, in µm.
     pub(crate) fn note_peak(&mut self, peak_um: Option<[f64; 2]>) {
         if let Some(entry) = self.entries.last_mut() {
             entry.peak_um = peak_um;
         }
     }
 
-    /// Everything as text: what each way cost and showed, then how alike it is to each reference.
+    /// Everything as text: what each method cost and showed, then how alike it is to each reference.
     pub(crate) fn text(&self) -> String {
         let number = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.4}"));
         let small = |value: Option<f64>| value.map_or(String::new(), |v| format!("{v:.3e}"));
@@ -215,7 +215,7 @@ impl Board {
             }
         }
         let cost_head = [
-            "way",
+            "method",
             "draws",
             "rays",
             "s",
@@ -225,7 +225,7 @@ impl Board {
             "standard error",
         ];
         let like_head = [
-            "way",
+            "method",
             "against",
             "NCC",
             "unit-sum MSE",
@@ -245,7 +245,7 @@ impl Board {
             let like =
                 |(against, found): &(String, Match)| json!({ "against": against, "match": found });
             json!({
-                "way": entry.run.name,
+                "method": entry.run.name,
                 "cost": entry.run.cost,
                 "standard_error": entry.run.standard_error,
                 "ncc_with_picture": entry.picture,
@@ -262,7 +262,7 @@ impl Board {
         let document = json!({
             "title": title,
             "files": names,
-            "ways": self.document(),
+            "methods": self.document(),
             "notes": notes.lines().collect::<Vec<_>>(),
         });
         Study {

@@ -17,7 +17,7 @@ use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Pulse, uncancelled};
 use crate::engine::trace::ray_sensitivity::Variation;
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::system::System;
 
 /// One coherent run that a design evaluates.
@@ -178,9 +178,9 @@ impl Project {
         let mut system = (self.build_system)(channel, parameters).map_err(ProjectError::System)?;
         for (index, (element, made)) in self.elements.iter().zip(made).enumerate() {
             let screen = system.screens.get_mut(element.screen);
-            let pixels = screen.and_then(|screen| match &mut screen.act {
-                Act::Doe(doe) => doe.free_pixels_mut(),
-                Act::Stop(_) | Act::Sensor(_) => None,
+            let pixels = screen.and_then(|screen| match &mut screen.kind {
+                ScreenKind::Doe(doe) => doe.free_pixels_mut(),
+                ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
             });
             let Some(pixels) = pixels else {
                 return Err(ProjectError::Pixels(element.screen));

@@ -253,7 +253,7 @@ impl Rays<'_> {
         }
 
         // From the right side.
-        let d = screen.frame.turn_in(direction);
+        let d = screen.frame.direction_to_local(direction);
         let [sx, sy] = height.slope;
         let lift = (d.z - sx * d.x - sy * d.y) / (1.0 + sx * sx + sy * sy).sqrt();
         if lift * screen.arrives <= 0.0 {

@@ -69,13 +69,13 @@ mod tests {
     use crate::optics::frame::Frame;
     use crate::optics::ray::Loss;
     use crate::optics::refraction::{Coating, Interface, refract};
-    use crate::optics::screen::{Behind, Screen};
+    use crate::optics::screen::{MediumBehind, Screen};
 
     fn interface(coating: Coating) -> Screen {
         Screen {
             shape: conic(0.08, -0.6),
             index: 1.5,
-            behind: Some(Behind {
+            behind: Some(MediumBehind {
                 index: 1.2,
                 coating,
             }),

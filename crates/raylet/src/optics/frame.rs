@@ -49,14 +49,14 @@ impl Frame {
 
     /// A global direction in local components.
     #[inline(always)]
-    pub fn turn_in<T: Real>(&self, v: Vec3<T>) -> Vec3<T> {
+    pub fn direction_to_local<T: Real>(&self, v: Vec3<T>) -> Vec3<T> {
         let along = |axis: Vec3| v.x * axis.x + v.y * axis.y + v.z * axis.z;
         Vec3::new(along(self.x), along(self.y), along(self.z))
     }
 
     /// A local direction in global components.
     #[inline(always)]
-    pub fn turn_out<T: Real>(&self, v: Vec3<T>) -> Vec3<T> {
+    pub fn direction_to_global<T: Real>(&self, v: Vec3<T>) -> Vec3<T> {
         Vec3::new(
             v.x * self.x.x + v.y * self.y.x + v.z * self.z.x,
             v.x * self.x.y + v.y * self.y.y + v.z * self.z.y,
@@ -67,7 +67,7 @@ impl Frame {
     /// A global point in local coordinates.
     #[inline(always)]
     pub fn to_local<T: Real>(&self, point: Vec3<T>) -> Vec3<T> {
-        self.turn_in(Vec3::new(
+        self.direction_to_local(Vec3::new(
             point.x - self.origin.x,
             point.y - self.origin.y,
             point.z - self.origin.z,
@@ -77,7 +77,7 @@ impl Frame {
     /// A local point in global coordinates.
     #[inline(always)]
     pub fn to_global<T: Real>(&self, point: Vec3<T>) -> Vec3<T> {
-        let v = self.turn_out(point);
+        let v = self.direction_to_global(point);
         Vec3::new(
             v.x + self.origin.x,
             v.y + self.origin.y,
@@ -97,9 +97,9 @@ pub trait Axes<T: Real> {
     /// The local x and y axes, global.
     fn across(&self) -> [Vec3<T>; 2];
     /// A global direction in local components.
-    fn turn_in(&self, v: Vec3<T>) -> Vec3<T>;
+    fn direction_to_local(&self, v: Vec3<T>) -> Vec3<T>;
     /// A local direction in global components.
-    fn turn_out(&self, v: Vec3<T>) -> Vec3<T>;
+    fn direction_to_global(&self, v: Vec3<T>) -> Vec3<T>;
     /// A global point in local coordinates.
     fn to_local(&self, point: Vec3<T>) -> Vec3<T>;
     /// A local point in global coordinates.
@@ -112,12 +112,12 @@ impl<T: Real> Axes<T> for Frame {
         [Vec3::constant(self.x), Vec3::constant(self.y)]
     }
     #[inline(always)]
-    fn turn_in(&self, v: Vec3<T>) -> Vec3<T> {
-        Frame::turn_in(self, v)
+    fn direction_to_local(&self, v: Vec3<T>) -> Vec3<T> {
+        Frame::direction_to_local(self, v)
     }
     #[inline(always)]
-    fn turn_out(&self, v: Vec3<T>) -> Vec3<T> {
-        Frame::turn_out(self, v)
+    fn direction_to_global(&self, v: Vec3<T>) -> Vec3<T> {
+        Frame::direction_to_global(self, v)
     }
     #[inline(always)]
     fn to_local(&self, point: Vec3<T>) -> Vec3<T> {

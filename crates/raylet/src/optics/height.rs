@@ -37,17 +37,6 @@ impl<T: Real> Height<T> {
     }
 }
 
-impl<T> From<Jet<T>> for Height<T> {
-    #[inline(always)]
-    fn from(jet: Jet<T>) -> Self {
-        Self {
-            z: jet.value,
-            slope: jet.slope,
-            hessian: jet.hessian,
-        }
-    }
-}
-
 impl Height {
     /// The larger of the two principal curvatures, without its sign, in 1/mm.
     pub(crate) fn sharpest(&self) -> f64 {

@@ -341,7 +341,7 @@ mod tests {
 
     use crate::optics::paraxial::{Abcd, Cardinal, ParaxialError};
     use crate::optics::refraction::Interface;
-    use crate::optics::screen::{Act, Screen};
+    use crate::optics::screen::{Screen, ScreenKind};
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
@@ -353,7 +353,7 @@ mod tests {
     fn screen(z: f64, arrives: f64) -> Screen {
         Screen {
             arrives,
-            ..parts::screen(on_axis(z), Act::Stop(Aperture::disc(0.63)))
+            ..parts::screen(on_axis(z), ScreenKind::Stop(Aperture::disc(0.63)))
         }
     }
 

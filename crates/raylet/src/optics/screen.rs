@@ -17,18 +17,18 @@ pub struct Screen {
     /// Its height over the local plane, z = s(x, y).
     pub shape: Shape,
     /// Action on the light: an aperture, a diffractive element or a sensor.
-    pub act: Act,
+    pub kind: ScreenKind,
     /// Refractive index around it; where another medium stands behind it, the index before it.
     pub index: f64,
     /// The medium behind an element that stands on an interface; nothing where light goes on in the same medium.
-    pub behind: Option<Behind>,
+    pub behind: Option<MediumBehind>,
     /// +1 when light arrives towards the local +z, −1 when it arrives towards −z.
     pub arrives: f64,
 }
 
 /// The medium behind a screen that stands on an interface.
 #[derive(Clone, Copy, Debug, PartialEq)]
-pub struct Behind {
+pub struct MediumBehind {
     /// Its refractive index.
     pub index: f64,
     /// How much of the field the interface transmits.
@@ -37,7 +37,7 @@ pub struct Behind {
 
 /// The action of a screen on light.
 #[derive(Clone, Debug, PartialEq)]
-pub enum Act {
+pub enum ScreenKind {
     /// An aperture: what is outside is blocked.
     Stop(Aperture),
     /// A diffractive element.
@@ -81,8 +81,8 @@ const RELIEF: usize = 64;
 impl Screen {
     /// +1 when light leaves towards the local +z, −1 when it leaves towards −z.
     pub(crate) fn leaves(&self) -> f64 {
-        match &self.act {
-            Act::Doe(doe) if doe.reflect => -self.arrives,
+        match &self.kind {
+            ScreenKind::Doe(doe) if doe.reflect => -self.arrives,
             _ => self.arrives,
         }
     }
@@ -94,10 +94,10 @@ impl Screen {
 
     /// Whether the part that matters ends at the edges of [`Screen::bounds`].
     pub(crate) fn is_rectangular(&self) -> bool {
-        let outline = match &self.act {
-            Act::Stop(aperture) => &aperture.outline,
-            Act::Doe(doe) => &doe.aperture.outline,
-            Act::Sensor(_) => return true,
+        let outline = match &self.kind {
+            ScreenKind::Stop(aperture) => &aperture.outline,
+            ScreenKind::Doe(doe) => &doe.aperture.outline,
+            ScreenKind::Sensor(_) => return true,
         };
         matches!(outline, Outline::Rectangle { .. })
     }
@@ -121,15 +121,15 @@ impl Screen {
         let z = Vec3::new(-sx, -sy, 1.0).unit();
         let frame = Frame {
             origin: self.frame.to_global(Vec3::new(at[0], at[1], height.z)),
-            x: self.frame.turn_out(x),
-            y: self.frame.turn_out(z.cross(x)),
-            z: self.frame.turn_out(z),
+            x: self.frame.direction_to_global(x),
+            y: self.frame.direction_to_global(z.cross(x)),
+            z: self.frame.direction_to_global(z),
         };
         Some(Screen {
             name: String::new(),
             frame,
             shape: Shape::Plane,
-            act: Act::Stop(Aperture::OPEN),
+            kind: ScreenKind::Stop(Aperture::OPEN),
             index: self.index_behind(),
             behind: None,
             arrives: self.leaves(),
@@ -189,10 +189,10 @@ impl Screen {
     /// The part of the screen that matters, `[x_min, x_max, y_min, y_max]` in mm: the aperture of a stop
     /// or element, the outline of a sensor; nothing when it has no edge.
     pub fn bounds(&self) -> Option<[f64; 4]> {
-        match &self.act {
-            Act::Stop(aperture) => aperture.bounds(),
-            Act::Doe(doe) => doe.bounds(),
-            Act::Sensor(sensor) => {
+        match &self.kind {
+            ScreenKind::Stop(aperture) => aperture.bounds(),
+            ScreenKind::Doe(doe) => doe.bounds(),
+            ScreenKind::Sensor(sensor) => {
                 let half = |i: usize| 0.5 * sensor.pixels[i] as f64 * sensor.pitch[i];
                 Some([-half(0), half(0), -half(1), half(1)])
             }

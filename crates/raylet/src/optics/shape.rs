@@ -55,6 +55,23 @@ impl Shape {
         match self {
             Shape::Plane => Some(Height::flat()),
             Shape::Conic(conic) => conic.height(x, y),
+            _ if T::SEVERAL => self.height_here(x, y),
+            _ => self.height_called(x, y),
+        }
+    }
+
+    /// The same as a function of its own, for single rays: copies of it in every caller take long to compile.
+    #[inline(never)]
+    fn height_called<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
+        self.height_here(x, y)
+    }
+
+    /// The same within the caller: a packet's vectors are faster there than as arguments.
+    #[inline(always)]
+    fn height_here<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
+        match self {
+            Shape::Plane => Some(Height::flat()),
+            Shape::Conic(conic) => conic.height(x, y),
             Shape::Asphere { base, coefficients } => {
                 base.height(x, y).map(|h| add_powers(h, coefficients, x, y))
             }
@@ -98,20 +115,20 @@ impl Shape {
     /// [`Loss::Missed`] when they do not meet.
     #[inline(always)]
     pub(crate) fn meet<T: Real>(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
-        match self {
+        let mean = match self {
             Shape::Plane => {
                 if direction.z.any(|z| z == 0.0) {
                     return Err(Loss::Missed);
                 }
-                Ok(-position.z / direction.z)
+                return Ok(-position.z / direction.z);
             }
-            Shape::Conic(conic) => conic.meet(position, direction),
-            Shape::Asphere { base, .. } | Shape::Freeform { base, .. } => {
-                self.meet_near(base, position, direction)
-            }
-            Shape::Biconic(biconic) => self.meet_near(&biconic.mean(), position, direction),
-            Shape::Toroid(toroid) => self.meet_near(&toroid.mean(), position, direction),
-        }
+            Shape::Conic(conic) => return conic.meet(position, direction),
+            Shape::Asphere { base, .. } | Shape::Freeform { base, .. } => *base,
+            Shape::Biconic(biconic) => biconic.mean(),
+            Shape::Toroid(toroid) => toroid.mean(),
+        };
+        // In one place: the compiler copies the search, with all heights in it, to where it is called.
+        self.meet_near(&mean, position, direction)
     }
 }
 

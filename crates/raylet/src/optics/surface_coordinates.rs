@@ -12,14 +12,14 @@ use crate::optics::shape::Shape;
 #[derive(Clone, Debug, PartialEq)]
 pub struct SurfaceCoordinates {
     shape: Shape,
-    way: Way,
+    along: MeasuredAlong,
     /// Nodes on [−1, 1] and weights of Gauss's rule.
     rule: Vec<[f64; 2]>,
 }
 
 /// Along what lengths are measured.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-enum Way {
+enum MeasuredAlong {
     /// Meridians.
     Radius,
     /// The curve over x.
@@ -35,33 +35,33 @@ const PANELS: usize = 2;
 impl SurfaceCoordinates {
     /// The own coordinates of a surface of revolution or a cylinder; nothing for others.
     pub fn of(shape: &Shape) -> Option<Self> {
-        let way = match shape {
-            Shape::Biconic(biconic) if biconic.y.curvature == 0.0 => Way::X,
-            Shape::Biconic(biconic) if biconic.x.curvature == 0.0 => Way::Y,
-            Shape::Toroid(toroid) if toroid.rotation == 0.0 => Way::Y,
+        let along = match shape {
+            Shape::Biconic(biconic) if biconic.y.curvature == 0.0 => MeasuredAlong::X,
+            Shape::Biconic(biconic) if biconic.x.curvature == 0.0 => MeasuredAlong::Y,
+            Shape::Toroid(toroid) if toroid.rotation == 0.0 => MeasuredAlong::Y,
             Shape::Toroid(toroid)
                 if toroid.curve.curvature == 0.0
                     && toroid.coefficients.iter().all(|a| *a == 0.0) =>
             {
-                Way::X
+                MeasuredAlong::X
             }
-            round if round.is_round() => Way::Radius,
+            round if round.is_round() => MeasuredAlong::Radius,
             _ => return None,
         };
         let rule = gauss_quad::GaussLegendre::new(NODES);
         Some(Self {
             shape: shape.clone(),
-            way,
+            along,
             rule: rule.into_iter().map(|(t, w)| [t, w]).collect(),
         })
     }
 
     /// The own coordinates (X, Y) in mm of the point above (x, y); nothing where the surface does not exist.
     pub(crate) fn at(&self, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
-        match self.way {
-            Way::X => Some([self.length(x)?, y]),
-            Way::Y => Some([x, self.length(y)?]),
-            Way::Radius => {
+        match self.along {
+            MeasuredAlong::X => Some([self.length(x)?, y]),
+            MeasuredAlong::Y => Some([x, self.length(y)?]),
+            MeasuredAlong::Radius => {
                 let r = x.hypot(y);
                 if r == 0.0 {
                     return Some([0.0; 2]);
@@ -74,10 +74,10 @@ impl SurfaceCoordinates {
 
     /// ∂(X, Y)/∂(x, y) by rows; nothing where the surface does not exist.
     pub(crate) fn derivative(&self, [x, y]: [f64; 2]) -> Option<[[f64; 2]; 2]> {
-        match self.way {
-            Way::X => Some([[self.rate(x)?, 0.0], [0.0, 1.0]]),
-            Way::Y => Some([[1.0, 0.0], [0.0, self.rate(y)?]]),
-            Way::Radius => {
+        match self.along {
+            MeasuredAlong::X => Some([[self.rate(x)?, 0.0], [0.0, 1.0]]),
+            MeasuredAlong::Y => Some([[1.0, 0.0], [0.0, self.rate(y)?]]),
+            MeasuredAlong::Radius => {
                 let r = x.hypot(y);
                 if r == 0.0 {
                     return Some([[1.0, 0.0], [0.0, 1.0]]);
@@ -94,9 +94,9 @@ impl SurfaceCoordinates {
 
     /// ds/dt = √(1 + z′²) of the curve.
     fn rate(&self, t: f64) -> Option<f64> {
-        let slope = match self.way {
-            Way::Y => self.shape.height(0.0, t)?.slope[1],
-            Way::X | Way::Radius => self.shape.height(t, 0.0)?.slope[0],
+        let slope = match self.along {
+            MeasuredAlong::Y => self.shape.height(0.0, t)?.slope[1],
+            MeasuredAlong::X | MeasuredAlong::Radius => self.shape.height(t, 0.0)?.slope[0],
         };
         Some(1.0f64.hypot(slope))
     }
@@ -120,12 +120,12 @@ impl SurfaceCoordinates {
 
     /// The curvature of the curve where it is a circle or a line.
     fn circle(&self) -> Option<f64> {
-        let conic = match (&self.shape, self.way) {
+        let conic = match (&self.shape, self.along) {
             (Shape::Plane, _) => return Some(0.0),
             (Shape::Conic(conic), _) => conic,
-            (Shape::Biconic(biconic), Way::X) => &biconic.x,
-            (Shape::Biconic(biconic), Way::Y) => &biconic.y,
-            (Shape::Toroid(toroid), Way::X) => return Some(toroid.rotation),
+            (Shape::Biconic(biconic), MeasuredAlong::X) => &biconic.x,
+            (Shape::Biconic(biconic), MeasuredAlong::Y) => &biconic.y,
+            (Shape::Toroid(toroid), MeasuredAlong::X) => return Some(toroid.rotation),
             _ => return None,
         };
         (conic.conic == 0.0 || conic.curvature == 0.0).then_some(conic.curvature)

@@ -1,8 +1,7 @@
 //! Surfaces with two curvatures: biconics, cylinders and toroids.
 
-use crate::math::jet::Jet;
 use crate::math::real::Real;
-use crate::optics::conic::Conic;
+use crate::optics::conic::{Conic, add_powers};
 use crate::optics::height::Height;
 
 /// z = (cx x² + cy y²) / (1 + √(1 − (1+κx) cx² x² − (1+κy) cy² y²)); a cylinder when one curvature is
@@ -28,12 +27,6 @@ pub struct Toroid {
     pub coefficients: Vec<f64>,
 }
 
-/// Square of a number.
-#[inline(always)]
-fn square<T: Real>(a: T) -> T {
-    a * a
-}
-
 impl Biconic {
     /// The surface of revolution that is nearest to it at the vertex.
     pub(crate) fn mean(&self) -> Conic {
@@ -46,19 +39,37 @@ impl Biconic {
     /// Height and derivatives at (x, y); nothing where the surface does not exist.
     #[inline(always)]
     pub(crate) fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
-        self.sag(Jet::variable(x, 0), Jet::variable(y, 1))
-            .map(Height::from)
-    }
-
-    #[inline(always)]
-    fn sag<T: Real>(&self, x: T, y: T) -> Option<T> {
         let rate = |c: &Conic| (1.0 + c.conic) * c.curvature * c.curvature;
-        let (xx, yy) = (square(x), square(y));
-        let under = -(xx * rate(&self.x) + yy * rate(&self.y)) + 1.0;
+        let (a, b) = (rate(&self.x), rate(&self.y));
+        let under = -(x * x * a + y * y * b) + 1.0;
         if under.any(|under| under <= 0.0) {
             return None;
         }
-        Some((xx * self.x.curvature + yy * self.y.curvature) / (under.sqrt() + 1.0))
+
+        // The root q and its derivatives, from q² = 1 − a x² − b y².
+        let q = under.sqrt();
+        let one_over = T::constant(1.0) / q;
+        let [qx, qy] = [x * one_over * -a, y * one_over * -b];
+        let [qxx, qyy] = [a, b].map(|a| T::constant(-a));
+        let qxx = (qxx - qx * qx) * one_over;
+        let qxy = -(qx * qy * one_over);
+        let qyy = (qyy - qy * qy) * one_over;
+
+        // Those of z, from z (1 + q) = cx x² + cy y².
+        let [cx, cy] = [self.x.curvature, self.y.curvature];
+        let part = T::constant(1.0) / (q + 1.0);
+        let z = (x * x * cx + y * y * cy) * part;
+        let zx = (x * (2.0 * cx) - z * qx) * part;
+        let zy = (y * (2.0 * cy) - z * qy) * part;
+        Some(Height {
+            z,
+            slope: [zx, zy],
+            hessian: [
+                (-(zx * qx * 2.0 + z * qxx) + 2.0 * cx) * part,
+                -(zx * qy + zy * qx + z * qxy) * part,
+                (-(zy * qy * 2.0 + z * qyy) + 2.0 * cy) * part,
+            ],
+        })
     }
 }
 
@@ -74,31 +85,41 @@ impl Toroid {
     /// Height and derivatives at (x, y); nothing where the surface does not exist.
     #[inline(always)]
     pub(crate) fn height<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
-        self.sag(Jet::variable(x, 0), Jet::variable(y, 1))
-            .map(Height::from)
-    }
+        let [g, dg, ddg] = self.along_y(y)?;
 
-    #[inline(always)]
-    fn sag<T: Real>(&self, x: T, y: T) -> Option<T> {
-        // The curve along y.
-        let c = self.curve.curvature;
-        let yy = square(y);
-        let under = yy * (-(1.0 + self.curve.conic) * c * c) + 1.0;
-        if under.any(|under| under <= 0.0) {
-            return None;
-        }
-        let zero = T::constant(0.0);
-        let horner = |sum: T, a: &f64| sum * yy + *a;
-        let powers = self.coefficients.iter().rev().fold(zero, horner) * yy * yy;
-        let g = yy * c / (under.sqrt() + 1.0) + powers;
-
-        // Turned about the axis at R: (R − z)² = (R − g)² − x², free of cancellation for any R.
-        let arm = g * -self.rotation + 1.0;
-        let under = square(arm) - square(x * self.rotation);
+        // Turned about the axis at R: (R − z)² = (R − g)² − x², free of cancellation for any R. In units of R, the
+        // arm is 1 − g/R and the root is 1 − z/R.
+        let turn = self.rotation;
+        let arm = g * -turn + 1.0;
+        let under = arm * arm - x * x * (turn * turn);
         if arm.any(|arm| arm <= 0.0) || under.any(|under| under <= 0.0) {
             return None;
         }
-        Some((g * (arm + 1.0) + square(x) * self.rotation) / (under.sqrt() + 1.0))
+        let root = under.sqrt();
+        let z = (g * (arm + 1.0) + x * x * turn) / (root + 1.0);
+
+        // With u = x/R and the slope g' along the curve, z_x = u/root and z_y = arm g'/root.
+        let one_over = T::constant(1.0) / root;
+        let cube = one_over * one_over * one_over * turn;
+        let (u, lift) = (x * turn, arm * dg);
+        Some(Height {
+            z,
+            slope: [u * one_over, lift * one_over],
+            hessian: [
+                arm * arm * cube,
+                u * lift * cube,
+                (arm * ddg - dg * dg * turn) * one_over + lift * lift * cube,
+            ],
+        })
+    }
+
+    /// The curve at y, with its first and second derivatives.
+    #[inline(always)]
+    fn along_y<T: Real>(&self, y: T) -> Option<[T; 3]> {
+        let flat = T::constant(0.0);
+        let below = self.curve.height(flat, y)?;
+        let h = add_powers(below, &self.coefficients, flat, y);
+        Some([h.z, h.slope[1], h.hessian[2]])
     }
 }
 

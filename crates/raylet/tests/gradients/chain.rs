@@ -5,7 +5,7 @@ use num_complex::Complex64;
 use raylet::engine::chain::linearised_system::LinearisedSystem;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::Settings;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 
 use crate::gradients::stage::{cases, noise};
@@ -13,7 +13,7 @@ use crate::gradients::stage::{cases, noise};
 /// The system with other pixels on one of its screens.
 pub(crate) fn with_pixels(system: &System, number: usize, purpose: u32) -> System {
     let mut changed = system.clone();
-    if let Act::Doe(doe) = &mut changed.screens[number].act
+    if let ScreenKind::Doe(doe) = &mut changed.screens[number].kind
         && let Some(pixels) = doe.free_pixels_mut()
     {
         let (ny, nx) = pixels.values.dim();
@@ -75,7 +75,7 @@ fn dot_product_without_weak_modes() {
         let field_bar = noise([ny, nx], 40);
         let gradient = linearised.adjoint(&case.system, &[], &trace, &field_bar);
         for (screen, bar) in case.system.screens.iter().zip(gradient.unwrap().pixels) {
-            if let (Act::Doe(doe), Some(bar)) = (&screen.act, bar)
+            if let (ScreenKind::Doe(doe), Some(bar)) = (&screen.kind, bar)
                 && let Some(pixels) = doe.clone().free_pixels_mut()
             {
                 let error = apart([&field_bar, field], [&bar, &pixels.values]);

@@ -9,7 +9,7 @@ use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::math::vec3::Vec3;
 use raylet::optics::doe::Layer;
 use raylet::optics::profile::Profile;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::system::System;
 
@@ -262,12 +262,12 @@ fn free_hops_match_differences_slow() {
 fn profile_matches_differences() {
     let mut case = cases().swap_remove(0);
     let axicon = |slope: f64| Layer::Phase(Profile::Axicon { slope });
-    if let Act::Doe(doe) = &mut case.system.screens[0].act {
+    if let ScreenKind::Doe(doe) = &mut case.system.screens[0].kind {
         doe.layers.push(axicon(0.1));
     }
     let change = move |system: &System, by: f64| {
         let mut changed = system.clone();
-        if let Act::Doe(doe) = &mut changed.screens[0].act {
+        if let ScreenKind::Doe(doe) = &mut changed.screens[0].kind {
             doe.layers[1] = axicon(0.1 + by);
         }
         changed
@@ -319,8 +319,8 @@ fn pixels_match_differences_slow() {
 }
 
 fn pixels_of(system: &mut System, number: usize) -> &mut Array2<Complex64> {
-    match &mut system.screens[number].act {
-        Act::Doe(doe) => &mut doe.free_pixels_mut().unwrap().values,
+    match &mut system.screens[number].kind {
+        ScreenKind::Doe(doe) => &mut doe.free_pixels_mut().unwrap().values,
         _ => panic!("screen {number} is no element"),
     }
 }

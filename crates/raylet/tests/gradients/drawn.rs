@@ -9,7 +9,7 @@ use raylet::engine::chain::linearised_system_error::LinearisedSystemError;
 use raylet::engine::monte_carlo::mode_sampling::{Drawing, Draws, PatchDraws};
 use raylet::engine::progress::uncancelled;
 use raylet::optics::doe::PixelForm;
-use raylet::optics::screen::Act;
+use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
 use raylet::wave::grid::metrics::field_error;
@@ -111,7 +111,7 @@ fn turned(system: &System) -> System {
 
 /// The pixels of the element.
 fn pixels_of(system: &mut System) -> &mut Array2<Complex64> {
-    let Act::Doe(doe) = &mut system.screens[0].act else {
+    let ScreenKind::Doe(doe) = &mut system.screens[0].kind else {
         unreachable!("it is an element")
     };
     &mut doe.free_pixels_mut().unwrap().values

@@ -11,7 +11,7 @@ use raylet::optics::doe::{Layer, PixelForm};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
 use raylet::optics::refraction::Coating;
-use raylet::optics::screen::{Act, Behind};
+use raylet::optics::screen::{MediumBehind, ScreenKind};
 use raylet::optics::shape::Shape;
 use raylet::optics::system::System;
 use raylet_testkit::parts::{
@@ -85,21 +85,21 @@ fn system(place: Place, pixels: Option<&Array2<Complex64>>, by: [f64; 9]) -> Sys
         face(at(1.0), conic(0.03 + curvature, 0.0), [1.0, glass]),
         face(at(2.0), conic(-0.02, 0.0), [glass, 1.0]),
     ];
-    let mut behind = screen(on_axis(4.0 + shift), Act::Doe(doe));
+    let mut behind = screen(on_axis(4.0 + shift), ScreenKind::Doe(doe));
     let end = on_axis(14.0 + distance).tilted([0.3 * tilt, tilt, 0.0]);
     let mut end = screen(end, sensor(PIXELS, 6e-3));
     if place == Place::Interface {
         let coating = Coating::Fresnel;
         behind.shape = conic(0.05, 0.0);
         (behind.behind, end.index) = (
-            Some(Behind {
+            Some(MediumBehind {
                 index: 1.2,
                 coating,
             }),
             1.2,
         );
     }
-    let wide = screen(Frame::GLOBAL, Act::Stop(Aperture::disc(1.5)));
+    let wide = screen(Frame::GLOBAL, ScreenKind::Stop(Aperture::disc(1.5)));
     let (screens, trains) = match place {
         Place::BehindLens | Place::Interface => (vec![wide, behind, end], vec![lens, Vec::new()]),
         Place::LitBySource => (vec![behind, end], vec![lens_between(at, curvature)]),

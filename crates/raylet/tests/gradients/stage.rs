@@ -8,7 +8,7 @@ use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::PixelForm;
 use raylet::optics::freeform::Term;
 use raylet::optics::refraction::Coating;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
@@ -29,15 +29,15 @@ pub(crate) fn noise(shape: [usize; 2], purpose: u32) -> Array2<Complex64> {
     re.mapv(Complex64::from) + im.mapv(|im| Complex64::new(0.0, im))
 }
 
-pub(crate) fn screen(z: f64, act: Act) -> Screen {
-    parts::screen(on_axis(z), act)
+pub(crate) fn screen(z: f64, kind: ScreenKind) -> Screen {
+    parts::screen(on_axis(z), kind)
 }
 
 /// Random phases on square pixels.
-pub(crate) fn pixels(count: usize, pitch: f64, purpose: u32, form: PixelForm) -> Act {
+pub(crate) fn pixels(count: usize, pitch: f64, purpose: u32, form: PixelForm) -> ScreenKind {
     let phase = |value: Complex64| Complex64::cis(12.0 * value.re);
     let values = noise([count, count], purpose).mapv(phase);
-    Act::Doe(element(pixel_layer(values, pitch, form), Aperture::OPEN))
+    ScreenKind::Doe(element(pixel_layer(values, pitch, form), Aperture::OPEN))
 }
 
 pub(crate) fn face(z: f64, curvature: f64, index: [f64; 2]) -> Surface {
@@ -123,7 +123,7 @@ pub(crate) fn cases() -> Vec<Case> {
 
     let mut mirror = screen(0.0, pixels(8, 2.0, 3, PixelForm::Bilinear));
     mirror.shape = bump();
-    let Act::Doe(doe) = &mut mirror.act else {
+    let ScreenKind::Doe(doe) = &mut mirror.kind else {
         unreachable!("it is an element")
     };
     doe.reflect = true;

@@ -6,7 +6,7 @@ use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
 use raylet::optics::profile::Profile;
-use raylet::optics::screen::{Act, Screen};
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
 
@@ -22,7 +22,7 @@ fn grating(frame: Frame, lines: f64, reflect: bool) -> Screen {
     let layer = Layer::Phase(Profile::Linear { gradient });
     let mut doe = element(layer, Aperture::disc(10.0));
     doe.reflect = reflect;
-    parts::screen(frame, Act::Doe(doe))
+    parts::screen(frame, ScreenKind::Doe(doe))
 }
 
 fn system(direction: Vec3, element: Screen, to: Screen) -> System {
@@ -101,7 +101,7 @@ fn two_diffractive_lenses_join_a_point_to_a_point() {
         reflect: false,
     };
     let first = Screen {
-        act: Act::Doe(element),
+        kind: ScreenKind::Doe(element),
         ..screen(Frame::GLOBAL, 1.0, 1.0)
     };
     let point = Vec3::new(0.0, 0.0, -before);

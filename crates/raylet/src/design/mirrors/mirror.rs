@@ -11,7 +11,7 @@ use crate::design::losses::loss::Loss;
 use crate::engine::chain::arriving_light::{illuminate, sensor_of};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::math::vec3::Vec3;
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::system::System;
 use crate::wave::free::pixel_hop::{PixelHop, TargetPlane};
 use crate::wave::grid::field::{Axis, Grid};
@@ -115,7 +115,7 @@ impl MirrorDesign {
         let [screen, last] = &system.screens[..] else {
             return Err(MirrorError::Pixels);
         };
-        let Act::Doe(doe) = &screen.act else {
+        let ScreenKind::Doe(doe) = &screen.kind else {
             return Err(MirrorError::Pixels);
         };
         let pixels = doe.free_pixels().ok_or(MirrorError::Pixels)?;
@@ -229,7 +229,7 @@ mod tests {
     use crate::optics::doe::PixelForm;
     use crate::optics::frame::Frame;
     use crate::optics::freeform::Term;
-    use crate::optics::screen::{Act, Screen};
+    use crate::optics::screen::{Screen, ScreenKind};
     use crate::optics::shape::Shape;
     use crate::optics::source::Source;
     use crate::optics::system::System;
@@ -260,7 +260,7 @@ mod tests {
                 terms: vec![bump],
             },
             arrives: -1.0,
-            ..screen(Frame::GLOBAL, Act::Doe(doe))
+            ..screen(Frame::GLOBAL, ScreenKind::Doe(doe))
         };
         System {
             wavelength: 1e-3,

@@ -421,7 +421,7 @@ impl Lbfgs {
 
     /// Puts the point to the line search's trial.
     fn place(&mut self) {
-        let step = self.search.as_ref().map_or(0.0, Search::trial);
+        let step = self.search.as_ref().map_or(0.0, Search::trial_step);
         let (space, base, direction) = (&self.space, &self.base, &self.direction);
         reduction::change(&mut self.point, |i, _| {
             space.moved(i, base[i], step * direction[i])

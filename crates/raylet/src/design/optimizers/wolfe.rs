@@ -134,7 +134,7 @@ impl Search {
     }
 
     /// The step to be looked at.
-    pub(crate) fn trial(&self) -> f64 {
+    pub(crate) fn trial_step(&self) -> f64 {
         self.trial
     }
 
@@ -378,7 +378,7 @@ mod tests {
                 let mut search = Search::new(value, slope, trial, 1e10);
                 let mut count = 0;
                 let at = loop {
-                    let at = function(search.trial());
+                    let at = function(search.trial_step());
                     count += 1;
                     match search.report(at[0], at[1]) {
                         LineSearchReply::Again => {}
@@ -386,7 +386,7 @@ mod tests {
                         LineSearchReply::Hopeless => panic!("function {which} from {trial}"),
                     }
                 };
-                assert!(at[0] <= value + DECREASE * slope * search.trial());
+                assert!(at[0] <= value + DECREASE * slope * search.trial_step());
                 let flat = at[1].abs() <= CURVATURE * slope.abs();
                 assert!(flat || search.to - search.from <= NARROW * search.to);
                 assert!(count <= 12, "function {which} from {trial}: {count}");
@@ -397,12 +397,12 @@ mod tests {
     #[test]
     fn the_largest_step_is_taken_when_it_is_still_downhill_and_uphill_is_hopeless() {
         let mut search = Search::new(0.0, -1.0, 0.5, 2.0);
-        while search.report(-search.trial(), -1.0) == LineSearchReply::Again {}
-        assert_eq!(search.trial(), 2.0);
+        while search.report(-search.trial_step(), -1.0) == LineSearchReply::Again {}
+        assert_eq!(search.trial_step(), 2.0);
 
         let mut search = Search::new(0.0, -1.0, 1.0, 2.0);
         let end = loop {
-            match search.report(search.trial(), 1.0) {
+            match search.report(search.trial_step(), 1.0) {
                 LineSearchReply::Again => {}
                 end => break end,
             }

@@ -16,7 +16,7 @@ use crate::engine::plan::settings::Settings;
 use crate::engine::trace::direction_search::{
     ALL, DirectionSearch, SearchGoal, SearchRay, search_directions,
 };
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::system::Hop;
 use crate::wave::patches::patch::Band;
 
@@ -241,7 +241,7 @@ impl Planner<'_> {
 
     /// Rays that land beside the sensor, whose beamlets' tails fall on it; none where other screens follow.
     fn rays_beside(&self, sample_rays: &[SearchRay]) -> Vec<SearchRay> {
-        if !matches!(self.hop.to.act, Act::Sensor(_)) {
+        if !matches!(self.hop.to.kind, ScreenKind::Sensor(_)) {
             return Vec::new();
         }
         // The same rays whatever the target error is, so that a tighter one gives the same errors.

@@ -101,7 +101,7 @@ impl Planner<'_> {
         let rays = |step: f64| {
             let positions = |a: usize| {
                 let edges = [self.from[2 * a], self.from[2 * a + 1]];
-                Positions::cover(edges, sigma, step * sigma, 0.5 * period).count
+                Positions::covering(edges, sigma, step * sigma, 0.5 * period).count
             };
             let counts = [positions(0), positions(1), bands[0].count, bands[1].count];
             counts.map(|count| count as f64).iter().product::<f64>()

@@ -9,7 +9,7 @@ use crate::engine::beamlet::beamlet_plan::{BeamletPlan, MARGIN, Planner};
 use crate::engine::plan::cost_model::beamlets;
 use crate::engine::trace::direction_search::reach;
 use crate::optics::aperture::Aperture;
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::wave::patches::window::Positions;
@@ -47,7 +47,7 @@ impl Planner<'_> {
     pub(crate) fn workload(&self, plan: &BeamletPlan, spacing: [f64; 2]) -> Workload {
         let axis = |a: usize| {
             let edges = [self.from[2 * a], self.from[2 * a + 1]];
-            Positions::cover(edges, plan.sigma, plan.step, 0.5 * plan.period)
+            Positions::covering(edges, plan.sigma, plan.step, 0.5 * plan.period)
         };
         let (x, y) = (axis(0), axis(1));
         let mut sample = Sample::default();
@@ -126,10 +126,10 @@ impl Planner<'_> {
     /// The share of a patch that is open.
     fn open(&self, plan: &BeamletPlan, [x, y]: [f64; 2]) -> f64 {
         let open = &Aperture::OPEN;
-        let aperture = match &self.hop.from.act {
-            Act::Stop(aperture) => aperture,
-            Act::Doe(doe) => &doe.aperture,
-            Act::Sensor(_) => open,
+        let aperture = match &self.hop.from.kind {
+            ScreenKind::Stop(aperture) => aperture,
+            ScreenKind::Doe(doe) => &doe.aperture,
+            ScreenKind::Sensor(_) => open,
         };
         let half = 0.5 * plan.period;
         aperture.coverage(x - half, x + half, y - half, y + half)

@@ -5,18 +5,20 @@ use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::Settings;
 use crate::math::vec3::Vec3;
-use crate::optics::screen::{Act, Screen, Sensor};
+use crate::optics::screen::{Screen, ScreenKind, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::height_stack::HeightStack;
 use crate::wave::grid::raster::Raster;
-use crate::wave::grid::sampling::{Reach, act, plan_grid, plan_raster};
+use crate::wave::grid::sampling::{Reach, apply_screen, plan_grid, plan_raster};
 
 /// Directions of the incident light on the first screen: cosines at its centre and the largest |p|.
 pub(crate) fn incidence(system: &System) -> ([f64; 2], [f64; 2]) {
     let screen = &system.screens[0];
     let cosines = |point: Vec3| {
-        let d = screen.frame.turn_in(system.source.direction(point));
+        let d = screen
+            .frame
+            .direction_to_local(system.source.direction(point));
         [d.x * screen.index, d.y * screen.index]
     };
     let centre = cosines(screen.frame.origin);
@@ -106,7 +108,7 @@ impl Arriving {
         let grid = plan_grid(screen, reach, system.wavelength, settings.samples_allowed())?;
         let arrived = self.on(system, screen, grid);
         let mut behind = arrived.clone();
-        act(screen, &mut behind);
+        apply_screen(screen, &mut behind);
         if behind.power() == 0.0 {
             return Err(SimulateError::NoLight(screen.name.clone()));
         }
@@ -124,8 +126,8 @@ pub fn receiving_raster(
     settings: &Settings,
 ) -> Result<Raster, SimulateError> {
     let allowed = settings.samples_allowed();
-    Ok(match &hop.to.act {
-        Act::Sensor(sensor) => Raster::of(sensor),
+    Ok(match &hop.to.kind {
+        ScreenKind::Sensor(sensor) => Raster::of(sensor),
         _ => plan_raster(hop.to, reach, hop.wavelength, allowed)?,
     })
 }
@@ -137,7 +139,7 @@ pub fn receiving_raster(
 pub(crate) fn sensor_of(system: &System) -> Result<&Sensor, SimulateError> {
     match system.screens.last() {
         Some(Screen {
-            act: Act::Sensor(sensor),
+            kind: ScreenKind::Sensor(sensor),
             ..
         }) => Ok(sensor),
         last => Err(SimulateError::NoSensor(

@@ -15,7 +15,7 @@ use crate::engine::chain::screen_sensitivity::ScreenFields;
 use crate::engine::progress::Pulse;
 use crate::optics::system::System;
 use crate::wave::grid::field::Field;
-use crate::wave::grid::sampling::act_adjoint;
+use crate::wave::grid::sampling::apply_screen_adjoint;
 
 /// An exact evaluation from which estimates start.
 #[derive(Clone, Debug)]
@@ -96,7 +96,7 @@ impl ControlVariate {
         let turned = field_bar - &self.field_bar;
         let mut bar = drawn.propagate_adjoint(system, &self.change(behind), &turned, pulse)?;
         bar.values += &self.behind_bar.values;
-        let pixels = act_adjoint(&system.screens[0], arrived, &mut bar);
+        let pixels = apply_screen_adjoint(&system.screens[0], arrived, &mut bar);
         Ok(Gradient {
             pixels: vec![pixels],
             parameters: Vec::new(),

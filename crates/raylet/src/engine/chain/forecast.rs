@@ -15,7 +15,7 @@ use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::{Plan, plan as plan_hop};
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::progress::{Cancelled, Reply};
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::free::propagate::FreeHop;
@@ -160,7 +160,8 @@ fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Ch
 
 /// Whether the light of the source meets one screen alone, without pixels, and goes from there to the sensor.
 fn is_first_and_smooth(system: &System) -> bool {
-    let pixels = |screen: &Screen| matches!(&screen.act, Act::Doe(doe) if doe.pixels().is_some());
+    let pixels =
+        |screen: &Screen| matches!(&screen.kind, ScreenKind::Doe(doe) if doe.pixels().is_some());
     system.trains.len() == 1 && !system.screens.iter().any(pixels)
 }
 

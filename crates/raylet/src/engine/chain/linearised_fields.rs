@@ -29,7 +29,7 @@ use crate::optics::system::{Hop, System};
 use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::height_stack::HeightStack;
 use crate::wave::grid::raster::Raster;
-use crate::wave::grid::sampling::act_adjoint;
+use crate::wave::grid::sampling::apply_screen_adjoint;
 
 /// The frozen choices of a system: how each hop is carried from a whole field.
 #[derive(Clone, Debug)]
@@ -180,7 +180,7 @@ impl LinearisedFields {
             for (total, variation) in gradient.parameters.iter_mut().zip(variations) {
                 *total += pull_act(variation, number, passed, &bar);
             }
-            gradient.pixels[number] = act_adjoint(hop.from, &passed.arrived, &mut bar);
+            gradient.pixels[number] = apply_screen_adjoint(hop.from, &passed.arrived, &mut bar);
 
             // levels of this screen, or the source -> arrived
             if number > 0 {

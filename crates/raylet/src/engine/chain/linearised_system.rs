@@ -25,12 +25,12 @@ use crate::wave::grid::field::Field;
 /// The frozen choices of a system: how its light is carried.
 #[derive(Clone, Debug)]
 pub struct LinearisedSystem {
-    way: Way,
+    chain: LinearisedChain,
 }
 
 /// The method that propagates the light: from whole fields, or by local bands.
 #[derive(Clone, Debug)]
-enum Way {
+enum LinearisedChain {
     Fields(LinearisedFields),
     Bands(LinearisedBands),
 }
@@ -72,31 +72,33 @@ impl LinearisedSystem {
             perturbed.iter().all(|n| is_free(free, n))
         };
         let chosen = choose_with(&planned.system, settings, &stays, |_, _| pulse())?;
-        let way = match chosen {
+        let chain = match chosen {
             Chosen::WholeFields(hops) => {
                 let plans = hops.into_iter().map(|(plan, _)| plan).collect();
-                Way::Fields(LinearisedFields::new(planned, plans, settings)?)
+                LinearisedChain::Fields(LinearisedFields::new(planned, plans, settings)?)
             }
-            Chosen::LocalBands(settings) => Way::Bands(LinearisedBands { planned, settings }),
+            Chosen::LocalBands(settings) => {
+                LinearisedChain::Bands(LinearisedBands { planned, settings })
+            }
         };
-        Ok(Self { way })
+        Ok(Self { chain })
     }
 
     /// This system with beamlets drawn at random instead of followed all. It gives an estimate of the field, and of the
     /// gradient by the pixels with the draws held constant. Free hops stay exact, and local bands follow all beamlets.
     pub fn drawn(&self, draws: Draws) -> Self {
-        let way = match &self.way {
-            Way::Fields(fields) => Way::Fields(fields.drawn(draws)),
-            Way::Bands(bands) => Way::Bands(bands.clone()),
+        let chain = match &self.chain {
+            LinearisedChain::Fields(fields) => LinearisedChain::Fields(fields.drawn(draws)),
+            LinearisedChain::Bands(bands) => LinearisedChain::Bands(bands.clone()),
         };
-        Self { way }
+        Self { chain }
     }
 
     /// The plans of whole fields, hop by hop; none for local bands.
     pub fn plans(&self) -> &[Plan] {
-        match &self.way {
-            Way::Fields(fields) => fields.plans(),
-            Way::Bands(_) => &[],
+        match &self.chain {
+            LinearisedChain::Fields(fields) => fields.plans(),
+            LinearisedChain::Bands(_) => &[],
         }
     }
 
@@ -118,9 +120,9 @@ impl LinearisedSystem {
         system: &System,
         pulse: &Pulse,
     ) -> Result<ForwardPass, LinearisedSystemError> {
-        match &self.way {
-            Way::Fields(fields) => fields.forward(system, pulse),
-            Way::Bands(bands) => bands.forward(system, pulse),
+        match &self.chain {
+            LinearisedChain::Fields(fields) => fields.forward(system, pulse),
+            LinearisedChain::Bands(bands) => bands.forward(system, pulse),
         }
     }
 
@@ -151,8 +153,8 @@ impl LinearisedSystem {
         field_bar: &Array2<Complex64>,
         pulse: &Pulse,
     ) -> Result<Gradient, LinearisedSystemError> {
-        match (&self.way, &trace.light) {
-            (Way::Bands(bands), PassedLight::Beamlets(kept)) => {
+        match (&self.chain, &trace.light) {
+            (LinearisedChain::Bands(bands), PassedLight::Beamlets(kept)) => {
                 let back = SensorCotangent {
                     field_bar,
                     variations,
@@ -160,8 +162,12 @@ impl LinearisedSystem {
                 };
                 bands.adjoint(system, kept, &back)
             }
-            (Way::Bands(_), PassedLight::Fields(_)) => Err(LinearisedSystemError::LocalBands),
-            (Way::Fields(fields), _) => fields.adjoint(system, variations, trace, field_bar, pulse),
+            (LinearisedChain::Bands(_), PassedLight::Fields(_)) => {
+                Err(LinearisedSystemError::LocalBands)
+            }
+            (LinearisedChain::Fields(fields), _) => {
+                fields.adjoint(system, variations, trace, field_bar, pulse)
+            }
         }
     }
 
@@ -204,9 +210,9 @@ impl LinearisedSystem {
     }
 
     fn fields(&self) -> Result<&LinearisedFields, LinearisedSystemError> {
-        match &self.way {
-            Way::Fields(fields) => Ok(fields),
-            Way::Bands(_) => Err(LinearisedSystemError::LocalBands),
+        match &self.chain {
+            LinearisedChain::Fields(fields) => Ok(fields),
+            LinearisedChain::Bands(_) => Err(LinearisedSystemError::LocalBands),
         }
     }
 }

@@ -138,6 +138,7 @@ impl<'a> Cutter<'a> {
 /// The places of the patches along x and y.
 pub(crate) fn positions(job: &Job, from: &Field) -> [Positions; 2] {
     let reach = 0.5 * job.plan.period;
-    let axis = |axis: &Axis| Positions::cover(axis.edges(), job.plan.sigma, job.plan.step, reach);
+    let axis =
+        |axis: &Axis| Positions::covering(axis.edges(), job.plan.sigma, job.plan.step, reach);
     [axis(&from.grid.x), axis(&from.grid.y)]
 }

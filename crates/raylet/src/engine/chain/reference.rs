@@ -15,7 +15,7 @@ use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Cancelled, Reply};
 use crate::math::vec3::Vec3;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::free::collins::{Collins, CollinsError};
 use crate::wave::free::rayleigh::{Emitters, PAIRS_PER_SECOND};
@@ -385,9 +385,9 @@ impl HopByHop<'_> {
 
 /// How much finer than the target needs a screen is sampled.
 fn fineness(screen: &Screen) -> f64 {
-    match &screen.act {
-        Act::Doe(doe) if doe.pixels().is_some() => PIXEL_FINENESS,
-        Act::Doe(_) | Act::Stop(_) | Act::Sensor(_) => EDGE_FINENESS,
+    match &screen.kind {
+        ScreenKind::Doe(doe) if doe.pixels().is_some() => PIXEL_FINENESS,
+        ScreenKind::Doe(_) | ScreenKind::Stop(_) | ScreenKind::Sensor(_) => EDGE_FINENESS,
     }
 }
 

@@ -9,7 +9,7 @@ use crate::engine::trace::ray_sensitivity::Variation;
 use crate::optics::screen::Screen;
 use crate::optics::system::System;
 use crate::wave::grid::field::Field;
-use crate::wave::grid::sampling::act;
+use crate::wave::grid::sampling::apply_screen;
 
 /// The whole fields of a run on one screen, before and behind it.
 #[derive(Clone, Debug)]
@@ -43,12 +43,12 @@ pub(crate) fn pull_act(
     behind_bar: &Field,
 ) -> f64 {
     let [below, above] = [&variation.below, &variation.above].map(|s| &s.screens[number]);
-    if below.act == above.act {
+    if below.kind == above.kind {
         return 0.0;
     }
     let behind = |screen: &Screen| {
         let mut field = passed.arrived.clone();
-        act(screen, &mut field);
+        apply_screen(screen, &mut field);
         field
     };
     pull_rate(

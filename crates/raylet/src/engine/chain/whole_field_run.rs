@@ -22,7 +22,7 @@ use crate::optics::screen::Sensor;
 use crate::optics::system::{Hop, System};
 use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::height_stack::HeightStack;
-use crate::wave::grid::sampling::act;
+use crate::wave::grid::sampling::apply_screen;
 
 /// Lost light below this share is not divided by cause: no report shows it.
 const NOTHING: f64 = 1e-9;
@@ -112,7 +112,7 @@ fn on_sensor(sensor: &Sensor, sum: Option<HeightStack>) -> Field {
 fn lost_light_shares(system: &System, hop: &Hop, light: &Arriving) -> [f64; FATES.len()] {
     let behind = |grid: Grid| {
         let mut field = light.on(system, hop.from, grid);
-        act(hop.from, &mut field);
+        apply_screen(hop.from, &mut field);
         field
     };
     lost_light(hop, &behind)

@@ -8,7 +8,7 @@ use crate::engine::plan::settings::Settings;
 use crate::math::vec3::Vec3;
 use crate::optics::doe::Doe;
 use crate::optics::ray::Loss;
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::surface::without_edges;
 use crate::optics::system::{Hop, System};
 
@@ -189,7 +189,9 @@ fn launch(system: &System) -> Vec<ScreenRay> {
     places
         .map(|at| {
             let here = screen.frame.to_global(Vec3::new(at[0], at[1], 0.0));
-            let d = screen.frame.turn_in(system.source.direction(here));
+            let d = screen
+                .frame
+                .direction_to_local(system.source.direction(here));
             let cosines = [d.x * screen.index, d.y * screen.index];
             ScreenRay { at, cosines }
         })
@@ -199,7 +201,7 @@ fn launch(system: &System) -> Vec<ScreenRay> {
 /// Directions in which a ray leaves a screen: behind a smooth element the one there is, behind pixels
 /// all that their lattice makes.
 fn leaving(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Vec<[f64; 2]> {
-    let Act::Doe(doe) = &hop.from.act else {
+    let ScreenKind::Doe(doe) = &hop.from.kind else {
         return vec![p];
     };
     let k = hop.wavenumber();
@@ -239,7 +241,7 @@ fn clipping(light: &Light) -> Option<String> {
 
 /// Pixels that leave most of the aperture dark: a unit taken for another, perhaps.
 fn uncovered(hop: &Hop) -> Option<String> {
-    let Act::Doe(doe) = &hop.from.act else {
+    let ScreenKind::Doe(doe) = &hop.from.kind else {
         return None;
     };
     let (pixels, open) = (doe.pixels()?.bounds(), doe.aperture.bounds()?);
@@ -259,7 +261,7 @@ fn uncovered(hop: &Hop) -> Option<String> {
 
 /// A sensor too coarse for the field.
 fn aliasing(hop: &Hop, light: &Light) -> Option<String> {
-    let Act::Sensor(sensor) = &hop.to.act else {
+    let ScreenKind::Sensor(sensor) = &hop.to.kind else {
         return None;
     };
     let finest = light.cosines.map(|p| hop.wavelength / (2.0 * p.max(1e-12)));
@@ -305,7 +307,7 @@ fn smallness(hop: &Hop, light: &Light) -> Option<(bool, String)> {
 
 /// Orders of the pixel lattice that miss the sensor.
 fn orders(hop: &Hop, chief: [f64; 2]) -> Option<String> {
-    let (Act::Doe(doe), Act::Sensor(_)) = (&hop.from.act, &hop.to.act) else {
+    let (ScreenKind::Doe(doe), ScreenKind::Sensor(_)) = (&hop.from.kind, &hop.to.kind) else {
         return None;
     };
     let pitch = doe.pixels()?.pitch;

@@ -202,7 +202,7 @@ mod tests {
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
     use crate::wave::grid::field::{Field, Grid};
-    use crate::wave::grid::sampling::act;
+    use crate::wave::grid::sampling::apply_screen;
 
     /// A grating of stripes with phases 0 and π, period 4λ, sends (2/πm)² of the light into each odd order
     /// m at sin θ = m/4. Behind it a window lets the first orders through and cuts the third ones; the
@@ -226,7 +226,7 @@ mod tests {
         let light = |grid: Grid| {
             let mut field = Field::zeros(grid);
             field.values.fill(Complex64::ONE);
-            act(&from, &mut field);
+            apply_screen(&from, &mut field);
             field
         };
         let energy = lost_light(&hop, &light);

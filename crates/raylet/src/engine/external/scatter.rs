@@ -20,7 +20,7 @@ use crate::engine::progress::{Cancelled, Pulse};
 use crate::math::vec3::Vec3;
 use crate::optics::bundle::{Hit, RayError, Rays, check_finite, check_length, check_positive};
 use crate::optics::doe::Doe;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::Grid;
 use crate::wave::grid::heights::Heights;
 use crate::wave::grid::sampling::{Reach, plan_grid};
@@ -79,7 +79,7 @@ impl<'a> Scatter<'a> {
         curvature: Option<&'a [[f64; 3]]>,
         settings: Scattering,
     ) -> Result<Self, ScatterError> {
-        let Act::Doe(doe) = &screen.act else {
+        let ScreenKind::Doe(doe) = &screen.kind else {
             return Err(ScatterError::NoElement(screen.name.clone()));
         };
         if screen.behind.is_some() {
@@ -102,7 +102,7 @@ impl<'a> Scatter<'a> {
         let grid = plan_grid(screen, reach, wavelength, settings.samples)?;
         let transmission = screen_transmission(screen, &grid);
         let aperture = Screen {
-            act: Act::Stop(doe.aperture.clone()),
+            kind: ScreenKind::Stop(doe.aperture.clone()),
             ..screen.clone()
         };
         let open = screen_transmission(&aperture, &grid).mapv(|t| t != Complex64::ZERO);
@@ -247,7 +247,7 @@ impl<'a> Scatter<'a> {
             let Some(leaving) = spectrum.modes[mode] else {
                 continue;
             };
-            let direction = frame.turn_out(leaving.direction);
+            let direction = frame.direction_to_global(leaving.direction);
             part.parent.push(ray);
             part.position.push([position.x, position.y, position.z]);
             part.direction.push([direction.x, direction.y, direction.z]);

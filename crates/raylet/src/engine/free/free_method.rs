@@ -198,7 +198,10 @@ fn sight(hop: &Hop, from: [f64; 4], to: [f64; 4]) -> Result<LinesOfSight, String
     for start in &starts {
         for end in &ends {
             let flight = *end - *start;
-            let (out, back) = (hop.from.frame.turn_in(flight), hop.to.frame.turn_in(flight));
+            let (out, back) = (
+                hop.from.frame.direction_to_local(flight),
+                hop.to.frame.direction_to_local(flight),
+            );
             if out.z * hop.from.leaves() <= 0.0 || back.z * hop.to.arrives <= 0.0 {
                 return Err(String::from(
                     "part of the second screen lies behind the first, or is lit from behind",

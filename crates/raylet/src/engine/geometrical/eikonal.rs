@@ -11,7 +11,7 @@ use rayon::prelude::*;
 use crate::engine::geometrical::ray_tube::{RayTube, inverse, trace_tube};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::surface::without_edges;
 use crate::optics::system::System;
 use crate::wave::grid::field::{Field, Grid};
@@ -161,9 +161,9 @@ pub fn carry(system: &System) -> Result<Geometrical, EikonalError> {
 /// [`EikonalError::NotSmooth`] with the first that has not, [`EikonalError::Curved`] with the first that is
 /// no plane.
 pub(crate) fn check_smooth(system: &System) -> Result<(), EikonalError> {
-    let rough = system.screens.iter().find(|screen| match &screen.act {
-        Act::Doe(doe) => doe.profiles().is_none(),
-        Act::Stop(_) | Act::Sensor(_) => false,
+    let rough = system.screens.iter().find(|screen| match &screen.kind {
+        ScreenKind::Doe(doe) => doe.profiles().is_none(),
+        ScreenKind::Stop(_) | ScreenKind::Sensor(_) => false,
     });
     if let Some(screen) = rough {
         return Err(EikonalError::NotSmooth(screen.name.clone()));
@@ -178,8 +178,8 @@ pub(crate) fn check_smooth(system: &System) -> Result<(), EikonalError> {
 fn prepare(system: &System) -> Result<(&Screen, Grid), EikonalError> {
     check_smooth(system)?;
     match (system.screens.first(), system.screens.last()) {
-        (Some(first), Some(last)) => match &last.act {
-            Act::Sensor(sensor) => Ok((first, Grid::of(sensor))),
+        (Some(first), Some(last)) => match &last.kind {
+            ScreenKind::Sensor(sensor) => Ok((first, Grid::of(sensor))),
             _ => Err(EikonalError::NoSensor(last.name.clone())),
         },
         _ => Err(EikonalError::NoSensor(String::new())),
@@ -190,10 +190,10 @@ fn prepare(system: &System) -> Result<(&Screen, Grid), EikonalError> {
 fn opened(system: &System) -> System {
     let mut open = system.clone();
     for screen in &mut open.screens {
-        match &mut screen.act {
-            Act::Stop(aperture) => *aperture = Aperture::OPEN,
-            Act::Doe(doe) => doe.aperture = Aperture::OPEN,
-            Act::Sensor(_) => {}
+        match &mut screen.kind {
+            ScreenKind::Stop(aperture) => *aperture = Aperture::OPEN,
+            ScreenKind::Doe(doe) => doe.aperture = Aperture::OPEN,
+            ScreenKind::Sensor(_) => {}
         }
     }
     for train in &mut open.trains {
@@ -397,7 +397,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
     use crate::optics::profile::Profile;
-    use crate::optics::screen::Act;
+    use crate::optics::screen::ScreenKind;
     use crate::optics::surface::Surface;
     use crate::optics::system::System;
     use crate::optics::zernike::ZernikeSum;
@@ -409,7 +409,7 @@ mod tests {
     const TILT: f64 = 0.005;
 
     /// A square diffractive lens, lit at a small angle, and a sensor.
-    fn weak_lens(focal_length: f64, z: f64, sensor: Act) -> System {
+    fn weak_lens(focal_length: f64, z: f64, sensor: ScreenKind) -> System {
         let lens = Layer::Phase(Profile::Lens {
             focal_length,
             wavenumber: K,
@@ -419,7 +419,7 @@ mod tests {
             wavelength: WAVELENGTH,
             source: plane_wave([TILT, 0.0]),
             screens: vec![
-                screen(on_axis(0.0), Act::Doe(element(lens, square))),
+                screen(on_axis(0.0), ScreenKind::Doe(element(lens, square))),
                 screen(on_axis(z), sensor),
             ],
             trains: vec![vec![]],
@@ -489,7 +489,7 @@ mod tests {
         let square = Aperture::turned_rectangle(HALF, HALF, 0.0, [0.0; 2]);
         let cylinder = Layer::Phase(Profile::Zernike(ZernikeSum::new(HALF, coefficients)));
         system.source = plane_wave([0.0; 2]);
-        system.screens[0].act = Act::Doe(element(cylinder, square));
+        system.screens[0].kind = ScreenKind::Doe(element(cylinder, square));
         let ours = carry(&system).unwrap();
         assert_eq!((ours.lit, ours.unresolved), ((n * n) as u64, 0));
 
@@ -512,7 +512,7 @@ mod tests {
         };
         let radius = 3.0;
         let mut system = weak_lens(1.0, 15.0, sensor(400, 0.012));
-        system.screens[0].act = Act::Stop(Aperture::disc(radius));
+        system.screens[0].kind = ScreenKind::Stop(Aperture::disc(radius));
         system.trains[0] = vec![
             surface(1.0, 1.0 / 25.8, [1.0, 1.5]),
             surface(6.0, 0.0, [1.5, 1.0]),

@@ -12,7 +12,7 @@ use crate::optics::deflection::deflected;
 use crate::optics::doe::Doe;
 use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::source::Source;
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::wavelet::{Companion, Encounter};
@@ -106,7 +106,7 @@ impl<T: Real> Companion<T> for Steps {
 
 /// The unit vector along which a screen or surface is cut by planes of this normal, in its own x, y.
 pub fn cut(frame: &crate::optics::frame::Frame, normal: Vec3) -> [f64; 2] {
-    let line = frame.turn_in(frame.z.cross(normal));
+    let line = frame.direction_to_local(frame.z.cross(normal));
     let length = line.x.hypot(line.y);
     if length < 1e-9 {
         return [1.0, 0.0];
@@ -133,7 +133,7 @@ fn launch(system: &System, screen: &Screen, normal: Vec3) -> Vec<Arrived> {
             Source::Point { position, .. } if (here - position).norm() < 10.0 * stub => position,
             _ => here + direction * -stub,
         };
-        let local = screen.frame.turn_in(direction);
+        let local = screen.frame.direction_to_local(direction);
         Arrived {
             at,
             p: [local.x * screen.index, local.y * screen.index],
@@ -166,7 +166,7 @@ fn leaving(
     normal: Vec3,
     crowded: bool,
 ) -> Vec<([f64; 2], Deflection)> {
-    let Act::Doe(doe) = &hop.from.act else {
+    let ScreenKind::Doe(doe) = &hop.from.kind else {
         return vec![(ray.p, ray.layout_ray.turn)];
     };
     let gradient = doe.phase_gradient(ray.at[0], ray.at[1]);
@@ -184,13 +184,19 @@ fn leaving(
         layout_ray: ray.layout_ray.clone(),
     };
     for (side, turn) in [(1.0, Deflection::Up), (-1.0, Deflection::Down)] {
-        list.extend(aimed(hop, doe, ray, side, normal).map(|p| (p, turn)));
+        list.extend(direction_towards_side(hop, doe, ray, side, normal).map(|p| (p, turn)));
     }
     list
 }
 
 /// A direction within the element's band that leads to one side of the next screen, as far out as it can.
-fn aimed(hop: &Hop, doe: &Doe, ray: &Arrived, side: f64, normal: Vec3) -> Option<[f64; 2]> {
+fn direction_towards_side(
+    hop: &Hop,
+    doe: &Doe,
+    ray: &Arrived,
+    side: f64,
+    normal: Vec3,
+) -> Option<[f64; 2]> {
     let [x0, x1, y0, y1] = hop.to.bounds()?;
     let u = cut(&hop.to.frame, normal);
     let limit = turning(doe, hop.wavelength);

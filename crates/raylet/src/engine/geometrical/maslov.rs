@@ -21,7 +21,7 @@ use crate::engine::progress::{Cancelled, Reply};
 use crate::math::nufft::NufftError;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::System;
 use crate::wave::beamlet::plane::{PlaneSum, PlaneWave};
 use crate::wave::grid::field::{Field, Grid};
@@ -138,10 +138,10 @@ fn form(q: Matrix, s: [f64; 2]) -> f64 {
 fn unstopped(system: &System) -> System {
     let mut open = system.clone();
     if let Some(first) = open.screens.first_mut() {
-        match &mut first.act {
-            Act::Stop(aperture) => *aperture = Aperture::OPEN,
-            Act::Doe(doe) => doe.aperture = Aperture::OPEN,
-            Act::Sensor(_) => {}
+        match &mut first.kind {
+            ScreenKind::Stop(aperture) => *aperture = Aperture::OPEN,
+            ScreenKind::Doe(doe) => doe.aperture = Aperture::OPEN,
+            ScreenKind::Sensor(_) => {}
         }
     }
     open

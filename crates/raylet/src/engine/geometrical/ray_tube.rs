@@ -11,7 +11,7 @@ use crate::optics::aperture::Aperture;
 use crate::optics::deflection::transmitted;
 use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::wavelet::{Companion, Encounter};
 
@@ -56,10 +56,10 @@ impl RayTube {
 
 /// The aperture of a screen.
 pub(crate) fn aperture_of(screen: &Screen) -> Aperture {
-    match &screen.act {
-        Act::Stop(aperture) => aperture.clone(),
-        Act::Doe(doe) => doe.aperture.clone(),
-        Act::Sensor(_) => Aperture::OPEN,
+    match &screen.kind {
+        ScreenKind::Stop(aperture) => aperture.clone(),
+        ScreenKind::Doe(doe) => doe.aperture.clone(),
+        ScreenKind::Sensor(_) => Aperture::OPEN,
     }
 }
 
@@ -74,7 +74,9 @@ pub fn trace_tube(system: &System, start: [f64; 2]) -> Result<RayTube, Loss> {
 
     // The incident direction, as a function of the place.
     let point = first.frame.to_global(Vec3::new(at[0], at[1], zero));
-    let incident = first.frame.turn_in(system.source.direction(point));
+    let incident = first
+        .frame
+        .direction_to_local(system.source.direction(point));
     let mut p = [incident.x * first.index, incident.y * first.index];
 
     let (mut path, mut flux) = (0.0, 1.0);
@@ -115,7 +117,7 @@ pub fn trace_tube(system: &System, start: [f64; 2]) -> Result<RayTube, Loss> {
 
 /// Turns p by ∇φ/k and returns φ/k.
 fn deflect(screen: &Screen, at: [Number; 2], p: &mut [Number; 2], k: f64) -> Result<f64, Loss> {
-    let Act::Doe(doe) = &screen.act else {
+    let ScreenKind::Doe(doe) = &screen.kind else {
         return Ok(0.0);
     };
     let [x, y] = at.map(|v| v.value);
@@ -262,7 +264,7 @@ mod tests {
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
     use crate::optics::refraction::{Coating, Interface};
-    use crate::optics::screen::{Act, Screen};
+    use crate::optics::screen::{Screen, ScreenKind};
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::source::Source;
     use crate::optics::surface::Surface;
@@ -277,7 +279,7 @@ mod tests {
             .into_iter()
             .map(|(z, profile)| {
                 let doe = element(Layer::Phase(profile), Aperture::disc(12.7));
-                screen(on_axis(z), Act::Doe(doe))
+                screen(on_axis(z), ScreenKind::Doe(doe))
             })
             .collect();
         screens.push(screen(on_axis(end), sensor(1, 1.0)));

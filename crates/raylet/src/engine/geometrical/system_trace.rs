@@ -10,7 +10,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::deflection::deflected;
 use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::source::Source;
 use crate::optics::system::System;
 use crate::wave::beamlet::wavelet::{Companion, Encounter};
@@ -51,7 +51,7 @@ impl<T: Real> Companion<T> for Log {
     fn refract<A: Axes<T>>(&mut self, encounter: &Encounter<T, A>) {
         self.direction = encounter
             .frame
-            .turn_out(encounter.refracted.direction)
+            .direction_to_global(encounter.refracted.direction)
             .value();
         if let Some(last) = self.hits.last_mut() {
             last.direction = self.direction;
@@ -82,7 +82,7 @@ pub fn trace_system(system: &System, source: &Source, at: [f64; 2]) -> SystemRay
     };
     let mut lost = None;
     for hop in system.hops() {
-        let step = leave(hop.from, system.wavenumber(), at, p).and_then(|(p, added)| {
+        let step = deflected_at(hop.from, system.wavenumber(), at, p).and_then(|(p, added)| {
             log.go_on(outwards(hop.from, p), added);
             hop.trace(at, p, &mut log)
         });
@@ -122,7 +122,7 @@ fn launch(
     let point = screen.frame.to_global(Vec3::new(at[0], at[1], height.z));
     let direction = source.direction(point);
     let path = source.path(point, screen.index);
-    let local = screen.frame.turn_in(direction);
+    let local = screen.frame.direction_to_local(direction);
     let log = Log {
         hits: vec![RayHit {
             point,
@@ -140,24 +140,31 @@ fn launch(
 fn outwards(screen: &Screen, [px, py]: [f64; 2]) -> Vec3 {
     let n = screen.index_behind();
     let along = (n * n - px * px - py * py).max(0.0).sqrt() * screen.leaves();
-    screen.frame.turn_out(Vec3::new(px, py, along) * (1.0 / n))
+    screen
+        .frame
+        .direction_to_global(Vec3::new(px, py, along) * (1.0 / n))
 }
 
 /// Whether the aperture of a screen contains the point (x, y) in mm on its axes; a sensor contains all points.
 pub(crate) fn passes(screen: &Screen, at: [f64; 2]) -> bool {
-    match &screen.act {
-        Act::Stop(aperture) => aperture.contains(at[0], at[1]),
-        Act::Doe(doe) => doe.aperture.contains(at[0], at[1]),
-        Act::Sensor(_) => true,
+    match &screen.kind {
+        ScreenKind::Stop(aperture) => aperture.contains(at[0], at[1]),
+        ScreenKind::Doe(doe) => doe.aperture.contains(at[0], at[1]),
+        ScreenKind::Sensor(_) => true,
     }
 }
 
 /// Optical cosines of a ray behind a screen, and what its path gains there.
-fn leave(screen: &Screen, k: f64, at: [f64; 2], p: [f64; 2]) -> Result<([f64; 2], f64), Loss> {
+fn deflected_at(
+    screen: &Screen,
+    k: f64,
+    at: [f64; 2],
+    p: [f64; 2],
+) -> Result<([f64; 2], f64), Loss> {
     if !passes(screen, at) {
         return Err(Loss::Clipped);
     }
-    let Act::Doe(doe) = &screen.act else {
+    let ScreenKind::Doe(doe) = &screen.kind else {
         return Ok((p, 0.0));
     };
     // Pixels spread light about the direction in which it came: rays go straight on.
@@ -203,7 +210,7 @@ fn landing_tangents(
     let mut last = None;
     for (number, hop) in system.hops().enumerate() {
         let open = passes(hop.from, at.map(|v| v.value));
-        if !open || matches!(hop.from.act, Act::Doe(_)) {
+        if !open || matches!(hop.from.kind, ScreenKind::Doe(_)) {
             return None;
         }
         let each = variations.iter();
@@ -225,7 +232,7 @@ mod tests {
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
     use crate::optics::ray::Loss;
-    use crate::optics::screen::Act;
+    use crate::optics::screen::ScreenKind;
 
     use crate::optics::system::System;
 
@@ -243,7 +250,7 @@ mod tests {
             wavelength,
             ..lit(
                 vec![
-                    screen(Frame::GLOBAL, Act::Doe(doe)),
+                    screen(Frame::GLOBAL, ScreenKind::Doe(doe)),
                     screen(on_axis(focal_length), sensor(2, 1e-3)),
                 ],
                 vec![vec![]],

@@ -14,7 +14,7 @@ use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandPlan, LocalBandSettings};
 use crate::engine::progress::{Pulse, uncancelled};
 use crate::engine::trace::ray_sensitivity::Variation;
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::beamlet_sum::Canvas;
@@ -214,7 +214,7 @@ fn run_hops(
     keep: Keep,
     mut done: impl FnMut(KeptHop),
 ) -> Result<LocalBandOutcome, LocalBandError> {
-    let Some(Act::Sensor(sensor)) = system.screens.last().map(|screen| &screen.act) else {
+    let Some(ScreenKind::Sensor(sensor)) = system.screens.last().map(|screen| &screen.kind) else {
         return Err(LocalBandError::NoSensor);
     };
     let k = system.wavenumber();
@@ -291,12 +291,12 @@ mod tests {
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
     use crate::optics::refraction::Coating;
-    use crate::optics::screen::{Act, Behind, Screen};
+    use crate::optics::screen::{MediumBehind, Screen, ScreenKind};
     use crate::optics::system::System;
     use crate::wave::free::rayleigh::Emitters;
     use crate::wave::grid::field::{Axis, Field, Grid};
     use crate::wave::grid::heights::Heights;
-    use crate::wave::grid::sampling::act;
+    use crate::wave::grid::sampling::apply_screen;
 
     const RADIUS: f64 = 0.3;
     const DISTANCE: f64 = 20.0;
@@ -314,7 +314,7 @@ mod tests {
             wavelength,
             source: plane_wave([0.003, -0.002]),
             screens: vec![
-                screen(Frame::GLOBAL, Act::Doe(doe)),
+                screen(Frame::GLOBAL, ScreenKind::Doe(doe)),
                 screen(on_axis(DISTANCE), sensor(24, 8e-3)),
             ],
             trains: vec![Vec::new()],
@@ -332,7 +332,7 @@ mod tests {
         for ((j, i), value) in field.values.indexed_iter_mut() {
             *value = Complex64::cis(k * (0.003 * axis.node(i) - 0.002 * axis.node(j)));
         }
-        act(&system.screens[0], &mut field);
+        apply_screen(&system.screens[0], &mut field);
         let place = |i: usize| (i as f64 - 11.5) * 8e-3;
         let points: Vec<[f64; 3]> = (0..24 * 24)
             .map(|n| [place(n % 24), place(n / 24), DISTANCE])
@@ -374,16 +374,16 @@ mod tests {
         let settings = LocalBandSettings::new(vec![0.03]);
         let refused = |system: &System| carry(system, &settings).unwrap_err();
         let mut system = vortex();
-        if let Act::Doe(doe) = &mut system.screens[0].act {
+        if let ScreenKind::Doe(doe) = &mut system.screens[0].kind {
             doe.reflect = true;
         }
-        system.screens[0].behind = Some(Behind {
+        system.screens[0].behind = Some(MediumBehind {
             index: 1.5,
             coating: Coating::Ideal,
         });
         assert_eq!(refused(&system), LocalBandError::Mirror("element".into()));
         let mut system = vortex();
-        let open: Screen = screen(on_axis(3.0), Act::Stop(Aperture::disc(1.0)));
+        let open: Screen = screen(on_axis(3.0), ScreenKind::Stop(Aperture::disc(1.0)));
         system.screens.insert(1, open);
         system.trains.push(Vec::new());
         assert_eq!(refused(&system), LocalBandError::NoWidth("stop".into()));
@@ -391,7 +391,7 @@ mod tests {
         system.trains.truncate(1);
         assert_eq!(refused(&system), LocalBandError::NoSensor);
         let mut system = vortex();
-        system.screens[0].act = Act::Stop(Aperture::OPEN);
+        system.screens[0].kind = ScreenKind::Stop(Aperture::OPEN);
         assert_eq!(
             refused(&system),
             LocalBandError::Boundless("element".into())
@@ -412,7 +412,7 @@ mod tests {
             wavelength: 0.5e-3,
             source: plane_wave([0.01, -0.005]),
             screens: vec![
-                screen(Frame::GLOBAL, Act::Doe(round)),
+                screen(Frame::GLOBAL, ScreenKind::Doe(round)),
                 screen(on_axis(8.0), box_pixels(pixels(1), 0.025)),
                 screen(on_axis(20.0), sensor(8, 0.01)),
             ],

@@ -223,7 +223,7 @@ fn element_of(
     let [Some(below), Some(above)] = pair else {
         return Ok(None);
     };
-    if below.act == above.act {
+    if below.kind == above.kind {
         return Ok(None);
     }
     let layers = |screen: &Screen| LocalBandError::Layers(screen.name.clone());

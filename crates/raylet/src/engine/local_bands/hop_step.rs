@@ -23,7 +23,7 @@ use crate::engine::local_bands::target::TargetRegion;
 use crate::engine::local_bands::tile_plan::TileRun;
 use crate::engine::local_bands::tile_run::{TileBar, TileValues};
 use crate::engine::progress::{Cancelled, Pulse, ShareDone};
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::beamlet_sum::Canvas;
@@ -187,10 +187,10 @@ impl<'a> HopStep<'a> {
         let mut shape = settings.windows(number).ok_or_else(|| missing(hop.from))?;
         let margin = match settings.windows(number + 1) {
             Some(next) => MARGIN * next.sigma,
-            None if matches!(hop.to.act, Act::Sensor(_)) => 0.0,
+            None if matches!(hop.to.kind, ScreenKind::Sensor(_)) => 0.0,
             None => return Err(missing(hop.to)),
         };
-        let stop = matches!(hop.from.act, Act::Stop(_));
+        let stop = matches!(hop.from.kind, ScreenKind::Stop(_));
         let soft = number == 0 && stop && settings.aperture == SourceAperture::Soft;
         let mut edge = settings.threshold;
         let element = if soft {
@@ -430,7 +430,7 @@ impl<'a> HopStep<'a> {
 
     /// Whether its light ends at a sensor.
     fn ends(&self) -> bool {
-        matches!(self.hop.to.act, Act::Sensor(_))
+        matches!(self.hop.to.kind, ScreenKind::Sensor(_))
     }
 
     /// Refuses arrays that are too large, and more beamlets than fit into memory beside those that are held.

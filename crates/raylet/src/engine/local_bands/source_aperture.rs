@@ -3,7 +3,7 @@
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::SourceAperture;
 use crate::engine::local_bands::source_light::source_carrier;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::System;
 
 /// Light that lands this far outside the next screen's aperture matters still, as a share of the aperture's width.
@@ -16,7 +16,7 @@ const BESIDE: f64 = 0.1;
 /// When the system has no screen.
 pub(crate) fn source_aperture(system: &System) -> Result<SourceAperture, LocalBandError> {
     let first = system.screens.first().ok_or(LocalBandError::NoSensor)?;
-    let (Act::Stop(aperture), Some(hop)) = (&first.act, system.hops().next()) else {
+    let (ScreenKind::Stop(aperture), Some(hop)) = (&first.kind, system.hops().next()) else {
         return Ok(SourceAperture::Hard);
     };
     let matters = |at: &[f64; 2]| {
@@ -36,10 +36,10 @@ fn meets(screen: &Screen, [x, y]: [f64; 2]) -> bool {
         return true;
     };
     let margin = BESIDE * (x1 - x0).max(y1 - y0);
-    let depth = match &screen.act {
-        Act::Stop(aperture) => aperture.depth(x, y),
-        Act::Doe(doe) => doe.aperture.depth(x, y),
-        Act::Sensor(_) => 0.0,
+    let depth = match &screen.kind {
+        ScreenKind::Stop(aperture) => aperture.depth(x, y),
+        ScreenKind::Doe(doe) => doe.aperture.depth(x, y),
+        ScreenKind::Sensor(_) => 0.0,
     };
     let inside = |at: f64, low: f64, high: f64| (low - margin..=high + margin).contains(&at);
     inside(x, x0, x1) && inside(y, y0, y1) && depth > -margin

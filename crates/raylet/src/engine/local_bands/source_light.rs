@@ -23,7 +23,7 @@ pub(crate) fn source_field(source: &Source, screen: &Screen, at: [f64; 2], k: f6
     if screen.behind.is_none() {
         return field;
     }
-    let direction = screen.frame.turn_in(source.direction(point)) * screen.index;
+    let direction = screen.frame.direction_to_local(source.direction(point)) * screen.index;
     let factor = transmitted(screen, at, [direction.x, direction.y]);
     factor.map_or(Complex64::ZERO, |factor| field * factor)
 }

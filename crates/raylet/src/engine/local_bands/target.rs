@@ -1,7 +1,7 @@
 //! The part of the next screen that beamlets must reach: the aperture of the next screen, or the pixels of a sensor.
 
 use crate::optics::aperture::Aperture;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::beamlet::wavelet::Arrival;
 
 /// The part of the receiving screen that matters.
@@ -21,10 +21,10 @@ impl TargetRegion {
     /// A screen's part that matters and a margin around it; nothing when the screen has no edge.
     pub(crate) fn of(screen: &Screen, margin: f64, edge: f64) -> Option<Self> {
         let [x0, x1, y0, y1] = screen.bounds()?;
-        let (aperture, margin) = match &screen.act {
-            Act::Sensor(_) => (Aperture::OPEN, 0.0),
-            Act::Stop(aperture) => (aperture.clone(), margin),
-            Act::Doe(doe) => (doe.aperture.clone(), margin),
+        let (aperture, margin) = match &screen.kind {
+            ScreenKind::Sensor(_) => (Aperture::OPEN, 0.0),
+            ScreenKind::Stop(aperture) => (aperture.clone(), margin),
+            ScreenKind::Doe(doe) => (doe.aperture.clone(), margin),
         };
         Some(Self {
             bounds: [x0 - margin, x1 + margin, y0 - margin, y1 + margin],

@@ -21,7 +21,7 @@ use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::element_samples::{Element, ElementSamples, TileArea};
 use crate::wave::local_bands::fourier_axis::Modes;
 use crate::wave::local_bands::local_band::{WindowBlock, sample_pitch, window_half_band};
-use crate::wave::local_bands::tiling::{Lie, LitWindow, REACH, Tile, Tiling, WindowShape};
+use crate::wave::local_bands::tiling::{EdgeContact, LitWindow, REACH, Tile, Tiling, WindowShape};
 use crate::wave::local_bands::window_transform::{
     NodeLine, SampleLine, WindowTransform, nodes_within,
 };
@@ -56,7 +56,7 @@ pub(crate) struct TargetedWindow {
     /// Its carrier and width.
     pub start: ChirpedStart,
     /// Whether the aperture contains it, cuts it or blocks it.
-    pub lie: Lie,
+    pub edge: EdgeContact,
     /// Direction of its carrier beside that of the tile's.
     shift: [f64; 2],
     /// Directions that lead to the target.
@@ -109,9 +109,10 @@ impl<'a> TileRun<'a> {
             return None;
         }
         let area = self.area(tile, &light, &aimed);
-        let nodes = [Lie::Inside, Lie::Cut].map(|lie| {
-            let needed = aimed.iter().any(|aimed| aimed.lie == lie);
-            needed.then(|| (self.element).nodes_of(&area, &own, self.far(), lie == Lie::Cut))
+        let nodes = [EdgeContact::Inside, EdgeContact::Cut].map(|edge| {
+            let needed = aimed.iter().any(|aimed| aimed.edge == edge);
+            needed
+                .then(|| (self.element).nodes_of(&area, &own, self.far(), edge == EdgeContact::Cut))
         });
         statistics.note_array(count(&area.samples));
         nodes
@@ -119,7 +120,7 @@ impl<'a> TileRun<'a> {
             .flatten()
             .for_each(|nodes| statistics.note_array(count(&nodes.axes)));
         for aimed in &aimed {
-            let nodes = nodes[usize::from(aimed.lie != Lie::Inside)].as_ref();
+            let nodes = nodes[usize::from(aimed.edge != EdgeContact::Inside)].as_ref();
             let modes = nodes.and_then(|nodes| self.modes(aimed, nodes.half_band));
             statistics.note_array(modes.map_or(0, |[x, y]| x.count as u64 * y.count as u64));
         }
@@ -168,7 +169,7 @@ impl<'a> TileRun<'a> {
 
     /// A window's carrier, and the directions that lead from it to the target; nothing where none does.
     fn targeted(&self, lit: LitWindow, leaving: &Carrier, own: &Carrier) -> Option<TargetedWindow> {
-        let LitWindow { window, at, lie } = lit;
+        let LitWindow { window, at, edge } = lit;
         let shift = self.element.beside(own, self.far(), at, self.k());
         let start = ChirpedStart {
             carrier: leaving.about(at).times(shift, [0.0; 3]),
@@ -178,7 +179,7 @@ impl<'a> TileRun<'a> {
         Some(TargetedWindow {
             window,
             start,
-            lie,
+            edge,
             shift,
             directions,
         })
@@ -260,7 +261,7 @@ impl<'a> TileRun<'a> {
 impl TilePlan<'_> {
     /// The element as a window sees it, and its place in the list.
     pub(crate) fn element(&self, aimed: &TargetedWindow) -> Option<(usize, &ElementSamples)> {
-        let place = usize::from(aimed.lie != Lie::Inside);
+        let place = usize::from(aimed.edge != EdgeContact::Inside);
         Some((place, self.elements[place].as_ref()?))
     }
 }

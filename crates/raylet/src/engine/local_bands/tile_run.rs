@@ -34,7 +34,7 @@ pub(crate) struct TileBar {
 struct Transformed<'a> {
     plan: WindowPlan,
     element: &'a ElementSamples,
-    lie: usize,
+    edge: usize,
     waves: WindowWaves,
 }
 
@@ -93,7 +93,7 @@ impl TileRun<'_> {
             };
             let waves_bar =
                 emission.send_adjoint(&window.waves, changes, &mut bars, &mut parameters);
-            let element_bar = &mut element_bars[window.lie];
+            let element_bar = &mut element_bars[window.edge];
             let Transformed { plan, element, .. } = window;
             plan.apply_adjoint(&values, element, &waves_bar, &mut values_bar, element_bar);
         }
@@ -140,7 +140,7 @@ impl TileRun<'_> {
         values: &Array2<Complex64>,
     ) -> Option<Transformed<'a>> {
         let window = self.window(plan, aimed)?;
-        let (lie, element) = plan.element(aimed)?;
+        let (edge, element) = plan.element(aimed)?;
         let waves = WindowWaves {
             start: aimed.start,
             modes: window.modes,
@@ -149,7 +149,7 @@ impl TileRun<'_> {
         Some(Transformed {
             plan: window,
             element,
-            lie,
+            edge,
             waves,
         })
     }

@@ -9,7 +9,7 @@ use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandPlan, SourceAperture};
 use crate::engine::local_bands::source_light::source_carrier;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::element_samples::Element;
@@ -115,10 +115,10 @@ fn source_carriers(system: &System) -> Result<Vec<Carrier>, LocalBandError> {
 
 /// Whether light at a point of a screen goes on; on a sensor everywhere.
 fn opens(screen: &Screen, [x, y]: [f64; 2]) -> bool {
-    match &screen.act {
-        Act::Sensor(_) => true,
-        Act::Stop(aperture) => aperture.contains(x, y),
-        Act::Doe(doe) => doe.aperture.contains(x, y),
+    match &screen.kind {
+        ScreenKind::Sensor(_) => true,
+        ScreenKind::Stop(aperture) => aperture.contains(x, y),
+        ScreenKind::Doe(doe) => doe.aperture.contains(x, y),
     }
 }
 

@@ -9,7 +9,7 @@ use crate::engine::local_bands::window_widths::{is_accurate, leaving_carriers};
 use crate::engine::plan::cost_model::local_bands::{
     NODE, OPERATION, PRODUCT, SMOOTH_WINDOW, SURFACE, VALUE, WAVE, WINDOW,
 };
-use crate::optics::screen::{Act, Sensor};
+use crate::optics::screen::{ScreenKind, Sensor};
 use crate::optics::system::System;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::local_band::{sample_pitch, window_half_band};
@@ -157,7 +157,7 @@ pub(crate) fn quickest_widths(
 
 /// Pixels of the sensor under one beamlet; none where it goes to another screen.
 fn values(step: &HopStep, start: &ChirpedStart) -> f64 {
-    let Act::Sensor(Sensor { pixels, pitch }) = step.hop.to.act else {
+    let ScreenKind::Sensor(Sensor { pixels, pitch }) = step.hop.to.kind else {
         return 0.0;
     };
     let Ok(arrival) = start.launch(&step.hop, [0.0; 2]) else {

@@ -5,7 +5,7 @@ use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Positions, Sag, Sampler};
 use crate::engine::trace::direction_search::{ALL, SearchGoal, search_directions};
 use crate::math::random::{Purpose, pair};
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::Hop;
 use crate::wave::patches::patch::Band;
 use crate::wave::patches::tile::{Tile, TileWindow};
@@ -207,9 +207,9 @@ fn grid([x0, x1, y0, y1]: [f64; 4], count: usize) -> [usize; 2] {
 fn lattice(planner: &Planner, side: f64, period: f64) -> [Band; 2] {
     let hop = planner.hop;
     let spare = spare(hop.from);
-    let pixels = match &hop.from.act {
-        Act::Doe(doe) => doe.pixels(),
-        Act::Stop(_) | Act::Sensor(_) => None,
+    let pixels = match &hop.from.kind {
+        ScreenKind::Doe(doe) => doe.pixels(),
+        ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
     };
     let Some(pixels) = pixels else {
         let (from, to, wanted) = (planner.from, planner.to, SearchGoal::Bounds(ALL));

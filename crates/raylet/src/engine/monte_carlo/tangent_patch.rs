@@ -57,8 +57,8 @@ impl TangentPatch {
         }
         let here = screen.height(at)?;
         let plane = screen.tangent(at)?;
-        tangent_patch.axes =
-            [plane.frame.x, plane.frame.y, plane.frame.z].map(|a| screen.frame.turn_in(a));
+        tangent_patch.axes = [plane.frame.x, plane.frame.y, plane.frame.z]
+            .map(|a| screen.frame.direction_to_local(a));
         (tangent_patch.z, tangent_patch.slope) = (here.z, here.slope);
         tangent_patch.carrier = here.slope.map(|s| s * along);
         tangent_patch.plane = Some(plane);

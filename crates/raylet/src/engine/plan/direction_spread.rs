@@ -1,6 +1,6 @@
 //! What is known of light before it is computed: about which directions it goes.
 
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 
 /// Light that arrives at a screen, in a few numbers.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -24,9 +24,9 @@ impl LightDirections {
     /// The envelope behind a screen: its phases widen the range, its pixels or else its edge make the tail.
     pub(crate) fn behind(&self, screen: &Screen, wavelength: f64) -> DirectionEnvelope {
         let bounds = screen.bounds().unwrap_or([-1.0, 1.0, -1.0, 1.0]);
-        let doe = match &screen.act {
-            Act::Doe(doe) => Some(doe),
-            Act::Stop(_) | Act::Sensor(_) => None,
+        let doe = match &screen.kind {
+            ScreenKind::Doe(doe) => Some(doe),
+            ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
         };
         let slope = doe.map_or([0.0; 2], |doe| doe.steepest(bounds));
         let pixels = doe.and_then(|doe| doe.pixels());

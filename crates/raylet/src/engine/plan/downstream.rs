@@ -3,7 +3,7 @@
 //! A stop or a rim does not change directions, so light that would miss the end of the following hop does
 //! not matter for the result, whatever method propagated it. Elements send light in all directions.
 
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::surface::Surface;
 use crate::optics::system::{Hop, System};
 
@@ -22,7 +22,7 @@ impl<'a> Downstream<'a> {
     /// The hops behind hop `number` of a system.
     pub(crate) fn of(system: &'a System, number: usize) -> Self {
         let behind = system.hops().skip(number + 1);
-        let kept = |hop: &Hop| matches!(hop.from.act, Act::Stop(_)) && hop.from.is_plane();
+        let kept = |hop: &Hop| matches!(hop.from.kind, ScreenKind::Stop(_)) && hop.from.is_plane();
         Self {
             hops: behind.take_while(kept).collect(),
         }
@@ -52,7 +52,7 @@ impl<'a> Downstream<'a> {
     pub(crate) fn is_relevant(&self, at: [f64; 2], cosines: [f64; 2]) -> bool {
         let (mut at, mut p) = (at, cosines);
         for hop in &self.hops {
-            if let Act::Stop(aperture) = &hop.from.act
+            if let ScreenKind::Stop(aperture) = &hop.from.kind
                 && !aperture.contains(at[0], at[1])
             {
                 return false;

@@ -10,7 +10,7 @@ use crate::engine::plane_wave::plane_wavelets::PlanePlan;
 use crate::engine::trace::direction_search::{DirectionSearch, SearchGoal, search_directions};
 use crate::optics::aperture::Aperture;
 use crate::optics::refraction::Interface;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::optics::system::Hop;
@@ -227,8 +227,8 @@ fn check_patches(
 
 /// Distance of sample points on a screen that is a sensor, in mm.
 fn pitch_of(screen: &Screen) -> Option<[f64; 2]> {
-    match &screen.act {
-        Act::Sensor(sensor) => Some(sensor.pitch),
+    match &screen.kind {
+        ScreenKind::Sensor(sensor) => Some(sensor.pitch),
         _ => None,
     }
 }

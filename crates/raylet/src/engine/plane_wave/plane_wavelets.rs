@@ -163,11 +163,11 @@ impl PlanePlan {
             arriving: [0.0; 2],
             rays: 0.0,
         }
-        .aimed(planner)
+        .with_directions(planner)
     }
 
     /// The plan with the directions that lead to the target and its margin.
-    fn aimed(mut self, planner: &Planner) -> Self {
+    fn with_directions(mut self, planner: &Planner) -> Self {
         let margin = self.fade.map(|fade| self.margin + fade);
         let (hop, from, to) = (planner.hop, planner.from, planner.to);
         let wider = search_directions(hop, from, to, margin, SearchGoal::Rays);
@@ -179,8 +179,8 @@ impl PlanePlan {
         }
         let [x0, x1, y0, y1] = planner.from;
         let [windows_x, windows_y] = [
-            self.cover([x0, x1], self.step[0]),
-            self.cover([y0, y1], self.step[1]),
+            self.positions([x0, x1], self.step[0]),
+            self.positions([y0, y1], self.step[1]),
         ];
         let [px, py] = self.bands;
         let counts = [windows_x.count, windows_y.count, px.count, py.count];
@@ -188,8 +188,8 @@ impl PlanePlan {
         self
     }
 
-    fn cover(&self, edges: [f64; 2], step: f64) -> Positions {
-        Positions::cover(edges, self.sigma, step, REACH * self.sigma).plain()
+    fn positions(&self, edges: [f64; 2], step: f64) -> Positions {
+        Positions::covering(edges, self.sigma, step, REACH * self.sigma).plain()
     }
 
     /// The weight of a ray that lands at a point: one on the target and its margin, fading beyond.
@@ -224,8 +224,8 @@ impl<'a> PlaneRun<'a> {
         settings: &Settings,
         field: &'a Field,
     ) -> Self {
-        let cover = |axis: &Axis, a: usize| plan.cover(axis.edges(), plan.step[a]);
-        let (px, py) = (cover(&field.grid.x, 0), cover(&field.grid.y, 1));
+        let positions = |axis: &Axis, a: usize| plan.positions(axis.edges(), plan.step[a]);
+        let (px, py) = (positions(&field.grid.x, 0), positions(&field.grid.y, 1));
         let [bx, by] = &plan.bands;
         let patches = Patches::new(
             [&field.grid.x, &field.grid.y],

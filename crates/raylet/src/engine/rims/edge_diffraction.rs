@@ -9,7 +9,7 @@ use crate::engine::rims::source_ray::{SourceRay, obliquity};
 use crate::engine::rims::source_rays::ray_behind;
 use crate::optics::aperture::Aperture;
 use crate::optics::polygon;
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::system::Hop;
 
 /// Points along an outline at which edge waves begin.
@@ -28,10 +28,10 @@ pub(crate) fn edge_energy(wavelength: f64, q: f64, width: f64) -> f64 {
 /// Rays for the light that the outline of a stop or a smooth element sends aside, for the rays that arrive there.
 /// What pixels send aside is among the rays that leave them.
 pub(crate) fn edge_waves(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
-    let aperture = match &hop.from.act {
-        Act::Stop(aperture) => aperture,
-        Act::Doe(doe) if doe.pixels().is_none() => &doe.aperture,
-        Act::Doe(_) | Act::Sensor(_) => &Aperture::OPEN,
+    let aperture = match &hop.from.kind {
+        ScreenKind::Stop(aperture) => aperture,
+        ScreenKind::Doe(doe) if doe.pixels().is_none() => &doe.aperture,
+        ScreenKind::Doe(_) | ScreenKind::Sensor(_) => &Aperture::OPEN,
     };
     let rim = aperture.rim();
     if rim.is_empty() || arriving.is_empty() {
@@ -98,13 +98,13 @@ mod tests {
 
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
-    use crate::optics::screen::Act;
+    use crate::optics::screen::ScreenKind;
 
     /// Beyond a cone, a disc's edge waves carry what Airy's pattern has there: J₀² + J₁² of 2πap/λ.
     #[test]
     fn edge_waves_carry_the_rings_of_airy() {
         let radius = 20.0;
-        let stop = Act::Stop(Aperture::disc(radius));
+        let stop = ScreenKind::Stop(Aperture::disc(radius));
         let far = screen(on_axis(1e4), sensor(1, 1.0));
         let system = lit(vec![screen(Frame::GLOBAL, stop), far], vec![vec![]]);
         let light = source_rays(&system);

@@ -5,7 +5,7 @@
 
 use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::source_rays::{is_open, ray_behind};
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::system::{Hop, System};
 
 /// How far beside the sensor light counts, in diffraction widths λ/D of the aperture before it.
@@ -23,10 +23,10 @@ impl<'a> Onward<'a> {
     /// What follows a hop of a system; nothing behind the last one, and behind pixels.
     pub(crate) fn behind(system: &'a System, number: usize) -> Self {
         let hops: Vec<Hop> = system.hops().skip(number + 1).collect();
-        let smooth = |hop: &Hop| match &hop.from.act {
-            Act::Stop(_) => true,
-            Act::Doe(doe) => doe.phase_gradient(0.0, 0.0).is_some(),
-            Act::Sensor(_) => false,
+        let smooth = |hop: &Hop| match &hop.from.kind {
+            ScreenKind::Stop(_) => true,
+            ScreenKind::Doe(doe) => doe.phase_gradient(0.0, 0.0).is_some(),
+            ScreenKind::Sensor(_) => false,
         };
         match hops.iter().all(smooth) {
             true => Self { hops },
@@ -104,7 +104,7 @@ mod tests {
     use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
-    use crate::optics::screen::Act;
+    use crate::optics::screen::ScreenKind;
 
     /// A lens of 20 mm focal length and a sensor of 0.1 mm at its focus: what arrives along the axis goes on.
     #[test]
@@ -113,11 +113,11 @@ mod tests {
             focal_length: 20.0,
             wavenumber: std::f64::consts::TAU / 0.5e-3,
         };
-        let smooth = Act::Doe(element(Layer::Phase(lens), Aperture::disc(1.0)));
+        let smooth = ScreenKind::Doe(element(Layer::Phase(lens), Aperture::disc(1.0)));
         let pixels = box_pixels(Array2::from_elem((10, 10), Complex64::ONE), 0.2);
-        for (act, aside) in [(smooth, false), (pixels, true)] {
-            let aperture = screen(Frame::GLOBAL, Act::Stop(Aperture::disc(1.0)));
-            let middle = screen(on_axis(5.0), act);
+        for (kind, aside) in [(smooth, false), (pixels, true)] {
+            let aperture = screen(Frame::GLOBAL, ScreenKind::Stop(Aperture::disc(1.0)));
+            let middle = screen(on_axis(5.0), kind);
             let last = screen(on_axis(25.0), sensor(10, 0.01));
             let mut system = lit(vec![aperture, middle, last], vec![vec![], vec![]]);
             system.wavelength = 0.5e-3;

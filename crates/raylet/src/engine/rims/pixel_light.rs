@@ -235,14 +235,14 @@ mod tests {
     use crate::fixtures::parts::{element, on_axis, pixel_layer, screen, sensor};
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::PixelForm;
-    use crate::optics::screen::Act;
+    use crate::optics::screen::ScreenKind;
     use crate::optics::system::Hop;
 
     /// Rays of unit energy behind pixels of pitch 4 at wavelength 1.
     fn rays(values: Array2<Complex64>, fixed: PixelValues) -> Vec<SourceRay> {
         let doe = element(pixel_layer(values, 4.0, PixelForm::Box), Aperture::OPEN);
         let light = PixelLight::new(&doe, 1.0, fixed).unwrap();
-        let from = screen(on_axis(0.0), Act::Doe(doe.clone()));
+        let from = screen(on_axis(0.0), ScreenKind::Doe(doe.clone()));
         let to = screen(on_axis(100.0), sensor(1, 1.0));
         let hop = Hop {
             from: &from,

@@ -10,7 +10,7 @@ use crate::engine::trace::direction_search::SearchRay;
 use crate::math::erfc::erfc;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::{Aperture, Outline};
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::shape::Shape;
 use crate::optics::surface::{Surface, without_edges};
 use crate::optics::system::Hop;
@@ -293,7 +293,7 @@ fn meet_rim<T>(open: &Hop, rim: &SurfaceEdge, follow: impl Fn(&Hop) -> Option<T>
         let plane = Screen {
             name: String::new(),
             frame: surface.frame.moved(Vec3::new(0.0, 0.0, rim.depth)),
-            act: Act::Stop(Aperture::OPEN),
+            kind: ScreenKind::Stop(Aperture::OPEN),
             index: surface.index[0],
             behind: None,
             shape: Shape::Plane,
@@ -318,7 +318,7 @@ mod tests {
     use crate::fixtures::parts::{face, lit, on_axis, screen, sensor};
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
-    use crate::optics::screen::Act;
+    use crate::optics::screen::ScreenKind;
     use crate::optics::shape::Shape;
 
     /// Of even light in the square about a disc, 1 − π/4 ends outside. What passes one disc passes a second one behind it.
@@ -330,7 +330,7 @@ mod tests {
             surface.aperture = Aperture::disc(1.05);
             surface
         };
-        let first = screen(Frame::GLOBAL, Act::Stop(square));
+        let first = screen(Frame::GLOBAL, ScreenKind::Stop(square));
         let last = screen(on_axis(2.0), sensor(10, 0.1));
         let train = vec![disc(0.5, [1.0, 1.5]), disc(1.0, [1.5, 1.0])];
         let mut system = lit(vec![first, last], vec![train]);

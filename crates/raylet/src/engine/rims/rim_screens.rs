@@ -18,7 +18,7 @@ use crate::engine::rims::source_rays::{rays_behind, source_rays};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Outline;
 use crate::optics::refraction::Interface;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::shape::Shape;
 use crate::optics::system::{Hop, System};
 
@@ -206,7 +206,7 @@ fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Option<Screen> {
     Some(Screen {
         name: name_of(hop, number),
         frame: surface.frame.moved(Vec3::new(0.0, 0.0, sag)),
-        act: Act::Stop(surface.aperture.clone()),
+        kind: ScreenKind::Stop(surface.aperture.clone()),
         index: after,
         behind: None,
         shape: Shape::Plane,

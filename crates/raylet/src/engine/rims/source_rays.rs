@@ -7,7 +7,7 @@ use crate::engine::rims::pixel_light::{PixelLight, PixelValues};
 use crate::engine::rims::source_ray::SourceRay;
 use crate::math::vec3::Vec3;
 use crate::optics::deflection::deflected;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 
 /// Places along each axis of the first screen from which rays are sent: behind pixels, where each place sends
@@ -46,7 +46,9 @@ pub(crate) fn source_rays(system: &System) -> Vec<SourceRay> {
     lit.map(|at| {
         let z = screen.height(at).map_or(0.0, |here| here.z);
         let here = screen.frame.to_global(Vec3::new(at[0], at[1], z));
-        let d = screen.frame.turn_in(system.source.direction(here));
+        let d = screen
+            .frame
+            .direction_to_local(system.source.direction(here));
         SourceRay {
             at,
             p: [d.x * screen.index, d.y * screen.index],
@@ -58,18 +60,18 @@ pub(crate) fn source_rays(system: &System) -> Vec<SourceRay> {
 
 /// Whether light passes a screen at a place.
 pub(crate) fn is_open(screen: &Screen, [x, y]: [f64; 2]) -> bool {
-    match &screen.act {
-        Act::Stop(aperture) => aperture.contains(x, y),
-        Act::Doe(doe) => doe.aperture.contains(x, y),
-        Act::Sensor(_) => true,
+    match &screen.kind {
+        ScreenKind::Stop(aperture) => aperture.contains(x, y),
+        ScreenKind::Doe(doe) => doe.aperture.contains(x, y),
+        ScreenKind::Sensor(_) => true,
     }
 }
 
 /// Whether a screen has pixels that diffract.
 fn has_pixels(screen: &Screen) -> bool {
-    match &screen.act {
-        Act::Doe(doe) => doe.pixels().is_some(),
-        Act::Stop(_) | Act::Sensor(_) => false,
+    match &screen.kind {
+        ScreenKind::Doe(doe) => doe.pixels().is_some(),
+        ScreenKind::Stop(_) | ScreenKind::Sensor(_) => false,
     }
 }
 
@@ -80,9 +82,9 @@ pub(crate) fn rays_behind(
     arriving: &[SourceRay],
     values: PixelValues,
 ) -> Vec<SourceRay> {
-    let light = match &hop.from.act {
-        Act::Doe(doe) => PixelLight::new(doe, hop.wavelength, values),
-        Act::Stop(_) | Act::Sensor(_) => None,
+    let light = match &hop.from.kind {
+        ScreenKind::Doe(doe) => PixelLight::new(doe, hop.wavelength, values),
+        ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
     };
     let Some(light) = light else {
         return arriving
@@ -99,9 +101,9 @@ pub(crate) fn rays_behind(
 /// The ray that leaves a stop or a smooth element.
 pub(crate) fn ray_behind(hop: &Hop, source_ray: &SourceRay) -> SourceRay {
     let SourceRay { at, p, energy } = *source_ray;
-    let gradient = match &hop.from.act {
-        Act::Doe(doe) => doe.phase_gradient(at[0], at[1]),
-        Act::Stop(_) | Act::Sensor(_) => None,
+    let gradient = match &hop.from.kind {
+        ScreenKind::Doe(doe) => doe.phase_gradient(at[0], at[1]),
+        ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
     };
     let [gx, gy] = gradient.unwrap_or([0.0; 2]);
     let k = hop.wavenumber();

@@ -49,7 +49,7 @@ impl BoundingSphere {
 
         // Unit vectors within the angle asin(sine) are no farther apart than this chord, and so are their projections.
         let chord = 2.0 * (0.5 * sine.asin()).sin() + ROUNDING;
-        let towards = screen.frame.turn_in(way * (1.0 / distance));
+        let towards = screen.frame.direction_to_local(way * (1.0 / distance));
         let n = screen.index_behind();
         let leaves = |sign: &f64| sign * towards.z * screen.leaves() >= -chord;
         let disc = |sign: f64| [sign * n * towards.x, sign * n * towards.y, n * chord];

@@ -36,7 +36,7 @@ impl LaunchPlane {
         if !screen.is_plane() {
             let plane = screen.tangent(at).ok_or(Loss::Missed)?;
             let own = |axis| {
-                let v = screen.frame.turn_in(axis);
+                let v = screen.frame.direction_to_local(axis);
                 [v.x, v.y, v.z]
             };
             launch_plane.axes = [plane.frame.x, plane.frame.y, plane.frame.z].map(own);

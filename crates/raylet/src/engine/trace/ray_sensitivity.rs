@@ -10,7 +10,7 @@ use num_complex::Complex64;
 
 use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::engine::trace::ray_trace::{
-    BeamletStart, Carried, Landing, PosedScreen, carry_beamlet, emit, land, trace_train,
+    BeamletStart, Carried, Landing, LocatedScreen, carry_beamlet, emit, land, trace_train,
 };
 use crate::engine::trace::surface_trace::carry_along;
 use crate::math::complex::{Complex, Symmetric};
@@ -172,7 +172,7 @@ impl VariedFrame {
 
     /// A frame that stands still in this one.
     fn carrying(&self, own: &Frame) -> Self {
-        let turned = |v: Vec3| self.turn_out(Vec3::constant(v));
+        let turned = |v: Vec3| self.direction_to_global(Vec3::constant(v));
         Self {
             origin: self.to_global(Vec3::constant(own.origin)),
             axes: [own.x, own.y, own.z].map(turned),
@@ -184,18 +184,18 @@ impl Axes<Number> for VariedFrame {
     fn across(&self) -> [Vec3<Number>; 2] {
         [self.axes[0], self.axes[1]]
     }
-    fn turn_in(&self, v: Vec3<Number>) -> Vec3<Number> {
+    fn direction_to_local(&self, v: Vec3<Number>) -> Vec3<Number> {
         let [x, y, z] = self.axes.map(|axis| v.dot(axis));
         Vec3::new(x, y, z)
     }
-    fn turn_out(&self, v: Vec3<Number>) -> Vec3<Number> {
+    fn direction_to_global(&self, v: Vec3<Number>) -> Vec3<Number> {
         self.axes[0] * v.x + self.axes[1] * v.y + self.axes[2] * v.z
     }
     fn to_local(&self, point: Vec3<Number>) -> Vec3<Number> {
-        self.turn_in(point - self.origin)
+        self.direction_to_local(point - self.origin)
     }
     fn to_global(&self, point: Vec3<Number>) -> Vec3<Number> {
-        self.turn_out(point) + self.origin
+        self.direction_to_global(point) + self.origin
     }
 }
 
@@ -291,7 +291,7 @@ impl<'a> VariedHop<'a> {
     /// # Errors
     /// How it was lost, if it was.
     pub(crate) fn trace(&self, at: [Number; 2], p: [Number; 2]) -> Result<Landing<Number>, Loss> {
-        let from = PosedScreen {
+        let from = LocatedScreen {
             screen: self.hop.from,
             axes: &self.from.0,
             index: self.from.1,
@@ -306,7 +306,7 @@ impl<'a> VariedHop<'a> {
     /// # Errors
     /// How its ray was lost, if it was.
     pub(crate) fn carry_from(&self, start: BeamletStart<Number>) -> Result<Carried<Number>, Loss> {
-        let from = PosedScreen {
+        let from = LocatedScreen {
             screen: self.hop.from,
             axes: &self.from.0,
             index: self.from.1,
@@ -315,8 +315,8 @@ impl<'a> VariedHop<'a> {
     }
 
     /// The second screen.
-    fn landing_screen(&self) -> PosedScreen<'_, Number, VariedFrame> {
-        PosedScreen {
+    fn landing_screen(&self) -> LocatedScreen<'_, Number, VariedFrame> {
+        LocatedScreen {
             screen: self.hop.to,
             axes: &self.to.0,
             index: self.to.1,
@@ -338,7 +338,7 @@ impl<'a> VariedHop<'a> {
         let tangent = launch_plane
             .frame_on(self.hop.from)
             .map(|own| frame.carrying(&own));
-        let from = PosedScreen {
+        let from = LocatedScreen {
             screen: hop.from,
             axes: tangent.as_ref().unwrap_or(frame),
             index: *index,
@@ -401,7 +401,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
     use crate::optics::refraction::{Coating, Interface};
-    use crate::optics::screen::{Act, Screen};
+    use crate::optics::screen::{Screen, ScreenKind};
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
@@ -421,7 +421,7 @@ mod tests {
                 name: String::new(),
                 frame,
                 shape: Shape::Plane,
-                act: Act::Stop(Aperture::OPEN),
+                kind: ScreenKind::Stop(Aperture::OPEN),
                 index,
                 behind: None,
                 arrives: 1.0,

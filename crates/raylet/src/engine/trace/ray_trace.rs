@@ -64,7 +64,7 @@ impl Landing<Dual<4>> {
 }
 
 /// A screen as a ray of numbers `T` meets it.
-pub(crate) struct PosedScreen<'a, T, A> {
+pub(crate) struct LocatedScreen<'a, T, A> {
     /// The screen as it is.
     pub screen: &'a Screen,
     /// Where it stands.
@@ -73,7 +73,7 @@ pub(crate) struct PosedScreen<'a, T, A> {
     pub index: T,
 }
 
-impl<'a, T: Real> PosedScreen<'a, T, Frame> {
+impl<'a, T: Real> LocatedScreen<'a, T, Frame> {
     /// A screen that stands still and that rays leave.
     #[inline(always)]
     pub(crate) fn left(screen: &'a Screen) -> Self {
@@ -102,7 +102,7 @@ impl<'a, T: Real> PosedScreen<'a, T, Frame> {
 /// exist, or when the ray would leave on its wrong side.
 #[inline(always)]
 pub(crate) fn emit<T: Real, A: Axes<T>>(
-    from: &PosedScreen<T, A>,
+    from: &LocatedScreen<T, A>,
     at: [T; 2],
     p: [T; 2],
 ) -> Result<Ray<T>, Loss> {
@@ -123,7 +123,7 @@ pub(crate) fn emit<T: Real, A: Axes<T>>(
         z = height.z;
     }
     let position = from.axes.to_global(Vec3::new(at[0], at[1], z));
-    Ok(Ray::new(position, from.axes.turn_out(local)))
+    Ok(Ray::new(position, from.axes.direction_to_global(local)))
 }
 
 /// Takes a ray through a train of surfaces, and reports every flight and bend to the companion.
@@ -141,7 +141,7 @@ pub(crate) fn trace_train<T: Real, F: Face<T>, C: Companion<T>>(
         // Meet the surface in its own frame.
         let (surface, frame, index) = (face.surface(), face.axes(), face.index());
         let position = frame.to_local(ray.position);
-        let direction = frame.turn_in(ray.direction);
+        let direction = frame.direction_to_local(ray.direction);
         let length = face.meet(position, direction)?;
         let hit = position + direction * length;
         if hit
@@ -171,7 +171,7 @@ pub(crate) fn trace_train<T: Real, F: Face<T>, C: Companion<T>>(
             refracted: &refracted,
             index,
         });
-        ray.direction = frame.turn_out(refracted.direction);
+        ray.direction = frame.direction_to_global(refracted.direction);
     }
     Ok(ray)
 }
@@ -182,13 +182,13 @@ pub(crate) fn trace_train<T: Real, F: Face<T>, C: Companion<T>>(
 /// [`Loss::Missed`] when it runs parallel to the screen or away from the side it should arrive at.
 #[inline(always)]
 pub(crate) fn land<T: Real, A: Axes<T>, C: Companion<T>>(
-    to: &PosedScreen<T, A>,
+    to: &LocatedScreen<T, A>,
     ray: Ray<T>,
     companion: &mut C,
 ) -> Result<Landing<T>, Loss> {
     let screen = to.screen;
     let position = to.axes.to_local(ray.position);
-    let direction = to.axes.turn_in(ray.direction);
+    let direction = to.axes.direction_to_local(ray.direction);
     if direction.z.any(|z| z * screen.arrives <= 0.0) {
         return Err(Loss::Missed);
     }
@@ -221,9 +221,9 @@ pub(crate) struct BeamletStart<T> {
 /// How the ray was lost, if it was.
 #[inline(always)]
 pub(crate) fn carry_beamlet<T: Real, A: Axes<T>, F: Face<T>, B: Axes<T>>(
-    from: &PosedScreen<T, A>,
+    from: &LocatedScreen<T, A>,
     train: &[F],
-    to: &PosedScreen<T, B>,
+    to: &LocatedScreen<T, B>,
     start: BeamletStart<T>,
 ) -> Result<Carried<T>, Loss> {
     let BeamletStart { at, p, q } = start;
@@ -250,9 +250,9 @@ impl Hop<'_> {
         p: [T; 2],
         companion: &mut C,
     ) -> Result<Landing<T>, Loss> {
-        let ray = emit(&PosedScreen::left(self.from), at, p)?;
+        let ray = emit(&LocatedScreen::left(self.from), at, p)?;
         let ray = trace_train(self.train, ray, companion)?;
-        land(&PosedScreen::reached(self.to), ray, companion)
+        land(&LocatedScreen::reached(self.to), ray, companion)
     }
 
     /// A beamlet from (x, y) on the first screen along p to the second screen. It starts with curvature `q` in 1/mm on
@@ -267,7 +267,10 @@ impl Hop<'_> {
         p: [T; 2],
         q: Symmetric<T>,
     ) -> Result<Carried<T>, Loss> {
-        let (from, to) = (PosedScreen::left(self.from), PosedScreen::reached(self.to));
+        let (from, to) = (
+            LocatedScreen::left(self.from),
+            LocatedScreen::reached(self.to),
+        );
         carry_beamlet(&from, self.train, &to, BeamletStart { at, p, q })
     }
 

@@ -9,7 +9,7 @@
 //! A beamlet that arrives at an interface gets the factor by which the interface transmits it.
 
 use crate::engine::trace::ray_trace::{
-    BeamletStart, Carried, Landing, PosedScreen, emit, land, trace_train,
+    BeamletStart, Carried, Landing, LocatedScreen, emit, land, trace_train,
 };
 use crate::math::complex::Symmetric;
 use crate::math::real::{Dual, Real};
@@ -35,7 +35,7 @@ impl<T: Real> Standing<T> {
     /// A ray that leaves with slopes P of its wave along the surface: p + q∇s = P and |p|² + q² = n², on the side
     /// where light leaves.
     fn leaving<A: Axes<T>>(
-        from: &PosedScreen<T, A>,
+        from: &LocatedScreen<T, A>,
         at: [T; 2],
         p: [T; 2],
     ) -> Result<(Self, Ray<T>), Loss> {
@@ -51,7 +51,9 @@ impl<T: Real> Standing<T> {
         let along = (tilted + under.sqrt() * screen.leaves()) / steep;
         let local = Vec3::new(p[0] - along * sx, p[1] - along * sy, along);
         let position = from.axes.to_global(Vec3::new(at[0], at[1], height.z));
-        let direction = from.axes.turn_out(local * (T::constant(1.0) / n));
+        let direction = from
+            .axes
+            .direction_to_global(local * (T::constant(1.0) / n));
         let standing = Self {
             along,
             slope: height.slope,
@@ -61,7 +63,7 @@ impl<T: Real> Standing<T> {
     }
 
     /// A ray that has landed.
-    fn landed<A: Axes<T>>(to: &PosedScreen<T, A>, landing: &Landing<T>) -> Result<Self, Loss> {
+    fn landed<A: Axes<T>>(to: &LocatedScreen<T, A>, landing: &Landing<T>) -> Result<Self, Loss> {
         let (screen, [px, py]) = (to.screen, landing.cosines);
         let [x, y] = landing.at;
         let height = screen.shape.height(x, y).ok_or(Loss::Missed)?;
@@ -85,7 +87,7 @@ impl<T: Real> Standing<T> {
     fn tangents<A: Axes<T>>(&self, axes: &A) -> [Vec3<T>; 2] {
         let [sx, sy] = self.slope;
         let [one, zero] = [1.0, 0.0].map(T::constant);
-        [Vec3::new(one, zero, sx), Vec3::new(zero, one, sy)].map(|v| axes.turn_out(v))
+        [Vec3::new(one, zero, sx), Vec3::new(zero, one, sy)].map(|v| axes.direction_to_global(v))
     }
 
     /// A curvature with `sign` times what the surface adds to it.
@@ -100,8 +102,8 @@ impl<T: Real> Standing<T> {
 }
 
 /// A ray that leaves a screen with slopes p of its wave along the surface.
-fn leave<T: Real, A: Axes<T>>(
-    from: &PosedScreen<T, A>,
+fn ray_leaving<T: Real, A: Axes<T>>(
+    from: &LocatedScreen<T, A>,
     at: [T; 2],
     p: [T; 2],
 ) -> Result<Ray<T>, Loss> {
@@ -113,7 +115,7 @@ fn leave<T: Real, A: Axes<T>>(
 
 /// A landing with the slopes of its wave along the surface in place of its cosines.
 fn along_surface<T: Real, A: Axes<T>>(
-    to: &PosedScreen<T, A>,
+    to: &LocatedScreen<T, A>,
     landing: Landing<T>,
 ) -> Result<Landing<T>, Loss> {
     if to.screen.is_plane() {
@@ -134,8 +136,11 @@ impl Hop<'_> {
         p: [T; 2],
         companion: &mut impl Companion<T>,
     ) -> Result<Landing<T>, Loss> {
-        let (from, to) = (PosedScreen::left(self.from), PosedScreen::reached(self.to));
-        let ray = trace_train(self.train, leave(&from, at, p)?, companion)?;
+        let (from, to) = (
+            LocatedScreen::left(self.from),
+            LocatedScreen::reached(self.to),
+        );
+        let ray = trace_train(self.train, ray_leaving(&from, at, p)?, companion)?;
         along_surface(&to, land(&to, ray, companion)?)
     }
 
@@ -168,7 +173,10 @@ impl Hop<'_> {
         if self.from.is_plane() && self.to.is_plane() && self.to.behind.is_none() {
             return self.carry_beamlet(at, p, q);
         }
-        let (from, to) = (PosedScreen::left(self.from), PosedScreen::reached(self.to));
+        let (from, to) = (
+            LocatedScreen::left(self.from),
+            LocatedScreen::reached(self.to),
+        );
         carry_along(&from, self.train, &to, BeamletStart { at, p, q })
     }
 }
@@ -178,9 +186,9 @@ impl Hop<'_> {
 /// # Errors
 /// How the ray was lost, if it was.
 pub(crate) fn carry_along<T: Real, A: Axes<T>, F: Face<T>, B: Axes<T>>(
-    from: &PosedScreen<T, A>,
+    from: &LocatedScreen<T, A>,
     train: &[F],
-    to: &PosedScreen<T, B>,
+    to: &LocatedScreen<T, B>,
     start: BeamletStart<T>,
 ) -> Result<Carried<T>, Loss> {
     let BeamletStart { at, p, q } = start;

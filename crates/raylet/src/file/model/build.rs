@@ -21,7 +21,7 @@ use crate::optics::media::catalog;
 use crate::optics::media::medium::{Medium, MediumError};
 use crate::optics::profile::Profile;
 use crate::optics::refraction::Coating;
-use crate::optics::screen::{Act, Behind, Sensor};
+use crate::optics::screen::{MediumBehind, ScreenKind, Sensor};
 use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::surface_coordinates::SurfaceCoordinates;
@@ -136,22 +136,22 @@ impl Layout<'_, '_> {
                 let shape = self.shape(&doe.surface_shape(), &path)?;
                 let behind = self.behind(doe, &path)?;
                 self.behind = behind.map_or(self.axis.index(), |behind| behind.index);
-                let act = Act::Doe(self.doe(doe, &shape, &path)?);
+                let kind = ScreenKind::Doe(self.doe(doe, &shape, &path)?);
                 self.check_beam(&path)?;
-                self.axis.screen(name, frame, shape, act);
+                self.axis.screen(name, frame, shape, kind);
                 if let Some(behind) = behind {
                     self.axis.enter_medium(behind);
                 }
             }
             Element::ParaxialLens(lens) => {
-                let act = Act::Doe(self.paraxial_lens(lens));
+                let kind = ScreenKind::Doe(self.paraxial_lens(lens));
                 self.check_beam(&path)?;
-                self.axis.screen(name, frame, Shape::Plane, act);
+                self.axis.screen(name, frame, Shape::Plane, kind);
             }
             Element::Stop(stop) => {
-                let act = Act::Stop(stop.aperture.optics());
+                let kind = ScreenKind::Stop(stop.aperture.optics());
                 self.check_beam(&path)?;
-                self.axis.screen(name, frame, Shape::Plane, act);
+                self.axis.screen(name, frame, Shape::Plane, kind);
             }
             Element::Sensor(sensor) => self.sensor(name, frame, sensor, &path)?,
             Element::Lens(lens) => along += self.lens(lens, frame, &path)?,
@@ -191,11 +191,11 @@ impl Layout<'_, '_> {
                 "at least one element before the sensor",
             ));
         }
-        let act = Act::Sensor(Sensor {
+        let kind = ScreenKind::Sensor(Sensor {
             pixels: sensor.pixels,
             pitch: sensor.pitch_um.map(|p| p * UM),
         });
-        self.axis.screen(name, frame, Shape::Plane, act);
+        self.axis.screen(name, frame, Shape::Plane, kind);
         Ok(())
     }
 
@@ -280,7 +280,7 @@ impl Layout<'_, '_> {
     ///
     /// # Errors
     /// An unknown medium; light that is reflected; heights, which stand in one medium.
-    fn behind(&self, doe: &element::DoeElement, path: &str) -> Result<Option<Behind>, Fault> {
+    fn behind(&self, doe: &element::DoeElement, path: &str) -> Result<Option<MediumBehind>, Fault> {
         let Some(glass) = &doe.glass else {
             return Ok(None);
         };
@@ -297,7 +297,7 @@ impl Layout<'_, '_> {
                 "layers of phase, or heights on an element in one medium",
             );
         }
-        Ok(Some(Behind {
+        Ok(Some(MediumBehind {
             index: self.after(Some(glass), &path)?,
             coating: self.coating(doe.coating),
         }))

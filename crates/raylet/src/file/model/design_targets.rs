@@ -22,7 +22,7 @@ use crate::file::scene::loss_specification::{
 use crate::file::scene::scene_file::{Illumination, Scene};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::system::System;
 use crate::wave::grid::raster::Raster;
 
@@ -446,10 +446,10 @@ fn incident(system: &System) -> f64 {
     let Some(screen) = system.screens.first() else {
         return 1.0;
     };
-    let (aperture, bounds) = match &screen.act {
-        Act::Doe(doe) => (&doe.aperture, doe.bounds()),
-        Act::Stop(aperture) => (aperture, aperture.bounds()),
-        Act::Sensor(_) => (&open, None),
+    let (aperture, bounds) = match &screen.kind {
+        ScreenKind::Doe(doe) => (&doe.aperture, doe.bounds()),
+        ScreenKind::Stop(aperture) => (aperture, aperture.bounds()),
+        ScreenKind::Sensor(_) => (&open, None),
     };
     let Some([x0, x1, y0, y1]) = bounds else {
         return 1.0;

@@ -27,10 +27,10 @@ use crate::file::scene::layer::{Layer, PixelLayer};
 use crate::file::scene::scene_file::Scene;
 use crate::file::scene::settings::Hologram;
 use crate::optics::paraxial::Abcd;
-use crate::optics::screen::{Act, Screen, Sensor};
+use crate::optics::screen::{Screen, ScreenKind, Sensor};
 use crate::optics::system::{Hop, System};
 use crate::wave::grid::field::{Axis, Field, Grid};
-use crate::wave::grid::sampling::act;
+use crate::wave::grid::sampling::apply_screen;
 
 /// A hologram to be computed for an element of a scene.
 #[derive(Clone, Debug)]
@@ -113,8 +113,8 @@ fn last_hop<'s>(
 ) -> Result<(usize, Hop<'s>, &'s Sensor), Fault> {
     let hop = system.hops().last();
     let at = system.screens.len().saturating_sub(2);
-    match hop.map(|hop| (hop, &hop.to.act)) {
-        Some((hop, Act::Sensor(sensor))) if hop.from.name == hologram.element => {
+    match hop.map(|hop| (hop, &hop.to.kind)) {
+        Some((hop, ScreenKind::Sensor(sensor))) if hop.from.name == hologram.element => {
             Ok((at, hop, sensor))
         }
         _ => Err(scene.fault(
@@ -240,8 +240,8 @@ fn incident(
     pitch: [f64; 2],
 ) -> Result<Array2<Complex64>, Fault> {
     let screen = &system.screens[at];
-    let pixels = match &screen.act {
-        Act::Doe(doe) => doe.pixels().map(|pixels| pixels.values.dim()),
+    let pixels = match &screen.kind {
+        ScreenKind::Doe(doe) => doe.pixels().map(|pixels| pixels.values.dim()),
         _ => None,
     };
     let (ny, nx) = pixels.unwrap_or((1, 1));
@@ -253,7 +253,7 @@ fn incident(
         0 => illuminate(system, grid),
         _ => arriving(scene, system, at, grid)?,
     };
-    act(screen, &mut field);
+    apply_screen(screen, &mut field);
     Ok(field.values)
 }
 
@@ -263,7 +263,7 @@ fn arriving(scene: &Scene, system: &System, at: usize, grid: Grid) -> Result<Fie
     cut.screens.truncate(at + 1);
     cut.trains.truncate(at);
     cut.screens[at] = Screen {
-        act: Act::Sensor(Sensor {
+        kind: ScreenKind::Sensor(Sensor {
             pixels: [grid.x.cells, grid.y.cells],
             pitch: [grid.x.pitch, grid.y.pitch],
         }),

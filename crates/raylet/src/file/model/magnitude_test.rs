@@ -16,7 +16,7 @@ use crate::file::result::document;
 use crate::file::result::report::PlanEntry;
 use crate::file::scene::scene_file::{Scene, schema};
 use crate::file::scene::{scene_test, surfaces_test};
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::source::Source;
 use crate::optics::system::System;
 
@@ -183,7 +183,7 @@ fn system(distance: f64, pitch: f64) -> System {
     let mut system = crate::fixtures::patterns::star_hologram(4, 0.5, 1e-3);
     system.screens[1].frame.origin.z = distance;
     for screen in &mut system.screens {
-        if let Act::Doe(doe) = &mut screen.act
+        if let ScreenKind::Doe(doe) = &mut screen.kind
             && let Some(pixels) = doe.free_pixels_mut()
         {
             pixels.pitch = [pitch; 2];

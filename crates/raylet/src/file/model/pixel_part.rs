@@ -20,7 +20,7 @@ use crate::file::scene::design::{Design, DesignElement, Free, OptimizerKind, Sta
 use crate::file::scene::element::{Element, WITH_PIXELS};
 use crate::file::scene::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
 use crate::file::scene::scene_file::Scene;
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::system::System;
 
 /// Micrometres in a millimetre.
@@ -204,9 +204,9 @@ impl PixelPart {
     pub(crate) fn screen(&self, scene: &Scene, system: &System) -> Result<usize, Fault> {
         let named = |name: &str| name == self.part.name;
         let at = system.screens.iter().position(|screen| named(&screen.name));
-        let pixels = at.filter(|at| match &system.screens[*at].act {
-            Act::Doe(doe) => doe.free_pixels().is_some(),
-            Act::Stop(_) | Act::Sensor(_) => false,
+        let pixels = at.filter(|at| match &system.screens[*at].kind {
+            ScreenKind::Doe(doe) => doe.free_pixels().is_some(),
+            ScreenKind::Stop(_) | ScreenKind::Sensor(_) => false,
         });
         pixels.ok_or_else(|| {
             let expected = "an element with pixels";

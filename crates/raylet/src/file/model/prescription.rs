@@ -6,7 +6,7 @@ use crate::file::scene::scene_file::Scene;
 use crate::optics::aperture::Aperture;
 use crate::optics::frame::Frame;
 use crate::optics::refraction::Interface;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::optics::system::System;
@@ -57,10 +57,10 @@ impl Part<'_> {
     /// Kind of the part in one word, such as "stop", "mirror" or "sphere".
     pub fn word(&self) -> &'static str {
         match self.kind {
-            Kind::Screen(screen) => match &screen.act {
-                Act::Stop(_) => "stop",
-                Act::Doe(_) => "doe",
-                Act::Sensor(_) => "sensor",
+            Kind::Screen(screen) => match &screen.kind {
+                ScreenKind::Stop(_) => "stop",
+                ScreenKind::Doe(_) => "doe",
+                ScreenKind::Sensor(_) => "sensor",
             },
             Kind::Surface(surface) => match (surface.interface, &surface.shape) {
                 (Interface::Reflect, _) => "mirror",
@@ -90,10 +90,10 @@ impl Part<'_> {
     pub fn aperture(&self) -> Option<&Aperture> {
         match self.kind {
             Kind::Surface(surface) => Some(&surface.aperture),
-            Kind::Screen(screen) => match &screen.act {
-                Act::Stop(aperture) => Some(aperture),
-                Act::Doe(doe) => Some(&doe.aperture),
-                Act::Sensor(_) => None,
+            Kind::Screen(screen) => match &screen.kind {
+                ScreenKind::Stop(aperture) => Some(aperture),
+                ScreenKind::Doe(doe) => Some(&doe.aperture),
+                ScreenKind::Sensor(_) => None,
             },
         }
     }

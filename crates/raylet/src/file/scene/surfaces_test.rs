@@ -13,7 +13,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::aperture::Outline;
 use crate::optics::doe::Layer;
 use crate::optics::profile::Profile;
-use crate::optics::screen::Act;
+use crate::optics::screen::ScreenKind;
 use crate::optics::shape::Shape;
 
 /// A scene with one of every shape and aperture.
@@ -74,7 +74,7 @@ fn every_shape_is_read_written_and_built() {
 fn a_paraxial_lens_is_the_ideal_phase_in_its_aperture() {
     let scene = read(&bowl(10)).unwrap_or_else(|fault| panic!("{fault}"));
     let system = system(&scene, 0).unwrap_or_else(|fault| panic!("{fault}"));
-    let Act::Doe(lens) = &system.screens[1].act else {
+    let ScreenKind::Doe(lens) = &system.screens[1].kind else {
         panic!("{:?}", system.screens[1]);
     };
     let [Layer::Phase(Profile::Lens { focal_length, .. })] = lens.layers[..] else {

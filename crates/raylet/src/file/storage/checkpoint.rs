@@ -43,7 +43,7 @@ pub struct Restored<T> {
 
 /// What stands where a checkpoint should be.
 #[derive(Clone, Copy, PartialEq, Eq)]
-enum Found {
+enum FileState {
     Nothing,
     Torn,
     Whole,
@@ -68,7 +68,7 @@ impl Checkpoints {
     /// Other files of their names.
     pub fn claim(&self, replace: Replace) -> Result<(), Fault> {
         for path in [&self.newest, &self.before] {
-            if let (Found::Torn, Replace::Own) = (found_at(path)?, replace) {
+            if let (FileState::Torn, Replace::Own) = (found_at(path)?, replace) {
                 let found = "a file that is not a whole checkpoint of raylet";
                 let fault = Fault::of_file(path, found, "no file, or a checkpoint");
                 return Err(fault.hint("move it away, or let it be replaced (--overwrite)"));
@@ -90,7 +90,7 @@ impl Checkpoints {
         fresh.write(None, text.as_bytes()).map_err(refuse)?;
 
         // A torn one does not take the place of the whole one before it.
-        if found_at(&self.newest)? == Found::Whole {
+        if found_at(&self.newest)? == FileState::Whole {
             fs::rename(&self.newest, &self.before).map_err(refuse)?;
             sync(self.folder()).map_err(refuse)?;
         }
@@ -107,18 +107,18 @@ impl Checkpoints {
     ) -> Result<Restored<T>, Fault> {
         let newest = found_at(&self.newest)?;
         let wrong = match newest {
-            Found::Whole => {
+            FileState::Whole => {
                 let state = self.state(&self.newest, check)?;
                 return Ok(Restored {
                     state,
                     warning: None,
                 });
             }
-            Found::Torn => "torn",
-            Found::Nothing => "missing",
+            FileState::Torn => "torn",
+            FileState::Nothing => "missing",
         };
         let (path, found) = match (newest, found_at(&self.before)?) {
-            (_, Found::Whole) => {
+            (_, FileState::Whole) => {
                 let state = self.state(&self.before, check)?;
                 let (newest, before) = (self.newest.display(), self.before.display());
                 let warning = format!(
@@ -129,8 +129,8 @@ impl Checkpoints {
                     warning: Some(warning),
                 });
             }
-            (Found::Nothing, Found::Nothing) => (&self.newest, "no such file"),
-            (Found::Nothing, _) => (&self.before, "a torn file"),
+            (FileState::Nothing, FileState::Nothing) => (&self.newest, "no such file"),
+            (FileState::Nothing, _) => (&self.before, "a torn file"),
             _ => (&self.newest, "a torn file"),
         };
         Err(Fault::of_file(path, found, EXPECTED))
@@ -142,7 +142,7 @@ impl Checkpoints {
     /// An error of the file system.
     pub fn remove(&self) -> Result<(), Fault> {
         for path in [&self.newest, &self.before] {
-            if found_at(path)? == Found::Whole {
+            if found_at(path)? == FileState::Whole {
                 fs::remove_file(path).map_err(|error| unwritable(path, &error))?;
             }
         }
@@ -187,9 +187,9 @@ fn checksum(body: &str) -> String {
 
 /// Judges what stands where a checkpoint should be, without reading it into memory: it may have any size. Anything but
 /// a whole one is torn, whatever its bytes are.
-fn found_at(path: &Path) -> Result<Found, Fault> {
+fn found_at(path: &Path) -> Result<FileState, Fault> {
     match fs::symlink_metadata(path) {
-        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(Found::Nothing),
+        Err(error) if error.kind() == io::ErrorKind::NotFound => return Ok(FileState::Nothing),
         Ok(kind) if !kind.is_file() => {
             return Err(Fault::of_file(
                 path,
@@ -201,8 +201,8 @@ fn found_at(path: &Path) -> Result<Found, Fault> {
     }
     let whole = is_whole(path);
     match whole.map_err(|error| Fault::of_file(path, error.to_string(), EXPECTED))? {
-        true => Ok(Found::Whole),
-        false => Ok(Found::Torn),
+        true => Ok(FileState::Whole),
+        false => Ok(FileState::Torn),
     }
 }
 

@@ -8,7 +8,7 @@ use std::io;
 use std::path::{Path, PathBuf};
 
 use crate::file::decode::fault::Fault;
-use crate::file::storage::hidden::{Hidden, PREFIX, Swap, unwritable};
+use crate::file::storage::hidden::{Exchange, Hidden, PREFIX, unwritable};
 use crate::file::storage::lock::{Lock, LockError};
 use crate::file::storage::parent_folders::{below, exchange, standing};
 use crate::file::storage::seal::{Checksum, Sealed, sealed};
@@ -208,14 +208,14 @@ impl Draft<'_> {
     }
 
     /// The same with another way to let folders change places.
-    pub(crate) fn publish_by(self, swap: Swap, document: &str) -> Result<(), Fault> {
+    pub(crate) fn publish_by(self, swap: Exchange, document: &str) -> Result<(), Fault> {
         let OutputFolder { path, mark, .. } = self.target;
         let Some(text) = sealed(document, &self.files) else {
             return Err(Fault::of_file(&path.join(mark), "no JSON object", "one"));
         };
         self.put(mark, text.as_bytes())?;
-        let judge = |place: &Path| check_occupant(path, mark, place);
-        self.hidden.reveal_by(swap, path, &judge)
+        let check = |place: &Path| check_occupant(path, mark, place);
+        self.hidden.reveal_by(swap, path, &check)
     }
 
     fn put(&self, name: &str, content: &[u8]) -> Result<(), Fault> {

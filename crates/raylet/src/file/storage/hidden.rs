@@ -26,13 +26,13 @@ pub struct Hidden {
 }
 
 /// Decides whether the file or folder at a path may be replaced: the error is the reason against it.
-pub(crate) type Judge<'a> = &'a dyn Fn(&Path) -> Result<(), Fault>;
+pub(crate) type ReplaceCheck<'a> = &'a dyn Fn(&Path) -> Result<(), Fault>;
 
 /// Writes the content of a new file.
 pub(crate) type Fill<'a> = &'a dyn Fn(&mut File) -> io::Result<()>;
 
 /// Exchanges two paths in one atomic step; `false` where the file system cannot.
-pub(crate) type Swap<'a> = &'a dyn Fn(&Path, &Path) -> io::Result<bool>;
+pub(crate) type Exchange<'a> = &'a dyn Fn(&Path, &Path) -> io::Result<bool>;
 
 impl Hidden {
     /// A hidden folder for what will be at `path`.
@@ -111,23 +111,28 @@ impl Hidden {
         Ok(path)
     }
 
-    /// Gives the new thing its name, in folders that are made where they are missing, if `judge` allows what stands
+    /// Gives the new thing its name, in folders that are made where they are missing, if `check` allows what stands
     /// there then to be replaced. An earlier folder of that name is removed, file by file as its document lists them.
     ///
     /// # Errors
-    /// An error of `judge` or of the file system; then nothing is changed.
-    pub fn reveal(self, path: &Path, judge: Judge) -> Result<(), Fault> {
-        self.reveal_by(&exchange, path, judge)
+    /// An error of `check` or of the file system; then nothing is changed.
+    pub fn reveal(self, path: &Path, check: ReplaceCheck) -> Result<(), Fault> {
+        self.reveal_by(&exchange, path, check)
     }
 
     /// [`Hidden::reveal`] with a given function that exchanges two folders.
-    pub(crate) fn reveal_by(self, swap: Swap, path: &Path, judge: Judge) -> Result<(), Fault> {
+    pub(crate) fn reveal_by(
+        self,
+        swap: Exchange,
+        path: &Path,
+        check: ReplaceCheck,
+    ) -> Result<(), Fault> {
         let list = unfinished();
         let mut made = Vec::new();
         let outcome = make(path, &mut made)
             .map_err(|error| unwritable(path, &error))
-            .and_then(|()| judge(path))
-            .and_then(|()| self.take_place(swap, path, judge));
+            .and_then(|()| check(path))
+            .and_then(|()| self.take_place(swap, path, check));
         if outcome.is_err() {
             unmake(&made);
         }
@@ -135,7 +140,7 @@ impl Hidden {
         outcome
     }
 
-    fn take_place(&self, swap: Swap, path: &Path, judge: Judge) -> Result<(), Fault> {
+    fn take_place(&self, swap: Exchange, path: &Path, check: ReplaceCheck) -> Result<(), Fault> {
         let refuse = |error: io::Error| unwritable(path, &error);
         let new = self.path();
         let is_folder = |path: &Path| fs::symlink_metadata(path).is_ok_and(|kind| kind.is_dir());
@@ -147,20 +152,20 @@ impl Hidden {
             fs::rename(&new, path).map_err(refuse)?;
         } else if swap(&new, path).map_err(refuse)? {
             // The earlier folder is in the draft now, and is checked again: another process may have changed it.
-            if let Err(fault) = judge(&new) {
+            if let Err(fault) = check(&new) {
                 swap(&new, path).map_err(refuse)?;
                 return Err(fault);
             }
             fs::rename(&new, self.folder.join(OLD)).map_err(refuse)?;
         } else {
-            self.set_aside(path, judge)?;
+            self.set_aside(path, check)?;
         }
         sync(named(path.parent().unwrap_or(path))).map_err(refuse)
     }
 
     /// Two steps where there is no single one: the earlier folder steps aside, and comes back if the new one cannot
     /// take its place. Between the two there is neither; a note of where it stood lets the next run put it back.
-    fn set_aside(&self, path: &Path, judge: Judge) -> Result<(), Fault> {
+    fn set_aside(&self, path: &Path, check: ReplaceCheck) -> Result<(), Fault> {
         let refuse = |error: io::Error| unwritable(path, &error);
         let around = self.folder.parent().map(named).unwrap_or(&self.folder);
         let place = below(around, path).as_os_str().as_encoded_bytes();
@@ -168,7 +173,7 @@ impl Hidden {
         sync(&self.folder).map_err(refuse)?;
         let old = self.folder.join(OLD);
         fs::rename(path, &old).map_err(refuse)?;
-        let outcome = judge(&old).and_then(|()| fs::rename(self.path(), path).map_err(refuse));
+        let outcome = check(&old).and_then(|()| fs::rename(self.path(), path).map_err(refuse));
         if outcome.is_err() {
             fs::rename(&old, path).map_err(refuse)?;
         }
@@ -262,7 +267,7 @@ mod tests {
                 hidden.make_folder().unwrap();
                 hidden.write(Some("field.npz"), b"new").unwrap();
                 let looks = std::cell::Cell::new(0);
-                let judge = |path: &Path| {
+                let check = |path: &Path| {
                     looks.set(looks.get() + 1);
                     match looks.get() < refused_at {
                         true => Ok(()),
@@ -273,7 +278,7 @@ mod tests {
                     true => crate::file::storage::parent_folders::exchange(one, other),
                     false => Ok(false),
                 };
-                assert!(hidden.reveal_by(&swap, &out, &judge).is_err());
+                assert!(hidden.reveal_by(&swap, &out, &check).is_err());
                 assert_eq!(fs::read_to_string(out.join("late.txt")).unwrap(), "mine");
                 assert_eq!((count(&out), count(room.path())), (1, 1));
             }

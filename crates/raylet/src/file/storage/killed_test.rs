@@ -7,7 +7,7 @@ use std::thread::sleep;
 use std::time::{Duration, Instant};
 
 use crate::file::storage::folder::{OutputFolder, RESULT_FILE};
-use crate::file::storage::hidden::Swap;
+use crate::file::storage::hidden::Exchange;
 use crate::file::storage::parent_folders::exchange;
 use crate::file::storage::seal::Sealed;
 
@@ -27,7 +27,7 @@ fn writer() {
         return;
     };
     let by_stroke = std::env::var(STROKE).is_ok();
-    let swap: Swap = match by_stroke {
+    let swap: Exchange = match by_stroke {
         true => &exchange,
         false => &|_, _| Ok(false),
     };
@@ -38,7 +38,7 @@ fn writer() {
 }
 
 /// A result whose every byte says which run it is of.
-fn publish(target: &OutputFolder, run: u64, swap: Swap) {
+fn publish(target: &OutputFolder, run: u64, swap: Exchange) {
     let mut draft = target.draft().unwrap();
     for file in 0..FILES {
         let size = if file == 0 { LARGEST } else { LARGEST / 64 };

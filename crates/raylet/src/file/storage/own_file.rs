@@ -91,8 +91,8 @@ impl OwnFile {
     /// Another file has come to stand there, or an error of the file system.
     pub fn write(&self, content: &[u8]) -> Result<(), Fault> {
         let refuse = |error: io::Error| unwritable(&self.path, &error);
-        let judge = |path: &Path| check_occupant(path, self.replace);
-        judge(&self.path)?;
+        let check = |path: &Path| check_occupant(path, self.replace);
+        check(&self.path)?;
 
         // The record comes first, with both contents: whichever stands here if the run is killed is raylet's.
         let mut contents = vec![Checksum::of(content)];
@@ -103,7 +103,7 @@ impl OwnFile {
         let text = text(&self.path, &contents);
         note.write(None, text.as_bytes()).map_err(refuse)?;
         note.reveal(&place, &|place| check_record(place, self.replace))?;
-        file.reveal(&self.path, &judge)
+        file.reveal(&self.path, &check)
     }
 }
 

@@ -9,7 +9,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::frame::Frame;
 use crate::optics::refraction::{Coating, Interface};
-use crate::optics::screen::{Act, Behind, Screen};
+use crate::optics::screen::{MediumBehind, Screen, ScreenKind};
 use crate::optics::shape::Shape;
 use crate::optics::source::Source;
 use crate::optics::surface::Surface;
@@ -84,7 +84,7 @@ impl AxisLayout {
     }
 
     /// Adds a screen. Where it reflects, light turns back.
-    pub(crate) fn screen(&mut self, name: String, frame: Frame, shape: Shape, act: Act) {
+    pub(crate) fn screen(&mut self, name: String, frame: Frame, shape: Shape, kind: ScreenKind) {
         if !self.screens.is_empty() && self.trains.len() < self.screens.len() {
             self.trains.push(Vec::new());
         }
@@ -92,7 +92,7 @@ impl AxisLayout {
             name,
             frame,
             shape,
-            act,
+            kind,
             index: self.index,
             behind: None,
             arrives: self.towards,
@@ -102,7 +102,7 @@ impl AxisLayout {
     }
 
     /// Puts the last screen on an interface: this medium is behind it.
-    pub(crate) fn enter_medium(&mut self, behind: Behind) {
+    pub(crate) fn enter_medium(&mut self, behind: MediumBehind) {
         if let Some(screen) = self
             .screens
             .last_mut()
@@ -149,8 +149,8 @@ impl AxisLayout {
     fn enter(&mut self, face: &PlacedShape) {
         if self.screens.is_empty() {
             let beam = self.beam_radius.map(Aperture::disc);
-            let act = Act::Stop(beam.unwrap_or_else(|| face.aperture.clone()));
-            self.screen(String::from("entrance"), face.frame, Shape::Plane, act);
+            let kind = ScreenKind::Stop(beam.unwrap_or_else(|| face.aperture.clone()));
+            self.screen(String::from("entrance"), face.frame, Shape::Plane, kind);
         }
     }
 

@@ -12,7 +12,7 @@ use crate::optics::assembly::part_check::{
 use crate::optics::doe::Doe;
 use crate::optics::frame::Frame;
 use crate::optics::refraction::Coating;
-use crate::optics::screen::{Act, Behind, Sensor};
+use crate::optics::screen::{MediumBehind, ScreenKind, Sensor};
 use crate::optics::shape::Shape;
 
 /// One call of the builder: lengths in mm, angles in rad.
@@ -128,23 +128,23 @@ impl Laying {
                 self.limit(
                     String::from("stop"),
                     Shape::Plane,
-                    Act::Stop(aperture.clone()),
+                    ScreenKind::Stop(aperture.clone()),
                 )?;
             }
             BuilderCall::Element(name, shape, doe, behind) => {
                 check_element(doe)?;
-                let (shape, act) = (shape.clone(), Act::Doe(doe.clone()));
+                let (shape, kind) = (shape.clone(), ScreenKind::Doe(doe.clone()));
                 match behind {
-                    None => self.limit(name.clone(), shape, act)?,
+                    None => self.limit(name.clone(), shape, kind)?,
                     Some(behind) => {
                         check_transmits(doe)?;
-                        let behind = Behind {
+                        let behind = MediumBehind {
                             index: glass_index(behind, self.wavelength)?,
                             coating: self.coating,
                         };
                         self.check_beam()?;
                         let frame = self.frame();
-                        self.axis.screen(name.clone(), frame, shape, act);
+                        self.axis.screen(name.clone(), frame, shape, kind);
                         self.axis.enter_medium(behind);
                     }
                 }
@@ -177,10 +177,10 @@ impl Laying {
     }
 
     /// A stop or element in one medium.
-    fn limit(&mut self, name: String, shape: Shape, act: Act) -> Result<(), Mismatch> {
+    fn limit(&mut self, name: String, shape: Shape, kind: ScreenKind) -> Result<(), Mismatch> {
         self.check_beam()?;
         let frame = self.frame();
-        self.axis.screen(name, frame, shape, act);
+        self.axis.screen(name, frame, shape, kind);
         Ok(())
     }
 
@@ -205,7 +205,7 @@ impl Laying {
         let frame = self.frame();
         let name = String::from("sensor");
         self.axis
-            .screen(name, frame, Shape::Plane, Act::Sensor(sensor));
+            .screen(name, frame, Shape::Plane, ScreenKind::Sensor(sensor));
         self.ended = true;
         Ok(())
     }

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 
 use crate::math::nufft::NufftError;
 use crate::optics::bundle::{Hit, RayError, Rays, check_finite, check_positive};
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::beamlet::beams::Beams;
 use crate::wave::beamlet::plane::{PlaneSum, PlaneWave};
@@ -78,7 +78,7 @@ impl<'a> SecondaryRaySum<'a> {
         wavelength: f64,
         tolerance: f64,
     ) -> Result<Self, SecondaryRayError> {
-        let Act::Sensor(sensor) = &screen.act else {
+        let ScreenKind::Sensor(sensor) = &screen.kind else {
             return Err(SecondaryRayError::NoSensor(screen.name.clone()));
         };
         if !screen.is_plane() {
@@ -284,7 +284,7 @@ mod tests {
     use crate::math::vec3::Vec3;
     use crate::optics::bundle::Rays;
     use crate::optics::frame::Frame;
-    use crate::optics::screen::{Act, Screen, Sensor};
+    use crate::optics::screen::{Screen, ScreenKind, Sensor};
 
     use crate::wave::beamlet::beams::Beams;
     use crate::wave::beamlet::secondary_ray_sum::{SecondaryRaySum, Wavelet};
@@ -293,7 +293,7 @@ mod tests {
 
     fn sensor() -> Screen {
         let frame = Frame::GLOBAL.moved(Vec3::new(3.0, -5.0, 40.0));
-        let pixels = Act::Sensor(Sensor {
+        let pixels = ScreenKind::Sensor(Sensor {
             pixels: [41, 32],
             pitch: [0.7, 0.9],
         });
@@ -350,7 +350,10 @@ mod tests {
             let frame = sensor().frame;
             let n = sensor().index;
             let d = Vec3::new(p / n, q / n, (1.0 - (p * p + q * q) / (n * n)).sqrt());
-            let (s, d) = (frame.to_global(Vec3::new(x, y, 0.0)), frame.turn_out(d));
+            let (s, d) = (
+                frame.to_global(Vec3::new(x, y, 0.0)),
+                frame.direction_to_global(d),
+            );
             self.position.push([s.x, s.y, s.z]);
             self.direction.push([d.x, d.y, d.z]);
         }

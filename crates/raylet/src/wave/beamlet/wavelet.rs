@@ -109,8 +109,8 @@ impl<T: Real> Companion<T> for Beamlet<T> {
     /// H = P₁ᵀG⊥P₁ + (n₁cos χ₁ − n₂cos χ₂)S on tangent axes, then G⊥′ = P₂⁻ᵀHP₂⁻¹ across the new ray.
     #[inline(always)]
     fn refract<A: Axes<T>>(&mut self, e: &Encounter<T, A>) {
-        let across = e.frame.turn_in(self.across);
-        let along = e.frame.turn_in(self.direction).cross(across);
+        let across = e.frame.direction_to_local(self.across);
+        let along = e.frame.direction_to_local(self.direction).cross(across);
 
         // Tangent axes follow the old transverse axis, so nothing is singular at normal incidence.
         let t1 = (across + e.normal * -across.dot(e.normal)).unit();
@@ -144,8 +144,8 @@ impl<T: Real> Companion<T> for Beamlet<T> {
         ];
         self.curvature = h.congruent(inverse(after));
         self.amplitude = self.amplitude.scale(e.refracted.transmission);
-        self.across = e.frame.turn_out(across);
-        self.direction = e.frame.turn_out(direction);
+        self.across = e.frame.direction_to_global(across);
+        self.direction = e.frame.direction_to_global(direction);
     }
 }
 

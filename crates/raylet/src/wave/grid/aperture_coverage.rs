@@ -96,17 +96,17 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::PixelForm;
     use crate::optics::frame::Frame;
-    use crate::optics::screen::{Act, Screen};
+    use crate::optics::screen::{Screen, ScreenKind};
 
     use crate::wave::grid::field::{Axis, Field};
-    use crate::wave::grid::sampling::{Reach, act, plan_grid};
+    use crate::wave::grid::sampling::{Reach, apply_screen, plan_grid};
 
     /// A screen on which a disc of a radius opens pixels of a pitch; all of them let everything through.
     fn round_pixels(count: usize, pitch: f64, radius: f64) -> Screen {
         let values = ndarray::Array2::from_elem((count, count), Complex64::ONE);
         let pixels = pixel_layer(values, pitch, PixelForm::Box);
         let doe = element(pixels, Aperture::disc(radius));
-        screen(Frame::GLOBAL, Act::Doe(doe))
+        screen(Frame::GLOBAL, ScreenKind::Doe(doe))
     }
 
     /// The integral of exp(2πi·p·x) over a disc, in rings.
@@ -130,7 +130,7 @@ mod tests {
     #[test]
     fn round_apertures_have_their_spectrum() {
         let stop = |radius: f64| Screen {
-            act: Act::Stop(Aperture::disc(radius)),
+            kind: ScreenKind::Stop(Aperture::disc(radius)),
             ..round_pixels(1, 1.0, radius)
         };
         let reach = Reach {
@@ -147,7 +147,7 @@ mod tests {
             let grid = plan_grid(&screen, reach, 1.0, 10_000_000).unwrap();
             let mut field = Field::zeros(grid.clone());
             field.values.fill(Complex64::ONE);
-            act(&screen, &mut field);
+            apply_screen(&screen, &mut field);
             let area = std::f64::consts::PI * radius * radius;
             for p in [
                 [0.0, 0.0],

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::optics::aperture::Aperture;
 use crate::optics::doe::{Doe, PixelForm};
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::aperture_coverage::ApertureCoverage;
 use crate::wave::grid::field::{Axis, Field, Grid};
 use crate::wave::grid::raster::Raster;
@@ -86,9 +86,9 @@ pub(crate) fn plan_grid(
     let bounds = screen
         .bounds()
         .ok_or_else(|| SamplingError::Boundless(screen.name.clone()))?;
-    let doe = match &screen.act {
-        Act::Doe(doe) => Some(doe),
-        Act::Stop(_) | Act::Sensor(_) => None,
+    let doe = match &screen.kind {
+        ScreenKind::Doe(doe) => Some(doe),
+        ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
     };
     let slope = doe.map_or([0.0; 2], |doe| {
         doe.steepest(bounds)
@@ -235,16 +235,16 @@ fn gauss_nodes(cycles: f64) -> usize {
 
 /// Multiplies an arriving field by the screen's transmission, and by what its aperture lets through of the
 /// nodes ([`ApertureCoverage`]).
-pub(crate) fn act(screen: &Screen, field: &mut Field) {
+pub(crate) fn apply_screen(screen: &Screen, field: &mut Field) {
     let (doe, aperture) = parts(screen);
     for_open_nodes(aperture, field, |value, at, cell, open| {
         *value *= open * doe.map_or(Complex64::ONE, |doe| doe.transmission_over(at, cell));
     });
 }
 
-/// The conjugate transpose of [`act`] with respect to the arriving field, in place; and, from the field
+/// The conjugate transpose of [`apply_screen`] with respect to the arriving field, in place; and, from the field
 /// that arrived, the cotangent of the transmission of the pixels of the element's first pixel layer, [y, x].
-pub(crate) fn act_adjoint(
+pub(crate) fn apply_screen_adjoint(
     screen: &Screen,
     arrived: &Field,
     bar: &mut Field,
@@ -283,10 +283,10 @@ fn pixels_cotangent(doe: &Doe, arrived: &Field, bar: &Field) -> Option<Array2<Co
 
 /// The element of a screen, if it has one, and its aperture.
 fn parts(screen: &Screen) -> (Option<&Doe>, &Aperture) {
-    match &screen.act {
-        Act::Doe(doe) => (Some(doe), &doe.aperture),
-        Act::Stop(aperture) => (None, aperture),
-        Act::Sensor(_) => (None, &Aperture::OPEN),
+    match &screen.kind {
+        ScreenKind::Doe(doe) => (Some(doe), &doe.aperture),
+        ScreenKind::Stop(aperture) => (None, aperture),
+        ScreenKind::Sensor(_) => (None, &Aperture::OPEN),
     }
 }
 
@@ -475,9 +475,9 @@ mod tests {
     use crate::optics::doe::{Layer, PixelForm, Pixels};
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
-    use crate::optics::screen::Act;
+    use crate::optics::screen::ScreenKind;
     use crate::wave::grid::field::Field;
-    use crate::wave::grid::sampling::{act, act_adjoint, interpolate_adjoint};
+    use crate::wave::grid::sampling::{apply_screen, apply_screen_adjoint, interpolate_adjoint};
     use ndarray::Array2;
     use num_complex::Complex64;
 
@@ -552,7 +552,7 @@ mod tests {
                     values,
                     form,
                 }));
-                screen(Frame::GLOBAL, Act::Doe(doe))
+                screen(Frame::GLOBAL, ScreenKind::Doe(doe))
             };
             let grid = Grid {
                 x: Axis::gauss(12, 0.9, 0.0, 3),
@@ -565,13 +565,13 @@ mod tests {
             let pixels = noise((9, 11), 3);
             let screen = element(pixels.clone());
             let mut behind = arrived.clone();
-            act(&screen, &mut behind);
+            apply_screen(&screen, &mut behind);
             let bar = noise(behind.values.dim(), 4);
             let mut arrived_bar = Field {
                 values: bar.clone(),
                 grid: arrived.grid.clone(),
             };
-            let pixels_bar = act_adjoint(&screen, &arrived, &mut arrived_bar).unwrap();
+            let pixels_bar = apply_screen_adjoint(&screen, &arrived, &mut arrived_bar).unwrap();
             let there = [(&bar, &behind.values)];
             assert_transposed(&there, &[(&arrived_bar.values, &arrived.values)]);
             assert_transposed(&there, &[(&pixels_bar, &pixels)]);

@@ -4,9 +4,9 @@ use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 
 use crate::optics::doe::{Doe, Layer, PixelForm};
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::{Field, Grid};
-use crate::wave::grid::sampling::act;
+use crate::wave::grid::sampling::apply_screen;
 
 /// There is no pixel grid to which cotangents could go.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
@@ -20,7 +20,7 @@ pub struct NoPixels(pub String);
 pub(crate) fn screen_transmission(screen: &Screen, grid: &Grid) -> Array2<Complex64> {
     let mut field = Field::zeros(grid.clone());
     field.values.fill(Complex64::ONE);
-    act(screen, &mut field);
+    apply_screen(screen, &mut field);
     field.values
 }
 
@@ -61,7 +61,7 @@ pub(crate) fn pixels_bar(
     }
     let ((ny, nx), pitch) = pixels.ok_or_else(fault)?;
     let bare = Screen {
-        act: Act::Doe(bare),
+        kind: ScreenKind::Doe(bare),
         ..screen.clone()
     };
     let rest = screen_transmission(&bare, grid);
@@ -91,7 +91,7 @@ mod tests {
     use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
-    use crate::optics::screen::{Act, Screen};
+    use crate::optics::screen::{Screen, ScreenKind};
 
     use crate::wave::grid::field::{Axis, Grid};
     use crate::wave::grid::transmission::{phase_bar, pixels_bar, screen_transmission};
@@ -113,7 +113,7 @@ mod tests {
     }
 
     fn screen(doe: &Doe) -> Screen {
-        parts::screen(Frame::GLOBAL, Act::Doe(doe.clone()))
+        parts::screen(Frame::GLOBAL, ScreenKind::Doe(doe.clone()))
     }
 
     #[test]

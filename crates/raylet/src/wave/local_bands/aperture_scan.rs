@@ -24,11 +24,12 @@ impl<'a> ApertureScan<'a> {
     /// The open share of the cell with this span along x.
     pub(crate) fn open(&mut self, [x0, x1]: [f64; 2]) -> f64 {
         let [y0, y1] = self.row;
-        let (x, y) = (0.5 * (x0 + x1), 0.5 * (y0 + y1));
+        let x = 0.5 * (x0 + x1);
         let (share, end) = self.known;
         if x + 0.5 * (x1 - x0 + y1 - y0) < end {
             return share;
         }
+        let y = 0.5 * (y0 + y1);
         let half = 0.5 * (x1 - x0).hypot(y1 - y0);
         let depth = self.aperture.depth(x, y);
         if depth.abs() <= half {
@@ -37,5 +38,13 @@ impl<'a> ApertureScan<'a> {
         let share = if depth > 0.0 { 1.0 } else { 0.0 };
         self.known = (share, x + depth.abs());
         share
+    }
+
+    /// How many cells from this one on, each as wide, have the share that was found last.
+    pub(crate) fn equal_cells(&self, [x0, x1]: [f64; 2]) -> usize {
+        let [y0, y1] = self.row;
+        let (_, end) = self.known;
+        let room = end - 0.5 * (x0 + x1) - 0.5 * (x1 - x0 + y1 - y0);
+        ((room / (x1 - x0)).ceil().max(1.0)) as usize
     }
 }

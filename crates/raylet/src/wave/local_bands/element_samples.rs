@@ -6,7 +6,7 @@ use num_complex::Complex64;
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use crate::optics::profile::Profile;
-use crate::optics::screen::{Act, Screen};
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::aperture_scan::ApertureScan;
 use crate::wave::local_bands::carrier::Carrier;
@@ -92,16 +92,16 @@ const BAND_SAMPLES: usize = 9;
 impl<'a> Element<'a> {
     /// The element of a screen; nothing where layers are of a kind that has no local samples.
     pub(crate) fn of(screen: &'a Screen) -> Option<Self> {
-        let doe = match &screen.act {
-            Act::Stop(aperture) => {
+        let doe = match &screen.kind {
+            ScreenKind::Stop(aperture) => {
                 return Some(Self {
                     doe: None,
                     aperture: aperture.clone(),
                     pixels: None,
                 });
             }
-            Act::Sensor(_) => return None,
-            Act::Doe(doe) => doe,
+            ScreenKind::Sensor(_) => return None,
+            ScreenKind::Doe(doe) => doe,
         };
         let known = |layer: &Layer| matches!(layer, Layer::Phase(_) | Layer::Pixels(_));
         if !(doe.layers.iter().all(known) && doe.shares_lattice()) {
@@ -432,7 +432,7 @@ mod tests {
     use crate::optics::doe::{Layer, PixelForm};
     use crate::optics::frame::Frame;
     use crate::optics::profile::Profile;
-    use crate::optics::screen::Act;
+    use crate::optics::screen::ScreenKind;
     use crate::wave::grid::field::Axis;
     use crate::wave::local_bands::element_samples::{Element, TileArea};
 
@@ -452,7 +452,7 @@ mod tests {
             (Aperture::disc(0.9), true),
         ];
         for (aperture, expected) in cases {
-            let screen = screen(Frame::GLOBAL, Act::Doe(element(layer(), aperture)));
+            let screen = screen(Frame::GLOBAL, ScreenKind::Doe(element(layer(), aperture)));
             let element = Element::of(&screen).unwrap();
             assert_eq!(element.cuts_cells(), expected);
         }
@@ -465,7 +465,10 @@ mod tests {
         if let Layer::Pixels(pixels) = &mut layer {
             pixels.pitch = [0.1, 9.0];
         }
-        let screen = screen(Frame::GLOBAL, Act::Doe(element(layer, Aperture::disc(1.5))));
+        let screen = screen(
+            Frame::GLOBAL,
+            ScreenKind::Doe(element(layer, Aperture::disc(1.5))),
+        );
         let element = Element::of(&screen).unwrap();
         let area = area();
         let own = element.carrier([0.4, 0.5], 2.0, area.k);
@@ -498,7 +501,7 @@ mod tests {
             let mut doe = element(layer, Aperture::disc(0.9));
             let gradient = [40.0, -20.0];
             doe.layers.push(Layer::Phase(Profile::Linear { gradient }));
-            let screen = screen(Frame::GLOBAL, Act::Doe(doe));
+            let screen = screen(Frame::GLOBAL, ScreenKind::Doe(doe));
             let element = Element::of(&screen).unwrap();
             let area = area();
             let own = element.carrier([0.4, 0.5], 2.0, area.k);

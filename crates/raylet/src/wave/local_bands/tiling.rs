@@ -52,13 +52,13 @@ pub(crate) struct LitWindow {
     pub window: [usize; 2],
     /// Its centre in mm.
     pub at: [f64; 2],
-    /// How it lies to the aperture.
-    pub lie: Lie,
+    /// Whether the edge of the aperture cuts it.
+    pub edge: EdgeContact,
 }
 
 /// How a window lies to the aperture of its screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
-pub(crate) enum Lie {
+pub(crate) enum EdgeContact {
     /// It sees no edge.
     Inside,
     /// An edge cuts it.
@@ -67,7 +67,7 @@ pub(crate) enum Lie {
     Outside,
 }
 
-impl Lie {
+impl EdgeContact {
     /// Of a window of width σ, from the depth of its centre inside the edge.
     pub(crate) fn of(depth: f64, sigma: f64) -> Self {
         if depth >= CLEAR * sigma {
@@ -85,7 +85,7 @@ impl Tiling {
     pub(crate) fn over(bounds: [f64; 4], shape: WindowShape, side: usize) -> Self {
         let WindowShape { sigma, step, .. } = shape;
         let [x0, x1, y0, y1] = bounds;
-        let along = |edges| Positions::cover(edges, sigma, step * sigma, REACH * sigma);
+        let along = |edges| Positions::covering(edges, sigma, step * sigma, REACH * sigma);
         Self {
             positions: [along([x0, x1]), along([y0, y1])],
             side: side.max(1),
@@ -112,8 +112,8 @@ impl Tiling {
         let all = rows.flat_map(|j| columns.clone().map(move |i| [i, j]));
         let lying = |window: [usize; 2]| {
             let at = self.centre(window);
-            let lie = Lie::of(aperture.depth(at[0], at[1]), self.positions[0].sigma);
-            (lie != Lie::Outside).then_some(LitWindow { window, at, lie })
+            let edge = EdgeContact::of(aperture.depth(at[0], at[1]), self.positions[0].sigma);
+            (edge != EdgeContact::Outside).then_some(LitWindow { window, at, edge })
         };
         all.filter_map(lying).collect()
     }
@@ -163,7 +163,7 @@ pub(crate) fn raster([x, y]: &[Axis; 2]) -> Raster {
 #[cfg(test)]
 mod tests {
     use crate::optics::aperture::Aperture;
-    use crate::wave::local_bands::tiling::{Lie, LitWindow, Tiling, WindowShape};
+    use crate::wave::local_bands::tiling::{EdgeContact, LitWindow, Tiling, WindowShape};
 
     #[test]
     fn tiles_hold_every_window_once() {
@@ -177,9 +177,9 @@ mod tests {
         for tile in tiling.tiles() {
             let open = tiling.lit(&tile, &Aperture::OPEN);
             let [x, y] = tiling.samples(&tile, [0.07, 0.05]);
-            for LitWindow { window, at, lie } in open {
+            for LitWindow { window, at, edge } in open {
                 let [i, j] = window;
-                assert_eq!(lie, Lie::Inside);
+                assert_eq!(edge, EdgeContact::Inside);
                 seen[j * tiling.positions[0].count + i] += 1;
                 for (axis, at) in [(&x, at[0]), (&y, at[1])] {
                     let [low, high] = axis.edges();

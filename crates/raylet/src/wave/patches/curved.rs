@@ -247,7 +247,7 @@ mod tests {
             y: axis.clone(),
         };
         let k = std::f64::consts::TAU;
-        let positions = Positions::cover(axis.edges(), 3.0, 4.0, 9.0);
+        let positions = Positions::covering(axis.edges(), 3.0, 4.0, 9.0);
         let band = Band::between(0.1, 1.0 / 18.0, -0.5, 0.6);
         let patches = Patches::new([&axis; 2], [&positions; 2], [&band; 2], k, 18.0);
         for arrives in [1.0, -1.0] {

@@ -331,7 +331,7 @@ mod tests {
                 Complex64::cis(k * (0.3 * x - 0.2 * y) + (0.7 * x).sin() + (0.4 * y * x).cos());
         }
         let period = 6.0 * sigma;
-        let positions = Positions::cover(axis.edges(), sigma, 1.5 * sigma, 0.5 * period);
+        let positions = Positions::covering(axis.edges(), sigma, 1.5 * sigma, 0.5 * period);
         let band = Band::between(0.0, wavelength / period, -2.0 - 1e-9, 1.99);
         let patches = Patches::new([&axis, &axis], [&positions; 2], [&band; 2], k, period);
 
@@ -370,7 +370,7 @@ mod tests {
     fn transform_dot_product() {
         let (x, y) = (Axis::gauss(15, 0.8, 0.3, 3), Axis::uniform(30, 0.5, 0.0));
         let k = std::f64::consts::TAU;
-        let positions = [&x, &y].map(|axis| Positions::cover(axis.edges(), 3.0, 4.0, 9.0));
+        let positions = [&x, &y].map(|axis| Positions::covering(axis.edges(), 3.0, 4.0, 9.0));
         let band = Band::between(0.1, 1.0 / 18.0, -0.5, 0.6);
         let [px, py] = &positions;
         let patches = Patches::new([&x, &y], [px, py], [&band; 2], k, 18.0);

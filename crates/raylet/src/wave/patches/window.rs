@@ -34,7 +34,7 @@ pub(crate) struct Positions {
 
 impl Positions {
     /// Positions that cover `edges` dilated by the windows' reach, centred on it.
-    pub(crate) fn cover(edges: [f64; 2], sigma: f64, step: f64, reach: f64) -> Self {
+    pub(crate) fn covering(edges: [f64; 2], sigma: f64, step: f64, reach: f64) -> Self {
         let length = edges[1] - edges[0] + 2.0 * reach;
         // A window whose reach only touches the edge carries nothing, hence the floor.
         let count = ((length / step).floor() as usize).saturating_add(1);
@@ -114,7 +114,7 @@ mod tests {
     #[test]
     fn analysis_times_synthesis_sums_to_one() {
         let axis = Axis::uniform(101, 0.1, 0.7);
-        let positions = Positions::cover(axis.edges(), 0.5, 0.75, 1.5);
+        let positions = Positions::covering(axis.edges(), 0.5, 0.75, 1.5);
         let mut sum = vec![0.0; axis.len()];
         for j in 0..positions.count {
             let (range, weights) = positions.analysis(&axis, j);
@@ -131,7 +131,7 @@ mod tests {
     #[test]
     fn plain_windows_sum_to_one() {
         let axis = Axis::gauss(40, 0.25, -0.2, 2);
-        let positions = Positions::cover(axis.edges(), 0.5, 0.45, 2.2).plain();
+        let positions = Positions::covering(axis.edges(), 0.5, 0.45, 2.2).plain();
         let mut sum = vec![0.0; axis.len()];
         for j in 0..positions.count {
             let (range, weights) = positions.analysis(&axis, j);

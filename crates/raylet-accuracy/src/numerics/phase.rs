@@ -45,7 +45,7 @@ pub fn cis_turns(turns: f64) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use crate::numbers::phase::cis_turns;
+    use crate::numerics::phase::cis_turns;
 
     #[test]
     fn agrees_with_the_standard_library() {

@@ -3,7 +3,7 @@
 use ndarray::{Array1, Array2};
 use num_complex::Complex64;
 
-use crate::numbers::quadrature::gauss_legendre;
+use crate::numerics::quadrature::gauss_legendre;
 
 /// Square pixels of side `pitch` with complex `transmission` [y, x], centred on the axis;
 /// opaque outside.

@@ -98,8 +98,8 @@ mod tests {
     use ndarray::{Array1, Array2};
     use num_complex::Complex64;
 
-    use crate::numbers::dense::{fourier_kernel, separable};
-    use crate::numbers::fourier::CentredTransform;
+    use crate::numerics::dense::{fourier_kernel, separable};
+    use crate::numerics::fourier::CentredTransform;
 
     #[test]
     fn equals_the_direct_sum_both_ways() {

@@ -2,7 +2,7 @@
 
 use ndarray::Array2;
 
-use crate::numbers::quadrature::gauss_legendre;
+use crate::numerics::quadrature::gauss_legendre;
 
 /// Gauss nodes per row of cells for the chords of a disc.
 const CHORDS_PER_ROW: usize = 16;
@@ -159,7 +159,7 @@ fn bessel_j1(x: f64) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::numbers::disc::{bessel_j1, disc_transform, disc_weights};
+    use crate::numerics::disc::{bessel_j1, disc_transform, disc_weights};
 
     #[test]
     fn bessel_function_matches_tables() {

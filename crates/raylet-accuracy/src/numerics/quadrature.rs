@@ -31,7 +31,7 @@ fn legendre(degree: usize, x: f64) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use crate::numbers::quadrature::gauss_legendre;
+    use crate::numerics::quadrature::gauss_legendre;
 
     #[test]
     fn integrates_the_highest_even_power_it_promises() {

@@ -4,7 +4,7 @@ use ndarray::{Array1, Array2, ArrayView2, Axis};
 use num_complex::Complex64;
 use rayon::prelude::*;
 
-use crate::numbers::phase::cis_turns;
+use crate::numerics::phase::cis_turns;
 
 /// The matrix product `left`·`right`, the rows of `left` shared out between the threads.
 pub fn multiply(left: ArrayView2<Complex64>, right: ArrayView2<Complex64>) -> Array2<Complex64> {
