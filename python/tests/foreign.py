@@ -66,9 +66,9 @@ def apart(one: Any, other: Any) -> float:
     return float(np.linalg.norm(np.asarray(one) - other) / np.linalg.norm(other))
 
 
-def field(bend: float, phase: Any = PHASE, source: Any = None, target_error: float = 1e-4, **keys: Any) -> Any:
-    """Field behind the lens with so much more curvature, of collimated light or of a point. Its target error is well
-    below the bounds of the comparisons, if no other is given."""
+def field(bend: float, phase: Any = PHASE, source: Any = None, target_error: float = 1e-3, **keys: Any) -> Any:
+    """Field behind the lens with so much more curvature, of collimated light or of a point. With the target error that
+    it has if no other is given, gradients of `distance` are within half the bound of the comparison."""
     own = hologram_behind(lens_radius=1.0 / (0.1 + bend), **keys).with_pixels("doe", phase=phase)
     own = own.settings(target_error=target_error)
     return (own if source is None else own.point_source(source)).simulate().field

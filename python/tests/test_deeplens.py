@@ -190,7 +190,7 @@ def test_gradients_to_the_lens_before_the_element() -> None:
     curvature = double(0.1).requires_grad_()
     other.lens.surfaces[1].c = curvature
     of_pictures(other.field(phase), torch.tensor(wanted)).backward()
-    assert missed(of_pictures, wanted, float(curvature.grad), phase.grad.numpy()) < 1e-3
+    assert missed(of_pictures, wanted, float(curvature.grad), phase.grad.numpy(), target_error=3e-4) < 1e-3
 
 
 def test_what_it_cannot_do_is_refused() -> None:
