@@ -55,13 +55,14 @@ fuzz:
 	cargo build --release --quiet --workspace --bin raylet
 	$(PYTHON) -m fuzz --cases $(CASES) --seed $(SEED) --from $(FROM) --jobs $(JOBS)
 
-# A virtual environment with what the Python tests need; the package is built with the same profile as the rest.
+# A virtual environment with what the Python tests need; the package is built with the same profile as the rest. Python
+# compiles modules when they are first imported: to compile all of them takes as long as to install them.
 VENV = .venv
 PYTHON ?= python3
 
 $(VENV)/ready: python/requirements-test.txt
 	$(PYTHON) -m venv $(VENV)
-	$(VENV)/bin/pip install --quiet --disable-pip-version-check -r python/requirements-test.txt
+	$(VENV)/bin/pip install --quiet --disable-pip-version-check --no-compile -r python/requirements-test.txt
 	touch $@
 
 .PHONY: install
@@ -108,7 +109,8 @@ ROOM_GB = 10
 
 $(TORCH_VENV)/ready: python/requirements-torch.txt
 	$(PYTHON_TORCH) -m venv $(TORCH_VENV)
-	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-cache-dir -r python/requirements-torch.txt
+	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-cache-dir --no-compile \
+		-r python/requirements-torch.txt
 	touch $@
 
 # With PyTorch only where there is room for it.

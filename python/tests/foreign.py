@@ -83,19 +83,14 @@ def distance(field: Any, wanted: Any) -> Any:
     return (abs(field - wanted) ** 2).sum()
 
 
-def of_pictures(field: Any, wanted: Any) -> Any:
-    """Squared distance of a field's picture from another's: it does not see phases."""
-    return ((abs(field) ** 2 - abs(wanted) ** 2) ** 2).sum()
-
-
-def missed(loss: Any, wanted: Any, by_curvature: float, by_phase: Any, **keys: Any) -> float:
-    """Relative error of a gradient of a loss by the curvature of the lens and by the phases: by differences of raylet's
-    own runs on a way on which both change the loss equally, and add up."""
+def missed(wanted: Any, by_curvature: float, by_phase: Any, **keys: Any) -> float:
+    """Relative error of a gradient of the distance from a field by the curvature of the lens and by the phases: by
+    differences of raylet's own runs on a way on which both change it equally, and add up."""
     steepness = float(np.linalg.norm(by_phase))
     bend, along = np.copysign(1e-5, by_curvature), 1e-5 * abs(by_curvature) / steepness
 
     def value(step: float) -> float:
-        return float(loss(field(step * bend, PHASE + step * along * by_phase / steepness, **keys), wanted))
+        return float(distance(field(step * bend, PHASE + step * along * by_phase / steepness, **keys), wanted))
 
     expected = 2.0 * 1e-5 * abs(by_curvature)
     return abs(0.5 * (value(1.0) - value(-1.0)) / expected - 1.0)

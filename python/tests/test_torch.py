@@ -97,5 +97,5 @@ def test_example_learns(monkeypatch: pytest.MonkeyPatch) -> None:
     monkeypatch.syspath_prepend(str(ROOT / "python" / "examples"))
     import learned_camera
 
-    losses = learned_camera.train(10)
+    losses = learned_camera.train(5)
     assert np.mean(losses[-3:]) < 0.8 * losses[0]

@@ -10,8 +10,8 @@ pub const PROBLEMS: [&str; 6] = [
     "random 2λ pixels, 120λ of free space, sensor tilted 30°",
 ];
 
-/// References that take half a minute and more. Tests of the estimated errors run tilted lenses: small random ones, and one
-/// of the report's that sends little light to its sensor.
+/// References that take half a minute and more. Tests of the estimated errors run small random tilted lenses; `make accuracy`
+/// runs one that sends little light to its sensor.
 pub const SLOW_REFERENCES: [&str; 2] = [
     "direct sum and surface integrals",
     "direct sums and surface integrals",

@@ -79,7 +79,7 @@ pixels = [9, 9]
 pitch_um = 0.7
 
 [design]
-iterations = 6
+iterations = 4
 field = [{ angle_deg = [0.0, 0.0] }]
 loss = [{ kind = "spot", field = [0], at_mm = [[0.0, 0.0]], focal_length_mm = 1.01, sharing = "log" }]
 variable = [VARIABLES]

@@ -1,6 +1,6 @@
 //! The field on a sensor by surface integrals from each surface of a system to the next.
 //!
-//! Each screen and each lens surface is a sheet of quadrature nodes ([`SampledSurface`]) over its own aperture; light goes
+//! Each screen and each lens surface is a set of quadrature nodes ([`SampledSurface`]) over its own aperture; light goes
 //! from each node to each node of the next by the first Rayleigh–Sommerfeld integral. What a refracting or
 //! reflecting surface sends on is corrected by its mean curvature (see [`crate::references::interface`]); interfaces let
 //! everything through. Only heights, apertures and transmissions are raylet's.
@@ -65,20 +65,20 @@ pub fn surface_sum(system: &System, effort: f64) -> Array2<Complex64> {
             frequency: frequency.iter().sum(),
             effort,
         };
-        let bare = sheet(station, travel, fine, system.wavelength);
+        let bare = samples_of(station, travel, fine, system.wavelength);
         let arriving = match &light {
             None => {
                 let k = std::f64::consts::TAU * before / system.wavelength;
                 let points = bare.points.iter();
                 points.map(|point| system.source.field(*point, k)).collect()
             }
-            Some((sheet, wavelength)) => sheet.radiate(*wavelength, &bare.points),
+            Some((samples, wavelength)) => samples.radiate(*wavelength, &bare.points),
         };
         light = Some((bare.times(&arriving), system.wavelength / station.index));
         before = station.index;
     }
-    let field = light.map_or_else(Vec::new, |(sheet, wavelength)| {
-        sheet.radiate(wavelength, &points)
+    let field = light.map_or_else(Vec::new, |(samples, wavelength)| {
+        samples.radiate(wavelength, &points)
     });
     let [nx, ny] = sensor_size(system);
     Array2::from_shape_fn((ny, nx), |(j, i)| field[j * nx + i])
@@ -232,8 +232,8 @@ fn steepness(station: &Station) -> f64 {
 }
 
 /// The nodes of a station with its transmission for a field; `travel` is the way the light comes.
-fn sheet(station: &Station, travel: Vec3, fine: Fineness, wavelength: f64) -> SampledSurface {
-    let mut sheet = SampledSurface::default();
+fn samples_of(station: &Station, travel: Vec3, fine: Fineness, wavelength: f64) -> SampledSurface {
+    let mut samples = SampledSurface::default();
     for ([x, y], area) in nodes(station, fine) {
         let [z, p, q, curvature] = height(station.shape, x, y);
         let normal = station.frame.direction_to_global(Vec3::new(-p, -q, 1.0));
@@ -249,13 +249,13 @@ fn sheet(station: &Station, travel: Vec3, fine: Fineness, wavelength: f64) -> Sa
         let through = station
             .doe
             .map_or(Complex64::ONE, |doe| doe.transmission(x, y));
-        sheet
+        samples
             .points
             .push(station.frame.to_global(Vec3::new(x, y, z)));
-        sheet.areas.push(normal * (area * leaves));
-        sheet.field.push(correction * through);
+        samples.areas.push(normal * (area * leaves));
+        samples.field.push(correction * through);
     }
-    sheet
+    samples
 }
 
 /// The quadrature nodes of a station's aperture over its local plane.

@@ -16,6 +16,21 @@ use crate::engine::trace::ray_sensitivity::PerturbedHops;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::grid::field::Field;
+use crate::wave::patches::patch::Spectrum;
+
+/// The spectra of all patches of a field, where they fit into memory.
+pub(crate) type Kept = Option<Vec<Option<Spectrum>>>;
+
+/// What the hops to the levels around a curved second screen share.
+#[derive(Clone, Copy)]
+pub(crate) struct SharedByLevels<'a> {
+    /// The hop to the middle level, as it was planned: by it the directions of each patch are chosen.
+    pub middle: Hop<'a>,
+    /// How far light lands aside on the other levels, along x and y in mm.
+    pub aside: [f64; 2],
+    /// The spectra of all patches in these directions; nothing where they are not known.
+    pub spectra: Option<&'a Kept>,
+}
 
 /// One hop to be carried by beamlets.
 #[derive(Clone, Copy)]
@@ -35,12 +50,24 @@ pub(crate) struct Job<'a> {
     pub cache: Option<&'a BeamletCache>,
     /// How beamlets are drawn, with the number of the hop; `None` where all are followed.
     pub draws: Option<(Draws, u32)>,
+    /// What it shares with the hops to other levels of a curved second screen.
+    pub shared: Option<SharedByLevels<'a>>,
 }
 
 impl<'a> Job<'a> {
     /// The hop by which beamlets are chosen.
     pub(crate) fn chooser(&self) -> &Hop<'a> {
         self.planned.as_ref().unwrap_or(&self.hop)
+    }
+
+    /// Whether the adjoint looks at the spectra of patches: for modes that were too weak, or drawn.
+    pub(crate) fn adjoint_needs_spectra(&self) -> bool {
+        self.draws.is_some() || self.settings.weakest_mode() > 0.0
+    }
+
+    /// The spectra of all patches, if they are known.
+    pub(crate) fn spectra(&self) -> Option<&'a Kept> {
+        self.shared.and_then(|shared| shared.spectra)
     }
 
     /// The draws of one patch.

@@ -15,8 +15,8 @@ use rayon::prelude::*;
 use crate::engine::beamlet::aberration_sample::AberrationSamples;
 use crate::engine::beamlet::beamlet_cache::PatchBeamlets;
 use crate::engine::beamlet::beamlet_target::{DiscardedBeamlet, LaunchPlanes, target_beamlet};
-use crate::engine::chain::backend::{AdjointSums, Backend, Job};
-use crate::engine::chain::patch_cutter::{Cutter, Kept, positions};
+use crate::engine::chain::backend::{AdjointSums, Backend, Job, Kept};
+use crate::engine::chain::patch_cutter::{Cutter, positions};
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::monte_carlo::mode_sampling::Drawing;
 use crate::engine::progress::{Cancelled, ShareDone};
@@ -54,8 +54,9 @@ impl Backend for BeamletPropagation {
         let cutter = Cutter::new(job, from);
 
         // What all patches hold decides which modes are too weak, also for a part of them.
-        let kept = cutter.keep();
-        let histogram = cutter.histogram(&kept);
+        let own = job.spectra().is_none().then(|| cutter.keep()).flatten();
+        let kept = job.spectra().unwrap_or(&own);
+        let histogram = cutter.histogram(kept);
         let strength = Strength {
             floor: histogram.floor(job.settings),
             total: histogram.total(),
@@ -81,7 +82,7 @@ impl Backend for BeamletPropagation {
             let last = (first + chunk).min(patches.end);
             let parts: Vec<(Vec<Arrival>, Tally)> = (first..last)
                 .into_par_iter()
-                .filter_map(|index| cutter.with(&kept, index, |s| one(index, s, to)))
+                .filter_map(|index| cutter.with(kept, index, |s| one(index, s, to)))
                 .collect();
             let mut arrivals = Vec::new();
             for (part, counts) in parts {
@@ -105,7 +106,11 @@ impl Backend for BeamletPropagation {
     ) -> Result<(), Cancelled> {
         let cutter = Cutter::new(job, from);
         let varied_hops = varied_hops(job, back.perturbed);
-        let kept_beamlets = KeptBeamlets::new(&cutter, to_bar);
+        let own = (job.adjoint_needs_spectra() && job.spectra().is_none())
+            .then(|| cutter.keep())
+            .flatten();
+        let spectra = job.spectra().unwrap_or(&own);
+        let kept_beamlets = KeptBeamlets::new(&cutter, to_bar, spectra);
 
         let chunk = (CHUNK / cutter.most_modes().max(1)).max(1);
         let mut done = 0;
@@ -121,15 +126,7 @@ impl Backend for BeamletPropagation {
             // canvas += amplitude·coefficient·beamlet
             let bars: Vec<(Array2<Complex64>, Vec<f64>)> = all
                 .par_iter()
-                .map(|beamlets| {
-                    give_back(
-                        &cutter,
-                        &kept_beamlets.spectra,
-                        beamlets,
-                        &varied_hops,
-                        to_bar,
-                    )
-                })
+                .map(|beamlets| give_back(&cutter, spectra, beamlets, &varied_hops, to_bar))
                 .collect();
 
             // Patches overlap: one after the other.
@@ -153,7 +150,7 @@ struct KeptBeamlets<'a> {
     cutter: &'a Cutter<'a>,
     to: &'a Canvas,
     /// The spectra of all patches, if they are needed and fit.
-    spectra: Kept,
+    spectra: &'a Kept,
     /// The energy below which modes are left out; zero where none are, or where they are drawn.
     floor: f64,
     /// The beamlets of all patches, if they fit.
@@ -161,15 +158,12 @@ struct KeptBeamlets<'a> {
 }
 
 impl<'a> KeptBeamlets<'a> {
-    fn new(cutter: &'a Cutter<'a>, to: &'a Canvas) -> Self {
+    fn new(cutter: &'a Cutter<'a>, to: &'a Canvas, spectra: &'a Kept) -> Self {
         let job = cutter.job;
-        let (mut spectra, mut floor) = (None, 0.0);
-        if job.draws.is_some() {
-            spectra = cutter.keep();
-        } else if job.settings.weakest_mode() > 0.0 {
-            spectra = cutter.keep();
-            floor = cutter.histogram(&spectra).floor(job.settings);
-        }
+        let floor = match job.draws.is_none() && job.settings.weakest_mode() > 0.0 {
+            true => cutter.histogram(spectra).floor(job.settings),
+            false => 0.0,
+        };
         Self {
             cutter,
             to,
@@ -183,11 +177,11 @@ impl<'a> KeptBeamlets<'a> {
     fn of(&self, index: usize) -> Option<Cow<'a, PatchBeamlets>> {
         let (cutter, to) = (self.cutter, self.to);
         if cutter.job.draws.is_some() {
-            return drawn(cutter, &self.spectra, index, to).map(Cow::Owned);
+            return drawn(cutter, self.spectra, index, to).map(Cow::Owned);
         }
         if self.floor > 0.0 {
             let strong = |spectrum: &Spectrum| self.strong(index, spectrum);
-            let found = cutter.with(&self.spectra, index, strong);
+            let found = cutter.with(self.spectra, index, strong);
             return found.flatten().map(Cow::Owned);
         }
         match self.cached {

@@ -5,8 +5,10 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::beamlet::beamlet_cache::BeamletCache;
-use crate::engine::chain::backend::{AdjointSums, Backend, Job};
+use crate::engine::beamlet::beamlet_plan::BeamletPlan;
+use crate::engine::chain::backend::{AdjointSums, Backend, Job, Kept, SharedByLevels};
 use crate::engine::chain::beamlet_propagation::BeamletPropagation;
+use crate::engine::chain::patch_cutter::Cutter;
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::free::spot_check::SpotCheck;
 use crate::engine::monte_carlo::mode_sampling::Draws;
@@ -76,6 +78,8 @@ pub(crate) struct HopRun<'a> {
     pub caches: &'a [BeamletCache],
     /// How beamlets are drawn; nothing where all are followed.
     pub draws: Option<Draws>,
+    /// What it shares with the hops to other levels of a curved second screen.
+    pub shared: Option<SharedByLevels<'a>>,
 }
 
 impl<'a> HopRun<'a> {
@@ -96,6 +100,7 @@ impl<'a> HopRun<'a> {
             downstream,
             caches: &[],
             draws: None,
+            shared: None,
         }
     }
 
@@ -119,12 +124,18 @@ impl<'a> HopRun<'a> {
         }
 
         // One plane at each level, and what they give together.
-        let stack = stack(to, reach, self.hop.wavenumber());
+        let levels = self.receiving_levels(reach);
+        let spectra = self.spectra(field, &levels, |_| true);
+        let shared = self.shared(&levels, spectra.as_ref());
+        let stack = &levels.stack;
         let (mut values, mut tally) = (Vec::new(), Tally::default());
         for (number, level) in stack.levels.at.iter().enumerate() {
             let (plane, planned) = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = self.on_planes(number, &plane, planned.as_ref(), &plan);
+            let run = HopRun {
+                shared: Some(shared),
+                ..self.on_planes(number, &plane, planned.as_ref(), &plan)
+            };
             let before = number as f64 / stack.len() as f64;
             let part = |done: f64| progress(before + done / stack.len() as f64);
             let (landed, counts) = run.carry_to_plane(field, &raster, &part)?;
@@ -136,7 +147,7 @@ impl<'a> HopRun<'a> {
         }
         let height_stack = HeightStack {
             raster,
-            stack: Some(stack),
+            stack: Some(levels.stack),
             values,
         };
         Ok((height_stack, tally))
@@ -169,6 +180,73 @@ impl<'a> HopRun<'a> {
         }
     }
 
+    /// The levels around a curved second screen, for light with direction cosines up to `reach`.
+    fn receiving_levels(&self, reach: [f64; 2]) -> ReceivingLevels {
+        let stack = stack(self.hop.to, reach, self.hop.wavenumber());
+        let [middle, apart] = stack.middle();
+        let n = self.hop.to.index;
+        let slope = |p: f64| p / (n * n - p * p).max(f64::MIN_POSITIVE).sqrt();
+        ReceivingLevels {
+            middle: self.planes(middle),
+            aside: reach.map(|p| apart * slope(p)),
+            stack,
+        }
+    }
+
+    /// What the hops to all levels share, with the spectra of the patches if they are known.
+    fn shared<'b>(
+        &'b self,
+        levels: &'b ReceivingLevels,
+        spectra: Option<&'b Kept>,
+    ) -> SharedByLevels<'b> {
+        let (plane, planned) = &levels.middle;
+        SharedByLevels {
+            middle: match self.planned.zip(planned.as_ref()) {
+                Some((hop, to)) => Hop { to, ..hop },
+                None => Hop {
+                    to: plane,
+                    ..self.hop
+                },
+            },
+            aside: levels.aside,
+            spectra,
+        }
+    }
+
+    /// The spectra of the patches of a field in the directions of all levels; nothing where they are not needed, or the method
+    /// has no patches.
+    fn spectra(
+        &self,
+        field: &Field,
+        levels: &ReceivingLevels,
+        needed: fn(&Job) -> bool,
+    ) -> Option<Kept> {
+        let Plan::Beamlets(plan) = self.plan else {
+            return None;
+        };
+        let settings = &self.settings.aiming_at(plan.target_error);
+        let run = HopRun {
+            shared: Some(self.shared(levels, None)),
+            ..*self
+        };
+        let job = run.job(plan, settings);
+        needed(&job).then(|| Cutter::new(&job, field).keep())
+    }
+
+    /// The run as a job for beamlets.
+    fn job<'b>(&'b self, plan: &'b BeamletPlan, settings: &'b Settings) -> Job<'b> {
+        Job {
+            hop: self.hop,
+            planned: self.planned,
+            plan,
+            settings,
+            downstream: self.downstream,
+            cache: self.caches.first(),
+            draws: self.draws.map(|draws| (draws, self.number as u32)),
+            shared: self.shared,
+        }
+    }
+
     /// The levels around the second screen on which [`HopRun::carry`] sums light; nothing for a plane one.
     pub(crate) fn stack(&self, reach: [f64; 2]) -> Option<Stack> {
         let to = self.hop.to;
@@ -192,11 +270,16 @@ impl<'a> HopRun<'a> {
         if to.is_plane() {
             return self.carry_to_plane_adjoint(field, &raster, &levels_bar[0], back);
         }
-        let stack = stack(to, reach, self.hop.wavenumber());
-        for (number, (level, bar)) in stack.levels.at.iter().zip(levels_bar).enumerate() {
+        let levels = self.receiving_levels(reach);
+        let spectra = self.spectra(field, &levels, |job| job.adjoint_needs_spectra());
+        let shared = self.shared(&levels, spectra.as_ref());
+        for (number, (level, bar)) in levels.stack.levels.at.iter().zip(levels_bar).enumerate() {
             let (plane, planned) = self.planes(*level);
             let plan = self.plan.moved(*level);
-            let run = self.on_planes(number, &plane, planned.as_ref(), &plan);
+            let run = HopRun {
+                shared: Some(shared),
+                ..self.on_planes(number, &plane, planned.as_ref(), &plan)
+            };
 
             // The perturbed planes at the same level.
             let pairs: Vec<[Screen; 2]> = back
@@ -249,15 +332,7 @@ impl<'a> HopRun<'a> {
             Plan::Free(free, plan) => FreeRun { hop, free, plan }.carry(field, raster),
             Plan::Beamlets(plan) => {
                 let settings = &settings.aiming_at(plan.target_error);
-                let job = Job {
-                    hop,
-                    planned: self.planned,
-                    plan,
-                    settings,
-                    downstream: self.downstream,
-                    cache: self.caches.first(),
-                    draws: self.draws.map(|draws| (draws, self.number as u32)),
-                };
+                let job = self.job(plan, settings);
                 let mut canvas = Canvas::new(*raster);
                 let patches = 0..BeamletPropagation.patches(&job, field);
                 let tally =
@@ -296,15 +371,7 @@ impl<'a> HopRun<'a> {
             }
             Plan::Beamlets(plan) => {
                 let settings = &settings.aiming_at(plan.target_error);
-                let job = Job {
-                    hop,
-                    planned: self.planned,
-                    plan,
-                    settings,
-                    downstream: self.downstream,
-                    cache: self.caches.first(),
-                    draws: self.draws.map(|draws| (draws, self.number as u32)),
-                };
+                let job = self.job(plan, settings);
                 let canvas = Canvas::holding(*raster, bar);
                 let patches = 0..BeamletPropagation.patches(&job, field);
                 BeamletPropagation.carry_adjoint(&job, field, patches, &canvas, back)?;
@@ -314,6 +381,15 @@ impl<'a> HopRun<'a> {
         }
         Ok(())
     }
+}
+
+/// The levels around a curved second screen.
+struct ReceivingLevels {
+    stack: Stack,
+    /// The plane at the middle level, and that of the planned screen if it is another.
+    middle: (Screen, Option<Screen>),
+    /// How far light lands aside between the middle level and another, along x and y in mm.
+    aside: [f64; 2],
 }
 
 /// One of the planes on which light is summed around a curved screen.

@@ -332,6 +332,7 @@ impl LinearisedFields {
             downstream: Downstream::none(),
             caches: if planned.is_none() { caches } else { &[] },
             draws: self.draws,
+            shared: None,
         };
         Ok((run, raster, reach))
     }

@@ -9,7 +9,7 @@ use rayon::prelude::*;
 
 use crate::engine::beamlet::beamlet_plan::MARGIN;
 use crate::engine::beamlet::mode_histogram::ModeHistogram;
-use crate::engine::chain::backend::Job;
+use crate::engine::chain::backend::{Job, Kept};
 use crate::engine::trace::direction_search::reach;
 use crate::wave::grid::field::{Axis, Field};
 use crate::wave::grid::heights::Heights;
@@ -27,9 +27,6 @@ pub(crate) struct Cutter<'a> {
     pub patches: Patches,
     heights: Option<Heights>,
 }
-
-/// The spectra of all patches, where they fit into memory.
-pub(crate) type Kept = Option<Vec<Option<Spectrum>>>;
 
 impl<'a> Cutter<'a> {
     pub(crate) fn new(job: &'a Job<'a>, field: &'a Field) -> Self {
@@ -54,8 +51,11 @@ impl<'a> Cutter<'a> {
 
     /// The directions of one patch that may lead to the target, as indices in the bands.
     pub(crate) fn modes(&self, index: usize) -> Option<[Range<usize>; 2]> {
-        let hop = self.job.chooser();
-        let margin = [MARGIN * self.job.plan.footprint; 2];
+        let margin = MARGIN * self.job.plan.footprint;
+        let (hop, margin) = match &self.job.shared {
+            Some(shared) => (&shared.middle, shared.aside.map(|aside| margin + aside)),
+            None => (self.job.chooser(), [margin; 2]),
+        };
         let at = self.patches.place(index).centre;
         let plan = self.job.plan;
         let [x0, x1, y0, y1] = reach(hop, at, hop.to.bounds()?, margin, plan.limits())?;

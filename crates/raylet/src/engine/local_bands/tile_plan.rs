@@ -74,7 +74,7 @@ pub(crate) struct TilePlan<'a> {
     /// The element under windows that see no edge, and under those that an edge cuts.
     pub elements: [Option<ElementSamples>; 2],
     /// The windows that see the target.
-    pub aimed: Vec<TargetedWindow>,
+    pub targeted: Vec<TargetedWindow>,
 }
 
 /// The linear map from the samples of a tile to the plane waves of one window.
@@ -102,15 +102,15 @@ impl<'a> TileRun<'a> {
         let own = self.element.carrier(light.carrier.at, self.far(), self.k());
         let leaving = light.carrier.times(own.p, own.q);
         let windows = lit.into_iter();
-        let aimed: Vec<TargetedWindow> = windows
+        let targeted: Vec<TargetedWindow> = windows
             .filter_map(|lit| self.targeted(lit, &leaving, &own))
             .collect();
-        if aimed.is_empty() {
+        if targeted.is_empty() {
             return None;
         }
-        let area = self.area(tile, &light, &aimed);
+        let area = self.area(tile, &light, &targeted);
         let nodes = [EdgeContact::Inside, EdgeContact::Cut].map(|edge| {
-            let needed = aimed.iter().any(|aimed| aimed.edge == edge);
+            let needed = targeted.iter().any(|targeted| targeted.edge == edge);
             needed
                 .then(|| (self.element).nodes_of(&area, &own, self.far(), edge == EdgeContact::Cut))
         });
@@ -119,9 +119,9 @@ impl<'a> TileRun<'a> {
             .iter()
             .flatten()
             .for_each(|nodes| statistics.note_array(count(&nodes.axes)));
-        for aimed in &aimed {
-            let nodes = nodes[usize::from(aimed.edge != EdgeContact::Inside)].as_ref();
-            let modes = nodes.and_then(|nodes| self.modes(aimed, nodes.half_band));
+        for targeted in &targeted {
+            let nodes = nodes[usize::from(targeted.edge != EdgeContact::Inside)].as_ref();
+            let modes = nodes.and_then(|nodes| self.modes(targeted, nodes.half_band));
             statistics.note_array(modes.map_or(0, |[x, y]| x.count as u64 * y.count as u64));
         }
         if statistics.largest_array > self.settings.values_allowed() {
@@ -132,7 +132,7 @@ impl<'a> TileRun<'a> {
             samples: area.samples,
             light,
             elements: nodes.map(|nodes| Some(self.element.samples(nodes?, &own, self.k()))),
-            aimed,
+            targeted,
         })
     }
 
@@ -186,7 +186,7 @@ impl<'a> TileRun<'a> {
     }
 
     /// The samples of a tile's light, and what its element needs to know.
-    fn area(&self, tile: &Tile, light: &TileLight, aimed: &[TargetedWindow]) -> TileArea {
+    fn area(&self, tile: &Tile, light: &TileLight, targeted: &[TargetedWindow]) -> TileArea {
         let (k, sigma) = (self.k(), self.shape.sigma);
         let window = window_half_band(self.shape.step, self.settings.threshold) / (k * sigma);
         let half_band = light.spread.map(|spread| spread + window);
@@ -197,31 +197,31 @@ impl<'a> TileRun<'a> {
             half_band,
             edge_pitch: sigma / self.settings.edge_nodes,
             pixel_part: PIXEL_PART * sigma,
-            reach: reach_of(aimed),
+            reach: reach_of(targeted),
             k,
         }
     }
 
     /// The plane waves of a window to be computed; nothing where no direction of the light leads to the target.
-    fn modes(&self, aimed: &TargetedWindow, half_band: Option<[f64; 2]>) -> Option<[Modes; 2]> {
+    fn modes(&self, targeted: &TargetedWindow, half_band: Option<[f64; 2]>) -> Option<[Modes; 2]> {
         let spacing = self.hop.wavelength / (self.shape.period * self.shape.sigma);
         let modes = [0, 1].map(|a| {
             let limit = half_band.map_or(f64::INFINITY, |band| band[a]);
-            let low = aimed.directions[2 * a].max(-limit - aimed.shift[a]);
-            let high = aimed.directions[2 * a + 1].min(limit - aimed.shift[a]);
-            Modes::between(low, high, spacing, aimed.shift[a])
+            let low = targeted.directions[2 * a].max(-limit - targeted.shift[a]);
+            let high = targeted.directions[2 * a + 1].min(limit - targeted.shift[a]);
+            Modes::between(low, high, spacing, targeted.shift[a])
         });
         modes.iter().all(|modes| modes.count > 0).then_some(modes)
     }
 
     /// Plans a window of a tile; nothing where no direction of its light leads to the target.
-    pub(crate) fn window(&self, plan: &TilePlan, aimed: &TargetedWindow) -> Option<WindowPlan> {
-        let (_, element) = plan.element(aimed)?;
-        let modes = self.modes(aimed, element.half_band)?;
-        let (at, k) = (aimed.start.carrier.at, self.k());
+    pub(crate) fn window(&self, plan: &TilePlan, targeted: &TargetedWindow) -> Option<WindowPlan> {
+        let (_, element) = plan.element(targeted)?;
+        let modes = self.modes(targeted, element.half_band)?;
+        let (at, k) = (targeted.start.carrier.at, self.k());
         let weights = [0, 1].map(|a| {
             let axis = &plan.samples[a];
-            let (range, mut weights) = self.tiling.positions[a].analysis(axis, aimed.window[a]);
+            let (range, mut weights) = self.tiling.positions[a].analysis(axis, targeted.window[a]);
             weights.iter_mut().for_each(|weight| *weight /= axis.pitch);
             (range, weights)
         });
@@ -260,8 +260,8 @@ impl<'a> TileRun<'a> {
 
 impl TilePlan<'_> {
     /// The element as a window sees it, and its place in the list.
-    pub(crate) fn element(&self, aimed: &TargetedWindow) -> Option<(usize, &ElementSamples)> {
-        let place = usize::from(aimed.edge != EdgeContact::Inside);
+    pub(crate) fn element(&self, targeted: &TargetedWindow) -> Option<(usize, &ElementSamples)> {
+        let place = usize::from(targeted.edge != EdgeContact::Inside);
         Some((place, self.elements[place].as_ref()?))
     }
 }
@@ -321,13 +321,13 @@ impl WindowPlan {
 }
 
 /// Largest direction beside the arriving light's that leads from one of some windows to the target.
-fn reach_of(aimed: &[TargetedWindow]) -> [f64; 2] {
+fn reach_of(targeted: &[TargetedWindow]) -> [f64; 2] {
     [0, 1].map(|a| {
-        let furthest = |aimed: &TargetedWindow| {
-            let sides = [aimed.directions[2 * a], aimed.directions[2 * a + 1]];
-            sides.map(f64::abs).into_iter().fold(0.0, f64::max) + aimed.shift[a].abs()
+        let furthest = |targeted: &TargetedWindow| {
+            let sides = [targeted.directions[2 * a], targeted.directions[2 * a + 1]];
+            sides.map(f64::abs).into_iter().fold(0.0, f64::max) + targeted.shift[a].abs()
         };
-        aimed.iter().map(furthest).fold(0.0, f64::max)
+        targeted.iter().map(furthest).fold(0.0, f64::max)
     })
 }
 

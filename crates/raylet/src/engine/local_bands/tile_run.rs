@@ -58,8 +58,8 @@ impl TileRun<'_> {
             return out;
         };
         out.statistics.evaluations += evaluations;
-        for aimed in &plan.aimed {
-            if let Some(window) = self.transformed(&plan, aimed, values) {
+        for targeted in &plan.targeted {
+            if let Some(window) = self.transformed(&plan, targeted, values) {
                 emission.send(&window.waves, &mut out);
             }
         }
@@ -87,8 +87,8 @@ impl TileRun<'_> {
             Array2::zeros(element.as_ref().map_or((0, 0), shape))
         });
         let mut parameters = vec![0.0; changes.count];
-        for aimed in &plan.aimed {
-            let Some(window) = self.transformed(&plan, aimed, &values) else {
+        for targeted in &plan.targeted {
+            let Some(window) = self.transformed(&plan, targeted, &values) else {
                 continue;
             };
             let waves_bar =
@@ -125,8 +125,8 @@ impl TileRun<'_> {
     pub(crate) fn histogram(&self, tile: &Tile) -> Option<(ModeHistogram, TileValues)> {
         let plan = self.plan(tile, &mut HopStatistics::default())?;
         let found = plan.light.at(&plan.samples);
-        let aimed = plan.aimed.iter().step_by(SAMPLED);
-        let windows = aimed.filter_map(|aimed| self.transformed(&plan, aimed, &found.0));
+        let targeted = plan.targeted.iter().step_by(SAMPLED);
+        let windows = targeted.filter_map(|targeted| self.transformed(&plan, targeted, &found.0));
         let counted = windows.map(|window| ModeHistogram::of(window.waves.coefficients.iter()));
         let all = counted.fold(ModeHistogram::default(), ModeHistogram::merge);
         Some((all, found))
@@ -136,13 +136,13 @@ impl TileRun<'_> {
     fn transformed<'a>(
         &self,
         plan: &'a TilePlan,
-        aimed: &TargetedWindow,
+        targeted: &TargetedWindow,
         values: &Array2<Complex64>,
     ) -> Option<Transformed<'a>> {
-        let window = self.window(plan, aimed)?;
-        let (edge, element) = plan.element(aimed)?;
+        let window = self.window(plan, targeted)?;
+        let (edge, element) = plan.element(targeted)?;
         let waves = WindowWaves {
-            start: aimed.start,
+            start: targeted.start,
             modes: window.modes,
             coefficients: window.apply(values, element),
         };

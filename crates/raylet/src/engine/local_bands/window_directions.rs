@@ -47,24 +47,24 @@ pub(crate) fn window_directions(
 ) -> Option<[f64; 4]> {
     let at = start.carrier.at;
     let bounds = &target.bounds;
-    let mut aimed = LandedDirection::new(hop, at, start.carrier.p)?;
+    let mut nearest = LandedDirection::new(hop, at, start.carrier.p)?;
     for _ in 0..STEPS {
         let gap = [0, 1].map(|a| {
-            let here = aimed.landing.at[a];
+            let here = nearest.landing.at[a];
             here.clamp(bounds[2 * a], bounds[2 * a + 1]) - here
         });
         if gap == [0.0; 2] {
             break;
         }
-        let closer = aimed
-            .change(gap)
-            .and_then(|dp| LandedDirection::new(hop, at, [aimed.p[0] + dp[0], aimed.p[1] + dp[1]]));
+        let closer = nearest.change(gap).and_then(|dp| {
+            LandedDirection::new(hop, at, [nearest.p[0] + dp[0], nearest.p[1] + dp[1]])
+        });
         let Some(closer) = closer else { break };
-        aimed = closer;
+        nearest = closer;
     }
 
     // The target and a footprint around it, seen from where the ray lands.
-    let aside = [0, 1].map(|a| aimed.p[a] - start.carrier.p[a]);
+    let aside = [0, 1].map(|a| nearest.p[a] - start.carrier.p[a]);
     let footprint = start
         .launch(hop, aside)
         .ok()?
@@ -72,12 +72,12 @@ pub(crate) fn window_directions(
     let side = |a: usize| {
         let [low, high] = [bounds[2 * a], bounds[2 * a + 1]];
         let half = SAFETY * (0.5 * (high - low) + footprint[a]);
-        [-half, half].map(|half| 0.5 * (low + high) + half - aimed.landing.at[a])
+        [-half, half].map(|half| 0.5 * (low + high) + half - nearest.landing.at[a])
     };
     let (x, y) = (side(0), side(1));
     let mut found = [f64::INFINITY, f64::NEG_INFINITY].repeat(2);
     for corner in [[x[0], y[0]], [x[0], y[1]], [x[1], y[0]], [x[1], y[1]]] {
-        let Some(dp) = aimed.change(corner) else {
+        let Some(dp) = nearest.change(corner) else {
             let all = 2.0 * hop.from.index_behind();
             return Some([-all, all, -all, all]);
         };

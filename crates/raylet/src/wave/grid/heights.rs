@@ -82,6 +82,14 @@ impl Stack {
         self.levels.at.len()
     }
 
+    /// The level in the middle, and the largest distance of another from it, in mm.
+    pub(crate) fn middle(&self) -> [f64; 2] {
+        let at = &self.levels.at;
+        let middle = at.get(at.len() / 2).copied().unwrap_or(0.0);
+        let apart = at.iter().map(|level| (level - middle).abs());
+        [middle, apart.fold(0.0, f64::max)]
+    }
+
     /// Whether there are none.
     pub fn is_empty(&self) -> bool {
         self.levels.at.is_empty()
