@@ -22,7 +22,7 @@ fn study(name: &str, pictures: &[&str]) -> serde_json::Value {
 }
 
 #[test]
-fn figure_three_ranks_the_ways_to_draw_slow() {
+fn figure_three_ranks_the_sampling_methods_slow() {
     let room = tempfile::tempdir().unwrap();
     let run = |arguments: &[&str]| {
         Command::new(env!("CARGO_BIN_EXE_raylet"))

@@ -171,15 +171,15 @@ impl<'a> Integral<'a> {
     /// Of a system of one or two hops.
     fn new(system: &'a System, trains: &'a [Vec<Surface>]) -> Option<Self> {
         let pairs = system.hops().zip(trains);
-        let mut ways: Vec<HopPair> = pairs
+        let mut joined: Vec<HopPair> = pairs
             .map(|(whole, train)| HopPair {
                 whole,
                 open: Hop { train, ..whole },
             })
             .collect();
-        let after = ways.pop()?;
-        let before = ways.pop();
-        ways.is_empty().then_some(Self {
+        let after = joined.pop()?;
+        let before = joined.pop();
+        joined.is_empty().then_some(Self {
             system,
             before,
             after,
@@ -301,19 +301,23 @@ impl<'a> Integral<'a> {
             let z = hop.from.height([x, y]).map_or(0.0, |here| here.z);
             source.path(hop.from.frame.to_global(Vec3::new(x, y, z)), 1.0)
         };
-        let Some(way) = &self.before else {
+        let Some(before) = &self.before else {
             return Some((path(&self.after.whole, to), 1.0, p));
         };
         let mut at = [0.0; 2];
         for _ in 0..STEPS {
-            let (landing, j) = way.open.jacobian(at, p).ok()?;
+            let (landing, j) = before.open.jacobian(at, p).ok()?;
             let slope = [[j[0][0], j[0][1]], [j[1][0], j[1][1]]];
             let gap = [to[0] - landing.at[0], to[1] - landing.at[1]];
             if gap[0].hypot(gap[1]) < CLOSE {
-                way.whole.trace(at, p, &mut ()).ok()?;
+                before.whole.trace(at, p, &mut ()).ok()?;
                 let ratio = cosine(p) / self.before(to)?.flux(landing.cosines);
                 let size = (ratio / determinant(slope).abs()).sqrt();
-                return Some((path(&way.whole, at) + landing.path, size, landing.cosines));
+                return Some((
+                    path(&before.whole, at) + landing.path,
+                    size,
+                    landing.cosines,
+                ));
             }
             at = moved(at, solved(slope, gap));
         }
