@@ -73,10 +73,9 @@ const QUICK: f64 = 20.0;
 /// Local bands are taken where they take this many times less.
 const MUCH_LESS: f64 = 2.0;
 
-/// [`QUICK`] and [`MUCH_LESS`] for light that leaves one screen without pixels and meets no other on its way to the
+/// [`QUICK`] for light that leaves one screen without pixels and meets no other on its way to the
 /// sensor, as behind the stop in front of a lens: no rim diffracts there.
 const QUICK_FIRST: f64 = 5.0;
-const MUCH_LESS_FIRST: f64 = 4.0;
 
 /// Whether a hop without rays, given with its number, has none either where the system varies.
 pub(crate) type StaysFree<'a> = dyn Fn(usize, &Hop, &FreeHop) -> bool + 'a;
@@ -140,9 +139,9 @@ fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Ch
         .iter()
         .map(|(plan, grids)| whole_field_seconds(plan, grids))
         .sum();
-    let (quick, much_less) = match is_first_and_smooth(system) {
-        true => (QUICK_FIRST, MUCH_LESS_FIRST),
-        false => (QUICK, MUCH_LESS),
+    let quick = match is_first_and_smooth(system) {
+        true => QUICK_FIRST,
+        false => QUICK,
     };
     if settings.method != Method::Auto || seconds < quick {
         return Chosen::WholeFields(hops);
@@ -151,7 +150,7 @@ fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Ch
     let bands = local_band_settings(system, settings);
     let found = bands.and_then(|bands| Ok((workload(system, &bands, error)?, bands)));
     match found {
-        Ok((work, bands)) if work.is_accurate && much_less * work.seconds < seconds => {
+        Ok((work, bands)) if work.is_accurate && MUCH_LESS * work.seconds < seconds => {
             Chosen::LocalBands(bands)
         }
         _ => Chosen::WholeFields(hops),
