@@ -28,7 +28,9 @@ from raylet.layers import (
     radial,
     rectangle,
     superposition,
+    two_point,
     vortex,
+    xy,
     zernike,
 )
 from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
@@ -65,6 +67,8 @@ __all__ = [
     "scatter",
     "schema",
     "superposition",
+    "two_point",
     "vortex",
+    "xy",
     "zernike",
 ]

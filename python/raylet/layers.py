@@ -1,12 +1,14 @@
 """What a diffractive element is made of, and the apertures of elements.
 
 The layers of one element multiply, so their phases add. A phase φ multiplies the field by exp(+iφ). Each function
-returns a small dictionary that :meth:`raylet.System.add_doe` and its fellows take; keys are those of scene files.
+returns a small dictionary that :meth:`raylet.System.add_doe` and its fellows take; keys are those of scene files. The
+centre of an analytic phase stands at `centre_mm` [x, y] of the element, and its axes are turned by `rotation_deg` from
+x towards y.
 """
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any, Union
 
 import numpy as np
@@ -30,15 +32,21 @@ def pixels(
     transmission: Any = None,
     pixel: str = "box",
     size: Sequence[int] | None = None,
+    phase_scale: float = 1.0,
+    fill: float = 1.0,
+    rest: str = "dark",
 ) -> Layer:
     """A centred grid of pixels [y, x]: phase in rad and amplitude, or the complex transmission.
 
     Arrays of float64 and complex128 are not copied: they are looked at when the system is computed. `pixel` says what
     lies between the centres: "box" (constant over each pixel), "point" or "bilinear". `size` [nx, ny] makes a blank.
+    `phase_scale` multiplies the phase. `fill` is the share of a pixel's area that carries its value, and `rest` says
+    what the rest does: "dark" or "flat" (transmits all); the pixel acts with its mean.
     """
     given = {"phase": phase, "amplitude": amplitude, "transmission": transmission}
     held = {key: grid(key, value) for key, value in given.items() if value is not None}
-    return _layer("pixels", pitch_um=pitch_um, pixel=pixel, size=size, **held)
+    own = {"pitch_um": pitch_um, "pixel": pixel, "size": size, "phase_scale": phase_scale, "fill": fill, "rest": rest}
+    return _layer("pixels", **own, **held)
 
 
 def height(
@@ -67,35 +75,104 @@ def constant(glass: Any) -> Any:
     return {"index": glass} if number else glass
 
 
-def grating(*, period_um: float, direction_deg: float = 0.0, order: int = 1) -> Layer:
+def grating(
+    *,
+    period_um: float,
+    direction_deg: float = 0.0,
+    order: int = 1,
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
+) -> Layer:
     """One order of a blazed grating; positive orders turn light from the axis towards `direction_deg`, x to y."""
-    return _layer("grating", period_um=period_um, direction_deg=direction_deg, order=order)
+    own = {"period_um": period_um, "direction_deg": direction_deg, "order": order}
+    return _layer("grating", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
-def lens(*, focal_length_mm: float, wavelength_um: float | None = None) -> Layer:
+def lens(
+    *,
+    focal_length_mm: float,
+    wavelength_um: float | None = None,
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
+) -> Layer:
     """An ideal diffractive lens: equal optical path to its focus at its design wavelength."""
-    return _layer("lens", focal_length_mm=focal_length_mm, wavelength_um=wavelength_um)
+    own = {"focal_length_mm": focal_length_mm, "wavelength_um": wavelength_um}
+    return _layer("lens", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
-def axicon(*, angle_deg: float) -> Layer:
-    """A conical phase that turns light towards the axis by one angle everywhere."""
-    return _layer("axicon", angle_deg=angle_deg)
+def axicon(
+    *,
+    angle_deg: float,
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
+) -> Layer:
+    """A conical phase that turns light towards its centre by one angle everywhere."""
+    return _layer("axicon", angle_deg=angle_deg, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
-def vortex(*, charge: int) -> Layer:
-    """A spiral phase: charge times the angle about the axis."""
+def vortex(
+    *,
+    charge: int,
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
+) -> Layer:
+    """A spiral phase: charge times the angle about its centre."""
     whole = isinstance(charge, (float, np.floating)) and float(charge).is_integer()
-    return _layer("vortex", charge=int(charge) if whole else charge)
+    return _layer("vortex", charge=int(charge) if whole else charge, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
-def radial(*, norm_radius_mm: float, coefficients: Sequence[float]) -> Layer:
+def radial(
+    *,
+    norm_radius_mm: float,
+    coefficients: Sequence[float],
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
+) -> Layer:
     """Phase Σ aᵢ (r/ρ)^{2i} in rad, i from 1."""
-    return _layer("radial", norm_radius_mm=norm_radius_mm, coefficients=coefficients)
+    own = {"norm_radius_mm": norm_radius_mm, "coefficients": coefficients}
+    return _layer("radial", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
-def zernike(*, norm_radius_mm: float, coefficients: Sequence[float]) -> Layer:
+def zernike(
+    *,
+    norm_radius_mm: float,
+    coefficients: Sequence[float],
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
+) -> Layer:
     """Zernike polynomials in Noll's order and normalisation, in rad; the first coefficient is piston."""
-    return _layer("zernike", norm_radius_mm=norm_radius_mm, coefficients=coefficients)
+    own = {"norm_radius_mm": norm_radius_mm, "coefficients": coefficients}
+    return _layer("zernike", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
+
+
+def xy(
+    *,
+    norm_radius_mm: float,
+    terms: Sequence[Sequence[float]],
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
+) -> Layer:
+    """Phase Σ a (x/ρ)ⁱ (y/ρ)ʲ in rad by its `terms` (i, j, a): a cubic mask is [(3, 0, a), (0, 3, a)]."""
+    rows = [dict(zip(("x", "y", "coefficient"), term)) for term in terms]
+    return _layer("xy", norm_radius_mm=norm_radius_mm, terms=rows, centre_mm=centre_mm, rotation_deg=rotation_deg)
+
+
+def two_point(
+    *,
+    object: Mapping[str, Any],
+    reference: Mapping[str, Any] | None = None,
+    wavelength_um: float | None = None,
+    order: int = 1,
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
+) -> Layer:
+    """A hologram of two points: it turns the wave of the `reference` into that of the `object`.
+
+    Each is {"point_mm": [x, y, z]} or {"angle_deg": [ax, ay]} on the element's own axes. Light comes from a point on
+    the side it comes from, and runs to a point on the side to which it goes. Without a reference the light is
+    collimated along the axis. `wavelength_um` is that of the construction."""
+    waves = {"object": object, "reference": reference, "wavelength_um": wavelength_um}
+    return _layer("two_point", **waves, order=order, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
 def superposition(terms: Sequence[Sequence[Layer]], weights: Sequence[float] | None = None) -> Layer:

@@ -68,6 +68,23 @@ class Prescription:
         source = {"kind": "point", "position_mm": position_mm, "beam_radius_mm": beam_radius_mm}
         return self._set("source", source)
 
+    def gaussian_beam(
+        self,
+        waist_radius_um: Pair,
+        *,
+        waist_mm: Sequence[float] = (0.0, 0.0, 0.0),
+        angle_deg: Sequence[float] = (0.0, 0.0),
+        rotation_deg: float = 0.0,
+        beam_radius_mm: float | None = None,
+    ) -> Self:
+        """A Gaussian beam of unit amplitude at the centre of its waist, `waist_mm` [x, y, z] from the first element's
+        vertex. `waist_radius_um` is where the intensity is 1/e² of that in the middle, along both axes or along each;
+        for a single-mode fibre half its mode field diameter."""
+        source = {"waist_radius_um": waist_radius_um, "waist_mm": waist_mm, "angle_deg": angle_deg}
+        return self._set(
+            "source", {"kind": "gaussian", **source, "rotation_deg": rotation_deg, "beam_radius_mm": beam_radius_mm}
+        )
+
     # Elements.
 
     def add(self, kind: str, **keys: Any) -> Self:

@@ -107,7 +107,7 @@ class Result:
         bands, which do not follow light that misses it."""
         channels = self.report["channels"]
         behind = [channel["hops"][0]["power"]["behind"] for channel in channels]
-        landed = [channel["metrics"]["power"] for channel in channels]
+        landed = [channel["hops"][-1]["power"]["landed"] for channel in channels]
         return [None if whole is None else part / whole for part, whole in zip(landed, behind, strict=True)]
 
     @property

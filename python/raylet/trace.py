@@ -91,6 +91,10 @@ def trace(
 def _light(source: dict[str, Any], Hx: Real, Hy: Real, scale: tuple[float | None, float | None]) -> Real:
     """Directions of collimated light, or places of a point source, one for each ray."""
     moved = bool(np.any(Hx) or np.any(Hy))
+    if source["kind"] == "gaussian":
+        if moved:
+            raise ValueError("Hx, Hy are not zero, expected zero for a Gaussian beam, whose direction is fixed")
+        return np.zeros((Hx.size, 3))
     size = scale[0] if source["kind"] == "plane" else scale[1]
     if moved and size is None:
         name = "field_deg" if source["kind"] == "plane" else "field_mm"

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -23,6 +25,85 @@ def test_what_may_be_wrong_is_reported_before_a_run() -> None:
     assert len(set(lines)) == len(lines)
     kinds = {one["properties"]["kind"]["const"] for one in raylet.schema()["$defs"]["Element"]["oneOf"]}
     assert {"doe", "surface", "sensor"} <= kinds
+
+
+def test_python_has_every_key_of_layers_and_sources() -> None:
+    """The keyword arguments of the functions that make layers and light are the keys of scene files, but for those that
+    say where in a file an array is."""
+    makers: dict[str, dict[str, Any]] = {
+        "Layer": {kind: getattr(raylet, kind) for kind in raylet.layers.__dict__ if hasattr(raylet, kind)},
+        "Illumination": {
+            "plane": raylet.System.plane_wave,
+            "point": raylet.System.point_source,
+            "gaussian": raylet.System.gaussian_beam,
+        },
+    }
+    makers["Layer"]["sum"] = raylet.superposition
+    for table, functions in makers.items():
+        for variant in raylet.schema()["$defs"][table]["oneOf"]:
+            kind = variant["properties"]["kind"]["const"]
+            keys = set(variant["properties"]) - {"kind", "key"}
+            assert keys == set(inspect.signature(functions[kind]).parameters) - {"self"}, (table, kind)
+
+
+def gaussian(x: Any, w: float, z: float, k: float) -> Any:
+    """One axis of a Gaussian beam at a distance z from its waist."""
+    q = z - 0.5j * k * w * w
+    return np.sqrt(-0.5j * k * w * w / q) * np.exp(0.5j * k * x * x / q)
+
+
+def test_a_gaussian_beam_is_wider_behind_its_waist() -> None:
+    system = (
+        raylet.System(wavelength_um=0.5)
+        .gaussian_beam((50.0, 80.0), waist_mm=(0.0, 0.0, -10.0))
+        .add_stop(raylet.disc(0.5), thickness_mm=20.0)
+        .add_sensor(pixels=(41, 41), pitch_um=20.0)
+    )
+    result, k = system.simulate(), 2e3 * np.pi / 0.5
+    x, y = result.x_mm, result.y_mm[:, None]
+    exact = gaussian(x, 0.05, 30.0, k) * gaussian(y, 0.08, 30.0, k) * np.exp(30j * k)
+    assert np.linalg.norm(result.field - exact) < 1e-3 * np.linalg.norm(exact)
+    with pytest.raises(ValueError, match="Hx, Hy are not zero, expected zero for a Gaussian beam"):
+        system.trace(Hx=0.5, field_deg=1.0)
+    rays = system.trace(Px=0.2)
+    assert rays.x[-1] == pytest.approx(0.1 * (1 + 20.0 * 10.0 / (10.0**2 + (0.5 * k * 0.05**2) ** 2)), rel=1e-3)
+
+
+def test_slips_are_told_before_a_run() -> None:
+    """Degrees, grey levels, light that cannot leave a grating, crossing surfaces, a sensor in glass."""
+    random = np.random.default_rng(1)
+
+    def told(*layers: dict[str, Any], radius_mm: float | None = None, thickness_mm: float = 1.0) -> str:
+        system = raylet.System(wavelength_um=0.55).add_doe(*layers, aperture=raylet.disc(0.05), thickness_mm=1.0)
+        if radius_mm is not None:
+            system.add_surface(radius_mm=radius_mm, glass="N-BK7", thickness_mm=thickness_mm, semi_aperture_mm=2.0)
+        if thickness_mm < 1.0:
+            system.add_surface(radius_mm=-5.0, thickness_mm=5.0, semi_aperture_mm=2.0)
+        return "\n".join(system.add_sensor(pixels=(8, 8), pitch_um=2.0).check())
+
+    def pixels(phase: Any, scale: float = 1.0) -> dict[str, Any]:
+        return raylet.pixels(pitch_um=8.0, phase=phase, phase_scale=scale)
+
+    flat, degrees = pixels(np.zeros((12, 12))), random.uniform(0.0, 360.0, (12, 12))
+    assert "look like degrees" in told(pixels(degrees))
+    assert "look like" not in told(pixels(degrees, np.pi / 180.0))
+    assert "look like grey levels" in told(pixels(random.integers(0, 256, (12, 12)).astype(float)))
+    assert "does not propagate" in told(raylet.grating(period_um=0.4))
+    assert "does not propagate" not in told(raylet.grating(period_um=0.6))
+    assert "cross inside their apertures" in told(flat, radius_mm=5.0, thickness_mm=0.01)
+    assert "stands in a medium of index 1.5185" in told(flat, radius_mm=5.0)
+
+
+def test_all_light_comes_to_a_sensor_in_glass() -> None:
+    """|U|² is smaller in glass by its index, for the same power."""
+    system = (
+        raylet.System(wavelength_um=0.5)
+        .add_stop(raylet.disc(0.04), thickness_mm=0.05)
+        .add_surface(glass={"index": 1.5}, thickness_mm=0.05, semi_aperture_mm=0.2)
+        .add_sensor(pixels=(400, 400), pitch_um=0.25)
+    )
+    result = system.simulate(method="beamlet")
+    assert result.power_share[0] == pytest.approx(1.0, abs=5e-3)
 
 
 def test_focus_of_a_diffractive_lens() -> None:

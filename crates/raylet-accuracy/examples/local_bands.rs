@@ -22,7 +22,7 @@ use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::engine::progress::uncancelled;
 use raylet::optics::doe::Layer;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
 use raylet_accuracy::objective::masks::{cubic, random_pixels};

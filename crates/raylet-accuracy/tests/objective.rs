@@ -7,7 +7,7 @@ use raylet::engine::chain::simulate::simulate;
 use raylet::engine::local_bands::carry::carry;
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::optics::doe::Layer;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet_accuracy::objective::ray_integral::{field, polar_nodes};
 use raylet_accuracy::objective::triplet::Triplet;
 

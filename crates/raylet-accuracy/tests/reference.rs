@@ -9,7 +9,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::refraction::{Coating, Interface};
 use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::{Conic, Shape};

@@ -13,6 +13,7 @@ use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
+use raylet::file::model::phase_units::phase_units;
 use raylet::file::model::prescription::{Part, parts};
 use raylet::file::result::document;
 use raylet::file::result::report::{BeamletEntry, LocalBandEntry, PlanEntry, micrometres};
@@ -54,6 +55,9 @@ impl Check {
             text += &plan(&scene, system, &settings, &wait)?;
         }
         drop(wait);
+        for (path, finding) in phase_units(&scene, &scene.arrays) {
+            let _ = writeln!(text, "warning: {path}: {finding}");
+        }
         say(&text)
     }
 }

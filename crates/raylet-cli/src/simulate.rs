@@ -113,7 +113,7 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
         let _ = writeln!(
             text,
             "λ = {wavelength} µm: {} of the light on the sensor{error}",
-            share(&channel.hops, channel.metrics.power),
+            share(&channel.hops),
         );
         for hop in &channel.hops {
             let _ = writeln!(text, "  {}", hop_line(hop));
@@ -149,7 +149,10 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
 }
 
 /// The part of the light behind the first screen that the sensor receives.
-fn share(hops: &[HopEntry], landed: f64) -> String {
+fn share(hops: &[HopEntry]) -> String {
+    let landed = (hops.last())
+        .and_then(|last| last.power.landed)
+        .unwrap_or(0.0);
     match hops.first().and_then(|first| first.power.behind) {
         Some(behind) => format!("{:.2} %", 100.0 * landed / behind),
         None => format!("{landed:.4e} mm²"),

@@ -115,6 +115,7 @@ fn plane_of(system: &System) -> Plane {
     match system.source {
         Source::Plane { direction, .. } => add(direction, 3.0),
         Source::Point { position, .. } => add(position, 1.0),
+        Source::Gaussian(beam) => add(beam.axes[2], 3.0),
     }
     // A smooth phase that turns the light as a whole, such as a grating.
     for screen in &system.screens {

@@ -14,6 +14,7 @@ use raylet::engine::rims::rim_screens::with_rims;
 use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
+use raylet::file::model::phase_units::phase_units;
 use raylet::file::model::prescription::parts as list;
 use raylet::optics::media::catalog;
 use raylet::optics::screen::ScreenKind;
@@ -142,6 +143,8 @@ pub(crate) fn check(
     channel: usize,
 ) -> PyResult<Vec<(String, bool, String)>> {
     let system = scene.system(py, &arrays, channel)?;
+    let units = scene.with_arrays(py, &arrays, |file, arrays| Ok(phase_units(file, arrays)))?;
+    let units = units.into_iter().map(|(path, text)| (path, true, text));
     let file = Arc::clone(&scene.file);
     let work = move |watch: &Watch| {
         let settings = build::settings(&file);
@@ -156,9 +159,8 @@ pub(crate) fn check(
             let names: Vec<&str> = ends.map(|screen| screen.name.as_str()).collect();
             names.join(" to ")
         };
-        Ok(findings
-            .map(|one| (between(one.hop), one.warning, one.text))
-            .collect())
+        let findings = findings.map(|one| (between(one.hop), one.warning, one.text));
+        Ok(findings.chain(units).collect())
     };
     run(py, None, None, work)?.map_err(|failure: Fault| fault(py, &failure))
 }

@@ -258,6 +258,7 @@ fn lit(source: &Source, [x, y, z]: [f64; 3]) -> Source {
             position: given,
             reference,
         },
+        Source::Gaussian(_) => *source,
     }
 }
 

@@ -7,7 +7,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Layer, PixelForm};
 use raylet::optics::frame::Frame;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::Shape;
 use raylet::optics::source::Source;

@@ -10,7 +10,7 @@ use raylet::file::result::report::Channel;
 use raylet::math::erfc::erfc;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Layer;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::refraction::Coating;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::surface::Surface;

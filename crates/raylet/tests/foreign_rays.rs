@@ -12,7 +12,7 @@ use raylet::math::random::uniform;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::bundle::Rays;
 use raylet::optics::doe::{Doe, Layer, PixelForm};
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;

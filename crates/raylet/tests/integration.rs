@@ -3,11 +3,13 @@
 //! One program for all files: it compiles in a fraction of the time of one program each.
 
 mod abandon;
+mod analytic_phases;
 mod astigmatism;
 mod correction;
 mod estimate;
 mod far_away;
 mod foreign_rays;
+mod gaussian_beams;
 mod gradients;
 mod hologram;
 mod interfaces;

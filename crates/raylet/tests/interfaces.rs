@@ -19,7 +19,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer, PixelForm};
 use raylet::optics::frame::Frame;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::refraction::Coating;
 use raylet::optics::screen::{MediumBehind, Screen, ScreenKind};
 use raylet::optics::shape::Shape;

@@ -17,7 +17,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Layer, PixelForm, Pixels};
 use raylet::optics::frame::Frame;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::field_error;

@@ -17,7 +17,7 @@ use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::bundle::Rays;
 use raylet::optics::doe::{Layer, PixelForm};
 use raylet::optics::frame::Frame;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::surface_coordinates::SurfaceCoordinates;

@@ -10,7 +10,7 @@ use raylet::file::scene::scene_file::Scene;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::assembly::system_builder::SystemBuilder;
 use raylet::optics::doe::{Doe, Layer, PixelForm};
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::refraction::Coating;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::shape::Shape;

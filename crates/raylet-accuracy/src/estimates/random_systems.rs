@@ -7,7 +7,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use raylet::optics::frame::Frame;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::refraction::{Coating, Interface};
 use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::{Conic, Shape};

@@ -6,7 +6,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::math::random::uniform;
 use raylet::optics::doe::{Layer, PixelForm, Pixels};
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::zernike::ZernikeSum;
 
 /// 20 waves of x³ + y³ over a radius in mm, by Zernike polynomials: Z7 and Z9 hold y³, Z8 and Z10 x³.

@@ -8,7 +8,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use raylet::optics::freeform::Term;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;

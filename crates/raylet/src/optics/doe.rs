@@ -6,7 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::optics::aperture::Aperture;
-use crate::optics::profile::Profile;
+use crate::optics::phase::profile::Profile;
 use crate::optics::surface_coordinates::SurfaceCoordinates;
 
 /// A thin element that multiplies the field by a complex transmission (or reflection).
@@ -477,7 +477,7 @@ mod tests {
     use crate::fixtures::noise::noise;
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Doe, Layer};
-    use crate::optics::profile::Profile;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface_coordinates::SurfaceCoordinates;
     use ndarray::Array2;

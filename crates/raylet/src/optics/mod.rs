@@ -3,6 +3,7 @@
 //! | file or folder | what it holds |
 //! | --- | --- |
 //! | [`assembly`] | Systems from parts laid one behind another, in code and from scenes |
+//! | [`phase`] | Analytic phases of diffractive elements |
 //! | [`media`] | What light travels in: indices of refraction, the catalogue of glasses |
 //! | [`aperture`] | Clear apertures and the share of a small cell that lies inside them |
 //! | [`bundle`] | Rays of any tracer on a screen, in plain arrays, and the faults that such arrays may have |
@@ -11,12 +12,12 @@
 //! | [`doe`] | Diffractive optical elements: a complex transmission over a plane |
 //! | [`frame`] | Where a part stands: an origin and three orthonormal axes in global coordinates |
 //! | [`freeform`] | Sag terms that are added to a conic, each written once as a formula for z(x, y) |
+//! | [`gaussian_beam`] | Light with a waist, as from a laser or a single-mode fibre |
 //! | [`height`] | The height of a surface over its local plane, with derivatives |
 //! | `intersection` | Where rays meet surfaces without a formula, by Newton's method |
 //! | `moments` | Integrals of polynomials over the part of a cell that an aperture leaves open |
 //! | [`paraxial`] | Paraxial optics of centred trains: ray matrices, focal lengths, principal planes |
 //! | [`polygon`] | Areas inside polygons |
-//! | [`profile`] | Analytic phase profiles of diffractive elements |
 //! | [`ray`] | A ray: a point, a direction, and the optical path behind it |
 //! | [`refraction`] | What an interface does to a direction and to the amplitude of the field |
 //! | [`sag_grid`] | A surface given by heights on a grid, with a smooth spline between them |
@@ -42,13 +43,14 @@ pub(crate) mod deflection;
 pub mod doe;
 pub mod frame;
 pub mod freeform;
+pub mod gaussian_beam;
 pub mod height;
 pub(crate) mod intersection;
 pub mod media;
 pub(crate) mod moments;
 pub mod paraxial;
+pub mod phase;
 pub mod polygon;
-pub mod profile;
 pub mod ray;
 pub mod refraction;
 pub mod sag_grid;

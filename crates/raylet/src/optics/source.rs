@@ -4,6 +4,7 @@ use num_complex::Complex64;
 
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
+use crate::optics::gaussian_beam::GaussianBeam;
 
 /// A coherent source.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,16 +23,19 @@ pub enum Source {
         /// Where the field is one, in mm.
         reference: Vec3,
     },
+    /// A Gaussian beam.
+    Gaussian(GaussianBeam),
 }
+
+/// Plane waves in the spectrum of a Gaussian beam of radius w differ from its axis by up to this over kw: the rest has
+/// 1e-4 of the amplitude of the strongest.
+const TAIL: f64 = 6.0;
 
 impl Source {
     /// Collimated light at these angles in rad, whose sines are its direction cosines along x and y; its phase is zero
     /// at `origin`. Nothing where no direction has such angles.
     pub fn collimated(angle: [f64; 2], origin: Vec3) -> Option<Self> {
-        let [x, y] = angle.map(f64::sin);
-        let under = 1.0 - x * x - y * y;
-        let direction = Vec3::new(x, y, under.sqrt());
-        (under > 0.0).then_some(Source::Plane { direction, origin })
+        direction_at(angle).map(|direction| Source::Plane { direction, origin })
     }
 
     /// Light from a point in mm, global; the field is one at `reference`.
@@ -58,6 +62,7 @@ impl Source {
                 let gap = from_reference.dot(point + *reference + *position * -2.0) / (r + r0);
                 Complex64::from_polar(r0 / r, k * gap)
             }
+            Source::Gaussian(beam) => beam.field(point, k),
         }
     }
 
@@ -69,6 +74,7 @@ impl Source {
                 position,
                 reference,
             } => n * ((point - *position).norm() - (*reference - *position).norm()),
+            Source::Gaussian(beam) => n * beam.path(point),
         }
     }
 
@@ -77,8 +83,31 @@ impl Source {
         match self {
             Source::Plane { direction, .. } => Vec3::constant(*direction),
             Source::Point { position, .. } => (point - Vec3::constant(*position)).unit(),
+            Source::Gaussian(beam) => beam.direction(point),
         }
     }
+
+    /// The radius in mm over which its amplitude falls at a global point, in a medium of wavenumber `k`; infinite for light
+    /// of even amplitude.
+    pub(crate) fn radius_at(&self, point: Vec3, k: f64) -> f64 {
+        match self {
+            Source::Plane { .. } | Source::Point { .. } => f64::INFINITY,
+            Source::Gaussian(beam) => beam.radius_at(point, k),
+        }
+    }
+
+    /// How far the direction cosines of its plane waves differ from its direction at a global point, because its
+    /// amplitude falls there.
+    pub(crate) fn spread_at(&self, point: Vec3, k: f64) -> f64 {
+        TAIL / (k * self.radius_at(point, k))
+    }
+}
+
+/// The direction whose cosines along x and y are the sines of these angles in rad; nothing where there is none.
+pub fn direction_at(angle: [f64; 2]) -> Option<Vec3> {
+    let [x, y] = angle.map(f64::sin);
+    let under = 1.0 - x * x - y * y;
+    (under > 0.0).then(|| Vec3::new(x, y, under.sqrt()))
 }
 
 #[cfg(test)]

@@ -34,6 +34,17 @@ pub struct Hop<'a> {
 }
 
 impl System {
+    /// Power for |U|² = 1 in a medium of this index, relative to the ambient medium.
+    pub(crate) fn power_in(&self, index: f64) -> f64 {
+        index / self.screens.first().map_or(index, |first| first.index)
+    }
+
+    /// The power before the first screen of a hop, behind it and on the second, from ∫|U|² there.
+    pub(crate) fn power_along(&self, hop: &Hop, squares: [f64; 3]) -> [Option<f64>; 3] {
+        let indices = [hop.from.index, hop.from.index_behind(), hop.to.index];
+        std::array::from_fn(|i| Some(squares[i] * self.power_in(indices[i])))
+    }
+
     /// The hops, first to last.
     pub fn hops(&self) -> impl Iterator<Item = Hop<'_>> {
         self.trains

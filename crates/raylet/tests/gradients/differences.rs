@@ -8,7 +8,7 @@ use raylet::engine::plan::settings::{Correction, Settings};
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::math::vec3::Vec3;
 use raylet::optics::doe::Layer;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::system::System;

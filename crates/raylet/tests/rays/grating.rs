@@ -5,7 +5,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
-use raylet::optics::profile::Profile;
+use raylet::optics::phase::profile::Profile;
 use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::source::Source;
 use raylet::optics::system::System;

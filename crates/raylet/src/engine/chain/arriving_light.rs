@@ -29,7 +29,9 @@ pub(crate) fn incidence(system: &System) -> ([f64; 2], [f64; 2]) {
             largest = [largest[0].max(p[0].abs()), largest[1].max(p[1].abs())];
         }
     }
-    (centre, largest)
+    let k = system.wavenumber() * screen.index;
+    let spread = screen.index * system.source.spread_at(screen.frame.origin, k);
+    (centre, largest.map(|p| p + spread))
 }
 
 /// The incident field of the source on a grid of the first screen.

@@ -88,7 +88,8 @@ pub(crate) fn run_local_bands(
         })
     })?;
     check_sound(original, &outcome.field, None)?;
-    let landed = outcome.field.power();
+    let in_sensor = (system.screens.last()).map_or(1.0, |sensor| system.power_in(sensor.index));
+    let landed = outcome.field.power() * in_sensor;
     let hops = outcome.hops.into_iter().enumerate();
     let hops = hops.map(|(number, hop)| report(original, &rimmed, number, hop, landed));
     Ok(Outcome {
@@ -114,7 +115,8 @@ fn report(
     tally.edge = cut.hypot(cut_by_ray(&rimmed.rims, number));
     if last {
         let area = (hop.plan.step * hop.plan.sigma).powi(2);
-        tally.landed = Some(landed / (area * tally.total_energy()));
+        let leaving = rimmed.system.power_in(from.index_behind());
+        tally.landed = Some(landed / (leaving * area * tally.total_energy()));
     }
     HopReport {
         screens: hop.screens,

@@ -22,8 +22,8 @@ pub struct HopReport {
     pub method: HopMethod,
     /// Rays and energy by fate.
     pub tally: Tally,
-    /// ∫|U|² just before the first screen acted (over its samples), just behind it, and on the second
-    /// screen, in mm² for unit amplitude; nothing where no whole field is known.
+    /// ∫(n/n₀)|U|² just before the first screen acted (over its samples), just behind it, and on the second
+    /// screen, in mm² for unit amplitude, with the index n of the medium there and n₀ of the ambient one; nothing where no whole field is known.
     pub power: [Option<f64>; 3],
     /// Samples of the field on the first screen, [ny, nx]; nothing for local bands.
     pub samples: Option<[usize; 2]>,

@@ -334,7 +334,7 @@ impl HopByHop<'_> {
             approach: route.approach(),
             neglects: brought.neglects,
             samples: field.grid.shape(),
-            power: [before, field.power(), landed].map(Some),
+            power: (self.system).power_along(hop, [before, field.power(), landed]),
             work: brought.work,
             unresolved: 0,
             seconds: clock.elapsed().as_secs_f64(),
@@ -465,12 +465,16 @@ fn refraction(system: &System, progress: &Listener) -> Result<Reference, Referen
         ..
     } = eikonal::carry(system)?;
     report(1.0)?;
+    let in_sensor = system
+        .screens
+        .last()
+        .map_or(1.0, |sensor| system.power_in(sensor.index));
     let step = ReferenceStep {
         screens,
         approach: Approach::Refraction,
         neglects: "diffraction",
         samples: [0, 0],
-        power: [None, None, Some(field.power())],
+        power: [None, None, Some(field.power() * in_sensor)],
         work: rays as f64,
         unresolved,
         seconds: clock.elapsed().as_secs_f64(),

@@ -70,7 +70,7 @@ pub(crate) fn run_whole_fields(
             screens: [hop.from.name.clone(), hop.to.name.clone()],
             method: HopMethod::WholeField(plan),
             tally,
-            power: [before, field.power(), levels.power()].map(Some),
+            power: system.power_along(&hop, [before, field.power(), levels.power()]),
             samples: Some(field.grid.shape()),
             seconds: clock.elapsed().as_secs_f64(),
         });

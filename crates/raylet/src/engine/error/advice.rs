@@ -1,6 +1,7 @@
 //! Warnings and hints that follow from the plans, before a run.
 
 use crate::engine::chain::arriving_light::{chief, incidence};
+use crate::engine::error::part_advice::{crossing, evanescent, in_glass};
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
@@ -50,6 +51,9 @@ pub fn advice(system: &System, methods: &[HopMethod], settings: &Settings) -> Ve
                 text,
             }));
         };
+        say(true, crossing(&hop));
+        say(true, evanescent(&hop, &smooth_rays(&hop, &rays)));
+        say(true, in_glass(&hop, system.screens[0].index));
         say(true, uncovered(&hop));
         say(true, clipping(&light));
         say(true, aliasing(&hop, &light));
@@ -213,6 +217,21 @@ fn leaving(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Vec<[f64; 2]> {
         |i: usize, a: usize| p[a] + reach[a] * (2.0 * i as f64 / (DIRECTIONS - 1) as f64 - 1.0);
     (0..DIRECTIONS * DIRECTIONS)
         .map(|n| [place(n % DIRECTIONS, 0), place(n / DIRECTIONS, 1)])
+        .collect()
+}
+
+/// The rays that leave a smooth element, as places and directions; none behind pixels and stops.
+fn smooth_rays(hop: &Hop, rays: &[ScreenRay]) -> Vec<([f64; 2], [f64; 2])> {
+    let ScreenKind::Doe(doe) = &hop.from.kind else {
+        return Vec::new();
+    };
+    let open = (rays.iter()).filter(|ray| doe.aperture.contains(ray.at[0], ray.at[1]));
+    let smooth = open.filter(|ray| doe.phase_gradient(ray.at[0], ray.at[1]).is_some());
+    smooth
+        .flat_map(|ray| {
+            let directions = leaving(hop, ray.at, ray.cosines);
+            directions.into_iter().map(|p| (ray.at, p))
+        })
         .collect()
 }
 

@@ -85,7 +85,8 @@ fn dark_sensor(outcome: &Outcome) -> Option<String> {
 /// That the pixels sum to more light than left the first screen.
 fn excess_light(outcome: &Outcome, expected: Option<f64>) -> Option<String> {
     let [_, behind, _] = outcome.hops.first()?.power;
-    let share = outcome.field.power() / behind?;
+    let [_, _, landed] = outcome.hops.last()?.power;
+    let share = landed? / behind?;
     let allowed = 1.0 + SUM.max(2.0 * expected.unwrap_or(0.0));
     (share > allowed).then(|| {
         let percent = 100.0 * share;

@@ -396,7 +396,7 @@ mod tests {
     use crate::fixtures::parts::{conic, element, face, on_axis, plane_wave, screen, sensor};
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
-    use crate::optics::profile::Profile;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::screen::ScreenKind;
     use crate::optics::surface::Surface;
     use crate::optics::system::System;

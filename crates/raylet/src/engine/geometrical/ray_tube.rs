@@ -262,7 +262,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
-    use crate::optics::profile::Profile;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::refraction::{Coating, Interface};
     use crate::optics::screen::{Screen, ScreenKind};
     use crate::optics::shape::{Conic, Shape};

@@ -230,7 +230,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
-    use crate::optics::profile::Profile;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::ray::Loss;
     use crate::optics::screen::ScreenKind;
 

@@ -289,7 +289,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Layer, PixelForm};
     use crate::optics::frame::Frame;
-    use crate::optics::profile::Profile;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::refraction::Coating;
     use crate::optics::screen::{MediumBehind, Screen, ScreenKind};
     use crate::optics::system::System;

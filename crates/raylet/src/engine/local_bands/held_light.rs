@@ -142,7 +142,7 @@ impl<'a> ArrivingLight<'a> {
         let [x0, x1, y0, y1] = block.centres;
         let middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
         match self {
-            Self::Source(source, screen, _) => {
+            Self::Source(source, screen, k) => {
                 let carrier = source_carrier(source, screen, middle);
                 let corner = |x: f64, y: f64| {
                     let exact = source_carrier(source, screen, [x, y]).p;
@@ -155,7 +155,9 @@ impl<'a> ArrivingLight<'a> {
                     corner(x1, y0),
                     corner(x1, y1),
                 ];
-                let spread = [0, 1].map(|a| corners.iter().fold(0.0f64, |m, c| m.max(c[a])));
+                let fading = source.spread_at(screen.frame.origin, k * screen.index) * screen.index;
+                let widest = |a: usize| corners.iter().fold(0.0f64, |m, c| m.max(c[a]));
+                let spread = [0, 1].map(|a| widest(a) + fading);
                 Some(TileLight {
                     light: *self,
                     selected: Vec::new(),

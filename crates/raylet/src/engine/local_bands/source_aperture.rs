@@ -4,13 +4,14 @@ use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::SourceAperture;
 use crate::engine::local_bands::source_light::source_carrier;
 use crate::optics::screen::{Screen, ScreenKind};
+use crate::optics::source::Source;
 use crate::optics::system::System;
 
 /// Light that lands this far outside the next screen's aperture matters still, as a share of the aperture's width.
 const BESIDE: f64 = 0.1;
 
-/// What the aperture of the first screen does: it is soft where that is a stop and the light at its rim is lost, or lands
-/// far outside the aperture of the next screen.
+/// What the aperture of the first screen does: it is soft where that is a stop, the amplitude of the light is even, and the light
+/// at its rim is lost or lands far outside the aperture of the next screen.
 ///
 /// # Errors
 /// When the system has no screen.
@@ -19,6 +20,9 @@ pub(crate) fn source_aperture(system: &System) -> Result<SourceAperture, LocalBa
     let (ScreenKind::Stop(aperture), Some(hop)) = (&first.kind, system.hops().next()) else {
         return Ok(SourceAperture::Hard);
     };
+    if let Source::Gaussian(_) = system.source {
+        return Ok(SourceAperture::Hard);
+    }
     let matters = |at: &[f64; 2]| {
         let carrier = source_carrier(&system.source, first, *at);
         let landing = hop.trace_along(*at, carrier.p, &mut ());

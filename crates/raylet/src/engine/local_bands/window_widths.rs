@@ -26,6 +26,9 @@ const WIDTHS: std::ops::Range<i32> = 8..64;
 /// A window is at most this share of the size of its screen.
 const LARGEST: f64 = 0.08;
 
+/// A window is at most this share of the radius over which the light of the source falls.
+const OF_RADIUS: f64 = 0.5;
+
 /// Share of the target error that aberration may have in one hop.
 const SHARE: f64 = 0.25;
 
@@ -51,7 +54,11 @@ pub(crate) fn window_widths(
         let smooth = is_smooth(number, aperture);
         let lattice = if smooth { 0.0 } else { left_by_lattice(step) };
         let left = |sigma: f64| aberration_left(&hop, sampled, sigma, smooth, lattice);
-        widest(&hop, |sigma| left(sigma) <= SHARE * error)
+        let limit = match number {
+            0 => OF_RADIUS * source_radius(system, &hop),
+            _ => f64::INFINITY,
+        };
+        widest(&hop, limit, |sigma| left(sigma) <= SHARE * error)
     });
     Ok(widths.collect())
 }
@@ -181,10 +188,16 @@ fn aberration_left(hop: &Hop, sampled: &[Carrier], sigma: f64, smooth: bool, lat
     (sampled.iter().map(square).sum::<f64>() / sampled.len() as f64).sqrt()
 }
 
-/// The largest width that fits and is small against the screen.
-fn widest(hop: &Hop, fits: impl Fn(f64) -> bool) -> f64 {
-    let size = hop.from.bounds().map_or(f64::INFINITY, |[x0, x1, y0, y1]| {
-        LARGEST * (x1 - x0).max(y1 - y0)
+/// The radius over which the light of the source falls on the first screen; infinite where its amplitude is even.
+fn source_radius(system: &System, hop: &Hop) -> f64 {
+    let k = hop.wavenumber() * hop.from.index;
+    system.source.radius_at(hop.from.frame.origin, k)
+}
+
+/// The largest width that fits, is small against the screen and at most `limit`.
+fn widest(hop: &Hop, limit: f64, fits: impl Fn(f64) -> bool) -> f64 {
+    let size = hop.from.bounds().map_or(limit, |[x0, x1, y0, y1]| {
+        limit.min(LARGEST * (x1 - x0).max(y1 - y0))
     });
     let width = |power: i32| hop.wavelength * 2f64.powf(0.25 * f64::from(power));
     let mut all = WIDTHS.rev().map(width);

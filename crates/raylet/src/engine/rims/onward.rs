@@ -103,7 +103,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
-    use crate::optics::profile::Profile;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::screen::ScreenKind;
 
     /// A lens of 20 mm focal length and a sensor of 0.1 mm at its focus: what arrives along the axis goes on.

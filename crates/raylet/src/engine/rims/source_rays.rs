@@ -46,13 +46,16 @@ pub(crate) fn source_rays(system: &System) -> Vec<SourceRay> {
     lit.map(|at| {
         let z = screen.height(at).map_or(0.0, |here| here.z);
         let here = screen.frame.to_global(Vec3::new(at[0], at[1], z));
+        let field = system
+            .source
+            .field(here, system.wavenumber() * screen.index);
         let d = screen
             .frame
             .direction_to_local(system.source.direction(here));
         SourceRay {
             at,
             p: [d.x * screen.index, d.y * screen.index],
-            energy: 1.0,
+            energy: field.norm_sqr(),
         }
     })
     .collect()

@@ -5,7 +5,7 @@
 /// Declares a table of a scene file: the keys of some groups, then its own.
 ///
 /// Groups are `place` (name, tilt, shift), `way` (the distance to what follows), `curve` (the shape of a
-/// surface) and `rim` (its clear aperture).
+/// surface), `rim` (its clear aperture) and `axes` (where the own axes of a phase stand).
 macro_rules! table {
     (
         $(#[$meta:meta])*
@@ -67,6 +67,17 @@ macro_rules! table {
             pub aperture: Option<crate::file::scene::aperture::Aperture>,
         ]);
     };
+    (@fields [axes $($more:ident)*] $name:ident $meta:tt $own:tt [$($fields:tt)*]) => {
+        table!(@fields [$($more)*] $name $meta $own [
+            $($fields)*
+            /// Where the centre of the phase stands on the element, in millimetres.
+            #[serde(default)]
+            pub centre_mm: [f64; 2],
+            /// By how much the phase is turned about its centre, in degrees from x towards y.
+            #[serde(default)]
+            pub rotation_deg: f64,
+        ]);
+    };
     (@fields [] $name:ident [$($meta:tt)*] [$($own:tt)*] [$($fields:tt)*]) => {
         $($meta)*
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -74,6 +85,17 @@ macro_rules! table {
         pub struct $name {
             $($fields)*
             $($own)*
+        }
+    };
+    (@methods axes $name:ident) => {
+        impl $name {
+            /// Where its own axes stand.
+            pub(crate) fn placement(&self) -> crate::optics::phase::placement::Placement {
+                crate::optics::phase::placement::Placement {
+                    centre: self.centre_mm,
+                    rotation: self.rotation_deg.to_radians(),
+                }
+            }
         }
     };
     (@methods place $name:ident) => {};

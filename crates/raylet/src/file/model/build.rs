@@ -17,13 +17,15 @@ use crate::math::vec3::Vec3;
 use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
 use crate::optics::doe::{Doe, Lattice, Layer, PixelForm, Pixels, lattices};
 use crate::optics::frame::Frame;
+use crate::optics::gaussian_beam::GaussianBeam;
 use crate::optics::media::catalog;
 use crate::optics::media::medium::{Medium, MediumError};
-use crate::optics::profile::Profile;
+use crate::optics::phase::profile::Profile;
+use crate::optics::phase::two_point::{RecordedWave, TwoPoint};
 use crate::optics::refraction::Coating;
 use crate::optics::screen::{MediumBehind, ScreenKind, Sensor};
 use crate::optics::shape::Shape;
-use crate::optics::source::Source;
+use crate::optics::source::{Source, direction_at};
 use crate::optics::surface_coordinates::SurfaceCoordinates;
 use crate::optics::system::System;
 use crate::optics::zernike::ZernikeSum;
@@ -55,6 +57,7 @@ pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<Sys
         ambient,
         axis: AxisLayout::new(around, beam_radius(scene)),
         behind: around,
+        leaves: 1.0,
     };
     for (number, element) in scene.element.iter().enumerate() {
         layout.place(number, element)?;
@@ -109,6 +112,7 @@ fn beam_radius(scene: &Scene) -> Option<f64> {
     match &scene.source {
         Illumination::Plane(plane) => plane.beam_radius_mm,
         Illumination::Point(point) => point.beam_radius_mm,
+        Illumination::Gaussian(beam) => beam.beam_radius_mm,
     }
 }
 
@@ -121,6 +125,8 @@ struct Layout<'a, 'l> {
     axis: AxisLayout,
     /// Index of the medium behind the element that is laid.
     behind: f64,
+    /// +1 where light leaves the element that is laid towards its +z, else −1.
+    leaves: f64,
 }
 
 impl Layout<'_, '_> {
@@ -136,6 +142,7 @@ impl Layout<'_, '_> {
                 let shape = self.shape(&doe.surface_shape(), &path)?;
                 let behind = self.behind(doe, &path)?;
                 self.behind = behind.map_or(self.axis.index(), |behind| behind.index);
+                self.leaves = self.axis.towards() * if doe.reflect { -1.0 } else { 1.0 };
                 let kind = ScreenKind::Doe(self.doe(doe, &shape, &path)?);
                 self.check_beam(&path)?;
                 self.axis.screen(name, frame, shape, kind);
@@ -264,16 +271,36 @@ impl Layout<'_, '_> {
         let origin = self.axis.origin();
         match &self.scene.source {
             Illumination::Plane(plane) => {
-                let angle = plane.angle_deg.map(f64::to_radians);
-                Source::collimated(angle, origin).ok_or_else(|| {
-                    let [x, y] = angle.map(f64::sin);
-                    let found = format!("direction cosines {x:.3} and {y:.3}");
-                    let expected = "angles whose sines' squares add up to less than one";
-                    self.scene.fault("source.angle_deg", found, expected)
-                })
+                let direction = self.direction(plane.angle_deg)?;
+                Ok(Source::Plane { direction, origin })
             }
             Illumination::Point(point) => Ok(Source::point(point.position_mm, origin)),
+            Illumination::Gaussian(beam) => {
+                let [x, y, z] = beam.waist_mm;
+                let around = index(self.scene, &self.ambient, self.wavelength, "ambient")?;
+                Ok(Source::Gaussian(GaussianBeam::new(
+                    Vec3::new(x, y, z),
+                    self.direction(beam.angle_deg)?,
+                    beam.waist_radius_um.map(|radius| radius * UM),
+                    beam.rotation_deg.to_radians(),
+                    std::f64::consts::TAU * around / self.wavelength,
+                )))
+            }
         }
+    }
+
+    /// The direction of light at these angles of the source in degrees.
+    ///
+    /// # Errors
+    /// Angles that no direction has.
+    fn direction(&self, angle_deg: [f64; 2]) -> Result<Vec3, Fault> {
+        let angle = angle_deg.map(f64::to_radians);
+        direction_at(angle).ok_or_else(|| {
+            let [x, y] = angle.map(f64::sin);
+            let found = format!("direction cosines {x:.3} and {y:.3}");
+            let expected = "angles whose sines' squares add up to less than one";
+            self.scene.fault("source.angle_deg", found, expected)
+        })
     }
 
     /// The medium behind an element on an interface.
@@ -390,8 +417,17 @@ impl Layout<'_, '_> {
                 }
                 Layer::Sum(terms)
             }
-            _ => Layer::Phase(self.profile(layer)),
+            _ => Layer::Phase(self.placed_profile(layer)),
         })
+    }
+
+    /// The analytic phase of a layer where its own axes stand.
+    fn placed_profile(&self, layer: &layer::Layer) -> Profile {
+        let own = self.profile(layer);
+        match layer.placement() {
+            Some(placement) => own.placed(placement),
+            None => own,
+        }
     }
 
     /// The analytic phase of a layer that is one; zero for the others.
@@ -407,9 +443,7 @@ impl Layout<'_, '_> {
                 }
             }
             layer::Layer::Lens(lens) => {
-                let first = self.scene.wavelength_um.first().copied();
-                let made_for = lens.wavelength_um.or(first);
-                let made_for = made_for.map_or(self.wavelength, |um| um * UM);
+                let made_for = self.made_for(lens.wavelength_um);
                 Profile::Lens {
                     focal_length: lens.focal_length_mm,
                     wavenumber: std::f64::consts::TAU * self.behind / made_for,
@@ -429,10 +463,43 @@ impl Layout<'_, '_> {
                 zernike.norm_radius_mm,
                 zernike.coefficients.clone(),
             )),
+            layer::Layer::Polynomial(sum) => Profile::Polynomial {
+                radius: sum.norm_radius_mm,
+                terms: (sum.terms.iter())
+                    .map(|term| ([term.x, term.y], term.coefficient))
+                    .collect(),
+            },
+            layer::Layer::TwoPoint(hologram) => Profile::TwoPoint(self.two_point(hologram)),
             layer::Layer::Pixels(_) | layer::Layer::Height(_) | layer::Layer::Sum(_) => {
                 Profile::Linear { gradient: [0.0; 2] }
             }
         }
+    }
+
+    /// The phase of a hologram of two points.
+    fn two_point(&self, hologram: &layer::TwoPointLayer) -> TwoPoint {
+        let made_for = self.made_for(hologram.wavelength_um);
+        // The light comes from where its way leads backwards, and goes to where it leads.
+        let wave = |wave: &layer::RecordedWave, heading: f64| match wave.point_mm {
+            Some(at) => RecordedWave::Point {
+                at,
+                converges: at[2] * heading > 0.0,
+            },
+            None => RecordedWave::Collimated(wave.angle_deg.map(|angle| angle.to_radians().sin())),
+        };
+        TwoPoint {
+            object: wave(&hologram.object, self.leaves),
+            reference: wave(&hologram.reference, self.axis.towards()),
+            wavenumbers: [self.behind, self.axis.index()]
+                .map(|index| std::f64::consts::TAU * index / made_for),
+            order: f64::from(hologram.order),
+        }
+    }
+
+    /// The wavelength in mm for which a layer is made: its own, or else the scene's first.
+    fn made_for(&self, own_um: Option<f64>) -> f64 {
+        let first = self.scene.wavelength_um.first().copied();
+        own_um.or(first).map_or(self.wavelength, |um| um * UM)
     }
 }
 

@@ -63,15 +63,20 @@ fn lit_by(scene: &Scene, view: &View, number: usize) -> Result<Scene, Fault> {
                 plane.angle_deg = angle;
             }
         }
+        (Illumination::Gaussian(_), Some(angle), None) => {
+            if let Illumination::Gaussian(beam) = &mut scene.source {
+                beam.angle_deg = angle;
+            }
+        }
         (Illumination::Point(_), None, Some(position)) if position[2] <= -LEAST => {
             if let Illumination::Point(point) = &mut scene.source {
                 point.position_mm = position;
             }
         }
-        (Illumination::Plane(_), ..) => {
+        (Illumination::Plane(_) | Illumination::Gaussian(_), ..) => {
             return refuse(
                 "a field of another kind of light",
-                "angle_deg for a plane source",
+                "angle_deg for a plane source or a Gaussian beam",
             );
         }
         (Illumination::Point(_), ..) => {

@@ -5,6 +5,7 @@
 //! | `build` | From a scene to the optical system it describes, one wavelength at a time |
 //! | `prescription` | The parts of a system in the order light meets them, with the names the scene gives them |
 //! | `scene_arrays` | All the arrays that the layers of a scene name, and the transmissions they make |
+//! | `phase_units` | Warnings about phases in degrees or grey levels |
 //! | `hologram` | The hologram of a scene |
 //! | `pixel_part` | The elements whose pixels a scene designs |
 //! | `project` | The design of a scene: losses, what is free, the start, the outputs |
@@ -19,6 +20,7 @@ pub mod error_location;
 pub mod hologram;
 #[cfg(test)]
 mod magnitude_test;
+pub mod phase_units;
 pub mod pixel_part;
 pub mod prescription;
 pub mod project;

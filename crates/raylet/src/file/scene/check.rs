@@ -1,13 +1,14 @@
 //! Faults of a scene that no single value shows: parts that do not fit together.
 
 use crate::file::decode::fault::Fault;
+use crate::file::decode::number::LEAST;
 use crate::file::decode::origin::Origin;
 use crate::file::decode::place::Place;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::aperture::Rim;
 use crate::file::scene::element::{Element, LensElement, LensSurface};
-use crate::file::scene::layer::{Layer, PixelLayer, SumLayer};
-use crate::file::scene::surface_shape::{SurfaceShape, check_extent};
+use crate::file::scene::layer::{Layer, PixelLayer, PolynomialLayer, RecordedWave, SumLayer};
+use crate::file::scene::surface_shape::{HIGHEST_POWER, SurfaceShape, check_extent};
 use crate::optics::assembly::part_check::expected_heading;
 
 /// How many radii, in how many directions, are looked at where two surfaces of a lens might cross.
@@ -265,8 +266,44 @@ fn check_layers(layers: &[Layer], place: &Place<'_>) -> Result<(), Fault> {
         match layer {
             Layer::Pixels(pixels) => check_pixels(pixels, &place)?,
             Layer::Sum(sum) => check_sum(sum, &place)?,
+            Layer::Polynomial(sum) => check_powers(sum, &place)?,
+            Layer::TwoPoint(hologram) => {
+                check_wave(&hologram.object, &place.inner(".object"))?;
+                check_wave(&hologram.reference, &place.inner(".reference"))?;
+            }
             _ => {}
         }
+    }
+    Ok(())
+}
+
+/// Powers of a phase are limited as those of surfaces are.
+fn check_powers(sum: &PolynomialLayer, place: &Place<'_>) -> Result<(), Fault> {
+    for (i, term) in sum.terms.iter().enumerate() {
+        for (key, power) in [("x", term.x), ("y", term.y)] {
+            if power > HIGHEST_POWER {
+                let place = place.inner(&format!(".terms[{i}].{key}"));
+                return place.refuse(power.to_string(), format!("at most {HIGHEST_POWER}"));
+            }
+        }
+    }
+    Ok(())
+}
+
+/// A wave of a hologram is collimated, or that of a point beside the element.
+fn check_wave(wave: &RecordedWave, place: &Place<'_>) -> Result<(), Fault> {
+    let Some([_, _, z]) = wave.point_mm else {
+        return Ok(());
+    };
+    if wave.angle_deg != [0.0; 2] {
+        return place.inner(".angle_deg").refuse(
+            "a direction beside a point",
+            "either the point or the direction",
+        );
+    }
+    if z.abs() < LEAST {
+        let expected = "at least 1e-12 in size: the point lies before or behind the element";
+        return place.inner(".point_mm[2]").refuse(z.to_string(), expected);
     }
     Ok(())
 }

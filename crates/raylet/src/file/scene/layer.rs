@@ -10,9 +10,11 @@ use crate::file::decode::number::{
     acute, count, not_empty, not_zero, one_or_pair_schema, pitch, positive, wavelength,
     whole_or_part, width,
 };
+use crate::file::decode::shared_keys::table;
 use crate::file::decode::tagged::tagged;
 use crate::file::scene::material::Material;
 use crate::optics::doe::PixelForm;
+use crate::optics::phase::placement::Placement;
 
 tagged! {
     /// One factor of a diffractive element's complex transmission. Layers of an element multiply, so
@@ -34,6 +36,10 @@ tagged! {
         Radial(RadialLayer) = "radial",
         /// Zernike polynomials.
         Zernike(ZernikeLayer) = "zernike",
+        /// Products of powers of x and y.
+        Polynomial(PolynomialLayer) = "xy",
+        /// A hologram that turns the wave of a reference into that of an object.
+        TwoPoint(TwoPointLayer) = "two_point",
         /// A sum of transmissions, each a product of layers.
         Sum(SumLayer) = "sum",
     }
@@ -46,6 +52,21 @@ impl Layer {
             Layer::Height(_) => true,
             Layer::Sum(sum) => sum.terms.iter().flatten().any(Layer::has_heights),
             _ => false,
+        }
+    }
+
+    /// Where the own axes of an analytic phase stand; nothing for other layers.
+    pub(crate) fn placement(&self) -> Option<Placement> {
+        match self {
+            Layer::Grating(layer) => Some(layer.placement()),
+            Layer::Lens(layer) => Some(layer.placement()),
+            Layer::Axicon(layer) => Some(layer.placement()),
+            Layer::Vortex(layer) => Some(layer.placement()),
+            Layer::Radial(layer) => Some(layer.placement()),
+            Layer::Zernike(layer) => Some(layer.placement()),
+            Layer::Polynomial(layer) => Some(layer.placement()),
+            Layer::TwoPoint(layer) => Some(layer.placement()),
+            Layer::Pixels(_) | Layer::Height(_) | Layer::Sum(_) => None,
         }
     }
 }
@@ -126,79 +147,138 @@ pub struct HeightLayer {
     pub pixel: PixelForm,
 }
 
-/// One order of a blazed grating: optical direction cosines grow by order · wavelength / period.
+table! {
+    /// One order of a blazed grating: optical direction cosines grow by order · wavelength / period.
+    pub struct GratingLayer with [axes] {
+        /// Period in micrometres.
+        #[serde(deserialize_with = "width")]
+        #[schemars(extend("minimum" = 1e-6, "maximum" = 1e9))]
+        pub period_um: f64,
+        /// Direction towards which the first order turns, in degrees from x towards y.
+        #[serde(default)]
+        pub direction_deg: f64,
+        /// Diffraction order.
+        #[serde(default = "first")]
+        pub order: i32,
+    }
+}
+
+table! {
+    /// An ideal diffractive lens.
+    pub struct FocusLayer with [axes] {
+        /// Focal length in millimetres in the medium behind the element, at the design wavelength; negative diverges.
+        #[serde(deserialize_with = "not_zero")]
+        pub focal_length_mm: f64,
+        /// Design wavelength in micrometres; the scene's first wavelength without it.
+        #[serde(default, deserialize_with = "wavelength")]
+        #[schemars(extend("minimum" = 0.01, "maximum" = 100))]
+        pub wavelength_um: Option<f64>,
+    }
+}
+
+table! {
+    /// A conical phase.
+    pub struct AxiconLayer with [axes] {
+        /// Angle in degrees by which collimated light is turned towards the axis; negative turns away.
+        #[serde(deserialize_with = "acute")]
+        #[schemars(extend("exclusiveMinimum" = -90, "exclusiveMaximum" = 90))]
+        pub angle_deg: f64,
+    }
+}
+
+table! {
+    /// A spiral phase, charge times the angle about the axis.
+    pub struct VortexLayer with [axes] {
+        /// Topological charge: turns of 2π in one round.
+        pub charge: i32,
+    }
+}
+
+table! {
+    /// Phase Σ aᵢ (r/ρ)^{2i} with i from 1.
+    pub struct RadialLayer with [axes] {
+        /// Radius ρ in millimetres at which every power is one.
+        #[serde(deserialize_with = "positive")]
+        #[schemars(extend("minimum" = 1e-12))]
+        pub norm_radius_mm: f64,
+        /// Coefficients in radians of (r/ρ)², (r/ρ)⁴, …
+        #[serde(deserialize_with = "not_empty")]
+        #[schemars(extend("minItems" = 1))]
+        pub coefficients: Vec<f64>,
+    }
+}
+
+table! {
+    /// Phase Σ aⱼ Zⱼ(x/ρ, y/ρ) in Noll's order and normalisation.
+    pub struct ZernikeLayer with [axes] {
+        /// Radius ρ in millimetres of the unit circle.
+        #[serde(deserialize_with = "positive")]
+        #[schemars(extend("minimum" = 1e-12))]
+        pub norm_radius_mm: f64,
+        /// Coefficients in radians of Noll's Z₁ (piston), Z₂ (tilt in x), Z₃ (tilt in y), Z₄ (defocus), …
+        #[serde(deserialize_with = "not_empty")]
+        #[schemars(extend("minItems" = 1))]
+        pub coefficients: Vec<f64>,
+    }
+}
+
+table! {
+    /// Phase Σ a (x/ρ)ⁱ (y/ρ)ʲ.
+    pub struct PolynomialLayer with [axes] {
+        /// Length ρ in millimetres at which every power is one.
+        #[serde(deserialize_with = "positive")]
+        #[schemars(extend("minimum" = 1e-12))]
+        pub norm_radius_mm: f64,
+        /// The terms.
+        #[serde(deserialize_with = "not_empty")]
+        #[schemars(extend("minItems" = 1))]
+        pub terms: Vec<PhaseTerm>,
+    }
+}
+
+/// One product of powers of x and y.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct GratingLayer {
-    /// Period in micrometres.
-    #[serde(deserialize_with = "width")]
-    #[schemars(extend("minimum" = 1e-6, "maximum" = 1e9))]
-    pub period_um: f64,
-    /// Direction towards which the first order turns, in degrees from x towards y.
+pub struct PhaseTerm {
+    /// Power of x/ρ, up to 40.
     #[serde(default)]
-    pub direction_deg: f64,
-    /// Diffraction order.
-    #[serde(default = "first")]
-    pub order: i32,
+    pub x: u32,
+    /// Power of y/ρ, up to 40.
+    #[serde(default)]
+    pub y: u32,
+    /// Coefficient in radians.
+    pub coefficient: f64,
 }
 
-/// An ideal diffractive lens.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct FocusLayer {
-    /// Focal length in millimetres in the medium behind the element, at the design wavelength; negative diverges.
-    #[serde(deserialize_with = "not_zero")]
-    pub focal_length_mm: f64,
-    /// Design wavelength in micrometres; the scene's first wavelength without it.
-    #[serde(default, deserialize_with = "wavelength")]
-    #[schemars(extend("minimum" = 0.01, "maximum" = 100))]
-    pub wavelength_um: Option<f64>,
+table! {
+    /// A hologram of two points: phase k (path of the object's wave − path of the reference's), zero at its centre.
+    pub struct TwoPointLayer with [axes] {
+        /// The wave that leaves the element.
+        pub object: RecordedWave,
+        /// The wave that lights the element; without it collimated light along the axis.
+        #[serde(default)]
+        pub reference: RecordedWave,
+        /// Wavelength of the construction in micrometres; the scene's first wavelength without it.
+        #[serde(default, deserialize_with = "wavelength")]
+        #[schemars(extend("minimum" = 0.01, "maximum" = 100))]
+        pub wavelength_um: Option<f64>,
+        /// Diffraction order.
+        #[serde(default = "first")]
+        pub order: i32,
+    }
 }
 
-/// A conical phase.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+/// A wave of a hologram: collimated light, or that of a point.
+#[derive(Clone, Debug, Default, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
-pub struct AxiconLayer {
-    /// Angle in degrees by which collimated light is turned towards the axis; negative turns away.
-    #[serde(deserialize_with = "acute")]
-    #[schemars(extend("exclusiveMinimum" = -90, "exclusiveMaximum" = 90))]
-    pub angle_deg: f64,
-}
-
-/// A spiral phase, charge times the angle about the axis.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct VortexLayer {
-    /// Topological charge: turns of 2π in one round.
-    pub charge: i32,
-}
-
-/// Phase Σ aᵢ (r/ρ)^{2i} with i from 1.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct RadialLayer {
-    /// Radius ρ in millimetres at which every power is one.
-    #[serde(deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1e-12))]
-    pub norm_radius_mm: f64,
-    /// Coefficients in radians of (r/ρ)², (r/ρ)⁴, …
-    #[serde(deserialize_with = "not_empty")]
-    #[schemars(extend("minItems" = 1))]
-    pub coefficients: Vec<f64>,
-}
-
-/// Phase Σ aⱼ Zⱼ(x/ρ, y/ρ) in Noll's order and normalisation.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct ZernikeLayer {
-    /// Radius ρ in millimetres of the unit circle.
-    #[serde(deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1e-12))]
-    pub norm_radius_mm: f64,
-    /// Coefficients in radians of Noll's Z₁ (piston), Z₂ (tilt in x), Z₃ (tilt in y), Z₄ (defocus), …
-    #[serde(deserialize_with = "not_empty")]
-    #[schemars(extend("minItems" = 1))]
-    pub coefficients: Vec<f64>,
+pub struct RecordedWave {
+    /// The point [x, y, z] in millimetres on the element's own axes, z not zero. Light comes from a point on the side it
+    /// comes from, and runs to a point on the side to which it goes.
+    #[serde(default)]
+    pub point_mm: Option<[f64; 3]>,
+    /// Direction [ax, ay] of collimated light in degrees: its direction cosines along x and y are sin ax and sin ay.
+    #[serde(default, deserialize_with = "acute")]
+    pub angle_deg: [f64; 2],
 }
 
 /// A sum of complex transmissions, each the product of the layers of one term.

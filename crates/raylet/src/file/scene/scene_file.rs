@@ -9,7 +9,9 @@ use serde::{Deserialize, Serialize};
 use crate::file::arrays::array::BorrowedArray;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::from_tree::{decode, parse};
-use crate::file::decode::number::{LEAST, acute, one_or_list_schema, positive, wavelengths};
+use crate::file::decode::number::{
+    LEAST, acute, one_or_list_schema, one_or_pair_schema, pitch, positive, wavelengths,
+};
 use crate::file::decode::origin::Origin;
 use crate::file::decode::quantity::bound;
 use crate::file::decode::tagged::tagged;
@@ -76,6 +78,8 @@ tagged! {
         Plane(PlaneIllumination) = "plane",
         /// A spherical wave from a point.
         Point(PointIllumination) = "point",
+        /// A Gaussian beam, as of a laser or a single-mode fibre.
+        Gaussian(GaussianIllumination) = "gaussian",
     }
 }
 
@@ -99,6 +103,31 @@ pub struct PointIllumination {
     /// The luminous point [x, y, z] in millimetres from the first element's vertex; z below zero.
     pub position_mm: [f64; 3],
     /// Radius in millimetres of a hard-edged beam on the first element.
+    #[serde(default, deserialize_with = "positive")]
+    #[schemars(extend("minimum" = 1e-12))]
+    pub beam_radius_mm: Option<f64>,
+}
+
+/// A paraxial Gaussian beam, of unit amplitude and phase zero at the centre of its waist. That of a single-mode fibre has
+/// half its mode field diameter as the radius of the waist, at the end of the fibre.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct GaussianIllumination {
+    /// Radius of the waist in micrometres, where the intensity is 1/e² of that in the middle: one number, or one along each
+    /// of its axes.
+    #[serde(deserialize_with = "pitch")]
+    #[schemars(schema_with = "one_or_pair_schema")]
+    pub waist_radius_um: [f64; 2],
+    /// Centre of the waist [x, y, z] in millimetres from the first element's vertex.
+    #[serde(default)]
+    pub waist_mm: [f64; 3],
+    /// Direction [ax, ay] in degrees: its direction cosines along x and y are sin ax and sin ay.
+    #[serde(default, deserialize_with = "acute")]
+    pub angle_deg: [f64; 2],
+    /// Angle of the first axis of the waist in degrees, from x towards y.
+    #[serde(default)]
+    pub rotation_deg: f64,
+    /// Radius in millimetres of a hard-edged aperture on the first element.
     #[serde(default, deserialize_with = "positive")]
     #[schemars(extend("minimum" = 1e-12))]
     pub beam_radius_mm: Option<f64>,

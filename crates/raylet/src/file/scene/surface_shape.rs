@@ -214,7 +214,7 @@ pub struct SurfaceShape<'a> {
 }
 
 /// A highest power in x or y.
-const HIGHEST_POWER: u32 = 40;
+pub(crate) const HIGHEST_POWER: u32 = 40;
 
 fn conic(radius_mm: Option<f64>, conic: f64) -> Conic {
     Conic {

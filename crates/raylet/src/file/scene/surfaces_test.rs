@@ -12,7 +12,7 @@ use crate::file::scene::scene_file::Scene;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Outline;
 use crate::optics::doe::Layer;
-use crate::optics::profile::Profile;
+use crate::optics::phase::profile::Profile;
 use crate::optics::screen::ScreenKind;
 use crate::optics::shape::Shape;
 

@@ -3,16 +3,18 @@
 use ndarray::Array2;
 use num_complex::Complex64;
 
+use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::assembly::axis_layout::AxisLayout;
 use crate::optics::assembly::glass::Glass;
 use crate::optics::assembly::part_check::{BuildError, Mismatch, check_above_zero};
 use crate::optics::assembly::part_laying::{BuilderCall, Laying, address, glass_index};
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use crate::optics::gaussian_beam::GaussianBeam;
 use crate::optics::refraction::Coating;
 use crate::optics::screen::Sensor;
 use crate::optics::shape::Shape;
-use crate::optics::source::Source;
+use crate::optics::source::{Source, direction_at};
 use crate::optics::system::System;
 
 /// Where the light comes from, before the first screen is known.
@@ -22,6 +24,8 @@ enum Light {
     Collimated([f64; 2]),
     /// From a point, in mm.
     Point([f64; 3]),
+    /// A Gaussian beam: its waist in mm, the radii there in mm, and its angles in rad.
+    Gaussian([f64; 3], [f64; 2], [f64; 2]),
 }
 
 /// Lays parts along an axis and makes the [`System`] of them.
@@ -82,6 +86,13 @@ impl SystemBuilder {
     /// Light from a point, given in global coordinates in mm.
     pub fn point_source(mut self, position: [f64; 3]) -> Self {
         self.light = Light::Point(position);
+        self
+    }
+
+    /// A Gaussian beam by the centre of its waist in global coordinates in mm, the radii there along x and y (1/e² of the
+    /// intensity) in mm, and the angles at which it comes in rad.
+    pub fn gaussian_beam(mut self, waist: [f64; 3], radii: [f64; 2], angle: [f64; 2]) -> Self {
+        self.light = Light::Gaussian(waist, radii, angle);
         self
     }
 
@@ -216,7 +227,7 @@ impl SystemBuilder {
             laid.map_err(|wrong| error(&address(&self.parts, number), wrong))?;
         }
         let axis = laying.end().map_err(|wrong| error("end", wrong))?;
-        let source = self.source(&axis).map_err(light)?;
+        let source = self.source(&axis, ambient).map_err(light)?;
         Ok(axis.into_system(self.wavelength, source))
     }
 
@@ -225,15 +236,30 @@ impl SystemBuilder {
         self
     }
 
-    fn source(&self, axis: &AxisLayout) -> Result<Source, Mismatch> {
+    /// The source, in an ambient medium of this index.
+    fn source(&self, axis: &AxisLayout, ambient: f64) -> Result<Source, Mismatch> {
         let origin = axis.origin();
-        match self.light {
-            Light::Point([x, y, z]) => Ok(Source::point([x, y, z], origin)),
-            Light::Collimated(angle) => Source::collimated(angle, origin).ok_or_else(|| {
+        let towards = |angle: [f64; 2]| {
+            direction_at(angle).ok_or_else(|| {
                 let found = format!("angles of {angle:?} rad");
                 Mismatch::new(found, "angles whose sines' squares add up to less than one")
-            }),
-        }
+            })
+        };
+        Ok(match self.light {
+            Light::Point([x, y, z]) => Source::point([x, y, z], origin),
+            Light::Collimated(angle) => Source::Plane {
+                direction: towards(angle)?,
+                origin,
+            },
+            Light::Gaussian([x, y, z], radii, angle) => {
+                for radius in radii {
+                    check_above_zero("a radius of the waist", radius)?;
+                }
+                let k = std::f64::consts::TAU * ambient / self.wavelength;
+                let (waist, direction) = (Vec3::new(x, y, z), towards(angle)?);
+                Source::Gaussian(GaussianBeam::new(waist, direction, radii, 0.0, k))
+            }
+        })
     }
 }
 

@@ -474,7 +474,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Layer, PixelForm, Pixels};
     use crate::optics::frame::Frame;
-    use crate::optics::profile::Profile;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::screen::ScreenKind;
     use crate::wave::grid::field::Field;
     use crate::wave::grid::sampling::{apply_screen, apply_screen_adjoint, interpolate_adjoint};

@@ -90,7 +90,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
     use crate::optics::frame::Frame;
-    use crate::optics::profile::Profile;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::screen::{Screen, ScreenKind};
 
     use crate::wave::grid::field::{Axis, Grid};

@@ -5,7 +5,7 @@ use num_complex::Complex64;
 
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use crate::optics::profile::Profile;
+use crate::optics::phase::profile::Profile;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::aperture_scan::ApertureScan;
@@ -141,7 +141,7 @@ impl<'a> Element<'a> {
             q: [0.0; 3],
         };
         let [x, y] = at;
-        let smooth = |profile: &&Profile| !is_singular(profile) || x.hypot(y) > far;
+        let smooth = |profile: &&Profile| !has_core(profile, at, far);
         self.profiles().filter(smooth).fold(none, |sum, profile| {
             let slope = profile.gradient(x, y).map(|g| g / k);
             sum.times(slope, profile.hessian(x, y).map(|h| h / k))
@@ -150,9 +150,8 @@ impl<'a> Element<'a> {
 
     /// The direction that its smooth phase adds at a point, less that of `carrier`.
     pub(crate) fn beside(&self, carrier: &Carrier, far: f64, at: [f64; 2], k: f64) -> [f64; 2] {
-        let near = carrier.at[0].hypot(carrier.at[1]) <= far;
         let mut p = carrier.cosines(at).map(|p| -p);
-        for profile in self.profiles().filter(|p| !(is_singular(p) && near)) {
+        for profile in (self.profiles()).filter(|profile| !has_core(profile, carrier.at, far)) {
             let slope = profile.gradient(at[0], at[1]);
             p = [p[0] + slope[0] / k, p[1] + slope[1] / k];
         }
@@ -279,7 +278,8 @@ impl<'a> Element<'a> {
 
     /// Whether a singular point of its phase may lie under a tile.
     fn has_core(&self, carrier: &Carrier, far: f64) -> bool {
-        carrier.at[0].hypot(carrier.at[1]) <= far && self.profiles().any(is_singular)
+        self.profiles()
+            .any(|profile| has_core(profile, carrier.at, far))
     }
 
     /// Half the band of the light behind the element: that of the arriving light and of the phase beside its carrier.
@@ -416,9 +416,12 @@ fn edge_pitch(area: &TileArea, a: usize) -> f64 {
     area.edge_pitch * 2f64.powf(-(PITCHES * finer.log2()).ceil() / PITCHES)
 }
 
-/// Whether a phase has a point at which it is not smooth.
-fn is_singular(profile: &Profile) -> bool {
-    matches!(profile, Profile::Vortex { .. } | Profile::Axicon { .. })
+/// Whether a phase has a point, not farther than this from a place, at which it is not smooth.
+fn has_core(profile: &Profile, at: [f64; 2], far: f64) -> bool {
+    let distance = |[x, y]: [f64; 2]| (x - at[0]).hypot(y - at[1]);
+    profile
+        .singular_point()
+        .is_some_and(|core| distance(core) <= far)
 }
 
 #[cfg(test)]
@@ -431,7 +434,7 @@ mod tests {
     use crate::optics::aperture::{Aperture, Outline};
     use crate::optics::doe::{Layer, PixelForm};
     use crate::optics::frame::Frame;
-    use crate::optics::profile::Profile;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::screen::ScreenKind;
     use crate::wave::grid::field::Axis;
     use crate::wave::local_bands::element_samples::{Element, TileArea};

@@ -4,6 +4,8 @@
 
 use crate::math::jet::Jet;
 use crate::math::real::{Dual, Real};
+use crate::optics::phase::placement::Placement;
+use crate::optics::phase::two_point::TwoPoint;
 use crate::optics::zernike::ZernikeSum;
 
 /// A smooth phase φ(x, y) in radians over the element's own plane, x and y in mm.
@@ -40,12 +42,47 @@ pub enum Profile {
     },
     /// φ = Σ aⱼ Zⱼ(x/ρ, y/ρ), coefficients in rad.
     Zernike(ZernikeSum),
+    /// φ = Σ a (x/ρ)ⁱ (y/ρ)ʲ.
+    Polynomial {
+        /// Normalising radius ρ in mm.
+        radius: f64,
+        /// Exponents i and j with the coefficient a in rad.
+        terms: Vec<([u32; 2], f64)>,
+    },
+    /// A hologram of two points.
+    TwoPoint(TwoPoint),
+    /// A phase whose own axes are off centre or turned.
+    Placed(Placement, Box<Profile>),
 }
 
 impl Profile {
+    /// The phase on own axes that stand on the element as given.
+    pub fn placed(self, placement: Placement) -> Self {
+        match placement.is_none() {
+            true => self,
+            false => Self::Placed(placement, Box::new(self)),
+        }
+    }
+
+    /// Where the phase is not smooth, if there is such a point.
+    pub(crate) fn singular_point(&self) -> Option<[f64; 2]> {
+        match self {
+            Profile::Vortex { .. } | Profile::Axicon { .. } => Some([0.0; 2]),
+            Profile::Placed(placement, own) => {
+                let at = placement.vector_outwards(own.singular_point()?);
+                Some([0, 1].map(|a| placement.centre[a] + at[a]))
+            }
+            _ => None,
+        }
+    }
+
     /// The phase in radians.
     pub fn phase(&self, x: f64, y: f64) -> f64 {
         match self {
+            Profile::Placed(placement, own) => {
+                let [u, v] = placement.inwards(x, y);
+                own.phase(u, v)
+            }
             Profile::Vortex { charge } => f64::from(*charge) * y.atan2(x),
             _ => self.smooth(x, y),
         }
@@ -54,6 +91,10 @@ impl Profile {
     /// The phase gradient in rad/mm; zero at the singular centre of a vortex or axicon.
     pub fn gradient(&self, x: f64, y: f64) -> [f64; 2] {
         match self {
+            Profile::Placed(placement, own) => {
+                let [u, v] = placement.inwards(x, y);
+                placement.vector_outwards(own.gradient(u, v))
+            }
             Profile::Vortex { charge } => {
                 let square = x * x + y * y;
                 let rate = if square > 0.0 {
@@ -76,6 +117,10 @@ impl Profile {
     pub(crate) fn hessian(&self, x: f64, y: f64) -> [f64; 3] {
         let square = x * x + y * y;
         match self {
+            Profile::Placed(placement, own) => {
+                let [u, v] = placement.inwards(x, y);
+                placement.matrix_outwards(own.hessian(u, v))
+            }
             Profile::Vortex { .. } | Profile::Axicon { .. } if square == 0.0 => [0.0; 3],
             Profile::Vortex { charge } => {
                 let rate = f64::from(*charge) / (square * square);
@@ -92,7 +137,7 @@ impl Profile {
         }
     }
 
-    /// Every profile but the vortex, whose phase is no algebraic function.
+    /// Every profile but the vortex, whose phase is no algebraic function. Placed ones are no part of others.
     fn smooth<T: Real>(&self, x: T, y: T) -> T {
         match self {
             Profile::Linear { gradient: [gx, gy] } => x * *gx + y * *gy,
@@ -116,18 +161,53 @@ impl Profile {
                 coefficients.iter().rev().fold(T::constant(0.0), horner) * u
             }
             Profile::Zernike(sum) => sum.at(x, y),
+            Profile::Polynomial { radius, terms } => {
+                let (x, y) = (x * (1.0 / radius), y * (1.0 / radius));
+                let power = |base: T, i: u32| (0..i).fold(T::constant(1.0), |part, _| part * base);
+                let add =
+                    |sum: T, ([i, j], a): &([u32; 2], f64)| sum + power(x, *i) * power(y, *j) * *a;
+                terms.iter().fold(T::constant(0.0), add)
+            }
+            Profile::TwoPoint(hologram) => hologram.phase(x, y),
+            Profile::Placed(placement, own) => {
+                let [u, v] = placement.inwards(x, y);
+                own.smooth(u, v)
+            }
         }
     }
 }
 
 #[cfg(test)]
 mod tests {
-    use crate::optics::profile::Profile;
+    use crate::optics::phase::placement::Placement;
+    use crate::optics::phase::profile::Profile;
+    use crate::optics::phase::two_point::{RecordedWave, TwoPoint};
     use crate::optics::zernike::ZernikeSum;
 
     #[test]
     fn gradients_match_differences() {
+        let placement = Placement {
+            centre: [0.3, 0.7],
+            rotation: 0.4,
+        };
+        let cubic = Profile::Polynomial {
+            radius: 1.5,
+            terms: vec![([3, 0], 20.0), ([1, 2], -7.0)],
+        };
+        let point = |at: [f64; 3]| RecordedWave::Point {
+            at,
+            converges: at[2] > 0.0,
+        };
         let profiles = [
+            cubic.clone(),
+            cubic.placed(placement),
+            Profile::Vortex { charge: 2 }.placed(placement),
+            Profile::TwoPoint(TwoPoint {
+                object: point([2.0, -1.0, 15.0]),
+                reference: point([-5.0, 1.0, -30.0]),
+                wavenumbers: [900.0, 700.0],
+                order: 1.0,
+            }),
             Profile::Linear {
                 gradient: [3.0, -2.0],
             },

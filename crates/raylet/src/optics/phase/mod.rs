@@ -1,0 +1,11 @@
+//! Analytic phases of diffractive elements.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`profile`] | Phases by formulas, with their gradients |
+//! | [`placement`] | A phase whose own axes are off centre or turned |
+//! | [`two_point`] | The phase that turns one wave into another: holograms of two points |
+
+pub mod placement;
+pub mod profile;
+pub mod two_point;
