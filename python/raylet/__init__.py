@@ -34,7 +34,7 @@ from raylet.layers import (
     zernike,
 )
 from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
-from raylet.result import Result
+from raylet.result import Result, Sweep
 from raylet.system import System, glasses, load, schema
 from raylet.trace import Rays
 
@@ -45,6 +45,7 @@ __all__ = [
     "Rays",
     "Result",
     "Secondary",
+    "Sweep",
     "System",
     "__version__",
     "annulus",

@@ -58,6 +58,15 @@ def height(
     return _layer("height", pitch_um=pitch_um, height_um=held, glass=constant(glass), pixel=pixel, size=size)
 
 
+def keep_wavelength(layers: Sequence[Layer], wavelength_um: float) -> None:
+    """Writes the wavelength for which phases are made into those that have none of their own."""
+    for layer in layers:
+        if layer.get("kind") in ("lens", "two_point"):
+            layer.setdefault("wavelength_um", wavelength_um)
+        for term in layer.get("terms", []) if layer.get("kind") == "sum" else []:
+            keep_wavelength(term, wavelength_um)
+
+
 def pixel_shape(layers: Sequence[Layer]) -> tuple[int, ...] | None:
     """Rows and columns of the first layer of pixels, where they are known."""
     for layer in layers:

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+import base64
+import io
 import textwrap
+from collections.abc import Callable
+from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -41,6 +45,22 @@ def _image(figure: Any, ax: Any, values: Any, extent: tuple[float, ...], label: 
     figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label)
     ax.set(xlabel="x in mm", ylabel="y in mm")
     ax.locator_params(nbins=5)
+
+
+def html(text: str, draw: Callable[[], tuple[Figure, Axes]]) -> str:
+    """A picture and a text for notebooks; the text alone where there is no matplotlib, or nothing to draw."""
+    words = f"<pre>{escape(text)}</pre>"
+    try:
+        import matplotlib.pyplot as plt
+
+        figure, _ = draw()
+    except Exception:  # an unfinished system has no picture, and its text says what is missing
+        return words
+    page = io.BytesIO()
+    figure.savefig(page, format="png", dpi=80)
+    plt.close(figure)
+    picture = base64.b64encode(page.getvalue()).decode()
+    return f'<img alt="" src="data:image/png;base64,{picture}"/>{words}'
 
 
 def plot_field(

@@ -22,7 +22,7 @@ from raylet.layers import Aperture, Layer, Pair, constant, pixel_shape
 if TYPE_CHECKING:
     from typing_extensions import Self
 
-Glass = Union[str, Mapping[str, float], float]
+Glass = Union[str, Mapping[str, Any], float]
 
 
 class Prescription:

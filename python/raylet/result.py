@@ -103,8 +103,8 @@ class Result:
 
     @property
     def power_share(self) -> list[float | None]:
-        """For each wavelength the share of the light behind the first element that the sensor receives; None for local
-        bands, which do not follow light that misses it."""
+        """For each wavelength the share of the light behind the first element that the sensor receives; None for an
+        element without an edge."""
         channels = self.report["channels"]
         behind = [channel["hops"][0]["power"]["behind"] for channel in channels]
         landed = [channel["hops"][-1]["power"]["landed"] for channel in channels]
@@ -144,6 +144,11 @@ class Result:
         content = npz(field=np.stack(self._fields), x_mm=self.x_mm, y_mm=self.y_mm, wavelength_um=waves)
         write({path: content}, overwrite=overwrite)
 
+    def _repr_html_(self) -> str:
+        from raylet.plotting import html
+
+        return html(repr(self), self.plot)
+
     @described
     def __repr__(self) -> str:
         ny, nx = self._fields[0].shape
@@ -160,6 +165,74 @@ class Result:
         if len(channels) > MOST_WAVES:
             lines.append(f"  … ({len(channels)} wavelengths)")
         lines += [f"  warning: {warning}" for warning in self.warnings[:MOST_WAVES]]
+        return "\n".join(lines)
+
+
+class Sweep:
+    """The results of a system for several fields, wavelengths and distances: :meth:`raylet.System.sweep`.
+
+    Attributes
+    ----------
+    fields : angles [ax, ay] in degrees, or places [x, y, z] in mm of a point source; None where they were not varied.
+    wavelengths_um : vacuum wavelengths; None where they were not varied.
+    distances_mm : distances of the sensor from the element before it; None where they were not varied.
+    results : the results, an array of objects with one axis for each list that was given, in this order.
+    """
+
+    def __init__(
+        self,
+        fields: list[list[float]] | None,
+        wavelengths_um: list[float] | None,
+        distances_mm: list[float] | None,
+        results: list[Result],
+    ) -> None:
+        self.fields, self.wavelengths_um, self.distances_mm = fields, wavelengths_um, distances_mm
+        given = [values for values in (fields, wavelengths_um, distances_mm) if values is not None]
+        self.results = np.empty(len(results), dtype=object)
+        self.results[:] = results
+        self.results = self.results.reshape([len(values) for values in given])
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """The names of the axes of :attr:`field`."""
+        named = {"field": self.fields, "wavelength": self.wavelengths_um, "distance": self.distances_mm}
+        return (*(name for name, values in named.items() if values is not None), "y", "x")
+
+    @property
+    def field(self) -> NDArray[np.complex128]:
+        """The complex fields, with the axes :attr:`dims`."""
+        all_fields = np.stack([result.field for result in self.results.flat])
+        return all_fields.reshape(self.results.shape + all_fields.shape[1:])
+
+    @property
+    def intensity(self) -> NDArray[np.float64]:
+        """|U|², with the axes :attr:`dims`."""
+        field = self.field
+        return np.square(field.real) + np.square(field.imag)
+
+    @property
+    def table(self) -> list[dict[str, Any]]:
+        """One row for each run: what was varied, peak intensity, widths at half of it, expected error and seconds."""
+        rows = []
+        for place, result in np.ndenumerate(self.results):
+            varied = dict(zip(self.dims, (values[i] for values, i in zip(self._lists(), place))))
+            for channel in result.report["channels"]:
+                metrics = channel["metrics"]
+                found = {"peak": metrics["peak"], "fwhm_um": metrics["fwhm_um"], "power_mm2": metrics["power"]}
+                rows.append({**varied, **found, "error": channel["error"], "seconds": result.seconds})
+        return rows
+
+    def _lists(self) -> list[list[Any]]:
+        return [values for values in (self.fields, self.wavelengths_um, self.distances_mm) if values is not None]
+
+    @described
+    def __repr__(self) -> str:
+        lines = [f"<raylet.Sweep {' x '.join(self.dims)}: {self.results.size} runs>"]
+        for row in self.table[:MOST_WAVES]:
+            cells = (
+                f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in row.items()
+            )
+            lines.append("  " + ", ".join(cells))
         return "\n".join(lines)
 
 

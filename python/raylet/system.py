@@ -12,14 +12,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
-from raylet._arrays import number
+from raylet._arrays import number, real
 from raylet._document import without_none
-from raylet._refusal import MOST_WAVES, cut, described, shown, type_name
+from raylet._refusal import MOST_WAVES, RayletError, cut, described, shown, type_name
 from raylet.design import Design, design, hologram
+from raylet.layers import keep_wavelength
 from raylet.linearised_system import LinearisedSystem
 from raylet.prescription import Prescription
 from raylet.progress import Progress, reporting
-from raylet.result import Result
+from raylet.result import Result, Sweep
 from raylet.trace import Rays, trace
 
 if TYPE_CHECKING:
@@ -106,6 +107,61 @@ class System(Prescription):
         for warning in result.warnings:
             warnings.warn(warning, stacklevel=2)
         return result
+
+    def sweep(
+        self,
+        *,
+        fields: Sequence[Sequence[float]] | None = None,
+        wavelengths_um: Sequence[float] | None = None,
+        distances_mm: Sequence[float] | None = None,
+        progress: Progress = None,
+        **settings: Any,
+    ) -> Sweep:
+        """Runs :meth:`simulate` for each field, wavelength and distance, and stacks the results.
+
+        Each run uses all threads and keeps to the memory limit; the stack holds the fields on the sensor alone.
+
+        Parameters
+        ----------
+        fields : angles [ax, ay] of the source in degrees, or places [x, y, z] of a point source in mm.
+        wavelengths_um : vacuum wavelengths, in place of the system's. Phases keep the wavelength they are made for.
+        distances_mm : distances of the sensor from the element before it.
+        settings : what else :meth:`simulate` takes.
+        """
+        lists = (fields, wavelengths_um, distances_mm)
+        if all(values is None for values in lists):
+            raise TypeError("sweep takes fields, wavelengths_um or distances_mm, found none of them")
+        if wavelengths_um is None and len(self.wavelength_um) > 1:
+            raise TypeError("the system has several wavelengths, expected wavelengths_um that sweep is to take")
+        names = ("fields", "wavelengths_um", "distances_mm")
+        plain_lists = [None if values is None else real(name, values) for name, values in zip(names, lists)]
+        runs = [[None] if values is None else list(values) for values in plain_lists]
+        results = [
+            self._at(field, wave, distance).simulate(progress=progress, **settings)
+            for field in runs[0]
+            for wave in runs[1]
+            for distance in runs[2]
+        ]
+        angles, waves, distances = (None if values is None else values.tolist() for values in plain_lists)
+        return Sweep(angles, waves, distances, results)
+
+    def _at(self, field: Any, wavelength_um: float | None, distance_mm: float | None) -> System:
+        """The system in another field, at another wavelength, with its sensor at another distance."""
+        other = self._copy()
+        document = other._document
+        if field is not None:
+            key = "position_mm" if document["source"]["kind"] == "point" else "angle_deg"
+            document["source"] = {**document["source"], key: field.tolist()}
+        if wavelength_um is not None:
+            made_for = self.wavelength_um[0]
+            for element in document["element"]:
+                keep_wavelength(element.get("layer", []), made_for)
+            document["wavelength_um"] = float(wavelength_um)
+        if distance_mm is not None:
+            if len(document["element"]) < 2:
+                raise RayletError("distances_mm lead from the last element to the sensor, found no element")
+            document["element"][-2]["thickness_mm"] = float(distance_mm)
+        return other
 
     def linearised(
         self, *elements: str, parameters: Sequence[str] = (), threads: int | None = None
@@ -276,6 +332,11 @@ class System(Prescription):
         """Its screens and surfaces in the order light meets them: name, kind, position, radii, tilt, extent, medium."""
         parts: list[dict[str, Any]] = json.loads(_raylet.parts(self._compiled(), self._arrays, 0))
         return parts
+
+    def _repr_html_(self) -> str:
+        from raylet.plotting import html
+
+        return html(repr(self), self.draw)
 
     @described
     def __repr__(self) -> str:

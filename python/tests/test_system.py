@@ -106,6 +106,41 @@ def test_all_light_comes_to_a_sensor_in_glass() -> None:
     assert result.power_share[0] == pytest.approx(1.0, abs=5e-3)
 
 
+def test_a_sweep_is_the_runs_that_it_stands_for() -> None:
+    system = (
+        raylet.System(wavelength_um=0.5)
+        .add_doe(raylet.lens(focal_length_mm=10.0), aperture=raylet.disc(0.2), thickness_mm=10.0)
+        .add_sensor(pixels=(12, 10), pitch_um=3.0)
+    )
+    found = system.sweep(fields=[(0.0, 0.0), (0.1, 0.0)], wavelengths_um=[0.45, 0.5, 0.55])
+    assert found.dims == ("field", "wavelength", "y", "x") and found.field.shape == (2, 3, 10, 12)
+    one = raylet.System(wavelength_um=0.55).plane_wave(angle_deg=(0.1, 0.0))
+    one.add_doe(raylet.lens(focal_length_mm=10.0, wavelength_um=0.5), aperture=raylet.disc(0.2), thickness_mm=10.0)
+    one.add_sensor(pixels=(12, 10), pitch_um=3.0)
+    assert np.array_equal(found.field[1, 2], one.simulate().field)
+    assert [row["wavelength"] for row in found.table[:3]] == [0.45, 0.5, 0.55]
+    focus = system.sweep(distances_mm=[9.0, 10.0, 11.0]).intensity
+    assert focus.max(axis=(1, 2)).argmax() == 1 and "raylet.Sweep distance x y x x: 3 runs" in repr(
+        system.sweep(distances_mm=[9.0, 10.0, 11.0])
+    )
+    with pytest.raises(TypeError, match="sweep takes fields, wavelengths_um or distances_mm"):
+        system.sweep()
+    assert "data:image/png" in found.results[0, 0]._repr_html_() and "<pre>" in system._repr_html_()
+
+
+def test_a_glass_is_given_by_its_own_numbers() -> None:
+    def index(glass: Any) -> float:
+        system = raylet.System(wavelength_um=0.4861327).add_stop(raylet.disc(1.0), thickness_mm=1.0)
+        system.add_surface(glass=glass, thickness_mm=1.0, semi_aperture_mm=2.0).add_sensor(pixels=(4, 4), pitch_um=1.0)
+        return float(system.parts[1]["index"])
+
+    assert index({"nd": 1.5168, "vd": 64.17}) == pytest.approx(index("N-BK7"), abs=1e-4)
+    with pytest.raises(
+        raylet.RayletError, match=r"element\[1\].glass: found a medium with nd, expected one of: index;"
+    ):
+        index({"nd": 1.5168})
+
+
 def test_focus_of_a_diffractive_lens() -> None:
     """In the focus of an ideal lens of radius a the field is ∫ cos θ/(λr) dA = (πf/λ) log(1 + a²/f²)."""
     system = (

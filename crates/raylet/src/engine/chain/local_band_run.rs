@@ -6,6 +6,7 @@ use crate::engine::local_bands::carry::{LocalBandHop, carry_with, planned};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandSettings, STEP};
 use crate::engine::local_bands::source_aperture::source_aperture;
+use crate::engine::local_bands::source_light::power_behind;
 use crate::engine::local_bands::window_widths::window_widths;
 use crate::engine::local_bands::workload::quickest_widths;
 use crate::engine::plan::hop_method::HopMethod;
@@ -109,20 +110,24 @@ fn report(
     landed: f64,
 ) -> HopReport {
     let mut tally = hop.statistics.tally;
-    let from = &rimmed.system.screens[number];
-    let last = number + 1 == rimmed.system.trains.len();
+    let (system, from) = (&rimmed.system, &rimmed.system.screens[number]);
+    let first = (number == 0).then_some(from);
+    let behind = first
+        .and_then(|first| power_behind(&system.source, first, system.wavenumber()))
+        .map(|square| square * system.power_in(from.index_behind()));
+    let last = number + 1 == system.trains.len();
     let cut = edge_error(original, from, rimmed.ended_at(from));
     tally.edge = cut.hypot(cut_by_ray(&rimmed.rims, number));
     if last {
         let area = (hop.plan.step * hop.plan.sigma).powi(2);
-        let leaving = rimmed.system.power_in(from.index_behind());
+        let leaving = system.power_in(from.index_behind());
         tally.landed = Some(landed / (leaving * area * tally.total_energy()));
     }
     HopReport {
         screens: hop.screens,
         method: HopMethod::LocalBands(hop.plan),
         tally,
-        power: [None, None, last.then_some(landed)],
+        power: [None, behind, last.then_some(landed)],
         samples: None,
         seconds: hop.seconds,
     }

@@ -2,13 +2,16 @@
 
 use ndarray::Array2;
 use num_complex::Complex64;
+use rayon::prelude::*;
 
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
 use crate::optics::deflection::transmitted;
-use crate::optics::screen::Screen;
+use crate::optics::doe::Doe;
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::source::Source;
 use crate::wave::grid::field::Axis;
+use crate::wave::local_bands::aperture_scan::ApertureScan;
 use crate::wave::local_bands::carrier::Carrier;
 
 /// The field of a source on a screen above (x, y), behind the interface if the screen is one; `k` is the vacuum
@@ -75,13 +78,64 @@ pub(crate) fn source_values(
     Array2::from_shape_fn((samples[1].len(), samples[0].len()), value)
 }
 
+/// Cells along each side of a screen over which its light is summed: so many, or one a pixel up to the most.
+const CELLS: usize = 512;
+const MOST_CELLS: usize = 4096;
+
+/// ∫|U|² just behind the first screen, in mm²; nothing for a screen without an edge.
+pub(crate) fn power_behind(source: &Source, screen: &Screen, k: f64) -> Option<f64> {
+    let [x0, x1, y0, y1] = screen.bounds()?;
+    let (aperture, doe) = match &screen.kind {
+        ScreenKind::Stop(aperture) => (aperture, None),
+        ScreenKind::Doe(doe) => (&doe.aperture, Some(doe)),
+        ScreenKind::Sensor(_) => return None,
+    };
+    let pixels = doe.and_then(Doe::pixels);
+    let counts = pixels.map_or([0; 2], |pixels| {
+        [pixels.values.ncols(), pixels.values.nrows()]
+    });
+    let [nx, ny] = counts.map(|count| count.clamp(CELLS, MOST_CELLS));
+    let (dx, dy) = ((x1 - x0) / nx as f64, (y1 - y0) / ny as f64);
+    let row = |j: usize| {
+        let low = y0 + dy * j as f64;
+        let mut scan = ApertureScan::new(aperture, [low, low + dy]);
+        let cell = |i: usize| {
+            let left = x0 + dx * i as f64;
+            let open = scan.open([left, left + dx]);
+            if open == 0.0 {
+                return 0.0;
+            }
+            let at = [left + 0.5 * dx, low + 0.5 * dy];
+            let passed = doe.map_or(1.0, |doe| doe.transmission(at[0], at[1]).norm_sqr());
+            open * passed * source_field(source, screen, at, k).norm_sqr()
+        };
+        (0..nx).map(cell).sum::<f64>()
+    };
+    let rows: Vec<f64> = (0..ny).into_par_iter().map(row).collect();
+    Some(rows.iter().sum::<f64>() * dx * dy)
+}
+
 #[cfg(test)]
 mod tests {
-    use crate::engine::local_bands::source_light::{source_carrier, source_field};
-    use crate::fixtures::parts::{conic, open_screen};
+    use crate::engine::local_bands::source_light::{power_behind, source_carrier, source_field};
+    use crate::fixtures::parts::{conic, on_axis, open_screen, screen};
     use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
     use crate::optics::frame::Frame;
-    use crate::optics::screen::Screen;
+    use crate::optics::gaussian_beam::GaussianBeam;
+    use crate::optics::screen::{Screen, ScreenKind};
+
+    /// A Gaussian beam of radius w has the power πw²/2, of which a disc of radius a passes 1 − exp(−2a²/w²).
+    #[test]
+    fn a_stop_passes_its_share_of_a_gaussian_beam() {
+        let (k, w, a) = (1e4, 0.3, 0.2);
+        let axis = Vec3::new(0.0, 0.0, 1.0);
+        let beam = GaussianBeam::new(Vec3::new(0.0, 0.0, 0.0), axis, [w, w], 0.0, k);
+        let stop = screen(on_axis(0.0), ScreenKind::Stop(Aperture::disc(a)));
+        let found = power_behind(&Source::Gaussian(beam), &stop, k).unwrap();
+        let exact = 0.5 * std::f64::consts::PI * w * w * (1.0 - (-2.0 * a * a / (w * w)).exp());
+        assert!((found / exact - 1.0).abs() < 1e-5, "{found} {exact}");
+    }
     use crate::optics::source::Source;
 
     /// The carrier of a point's light on a tilted sphere is the change of its phase from place to place.

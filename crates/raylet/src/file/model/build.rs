@@ -82,7 +82,9 @@ pub(crate) fn index_at(
 
 fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Fault> {
     match material {
-        Material::Index(constant) => Ok(Medium::constant(constant.index)),
+        Material::Own(own) => {
+            (own.medium()).map_err(|(found, expected)| scene.fault(path, found, expected))
+        }
         Material::Named(name) => catalog::medium(name)
             .map_err(|error| scene.fault(path, error.to_string(), "a name of the glass catalogue")),
     }

@@ -206,7 +206,7 @@ fn lens_media(lens: &LensElement, ambient: &str) -> Vec<String> {
 fn medium_name(material: &Material) -> String {
     match material {
         Material::Named(name) => name.clone(),
-        Material::Index(constant) => format!("n = {}", constant.index),
+        Material::Own(own) => own.to_string(),
     }
 }
 
