@@ -61,9 +61,11 @@ def height(
 def keep_wavelength(layers: Sequence[Layer], wavelength_um: float) -> None:
     """Writes the wavelength for which phases are made into those that have none of their own."""
     for layer in layers:
-        if layer.get("kind") in ("lens", "two_point"):
+        if layer.get("kind") in ("lens", "two_point", "kinoform"):
             layer.setdefault("wavelength_um", wavelength_um)
-        for term in layer.get("terms", []) if layer.get("kind") == "sum" else []:
+        for term in (
+            [*layer.get("terms", []), layer.get("layer", [])] if layer.get("kind") in ("sum", "kinoform") else []
+        ):
             keep_wavelength(term, wavelength_um)
 
 
@@ -182,6 +184,23 @@ def two_point(
     collimated along the axis. `wavelength_um` is that of the construction."""
     waves = {"object": object, "reference": reference, "wavelength_um": wavelength_um}
     return _layer("two_point", **waves, order=order, centre_mm=centre_mm, rotation_deg=rotation_deg)
+
+
+def kinoform(
+    layer: Sequence[Layer],
+    *,
+    orders: Sequence[int] = (0, 1, 2),
+    levels: int | None = None,
+    wavelength_um: float | None = None,
+    glass: Any = None,
+) -> Layer:
+    """Smooth phases folded into a profile whose height makes one wave at the design wavelength, with its `orders`.
+
+    `layer` lists analytic phases that add to that of the first order. The profile is a ramp, or has so many equal
+    `levels`: 2 make a binary element. Its `glass` in the ambient medium gives the dispersion; without it the material
+    has none."""
+    own = {"layer": list(layer), "orders": list(orders), "levels": levels, "wavelength_um": wavelength_um}
+    return _layer("kinoform", **own, glass=constant(glass))
 
 
 def superposition(terms: Sequence[Sequence[Layer]], weights: Sequence[float] | None = None) -> Layer:

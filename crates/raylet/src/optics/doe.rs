@@ -28,7 +28,7 @@ pub enum Layer {
     /// An analytic phase.
     Phase(Profile),
     /// A weighted sum of transmissions, each a product of layers.
-    Sum(Vec<(Complex64, Vec<Layer>)>),
+    Sum(Vec<Term>),
     /// A product of layers given on the surface's own coordinates instead of its local x and y; dark where
     /// the surface does not exist.
     OnSurface(Box<SurfaceCoordinates>, Vec<Layer>),
@@ -142,13 +142,19 @@ impl Doe {
     /// The gradient of the phase in rad/mm where it is smooth, from the analytic layers; nothing when
     /// pixels or sums take part, whose phase has no gradient of this kind.
     pub fn phase_gradient(&self, x: f64, y: f64) -> Option<[f64; 2]> {
-        gradient(&self.layers, x, y)
+        gradient(&self.layers, x, y, |_| None)
     }
 
-    /// The phase in rad where it is smooth, from the analytic layers, not wrapped; nothing where
-    /// [`Doe::phase_gradient`] has nothing.
-    pub(crate) fn smooth_phase(&self, x: f64, y: f64) -> Option<f64> {
-        smooth_phase(&self.layers, x, y)
+    /// The gradient of the phase in rad/mm by which a ray is turned: as [`Doe::phase_gradient`], with the strongest term of
+    /// a sum in its place, if that has more than half of the energy.
+    pub(crate) fn ray_gradient(&self, x: f64, y: f64) -> Option<[f64; 2]> {
+        gradient(&self.layers, x, y, strongest)
+    }
+
+    /// The phase in rad that a ray gains, from the analytic layers, not wrapped; nothing where [`Doe::ray_gradient`] has
+    /// nothing.
+    pub(crate) fn ray_phase(&self, x: f64, y: f64) -> Option<f64> {
+        ray_phase(&self.layers, x, y)
     }
 
     /// The analytic phases over x and y whose sum is this element's phase; nothing when other layers take
@@ -407,32 +413,52 @@ fn first_pixels(layers: &[Layer]) -> Option<&Pixels> {
     })
 }
 
-/// The phase of analytic layers; nothing when pixels or sums take part.
-fn smooth_phase(layers: &[Layer], x: f64, y: f64) -> Option<f64> {
+/// One term of a sum: its weight, and the layers whose product it is.
+pub type Term = (Complex64, Vec<Layer>);
+
+/// The term of a sum that has more than half of the energy of all.
+fn strongest(terms: &[Term]) -> Option<&[Layer]> {
+    let all: f64 = terms.iter().map(|(weight, _)| weight.norm_sqr()).sum();
+    let main = terms
+        .iter()
+        .find(|(weight, _)| weight.norm_sqr() > 0.5 * all);
+    main.map(|(_, layers)| layers.as_slice())
+}
+
+/// The phase of analytic layers, of sums that of the strongest term; nothing when pixels take part.
+fn ray_phase(layers: &[Layer], x: f64, y: f64) -> Option<f64> {
     let phase = |layer: &Layer| match layer {
         Layer::Phase(profile) => Some(profile.phase(x, y)),
         Layer::OnSurface(own, layers) => {
             let [u, v] = own.at([x, y])?;
-            smooth_phase(layers, u, v)
+            ray_phase(layers, u, v)
         }
-        Layer::Pixels(_) | Layer::Sum(_) => None,
+        Layer::Sum(terms) => ray_phase(strongest(terms)?, x, y),
+        Layer::Pixels(_) => None,
     };
     layers.iter().map(phase).sum()
 }
 
-/// The gradient of the phase of analytic layers; nothing when pixels or sums take part.
-fn gradient(layers: &[Layer], x: f64, y: f64) -> Option<[f64; 2]> {
+/// The gradient of the phase of analytic layers; of sums that of the term that `choose` gives. Nothing when pixels take part,
+/// or sums without such a term.
+fn gradient(
+    layers: &[Layer],
+    x: f64,
+    y: f64,
+    choose: fn(&[Term]) -> Option<&[Layer]>,
+) -> Option<[f64; 2]> {
     let mut sum = [0.0; 2];
     for layer in layers {
         let here = match layer {
             Layer::Phase(profile) => profile.gradient(x, y),
             Layer::OnSurface(own, layers) => {
                 let [u, v] = own.at([x, y])?;
-                let [gu, gv] = gradient(layers, u, v)?;
+                let [gu, gv] = gradient(layers, u, v, choose)?;
                 let [[ux, uy], [vx, vy]] = own.derivative([x, y])?;
                 [gu * ux + gv * vx, gu * uy + gv * vy]
             }
-            Layer::Pixels(_) | Layer::Sum(_) => return None,
+            Layer::Sum(terms) => gradient(choose(terms)?, x, y, choose)?,
+            Layer::Pixels(_) => return None,
         };
         sum = [sum[0] + here[0], sum[1] + here[1]];
     }

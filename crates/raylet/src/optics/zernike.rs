@@ -37,6 +37,13 @@ impl ZernikeSum {
         }
     }
 
+    /// The sum with all coefficients times a factor.
+    pub(crate) fn times(mut self, factor: f64) -> Self {
+        let all = self.polynomials.iter_mut().flatten().flatten();
+        all.for_each(|a| *a *= factor);
+        self
+    }
+
     /// Its value at (x, y) in mm, in the unit of the coefficients.
     #[inline(always)]
     pub fn at<T: Real>(&self, x: T, y: T) -> T {

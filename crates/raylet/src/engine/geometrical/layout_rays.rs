@@ -169,7 +169,7 @@ fn leaving(
     let ScreenKind::Doe(doe) = &hop.from.kind else {
         return vec![(ray.p, ray.layout_ray.turn)];
     };
-    let gradient = doe.phase_gradient(ray.at[0], ray.at[1]);
+    let gradient = doe.ray_gradient(ray.at[0], ray.at[1]);
     let kick = gradient.unwrap_or_default().map(|g| g / k);
     let Some(p) = deflected(hop.from, ray.at, ray.p, kick) else {
         return Vec::new();

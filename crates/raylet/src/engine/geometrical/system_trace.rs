@@ -167,11 +167,12 @@ fn deflected_at(
     let ScreenKind::Doe(doe) = &screen.kind else {
         return Ok((p, 0.0));
     };
-    // Pixels spread light about the direction in which it came: rays go straight on.
-    let gradient = doe.phase_gradient(at[0], at[1]);
+    // Pixels spread light about the direction in which it came: rays go straight on. Of a profile with several orders they
+    // follow the strongest.
+    let gradient = doe.ray_gradient(at[0], at[1]);
     let kick = gradient.unwrap_or_default().map(|g| g / k);
     let turned = deflected(screen, at, p, kick).ok_or(Loss::Evanescent)?;
-    let phase = doe.smooth_phase(at[0], at[1]).unwrap_or(0.0);
+    let phase = doe.ray_phase(at[0], at[1]).unwrap_or(0.0);
     Ok((turned, phase / k))
 }
 

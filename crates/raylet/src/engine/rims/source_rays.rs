@@ -105,7 +105,7 @@ pub(crate) fn rays_behind(
 pub(crate) fn ray_behind(hop: &Hop, source_ray: &SourceRay) -> SourceRay {
     let SourceRay { at, p, energy } = *source_ray;
     let gradient = match &hop.from.kind {
-        ScreenKind::Doe(doe) => doe.phase_gradient(at[0], at[1]),
+        ScreenKind::Doe(doe) => doe.ray_gradient(at[0], at[1]),
         ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
     };
     let [gx, gy] = gradient.unwrap_or([0.0; 2]);

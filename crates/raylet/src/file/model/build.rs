@@ -20,6 +20,7 @@ use crate::optics::frame::Frame;
 use crate::optics::gaussian_beam::GaussianBeam;
 use crate::optics::media::catalog;
 use crate::optics::media::medium::{Medium, MediumError};
+use crate::optics::phase::blaze::Blaze;
 use crate::optics::phase::profile::Profile;
 use crate::optics::phase::two_point::{RecordedWave, TwoPoint};
 use crate::optics::refraction::Coating;
@@ -419,8 +420,43 @@ impl Layout<'_, '_> {
                 }
                 Layer::Sum(terms)
             }
+            layer::Layer::Kinoform(kinoform) => self.kinoform(kinoform, path)?,
             _ => Layer::Phase(self.placed_profile(layer)),
         })
+    }
+
+    /// The orders of a kinoform, each a term of a sum.
+    fn kinoform(&self, kinoform: &layer::KinoformLayer, path: &str) -> Result<Layer, Fault> {
+        let made_for = self.made_for(kinoform.wavelength_um);
+        let step = |wavelength: f64| -> Result<f64, Fault> {
+            let Some(glass) = &kinoform.glass else {
+                return Ok(1.0);
+            };
+            let path = format!("{path}.glass");
+            let inside = index(
+                self.scene,
+                &medium(self.scene, glass, &path)?,
+                wavelength,
+                &path,
+            )?;
+            Ok(inside - index(self.scene, &self.ambient, wavelength, &path)?)
+        };
+        let alpha = made_for / self.wavelength * step(self.wavelength)? / step(made_for)?;
+        if !alpha.is_finite() {
+            let found = "a material with the index of the ambient medium";
+            return Err(self
+                .scene
+                .fault(&format!("{path}.glass"), found, "another material"));
+        }
+        let blaze = kinoform.levels.map_or(Blaze::Continuous, Blaze::Levels);
+        let phases: Vec<Profile> = (kinoform.layer.iter())
+            .map(|layer| self.placed_profile(layer))
+            .collect();
+        let term = |order: &i32| {
+            let layers = phases.iter().map(|phase| Layer::Phase(phase.times(*order)));
+            (blaze.amplitude(alpha, *order), layers.collect())
+        };
+        Ok(Layer::Sum(kinoform.orders.iter().map(term).collect()))
     }
 
     /// The analytic phase of a layer where its own axes stand.
@@ -472,9 +508,10 @@ impl Layout<'_, '_> {
                     .collect(),
             },
             layer::Layer::TwoPoint(hologram) => Profile::TwoPoint(self.two_point(hologram)),
-            layer::Layer::Pixels(_) | layer::Layer::Height(_) | layer::Layer::Sum(_) => {
-                Profile::Linear { gradient: [0.0; 2] }
-            }
+            layer::Layer::Pixels(_)
+            | layer::Layer::Height(_)
+            | layer::Layer::Kinoform(_)
+            | layer::Layer::Sum(_) => Profile::Linear { gradient: [0.0; 2] },
         }
     }
 

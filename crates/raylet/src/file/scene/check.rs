@@ -1,5 +1,7 @@
 //! Faults of a scene that no single value shows: parts that do not fit together.
 
+use std::collections::BTreeSet;
+
 use crate::file::decode::fault::Fault;
 use crate::file::decode::number::LEAST;
 use crate::file::decode::origin::Origin;
@@ -7,7 +9,9 @@ use crate::file::decode::place::Place;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::aperture::Rim;
 use crate::file::scene::element::{Element, LensElement, LensSurface};
-use crate::file::scene::layer::{Layer, PixelLayer, PolynomialLayer, RecordedWave, SumLayer};
+use crate::file::scene::layer::{
+    KinoformLayer, Layer, PixelLayer, PolynomialLayer, RecordedWave, SumLayer,
+};
 use crate::file::scene::surface_shape::{HIGHEST_POWER, SurfaceShape, check_extent};
 use crate::optics::assembly::part_check::expected_heading;
 
@@ -266,6 +270,7 @@ fn check_layers(layers: &[Layer], place: &Place<'_>) -> Result<(), Fault> {
         match layer {
             Layer::Pixels(pixels) => check_pixels(pixels, &place)?,
             Layer::Sum(sum) => check_sum(sum, &place)?,
+            Layer::Kinoform(kinoform) => check_kinoform(kinoform, &place)?,
             Layer::Polynomial(sum) => check_powers(sum, &place)?,
             Layer::TwoPoint(hologram) => {
                 check_wave(&hologram.object, &place.inner(".object"))?;
@@ -273,6 +278,38 @@ fn check_layers(layers: &[Layer], place: &Place<'_>) -> Result<(), Fault> {
             }
             _ => {}
         }
+    }
+    Ok(())
+}
+
+/// Most steps and orders of a kinoform.
+const MOST_LEVELS: u32 = 65_536;
+const MOST_ORDERS: usize = 101;
+
+/// A kinoform is made of analytic phases, and has each order once.
+fn check_kinoform(kinoform: &KinoformLayer, place: &Place<'_>) -> Result<(), Fault> {
+    check_layers(&kinoform.layer, &place.inner(".layer"))?;
+    // An axicon turns light by one angle at every wavelength, which no profile does.
+    let other = |layer: &Layer| layer.placement().is_none() || matches!(layer, Layer::Axicon(_));
+    if let Some(i) = kinoform.layer.iter().position(other) {
+        return place.inner(&format!(".layer[{i}].kind")).refuse(
+            "a layer that is no analytic phase of one profile",
+            "\"lens\", \"radial\", \"grating\", \"vortex\", \"zernike\", \"xy\" or \"two_point\"",
+        );
+    }
+    if let Some(levels) = kinoform
+        .levels
+        .filter(|levels| !(2..=MOST_LEVELS).contains(levels))
+    {
+        let expected = format!("from 2 to {MOST_LEVELS} steps, or no levels for a ramp");
+        return place.inner(".levels").refuse(levels.to_string(), expected);
+    }
+    let orders: BTreeSet<i32> = kinoform.orders.iter().copied().collect();
+    if orders.len() < kinoform.orders.len() || orders.len() > MOST_ORDERS {
+        let found = format!("{:?}", kinoform.orders);
+        return place
+            .inner(".orders")
+            .refuse(found, format!("each order once, at most {MOST_ORDERS}"));
     }
     Ok(())
 }

@@ -40,6 +40,8 @@ tagged! {
         Polynomial(PolynomialLayer) = "xy",
         /// A hologram that turns the wave of a reference into that of an object.
         TwoPoint(TwoPointLayer) = "two_point",
+        /// A smooth phase as a blazed or stepped profile, with its diffraction orders.
+        Kinoform(KinoformLayer) = "kinoform",
         /// A sum of transmissions, each a product of layers.
         Sum(SumLayer) = "sum",
     }
@@ -66,7 +68,7 @@ impl Layer {
             Layer::Zernike(layer) => Some(layer.placement()),
             Layer::Polynomial(layer) => Some(layer.placement()),
             Layer::TwoPoint(layer) => Some(layer.placement()),
-            Layer::Pixels(_) | Layer::Height(_) | Layer::Sum(_) => None,
+            Layer::Pixels(_) | Layer::Height(_) | Layer::Kinoform(_) | Layer::Sum(_) => None,
         }
     }
 }
@@ -281,6 +283,32 @@ pub struct RecordedWave {
     pub angle_deg: [f64; 2],
 }
 
+/// A smooth phase folded into a profile whose height makes one wave at the design wavelength: Σ cₘ exp(imφ) over orders m,
+/// with the cₘ of the profile at each wavelength.
+#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
+#[serde(deny_unknown_fields)]
+pub struct KinoformLayer {
+    /// Analytic layers, whose phases add to that of the first order.
+    #[serde(deserialize_with = "not_empty")]
+    #[schemars(extend("minItems" = 1))]
+    pub layer: Vec<Layer>,
+    /// The diffraction orders that are computed.
+    #[serde(default = "first_orders", deserialize_with = "not_empty")]
+    #[schemars(extend("minItems" = 1))]
+    pub orders: Vec<i32>,
+    /// Equal steps of a period, from 2; a ramp without it.
+    #[serde(default)]
+    pub levels: Option<u32>,
+    /// Design wavelength in micrometres; the scene's first wavelength without it.
+    #[serde(default, deserialize_with = "wavelength")]
+    #[schemars(extend("minimum" = 0.01, "maximum" = 100))]
+    pub wavelength_um: Option<f64>,
+    /// The material of the profile, in the ambient medium: a catalogue name or a table of its own numbers. Without it the
+    /// material has no dispersion.
+    #[serde(default)]
+    pub glass: Option<Material>,
+}
+
 /// A sum of complex transmissions, each the product of the layers of one term.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
@@ -296,6 +324,10 @@ pub struct SumLayer {
 
 fn one() -> f64 {
     1.0
+}
+
+fn first_orders() -> Vec<i32> {
+    vec![0, 1, 2]
 }
 
 fn first() -> i32 {

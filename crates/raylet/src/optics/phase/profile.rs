@@ -56,6 +56,46 @@ pub enum Profile {
 }
 
 impl Profile {
+    /// The phase times a whole number: that of a diffraction order.
+    pub fn times(&self, order: i32) -> Self {
+        let m = f64::from(order);
+        match self.clone() {
+            Profile::Linear { gradient } => Profile::Linear {
+                gradient: gradient.map(|g| m * g),
+            },
+            Profile::Lens {
+                focal_length,
+                wavenumber,
+            } => Profile::Lens {
+                focal_length,
+                wavenumber: m * wavenumber,
+            },
+            Profile::Axicon { slope } => Profile::Axicon { slope: m * slope },
+            Profile::Vortex { charge } => Profile::Vortex {
+                charge: order.saturating_mul(charge),
+            },
+            Profile::Radial {
+                radius,
+                coefficients,
+            } => Profile::Radial {
+                radius,
+                coefficients: coefficients.iter().map(|a| m * a).collect(),
+            },
+            Profile::Zernike(sum) => Profile::Zernike(sum.times(m)),
+            Profile::Polynomial { radius, terms } => Profile::Polynomial {
+                radius,
+                terms: terms.iter().map(|(powers, a)| (*powers, m * a)).collect(),
+            },
+            Profile::TwoPoint(hologram) => Profile::TwoPoint(TwoPoint {
+                order: m * hologram.order,
+                ..hologram
+            }),
+            Profile::Placed(placement, own) => {
+                Profile::Placed(placement, Box::new(own.times(order)))
+            }
+        }
+    }
+
     /// The phase on own axes that stand on the element as given.
     pub fn placed(self, placement: Placement) -> Self {
         match placement.is_none() {
@@ -234,6 +274,10 @@ mod tests {
             let scale = 1.0 + gx.hypot(gy);
             assert!((gx - dx).abs() < 1e-7 * scale, "{profile:?}");
             assert!((gy - dy).abs() < 1e-7 * scale, "{profile:?}");
+
+            // An order has as many times the phase.
+            let third = profile.times(-3).phase(x, y);
+            assert!((third + 3.0 * profile.phase(x, y)).abs() < 1e-9);
 
             // Second derivatives against differences of the first.
             let along_x = (profile.gradient(x + h, y), profile.gradient(x - h, y));

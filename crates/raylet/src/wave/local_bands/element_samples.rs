@@ -4,7 +4,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::optics::aperture::{Aperture, Outline};
-use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use crate::optics::doe::{Doe, Layer, PixelForm, Pixels, Term};
 use crate::optics::phase::profile::Profile;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::Axis;
@@ -103,7 +103,11 @@ impl<'a> Element<'a> {
             ScreenKind::Sensor(_) => return None,
             ScreenKind::Doe(doe) => doe,
         };
-        let known = |layer: &Layer| matches!(layer, Layer::Phase(_) | Layer::Pixels(_));
+        let known = |layer: &Layer| match layer {
+            Layer::Phase(_) | Layer::Pixels(_) => true,
+            Layer::Sum(terms) => terms.iter().all(|(_, layers)| layers.iter().all(is_phase)),
+            Layer::OnSurface(..) => false,
+        };
         if !(doe.layers.iter().all(known) && doe.shares_lattice()) {
             return None;
         }
@@ -124,12 +128,39 @@ impl<'a> Element<'a> {
         self.pixels
     }
 
+    fn layers(&self) -> &'a [Layer] {
+        self.doe.map_or(&[][..], |doe| &doe.layers)
+    }
+
+    /// Its analytic phases, of sums those of the strongest term.
     fn profiles(&self) -> impl Iterator<Item = &'a Profile> {
-        let layers = self.doe.map_or(&[][..], |doe| &doe.layers);
-        layers.iter().filter_map(|layer| match layer {
-            Layer::Phase(profile) => Some(profile),
-            Layer::Pixels(_) | Layer::Sum(_) | Layer::OnSurface(..) => None,
+        self.layers().iter().flat_map(|layer| match layer {
+            Layer::Sum(terms) => strongest(terms).iter().filter_map(phase).collect(),
+            _ => Vec::from_iter(phase(layer)),
         })
+    }
+
+    /// How far the directions of all terms of its sums differ from that of the strongest at a point.
+    fn beside_strongest(&self, [x, y]: [f64; 2], k: f64) -> [f64; 2] {
+        let slope = |layers: &[Layer]| {
+            let slopes = layers
+                .iter()
+                .filter_map(phase)
+                .map(|own| own.gradient(x, y));
+            slopes.fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
+        };
+        let mut total = [0.0; 2];
+        for layer in self.layers() {
+            let Layer::Sum(terms) = layer else { continue };
+            let main = slope(strongest(terms));
+            for (a, total) in total.iter_mut().enumerate() {
+                let others = terms
+                    .iter()
+                    .map(|(_, layers)| (slope(layers)[a] - main[a]).abs());
+                *total += others.fold(0.0, f64::max) / k;
+            }
+        }
+        total
     }
 
     /// The smooth part of its phase about a point, as a carrier; singular phases take part where the singular point
@@ -296,7 +327,8 @@ impl<'a> Element<'a> {
                     place(y0, y1, n / BAND_SAMPLES),
                 ];
                 let beside = self.beside(carrier, far, at, area.k);
-                widest = [0, 1].map(|a| widest[a].max(beside[a].abs()));
+                let others = self.beside_strongest(at, area.k);
+                widest = [0, 1].map(|a| widest[a].max(beside[a].abs() + others[a]));
             }
         }
         [0, 1].map(|a| area.half_band[a] + widest[a])
@@ -414,6 +446,26 @@ fn edge_pitch(area: &TileArea, a: usize) -> f64 {
     let fine = PASSBAND * std::f64::consts::TAU / (area.k * needed);
     let finer = (area.edge_pitch / fine).clamp(1.0, FINEST_EDGE);
     area.edge_pitch * 2f64.powf(-(PITCHES * finer.log2()).ceil() / PITCHES)
+}
+
+/// Whether a layer is an analytic phase.
+fn is_phase(layer: &Layer) -> bool {
+    phase(layer).is_some()
+}
+
+/// The analytic phase of a layer, if it is one.
+fn phase(layer: &Layer) -> Option<&Profile> {
+    match layer {
+        Layer::Phase(profile) => Some(profile),
+        Layer::Pixels(_) | Layer::Sum(_) | Layer::OnSurface(..) => None,
+    }
+}
+
+/// The layers of the strongest term of a sum.
+fn strongest(terms: &[Term]) -> &[Layer] {
+    let brighter = |a: &&Term, b: &&Term| a.0.norm_sqr().total_cmp(&b.0.norm_sqr());
+    let main = terms.iter().max_by(brighter);
+    main.map_or(&[], |(_, layers)| layers)
 }
 
 /// Whether a phase has a point, not farther than this from a place, at which it is not smooth.
