@@ -13,6 +13,8 @@ use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::settings::{Correction, Settings};
 use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, edge_error};
 use crate::optics::system::System;
+use crate::wave::grid::field::Field;
+use crate::wave::grid::mean_cosine::mean_cosine;
 
 /// Share of the target error that plane waves which are left out may cost.
 const DROPPED_SHARE: f64 = 0.33;
@@ -91,8 +93,9 @@ pub(crate) fn run_local_bands(
     check_sound(original, &outcome.field, None)?;
     let in_sensor = (system.screens.last()).map_or(1.0, |sensor| system.power_in(sensor.index));
     let landed = outcome.field.power() * in_sensor;
+    let steep = mean_cosine_on(system, &outcome.field);
     let hops = outcome.hops.into_iter().enumerate();
-    let hops = hops.map(|(number, hop)| report(original, &rimmed, number, hop, landed));
+    let hops = hops.map(|(number, hop)| report(original, &rimmed, number, hop, landed, steep));
     Ok(Outcome {
         hops: hops.collect(),
         field: outcome.field,
@@ -101,20 +104,28 @@ pub(crate) fn run_local_bands(
     })
 }
 
-/// What a hop did, of a run that brings the power `landed` to the sensor.
+/// The mean cosine of the light on the sensor.
+fn mean_cosine_on(system: &System, field: &Field) -> f64 {
+    let pitch = [field.grid.x.pitch, field.grid.y.pitch];
+    let index = system.screens.last().map_or(1.0, |sensor| sensor.index);
+    mean_cosine(&field.values, pitch, system.wavenumber() * index)
+}
+
+/// What a hop did, of a run that brings light of ∫|U|² = `landed`, with this mean cosine, to the sensor.
 fn report(
     original: &System,
     rimmed: &Rimmed,
     number: usize,
     hop: LocalBandHop,
     landed: f64,
+    steep: f64,
 ) -> HopReport {
     let mut tally = hop.statistics.tally;
     let (system, from) = (&rimmed.system, &rimmed.system.screens[number]);
     let first = (number == 0).then_some(from);
     let behind = first
         .and_then(|first| power_behind(&system.source, first, system.wavenumber()))
-        .map(|square| square * system.power_in(from.index_behind()));
+        .map(|power| power * system.power_in(from.index));
     let last = number + 1 == system.trains.len();
     let cut = edge_error(original, from, rimmed.ended_at(from));
     tally.edge = cut.hypot(cut_by_ray(&rimmed.rims, number));
@@ -127,7 +138,7 @@ fn report(
         screens: hop.screens,
         method: HopMethod::LocalBands(hop.plan),
         tally,
-        power: [None, behind, last.then_some(landed)],
+        power: [None, behind, last.then_some(landed * steep)],
         samples: None,
         seconds: hop.seconds,
     }

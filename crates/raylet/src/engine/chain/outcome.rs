@@ -23,7 +23,8 @@ pub struct HopReport {
     /// Rays and energy by fate.
     pub tally: Tally,
     /// ∫(n/n₀)|U|² just before the first screen acted (over its samples), just behind it, and on the second
-    /// screen, in mm² for unit amplitude, with the index n of the medium there and n₀ of the ambient one; nothing where no whole field is known.
+    /// screen, in mm² for unit amplitude, with the index n of the medium there and n₀ of the ambient one; for local
+    /// bands the power through the first screen and through the sensor, with the cosines of the directions.
     pub power: [Option<f64>; 3],
     /// Samples of the field on the first screen, [ny, nx]; nothing for local bands.
     pub samples: Option<[usize; 2]>,

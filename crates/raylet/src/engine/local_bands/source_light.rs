@@ -78,11 +78,24 @@ pub(crate) fn source_values(
     Array2::from_shape_fn((samples[1].len(), samples[0].len()), value)
 }
 
+/// |U|² cos θ of the light before a screen, for an area over its local x and y; zero where it does not exist.
+fn power_density(source: &Source, screen: &Screen, at: [f64; 2], k: f64) -> f64 {
+    let Some(height) = screen.height(at) else {
+        return 0.0;
+    };
+    let point = screen.frame.to_global(Vec3::new(at[0], at[1], height.z));
+    let direction = screen.frame.direction_to_local(source.direction(point));
+    let [sx, sy] = height.slope;
+    let through = direction.z - direction.x * sx - direction.y * sy;
+    source.field(point, k * screen.index).norm_sqr() * through.abs()
+}
+
 /// Cells along each side of a screen over which its light is summed: so many, or one a pixel up to the most.
 const CELLS: usize = 512;
 const MOST_CELLS: usize = 4096;
 
-/// ∫|U|² just behind the first screen, in mm²; nothing for a screen without an edge.
+/// The power that comes through the first screen, in mm²: ∫|U|² cos θ over its surface, of the light before it and what its
+/// element passes; nothing for a screen without an edge.
 pub(crate) fn power_behind(source: &Source, screen: &Screen, k: f64) -> Option<f64> {
     let [x0, x1, y0, y1] = screen.bounds()?;
     let (aperture, doe) = match &screen.kind {
@@ -107,7 +120,7 @@ pub(crate) fn power_behind(source: &Source, screen: &Screen, k: f64) -> Option<f
             }
             let at = [left + 0.5 * dx, low + 0.5 * dy];
             let passed = doe.map_or(1.0, |doe| doe.transmission(at[0], at[1]).norm_sqr());
-            open * passed * source_field(source, screen, at, k).norm_sqr()
+            open * passed * power_density(source, screen, at, k)
         };
         (0..nx).map(cell).sum::<f64>()
     };

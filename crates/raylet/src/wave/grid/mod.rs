@@ -9,12 +9,14 @@
 //! | [`transmission`] | The transmission of an element at the nodes of a grid, and its adjoint for phases and pixels |
 //! | [`heights`] | The levels around a curved screen, and interpolation between them |
 //! | [`height_stack`] | A field as it is summed: on a plane, or on levels around a curved screen |
+//! | `mean_cosine` | How steeply the light of a field crosses its plane |
 //! | [`metrics`] | How alike two fields are, and how large a spot is |
 
 pub(crate) mod aperture_coverage;
 pub mod field;
 pub mod height_stack;
 pub mod heights;
+pub(crate) mod mean_cosine;
 pub mod metrics;
 pub mod raster;
 pub mod sampling;
