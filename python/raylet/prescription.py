@@ -3,6 +3,9 @@
 from __future__ import annotations
 
 import copy
+import difflib
+import functools
+import json
 import os
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, Union
@@ -89,6 +92,7 @@ class Prescription:
 
     def add(self, kind: str, **keys: Any) -> Self:
         """Adds an element of any kind by the keys of a scene file."""
+        self._check_keys(kind, keys)
         element = {"kind": kind, **keys}
         if "glass" in element:
             element["glass"] = constant(element["glass"])
@@ -230,6 +234,23 @@ class Prescription:
 
     # How it is handed to the library.
 
+    @staticmethod
+    def _check_keys(kind: str, keys: Mapping[str, Any]) -> None:
+        """Refuses keys that no element of this kind has, where they are given."""
+        known = _element_keys().get(kind)
+        if known is None:
+            raise TypeError(
+                f"no element is of kind {shown(kind)}, expected one of {', '.join(sorted(_element_keys()))}"
+            )
+        for key in keys:
+            if key not in known:
+                near = difflib.get_close_matches(key, known, n=1)
+                hint = f"; did you mean {near[0]}?" if near else ""
+                raise TypeError(
+                    f"an element of kind {shown(kind)} has no argument {shown(key)}{hint} "
+                    f"Its arguments: {', '.join(sorted(known))}"
+                )
+
     def _set(self, key: str, value: Any) -> Self:
         self._document[key] = value
         self._scene = None
@@ -267,6 +288,14 @@ class Prescription:
             document = {**taken_out(self._document, "", {}), "seed": seed}
             scene = _raylet.Scene.build(plain(document), self._name)
         return scene.with_settings(plain(settings)) if settings else scene
+
+
+@functools.cache
+def _element_keys() -> dict[str, frozenset[str]]:
+    """The keys of each kind of element, from the schema."""
+    variants = json.loads(_raylet.schema())["$defs"]["Element"]["oneOf"]
+    tables = (variant["properties"] for variant in variants)
+    return {keys["kind"]["const"]: frozenset(keys) - {"kind"} for keys in tables}
 
 
 def _plain(wavelength_um: Any) -> Any:

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from raylet._arrays import real
 from raylet._files import npz, write
 from raylet._refusal import MOST_WAVES, described
 
@@ -210,6 +211,13 @@ class Sweep:
         field = self.field
         return np.square(field.real) + np.square(field.imag)
 
+    def incoherent(self, weights: Any = None) -> NDArray[np.float64]:
+        """The intensity [y, x] of fields and wavelengths that do not interfere: Σ w |U|², with one weight for each run
+        in the order of :attr:`results`; one for all without them."""
+        shape = self.results.shape
+        given = np.ones(shape) if weights is None else np.broadcast_to(real("weights", weights), shape)
+        return np.asarray(np.tensordot(given, self.intensity, axes=given.ndim))
+
     @property
     def table(self) -> list[dict[str, Any]]:
         """One row for each run: what was varied, peak intensity, widths at half of it, expected error and seconds."""
@@ -218,7 +226,7 @@ class Sweep:
             varied = dict(zip(self.dims, (values[i] for values, i in zip(self._lists(), place))))
             for channel in result.report["channels"]:
                 metrics = channel["metrics"]
-                found = {"peak": metrics["peak"], "fwhm_um": metrics["fwhm_um"], "power_mm2": metrics["power"]}
+                found = {"peak": metrics["peak"], "fwhm_um": metrics["fwhm_um"]}
                 rows.append({**varied, **found, "error": channel["error"], "seconds": result.seconds})
         return rows
 
@@ -229,11 +237,15 @@ class Sweep:
     def __repr__(self) -> str:
         lines = [f"<raylet.Sweep {' x '.join(self.dims)}: {self.results.size} runs>"]
         for row in self.table[:MOST_WAVES]:
-            cells = (
-                f"{key} {value:.4g}" if isinstance(value, float) else f"{key} {value}" for key, value in row.items()
-            )
-            lines.append("  " + ", ".join(cells))
+            lines.append("  " + ", ".join(f"{key} {_short(value)}" for key, value in row.items()))
         return "\n".join(lines)
+
+
+def _short(value: Any) -> str:
+    """A number or a list of numbers in a few digits."""
+    if isinstance(value, list):
+        return "[" + ", ".join(_short(one) for one in value) + "]"
+    return f"{value:.3g}" if isinstance(value, float) else str(value)
 
 
 def _hop_lines(hop: dict[str, Any]) -> list[str]:

@@ -114,6 +114,7 @@ class System(Prescription):
         fields: Sequence[Sequence[float]] | None = None,
         wavelengths_um: Sequence[float] | None = None,
         distances_mm: Sequence[float] | None = None,
+        follow: bool = False,
         progress: Progress = None,
         **settings: Any,
     ) -> Sweep:
@@ -126,6 +127,8 @@ class System(Prescription):
         fields : angles [ax, ay] of the source in degrees, or places [x, y, z] of a point source in mm.
         wavelengths_um : vacuum wavelengths, in place of the system's. Phases keep the wavelength they are made for.
         distances_mm : distances of the sensor from the element before it.
+        follow : whether the sensor moves aside with the chief ray of each run, the ray through the middle of the first
+            element; `x_mm` and `y_mm` of a result are on its own axes.
         settings : what else :meth:`simulate` takes.
         """
         lists = (fields, wavelengths_um, distances_mm)
@@ -137,7 +140,7 @@ class System(Prescription):
         plain_lists = [None if values is None else real(name, values) for name, values in zip(names, lists)]
         runs = [[None] if values is None else list(values) for values in plain_lists]
         results = [
-            self._at(field, wave, distance).simulate(progress=progress, **settings)
+            self._at(field, wave, distance, follow).simulate(progress=progress, **settings)
             for field in runs[0]
             for wave in runs[1]
             for distance in runs[2]
@@ -145,7 +148,7 @@ class System(Prescription):
         angles, waves, distances = (None if values is None else values.tolist() for values in plain_lists)
         return Sweep(angles, waves, distances, results)
 
-    def _at(self, field: Any, wavelength_um: float | None, distance_mm: float | None) -> System:
+    def _at(self, field: Any, wavelength_um: float | None, distance_mm: float | None, follow: bool) -> System:
         """The system in another field, at another wavelength, with its sensor at another distance."""
         other = self._copy()
         document = other._document
@@ -161,7 +164,21 @@ class System(Prescription):
             if len(document["element"]) < 2:
                 raise RayletError("distances_mm lead from the last element to the sensor, found no element")
             document["element"][-2]["thickness_mm"] = float(distance_mm)
-        return other
+        return other._following() if follow else other
+
+    def _following(self) -> System:
+        """The system with its sensor about the chief ray."""
+        chief = self.trace()
+        hit = np.array([chief.x[-1], chief.y[-1], chief.z[-1]]).ravel()
+        if not np.isfinite(hit).all():
+            raise RayletError("the chief ray does not come to the sensor, expected that it does: set follow=False")
+        sensor = self._copy()
+        row = sensor._document["element"][-1]
+        x, y = row.get("decenter_mm", (0.0, 0.0))
+        last = self.parts[-1]
+        right, up = (float(np.dot(hit - last["position_mm"], axis)) for axis in last["axes"][:2])
+        row["decenter_mm"] = [x + right, y + up]
+        return sensor
 
     def linearised(
         self, *elements: str, parameters: Sequence[str] = (), threads: int | None = None

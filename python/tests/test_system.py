@@ -119,6 +119,12 @@ def test_a_sweep_is_the_runs_that_it_stands_for() -> None:
     one.add_sensor(pixels=(12, 10), pitch_um=3.0)
     assert np.array_equal(found.field[1, 2], one.simulate().field)
     assert [row["wavelength"] for row in found.table[:3]] == [0.45, 0.5, 0.55]
+    followed = system.sweep(fields=[(0.0, 0.0), (3.0, 0.0)], follow=True)
+    for result in followed.results:
+        across = result.intensity.sum(axis=0)
+        assert abs(np.sum(across * result.x_mm) / across.sum()) < 1e-3
+    both = found.incoherent([[1.0, 0.0, 0.0], [0.0, 0.0, 2.0]])
+    assert np.allclose(both, found.intensity[0, 0] + 2.0 * found.intensity[1, 2], rtol=1e-12)
     focus = system.sweep(distances_mm=[9.0, 10.0, 11.0]).intensity
     assert focus.max(axis=(1, 2)).argmax() == 1 and "raylet.Sweep distance x y x x: 3 runs" in repr(
         system.sweep(distances_mm=[9.0, 10.0, 11.0])
@@ -126,6 +132,18 @@ def test_a_sweep_is_the_runs_that_it_stands_for() -> None:
     with pytest.raises(TypeError, match="sweep takes fields, wavelengths_um or distances_mm"):
         system.sweep()
     assert "data:image/png" in found.results[0, 0]._repr_html_() and "<pre>" in system._repr_html_()
+
+
+def test_unknown_arguments_fail_where_they_are_given() -> None:
+    system = raylet.System(wavelength_um=0.5)
+    with pytest.raises(
+        TypeError, match=r"kind 'stop' has no argument 'radius_m'.*Its arguments: aperture, decenter_mm"
+    ):
+        system.add_stop(raylet.disc(1.0), radius_m=2.0)
+    with pytest.raises(TypeError, match=r"has no argument 'radius'; did you mean radius_mm\?"):
+        system.add_surface(radius=20.0)
+    with pytest.raises(TypeError, match=r"no element is of kind 'lense', expected one of coordinate_break, doe, lens"):
+        system.add("lense")
 
 
 def test_a_glass_is_given_by_its_own_numbers() -> None:

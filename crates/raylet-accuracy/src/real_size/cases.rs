@@ -58,6 +58,8 @@ pub struct Case {
     pub mask: Mask,
     /// Angle of the light to the axis, in degrees, towards +x.
     pub angle_deg: f64,
+    /// Vacuum wavelength in mm, where that is not the scene's.
+    pub wavelength: Option<f64>,
     /// Radius of its stop in mm, where that is not the scene's.
     pub stop: Option<f64>,
     /// The reference with which raylet's field is compared.
@@ -113,6 +115,7 @@ impl Case {
             scene,
             mask,
             angle_deg,
+            wavelength: None,
             stop: None,
             reference: Reference::Stop,
             block: 32,
@@ -124,9 +127,10 @@ impl Case {
     /// What stands at its stop, in the table.
     pub fn place(&self) -> String {
         let mask = self.mask.name();
-        match self.stop {
-            Some(radius) => format!("{mask}, {:.1} mm wide", 2.0 * radius),
-            None => mask,
+        match (self.stop, self.wavelength) {
+            (Some(radius), _) => format!("{mask}, {:.1} mm wide", 2.0 * radius),
+            (None, Some(wavelength)) => format!("{mask}, λ = {:.4} µm", wavelength * 1e3),
+            (None, None) => mask,
         }
     }
 
@@ -141,7 +145,10 @@ impl Case {
     /// # Errors
     /// When the scene has a fault.
     pub fn system(&self) -> Result<(System, Settings), Fault> {
-        let scene = Scene::read(&scene_path(&format!("real_size/{}", self.scene)))?;
+        let mut scene = Scene::read(&scene_path(&format!("real_size/{}", self.scene)))?;
+        if let Some(wavelength) = self.wavelength {
+            scene.wavelength_um = vec![wavelength * 1e3];
+        }
         let mut system = build::system(&scene, 0)?;
         if self.reference == Reference::Surface {
             return Ok((system, build::settings(&scene)));
@@ -233,19 +240,30 @@ fn flat_elements() -> Vec<Case> {
     all
 }
 
-/// Lenses with a kinoform on one of their faces.
+/// The F and C lines in mm, beside the d line of the scenes.
+const LINES: [f64; 2] = [0.486_132_7e-3, 0.656_272_5e-3];
+
+/// Lenses with a kinoform on one of their faces, in three colours.
 fn hybrids() -> Vec<Case> {
     let mut all = Vec::new();
-    for angle in [0.0, 3.0] {
-        let case = Case::new("hybrid_asphere", Mask::Own("kinoform on its front"), angle);
-        all.push(Case {
-            nodes: [200, 480],
-            ..case
-        });
-    }
-    for angle in [0.0, 3.0] {
-        let case = Case::new("hybrid_achromat", Mask::Own("kinoform on its back"), angle);
-        all.push(case);
+    let lenses = [
+        ("hybrid_asphere", "kinoform on its front", 3.0, [200, 480]),
+        ("hybrid_achromat", "kinoform on its back", 5.0, [100, 240]),
+    ];
+    for (scene, mask, aside, nodes) in lenses {
+        for (angle, line) in [
+            (0.0, None),
+            (aside, None),
+            (0.0, Some(LINES[0])),
+            (0.0, Some(LINES[1])),
+        ] {
+            let case = Case::new(scene, Mask::Own(mask), angle);
+            all.push(Case {
+                nodes,
+                wavelength: line,
+                ..case
+            });
+        }
     }
     all
 }

@@ -173,7 +173,7 @@ impl de::Error for DecodeError {
 
     fn unknown_field(field: &str, known: &'static [&'static str]) -> Self {
         Self {
-            hint: guess(field, known),
+            hint: absent(field).or_else(|| guess(field, known)),
             ..Self::new(
                 format!("an unknown key `{}`", shortened(field)),
                 one_of(known),
@@ -190,9 +190,39 @@ impl de::Error for DecodeError {
     }
 }
 
+/// Physics that raylet does not have, by the beginnings of keys that ask for it.
+const ABSENT: [(&[&str], &str); 3] = [
+    (
+        &["polari", "jones", "stokes", "vector"],
+        "waves are scalar: there is no polarisation (docs/limits.md)",
+    ),
+    (
+        &["coheren", "partial", "bandwidth", "spectrum"],
+        "light is fully coherent, one wavelength at a time (docs/limits.md): add the intensities of several runs",
+    ),
+    (
+        &["absor", "temperature", "thermal"],
+        "media do not absorb, and have the temperature of their catalogue (docs/limits.md)",
+    ),
+];
+
+/// That raylet does not have the physics which a key asks for.
+fn absent(field: &str) -> Option<String> {
+    let asked = |starts: &[&str]| starts.iter().any(|start| field.starts_with(start));
+    let found = ABSENT.iter().find(|(starts, _)| asked(starts));
+    found.map(|(_, text)| (*text).to_owned())
+}
+
 #[cfg(test)]
 mod tests {
-    use crate::file::decode::decode_error::nearest;
+    use crate::file::decode::decode_error::{absent, nearest};
+
+    #[test]
+    fn keys_of_absent_physics_say_so() {
+        assert!(absent("polarization").is_some_and(|text| text.contains("scalar")));
+        assert!(absent("coherence_length").is_some_and(|text| text.contains("coherent")));
+        assert_eq!(absent("pitch_um"), None);
+    }
 
     #[test]
     fn nearest_key_is_the_one_a_person_would_guess() {
