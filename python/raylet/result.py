@@ -215,7 +215,9 @@ class Sweep:
         """The intensity [y, x] of fields and wavelengths that do not interfere: Σ w |U|², with one weight for each run
         in the order of :attr:`results`; one for all without them."""
         shape = self.results.shape
-        given = np.ones(shape) if weights is None else np.broadcast_to(real("weights", weights), shape)
+        given = np.ones(shape) if weights is None else real("weights", weights)
+        if given.shape != shape:
+            raise ValueError(f"weights have shape {given.shape}, expected {shape}, one for each run")
         return np.asarray(np.tensordot(given, self.intensity, axes=given.ndim))
 
     @property

@@ -139,6 +139,9 @@ class System(Prescription):
         names = ("fields", "wavelengths_um", "distances_mm")
         plain_lists = [None if values is None else real(name, values) for name, values in zip(names, lists)]
         runs = [[None] if values is None else list(values) for values in plain_lists]
+        for name, values in zip(names, runs):
+            if not values:
+                raise ValueError(f"{name} is empty, expected at least one")
         results = [
             self._at(field, wave, distance, follow).simulate(progress=progress, **settings)
             for field in runs[0]

@@ -177,7 +177,7 @@ fn drawing(
             .to_vec();
     }
     let lines: Vec<Vec<Place>> = parts.iter().map(|part| line(part, plane, window)).collect();
-    let ambient = parts.first().map_or(1.0, Part::index);
+    let ambient = parts.first().map_or(1.0, Part::index_before);
     for (number, part) in parts.iter().enumerate() {
         let before = number.checked_sub(1).map(|n| parts[n].frame().origin);
         scene
@@ -433,6 +433,27 @@ mod tests {
             let x = column(z).round() as usize;
             assert_eq!(picture.column_has(x, GLASS), filled, "{z}");
         }
+    }
+
+    /// An element on the front of a lens: the glass stands between the two, and none before the sensor.
+    #[test]
+    fn glass_behind_an_element_on_a_lens_ends_at_the_back() {
+        let text = "version = 1\nwavelength_um = 0.5\nsource = { kind = \"plane\" }\n\
+            [[element]]\nkind = \"doe\"\nradius_mm = 10\nthickness_mm = 3\nglass = { index = 1.5 }\n\
+            aperture = { disc = { radius_mm = 2 } }\nlayer = [{ kind = \"lens\", focal_length_mm = 90 }]\n\
+            [[element]]\nkind = \"surface\"\nthickness_mm = 20\nsemi_aperture_mm = 2\n\
+            [[element]]\nkind = \"sensor\"\npixels = [8, 8]\npitch_um = 1\n";
+        let scene = Scene::parse(text, std::path::Path::new("hybrid.toml")).unwrap();
+        let (drawn, _) = layout(&scene, &system(&scene, 0).unwrap());
+        assert_eq!(drawn.glass.len(), 1);
+        let along = |end: f64| {
+            drawn.glass[0]
+                .points
+                .iter()
+                .map(move |at| (at[0] - end).abs())
+        };
+        assert!(along(3.0).fold(f64::INFINITY, f64::min) < 1e-9);
+        assert!(drawn.glass[0].points.iter().all(|at| at[0] < 3.0 + 1e-9));
     }
 
     /// A thick tilted plate seen close up, each face drawn either way: its sides never cross.

@@ -274,7 +274,7 @@ impl<'de> Visitor<'de> for OneOrList {
     }
 }
 
-/// A pitch above zero along x and y, given as a pair or as one number for both.
+/// A pitch or radius above zero along x and y, given as a pair or as one number for both.
 pub(crate) fn pitch<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
     let (list, listed) = deserializer.deserialize_any(OneOrList)?;
     let pair = match *list.as_slice() {
@@ -292,7 +292,7 @@ pub(crate) fn pitch<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 
     match pair.into_iter().find(|&step| !is_pitch(step)) {
         Some(step) => Err(D::Error::invalid_value(
             Unexpected::Float(step),
-            &"a pitch above zero, from 1e-6 to 1e6 micrometres",
+            &"a length above zero, from 1e-6 to 1e6 micrometres",
         )),
         None => Ok(pair),
     }

@@ -46,6 +46,14 @@ impl Part<'_> {
         }
     }
 
+    /// Refractive index of the medium before it.
+    pub fn index_before(&self) -> f64 {
+        match self.kind {
+            Kind::Screen(screen) => screen.index,
+            Kind::Surface(surface) => surface.index[0],
+        }
+    }
+
     /// Refractive index of the medium behind it.
     pub fn index(&self) -> f64 {
         match self.kind {

@@ -194,7 +194,7 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("[0.7, 0.55]", "[]", &["demo.toml:3:17: wavelength_um", "an empty list"]),
     ("[0.7, 0.55]", "700", &["demo.toml:3:17: wavelength_um", "found 700", "micrometres"]),
     ("[0.7, 0.55]", "nan", &["demo.toml:3:17: wavelength_um"]),
-    ("pitch_um = 6.3", "pitch_um = -6.3", &["demo.toml:17:12: element[0].layer[0].pitch_um", "found -6.3, expected a pitch above zero"]),
+    ("pitch_um = 6.3", "pitch_um = -6.3", &["demo.toml:17:12: element[0].layer[0].pitch_um", "found -6.3, expected a length above zero"]),
     ("radius_mm = 0.63", "radius_mm = 0", &["demo.toml:14:35: element[0].aperture.disc.radius_mm", "above zero"]),
     ("radius_mm = 25.8", "radius_mm = 0", &["demo.toml:33:13: element[1].surface[0].radius_mm", "inf for a plane"]),
     ("radius_mm = 25.8", "radius_mm = nan", &["demo.toml:33:13: element[1].surface[0].radius_mm"]),
