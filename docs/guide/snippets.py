@@ -9,6 +9,7 @@ import os
 import re
 import tempfile
 import warnings
+from pathlib import Path
 from typing import Any
 
 import matplotlib
@@ -17,8 +18,18 @@ from mkdocs.structure.files import File
 matplotlib.use("Agg")
 import matplotlib.pyplot as plt
 
+#: Pictures of the repository that pages show, beside those of their snippets.
+SHOWN = {"demo.png": "docs/demo.png"}
+
 FENCED = re.compile(r"^```python\n(.*?)^```\n", re.MULTILINE | re.DOTALL)
 NEEDS = re.compile(r"# needs: (\w+)")
+
+
+def on_files(files: Any, config: Any) -> Any:
+    for name, place in SHOWN.items():
+        content = Path(config.config_file_path).with_name(place).read_bytes()
+        files.append(File.generated(config, name, content=content))
+    return files
 
 
 def on_page_markdown(markdown: str, page: Any, config: Any, files: Any) -> str:

@@ -95,8 +95,9 @@ fn wide_screens_go_by_local_bands_with_the_usual_memory_too_slow() {
 fn what_neither_can_carry_is_refused_with_both_reasons() {
     let mut summed = system();
     if let ScreenKind::Doe(doe) = &mut summed.screens[1].kind {
-        let layers = std::mem::take(&mut doe.layers);
-        doe.layers = vec![Layer::Sum(vec![(Complex64::ONE, layers)])];
+        // Local bands carry sums of phases, and no sums of sums.
+        let inner = Layer::Sum(vec![(Complex64::ONE, std::mem::take(&mut doe.layers))]);
+        doe.layers = vec![Layer::Sum(vec![(Complex64::ONE, vec![inner])])];
     }
     let error = simulate(&summed, &little_memory(), &|_| {}).unwrap_err();
     assert!(matches!(error, SimulateError::TooLarge { .. }), "{error}");

@@ -220,11 +220,14 @@ fn leaving(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// The rays that leave a smooth element, as places and directions; none behind pixels and stops.
+/// The rays that leave a smooth plane element, as places and directions; none behind pixels, stops and curved elements.
 fn smooth_rays(hop: &Hop, rays: &[ScreenRay]) -> Vec<([f64; 2], [f64; 2])> {
     let ScreenKind::Doe(doe) = &hop.from.kind else {
         return Vec::new();
     };
+    if !hop.from.is_plane() {
+        return Vec::new();
+    }
     let open = (rays.iter()).filter(|ray| doe.aperture.contains(ray.at[0], ray.at[1]));
     let smooth = open.filter(|ray| doe.phase_gradient(ray.at[0], ray.at[1]).is_some());
     smooth

@@ -73,7 +73,10 @@ pub(crate) fn evanescent(hop: &Hop, leaving: &[([f64; 2], [f64; 2])]) -> Option<
     Some(format!(
         "{share:.0} % of the light behind '{}' does not propagate: its direction cosines would be ({:.3}, {:.3}) at \
          ({x:.4}, {y:.4}) mm, where the index is {:.3}",
-        hop.from.name, p[0], p[1], hop.from.index,
+        hop.from.name,
+        p[0],
+        p[1],
+        hop.from.index_behind(),
     ))
 }
 
