@@ -123,6 +123,7 @@ def test_a_sweep_is_the_runs_that_it_stands_for() -> None:
     for result in followed.results:
         across = result.intensity.sum(axis=0)
         assert abs(np.sum(across * result.x_mm) / across.sum()) < 1e-3
+        assert result.intensity.max() > 0.95 * followed.results[0].intensity.max()
     both = found.incoherent([[1.0, 0.0, 0.0], [0.0, 0.0, 2.0]])
     assert np.allclose(both, found.intensity[0, 0] + 2.0 * found.intensity[1, 2], rtol=1e-12)
     focus = system.sweep(distances_mm=[9.0, 10.0, 11.0]).intensity
