@@ -27,7 +27,7 @@ NEEDS = re.compile(r"# needs: (\w+)")
 
 def on_files(files: Any, config: Any) -> Any:
     for name, place in SHOWN.items():
-        content = Path(config.config_file_path).with_name(place).read_bytes()
+        content = (Path(config.config_file_path).parent / place).read_bytes()
         files.append(File.generated(config, name, content=content))
     return files
 
