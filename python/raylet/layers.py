@@ -40,8 +40,8 @@ def pixels(
 
     Arrays of float64 and complex128 are not copied: they are looked at when the system is computed. `pixel` says what
     lies between the centres: "box" (constant over each pixel), "point" or "bilinear". `size` [nx, ny] makes a blank.
-    `phase_scale` multiplies the phase. `fill` is the share of a pixel's area that carries its value, and `rest` says
-    what the rest does: "dark" or "flat" (transmits all); the pixel acts with its mean.
+    `phase_scale` multiplies the phase. `fill` is the share of a box pixel's area that carries its value, a rectangle
+    about its centre, and `rest` says what the gap around it does: "dark" or "flat" (transmits all).
     """
     given = {"phase": phase, "amplitude": amplitude, "transmission": transmission}
     held = {key: grid(key, value) for key, value in given.items() if value is not None}
@@ -50,12 +50,22 @@ def pixels(
 
 
 def height(
-    *, pitch_um: Pair, height_um: Any = None, glass: Any, pixel: str = "box", size: Sequence[int] | None = None
+    *,
+    pitch_um: Pair,
+    height_um: Any = None,
+    glass: Any,
+    stands_in: str | None = None,
+    pixel: str = "box",
+    size: Sequence[int] | None = None,
 ) -> Layer:
-    """A relief of one material, heights [y, x] in µm: phase k(n − n_ambient)h. `glass` is a name or an index; without
-    heights `size` [nx, ny] makes a relief that :meth:`raylet.System.design` is to find."""
+    """A relief of one material, heights [y, x] in µm: phase k(n − n′)h, n′ the index of the medium whose place it takes.
+
+    `glass` is a name or an index. Where the element is an interface it is one of the two media, and the relief reaches
+    into the other; a third material needs `stands_in`, "before" or "behind". Without heights `size` [nx, ny] makes a
+    relief that :meth:`raylet.System.design` is to find."""
     held = None if height_um is None else grid("height_um", height_um)
-    return _layer("height", pitch_um=pitch_um, height_um=held, glass=constant(glass), pixel=pixel, size=size)
+    own = {"pitch_um": pitch_um, "pixel": pixel, "size": size, "stands_in": stands_in}
+    return _layer("height", **own, height_um=held, glass=constant(glass))
 
 
 def keep_wavelength(layers: Sequence[Layer], wavelength_um: float) -> None:
@@ -193,14 +203,15 @@ def kinoform(
     levels: int | None = None,
     wavelength_um: float | None = None,
     glass: Any = None,
+    stands_in: str | None = None,
 ) -> Layer:
     """Smooth phases folded into a profile whose height makes one wave at the design wavelength, with its `orders`.
 
     `layer` lists analytic phases that add to that of the first order. The profile is a ramp, or has so many equal
-    `levels`: 2 make a binary element. Its `glass` in the ambient medium gives the dispersion; without it the material
-    has none."""
+    `levels`: 2 make a binary element. Its `glass` gives the dispersion; without it the material has none. Where the
+    element is an interface it is one of the two media; a third material needs `stands_in`, "before" or "behind"."""
     own = {"layer": list(layer), "orders": list(orders), "levels": levels, "wavelength_um": wavelength_um}
-    return _layer("kinoform", **own, glass=constant(glass))
+    return _layer("kinoform", **own, glass=constant(glass), stands_in=stands_in)
 
 
 def superposition(terms: Sequence[Sequence[Layer]], weights: Sequence[float] | None = None) -> Layer:

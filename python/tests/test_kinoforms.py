@@ -33,7 +33,11 @@ def test_orders_of_a_stepped_grating_are_its_pixels(method: str) -> None:
 def hybrid(orders: list[int]) -> Any:
     """A lens of 6 mm with a kinoform on its back, at a wavelength for which it is not made."""
     kinoform = raylet.kinoform(
-        [raylet.lens(focal_length_mm=60.0)], orders=orders, wavelength_um=0.55, glass={"nd": 1.49, "vd": 57.0}
+        [raylet.lens(focal_length_mm=60.0)],
+        orders=orders,
+        wavelength_um=0.55,
+        glass={"nd": 1.49, "vd": 57.0},
+        stands_in="behind",
     )
     system = raylet.System(wavelength_um=0.5)
     system.add_stop(raylet.disc(0.7), thickness_mm=0.5)

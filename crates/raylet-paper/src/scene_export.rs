@@ -8,8 +8,9 @@
 use ndarray::Array2;
 use ndarray_npy::{WriteNpyError, WriteNpyExt};
 use raylet::optics::aperture::Outline;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::freeform::Term;
+use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use raylet::optics::sag_grid::SagGrid;
 use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::Shape;

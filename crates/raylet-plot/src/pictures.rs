@@ -8,7 +8,8 @@
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
 use raylet::file::arrays::npz::Fields;
-use raylet::optics::doe::{Doe, Layer, PixelForm};
+use raylet::optics::doe::{Doe, Layer};
+use raylet::optics::pixels::pixel_grid::PixelForm;
 
 use crate::colour::ColourMap;
 use crate::figure::{Figure, Panel};

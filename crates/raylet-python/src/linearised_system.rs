@@ -18,7 +18,7 @@ use raylet::file::model::build;
 use raylet::file::model::variations::{ParameterValues, varied_system};
 use raylet::file::scene::scene_file::Scene as File;
 use raylet::file::scene::variable::{VariableAddress, VariableScene};
-use raylet::optics::doe::Pixels;
+use raylet::optics::pixels::pixel_grid::Pixels;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::is_amplitude;

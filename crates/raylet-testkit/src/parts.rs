@@ -4,8 +4,10 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
+use raylet::optics::pixels::active_area::ActiveArea;
+use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use raylet::optics::refraction::{Coating, Interface};
 use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::{Conic, Shape};
@@ -56,6 +58,7 @@ pub fn pixel_layer(values: Array2<Complex64>, pitch: f64, form: PixelForm) -> La
         pitch: [pitch; 2],
         values,
         form,
+        active: ActiveArea::WHOLE,
     })
 }
 

@@ -7,7 +7,7 @@ use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 use raylet::math::random::uniform;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::doe::PixelForm;
+use raylet::optics::pixels::pixel_grid::PixelForm;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::free::free_plan::Slab;

@@ -4,8 +4,8 @@ use num_complex::Complex64;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::bundle::Rays;
-use raylet::optics::doe::PixelForm;
 use raylet::optics::frame::Frame;
+use raylet::optics::pixels::pixel_grid::PixelForm;
 use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::Shape;
 

@@ -233,7 +233,7 @@ mod paper {
     use raylet::engine::plan::settings::{Method, Paper, Settings};
     use raylet::math::draw::draw;
     use raylet::math::random::{pair, uniform};
-    use raylet::optics::doe::PixelForm;
+    use raylet::optics::pixels::pixel_grid::PixelForm;
     use raylet::optics::system::System;
     use raylet::wave::beamlet::plane::{PlaneSum, PlaneWave};
     use raylet::wave::grid::field::{Axis, Field, Grid};
@@ -427,7 +427,7 @@ mod gradients {
     use raylet::engine::plan::settings::Settings;
     use raylet::engine::trace::ray_sensitivity::Variation;
     use raylet::math::random::uniform;
-    use raylet::optics::doe::PixelForm;
+    use raylet::optics::pixels::pixel_grid::PixelForm;
     use raylet::optics::screen::{ScreenKind, Sensor};
     use raylet::optics::shape::Shape;
     use raylet::optics::system::System;

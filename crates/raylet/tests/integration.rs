@@ -16,6 +16,7 @@ mod interfaces;
 mod local_bands;
 mod paper_scenes;
 mod paper_variance;
+mod pixel_gaps;
 mod plane_prefactor;
 mod rays;
 mod scattered_rays;

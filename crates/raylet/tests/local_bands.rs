@@ -15,9 +15,11 @@ use raylet::engine::plan::settings::{Method, Settings};
 use raylet::engine::progress::Cancelled;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::doe::{Layer, PixelForm, Pixels};
+use raylet::optics::doe::Layer;
 use raylet::optics::frame::Frame;
 use raylet::optics::phase::profile::Profile;
+use raylet::optics::pixels::active_area::ActiveArea;
+use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::metrics::field_error;
@@ -168,6 +170,7 @@ fn edges_turn_light_by_large_angles() {
         pitch: [4.35; 2],
         values: Array2::from_shape_fn((23, 23), phase),
         form: PixelForm::Box,
+        active: ActiveArea::WHOLE,
     });
     let beside = on_axis(1428.0).moved(Vec3::new(-80.0, 0.0, 0.0));
     for radius in [60.0, 110.0] {

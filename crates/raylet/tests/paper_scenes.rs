@@ -4,7 +4,7 @@ use num_complex::Complex64;
 use raylet::engine::plan::settings::{Positions, Sampler};
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
-use raylet::optics::doe::PixelForm;
+use raylet::optics::pixels::pixel_grid::PixelForm;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet_testkit::paper_systems::{GRATING_SENSOR, grating, lens_hologram, near_hologram};

@@ -5,9 +5,11 @@ use num_complex::Complex64;
 use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
 use raylet::optics::phase::profile::Profile;
+use raylet::optics::pixels::active_area::ActiveArea;
+use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use raylet::optics::refraction::{Coating, Interface};
 use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::{Conic, Shape};
@@ -192,6 +194,7 @@ fn element(draw: &mut Draw, z: f64, half: f64) -> Screen {
             pitch: [pitch; 2],
             values,
             form: PixelForm::Box,
+            active: ActiveArea::WHOLE,
         })]
     };
     screen(

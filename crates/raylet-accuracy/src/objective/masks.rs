@@ -5,8 +5,10 @@ use std::f64::consts::TAU;
 use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::math::random::uniform;
-use raylet::optics::doe::{Layer, PixelForm, Pixels};
+use raylet::optics::doe::Layer;
 use raylet::optics::phase::profile::Profile;
+use raylet::optics::pixels::active_area::ActiveArea;
+use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use raylet::optics::zernike::ZernikeSum;
 
 /// 20 waves of x³ + y³ over a radius in mm, by Zernike polynomials: Z7 and Z9 hold y³, Z8 and Z10 x³.
@@ -44,5 +46,6 @@ fn boxes(pitch: [f64; 2], values: Array2<Complex64>) -> Layer {
         pitch,
         values,
         form: PixelForm::Box,
+        active: ActiveArea::WHOLE,
     })
 }

@@ -9,8 +9,10 @@ use num_complex::Complex64;
 use raylet::engine::plan::settings::Settings;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels as DoePixels};
+use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
+use raylet::optics::pixels::active_area::ActiveArea;
+use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels as DoePixels};
 use raylet::optics::refraction::Coating;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::surface::Surface;
@@ -104,6 +106,7 @@ impl DimLens {
                 pitch: [PITCH; 2],
                 values: pixels.transmission,
                 form: PixelForm::Box,
+                active: ActiveArea::WHOLE,
             })],
             aperture: Aperture::disc(DISC),
             reflect: false,

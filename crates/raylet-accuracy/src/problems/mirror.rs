@@ -6,9 +6,11 @@ use num_complex::Complex64;
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::freeform::Term;
 use raylet::optics::phase::profile::Profile;
+use raylet::optics::pixels::active_area::ActiveArea;
+use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::shape::{Conic, Shape};
 use raylet::optics::source::Source;
@@ -196,6 +198,7 @@ impl MirrorProblem {
                         transmission(self.coat, self.width, place(i), place(j))
                     }),
                     form: PixelForm::Box,
+                    active: ActiveArea::WHOLE,
                 })]
             }
         }

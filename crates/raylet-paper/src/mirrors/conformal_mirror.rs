@@ -16,9 +16,11 @@ use raylet::math::random::uniform;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::conic::Conic;
-use raylet::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
 use raylet::optics::freeform::Term;
+use raylet::optics::pixels::active_area::ActiveArea;
+use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use raylet::optics::sag_grid::SagGrid;
 use raylet::optics::screen::{Screen, ScreenKind, Sensor};
 use raylet::optics::shape::Shape;
@@ -245,6 +247,7 @@ fn element(values: Array2<Complex64>, pitch: f64, outline: Outline) -> Doe {
             pitch: [pitch; 2],
             values,
             form: PixelForm::Box,
+            active: ActiveArea::WHOLE,
         })],
         aperture: Aperture {
             outline,

@@ -206,7 +206,7 @@ fn row_of_panels(row: Vec<Shown>) -> Vec<Panel<'static>> {
 mod tests {
     use ndarray::Array2;
     use raylet::engine::plan::settings::Settings;
-    use raylet::optics::doe::PixelForm;
+    use raylet::optics::pixels::pixel_grid::PixelForm;
     use raylet_testkit::paper_systems::near_hologram;
 
     use crate::systems::method_comparison::{Match, MethodRun, Shown, figure, light};

@@ -15,7 +15,7 @@ use raylet::engine::chain::reference::{ReferenceOptions, reference};
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::{Paper, Positions, Sampler, Settings};
 use raylet::file::arrays::phase_file::npy;
-use raylet::optics::doe::PixelForm;
+use raylet::optics::pixels::pixel_grid::PixelForm;
 use raylet::optics::system::System;
 use raylet_testkit::paper_systems::{NEAR, PITCH, WAVELENGTH, near_hologram, open};
 use raylet_testkit::smiley::smiley;

@@ -68,7 +68,7 @@ mod tests {
     use crate::engine::plan::settings::{Method, Paper, Settings};
     use crate::engine::progress::{Cancelled, Reply, uncancelled};
     use crate::fixtures::paper_systems::{NEAR, PITCH, WAVELENGTH, near_hologram, open};
-    use crate::optics::doe::PixelForm;
+    use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::optics::system::System;
 
     const CANCELLED: SimulateError = SimulateError::Cancelled(Cancelled);

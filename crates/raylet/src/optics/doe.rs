@@ -1,12 +1,12 @@
 //! Diffractive optical elements: a complex transmission over a plane.
 
-use ndarray::Array2;
+use std::borrow::Cow;
+
 use num_complex::Complex64;
-use schemars::JsonSchema;
-use serde::{Deserialize, Serialize};
 
 use crate::optics::aperture::Aperture;
 use crate::optics::phase::profile::Profile;
+use crate::optics::pixels::pixel_grid::{Lattice, Pixels};
 use crate::optics::surface_coordinates::SurfaceCoordinates;
 
 /// A thin element that multiplies the field by a complex transmission (or reflection).
@@ -37,31 +37,6 @@ pub enum Layer {
 /// Orders of the spectrum of pixels on surface coordinates that their sampling resolves: their edges lie anywhere
 /// between the samples.
 const PIXEL_ORDERS: f64 = 8.0;
-
-/// What a pixel's value means between the pixel centres.
-#[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
-#[serde(rename_all = "snake_case")]
-pub enum PixelForm {
-    /// Constant over the pixel, as on a real pixelated element.
-    #[default]
-    Box,
-    /// One point sample at the centre that weighs the pixel's area.
-    Point,
-    // Constant in the outer half pixels.
-    /// Bilinear interpolation of the transmission between the centres.
-    Bilinear,
-}
-
-/// A centred grid of pixels, indexed [y, x]; row index grows with y.
-#[derive(Clone, Debug, PartialEq)]
-pub struct Pixels {
-    /// Distance of neighbouring pixel centres along x and y, in mm.
-    pub pitch: [f64; 2],
-    /// Complex transmission of each pixel.
-    pub values: Array2<Complex64>,
-    /// What lies between the centres.
-    pub form: PixelForm,
-}
 
 impl Doe {
     /// The transmission at (x, y) without the aperture.
@@ -187,8 +162,27 @@ impl Doe {
     /// Whether all pixel grids of the element have the same pitch, size and form: one sampling holds for all.
     pub(crate) fn shares_lattice(&self) -> bool {
         let lattices = lattices(&self.layers);
-        let pairs = lattices.iter().zip(lattices.iter().skip(1));
-        { pairs }.all(|(a, b)| a == b)
+        let agree = |a: &Lattice| lattices.iter().all(|b| a.agrees_with(b));
+        lattices.iter().all(agree)
+    }
+
+    /// The sides over the pitch of the active area of its pixels over x and y; one where they have no gaps.
+    pub(crate) fn active_sides(&self) -> [f64; 2] {
+        let gapped = |layer: &Lattice| layer.sides != [1.0; 2];
+        let own = lattices(&self.layers).into_iter().find(gapped);
+        own.map_or([1.0; 2], |lattice| lattice.sides)
+    }
+
+    /// The element with the mean of each pixel over its active area and its gap.
+    pub(crate) fn without_gaps(&self) -> Cow<'_, Self> {
+        match self.active_sides() == [1.0; 2] {
+            true => Cow::Borrowed(self),
+            false => Cow::Owned(Self {
+                layers: without_gaps(&self.layers),
+                aperture: self.aperture.clone(),
+                reflect: self.reflect,
+            }),
+        }
     }
 
     /// The part of the plane where the element transmits, `[x_min, x_max, y_min, y_max]`: its aperture
@@ -207,17 +201,6 @@ impl Doe {
     }
 }
 
-/// What makes up a pixel grid, whatever its values.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Lattice {
-    /// Distance of neighbouring pixel centres along x and y, in mm.
-    pub pitch: [f64; 2],
-    /// Number of rows and of columns.
-    pub shape: (usize, usize),
-    /// What lies between the centres.
-    pub form: PixelForm,
-}
-
 /// The lattice of every pixel grid among layers.
 pub(crate) fn lattices(layers: &[Layer]) -> Vec<Lattice> {
     let own = |layer: &Layer| match layer {
@@ -229,66 +212,22 @@ pub(crate) fn lattices(layers: &[Layer]) -> Vec<Lattice> {
     layers.iter().flat_map(own).collect()
 }
 
-impl Pixels {
-    /// The grid without its values.
-    fn lattice(&self) -> Lattice {
-        Lattice {
-            pitch: self.pitch,
-            shape: self.values.dim(),
-            form: self.form,
+/// Layers with pixels without gaps: [`Doe::without_gaps`].
+fn without_gaps(layers: &[Layer]) -> Vec<Layer> {
+    let own = |layer: &Layer| match layer {
+        Layer::Pixels(pixels) => Layer::Pixels(pixels.without_gaps()),
+        Layer::Phase(profile) => Layer::Phase(profile.clone()),
+        Layer::Sum(terms) => {
+            let terms = terms.iter();
+            Layer::Sum(
+                terms
+                    .map(|(w, layers)| (*w, without_gaps(layers)))
+                    .collect(),
+            )
         }
-    }
-
-    /// The transmission at (x, y); zero outside the grid.
-    pub(crate) fn at(&self, x: f64, y: f64) -> Complex64 {
-        let part = |(pixel, share)| self.values[pixel] * share;
-        self.shares(x, y).map(part).sum()
-    }
-
-    /// The pixels that take part in the transmission at (x, y), with their shares; none outside the grid.
-    fn shares(&self, x: f64, y: f64) -> impl Iterator<Item = ([usize; 2], f64)> {
-        let (ny, nx) = self.values.dim();
-        let u = x / self.pitch[0] + 0.5 * nx as f64;
-        let v = y / self.pitch[1] + 0.5 * ny as f64;
-        let inside = u >= 0.0 && v >= 0.0 && u < nx as f64 && v < ny as f64;
-
-        // Bilinear interpolation is held constant beyond the outer centres.
-        let split = |t: f64, n: usize| match self.form {
-            PixelForm::Box | PixelForm::Point => [(t as usize, 1.0), (0, 0.0)],
-            PixelForm::Bilinear => {
-                let t = (t - 0.5).clamp(0.0, (n - 1) as f64);
-                let low = (t as usize).min(n.saturating_sub(2));
-                let above = t - low as f64;
-                [(low, 1.0 - above), ((low + 1).min(n - 1), above)]
-            }
-        };
-        let columns = split(u, nx);
-        let pairs = split(v, ny).into_iter().flat_map(move |(row, b)| {
-            let along = columns.into_iter();
-            along.map(move |(column, a)| ([row, column], a * b))
-        });
-        pairs.filter(move |(_, share)| inside && *share != 0.0)
-    }
-
-    /// The column (along x, axis 0) or row (along y, axis 1) of the box under each of some places in mm; nothing
-    /// outside the grid.
-    pub(crate) fn indices(&self, axis: usize, places: &[f64]) -> Vec<Option<usize>> {
-        let (ny, nx) = self.values.dim();
-        let count = if axis == 0 { nx } else { ny };
-        let index = |place: &f64| {
-            let t = place / self.pitch[axis] + 0.5 * count as f64;
-            (t >= 0.0 && t < count as f64).then_some(t as usize)
-        };
-        places.iter().map(index).collect()
-    }
-
-    /// The grid's outline `[x_min, x_max, y_min, y_max]` in mm.
-    pub(crate) fn bounds(&self) -> [f64; 4] {
-        let (ny, nx) = self.values.dim();
-        let half_x = 0.5 * nx as f64 * self.pitch[0];
-        let half_y = 0.5 * ny as f64 * self.pitch[1];
-        [-half_x, half_x, -half_y, half_y]
-    }
+        Layer::OnSurface(own, layers) => Layer::OnSurface(own.clone(), without_gaps(layers)),
+    };
+    layers.iter().map(own).collect()
 }
 
 /// A small cell of a screen, over which the field is one sample.
@@ -507,35 +446,10 @@ mod tests {
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface_coordinates::SurfaceCoordinates;
     use ndarray::Array2;
-    use ndarray::array;
     use num_complex::Complex64;
 
-    use crate::optics::doe::{PixelForm, Pixels};
-
-    fn grid(form: PixelForm) -> Pixels {
-        Pixels {
-            pitch: [1.0, 2.0],
-            values: array![[1.0, 2.0], [3.0, 4.0]].mapv(|v| Complex64::new(v, 0.0)),
-            form,
-        }
-    }
-
-    #[test]
-    fn rows_grow_with_y() {
-        let pixels = grid(PixelForm::Box);
-        assert_eq!(pixels.at(-0.5, -1.0).re, 1.0);
-        assert_eq!(pixels.at(0.5, -1.0).re, 2.0);
-        assert_eq!(pixels.at(-0.5, 1.0).re, 3.0);
-        assert_eq!(pixels.at(1.5, 0.0).re, 0.0);
-    }
-
-    #[test]
-    fn bilinear_meets_the_centres() {
-        let pixels = grid(PixelForm::Bilinear);
-        assert!((pixels.at(0.5, 1.0).re - 4.0).abs() < 1e-15);
-        assert!((pixels.at(0.0, 0.0).re - 2.5).abs() < 1e-15);
-        assert!((pixels.at(0.99, 1.9).re - 4.0).abs() < 1e-15);
-    }
+    use crate::optics::pixels::active_area::ActiveArea;
+    use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 
     /// The derivatives by the pixels, times their values, are the transmission: it is linear in them.
     #[test]
@@ -551,6 +465,7 @@ mod tests {
                 pitch: [0.4, 0.3],
                 values: noise((9, 7), 0),
                 form,
+                active: ActiveArea::WHOLE,
             };
             let own = Box::new(SurfaceCoordinates::of(&round).unwrap());
             let curved = Layer::OnSurface(own, vec![cone(), Layer::Pixels(pixels.clone())]);

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`assembly`] | Systems from parts laid one behind another, in code and from scenes |
 //! | [`phase`] | Analytic phases of diffractive elements |
+//! | [`pixels`] | Grids of pixels of diffractive elements |
 //! | [`media`] | What light travels in: indices of refraction, the catalogue of glasses |
 //! | [`aperture`] | Clear apertures and the share of a small cell that lies inside them |
 //! | [`bundle`] | Rays of any tracer on a screen, in plain arrays, and the faults that such arrays may have |
@@ -50,6 +51,7 @@ pub mod media;
 pub(crate) mod moments;
 pub mod paraxial;
 pub mod phase;
+pub mod pixels;
 pub mod polygon;
 pub mod ray;
 pub mod refraction;

@@ -8,7 +8,7 @@ use raylet::engine::chain::linearised_system::LinearisedSystem;
 use raylet::engine::chain::linearised_system_error::LinearisedSystemError;
 use raylet::engine::monte_carlo::mode_sampling::{Drawing, Draws, PatchDraws};
 use raylet::engine::progress::uncancelled;
-use raylet::optics::doe::PixelForm;
+use raylet::optics::pixels::pixel_grid::PixelForm;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;

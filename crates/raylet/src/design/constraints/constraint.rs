@@ -1,6 +1,6 @@
 //! From free parameters to what a tool can make: one step forward, one step back.
 //!
-//! parameters → blur → blocks of pixels → relief (levels, heights) → fill → transmission of each pixel.
+//! parameters → blur → blocks of pixels → relief (levels, heights) → transmission of each pixel.
 //! The same step makes what is simulated in every iteration and, with all iterations done, what is
 //! exported.
 
@@ -8,7 +8,6 @@ use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 
 use crate::design::constraints::feature::{Blocks, Blur, FeatureError};
-use crate::design::constraints::fill::Fill;
 use crate::design::constraints::relief::Relief;
 
 /// The limits of a fabrication tool, for pixels of any number.
@@ -20,8 +19,6 @@ pub struct Rules {
     pub blur: Option<f64>,
     /// Levels or heights of material, if not any phase can be made.
     pub relief: Option<Relief>,
-    /// The active share of each pixel, and what the rest does.
-    pub fill: Fill,
 }
 
 impl Rules {
@@ -30,7 +27,6 @@ impl Rules {
         block: 1,
         blur: None,
         relief: None,
-        fill: Fill::WHOLE,
     };
 }
 
@@ -40,7 +36,6 @@ pub struct Constraints {
     blocks: Blocks,
     blur: Option<Blur>,
     relief: Option<Relief>,
-    fill: Fill,
 }
 
 /// An element as made from parameters. Arrays are of its pixels, [y, x].
@@ -69,7 +64,6 @@ impl Constraints {
             blocks,
             blur: blur.transpose()?,
             relief: rules.relief,
-            fill: rules.fill,
         })
     }
 
@@ -122,7 +116,7 @@ impl Constraints {
             (Some(height), Some(relief)) => height * relief.factor(),
             _ => requested.clone(),
         };
-        let transmit = |phase: &f64| self.fill.transmit(*phase);
+        let transmit = |phase: &f64| Complex64::cis(*phase);
         ModulatedElement {
             transmission: Zip::from(&phase).par_map_collect(transmit),
             phase,
@@ -140,8 +134,8 @@ impl Constraints {
         transmission_bar: ArrayView2<'_, Complex64>,
         phase_bar: Option<ArrayView2<'_, f64>>,
     ) -> Array2<f64> {
-        // transmission = fill(phase)
-        let transmit = |phase: &f64, bar: &Complex64| self.fill.transmit_adjoint(*phase, *bar);
+        // transmission = exp(iφ): Im(t̄ e^{−iφ})
+        let transmit = |phase: &f64, bar: &Complex64| (bar * Complex64::cis(-phase)).im;
         let mut bar = Zip::from(&made.phase)
             .and(transmission_bar)
             .par_map_collect(transmit);
@@ -181,7 +175,7 @@ impl Constraints {
         if ratio == 1.0 {
             return made.transmission.clone();
         }
-        let transmit = |phase: &f64| self.fill.transmit(ratio * phase);
+        let transmit = |phase: &f64| Complex64::cis(ratio * phase);
         Zip::from(&made.phase).par_map_collect(transmit)
     }
 
@@ -195,9 +189,9 @@ impl Constraints {
         if ratio == 1.0 {
             return self.make_adjoint(made, transmission_bar, None);
         }
-        // transmission = fill(ratio·phase)
+        // transmission = exp(i·ratio·φ)
         let transmit =
-            |phase: &f64, bar: &Complex64| ratio * self.fill.transmit_adjoint(ratio * phase, *bar);
+            |phase: &f64, bar: &Complex64| ratio * (bar * Complex64::cis(-ratio * phase)).im;
         let phase_bar = Zip::from(&made.phase)
             .and(transmission_bar)
             .par_map_collect(transmit);
@@ -219,7 +213,6 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::design::constraints::constraint::{Constraints, ModulatedElement, Rules};
-    use crate::design::constraints::fill::{Fill, Rest};
     use crate::design::constraints::relief::{Levels, Relief};
     use crate::design::constraints::staircase::Hardening;
     use crate::design::losses::likeness::{Brightness, Likeness};
@@ -247,7 +240,6 @@ mod tests {
             block: 2,
             blur: Some(1.5),
             relief: levels(4, Hardening::Annealed),
-            fill: Fill::new(0.9, Rest::Flat).unwrap(),
         };
         let shape = (9, 12);
         let chain = Constraints::new(rules, shape).unwrap();
@@ -280,7 +272,6 @@ mod tests {
         let rules = Rules {
             block: 2,
             blur: Some(1.5),
-            fill: Fill::new(0.9, Rest::Flat).unwrap(),
             ..Rules::NONE
         };
         let shape = (9, 12);
@@ -398,7 +389,6 @@ mod tests {
             block: 3,
             blur: Some(2.0),
             relief: levels(2, Hardening::StraightThrough),
-            fill: Fill::WHOLE,
         };
         let chain = Constraints::new(rules, (9, 9)).unwrap();
         let made = chain.make(phases((3, 3), 8).view(), 0.3);

@@ -4,14 +4,12 @@
 //! | --- | --- |
 //! | [`constraint`] | The chain of constraints of one element, and its adjoint |
 //! | [`feature`] | The smallest feature: blocks of pixels, or a blur |
-//! | [`fill`] | Pixels of which only a part is active |
 //! | [`modulation`] | What of the pixels is free: phases, amplitudes, both, or two phases |
 //! | [`relief`] | Levels of phase, or a height of material |
 //! | [`staircase`] | Stairs of allowed levels, hard or softened |
 
 pub mod constraint;
 pub mod feature;
-pub mod fill;
 pub mod modulation;
 pub mod relief;
 pub mod staircase;

@@ -218,7 +218,6 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::design::constraints::constraint::{Constraints, Rules};
-    use crate::design::constraints::fill::{Fill, Rest};
     use crate::design::constraints::modulation::{Modulation, Modulator};
     use crate::design::constraints::relief::{Levels, Relief};
     use crate::design::constraints::staircase::Hardening;
@@ -235,7 +234,6 @@ mod tests {
             block: 2,
             blur: Some(1.5),
             relief: Some(Relief::phases(levels).unwrap()),
-            fill: Fill::new(0.9, Rest::Flat).unwrap(),
         };
         let kinds = [
             Modulation::Phase,

@@ -226,9 +226,9 @@ mod tests {
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::conic::Conic;
-    use crate::optics::doe::PixelForm;
     use crate::optics::frame::Frame;
     use crate::optics::freeform::Term;
+    use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::optics::screen::{Screen, ScreenKind};
     use crate::optics::shape::Shape;
     use crate::optics::source::Source;

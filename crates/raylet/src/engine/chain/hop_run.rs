@@ -510,7 +510,7 @@ mod tests {
     use crate::engine::plan::settings::{Method, Settings};
     use crate::engine::progress::uncancelled;
     use crate::fixtures::paper_systems::near_hologram;
-    use crate::optics::doe::PixelForm;
+    use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::wave::grid::field::Field;
 
     /// Methods without an adjoint once gave a gradient of zero.

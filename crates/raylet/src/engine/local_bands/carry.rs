@@ -287,9 +287,10 @@ mod tests {
         box_pixels, conic, element, face, on_axis, pixel_layer, plane_wave, screen, sensor,
     };
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::{Layer, PixelForm};
+    use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
     use crate::optics::phase::profile::Profile;
+    use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::optics::refraction::Coating;
     use crate::optics::screen::{MediumBehind, Screen, ScreenKind};
     use crate::optics::system::System;

@@ -96,7 +96,7 @@ mod tests {
     use crate::engine::monte_carlo::repeated_runs::RepeatedRuns;
     use crate::engine::plan::settings::{Method, Paper, Positions, Sampler, Settings};
     use crate::fixtures::paper_systems::near_hologram;
-    use crate::optics::doe::PixelForm;
+    use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::wave::grid::metrics::field_error;
 
     /// The mean comes as near to the field with all modes as its standard error says.

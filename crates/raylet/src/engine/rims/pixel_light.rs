@@ -4,6 +4,7 @@
 //! transmissions about the place: smooth phases keep the light together, dark pixels send none. Where pixels are
 //! going to change, as in a design, the spectrum is taken to be even.
 
+use std::borrow::Cow;
 use std::sync::Arc;
 
 use num_complex::Complex64;
@@ -41,7 +42,8 @@ pub enum PixelValues {
 
 /// What pixels of an element do to light, for rays that arrive anywhere on it.
 pub(crate) struct PixelLight<'a> {
-    doe: &'a Doe,
+    /// With the mean of each pixel and its gap.
+    doe: Cow<'a, Doe>,
     values: PixelValues,
     pitch: [f64; 2],
     /// For each axis the points of the spectrum.
@@ -69,7 +71,7 @@ impl<'a> PixelLight<'a> {
     pub(crate) fn new(doe: &'a Doe, wavelength: f64, values: PixelValues) -> Option<Self> {
         let pitch = doe.pixels()?.pitch;
         Some(Self {
-            doe,
+            doe: doe.without_gaps(),
             values,
             pitch,
             axes: pitch.map(|pitch| points(ORDERS.max(STEEPEST * pitch / wavelength))),
@@ -234,7 +236,7 @@ mod tests {
     use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{element, on_axis, pixel_layer, screen, sensor};
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::PixelForm;
+    use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::optics::screen::ScreenKind;
     use crate::optics::system::Hop;
 

@@ -95,7 +95,7 @@ mod tests {
     use crate::fixtures::parts::{on_axis, open_screen};
     use crate::math::random::pair;
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::PixelForm;
+    use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::optics::ray::Loss;
     use crate::optics::refraction::{Coating, Interface};
     use crate::optics::shape::{Conic, Shape};

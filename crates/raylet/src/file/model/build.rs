@@ -1,35 +1,27 @@
 //! From a scene to the optical system it describes, one wavelength at a time.
 
-use num_complex::Complex64;
-
 use crate::engine::plan::settings::{Paper, Settings};
 use crate::file::decode::fault::Fault;
+use crate::file::model::element_layers::ElementLayers;
 use crate::file::model::scene_arrays::Arrays;
-use crate::file::scene::element::{
-    self, Coordinates, Element, LensElement, ParaxialLens, SensorElement,
-};
-use crate::file::scene::layer;
+use crate::file::scene::element::{self, Element, LensElement, ParaxialLens, SensorElement};
 use crate::file::scene::material::Material;
 use crate::file::scene::scene_file::{Illumination, Scene};
 use crate::file::scene::settings as keys;
 use crate::file::scene::surface_shape::SurfaceShape;
 use crate::math::vec3::Vec3;
 use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
-use crate::optics::doe::{Doe, Lattice, Layer, PixelForm, Pixels, lattices};
+use crate::optics::doe::{Doe, Layer};
 use crate::optics::frame::Frame;
 use crate::optics::gaussian_beam::GaussianBeam;
 use crate::optics::media::catalog;
 use crate::optics::media::medium::{Medium, MediumError};
-use crate::optics::phase::blaze::Blaze;
 use crate::optics::phase::profile::Profile;
-use crate::optics::phase::two_point::{RecordedWave, TwoPoint};
 use crate::optics::refraction::Coating;
 use crate::optics::screen::{MediumBehind, ScreenKind, Sensor};
 use crate::optics::shape::Shape;
 use crate::optics::source::{Source, direction_at};
-use crate::optics::surface_coordinates::SurfaceCoordinates;
 use crate::optics::system::System;
-use crate::optics::zernike::ZernikeSum;
 
 /// Micrometres in a millimetre.
 const UM: f64 = 1e-3;
@@ -55,10 +47,9 @@ pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<Sys
         scene,
         arrays,
         wavelength,
+        inside: ambient.clone(),
         ambient,
         axis: AxisLayout::new(around, beam_radius(scene)),
-        behind: around,
-        leaves: 1.0,
     };
     for (number, element) in scene.element.iter().enumerate() {
         layout.place(number, element)?;
@@ -81,7 +72,11 @@ pub(crate) fn index_at(
     index(scene, &medium, scene.wavelength_mm(channel)?, path)
 }
 
-fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Fault> {
+/// The medium of a material.
+///
+/// # Errors
+/// An unknown name.
+pub(crate) fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Fault> {
     match material {
         Material::Own(own) => {
             (own.medium()).map_err(|(found, expected)| scene.fault(path, found, expected))
@@ -91,7 +86,16 @@ fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Faul
     }
 }
 
-fn index(scene: &Scene, medium: &Medium, wavelength: f64, path: &str) -> Result<f64, Fault> {
+/// The index of a medium at a wavelength in mm.
+///
+/// # Errors
+/// A wavelength at which it is not known.
+pub(crate) fn index(
+    scene: &Scene,
+    medium: &Medium,
+    wavelength: f64,
+    path: &str,
+) -> Result<f64, Fault> {
     medium.index(wavelength).map_err(|error| match error {
         MediumError::OutOfRange {
             name,
@@ -126,10 +130,8 @@ struct Layout<'a, 'l> {
     wavelength: f64,
     ambient: Medium,
     axis: AxisLayout,
-    /// Index of the medium behind the element that is laid.
-    behind: f64,
-    /// +1 where light leaves the element that is laid towards its +z, else −1.
-    leaves: f64,
+    /// The medium before the element that is laid.
+    inside: Medium,
 }
 
 impl Layout<'_, '_> {
@@ -144,13 +146,26 @@ impl Layout<'_, '_> {
             Element::Doe(doe) => {
                 let shape = self.shape(&doe.surface_shape(), &path)?;
                 let behind = self.behind(doe, &path)?;
-                self.behind = behind.map_or(self.axis.index(), |behind| behind.index);
-                self.leaves = self.axis.towards() * if doe.reflect { -1.0 } else { 1.0 };
-                let kind = ScreenKind::Doe(self.doe(doe, &shape, &path)?);
+                let after = behind.as_ref().map_or(&self.inside, |(_, medium)| medium);
+                let here = self.axis.index();
+                let layers = ElementLayers {
+                    scene: self.scene,
+                    arrays: self.arrays,
+                    wavelength: self.wavelength,
+                    media: [&self.inside, after],
+                    indices: [
+                        here,
+                        behind.as_ref().map_or(here, |(behind, _)| behind.index),
+                    ],
+                    arrives: self.axis.towards(),
+                    leaves: self.axis.towards() * if doe.reflect { -1.0 } else { 1.0 },
+                };
+                let kind = ScreenKind::Doe(layers.doe(doe, &shape, &path)?);
                 self.check_beam(&path)?;
                 self.axis.screen(name, frame, shape, kind);
-                if let Some(behind) = behind {
+                if let Some((behind, medium)) = behind {
                     self.axis.enter_medium(behind);
+                    self.inside = medium;
                 }
             }
             Element::ParaxialLens(lens) => {
@@ -167,7 +182,7 @@ impl Layout<'_, '_> {
             Element::Lens(lens) => along += self.lens(lens, frame, &path)?,
             Element::Surface(surface) => {
                 let glass = surface.glass.as_ref();
-                let after = self.after(glass, &format!("{path}.glass"))?;
+                let (after, medium) = self.after(glass, &format!("{path}.glass"))?;
                 let face = PlacedShape {
                     shape: self.shape(&surface.surface_shape(), &path)?,
                     frame,
@@ -175,6 +190,7 @@ impl Layout<'_, '_> {
                 };
                 self.axis
                     .refract(face, self.coating(surface.coating), after);
+                self.inside = medium;
             }
             Element::Mirror(mirror) => self.axis.reflect(PlacedShape {
                 shape: self.shape(&mirror.surface_shape(), &path)?,
@@ -216,7 +232,7 @@ impl Layout<'_, '_> {
         for (number, surface) in lens.surface.iter().enumerate() {
             let path = format!("{path}.surface[{number}]");
             let glass = surface.glass.as_ref().filter(|_| number < last);
-            let after = self.after(glass, &format!("{path}.glass"))?;
+            let (after, medium) = self.after(glass, &format!("{path}.glass"))?;
             let face = PlacedShape {
                 shape: self.shape(&surface.surface_shape(), &path)?,
                 frame: frame.moved(Vec3::new(0.0, 0.0, depth)),
@@ -224,18 +240,19 @@ impl Layout<'_, '_> {
             };
             self.axis
                 .refract(face, self.coating(surface.coating), after);
+            self.inside = medium;
             depth += surface.thickness_mm.unwrap_or(0.0);
         }
         Ok(depth)
     }
 
-    /// Index of the medium behind a surface: its glass, or the ambient medium.
-    fn after(&self, glass: Option<&Material>, path: &str) -> Result<f64, Fault> {
+    /// The medium of this material, or the ambient medium, with its index.
+    fn after(&self, glass: Option<&Material>, path: &str) -> Result<(f64, Medium), Fault> {
         let medium = match glass {
             Some(material) => medium(self.scene, material, path)?,
             None => self.ambient.clone(),
         };
-        index(self.scene, &medium, self.wavelength, path)
+        Ok((index(self.scene, &medium, self.wavelength, path)?, medium))
     }
 
     /// The shape of a surface at a path.
@@ -309,66 +326,23 @@ impl Layout<'_, '_> {
     /// The medium behind an element on an interface.
     ///
     /// # Errors
-    /// An unknown medium; light that is reflected; heights, which stand in one medium.
-    fn behind(&self, doe: &element::DoeElement, path: &str) -> Result<Option<MediumBehind>, Fault> {
+    /// An unknown medium; light that is reflected.
+    fn behind(
+        &self,
+        doe: &element::DoeElement,
+        path: &str,
+    ) -> Result<Option<(MediumBehind, Medium)>, Fault> {
         let Some(glass) = &doe.glass else {
             return Ok(None);
         };
         let path = format!("{path}.glass");
-        let refuse = |found: &str, expected: &str| Err(self.scene.fault(&path, found, expected));
         if doe.reflect {
             let found = "a medium behind an element that reflects light";
-            return refuse(found, "no glass, or no reflect");
+            return Err(self.scene.fault(&path, found, "no glass, or no reflect"));
         }
-        if doe.layer.iter().any(layer::Layer::has_heights) {
-            let found = "a medium behind an element with a layer of heights";
-            return refuse(
-                found,
-                "layers of phase, or heights on an element in one medium",
-            );
-        }
-        Ok(Some(MediumBehind {
-            index: self.after(Some(glass), &path)?,
-            coating: self.coating(doe.coating),
-        }))
-    }
-
-    fn doe(&self, doe: &element::DoeElement, shape: &Shape, path: &str) -> Result<Doe, Fault> {
-        let layers = self.layers(&doe.layer, &format!("{path}.layer"))?;
-        let doe = Doe {
-            layers: match doe.coordinates {
-                Coordinates::Projected => layers,
-                Coordinates::Surface => vec![self.on_surface(layers, shape, path)?],
-            },
-            aperture: doe.aperture.optics(),
-            reflect: doe.reflect,
-        };
-        if !doe.shares_lattice() {
-            return Err(self.scene.fault(
-                &format!("{path}.layer"),
-                "pixel grids of different pitch, size or pixel form in one element",
-                "grids that share their lattice; or two elements at a distance",
-            ));
-        }
-        Ok(doe)
-    }
-
-    /// Layers on the own coordinates of a surface.
-    fn on_surface(&self, layers: Vec<Layer>, shape: &Shape, path: &str) -> Result<Layer, Fault> {
-        let place = format!("{path}.coordinates");
-        let is_point = |lattice: &Lattice| lattice.form == PixelForm::Point;
-        if lattices(&layers).iter().any(is_point) {
-            let found = "\"surface\" with pixels that are points";
-            let expected = "pixel = \"box\" or \"bilinear\", or coordinates = \"projected\"";
-            return Err(self.scene.fault(&place, found, expected));
-        }
-        let own = SurfaceCoordinates::of(shape).ok_or_else(|| {
-            let found = "\"surface\" on a surface that is curved in two ways";
-            let expected = "a surface of revolution about its own axis or a cylinder, or coordinates = \
-                            \"projected\"";
-            self.scene.fault(&place, found, expected)
-        })?;
-        Ok(Layer::OnSurface(Box::new(own), layers))
+        let (index, medium) = self.after(Some(glass), &path)?;
+        let coating = self.coating(doe.coating);
+        Ok(Some((MediumBehind { index, coating }, medium)))
     }
 
     /// The ideal phase for collimated light along the axis, at this wavelength.
@@ -383,171 +357,6 @@ impl Layout<'_, '_> {
             reflect: false,
         }
     }
-
-    fn layers(&self, layers: &[layer::Layer], path: &str) -> Result<Vec<Layer>, Fault> {
-        let one = |(i, layer): (usize, &layer::Layer)| self.layer(layer, &format!("{path}[{i}]"));
-        layers.iter().enumerate().map(one).collect()
-    }
-
-    fn layer(&self, layer: &layer::Layer, path: &str) -> Result<Layer, Fault> {
-        let k = std::f64::consts::TAU / self.wavelength;
-        let missing = || {
-            self.scene.fault(
-                path,
-                "an array that is not loaded",
-                "an array file, or size = [nx, ny]",
-            )
-        };
-        Ok(match layer {
-            layer::Layer::Pixels(pixels) => {
-                let values = self.arrays.transmission(pixels, path).ok_or_else(missing)?;
-                grid(pixels.pitch_um, values, pixels.pixel)
-            }
-            layer::Layer::Height(relief) => {
-                let heights = self.arrays.heights_um(path).ok_or_else(missing)?;
-                let place = format!("{path}.glass");
-                let step = self.after(Some(&relief.glass), &place)? - self.axis.index();
-                let values = heights.mapv(|h| Complex64::cis(k * step * h * UM));
-                grid(relief.pitch_um, values, relief.pixel)
-            }
-            layer::Layer::Sum(sum) => {
-                let mut terms = Vec::new();
-                for (i, term) in sum.terms.iter().enumerate() {
-                    let weight = sum.weights.as_ref().and_then(|w| w.get(i)).copied();
-                    let weight = weight.unwrap_or(1.0);
-                    let layers = self.layers(term, &format!("{path}.terms[{i}]"))?;
-                    terms.push((Complex64::new(weight, 0.0), layers));
-                }
-                Layer::Sum(terms)
-            }
-            layer::Layer::Kinoform(kinoform) => self.kinoform(kinoform, path)?,
-            _ => Layer::Phase(self.placed_profile(layer)),
-        })
-    }
-
-    /// The orders of a kinoform, each a term of a sum.
-    fn kinoform(&self, kinoform: &layer::KinoformLayer, path: &str) -> Result<Layer, Fault> {
-        let made_for = self.made_for(kinoform.wavelength_um);
-        let step = |wavelength: f64| -> Result<f64, Fault> {
-            let Some(glass) = &kinoform.glass else {
-                return Ok(1.0);
-            };
-            let path = format!("{path}.glass");
-            let inside = index(
-                self.scene,
-                &medium(self.scene, glass, &path)?,
-                wavelength,
-                &path,
-            )?;
-            Ok(inside - index(self.scene, &self.ambient, wavelength, &path)?)
-        };
-        let alpha = made_for / self.wavelength * step(self.wavelength)? / step(made_for)?;
-        if !alpha.is_finite() {
-            let found = "a material with the index of the ambient medium";
-            return Err(self
-                .scene
-                .fault(&format!("{path}.glass"), found, "another material"));
-        }
-        let blaze = kinoform.levels.map_or(Blaze::Continuous, Blaze::Levels);
-        let phases: Vec<Profile> = (kinoform.layer.iter())
-            .map(|layer| self.placed_profile(layer))
-            .collect();
-        let term = |order: &i32| {
-            let layers = phases.iter().map(|phase| Layer::Phase(phase.times(*order)));
-            (blaze.amplitude(alpha, *order), layers.collect())
-        };
-        Ok(Layer::Sum(kinoform.orders.iter().map(term).collect()))
-    }
-
-    /// The analytic phase of a layer where its own axes stand.
-    fn placed_profile(&self, layer: &layer::Layer) -> Profile {
-        let own = self.profile(layer);
-        match layer.placement() {
-            Some(placement) => own.placed(placement),
-            None => own,
-        }
-    }
-
-    /// The analytic phase of a layer that is one; zero for the others.
-    fn profile(&self, layer: &layer::Layer) -> Profile {
-        let k = std::f64::consts::TAU / self.wavelength;
-        match layer {
-            layer::Layer::Grating(grating) => {
-                let rate =
-                    std::f64::consts::TAU * f64::from(grating.order) / (grating.period_um * UM);
-                let (sin, cos) = grating.direction_deg.to_radians().sin_cos();
-                Profile::Linear {
-                    gradient: [rate * cos, rate * sin],
-                }
-            }
-            layer::Layer::Lens(lens) => {
-                let made_for = self.made_for(lens.wavelength_um);
-                Profile::Lens {
-                    focal_length: lens.focal_length_mm,
-                    wavenumber: std::f64::consts::TAU * self.behind / made_for,
-                }
-            }
-            layer::Layer::Axicon(axicon) => Profile::Axicon {
-                slope: -k * self.behind * axicon.angle_deg.to_radians().sin(),
-            },
-            layer::Layer::Vortex(vortex) => Profile::Vortex {
-                charge: vortex.charge,
-            },
-            layer::Layer::Radial(radial) => Profile::Radial {
-                radius: radial.norm_radius_mm,
-                coefficients: radial.coefficients.clone(),
-            },
-            layer::Layer::Zernike(zernike) => Profile::Zernike(ZernikeSum::new(
-                zernike.norm_radius_mm,
-                zernike.coefficients.clone(),
-            )),
-            layer::Layer::Polynomial(sum) => Profile::Polynomial {
-                radius: sum.norm_radius_mm,
-                terms: (sum.terms.iter())
-                    .map(|term| ([term.x, term.y], term.coefficient))
-                    .collect(),
-            },
-            layer::Layer::TwoPoint(hologram) => Profile::TwoPoint(self.two_point(hologram)),
-            layer::Layer::Pixels(_)
-            | layer::Layer::Height(_)
-            | layer::Layer::Kinoform(_)
-            | layer::Layer::Sum(_) => Profile::Linear { gradient: [0.0; 2] },
-        }
-    }
-
-    /// The phase of a hologram of two points.
-    fn two_point(&self, hologram: &layer::TwoPointLayer) -> TwoPoint {
-        let made_for = self.made_for(hologram.wavelength_um);
-        // The light comes from where its way leads backwards, and goes to where it leads.
-        let wave = |wave: &layer::RecordedWave, heading: f64| match wave.point_mm {
-            Some(at) => RecordedWave::Point {
-                at,
-                converges: at[2] * heading > 0.0,
-            },
-            None => RecordedWave::Collimated(wave.angle_deg.map(|angle| angle.to_radians().sin())),
-        };
-        TwoPoint {
-            object: wave(&hologram.object, self.leaves),
-            reference: wave(&hologram.reference, self.axis.towards()),
-            wavenumbers: [self.behind, self.axis.index()]
-                .map(|index| std::f64::consts::TAU * index / made_for),
-            order: f64::from(hologram.order),
-        }
-    }
-
-    /// The wavelength in mm for which a layer is made: its own, or else the scene's first.
-    fn made_for(&self, own_um: Option<f64>) -> f64 {
-        let first = self.scene.wavelength_um.first().copied();
-        own_um.or(first).map_or(self.wavelength, |um| um * UM)
-    }
-}
-
-fn grid(pitch_um: [f64; 2], values: ndarray::Array2<Complex64>, form: PixelForm) -> Layer {
-    Layer::Pixels(Pixels {
-        pitch: pitch_um.map(|p| p * UM),
-        values,
-        form,
-    })
 }
 
 /// The settings of a run, as a scene states them; what it leaves out keeps the engine's default.

@@ -3,6 +3,8 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `build` | From a scene to the optical system it describes, one wavelength at a time |
+//! | `element_layers` | The layers of a diffractive element, from the keys of a scene to what they do to light |
+//! | `relief_side` | On which side of an interface a relief stands |
 //! | `prescription` | The parts of a system in the order light meets them, with the names the scene gives them |
 //! | `scene_arrays` | All the arrays that the layers of a scene name, and the transmissions they make |
 //! | `phase_units` | Warnings about phases in degrees or grey levels |
@@ -16,6 +18,7 @@
 
 pub mod build;
 pub mod design_targets;
+pub(crate) mod element_layers;
 pub mod error_location;
 pub mod hologram;
 #[cfg(test)]
@@ -24,5 +27,6 @@ pub mod phase_units;
 pub mod pixel_part;
 pub mod prescription;
 pub mod project;
+pub(crate) mod relief_side;
 pub mod scene_arrays;
 pub mod variations;

@@ -10,16 +10,17 @@ use std::path::PathBuf;
 use ndarray::Array2;
 
 use crate::design::constraints::constraint::{Constraints, Rules};
-use crate::design::constraints::fill::{Fill, Rest};
 use crate::design::constraints::modulation::{Modulation, Modulator, Shaped};
 use crate::design::constraints::relief::{Levels, Relief};
 use crate::design::constraints::staircase::Hardening;
 use crate::file::decode::fault::Fault;
 use crate::file::model::build;
+use crate::file::model::relief_side::{side_of_relief, unplaced};
 use crate::file::scene::design::{Design, DesignElement, Free, OptimizerKind, Start};
 use crate::file::scene::element::{Element, WITH_PIXELS};
 use crate::file::scene::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
 use crate::file::scene::scene_file::Scene;
+use crate::optics::pixels::active_area::Rest;
 use crate::optics::screen::ScreenKind;
 use crate::optics::system::System;
 
@@ -222,7 +223,7 @@ impl PixelPart {
         &self,
         scene: &Scene,
         optimizer: OptimizerKind,
-        around: &[f64],
+        around: &[[f64; 2]],
     ) -> Result<Modulator, Fault> {
         let hardening = match optimizer {
             OptimizerKind::Lbfgs => Hardening::Annealed,
@@ -233,7 +234,6 @@ impl PixelPart {
             block: self.part.block,
             blur: self.part.blur,
             relief: self.relief(scene, levels, around)?,
-            fill: self.fill(scene)?,
         };
         let constraints = Constraints::new(rules, self.shape()).map_err(|error| {
             let expected = "blocks that fit the element";
@@ -248,19 +248,12 @@ impl PixelPart {
         Ok(Modulator::new(modulation, constraints).smooth(self.part.smoothness))
     }
 
-    fn fill(&self, scene: &Scene) -> Result<Fill, Fault> {
-        Fill::new(self.blank.fill, self.blank.rest).map_err(|error| {
-            let expected = "more than 0 and at most 1";
-            scene.fault(&self.name_key, error.to_string(), expected)
-        })
-    }
-
     /// Levels of phase, or the heights that can be made.
     fn relief(
         &self,
         scene: &Scene,
         levels: Option<Levels>,
-        around: &[f64],
+        around: &[[f64; 2]],
     ) -> Result<Option<Relief>, Fault> {
         let at = |key: &str| format!("{}.{key}", self.at);
         let Layer::Height(height) = &self.layer else {
@@ -269,10 +262,11 @@ impl PixelPart {
                 .map_err(|error| scene.fault(&at("levels"), error.to_string(), "two or more"));
         };
         let index = self.index(scene, height, 0)?;
+        let displaced = self.displaced(scene, height, around, 0)?;
         let wavelength = scene.wavelength_um[0] * UM;
-        let wave = wavelength / (index - around[0]).abs();
+        let wave = wavelength / (index - displaced).abs();
         let highest = self.part.highest_um.map_or(wave, |highest| highest * UM);
-        let relief = Relief::transmission(wavelength, [index, around[0]], highest, levels);
+        let relief = Relief::transmission(wavelength, [index, displaced], highest, levels);
         let relief = relief.map_err(|error| {
             let expected = "a material unlike what is around it, at least two levels";
             scene.fault(&self.name_key, error.to_string(), expected)
@@ -286,6 +280,22 @@ impl PixelPart {
         build::index_at(scene, &height.glass, channel, &path)
     }
 
+    /// The index of the medium whose place a relief takes, at a wavelength.
+    fn displaced(
+        &self,
+        scene: &Scene,
+        height: &HeightLayer,
+        around: &[[f64; 2]],
+        channel: usize,
+    ) -> Result<f64, Fault> {
+        let own = self.index(scene, height, 0)?;
+        let [element, layer] = self.place;
+        let path = format!("element[{element}].layer[{layer}]");
+        let side = side_of_relief(own, around[0], height.stands_in);
+        let side = side.ok_or_else(|| unplaced(scene, &path))?;
+        Ok(side.of(around[channel]))
+    }
+
     /// What its phases are at a wavelength over those at the first one.
     ///
     /// # Errors
@@ -293,14 +303,15 @@ impl PixelPart {
     pub(crate) fn ratio(
         &self,
         scene: &Scene,
-        around: &[f64],
+        around: &[[f64; 2]],
         channel: usize,
     ) -> Result<f64, Fault> {
         let Layer::Height(height) = &self.layer else {
             return Ok(1.0);
         };
         let per_height = |channel: usize| -> Result<f64, Fault> {
-            let step = self.index(scene, height, channel)? - around[channel];
+            let own = self.index(scene, height, channel)?;
+            let step = own - self.displaced(scene, height, around, channel)?;
             Ok(step / scene.wavelength_um[channel])
         };
         Ok(per_height(channel)? / per_height(0)?)

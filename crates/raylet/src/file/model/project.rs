@@ -193,12 +193,13 @@ fn element(
     })
 }
 
-/// The index around a screen at each wavelength.
-fn around(systems: &[System], screen: usize) -> Vec<f64> {
-    systems
-        .iter()
-        .map(|system| system.screens[screen].index)
-        .collect()
+/// The indices before and behind a screen at each wavelength.
+fn around(systems: &[System], screen: usize) -> Vec<[f64; 2]> {
+    let both = |system: &System| {
+        let screen = &system.screens[screen];
+        [screen.index, screen.index_behind()]
+    };
+    systems.iter().map(both).collect()
 }
 
 /// What makes the systems: the scene as it is lit in each run, with the parameters of a point.

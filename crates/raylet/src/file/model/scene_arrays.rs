@@ -107,21 +107,17 @@ impl<'a> Arrays<'a> {
         self.by_field.get(field).map(Source::borrowed)
     }
 
-    /// The complex transmission [y, x] of a pixel layer at the path `layer_path`: amplitude times
-    /// exp(i · scale · phase), or the transmission itself, or ones for a blank of known size; its mean over
-    /// the pixel where this is not filled. Nothing when its arrays are not loaded.
+    /// The complex transmission [y, x] of the active areas of a pixel layer at the path `layer_path`: amplitude times
+    /// exp(i · scale · phase), or the transmission itself, or ones for a blank of known size. Nothing when its arrays are not
+    /// loaded.
     pub(crate) fn transmission(
         &self,
         layer: &PixelLayer,
         layer_path: &str,
     ) -> Option<Array2<Complex64>> {
         let get = |key: &str| self.get(&format!("{layer_path}.{key}"));
-        let mean = |values: Array2<Complex64>| match layer.fill {
-            1.0 => values,
-            fill => values.mapv(|t| t * fill + layer.flat_share()),
-        };
         if layer.transmission.is_some() {
-            return get("transmission").map(complex).map(mean);
+            return get("transmission").map(complex);
         }
 
         // A missing factor is one; a named one must be there.
@@ -130,11 +126,11 @@ impl<'a> Arrays<'a> {
         match (phase, amplitude) {
             (None, None) => layer
                 .size
-                .map(|[nx, ny]| mean(Array2::from_elem((ny, nx), Complex64::new(1.0, 0.0)))),
-            (Some(phase), None) => Some(mean(phases(phase?, layer.phase_scale))),
-            (None, Some(amplitude)) => Some(complex(amplitude?) * filled(layer)),
+                .map(|[nx, ny]| Array2::from_elem((ny, nx), Complex64::new(1.0, 0.0))),
+            (Some(phase), None) => Some(phases(phase?, layer.phase_scale)),
+            (None, Some(amplitude)) => Some(complex(amplitude?)),
             (Some(phase), Some(amplitude)) => {
-                Some(mean(phases(phase?, layer.phase_scale)) * complex(amplitude?))
+                Some(phases(phase?, layer.phase_scale) * complex(amplitude?))
             }
         }
     }
@@ -151,11 +147,6 @@ impl<'a> Arrays<'a> {
             _ => None,
         }
     }
-}
-
-/// The mean transmission of a pixel of phase zero.
-fn filled(layer: &PixelLayer) -> Complex64 {
-    Complex64::from(layer.fill + layer.flat_share())
 }
 
 /// Any array as complex numbers.

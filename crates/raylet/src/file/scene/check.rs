@@ -14,6 +14,7 @@ use crate::file::scene::layer::{
 };
 use crate::file::scene::surface_shape::{HIGHEST_POWER, SurfaceShape, check_extent};
 use crate::optics::assembly::part_check::expected_heading;
+use crate::optics::pixels::pixel_grid::PixelForm;
 
 /// How many radii, in how many directions, are looked at where two surfaces of a lens might cross.
 const RADII: usize = 256;
@@ -356,6 +357,10 @@ fn check_pixels(pixels: &PixelLayer, place: &Place<'_>) -> Result<(), Fault> {
         (None, false) if pixels.size.is_none() => place.refuse(
             "no array",
             "`phase`, `amplitude` or `transmission`, or a `size` for a hologram still to come",
+        ),
+        _ if pixels.fill < 1.0 && pixels.pixel != PixelForm::Box => place.inner(".fill").refuse(
+            format!("{} with pixels that are no boxes", pixels.fill),
+            "pixel = \"box\", or fill = 1",
         ),
         _ => Ok(()),
     }

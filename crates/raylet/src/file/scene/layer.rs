@@ -5,7 +5,6 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
-use crate::design::constraints::fill::Rest;
 use crate::file::decode::number::{
     acute, count, not_empty, not_zero, one_or_pair_schema, pitch, positive, wavelength,
     whole_or_part, width,
@@ -13,8 +12,9 @@ use crate::file::decode::number::{
 use crate::file::decode::shared_keys::table;
 use crate::file::decode::tagged::tagged;
 use crate::file::scene::material::Material;
-use crate::optics::doe::PixelForm;
 use crate::optics::phase::placement::Placement;
+use crate::optics::pixels::active_area::{ActiveArea, FillError, Rest};
+use crate::optics::pixels::pixel_grid::PixelForm;
 
 tagged! {
     /// One factor of a diffractive element's complex transmission. Layers of an element multiply, so
@@ -48,15 +48,6 @@ tagged! {
 }
 
 impl Layer {
-    /// Whether it is made of heights of a material.
-    pub(crate) fn has_heights(&self) -> bool {
-        match self {
-            Layer::Height(_) => true,
-            Layer::Sum(sum) => sum.terms.iter().flatten().any(Layer::has_heights),
-            _ => false,
-        }
-    }
-
     /// Where the own axes of an analytic phase stand; nothing for other layers.
     pub(crate) fn placement(&self) -> Option<Placement> {
         match self {
@@ -105,8 +96,8 @@ pub struct PixelLayer {
     /// What lies between the pixel centres.
     #[serde(default)]
     pub pixel: PixelForm,
-    /// Share of a pixel's area that carries its phase or transmission, above 0 and up to 1. The pixel acts with
-    /// its mean; an amplitude weakens it as a whole.
+    /// Share of the area of a box pixel that carries its phase, amplitude or transmission, above 0 and up to 1: a rectangle
+    /// about its centre with the pixel's proportions.
     #[serde(default = "one", deserialize_with = "whole_or_part")]
     #[schemars(extend("minimum" = 1e-12, "maximum" = 1))]
     pub fill: f64,
@@ -116,16 +107,36 @@ pub struct PixelLayer {
 }
 
 impl PixelLayer {
-    /// The transmission of the rest, times its share of the area.
-    pub(crate) fn flat_share(&self) -> f64 {
-        match self.rest {
-            Rest::Dark => 0.0,
-            Rest::Flat => 1.0 - self.fill,
+    /// The part of each pixel that has its value.
+    ///
+    /// # Errors
+    /// A share that is not above 0 and up to 1.
+    pub(crate) fn active(&self) -> Result<ActiveArea, FillError> {
+        ActiveArea::of_fill(self.fill, self.rest)
+    }
+}
+
+/// A side of an element on an interface.
+#[derive(Clone, Copy, Debug, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
+#[serde(rename_all = "snake_case")]
+pub enum Side {
+    /// That from which light comes.
+    Before,
+    /// That to which it goes.
+    Behind,
+}
+
+impl Side {
+    /// What is on this side, of what is before and behind.
+    pub(crate) fn of<T>(self, [before, behind]: [T; 2]) -> T {
+        match self {
+            Self::Before => before,
+            Self::Behind => behind,
         }
     }
 }
 
-/// A relief of one material in the ambient medium.
+/// A relief of one material in the medium about the element, or from one of the two media at an interface into the other.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
 #[serde(deny_unknown_fields)]
 pub struct HeightLayer {
@@ -139,8 +150,12 @@ pub struct HeightLayer {
     pub size: Option<[usize; 2]>,
     /// Real 2-D array of heights in micrometres, indexed [y, x], in a .npy or .npz file.
     pub height_um: PathBuf,
-    /// The material of the relief: a catalogue name or { index = … }.
+    /// The material of the relief: a catalogue name or { index = … }. On an interface it is one of the two media, and the
+    /// relief reaches into the other.
     pub glass: Material,
+    /// On an interface, the medium in which a relief of a third material stands.
+    #[serde(default)]
+    pub stands_in: Option<Side>,
     /// Name of the array in a .npz file; without it `height_um`, or else its only array.
     #[serde(default)]
     pub key: Option<String>,
@@ -303,10 +318,13 @@ pub struct KinoformLayer {
     #[serde(default, deserialize_with = "wavelength")]
     #[schemars(extend("minimum" = 0.01, "maximum" = 100))]
     pub wavelength_um: Option<f64>,
-    /// The material of the profile, in the ambient medium: a catalogue name or a table of its own numbers. Without it the
-    /// material has no dispersion.
+    /// The material of the profile: a catalogue name or a table of its own numbers. On an interface it is one of the two media.
+    /// Without it the material has no dispersion.
     #[serde(default)]
     pub glass: Option<Material>,
+    /// On an interface, the medium in which a profile of a third material stands.
+    #[serde(default)]
+    pub stands_in: Option<Side>,
 }
 
 /// A sum of complex transmissions, each the product of the layers of one term.

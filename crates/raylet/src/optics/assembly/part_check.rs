@@ -1,7 +1,8 @@
 //! What may be wrong with one part, and the error that says so.
 
 use crate::optics::aperture::{Aperture, Outline};
-use crate::optics::doe::{Doe, Layer, Pixels};
+use crate::optics::doe::{Doe, Layer};
+use crate::optics::pixels::pixel_grid::Pixels;
 use crate::optics::screen::Sensor;
 use crate::optics::shape::Shape;
 
@@ -115,7 +116,7 @@ pub(crate) fn check_element(doe: &Doe) -> Result<(), Mismatch> {
     match doe.shares_lattice() {
         true => Ok(()),
         false => Err(Mismatch::new(
-            "pixel grids of different pitch, size or pixel form in one element",
+            "pixel grids of different pitch, size, pixel form or fill in one element",
             "grids that share their lattice; or two elements at a distance",
         )),
     }

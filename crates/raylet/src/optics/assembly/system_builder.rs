@@ -9,8 +9,10 @@ use crate::optics::assembly::axis_layout::AxisLayout;
 use crate::optics::assembly::glass::Glass;
 use crate::optics::assembly::part_check::{BuildError, Mismatch, check_above_zero};
 use crate::optics::assembly::part_laying::{BuilderCall, Laying, address, glass_index};
-use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+use crate::optics::doe::{Doe, Layer};
 use crate::optics::gaussian_beam::GaussianBeam;
+use crate::optics::pixels::active_area::ActiveArea;
+use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use crate::optics::refraction::Coating;
 use crate::optics::screen::Sensor;
 use crate::optics::shape::Shape;
@@ -177,6 +179,7 @@ impl SystemBuilder {
             pitch,
             values,
             form: PixelForm::Box,
+            active: ActiveArea::WHOLE,
         };
         let doe = Doe {
             layers: vec![Layer::Pixels(pixels)],

@@ -16,7 +16,7 @@ use crate::wave::grid::field::{Axis, Grid};
 pub(crate) struct ApertureCoverage<'a> {
     aperture: &'a Aperture,
     grid: &'a Grid,
-    /// (a + ½)·P_a at each node of a cell, indexed [node, a], along x and y.
+    /// (a + ½)·P_a at each node of a cell, indexed [node, a], along x and y, for the axis's polynomials.
     bases: [Array2<f64>; 2],
 }
 
@@ -32,7 +32,7 @@ impl<'a> ApertureCoverage<'a> {
 
     /// The weights of the nodes in a row of cells, indexed [node in the cell, node along x].
     pub(crate) fn row(&self, row: usize) -> Array2<f64> {
-        let nodes = [self.bases[0].nrows(), self.bases[1].nrows()];
+        let nodes = [&self.grid.x, &self.grid.y].map(Axis::nodes_of_cell);
         let mut weights = Array2::ones((nodes[1], self.grid.x.len()));
         let y = edges(&self.grid.y, row);
 
@@ -60,7 +60,7 @@ impl<'a> ApertureCoverage<'a> {
             if open == 0.0 {
                 cell.fill(0.0);
             } else {
-                let counts = nodes;
+                let counts = [self.grid.x.polynomials, self.grid.y.polynomials];
                 let moments = open_moments(self.aperture, &Cell { x, y, counts });
                 cell.assign(&self.bases[1].dot(&moments).dot(&self.bases[0].t()));
             }
@@ -75,10 +75,10 @@ fn edges(axis: &Axis, cell: usize) -> [f64; 2] {
     [low, low + axis.pitch]
 }
 
-/// (a + ½)·P_a at each node of a cell of an axis, for as many polynomials as there are nodes.
+/// (a + ½)·P_a at each node of a cell of an axis.
 fn basis(axis: &Axis) -> Array2<f64> {
-    let count = axis.offsets.len();
-    let mut basis = Array2::zeros((count, count));
+    let count = axis.polynomials;
+    let mut basis = Array2::zeros((axis.nodes_of_cell(), count));
     for (mut row, offset) in basis.rows_mut().into_iter().zip(&axis.offsets) {
         let values = legendre(2.0 * offset / axis.pitch, count);
         for (a, (entry, value)) in row.iter_mut().zip(values).enumerate() {
@@ -94,8 +94,8 @@ mod tests {
 
     use crate::fixtures::parts::{element, pixel_layer, screen};
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::PixelForm;
     use crate::optics::frame::Frame;
+    use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::optics::screen::{Screen, ScreenKind};
 
     use crate::wave::grid::field::{Axis, Field};

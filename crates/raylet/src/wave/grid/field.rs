@@ -23,6 +23,17 @@ pub struct Axis {
     pub offsets: Vec<f64>,
     /// The length each node represents, in mm.
     pub weights: Vec<f64>,
+    /// Number of polynomials over a cell, from the constant on, whose products its nodes integrate.
+    pub polynomials: usize,
+}
+
+/// A part of a cell, with Gauss–Legendre nodes of its own.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct CellPart {
+    /// Its width in mm.
+    pub width: f64,
+    /// Its nodes.
+    pub nodes: usize,
 }
 
 impl Axis {
@@ -34,6 +45,7 @@ impl Axis {
             cells,
             offsets: vec![0.0],
             weights: vec![pitch],
+            polynomials: 1,
         }
     }
 
@@ -52,6 +64,25 @@ impl Axis {
         Self {
             offsets: offsets.iter().map(|t| 0.5 * pitch * t).collect(),
             weights: weights.iter().map(|w| 0.5 * pitch * w).collect(),
+            polynomials: offsets.len(),
+            ..Self::uniform(cells, pitch, centre)
+        }
+    }
+
+    /// Cells of parts, in their order, each with its own Gauss–Legendre nodes: a pixel and the gap around it.
+    pub(crate) fn of_parts(cells: usize, pitch: f64, centre: f64, parts: &[CellPart]) -> Self {
+        let (mut offsets, mut weights) = (Vec::new(), Vec::new());
+        let mut low = -0.5 * pitch;
+        for CellPart { width, nodes } in parts {
+            let (points, shares) = gauss_rule(*nodes);
+            offsets.extend(points.iter().map(|t| low + 0.5 * width * (1.0 + t)));
+            weights.extend(shares.iter().map(|w| 0.5 * width * w));
+            low += width;
+        }
+        Self {
+            offsets,
+            weights,
+            polynomials: parts.iter().map(|part| part.nodes).max().unwrap_or(1),
             ..Self::uniform(cells, pitch, centre)
         }
     }
@@ -82,12 +113,6 @@ impl Axis {
     /// Nodes in each cell.
     pub(crate) fn nodes_of_cell(&self) -> usize {
         self.offsets.len()
-    }
-
-    /// How far a node is from the centre of its cell, in mm.
-    #[inline]
-    pub(crate) fn aside(&self, index: usize) -> f64 {
-        self.offsets[index % self.offsets.len()]
     }
 
     /// The interval a node represents: its share of the cell, shares in order of the nodes.

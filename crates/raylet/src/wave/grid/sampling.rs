@@ -5,10 +5,11 @@ use num_complex::Complex64;
 use rayon::prelude::*;
 
 use crate::optics::aperture::Aperture;
-use crate::optics::doe::{Doe, PixelForm};
+use crate::optics::doe::Doe;
+use crate::optics::pixels::pixel_grid::{Lattice, PixelForm};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::aperture_coverage::ApertureCoverage;
-use crate::wave::grid::field::{Axis, Field, Grid};
+use crate::wave::grid::field::{Axis, CellPart, Field, Grid};
 use crate::wave::grid::raster::Raster;
 
 /// Why a screen cannot be sampled.
@@ -106,8 +107,8 @@ pub(crate) fn plan_grid(
         let frequency = total(a) / wavelength;
         match doe.and_then(|doe| doe.pixels()) {
             Some(pixels) => {
-                let cells = [pixels.values.ncols(), pixels.values.nrows()][a];
-                pixel_axis(cells, pixels.pitch[a], pixels.form, frequency, cut)
+                let side = doe.map_or(1.0, |doe| doe.active_sides()[a]);
+                pixel_axis(&pixels.lattice(), a, side, frequency, cut)
             }
             None => {
                 let on_surface = doe.is_some_and(Doe::has_surface_pixels);
@@ -178,12 +179,16 @@ fn open_axis([low, high]: [f64; 2], frequency: f64, on_surface: bool, cut: bool)
     Axis::gauss(cells as usize, pitch, middle, nodes)
 }
 
-/// The nodes along one axis of a pixel grid; `frequency` is the largest spatial frequency in 1/mm that
-/// the product of field and plane wave reaches.
-fn pixel_axis(cells: usize, pitch: f64, form: PixelForm, frequency: f64, cut: bool) -> Axis {
+/// The nodes along one axis of a pixel grid, whose active areas have this side over the pitch; `frequency` is the largest
+/// spatial frequency in 1/mm that the product of field and plane wave reaches.
+fn pixel_axis(lattice: &Lattice, a: usize, side: f64, frequency: f64, cut: bool) -> Axis {
+    let (cells, pitch) = ([lattice.shape.1, lattice.shape.0][a], lattice.pitch[a]);
     // Interpolation bends at the centres: half cells, where it is smooth.
-    let (least, parts) = match form {
+    let (least, parts) = match lattice.form {
         PixelForm::Point => return Axis::uniform(cells, pitch, 0.0),
+        PixelForm::Box if side < 1.0 => {
+            return gapped_axis([cells as f64, pitch], side, frequency, cut);
+        }
         PixelForm::Box => (1, 1.0),
         PixelForm::Bilinear => (2, 2.0),
     };
@@ -194,10 +199,27 @@ fn pixel_axis(cells: usize, pitch: f64, form: PixelForm, frequency: f64, cut: bo
     Axis::gauss(cells, pitch, 0.0, nodes)
 }
 
+/// The same for a number of box pixels of a pitch with gaps around their active areas: gap, active area, gap.
+fn gapped_axis([cells, pitch]: [f64; 2], side: f64, frequency: f64, cut: bool) -> Axis {
+    let (active, gap) = (side * pitch, 0.5 * (1.0 - side) * pitch);
+    let parts = |width: f64, count: &dyn Fn(f64) -> usize| {
+        let parts = (frequency * width / MOST_CYCLES).ceil().max(1.0);
+        let width = width / parts;
+        let nodes = count(frequency * width);
+        vec![CellPart { width, nodes }; parts as usize]
+    };
+    let beside = parts(gap, &|cycles| {
+        gauss_nodes(cycles, PIXEL_TOLERANCE * pitch / gap)
+    });
+    let middle = parts(active, &|cycles| cell_nodes(cycles, cells as usize, cut));
+    let cell = [beside.clone(), middle, beside].concat();
+    Axis::of_parts(cells as usize, pitch, 0.0, &cell)
+}
+
 /// The number of Gauss nodes in a cell with so many cycles, on an axis of so many cells; `cut` where an edge cuts some
 /// of them.
 fn cell_nodes(cycles: f64, cells: usize, cut: bool) -> usize {
-    let whole = gauss_nodes(cycles);
+    let whole = gauss_nodes(cycles, PIXEL_TOLERANCE);
     if !cut {
         return whole;
     }
@@ -218,8 +240,8 @@ fn cell_nodes(cycles: f64, cells: usize, cut: bool) -> usize {
     MOST_NODES
 }
 
-/// How many Gauss nodes integrate exp(2πi·cycles·t) over a cell of length one.
-fn gauss_nodes(cycles: f64) -> usize {
+/// How many Gauss nodes integrate exp(2πi·cycles·t) over a cell of length one to this error.
+fn gauss_nodes(cycles: f64, tolerance: f64) -> usize {
     let half = std::f64::consts::PI * cycles;
     let exact = if half > 0.0 { half.sin() / half } else { 1.0 };
     let error = |nodes: usize| {
@@ -229,7 +251,7 @@ fn gauss_nodes(cycles: f64) -> usize {
             .sum();
         (sum - exact).abs()
     };
-    let fits = (1..MOST_NODES).find(|&n| error(n) <= PIXEL_TOLERANCE);
+    let fits = (1..MOST_NODES).find(|&n| error(n) <= tolerance);
     fits.unwrap_or(MOST_NODES)
 }
 
@@ -472,9 +494,11 @@ mod tests {
     use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{self, screen};
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::{Layer, PixelForm, Pixels};
+    use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
     use crate::optics::phase::profile::Profile;
+    use crate::optics::pixels::active_area::ActiveArea;
+    use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
     use crate::optics::screen::ScreenKind;
     use crate::wave::grid::field::Field;
     use crate::wave::grid::sampling::{apply_screen, apply_screen_adjoint, interpolate_adjoint};
@@ -483,7 +507,7 @@ mod tests {
 
     use crate::wave::grid::field::{Axis, Grid};
     use crate::wave::grid::raster::Raster;
-    use crate::wave::grid::sampling::{gauss_nodes, interpolate};
+    use crate::wave::grid::sampling::{PIXEL_TOLERANCE, gauss_nodes, interpolate};
 
     #[test]
     fn interpolation_is_exact_within_the_band() {
@@ -514,9 +538,9 @@ mod tests {
 
     #[test]
     fn nodes_grow_with_the_frequency() {
-        assert_eq!(gauss_nodes(0.0), 1);
-        assert!(gauss_nodes(0.1) <= 3);
-        assert_eq!(gauss_nodes(0.5), 4);
+        assert_eq!(gauss_nodes(0.0, PIXEL_TOLERANCE), 1);
+        assert!(gauss_nodes(0.1, PIXEL_TOLERANCE) <= 3);
+        assert_eq!(gauss_nodes(0.5, PIXEL_TOLERANCE), 4);
     }
 
     #[test]
@@ -551,6 +575,7 @@ mod tests {
                     pitch: [0.9, 1.1],
                     values,
                     form,
+                    active: ActiveArea::WHOLE,
                 }));
                 screen(Frame::GLOBAL, ScreenKind::Doe(doe))
             };

@@ -3,7 +3,8 @@
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 
-use crate::optics::doe::{Doe, Layer, PixelForm};
+use crate::optics::doe::{Doe, Layer};
+use crate::optics::pixels::pixel_grid::PixelForm;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::sampling::apply_screen;
@@ -45,37 +46,30 @@ pub(crate) fn pixels_bar(
     grid: &Grid,
     transmission_bar: &Array2<Complex64>,
 ) -> Result<Array2<Complex64>, NoPixels> {
-    // What multiplies each pixel: the element with ones for pixels.
     let fault = || NoPixels(screen.name.clone());
-    let mut bare = doe.clone();
-    let mut pixels = None;
-    for layer in &mut bare.layers {
-        match layer {
-            Layer::Phase(_) => {}
-            Layer::Pixels(own) if own.form != PixelForm::Bilinear && pixels.is_none() => {
-                pixels = Some((own.values.dim(), own.pitch));
-                own.values.fill(Complex64::ONE);
-            }
-            Layer::Pixels(_) | Layer::Sum(_) | Layer::OnSurface(..) => return Err(fault()),
-        }
+    let known = |layer: &Layer| match layer {
+        Layer::Phase(_) => true,
+        Layer::Pixels(own) => own.form != PixelForm::Bilinear,
+        Layer::Sum(_) | Layer::OnSurface(..) => false,
+    };
+    let grids = { doe.layers.iter() }.filter(|layer| matches!(layer, Layer::Pixels(_)));
+    if grids.count() != 1 || !doe.layers.iter().all(known) {
+        return Err(fault());
     }
-    let ((ny, nx), pitch) = pixels.ok_or_else(fault)?;
-    let bare = Screen {
-        kind: ScreenKind::Doe(bare),
+    let pixels = doe.free_pixels().ok_or_else(fault)?;
+
+    // What multiplies each pixel: what is open, with the analytic phases. Gaps hold no pixel's value.
+    let open = Screen {
+        kind: ScreenKind::Stop(doe.aperture.clone()),
         ..screen.clone()
     };
-    let rest = screen_transmission(&bare, grid);
-
-    // transmission = pixel·rest
-    let place = |x: f64, pitch: f64, n: usize| {
-        let index = x / pitch + 0.5 * n as f64;
-        (index.max(0.0) as usize).min(n - 1)
-    };
-    let mut bar = Array2::zeros((ny, nx));
+    let open = screen_transmission(&open, grid);
+    let mut bar = Array2::zeros(pixels.values.dim());
     for ((j, i), t) in transmission_bar.indexed_iter() {
-        let row = place(grid.y.node(j), pitch[1], ny);
-        let column = place(grid.x.node(i), pitch[0], nx);
-        bar[[row, column]] += t * rest[[j, i]].conj();
+        let weight = t * open[[j, i]].conj();
+        let [x, y] = [&grid.x, &grid.y];
+        let (at, spans) = ([x.node(i), y.node(j)], [x.span(i), y.span(j)]);
+        doe.visit_pixels(at, spans, &mut |pixel, by| bar[pixel] += weight * by.conj());
     }
     Ok(bar)
 }
@@ -88,9 +82,11 @@ mod tests {
     use crate::fixtures::noise::noise;
     use crate::fixtures::parts;
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
+    use crate::optics::doe::{Doe, Layer};
     use crate::optics::frame::Frame;
     use crate::optics::phase::profile::Profile;
+    use crate::optics::pixels::active_area::ActiveArea;
+    use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
     use crate::optics::screen::{Screen, ScreenKind};
 
     use crate::wave::grid::field::{Axis, Grid};
@@ -101,6 +97,7 @@ mod tests {
             pitch: [0.5, 0.4],
             values,
             form: PixelForm::Box,
+            active: ActiveArea::WHOLE,
         };
         let tilt = Profile::Linear {
             gradient: [1.0, -2.0],

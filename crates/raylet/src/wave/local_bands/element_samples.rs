@@ -4,10 +4,11 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::optics::aperture::{Aperture, Outline};
-use crate::optics::doe::{Doe, Layer, PixelForm, Pixels, Term};
+use crate::optics::doe::{Doe, Layer, Term};
 use crate::optics::phase::profile::Profile;
+use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use crate::optics::screen::{Screen, ScreenKind};
-use crate::wave::grid::field::Axis;
+use crate::wave::grid::field::{Axis, CellPart};
 use crate::wave::local_bands::aperture_scan::ApertureScan;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::edge_mask::{PASSBAND, REACH, edge_mask};
@@ -241,7 +242,7 @@ impl<'a> Element<'a> {
             };
         }
         let axes = [0, 1].map(|a| self.nodes(area, a, needed[a]));
-        let filter = axes.each_ref().map(|axis| self.filter(axis.pitch));
+        let filter = [self.filter(); 2];
         let share = if cut { PASSBAND } else { CORE_BAND };
         let limit = axes
             .each_ref()
@@ -343,16 +344,19 @@ impl<'a> Element<'a> {
             let half = 0.5 * count as f64;
             let first = (low / own + half).floor().clamp(0.0, count as f64);
             let last = (high / own + half).ceil().clamp(0.0, count as f64);
+            let middle = (0.5 * (first + last) - half) * own;
+            let side = self.doe.map_or(1.0, |doe| doe.active_sides()[a]);
+            let fine = (NODES_OF_BOX as f64 * pitch).max(own / MOST_PARTS);
+            let part = area.pixel_part.min(fine);
             let (parts, nodes) = match pixels.form {
                 PixelForm::Point => (1.0, 1),
-                PixelForm::Box => {
-                    let fine = (NODES_OF_BOX as f64 * pitch).max(own / MOST_PARTS);
-                    let part = area.pixel_part.min(fine);
-                    ((own / part).ceil(), NODES_OF_BOX)
+                PixelForm::Box if side < 1.0 => {
+                    let cell = gapped_cell(own, side, part);
+                    return Axis::of_parts((last - first) as usize, own, middle, &cell);
                 }
+                PixelForm::Box => ((own / part).ceil(), NODES_OF_BOX),
                 PixelForm::Bilinear => ((own / pitch.min(area.edge_pitch)).ceil(), 1),
             };
-            let middle = (0.5 * (first + last) - half) * own;
             let cells = ((last - first) * parts) as usize;
             return Axis::gauss(cells, own / parts, middle, nodes);
         }
@@ -364,10 +368,10 @@ impl<'a> Element<'a> {
         Axis::uniform(count as usize, pitch, 0.5 * (low + high))
     }
 
-    /// What cells of a width do.
-    fn filter(&self, pitch: f64) -> CellFilter {
+    /// What the parts of cells do.
+    fn filter(&self) -> CellFilter {
         match self.pixels.map(|pixels| pixels.form) {
-            Some(PixelForm::Box) => CellFilter::Boxes(pitch),
+            Some(PixelForm::Box) => CellFilter::Pairs,
             Some(PixelForm::Point | PixelForm::Bilinear) | None => CellFilter::Points,
         }
     }
@@ -386,8 +390,8 @@ impl<'a> Element<'a> {
         let spans: Vec<[f64; 2]> = (0..columns.len()).map(|i| columns.span(i)).collect();
         let places = columns.nodes();
         let pixels = self.pixels_alone().map(|pixels| {
-            let along = |a: usize, axis: &Axis| pixels.indices(a, &axis.nodes());
-            (&pixels.values, along(0, columns), along(1, rows))
+            let along = |a: usize, axis: &Axis| pixels.places(a, &axis.nodes());
+            (pixels, along(0, columns), along(1, rows))
         });
         let mask = (opened && self.pixels.is_none()).then(|| edge_mask(&self.aperture, nodes));
         let plane = carrier.p == [0.0; 2] && carrier.q == [0.0; 3];
@@ -405,10 +409,7 @@ impl<'a> Element<'a> {
                 }
                 let at = [places[i], y];
                 let through = match &pixels {
-                    Some((values, columns, rows)) => match (rows[j], columns[i]) {
-                        (Some(row), Some(column)) => values[[row, column]],
-                        _ => Complex64::ZERO,
-                    },
+                    Some((pixels, columns, rows)) => pixels.value_at(columns[i], rows[j]),
                     None => self.transmission(at),
                 };
                 *value = match plane {
@@ -437,6 +438,18 @@ impl<'a> Element<'a> {
     fn open(&self, [x, y]: [[f64; 2]; 2]) -> f64 {
         ApertureScan::new(&self.aperture, y).open(x)
     }
+}
+
+/// The parts of a box pixel of this pitch with a gap around its active area, none wider than `part`.
+fn gapped_cell(pitch: f64, side: f64, part: f64) -> Vec<CellPart> {
+    let parts = |width: f64| {
+        let count = (width / part).ceil();
+        let width = width / count;
+        let nodes = NODES_OF_BOX;
+        vec![CellPart { width, nodes }; count as usize]
+    };
+    let gap = parts(0.5 * (1.0 - side) * pitch);
+    [gap.clone(), parts(side * pitch), gap].concat()
 }
 
 /// The pitch of nodes along an axis at which the light of an edge is computed in all directions that lead to the target. It
@@ -484,9 +497,10 @@ mod tests {
     use crate::fixtures::noise::noise;
     use crate::fixtures::parts::{element, pixel_layer, screen};
     use crate::optics::aperture::{Aperture, Outline};
-    use crate::optics::doe::{Layer, PixelForm};
+    use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
     use crate::optics::phase::profile::Profile;
+    use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::optics::screen::ScreenKind;
     use crate::wave::grid::field::Axis;
     use crate::wave::local_bands::element_samples::{Element, TileArea};

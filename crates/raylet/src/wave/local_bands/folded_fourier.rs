@@ -228,7 +228,7 @@ mod tests {
         let along = |a: usize| FourierAxis {
             axis: [&wide, &narrow][a],
             range: [(7, 160), (3, 49)][a],
-            filter: [CellFilter::Boxes(pitch), CellFilter::Points][a],
+            filter: [CellFilter::Pairs, CellFilter::Points][a],
             centre: [0.4, -0.2][a],
             k: K,
             modes: &modes[a],

@@ -6,32 +6,25 @@ use num_complex::Complex64;
 
 use crate::wave::grid::field::Axis;
 
-/// What a cell about each node does to the spectrum of what the nodes represent.
+/// What the part of a cell that a node stands for does to the spectrum of what the nodes represent.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub(crate) enum CellFilter {
     /// Nodes hold values of a smooth function.
     #[default]
     Points,
-    /// The element is constant over each cell of this width in mm, which has one node in its middle or two Gauss nodes:
-    /// the product with light that is constant or linear in the cell is integrated exactly.
-    Boxes(f64),
+    /// Neighbours in pairs are the two Gauss nodes of a part over which the element is constant: the product with light that is
+    /// linear there is integrated exactly.
+    Pairs,
 }
 
-impl CellFilter {
-    /// The factor of a plane wave `dp` beside the carrier, at a node this far from the middle of its cell.
-    pub(crate) fn factor(self, dp: f64, k: f64, aside: f64) -> Complex64 {
-        let half = |width: f64| 0.5 * k * width * dp;
-        match self {
-            Self::Points => Complex64::ONE,
-            Self::Boxes(width) if aside == 0.0 => Complex64::from(bessel(half(width))[0]),
-            Self::Boxes(width) => {
-                // ½∫(1 ± √3ξ)·exp(−ixξ) dξ over [−1, 1], beside the plane wave at the node itself.
-                let [even, odd] = bessel(half(width));
-                let linear = Complex64::new(even, -3f64.sqrt() * aside.signum() * odd);
-                linear * Complex64::cis(k * dp * aside)
-            }
-        }
-    }
+/// The factor of a plane wave `dp` beside the carrier, at one of the two Gauss nodes of a part of this width: −1 or +1 by the
+/// side.
+fn of_part(dp: f64, k: f64, width: f64, side: f64) -> Complex64 {
+    // ½∫(1 ± √3ξ)·exp(−ixξ) dξ over [−1, 1], beside the plane wave at the node itself.
+    let half = 0.5 * k * width * dp;
+    let [even, odd] = bessel(half);
+    let linear = Complex64::new(even, -3f64.sqrt() * side * odd);
+    linear * Complex64::cis(half * side / 3f64.sqrt())
 }
 
 /// The spherical Bessel functions j₀ and j₁.
@@ -114,10 +107,18 @@ impl FourierAxis<'_> {
         self.axis.weight(node) / self.period()
     }
 
-    /// What the cell about a node does to each plane wave.
+    /// What the part about a node does to each plane wave.
     pub(crate) fn cell_factors(&self, node: usize) -> Vec<Complex64> {
-        let aside = self.axis.aside(node);
-        let one = |m: usize| self.filter.factor(self.modes.at(m), self.k, aside);
-        (0..self.modes.count).map(one).collect()
+        let waves = (0..self.modes.count).map(|m| self.modes.at(m));
+        match self.filter {
+            CellFilter::Points => vec![Complex64::ONE; self.modes.count],
+            CellFilter::Pairs => {
+                let width = 2.0 * self.axis.weight(node);
+                let side = if node.is_multiple_of(2) { -1.0 } else { 1.0 };
+                { waves }
+                    .map(|dp| of_part(dp, self.k, width, side))
+                    .collect()
+            }
+        }
     }
 }

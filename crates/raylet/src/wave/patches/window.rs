@@ -64,23 +64,30 @@ impl Positions {
 
     /// The window gⱼ at x.
     fn window(&self, index: usize, x: f64) -> f64 {
-        let u = x - self.at(index);
+        self.window_about(self.at(index), x)
+    }
+
+    fn window_about(&self, centre: f64, x: f64) -> f64 {
+        let u = x - centre;
         if u.abs() > self.reach {
             return 0.0;
         }
         (-0.5 * u * u / (self.sigma * self.sigma)).exp()
     }
 
-    /// Σₗ gₗ(x)², or Σₗ gₗ(x) for patches put together without windows.
+    /// Σₗ gₗ(x)², or Σₗ gₗ(x) for patches put together without windows; over all windows of a lattice that goes on for ever,
+    /// so that ĝ falls outwards under the last ones as well.
     fn coverage(&self, x: f64) -> f64 {
-        let first = ((x - self.reach - self.start) / self.step).ceil().max(0.0) as usize;
-        let last = ((x + self.reach - self.start) / self.step).floor();
-        let last = (last.max(0.0) as usize).min(self.count - 1);
+        let first = ((x - self.reach - self.start) / self.step).ceil() as i64;
+        let last = ((x + self.reach - self.start) / self.step).floor() as i64;
         let power = match self.synthesis {
             Synthesis::Window => 2,
             Synthesis::Plain => 1,
         };
-        (first..=last).map(|l| self.window(l, x).powi(power)).sum()
+        let at = |l: i64| self.start + l as f64 * self.step;
+        (first..=last)
+            .map(|l| self.window_about(at(l), x).powi(power))
+            .sum()
     }
 
     /// The nodes inside the `index`-th window as a range, and ĝⱼ (or wⱼ) times the node's length at each.
@@ -126,6 +133,23 @@ mod tests {
         for total in sum {
             assert!((total - 1.0).abs() < 1e-14);
         }
+    }
+
+    /// Under the last window, beyond the edge, no other one adds to the coverage; divided by what it has there alone, it would grow
+    /// outwards as the inverse of a Gaussian.
+    #[test]
+    fn the_last_window_falls_outwards() {
+        let axis = Axis::uniform(400, 0.05, 0.0);
+        let positions = Positions::covering([-4.0, 4.0], 0.5, 0.625, 2.15);
+        let last = positions.count - 1;
+        let (range, weights) = positions.analysis(&axis, last);
+        let of = |sigmas: f64| {
+            let near = |i: usize| (axis.node(i) - positions.at(last) - 0.5 * sigmas).abs();
+            let all = range.clone().zip(&weights);
+            let nearest = all.min_by(|a, b| near(a.0).total_cmp(&near(b.0)));
+            *nearest.unwrap().1
+        };
+        assert!(of(4.0) < 1e-2 * of(0.0), "{} {}", of(4.0), of(0.0));
     }
 
     #[test]

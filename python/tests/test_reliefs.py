@@ -1,0 +1,91 @@
+"""Reliefs of a lens's own material on its surfaces: into air, or into a filling resin."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import pytest
+
+import raylet
+
+RESIN = {"nd": 1.62, "vd": 24.0}
+HEIGHT_UM = 1.3
+PERIOD = 20
+
+
+def n_bk7(wavelength_um: float) -> float:
+    """The index of N-BK7 over that of air, by the Sellmeier coefficients of Schott's data sheet (2014)."""
+    square = wavelength_um**2
+    pairs = [(1.03961212, 0.00600069867), (0.231792344, 0.0200179144), (1.01046945, 103.560653)]
+    return float(np.sqrt(1.0 + sum(b * square / (square - c) for b, c in pairs)))
+
+
+def resin(wavelength_um: float) -> float:
+    """The index of the resin from nd and vd: A + B/λ² through the F and C lines about d."""
+    f, d, c = (1.0 / line**2 for line in (0.4861327, 0.5875618, 0.6562725))
+    slope = (RESIN["nd"] - 1.0) / RESIN["vd"] / (f - c)
+    return RESIN["nd"] + slope * (1.0 / wavelength_um**2 - d)
+
+
+def light(layer: dict[str, Any], side: str, filled: bool, wavelength_um: float, radius_mm: float) -> Any:
+    """The field behind a plate of N-BK7 with a layer on its front or back, and resin on that side of it if filled."""
+    system = raylet.System(wavelength_um=wavelength_um)
+    aperture = raylet.disc(0.12)
+    curved = {"radius_mm": radius_mm} if radius_mm else {}
+    wide = {"semi_aperture_mm": 0.3}
+    if side == "front":
+        if filled:
+            system.add_surface(glass=RESIN, thickness_mm=0.3, **wide)
+        system.add_doe(layer, glass="N-BK7", aperture=aperture, thickness_mm=1.0, **curved)
+        system.add_surface(thickness_mm=4.0, **wide)
+    else:
+        system.add_surface(glass="N-BK7", thickness_mm=1.0, **wide)
+        system.add_doe(layer, glass=RESIN if filled else "air", aperture=aperture, thickness_mm=0.3, **curved)
+        if filled:
+            system.add_surface(thickness_mm=4.0, **wide)
+    return system.add_sensor(pixels=(64, 48), pitch_um=3.0).simulate()
+
+
+@pytest.mark.parametrize("side", ["front", "back"])
+@pytest.mark.parametrize("filled", [False, True])
+@pytest.mark.parametrize("wavelength_um", [0.48, 0.65])
+def test_a_relief_is_the_phase_of_its_index_step(side: str, filled: bool, wavelength_um: float) -> None:
+    """Bars of glass on a plate: φ = k(n − n′)h with the indices of both media from their published formulas, on a plane and
+    on a curved surface."""
+    bars = np.broadcast_to(HEIGHT_UM * (np.arange(120) % PERIOD < PERIOD // 2), (120, 120))
+    other = resin(wavelength_um) if filled else 1.0
+    step = 2.0 * np.pi * (n_bk7(wavelength_um) - other) / wavelength_um
+    for radius_mm in (0.0, -6.0):
+        relief = raylet.height(pitch_um=2.0, height_um=bars.copy(), glass="N-BK7")
+        phase = raylet.pixels(pitch_um=2.0, phase=step * bars)
+        found = light(relief, side, filled, wavelength_um, radius_mm).field
+        expected = light(phase, side, filled, wavelength_um, radius_mm).field
+        error = np.linalg.norm(found - expected) / np.linalg.norm(expected)
+        assert error < 2e-3, (radius_mm, error)
+
+
+def test_bars_on_a_plate_have_the_orders_of_a_binary_grating() -> None:
+    """Bars of half a period on the back of a plate: sin²(φ/2) of the light leaves the zero order, 4/π² of it to each side."""
+    bars = HEIGHT_UM * (np.arange(120) % PERIOD < PERIOD // 2)
+    relief = raylet.height(pitch_um=2.0, height_um=np.tile(bars, (120, 1)), glass="N-BK7")
+    system = raylet.System(wavelength_um=0.5).add_surface(glass="N-BK7", thickness_mm=1.0, semi_aperture_mm=0.3)
+    system.add_doe(relief, glass="air", thickness_mm=1.0, coating="ideal")
+    system.add_paraxial_lens(focal_length_mm=20.0, thickness_mm=20.0, aperture=raylet.disc(1.0))
+    result = system.add_sensor(pixels=(512, 64), pitch_um=2.0).simulate()
+    place = (np.arange(512) - 255.5) * 2e-3
+    intensity = np.abs(result.field) ** 2
+    sine = 0.5e-3 / 40e-3
+    first = 20.0 * np.tan(np.arcsin(sine))
+    near = [intensity[:, np.abs(place - m * first) < 0.5 * first].sum() for m in (-1, 0, 1)]
+    phase = 2.0 * np.pi * (n_bk7(0.5) - 1.0) * HEIGHT_UM / 0.5
+    expected = np.array([4.0 / np.pi**2 * np.sin(phase / 2.0) ** 2, np.cos(phase / 2.0) ** 2] * 2)[:3]
+    assert np.allclose(np.array(near) / near[1] * expected[1], expected, rtol=0.03), (near, expected)
+
+
+def test_a_third_material_needs_its_side() -> None:
+    layer = raylet.height(pitch_um=2.0, height_um=np.ones((10, 10)), glass=1.4)
+    with pytest.raises(raylet.RayletError, match="stands_in"):
+        light(layer, "back", False, 0.5, 0.0)
+    placed = raylet.height(pitch_um=2.0, height_um=np.ones((10, 10)), glass=1.4, stands_in="behind")
+    assert light(placed, "back", False, 0.5, 0.0).field.any()
