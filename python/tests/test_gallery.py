@@ -1,0 +1,98 @@
+"""Systems of the guide's gallery beside their closed forms: the pages' own snippets are run, and what they find is
+compared here. A tolerance is the measured difference, rounded up."""
+
+from __future__ import annotations
+
+import re
+from typing import Any
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+FENCED = re.compile(r"^```python\n(.*?)^```", re.MULTILINE | re.DOTALL)
+GUIDE = ROOT / "docs" / "guide"
+
+pytestmark = pytest.mark.filterwarnings("ignore:.*the pixels sum to:UserWarning")
+
+
+def run(page: str, *headings: str) -> dict[str, Any]:
+    """The names that a page defines before its first heading and under some of its headings."""
+    plt = pytest.importorskip("matplotlib.pyplot")
+    plt.switch_backend("Agg")
+    path, names = GUIDE / f"{page}.md", {"__name__": "guide"}
+    text = path.read_text(encoding="utf-8")
+    sections = re.split(r"^(?=## )", text, flags=re.MULTILINE)
+    found = [next(part for part in sections if part.startswith(f"## {heading}\n")) for heading in headings]
+    for section in [sections[0], *found]:
+        line = text[: text.index(section)].count("\n")
+        for code in FENCED.finditer(section):
+            above = line + section[: code.start(1)].count("\n")
+            exec(compile("\n" * above + code.group(1), str(path), "exec"), names)
+    plt.close("all")
+    return names
+
+
+def test_lines_of_a_spectrometer_stand_where_the_grating_equation_sends_them() -> None:
+    found = run("gallery_gratings", "A spectrometer")
+    places = np.array(found["places"])
+    # The lens distorts by 16 µm at its edge; a ray through it has this.
+    assert abs(places[:, 0] - places[:, 1]).max() < 2e-4
+    assert abs(places[:, 0] - places[:, 2]).max() < 0.017
+    # Rayleigh's criterion for 6000 lines: the peak of one line on the first zero of the other.
+    assert abs(found["apart"] - found["zero"]) < 0.05
+    assert found["rest"] < 0.007
+
+
+def test_orders_of_a_modulator_have_the_shares_of_its_staircase() -> None:
+    orders = np.array(run("gallery_gratings", "A modulator with a blazed grating")["orders"])
+    assert abs(orders[:, 0] - orders[:, 1]).max() < 1.1e-3
+    assert abs(orders[:, 2] - orders[:, 3]).max() < 1e-3
+
+
+def test_a_dammann_grating_makes_seven_beams_of_the_published_power() -> None:
+    found = run("gallery_gratings", "A Dammann grating")
+    shares = np.array(found["shares"])
+    assert abs(shares[:, 0] - shares[:, 1]).max() < 1e-4
+    seven = shares[0] + 2.0 * shares[1:4].sum(axis=0)
+    assert abs(seven[0] - 0.786) < 1.5e-3
+    assert abs(seven[2] - 0.786) < 5e-4
+    assert np.ptp(shares[:4, 2]) < 1.1e-5
+
+
+def test_a_gaussian_beam_becomes_flat() -> None:
+    found = run("gallery_beams", "A Gaussian beam made flat")
+    assert abs(found["mean"] / found["level"] - 1.0) < 2.5e-3
+    assert found["off"] < 0.01
+    assert found["spread"] < 0.013
+
+
+def test_an_axicon_makes_a_bessel_beam() -> None:
+    found = run("gallery_beams", "An axicon")
+    closed = found["on_axis"](found["far"])
+    assert abs(found["middles"] / closed - 1.0).max() < 6e-3
+    assert abs(found["dark"] / found["zero"] - 1.0) < 4e-3
+    across = found["across"]
+    assert np.linalg.norm(across / across.max() - found["closed"]) / np.linalg.norm(across / across.max()) < 0.01
+
+
+def test_a_vortex_has_the_ring_of_the_closed_form() -> None:
+    found = run("gallery_beams", "A vortex in a focus")
+    assert abs(found["found"] / found["radius"] - 1.0) < 5e-3
+    assert found["unlike"] < 2e-3
+    assert found["row"][0] < 1e-12 * found["row"].max()
+
+
+def test_a_cubic_mask_keeps_the_contrast_of_a_phone_lens() -> None:
+    found = run("gallery_imaging", "A phone lens with a cubic mask")
+    by_rays = [rays for rays, _ in found["worst"].values()]
+    assert max(by_rays) < 7e-3
+    assert max(ideal for (alpha, _), (_, ideal) in found["worst"].items() if alpha) < 0.013
+    assert found["worst"][0.0, 0.0][1] < 0.016
+
+
+def test_a_combiner_shows_the_eye_what_was_recorded() -> None:
+    found = run("gallery_imaging", "A holographic combiner")
+    assert abs(found["flat"]).max() < 8e-4
+    assert abs(found["error"]).max() < 9e-4
+    assert abs(found["image"] - found["grating"]) < 1e-3
