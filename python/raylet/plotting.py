@@ -89,9 +89,27 @@ def plot_field(
     }
     if what not in choices:
         raise ValueError(f"{shown(what)} cannot be plotted, expected one of {', '.join(choices)}")
-    figure, ax = _axes(ax, (5.6, 4.6))
     values, label, how = choices[what]
+    if 1 in field.shape and field.size > 1:
+        return _curve(values, axes, label, title, ax)
+    figure, ax = _axes(ax, (5.6, 4.6))
     _image(figure, ax, values, (*_edges(axes[0]), *_edges(axes[1])), label, **how)
+    _entitle(ax, title)
+    return figure, ax
+
+
+def _curve(
+    values: NDArray[np.float64],
+    axes: tuple[NDArray[np.float64], NDArray[np.float64]],
+    label: str,
+    title: str,
+    ax: Axes | None,
+) -> tuple[Figure, Axes]:
+    """A single row or column of pixels, of which an image would be too thin to see."""
+    figure, ax = _axes(ax, (8.0, 3.0))
+    along = 0 if values.shape[0] == 1 else 1
+    ax.plot(axes[along], values.ravel())
+    ax.set(xlabel=f"{'xy'[along]} in mm", ylabel=label)
     _entitle(ax, title)
     return figure, ax
 
@@ -142,26 +160,61 @@ def _frame(ax: Any, labels: list[dict[str, Any]]) -> None:
     (left, low), (right, high) = ax.dataLim.min, ax.dataLim.max
     box = 72.0 * ax.get_position().size * ax.figure.get_size_inches()
     equal = right - left < 8.0 * (high - low)
+    named = _merged(labels)
 
-    # A name goes into the first line where it stands beside the others.
-    length = max(1.1 * (right - left), (high - low) * box[0] / box[1] if equal else 0.0)
-    taken: list[float] = []
-    for label in sorted(labels, key=lambda label: float(label["at"][0])):
-        middle, half = label["at"][0] * box[0] / length, 0.5 * _LETTER * len(label["text"])
-        line = next((i for i, end in enumerate(taken) if end < middle - half), len(taken))
-        taken[line : line + 1] = [middle + half]
+    # Names take a share of the height, which changes the scale, and this the places of names: a few rounds.
+    share = 0.0
+    for _ in range(4):
+        height = 1.1 * (high - low) / (1.0 - share)
+        length = 1.1 * (right - left)
+        if equal:
+            height = max(height, length * box[1] / box[0])
+            length = height * box[0] / box[1]
+        scale = box / (length, height)
+        lines, top = _lines(named, scale)
+        share = min(0.7, max(0.0, (top - high * scale[1]) / box[1]))
+    for label, line in zip(named, lines):
         place = {"xytext": (0.0, 6.0 + _LINE * line), "textcoords": "offset points"}
         ax.annotate(label["text"], label["at"], ha="center", fontsize=_LETTERS, **place)
 
-    # They take a share of the height above; the rest is left around what is drawn.
-    share = (6.0 + _LINE * (len(taken) + 0.5)) / box[1]
-    height = 1.1 * (high - low) / (1.0 - share)
+    # The rest of the height is left around what is drawn.
     if equal:
         ax.set_aspect("equal")
-        height = max(height, 1.1 * (right - left) * box[1] / box[0])
-        length = max(length, height * box[0] / box[1])
     aside, below = 0.5 * (length - right + left), 0.5 * ((1.0 - share) * height - high + low)
     ax.set(xlim=(left - aside, right + aside), ylim=(low - below, low - below + height))
+
+
+def _merged(labels: list[dict[str, Any]]) -> list[dict[str, Any]]:
+    """Labels along the axis; neighbours of one name share a label above the highest of them."""
+    runs: list[list[dict[str, Any]]] = []
+    for label in sorted(labels, key=lambda label: float(label["at"][0])):
+        if runs and runs[-1][0]["text"] == label["text"]:
+            runs[-1].append(label)
+        else:
+            runs.append([label])
+    merged = []
+    for run in runs:
+        text = run[0]["text"] if len(run) == 1 else f"{len(run)} × {run[0]['text']}"
+        places = np.array([label["at"] for label in run], dtype=float)
+        merged.append({"text": text, "at": (float(places[:, 0].mean()), float(places[:, 1].max()))})
+    return merged
+
+
+def _lines(labels: list[dict[str, Any]], scale: NDArray[np.float64]) -> tuple[list[int], float]:
+    """The first line of each name on which it touches no other, and the top of all names, in points."""
+    placed: list[tuple[float, float, float]] = []
+    lines = []
+    for label in labels:
+        (x, y), half = np.array(label["at"]) * scale, 0.5 * _LETTER * len(label["text"])
+        line = 0
+        while any(
+            abs(x - other) < half + width and abs(y + 6.0 + _LINE * line - height) < _LINE
+            for other, height, width in placed
+        ):
+            line += 1
+        placed.append((float(x), float(y + 6.0 + _LINE * line), half))
+        lines.append(line)
+    return lines, max((height + 1.5 * _LINE for _, height, _ in placed), default=0.0)
 
 
 def _entitle(ax: Any, title: str) -> None:

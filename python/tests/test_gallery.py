@@ -55,31 +55,31 @@ def test_a_dammann_grating_makes_seven_beams_of_the_published_power() -> None:
     shares = np.array(found["shares"])
     assert abs(shares[:, 0] - shares[:, 1]).max() < 1e-4
     seven = shares[0] + 2.0 * shares[1:4].sum(axis=0)
-    assert abs(seven[0] - 0.786) < 1.5e-3
-    assert abs(seven[2] - 0.786) < 5e-4
+    assert abs(seven[0] - seven[1]) < 3e-4
+    assert abs(seven[2] - 0.786) < 3e-4
     assert np.ptp(shares[:4, 2]) < 1.1e-5
 
 
 def test_a_gaussian_beam_becomes_flat() -> None:
     found = run("gallery_beams", "A Gaussian beam made flat")
-    assert abs(found["mean"] / found["level"] - 1.0) < 2.5e-3
-    assert found["off"] < 0.01
+    assert abs(found["mean"] / found["level"] - 1.0) < 2e-3
+    assert found["off"] < 9.5e-3
     assert found["spread"] < 0.013
 
 
 def test_an_axicon_makes_a_bessel_beam() -> None:
     found = run("gallery_beams", "An axicon")
     closed = found["on_axis"](found["far"])
-    assert abs(found["middles"] / closed - 1.0).max() < 6e-3
+    assert abs(found["middles"] / closed - 1.0).max() < 5e-3
     assert abs(found["dark"] / found["zero"] - 1.0) < 4e-3
-    across = found["across"]
-    assert np.linalg.norm(across / across.max() - found["closed"]) / np.linalg.norm(across / across.max()) < 0.01
+    across = found["across"] / found["across"].max()
+    assert np.linalg.norm(across - found["closed"]) < 5e-3 * np.linalg.norm(across)
 
 
 def test_a_vortex_has_the_ring_of_the_closed_form() -> None:
     found = run("gallery_beams", "A vortex in a focus")
     assert abs(found["found"] / found["radius"] - 1.0) < 5e-3
-    assert found["unlike"] < 2e-3
+    assert found["unlike"] < 8e-4
     assert found["row"][0] < 1e-12 * found["row"].max()
 
 
@@ -94,5 +94,5 @@ def test_a_cubic_mask_keeps_the_contrast_of_a_phone_lens() -> None:
 def test_a_combiner_shows_the_eye_what_was_recorded() -> None:
     found = run("gallery_imaging", "A holographic combiner")
     assert abs(found["flat"]).max() < 8e-4
-    assert abs(found["error"]).max() < 9e-4
-    assert abs(found["image"] - found["grating"]) < 1e-3
+    assert abs(found["error"]).max() < 8e-4
+    assert abs(found["image"] - found["grating"]) < 1e-4
