@@ -37,11 +37,11 @@ def test_lines_of_a_spectrometer_stand_where_the_grating_equation_sends_them() -
     found = run("gallery_gratings", "A spectrometer")
     places = np.array(found["places"])
     # The lens distorts by 16 µm at its edge; a ray through it has this.
-    assert abs(places[:, 0] - places[:, 1]).max() < 2e-4
+    assert abs(places[:, 0] - places[:, 1]).max() < 1.5e-4
     assert abs(places[:, 0] - places[:, 2]).max() < 0.017
     # Rayleigh's criterion for 6000 lines: the peak of one line on the first zero of the other.
-    assert abs(found["apart"] - found["zero"]) < 0.05
-    assert found["rest"] < 0.007
+    assert abs(found["apart"] - found["zero"]) < 0.04
+    assert found["rest"] < 0.006
 
 
 def test_orders_of_a_modulator_have_the_shares_of_its_staircase() -> None:
@@ -53,7 +53,7 @@ def test_orders_of_a_modulator_have_the_shares_of_its_staircase() -> None:
 def test_a_dammann_grating_makes_seven_beams_of_the_published_power() -> None:
     found = run("gallery_gratings", "A Dammann grating")
     shares = np.array(found["shares"])
-    assert abs(shares[:, 0] - shares[:, 1]).max() < 1e-4
+    assert abs(shares[:, 0] - shares[:, 1]).max() < 6e-5
     seven = shares[0] + 2.0 * shares[1:4].sum(axis=0)
     assert abs(seven[0] - seven[1]) < 3e-4
     assert abs(seven[2] - 0.786) < 3e-4
@@ -78,7 +78,7 @@ def test_an_axicon_makes_a_bessel_beam() -> None:
 
 def test_a_vortex_has_the_ring_of_the_closed_form() -> None:
     found = run("gallery_beams", "A vortex in a focus")
-    assert abs(found["found"] / found["radius"] - 1.0) < 5e-3
+    assert abs(found["found"] / found["radius"] - 1.0) < 9e-4
     assert found["unlike"] < 8e-4
     assert found["row"][0] < 1e-12 * found["row"].max()
 
