@@ -5,6 +5,7 @@
 mod abandon;
 mod analytic_phases;
 mod astigmatism;
+mod axicon;
 mod correction;
 mod estimate;
 mod far_away;

@@ -18,7 +18,8 @@ use crate::math::part::part;
 use crate::optics::system::Hop;
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
-use crate::wave::local_bands::element_samples::{Element, ElementSamples, TileArea};
+use crate::wave::local_bands::element_phase::TileArea;
+use crate::wave::local_bands::element_samples::{Element, ElementSamples};
 use crate::wave::local_bands::fourier_axis::Modes;
 use crate::wave::local_bands::local_band::{WindowBlock, sample_pitch, window_half_band};
 use crate::wave::local_bands::tiling::{EdgeContact, LitWindow, REACH, Tile, Tiling, WindowShape};
@@ -99,7 +100,10 @@ impl<'a> TileRun<'a> {
         }
         let light = self.light_under(tile)?;
         statistics.windows += lit.len() as u64;
-        let own = self.element.carrier(light.carrier.at, self.far(), self.k());
+        let own = self
+            .element
+            .phase()
+            .carrier(light.carrier.at, self.far(), self.k());
         let leaving = light.carrier.times(own.p, own.q);
         let windows = lit.into_iter();
         let targeted: Vec<TargetedWindow> = windows
@@ -170,7 +174,7 @@ impl<'a> TileRun<'a> {
     /// A window's carrier, and the directions that lead from it to the target; nothing where none does.
     fn targeted(&self, lit: LitWindow, leaving: &Carrier, own: &Carrier) -> Option<TargetedWindow> {
         let LitWindow { window, at, edge } = lit;
-        let shift = self.element.beside(own, self.far(), at, self.k());
+        let shift = self.element.phase().beside(own, self.far(), at, self.k());
         let start = ChirpedStart {
             carrier: leaving.about(at).times(shift, [0.0; 3]),
             sigma: self.shape.sigma,

@@ -134,7 +134,7 @@ fn behind(hop: &Hop, carriers: &[Carrier]) -> Result<Vec<Carrier>, LocalBandErro
     let layers = || LocalBandError::Layers(hop.from.name.clone());
     let element = Element::of(hop.from).ok_or_else(layers)?;
     let bent = |carrier: &Carrier| {
-        let own = element.carrier(carrier.at, 0.0, hop.wavenumber());
+        let own = element.phase().carrier(carrier.at, 0.0, hop.wavenumber());
         carrier.times(own.p, own.q)
     };
     Ok(carriers.iter().map(bent).collect())

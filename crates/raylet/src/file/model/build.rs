@@ -4,7 +4,8 @@ use crate::engine::plan::settings::{Paper, Settings};
 use crate::file::decode::fault::Fault;
 use crate::file::model::element_layers::ElementLayers;
 use crate::file::model::scene_arrays::Arrays;
-use crate::file::scene::element::{self, Element, LensElement, ParaxialLens, SensorElement};
+use crate::file::model::scene_media::{index, medium};
+use crate::file::scene::element::{DoeElement, Element, LensElement, ParaxialLens, SensorElement};
 use crate::file::scene::material::Material;
 use crate::file::scene::scene_file::{Illumination, Scene};
 use crate::file::scene::settings as keys;
@@ -14,8 +15,7 @@ use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
 use crate::optics::doe::{Doe, Layer};
 use crate::optics::frame::Frame;
 use crate::optics::gaussian_beam::GaussianBeam;
-use crate::optics::media::catalog;
-use crate::optics::media::medium::{Medium, MediumError};
+use crate::optics::media::medium::Medium;
 use crate::optics::phase::profile::Profile;
 use crate::optics::refraction::Coating;
 use crate::optics::screen::{MediumBehind, ScreenKind, Sensor};
@@ -58,62 +58,6 @@ pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<Sys
     Ok(layout.axis.into_system(wavelength, source))
 }
 
-/// The index of a material of the scene at its `channel`-th wavelength; faults are reported at `path`.
-///
-/// # Errors
-/// An unknown glass, or a wavelength outside its range.
-pub(crate) fn index_at(
-    scene: &Scene,
-    material: &Material,
-    channel: usize,
-    path: &str,
-) -> Result<f64, Fault> {
-    let medium = medium(scene, material, path)?;
-    index(scene, &medium, scene.wavelength_mm(channel)?, path)
-}
-
-/// The medium of a material.
-///
-/// # Errors
-/// An unknown name.
-pub(crate) fn medium(scene: &Scene, material: &Material, path: &str) -> Result<Medium, Fault> {
-    match material {
-        Material::Own(own) => {
-            (own.medium()).map_err(|(found, expected)| scene.fault(path, found, expected))
-        }
-        Material::Named(name) => catalog::medium(name)
-            .map_err(|error| scene.fault(path, error.to_string(), "a name of the glass catalogue")),
-    }
-}
-
-/// The index of a medium at a wavelength in mm.
-///
-/// # Errors
-/// A wavelength at which it is not known.
-pub(crate) fn index(
-    scene: &Scene,
-    medium: &Medium,
-    wavelength: f64,
-    path: &str,
-) -> Result<f64, Fault> {
-    medium.index(wavelength).map_err(|error| match error {
-        MediumError::OutOfRange {
-            name,
-            wavelength_um,
-            from_um,
-            to_um,
-        } => {
-            let found = format!("{name} at a wavelength of {wavelength_um} µm");
-            let expected = format!("one from {from_um} to {to_um} µm, where it is known");
-            scene.fault(path, found, expected)
-        }
-        other => {
-            let expected = "a medium that is known at the scene's wavelengths";
-            scene.fault(path, other.to_string(), expected)
-        }
-    })
-}
-
 /// Radius of the beam in mm, where the scene states one.
 fn beam_radius(scene: &Scene) -> Option<f64> {
     match &scene.source {
@@ -143,31 +87,7 @@ impl Layout<'_, '_> {
         let name = self.scene.element_name(number);
         let mut along = element.thickness_mm().unwrap_or(0.0);
         match element {
-            Element::Doe(doe) => {
-                let shape = self.shape(&doe.surface_shape(), &path)?;
-                let behind = self.behind(doe, &path)?;
-                let after = behind.as_ref().map_or(&self.inside, |(_, medium)| medium);
-                let here = self.axis.index();
-                let layers = ElementLayers {
-                    scene: self.scene,
-                    arrays: self.arrays,
-                    wavelength: self.wavelength,
-                    media: [&self.inside, after],
-                    indices: [
-                        here,
-                        behind.as_ref().map_or(here, |(behind, _)| behind.index),
-                    ],
-                    arrives: self.axis.towards(),
-                    leaves: self.axis.towards() * if doe.reflect { -1.0 } else { 1.0 },
-                };
-                let kind = ScreenKind::Doe(layers.doe(doe, &shape, &path)?);
-                self.check_beam(&path)?;
-                self.axis.screen(name, frame, shape, kind);
-                if let Some((behind, medium)) = behind {
-                    self.axis.enter_medium(behind);
-                    self.inside = medium;
-                }
-            }
+            Element::Doe(doe) => self.doe(doe, name, frame, &path)?,
             Element::ParaxialLens(lens) => {
                 let kind = ScreenKind::Doe(self.paraxial_lens(lens));
                 self.check_beam(&path)?;
@@ -200,6 +120,40 @@ impl Layout<'_, '_> {
             Element::CoordinateBreak(_) => self.axis.turn(frame),
         }
         self.axis.advance(along);
+        Ok(())
+    }
+
+    /// An element, and the medium behind it where it is an interface.
+    fn doe(
+        &mut self,
+        doe: &DoeElement,
+        name: String,
+        frame: Frame,
+        path: &str,
+    ) -> Result<(), Fault> {
+        let shape = self.shape(&doe.surface_shape(), path)?;
+        let behind = self.behind(doe, path)?;
+        let after = behind.as_ref().map_or(&self.inside, |(_, medium)| medium);
+        let here = self.axis.index();
+        let layers = ElementLayers {
+            scene: self.scene,
+            arrays: self.arrays,
+            wavelength: self.wavelength,
+            media: [&self.inside, after],
+            indices: [
+                here,
+                behind.as_ref().map_or(here, |(behind, _)| behind.index),
+            ],
+            arrives: self.axis.towards(),
+            leaves: self.axis.towards() * if doe.reflect { -1.0 } else { 1.0 },
+        };
+        let kind = ScreenKind::Doe(layers.doe(doe, &shape, path)?);
+        self.check_beam(path)?;
+        self.axis.screen(name, frame, shape, kind);
+        if let Some((behind, medium)) = behind {
+            self.axis.enter_medium(behind);
+            self.inside = medium;
+        }
         Ok(())
     }
 
@@ -329,7 +283,7 @@ impl Layout<'_, '_> {
     /// An unknown medium; light that is reflected.
     fn behind(
         &self,
-        doe: &element::DoeElement,
+        doe: &DoeElement,
         path: &str,
     ) -> Result<Option<(MediumBehind, Medium)>, Fault> {
         let Some(glass) = &doe.glass else {

@@ -3,9 +3,9 @@
 use num_complex::Complex64;
 
 use crate::file::decode::fault::Fault;
-use crate::file::model::build::{index, medium};
 use crate::file::model::relief_side::{side_of_relief, unplaced};
 use crate::file::model::scene_arrays::Arrays;
+use crate::file::model::scene_media::{index, medium};
 use crate::file::scene::element::{Coordinates, DoeElement};
 use crate::file::scene::layer::{self, HeightLayer, KinoformLayer};
 use crate::file::scene::material::Material;

@@ -7,6 +7,7 @@
 //! | `relief_side` | On which side of an interface a relief stands |
 //! | `prescription` | The parts of a system in the order light meets them, with the names the scene gives them |
 //! | `scene_arrays` | All the arrays that the layers of a scene name, and the transmissions they make |
+//! | `scene_media` | The materials that a scene names, as media with an index at each wavelength |
 //! | `phase_units` | Warnings about phases in degrees or grey levels |
 //! | `hologram` | The hologram of a scene |
 //! | `pixel_part` | The elements whose pixels a scene designs |
@@ -29,4 +30,5 @@ pub mod prescription;
 pub mod project;
 pub(crate) mod relief_side;
 pub mod scene_arrays;
+pub(crate) mod scene_media;
 pub mod variations;

@@ -14,8 +14,8 @@ use crate::design::constraints::modulation::{Modulation, Modulator, Shaped};
 use crate::design::constraints::relief::{Levels, Relief};
 use crate::design::constraints::staircase::Hardening;
 use crate::file::decode::fault::Fault;
-use crate::file::model::build;
 use crate::file::model::relief_side::{side_of_relief, unplaced};
+use crate::file::model::scene_media::index_at;
 use crate::file::scene::design::{Design, DesignElement, Free, OptimizerKind, Start};
 use crate::file::scene::element::{Element, WITH_PIXELS};
 use crate::file::scene::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
@@ -277,7 +277,7 @@ impl PixelPart {
     fn index(&self, scene: &Scene, height: &HeightLayer, channel: usize) -> Result<f64, Fault> {
         let [element, layer] = self.place;
         let path = format!("element[{element}].layer[{layer}].glass");
-        build::index_at(scene, &height.glass, channel, &path)
+        index_at(scene, &height.glass, channel, &path)
     }
 
     /// The index of the medium whose place a relief takes, at a wavelength.

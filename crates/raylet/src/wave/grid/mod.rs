@@ -5,6 +5,7 @@
 //! | [`raster`] | Uniform grids of sample points |
 //! | [`field`] | Complex fields on the nodes of a plane grid |
 //! | [`sampling`] | Where a screen's field is sampled, and what the screen does to it there |
+//! | `screen_axis` | The nodes of a screen along one axis: cells with enough Gauss nodes each |
 //! | `aperture_coverage` | The open share of the cell of each node |
 //! | [`transmission`] | The transmission of an element at the nodes of a grid, and its adjoint for phases and pixels |
 //! | [`heights`] | The levels around a curved screen, and interpolation between them |
@@ -20,4 +21,5 @@ pub(crate) mod mean_cosine;
 pub mod metrics;
 pub mod raster;
 pub mod sampling;
+pub(crate) mod screen_axis;
 pub mod transmission;

@@ -4,41 +4,21 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::optics::aperture::{Aperture, Outline};
-use crate::optics::doe::{Doe, Layer, Term};
-use crate::optics::phase::profile::Profile;
+use crate::optics::doe::Layer;
 use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::{Axis, CellPart};
 use crate::wave::local_bands::aperture_scan::ApertureScan;
 use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::edge_mask::{PASSBAND, REACH, edge_mask};
+use crate::wave::local_bands::element_phase::{ElementPhase, TileArea, is_phase};
 use crate::wave::local_bands::fourier_axis::CellFilter;
 
 /// An element, or the aperture of a stop, as local bands see it.
 #[derive(Clone, Debug)]
 pub(crate) struct Element<'a> {
-    doe: Option<&'a Doe>,
-    aperture: Aperture,
+    phase: ElementPhase<'a>,
     pixels: Option<&'a Pixels>,
-}
-
-/// A tile as an element meets it.
-#[derive(Clone, Debug)]
-pub(crate) struct TileArea {
-    /// The box of the light that counts, `[x_min, x_max, y_min, y_max]` in mm.
-    pub bounds: [f64; 4],
-    /// Samples of the arriving light.
-    pub samples: [Axis; 2],
-    /// Half the band of the arriving light under a window.
-    pub half_band: [f64; 2],
-    /// Largest pitch of nodes where the element has edges, in mm.
-    pub edge_pitch: f64,
-    /// Widest part of a pixel over which the light of a window is linear, in mm.
-    pub pixel_part: f64,
-    /// Largest direction beside the arriving light's in which plane waves are computed.
-    pub reach: [f64; 2],
-    /// Vacuum wavenumber in rad/mm.
-    pub k: f64,
 }
 
 /// Where the transmission of an element is sampled.
@@ -70,6 +50,9 @@ pub(crate) struct ElementSamples {
 /// Band of the light of a singular point, in turns from node to node.
 const CORE_BAND: f64 = 0.45;
 
+/// How much wider that band is than what the slopes of the phase ask for.
+const CORE_SPARE: f64 = 1.2;
+
 /// Largest phase of the steepest direction from node to node where an edge cuts pixels, in rad. A cell counts by its
 /// open share, so its spectrum is wrong by a quarter of this phase.
 const EDGE_PHASE: f64 = 0.3;
@@ -87,17 +70,16 @@ const MOST_PARTS: f64 = 16.0;
 /// Gauss nodes along each axis of a part of a box pixel.
 const NODES_OF_BOX: usize = 2;
 
-/// Points along each axis at which the band of a smooth phase is sampled.
-const BAND_SAMPLES: usize = 9;
-
 impl<'a> Element<'a> {
     /// The element of a screen; nothing where layers are of a kind that has no local samples.
     pub(crate) fn of(screen: &'a Screen) -> Option<Self> {
         let doe = match &screen.kind {
             ScreenKind::Stop(aperture) => {
                 return Some(Self {
-                    doe: None,
-                    aperture: aperture.clone(),
+                    phase: ElementPhase {
+                        doe: None,
+                        aperture: aperture.clone(),
+                    },
                     pixels: None,
                 });
             }
@@ -113,15 +95,22 @@ impl<'a> Element<'a> {
             return None;
         }
         Some(Self {
-            doe: Some(doe),
-            aperture: doe.aperture.clone(),
+            phase: ElementPhase {
+                doe: Some(doe),
+                aperture: doe.aperture.clone(),
+            },
             pixels: doe.pixels(),
         })
     }
 
+    /// Its smooth phase.
+    pub(crate) fn phase(&self) -> &ElementPhase<'a> {
+        &self.phase
+    }
+
     /// Its aperture.
     pub(crate) fn aperture(&self) -> &Aperture {
-        &self.aperture
+        &self.phase.aperture
     }
 
     /// Its pixels, if it has any.
@@ -129,70 +118,9 @@ impl<'a> Element<'a> {
         self.pixels
     }
 
-    fn layers(&self) -> &'a [Layer] {
-        self.doe.map_or(&[][..], |doe| &doe.layers)
-    }
-
-    /// Its analytic phases, of sums those of the strongest term.
-    fn profiles(&self) -> impl Iterator<Item = &'a Profile> {
-        self.layers().iter().flat_map(|layer| match layer {
-            Layer::Sum(terms) => strongest(terms).iter().filter_map(phase).collect(),
-            _ => Vec::from_iter(phase(layer)),
-        })
-    }
-
-    /// How far the directions of all terms of its sums differ from that of the strongest at a point.
-    fn beside_strongest(&self, [x, y]: [f64; 2], k: f64) -> [f64; 2] {
-        let slope = |layers: &[Layer]| {
-            let slopes = layers
-                .iter()
-                .filter_map(phase)
-                .map(|own| own.gradient(x, y));
-            slopes.fold([0.0; 2], |sum, own| [sum[0] + own[0], sum[1] + own[1]])
-        };
-        let mut total = [0.0; 2];
-        for layer in self.layers() {
-            let Layer::Sum(terms) = layer else { continue };
-            let main = slope(strongest(terms));
-            for (a, total) in total.iter_mut().enumerate() {
-                let others = terms
-                    .iter()
-                    .map(|(_, layers)| (slope(layers)[a] - main[a]).abs());
-                *total += others.fold(0.0, f64::max) / k;
-            }
-        }
-        total
-    }
-
-    /// The smooth part of its phase about a point, as a carrier; singular phases take part where the singular point
-    /// is at least `far` away.
-    pub(crate) fn carrier(&self, at: [f64; 2], far: f64, k: f64) -> Carrier {
-        let none = Carrier {
-            at,
-            p: [0.0; 2],
-            q: [0.0; 3],
-        };
-        let [x, y] = at;
-        let smooth = |profile: &&Profile| !has_core(profile, at, far);
-        self.profiles().filter(smooth).fold(none, |sum, profile| {
-            let slope = profile.gradient(x, y).map(|g| g / k);
-            sum.times(slope, profile.hessian(x, y).map(|h| h / k))
-        })
-    }
-
-    /// The direction that its smooth phase adds at a point, less that of `carrier`.
-    pub(crate) fn beside(&self, carrier: &Carrier, far: f64, at: [f64; 2], k: f64) -> [f64; 2] {
-        let mut p = carrier.cosines(at).map(|p| -p);
-        for profile in (self.profiles()).filter(|profile| !has_core(profile, carrier.at, far)) {
-            let slope = profile.gradient(at[0], at[1]);
-            p = [p[0] + slope[0] / k, p[1] + slope[1] / k];
-        }
-        p
-    }
-
     /// The transmission at nodes of a tile over the element's own `carrier` there.
     pub(crate) fn samples(&self, nodes: ElementNodes, carrier: &Carrier, k: f64) -> ElementSamples {
-        let needed = !nodes.at_samples || self.doe.is_some();
+        let needed = !nodes.at_samples || self.phase.doe.is_some();
         ElementSamples {
             values: needed.then(|| self.values(&nodes.axes, carrier, k, !nodes.at_samples)),
             nodes: nodes.axes,
@@ -221,10 +149,13 @@ impl<'a> Element<'a> {
         far: f64,
         cut: bool,
     ) -> ElementNodes {
-        let rough = cut && self.cuts_cells() || self.has_core(carrier, far);
-        let band = self.band(area, carrier, far);
+        let core = self.phase.has_core(carrier, far);
+        let rough = cut && self.cuts_cells() || core;
+        let band = self.phase.band(area, carrier, far);
+        let share = if cut { PASSBAND } else { CORE_BAND };
+        let turns = if core { share / CORE_SPARE } else { 0.5 };
         let needed = [0, 1].map(|a| {
-            let pitch = 0.5 * std::f64::consts::TAU / (area.k * band[a]);
+            let pitch = turns * std::f64::consts::TAU / (area.k * band[a]);
             let edge = match self.pixels {
                 Some(_) => area.edge_pitch.min(EDGE_PHASE / (area.k * area.reach[a])),
                 None if !cut => area.edge_pitch,
@@ -243,7 +174,6 @@ impl<'a> Element<'a> {
         }
         let axes = [0, 1].map(|a| self.nodes(area, a, needed[a]));
         let filter = [self.filter(); 2];
-        let share = if cut { PASSBAND } else { CORE_BAND };
         let limit = axes
             .each_ref()
             .map(|axis| share * std::f64::consts::TAU / (area.k * axis.pitch));
@@ -268,7 +198,7 @@ impl<'a> Element<'a> {
         k: f64,
         bar: &Array2<Complex64>,
     ) -> Vec<([usize; 2], Complex64)> {
-        let (Some(doe), Some(_)) = (self.doe, self.pixels) else {
+        let (Some(doe), Some(_)) = (self.phase.doe, self.pixels) else {
             return Vec::new();
         };
         let [columns, rows] = &samples.nodes;
@@ -292,47 +222,20 @@ impl<'a> Element<'a> {
     /// any nodes.
     fn cuts_cells(&self) -> bool {
         let (Some(pixels), Outline::Rectangle { half_x, half_y }) =
-            (self.pixels, &self.aperture.outline)
+            (self.pixels, &self.phase.aperture.outline)
         else {
             return true;
         };
         let counts = [pixels.values.ncols(), pixels.values.nrows()];
         [*half_x, *half_y].iter().enumerate().any(|(a, half)| {
             let cuts = |side: f64| {
-                let edge = self.aperture.centre[a] + side * half;
+                let edge = self.phase.aperture.centre[a] + side * half;
                 let place = edge / pixels.pitch[a] + 0.5 * counts[a] as f64;
                 let inside = 0.0 < place && place < counts[a] as f64;
                 inside && (place - place.round()).abs() > 1e-6
             };
             cuts(-1.0) || cuts(1.0)
         })
-    }
-
-    /// Whether a singular point of its phase may lie under a tile.
-    fn has_core(&self, carrier: &Carrier, far: f64) -> bool {
-        self.profiles()
-            .any(|profile| has_core(profile, carrier.at, far))
-    }
-
-    /// Half the band of the light behind the element: that of the arriving light and of the phase beside its carrier.
-    fn band(&self, area: &TileArea, carrier: &Carrier, far: f64) -> [f64; 2] {
-        let mut widest = [0.0f64; 2];
-        let [x0, x1, y0, y1] = area.bounds;
-        let place = |low: f64, high: f64, i: usize| {
-            low + (high - low) * i as f64 / (BAND_SAMPLES - 1) as f64
-        };
-        if self.doe.is_some() {
-            for n in 0..BAND_SAMPLES * BAND_SAMPLES {
-                let at = [
-                    place(x0, x1, n % BAND_SAMPLES),
-                    place(y0, y1, n / BAND_SAMPLES),
-                ];
-                let beside = self.beside(carrier, far, at, area.k);
-                let others = self.beside_strongest(at, area.k);
-                widest = [0, 1].map(|a| widest[a].max(beside[a].abs() + others[a]));
-            }
-        }
-        [0, 1].map(|a| area.half_band[a] + widest[a])
     }
 
     /// The nodes along one axis of a tile: parts of the pixels, or equal cells over the aperture.
@@ -345,7 +248,7 @@ impl<'a> Element<'a> {
             let first = (low / own + half).floor().clamp(0.0, count as f64);
             let last = (high / own + half).ceil().clamp(0.0, count as f64);
             let middle = (0.5 * (first + last) - half) * own;
-            let side = self.doe.map_or(1.0, |doe| doe.active_sides()[a]);
+            let side = self.phase.doe.map_or(1.0, |doe| doe.active_sides()[a]);
             let fine = (NODES_OF_BOX as f64 * pitch).max(own / MOST_PARTS);
             let part = area.pixel_part.min(fine);
             let (parts, nodes) = match pixels.form {
@@ -360,7 +263,11 @@ impl<'a> Element<'a> {
             let cells = ((last - first) * parts) as usize;
             return Axis::gauss(cells, own / parts, middle, nodes);
         }
-        let bounds = self.aperture.bounds().unwrap_or([low, high, low, high]);
+        let bounds = self
+            .phase
+            .aperture
+            .bounds()
+            .unwrap_or([low, high, low, high]);
         let beside = REACH as f64 * pitch;
         let low = low.max(bounds[2 * a] - beside);
         let high = high.min(bounds[2 * a + 1] + beside).max(low);
@@ -393,11 +300,12 @@ impl<'a> Element<'a> {
             let along = |a: usize, axis: &Axis| pixels.places(a, &axis.nodes());
             (pixels, along(0, columns), along(1, rows))
         });
-        let mask = (opened && self.pixels.is_none()).then(|| edge_mask(&self.aperture, nodes));
+        let mask =
+            (opened && self.pixels.is_none()).then(|| edge_mask(&self.phase.aperture, nodes));
         let plane = carrier.p == [0.0; 2] && carrier.q == [0.0; 3];
         for (j, mut row) in values.rows_mut().into_iter().enumerate() {
             let y = rows.node(j);
-            let mut scan = ApertureScan::new(&self.aperture, rows.span(j));
+            let mut scan = ApertureScan::new(&self.phase.aperture, rows.span(j));
             for (i, value) in row.iter_mut().enumerate() {
                 let open = match &mask {
                     Some(mask) => mask[[j, i]],
@@ -423,20 +331,21 @@ impl<'a> Element<'a> {
 
     /// Its pixels, where they are all of its layers and constant over each cell.
     fn pixels_alone(&self) -> Option<&'a Pixels> {
-        match self.doe.map(|doe| doe.layers.as_slice()) {
+        match self.phase.doe.map(|doe| doe.layers.as_slice()) {
             Some([Layer::Pixels(pixels)]) if pixels.form != PixelForm::Bilinear => Some(pixels),
             _ => None,
         }
     }
 
     fn transmission(&self, [x, y]: [f64; 2]) -> Complex64 {
-        self.doe
+        self.phase
+            .doe
             .map_or(Complex64::ONE, |doe| doe.transmission(x, y))
     }
 
     /// The open share of a cell.
     fn open(&self, [x, y]: [[f64; 2]; 2]) -> f64 {
-        ApertureScan::new(&self.aperture, y).open(x)
+        ApertureScan::new(&self.phase.aperture, y).open(x)
     }
 }
 
@@ -461,34 +370,6 @@ fn edge_pitch(area: &TileArea, a: usize) -> f64 {
     area.edge_pitch * 2f64.powf(-(PITCHES * finer.log2()).ceil() / PITCHES)
 }
 
-/// Whether a layer is an analytic phase.
-fn is_phase(layer: &Layer) -> bool {
-    phase(layer).is_some()
-}
-
-/// The analytic phase of a layer, if it is one.
-fn phase(layer: &Layer) -> Option<&Profile> {
-    match layer {
-        Layer::Phase(profile) => Some(profile),
-        Layer::Pixels(_) | Layer::Sum(_) | Layer::OnSurface(..) => None,
-    }
-}
-
-/// The layers of the strongest term of a sum.
-fn strongest(terms: &[Term]) -> &[Layer] {
-    let brighter = |a: &&Term, b: &&Term| a.0.norm_sqr().total_cmp(&b.0.norm_sqr());
-    let main = terms.iter().max_by(brighter);
-    main.map_or(&[], |(_, layers)| layers)
-}
-
-/// Whether a phase has a point, not farther than this from a place, at which it is not smooth.
-fn has_core(profile: &Profile, at: [f64; 2], far: f64) -> bool {
-    let distance = |[x, y]: [f64; 2]| (x - at[0]).hypot(y - at[1]);
-    profile
-        .singular_point()
-        .is_some_and(|core| distance(core) <= far)
-}
-
 #[cfg(test)]
 mod tests {
     use ndarray::Array2;
@@ -503,7 +384,8 @@ mod tests {
     use crate::optics::pixels::pixel_grid::PixelForm;
     use crate::optics::screen::ScreenKind;
     use crate::wave::grid::field::Axis;
-    use crate::wave::local_bands::element_samples::{Element, TileArea};
+    use crate::wave::local_bands::element_phase::TileArea;
+    use crate::wave::local_bands::element_samples::Element;
 
     #[test]
     fn a_rectangle_along_pixels_cuts_none() {
@@ -540,7 +422,7 @@ mod tests {
         );
         let element = Element::of(&screen).unwrap();
         let area = area();
-        let own = element.carrier([0.4, 0.5], 2.0, area.k);
+        let own = element.phase.carrier([0.4, 0.5], 2.0, area.k);
         for cut in [false, true] {
             let nodes = element.nodes_of(&area, &own, 2.0, cut);
             for axis in &nodes.axes {
@@ -573,7 +455,7 @@ mod tests {
             let screen = screen(Frame::GLOBAL, ScreenKind::Doe(doe));
             let element = Element::of(&screen).unwrap();
             let area = area();
-            let own = element.carrier([0.4, 0.5], 2.0, area.k);
+            let own = element.phase.carrier([0.4, 0.5], 2.0, area.k);
             let nodes = element.nodes_of(&area, &own, 2.0, true);
             let samples = element.samples(nodes, &own, area.k);
             let there = samples.values.as_ref().unwrap();

@@ -8,6 +8,7 @@
 //! | `gather` | Beamlets summed on the samples of one tile, and back |
 //! | `aperture_scan` | The open shares of many cells |
 //! | `edge_mask` | An aperture at the nodes of one tile, with a limited band |
+//! | `element_phase` | The smooth part of an element's phase under a tile |
 //! | `element_samples` | The transmission of an element at the nodes of one tile |
 //! | `fourier_axis` | What Fourier sums along one axis of a window are about |
 //! | `fourier_matrix` | Fourier sums from nodes to plane waves, as a matrix |
@@ -17,6 +18,7 @@
 pub(crate) mod aperture_scan;
 pub(crate) mod carrier;
 pub(crate) mod edge_mask;
+pub(crate) mod element_phase;
 pub(crate) mod element_samples;
 pub(crate) mod folded_fourier;
 pub(crate) mod fourier_axis;
