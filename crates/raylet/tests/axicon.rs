@@ -36,11 +36,11 @@ fn exact(radius: f64, slope: f64, place: f64) -> Complex64 {
 }
 
 /// An axicon that turns light by half a degree. Tiles about its axis once were sampled for light that does not turn at all, so
-/// that the middle of wide ones was dark.
+/// that the middle of wide ones was dark; and nodes at the rim were too coarse for its light, a twelfth of that on the axis.
 #[test]
 fn wide_axicons_have_their_bright_axis() {
     let slope = -std::f64::consts::TAU / WAVELENGTH * 0.5f64.to_radians().sin();
-    for radius in [2.0, 5.0] {
+    for radius in [2.0, 3.0] {
         let axicon = element(
             Layer::Phase(Profile::Axicon { slope }),
             Aperture::disc(radius),
@@ -66,7 +66,7 @@ fn wide_axicons_have_their_bright_axis() {
         let error = (off / all).sqrt();
         let expected = found.expected_error().unwrap();
         assert!(
-            error < 5e-3,
+            error < 3e-4 && expected > 0.5 * error && expected < 5e-4,
             "radius {radius}: {error:e}, expected {expected:e}"
         );
     }

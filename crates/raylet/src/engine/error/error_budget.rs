@@ -42,7 +42,7 @@ impl ErrorBudget {
             },
             windows: plan.window_error(tally.cubic_phase()) * tally.darkness(),
             dropped: tally.dropped_of_followed() * plan.share_of_dropped() * tally.darkness(),
-            rims: tally.edge,
+            rims: tally.edge.hypot(tally.edges_left_out()),
         }
     }
 

@@ -98,6 +98,8 @@ pub struct Tally {
     /// The error to expect from rims: from that where the hop begins, if it begins at one, and from those
     /// whose light was cut ray by ray.
     pub edge: f64,
+    /// Energy that edges send to the target in directions that their nodes do not resolve.
+    pub unresolved_edges: f64,
     /// The error of a free hop, measured at a few points, where a direct sum resolves it.
     pub spot_check: Option<f64>,
     /// Σ variance and Σ|U|² over the receiving screen, where rays were drawn at random.
@@ -190,6 +192,7 @@ impl Tally {
         }
         self.evaluations += other.evaluations;
         self.untrusted += other.untrusted;
+        self.unresolved_edges += other.unresolved_edges;
         self.aberration.merge(&other.aberration);
     }
 
@@ -218,6 +221,15 @@ impl Tally {
                 .sqrt(),
             None => 1.0,
         }
+    }
+
+    /// √ of what edges send to the target in directions that their nodes do not resolve, over the energy that arrives.
+    pub(crate) fn edges_left_out(&self) -> f64 {
+        let arrived = match self.landed {
+            Some(landed) => landed * self.total_energy(),
+            None => self.energy[Fate::Arrived.place()],
+        };
+        ratio(self.unresolved_edges, arrived).sqrt()
     }
 
     /// Standard error of the field from what was drawn at random, relative to the field as it came out:

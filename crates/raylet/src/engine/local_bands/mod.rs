@@ -16,6 +16,7 @@
 //! | `source_windows` | A smooth source: one beamlet a window |
 //! | `tile_plan` | One tile before its light goes on: carriers, samples, windows that see the target |
 //! | `tile_run` | One tile: from the light that arrives to the beamlets that leave, and back |
+//! | `edge_band` | The light of an edge that the nodes of its tile do not resolve |
 //! | `emission` | The beamlets of one window |
 //! | [`window_widths`] | How wide the windows of each screen may be |
 //! | `workload` | What a run will take, by rays of the source |
@@ -27,6 +28,7 @@
 
 pub mod carry;
 pub(crate) mod chirped_beamlet;
+pub(crate) mod edge_band;
 pub(crate) mod emission;
 pub(crate) mod held_light;
 pub(crate) mod hop_changes;

@@ -59,9 +59,11 @@ pub(crate) struct TargetedWindow {
     /// Whether the aperture contains it, cuts it or blocks it.
     pub edge: EdgeContact,
     /// Direction of its carrier beside that of the tile's.
-    shift: [f64; 2],
+    pub shift: [f64; 2],
     /// Directions that lead to the target.
-    directions: [f64; 4],
+    pub directions: [f64; 4],
+    /// The part of their sides that leads to the target itself.
+    pub landing: [f64; 2],
 }
 
 /// A tile that sends light to the target.
@@ -179,13 +181,14 @@ impl<'a> TileRun<'a> {
             carrier: leaving.about(at).times(shift, [0.0; 3]),
             sigma: self.shape.sigma,
         };
-        let directions = window_directions(self.hop, &start, self.target)?;
+        let found = window_directions(self.hop, &start, self.target)?;
         Some(TargetedWindow {
             window,
             start,
             edge,
             shift,
-            directions,
+            directions: found.bounds,
+            landing: found.landing,
         })
     }
 

@@ -6,6 +6,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::beamlet::mode_histogram::ModeHistogram;
+use crate::engine::local_bands::edge_band::CutWindow;
 use crate::engine::local_bands::emission::{Emission, Emitted, WindowWaves};
 use crate::engine::local_bands::held_light::ArrivingLight;
 use crate::engine::local_bands::hop_changes::{HopChanges, SourceSamples};
@@ -14,7 +15,7 @@ use crate::engine::local_bands::tile_plan::{TargetedWindow, TilePlan, TileRun, W
 use crate::wave::beamlet::beamlet_kernel::Moments;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::element_samples::ElementSamples;
-use crate::wave::local_bands::tiling::Tile;
+use crate::wave::local_bands::tiling::{EdgeContact, Tile};
 
 /// Of so many windows of a tile one is looked at to find how strong plane waves are.
 const SAMPLED: usize = 5;
@@ -61,6 +62,8 @@ impl TileRun<'_> {
         for targeted in &plan.targeted {
             if let Some(window) = self.transformed(&plan, targeted, values) {
                 emission.send(&window.waves, &mut out);
+                out.statistics.tally.unresolved_edges +=
+                    self.unresolved_edge(&plan, targeted, values);
             }
         }
         out
@@ -130,6 +133,37 @@ impl TileRun<'_> {
         let counted = windows.map(|window| ModeHistogram::of(window.waves.coefficients.iter()));
         let all = counted.fold(ModeHistogram::default(), ModeHistogram::merge);
         Some((all, found))
+    }
+
+    /// What an edge under a window sends to the target in directions that its nodes do not resolve.
+    fn unresolved_edge(
+        &self,
+        plan: &TilePlan,
+        targeted: &TargetedWindow,
+        values: &Array2<Complex64>,
+    ) -> f64 {
+        let element = plan.element(targeted).map(|(_, element)| element);
+        let Some(limit) = element.and_then(|element| element.half_band) else {
+            return 0.0;
+        };
+        if targeted.edge != EdgeContact::Cut {
+            return 0.0;
+        }
+        let at = targeted.start.carrier.at;
+        let nearest = [0, 1].map(|a| {
+            let axis = &plan.samples[a];
+            let place = ((at[a] - axis.start) / axis.pitch).round().max(0.0);
+            (place as usize).min(axis.cells.saturating_sub(1))
+        });
+        let cut = CutWindow {
+            at,
+            sigma: self.shape.sigma,
+            intensity: values[[nearest[1], nearest[0]]].norm_sqr(),
+            directions: targeted.directions,
+            landing: targeted.landing,
+            limit: [0, 1].map(|a| (limit[a] - targeted.shift[a].abs()).max(0.0)),
+        };
+        cut.missing(self.element.aperture(), self.hop.wavenumber())
     }
 
     /// The plane waves of a window; nothing where none leads to the target.

@@ -38,13 +38,21 @@ impl LandedDirection {
     }
 }
 
-/// The box of directions Δp beside a window's carrier whose beamlets may meet the target,
-/// `[x_low, x_high, y_low, y_high]`; nothing when no ray gets through.
+/// Directions from a window whose beamlets may meet the target.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct WindowDirections {
+    /// Their box beside the window's carrier, `[x_low, x_high, y_low, y_high]`.
+    pub bounds: [f64; 4],
+    /// The part of its sides, about their middle, that leads to the target itself; the rest falls beside it.
+    pub landing: [f64; 2],
+}
+
+/// The directions from a window whose beamlets may meet the target; nothing when no ray gets through.
 pub(crate) fn window_directions(
     hop: &Hop,
     start: &ChirpedStart,
     target: &TargetRegion,
-) -> Option<[f64; 4]> {
+) -> Option<WindowDirections> {
     let at = start.carrier.at;
     let bounds = &target.bounds;
     let mut nearest = LandedDirection::new(hop, at, start.carrier.p)?;
@@ -75,16 +83,20 @@ pub(crate) fn window_directions(
         [-half, half].map(|half| 0.5 * (low + high) + half - nearest.landing.at[a])
     };
     let (x, y) = (side(0), side(1));
+    let part = |a: usize, [low, high]: [f64; 2]| (bounds[2 * a + 1] - bounds[2 * a]) / (high - low);
+    let landing = [part(0, x), part(1, y)];
     let mut found = [f64::INFINITY, f64::NEG_INFINITY].repeat(2);
     for corner in [[x[0], y[0]], [x[0], y[1]], [x[1], y[0]], [x[1], y[1]]] {
         let Some(dp) = nearest.change(corner) else {
             let all = 2.0 * hop.from.index_behind();
-            return Some([-all, all, -all, all]);
+            let bounds = [-all, all, -all, all];
+            return Some(WindowDirections { bounds, landing });
         };
         for a in 0..2 {
             found[2 * a] = found[2 * a].min(aside[a] + dp[a]);
             found[2 * a + 1] = found[2 * a + 1].max(aside[a] + dp[a]);
         }
     }
-    Some([found[0], found[1], found[2], found[3]])
+    let bounds = [found[0], found[1], found[2], found[3]];
+    Some(WindowDirections { bounds, landing })
 }

@@ -86,8 +86,8 @@ fn seconds_of(step: &HopStep, start: &ChirpedStart, settings: &LocalBandSettings
     let spacing = hop.wavelength / (plan.period * plan.sigma);
     let waves = [0, 1].map(|a| {
         let [low, high] = [
-            directions[2 * a].max(-limit),
-            directions[2 * a + 1].min(limit),
+            directions.bounds[2 * a].max(-limit),
+            directions.bounds[2 * a + 1].min(limit),
         ];
         ((high - low) / spacing).max(0.0) + 1.0
     });

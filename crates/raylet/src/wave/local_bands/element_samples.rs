@@ -59,7 +59,7 @@ const EDGE_PHASE: f64 = 0.3;
 
 /// Where an edge cuts a transmission without pixels, nodes are at most this many times finer than usual, however far the light
 /// of the edge turns.
-const FINEST_EDGE: f64 = 2.0;
+const FINEST_EDGE: f64 = 8.0;
 
 /// Pitches from one to its half.
 const PITCHES: f64 = 4.0;
