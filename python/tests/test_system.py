@@ -342,6 +342,32 @@ def test_linearised_gradient_without_a_framework() -> None:
     assert np.vdot(bar, exact).real == pytest.approx(np.vdot(by_t, change).real, rel=1e-10)
 
 
+def test_linearised_takes_the_settings_of_a_run() -> None:
+    """Plans by other settings give another field; a setting that is none is refused as a run refuses it."""
+    system, phase = through_lens(noise((6, 6))), noise((6, 6))
+    usual = system.linearised("hologram")(phase).field
+    beamlets = system.linearised("hologram", method="beamlet", target_error=1e-1, seed=3, memory_limit_mb=500.0)
+    difference = np.linalg.norm(beamlets(phase).field - usual) / np.linalg.norm(usual)
+    assert 0.0 < difference < 0.1
+    with pytest.raises(raylet.RayletError, match="target_error"):
+        system.linearised("hologram", target_error=2.0)
+    with pytest.raises(raylet.RayletError, match="memory_limit_mb"):
+        system.linearised("hologram", memory_limit_mb=0.0)
+
+
+def test_linearised_names_the_elements_there_are() -> None:
+    with pytest.raises(raylet.RayletError, match="'doe' has no pixels.*those that have: 'hologram'"):
+        hologram(noise((4, 5))).linearised("doe")
+    lens = (
+        raylet.System(wavelength_um=0.7)
+        .add_surface(radius_mm=5.0, thickness_mm=1.0, glass="N-BK7", semi_aperture_mm=1.0)
+        .add_surface(semi_aperture_mm=1.0, thickness_mm=9.0)
+        .add_sensor(pixels=(8, 8), pitch_um=8.0)
+    )
+    with pytest.raises(raylet.RayletError, match="N-BK7.*glass.index"):
+        lens.linearised(parameters=["element[0].glass.index"])
+
+
 def test_the_package_takes_no_time_of_its_own() -> None:
     """What a call takes beyond the library's own clock is below a twentieth of it."""
     system = through_lens(noise((30, 30)), pixels=(48, 40))
