@@ -241,8 +241,8 @@ class Sweep:
         return "\n".join(lines)
 
 
-#: Estimates and sums over pixels are no more exact than these: an error that is above the target by less is not marked, and
-#: a share of the light above one by less is all of the light.
+#: Estimates and sums over pixels are no more exact than these: an error that is above the target by less is not marked,
+#: and a share of the light above one by less is all of the light.
 NEAR, SUM = 1.1, 1e-3
 
 

@@ -103,7 +103,9 @@ def trace_from(
         if not np.isfinite(value).all():
             raise ValueError(f"{name} holds numbers that are not finite")
     if 1 not in (len(rows["start_mm"]), len(rows["cosines"])) and len(rows["start_mm"]) != len(rows["cosines"]):
-        raise ValueError(f"{len(rows['start_mm'])} start_mm for {len(rows['cosines'])} cosines, expected as many, or one")
+        raise ValueError(
+            f"{len(rows['start_mm'])} start_mm for {len(rows['cosines'])} cosines, expected as many, or one"
+        )
     points, directions = (np.ascontiguousarray(value) for value in np.broadcast_arrays(*rows.values()))
     lengths = np.sqrt(np.sum(directions * directions, axis=1))
     if np.any(np.abs(lengths - 1.0) > NOT_UNIT):

@@ -112,7 +112,7 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
             let mark = above_target(error, report.settings.target_error);
             format!(", expected field error {error:.1e}{mark}")
         });
-        let _ = writeln!(text, "λ = {wavelength} µm: {}{error}", light(&channel.hops),);
+        let _ = writeln!(text, "λ = {wavelength} µm: {}{error}", light(channel),);
         for hop in &channel.hops {
             let _ = writeln!(text, "  {}", hop_line(hop));
             let drawn = hop.plan.paper.as_ref();
@@ -148,11 +148,13 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
 
 /// The part of the light behind the first screen that the sensor receives. More than all of it is an error of the method,
 /// and no share.
-fn light(hops: &[HopEntry]) -> String {
-    let landed = (hops.last())
-        .and_then(|last| last.power.landed)
-        .unwrap_or(0.0);
-    match hops.first().and_then(|first| first.power.behind) {
+fn light(channel: &Channel) -> String {
+    let hops = (channel.hops.iter()).map(|hop| [hop.power.behind, hop.power.landed]);
+    // A reference has steps in place of hops.
+    let steps = (channel.steps.iter()).map(|step| [step.power[1], step.power[2]]);
+    let all: Vec<[Option<f64>; 2]> = hops.chain(steps).collect();
+    let landed = all.last().and_then(|last| last[1]).unwrap_or(0.0);
+    match all.first().and_then(|first| first[0]) {
         Some(behind) => match excess(landed, behind) {
             Some(_) => String::from("more light on the sensor than came"),
             None => {

@@ -33,7 +33,12 @@ fn first_line(run: &Output) -> String {
 #[test]
 fn the_method_is_named_before_it_starts() {
     let stage = free("");
-    let line = first_line(&run(&stage));
+    let found = run(&stage);
+    let line = first_line(&found);
+    assert!(
+        String::from_utf8_lossy(&found.stdout).contains("% of the light on the sensor"),
+        "{found:?}"
+    );
     assert!(
         line.starts_with("pixels to camera: angular spectrum, about "),
         "{line}"

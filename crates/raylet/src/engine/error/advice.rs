@@ -57,10 +57,8 @@ pub fn advice(system: &System, methods: &[HopMethod], settings: &Settings) -> Ve
         say(true, crossing(&hop));
         say(true, evanescent(&hop, &smooth_rays(&hop, &rays)));
         say(true, in_glass(&hop, system.screens[0].index));
-        match uncovered(&hop) {
-            Some(text) => say(true, Some(text)),
-            None => say(false, beside_pixels(&hop, &lit(system, number, &rays))),
-        }
+        let (warning, text) = without_pixels(system, number, &hop, &rays);
+        say(warning, text);
         say(true, clipping(&light));
         say(false, aliasing(&hop, &light));
         if let Some((warning, text)) = smallness(&hop, &light) {
@@ -282,6 +280,19 @@ fn clipping(light: &Light) -> Option<String> {
              diffracts"
         )
     })
+}
+
+/// Whether pixels leave most of the aperture dark, or what light falls beside them; the former is a warning.
+fn without_pixels(
+    system: &System,
+    number: usize,
+    hop: &Hop,
+    rays: &[ScreenRay],
+) -> (bool, Option<String>) {
+    match uncovered(hop) {
+        Some(text) => (true, Some(text)),
+        None => (false, beside_pixels(hop, &lit(system, number, rays))),
+    }
 }
 
 /// Pixels that leave most of the aperture dark: a unit taken for another, perhaps.

@@ -66,7 +66,7 @@ pub(crate) mod whole_field {
 /// A reference without beamlets.
 pub(crate) mod references {
     /// A plane wave of a spectrum, a node or a point of its transforms.
-    pub(crate) const WAVE: f64 = 1e-7;
+    pub(crate) const WAVE: f64 = 1.8e-7;
 
     /// A node of a direct sum, as it is prepared.
     pub(crate) const SAMPLE: f64 = 1e-7;
