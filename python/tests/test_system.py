@@ -316,6 +316,21 @@ def test_results_explain_themselves(tmp_path: Path) -> None:
     assert "hologram" in system and "sphere" in system
 
 
+def test_a_result_marks_a_missed_target_and_light_that_cannot_be() -> None:
+    with pytest.warns(UserWarning, match="misses the target"):
+        missed = through_lens(noise((10, 12))).simulate()
+    assert "(above the target 1e-03)" in repr(missed)
+    focus = (
+        raylet.System(wavelength_um=0.5)
+        .add_doe(raylet.lens(focal_length_mm=0.5), aperture=raylet.disc(0.05), thickness_mm=0.5)
+        .add_sensor(pixels=(3, 3), pitch_um=5.0)
+    )
+    with pytest.warns(UserWarning, match="more light than came: the pixels are too coarse"):
+        bright = focus.simulate()
+    share = bright.power_share[0]
+    assert share is not None and share > 3.0 and "more light on the sensor than came" in repr(bright)
+
+
 def test_systems_can_be_copied_and_named() -> None:
     system = copy.deepcopy(hologram(noise((4, 5))).settings(target_error=1e-2))
     assert system.simulate().field.shape == (20, 24)
