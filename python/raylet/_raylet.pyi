@@ -227,7 +227,8 @@ def trace(
     """
     Rays by their `starts`, a dictionary: their places "pupil" (rays, 2) on the first screen, in units of the half
     widths of its aperture, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
-    source.
+    source. If "free" is true, "pupil" are points (rays, 3) in mm where the rays start, and "light" their unit
+    directions, both global; their paths are counted from there.
 
     Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
     fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on

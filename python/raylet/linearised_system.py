@@ -68,10 +68,15 @@ class LinearisedSystem:
     """
 
     def __init__(
-        self, system: System, elements: Sequence[str], parameters: Sequence[str], threads: int | None = None
+        self,
+        system: System,
+        elements: Sequence[str],
+        parameters: Sequence[str],
+        threads: int | None,
+        scene: _raylet.Scene,
     ) -> None:
         self.elements = tuple(elements)
-        self._scene, self._arrays, self._threads = system._compiled(), system._arrays, threads
+        self._scene, self._arrays, self._threads = scene, system._arrays, threads
         self._several = isinstance(system._document["wavelength_um"], list)
         self._inner = _raylet.LinearisedSystem(self._scene, self._arrays, list(elements), list(parameters), threads)
         self.start: NDArray[np.float64] = np.array(self._inner.parameters(), dtype=np.float64)

@@ -157,11 +157,9 @@ class Result:
         lines = [f"<raylet.Result {nx} x {ny} pixels of {pitch:.4g} µm, {self.seconds:.2f} s>"]
         channels = self.report["channels"]
         for channel, share in zip(channels[:MOST_WAVES], self.power_share):
-            error = channel["error"]
-            estimate = f", expected field error {error:.1e}" if error is not None else ""
-            power = channel["metrics"]["power"]
-            light = f"{power:.4e} mm² of the light" if share is None else f"{share:.2%} of the light"
-            lines.append(f"  λ = {channel['wavelength_um']:g} µm: {light} on the sensor{estimate}")
+            estimate = _estimate(channel["error"], self.report["settings"]["target_error"])
+            light = _light(share, channel["metrics"]["power"])
+            lines.append(f"  λ = {channel['wavelength_um']:g} µm: {light}{estimate}")
             lines += [f"    {line}" for hop in channel["hops"] for line in _hop_lines(hop)]
         if len(channels) > MOST_WAVES:
             lines.append(f"  … ({len(channels)} wavelengths)")
@@ -241,6 +239,28 @@ class Sweep:
         for row in self.table[:MOST_WAVES]:
             lines.append("  " + ", ".join(f"{key} {_short(value)}" for key, value in row.items()))
         return "\n".join(lines)
+
+
+#: Estimates and sums over pixels are no more exact than these: an error that is above the target by less is not marked,
+#: and a share of the light above one by less is all of the light.
+NEAR, SUM = 1.1, 1e-3
+
+
+def _estimate(error: float | None, target: float) -> str:
+    """An expected error in words, marked where it misses the target."""
+    if error is None:
+        return ""
+    mark = f" (above the target {target:.0e})" if error > NEAR * target else ""
+    return f", expected field error {error:.1e}{mark}"
+
+
+def _light(share: float | None, power: float) -> str:
+    """The light on the sensor in words. More than all of it is an error of the method, and no share."""
+    if share is None:
+        return f"{power:.4e} mm² of the light on the sensor"
+    if share > 1.0 + SUM:
+        return "more light on the sensor than came"
+    return f"{min(share, 1.0):.2%} of the light on the sensor"
 
 
 def _short(value: Any) -> str:

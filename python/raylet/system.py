@@ -21,7 +21,7 @@ from raylet.linearised_system import LinearisedSystem
 from raylet.prescription import Prescription
 from raylet.progress import Progress, reporting
 from raylet.result import Result, Sweep
-from raylet.trace import Rays, trace
+from raylet.trace import Rays, trace, trace_from
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -94,7 +94,7 @@ class System(Prescription):
         target_error : relative error of the complex field that automatic choices aim at, by the power of ten at or
             below it; 1e-3 unless the scene says otherwise.
         threads : processors to use; all of them by default.
-        memory_limit_mb : most memory that arrays may take, in 10⁶ bytes.
+        memory_limit_mb : most memory that arrays may take, in 10⁶ bytes; half of what is free at the start if `None`.
         seed : of whatever is drawn at random.
         progress : a function of (share done, what is being done), True for a tqdm bar, False for nothing; by default a
             bar where tqdm is installed and somebody watches.
@@ -184,16 +184,25 @@ class System(Prescription):
         return sensor
 
     def linearised(
-        self, *elements: str, parameters: Sequence[str] = (), threads: int | None = None
+        self,
+        *elements: str,
+        parameters: Sequence[str] = (),
+        method: str | None = None,
+        target_error: float | None = None,
+        threads: int | None = None,
+        memory_limit_mb: float | None = None,
+        seed: int | None = None,
     ) -> LinearisedSystem:
         """The system as a function of the pixels of some elements and of some of its parameters, with its gradient.
 
         `parameters` are paths in the scene, such as "element[1].surface[0].radius_mm" (whose curvature then varies) or
-        "element[0].thickness_mm".
+        "element[0].thickness_mm". The settings are those of :meth:`simulate`.
         """
         if isinstance(parameters, str):
             raise TypeError(f"parameters is the string {shown(parameters)}, expected a list of paths")
-        return LinearisedSystem(self, elements, parameters, _threads(threads))
+        chosen = {"method": method, "target_error": target_error, "memory_limit_mb": memory_limit_mb}
+        scene = self._compiled(seed, {key: value for key, value in chosen.items() if value is not None})
+        return LinearisedSystem(self, elements, parameters, _threads(threads), scene)
 
     def trace(
         self,
@@ -202,6 +211,8 @@ class System(Prescription):
         Px: Any = 0.0,
         Py: Any = 0.0,
         *,
+        start_mm: Any = None,
+        cosines: Any = None,
         field_deg: float | None = None,
         field_mm: float | None = None,
         channel: int = 0,
@@ -217,15 +228,24 @@ class System(Prescription):
         Hx, Hy : normalised field: angles added to the source's in units of `field_deg` (for a point source shifts of
             it in units of `field_mm`), which default to the system's.
         Px, Py : normalised pupil: where the ray meets the first element, in units of the half widths of its aperture.
+        start_mm, cosines : in place of these, points [x, y, z] (rays, 3) in mm before the first element and direction
+            cosines [L, M, N] (rays, 3), both global: rays that are not those of the source. One point serves all
+            directions, and one direction all points. A ray that does not meet the first element is lost.
         channel : index of the wavelength.
         derivatives : paths of parameters, such as "element[0].radius_mm", by which landings are differentiated; for a
             radius by its curvature. Through surfaces, mirrors and stops only.
         threads : how many to use; all processors' by default. They change no bit.
         """
+        names = [derivatives] if isinstance(derivatives, str) else list(derivatives)
+        if start_mm is not None or cosines is not None:
+            if start_mm is None or cosines is None:
+                raise TypeError("trace takes start_mm and cosines together, found one of them")
+            if any(np.any(value) for value in (Hx, Hy, Px, Py)):
+                raise TypeError("trace takes start_mm and cosines in place of Hx, Hy, Px, Py, found both")
+            return trace_from(self, start_mm, cosines, self._channel(channel), names, _threads(threads))
         chosen = {"field_deg": field_deg or self.field_deg, "field_mm": field_mm or self.field_mm}
         scale = [None if value is None else number(key, value) for key, value in chosen.items()]
         source = json.loads(self._compiled().to_json())["source"]
-        names = [derivatives] if isinstance(derivatives, str) else list(derivatives)
         return trace(
             self, source, (Hx, Hy, Px, Py), (scale[0], scale[1]), self._channel(channel), names, _threads(threads)
         )

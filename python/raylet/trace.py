@@ -22,6 +22,10 @@ Real = NDArray[np.float64]
 FATES = ("arrived", "clipped", "missed", "total reflection", "evanescent", "not converged")
 
 
+#: How far the length of a direction may be from one.
+NOT_UNIT = 1e-6
+
+
 @dataclass(frozen=True, eq=False)
 class Rays:
     """Rays at every part of a system; the last part is the sensor. What a lost ray did not reach is NaN.
@@ -31,7 +35,7 @@ class Rays:
     names : names of the parts.
     x, y, z : where each part is met, (parts, rays), global, in mm.
     L, M, N : direction cosines behind it, global.
-    opl_mm : optical path up to it, from where the source's phase is zero.
+    opl_mm : optical path up to it, from where the source's phase is zero; of rays with a start of their own from there.
     fate : for each ray one of :data:`FATES`, as an index.
     derivatives : for each requested number, arrays (5, rays): derivatives of x and y (mm) and the optical direction
         cosines on the sensor's axes, and of the optical path (mm).
@@ -78,9 +82,44 @@ def trace(
     pupil = np.stack([Px, Py], axis=1)
     if not (np.isfinite(pupil).all() and np.isfinite(Hx).all() and np.isfinite(Hy).all()):
         raise ValueError("Hx, Hy, Px, Py hold numbers that are not finite")
-    light = _light(source, Hx, Hy, scale)
-    scene, arrays, starts = system._compiled(), system._arrays, {"pupil": pupil, "light": light}
-    found = _raylet.trace(scene, arrays, channel, starts, list(parameters), threads)
+    starts = {"pupil": pupil, "light": _light(source, Hx, Hy, scale), "free": False}
+    return _followed(system, starts, channel, parameters, threads)
+
+
+def trace_from(
+    system: System,
+    start_mm: Any,
+    cosines: Any,
+    channel: int,
+    parameters: Sequence[str],
+    threads: int | None,
+) -> Rays:
+    """Rays from points in mm with direction cosines."""
+    given = {"start_mm": real("start_mm", start_mm), "cosines": real("cosines", cosines)}
+    rows = {name: np.atleast_2d(value) for name, value in given.items()}
+    for name, value in rows.items():
+        if value.ndim != 2 or value.shape[1] != 3:
+            raise ValueError(f"{name} has shape {given[name].shape}, expected (rays, 3)")
+        if not np.isfinite(value).all():
+            raise ValueError(f"{name} holds numbers that are not finite")
+    if 1 not in (len(rows["start_mm"]), len(rows["cosines"])) and len(rows["start_mm"]) != len(rows["cosines"]):
+        raise ValueError(
+            f"{len(rows['start_mm'])} start_mm for {len(rows['cosines'])} cosines, expected as many, or one"
+        )
+    points, directions = (np.ascontiguousarray(value) for value in np.broadcast_arrays(*rows.values()))
+    lengths = np.sqrt(np.sum(directions * directions, axis=1))
+    if np.any(np.abs(lengths - 1.0) > NOT_UNIT):
+        worst = lengths[np.argmax(np.abs(lengths - 1.0))]
+        raise ValueError(f"cosines hold a direction of length {worst:.6g}, expected 1: L² + M² + N² = 1")
+    starts = {"pupil": points, "light": directions / lengths[:, np.newaxis], "free": True}
+    return _followed(system, starts, channel, parameters, threads)
+
+
+def _followed(
+    system: System, starts: dict[str, Any], channel: int, parameters: Sequence[str], threads: int | None
+) -> Rays:
+    """The rays of these starts."""
+    found = _raylet.trace(system._compiled(), system._arrays, channel, starts, list(parameters), threads)
     points, directions, paths, fate, slopes = found
     names = [part["name"] for part in system.parts]
     x, y, z = np.moveaxis(points, -1, 0)

@@ -75,6 +75,7 @@ def usual() -> dict[str, dict[str, object]]:
             **{"Hx": 0.0, "Hy": 0.1, "Px": 0.0, "Py": 0.0},
             **{"field_deg": 1.0, "channel": 0, "derivatives": (), "threads": 1},
         },
+        "trace_from": {"start_mm": np.array([[0.0, 0.0, -1.0]]), "cosines": rays["direction"], "threads": 1},
         "linearised": {"pixels": np.zeros((4, 5)), "parameters": None, "bar": np.zeros((4, 3))},
         "with_pixels": {"element": "doe", "phase": np.zeros((4, 5)), "transmission": None},
         "scatter": {"element": "doe", **rays, "path_mm": 0.0, "weight": 1.0, "sigma_mm": 0.01, "towards": None},
@@ -143,6 +144,8 @@ class Stage:
         if name == "linearised":
             bar = given.pop("bar")
             return self.linearised(given.pop("pixels"), **given).adjoint(bar)
+        if name == "trace_from":
+            return self.system.trace(**given)
         if name == "adjoint":
             return self.made.adjoint(**given)
         if name == "look":

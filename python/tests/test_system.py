@@ -316,6 +316,21 @@ def test_results_explain_themselves(tmp_path: Path) -> None:
     assert "hologram" in system and "sphere" in system
 
 
+def test_a_result_marks_a_missed_target_and_light_that_cannot_be() -> None:
+    with pytest.warns(UserWarning, match="misses the target"):
+        missed = through_lens(noise((10, 12))).simulate()
+    assert "(above the target 1e-03)" in repr(missed)
+    focus = (
+        raylet.System(wavelength_um=0.5)
+        .add_doe(raylet.lens(focal_length_mm=0.5), aperture=raylet.disc(0.05), thickness_mm=0.5)
+        .add_sensor(pixels=(3, 3), pitch_um=5.0)
+    )
+    with pytest.warns(UserWarning, match="more light than came: the pixels are too coarse"):
+        bright = focus.simulate()
+    share = bright.power_share[0]
+    assert share is not None and share > 3.0 and "more light on the sensor than came" in repr(bright)
+
+
 def test_systems_can_be_copied_and_named() -> None:
     system = copy.deepcopy(hologram(noise((4, 5))).settings(target_error=1e-2))
     assert system.simulate().field.shape == (20, 24)
@@ -340,6 +355,32 @@ def test_linearised_gradient_without_a_framework() -> None:
     (by_t,), _ = passage.adjoint(bar)
     exact = linearised(t + change).field - passage.field
     assert np.vdot(bar, exact).real == pytest.approx(np.vdot(by_t, change).real, rel=1e-10)
+
+
+def test_linearised_takes_the_settings_of_a_run() -> None:
+    """Plans by other settings give another field; a setting that is none is refused as a run refuses it."""
+    system, phase = through_lens(noise((6, 6))), noise((6, 6))
+    usual = system.linearised("hologram")(phase).field
+    beamlets = system.linearised("hologram", method="beamlet", target_error=1e-1, seed=3, memory_limit_mb=500.0)
+    difference = np.linalg.norm(beamlets(phase).field - usual) / np.linalg.norm(usual)
+    assert 0.0 < difference < 0.1
+    with pytest.raises(raylet.RayletError, match="target_error"):
+        system.linearised("hologram", target_error=2.0)
+    with pytest.raises(raylet.RayletError, match="memory_limit_mb"):
+        system.linearised("hologram", memory_limit_mb=0.0)
+
+
+def test_linearised_names_the_elements_there_are() -> None:
+    with pytest.raises(raylet.RayletError, match="'doe' has no pixels.*those that have: 'hologram'"):
+        hologram(noise((4, 5))).linearised("doe")
+    lens = (
+        raylet.System(wavelength_um=0.7)
+        .add_surface(radius_mm=5.0, thickness_mm=1.0, glass="N-BK7", semi_aperture_mm=1.0)
+        .add_surface(semi_aperture_mm=1.0, thickness_mm=9.0)
+        .add_sensor(pixels=(8, 8), pitch_um=8.0)
+    )
+    with pytest.raises(raylet.RayletError, match="N-BK7.*glass.index"):
+        lens.linearised(parameters=["element[0].glass.index"])
 
 
 def test_the_package_takes_no_time_of_its_own() -> None:

@@ -93,3 +93,33 @@ def test_fields_need_a_scale() -> None:
         system.trace(Hy=1.0)
     with pytest.raises(ValueError, match="go together"):
         system.trace(Px=[0.0, 1.0], Py=[0.0, 1.0, 2.0])
+
+
+def test_rays_start_at_points_in_mm_with_cosines() -> None:
+    """The ray of the pupil that starts 3 mm earlier has the same course and 3 mm more of path."""
+    system = singlet()
+    pupil = system.trace(Px=0.4)
+    rays = system.trace(start_mm=[0.4 * 12.7, 0.0, -3.0], cosines=[0.0, 0.0, 1.0])
+    for name in ("x", "y", "z", "L", "M", "N"):
+        assert getattr(rays, name) == pytest.approx(getattr(pupil, name), abs=1e-12)
+    assert rays.opl_mm - pupil.opl_mm == pytest.approx(3.0, abs=1e-12)
+    fan = system.trace(start_mm=[0.0, 1.0, -50.0], cosines=[[0.0, 0.0, 1.0], [0.0, 0.6, 0.8], [0.0, 0.0, -1.0]])
+    assert [raylet.trace.FATES[fate] for fate in fan.fate] == ["arrived", "clipped", "missed"]
+    tilted = system.trace(start_mm=[0.0, 0.0, -10.0], cosines=[0.0, 0.06, np.sqrt(1.0 - 0.06**2)])
+    assert tilted.y[0, 0] == pytest.approx(10.0 * 0.06 / np.sqrt(1.0 - 0.06**2), abs=1e-12)
+
+
+def test_starts_are_refused_that_are_none() -> None:
+    system = singlet()
+    straight, start = [0.0, 0.0, 1.0], [0.0, 0.0, -1.0]
+    refused: list[tuple[type[Exception], str, dict[str, object]]] = [
+        (TypeError, "together", {"start_mm": start}),
+        (TypeError, "in place of", {"start_mm": start, "cosines": straight, "Px": 0.3}),
+        (ValueError, "length 2", {"start_mm": start, "cosines": [0.0, 0.0, 2.0]}),
+        (ValueError, r"shape \(2,\)", {"start_mm": [0.0, 1.0], "cosines": straight}),
+        (ValueError, "2 start_mm for 3 cosines", {"start_mm": [start] * 2, "cosines": [straight] * 3}),
+        (ValueError, "not finite", {"start_mm": [0.0, 0.0, np.nan], "cosines": straight}),
+    ]
+    for kind, words, given in refused:
+        with pytest.raises(kind, match=words):
+            system.trace(**given)

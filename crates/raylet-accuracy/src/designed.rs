@@ -133,7 +133,7 @@ fn share(
     let (Some(file), Some(size)) = (&spec.picture, spec.size_mm) else {
         return Err("an overlap without its picture".into());
     };
-    let limit = MemoryLimit::of_settings((scene.settings.memory_limit_mb * 1e6) as u64);
+    let limit = MemoryLimit::of_settings(scene.memory_limit());
     let mode = mode(&read_gray(scene.origin.beside(file), limit)?, size, [x, y]);
     let power = match &system.screens[0].kind {
         ScreenKind::Doe(doe) => aperture(&doe.aperture),

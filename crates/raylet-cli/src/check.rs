@@ -4,7 +4,7 @@ use std::fmt::Write;
 use std::path::PathBuf;
 
 use clap::Args;
-use raylet::engine::chain::forecast::{Forecast, forecast_with_progress};
+use raylet::engine::chain::forecast::{Forecast, expected_error, forecast_with_progress};
 use raylet::engine::chain::simulate_error::SimulateError;
 use raylet::engine::error::advice::advice;
 use raylet::engine::plan::hop_method::HopMethod;
@@ -16,7 +16,9 @@ use raylet::file::model::error_location::simulate_fault;
 use raylet::file::model::phase_units::phase_units;
 use raylet::file::model::prescription::{Part, parts};
 use raylet::file::result::document;
-use raylet::file::result::report::{BeamletEntry, LocalBandEntry, PlanEntry, micrometres};
+use raylet::file::result::report::{
+    BeamletEntry, LocalBandEntry, PlanEntry, above_target, micrometres,
+};
 use raylet::file::result::rim::RimEntry;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::paraxial::Cardinal;
@@ -47,6 +49,7 @@ impl Check {
         if !scene.title.is_empty() {
             let _ = writeln!(text, "{}", scene.title);
         }
+        text += &memory_limit_line(&scene, &settings);
         let wait = Wait::new();
         for system in &build_all(&scene)? {
             let _ = writeln!(text, "λ = {} µm", micrometres(system.wavelength));
@@ -60,6 +63,16 @@ impl Check {
         }
         say(&text)
     }
+}
+
+/// The most memory that arrays may take, and what sets it.
+fn memory_limit_line(scene: &Scene, settings: &Settings) -> String {
+    let megabytes = settings.memory_limit as f64 * 1e-6;
+    let set_by = match scene.settings.memory_limit_mb {
+        Some(_) => "settings.memory_limit_mb",
+        None => "half of what is free; settings.memory_limit_mb sets another",
+    };
+    format!("memory limit {megabytes} MB ({set_by})\n")
 }
 
 /// The parts of the system as a table.
@@ -165,8 +178,9 @@ fn plan(
     ));
     // As it will be run: rims that become screens have hops of their own.
     let rimmed = with_rims(system, settings, PixelValues::Fixed);
-    let system = &rimmed.system;
-    let hops = planned(system, settings, wait).map_err(|error| simulate_fault(scene, &error))?;
+    let (given, system) = (system, &rimmed.system);
+    let hops = planned(system, settings, wait)
+        .map_err(|error| simulate_fault(scene, given, settings, &error))?;
     let methods: Vec<HopMethod> = hops.iter().map(|hop| hop.method.clone()).collect();
     wait.note(format!("following rays for warnings, λ = {wavelength} µm"));
     let findings = advice(system, &methods, settings);
@@ -188,8 +202,20 @@ fn plan(
             let _ = writeln!(text, "    {mark}: {}", finding.text);
         }
     }
+    text += &run_line(expected_error(given, &rimmed, &hops), &hops, settings);
     text.push('\n');
     Ok(text)
+}
+
+/// What the whole run is expected to take and to miss.
+fn run_line(error: Option<f64>, hops: &[Forecast], settings: &Settings) -> String {
+    let seconds: f64 = hops.iter().map(|hop| hop.seconds).sum();
+    let error = error.map_or(String::new(), |error| {
+        let target = settings.target_error;
+        let mark = above_target(error, target);
+        format!("; expected field error {error:.1e}{mark}")
+    });
+    format!("  the run: about {seconds:.1} s on one core{error}\n")
 }
 
 /// Plans all hops. Where that takes long, `wait` says which hop is being planned.
@@ -278,6 +304,9 @@ fn memory_line(forecast: &Forecast) -> String {
             let [[ny, nx], [my, mx]] = [grids.samples, grids.sums];
             format!("    {nx} × {ny} samples to {mx} × {my}, about {megabytes:.0} MB\n")
         }
-        None => format!("    no whole field; about {megabytes:.0} MB of beamlets\n"),
+        None => format!(
+            "    no whole field; about {megabytes:.0} MB of beamlets and {:.1} s on one core\n",
+            forecast.seconds
+        ),
     }
 }

@@ -3,7 +3,7 @@
 use std::path::PathBuf;
 
 use clap::Args;
-use raylet::file::arrays::memory::MemoryLimit;
+use raylet::file::arrays::memory::{MachineMemory, MemoryLimit};
 use raylet::file::result::comparison::{Comparison, Likeness, Side};
 use raylet::file::result::document;
 use raylet::file::result::report::Metrics;
@@ -24,10 +24,11 @@ pub(crate) struct Compare {
     /// Writes compare.json and compare.png into this folder.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
-    /// The most memory that the fields, numbers and pictures may take, in units of 10⁶ bytes.
-    #[arg(long, value_name = "MB", default_value_t = 4096.0, value_parser = megabytes)]
+    /// The most memory that the fields, numbers and pictures may take, in units of 10⁶ bytes; half of what is free by
+    /// default.
+    #[arg(long, value_name = "MB", value_parser = megabytes)]
     #[arg(allow_negative_numbers = true)]
-    memory_limit_mb: f64,
+    memory_limit_mb: Option<f64>,
 }
 
 impl Compare {
@@ -35,8 +36,11 @@ impl Compare {
         // What cannot be written is refused before anything is read.
         let claim = |path: &PathBuf| OutputFolder::claim_as(path, COMPARISON_FILE);
         let target = self.out.as_ref().map(claim).transpose()?;
+        let given = self
+            .memory_limit_mb
+            .map(|megabytes| (megabytes * 1e6) as u64);
         let limit = MemoryLimit {
-            bytes: (0.5 * self.memory_limit_mb * 1e6) as u64,
+            bytes: given.unwrap_or_else(|| MachineMemory::now().usual_limit()) / 2,
             set_by: "half of --memory-limit-mb, since numbers and pictures take as much again",
         };
         let a = Side::read(&self.a, limit)?;

@@ -6,6 +6,7 @@ use std::time::Instant;
 use clap::Args;
 use raylet::engine::chain::outcome::Progress;
 use raylet::engine::chain::reference::{PADDING, ReferenceOptions, reference};
+use raylet::engine::chain::reference_forecast::reference_forecast;
 use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
@@ -20,7 +21,7 @@ use crate::failure::Failure;
 use crate::overrides::{by_name, start_threads};
 use crate::progress::Meter;
 use crate::result_folder::{Light, gather, publish};
-use crate::say::say;
+use crate::say::{complain, say};
 use crate::simulate::{build_all, summary};
 
 /// Carries the light of a scene to its sensor by a method that needs no rays, to compare with.
@@ -91,8 +92,11 @@ impl Reference {
                 _ => format!("λ = {} µm, ", micrometres(system.wavelength)),
             };
             let note = |progress: Progress| meter.note(&run, progress);
-            let found = reference(system, settings, choice, &note)
-                .map_err(|error| reference_fault(scene, &error))?;
+            let refused = |error| reference_fault(scene, system, settings, choice, &error);
+            for step in reference_forecast(system, settings, choice).map_err(refused)? {
+                complain(&format!("{run}{}", step.line()));
+            }
+            let found = reference(system, settings, choice, &note).map_err(refused)?;
             channels.push(Channel::of_reference(system, &found));
             fields.push(found.field);
         }

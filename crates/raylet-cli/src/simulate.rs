@@ -6,10 +6,11 @@ use std::time::Instant;
 
 use clap::Args;
 use raylet::engine::chain::simulate::simulate;
+use raylet::engine::error::run_warnings::excess;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
-use raylet::file::result::report::{Channel, HopEntry, Report, micrometres};
+use raylet::file::result::report::{Channel, HopEntry, Report, above_target, micrometres};
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::folder::OutputFolder;
 use raylet::optics::system::System;
@@ -93,7 +94,7 @@ fn carry_all(scene: &Scene, systems: &[System], settings: &Settings) -> Result<C
             _ => format!("λ = {} µm, ", micrometres(system.wavelength)),
         };
         let outcome = simulate(system, settings, &|progress| meter.note(&run, progress))
-            .map_err(|error| simulate_fault(scene, &error))?;
+            .map_err(|error| simulate_fault(scene, system, settings, &error))?;
         let channel = Channel::new(&outcome, settings);
         carried.channels.push(channel);
         carried.fields.push(outcome.field);
@@ -108,13 +109,10 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
     for channel in &report.channels {
         let wavelength = channel.wavelength_um;
         let error = channel.error.map_or(String::new(), |error| {
-            format!(", expected field error {error:.1e}")
+            let mark = above_target(error, report.settings.target_error);
+            format!(", expected field error {error:.1e}{mark}")
         });
-        let _ = writeln!(
-            text,
-            "λ = {wavelength} µm: {} of the light on the sensor{error}",
-            share(&channel.hops),
-        );
+        let _ = writeln!(text, "λ = {wavelength} µm: {}{error}", light(channel),);
         for hop in &channel.hops {
             let _ = writeln!(text, "  {}", hop_line(hop));
             let drawn = hop.plan.paper.as_ref();
@@ -148,14 +146,23 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
     text
 }
 
-/// The part of the light behind the first screen that the sensor receives.
-fn share(hops: &[HopEntry]) -> String {
-    let landed = (hops.last())
-        .and_then(|last| last.power.landed)
-        .unwrap_or(0.0);
-    match hops.first().and_then(|first| first.power.behind) {
-        Some(behind) => format!("{:.2} %", 100.0 * landed / behind),
-        None => format!("{landed:.4e} mm²"),
+/// The part of the light behind the first screen that the sensor receives. More than all of it is an error of the method,
+/// and no share.
+fn light(channel: &Channel) -> String {
+    let hops = (channel.hops.iter()).map(|hop| [hop.power.behind, hop.power.landed]);
+    // A reference has steps in place of hops.
+    let steps = (channel.steps.iter()).map(|step| [step.power[1], step.power[2]]);
+    let all: Vec<[Option<f64>; 2]> = hops.chain(steps).collect();
+    let landed = all.last().and_then(|last| last[1]).unwrap_or(0.0);
+    match all.first().and_then(|first| first[0]) {
+        Some(behind) => match excess(landed, behind) {
+            Some(_) => String::from("more light on the sensor than came"),
+            None => {
+                let percent = (100.0 * landed / behind).min(100.0);
+                format!("{percent:.2} % of the light on the sensor")
+            }
+        },
+        None => format!("{landed:.4e} mm² of the light on the sensor"),
     }
 }
 

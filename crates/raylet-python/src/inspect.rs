@@ -149,9 +149,10 @@ pub(crate) fn check(
     let work = move |watch: &Watch| {
         let settings = build::settings(&file);
         // As it will be run: rims that become screens have hops of their own.
-        let system = with_rims(&system, &settings, PixelValues::Fixed).system;
+        let given = system;
+        let system = with_rims(&given, &settings, PixelValues::Fixed).system;
         let hops = forecast_with_progress(&system, &settings, |_, _| watch.pulse());
-        let hops = hops.map_err(|failure| simulate_fault(&file, &failure))?;
+        let hops = hops.map_err(|failure| simulate_fault(&file, &given, &settings, &failure))?;
         let methods: Vec<HopMethod> = hops.into_iter().map(|hop| hop.method).collect();
         let findings = advice(&system, &methods, &settings).into_iter();
         let between = |hop: usize| {

@@ -87,8 +87,9 @@ impl LinearisedSystem {
                 error(
                     py,
                     format!(
-                        "element '{}' has no pixels that could vary",
-                        shortened(&name)
+                        "element '{}' has no pixels that could vary; {}",
+                        shortened(&name),
+                        with_pixels(made.first().map(|(system, _)| system))
                     ),
                 )
             })?;
@@ -385,6 +386,21 @@ fn screen_of(system: &System, name: &str) -> Option<usize> {
         .iter()
         .position(|screen| screen.name == name)?;
     own_pixels(system, at).map(|_| at)
+}
+
+/// The names of the elements whose pixels may vary, in words.
+fn with_pixels(system: Option<&System>) -> String {
+    let names = system.into_iter().flat_map(|system| {
+        let screens = system.screens.iter().enumerate();
+        screens.filter(|(at, _)| own_pixels(system, *at).is_some())
+    });
+    let names: Vec<String> = names
+        .map(|(_, screen)| format!("'{}'", screen.name))
+        .collect();
+    match names.is_empty() {
+        true => String::from("no element has"),
+        false => format!("those that have: {}", names.join(", ")),
+    }
 }
 
 fn own_pixels(system: &System, screen: usize) -> Option<&Pixels> {

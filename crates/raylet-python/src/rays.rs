@@ -81,7 +81,7 @@ const RAY_BYTES: f64 = 400.0;
 
 /// The most memory that arrays may take, in bytes.
 fn memory(scene: &Scene) -> f64 {
-    1e6 * scene.file.settings.memory_limit_mb
+    scene.file.memory_limit() as f64
 }
 
 /// How rays are scattered; lengths in mm.

@@ -82,8 +82,8 @@ fn carry_all(
             let label = format!("{}{}", progress.to, progress.attempt_note());
             watch.report(before + progress.done, all, &label)
         };
-        let outcome: Outcome =
-            carry(system, settings, &report).map_err(|error| simulate_fault(file, &error))?;
+        let outcome: Outcome = carry(system, settings, &report)
+            .map_err(|error| simulate_fault(file, system, settings, &error))?;
         channels.push(Channel::new(&outcome, settings));
         fields.push((outcome.field, outcome.standard_error));
     }

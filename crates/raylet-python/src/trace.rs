@@ -9,7 +9,9 @@ use ndarray::{Array1, Array2, Array3, Axis};
 use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use raylet::engine::geometrical::system_trace::{SystemRay, sensitivity, trace_system};
+use raylet::engine::geometrical::system_trace::{
+    SystemRay, first_meeting, sensitivity, trace_system,
+};
 use raylet::engine::progress::Cancelled;
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::model::build;
@@ -37,16 +39,19 @@ type Answer<'py> = (
 
 /// Where rays start: the places (rays, 2) where they meet the first screen, in units of the half widths of its
 /// aperture, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
+/// Or, `free` of the source, points (rays, 3) in mm and unit directions (rays, 3), both global.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
 pub(crate) struct Starts<'py> {
     pupil: Given<'py, f64, Ix2>,
     light: Given<'py, f64, Ix2>,
+    free: bool,
 }
 
 /// Rays by their `starts`, a dictionary: their places "pupil" (rays, 2) on the first screen, in units of the half
 /// widths of its aperture, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
-/// source.
+/// source. If "free" is true, "pupil" are points (rays, 3) in mm where the rays start, and "light" their unit
+/// directions, both global; their paths are counted from there.
 ///
 /// Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
 /// fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on
@@ -65,23 +70,7 @@ pub(crate) fn trace<'py>(
     parameters: Vec<String>,
     threads: Option<usize>,
 ) -> PyResult<Answer<'py>> {
-    let pupil = columns::<f64, 2>("pupil", &starts.pupil)?;
-    let light = columns::<f64, 3>("light", &starts.light)?;
-    if pupil.len() != light.len() {
-        let (pupil, light) = (pupil.len(), light.len());
-        return Err(PyValueError::new_err(format!(
-            "{pupil} places for {light} rays"
-        )));
-    }
-    let far = |number: &f64, most: f64| number.is_nan() || number.abs() > most;
-    let is_far = pupil.as_flattened().iter().any(|p| far(p, WIDEST))
-        || light.as_flattened().iter().any(|x| far(x, FARTHEST));
-    if is_far {
-        let message = format!(
-            "places in the pupil beyond {WIDEST:e} half widths, or of the source beyond {FARTHEST:e} mm"
-        );
-        return Err(PyValueError::new_err(message));
-    }
+    let starts = launches(&starts)?;
     scene.check(channel)?;
     let (system, variations) = scene.with_arrays(py, &arrays, |file, arrays| {
         let system = build::system_with(file, arrays, channel)?;
@@ -94,8 +83,7 @@ pub(crate) fn trace<'py>(
         system,
         variations,
         bounds,
-        pupil,
-        light,
+        starts,
     };
     let found = run(py, threads, None, move |watch: &Watch| job.follow(watch))?;
     let found = found.map_err(|failure| error(py, failure))?;
@@ -112,6 +100,38 @@ pub(crate) fn trace<'py>(
         Made::with_gaps(py, found.fates),
         Made::with_gaps(py, found.slopes),
     ))
+}
+
+/// The starts of all rays.
+fn launches(starts: &Starts<'_>) -> PyResult<Vec<Start>> {
+    let light = columns::<f64, 3>("light", &starts.light)?;
+    let far = |number: &f64, most: f64| number.is_nan() || number.abs() > most;
+    let (list, is_far): (Vec<Start>, bool) = if starts.free {
+        let points = columns::<f64, 3>("start_mm", &starts.pupil)?;
+        let is_far = points.as_flattened().iter().any(|x| far(x, FARTHEST));
+        let pairs = points.iter().zip(&light);
+        let list = pairs.map(|(&point, &direction)| Start::Point { point, direction });
+        (list.collect(), is_far)
+    } else {
+        let pupil = columns::<f64, 2>("pupil", &starts.pupil)?;
+        let is_far = pupil.as_flattened().iter().any(|p| far(p, WIDEST));
+        let pairs = pupil.iter().zip(&light);
+        let list = pairs.map(|(&at, &light)| Start::Pupil { at, light });
+        (list.collect(), is_far)
+    };
+    if list.len() != light.len() {
+        let (places, light) = (list.len(), light.len());
+        return Err(PyValueError::new_err(format!(
+            "{places} places for {light} rays"
+        )));
+    }
+    if is_far || light.as_flattened().iter().any(|x| far(x, FARTHEST)) {
+        let message = format!(
+            "places in the pupil beyond {WIDEST:e} half widths, or of the source beyond {FARTHEST:e} mm"
+        );
+        return Err(PyValueError::new_err(message));
+    }
+    Ok(list)
 }
 
 /// The farthest place of a ray in the pupil, in half widths of the aperture.
@@ -146,8 +166,18 @@ struct Job {
     variations: Vec<Variation>,
     /// Edges of the first screen's aperture.
     bounds: [f64; 4],
-    pupil: Vec<[f64; 2]>,
-    light: Vec<[f64; 3]>,
+    starts: Vec<Start>,
+}
+
+/// How a ray starts.
+enum Start {
+    /// With the light of the source, at a place on the first screen in half widths of its aperture.
+    Pupil { at: [f64; 2], light: [f64; 3] },
+    /// At a point in mm with a unit direction, both global.
+    Point {
+        point: [f64; 3],
+        direction: [f64; 3],
+    },
 }
 
 /// Their points, directions and paths at all parts, what became of them, and their derivatives.
@@ -165,11 +195,24 @@ struct Course {
     slopes: Vec<[f64; 5]>,
 }
 
+impl Course {
+    /// A ray that meets nothing.
+    fn lost(loss: Loss) -> Self {
+        Self {
+            ray: SystemRay {
+                hits: Vec::new(),
+                lost: Some(loss),
+            },
+            slopes: Vec::new(),
+        }
+    }
+}
+
 impl Job {
     /// All rays, round by round, so that only the answer takes memory.
     fn follow(&self, watch: &Watch) -> Result<TracedRays, Cancelled> {
         let surfaces: usize = self.system.trains.iter().map(Vec::len).sum();
-        let (parts, rays) = (self.system.screens.len() + surfaces, self.pupil.len());
+        let (parts, rays) = (self.system.screens.len() + surfaces, self.starts.len());
         let mut found = TracedRays::nowhere(parts, rays, self.variations.len());
         for first in (0..rays).step_by(ROUND) {
             let round = first..rays.min(first + ROUND);
@@ -187,12 +230,24 @@ impl Job {
     }
 
     fn one(&self, ray: usize) -> Course {
-        let source = lit(&self.system.source, self.light[ray]);
-        let ([x0, x1, y0, y1], [u, v]) = (self.bounds, self.pupil[ray]);
-        let at = [
-            0.5 * (x0 + x1 + u * (x1 - x0)),
-            0.5 * (y0 + y1 + v * (y1 - y0)),
-        ];
+        let (source, at) = match self.starts[ray] {
+            Start::Pupil { at: [u, v], light } => {
+                let [x0, x1, y0, y1] = self.bounds;
+                let at = [
+                    0.5 * (x0 + x1 + u * (x1 - x0)),
+                    0.5 * (y0 + y1 + v * (y1 - y0)),
+                ];
+                (lit(&self.system.source, light), at)
+            }
+            Start::Point { point, direction } => {
+                let [origin, direction] = [point, direction].map(|[x, y, z]| Vec3::new(x, y, z));
+                let at = match first_meeting(&self.system, origin, direction) {
+                    Ok(at) => at,
+                    Err(lost) => return Course::lost(lost),
+                };
+                (Source::Plane { direction, origin }, at)
+            }
+        };
         let slopes = sensitivity(&self.system, &self.variations, &source, at);
         Course {
             ray: trace_system(&self.system, &source, at),

@@ -7,6 +7,7 @@ use crate::engine::beamlet::beamlet_error::{FARTHEST, TRUSTED_TAIL, WidthErrors}
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::starting_width::starting_width;
 use crate::engine::error::window_error::window_error;
+use crate::engine::geometrical::system_trace::passes;
 use crate::engine::plan::direction_spread::{
     DirectionEnvelope, LightDirections, weighted_quantile,
 };
@@ -125,7 +126,8 @@ impl Planner<'_> {
             .choose(search, &sample_rays, &found)
             .ok_or_else(not_finite)?;
         if first.expected_error() <= self.settings.target_error {
-            return Ok(self.complete(first, widths));
+            let first = self.complete(first, widths);
+            return Ok(self.reported(first, &relevant, &beside));
         }
         // What can be reached is found alike for all targets, so that all that miss it get the same plan.
         let finest = Planner {
@@ -146,7 +148,38 @@ impl Planner<'_> {
             ..*self
         };
         let chosen = relaxed.choose(search, &sample_rays, &found);
-        Ok(relaxed.complete(chosen.ok_or_else(not_finite)?, widths))
+        let chosen = relaxed.complete(chosen.ok_or_else(not_finite)?, widths);
+        Ok(self.reported(chosen, &relevant, &beside))
+    }
+
+    /// The chosen plan with the errors of the light that comes through the aperture. Rays of the search start all over the
+    /// box about it, and at its corners they may meet rims: where the width is chosen, that is a margin.
+    fn reported(
+        &self,
+        mut chosen: BeamletPlan,
+        relevant: &[SearchRay],
+        beside: &[SearchRay],
+    ) -> BeamletPlan {
+        let lit = |rays: &[SearchRay]| {
+            let inside = rays.iter().filter(|ray| passes(self.hop.from, ray.at));
+            inside.copied().collect::<Vec<_>>()
+        };
+        let errors = WidthErrors {
+            hop: self.hop,
+            to: self.to,
+            weight: |ray: &SearchRay| self.weight(ray),
+        };
+        let found = errors.at(&lit(relevant), &lit(beside), chosen.sigma);
+        let all = [found.eta, found.eta_corrected, found.cubic, found.dropped];
+        if all.iter().all(|error| error.is_finite()) {
+            [
+                chosen.eta,
+                chosen.eta_corrected,
+                chosen.cubic,
+                chosen.dropped,
+            ] = all;
+        }
+        chosen
     }
 
     /// The plan with what can be found only for the width that was chosen.

@@ -4,10 +4,11 @@
 use crate::engine::chain::arriving_light::{arrival_reach, incidence, leaving, receiving_raster};
 use crate::engine::chain::local_band_run::local_band_settings;
 use crate::engine::chain::simulate_error::SimulateError;
+use crate::engine::error::error_budget::ErrorBudget;
 use crate::engine::local_bands::carry::planned;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::LocalBandSettings;
-use crate::engine::local_bands::workload::workload;
+use crate::engine::local_bands::workload::{LocalBandWorkload, workload};
 use crate::engine::plan::cost_model::whole_field;
 use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
@@ -15,6 +16,7 @@ use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::{Plan, plan as plan_hop};
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::progress::{Cancelled, Reply};
+use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, edge_error};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::wavelet::Arrival;
@@ -28,6 +30,10 @@ pub struct Forecast {
     pub method: HopMethod,
     /// The samples of whole fields; nothing for local bands, which have none.
     pub grids: Option<Grids>,
+    /// Seconds on one core, about.
+    pub seconds: f64,
+    /// The error to expect from all causes but rims; nothing for methods whose errors are not estimated.
+    pub error: Option<f64>,
 }
 
 /// Samples of the whole fields of a hop.
@@ -148,9 +154,12 @@ fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Ch
     }
     let error = settings.shared(system.trains.len()).target_error;
     let bands = local_band_settings(system, settings);
-    let found = bands.and_then(|bands| Ok((workload(system, &bands, error)?, bands)));
+    let found = bands.and_then(|bands| Ok((workload(system, &bands)?, bands)));
     match found {
-        Ok((work, bands)) if work.is_accurate && MUCH_LESS * work.seconds < seconds => {
+        Ok((work, bands))
+            if work.iter().all(|hop| hop.aberration <= error)
+                && MUCH_LESS * work.iter().map(|hop| hop.seconds).sum::<f64>() < seconds =>
+        {
             Chosen::LocalBands(bands)
         }
         _ => Chosen::WholeFields(hops),
@@ -194,6 +203,8 @@ pub fn forecast_with_progress<R: Reply>(
     match choose(system, &settings.for_planning(), progress)? {
         Chosen::WholeFields(hops) => {
             let hops = hops.into_iter().map(|(plan, grids)| Forecast {
+                seconds: whole_field_seconds(&plan, &grids),
+                error: ErrorBudget::expected_of(&plan),
                 method: HopMethod::WholeField(plan),
                 grids: Some(grids),
             });
@@ -211,14 +222,27 @@ fn local_band_forecast(
     system: &System,
     settings: &LocalBandSettings,
 ) -> Result<Vec<Forecast>, LocalBandError> {
-    let forecast = |plan| Forecast {
+    let plans = planned(system, settings)?;
+    let work = workload(system, settings)?;
+    let forecast = |(plan, work): (_, LocalBandWorkload)| Forecast {
         method: HopMethod::LocalBands(plan),
         grids: None,
+        seconds: work.seconds,
+        error: Some(work.error),
     };
-    Ok(planned(system, settings)?
-        .into_iter()
-        .map(forecast)
-        .collect())
+    Ok(plans.into_iter().zip(work).map(forecast).collect())
+}
+
+/// The error to expect of a whole run, in which rims that matter are screens: of all hops with their rims. Nothing where the
+/// errors of a hop are not estimated.
+pub fn expected_error(original: &System, rimmed: &Rimmed, hops: &[Forecast]) -> Option<f64> {
+    let screens = rimmed.system.screens.iter().enumerate();
+    let squares = screens.zip(hops).map(|((number, from), hop)| {
+        let edge = edge_error(original, from, rimmed.ended_at(from));
+        let rims = edge.hypot(cut_by_ray(&rimmed.rims, number));
+        Some(hop.error?.hypot(rims).powi(2))
+    });
+    squares.sum::<Option<f64>>().map(f64::sqrt)
 }
 
 /// Every hop of a system as it would be run from whole fields.

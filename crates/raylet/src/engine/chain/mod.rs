@@ -16,9 +16,11 @@
 //! | [`linearised_system`] | A system with frozen plans: its fields and its gradients |
 //! | [`linearised_system_error`] | Why a system cannot be differentiated |
 //! | `missed_target` | Further attempts where a run misses its target error |
+//! | [`needed_memory`] | The memory limit at which a refused system would be carried, and what needs less |
 //! | [`outcome`] | The result of a run, and how far it has come |
 //! | `patch_cutter` | The patches of a field that beamlets carry: their places, spectra and modes |
 //! | [`mod@reference`] | A whole run without rays, or with one geometrical ray per pixel, as a reference |
+//! | [`reference_forecast`] | What a reference will take: method, reason and seconds of every step |
 //! | `rimmed_variations` | Perturbed systems with a screen at every rim of the planned one |
 //! | [`screen_sensitivity`] | How the light on a screen changes with the parameters of its source and element |
 //! | [`simulate`] | A whole run from the source to the sensor |
@@ -39,9 +41,11 @@ pub mod linearised_system;
 pub mod linearised_system_error;
 pub mod local_band_run;
 pub(crate) mod missed_target;
+pub mod needed_memory;
 pub mod outcome;
 pub(crate) mod patch_cutter;
 pub mod reference;
+pub mod reference_forecast;
 pub(crate) mod rimmed_variations;
 pub mod screen_sensitivity;
 pub mod simulate;

@@ -9,7 +9,7 @@ use num_complex::Complex64;
 use crate::engine::chain::arriving_light::{Arriving, chief, receiving_raster, sensor_of};
 use crate::engine::chain::outcome::{Progress, check_sound};
 use crate::engine::chain::simulate_error::SimulateError;
-use crate::engine::free::free_method::{Approach, FreeMethod, free_method};
+use crate::engine::free::free_method::{Approach, FreeMethod, Route, free_method};
 use crate::engine::geometrical::eikonal::{self, EikonalError, Geometrical};
 use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::settings::Settings;
@@ -126,6 +126,8 @@ pub struct ReferenceStep {
     pub screens: [String; 2],
     /// Method of the step.
     pub approach: Approach,
+    /// Why this method: that it was chosen, or what stands against those before it.
+    pub why: String,
     /// Effects that the method leaves out, in words; empty if there are none.
     pub neglects: &'static str,
     /// Samples of the field on the first screen [ny, nx]; zero where no field is needed.
@@ -180,39 +182,60 @@ fn by_routes(
     choice: ReferenceOptions,
     progress: &Listener,
 ) -> Result<Reference, ReferenceError> {
-    if choice.approach == Approach::Refraction {
-        return refraction(system, progress);
+    let settings = &padded(settings);
+    match ways(system, settings, choice.approach)? {
+        Ways::Hops(routes) => {
+            let run = HopByHop {
+                system,
+                settings,
+                choice,
+            };
+            run.follow(&routes, progress)
+        }
+        Ways::Refraction(why) => refraction(system, why, progress),
     }
-    let settings = Settings {
+}
+
+/// The settings with a reference's period of free hops.
+pub(crate) fn padded(settings: &Settings) -> Settings {
+    Settings {
         padding: PADDING,
         ..settings.clone()
-    };
+    }
+}
 
-    // All routes are known before the first hop is run. Where a hop has none, rays along smooth phases
-    // may still carry the whole system.
-    let routes = routes(system, &settings, choice.approach);
-    let routes = match routes {
-        Err(ReferenceError::NoMethod { from, to, why }) => {
-            return match eikonal::check_smooth(system) {
-                Ok(()) => refraction(system, progress),
-                Err(error) => {
-                    let why = format!("{why}; {error}");
-                    Err(ReferenceError::NoMethod { from, to, why })
-                }
-            };
-        }
-        other => other?,
-    };
-    let run = HopByHop {
-        system,
-        settings: &settings,
-        choice,
-    };
-    run.follow(&routes, progress)
+/// How a whole system is carried.
+pub(crate) enum Ways {
+    /// Hop by hop.
+    Hops(Vec<Route>),
+    /// By rays along smooth phases, and why.
+    Refraction(String),
+}
+
+/// How a system is carried; known before the first hop is run. Where a hop has no route, rays along smooth phases may
+/// still carry the whole system.
+pub(crate) fn ways(
+    system: &System,
+    settings: &Settings,
+    approach: Approach,
+) -> Result<Ways, ReferenceError> {
+    if approach == Approach::Refraction {
+        return Ok(Ways::Refraction(String::from("chosen by the user")));
+    }
+    match routes(system, settings, approach) {
+        Err(ReferenceError::NoMethod { from, to, why }) => match eikonal::check_smooth(system) {
+            Ok(()) => Ok(Ways::Refraction(why)),
+            Err(error) => {
+                let why = format!("{why}; {error}");
+                Err(ReferenceError::NoMethod { from, to, why })
+            }
+        },
+        routes => Ok(Ways::Hops(routes?)),
+    }
 }
 
 /// The outlines of both screens of a hop.
-fn outlines(hop: &Hop) -> Result<[[f64; 4]; 2], SimulateError> {
+pub(crate) fn outlines(hop: &Hop) -> Result<[[f64; 4]; 2], SimulateError> {
     let bounds = |screen: &Screen| {
         let missing = || crate::wave::grid::sampling::SamplingError::Boundless(screen.name.clone());
         screen.bounds().ok_or_else(missing)
@@ -225,7 +248,7 @@ fn routes(
     system: &System,
     settings: &Settings,
     approach: Approach,
-) -> Result<Vec<FreeMethod>, ReferenceError> {
+) -> Result<Vec<Route>, ReferenceError> {
     let mut direction = Arriving::from_source(system).directions.chief;
     let mut routes = Vec::new();
     for hop in system.hops() {
@@ -274,11 +297,7 @@ struct Brought {
 
 impl HopByHop<'_> {
     /// All hops by their routes.
-    fn follow(
-        &self,
-        routes: &[FreeMethod],
-        progress: &Listener,
-    ) -> Result<Reference, ReferenceError> {
+    fn follow(&self, routes: &[Route], progress: &Listener) -> Result<Reference, ReferenceError> {
         let mut light = Arriving::from_source(self.system);
         let mut steps = Vec::new();
         for (number, (hop, route)) in self.system.hops().zip(routes).enumerate() {
@@ -311,27 +330,25 @@ impl HopByHop<'_> {
     fn carry(
         &self,
         hop: &Hop,
-        route: &FreeMethod,
+        route: &Route,
         light: &Arriving,
         progress: &HopListener,
     ) -> Result<(Arriving, ReferenceStep), ReferenceError> {
         let clock = Instant::now();
-        let [from, to] = outlines(hop)?;
-        let (leaving, arriving) = route.reach(hop, from, to);
-        let fineness = fineness(hop.from);
-        let finer = leaving
-            .map(|p| (fineness * p).min((PIXEL_FINENESS * p).max(2.0 * hop.from.index_behind())));
+        let Route { method, why } = route;
+        let (finer, arriving) = finer_reach(hop, method)?;
         let (arrived, field) = light.pass(self.system, hop.from, finer, self.settings)?;
         let before = arrived.power();
         drop(arrived);
         let raster = receiving_raster(hop, arriving, self.settings)?;
         progress(0.0)?;
-        let brought = self.bring(hop, route, &field, &raster, progress)?;
+        let brought = self.bring(hop, method, &field, &raster, progress)?;
         progress(1.0)?;
         let landed = raster.power(&brought.values);
         let step = ReferenceStep {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
-            approach: route.approach(),
+            approach: method.approach(),
+            why: why.clone(),
             neglects: brought.neglects,
             samples: field.grid.shape(),
             power: (self.system).power_along(hop, [before, field.power(), landed]),
@@ -381,6 +398,19 @@ impl HopByHop<'_> {
             neglects,
         })
     }
+}
+
+/// Largest |p| that the sampling of a hop's first screen resolves, and that the light has on the second.
+pub(crate) fn finer_reach(
+    hop: &Hop,
+    method: &FreeMethod,
+) -> Result<([f64; 2], [f64; 2]), ReferenceError> {
+    let [from, to] = outlines(hop)?;
+    let (leaving, arriving) = method.reach(hop, from, to);
+    let fineness = fineness(hop.from);
+    let finer = leaving
+        .map(|p| (fineness * p).min((PIXEL_FINENESS * p).max(2.0 * hop.from.index_behind())));
+    Ok((finer, arriving))
 }
 
 /// How much finer than the target needs a screen is sampled.
@@ -443,7 +473,11 @@ fn field_of_emitters(
 }
 
 /// The whole system by the generalised law of refraction.
-fn refraction(system: &System, progress: &Listener) -> Result<Reference, ReferenceError> {
+fn refraction(
+    system: &System,
+    why: String,
+    progress: &Listener,
+) -> Result<Reference, ReferenceError> {
     let clock = Instant::now();
     let name = |screen: Option<&Screen>| screen.map(|s| s.name.clone()).unwrap_or_default();
     let screens = [name(system.screens.first()), name(system.screens.last())];
@@ -472,6 +506,7 @@ fn refraction(system: &System, progress: &Listener) -> Result<Reference, Referen
     let step = ReferenceStep {
         screens,
         approach: Approach::Refraction,
+        why,
         neglects: "diffraction",
         samples: [0, 0],
         power: [None, None, Some(field.power() * in_sensor)],

@@ -3,6 +3,7 @@
 use crate::engine::chain::hop_run::HopError;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::plan::plan_error::PlanError;
+use crate::engine::plan::settings::BYTES_OF_SAMPLE;
 use crate::engine::progress::Cancelled;
 use crate::math::nufft::NufftError;
 use crate::wave::grid::sampling::SamplingError;
@@ -63,6 +64,45 @@ impl SimulateError {
                 PlanError::Modes { .. } | PlanError::Patches { .. } | PlanError::Directions { .. }
             ),
             _ => false,
+        }
+    }
+}
+
+impl SimulateError {
+    /// The screen that needs too much memory.
+    pub(crate) fn too_large(&self) -> Option<&str> {
+        match self {
+            Self::Sampling(SamplingError::TooLarge { screen, .. }) => Some(screen),
+            Self::Plan(
+                PlanError::Modes { screen, .. }
+                | PlanError::Patches { screen, .. }
+                | PlanError::Directions { from: screen, .. },
+            ) => Some(screen),
+            Self::LocalBands(
+                LocalBandError::Windows { screen, .. } | LocalBandError::Tile { screen, .. },
+            ) => Some(screen),
+            Self::TooLarge { whole, .. } => whole.too_large(),
+            _ => None,
+        }
+    }
+
+    /// The memory limit in bytes at which this array would not be too large; nothing if the run is refused for another
+    /// reason. Others may be too large then.
+    pub(crate) fn memory_needed(&self) -> Option<usize> {
+        match self {
+            Self::Sampling(SamplingError::TooLarge {
+                needed, needed_y, ..
+            }) => {
+                let samples = needed.saturating_mul(*needed_y);
+                Some(samples.saturating_mul(BYTES_OF_SAMPLE))
+            }
+            Self::Plan(error) => error.memory_needed(),
+            Self::LocalBands(error) => error.memory_needed(),
+            Self::TooLarge { whole, bands } => {
+                let needs = [whole.memory_needed(), bands.memory_needed()];
+                needs.into_iter().flatten().min()
+            }
+            _ => None,
         }
     }
 }

@@ -1,7 +1,7 @@
 //! Warnings and hints that follow from the plans, before a run.
 
 use crate::engine::chain::arriving_light::{chief, incidence};
-use crate::engine::error::part_advice::{crossing, evanescent, in_glass};
+use crate::engine::error::part_advice::{beside_pixels, crossing, evanescent, in_glass};
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
@@ -27,6 +27,9 @@ pub struct Advice {
 /// Places along each axis of a screen, and directions along each axis at a place, of the rays tried.
 const PLACES: usize = 5;
 const DIRECTIONS: usize = 9;
+
+/// Places along each axis of the first screen at which the light of the source is compared with pixels.
+const FINE: usize = 101;
 
 /// Most rays that are followed from one screen on.
 const MOST_RAYS: usize = 300;
@@ -54,9 +57,10 @@ pub fn advice(system: &System, methods: &[HopMethod], settings: &Settings) -> Ve
         say(true, crossing(&hop));
         say(true, evanescent(&hop, &smooth_rays(&hop, &rays)));
         say(true, in_glass(&hop, system.screens[0].index));
-        say(true, uncovered(&hop));
+        let (warning, text) = without_pixels(system, number, &hop, &rays);
+        say(warning, text);
         say(true, clipping(&light));
-        say(true, aliasing(&hop, &light));
+        say(false, aliasing(&hop, &light));
         if let Some((warning, text)) = smallness(&hop, &light) {
             say(warning, Some(text));
         }
@@ -113,8 +117,8 @@ struct Light {
     /// an aperture stops.
     landing: usize,
     clipped: usize,
-    /// Largest |p| on arrival within the target.
-    cosines: [f64; 2],
+    /// Lowest and highest p on arrival within the target, along x and y.
+    cosines: Option<[f64; 4]>,
     /// The box that the rays land in, and how much diffraction by the first screen's edge widens it.
     landings: Option<[f64; 4]>,
     blur: [f64; 2],
@@ -163,9 +167,9 @@ impl Light {
         match hop.trace(at, p, &mut ()) {
             Err(Loss::Clipped) => self.clipped += 1,
             Ok(landing) => {
-                for a in 0..2 {
-                    self.cosines[a] = self.cosines[a].max(landing.cosines[a].abs());
-                }
+                let [px, py] = landing.cosines;
+                let [x0, x1, y0, y1] = self.cosines.unwrap_or([px, px, py, py]);
+                self.cosines = Some([x0.min(px), x1.max(px), y0.min(py), y1.max(py)]);
                 self.arrived.push(ScreenRay {
                     at: landing.at,
                     cosines: landing.cosines,
@@ -200,6 +204,23 @@ fn launch(system: &System) -> Vec<ScreenRay> {
             ScreenRay { at, cosines }
         })
         .collect()
+}
+
+/// Places on the first screen of a hop that the light meets, with its intensity there: of the source on a fine lattice, or
+/// rays that arrived.
+fn lit(system: &System, number: usize, rays: &[ScreenRay]) -> Vec<([f64; 2], f64)> {
+    let screen = &system.screens[number];
+    let Some([x0, x1, y0, y1]) = screen.bounds().filter(|_| number == 0) else {
+        return rays.iter().map(|ray| (ray.at, 1.0)).collect();
+    };
+    let k = system.wavenumber() * screen.index;
+    let place = |i: usize, low: f64, high: f64| low + (high - low) * (i as f64 + 0.5) / FINE as f64;
+    let lattice = (0..FINE * FINE).map(|n| [place(n % FINE, x0, x1), place(n / FINE, y0, y1)]);
+    let intensity = |[x, y]: [f64; 2]| {
+        let point = screen.frame.to_global(Vec3::new(x, y, 0.0));
+        ([x, y], system.source.field(point, k).norm_sqr())
+    };
+    lattice.map(intensity).collect()
 }
 
 /// Directions in which a ray leaves a screen: behind a smooth element the one there is, behind pixels
@@ -261,6 +282,19 @@ fn clipping(light: &Light) -> Option<String> {
     })
 }
 
+/// Whether pixels leave most of the aperture dark, or what light falls beside them; the former is a warning.
+fn without_pixels(
+    system: &System,
+    number: usize,
+    hop: &Hop,
+    rays: &[ScreenRay],
+) -> (bool, Option<String>) {
+    match uncovered(hop) {
+        Some(text) => (true, Some(text)),
+        None => (false, beside_pixels(hop, &lit(system, number, rays))),
+    }
+}
+
 /// Pixels that leave most of the aperture dark: a unit taken for another, perhaps.
 fn uncovered(hop: &Hop) -> Option<String> {
     let ScreenKind::Doe(doe) = &hop.from.kind else {
@@ -281,19 +315,22 @@ fn uncovered(hop: &Hop) -> Option<String> {
     })
 }
 
-/// A sensor too coarse for the field.
+/// A sensor too coarse for the field: about the middle direction of its light, the field has the cosines ±NA.
 fn aliasing(hop: &Hop, light: &Light) -> Option<String> {
     let ScreenKind::Sensor(sensor) = &hop.to.kind else {
         return None;
     };
-    let finest = light.cosines.map(|p| hop.wavelength / (2.0 * p.max(1e-12)));
+    let [x0, x1, y0, y1] = light.cosines?;
+    let apertures = [0.5 * (x1 - x0), 0.5 * (y1 - y0)];
+    let finest = apertures.map(|na| hop.wavelength / (2.0 * na.max(1e-12)));
     let coarse = (0..2).find(|&a| sensor.pitch[a] > 1.001 * finest[a])?;
     Some(format!(
-        "the sensor's pitch of {} µm along {} is coarser than λ/(2 p_max) = {:.3} µm: values are right \
+        "the sensor's pitch of {} µm along {} is coarser than λ/(2 NA) = {:.3} µm for light of NA {:.4}: values are right \
          where they stand, but detail between the pixels is not seen",
         round(sensor.pitch[coarse] * 1e3),
         ["x", "y"][coarse],
-        finest[coarse] * 1e3
+        finest[coarse] * 1e3,
+        apertures[coarse],
     ))
 }
 

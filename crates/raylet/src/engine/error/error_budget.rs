@@ -70,6 +70,15 @@ impl ErrorBudget {
         }
     }
 
+    /// The error to expect of a hop before it is run, rims aside; nothing for methods whose errors are not estimated.
+    pub(crate) fn expected_of(plan: &Plan) -> Option<f64> {
+        match plan {
+            Plan::Free(free, _) => Some(interpolated(&FREE, free.padding)),
+            Plan::Beamlets(beamlets) => Some(beamlets.expected_error()),
+            Plan::Planes(_) | Plan::Paper(_) => None,
+        }
+    }
+
     /// The root of the sum of squares.
     pub fn total(&self) -> f64 {
         let inside = self.aberration.hypot(self.windows);

@@ -6,7 +6,7 @@
 //! | [`error_budget`] | The expected error of a hop, by cause and altogether |
 //! | `part_advice` | Warnings about the parts of a hop, whatever method carries it |
 //! | `lost_light` | Where the light goes that no beamlet follows |
-//! | `run_warnings` | What a user must know of a result |
+//! | [`run_warnings`] | What a user must know of a result |
 //! | [`tally`] | Rays and energy of a hop by fate |
 //! | `window_error` | The error of the windows of a beamlet sum, by their distance and period |
 
@@ -14,6 +14,6 @@ pub mod advice;
 pub mod error_budget;
 pub(crate) mod lost_light;
 pub(crate) mod part_advice;
-pub(crate) mod run_warnings;
+pub mod run_warnings;
 pub mod tally;
 pub(crate) mod window_error;

@@ -80,6 +80,34 @@ pub(crate) fn evanescent(hop: &Hop, leaving: &[([f64; 2], [f64; 2])]) -> Option<
     ))
 }
 
+/// Light beside the pixels of an element is told from this share on, in per cent.
+const BESIDE: f64 = 0.5;
+
+/// Light that comes through the aperture of an element beside its pixels, of places with the intensity there.
+pub(crate) fn beside_pixels(hop: &Hop, lit: &[([f64; 2], f64)]) -> Option<String> {
+    let ScreenKind::Doe(doe) = &hop.from.kind else {
+        return None;
+    };
+    let [x0, x1, y0, y1] = doe.pixels()?.bounds();
+    let open = lit
+        .iter()
+        .filter(|([x, y], _)| doe.aperture.contains(*x, *y));
+    let (mut inside, mut all) = (0.0, 0.0);
+    for ([x, y], intensity) in open {
+        all += intensity;
+        if (x0..=x1).contains(x) && (y0..=y1).contains(y) {
+            inside += intensity;
+        }
+    }
+    let share = 100.0 * (1.0 - inside / all);
+    (share > BESIDE).then(|| {
+        format!(
+            "{share:.1} % of the light in the aperture of '{}' falls beside its pixels, where it is dark",
+            hop.from.name
+        )
+    })
+}
+
 /// A sensor in a medium other than air or vacuum: a last surface is missing, perhaps.
 pub(crate) fn in_glass(hop: &Hop, ambient: f64) -> Option<String> {
     let sensor = matches!(hop.to.kind, ScreenKind::Sensor(_));
@@ -94,11 +122,15 @@ pub(crate) fn in_glass(hop: &Hop, ambient: f64) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::error::part_advice::{crossing, evanescent, in_glass};
-    use crate::fixtures::parts::{conic, face, on_axis, open_screen, screen, sensor};
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::engine::error::part_advice::{beside_pixels, crossing, evanescent, in_glass};
+    use crate::fixtures::parts::{self, conic, face, on_axis, open_screen, screen, sensor};
     use crate::optics::aperture::Aperture;
+    use crate::optics::doe::{Layer, PixelForm, Pixels};
     use crate::optics::frame::Frame;
-    use crate::optics::screen::Screen;
+    use crate::optics::screen::{Screen, ScreenKind};
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
 
@@ -144,6 +176,42 @@ mod tests {
             "{text}"
         );
         assert_eq!(told(0.9, |hop| evanescent(hop, &leaving[..1])), None);
+    }
+
+    /// A disc about a square of pixels: 1 − 2/π of the light is beside them if they reach its rim with their corners.
+    #[test]
+    fn light_beside_the_pixels_is_told_with_its_share() {
+        let side = 2f64.sqrt();
+        let element = |radius: f64| {
+            let pixels = Layer::Pixels(Pixels {
+                pitch: [side / 20.0; 2],
+                values: Array2::from_elem((20, 20), Complex64::ONE),
+                form: PixelForm::Box,
+            });
+            ScreenKind::Doe(parts::element(pixels, Aperture::disc(radius)))
+        };
+        let lattice = (0..401).flat_map(|i| (0..401).map(move |j| [i, j]));
+        let lit: Vec<_> = lattice
+            .map(|at| (at.map(|i| f64::from(i) * 0.005 - 1.0), 1.0))
+            .collect();
+        let said = |radius: f64| {
+            let (from, to) = (
+                screen(Frame::GLOBAL, element(radius)),
+                screen(on_axis(9.0), sensor(8, 0.01)),
+            );
+            let hop = Hop {
+                wavelength: 0.5e-3,
+                from: &from,
+                train: &[],
+                to: &to,
+            };
+            beside_pixels(&hop, &lit)
+        };
+        assert_eq!(said(0.5 * side), None);
+        let text = said(1.0).unwrap();
+        let share: f64 = text.split(' ').next().unwrap().parse().unwrap();
+        let expected = 100.0 * (1.0 - 2.0 / std::f64::consts::PI);
+        assert!((share - expected).abs() < 0.3, "{text}: {expected:.1} %");
     }
 
     #[test]

@@ -4,6 +4,7 @@
 use crate::engine::chain::outcome::{HopReport, Outcome};
 use crate::engine::error::error_budget::ErrorBudget;
 use crate::engine::plan::hop_method::HopMethod;
+use crate::engine::plan::settings::Settings;
 
 /// Estimates are no more exact than this: one that is above the target by less is not worth a warning.
 const NEAR: f64 = 1.1;
@@ -11,8 +12,21 @@ const NEAR: f64 = 1.1;
 /// Sums over pixels are no more exact than this share of the light.
 const SUM: f64 = 1e-3;
 
-/// The warnings about a result, for this target error.
-pub(crate) fn run_warnings(outcome: &Outcome, target_error: f64) -> Vec<String> {
+/// Whether an expected error misses a target.
+pub fn misses(error: f64, target_error: f64) -> bool {
+    error > NEAR * target_error
+}
+
+/// The share of light beyond all that came, from the power on the sensor and behind the first screen; nothing where there is
+/// no more than sums over pixels explain.
+pub fn excess(landed: f64, behind: f64) -> Option<f64> {
+    let beyond = landed / behind - 1.0;
+    (beyond > SUM).then_some(beyond)
+}
+
+/// The warnings about a result; the last says that it misses its target error.
+pub(crate) fn run_warnings(outcome: &Outcome, settings: &Settings) -> Vec<String> {
+    let target_error = settings.target_error;
     let expected = outcome.expected_error();
     let budgets = outcome
         .hops
@@ -20,29 +34,38 @@ pub(crate) fn run_warnings(outcome: &Outcome, target_error: f64) -> Vec<String> 
         .filter_map(|hop| Some((hop, hop.budget()?)));
     let worst = budgets.max_by(|(_, a), (_, b)| a.total().total_cmp(&b.total()));
     let missed = expected
-        .filter(|expected| *expected > NEAR * target_error)
+        .filter(|expected| misses(*expected, target_error))
         .zip(worst)
-        .map(|(expected, (hop, budget))| missed_target([expected, target_error], hop, &budget));
+        .map(|(expected, (hop, budget))| missed_target(expected, settings, hop, &budget));
     let list = [
-        missed,
         dark_sensor(outcome),
         excess_light(outcome, expected),
+        missed,
     ];
     list.into_iter().flatten().collect()
 }
 
 /// That the expected error is above the target, where most of it comes from, and what may help.
-fn missed_target([expected, target]: [f64; 2], hop: &HopReport, budget: &ErrorBudget) -> String {
-    let (cause, help) = main_cause(hop, budget);
-    let [from, to] = &hop.screens;
+fn missed_target(
+    expected: f64,
+    settings: &Settings,
+    hop: &HopReport,
+    budget: &ErrorBudget,
+) -> String {
+    let (cause, help) = main_cause(hop, budget, settings);
+    let ([from, to], target) = (&hop.screens, settings.target_error);
     format!(
         "the expected field error {expected:.1e} misses the target {target:.1e}: most of it comes from {cause} between \
-         {from} and {to}{help}"
+         {from} and {to}; {help}"
     )
 }
 
 /// The largest cause of a hop's error, and what may help.
-fn main_cause(hop: &HopReport, budget: &ErrorBudget) -> (&'static str, &'static str) {
+fn main_cause(
+    hop: &HopReport,
+    budget: &ErrorBudget,
+    settings: &Settings,
+) -> (&'static str, &'static str) {
     let ErrorBudget {
         aberration,
         windows,
@@ -50,24 +73,34 @@ fn main_cause(hop: &HopReport, budget: &ErrorBudget) -> (&'static str, &'static 
         rims,
     } = *budget;
     let largest = aberration.max(windows).max(dropped).max(rims);
+    let given = settings.sigma.is_some();
+    let width = "without settings.sigma_um the width of windows is chosen for the target error";
     match (largest, &hop.method) {
         _ if largest == rims => (
             "rims of surfaces that cut light",
-            "; where a rim cuts ray by ray, an element of kind \"stop\" in its place diffracts the light",
+            "where a rim cuts ray by ray, an element of kind \"stop\" in its place diffracts the light",
         ),
         _ if largest == dropped => (
             "modes and tails that were left out",
-            "; a tighter target error may help",
+            "a tighter target error may help",
         ),
         _ if largest == windows => (
             "windows and their period",
-            "; a smaller settings.step or a longer settings.period may help",
+            if given {
+                width
+            } else {
+                "a smaller settings.step or a longer settings.period may help"
+            },
         ),
+        _ if given => ("aberration inside beamlets", width),
         (_, HopMethod::WholeField(_)) => (
             "aberration inside beamlets",
-            "; settings.method = \"local_bands\" may do better",
+            "settings.method = \"local_bands\" may do better",
         ),
-        (_, HopMethod::LocalBands(_)) => ("aberration inside beamlets", ""),
+        (_, HopMethod::LocalBands(_)) => (
+            "aberration inside beamlets",
+            "settings.method = \"beamlet\" may do better, or a smaller settings.sigma_um",
+        ),
     }
 }
 
@@ -82,17 +115,21 @@ fn dark_sensor(outcome: &Outcome) -> Option<String> {
     })
 }
 
-/// That the pixels sum to more light than left the first screen.
+/// That the pixels sum to more light than left the first screen: the field is wrong by √(sum) − 1 of itself at least, unless
+/// its pixels are too coarse to sum it.
 fn excess_light(outcome: &Outcome, expected: Option<f64>) -> Option<String> {
     let [_, behind, _] = outcome.hops.first()?.power;
     let [_, _, landed] = outcome.hops.last()?.power;
-    let share = landed? / behind?;
-    let allowed = 1.0 + SUM.max(2.0 * expected.unwrap_or(0.0));
-    (share > allowed).then(|| {
-        let percent = 100.0 * share;
-        format!(
-            "the pixels sum to {percent:.2} % of the light that came: the field is too bright, or the pixels are too \
-             coarse to sum it"
-        )
-    })
+    let beyond = excess(landed?, behind?)?;
+    let (percent, least) = (100.0 * beyond, (1.0 + beyond).sqrt() - 1.0);
+    let cause = match expected {
+        Some(expected) if least > expected => format!(
+            "the pixels are too coarse to sum it, or the field is wrong by {least:.1e} at least, more than the expected \
+             {expected:.1e}"
+        ),
+        _ => format!("an error of the method, by which the field is wrong by {least:.1e} at least"),
+    };
+    Some(format!(
+        "the pixels sum to {percent:.2} % more light than came: {cause}"
+    ))
 }

@@ -3,6 +3,7 @@
 use serde::Deserialize;
 
 use crate::engine::plan::hop_plan::free_hop;
+use crate::engine::plan::plan_error::BYTES_OF_DIRECTION;
 use crate::engine::plan::settings::Settings;
 use crate::math::vec3::Vec3;
 use crate::optics::paraxial::Abcd;
@@ -98,6 +99,15 @@ impl FreeMethod {
     }
 }
 
+/// The route of a hop, and why it is taken.
+#[derive(Clone, Debug)]
+pub(crate) struct Route {
+    /// How the hop is carried.
+    pub method: FreeMethod,
+    /// Why: that it was chosen, or what stands against the methods before it.
+    pub why: String,
+}
+
 /// The route of a hop whose incident light has direction `chief`; otherwise the reasons why there is
 /// none.
 ///
@@ -109,7 +119,7 @@ pub(crate) fn free_method(
     chief: [f64; 2],
     [from, to]: [[f64; 4]; 2],
     settings: &Settings,
-) -> Result<FreeMethod, String> {
+) -> Result<Route, String> {
     let spectrum = || angular_spectrum(hop, chief, from, to, settings);
     let sum = || sight(hop, from, to).map(FreeMethod::RayleighSommerfeld);
     if !hop.to.is_plane() {
@@ -131,28 +141,43 @@ pub(crate) fn free_method(
             false => Ok(FreeMethod::Collins(train)),
         }
     };
-    match approach {
+    let found = match approach {
         Approach::AngularSpectrum => spectrum(),
         Approach::RayleighSommerfeld => sum(),
         Approach::Collins => collins(),
         Approach::Refraction => Err(String::from("it carries whole systems, not single hops")),
-        Approach::Auto => {
-            let refusal =
-                |approach: Approach, reason: String| format!("{}: {reason}", approach.name());
-            let first = match spectrum() {
-                Ok(route) => return Ok(route),
-                Err(reason) => refusal(Approach::AngularSpectrum, reason),
-            };
-            let second = match sum() {
-                Ok(route) => return Ok(route),
-                Err(reason) => refusal(Approach::RayleighSommerfeld, reason),
-            };
-            collins().map_err(|reason| {
-                let third = refusal(Approach::Collins, reason);
-                [first, second, third].join("; ")
-            })
+        Approach::Auto => return first_of(&[&spectrum, &sum, &collins]),
+    };
+    let why = String::from("chosen by the user");
+    found.map(|method| Route { method, why })
+}
+
+/// A way to find a method, or what stands against it.
+type Attempt<'a> = dyn Fn() -> Result<FreeMethod, String> + 'a;
+
+/// The methods that `auto` tries, in this order.
+const ORDER: [Approach; 3] = [
+    Approach::AngularSpectrum,
+    Approach::RayleighSommerfeld,
+    Approach::Collins,
+];
+
+/// The first method that applies, and why those before it do not.
+fn first_of(attempts: &[&Attempt; 3]) -> Result<Route, String> {
+    let mut against: Vec<String> = Vec::new();
+    for (approach, attempt) in ORDER.iter().zip(attempts) {
+        match attempt() {
+            Ok(method) => {
+                let why = match against.is_empty() {
+                    true => String::from("parallel screens with at most plates between"),
+                    false => against.join("; "),
+                };
+                return Ok(Route { method, why });
+            }
+            Err(reason) => against.push(format!("{}: {reason}", approach.name())),
         }
     }
+    Err(against.join("; "))
 }
 
 fn angular_spectrum(
@@ -172,10 +197,14 @@ fn angular_spectrum(
     };
     let plan = free.plan(from, to);
     let [nx, ny] = [0, 1].map(|a| plan.bands[a].count);
-    let allowed = settings.samples_allowed();
-    if nx.saturating_mul(ny) > allowed {
+    // As many as in a run: they and one intermediate array fit.
+    let needed = nx.saturating_mul(ny).saturating_mul(BYTES_OF_DIRECTION);
+    if needed > settings.memory_limit {
+        let allowed = settings.memory_limit / BYTES_OF_DIRECTION;
+        let enough = needed.div_ceil(1_000_000);
         return Err(format!(
-            "it needs {nx} × {ny} plane waves, more than the {allowed} that memory_limit_mb allows"
+            "it needs {nx} × {ny} plane waves, more than the {allowed} allowed (settings.memory_limit_mb = {enough} \
+             allows them)"
         ));
     }
     Ok(FreeMethod::AngularSpectrum(free, plan))

@@ -98,6 +98,31 @@ pub fn trace_system(system: &System, source: &Source, at: [f64; 2]) -> SystemRay
     SystemRay { hits, lost }
 }
 
+/// Where a ray meets the first screen of a system, on the screen's axes; `start` in mm and the unit `direction` are global.
+///
+/// # Errors
+/// [`Loss::Missed`] if it meets no point of the screen, or only one behind its start; as a surface otherwise.
+pub fn first_meeting(system: &System, start: Vec3, direction: Vec3) -> Result<[f64; 2], Loss> {
+    let screen = system.screens.first().ok_or(Loss::Missed)?;
+    let [point, along] = [
+        screen.frame.to_local(start),
+        screen.frame.direction_to_local(direction),
+    ];
+    let length = screen.shape.meet(point, along)?;
+    // A start on the screen itself is met there.
+    let rounding = START * (1.0 + point.norm());
+    match length.is_finite() && length >= -rounding {
+        true => {
+            let met = point + along * length;
+            Ok([met.x, met.y])
+        }
+        false => Err(Loss::Missed),
+    }
+}
+
+/// Rounding of a start, over its distance.
+const START: f64 = 1e-9;
+
 impl Log {
     /// The screen where the ray stands sends it on in a direction, and adds to its path.
     fn go_on(&mut self, direction: Vec3, added: f64) {

@@ -1,5 +1,6 @@
 //! Why local bands cannot carry the light of a system.
 
+use crate::engine::local_bands::settings::{BYTES_OF_VALUE, BYTES_OF_WINDOW};
 use crate::engine::progress::Cancelled;
 
 /// Why local bands cannot carry the light of a system.
@@ -61,4 +62,22 @@ pub enum LocalBandError {
     /// Nothing is left of the light.
     #[error("no light reaches screen '{0}'")]
     NoLight(String),
+}
+
+impl LocalBandError {
+    /// The memory limit in bytes at which this array would not be too large; nothing for another reason, and where it is
+    /// unknown.
+    pub(crate) fn memory_needed(&self) -> Option<usize> {
+        match self {
+            Self::Windows { windows, .. } => {
+                let count = windows[0].saturating_mul(windows[1]);
+                Some(count.saturating_mul(BYTES_OF_WINDOW))
+            }
+            Self::Tile { values, .. } => {
+                let count = usize::try_from(*values).unwrap_or(usize::MAX);
+                Some(count.saturating_mul(BYTES_OF_VALUE))
+            }
+            _ => None,
+        }
+    }
 }

@@ -58,11 +58,12 @@ pub enum SourceAperture {
 /// Distance of the windows of a smooth source in σ: their sum is even to 1e-5.
 pub(crate) const SOURCE_STEP: f64 = 1.25;
 
-/// One array of a tile takes this part of the memory at most.
+/// Bytes of the memory limit for each value of a tile's array: it takes this part of the memory at most.
 const SHARE_OF_ARRAY: usize = 32;
+pub(crate) const BYTES_OF_VALUE: usize = SHARE_OF_ARRAY * size_of::<num_complex::Complex64>();
 
 /// What a window takes in memory at least, in bytes: some of its beamlets.
-const BYTES_OF_WINDOW: usize = 256;
+pub(crate) const BYTES_OF_WINDOW: usize = 256;
 
 /// The usual distance of windows in σ.
 pub const STEP: f64 = 1.25;
@@ -104,7 +105,7 @@ impl LocalBandSettings {
 
     /// Complex values that one array of a tile may have.
     pub(crate) fn values_allowed(&self) -> u64 {
-        (self.memory_limit / (SHARE_OF_ARRAY * size_of::<num_complex::Complex64>())) as u64
+        (self.memory_limit / BYTES_OF_VALUE) as u64
     }
 
     /// Windows that a screen may have.

@@ -63,19 +63,14 @@ pub(crate) fn window_widths(
     Ok(widths.collect())
 }
 
-/// Whether the aberration inside beamlets of a hop is within its share of a target error, along carriers that leave.
-pub(crate) fn is_accurate(
-    hop: &Hop,
-    sampled: &[Carrier],
-    plan: &LocalBandPlan,
-    error: f64,
-) -> bool {
+/// The error to expect from the aberration inside beamlets of a hop, along carriers that leave.
+pub(crate) fn expected_aberration(hop: &Hop, sampled: &[Carrier], plan: &LocalBandPlan) -> f64 {
     let lattice = if plan.smooth {
         0.0
     } else {
         left_by_lattice(plan.step)
     };
-    aberration_left(hop, sampled, plan.sigma, plan.smooth, lattice) <= error
+    aberration_left(hop, sampled, plan.sigma, plan.smooth, lattice)
 }
 
 /// For each hop, carriers along rays of the source that leave its first screen and meet the aperture of its second.

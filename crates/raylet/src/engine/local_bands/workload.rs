@@ -5,7 +5,7 @@ use crate::engine::local_bands::hop_step::HopStep;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::window_directions::window_directions;
-use crate::engine::local_bands::window_widths::{is_accurate, leaving_carriers};
+use crate::engine::local_bands::window_widths::{expected_aberration, leaving_carriers};
 use crate::engine::plan::cost_model::local_bands::{
     NODE, OPERATION, PRODUCT, SMOOTH_WINDOW, SURFACE, VALUE, WAVE, WINDOW,
 };
@@ -21,39 +21,50 @@ const NODES: f64 = 2.0;
 /// Widths of windows that are tried, as parts of the widest.
 const NARROWER: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.25];
 
-/// What a run by local bands will take.
+/// What a hop by local bands will take.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocalBandWorkload {
     /// Seconds on one core, about.
     pub seconds: f64,
-    /// Whether the aberration inside beamlets is within its share of the target error.
-    pub is_accurate: bool,
+    /// The error to expect from the aberration inside beamlets.
+    pub aberration: f64,
+    /// The error to expect from all causes but rims.
+    pub error: f64,
 }
 
-/// The workload of a system, for a target error of each hop.
+/// The workload of each hop of a system.
 ///
 /// # Errors
 /// As a run, except that light which does not arrive is no error.
 pub(crate) fn workload(
     system: &System,
     settings: &LocalBandSettings,
-    error: f64,
-) -> Result<LocalBandWorkload, LocalBandError> {
+) -> Result<Vec<LocalBandWorkload>, LocalBandError> {
     let leaving = leaving_carriers(system, settings.aperture)?;
-    let mut total = LocalBandWorkload {
-        seconds: 0.0,
-        is_accurate: true,
-    };
-    for ((number, hop), carriers) in system.hops().enumerate().zip(&leaving) {
+    let hops = system.hops().enumerate().zip(&leaving);
+    hops.map(|((number, hop), carriers)| {
         let step = HopStep::new(system, settings, number, hop)?;
         let plan = step.plan();
-        total.is_accurate &= is_accurate(&hop, carriers, &plan, error);
-        total.seconds += match plan.smooth {
-            true => plan.windows[0] as f64 * plan.windows[1] as f64 * SMOOTH_WINDOW,
-            false => step.lit_windows() as f64 * seconds_a_window(&step, carriers, settings),
+        let aberration = expected_aberration(&hop, carriers, &plan);
+        // A smooth source has no plane waves to leave out.
+        let (seconds, dropped) = match plan.smooth {
+            true => {
+                let [nx, ny] = plan.windows.map(|count| count as f64);
+                (nx * ny * SMOOTH_WINDOW, 0.0)
+            }
+            false => {
+                let window = seconds_a_window(&step, carriers, settings);
+                let dropped = settings.dropped.unwrap_or(settings.threshold);
+                (step.lit_windows() as f64 * window, dropped)
+            }
         };
-    }
-    Ok(total)
+        Ok(LocalBandWorkload {
+            seconds,
+            aberration,
+            error: aberration.hypot(plan.window_error(0.0)).hypot(dropped),
+        })
+    })
+    .collect()
 }
 
 /// The mean over carriers of the seconds that a window takes.

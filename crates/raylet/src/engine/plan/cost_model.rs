@@ -62,3 +62,15 @@ pub(crate) mod whole_field {
     /// A sample of it.
     pub(crate) const SAMPLE: f64 = 2e-7;
 }
+
+/// A reference without beamlets.
+pub(crate) mod references {
+    /// A plane wave of a spectrum, a node or a point of its transforms.
+    pub(crate) const WAVE: f64 = 1.8e-7;
+
+    /// A node of a direct sum, as it is prepared.
+    pub(crate) const SAMPLE: f64 = 1e-7;
+
+    /// A part that the ray of a pixel meets, with its search for the way there.
+    pub(crate) const RAY_AT_PART: f64 = 1e-6;
+}

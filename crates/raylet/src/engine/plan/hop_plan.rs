@@ -4,7 +4,7 @@ use crate::engine::beamlet::beamlet_plan::{BeamletPlan, Planner};
 use crate::engine::monte_carlo::paper_plan::PaperPlan;
 use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::downstream::Downstream;
-use crate::engine::plan::plan_error::PlanError;
+use crate::engine::plan::plan_error::{BYTES_OF_DIRECTION, PlanError};
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::plane_wave::plane_wavelets::PlanePlan;
 use crate::engine::trace::direction_search::{DirectionSearch, SearchGoal, search_directions};
@@ -267,7 +267,7 @@ fn widest(free: FreeHop, from: [f64; 4], to: [f64; 4], cheap: usize) -> (FreeHop
 /// The plane waves of a free hop and one intermediate array must fit in memory.
 fn check_directions(hop: &Hop, plan: &FreePlan, settings: &Settings) -> Result<(), PlanError> {
     let directions = [plan.bands[0].count, plan.bands[1].count];
-    let allowed = settings.memory_limit / (2 * size_of::<num_complex::Complex64>());
+    let allowed = settings.memory_limit / BYTES_OF_DIRECTION;
     if directions[0].saturating_mul(directions[1]) <= allowed {
         return Ok(());
     }

@@ -1,5 +1,12 @@
 //! Why a hop has no plan.
 
+use num_complex::Complex64;
+
+use crate::engine::plan::settings::BYTES_OF_SAMPLE;
+
+/// Bytes of the memory limit for each plane wave of a hop without rays: they and one intermediate array must fit.
+pub(crate) const BYTES_OF_DIRECTION: usize = 2 * size_of::<Complex64>();
+
 /// Why no plan exists.
 #[derive(Clone, Debug, PartialEq, thiserror::Error)]
 pub enum PlanError {
@@ -89,4 +96,17 @@ pub enum PlanError {
         /// Receiving screen.
         to: String,
     },
+}
+
+impl PlanError {
+    /// The memory limit in bytes at which this plan would not be too large; nothing if it is refused for another reason.
+    pub(crate) fn memory_needed(&self) -> Option<usize> {
+        let (counts, bytes) = match self {
+            Self::Modes { modes, .. } => (modes, BYTES_OF_SAMPLE),
+            Self::Patches { patches, .. } => (patches, BYTES_OF_SAMPLE),
+            Self::Directions { directions, .. } => (directions, BYTES_OF_DIRECTION),
+            _ => return None,
+        };
+        Some(counts[0].saturating_mul(counts[1]).saturating_mul(bytes))
+    }
 }

@@ -210,6 +210,9 @@ const ROUNDING: f64 = 1e-9;
 /// The thresholds are the target error, but never more than this.
 const COARSEST: f64 = 1e-3;
 
+/// Bytes of the memory limit for each complex sample of an array: an array may have an eighth of the memory.
+pub(crate) const BYTES_OF_SAMPLE: usize = 8 * size_of::<num_complex::Complex64>();
+
 impl Settings {
     /// The period of a patch in σ: as given, or the one whose error 2e^{−P²/4σ²} is a quarter of the
     /// target.
@@ -262,7 +265,7 @@ impl Settings {
 
     /// Complex samples that one array may have: an eighth of the memory limit.
     pub(crate) fn samples_allowed(&self) -> usize {
-        self.memory_limit / (8 * size_of::<num_complex::Complex64>())
+        self.memory_limit / BYTES_OF_SAMPLE
     }
 }
 

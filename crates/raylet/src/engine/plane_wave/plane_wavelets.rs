@@ -69,6 +69,9 @@ const CHUNK: usize = 1 << 19;
 const RAY_BYTES: usize = 600;
 const CHUNK_SHARE: usize = 2;
 
+/// Memory that chunks do not exceed, whatever the limit: sums over other chunks differ in their last bits.
+const CHUNK_MEMORY: usize = 1 << 30;
+
 /// Distance of windows in σ where it is not given.
 const STEP: f64 = 1.5;
 
@@ -240,7 +243,7 @@ impl<'a> PlaneRun<'a> {
             field,
             patches,
             floor: 0.0,
-            most: (settings.memory_limit / (CHUNK_SHARE * RAY_BYTES)).max(1),
+            most: (settings.memory_limit.min(CHUNK_MEMORY) / (CHUNK_SHARE * RAY_BYTES)).max(1),
         };
         run.floor = run.strongest() * settings.weakest_mode();
         run

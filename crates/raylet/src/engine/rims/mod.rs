@@ -3,6 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `edge_diffraction` | Estimates of the light that hard edges diffract, by direction |
+//! | `entrance_edge` | The rim of a first surface that is the edge of the entrance before it |
 //! | `onward` | Whether light that arrives on a screen goes on to the sensor |
 //! | [`pixel_light`] | The directions into which pixels send light, by the power spectrum about a place |
 //! | `rim_light` | What rims do to light, by rays of the source |
@@ -11,6 +12,7 @@
 //! | `source_rays` | Rays of the light itself, from the source through every screen |
 
 pub(crate) mod edge_diffraction;
+pub(crate) mod entrance_edge;
 pub(crate) mod onward;
 pub mod pixel_light;
 pub(crate) mod rim_light;

@@ -10,6 +10,7 @@
 
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::edge_waves;
+use crate::engine::rims::entrance_edge::{is_entrance_edge, is_same_edge};
 use crate::engine::rims::onward::Onward;
 use crate::engine::rims::pixel_light::PixelValues;
 use crate::engine::rims::rim_light::{Cut, cut_shares, ended_at_rim};
@@ -36,7 +37,25 @@ pub enum RimTreatment {
     /// It cuts too little to matter; what meets it is cut ray by ray.
     Ignored,
     /// It cuts light ray by ray, without diffraction, though it matters.
-    ByRay,
+    ByRay(NoScreen),
+    /// It is the edge of the entrance before it, which diffracts.
+    Entrance,
+}
+
+/// Why a rim that cuts light is no screen.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+pub enum NoScreen {
+    /// It is no disc about the axis of its surface.
+    NoDisc,
+    /// Its surface is none of revolution, so that the rim lies in no plane.
+    NotRound,
+    /// It takes more samples along its diameter than are allowed.
+    TooLarge {
+        /// Samples along its diameter.
+        samples: usize,
+        /// Samples allowed.
+        allowed: usize,
+    },
 }
 
 /// The rim of a surface.
@@ -67,8 +86,8 @@ impl Rim {
     /// is wrongly kept or lost is taken to be incoherent with the rest: it counts by the root of its energy.
     pub fn error(&self) -> f64 {
         match self.treatment {
-            RimTreatment::Screen | RimTreatment::Ignored => 0.0,
-            RimTreatment::ByRay => self.misplaced.sqrt(),
+            RimTreatment::Screen | RimTreatment::Ignored | RimTreatment::Entrance => 0.0,
+            RimTreatment::ByRay(_) => self.misplaced.sqrt(),
         }
     }
 }
@@ -99,7 +118,7 @@ pub fn with_rims(system: &System, settings: &Settings, values: PixelValues) -> R
         let leaving = light_behind(&hop, &light, values);
         let mut cuts = cut_shares(&hop, &onward, &leaving, &mut light, settings);
         for (number, cut) in cuts.iter_mut().enumerate() {
-            if rim_of(&hop, number, AFFORDABLE).is_some() {
+            if rim_of(&hop, number, AFFORDABLE).is_ok() {
                 cut.ended = ended_at_rim(&hop, number, &leaving);
             }
         }
@@ -125,7 +144,10 @@ impl Rimmed {
     /// The share of the light that ends at the rim which a screen replaces, its edge wave included; zero for other screens.
     /// Rays of the source give it, not the field of a run. So it is the same for every target error.
     pub(crate) fn ended_at(&self, screen: &Screen) -> f64 {
-        let own = self.rims.iter().find(|rim| rim.name == screen.name);
+        let first = (self.system.screens.first()).is_some_and(|first| first.name == screen.name);
+        let own = self.rims.iter().find(|rim| {
+            rim.name == screen.name || first && rim.treatment == RimTreatment::Entrance
+        });
         own.map_or(0.0, |rim| rim.cut.max(rim.ended).min(1.0))
     }
 
@@ -140,20 +162,22 @@ impl Rimmed {
         self.own.clear();
         for (number, hop) in system.hops().enumerate() {
             let cuts = self.cuts.get(number).cloned().unwrap_or_default();
-            self.add(&hop, &cuts);
+            let merged = number == 0 && is_entrance_edge(&hop, &system.source, self.limit);
+            self.add(&hop, &cuts, merged);
         }
         self.system.screens.extend(system.screens.last().cloned());
         self
     }
 
-    /// Adds a hop whose rims cut these shares of the energy.
-    fn add(&mut self, hop: &Hop, cuts: &[Cut]) {
+    /// Adds a hop whose rims cut these shares of the energy; the first may be `merged` with the edge of the entrance.
+    fn add(&mut self, hop: &Hop, cuts: &[Cut], merged: bool) {
         self.own.push(self.system.screens.len());
         self.system.screens.push(hop.from.clone());
         let mut train = Vec::new();
         for (number, (surface, &cut)) in hop.train.iter().zip(cuts).enumerate() {
             let matters = cut.removed.sqrt() > self.limit;
-            let screen = rim_of(hop, number, self.affordable).filter(|_| matters);
+            let entrance = merged && number == 0;
+            let rim = rim_of(hop, number, self.affordable);
             if surface.aperture.outline != Outline::Open {
                 self.rims.push(Rim {
                     name: name_of(hop, number),
@@ -161,14 +185,16 @@ impl Rimmed {
                     cut: cut.removed,
                     misplaced: cut.misplaced,
                     ended: cut.ended,
-                    treatment: match (&screen, matters) {
-                        (Some(_), _) => RimTreatment::Screen,
-                        (None, true) => RimTreatment::ByRay,
-                        (None, false) => RimTreatment::Ignored,
+                    treatment: match &rim {
+                        _ if entrance => RimTreatment::Entrance,
+                        _ if !matters => RimTreatment::Ignored,
+                        Ok(_) => RimTreatment::Screen,
+                        Err(reason) => RimTreatment::ByRay(*reason),
                     },
                 });
             }
-            match screen {
+            match rim.ok().filter(|_| matters && !entrance) {
+                None if entrance => train.push(surface.without_edge()),
                 Some(screen) => {
                     train.push(surface.without_edge());
                     self.system.trains.push(std::mem::take(&mut train));
@@ -188,22 +214,29 @@ fn name_of(hop: &Hop, number: usize) -> String {
 
 /// The screen in the plane of a surface's rim, if the rim is a centred disc on a surface of revolution and takes
 /// no more than `affordable` samples along its diameter.
-fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Option<Screen> {
+fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Result<Screen, NoScreen> {
     let surface = &hop.train[number];
     let Outline::Disc { radius } = surface.aperture.outline else {
-        return None;
+        return Err(NoScreen::NoDisc);
     };
     // Only then does the rim lie in a plane.
-    if surface.aperture.centre != [0.0; 2] || !surface.shape.is_round() {
-        return None;
+    if surface.aperture.centre != [0.0; 2] {
+        return Err(NoScreen::NoDisc);
+    }
+    if !surface.shape.is_round() {
+        return Err(NoScreen::NotRound);
     }
     let after = surface.index[1];
     let samples = 2.0 * radius * 3.0 * after / hop.wavelength;
     if samples > affordable {
-        return None;
+        return Err(NoScreen::TooLarge {
+            samples: samples as usize,
+            allowed: affordable as usize,
+        });
     }
-    let sag = surface.shape.height(radius, 0.0)?.z;
-    Some(Screen {
+    let sag = surface.shape.height(radius, 0.0);
+    let sag = sag.ok_or(NoScreen::NotRound)?.z;
+    Ok(Screen {
         name: name_of(hop, number),
         frame: surface.frame.moved(Vec3::new(0.0, 0.0, sag)),
         kind: ScreenKind::Stop(surface.aperture.clone()),
@@ -246,7 +279,8 @@ pub(crate) fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
         let Outline::Disc { radius } = surface.aperture.outline else {
             return None;
         };
-        let found = rim_of(hop, number, AFFORDABLE).is_some_and(|rim| rim == *screen);
+        let found = rim_of(hop, number, AFFORDABLE).is_ok_and(|rim| rim == *screen)
+            || number == 0 && is_same_edge(hop.from, surface) && hop.from == screen;
         let height = surface.shape.height(radius, 0.0).filter(|_| found)?;
         Some(height.slope[0].abs())
     };

@@ -330,7 +330,7 @@ pub fn settings(scene: &Scene) -> Settings {
         nufft_tolerance: given.nufft_tolerance.unwrap_or(standard.nufft_tolerance),
         paper: paper(&given.paper, standard.paper),
         seed: scene.seed,
-        memory_limit: (given.memory_limit_mb * 1e6) as usize,
+        memory_limit: usize::try_from(scene.memory_limit()).unwrap_or(usize::MAX),
     }
 }
 

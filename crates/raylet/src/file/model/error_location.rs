@@ -1,16 +1,71 @@
 //! Faults found while computing, reported at the element of the scene they belong to.
 
-use crate::engine::chain::reference::ReferenceError;
+use crate::engine::chain::needed_memory::{Saving, needed_memory, savings};
+use crate::engine::chain::reference::{ReferenceError, ReferenceOptions};
+use crate::engine::chain::reference_forecast::needed_for_reference;
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::geometrical::eikonal::EikonalError;
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::plan::plan_error::PlanError;
+use crate::engine::plan::settings::Settings;
+use crate::file::arrays::memory::MachineMemory;
 use crate::file::decode::fault::Fault;
 use crate::file::scene::scene_file::Scene;
+use crate::optics::system::System;
 use crate::wave::grid::sampling::SamplingError;
 
-/// The fault of a scene that cannot be computed.
-pub fn simulate_fault(scene: &Scene, error: &SimulateError) -> Fault {
+/// The fault of a scene whose system cannot be computed with these settings.
+pub fn simulate_fault(
+    scene: &Scene,
+    system: &System,
+    settings: &Settings,
+    error: &SimulateError,
+) -> Fault {
+    let fault = located(scene, error);
+    match (error.too_large(), error.memory_needed()) {
+        (Some(screen), Some(_)) => {
+            let enough = needed_memory(system, settings);
+            let saved = enough.map(|bytes| savings(system, settings, screen, bytes));
+            with_hint(fault, memory_hint(enough, &saved.unwrap_or_default()))
+        }
+        _ => fault,
+    }
+}
+
+/// What may be done where memory is short: the limit that would do for the whole system, and changes that need less.
+fn memory_hint(enough: Option<usize>, savings: &[Saving]) -> String {
+    let limit = match enough {
+        Some(bytes) => {
+            let (needed, machine) = (
+                bytes as f64 * 1e-6,
+                MachineMemory::now().total as f64 * 1e-6,
+            );
+            let beyond = match machine > 0.0 && needed > machine {
+                true => format!(", but this machine has {machine:.0} MB"),
+                false => String::new(),
+            };
+            format!("settings.memory_limit_mb = {needed:.0} would do{beyond}")
+        }
+        None => String::from("no memory limit that was tried would do"),
+    };
+    let words: Vec<&str> = savings.iter().map(|saving| saving.words()).collect();
+    match words.is_empty() {
+        true => limit,
+        false => format!("{limit}; {} needs less", words.join(" or ")),
+    }
+}
+
+/// A fault with one hint more, which comes first.
+fn with_hint(fault: Fault, hint: String) -> Fault {
+    let hint = match &fault.hint {
+        Some(more) => format!("{hint}; {more}"),
+        None => hint,
+    };
+    fault.hint(hint)
+}
+
+/// The fault of a scene that cannot be computed, at its element.
+fn located(scene: &Scene, error: &SimulateError) -> Fault {
     let found = error.to_string();
     match error {
         SimulateError::Plan(error) => plan_fault(scene, error),
@@ -28,7 +83,7 @@ pub fn simulate_fault(scene: &Scene, error: &SimulateError) -> Fault {
         }
         SimulateError::LocalBands(error) => local_bands_fault(scene, error),
         SimulateError::TooLarge { whole, bands } => {
-            let fault = simulate_fault(scene, whole);
+            let fault = located(scene, whole);
             let more = fault
                 .hint
                 .as_ref()
@@ -48,8 +103,8 @@ pub fn simulate_fault(scene: &Scene, error: &SimulateError) -> Fault {
 }
 
 /// What may help where a hop takes many plane waves.
-const NEARER: &str = "a greater distance behind it needs less; what touches a diffractive element, such as a thin \
-                      lens, can be one of its layers";
+const TOUCHING: &str =
+    "what touches a diffractive element, such as a thin lens, can be one of its layers";
 
 /// A screen with too many of something, whose numbers along x and y take the place of # in `what`.
 fn too_many<'a>(
@@ -98,7 +153,7 @@ fn plan_fault(scene: &Scene, error: &PlanError) -> Fault {
             let expected = memory(*allowed, "plane waves");
             let (_, found, expected) =
                 too_many(from, "# plane waves behind it", directions, expected);
-            return (scene.fault(&path_of(scene, from), found, expected)).hint(NEARER);
+            return (scene.fault(&path_of(scene, from), found, expected)).hint(TOUCHING);
         }
         PlanError::WholeField { .. } => {
             return scene.fault("settings.method", error.to_string(), "another method");
@@ -170,13 +225,7 @@ fn sampling_fault(scene: &Scene, error: &SamplingError) -> Fault {
             allowed,
         } => {
             let found = format!("a field of {needed} × {needed_y} samples");
-            let fault = scene.fault(&path_of(scene, screen), found, memory(*allowed, "samples"));
-            let more = *needed as f64 * *needed_y as f64 / *allowed as f64;
-            let enough = (more * scene.settings.memory_limit_mb).ceil();
-            fault.hint(format!(
-                "settings.memory_limit_mb = {enough} would do; a smaller aperture, a greater distance before it, \
-                 or light of fewer directions needs less"
-            ))
+            scene.fault(&path_of(scene, screen), found, memory(*allowed, "samples"))
         }
         SamplingError::Absent(name) => {
             let expected = "an aperture inside which the surface exists";
@@ -193,14 +242,29 @@ fn memory(allowed: usize, what: &str) -> String {
     format!("at most {allowed} {what} (settings.memory_limit_mb)")
 }
 
-/// The fault of a scene that has no reference, or not the chosen one.
-pub fn reference_fault(scene: &Scene, error: &ReferenceError) -> Fault {
+/// The fault of a scene whose system has no reference, or not the chosen one.
+pub fn reference_fault(
+    scene: &Scene,
+    system: &System,
+    settings: &Settings,
+    choice: ReferenceOptions,
+    error: &ReferenceError,
+) -> Fault {
     let here = |screen: &str, expected: &str| {
         scene.fault(&path_of(scene, screen), error.to_string(), expected)
     };
     let other = "a system that the method applies to, or another --method";
     match error {
-        ReferenceError::Run(error) => simulate_fault(scene, error),
+        ReferenceError::Run(error) => {
+            let fault = located(scene, error);
+            match error.memory_needed() {
+                Some(_) => {
+                    let enough = needed_for_reference(system, settings, choice);
+                    with_hint(fault, memory_hint(enough, &[]))
+                }
+                None => fault,
+            }
+        }
         ReferenceError::NotApplicable { from, .. } => here(from, other),
         ReferenceError::NoMethod { from, .. } => here(
             from,

@@ -270,8 +270,8 @@ fn arriving(scene: &Scene, system: &System, at: usize, grid: Grid) -> Result<Fie
         ..system.screens[at].clone()
     };
     let settings: Settings = build::settings(scene);
-    let outcome =
-        simulate(&cut, &settings, &|_| {}).map_err(|error| simulate_fault(scene, &error))?;
+    let outcome = simulate(&cut, &settings, &|_| {})
+        .map_err(|error| simulate_fault(scene, &cut, &settings, &error))?;
     Ok(outcome.field)
 }
 

@@ -13,6 +13,9 @@ pub struct StepEntry {
     pub to: String,
     /// The method's name.
     pub method: String,
+    /// Why this method: that it was chosen, or what stands against those before it.
+    #[serde(default)]
+    pub why: String,
     /// What the method leaves out; empty when nothing.
     pub neglects: String,
     /// Samples of the field on the first screen, [ny, nx]; zero where no field is needed.
@@ -35,6 +38,7 @@ impl StepEntry {
             from,
             to,
             method: step.approach.name().to_owned(),
+            why: step.why.clone(),
             neglects: step.neglects.to_owned(),
             samples: step.samples,
             power: step.power,
@@ -46,7 +50,10 @@ impl StepEntry {
 
     /// The step in one line.
     pub fn line(&self) -> String {
-        let mut line = format!("{} to {}: {}", self.from, self.to, self.method);
+        let mut line = format!(
+            "{} to {}: {} ({})",
+            self.from, self.to, self.method, self.why
+        );
         if !self.neglects.is_empty() {
             line += &format!(", without {}", self.neglects);
         }

@@ -13,7 +13,7 @@ use serde::{Deserialize, Serialize};
 use crate::engine::beamlet::beamlet_plan::BeamletPlan;
 use crate::engine::chain::outcome::{HopReport, Outcome};
 use crate::engine::chain::reference::Reference;
-use crate::engine::error::run_warnings::run_warnings;
+use crate::engine::error::run_warnings::{misses, run_warnings};
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::local_bands::settings::LocalBandPlan;
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
@@ -324,6 +324,14 @@ pub struct Metrics {
     pub encircled_um: Option<[f64; 2]>,
 }
 
+/// The mark of an expected error that misses the target, in words; empty for others.
+pub fn above_target(error: f64, target_error: f64) -> String {
+    match misses(error, target_error) {
+        true => format!(" (above the target {target_error:.0e})"),
+        false => String::new(),
+    }
+}
+
 impl Report {
     /// The document of a run that the program's `verb` made, without the names of its other files.
     pub fn new(
@@ -408,7 +416,7 @@ impl Channel {
             hops,
             steps: Vec::new(),
             metrics: Metrics::of(&outcome.field),
-            warnings: run_warnings(outcome, settings.target_error),
+            warnings: run_warnings(outcome, settings),
         }
     }
 

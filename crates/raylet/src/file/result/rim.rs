@@ -2,14 +2,14 @@
 
 use serde::{Deserialize, Serialize};
 
-use crate::engine::rims::rim_screens::{Rim, RimTreatment};
+use crate::engine::rims::rim_screens::{NoScreen, Rim, RimTreatment};
 
 /// The rim of a surface in a hop.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
 pub struct RimEntry {
     /// Name of the rim.
     pub name: String,
-    /// How the run treats it: `screen`, `ignored` or `by ray`.
+    /// How the run treats it: `screen`, `ignored`, `by ray` or `entrance`.
     pub treatment: String,
     /// Root of the share that it cuts of the energy on its way to the second screen, which the error of
     /// leaving it out does not exceed.
@@ -26,17 +26,19 @@ impl RimEntry {
         let treatment = match rim.treatment {
             RimTreatment::Screen => "screen",
             RimTreatment::Ignored => "ignored",
-            RimTreatment::ByRay => "by ray",
+            RimTreatment::ByRay(_) => "by ray",
+            RimTreatment::Entrance => "entrance",
         };
-        let warning = (rim.treatment == RimTreatment::ByRay).then(|| {
-            format!(
-                "{} cuts {:.1e} of the energy ray by ray, without diffraction, for it is too large, or no \
-                 centred disc, to be a screen; about {:.1e} of the field is wrong",
+        let warning = match rim.treatment {
+            RimTreatment::ByRay(reason) => Some(format!(
+                "{} cuts {:.1e} of the energy ray by ray, without diffraction: {}; about {:.1e} of the field is wrong",
                 rim.name,
                 rim.cut,
+                words(reason),
                 rim.error()
-            )
-        });
+            )),
+            RimTreatment::Screen | RimTreatment::Ignored | RimTreatment::Entrance => None,
+        };
         Self {
             name: rim.name.clone(),
             treatment: treatment.to_owned(),
@@ -54,7 +56,25 @@ impl RimEntry {
             (None, "screen") => {
                 format!("{name}: a screen; left out it might cost {bound:.1e} of the field")
             }
+            (None, "entrance") => {
+                format!("{name}: the edge of the entrance before it, which diffracts")
+            }
             (None, _) => format!("{name}: left out, {bound:.1e} of the field at most"),
+        }
+    }
+}
+
+/// Why a rim is no screen, in words.
+fn words(reason: NoScreen) -> String {
+    match reason {
+        NoScreen::NoDisc => String::from("only the rim of a centred disc can be a screen"),
+        NoScreen::NotRound => {
+            String::from("it lies in no plane, for its surface is none of revolution")
+        }
+        NoScreen::TooLarge { samples, allowed } => {
+            format!(
+                "as a screen it takes {samples} samples along its diameter, more than {allowed}"
+            )
         }
     }
 }

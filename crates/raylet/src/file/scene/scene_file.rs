@@ -7,6 +7,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::file::arrays::array::BorrowedArray;
+use crate::file::arrays::memory::MachineMemory;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::from_tree::{decode, parse};
 use crate::file::decode::number::{
@@ -245,14 +246,12 @@ impl Scene {
             };
             let [nx, ny] = sensor.pixels.map(|count| count as f64);
             let megabytes = 2.0 * nx * ny * self.wavelength_um.len() as f64 * 16e-6;
-            if megabytes > self.settings.memory_limit_mb {
+            let limit = self.memory_limit() as f64 * 1e-6;
+            if megabytes > limit {
                 return Err(self.fault(
                     &format!("element[{i}].pixels"),
                     format!("a field that takes {megabytes:.3} MB with its pictures"),
-                    format!(
-                        "at most {} MB (settings.memory_limit_mb)",
-                        self.settings.memory_limit_mb
-                    ),
+                    format!("at most {limit} MB (settings.memory_limit_mb)"),
                 ));
             }
         }
@@ -295,9 +294,12 @@ impl Scene {
         Ok(arrays)
     }
 
-    /// The most memory that arrays may take, in bytes.
-    pub(crate) fn memory_limit(&self) -> u64 {
-        (self.settings.memory_limit_mb * 1e6) as u64
+    /// The most memory that arrays may take, in bytes: as given, or half of what is free now.
+    pub fn memory_limit(&self) -> u64 {
+        match self.settings.memory_limit_mb {
+            Some(megabytes) => (megabytes * 1e6) as u64,
+            None => MachineMemory::now().usual_limit(),
+        }
     }
 
     /// The scene with copies of arrays in the memory of a caller in place of files: of layers, and of pictures (such

@@ -142,7 +142,7 @@ fn shortest_scene_has_defaults() {
         [[element]]\nkind = 'stop'\nthickness_mm = 10\naperture.disc.radius_mm = 1\n\
         [[element]]\nkind = 'sensor'\npixels = [8, 8]\npitch_um = 10\n";
     let scene = parse(text).unwrap_or_else(|fault| panic!("{fault}"));
-    assert_eq!((scene.seed, scene.settings.memory_limit_mb), (1, 4096.0));
+    assert_eq!((scene.seed, scene.settings.memory_limit_mb), (1, None));
 }
 
 /// Replaces a passage and expects words in the refusal, the address among them.

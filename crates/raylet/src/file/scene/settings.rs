@@ -52,10 +52,10 @@ pub struct Settings {
     pub coating: Coating,
     /// Numbers of the method `paper`.
     pub paper: Paper,
-    /// The most memory that arrays may take, in units of 10⁶ bytes.
+    /// The most memory that arrays may take, in units of 10⁶ bytes; if absent, half of what is free when the run starts.
     #[serde(deserialize_with = "positive")]
     #[schemars(extend("minimum" = 1e-12))]
-    pub memory_limit_mb: f64,
+    pub memory_limit_mb: Option<f64>,
 }
 
 impl Default for Settings {
@@ -72,7 +72,7 @@ impl Default for Settings {
             nufft_tolerance: None,
             coating: Coating::default(),
             paper: Paper::default(),
-            memory_limit_mb: 4096.0,
+            memory_limit_mb: None,
         }
     }
 }

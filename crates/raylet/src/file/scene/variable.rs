@@ -69,6 +69,12 @@ impl VariableScene {
         if path.contains("radius") {
             return fault.hint("a plane's curvature varies where it is written as radius_mm = inf");
         }
+        if let Some((place, glass)) = self.named_medium(path) {
+            return fault.hint(format!(
+                "{place} is \"{glass}\" of the catalogue, whose index follows from its formula and is no number of the \
+                 scene; with {place} = {{ index = 1.5 }} the path is {place}.index"
+            ));
+        }
         let mut known = Vec::new();
         collect(&self.tree, "", &mut known);
         let known: Vec<&str> = known.iter().map(String::as_str).collect();
@@ -77,6 +83,45 @@ impl VariableScene {
             None => fault,
         }
     }
+}
+
+/// Keys of elements and surfaces that hold a medium.
+const MEDIA: [&str; 2] = ["glass", "medium"];
+
+impl VariableScene {
+    /// The medium of the catalogue to which the path of an index leads: where it stands, and its name.
+    fn named_medium(&self, path: &str) -> Option<(String, &str)> {
+        let parent = path.strip_suffix(".index").unwrap_or(path);
+        let inside = MEDIA.map(|key| format!("{parent}.{key}"));
+        let places = std::iter::once(parent.to_owned()).chain(inside);
+        let mut named = places.filter_map(|place| {
+            let name = self.text_at(&place)?;
+            Some((place, name))
+        });
+        named.find(|(place, _)| MEDIA.iter().any(|key| place.ends_with(key)))
+    }
+
+    /// The text at a path.
+    fn text_at(&self, path: &str) -> Option<&str> {
+        let steps: Option<Vec<PathStep>> = path_steps(path).collect();
+        match &node_at(&self.tree, &steps?)?.value {
+            Value::Text(text) => Some(text),
+            _ => None,
+        }
+    }
+}
+
+/// The node to which these steps lead.
+fn node_at<'t>(tree: &'t Node, steps: &[PathStep]) -> Option<&'t Node> {
+    let mut node = tree;
+    for step in steps {
+        node = match (step, &node.value) {
+            (PathStep::Key(key), table) => table.get(key)?,
+            (PathStep::Index(index), Value::List(list)) => list.get(*index)?,
+            _ => return None,
+        };
+    }
+    Some(node)
 }
 
 /// The paths of all numbers in a tree.
@@ -158,15 +203,7 @@ impl VariableAddress {
 
     /// The number in a tree.
     fn number(&self, tree: &Node) -> Option<f64> {
-        let mut node = tree;
-        for step in &self.steps {
-            node = match (step, &node.value) {
-                (PathStep::Key(key), table) => table.get(key)?,
-                (PathStep::Index(index), Value::List(list)) => list.get(*index)?,
-                _ => return None,
-            };
-        }
-        match node.value {
+        match node_at(tree, &self.steps)?.value {
             Value::Integer(number) => Some(number as f64),
             Value::Float { value, .. } => Some(value),
             _ => None,
@@ -297,6 +334,28 @@ mod tests {
             fault.hint.as_deref(),
             Some("did you mean element[0].thickness_mm?")
         );
+    }
+
+    /// The index of a glass of the catalogue is no number of the scene, whichever way its path is written.
+    #[test]
+    fn the_index_of_a_catalogue_glass_is_explained() {
+        let text = "version = 1\nwavelength_um = 0.5\nsource = { kind = 'plane' }\n\
+            [[element]]\nkind = 'lens'\nthickness_mm = 9\n\
+            surface = [{ radius_mm = 5, thickness_mm = 1, glass = 'N-BK7', semi_aperture_mm = 1 }, \
+            { semi_aperture_mm = 1 }]\n\
+            [[element]]\nkind = 'sensor'\npixels = [8, 8]\npitch_um = 10\n";
+        let scene =
+            Scene::parse(text, Path::new("lens.toml")).unwrap_or_else(|fault| panic!("{fault}"));
+        let scene = VariableScene::new(&scene).unwrap();
+        for path in ["glass.index", "index", "glass"] {
+            let path = format!("element[0].surface[0].{path}");
+            let fault = VariableAddress::new(&scene, &path, "element").unwrap_err();
+            let hint = fault.hint.unwrap_or_default();
+            assert!(
+                hint.contains("N-BK7") && hint.contains("surface[0].glass.index"),
+                "{path}: {hint}"
+            );
+        }
     }
 
     #[test]
