@@ -36,6 +36,7 @@ from raylet.layers import (
 )
 from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
 from raylet.result import Result, Sweep
+from raylet.sources import beam_taper, cone_taper
 from raylet.system import System, glasses, load, schema
 from raylet.trace import Rays
 
@@ -51,7 +52,9 @@ __all__ = [
     "__version__",
     "annulus",
     "axicon",
+    "beam_taper",
     "beams",
+    "cone_taper",
     "disc",
     "gather",
     "gather_adjoint",

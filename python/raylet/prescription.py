@@ -21,6 +21,7 @@ from raylet._plain import plain
 from raylet._refusal import RayletError, shown, type_name
 from raylet._toml import dumps
 from raylet.layers import Aperture, Layer, Pair, constant, pixel_shape
+from raylet.sources import Taper
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -61,14 +62,24 @@ class Prescription:
 
     # Light.
 
-    def plane_wave(self, *, angle_deg: Sequence[float] = (0.0, 0.0), beam_radius_mm: float | None = None) -> Self:
-        """Collimated light of unit amplitude with direction cosines sin ax, sin ay."""
-        return self._set("source", {"kind": "plane", "angle_deg": angle_deg, "beam_radius_mm": beam_radius_mm})
+    def plane_wave(
+        self,
+        *,
+        angle_deg: Sequence[float] = (0.0, 0.0),
+        taper: Taper | None = None,
+        beam_radius_mm: float | None = None,
+    ) -> Self:
+        """Collimated light of unit amplitude with direction cosines sin ax, sin ay; with a :func:`raylet.beam_taper` a
+        laser beam."""
+        source = {"kind": "plane", "angle_deg": angle_deg, "taper": taper, "beam_radius_mm": beam_radius_mm}
+        return self._set("source", source)
 
-    def point_source(self, position_mm: Sequence[float], *, beam_radius_mm: float | None = None) -> Self:
+    def point_source(
+        self, position_mm: Sequence[float], *, taper: Taper | None = None, beam_radius_mm: float | None = None
+    ) -> Self:
         """Light of a point [x, y, z], z < 0 before the first element, with unit amplitude and phase zero at that
-        element's vertex."""
-        source = {"kind": "point", "position_mm": position_mm, "beam_radius_mm": beam_radius_mm}
+        element's vertex; with a :func:`raylet.cone_taper` that of a laser diode."""
+        source = {"kind": "point", "position_mm": position_mm, "taper": taper, "beam_radius_mm": beam_radius_mm}
         return self._set("source", source)
 
     def gaussian_beam(

@@ -22,3 +22,4 @@ mod scattered_rays;
 mod scene_elements;
 mod surface_coordinates;
 mod system_builder;
+mod tapered_sources;

@@ -4,20 +4,20 @@ use num_complex::Complex64;
 
 use crate::engine::plan::settings::{Paper, Settings};
 use crate::file::decode::fault::Fault;
+use crate::file::model::light::LitAxis;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::element::{
     self, Coordinates, Element, LensElement, ParaxialLens, SensorElement,
 };
 use crate::file::scene::layer;
 use crate::file::scene::material::Material;
-use crate::file::scene::scene_file::{Illumination, Scene};
+use crate::file::scene::scene_file::Scene;
 use crate::file::scene::settings as keys;
 use crate::file::scene::surface_shape::SurfaceShape;
 use crate::math::vec3::Vec3;
 use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
 use crate::optics::doe::{Doe, Lattice, Layer, PixelForm, Pixels, lattices};
 use crate::optics::frame::Frame;
-use crate::optics::gaussian_beam::GaussianBeam;
 use crate::optics::media::catalog;
 use crate::optics::media::medium::{Medium, MediumError};
 use crate::optics::phase::blaze::Blaze;
@@ -26,7 +26,6 @@ use crate::optics::phase::two_point::{RecordedWave, TwoPoint};
 use crate::optics::refraction::Coating;
 use crate::optics::screen::{MediumBehind, ScreenKind, Sensor};
 use crate::optics::shape::Shape;
-use crate::optics::source::{Source, direction_at};
 use crate::optics::surface_coordinates::SurfaceCoordinates;
 use crate::optics::system::System;
 use crate::optics::zernike::ZernikeSum;
@@ -56,14 +55,20 @@ pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<Sys
         arrays,
         wavelength,
         ambient,
-        axis: AxisLayout::new(around, beam_radius(scene)),
+        axis: AxisLayout::new(around, scene.source.beam_radius_mm()),
         behind: around,
         leaves: 1.0,
     };
     for (number, element) in scene.element.iter().enumerate() {
         layout.place(number, element)?;
     }
-    let source = layout.source()?;
+    let lit = LitAxis {
+        scene,
+        origin: layout.axis.origin(),
+        wavelength,
+        around,
+    };
+    let source = lit.source()?;
     Ok(layout.axis.into_system(wavelength, source))
 }
 
@@ -108,15 +113,6 @@ fn index(scene: &Scene, medium: &Medium, wavelength: f64, path: &str) -> Result<
             scene.fault(path, other.to_string(), expected)
         }
     })
-}
-
-/// Radius of the beam in mm, where the scene states one.
-fn beam_radius(scene: &Scene) -> Option<f64> {
-    match &scene.source {
-        Illumination::Plane(plane) => plane.beam_radius_mm,
-        Illumination::Point(point) => point.beam_radius_mm,
-        Illumination::Gaussian(beam) => beam.beam_radius_mm,
-    }
 }
 
 /// The scene whose elements are laid along an axis.
@@ -256,7 +252,7 @@ impl Layout<'_, '_> {
 
     /// A stop or element that meets the light first limits it itself: no beam radius is stated then.
     fn check_beam(&self, path: &str) -> Result<(), Fault> {
-        if self.axis.is_empty() && beam_radius(self.scene).is_some() {
+        if self.axis.is_empty() && self.scene.source.beam_radius_mm().is_some() {
             return Err(self.scene.fault(
                 "source.beam_radius_mm",
                 format!("a beam radius, though the first element ({path}) has an aperture"),
@@ -264,46 +260,6 @@ impl Layout<'_, '_> {
             ));
         }
         Ok(())
-    }
-
-    /// The source, its phase zero at the first screen's vertex.
-    ///
-    /// # Errors
-    /// Angles that no direction has.
-    fn source(&self) -> Result<Source, Fault> {
-        let origin = self.axis.origin();
-        match &self.scene.source {
-            Illumination::Plane(plane) => {
-                let direction = self.direction(plane.angle_deg)?;
-                Ok(Source::Plane { direction, origin })
-            }
-            Illumination::Point(point) => Ok(Source::point(point.position_mm, origin)),
-            Illumination::Gaussian(beam) => {
-                let [x, y, z] = beam.waist_mm;
-                let around = index(self.scene, &self.ambient, self.wavelength, "ambient")?;
-                Ok(Source::Gaussian(GaussianBeam::new(
-                    Vec3::new(x, y, z),
-                    self.direction(beam.angle_deg)?,
-                    beam.waist_radius_um.map(|radius| radius * UM),
-                    beam.rotation_deg.to_radians(),
-                    std::f64::consts::TAU * around / self.wavelength,
-                )))
-            }
-        }
-    }
-
-    /// The direction of light at these angles of the source in degrees.
-    ///
-    /// # Errors
-    /// Angles that no direction has.
-    fn direction(&self, angle_deg: [f64; 2]) -> Result<Vec3, Fault> {
-        let angle = angle_deg.map(f64::to_radians);
-        direction_at(angle).ok_or_else(|| {
-            let [x, y] = angle.map(f64::sin);
-            let found = format!("direction cosines {x:.3} and {y:.3}");
-            let expected = "angles whose sines' squares add up to less than one";
-            self.scene.fault("source.angle_deg", found, expected)
-        })
     }
 
     /// The medium behind an element on an interface.

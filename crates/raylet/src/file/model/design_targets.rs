@@ -16,10 +16,11 @@ use crate::file::decode::fault::Fault;
 use crate::file::decode::number::LEAST;
 use crate::file::model::hologram::{hologram_of, picture_of, target};
 use crate::file::scene::design::{Design, View};
+use crate::file::scene::illumination::Illumination;
 use crate::file::scene::loss_specification::{
     CirclesLoss, Compared, EfficiencyLoss, LossSpecification, OverlapLoss, PictureLoss, SpotLoss,
 };
-use crate::file::scene::scene_file::{Illumination, Scene};
+use crate::file::scene::scene_file::Scene;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::ScreenKind;

@@ -3,6 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `build` | From a scene to the optical system it describes, one wavelength at a time |
+//! | `light` | From what a scene says of its light to the source of its system |
 //! | `prescription` | The parts of a system in the order light meets them, with the names the scene gives them |
 //! | `scene_arrays` | All the arrays that the layers of a scene name, and the transmissions they make |
 //! | `phase_units` | Warnings about phases in degrees or grey levels |
@@ -18,6 +19,7 @@ pub mod build;
 pub mod design_targets;
 pub mod error_location;
 pub mod hologram;
+pub(crate) mod light;
 #[cfg(test)]
 mod magnitude_test;
 pub mod phase_units;

@@ -3,6 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `scene_file` | The scene file: everything that a run needs, in one TOML text with array files beside it |
+//! | `illumination` | Where the light comes from, as a scene file describes it |
 //! | `element` | Elements of a scene: what stands along the axis, as a scene file describes it |
 //! | `layer` | Layers of a diffractive element, as a scene file describes them |
 //! | `material` | A medium, as a scene file names it |
@@ -25,6 +26,7 @@ pub mod design;
 pub mod element;
 pub(crate) mod element_names;
 pub mod estimator;
+pub mod illumination;
 pub mod layer;
 pub mod loss_specification;
 pub mod material;

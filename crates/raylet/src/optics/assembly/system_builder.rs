@@ -1,5 +1,7 @@
 //! Systems in code: parts by their usual numbers, with one clear error.
 
+use std::f64::consts::FRAC_PI_2;
+
 use ndarray::Array2;
 use num_complex::Complex64;
 
@@ -9,8 +11,9 @@ use crate::optics::assembly::axis_layout::AxisLayout;
 use crate::optics::assembly::glass::Glass;
 use crate::optics::assembly::part_check::{BuildError, Mismatch, check_above_zero};
 use crate::optics::assembly::part_laying::{BuilderCall, Laying, address, glass_index};
+use crate::optics::beams::gaussian_beam::GaussianBeam;
+use crate::optics::beams::taper::Taper;
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
-use crate::optics::gaussian_beam::GaussianBeam;
 use crate::optics::refraction::Coating;
 use crate::optics::screen::Sensor;
 use crate::optics::shape::Shape;
@@ -24,6 +27,10 @@ enum Light {
     Collimated([f64; 2]),
     /// From a point, in mm.
     Point([f64; 3]),
+    /// Collimated, with a taper: its angles in rad, its widths in mm and its order.
+    TaperedBeam([f64; 2], [f64; 2], u32),
+    /// From a point in mm, with a taper about +z: its half angles in rad and its order.
+    TaperedPoint([f64; 3], [f64; 2], u32),
     /// A Gaussian beam: its waist in mm, the radii there in mm, and its angles in rad.
     Gaussian([f64; 3], [f64; 2], [f64; 2]),
 }
@@ -86,6 +93,20 @@ impl SystemBuilder {
     /// Light from a point, given in global coordinates in mm.
     pub fn point_source(mut self, position: [f64; 3]) -> Self {
         self.light = Light::Point(position);
+        self
+    }
+
+    /// Collimated light as of a laser, at these angles in rad: its amplitude is exp(−ρ^{2m}) about the first part's vertex,
+    /// with the radii along x and y (1/e² of the intensity) in mm, and its order m.
+    pub fn tapered_beam(mut self, angle: [f64; 2], radii: [f64; 2], order: u32) -> Self {
+        self.light = Light::TaperedBeam(angle, radii, order);
+        self
+    }
+
+    /// Light from a point in mm, as of a laser diode: its amplitude is exp(−ρ^{2m}) over direction cosines, with the half
+    /// angles along x and y (1/e² of the intensity) in rad, and its order m.
+    pub fn tapered_point(mut self, position: [f64; 3], half_angles: [f64; 2], order: u32) -> Self {
+        self.light = Light::TaperedPoint(position, half_angles, order);
         self
     }
 
@@ -251,6 +272,26 @@ impl SystemBuilder {
                 direction: towards(angle)?,
                 origin,
             },
+            Light::TaperedBeam(angle, radii, order) => {
+                let direction = towards(angle)?;
+                Source::TaperedPlane {
+                    direction,
+                    origin,
+                    centre: origin,
+                    taper: taper(direction, radii, order)?,
+                }
+            }
+            Light::TaperedPoint([x, y, z], half_angles, order) => {
+                if half_angles.into_iter().any(|angle| angle >= FRAC_PI_2) {
+                    let found = format!("half angles of {half_angles:?} rad");
+                    return Err(Mismatch::new(found, "half angles below a right angle"));
+                }
+                Source::TaperedPoint {
+                    position: Vec3::new(x, y, z),
+                    reference: origin,
+                    taper: taper(Vec3::new(0.0, 0.0, 1.0), half_angles.map(f64::sin), order)?,
+                }
+            }
             Light::Gaussian([x, y, z], radii, angle) => {
                 for radius in radii {
                     check_above_zero("a radius of the waist", radius)?;
@@ -261,6 +302,17 @@ impl SystemBuilder {
             }
         })
     }
+}
+
+/// A taper about a direction.
+fn taper(direction: Vec3, widths: [f64; 2], order: u32) -> Result<Taper, Mismatch> {
+    for width in widths {
+        check_above_zero("a width of the taper", width)?;
+    }
+    if order == 0 {
+        return Err(Mismatch::new("a taper of order 0", "an order from 1"));
+    }
+    Ok(Taper::about(direction, widths, order, 0.0))
 }
 
 fn error(part: &str, wrong: Mismatch) -> BuildError {
