@@ -36,6 +36,8 @@ def test_python_has_every_key_of_layers_and_sources() -> None:
             "plane": raylet.System.plane_wave,
             "point": raylet.System.point_source,
             "gaussian": raylet.System.gaussian_beam,
+            "field": raylet.System.field_source,
+            "fibre": raylet.System.fibre_source,
         },
     }
     makers["Layer"]["sum"] = raylet.superposition

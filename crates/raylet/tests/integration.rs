@@ -10,6 +10,7 @@ mod estimate;
 mod far_away;
 mod foreign_rays;
 mod gaussian_beams;
+mod given_fields;
 mod gradients;
 mod hologram;
 mod interfaces;

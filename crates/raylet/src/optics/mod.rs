@@ -17,6 +17,7 @@
 //! | `intersection` | Where rays meet surfaces without a formula, by Newton's method |
 //! | `moments` | Integrals of polynomials over the part of a cell that an aperture leaves open |
 //! | [`paraxial`] | Paraxial optics of centred trains: ray matrices, focal lengths, principal planes |
+//! | `pixel_shares` | Which pixels along an axis take part in a value between their centres, and with what shares |
 //! | [`polygon`] | Areas inside polygons |
 //! | [`ray`] | A ray: a point, a direction, and the optical path behind it |
 //! | [`refraction`] | What an interface does to a direction and to the amplitude of the field |
@@ -50,6 +51,7 @@ pub mod media;
 pub(crate) mod moments;
 pub mod paraxial;
 pub mod phase;
+pub(crate) mod pixel_shares;
 pub mod polygon;
 pub mod ray;
 pub mod refraction;

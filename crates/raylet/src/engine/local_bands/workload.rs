@@ -117,13 +117,15 @@ fn folded_operations([x, y]: [f64; 2], waves: f64) -> f64 {
 }
 
 /// Narrower windows in place of these widths, for elements of pixels that send light to a wide target, where that takes less
-/// time: they send fewer plane waves past the element's edges.
+/// time: they send fewer plane waves past the element's edges. The aberration inside beamlets, which grows where windows are only
+/// wavelengths wide, stays within a target error of each hop.
 ///
 /// # Errors
 /// When a screen has no edge or layers of another kind, or no ray of the source meets an aperture.
 pub(crate) fn quickest_widths(
     system: &System,
     settings: &LocalBandSettings,
+    error: f64,
 ) -> Result<Vec<f64>, LocalBandError> {
     let leaving = leaving_carriers(system, settings.aperture)?;
     let mut sigmas = settings.sigmas.clone();
@@ -141,6 +143,9 @@ pub(crate) fn quickest_widths(
                 break;
             };
             if step.pixel_pitch().is_none() {
+                break;
+            }
+            if narrower < 1.0 && !is_accurate(&hop, carriers, &step.plan(), error) {
                 break;
             }
             let seconds = step.lit_windows() as f64 * seconds_a_window(&step, carriers, &tried);

@@ -4,7 +4,7 @@ use num_complex::Complex64;
 
 use crate::engine::plan::settings::{Paper, Settings};
 use crate::file::decode::fault::Fault;
-use crate::file::model::light::LitAxis;
+use crate::file::model::light::{LitAxis, source_element};
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::element::{
     self, Coordinates, Element, LensElement, ParaxialLens, SensorElement,
@@ -29,6 +29,9 @@ use crate::optics::shape::Shape;
 use crate::optics::surface_coordinates::SurfaceCoordinates;
 use crate::optics::system::System;
 use crate::optics::zernike::ZernikeSum;
+
+/// What the plane is called on which the light is given.
+pub(crate) const SOURCE: &str = "source";
 
 /// Micrometres in a millimetre.
 const UM: f64 = 1e-3;
@@ -59,12 +62,13 @@ pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<Sys
         behind: around,
         leaves: 1.0,
     };
+    layout.place_source()?;
     for (number, element) in scene.element.iter().enumerate() {
         layout.place(number, element)?;
     }
     let lit = LitAxis {
         scene,
-        origin: layout.axis.origin(),
+        first: layout.axis.start(),
         wavelength,
         around,
     };
@@ -129,6 +133,21 @@ struct Layout<'a, 'l> {
 }
 
 impl Layout<'_, '_> {
+    /// Puts the plane on which the light is given before the first element, if it is given on one.
+    fn place_source(&mut self) -> Result<(), Fault> {
+        let element = source_element(self.scene, self.arrays, self.wavelength)?;
+        let (Some(element), Some(plane)) = (element, self.scene.source.plane()) else {
+            return Ok(());
+        };
+        self.axis.advance(-plane.distance_mm);
+        let tilt = plane.tilt_deg.map(f64::to_radians);
+        let frame = self.axis.frame(plane.decenter_mm, tilt);
+        let kind = ScreenKind::Doe(element);
+        (self.axis).screen(String::from(SOURCE), frame, Shape::Plane, kind);
+        self.axis.advance(plane.distance_mm);
+        Ok(())
+    }
+
     /// Places one element and moves the axis on to the next.
     fn place(&mut self, number: usize, element: &Element) -> Result<(), Fault> {
         let path = format!("element[{number}]");

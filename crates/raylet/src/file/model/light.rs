@@ -1,11 +1,19 @@
 //! From what a scene says of its light to the source of its system.
 
+use ndarray::Array2;
+use num_complex::Complex64;
+
 use crate::file::decode::fault::Fault;
-use crate::file::scene::illumination::{BeamTaper, ConeTaper, Illumination};
+use crate::file::model::scene_arrays::Arrays;
+use crate::file::scene::illumination::{BeamTaper, ConeTaper, FibreIllumination, Illumination};
 use crate::file::scene::scene_file::Scene;
 use crate::math::vec3::Vec3;
+use crate::optics::beams::fibre_mode::FibreMode;
 use crate::optics::beams::gaussian_beam::GaussianBeam;
+use crate::optics::beams::sampled_field::sampled_field;
 use crate::optics::beams::taper::Taper;
+use crate::optics::doe::Doe;
+use crate::optics::frame::Frame;
 use crate::optics::source::{Source, direction_at};
 
 /// Micrometres in a millimetre.
@@ -15,12 +23,58 @@ const UM: f64 = 1e-3;
 pub(crate) struct LitAxis<'a> {
     /// The scene.
     pub scene: &'a Scene,
-    /// The vertex of the first screen, where phases are zero, in mm.
-    pub origin: Vec3,
+    /// Where the first screen stands, at whose vertex phases are zero.
+    pub first: Frame,
     /// Vacuum wavelength in mm.
     pub wavelength: f64,
     /// Index of the ambient medium.
     pub around: f64,
+}
+
+/// What makes the light of a scene of a plane wave where it is given on a plane: its samples as an element there. Nothing for
+/// other light.
+///
+/// # Errors
+/// Samples that are not loaded, or a mode that the fibre does not guide or that reaches too far outside.
+pub(crate) fn source_element(
+    scene: &Scene,
+    arrays: &Arrays,
+    wavelength: f64,
+) -> Result<Option<Doe>, Fault> {
+    let (samples, pitch) = match &scene.source {
+        Illumination::Field(field) => {
+            let missing = || {
+                let found = "an array that is not loaded";
+                scene.fault("source.samples", found, "an array file")
+            };
+            let samples = arrays.source_samples().ok_or_else(missing)?;
+            (samples, field.pitch_um.map(|pitch| pitch * UM))
+        }
+        Illumination::Fibre(fibre) => fibre_samples(scene, fibre, wavelength)?,
+        _ => return Ok(None),
+    };
+    Ok(Some(sampled_field(&samples, pitch)))
+}
+
+/// The samples of a fibre's mode, and their distances in mm.
+fn fibre_samples(
+    scene: &Scene,
+    fibre: &FibreIllumination,
+    wavelength: f64,
+) -> Result<(Array2<Complex64>, [f64; 2]), Fault> {
+    let radius = fibre.core_radius_um * UM;
+    let v = std::f64::consts::TAU / wavelength * radius * fibre.numerical_aperture;
+    let rotation = fibre.rotation_deg.to_radians();
+    let mode = FibreMode::new(radius, v, fibre.mode, rotation).map_err(|error| {
+        let expected = "a mode that the fibre guides at all wavelengths";
+        scene.fault("source.mode", error.to_string(), expected)
+    })?;
+    let (samples, pitch) = mode.samples().ok_or_else(|| {
+        let found = format!("a mode that reaches far beyond the core, at V = {v:.4}");
+        let expected = "a mode farther from where it is cut off";
+        scene.fault("source.mode", found, expected)
+    })?;
+    Ok((samples, [pitch; 2]))
 }
 
 impl LitAxis<'_> {
@@ -29,7 +83,7 @@ impl LitAxis<'_> {
     /// # Errors
     /// Angles that no direction has, or a numerical aperture that the ambient medium has not.
     pub(crate) fn source(&self) -> Result<Source, Fault> {
-        let origin = self.origin;
+        let origin = self.first.origin;
         match &self.scene.source {
             Illumination::Plane(plane) => {
                 let direction = self.direction("angle_deg", plane.angle_deg)?;
@@ -52,6 +106,10 @@ impl LitAxis<'_> {
                     std::f64::consts::TAU * self.around / self.wavelength,
                 )))
             }
+            Illumination::Field(_) | Illumination::Fibre(_) => Ok(Source::Plane {
+                direction: self.first.z,
+                origin,
+            }),
         }
     }
 
@@ -59,8 +117,8 @@ impl LitAxis<'_> {
         let ([x, y], rotation) = (taper.centre_mm, taper.rotation_deg.to_radians());
         Source::TaperedPlane {
             direction,
-            origin: self.origin,
-            centre: self.origin + Vec3::new(x, y, 0.0),
+            origin: self.first.origin,
+            centre: self.first.origin + Vec3::new(x, y, 0.0),
             taper: Taper::about(direction, taper.radius_mm, taper.order, rotation),
         }
     }
@@ -80,7 +138,7 @@ impl LitAxis<'_> {
         let middle = self.direction("taper.angle_deg", taper.angle_deg)?;
         Ok(Source::TaperedPoint {
             position: Vec3::new(x, y, z),
-            reference: self.origin,
+            reference: self.first.origin,
             taper: Taper::about(middle, widths, taper.order, taper.rotation_deg.to_radians()),
         })
     }

@@ -1,12 +1,17 @@
 //! Where the light comes from, as a scene file describes it.
 
+use std::path::PathBuf;
+
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::file::decode::number::{
-    LEAST, acute, one_or_pair_schema, pitch, positive, some_widths, taper_order, widths,
+    LEAST, acute, count, one_or_pair_schema, pitch, positive, share, some_widths, taper_order,
+    widths,
 };
+use crate::file::decode::shared_keys::table;
 use crate::file::decode::tagged::tagged;
+use crate::file::scene::source_plane::SourcePlane;
 
 tagged! {
     /// A coherent source.
@@ -17,6 +22,10 @@ tagged! {
         Point(PointIllumination) = "point",
         /// A Gaussian beam, as of a laser or a single-mode fibre.
         Gaussian(GaussianIllumination) = "gaussian",
+        /// A field on a plane before the first element.
+        Field(FieldIllumination) = "field",
+        /// A mode of a step-index fibre that ends before the first element.
+        Fibre(FibreIllumination) = "fibre",
     }
 }
 
@@ -126,20 +135,75 @@ fn gaussian() -> u32 {
     1
 }
 
+fn fundamental() -> [u32; 2] {
+    [0, 1]
+}
+
+table! {
+    /// A complex field of a limited band on a plane before the first element, by samples at the Nyquist rate or closer. It is zero
+    /// beyond them.
+    pub struct FieldIllumination with [before] {
+        /// Array of the samples, complex or real, indexed [y, x], in a .npy or .npz file; the row index grows with y.
+        pub samples: PathBuf,
+        /// Name of the array in a .npz file.
+        #[serde(default)]
+        pub key: Option<String>,
+        /// Distance of neighbouring samples in micrometres: one number, or [x, y].
+        #[serde(deserialize_with = "pitch")]
+        #[schemars(schema_with = "one_or_pair_schema")]
+        pub pitch_um: [f64; 2],
+        /// Number of samples [nx, ny]; checked against the array.
+        #[serde(default, deserialize_with = "count")]
+        pub size: Option<[usize; 2]>,
+    }
+}
+
+table! {
+    /// The mode LP_lm of a weakly guiding step-index fibre, at its end before the first element. Its largest amplitude is one.
+    pub struct FibreIllumination with [before] {
+        /// Radius of the core in micrometres.
+        #[serde(deserialize_with = "positive")]
+        #[schemars(extend("minimum" = 1e-12))]
+        pub core_radius_um: f64,
+        /// Numerical aperture √(n₁² − n₂²) of core and cladding, below 1.
+        #[serde(deserialize_with = "share")]
+        #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
+        pub numerical_aperture: f64,
+        /// The mode [l, m]: 2l maxima around, m rings; [0, 1] is the fundamental mode.
+        #[serde(default = "fundamental")]
+        pub mode: [u32; 2],
+        /// Angle in degrees of a maximum, from x towards y.
+        #[serde(default)]
+        pub rotation_deg: f64,
+    }
+}
+
 impl Illumination {
+    /// The plane on which the light is given, where it is given on one.
+    pub(crate) fn plane(&self) -> Option<SourcePlane> {
+        match self {
+            Self::Field(field) => Some(field.plane()),
+            Self::Fibre(fibre) => Some(fibre.plane()),
+            Self::Plane(_) | Self::Point(_) | Self::Gaussian(_) => None,
+        }
+    }
+
     /// Radius in mm of a hard-edged beam on the first element, where one is stated.
     pub(crate) fn beam_radius_mm(&self) -> Option<f64> {
         match self {
             Self::Plane(plane) => plane.beam_radius_mm,
             Self::Point(point) => point.beam_radius_mm,
             Self::Gaussian(beam) => beam.beam_radius_mm,
+            Self::Field(_) | Self::Fibre(_) => None,
         }
     }
 
     /// What no single value shows to be wrong: a key, what it has, and what is expected.
     pub(crate) fn fault(&self) -> Option<(&'static str, String, &'static str)> {
-        let Self::Point(point) = self else {
-            return None;
+        let point = match self {
+            Self::Point(point) => point,
+            Self::Fibre(fibre) => return fibre.fault(),
+            Self::Plane(_) | Self::Gaussian(_) | Self::Field(_) => return None,
         };
         let z = point.position_mm[2];
         if z > -LEAST {
@@ -161,5 +225,18 @@ impl Illumination {
                 Some(("taper", found.to_owned(), expected))
             }
         }
+    }
+}
+
+/// The most maxima around, or rings, of a mode.
+const MOST_LOBES: u32 = 50;
+
+impl FibreIllumination {
+    /// A mode without a name.
+    fn fault(&self) -> Option<(&'static str, String, &'static str)> {
+        let [l, m] = self.mode;
+        let named = l <= MOST_LOBES && (1..=MOST_LOBES).contains(&m);
+        let expected = "[l, m] with l from 0 to 50 and m from 1 to 50";
+        (!named).then(|| ("mode", format!("[{l}, {m}]"), expected))
     }
 }

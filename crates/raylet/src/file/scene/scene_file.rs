@@ -117,6 +117,7 @@ impl Scene {
         scene.origin = origin;
         scene.check_source()?;
         check_elements(&scene.element, &scene.arrays, &scene.origin)?;
+        scene.check_alone()?;
         scene.check_hologram()?;
         scene.check_memory()?;
         scene.check_width()?;
@@ -143,6 +144,17 @@ impl Scene {
             Err(self.fault(&format!("source.{key}"), found, expected))
         };
         self.source.fault().map_or(Ok(()), refuse)
+    }
+
+    /// A sensor stands behind something: an element, or the plane on which the light is given.
+    fn check_alone(&self) -> Result<(), Fault> {
+        match self.element.len() == 1 && self.source.plane().is_none() {
+            false => Ok(()),
+            true => {
+                let expected = "at least one element before it";
+                Err(self.fault("element[0].kind", "nothing but a sensor", expected))
+            }
+        }
     }
 
     /// A hologram needs its element, with a pixel layer to write into.
@@ -212,7 +224,14 @@ impl Scene {
         lent: &BTreeMap<String, BorrowedArray<'a>>,
     ) -> Result<Arrays<'a>, Fault> {
         let limit = self.memory_limit();
-        let arrays = Arrays::load(&self.element, &self.origin, limit, lent, &self.arrays);
+        let arrays = Arrays::load(
+            &self.source,
+            &self.element,
+            &self.origin,
+            limit,
+            lent,
+            &self.arrays,
+        );
         let arrays = arrays.map_err(|fault| match self.awaits_hologram() {
             true => {
                 let file = self.origin.file.display();

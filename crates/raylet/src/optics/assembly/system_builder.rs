@@ -11,7 +11,9 @@ use crate::optics::assembly::axis_layout::AxisLayout;
 use crate::optics::assembly::glass::Glass;
 use crate::optics::assembly::part_check::{BuildError, Mismatch, check_above_zero};
 use crate::optics::assembly::part_laying::{BuilderCall, Laying, address, glass_index};
+use crate::optics::beams::fibre_mode::FibreMode;
 use crate::optics::beams::gaussian_beam::GaussianBeam;
+use crate::optics::beams::sampled_field::sampled_field;
 use crate::optics::beams::taper::Taper;
 use crate::optics::doe::{Doe, Layer, PixelForm, Pixels};
 use crate::optics::refraction::Coating;
@@ -21,7 +23,7 @@ use crate::optics::source::{Source, direction_at};
 use crate::optics::system::System;
 
 /// Where the light comes from, before the first screen is known.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Light {
     /// Collimated, at these angles to the yz and xz planes, in rad.
     Collimated([f64; 2]),
@@ -31,6 +33,10 @@ enum Light {
     TaperedBeam([f64; 2], [f64; 2], u32),
     /// From a point in mm, with a taper about +z: its half angles in rad and its order.
     TaperedPoint([f64; 3], [f64; 2], u32),
+    /// Samples of a field at these distances in mm, so far before the first part in mm.
+    Samples(Array2<Complex64>, [f64; 2], f64),
+    /// A mode of a fibre that ends so far before the first part in mm.
+    Fibre(FibreMode, f64),
     /// A Gaussian beam: its waist in mm, the radii there in mm, and its angles in rad.
     Gaussian([f64; 3], [f64; 2], [f64; 2]),
 }
@@ -107,6 +113,24 @@ impl SystemBuilder {
     /// angles along x and y (1/e² of the intensity) in rad, and its order m.
     pub fn tapered_point(mut self, position: [f64; 3], half_angles: [f64; 2], order: u32) -> Self {
         self.light = Light::TaperedPoint(position, half_angles, order);
+        self
+    }
+
+    /// A field of a limited band by samples [y, x] and their distances along x and y in mm, on a plane across the axis
+    /// `distance` mm before the first part. It is zero beyond them.
+    pub fn field_source(
+        mut self,
+        samples: Array2<Complex64>,
+        pitch: [f64; 2],
+        distance: f64,
+    ) -> Self {
+        self.light = Light::Samples(samples, pitch, distance);
+        self
+    }
+
+    /// A mode of a fibre that ends `distance` mm before the first part.
+    pub fn fibre_source(mut self, mode: FibreMode, distance: f64) -> Self {
+        self.light = Light::Fibre(mode, distance);
         self
     }
 
@@ -243,6 +267,16 @@ impl SystemBuilder {
         let ambient = glass_index(&self.ambient, self.wavelength);
         let ambient = ambient.map_err(|wrong| error("ambient", wrong))?;
         let mut laying = Laying::new(self.wavelength, self.coating, self.beam_radius, ambient);
+        if let Some((element, distance)) = self.source_element().map_err(light)? {
+            let source = String::from("source");
+            for part in [
+                BuilderCall::Gap(-distance),
+                BuilderCall::Element(source, Shape::Plane, element, None),
+                BuilderCall::Gap(distance),
+            ] {
+                laying.lay(&part).map_err(light)?;
+            }
+        }
         for (number, part) in self.parts.iter().enumerate() {
             let laid = laying.lay(part);
             laid.map_err(|wrong| error(&address(&self.parts, number), wrong))?;
@@ -257,9 +291,31 @@ impl SystemBuilder {
         self
     }
 
+    /// What makes the light of a plane wave where it is given on a plane, and how far before the first part.
+    fn source_element(&self) -> Result<Option<(Doe, f64)>, Mismatch> {
+        let (element, distance) = match &self.light {
+            Light::Samples(samples, pitch, distance) => {
+                for pitch in pitch {
+                    check_above_zero("a distance of samples", *pitch)?;
+                }
+                (sampled_field(samples, *pitch), *distance)
+            }
+            Light::Fibre(mode, distance) => {
+                let (samples, pitch) = mode.samples().ok_or_else(|| {
+                    let found = "a mode that reaches far beyond the core";
+                    Mismatch::new(found, "a mode farther from where it is cut off")
+                })?;
+                (sampled_field(&samples, [pitch; 2]), *distance)
+            }
+            _ => return Ok(None),
+        };
+        check_above_zero("a distance of the source", distance)?;
+        Ok(Some((element, distance)))
+    }
+
     /// The source, in an ambient medium of this index.
     fn source(&self, axis: &AxisLayout, ambient: f64) -> Result<Source, Mismatch> {
-        let origin = axis.origin();
+        let origin = axis.start().origin;
         let towards = |angle: [f64; 2]| {
             direction_at(angle).ok_or_else(|| {
                 let found = format!("angles of {angle:?} rad");
@@ -267,6 +323,10 @@ impl SystemBuilder {
             })
         };
         Ok(match self.light {
+            Light::Samples(..) | Light::Fibre(..) => Source::Plane {
+                direction: Vec3::new(0.0, 0.0, 1.0),
+                origin,
+            },
             Light::Point([x, y, z]) => Source::point([x, y, z], origin),
             Light::Collimated(angle) => Source::Plane {
                 direction: towards(angle)?,

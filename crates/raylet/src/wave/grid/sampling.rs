@@ -182,10 +182,11 @@ fn open_axis([low, high]: [f64; 2], frequency: f64, on_surface: bool, cut: bool)
 /// the product of field and plane wave reaches.
 fn pixel_axis(cells: usize, pitch: f64, form: PixelForm, frequency: f64, cut: bool) -> Axis {
     // Interpolation bends at the centres: half cells, where it is smooth.
-    let (least, parts) = match form {
+    let (least, parts, frequency) = match form {
         PixelForm::Point => return Axis::uniform(cells, pitch, 0.0),
-        PixelForm::Box => (1, 1.0),
-        PixelForm::Bilinear => (2, 2.0),
+        PixelForm::Box => (1, 1.0, frequency),
+        PixelForm::Bilinear => (2, 2.0, frequency),
+        PixelForm::BandLimited => (1, 1.0, frequency + 0.5 / pitch),
     };
     let cycles = frequency * pitch / parts;
     let parts = parts * (cycles / MOST_CYCLES).ceil().max(1.0);

@@ -3,7 +3,7 @@
 use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 
-use crate::optics::doe::{Doe, Layer, PixelForm};
+use crate::optics::doe::{Doe, Layer};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::sampling::apply_screen;
@@ -52,7 +52,7 @@ pub(crate) fn pixels_bar(
     for layer in &mut bare.layers {
         match layer {
             Layer::Phase(_) => {}
-            Layer::Pixels(own) if own.form != PixelForm::Bilinear && pixels.is_none() => {
+            Layer::Pixels(own) if own.form.is_even() && pixels.is_none() => {
                 pixels = Some((own.values.dim(), own.pitch));
                 own.values.fill(Complex64::ONE);
             }

@@ -350,7 +350,9 @@ impl<'a> Element<'a> {
                     let part = area.pixel_part.min(fine);
                     ((own / part).ceil(), NODES_OF_BOX)
                 }
-                PixelForm::Bilinear => ((own / pitch.min(area.edge_pitch)).ceil(), 1),
+                PixelForm::Bilinear | PixelForm::BandLimited => {
+                    ((own / pitch.min(area.edge_pitch)).ceil(), 1)
+                }
             };
             let middle = (0.5 * (first + last) - half) * own;
             let cells = ((last - first) * parts) as usize;
@@ -368,7 +370,9 @@ impl<'a> Element<'a> {
     fn filter(&self, pitch: f64) -> CellFilter {
         match self.pixels.map(|pixels| pixels.form) {
             Some(PixelForm::Box) => CellFilter::Boxes(pitch),
-            Some(PixelForm::Point | PixelForm::Bilinear) | None => CellFilter::Points,
+            Some(PixelForm::Point | PixelForm::Bilinear | PixelForm::BandLimited) | None => {
+                CellFilter::Points
+            }
         }
     }
 
@@ -423,7 +427,7 @@ impl<'a> Element<'a> {
     /// Its pixels, where they are all of its layers and constant over each cell.
     fn pixels_alone(&self) -> Option<&'a Pixels> {
         match self.doe.map(|doe| doe.layers.as_slice()) {
-            Some([Layer::Pixels(pixels)]) if pixels.form != PixelForm::Bilinear => Some(pixels),
+            Some([Layer::Pixels(pixels)]) if pixels.form.is_even() => Some(pixels),
             _ => None,
         }
     }
@@ -550,7 +554,12 @@ mod tests {
 
     #[test]
     fn samples_dot_product() {
-        for form in [PixelForm::Box, PixelForm::Point, PixelForm::Bilinear] {
+        for form in [
+            PixelForm::Box,
+            PixelForm::Point,
+            PixelForm::Bilinear,
+            PixelForm::BandLimited,
+        ] {
             let pixels = noise((20, 30), 0);
             let layer = pixel_layer(pixels.clone(), 0.1, form);
             let mut doe = element(layer, Aperture::disc(0.9));
