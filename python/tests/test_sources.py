@@ -75,16 +75,16 @@ def test_a_field_of_a_function_an_array_and_a_file_are_one(tmp_path: Any) -> Non
         loaded.trace()
 
 
-def test_a_fibre_is_imaged_by_a_lens() -> None:
-    """The waist of a single-mode fibre two focal lengths before a lens comes back as wide, within Marcuse's 1 %."""
+def test_a_lens_collimates_a_fibre() -> None:
+    """A single-mode fibre of Marcuse's width w in the front focus of a lens makes a beam of the radius λf/πw behind it."""
     a, aperture, wave = 4.1, 0.12, 1.55
     v = 2 * np.pi / wave * a * aperture
-    width = 1e-3 * a * (0.65 + 1.619 / v**1.5 + 2.879 / v**6)
+    width = wave * 2.0 / (np.pi * a * (0.65 + 1.619 / v**1.5 + 2.879 / v**6))
     system = (
         raylet.System(wavelength_um=wave)
-        .fibre_source(core_radius_um=a, numerical_aperture=aperture, distance_mm=4.0)
-        .add_paraxial_lens(2.0, aperture=raylet.disc(1.2), thickness_mm=4.0)
-        .add_sensor(pixels=(32, 32), pitch_um=1.0)
+        .fibre_source(core_radius_um=a, numerical_aperture=aperture, distance_mm=2.0)
+        .add_paraxial_lens(2.0, aperture=raylet.disc(0.8), thickness_mm=2.0)
+        .add_sensor(pixels=(40, 40), pitch_um=30.0)
     )
     result = system.simulate()
     image = result.intensity

@@ -11,10 +11,10 @@ use raylet_fft::{Fft, Planner};
 pub(crate) const TAPS: usize = 12;
 
 /// How fast the window over them falls: it balances pass band and stop band for samples at twice the Nyquist rate.
-const FALL: f64 = 9.4;
+const FALL: f64 = 9.0;
 
 /// The weights of neighbouring samples for a value at a place, in steps of the samples, and the first of them: a sinc under
-/// a window. For samples at twice the Nyquist rate the error is about 2e-5 of the largest.
+/// a window. For samples at twice the Nyquist rate the error is up to 8e-5 of the largest.
 pub(crate) fn taps(place: f64) -> (i64, [f64; TAPS]) {
     let half = 0.5 * TAPS as f64;
     let below = place.floor();
@@ -98,7 +98,7 @@ mod tests {
                 worst = worst.max((found - wave(place)).norm());
             }
         }
-        assert!(worst < 5e-5, "{worst:e}");
+        assert!(worst < 8e-5, "{worst:e}");
         assert_eq!(taps(7.0).0 + TAPS as i64 / 2 - 1, 7);
     }
 

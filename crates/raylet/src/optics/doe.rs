@@ -51,7 +51,7 @@ pub enum PixelForm {
     // Constant in the outer half pixels.
     /// Bilinear interpolation of the transmission between the centres.
     Bilinear,
-    /// Interpolation of samples of a limited band, zero beyond the grid: right to 2e-5 where they stand at twice the Nyquist
+    /// Interpolation of samples of a limited band, zero beyond the grid: right to 8e-5 where they stand at twice the Nyquist
     /// rate.
     BandLimited,
 }

@@ -268,14 +268,7 @@ impl SystemBuilder {
         let ambient = ambient.map_err(|wrong| error("ambient", wrong))?;
         let mut laying = Laying::new(self.wavelength, self.coating, self.beam_radius, ambient);
         if let Some((element, distance)) = self.source_element().map_err(light)? {
-            let source = String::from("source");
-            for part in [
-                BuilderCall::Gap(-distance),
-                BuilderCall::Element(source, Shape::Plane, element, None),
-                BuilderCall::Gap(distance),
-            ] {
-                laying.lay(&part).map_err(light)?;
-            }
+            laying.lay_source(element, distance);
         }
         for (number, part) in self.parts.iter().enumerate() {
             let laid = laying.lay(part);

