@@ -25,8 +25,8 @@ Taper = dict[str, Any]
 def beam_taper(
     radius_mm: Pair, *, order: int = 1, centre_mm: Sequence[float] = (0.0, 0.0), rotation_deg: float = 0.0
 ) -> Taper:
-    """The taper of a collimated beam, as of a laser: `radius_mm` along both axes or along each, about `centre_mm` [x, y]
-    from the first element's vertex. `order` 1 is a Gaussian, more has a flatter top."""
+    """The taper of a collimated beam, as of a laser: `radius_mm` along both axes or along each, about `centre_mm`
+    [x, y] from the first element's vertex. `order` 1 is a Gaussian, more has a flatter top."""
     return {"radius_mm": radius_mm, "order": order, "centre_mm": centre_mm, "rotation_deg": rotation_deg}
 
 
@@ -38,8 +38,9 @@ def cone_taper(
     angle_deg: Sequence[float] = (0.0, 0.0),
     rotation_deg: float = 0.0,
 ) -> Taper:
-    """The taper of a point's light over directions, as of a laser diode: by half angles or by numerical apertures, along
-    both axes or along each. u and v are direction cosines across the middle, whose direction is `angle_deg` [ax, ay]."""
+    """The taper of a point's light over directions, as of a laser diode: by half angles or by numerical apertures,
+    along both axes or along each. u and v are direction cosines across the middle, whose direction is `angle_deg`
+    [ax, ay]."""
     own = {"half_angle_deg": half_angle_deg, "numerical_aperture": numerical_aperture, "order": order}
     return {**own, "angle_deg": angle_deg, "rotation_deg": rotation_deg}
 
@@ -74,15 +75,15 @@ class ExtendedSource:
     coarse_weights: NDArray[np.float64]
 
     def image(self, sweep: Sweep) -> tuple[NDArray[np.float64], float]:
-        """The intensity of the source on the sensor, from a sweep over its fields, and the error of the sum: its distance
-        from that of half the order, relative to it. The error of the intensity itself is much smaller as a rule."""
+        """The intensity of the source on the sensor, from a sweep over its fields, and the error of the sum: its
+        distance from that of half the order, relative to it. The error of the intensity itself is much smaller as a rule."""
         fine, coarse = (np.asarray(sweep.incoherent(weights)) for weights in (self.weights, self.coarse_weights))
         return fine, float(np.linalg.norm(fine - coarse) / np.linalg.norm(fine))
 
 
 def line_source(*, ends_mm: Any = None, ends_deg: Any = None, intervals: int = 8) -> ExtendedSource:
-    """An evenly bright, incoherent line between two points [x, y, z] in mm, or between two directions [ax, ay] in degrees
-    of collimated light.
+    """An evenly bright, incoherent line between two points [x, y, z] in mm, or between two directions [ax, ay] in
+    degrees of collimated light.
 
     The intensity is integrated by Clenshaw and Curtis's rule over so many `intervals`, an even number."""
     ends, _ = _one_of(("ends_mm", ends_mm, 3), ("ends_deg", ends_deg, 2), (2,))
@@ -99,11 +100,11 @@ def disc_source(
     rings: int = 4,
     angles: int = 8,
 ) -> ExtendedSource:
-    """An evenly bright, incoherent disc about a point [x, y, z] in mm, at right angles to z, or about a direction [ax, ay]
-    in degrees of collimated light.
+    """An evenly bright, incoherent disc about a point [x, y, z] in mm, at right angles to z, or about a direction
+    [ax, ay] in degrees of collimated light.
 
-    The intensity is integrated over rings by Clenshaw and Curtis's rule over the square of the radius, and around each at
-    equal `angles`; both are even numbers."""
+    The intensity is integrated over rings by Clenshaw and Curtis's rule over the square of the radius, and around each
+    at equal `angles`; both are even numbers."""
     centre, key = _one_of(("centre_mm", centre_mm, 3), ("centre_deg", centre_deg, 2), ())
     given = {"centre_mm": ("radius_mm", radius_mm), "centre_deg": ("radius_deg", radius_deg)}[key]
     if given[1] is None:

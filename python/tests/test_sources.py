@@ -76,7 +76,7 @@ def test_a_field_of_a_function_an_array_and_a_file_are_one(tmp_path: Any) -> Non
 
 
 def test_a_lens_collimates_a_fibre() -> None:
-    """A single-mode fibre of Marcuse's width w in the front focus of a lens makes a beam of the radius λf/πw behind it."""
+    """A single-mode fibre of Marcuse's width w in the front focus of a lens makes a beam of radius λf/πw behind it."""
     a, aperture, wave = 4.1, 0.12, 1.55
     v = 2 * np.pi / wave * a * aperture
     width = wave * 2.0 / (np.pi * a * (0.65 + 1.619 / v**1.5 + 2.879 / v**6))
