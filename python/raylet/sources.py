@@ -76,7 +76,8 @@ class ExtendedSource:
 
     def image(self, sweep: Sweep) -> tuple[NDArray[np.float64], float]:
         """The intensity of the source on the sensor, from a sweep over its fields, and the error of the sum: its
-        distance from that of half the order, relative to it. The error of the intensity itself is much smaller as a rule."""
+        distance from that of half the order, relative to it. As a rule the intensity itself is off by much
+        less."""
         fine, coarse = (np.asarray(sweep.incoherent(weights)) for weights in (self.weights, self.coarse_weights))
         return fine, float(np.linalg.norm(fine - coarse) / np.linalg.norm(fine))
 
