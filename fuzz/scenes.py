@@ -43,11 +43,15 @@ def scene(draft: Draft, verb: str) -> dict:
 
 
 def source(draft: Draft) -> dict:
-    """Collimated light or light from a point."""
+    """Collimated light or light from a point, even or with a taper."""
     if draft.chance(0.25):
-        return {"kind": "point", "position_mm": [*draft.pair(0.5), -draft.scale(1, 100)]}
+        cone = draft.pick([{"half_angle_deg": draft.scale(1, 60)}, {"numerical_aperture": draft.scale(0.01, 0.9)}])
+        taper = {"taper": cone} if draft.chance(0.2) else {}
+        return {"kind": "point", "position_mm": [*draft.pair(0.5), -draft.scale(1, 100)], **taper}
     angle = {"angle_deg": draft.pair(draft.pick([0.5, 3, 15]))} if draft.chance(0.4) else {}
-    return {"kind": "plane", **angle}
+    beam = {"radius_mm": [draft.scale(0.001, 1), draft.scale(0.001, 1)], "order": draft.whole(1, 8)}
+    taper = {"taper": {**beam, "rotation_deg": draft.number(0, 90)}} if draft.chance(0.1) else {}
+    return {"kind": "plane", **angle, **taper}
 
 
 def settings(draft: Draft) -> dict:

@@ -36,12 +36,14 @@ from raylet.layers import (
 )
 from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
 from raylet.result import Result, Sweep
+from raylet.sources import ExtendedSource, beam_taper, cone_taper, disc_source, line_source
 from raylet.system import System, glasses, load, schema
 from raylet.trace import Rays
 
 __all__ = [
     "Beams",
     "Design",
+    "ExtendedSource",
     "RayletError",
     "Rays",
     "Result",
@@ -51,8 +53,11 @@ __all__ = [
     "__version__",
     "annulus",
     "axicon",
+    "beam_taper",
     "beams",
+    "cone_taper",
     "disc",
+    "disc_source",
     "gather",
     "gather_adjoint",
     "glasses",
@@ -61,6 +66,7 @@ __all__ = [
     "kinoform",
     "layers",
     "lens",
+    "line_source",
     "load",
     "obstructed",
     "pixels",

@@ -13,8 +13,8 @@ from numpy.typing import NDArray
 from raylet._arrays import grid
 from raylet._refusal import check_level
 
-#: Keys that hold an array, or the name of its file: of layers, shapes, holograms and losses.
-ARRAYS = ("phase", "amplitude", "transmission", "height_um", "target", "picture", "mask")
+#: Keys that hold an array, or the name of its file: of sources, layers, shapes, holograms and losses.
+ARRAYS = ("samples", "phase", "amplitude", "transmission", "height_um", "target", "picture", "mask")
 
 #: What stands in a document in place of an array in memory.
 _IN_MEMORY = "array in memory"

@@ -39,7 +39,8 @@ def pixels(
     """A centred grid of pixels [y, x]: phase in rad and amplitude, or the complex transmission.
 
     Arrays of float64 and complex128 are not copied: they are looked at when the system is computed. `pixel` says what
-    lies between the centres: "box" (constant over each pixel), "point" or "bilinear". `size` [nx, ny] makes a blank.
+    lies between the centres: "box" (constant over each pixel), "point", "bilinear", or "band_limited" for samples at
+    twice the Nyquist rate. `size` [nx, ny] makes a blank.
     `phase_scale` multiplies the phase. `fill` is the share of a box pixel's area that carries its value, a rectangle
     about its centre, and `rest` says what the gap around it does: "dark" or "flat" (transmits all).
     """

@@ -21,6 +21,7 @@ from raylet._plain import plain
 from raylet._refusal import RayletError, shown, type_name
 from raylet._toml import dumps
 from raylet.layers import Aperture, Layer, Pair, constant, pixel_shape
+from raylet.sources import Taper, sampled
 
 if TYPE_CHECKING:
     from typing_extensions import Self
@@ -61,14 +62,24 @@ class Prescription:
 
     # Light.
 
-    def plane_wave(self, *, angle_deg: Sequence[float] = (0.0, 0.0), beam_radius_mm: float | None = None) -> Self:
-        """Collimated light of unit amplitude with direction cosines sin ax, sin ay."""
-        return self._set("source", {"kind": "plane", "angle_deg": angle_deg, "beam_radius_mm": beam_radius_mm})
+    def plane_wave(
+        self,
+        *,
+        angle_deg: Sequence[float] = (0.0, 0.0),
+        taper: Taper | None = None,
+        beam_radius_mm: float | None = None,
+    ) -> Self:
+        """Collimated light of unit amplitude with direction cosines sin ax, sin ay; with a :func:`raylet.beam_taper` a
+        laser beam."""
+        source = {"kind": "plane", "angle_deg": angle_deg, "taper": taper, "beam_radius_mm": beam_radius_mm}
+        return self._set("source", source)
 
-    def point_source(self, position_mm: Sequence[float], *, beam_radius_mm: float | None = None) -> Self:
+    def point_source(
+        self, position_mm: Sequence[float], *, taper: Taper | None = None, beam_radius_mm: float | None = None
+    ) -> Self:
         """Light of a point [x, y, z], z < 0 before the first element, with unit amplitude and phase zero at that
-        element's vertex."""
-        source = {"kind": "point", "position_mm": position_mm, "beam_radius_mm": beam_radius_mm}
+        element's vertex; with a :func:`raylet.cone_taper` that of a laser diode."""
+        source = {"kind": "point", "position_mm": position_mm, "taper": taper, "beam_radius_mm": beam_radius_mm}
         return self._set("source", source)
 
     def gaussian_beam(
@@ -87,6 +98,45 @@ class Prescription:
         return self._set(
             "source", {"kind": "gaussian", **source, "rotation_deg": rotation_deg, "beam_radius_mm": beam_radius_mm}
         )
+
+    def field_source(
+        self,
+        samples: Any,
+        *,
+        pitch_um: Pair,
+        distance_mm: float,
+        size: Sequence[int] | None = None,
+        decenter_mm: Sequence[float] = (0.0, 0.0),
+        tilt_deg: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> Self:
+        """A field of your own on a plane `distance_mm` before the first element's vertex, about the axis.
+
+        `samples` [y, x] are complex and stand at the Nyquist rate or closer; between them the field has their band, and
+        beyond them it is zero. They may be an array, the name of a .npy file, or a function of x and y in mm (arrays),
+        which is called once for `size` [nx, ny] samples."""
+        if callable(samples):
+            samples = sampled(samples, pitch_um, size)
+        source = {"samples": samples, "pitch_um": pitch_um, "size": size, "distance_mm": distance_mm}
+        return self._set("source", {"kind": "field", **source, "decenter_mm": decenter_mm, "tilt_deg": tilt_deg})
+
+    def fibre_source(
+        self,
+        *,
+        core_radius_um: float,
+        numerical_aperture: float,
+        distance_mm: float,
+        mode: Sequence[int] = (0, 1),
+        rotation_deg: float = 0.0,
+        decenter_mm: Sequence[float] = (0.0, 0.0),
+        tilt_deg: Sequence[float] = (0.0, 0.0, 0.0),
+    ) -> Self:
+        """The mode LP_lm of a step-index fibre that ends `distance_mm` before the first element's vertex.
+
+        `mode` is [l, m]: (0, 1) is the fundamental mode, (1, 1) the next. A maximum lies at `rotation_deg`, from x
+        towards y. Its largest amplitude is one."""
+        fibre = {"core_radius_um": core_radius_um, "numerical_aperture": numerical_aperture, "mode": mode}
+        plane = {"distance_mm": distance_mm, "decenter_mm": decenter_mm, "tilt_deg": tilt_deg}
+        return self._set("source", {"kind": "fibre", **fibre, "rotation_deg": rotation_deg, **plane})
 
     # Elements.
 

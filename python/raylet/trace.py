@@ -134,6 +134,11 @@ def _light(source: dict[str, Any], Hx: Real, Hy: Real, scale: tuple[float | None
         if moved:
             raise ValueError("Hx, Hy are not zero, expected zero for a Gaussian beam, whose direction is fixed")
         return np.zeros((Hx.size, 3))
+    if source["kind"] in ("field", "fibre"):
+        raise ValueError(
+            f'the source is of kind "{source["kind"]}", expected collimated light, a point or a Gaussian beam: '
+            "a field on a plane has no single ray at a place"
+        )
     size = scale[0] if source["kind"] == "plane" else scale[1]
     if moved and size is None:
         name = "field_deg" if source["kind"] == "plane" else "field_mm"

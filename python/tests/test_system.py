@@ -36,6 +36,8 @@ def test_python_has_every_key_of_layers_and_sources() -> None:
             "plane": raylet.System.plane_wave,
             "point": raylet.System.point_source,
             "gaussian": raylet.System.gaussian_beam,
+            "field": raylet.System.field_source,
+            "fibre": raylet.System.fibre_source,
         },
     }
     makers["Layer"]["sum"] = raylet.superposition
@@ -44,6 +46,9 @@ def test_python_has_every_key_of_layers_and_sources() -> None:
             kind = variant["properties"]["kind"]["const"]
             keys = set(variant["properties"]) - {"kind", "key"}
             assert keys == set(inspect.signature(functions[kind]).parameters) - {"self"}, (table, kind)
+    for table, function in {"BeamTaper": raylet.beam_taper, "ConeTaper": raylet.cone_taper}.items():
+        keys = set(raylet.schema()["$defs"][table]["properties"])
+        assert keys == set(inspect.signature(function).parameters), table
 
 
 def gaussian(x: Any, w: float, z: float, k: float) -> Any:

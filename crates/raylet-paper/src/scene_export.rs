@@ -47,6 +47,7 @@ pub fn scene_files(
         PixelForm::Box => "box",
         PixelForm::Point => "point",
         PixelForm::Bilinear => "bilinear",
+        PixelForm::BandLimited => "band_limited",
     };
     let text = format!(
         "version = 1\ntitle = \"{title}\"\nwavelength_um = {}\n\n[source]\nkind = \"plane\"\n\n\

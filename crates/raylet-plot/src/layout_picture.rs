@@ -113,8 +113,12 @@ fn plane_of(system: &System) -> Plane {
         add(frame.origin, 1.0);
     }
     match system.source {
-        Source::Plane { direction, .. } => add(direction, 3.0),
-        Source::Point { position, .. } => add(position, 1.0),
+        Source::Plane { direction, .. } | Source::TaperedPlane { direction, .. } => {
+            add(direction, 3.0);
+        }
+        Source::Point { position, .. } | Source::TaperedPoint { position, .. } => {
+            add(position, 1.0);
+        }
         Source::Gaussian(beam) => add(beam.axes[2], 3.0),
     }
     // A smooth phase that turns the light as a whole, such as a grating.

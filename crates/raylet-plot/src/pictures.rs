@@ -193,7 +193,7 @@ fn samples(doe: &Doe, [x0, x1, y0, y1]: [f64; 4]) -> [usize; 2] {
     match doe.pixels() {
         // Interpolated pixels are shown with what lies between them.
         Some(pixels) => [0, 1].map(|a| {
-            let fine = if pixels.form == PixelForm::Bilinear {
+            let fine = if matches!(pixels.form, PixelForm::Bilinear | PixelForm::BandLimited) {
                 4.0
             } else {
                 1.0

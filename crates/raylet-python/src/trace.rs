@@ -313,6 +313,24 @@ fn lit(source: &Source, [x, y, z]: [f64; 3]) -> Source {
             position: given,
             reference,
         },
+        Source::TaperedPlane {
+            origin,
+            centre,
+            taper,
+            ..
+        } => Source::TaperedPlane {
+            direction: given,
+            origin,
+            centre,
+            taper,
+        },
+        Source::TaperedPoint {
+            reference, taper, ..
+        } => Source::TaperedPoint {
+            position: given,
+            reference,
+            taper,
+        },
         Source::Gaussian(_) => *source,
     }
 }

@@ -2,6 +2,8 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
+//! | `band_limit` | Values between samples of what has a limited band |
+//! | `bessel` | Bessel functions of whole order, by sums over equal steps of their integrals, which are exact to rounding |
 //! | [`chebyshev`] | Interpolation on Chebyshev points, for functions whose oscillation is known |
 //! | [`chirp`] | Exact Fourier sums between uniform combs of points, of any pitch on either side |
 //! | `commensurate_dft` | Fourier sums between combs whose steps fit each other: one fast Fourier transform |
@@ -30,6 +32,8 @@
     reason = "arrays and lists of numbers whose sizes are made, or asserted, beside the loops that run over them"
 )]
 
+pub(crate) mod band_limit;
+pub(crate) mod bessel;
 pub mod chebyshev;
 pub mod chirp;
 pub(crate) mod commensurate_dft;

@@ -3,6 +3,7 @@
 //! | file or folder | what it holds |
 //! | --- | --- |
 //! | [`assembly`] | Systems from parts laid one behind another, in code and from scenes |
+//! | [`beams`] | Kinds of light that sources send |
 //! | [`phase`] | Analytic phases of diffractive elements |
 //! | [`pixels`] | Grids of pixels of diffractive elements |
 //! | [`media`] | What light travels in: indices of refraction, the catalogue of glasses |
@@ -13,7 +14,6 @@
 //! | [`doe`] | Diffractive optical elements: a complex transmission over a plane |
 //! | [`frame`] | Where a part stands: an origin and three orthonormal axes in global coordinates |
 //! | [`freeform`] | Sag terms that are added to a conic, each written once as a formula for z(x, y) |
-//! | [`gaussian_beam`] | Light with a waist, as from a laser or a single-mode fibre |
 //! | [`height`] | The height of a surface over its local plane, with derivatives |
 //! | `intersection` | Where rays meet surfaces without a formula, by Newton's method |
 //! | `moments` | Integrals of polynomials over the part of a cell that an aperture leaves open |
@@ -38,13 +38,13 @@
 
 pub mod aperture;
 pub mod assembly;
+pub mod beams;
 pub mod bundle;
 pub mod conic;
 pub(crate) mod deflection;
 pub mod doe;
 pub mod frame;
 pub mod freeform;
-pub mod gaussian_beam;
 pub mod height;
 pub(crate) mod intersection;
 pub mod media;

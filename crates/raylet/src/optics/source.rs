@@ -4,7 +4,8 @@ use num_complex::Complex64;
 
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
-use crate::optics::gaussian_beam::GaussianBeam;
+use crate::optics::beams::gaussian_beam::GaussianBeam;
+use crate::optics::beams::taper::Taper;
 
 /// A coherent source.
 #[derive(Clone, Copy, Debug, PartialEq)]
@@ -22,6 +23,26 @@ pub enum Source {
         position: Vec3,
         /// Where the field is one, in mm.
         reference: Vec3,
+    },
+    /// Collimated light whose amplitude falls off aside of its axis: a plane wave times a taper over places.
+    TaperedPlane {
+        /// Unit direction of travel, global.
+        direction: Vec3,
+        /// Where its phase is zero, in mm.
+        origin: Vec3,
+        /// A point of its axis, in mm.
+        centre: Vec3,
+        /// The taper over places from the axis, its widths in mm.
+        taper: Taper,
+    },
+    /// A point's light whose amplitude falls off over angles: a spherical wave times a taper over direction cosines.
+    TaperedPoint {
+        /// The luminous point, in mm, global.
+        position: Vec3,
+        /// Where the field is one but for the taper, in mm.
+        reference: Vec3,
+        /// The taper over unit directions, its widths the sines of half angles.
+        taper: Taper,
     },
     /// A Gaussian beam.
     Gaussian(GaussianBeam),
@@ -62,17 +83,50 @@ impl Source {
                 let gap = from_reference.dot(point + *reference + *position * -2.0) / (r + r0);
                 Complex64::from_polar(r0 / r, k * gap)
             }
+            Source::TaperedPlane { centre, taper, .. } => {
+                self.untapered().field(point, k) * taper.amplitude(point - *centre)
+            }
+            Source::TaperedPoint { taper, .. } => {
+                let towards = self.direction(point);
+                self.untapered().field(point, k) * taper.amplitude(towards)
+            }
             Source::Gaussian(beam) => beam.field(point, k),
+        }
+    }
+
+    /// The same wave with an even amplitude, where it has a taper.
+    fn untapered(&self) -> Self {
+        match *self {
+            Source::TaperedPlane {
+                direction, origin, ..
+            } => Source::Plane { direction, origin },
+            Source::TaperedPoint {
+                position,
+                reference,
+                ..
+            } => Source::Point {
+                position,
+                reference,
+            },
+            other => other,
         }
     }
 
     /// The optical path of the light at a global point in mm, zero where its phase is, in a medium of index `n`.
     pub fn path(&self, point: Vec3, n: f64) -> f64 {
         match self {
-            Source::Plane { direction, origin } => n * direction.dot(point - *origin),
+            Source::Plane { direction, origin }
+            | Source::TaperedPlane {
+                direction, origin, ..
+            } => n * direction.dot(point - *origin),
             Source::Point {
                 position,
                 reference,
+            }
+            | Source::TaperedPoint {
+                position,
+                reference,
+                ..
             } => n * ((point - *position).norm() - (*reference - *position).norm()),
             Source::Gaussian(beam) => n * beam.path(point),
         }
@@ -81,8 +135,12 @@ impl Source {
     /// The unit direction of the light at a global point.
     pub fn direction<T: Real>(&self, point: Vec3<T>) -> Vec3<T> {
         match self {
-            Source::Plane { direction, .. } => Vec3::constant(*direction),
-            Source::Point { position, .. } => (point - Vec3::constant(*position)).unit(),
+            Source::Plane { direction, .. } | Source::TaperedPlane { direction, .. } => {
+                Vec3::constant(*direction)
+            }
+            Source::Point { position, .. } | Source::TaperedPoint { position, .. } => {
+                (point - Vec3::constant(*position)).unit()
+            }
             Source::Gaussian(beam) => beam.direction(point),
         }
     }
@@ -92,8 +150,27 @@ impl Source {
     pub(crate) fn radius_at(&self, point: Vec3, k: f64) -> f64 {
         match self {
             Source::Plane { .. } | Source::Point { .. } => f64::INFINITY,
+            Source::TaperedPlane { taper, .. } => taper.fall(),
+            Source::TaperedPoint {
+                position, taper, ..
+            } => taper.fall() * (point - *position).norm(),
             Source::Gaussian(beam) => beam.radius_at(point, k),
         }
+    }
+
+    /// The point that it comes from, if it comes from one.
+    pub fn point_of_light(&self) -> Option<Vec3> {
+        match self {
+            Source::Point { position, .. } | Source::TaperedPoint { position, .. } => {
+                Some(*position)
+            }
+            Source::Plane { .. } | Source::TaperedPlane { .. } | Source::Gaussian(_) => None,
+        }
+    }
+
+    /// Whether its amplitude is even over its wavefronts.
+    pub(crate) fn is_even(&self) -> bool {
+        matches!(self, Source::Plane { .. } | Source::Point { .. })
     }
 
     /// How far the direction cosines of its plane waves differ from its direction at a global point, because its

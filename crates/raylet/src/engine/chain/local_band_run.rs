@@ -63,7 +63,7 @@ pub fn local_band_settings(
     };
     planned(system, &chosen)?;
     if settings.sigma.is_none() {
-        chosen.sigmas = quickest_widths(system, &chosen)?;
+        chosen.sigmas = quickest_widths(system, &chosen, shared.target_error)?;
     }
     Ok(chosen)
 }

@@ -8,6 +8,7 @@ use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::Settings;
 use crate::math::vec3::Vec3;
 use crate::optics::doe::Doe;
+use crate::optics::pixels::pixel_grid::PixelForm;
 use crate::optics::ray::Loss;
 use crate::optics::screen::ScreenKind;
 use crate::optics::surface::without_edges;
@@ -369,7 +370,8 @@ fn orders(hop: &Hop, chief: [f64; 2]) -> Option<String> {
     let (ScreenKind::Doe(doe), ScreenKind::Sensor(_)) = (&hop.from.kind, &hop.to.kind) else {
         return None;
     };
-    let pitch = doe.pixels()?.pitch;
+    let pixels = doe.pixels().filter(|p| p.form != PixelForm::BandLimited)?;
+    let pitch = pixels.pitch;
     let to = hop.to.bounds()?;
     let turns = [0, 1].map(|a| hop.wavelength / pitch[a]);
     let missed = (0..4).all(|n| {

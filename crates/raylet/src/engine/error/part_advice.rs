@@ -128,8 +128,10 @@ mod tests {
     use crate::engine::error::part_advice::{beside_pixels, crossing, evanescent, in_glass};
     use crate::fixtures::parts::{self, conic, face, on_axis, open_screen, screen, sensor};
     use crate::optics::aperture::Aperture;
-    use crate::optics::doe::{Layer, PixelForm, Pixels};
+    use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
+    use crate::optics::pixels::active_area::ActiveArea;
+    use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
     use crate::optics::screen::{Screen, ScreenKind};
     use crate::optics::surface::Surface;
     use crate::optics::system::Hop;
@@ -187,6 +189,7 @@ mod tests {
                 pitch: [side / 20.0; 2],
                 values: Array2::from_elem((20, 20), Complex64::ONE),
                 form: PixelForm::Box,
+                active: ActiveArea::WHOLE,
             });
             ScreenKind::Doe(parts::element(pixels, Aperture::disc(radius)))
         };

@@ -13,7 +13,6 @@ use crate::optics::doe::Doe;
 use crate::optics::frame::Axes;
 use crate::optics::ray::Loss;
 use crate::optics::screen::{Screen, ScreenKind};
-use crate::optics::source::Source;
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::wavelet::{Companion, Encounter};
 
@@ -129,10 +128,9 @@ fn launch(system: &System, screen: &Screen, normal: Vec3) -> Vec<Arrived> {
         let lift = screen.height(at).map_or(0.0, |height| height.z);
         let here = screen.frame.to_global(Vec3::new(at[0], at[1], lift));
         let direction = system.source.direction(here);
-        let start = match system.source {
-            Source::Point { position, .. } if (here - position).norm() < 10.0 * stub => position,
-            _ => here + direction * -stub,
-        };
+        let point = system.source.point_of_light();
+        let near = point.filter(|point| (here - *point).norm() < 10.0 * stub);
+        let start = near.unwrap_or(here + direction * -stub);
         let local = screen.frame.direction_to_local(direction);
         Arrived {
             at,

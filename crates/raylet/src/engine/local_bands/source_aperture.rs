@@ -4,7 +4,6 @@ use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::SourceAperture;
 use crate::engine::local_bands::source_light::source_carrier;
 use crate::optics::screen::{Screen, ScreenKind};
-use crate::optics::source::Source;
 use crate::optics::system::System;
 
 /// Light that lands this far outside the next screen's aperture matters still, as a share of the aperture's width.
@@ -20,7 +19,7 @@ pub(crate) fn source_aperture(system: &System) -> Result<SourceAperture, LocalBa
     let (ScreenKind::Stop(aperture), Some(hop)) = (&first.kind, system.hops().next()) else {
         return Ok(SourceAperture::Hard);
     };
-    if let Source::Gaussian(_) = system.source {
+    if !system.source.is_even() {
         return Ok(SourceAperture::Hard);
     }
     let matters = |at: &[f64; 2]| {

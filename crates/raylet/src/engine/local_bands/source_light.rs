@@ -134,8 +134,8 @@ mod tests {
     use crate::fixtures::parts::{conic, on_axis, open_screen, screen};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
+    use crate::optics::beams::gaussian_beam::GaussianBeam;
     use crate::optics::frame::Frame;
-    use crate::optics::gaussian_beam::GaussianBeam;
     use crate::optics::screen::{Screen, ScreenKind};
 
     /// A Gaussian beam of radius w has the power πw²/2, of which a disc of radius a passes 1 − exp(−2a²/w²).

@@ -128,13 +128,15 @@ fn folded_operations([x, y]: [f64; 2], waves: f64) -> f64 {
 }
 
 /// Narrower windows in place of these widths, for elements of pixels that send light to a wide target, where that takes less
-/// time: they send fewer plane waves past the element's edges.
+/// time: they send fewer plane waves past the element's edges. The aberration inside beamlets, which grows where windows are only
+/// wavelengths wide, stays within a target error of each hop.
 ///
 /// # Errors
 /// When a screen has no edge or layers of another kind, or no ray of the source meets an aperture.
 pub(crate) fn quickest_widths(
     system: &System,
     settings: &LocalBandSettings,
+    error: f64,
 ) -> Result<Vec<f64>, LocalBandError> {
     let leaving = leaving_carriers(system, settings.aperture)?;
     let mut sigmas = settings.sigmas.clone();
@@ -152,6 +154,10 @@ pub(crate) fn quickest_widths(
                 break;
             };
             if step.pixel_pitch().is_none() {
+                break;
+            }
+            let aberration = expected_aberration(&hop, carriers, &step.plan());
+            if narrower < 1.0 && aberration > error {
                 break;
             }
             let seconds = step.lit_windows() as f64 * seconds_a_window(&step, carriers, &tried);

@@ -30,6 +30,12 @@ impl Numbers for usize {
     }
 }
 
+impl Numbers for u32 {
+    fn numbers(&self) -> Vec<f64> {
+        vec![f64::from(*self)]
+    }
+}
+
 impl<T: Numbers> Numbers for Option<T> {
     fn numbers(&self) -> Vec<f64> {
         self.iter().flat_map(Numbers::numbers).collect()
@@ -194,6 +200,13 @@ pub(crate) fn whole_or_part<'de, D: Deserializer<'de>, T: Deserialize<'de> + Num
     })
 }
 
+/// Orders of tapers: beyond, the sides are as good as hard edges.
+pub(crate) fn taper_order<'de, D: Deserializer<'de>>(deserializer: D) -> Result<u32, D::Error> {
+    within(deserializer, "a whole number from 1 to 50", |x| {
+        (1.0..=50.0).contains(&x)
+    })
+}
+
 /// Angles in degrees within a right angle to both sides.
 pub(crate) fn acute<'de, D: Deserializer<'de>, T: Deserialize<'de> + Numbers>(
     deserializer: D,
@@ -276,6 +289,28 @@ impl<'de> Visitor<'de> for OneOrList {
 
 /// A pitch or radius above zero along x and y, given as a pair or as one number for both.
 pub(crate) fn pitch<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
+    // Up to a metre: samples further apart than any light reaches would be dark without a reported reason.
+    let words = "a length above zero, from 1e-6 to 1e6 micrometres";
+    one_or_pair(deserializer, words)
+}
+
+/// Two widths of a taper, given as a pair or as one number for both.
+pub(crate) fn widths<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 2], D::Error> {
+    one_or_pair(deserializer, "a number above zero, from 1e-6 to 1e6")
+}
+
+/// The same, where they may be missing.
+pub(crate) fn some_widths<'de, D: Deserializer<'de>>(
+    deserializer: D,
+) -> Result<Option<[f64; 2]>, D::Error> {
+    widths(deserializer).map(Some)
+}
+
+/// A number or a pair from 1e-6 to 1e6, which the message describes in words.
+fn one_or_pair<'de, D: Deserializer<'de>>(
+    deserializer: D,
+    words: &str,
+) -> Result<[f64; 2], D::Error> {
     let (list, listed) = deserializer.deserialize_any(OneOrList)?;
     let pair = match *list.as_slice() {
         [both] if !listed => [both, both],
@@ -287,13 +322,9 @@ pub(crate) fn pitch<'de, D: Deserializer<'de>>(deserializer: D) -> Result<[f64; 
             ));
         }
     };
-    // Up to a metre: samples further apart than any light reaches would be dark without a reported reason.
-    let is_pitch = |step: f64| (1e-6..=1e6).contains(&step);
-    match pair.into_iter().find(|&step| !is_pitch(step)) {
-        Some(step) => Err(D::Error::invalid_value(
-            Unexpected::Float(step),
-            &"a length above zero, from 1e-6 to 1e6 micrometres",
-        )),
+    let fits = |one: f64| (1e-6..=1e6).contains(&one);
+    match pair.into_iter().find(|&one| !fits(one)) {
+        Some(one) => Err(D::Error::invalid_value(Unexpected::Float(one), &words)),
         None => Ok(pair),
     }
 }

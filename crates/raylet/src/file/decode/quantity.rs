@@ -32,11 +32,12 @@ const OF_ANY_UNIT: [&str; 5] = ["aspheric", "coefficients", "scale", "lowest", "
 const OF_NO_MAGNITUDE: [&str; 1] = ["seed"];
 
 /// Keys whose texts may be as long as the path of a file; others are names.
-const LONG_TEXTS: [&str; 8] = [
+const LONG_TEXTS: [&str; 9] = [
     "title",
     "phase",
     "amplitude",
     "transmission",
+    "samples",
     "height_um",
     "target",
     "picture",

@@ -5,7 +5,8 @@
 /// Declares a table of a scene file: the keys of some groups, then its own.
 ///
 /// Groups are `place` (name, tilt, shift), `way` (the distance to what follows), `curve` (the shape of a
-/// surface), `rim` (its clear aperture) and `axes` (where the own axes of a phase stand).
+/// surface), `rim` (its clear aperture), `axes` (where the own axes of a phase stand) and `before` (where the plane of a
+/// source stands).
 macro_rules! table {
     (
         $(#[$meta:meta])*
@@ -78,6 +79,21 @@ macro_rules! table {
             pub rotation_deg: f64,
         ]);
     };
+    (@fields [before $($more:ident)*] $name:ident $meta:tt $own:tt [$($fields:tt)*]) => {
+        table!(@fields [$($more)*] $name $meta $own [
+            $($fields)*
+            /// Distance in millimetres from its plane to the first element's vertex, above zero.
+            #[serde(deserialize_with = "crate::file::decode::number::positive")]
+            #[schemars(extend("minimum" = 1e-12))]
+            pub distance_mm: f64,
+            /// Shift of its plane along x and y in millimetres, before its tilt.
+            #[serde(default)]
+            pub decenter_mm: [f64; 2],
+            /// Tilt of its plane in degrees: about its x, then its new y, then its new z axis.
+            #[serde(default)]
+            pub tilt_deg: [f64; 3],
+        ]);
+    };
     (@fields [] $name:ident [$($meta:tt)*] [$($own:tt)*] [$($fields:tt)*]) => {
         $($meta)*
         #[derive(Clone, Debug, PartialEq, serde::Serialize, serde::Deserialize, schemars::JsonSchema)]
@@ -94,6 +110,18 @@ macro_rules! table {
                 crate::optics::phase::placement::Placement {
                     centre: self.centre_mm,
                     rotation: self.rotation_deg.to_radians(),
+                }
+            }
+        }
+    };
+    (@methods before $name:ident) => {
+        impl $name {
+            /// Where its plane stands.
+            pub(crate) fn plane(&self) -> crate::file::scene::source_plane::SourcePlane {
+                crate::file::scene::source_plane::SourcePlane {
+                    distance_mm: self.distance_mm,
+                    decenter_mm: self.decenter_mm,
+                    tilt_deg: self.tilt_deg,
                 }
             }
         }

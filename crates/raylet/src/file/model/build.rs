@@ -3,25 +3,27 @@
 use crate::engine::plan::settings::{Paper, Settings};
 use crate::file::decode::fault::Fault;
 use crate::file::model::element_layers::ElementLayers;
+use crate::file::model::light::{LitAxis, source_element};
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::model::scene_media::{index, medium};
 use crate::file::scene::element::{DoeElement, Element, LensElement, ParaxialLens, SensorElement};
 use crate::file::scene::material::Material;
-use crate::file::scene::scene_file::{Illumination, Scene};
+use crate::file::scene::scene_file::Scene;
 use crate::file::scene::settings as keys;
 use crate::file::scene::surface_shape::SurfaceShape;
 use crate::math::vec3::Vec3;
 use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
 use crate::optics::doe::{Doe, Layer};
 use crate::optics::frame::Frame;
-use crate::optics::gaussian_beam::GaussianBeam;
 use crate::optics::media::medium::Medium;
 use crate::optics::phase::profile::Profile;
 use crate::optics::refraction::Coating;
 use crate::optics::screen::{MediumBehind, ScreenKind, Sensor};
 use crate::optics::shape::Shape;
-use crate::optics::source::{Source, direction_at};
 use crate::optics::system::System;
+
+/// What the plane is called on which the light is given.
+pub(crate) const SOURCE: &str = "source";
 
 /// Micrometres in a millimetre.
 const UM: f64 = 1e-3;
@@ -49,22 +51,20 @@ pub fn system_with(scene: &Scene, arrays: &Arrays, channel: usize) -> Result<Sys
         wavelength,
         inside: ambient.clone(),
         ambient,
-        axis: AxisLayout::new(around, beam_radius(scene)),
+        axis: AxisLayout::new(around, scene.source.beam_radius_mm()),
     };
+    layout.place_source()?;
     for (number, element) in scene.element.iter().enumerate() {
         layout.place(number, element)?;
     }
-    let source = layout.source()?;
+    let lit = LitAxis {
+        scene,
+        first: layout.axis.start(),
+        wavelength,
+        around,
+    };
+    let source = lit.source()?;
     Ok(layout.axis.into_system(wavelength, source))
-}
-
-/// Radius of the beam in mm, where the scene states one.
-fn beam_radius(scene: &Scene) -> Option<f64> {
-    match &scene.source {
-        Illumination::Plane(plane) => plane.beam_radius_mm,
-        Illumination::Point(point) => point.beam_radius_mm,
-        Illumination::Gaussian(beam) => beam.beam_radius_mm,
-    }
 }
 
 /// The scene whose elements are laid along an axis.
@@ -79,6 +79,21 @@ struct Layout<'a, 'l> {
 }
 
 impl Layout<'_, '_> {
+    /// Puts the plane on which the light is given before the first element, if it is given on one.
+    fn place_source(&mut self) -> Result<(), Fault> {
+        let element = source_element(self.scene, self.arrays, self.wavelength)?;
+        let (Some(element), Some(plane)) = (element, self.scene.source.plane()) else {
+            return Ok(());
+        };
+        self.axis.advance(-plane.distance_mm);
+        let tilt = plane.tilt_deg.map(f64::to_radians);
+        let frame = self.axis.frame(plane.decenter_mm, tilt);
+        let kind = ScreenKind::Doe(element);
+        (self.axis).screen(String::from(SOURCE), frame, Shape::Plane, kind);
+        self.axis.advance(plane.distance_mm);
+        Ok(())
+    }
+
     /// Places one element and moves the axis on to the next.
     fn place(&mut self, number: usize, element: &Element) -> Result<(), Fault> {
         let path = format!("element[{number}]");
@@ -227,7 +242,7 @@ impl Layout<'_, '_> {
 
     /// A stop or element that meets the light first limits it itself: no beam radius is stated then.
     fn check_beam(&self, path: &str) -> Result<(), Fault> {
-        if self.axis.is_empty() && beam_radius(self.scene).is_some() {
+        if self.axis.is_empty() && self.scene.source.beam_radius_mm().is_some() {
             return Err(self.scene.fault(
                 "source.beam_radius_mm",
                 format!("a beam radius, though the first element ({path}) has an aperture"),
@@ -235,46 +250,6 @@ impl Layout<'_, '_> {
             ));
         }
         Ok(())
-    }
-
-    /// The source, its phase zero at the first screen's vertex.
-    ///
-    /// # Errors
-    /// Angles that no direction has.
-    fn source(&self) -> Result<Source, Fault> {
-        let origin = self.axis.origin();
-        match &self.scene.source {
-            Illumination::Plane(plane) => {
-                let direction = self.direction(plane.angle_deg)?;
-                Ok(Source::Plane { direction, origin })
-            }
-            Illumination::Point(point) => Ok(Source::point(point.position_mm, origin)),
-            Illumination::Gaussian(beam) => {
-                let [x, y, z] = beam.waist_mm;
-                let around = index(self.scene, &self.ambient, self.wavelength, "ambient")?;
-                Ok(Source::Gaussian(GaussianBeam::new(
-                    Vec3::new(x, y, z),
-                    self.direction(beam.angle_deg)?,
-                    beam.waist_radius_um.map(|radius| radius * UM),
-                    beam.rotation_deg.to_radians(),
-                    std::f64::consts::TAU * around / self.wavelength,
-                )))
-            }
-        }
-    }
-
-    /// The direction of light at these angles of the source in degrees.
-    ///
-    /// # Errors
-    /// Angles that no direction has.
-    fn direction(&self, angle_deg: [f64; 2]) -> Result<Vec3, Fault> {
-        let angle = angle_deg.map(f64::to_radians);
-        direction_at(angle).ok_or_else(|| {
-            let [x, y] = angle.map(f64::sin);
-            let found = format!("direction cosines {x:.3} and {y:.3}");
-            let expected = "angles whose sines' squares add up to less than one";
-            self.scene.fault("source.angle_deg", found, expected)
-        })
     }
 
     /// The medium behind an element on an interface.

@@ -16,10 +16,11 @@ use crate::file::decode::fault::Fault;
 use crate::file::decode::number::LEAST;
 use crate::file::model::hologram::{hologram_of, picture_of, target};
 use crate::file::scene::design::{Design, View};
+use crate::file::scene::illumination::Illumination;
 use crate::file::scene::loss_specification::{
     CirclesLoss, Compared, EfficiencyLoss, LossSpecification, OverlapLoss, PictureLoss, SpotLoss,
 };
-use crate::file::scene::scene_file::{Illumination, Scene};
+use crate::file::scene::scene_file::Scene;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::ScreenKind;
@@ -77,6 +78,12 @@ fn lit_by(scene: &Scene, view: &View, number: usize) -> Result<Scene, Fault> {
             return refuse(
                 "a field of another kind of light",
                 "angle_deg for a plane source or a Gaussian beam",
+            );
+        }
+        (Illumination::Field(_) | Illumination::Fibre(_), ..) => {
+            return refuse(
+                "a field of a source that is given on a plane",
+                "a plane source, a Gaussian beam or a point source",
             );
         }
         (Illumination::Point(_), ..) => {
@@ -269,7 +276,7 @@ impl<'s> Stage<'s> {
             scene,
             wavelength: system.wavelength,
             raster: Raster::of(sensor),
-            power: incident(system),
+            power: incident(system, scene.source.plane().is_some()),
         })
     }
 
@@ -445,8 +452,8 @@ impl<'s> Stage<'s> {
 const CELLS: usize = 400;
 
 /// ∫|U|² of the light within the first screen's aperture and its pixels, in mm² for unit amplitude; 1 where
-/// nothing limits it.
-fn incident(system: &System) -> f64 {
+/// nothing limits it. Where it `is_source`, the screen makes the light: what it lets through counts.
+fn incident(system: &System, is_source: bool) -> f64 {
     let open = Aperture::OPEN;
     let Some(screen) = system.screens.first() else {
         return 1.0;
@@ -469,7 +476,11 @@ fn incident(system: &System) -> f64 {
             if share > 0.0 {
                 let middle = Vec3::new(x + 0.5 * dx, y + 0.5 * dy, 0.0);
                 let light = system.source.field(screen.frame.to_global(middle), k);
-                total += share * light.norm_sqr() * dx * dy;
+                let made = match &screen.kind {
+                    ScreenKind::Doe(doe) if is_source => doe.transmission(middle.x, middle.y),
+                    _ => Complex64::ONE,
+                };
+                total += share * (light * made).norm_sqr() * dx * dy;
             }
         }
     }
@@ -496,7 +507,7 @@ mod tests {
         };
         let power = |source: &str| {
             let scene = Scene::parse(&text(source), Path::new("scene.toml")).unwrap();
-            incident(&build::system(&scene, 0).unwrap())
+            incident(&build::system(&scene, 0).unwrap(), false)
         };
         let area = std::f64::consts::PI * 0.09;
         assert!((power("{ kind = \"plane\" }") / area - 1.0).abs() < 1e-6);

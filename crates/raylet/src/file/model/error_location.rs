@@ -10,6 +10,7 @@ use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::Settings;
 use crate::file::arrays::memory::MachineMemory;
 use crate::file::decode::fault::Fault;
+use crate::file::model::build::SOURCE;
 use crate::file::scene::scene_file::Scene;
 use crate::optics::system::System;
 use crate::wave::grid::sampling::SamplingError;
@@ -292,7 +293,10 @@ pub fn reference_fault(
 
 /// The path of the element that a screen was made of.
 fn path_of(scene: &Scene, screen: &str) -> String {
-    // An entrance belongs to the first.
-    let number = scene.number_of(screen).unwrap_or(0);
-    format!("element[{number}]")
+    match scene.number_of(screen) {
+        Some(number) => format!("element[{number}]"),
+        None if screen == SOURCE => String::from(SOURCE),
+        // An entrance belongs to the first.
+        None => String::from("element[0]"),
+    }
 }

@@ -5,6 +5,7 @@
 //! | `build` | From a scene to the optical system it describes, one wavelength at a time |
 //! | `element_layers` | The layers of a diffractive element, from the keys of a scene to what they do to light |
 //! | `relief_side` | On which side of an interface a relief stands |
+//! | `light` | From what a scene says of its light to the source of its system |
 //! | `prescription` | The parts of a system in the order light meets them, with the names the scene gives them |
 //! | `scene_arrays` | All the arrays that the layers of a scene name, and the transmissions they make |
 //! | `scene_media` | The materials that a scene names, as media with an index at each wavelength |
@@ -22,6 +23,7 @@ pub mod design_targets;
 pub(crate) mod element_layers;
 pub mod error_location;
 pub mod hologram;
+pub(crate) mod light;
 #[cfg(test)]
 mod magnitude_test;
 pub mod phase_units;

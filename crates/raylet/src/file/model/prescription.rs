@@ -1,5 +1,6 @@
 //! The parts of a system in the order light meets them, with the names the scene gives them.
 
+use crate::file::model::build::SOURCE;
 use crate::file::scene::element::{Element, LensElement};
 use crate::file::scene::material::Material;
 use crate::file::scene::scene_file::Scene;
@@ -27,7 +28,7 @@ pub struct Part<'a> {
     pub name: String,
     /// Whether the scene gives it that name.
     pub named: bool,
-    /// Number of its element in the scene; none for an entrance that the scene does not state.
+    /// Number of its element in the scene; none for the plane of a source, or an entrance that the scene does not state.
     pub element: Option<usize>,
     /// Number of the surface within its element, and how many there are.
     pub surface: [usize; 2],
@@ -67,6 +68,7 @@ impl Part<'_> {
         match self.kind {
             Kind::Screen(screen) => match &screen.kind {
                 ScreenKind::Stop(_) => "stop",
+                ScreenKind::Doe(_) if self.element.is_none() => "source",
                 ScreenKind::Doe(_) => "doe",
                 ScreenKind::Sensor(_) => "sensor",
             },
@@ -141,14 +143,21 @@ pub fn parts<'a>(scene: &Scene, system: &'a System) -> Vec<Part<'a>> {
     let mut medium = ambient.clone();
     let mut list = Vec::new();
 
-    // The builder puts an entrance before a first surface.
+    // The builder puts the plane on which the light is given first, or an entrance before a first surface.
     let first_bends = matches!(
         scene.element.iter().find(|e| !is_break(e)),
         Some(Element::Lens(_) | Element::Surface(_) | Element::Mirror(_))
     );
-    if first_bends && let Some(kind) = kinds.next() {
+    let before = match (scene.source.plane(), first_bends) {
+        (Some(_), _) => Some(SOURCE),
+        (None, true) => Some("entrance"),
+        (None, false) => None,
+    };
+    if let Some(name) = before
+        && let Some(kind) = kinds.next()
+    {
         list.push(Part {
-            name: String::from("entrance"),
+            name: String::from(name),
             named: true,
             element: None,
             surface: [0, 1],

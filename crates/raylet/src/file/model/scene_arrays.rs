@@ -12,6 +12,7 @@ use crate::file::arrays::memory::MemoryLimit;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::origin::Origin;
 use crate::file::scene::element::Element;
+use crate::file::scene::illumination::{FieldIllumination, Illumination};
 use crate::file::scene::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
 use crate::file::scene::surface_shape::{GridShape, Shape, SurfaceShape};
 use crate::math::spline::FEWEST;
@@ -54,13 +55,14 @@ impl<'a> Source<'a> {
 }
 
 impl<'a> Arrays<'a> {
-    /// Every array that the elements name, within `limit` bytes for all of them. Those that are `lent`, by the
+    /// Every array that the light and the elements name, within `limit` bytes for all of them. Those that are `lent`, by the
     /// path of the field, are taken from there, and are not copied; those that are `held` already are shared;
     /// the rest are read.
     ///
     /// # Errors
     /// The first array that cannot be used, reported at the field that names it.
     pub(crate) fn load(
+        light: &Illumination,
         elements: &[Element],
         origin: &Origin,
         limit: u64,
@@ -75,6 +77,9 @@ impl<'a> Arrays<'a> {
             by_file: BTreeMap::new(),
             by_field: BTreeMap::new(),
         };
+        if let Illumination::Field(field) = light {
+            loader.field(field)?;
+        }
         for (i, element) in elements.iter().enumerate() {
             if let Element::Doe(doe) = element {
                 loader.layers(&doe.layer, &format!("element[{i}].layer"))?;
@@ -135,6 +140,11 @@ impl<'a> Arrays<'a> {
         }
     }
 
+    /// The samples [y, x] of the source's field; nothing when not loaded.
+    pub(crate) fn source_samples(&self) -> Option<Array2<Complex64>> {
+        self.get("source.samples").map(complex)
+    }
+
     /// The shape that the keys of a surface at a path describe; nothing when its array is not loaded.
     pub(crate) fn shape(&self, shape: &SurfaceShape<'_>, path: &str) -> Option<optics::Shape> {
         shape.optics(self.heights_um(&format!("{path}.shape")))
@@ -187,6 +197,23 @@ impl<'a> Loader<'_, 'a> {
                 _ => {}
             }
         }
+        Ok(())
+    }
+
+    /// The samples of a source, which are held at twice their number along each axis.
+    fn field(&mut self, field: &FieldIllumination) -> Result<(), Fault> {
+        let array = self.array(&field.samples, field.key.as_deref(), "source", "samples")?;
+        let [ny, nx] = array.borrowed().shape();
+        let refuse = |(found, expected)| self.origin.fault("source.samples", found, expected);
+        let given = format!("{ny} rows of {nx}");
+        if let Some([width, height]) = field.size.filter(|size| *size != [nx, ny]) {
+            let expected = format!("{height} rows of {width} as in its size");
+            return Err(refuse((given, expected)));
+        }
+        let bytes = (nx as u64).saturating_mul(ny as u64).saturating_mul(4 * 16);
+        let limit = MemoryLimit::of_settings(self.left);
+        limit.check(given, bytes).map_err(refuse)?;
+        self.left -= bytes;
         Ok(())
     }
 

@@ -55,7 +55,7 @@ pub(crate) fn check_elements(
     Ok(())
 }
 
-/// There must be one sensor, at the end, behind something.
+/// There must be one sensor, at the end.
 fn check_sensor(elements: &[Element], origin: &Origin) -> Result<(), Fault> {
     let mut sensors = (0..)
         .zip(elements)
@@ -74,9 +74,6 @@ fn check_sensor(elements: &[Element], origin: &Origin) -> Result<(), Fault> {
             "an element of kind \"sensor\" at the end",
         ),
         (_, Some(second)) => refuse(second, "a second sensor", "one sensor"),
-        (Some(0), None) if last == 0 => {
-            refuse(0, "nothing but a sensor", "at least one element before it")
-        }
         (Some(i), None) if i < last => {
             refuse(i, "a sensor before other elements", "the sensor at the end")
         }

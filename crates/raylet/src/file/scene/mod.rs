@@ -3,6 +3,8 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `scene_file` | The scene file: everything that a run needs, in one TOML text with array files beside it |
+//! | `illumination` | Where the light comes from, as a scene file describes it |
+//! | `source_plane` | The plane on which the light of a source is given |
 //! | `element` | Elements of a scene: what stands along the axis, as a scene file describes it |
 //! | `layer` | Layers of a diffractive element, as a scene file describes them |
 //! | `material` | A medium, as a scene file names it |
@@ -25,6 +27,7 @@ pub mod design;
 pub mod element;
 pub(crate) mod element_names;
 pub mod estimator;
+pub mod illumination;
 pub mod layer;
 pub mod loss_specification;
 pub mod material;
@@ -34,6 +37,7 @@ pub(crate) mod scene_test;
 #[cfg(test)]
 mod schema_test;
 pub mod settings;
+pub(crate) mod source_plane;
 pub mod surface_shape;
 #[cfg(test)]
 pub(crate) mod surfaces_test;

@@ -10,17 +10,15 @@ use crate::file::arrays::array::BorrowedArray;
 use crate::file::arrays::memory::MachineMemory;
 use crate::file::decode::fault::Fault;
 use crate::file::decode::from_tree::{decode, parse};
-use crate::file::decode::number::{
-    LEAST, acute, one_or_list_schema, one_or_pair_schema, pitch, positive, wavelengths,
-};
+use crate::file::decode::number::{one_or_list_schema, wavelengths};
 use crate::file::decode::origin::Origin;
 use crate::file::decode::quantity::bound;
-use crate::file::decode::tagged::tagged;
 use crate::file::decode::tree::Node;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::check::check_elements;
 use crate::file::scene::design::Design;
 use crate::file::scene::element::{Coordinates, Element, WITH_PIXELS};
+use crate::file::scene::illumination::Illumination;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::material::Material;
 use crate::file::scene::settings::{Hologram, Settings};
@@ -72,68 +70,6 @@ pub struct Scene {
     pub arrays: Arrays<'static>,
 }
 
-tagged! {
-    /// A coherent source.
-    pub enum Illumination {
-        /// Collimated light of unit amplitude.
-        Plane(PlaneIllumination) = "plane",
-        /// A spherical wave from a point.
-        Point(PointIllumination) = "point",
-        /// A Gaussian beam, as of a laser or a single-mode fibre.
-        Gaussian(GaussianIllumination) = "gaussian",
-    }
-}
-
-/// A plane wave of unit amplitude with phase zero at the first element's vertex.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PlaneIllumination {
-    /// Direction [ax, ay] in degrees: its direction cosines along x and y are sin ax and sin ay.
-    #[serde(default, deserialize_with = "acute")]
-    pub angle_deg: [f64; 2],
-    /// Radius in millimetres of a hard-edged beam on the first element.
-    #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1e-12))]
-    pub beam_radius_mm: Option<f64>,
-}
-
-/// A spherical wave, of unit amplitude at the first element's vertex.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PointIllumination {
-    /// The luminous point [x, y, z] in millimetres from the first element's vertex; z below zero.
-    pub position_mm: [f64; 3],
-    /// Radius in millimetres of a hard-edged beam on the first element.
-    #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1e-12))]
-    pub beam_radius_mm: Option<f64>,
-}
-
-/// A paraxial Gaussian beam, of unit amplitude and phase zero at the centre of its waist. That of a single-mode fibre has
-/// half its mode field diameter as the radius of the waist, at the end of the fibre.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct GaussianIllumination {
-    /// Radius of the waist in micrometres, where the intensity is 1/e² of that in the middle: one number, or one along each
-    /// of its axes.
-    #[serde(deserialize_with = "pitch")]
-    #[schemars(schema_with = "one_or_pair_schema")]
-    pub waist_radius_um: [f64; 2],
-    /// Centre of the waist [x, y, z] in millimetres from the first element's vertex.
-    #[serde(default)]
-    pub waist_mm: [f64; 3],
-    /// Direction [ax, ay] in degrees: its direction cosines along x and y are sin ax and sin ay.
-    #[serde(default, deserialize_with = "acute")]
-    pub angle_deg: [f64; 2],
-    /// Angle of the first axis of the waist in degrees, from x towards y.
-    #[serde(default)]
-    pub rotation_deg: f64,
-    /// Radius in millimetres of a hard-edged aperture on the first element.
-    #[serde(default, deserialize_with = "positive")]
-    #[schemars(extend("minimum" = 1e-12))]
-    pub beam_radius_mm: Option<f64>,
-}
-
 /// The narrowest windows of beamlets, in wavelengths.
 const NARROWEST: f64 = 0.25;
 
@@ -182,6 +118,7 @@ impl Scene {
         scene.origin = origin;
         scene.check_source()?;
         check_elements(&scene.element, &scene.arrays, &scene.origin)?;
+        scene.check_alone()?;
         scene.check_hologram()?;
         scene.check_memory()?;
         scene.check_width()?;
@@ -202,15 +139,22 @@ impl Scene {
         }
     }
 
-    /// A point source must lie before the first element.
+    /// A point source must lie before the first element, and its taper has one width.
     fn check_source(&self) -> Result<(), Fault> {
-        match &self.source {
-            Illumination::Point(point) if point.position_mm[2] > -LEAST => Err(self.fault(
-                "source.position_mm[2]",
-                point.position_mm[2].to_string(),
-                "less than zero, at most -1e-12: the point lies before the first element",
-            )),
-            _ => Ok(()),
+        let refuse = |(key, found, expected): (&str, String, &str)| {
+            Err(self.fault(&format!("source.{key}"), found, expected))
+        };
+        self.source.fault().map_or(Ok(()), refuse)
+    }
+
+    /// A sensor stands behind something: an element, or the plane on which the light is given.
+    fn check_alone(&self) -> Result<(), Fault> {
+        match self.element.len() == 1 && self.source.plane().is_none() {
+            false => Ok(()),
+            true => {
+                let expected = "at least one element before it";
+                Err(self.fault("element[0].kind", "nothing but a sensor", expected))
+            }
         }
     }
 
@@ -279,7 +223,14 @@ impl Scene {
         lent: &BTreeMap<String, BorrowedArray<'a>>,
     ) -> Result<Arrays<'a>, Fault> {
         let limit = self.memory_limit();
-        let arrays = Arrays::load(&self.element, &self.origin, limit, lent, &self.arrays);
+        let arrays = Arrays::load(
+            &self.source,
+            &self.element,
+            &self.origin,
+            limit,
+            lent,
+            &self.arrays,
+        );
         let arrays = arrays.map_err(|fault| match self.awaits_hologram() {
             true => {
                 let file = self.origin.file.display();

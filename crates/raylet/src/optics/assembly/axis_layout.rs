@@ -128,10 +128,10 @@ impl AxisLayout {
         self.towards = -self.towards;
     }
 
-    /// The light's phase is zero here: at the vertex of the first screen, in mm.
-    pub(crate) fn origin(&self) -> Vec3 {
+    /// Where the first screen stands; the light's phase is zero at its vertex.
+    pub(crate) fn start(&self) -> Frame {
         let first = self.screens.first();
-        first.map_or(Frame::GLOBAL.origin, |screen| screen.frame.origin)
+        first.map_or(Frame::GLOBAL, |screen| screen.frame)
     }
 
     /// The system of these parts at a vacuum wavelength in mm.

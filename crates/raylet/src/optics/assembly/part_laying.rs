@@ -95,6 +95,15 @@ impl Laying {
         }
     }
 
+    /// Puts an element that makes the light so far before the first part in mm.
+    pub(crate) fn lay_source(&mut self, element: Doe, distance: f64) {
+        self.axis.advance(-distance);
+        let frame = self.axis.frame([0.0; 2], [0.0; 3]);
+        let (name, kind) = (String::from("source"), ScreenKind::Doe(element));
+        self.axis.screen(name, frame, Shape::Plane, kind);
+        self.axis.advance(distance);
+    }
+
     /// Checks a part and adds it.
     pub(crate) fn lay(&mut self, part: &BuilderCall) -> Result<(), Mismatch> {
         if self.ended {

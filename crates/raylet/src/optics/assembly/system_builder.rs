@@ -1,5 +1,7 @@
 //! Systems in code: parts by their usual numbers, with one clear error.
 
+use std::f64::consts::FRAC_PI_2;
+
 use ndarray::Array2;
 use num_complex::Complex64;
 
@@ -9,8 +11,11 @@ use crate::optics::assembly::axis_layout::AxisLayout;
 use crate::optics::assembly::glass::Glass;
 use crate::optics::assembly::part_check::{BuildError, Mismatch, check_above_zero};
 use crate::optics::assembly::part_laying::{BuilderCall, Laying, address, glass_index};
+use crate::optics::beams::fibre_mode::FibreMode;
+use crate::optics::beams::gaussian_beam::GaussianBeam;
+use crate::optics::beams::sampled_field::sampled_field;
+use crate::optics::beams::taper::Taper;
 use crate::optics::doe::{Doe, Layer};
-use crate::optics::gaussian_beam::GaussianBeam;
 use crate::optics::pixels::active_area::ActiveArea;
 use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use crate::optics::refraction::Coating;
@@ -20,12 +25,20 @@ use crate::optics::source::{Source, direction_at};
 use crate::optics::system::System;
 
 /// Where the light comes from, before the first screen is known.
-#[derive(Clone, Copy, Debug)]
+#[derive(Clone, Debug)]
 enum Light {
     /// Collimated, at these angles to the yz and xz planes, in rad.
     Collimated([f64; 2]),
     /// From a point, in mm.
     Point([f64; 3]),
+    /// Collimated, with a taper: its angles in rad, its widths in mm and its order.
+    TaperedBeam([f64; 2], [f64; 2], u32),
+    /// From a point in mm, with a taper about +z: its half angles in rad and its order.
+    TaperedPoint([f64; 3], [f64; 2], u32),
+    /// Samples of a field at these distances in mm, so far before the first part in mm.
+    Samples(Array2<Complex64>, [f64; 2], f64),
+    /// A mode of a fibre that ends so far before the first part in mm.
+    Fibre(FibreMode, f64),
     /// A Gaussian beam: its waist in mm, the radii there in mm, and its angles in rad.
     Gaussian([f64; 3], [f64; 2], [f64; 2]),
 }
@@ -88,6 +101,38 @@ impl SystemBuilder {
     /// Light from a point, given in global coordinates in mm.
     pub fn point_source(mut self, position: [f64; 3]) -> Self {
         self.light = Light::Point(position);
+        self
+    }
+
+    /// Collimated light as of a laser, at these angles in rad: its amplitude is exp(−ρ^{2m}) about the first part's vertex,
+    /// with the radii along x and y (1/e² of the intensity) in mm, and its order m.
+    pub fn tapered_beam(mut self, angle: [f64; 2], radii: [f64; 2], order: u32) -> Self {
+        self.light = Light::TaperedBeam(angle, radii, order);
+        self
+    }
+
+    /// Light from a point in mm, as of a laser diode: its amplitude is exp(−ρ^{2m}) over direction cosines, with the half
+    /// angles along x and y (1/e² of the intensity) in rad, and its order m.
+    pub fn tapered_point(mut self, position: [f64; 3], half_angles: [f64; 2], order: u32) -> Self {
+        self.light = Light::TaperedPoint(position, half_angles, order);
+        self
+    }
+
+    /// A field of a limited band by samples [y, x] and their distances along x and y in mm, on a plane across the axis
+    /// `distance` mm before the first part. It is zero beyond them.
+    pub fn field_source(
+        mut self,
+        samples: Array2<Complex64>,
+        pitch: [f64; 2],
+        distance: f64,
+    ) -> Self {
+        self.light = Light::Samples(samples, pitch, distance);
+        self
+    }
+
+    /// A mode of a fibre that ends `distance` mm before the first part.
+    pub fn fibre_source(mut self, mode: FibreMode, distance: f64) -> Self {
+        self.light = Light::Fibre(mode, distance);
         self
     }
 
@@ -225,6 +270,9 @@ impl SystemBuilder {
         let ambient = glass_index(&self.ambient, self.wavelength);
         let ambient = ambient.map_err(|wrong| error("ambient", wrong))?;
         let mut laying = Laying::new(self.wavelength, self.coating, self.beam_radius, ambient);
+        if let Some((element, distance)) = self.source_element().map_err(light)? {
+            laying.lay_source(element, distance);
+        }
         for (number, part) in self.parts.iter().enumerate() {
             let laid = laying.lay(part);
             laid.map_err(|wrong| error(&address(&self.parts, number), wrong))?;
@@ -239,9 +287,31 @@ impl SystemBuilder {
         self
     }
 
+    /// What makes the light of a plane wave where it is given on a plane, and how far before the first part.
+    fn source_element(&self) -> Result<Option<(Doe, f64)>, Mismatch> {
+        let (element, distance) = match &self.light {
+            Light::Samples(samples, pitch, distance) => {
+                for pitch in pitch {
+                    check_above_zero("a distance of samples", *pitch)?;
+                }
+                (sampled_field(samples, *pitch), *distance)
+            }
+            Light::Fibre(mode, distance) => {
+                let (samples, pitch) = mode.samples().ok_or_else(|| {
+                    let found = "a mode that reaches far beyond the core";
+                    Mismatch::new(found, "a mode farther from where it is cut off")
+                })?;
+                (sampled_field(&samples, [pitch; 2]), *distance)
+            }
+            _ => return Ok(None),
+        };
+        check_above_zero("a distance of the source", distance)?;
+        Ok(Some((element, distance)))
+    }
+
     /// The source, in an ambient medium of this index.
     fn source(&self, axis: &AxisLayout, ambient: f64) -> Result<Source, Mismatch> {
-        let origin = axis.origin();
+        let origin = axis.start().origin;
         let towards = |angle: [f64; 2]| {
             direction_at(angle).ok_or_else(|| {
                 let found = format!("angles of {angle:?} rad");
@@ -249,11 +319,35 @@ impl SystemBuilder {
             })
         };
         Ok(match self.light {
+            Light::Samples(..) | Light::Fibre(..) => Source::Plane {
+                direction: Vec3::new(0.0, 0.0, 1.0),
+                origin,
+            },
             Light::Point([x, y, z]) => Source::point([x, y, z], origin),
             Light::Collimated(angle) => Source::Plane {
                 direction: towards(angle)?,
                 origin,
             },
+            Light::TaperedBeam(angle, radii, order) => {
+                let direction = towards(angle)?;
+                Source::TaperedPlane {
+                    direction,
+                    origin,
+                    centre: origin,
+                    taper: taper(direction, radii, order)?,
+                }
+            }
+            Light::TaperedPoint([x, y, z], half_angles, order) => {
+                if half_angles.into_iter().any(|angle| angle >= FRAC_PI_2) {
+                    let found = format!("half angles of {half_angles:?} rad");
+                    return Err(Mismatch::new(found, "half angles below a right angle"));
+                }
+                Source::TaperedPoint {
+                    position: Vec3::new(x, y, z),
+                    reference: origin,
+                    taper: taper(Vec3::new(0.0, 0.0, 1.0), half_angles.map(f64::sin), order)?,
+                }
+            }
             Light::Gaussian([x, y, z], radii, angle) => {
                 for radius in radii {
                     check_above_zero("a radius of the waist", radius)?;
@@ -264,6 +358,17 @@ impl SystemBuilder {
             }
         })
     }
+}
+
+/// A taper about a direction.
+fn taper(direction: Vec3, widths: [f64; 2], order: u32) -> Result<Taper, Mismatch> {
+    for width in widths {
+        check_above_zero("a width of the taper", width)?;
+    }
+    if order == 0 {
+        return Err(Mismatch::new("a taper of order 0", "an order from 1"));
+    }
+    Ok(Taper::about(direction, widths, order, 0.0))
 }
 
 fn error(part: &str, wrong: Mismatch) -> BuildError {

@@ -6,6 +6,7 @@ use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
 use crate::optics::pixels::active_area::ActiveArea;
+use crate::optics::pixels::pixel_shares::PixelShares;
 
 /// What a pixel's value means between the pixel centres.
 #[derive(Clone, Copy, Debug, Default, PartialEq, Eq, Serialize, Deserialize, JsonSchema)]
@@ -19,6 +20,16 @@ pub enum PixelForm {
     // Constant in the outer half pixels.
     /// Bilinear interpolation of the transmission between the centres.
     Bilinear,
+    /// Interpolation of samples of a limited band, zero beyond the grid: right to 8e-5 where they stand at twice the Nyquist
+    /// rate.
+    BandLimited,
+}
+
+impl PixelForm {
+    /// Whether a pixel has one value, which no neighbour takes part in.
+    pub(crate) fn is_even(self) -> bool {
+        matches!(self, Self::Box | Self::Point)
+    }
 }
 
 /// A centred grid of pixels, indexed [y, x]; row index grows with y.
@@ -116,19 +127,14 @@ impl Pixels {
         let on_grid = u >= 0.0 && v >= 0.0 && u < nx as f64 && v < ny as f64;
         let inside = on_grid && self.active.holds(0, u.fract()) && self.active.holds(1, v.fract());
 
-        // Bilinear interpolation is held constant beyond the outer centres.
         let split = |t: f64, n: usize| match self.form {
-            PixelForm::Box | PixelForm::Point => [(t as usize, 1.0), (0, 0.0)],
-            PixelForm::Bilinear => {
-                let t = (t - 0.5).clamp(0.0, (n - 1) as f64);
-                let low = (t as usize).min(n.saturating_sub(2));
-                let above = t - low as f64;
-                [(low, 1.0 - above), ((low + 1).min(n - 1), above)]
-            }
+            PixelForm::Box | PixelForm::Point => PixelShares::one(t as usize),
+            PixelForm::Bilinear => PixelShares::linear(t - 0.5, n),
+            PixelForm::BandLimited => PixelShares::band_limited(t - 0.5, n),
         };
         let columns = split(u, nx);
-        let pairs = split(v, ny).into_iter().flat_map(move |(row, b)| {
-            let along = columns.into_iter();
+        let pairs = split(v, ny).pixels().flat_map(move |(row, b)| {
+            let along = columns.pixels();
             along.map(move |(column, a)| ([row, column], a * b))
         });
         pairs.filter(move |(_, share)| inside && *share != 0.0)

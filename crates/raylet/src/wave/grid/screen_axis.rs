@@ -60,13 +60,14 @@ pub(crate) fn pixel_axis(
 ) -> Axis {
     let (cells, pitch) = ([lattice.shape.1, lattice.shape.0][a], lattice.pitch[a]);
     // Interpolation bends at the centres: half cells, where it is smooth.
-    let (least, parts) = match lattice.form {
+    let (least, parts, frequency) = match lattice.form {
         PixelForm::Point => return Axis::uniform(cells, pitch, 0.0),
         PixelForm::Box if side < 1.0 => {
             return gapped_axis([cells as f64, pitch], side, frequency, cut);
         }
-        PixelForm::Box => (1, 1.0),
-        PixelForm::Bilinear => (2, 2.0),
+        PixelForm::Box => (1, 1.0, frequency),
+        PixelForm::Bilinear => (2, 2.0, frequency),
+        PixelForm::BandLimited => (1, 1.0, frequency + 0.5 / pitch),
     };
     let cycles = frequency * pitch / parts;
     let parts = parts * (cycles / MOST_CYCLES).ceil().max(1.0);

@@ -4,7 +4,6 @@ use ndarray::{Array2, Zip};
 use num_complex::Complex64;
 
 use crate::optics::doe::{Doe, Layer};
-use crate::optics::pixels::pixel_grid::PixelForm;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::sampling::apply_screen;
@@ -49,7 +48,7 @@ pub(crate) fn pixels_bar(
     let fault = || NoPixels(screen.name.clone());
     let known = |layer: &Layer| match layer {
         Layer::Phase(_) => true,
-        Layer::Pixels(own) => own.form != PixelForm::Bilinear,
+        Layer::Pixels(own) => own.form.is_even(),
         Layer::Sum(_) | Layer::OnSurface(..) => false,
     };
     let grids = { doe.layers.iter() }.filter(|layer| matches!(layer, Layer::Pixels(_)));

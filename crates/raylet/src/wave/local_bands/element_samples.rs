@@ -258,7 +258,9 @@ impl<'a> Element<'a> {
                     return Axis::of_parts((last - first) as usize, own, middle, &cell);
                 }
                 PixelForm::Box => ((own / part).ceil(), NODES_OF_BOX),
-                PixelForm::Bilinear => ((own / pitch.min(area.edge_pitch)).ceil(), 1),
+                PixelForm::Bilinear | PixelForm::BandLimited => {
+                    ((own / pitch.min(area.edge_pitch)).ceil(), 1)
+                }
             };
             let cells = ((last - first) * parts) as usize;
             return Axis::gauss(cells, own / parts, middle, nodes);
@@ -279,7 +281,9 @@ impl<'a> Element<'a> {
     fn filter(&self) -> CellFilter {
         match self.pixels.map(|pixels| pixels.form) {
             Some(PixelForm::Box) => CellFilter::Pairs,
-            Some(PixelForm::Point | PixelForm::Bilinear) | None => CellFilter::Points,
+            Some(PixelForm::Point | PixelForm::Bilinear | PixelForm::BandLimited) | None => {
+                CellFilter::Points
+            }
         }
     }
 
@@ -332,7 +336,7 @@ impl<'a> Element<'a> {
     /// Its pixels, where they are all of its layers and constant over each cell.
     fn pixels_alone(&self) -> Option<&'a Pixels> {
         match self.phase.doe.map(|doe| doe.layers.as_slice()) {
-            Some([Layer::Pixels(pixels)]) if pixels.form != PixelForm::Bilinear => Some(pixels),
+            Some([Layer::Pixels(pixels)]) if pixels.form.is_even() => Some(pixels),
             _ => None,
         }
     }
@@ -446,7 +450,12 @@ mod tests {
 
     #[test]
     fn samples_dot_product() {
-        for form in [PixelForm::Box, PixelForm::Point, PixelForm::Bilinear] {
+        for form in [
+            PixelForm::Box,
+            PixelForm::Point,
+            PixelForm::Bilinear,
+            PixelForm::BandLimited,
+        ] {
             let pixels = noise((20, 30), 0);
             let layer = pixel_layer(pixels.clone(), 0.1, form);
             let mut doe = element(layer, Aperture::disc(0.9));

@@ -4,6 +4,7 @@ use num_complex::Complex64;
 
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
+use crate::optics::beams::taper::axes_about;
 
 /// A paraxial Gaussian beam, of unit amplitude and phase zero at the centre of its waist. Its angle of divergence λ/πw must be
 /// small: the field is off by some (λ/πw)².
@@ -21,12 +22,9 @@ impl GaussianBeam {
     /// A beam with these radii (1/e² of the intensity) along the axes of its waist in mm, in a medium of wavenumber
     /// `k` = 2πn/λ; the first axis is turned by `rotation` rad from x towards y.
     pub fn new(waist: Vec3, direction: Vec3, radii: [f64; 2], rotation: f64, k: f64) -> Self {
-        let (sin, cos) = rotation.sin_cos();
-        let aside = Vec3::new(cos, sin, 0.0);
-        let first = (aside + direction * -aside.dot(direction)).unit();
         Self {
             waist,
-            axes: [first, direction.cross(first), direction],
+            axes: axes_about(direction, rotation),
             rayleigh: radii.map(|w| 0.5 * k * w * w),
         }
     }
@@ -82,7 +80,7 @@ mod tests {
     use num_complex::Complex64;
 
     use crate::math::vec3::Vec3;
-    use crate::optics::gaussian_beam::GaussianBeam;
+    use crate::optics::beams::gaussian_beam::GaussianBeam;
 
     const K: f64 = 1e4;
 
