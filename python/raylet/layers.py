@@ -59,7 +59,7 @@ def height(
     pixel: str = "box",
     size: Sequence[int] | None = None,
 ) -> Layer:
-    """A relief of one material, heights [y, x] in µm: phase k(n − n′)h, n′ the index of the medium whose place it takes.
+    """A relief of one material, heights [y, x] in µm: phase k(n − n′)h, n′ the index of the medium that it displaces.
 
     `glass` is a name or an index. Where the element is an interface it is one of the two media, and the relief reaches
     into the other; a third material needs `stands_in`, "before" or "behind". Without heights `size` [nx, ny] makes a

@@ -1,7 +1,10 @@
-"""What the fuzzer of the program (fuzz/ at the root) counts as a failure, seen with programs that fail on purpose."""
+"""What the fuzzer of the program (fuzz/ at the root) counts as a failure, seen with programs that fail on purpose; and
+arguments of Python calls that make no sense, which get one clear exception each."""
 
 from __future__ import annotations
 
+import os
+import subprocess
 import sys
 from pathlib import Path
 
@@ -10,6 +13,8 @@ import pytest
 sys.path.insert(0, str(Path(__file__).parents[2]))
 from fuzz.case import Case, random_case
 from fuzz.trial import attempt
+
+CALLS = 4000
 
 FAILURES = {
     "echo 'power NaN mm²'": "not finite",
@@ -59,3 +64,12 @@ def failures(room: Path, script: str) -> list[str]:
     scene = b"memory_limit_mb = 16000\n"
     case = Case("simulate-1", {"scene.toml": scene}, [["simulate", "scene.toml", "--out", "out"]])
     return attempt(case, program, room / "case", None).reasons
+
+
+def test_thousands_of_calls() -> None:
+    command = [sys.executable, str(Path(__file__).with_name("fuzz_calls.py")), str(CALLS), "1"]
+    environment = {**os.environ, "PYTHONFAULTHANDLER": "1"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, timeout=900)
+    assert done.returncode == 0, f"{done.returncode}: {done.stderr[-3000:]}"
+    counts, total = done.stdout.rsplit(" ", 1)
+    assert int(total) == CALLS and "RayletError" in counts and "returned" in counts

@@ -51,8 +51,8 @@ def light(layer: dict[str, Any], side: str, filled: bool, wavelength_um: float, 
 @pytest.mark.parametrize("filled", [False, True])
 @pytest.mark.parametrize("wavelength_um", [0.48, 0.65])
 def test_a_relief_is_the_phase_of_its_index_step(side: str, filled: bool, wavelength_um: float) -> None:
-    """Bars of glass on a plate: φ = k(n − n′)h with the indices of both media from their published formulas, on a plane and
-    on a curved surface."""
+    """Bars of glass on a plate: φ = k(n − n′)h with the indices of both media from their published formulas, on a plane
+    and on a curved surface."""
     bars = np.broadcast_to(HEIGHT_UM * (np.arange(120) % PERIOD < PERIOD // 2), (120, 120))
     other = resin(wavelength_um) if filled else 1.0
     step = 2.0 * np.pi * (n_bk7(wavelength_um) - other) / wavelength_um
@@ -66,7 +66,8 @@ def test_a_relief_is_the_phase_of_its_index_step(side: str, filled: bool, wavele
 
 
 def test_bars_on_a_plate_have_the_orders_of_a_binary_grating() -> None:
-    """Bars of half a period on the back of a plate: sin²(φ/2) of the light leaves the zero order, 4/π² of it to each side."""
+    """Bars of half a period on the back of a plate: sin²(φ/2) of the light leaves the zero order, 4/π² of it to each
+    side."""
     bars = HEIGHT_UM * (np.arange(120) % PERIOD < PERIOD // 2)
     relief = raylet.height(pitch_um=2.0, height_um=np.tile(bars, (120, 1)), glass="N-BK7")
     system = raylet.System(wavelength_um=0.5).add_surface(glass="N-BK7", thickness_mm=1.0, semi_aperture_mm=0.3)
