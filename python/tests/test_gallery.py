@@ -40,7 +40,7 @@ def test_lines_of_a_spectrometer_stand_where_the_grating_equation_sends_them() -
     assert abs(places[:, 0] - places[:, 1]).max() < 1.5e-4
     assert abs(places[:, 0] - places[:, 2]).max() < 0.017
     # Rayleigh's criterion for 6000 lines: the peak of one line on the first zero of the other.
-    assert abs(found["apart"] - found["zero"]) < 0.04
+    assert abs(found["apart"] - found["zero"]) < 1e-3
     assert found["rest"] < 0.006
 
 

@@ -47,32 +47,43 @@ def light(layer: dict[str, Any], side: str, filled: bool, wavelength_um: float, 
     return system.add_sensor(pixels=(64, 48), pitch_um=3.0).simulate()
 
 
-@pytest.mark.parametrize("side", ["front", "back"])
-@pytest.mark.parametrize("filled", [False, True])
-@pytest.mark.parametrize("wavelength_um", [0.48, 0.65])
-def test_a_relief_is_the_phase_of_its_index_step(side: str, filled: bool, wavelength_um: float) -> None:
+@pytest.mark.parametrize(
+    ("side", "filled", "wavelength_um", "radius_mm"),
+    [
+        ("front", False, 0.48, 0.0),
+        ("front", False, 0.65, -6.0),
+        ("front", True, 0.48, -6.0),
+        ("front", True, 0.65, 0.0),
+        ("back", False, 0.48, 0.0),
+        ("back", False, 0.65, 0.0),
+        ("back", True, 0.48, -6.0),
+        ("back", True, 0.65, 0.0),
+    ],
+)
+def test_a_relief_is_the_phase_of_its_index_step(
+    side: str, filled: bool, wavelength_um: float, radius_mm: float
+) -> None:
     """Bars of glass on a plate: φ = k(n − n′)h with the indices of both media from their published formulas, on a plane
     and on a curved surface."""
     bars = np.broadcast_to(HEIGHT_UM * (np.arange(120) % PERIOD < PERIOD // 2), (120, 120))
     other = resin(wavelength_um) if filled else 1.0
     step = 2.0 * np.pi * (n_bk7(wavelength_um) - other) / wavelength_um
-    for radius_mm in (0.0, -6.0):
-        relief = raylet.height(pitch_um=2.0, height_um=bars.copy(), glass="N-BK7")
-        phase = raylet.pixels(pitch_um=2.0, phase=step * bars)
-        found = light(relief, side, filled, wavelength_um, radius_mm).field
-        expected = light(phase, side, filled, wavelength_um, radius_mm).field
-        error = np.linalg.norm(found - expected) / np.linalg.norm(expected)
-        assert error < 2e-3, (radius_mm, error)
+    relief = raylet.height(pitch_um=2.0, height_um=bars.copy(), glass="N-BK7")
+    phase = raylet.pixels(pitch_um=2.0, phase=step * bars)
+    found = light(relief, side, filled, wavelength_um, radius_mm).field
+    expected = light(phase, side, filled, wavelength_um, radius_mm).field
+    error = np.linalg.norm(found - expected) / np.linalg.norm(expected)
+    assert error < 2e-3, error
 
 
 def test_bars_on_a_plate_have_the_orders_of_a_binary_grating() -> None:
     """Bars of half a period on the back of a plate: sin²(φ/2) of the light leaves the zero order, 4/π² of it to each
     side."""
-    bars = HEIGHT_UM * (np.arange(120) % PERIOD < PERIOD // 2)
-    relief = raylet.height(pitch_um=2.0, height_um=np.tile(bars, (120, 1)), glass="N-BK7")
-    system = raylet.System(wavelength_um=0.5).add_surface(glass="N-BK7", thickness_mm=1.0, semi_aperture_mm=0.3)
-    system.add_doe(relief, glass="air", thickness_mm=1.0, coating="ideal")
-    system.add_paraxial_lens(focal_length_mm=20.0, thickness_mm=20.0, aperture=raylet.disc(1.0))
+    bars = HEIGHT_UM * (np.arange(600) % PERIOD < PERIOD // 2)
+    relief = raylet.height(pitch_um=2.0, height_um=np.tile(bars, (60, 1)), glass="N-BK7")
+    system = raylet.System(wavelength_um=0.5).add_surface(glass="N-BK7", thickness_mm=1.0, semi_aperture_mm=0.8)
+    lens = raylet.lens(focal_length_mm=20.0)
+    system.add_doe(relief, lens, glass="air", aperture=raylet.rectangle(1.2, 0.12), thickness_mm=20.0, coating="ideal")
     result = system.add_sensor(pixels=(512, 64), pitch_um=2.0).simulate()
     place = (np.arange(512) - 255.5) * 2e-3
     intensity = np.abs(result.field) ** 2
