@@ -1,6 +1,7 @@
 //! `raylet reference SCENE`: the same outputs by a method that needs no rays, where one applies.
 
 use std::path::{Path, PathBuf};
+use std::sync::Once;
 use std::time::Instant;
 
 use clap::Args;
@@ -91,12 +92,24 @@ impl Reference {
                 1 => String::new(),
                 _ => format!("λ = {} µm, ", micrometres(system.wavelength)),
             };
-            let note = |progress: Progress| meter.note(&run, progress);
             let refused = |error| reference_fault(scene, system, settings, choice, &error);
-            for step in reference_forecast(system, settings, choice).map_err(refused)? {
-                complain(&format!("{run}{}", step.line()));
-            }
+            let steps = reference_forecast(system, settings, choice).map_err(refused)?;
+
+            // The steps are told when the first one begins: a reference that is refused has none.
+            let told = Once::new();
+            let tell = || {
+                told.call_once(|| {
+                    for step in &steps {
+                        complain(&format!("{run}{}", step.line()));
+                    }
+                });
+            };
+            let note = |progress: Progress| {
+                tell();
+                meter.note(&run, progress)
+            };
             let found = reference(system, settings, choice, &note).map_err(refused)?;
+            tell();
             channels.push(Channel::of_reference(system, &found));
             fields.push(found.field);
         }

@@ -206,6 +206,7 @@ impl<'a> TileRun<'a> {
             pixel_part: PIXEL_PART * sigma,
             reach: reach_of(targeted),
             k,
+            values_allowed: self.settings.values_allowed() as f64,
         }
     }
 

@@ -32,6 +32,8 @@ pub(crate) struct TileArea {
     pub reach: [f64; 2],
     /// Vacuum wavenumber in rad/mm.
     pub k: f64,
+    /// Complex values that an array may have.
+    pub values_allowed: f64,
 }
 
 /// Pitches of the nodes from a singular point beyond which its slopes are resolved.

@@ -61,6 +61,12 @@ const EDGE_PHASE: f64 = 0.3;
 /// of the edge turns.
 const FINEST_EDGE: f64 = 8.0;
 
+/// And at most this many times finer at least, however many nodes these are.
+const LEAST_FINEST_EDGE: f64 = 2.0;
+
+/// Otherwise nodes of a tile at an edge are no more than this.
+const MOST_EDGE_NODES: f64 = 2e6;
+
 /// Pitches from one to its half.
 const PITCHES: f64 = 4.0;
 
@@ -370,7 +376,12 @@ fn gapped_cell(pitch: f64, side: f64, part: f64) -> Vec<CellPart> {
 fn edge_pitch(area: &TileArea, a: usize) -> f64 {
     let needed = area.reach[a] + area.half_band[a];
     let fine = PASSBAND * std::f64::consts::TAU / (area.k * needed);
-    let finer = (area.edge_pitch / fine).clamp(1.0, FINEST_EDGE);
+    let usual: f64 = { area.samples.iter() }
+        .map(|axis| axis.cells as f64 * axis.pitch / area.edge_pitch)
+        .product();
+    let finest = (area.values_allowed.min(MOST_EDGE_NODES) / usual).sqrt();
+    let finest = finest.clamp(LEAST_FINEST_EDGE, FINEST_EDGE);
+    let finer = (area.edge_pitch / fine).clamp(1.0, finest);
     area.edge_pitch * 2f64.powf(-(PITCHES * finer.log2()).ceil() / PITCHES)
 }
 
@@ -445,6 +456,7 @@ mod tests {
             pixel_part: 0.06,
             reach: [0.02; 2],
             k: 6e3,
+            values_allowed: 1e6,
         }
     }
 
