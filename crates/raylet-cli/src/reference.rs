@@ -95,7 +95,7 @@ impl Reference {
             let refused = |error| reference_fault(scene, system, settings, choice, &error);
             let steps = reference_forecast(system, settings, choice).map_err(refused)?;
 
-            // The steps are told when the first one begins: a reference that is refused has none.
+            // The steps are told with the first progress: a reference that is refused has none.
             let told = Once::new();
             let tell = || {
                 told.call_once(|| {
@@ -105,7 +105,9 @@ impl Reference {
                 });
             };
             let note = |progress: Progress| {
-                tell();
+                if progress.done > 0.0 {
+                    tell();
+                }
                 meter.note(&run, progress)
             };
             let found = reference(system, settings, choice, &note).map_err(refused)?;
