@@ -61,7 +61,7 @@ Local bands do not carry the light of the Cassegrain telescope well: where they 
 expected one 0.2. The runs of the table carry it by beamlets from a whole field.
 
 The edge of the combiner sends 6e-3 of the field into the eye box, at 20° to the light. Local bands leave this light out, and
-the expected error does not count it.
+the expected error counts it.
 
 Missing are a metasurface on a curved face, and mirrors with pixels.";
 

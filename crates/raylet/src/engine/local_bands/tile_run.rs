@@ -62,9 +62,9 @@ impl TileRun<'_> {
         for targeted in &plan.targeted {
             if let Some(window) = self.transformed(&plan, targeted, values) {
                 emission.send(&window.waves, &mut out);
-                out.statistics.tally.unresolved_edges +=
-                    self.unresolved_edge(&plan, targeted, values);
             }
+            let left_out = self.unresolved_edge(&plan, targeted, values);
+            out.statistics.tally.unresolved_edges += left_out;
         }
         out
     }

@@ -61,7 +61,7 @@ const EDGE_PHASE: f64 = 0.3;
 /// of the edge turns.
 const FINEST_EDGE: f64 = 8.0;
 
-/// And at most this many times finer at least, however many nodes these are.
+/// How many times finer they are where that is not enough, and however many nodes it takes.
 const LEAST_FINEST_EDGE: f64 = 2.0;
 
 /// Otherwise nodes of a tile at an edge are no more than this.
@@ -381,7 +381,12 @@ fn edge_pitch(area: &TileArea, a: usize) -> f64 {
         .product();
     let finest = (area.values_allowed.min(MOST_EDGE_NODES) / usual).sqrt();
     let finest = finest.clamp(LEAST_FINEST_EDGE, FINEST_EDGE);
-    let finer = (area.edge_pitch / fine).clamp(1.0, finest);
+    let asked = area.edge_pitch / fine;
+    let finer = match asked <= finest {
+        true => asked.max(1.0),
+        // Nodes that do not resolve the light need not be fine.
+        false => LEAST_FINEST_EDGE,
+    };
     area.edge_pitch * 2f64.powf(-(PITCHES * finer.log2()).ceil() / PITCHES)
 }
 
