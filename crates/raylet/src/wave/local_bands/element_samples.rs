@@ -64,6 +64,9 @@ const FINEST_EDGE: f64 = 8.0;
 /// How many times finer they are where that is not enough, and however many nodes it takes.
 const LEAST_FINEST_EDGE: f64 = 2.0;
 
+/// Directions that lead to the target with the width of beamlets beside it are farther than those to itself by up to this factor.
+const REACH_SPARE: f64 = 2.0;
+
 /// Otherwise nodes of a tile at an edge are no more than this.
 const MOST_EDGE_NODES: f64 = 2e6;
 
@@ -382,8 +385,8 @@ fn edge_pitch(area: &TileArea, a: usize) -> f64 {
     let finest = (area.values_allowed.min(MOST_EDGE_NODES) / usual).sqrt();
     let finest = finest.clamp(LEAST_FINEST_EDGE, FINEST_EDGE);
     let asked = area.edge_pitch / fine;
-    let finer = match asked <= finest {
-        true => asked.max(1.0),
+    let finer = match asked <= REACH_SPARE * finest {
+        true => asked.clamp(1.0, finest),
         // Nodes that do not resolve the light need not be fine.
         false => LEAST_FINEST_EDGE,
     };
