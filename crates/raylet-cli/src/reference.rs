@@ -95,7 +95,7 @@ impl Reference {
             let refused = |error| reference_fault(scene, system, settings, choice, &error);
             let steps = reference_forecast(system, settings, choice).map_err(refused)?;
 
-            // The steps are told with the first progress: a reference that is refused has none.
+            // A reference that is refused prints no steps, so they are printed with the first progress.
             let told = Once::new();
             let tell = || {
                 told.call_once(|| {

@@ -53,7 +53,7 @@ fn a_bare_mirror_is_as_good_as_one_behind_a_stop() {
     assert!(error < 1e-7, "{error:e}");
 }
 
-/// A rim that rays cut one by one is told with its true reason: no disc, no surface of revolution, or too large.
+/// The warning of a rim that cuts single rays names its reason: no disc, no surface of revolution, or too large.
 #[test]
 fn warnings_of_rims_name_the_reason() {
     let square = MIRROR.replace(

@@ -80,7 +80,7 @@ pub(crate) fn evanescent(hop: &Hop, leaving: &[([f64; 2], [f64; 2])]) -> Option<
     ))
 }
 
-/// Light beside the pixels of an element is told from this share on, in per cent.
+/// The least share of light beside the pixels of an element that a note reports, in per cent.
 const BESIDE: f64 = 0.5;
 
 /// Light that comes through the aperture of an element beside its pixels, of places with the intensity there.
