@@ -193,7 +193,7 @@ def two_point(
     Each is {"point_mm": [x, y, z]} or {"angle_deg": [ax, ay]} on the element's own axes. Light comes from a point on
     the side it comes from, and runs to a point on the side to which it goes. Without a reference the light is
     collimated along the axis. `wavelength_um` is that of the construction. The phase is that of the two waves on the
-    plane z = 0 of these axes, also where the element is curved."""
+    element's own surface, plane or curved."""
     waves = {"object": object, "reference": reference, "wavelength_um": wavelength_um}
     return _layer("two_point", **waves, order=order, centre_mm=centre_mm, rotation_deg=rotation_deg)
 

@@ -4,6 +4,7 @@ use std::path::Path;
 
 use ndarray::Array2;
 use num_complex::Complex64;
+use raylet::engine::chain::outcome::Outcome;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::file::model::build;
@@ -23,6 +24,10 @@ const PARTS: usize = 20;
 
 /// The light of pixels 6 wavelengths wide on a sensor so far beside the axis; their first order is at 65 wavelengths.
 fn light(pixels: Pixels, aperture: Aperture, method: Method, aside: f64) -> Array2<Complex64> {
+    run(pixels, aperture, method, aside).field.values
+}
+
+fn run(pixels: Pixels, aperture: Aperture, method: Method, aside: f64) -> Outcome {
     let beside = on_axis(400.0).moved(Vec3::new(aside, 0.0, 0.0));
     let doe = element(Layer::Pixels(pixels), aperture);
     let screens = vec![
@@ -34,7 +39,7 @@ fn light(pixels: Pixels, aperture: Aperture, method: Method, aside: f64) -> Arra
         ..Settings::default()
     };
     let system = lit(screens, vec![Vec::new()]);
-    simulate(&system, &settings, &|_| {}).unwrap().field.values
+    simulate(&system, &settings, &|_| {}).unwrap()
 }
 
 /// A pixel with a gap of a twentieth of the pitch on each side is 20² finer pixels, of which the outer ones are those of the gap:
@@ -87,6 +92,33 @@ fn pixels_with_gaps_are_those_of_finer_pixels() {
             let all = format!("{rest:?} {aperture:?} {method:?}: {error:e} {by_means:e}");
             assert!(error < most && by_means > 10.0 * most, "{all}");
         }
+    }
+}
+
+/// Pixels that are all alike have no first order: there the sensor has a thousandth of the light that falls beside it, whose
+/// footprints end before it. What they lack there is in the expected error of local bands.
+#[test]
+fn dark_places_beside_bright_ones_are_less_exact_and_the_estimate_knows() {
+    let alike = Pixels {
+        pitch: [6.0; 2],
+        values: Array2::ones((PIXELS, PIXELS)),
+        form: PixelForm::Box,
+        active: ActiveArea::WHOLE,
+    };
+    for (aperture, aside) in [
+        (Aperture::OPEN, 30.0),
+        (Aperture::OPEN, 65.0),
+        (Aperture::OPEN, 100.0),
+        (Aperture::disc(31.0), 65.0),
+    ] {
+        let exact = light(alike.clone(), aperture.clone(), Method::Auto, aside);
+        let found = run(alike.clone(), aperture, Method::LocalBands, aside);
+        let error = field_error(found.field.values.view(), exact.view()).unwrap();
+        let expected = found.expected_error().unwrap();
+        assert!(
+            (0.4..2.5).contains(&(expected / error)) && error < 6e-3,
+            "{aside}: {error:e} {expected:e}"
+        );
     }
 }
 

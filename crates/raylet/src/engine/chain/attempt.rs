@@ -1,12 +1,12 @@
 //! One attempt to propagate the light of a system: its rims, the method that propagates the light, and the run.
 
-use crate::engine::chain::forecast::{Chosen, Grids, choose};
+use crate::engine::chain::forecast::{Chosen, Grids, StaysFree, choose, whole_field_forecast};
 use crate::engine::chain::local_band_run::run_local_bands;
 use crate::engine::chain::outcome::{Listener, Outcome, Progress};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::chain::whole_field_run::run_whole_fields;
 use crate::engine::plan::hop_plan::Plan;
-use crate::engine::plan::settings::Settings;
+use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::rims::pixel_light::PixelValues;
 use crate::engine::rims::rim_screens::{Rimmed, with_rims};
 use crate::optics::system::{Hop, System};
@@ -58,7 +58,8 @@ impl Attempt {
         }
     }
 
-    /// Carries the light of the system that was planned.
+    /// Carries the light of the system that was planned. Local bands that were chosen for their speed may need an array that
+    /// is too large, which shows on the way: whole fields carry the light then, where they fit into memory.
     ///
     /// # Errors
     /// When a field needs too many samples, no light is left, or `progress` cancels the run.
@@ -67,12 +68,90 @@ impl Attempt {
         system: &System,
         progress: &Listener,
     ) -> Result<Outcome, SimulateError> {
-        match self.chosen {
-            Chosen::WholeFields(hops) => {
-                let plans = hops.into_iter().map(|(plan, _)| plan).collect();
-                run_whole_fields(system, self.rimmed, plans, &self.settings, progress)
-            }
-            Chosen::LocalBands(bands) => run_local_bands(system, self.rimmed, &bands, progress),
+        let (rimmed, settings) = (self.rimmed, self.settings);
+        let by_whole_fields = |rimmed, hops: Vec<(Plan, Grids)>| {
+            let plans = hops.into_iter().map(|(plan, _)| plan).collect();
+            run_whole_fields(system, rimmed, plans, &settings, progress)
+        };
+        let bands = match self.chosen {
+            Chosen::WholeFields(hops) => return by_whole_fields(rimmed, hops),
+            Chosen::LocalBands(bands) => bands,
+        };
+        let too_large = match run_local_bands(system, &rimmed, &bands, progress) {
+            Ok(landed) => return Ok(landed.outcome(rimmed)),
+            Err(SimulateError::LocalBands(error)) if error.is_too_large() => error,
+            Err(error) => return Err(error),
+        };
+        if settings.method != Method::Auto {
+            return Err(SimulateError::LocalBands(too_large));
         }
+        let all_stay: &StaysFree = &|_, _, _| true;
+        let hops = whole_field_forecast(&rimmed.system, &settings, all_stay, |_, _| ());
+        match hops {
+            Ok(hops) => by_whole_fields(rimmed, hops),
+            Err(whole) if whole.is_too_large() => Err(SimulateError::TooLarge {
+                whole: Box::new(whole),
+                bands: too_large,
+            }),
+            Err(_) => Err(SimulateError::LocalBands(too_large)),
+        }
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+
+    use crate::engine::chain::attempt::Attempt;
+    use crate::engine::chain::forecast::Chosen;
+    use crate::engine::chain::local_band_run::local_band_settings;
+    use crate::engine::chain::outcome::Progress;
+    use crate::engine::chain::simulate_error::SimulateError;
+    use crate::engine::local_bands::local_band_error::LocalBandError;
+    use crate::engine::plan::settings::{Method, Settings};
+    use crate::fixtures::noise::noise;
+    use crate::fixtures::parts::{box_pixels, lit, on_axis, screen, sensor};
+    use crate::optics::system::System;
+
+    fn go_on(_: Progress) -> ControlFlow<()> {
+        ControlFlow::Continue(())
+    }
+
+    /// An attempt to carry light by local bands that have no room for it.
+    fn without_room(system: &System, method: Method) -> Attempt {
+        let settings = Settings {
+            method,
+            ..Settings::default()
+        };
+        let planned = Attempt::plan(system, &settings, &go_on).unwrap();
+        let mut bands = local_band_settings(system, &settings).unwrap();
+        bands.memory_limit = 100_000;
+        Attempt {
+            chosen: Chosen::LocalBands(bands),
+            ..planned
+        }
+    }
+
+    /// Where local bands were the method of choice and turn out too large, whole fields bring the light; where they were
+    /// requested, the error is theirs.
+    #[test]
+    fn whole_fields_follow_local_bands_that_are_too_large() {
+        let pixels = noise((24, 24), 0).mapv(|value| value / value.norm());
+        let hologram = screen(on_axis(0.0), box_pixels(pixels, 6.0));
+        let system = lit(
+            vec![hologram, screen(on_axis(400.0), sensor(16, 2.0))],
+            vec![vec![]],
+        );
+        let expected = Attempt::plan(&system, &Settings::default(), &go_on);
+        let expected = expected.unwrap().run(&system, &go_on).unwrap();
+        let found = without_room(&system, Method::Auto).run(&system, &go_on);
+        assert_eq!(found.unwrap().field.values, expected.field.values);
+        let refused = without_room(&system, Method::LocalBands).run(&system, &go_on);
+        let refused = refused.unwrap_err();
+        let of_bands = |error: &LocalBandError| error.is_too_large();
+        assert!(
+            matches!(&refused, SimulateError::LocalBands(error) if of_bands(error)),
+            "{refused}"
+        );
     }
 }

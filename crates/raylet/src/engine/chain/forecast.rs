@@ -246,7 +246,10 @@ pub fn expected_error(original: &System, rimmed: &Rimmed, hops: &[Forecast]) -> 
 }
 
 /// Every hop of a system as it would be run from whole fields.
-fn whole_field_forecast<R: Reply>(
+///
+/// # Errors
+/// As [`choose`].
+pub(crate) fn whole_field_forecast<R: Reply>(
     system: &System,
     settings: &Settings,
     stays: &StaysFree,

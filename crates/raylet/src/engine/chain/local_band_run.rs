@@ -68,6 +68,24 @@ pub fn local_band_settings(
     Ok(chosen)
 }
 
+/// Light on the sensor, and what its hops did.
+pub(crate) struct Landed {
+    field: Field,
+    hops: Vec<HopReport>,
+}
+
+impl Landed {
+    /// The outcome of the run.
+    pub(crate) fn outcome(self, rimmed: Rimmed) -> Outcome {
+        Outcome {
+            hops: self.hops,
+            field: self.field,
+            standard_error: None,
+            rimmed,
+        }
+    }
+}
+
 /// Carries the light of a system, in which rims that matter are screens, to its sensor.
 ///
 /// # Errors
@@ -75,10 +93,10 @@ pub fn local_band_settings(
 /// memory, the field is not finite, or `progress` cancels the run.
 pub(crate) fn run_local_bands(
     original: &System,
-    rimmed: Rimmed,
+    rimmed: &Rimmed,
     settings: &LocalBandSettings,
     progress: &Listener,
-) -> Result<Outcome, SimulateError> {
+) -> Result<Landed, SimulateError> {
     let system = &rimmed.system;
     let outcome = carry_with(system, settings, &|here| {
         progress(Progress {
@@ -95,12 +113,10 @@ pub(crate) fn run_local_bands(
     let landed = outcome.field.power() * in_sensor;
     let steep = mean_cosine_on(system, &outcome.field);
     let hops = outcome.hops.into_iter().enumerate();
-    let hops = hops.map(|(number, hop)| report(original, &rimmed, number, hop, landed, steep));
-    Ok(Outcome {
+    let hops = hops.map(|(number, hop)| report(original, rimmed, number, hop, landed, steep));
+    Ok(Landed {
         hops: hops.collect(),
         field: outcome.field,
-        standard_error: None,
-        rimmed,
     })
 }
 

@@ -13,7 +13,7 @@ pub struct ErrorBudget {
     pub aberration: f64,
     /// Windows and period of the patches; without rays, what the free hop's period, taper and levels cost.
     pub windows: f64,
-    /// Modes below the threshold, and tails of aberrated beamlets that are not trusted.
+    /// Modes below the threshold, tails of aberrated beamlets that are not trusted, and light beyond the ends of footprints.
     pub dropped: f64,
     /// The rim of a curved surface where the hop begins, and rims that cut light ray by ray.
     pub rims: f64,
@@ -35,13 +35,14 @@ impl ErrorBudget {
 
     /// The budget of a hop by local bands.
     fn of_local_bands(plan: &LocalBandPlan, tally: &Tally) -> Self {
+        let followed = tally.dropped_of_followed() * tally.darkness();
         Self {
             aberration: match plan.corrected {
                 true => tally.eta_corrected(),
                 false => tally.eta(),
             },
             windows: plan.window_error(tally.cubic_phase()) * tally.darkness(),
-            dropped: tally.dropped_of_followed() * plan.share_of_dropped() * tally.darkness(),
+            dropped: plan.share_of_dropped() * followed.hypot(tally.footprints_left_out()),
             rims: tally.edge.hypot(tally.edges_left_out()),
         }
     }

@@ -100,6 +100,8 @@ pub struct Tally {
     pub edge: f64,
     /// Energy that edges send to the target in directions that their nodes do not resolve.
     pub unresolved_edges: f64,
+    /// Energy that falls on the target beyond where the footprints of beamlets end.
+    pub beyond_footprints: f64,
     /// The error of a free hop, measured at a few points, where a direct sum resolves it.
     pub spot_check: Option<f64>,
     /// Σ variance and Σ|U|² over the receiving screen, where rays were drawn at random.
@@ -193,6 +195,7 @@ impl Tally {
         self.evaluations += other.evaluations;
         self.untrusted += other.untrusted;
         self.unresolved_edges += other.unresolved_edges;
+        self.beyond_footprints += other.beyond_footprints;
         self.aberration.merge(&other.aberration);
     }
 
@@ -225,11 +228,20 @@ impl Tally {
 
     /// √ of what edges send to the target in directions that their nodes do not resolve, over the energy that arrives.
     pub(crate) fn edges_left_out(&self) -> f64 {
-        let arrived = match self.landed {
+        ratio(self.unresolved_edges, self.arrived()).sqrt()
+    }
+
+    /// √ of what the ends of footprints cut off on the target, over the energy that arrives.
+    pub(crate) fn footprints_left_out(&self) -> f64 {
+        ratio(self.beyond_footprints, self.arrived()).sqrt()
+    }
+
+    /// The energy that arrives at the target: of the field, where it is known.
+    fn arrived(&self) -> f64 {
+        match self.landed {
             Some(landed) => landed * self.total_energy(),
             None => self.energy[Fate::Arrived.place()],
-        };
-        ratio(self.unresolved_edges, arrived).sqrt()
+        }
     }
 
     /// Standard error of the field from what was drawn at random, relative to the field as it came out:

@@ -135,12 +135,14 @@ impl Emission<'_> {
                     continue;
                 }
             };
+            let tail = Tail::of(&beamlet, self.target.bounds, k);
+            let cut = tail.share.min(self.target.edge.powi(2));
+            statistics.tally.beyond_footprints += share * cut;
             if !self.target.meets(&beamlet, k) {
                 statistics.tally.count(Fate::Outside, share);
                 continue;
             }
             statistics.tally.count(Fate::Arrived, share);
-            let tail = Tail::of(&beamlet, self.target.bounds, k);
             let energy = share * tail.share;
             if energy >= kept.strongest.0 {
                 kept.strongest = (energy, dp);

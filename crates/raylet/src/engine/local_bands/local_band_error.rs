@@ -65,6 +65,14 @@ pub enum LocalBandError {
 }
 
 impl LocalBandError {
+    /// Whether beamlets, windows or an array take more memory than the limit allows.
+    pub(crate) fn is_too_large(&self) -> bool {
+        matches!(
+            self,
+            Self::Memory { .. } | Self::Windows { .. } | Self::Tile { .. }
+        )
+    }
+
     /// The memory limit in bytes at which this array would not be too large; nothing for another reason, and where it is
     /// unknown.
     pub(crate) fn memory_needed(&self) -> Option<usize> {

@@ -161,8 +161,9 @@ impl Layout<'_, '_> {
             ],
             arrives: self.axis.towards(),
             leaves: self.axis.towards() * if doe.reflect { -1.0 } else { 1.0 },
+            shape: &shape,
         };
-        let kind = ScreenKind::Doe(layers.doe(doe, &shape, path)?);
+        let kind = ScreenKind::Doe(layers.doe(doe, path)?);
         self.check_beam(path)?;
         self.axis.screen(name, frame, shape, kind);
         if let Some((behind, medium)) = behind {

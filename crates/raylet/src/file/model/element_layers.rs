@@ -40,19 +40,22 @@ pub(crate) struct ElementLayers<'a, 'l> {
     pub arrives: f64,
     /// The same where it leaves.
     pub leaves: f64,
+    /// The surface on which the element stands.
+    pub shape: &'a Shape,
 }
 
 impl ElementLayers<'_, '_> {
-    /// The element with these keys at a path, on a surface of this shape.
+    /// The element with these keys at a path.
     ///
     /// # Errors
     /// Arrays that are not loaded, unknown materials, pixel grids that do not share their lattice.
-    pub(crate) fn doe(&self, doe: &DoeElement, shape: &Shape, path: &str) -> Result<Doe, Fault> {
+    pub(crate) fn doe(&self, doe: &DoeElement, path: &str) -> Result<Doe, Fault> {
         let layers = self.layers(&doe.layer, &format!("{path}.layer"))?;
+        self.check_holograms(doe, path)?;
         let doe = Doe {
             layers: match doe.coordinates {
                 Coordinates::Projected => layers,
-                Coordinates::Surface => vec![self.on_surface(layers, shape, path)?],
+                Coordinates::Surface => vec![self.on_surface(layers, path)?],
             },
             aperture: doe.aperture.optics(),
             reflect: doe.reflect,
@@ -67,8 +70,21 @@ impl ElementLayers<'_, '_> {
         Ok(doe)
     }
 
+    /// A hologram of two points knows its places in space, not along a curved surface.
+    fn check_holograms(&self, doe: &DoeElement, path: &str) -> Result<(), Fault> {
+        let along = doe.coordinates == Coordinates::Surface && *self.shape != Shape::Plane;
+        if along && holds_two_point(&doe.layer) {
+            return Err(self.scene.fault(
+                &format!("{path}.coordinates"),
+                "\"surface\" with a hologram of two points on a curved element",
+                "\"projected\"",
+            ));
+        }
+        Ok(())
+    }
+
     /// Layers on the own coordinates of a surface.
-    fn on_surface(&self, layers: Vec<Layer>, shape: &Shape, path: &str) -> Result<Layer, Fault> {
+    fn on_surface(&self, layers: Vec<Layer>, path: &str) -> Result<Layer, Fault> {
         let place = format!("{path}.coordinates");
         let is_point = |lattice: &Lattice| lattice.form == PixelForm::Point;
         if lattices(&layers).iter().any(is_point) {
@@ -76,7 +92,7 @@ impl ElementLayers<'_, '_> {
             let expected = "pixel = \"box\" or \"bilinear\", or coordinates = \"projected\"";
             return Err(self.scene.fault(&place, found, expected));
         }
-        let own = SurfaceCoordinates::of(shape).ok_or_else(|| {
+        let own = SurfaceCoordinates::of(self.shape).ok_or_else(|| {
             let found = "\"surface\" on a surface that is curved in two ways";
             let expected = "a surface of revolution about its own axis or a cylinder, or coordinates = \
                             \"projected\"";
@@ -252,7 +268,10 @@ impl ElementLayers<'_, '_> {
                 at,
                 converges: at[2] * heading > 0.0,
             },
-            None => RecordedWave::Collimated(wave.angle_deg.map(|angle| angle.to_radians().sin())),
+            None => {
+                let [p, q] = wave.angle_deg.map(|angle| angle.to_radians().sin());
+                RecordedWave::Collimated([p, q, heading * (1.0 - p * p - q * q).sqrt()])
+            }
         };
         TwoPoint {
             object: wave(&hologram.object, self.leaves),
@@ -260,6 +279,7 @@ impl ElementLayers<'_, '_> {
             wavenumbers: [self.indices[1], self.indices[0]]
                 .map(|index| std::f64::consts::TAU * index / made_for),
             order: f64::from(hologram.order),
+            surface: (self.shape.clone(), hologram.placement()),
         }
     }
 
@@ -268,6 +288,16 @@ impl ElementLayers<'_, '_> {
         let first = self.scene.wavelength_um.first().copied();
         own_um.or(first).map_or(self.wavelength, |um| um * UM)
     }
+}
+
+/// Whether a hologram of two points is among layers, or within one of them.
+fn holds_two_point(layers: &[layer::Layer]) -> bool {
+    layers.iter().any(|layer| match layer {
+        layer::Layer::TwoPoint(_) => true,
+        layer::Layer::Kinoform(kinoform) => holds_two_point(&kinoform.layer),
+        layer::Layer::Sum(sum) => sum.terms.iter().any(|term| holds_two_point(term)),
+        _ => false,
+    })
 }
 
 fn grid(pitch_um: [f64; 2], values: ndarray::Array2<Complex64>, form: PixelForm) -> Pixels {

@@ -328,6 +328,13 @@ fn check_powers(sum: &PolynomialLayer, place: &Place<'_>) -> Result<(), Fault> {
 /// A wave of a hologram is collimated, or that of a point beside the element.
 fn check_wave(wave: &RecordedWave, place: &Place<'_>) -> Result<(), Fault> {
     let Some([_, _, z]) = wave.point_mm else {
+        let [p, q] = wave.angle_deg.map(|angle| angle.to_radians().sin());
+        if p.hypot(q) >= 1.0 {
+            return place.inner(".angle_deg").refuse(
+                format!("sines {p:.4} and {q:.4}, which no direction has"),
+                "angles whose sines have squares that add to less than 1",
+            );
+        }
         return Ok(());
     };
     if wave.angle_deg != [0.0; 2] {

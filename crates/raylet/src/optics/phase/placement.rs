@@ -24,6 +24,15 @@ impl Placement {
         [u * cos + v * sin, v * cos - u * sin]
     }
 
+    /// A point on the own axes, on those of the element.
+    pub fn outwards<T: Real>(&self, u: T, v: T) -> [T; 2] {
+        let (sin, cos) = self.rotation.sin_cos();
+        [
+            u * cos - v * sin + self.centre[0],
+            u * sin + v * cos + self.centre[1],
+        ]
+    }
+
     /// A vector along the own axes, along those of the element.
     pub fn vector_outwards(&self, [u, v]: [f64; 2]) -> [f64; 2] {
         let (sin, cos) = self.rotation.sin_cos();

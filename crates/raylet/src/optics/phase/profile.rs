@@ -222,6 +222,7 @@ mod tests {
     use crate::optics::phase::placement::Placement;
     use crate::optics::phase::profile::Profile;
     use crate::optics::phase::two_point::{RecordedWave, TwoPoint};
+    use crate::optics::shape::Shape;
     use crate::optics::zernike::ZernikeSum;
 
     #[test]
@@ -247,6 +248,7 @@ mod tests {
                 reference: point([-5.0, 1.0, -30.0]),
                 wavenumbers: [900.0, 700.0],
                 order: 1.0,
+                surface: (Shape::sphere(8.0), placement),
             }),
             Profile::Linear {
                 gradient: [3.0, -2.0],
