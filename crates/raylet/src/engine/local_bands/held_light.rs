@@ -16,6 +16,9 @@ use crate::wave::local_bands::gather::Gather;
 use crate::wave::local_bands::local_band::{WindowBlock, bright_amplitude};
 use crate::wave::local_bands::tiling::raster;
 
+/// The directions of a source are looked at so many σ beyond the corners of a tile: there its windows are weak.
+const SEEN: f64 = 2.0;
+
 /// Beamlets on the screen to which they came, in the groups in which they came.
 #[derive(Clone, Debug)]
 pub(crate) struct HeldBeamlets {
@@ -132,23 +135,28 @@ impl<'a> ArrivingLight<'a> {
     }
 
     /// The light under a block of windows that lie within `area`, its carrier found from what is within some `radius`
-    /// of the middle; nothing where it is dark.
+    /// of the middle, or at the point to which `open` moves the middle, where light goes on; nothing where it is dark.
     pub(crate) fn under(
         &self,
         block: &WindowBlock,
         area: [f64; 4],
         radius: f64,
+        open: impl Fn([f64; 2]) -> [f64; 2],
     ) -> Option<TileLight<'a>> {
         let [x0, x1, y0, y1] = block.centres;
         let middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
         match self {
             Self::Source(source, screen, k) => {
-                let carrier = source_carrier(source, screen, middle);
+                let carrier = source_carrier(source, screen, open(middle)).about(middle);
                 let corner = |x: f64, y: f64| {
-                    let exact = source_carrier(source, screen, [x, y]).p;
-                    let linear = carrier.cosines([x, y]);
+                    let at = open([x, y]);
+                    let exact = source_carrier(source, screen, at).p;
+                    let linear = carrier.cosines(at);
                     [0, 1].map(|a| (exact[a] - linear[a]).abs())
                 };
+                // Windows reach beyond their centres: near a point the directions there differ by more.
+                let seen = SEEN * block.sigma;
+                let [x0, x1, y0, y1] = [x0 - seen, x1 + seen, y0 - seen, y1 + seen];
                 let corners = [
                     corner(x0, y0),
                     corner(x0, y1),
@@ -188,6 +196,18 @@ impl<'a> ArrivingLight<'a> {
 }
 
 impl TileLight<'_> {
+    /// The direction of the light of a source at a point, less that of the carrier; zero for beamlets.
+    pub(crate) fn beside(&self, at: [f64; 2]) -> [f64; 2] {
+        match self.light {
+            ArrivingLight::Source(source, screen, _) => {
+                let exact = source_carrier(source, screen, at).p;
+                let linear = self.carrier.cosines(at);
+                [0, 1].map(|a| exact[a] - linear[a])
+            }
+            ArrivingLight::Beamlets(_) => [0.0; 2],
+        }
+    }
+
     /// The light over its carrier at samples, [y, x], and how many values were evaluated.
     pub(crate) fn at(&self, samples: &[Axis; 2]) -> (Array2<Complex64>, u64) {
         match self.light {
@@ -259,7 +279,9 @@ mod tests {
             threshold: 1e-3,
             bright: 0.0,
         };
-        let under = light.under(&block, [0.1, 0.6, 0.0, 0.5], 0.2).unwrap();
+        let under = light
+            .under(&block, [0.1, 0.6, 0.0, 0.5], 0.2, |at| at)
+            .unwrap();
         let samples = [Axis::uniform(31, 0.02, 0.35), Axis::uniform(29, 0.02, 0.25)];
         let (there, _) = under.at(&samples);
         let bar = noise(there.dim(), 1);

@@ -6,7 +6,7 @@ use rayon::prelude::*;
 
 use crate::math::real::{Dual, Real};
 use crate::math::vec3::Vec3;
-use crate::optics::deflection::transmitted;
+use crate::optics::deflection::{deflected, transmitted};
 use crate::optics::doe::Doe;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::source::Source;
@@ -78,24 +78,36 @@ pub(crate) fn source_values(
     Array2::from_shape_fn((samples[1].len(), samples[0].len()), value)
 }
 
-/// |U|² cos θ of the light before a screen, for an area over its local x and y; zero where it does not exist.
-fn power_density(source: &Source, screen: &Screen, at: [f64; 2], k: f64) -> f64 {
-    let Some(height) = screen.height(at) else {
-        return 0.0;
-    };
+/// |U|² cos θ of the light at a screen, for an area over its local x and y, where an element adds `kick` to its optical
+/// cosines; zero where the screen does not exist or the light does not go on.
+fn power_density(
+    source: &Source,
+    screen: &Screen,
+    at: [f64; 2],
+    kick: [f64; 2],
+    k: f64,
+) -> Option<f64> {
+    let height = screen.height(at)?;
     let point = screen.frame.to_global(Vec3::new(at[0], at[1], height.z));
     let direction = screen.frame.direction_to_local(source.direction(point));
     let [sx, sy] = height.slope;
-    let through = direction.z - direction.x * sx - direction.y * sy;
-    source.field(point, k * screen.index).norm_sqr() * through.abs()
+    let mut through = direction.z - direction.x * sx - direction.y * sy;
+    if kick != [0.0; 2] {
+        let arriving = [direction.x, direction.y].map(|d| d * screen.index);
+        let [px, py] = deflected(screen, at, arriving, kick)?;
+        let along = (screen.index.powi(2) - px * px - py * py).max(0.0).sqrt();
+        through = (along * screen.leaves() - px * sx - py * sy) / screen.index;
+    }
+    Some(source.field(point, k * screen.index).norm_sqr() * through.abs())
 }
 
 /// Cells along each side of a screen over which its light is summed: so many, or one a pixel up to the most.
 const CELLS: usize = 512;
 const MOST_CELLS: usize = 4096;
 
-/// The power that comes through the first screen, in mm²: ∫|U|² cos θ over its surface, of the light before it and what its
-/// element passes; nothing for a screen without an edge.
+/// The power that leaves the first screen, in mm²: ∫|U|² cos θ over its surface, of what its element passes, in the directions
+/// to which its smooth phase turns light; of the light before it where the screen is an interface or has pixels; nothing for
+/// a screen without an edge.
 pub(crate) fn power_behind(source: &Source, screen: &Screen, k: f64) -> Option<f64> {
     let [x0, x1, y0, y1] = screen.bounds()?;
     let (aperture, doe) = match &screen.kind {
@@ -120,7 +132,11 @@ pub(crate) fn power_behind(source: &Source, screen: &Screen, k: f64) -> Option<f
             }
             let at = [left + 0.5 * dx, low + 0.5 * dy];
             let passed = doe.map_or(1.0, |doe| doe.transmission(at[0], at[1]).norm_sqr());
-            open * passed * power_density(source, screen, at, k)
+            let smooth = doe.filter(|_| screen.behind.is_none() && pixels.is_none());
+            let gradient = smooth.and_then(|doe| doe.ray_gradient(at[0], at[1]));
+            let kick = gradient.map_or([0.0; 2], |gradient| gradient.map(|g| g / k));
+            let density = power_density(source, screen, at, kick, k);
+            open * passed * density.unwrap_or(0.0)
         };
         (0..nx).map(cell).sum::<f64>()
     };
@@ -131,12 +147,15 @@ pub(crate) fn power_behind(source: &Source, screen: &Screen, k: f64) -> Option<f
 #[cfg(test)]
 mod tests {
     use crate::engine::local_bands::source_light::{power_behind, source_carrier, source_field};
-    use crate::fixtures::parts::{conic, on_axis, open_screen, screen};
+    use crate::fixtures::parts::{conic, element, on_axis, open_screen, plane_wave, screen};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::beams::gaussian_beam::GaussianBeam;
+    use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::screen::{Screen, ScreenKind};
+    use crate::optics::source::Source;
 
     /// A Gaussian beam of radius w has the power πw²/2, of which a disc of radius a passes 1 − exp(−2a²/w²).
     #[test]
@@ -149,7 +168,21 @@ mod tests {
         let exact = 0.5 * std::f64::consts::PI * w * w * (1.0 - (-2.0 * a * a / (w * w)).exp());
         assert!((found / exact - 1.0).abs() < 1e-5, "{found} {exact}");
     }
-    use crate::optics::source::Source;
+
+    /// A grating that turns collimated light by 60° lets half of the power go on: ∫|U|² cos θ behind it.
+    #[test]
+    fn an_element_that_turns_light_narrows_it() {
+        let (k, a) = (1e4, 0.2);
+        let gradient = [0.75f64.sqrt() * k, 0.0];
+        let grating = element(
+            Layer::Phase(Profile::Linear { gradient }),
+            Aperture::disc(a),
+        );
+        let screen = screen(on_axis(0.0), ScreenKind::Doe(grating));
+        let found = power_behind(&plane_wave([0.0, 0.0]), &screen, k).unwrap();
+        let exact = 0.5 * std::f64::consts::PI * a * a;
+        assert!((found / exact - 1.0).abs() < 1e-5, "{found} {exact}");
+    }
 
     /// The carrier of a point's light on a tilted sphere is the change of its phase from place to place.
     #[test]

@@ -109,7 +109,7 @@ impl<'a> TileRun<'a> {
         let leaving = light.carrier.times(own.p, own.q);
         let windows = lit.into_iter();
         let targeted: Vec<TargetedWindow> = windows
-            .filter_map(|lit| self.targeted(lit, &leaving, &own))
+            .filter_map(|lit| self.targeted(lit, &leaving, &light, &own))
             .collect();
         if targeted.is_empty() {
             return None;
@@ -170,13 +170,23 @@ impl<'a> TileRun<'a> {
         };
         let half = 0.5 * (centres[1] - centres[0]).max(centres[3] - centres[2]);
         let area = grown(centres, REACH * sigma);
-        self.light.under(&block, area, half + sigma)
+        let open = |at| self.element.phase().within(at);
+        self.light.under(&block, area, half + sigma, open)
     }
 
     /// A window's carrier, and the directions that lead from it to the target; nothing where none does.
-    fn targeted(&self, lit: LitWindow, leaving: &Carrier, own: &Carrier) -> Option<TargetedWindow> {
+    fn targeted(
+        &self,
+        lit: LitWindow,
+        leaving: &Carrier,
+        light: &TileLight,
+        own: &Carrier,
+    ) -> Option<TargetedWindow> {
         let LitWindow { window, at, edge } = lit;
-        let shift = self.element.phase().beside(own, self.far(), at, self.k());
+        let phase = self.element.phase();
+        let arrived = light.beside(phase.within(at));
+        let added = phase.beside(own, self.far(), at, self.k());
+        let shift = [0, 1].map(|a| arrived[a] + added[a]);
         let start = ChirpedStart {
             carrier: leaving.about(at).times(shift, [0.0; 3]),
             sigma: self.shape.sigma,

@@ -103,7 +103,7 @@ impl<'a> ElementPhase<'a> {
 
     /// The last point in the aperture on the way from its centre to a point: no light passes outside, where a phase may be
     /// anything.
-    fn within(&self, at: [f64; 2]) -> [f64; 2] {
+    pub(crate) fn within(&self, at: [f64; 2]) -> [f64; 2] {
         let centre = self.aperture.centre;
         let place = |share: f64| [0, 1].map(|a| centre[a] + share * (at[a] - centre[a]));
         let holds = |[x, y]: [f64; 2]| self.aperture.contains(x, y);

@@ -162,7 +162,11 @@ impl<'a> Element<'a> {
         let rough = cut && self.cuts_cells() || core;
         let band = self.phase.band(area, carrier, far);
         let share = if cut { PASSBAND } else { CORE_BAND };
-        let turns = if core { share / CORE_SPARE } else { 0.5 };
+        let turns = match (core, cut) {
+            (true, _) => share / CORE_SPARE,
+            (false, true) => share,
+            (false, false) => 0.5,
+        };
         let needed = [0, 1].map(|a| {
             let pitch = turns * std::f64::consts::TAU / (area.k * band[a]);
             let edge = match self.pixels {
