@@ -185,6 +185,13 @@ fn plan(
     wait.note(format!("following rays for warnings, λ = {wavelength} µm"));
     let findings = advice(system, &methods, settings);
     let mut text = String::from("\n");
+    for names in rimmed.joined(given) {
+        let names = names.join("' and '");
+        let _ = writeln!(
+            text,
+            "  '{names}' stand in one place and act as one element"
+        );
+    }
     for (number, (hop, forecast)) in system.hops().zip(&hops).enumerate() {
         let entry = PlanEntry::new(&hop, &forecast.method, settings);
         document::text(

@@ -79,11 +79,9 @@ impl LinearisedBands {
             variations,
             pulse: back.pulse,
         };
-        let mut found = carry_kept_adjoint(system, &self.settings, kept, &cotangent)?;
-        // Of the screens of the system as it was given only.
-        let own = self.planned.own.iter();
+        let found = carry_kept_adjoint(system, &self.settings, kept, &cotangent)?;
         Ok(Gradient {
-            pixels: own.map(|at| found.pixels[*at].take()).collect(),
+            pixels: self.planned.of_given(found.pixels),
             parameters: found.parameters,
         })
     }

@@ -191,9 +191,7 @@ impl LinearisedFields {
                 }
             }
         }
-        // Of the screens of the system as it was given only.
-        let own = self.planned.own.iter();
-        gradient.pixels = own.map(|at| gradient.pixels[*at].take()).collect();
+        gradient.pixels = self.planned.of_given(gradient.pixels);
         Ok(gradient)
     }
 

@@ -15,8 +15,9 @@ use crate::engine::monte_carlo::mode_sampling::Draws;
 use crate::engine::plan::hop_plan::{Plan, along};
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::progress::{Pulse, uncancelled};
+use crate::engine::rims::joined_screens::joining_hops;
 use crate::engine::rims::pixel_light::PixelValues;
-use crate::engine::rims::rim_screens::with_rims;
+use crate::engine::rims::rim_screens::with_rims_joining;
 use crate::engine::trace::ray_sensitivity::{PerturbedHops, Variation, perturbed_hops};
 use crate::optics::system::{Hop, System};
 use crate::wave::free::propagate::FreeHop;
@@ -65,7 +66,16 @@ impl LinearisedSystem {
         }
         sensor_of(system)?;
         let settings = &settings.for_planning();
-        let planned = with_rims(system, settings, PixelValues::Varying);
+        // Screens that a variation moves apart keep their hop.
+        let mut joining = joining_hops(system, PixelValues::Varying);
+        for other in variations.iter().flat_map(|one| [&one.below, &one.above]) {
+            let there = joining_hops(other, PixelValues::Varying);
+            joining
+                .iter_mut()
+                .zip(there)
+                .for_each(|(joins, there)| *joins &= there);
+        }
+        let planned = with_rims_joining(system, settings, PixelValues::Varying, joining);
         let variations = &rimmed_variations(&planned, variations)?;
         let stays = |number: usize, hop: &Hop, free: &FreeHop| {
             let (_, perturbed) = perturbed_hops(variations, number, hop);

@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | `edge_diffraction` | Estimates of the light that hard edges diffract, by direction |
 //! | `entrance_edge` | The rim of a first surface that is the edge of the entrance before it |
+//! | `joined_screens` | One screen in place of several that stand in one place |
 //! | `onward` | Whether light that arrives on a screen goes on to the sensor |
 //! | [`pixel_light`] | The directions into which pixels send light, by the power spectrum about a place |
 //! | `rim_light` | What rims do to light, by rays of the source |
@@ -13,6 +14,7 @@
 
 pub(crate) mod edge_diffraction;
 pub(crate) mod entrance_edge;
+pub(crate) mod joined_screens;
 pub(crate) mod onward;
 pub mod pixel_light;
 pub(crate) mod rim_light;

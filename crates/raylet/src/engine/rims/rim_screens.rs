@@ -11,6 +11,7 @@
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::edge_waves;
 use crate::engine::rims::entrance_edge::{is_entrance_edge, is_same_edge};
+use crate::engine::rims::joined_screens::{joined, joining_hops};
 use crate::engine::rims::onward::Onward;
 use crate::engine::rims::pixel_light::PixelValues;
 use crate::engine::rims::rim_light::{Cut, cut_shares, ended_at_rim};
@@ -92,7 +93,7 @@ impl Rim {
     }
 }
 
-/// A system in which rims that matter are screens, as it is run.
+/// A system in which rims that matter are screens, and screens in one place are one, as it is run.
 #[derive(Clone, Debug)]
 pub struct Rimmed {
     /// The system.
@@ -105,13 +106,27 @@ pub struct Rimmed {
     limit: f64,
     /// Most samples along the diameter of a rim that becomes a screen.
     affordable: f64,
-    /// Where the screens of the system as it was given stand among those of [`Rimmed::system`].
-    pub own: Vec<usize>,
+    /// Which hops of the system as it was given join their screens.
+    joining: Vec<bool>,
+    /// Where the screens of the system as it was given stand among those of [`Rimmed::system`], and whether they have pixels
+    /// that may vary.
+    own: Vec<(usize, bool)>,
 }
 
-/// The system with a screen at every rim that matters and is small enough, for the pixels as they are or for all
-/// that they may become.
+/// The system with a screen at every rim that matters and is small enough, and one screen in place of those that stand in one
+/// place, for the pixels as they are or for all that they may become.
 pub fn with_rims(system: &System, settings: &Settings, values: PixelValues) -> Rimmed {
+    with_rims_joining(system, settings, values, joining_hops(system, values))
+}
+
+/// The same, where hops that are `joining` join their screens.
+pub(crate) fn with_rims_joining(
+    given: &System,
+    settings: &Settings,
+    values: PixelValues,
+    joining: Vec<bool>,
+) -> Rimmed {
+    let system = &joined(given, &joining).0;
     let mut light = source_rays(system);
     let cuts = system.hops().enumerate().map(|(number, hop)| {
         let onward = Onward::behind(system, number);
@@ -130,15 +145,37 @@ pub fn with_rims(system: &System, settings: &Settings, values: PixelValues) -> R
         cuts: cuts.collect(),
         limit: SHARE * settings.target_error,
         affordable: AFFORDABLE.min((settings.samples_allowed() as f64).sqrt()),
+        joining,
         own: Vec::new(),
     };
-    empty.filled(system)
+    empty.filled(given)
 }
 
 impl Rimmed {
+    /// The names of screens of the system as it was given that stand in one place and act as one.
+    pub fn joined<'a>(&self, given: &'a System) -> Vec<Vec<&'a str>> {
+        let own = given.screens.iter().zip(&self.own);
+        let mut groups: Vec<(usize, Vec<&str>)> = Vec::new();
+        for (screen, (at, _)) in own {
+            match groups.last_mut().filter(|(place, _)| place == at) {
+                Some((_, names)) => names.push(&screen.name),
+                None => groups.push((*at, vec![&screen.name])),
+            }
+        }
+        let names = groups.into_iter().map(|(_, names)| names);
+        names.filter(|names| names.len() > 1).collect()
+    }
+
     /// A slightly changed system with screens at the same rims.
     pub(crate) fn like(&self, system: &System) -> System {
         self.clone().filled(system).system
+    }
+
+    /// What is known of each screen that has pixels, by the screens of the system as it was given.
+    pub(crate) fn of_given<T>(&self, mut found: Vec<Option<T>>) -> Vec<Option<T>> {
+        let own = self.own.iter();
+        own.map(|(at, has_pixels)| found.get_mut(*at).filter(|_| *has_pixels)?.take())
+            .collect()
     }
 
     /// The share of the light that ends at the rim which a screen replaces, its edge wave included; zero for other screens.
@@ -152,26 +189,34 @@ impl Rimmed {
     }
 
     /// The same choices made for the rims of a system, from its first hop on.
-    fn filled(mut self, system: &System) -> Self {
+    fn filled(mut self, given: &System) -> Self {
+        let (system, places) = joined(given, &self.joining);
         self.system = System {
             screens: vec![],
             trains: vec![],
             ..system.clone()
         };
         self.rims.clear();
-        self.own.clear();
+        let mut at = Vec::new();
         for (number, hop) in system.hops().enumerate() {
             let cuts = self.cuts.get(number).cloned().unwrap_or_default();
             let merged = number == 0 && is_entrance_edge(&hop, &system.source, self.limit);
+            at.push(self.system.screens.len());
             self.add(&hop, &cuts, merged);
         }
         self.system.screens.extend(system.screens.last().cloned());
+
+        // Of the screens that light leaves.
+        let screens = given.screens.iter().zip(places);
+        let has_pixels = |screen: &Screen| matches!(&screen.kind, ScreenKind::Doe(doe) if doe.free_pixels().is_some());
+        self.own = screens
+            .filter_map(|(screen, place)| Some((*at.get(place)?, has_pixels(screen))))
+            .collect();
         self
     }
 
     /// Adds a hop whose rims cut these shares of the energy; the first may be `merged` with the edge of the entrance.
     fn add(&mut self, hop: &Hop, cuts: &[Cut], merged: bool) {
-        self.own.push(self.system.screens.len());
         self.system.screens.push(hop.from.clone());
         let mut train = Vec::new();
         for (number, (surface, &cut)) in hop.train.iter().zip(cuts).enumerate() {
