@@ -15,6 +15,7 @@ from raylet import layers
 from raylet._raylet import __version__
 from raylet._refusal import RayletError
 from raylet.design import Design
+from raylet.functions import phase_function, sag_function
 from raylet.layers import (
     annulus,
     axicon,
@@ -24,9 +25,11 @@ from raylet.layers import (
     kinoform,
     lens,
     obstructed,
+    phase_grid,
     pixels,
     polygon,
     radial,
+    radial_table,
     rectangle,
     superposition,
     two_point,
@@ -69,10 +72,14 @@ __all__ = [
     "line_source",
     "load",
     "obstructed",
+    "phase_function",
+    "phase_grid",
     "pixels",
     "polygon",
     "radial",
+    "radial_table",
     "rectangle",
+    "sag_function",
     "scatter",
     "schema",
     "superposition",

@@ -44,6 +44,28 @@ def grid(name: str, value: Any) -> Grid:
     return array
 
 
+def evaluated(name: str, function: Any, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[Any]:
+    """The values [y, x] of a function that is called once, with x as a row and y as a column."""
+    if not callable(function):
+        raise TypeError(f"{name} is {type_name(function)}, expected a function of x and y")
+    shape = (len(y), len(x))
+    try:
+        given = function(x[None, :], y[:, None])
+    except Exception as error:
+        raise RayletError(f"{name}(x, y) raised {type_name(error)}: {cut(str(error))}, expected {shape} numbers") from error
+    values = numbers(f"{name}(x, y)", given)
+    try:
+        values = np.ascontiguousarray(np.broadcast_to(values, shape))
+    except ValueError as error:
+        raise RayletError(f"{name}(x, y) has shape {values.shape}, expected {shape} or what broadcasts to it") from error
+    wrong = np.argwhere(~np.isfinite(values))
+    if wrong.size:
+        j, i = wrong[0]
+        place = f"x = {x[i]:.6g} mm, y = {y[j]:.6g} mm"
+        raise RayletError(f"{name}(x, y) is {values[j, i]} at {place}, expected finite numbers")
+    return values
+
+
 def real(name: str, value: Any) -> NDArray[np.float64]:
     """Real numbers of any shape."""
     array = numbers(name, value)

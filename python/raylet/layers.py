@@ -155,6 +155,37 @@ def radial(
     return _layer("radial", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+def radial_table(
+    *,
+    radius_mm: Sequence[float],
+    phase_rad: Sequence[float],
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
+) -> Layer:
+    """A phase of the radius by samples: the cubic spline through `phase_rad` at `radius_mm`.
+
+    The radii grow from 0 to the edge of the aperture or beyond. The spline is level at the centre; a cone is an axicon
+    beside the table. Its error falls with the fourth power of the spacing."""
+    own = {"radius_mm": radius_mm, "phase_rad": phase_rad}
+    return _layer("radial_table", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
+
+
+def phase_grid(
+    *,
+    pitch_um: Pair,
+    phase: Any,
+    size: Sequence[int] | None = None,
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
+) -> Layer:
+    """A smooth phase in rad by samples [y, x] on a centred grid: the bicubic spline through them.
+
+    The phase has no jumps of 2π, and its samples reach to the edge of the aperture or beyond, at least 4 along each axis.
+    It is no pixelated element: :func:`raylet.pixels` makes one. :func:`raylet.phase_function` samples a function."""
+    own = {"pitch_um": pitch_um, "phase": grid("phase", phase), "size": size}
+    return _layer("phase_grid", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
+
+
 def zernike(
     *,
     norm_radius_mm: float,
@@ -216,9 +247,15 @@ def kinoform(
     return _layer("kinoform", **own, glass=constant(glass), stands_in=stands_in)
 
 
-def superposition(terms: Sequence[Sequence[Layer]], weights: Sequence[float] | None = None) -> Layer:
-    """A weighted sum of transmissions, each the product of a list of layers."""
-    return _layer("sum", terms=[list(term) for term in terms], weights=weights)
+def superposition(terms: Sequence[Sequence[Layer]], weights: Sequence[complex] | None = None) -> Layer:
+    """A sum of transmissions, each the product of a list of layers, times its weight: a real or complex number."""
+    listed = [_parts(weight) for weight in weights] if isinstance(weights, (Sequence, np.ndarray)) else weights
+    return _layer("sum", terms=[list(term) for term in terms], weights=listed)
+
+
+def _parts(weight: Any) -> Any:
+    """A complex number as scenes write it."""
+    return [weight.real, weight.imag] if isinstance(weight, (complex, np.complexfloating)) else weight
 
 
 def disc(radius_mm: float, *, centre_mm: Sequence[float] = (0.0, 0.0)) -> Aperture:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raylet._arrays import grid, number, real
+from raylet._arrays import evaluated, number, real
 from raylet._refusal import RayletError, shown
 from raylet.layers import Pair
 from raylet.result import Sweep
@@ -51,12 +51,7 @@ def sampled(function: Callable[[Any, Any], Any], pitch_um: Pair, size: Sequence[
         raise TypeError("size is not given, expected [nx, ny] for samples that are a function")
     pitch = np.broadcast_to(real("pitch_um", pitch_um), 2)
     x, y = (1e-3 * step * (np.arange(int(n)) - 0.5 * (int(n) - 1)) for step, n in zip(pitch, size))
-    shape = (len(y), len(x))
-    values = np.asarray(function(x[None, :], y[:, None]))
-    try:
-        return grid("samples", np.broadcast_to(values, shape))
-    except ValueError as error:
-        raise ValueError(f"samples has shape {values.shape}, expected {shape} as its size has it") from error
+    return evaluated("System.field_source: samples", function, x, y)
 
 
 @dataclass(frozen=True, eq=False)

@@ -90,7 +90,7 @@ def test_sums_and_heights_are_found() -> None:
     two = [raylet.pixels(pitch_um=2.0, phase=rng.uniform(0.0, 6.0, (10, 10))) for _ in range(2)]
     relief = raylet.height(pitch_um=2.0, height_um=np.zeros((10, 10)), glass="fused silica")
     for layer, element in [
-        (raylet.superposition([[two[0]], [two[1]]], weights=[0.5, 0.5]), {"free": "two_phase", "start": "file"}),
+        (raylet.superposition([[two[0]], [two[1]]], weights=[0.5, 0.5j]), {"free": "two_phase", "start": "file"}),
         (relief, {"free": "height", "levels": 2, "start": "random"}),
     ]:
         system = raylet.System(wavelength_um=0.6).settings(target_error=1e-2)

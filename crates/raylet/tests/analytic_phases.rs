@@ -2,19 +2,23 @@
 
 use std::path::Path;
 
-use raylet::engine::chain::linearised_system::LinearisedSystem;
+use num_complex::Complex64;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::file::model::build;
 use raylet::file::scene::scene_file::Scene;
-use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
 
 /// The field 20 mm behind an element of 0.4 mm radius with this layer, and of what lights it.
 fn field(source: &str, layer: &str) -> Field {
+    field_behind(source, "aperture = { disc = { radius_mm = 0.4 } }", layer)
+}
+
+/// The field 20 mm behind an element with these keys and this layer, and of what lights it.
+fn field_behind(source: &str, keys: &str, layer: &str) -> Field {
     let text = format!(
         "version = 1\nwavelength_um = 0.5\nsource = {source}\n\
-         [[element]]\nkind = \"doe\"\nthickness_mm = 20.0\naperture = {{ disc = {{ radius_mm = 0.4 }} }}\n\
+         [[element]]\nkind = \"doe\"\nthickness_mm = 20.0\n{keys}\n\
          [[element.layer]]\n{layer}\n\
          [[element]]\nkind = \"sensor\"\npixels = [61, 61]\npitch_um = 5.0\n"
     );
@@ -136,51 +140,123 @@ fn light_of_a_near_point_goes_by_local_bands_as_by_whole_fields() {
     }
 }
 
-/// Elements in one place are one element with the layers of both: the same field bit by bit, and the same gradient by the pixels,
-/// which comes with the element that has them.
+/// Light is linear: a sum with complex weights gives the sum of the fields of its terms, times the weights.
 #[test]
-fn elements_in_one_place_are_their_product() {
-    let mask = "[[element.layer]]\nkind = \"pixels\"\npitch_um = 10\nsize = [40, 40]\n";
-    let lens = "[[element.layer]]\nkind = \"lens\"\nfocal_length_mm = 20\n";
-    let aperture = "aperture = { disc = { radius_mm = 0.18 } }\n";
-    let wide = "aperture = { disc = { radius_mm = 0.4 } }\n";
-    let system = |elements: &str| {
-        let text = format!(
-            "version = 1\nwavelength_um = 0.5\nsource = {{ kind = \"plane\" }}\n{elements}\
-             [[element]]\nkind = \"sensor\"\npixels = [16, 16]\npitch_um = 5.0\n"
-        );
-        let scene = Scene::parse(&text, Path::new("place.toml")).unwrap();
-        build::system(&scene, 0).unwrap()
+fn complex_weights_are_factors_on_fields() {
+    let (lens, grating) = (
+        "kind = \"lens\"\nfocal_length_mm = 20.0",
+        "kind = \"grating\"\nperiod_um = 200.0",
+    );
+    let term = |layer: &str| format!("[{{ {} }}]", layer.replace('\n', ", "));
+    let terms = format!("terms = [{}, {}]", term(lens), term(grating));
+    let sum = field(
+        PLANE,
+        &format!("kind = \"sum\"\nweights = [0.5, [0.3, -0.8]]\n{terms}"),
+    );
+    let (a, b) = (field(PLANE, lens), field(PLANE, grating));
+    let expected = Field {
+        values: &a.values * Complex64::from(0.5) + &b.values * Complex64::new(0.3, -0.8),
+        ..a
     };
-    let start = "[[element]]\nkind = \"doe\"\nthickness_mm";
-    let one = system(&format!("{start} = 20\n{aperture}{mask}{lens}"));
-    let two = system(&format!(
-        "{start} = 0\n{wide}{mask}{start} = 20\n{aperture}{lens}"
-    ));
-    let swapped = system(&format!(
-        "[[element]]\nkind = \"stop\"\nthickness_mm = 0\n{aperture}{start} = 0\n{wide}{lens}{start} = 20\n{wide}{mask}"
-    ));
-    for method in [Method::Auto, Method::LocalBands] {
-        let settings = Settings {
-            method,
-            ..Settings::default()
+    let error = distance(&sum, &expected);
+    assert!(error < 1e-9, "{error:e}");
+}
+
+/// A layer off centre and turned, in an aperture about its centre, is an element off centre and turned; their nodes differ, so both
+/// have errors of their own.
+#[test]
+fn placed_layers_are_those_of_placed_elements() {
+    let point = "object = { point_mm = [0.05, -0.02, 25.0] }";
+    let lens = "kind = \"lens\", focal_length_mm = 25.0";
+    let folded = "orders = [0, 1], wavelength_um = 0.45";
+    let layers: [(&str, String); 11] = [
+        (
+            "radial_table",
+            String::from("radius_mm = [0, 0.1, 0.2, 0.4], phase_rad = [0, -4, -12, 3]"),
+        ),
+        ("grating", String::from("period_um = 150.0")),
+        ("lens", String::from("focal_length_mm = 25.0")),
+        ("axicon", String::from("angle_deg = 0.5")),
+        ("vortex", String::from("charge = 2")),
+        (
+            "radial",
+            String::from("norm_radius_mm = 0.3, coefficients = [-20.0, 3.0]"),
+        ),
+        (
+            "zernike",
+            String::from("norm_radius_mm = 0.4, coefficients = [0, 1, 2, 3, 4, 1, 2, -3]"),
+        ),
+        (
+            "xy",
+            String::from(
+                "norm_radius_mm = 0.3, terms = [{ x = 3, coefficient = 9 }, { y = 1, coefficient = 5 }]",
+            ),
+        ),
+        ("two_point", String::from(point)),
+        ("kinoform", format!("{folded}, layer = [{{ {lens} AXES }}]")),
+        (
+            "sum",
+            format!("terms = [[{{ {lens} AXES }}], [{{ kind = \"vortex\", charge = 1 AXES }}]]"),
+        ),
+    ];
+    for (kind, keys) in layers {
+        let axes = ", centre_mm = [0.1, -0.06], rotation_deg = 30.0";
+        let layer = |axes: &str| {
+            let inside = keys.contains("AXES");
+            let keys = keys.replace(" AXES", axes);
+            let table = format!(
+                "kind = \"{kind}\", {keys}{}",
+                if inside { "" } else { axes }
+            );
+            format!("kind = \"sum\"\nterms = [[{{ {table} }}]]")
         };
-        let of = |system: &System| {
-            let linearised = LinearisedSystem::new(system, &[], &settings).unwrap();
-            let passed = linearised.forward(system).unwrap();
-            let field = passed.field.values.clone();
-            let gradient = linearised.adjoint(system, &[], &passed, &field).unwrap();
-            (field, gradient.pixels)
-        };
-        let (expected, by_pixels) = of(&one);
-        for (given, holder) in [(&two, 0), (&swapped, 2)] {
-            let (found, pixels) = of(given);
-            assert_eq!(found, expected);
-            assert_eq!(pixels.iter().flatten().count(), 1);
-            let (found, expected) = (pixels[holder].as_ref(), by_pixels[0].as_ref());
-            let pairs = found.unwrap().iter().zip(expected.unwrap());
-            let off: f64 = pairs.map(|(a, b)| (a - b).norm()).fold(0.0, f64::max);
-            assert!(off < 1e-12, "{off:e}");
-        }
+        let rim = "aperture = { disc = { radius_mm = 0.3, centre_mm = [0.1, -0.06] } }";
+        let placed = field_behind(PLANE, rim, &layer(axes));
+        let moved = "decenter_mm = [0.1, -0.06]\ntilt_deg = [0, 0, 30]\naperture = { disc = { radius_mm = 0.3 } }";
+        let element = field_behind(PLANE, moved, &layer(""));
+        let error = distance(&placed, &element);
+        assert!(error < 1e-3, "{kind}: {error:e}");
     }
+}
+
+/// Samples of a phase of the radius in mm, as a layer by a table up to 0.4 mm.
+fn table(samples: u32, phase: impl Fn(f64) -> f64) -> String {
+    let radii: Vec<f64> = (0..samples)
+        .map(|i| 0.4 * f64::from(i) / f64::from(samples - 1))
+        .collect();
+    let phases: Vec<f64> = radii.iter().map(|r| phase(*r)).collect();
+    format!("kind = \"radial_table\"\nradius_mm = {radii:?}\nphase_rad = {phases:?}")
+}
+
+/// A table of an aspheric phase gives the field of the phase, but for the error of the spline, 5/384 h⁴ φ⁗: with 0.025 and
+/// 0.0125 mm from one sample to the next at most 1e-3 and 6e-5 rad here, and less in the mean.
+#[test]
+fn a_table_is_what_it_was_sampled_from() {
+    let exact = field(
+        PLANE,
+        "kind = \"radial\"\nnorm_radius_mm = 0.4\ncoefficients = [-50.0, 9.0]",
+    );
+    let error = |samples| {
+        let phase = |r: f64| {
+            let u = (r / 0.4).powi(2);
+            (9.0 * u - 50.0) * u
+        };
+        distance(&field(PLANE, &table(samples, phase)), &exact)
+    };
+    let (coarse, fine) = (error(17), error(33));
+    assert!(coarse < 1e-3 && fine < 6e-5, "{coarse:e} {fine:e}");
+}
+
+/// With the phase −k(√(r² + f²) − f) all ways to the focus are equal, so Rayleigh and Sommerfeld's integral there has a closed
+/// form: U = −ikf e^{ikf} (ln(R/f) + (i/k)(1/f − 1/R)), with R the way from the edge.
+#[test]
+fn a_table_of_a_lens_has_its_focus() {
+    let (k, f) = (std::f64::consts::TAU / 0.5e-3, 20.0f64);
+    let phase = |r: f64| -k * (r * r / ((r * r + f * f).sqrt() + f));
+    let found = field(PLANE, &table(41, phase)).values[[30, 30]];
+    let edge = 0.4f64.hypot(f);
+    let inside = Complex64::new((edge / f).ln(), (1.0 / f - 1.0 / edge) / k);
+    let exact = Complex64::new(0.0, -k * f) * Complex64::cis(k * f) * inside;
+    let error = (found - exact).norm() / exact.norm();
+    assert!(error < 1e-4, "{error:e}");
 }

@@ -23,6 +23,7 @@ mod plane_prefactor;
 mod rays;
 mod scattered_rays;
 mod scene_elements;
+mod screens_in_one_place;
 mod surface_coordinates;
 mod system_builder;
 mod tapered_sources;

@@ -1,4 +1,5 @@
-//! Cubic splines through equally spaced values: twice continuously differentiable, exact for cubics.
+//! Cubic splines, twice continuously differentiable: through equally spaced values, exact for cubics, and through values at
+//! any knots that begin with a slope of zero.
 
 use crate::math::real::Real;
 
@@ -54,9 +55,71 @@ pub(crate) fn weights<T: Real>(t: T) -> [T; 4] {
     ]
 }
 
+/// The pieces of the cubic spline that takes the `values` at growing `knots` and begins with a slope of zero, as an even
+/// function of what is counted from the first knot does. Each is (a, b, c, d) of a + bt + ct² + dt³ with t from its knot.
+/// The third derivative is continuous at the last knot but one; beyond the last knot the last piece keeps its curvature.
+///
+/// # Panics
+/// With fewer than [`FEWEST`] values, or another number of knots.
+pub(crate) fn even_pieces(knots: &[f64], values: &[f64]) -> Vec<[f64; 4]> {
+    let n = values.len();
+    assert!(n >= FEWEST && knots.len() == n, "{n} values");
+    let steps: Vec<f64> = knots.windows(2).map(|pair| pair[1] - pair[0]).collect();
+    let rises: Vec<f64> = (0..n - 1)
+        .map(|i| (values[i + 1] - values[i]) / steps[i])
+        .collect();
+    let second = second_derivatives(&steps, &rises);
+
+    let piece = |i: usize| {
+        let (h, rise) = (steps[i], rises[i]);
+        let slope = rise - h * (2.0 * second[i] + second[i + 1]) / 6.0;
+        let third = (second[i + 1] - second[i]) / (6.0 * h);
+        [values[i], slope, 0.5 * second[i], third]
+    };
+    let mut pieces: Vec<[f64; 4]> = (0..n - 1).map(piece).collect();
+    let ([_, b, c, d], h) = (pieces[n - 2], steps[n - 2]);
+    let slope = b + h * (2.0 * c + 3.0 * d * h);
+    pieces.push([values[n - 1], slope, 0.5 * second[n - 1], 0.0]);
+    pieces
+}
+
+/// The second derivatives at the knots of [`even_pieces`], from the steps between knots and the mean slopes over them.
+fn second_derivatives(steps: &[f64], rises: &[f64]) -> Vec<f64> {
+    let n = steps.len() + 1;
+    // Row i: before·m[i−1] + here·m[i] + after·m[i+1] = right. The first row holds the slope, and the last second derivative
+    // is replaced by what the two before it make of it: m[n−1] = (1 + q) m[n−2] − q m[n−3].
+    let q = steps[n - 2] / steps[n - 3];
+    let mut second = vec![0.0; n];
+    let mut above = vec![0.0; n];
+    for i in 0..n - 1 {
+        let (before, right) = match i {
+            0 => (0.0, 6.0 * rises[0]),
+            _ => (steps[i - 1], 6.0 * (rises[i] - rises[i - 1])),
+        };
+        let (mut before, mut here, mut after) = (before, 2.0 * (before + steps[i]), steps[i]);
+        if i == n - 2 {
+            here += after * (1.0 + q);
+            before -= after * q;
+            after = 0.0;
+        }
+        let (last, over) = match i {
+            0 => (0.0, 0.0),
+            _ => (second[i - 1], above[i - 1]),
+        };
+        let pivot = 1.0 / (here - before * over);
+        above[i] = after * pivot;
+        second[i] = (right - before * last) * pivot;
+    }
+    for i in (0..n - 2).rev() {
+        second[i] -= above[i] * second[i + 1];
+    }
+    second[n - 1] = (1.0 + q) * second[n - 2] - q * second[n - 3];
+    second
+}
+
 #[cfg(test)]
 mod tests {
-    use crate::math::spline::{coefficients, weights};
+    use crate::math::spline::{coefficients, even_pieces, weights};
 
     fn value(c: &[f64], u: f64) -> f64 {
         let last = c.len() - 4;
@@ -95,5 +158,51 @@ mod tests {
         };
         let (coarse, fine) = (worst(41), worst(81));
         assert!(coarse < 2e-5 && coarse / fine > 12.0, "{coarse} {fine}");
+    }
+
+    /// A cubic without a linear part comes back from any knots; the pieces meet with their first two derivatives.
+    #[test]
+    fn even_pieces_are_exact_for_cubics_that_begin_level() {
+        let cubic = |t: f64| 0.3 + 0.7 * t * t - 0.2 * t * t * t;
+        let knots = [0.0, 0.1, 0.4, 0.5, 1.1, 1.9];
+        for n in 4..=knots.len() {
+            let knots = &knots[..n];
+            let values: Vec<f64> = knots.iter().map(|t| cubic(*t)).collect();
+            let pieces = even_pieces(knots, &values);
+            assert_eq!(pieces.len(), n);
+            for (i, [a, b, c, d]) in pieces.iter().enumerate().take(n - 1) {
+                for share in [0.0, 0.3, 1.0] {
+                    let t = share * (knots[i + 1] - knots[i]);
+                    let found = a + t * (b + t * (c + t * d));
+                    assert!((found - cubic(knots[i] + t)).abs() < 1e-13, "{n} {i}");
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn even_pieces_join_smoothly_and_err_with_the_fourth_power() {
+        let wave = |t: f64| (3.0 * t * t).cos();
+        let worst = |n: usize| {
+            let at = |i: usize| {
+                let share = i as f64 / (n - 1) as f64;
+                1.2 * share * (0.7 + 0.3 * share)
+            };
+            let knots: Vec<f64> = (0..n).map(at).collect();
+            let values: Vec<f64> = knots.iter().map(|t| wave(*t)).collect();
+            let pieces = even_pieces(&knots, &values);
+            let mut worst = 0.0f64;
+            for (i, [a, b, c, d]) in pieces.iter().enumerate().take(n - 1) {
+                let h = knots[i + 1] - knots[i];
+                let [_, slope, bend, _] = pieces[i + 1];
+                assert!((b + h * (2.0 * c + 3.0 * d * h) - slope).abs() < 1e-9);
+                assert!((c + 3.0 * d * h - bend).abs() < 1e-9);
+                let t = 0.5 * h;
+                worst = worst.max((a + t * (b + t * (c + t * d)) - wave(knots[i] + t)).abs());
+            }
+            worst
+        };
+        let (coarse, fine) = (worst(31), worst(61));
+        assert!(coarse < 6e-4 && coarse / fine > 12.0, "{coarse} {fine}");
     }
 }

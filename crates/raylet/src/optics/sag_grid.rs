@@ -56,8 +56,27 @@ impl SagGrid {
     #[inline(always)]
     pub fn sag<T: Real>(&self, x: T, y: T) -> Option<T> {
         let half = self.half();
-        let (column, s) = self.cell(x, 0, half)?;
-        let (row, t) = self.cell(y, 1, half)?;
+        Some(self.sum(self.cell(x, 0, half)?, self.cell(y, 1, half)?))
+    }
+
+    /// The height at (x, y). The spline goes on over one cell beyond the grid, and stays at what it has there.
+    pub(crate) fn continued<T: Real>(&self, x: T, y: T) -> T {
+        let half = self.half();
+        let held = |at: T, axis: usize| {
+            let most = half[axis] + self.pitch[axis];
+            match at.value() {
+                low if low < -most => T::constant(-most),
+                high if high > most => T::constant(most),
+                _ => at,
+            }
+        };
+        let split = |at: T, axis: usize| self.split(self.place(held(at, axis), axis, half), axis);
+        self.sum(split(x, 0), split(y, 1))
+    }
+
+    /// The sum of the splines about a place, by its column and row, and the shares of the way to the next.
+    #[inline(always)]
+    fn sum<T: Real>(&self, (column, s): (usize, T), (row, t): (usize, T)) -> T {
         let (across, up) = (weights(s), weights(t));
         let mut sum = T::constant(0.0);
         for (j, up) in up.into_iter().enumerate() {
@@ -67,20 +86,34 @@ impl SagGrid {
             }
             sum = sum + up * line;
         }
-        Some(sum)
+        sum
     }
 
     /// The cell of a coordinate along an axis, and the place inside it from 0 to 1.
     #[inline(always)]
     fn cell<T: Real>(&self, at: T, axis: usize, half: [f64; 2]) -> Option<(usize, T)> {
-        let u = (at + half[axis]) * (1.0 / self.pitch[axis]);
-        let last = self.coefficients.len_of(Axis(1 - axis)) - 3;
-        let here = u.value();
-        if !(here >= -EDGE && here <= last as f64 + EDGE) {
-            return None;
-        }
-        let cell = (here.max(0.0) as usize).min(last - 1);
-        Some((cell, u - cell as f64))
+        let u = self.place(at, axis, half);
+        let (here, last) = (u.value(), self.cells(axis) as f64);
+        (here >= -EDGE && here <= last + EDGE).then(|| self.split(u, axis))
+    }
+
+    /// A coordinate in steps of the grid from its first point.
+    #[inline(always)]
+    fn place<T: Real>(&self, at: T, axis: usize, half: [f64; 2]) -> T {
+        (at + half[axis]) * (1.0 / self.pitch[axis])
+    }
+
+    /// The cell of a place in steps of the grid, or that which is nearest, and the place inside it.
+    #[inline(always)]
+    fn split<T: Real>(&self, u: T, axis: usize) -> (usize, T) {
+        let cell = (u.value().max(0.0) as usize).min(self.cells(axis) - 1);
+        (cell, u - cell as f64)
+    }
+
+    /// Number of cells along an axis.
+    #[inline(always)]
+    fn cells(&self, axis: usize) -> usize {
+        self.coefficients.len_of(Axis(1 - axis)) - 3
     }
 }
 
@@ -126,5 +159,13 @@ mod tests {
         assert!(grid.sag(4.001, 0.0).is_none());
         assert!(grid.sag(0.0, -4.501).is_none());
         assert!(SagGrid::new(&Array2::zeros((3, 9)), [1.0, 1.0]).is_none());
+    }
+
+    #[test]
+    fn the_spline_goes_on_for_one_cell() {
+        let grid = grid();
+        assert_eq!(grid.continued(1.23, -0.4), grid.sag(1.23, -0.4).unwrap());
+        assert!((grid.continued(4.1, 2.0) - sphere(4.1, 2.0)).abs() < 1e-6);
+        assert_eq!(grid.continued(9.0, 2.0), grid.continued(4.2, 2.0));
     }
 }

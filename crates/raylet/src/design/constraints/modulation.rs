@@ -16,7 +16,7 @@ pub enum Modulation {
     /// Phase and amplitude, a·e^{iφ}: phases first among the parameters.
     Both,
     /// Two phases, w₁·e^{iφ₁} + w₂·e^{iφ₂} with these weights.
-    TwoPhase([f64; 2]),
+    TwoPhase([Complex64; 2]),
 }
 
 /// The map from the parameters of an element to the transmission of its pixels, and its adjoint.
@@ -153,7 +153,7 @@ impl Modulator {
         let mut planes: Vec<Array2<f64>> = Vec::new();
         let weights = match self.modulation {
             Modulation::TwoPhase(weights) => weights,
-            _ => [1.0; 2],
+            _ => [Complex64::ONE; 2],
         };
         for (made, weight) in shaped.phases.iter().zip(weights) {
             // t = Σ w·phasor, or a·phasor
@@ -161,7 +161,7 @@ impl Modulator {
                 Some(amplitude) => Zip::from(transmission_bar)
                     .and(amplitude)
                     .map_collect(|bar, a| bar * *a),
-                None => transmission_bar.mapv(|bar| bar * weight),
+                None => transmission_bar.mapv(|bar| bar * weight.conj()),
             };
             let rules = &self.constraints;
             planes.push(rules.transmission_adjoint(made, ratio, bar.view()));
@@ -239,7 +239,7 @@ mod tests {
             Modulation::Phase,
             Modulation::Amplitude,
             Modulation::Both,
-            Modulation::TwoPhase([1.0, 0.7]),
+            Modulation::TwoPhase([Complex64::ONE, Complex64::new(0.2, -0.7)]),
         ];
         let of = |rules: Rules| {
             kinds.map(|kind| Modulator::new(kind, Constraints::new(rules, SHAPE).unwrap()))
@@ -317,8 +317,12 @@ mod tests {
         ));
         let both = seen(Modulation::Both, &[0.1, 0.2, 0.3, 0.4]);
         assert!(close(both, cis(0.2) * 0.4));
-        let two = seen(Modulation::TwoPhase([1.0, 0.5]), &[0.1, 0.2, 0.3, 0.4]);
-        assert!(close(two, cis(0.2) + cis(0.4) * 0.5));
+        let half = Complex64::new(0.0, 0.5);
+        let two = seen(
+            Modulation::TwoPhase([Complex64::ONE, half]),
+            &[0.1, 0.2, 0.3, 0.4],
+        );
+        assert!(close(two, cis(0.2) + cis(0.4) * half));
         let both = Modulator::new(Modulation::Both, rules);
         assert_eq!(both.bounds(), [None, Some([0.0, 1.0])]);
     }

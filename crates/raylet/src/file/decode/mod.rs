@@ -10,10 +10,12 @@
 //! | `path_step` | The steps of an address in a document |
 //! | `fault` | A fault in something the user gave: where it is, what was found there, what was expected |
 //! | `place` | A part of a scene file that is being checked |
+//! | `complex_number` | A complex number: a number where it is real, else `[re, im]` |
 //! | `number` | Numbers of a scene file with the ranges they must keep, checked while they are read |
 //! | `quantity` | What a value of a scene measures, by the end of its key, and the magnitude or length it keeps |
 //! | `shared_keys` | Keys that several tables of a scene file share, written once |
 
+pub mod complex_number;
 pub(crate) mod decode_error;
 pub mod fault;
 pub(crate) mod from_tree;

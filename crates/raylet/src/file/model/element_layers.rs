@@ -7,13 +7,15 @@ use crate::file::model::relief_side::{side_of_relief, unplaced};
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::model::scene_media::{index, medium};
 use crate::file::scene::element::{Coordinates, DoeElement};
-use crate::file::scene::layer::{self, HeightLayer, KinoformLayer};
+use crate::file::scene::layer::{self, HeightLayer, KinoformLayer, PhaseGridLayer};
 use crate::file::scene::material::Material;
 use crate::file::scene::scene_file::Scene;
 use crate::optics::doe::{Doe, Layer, lattices};
 use crate::optics::media::medium::Medium;
 use crate::optics::phase::blaze::Blaze;
+use crate::optics::phase::phase_grid::PhaseGrid;
 use crate::optics::phase::profile::Profile;
+use crate::optics::phase::radial_table::RadialTable;
 use crate::optics::phase::two_point::{RecordedWave, TwoPoint};
 use crate::optics::pixels::active_area::ActiveArea;
 use crate::optics::pixels::pixel_grid::{Lattice, PixelForm, Pixels};
@@ -137,15 +139,15 @@ impl ElementLayers<'_, '_> {
             layer::Layer::Sum(sum) => {
                 let mut terms = Vec::new();
                 for (i, term) in sum.terms.iter().enumerate() {
-                    let weight = sum.weights.as_ref().and_then(|w| w.get(i)).copied();
-                    let weight = weight.unwrap_or(1.0);
+                    let weight = sum.weights.as_ref().and_then(|w| w.get(i));
+                    let weight = weight.map_or(Complex64::ONE, |weight| weight.0);
                     let layers = self.layers(term, &format!("{path}.terms[{i}]"))?;
-                    terms.push((Complex64::new(weight, 0.0), layers));
+                    terms.push((weight, layers));
                 }
                 Layer::Sum(terms)
             }
             layer::Layer::Kinoform(kinoform) => self.kinoform(kinoform, path)?,
-            _ => Layer::Phase(self.placed_profile(layer)),
+            _ => Layer::Phase(self.placed_profile(layer, path)?),
         })
     }
 
@@ -166,9 +168,9 @@ impl ElementLayers<'_, '_> {
                 .fault(&format!("{path}.glass"), found, "another material"));
         }
         let blaze = kinoform.levels.map_or(Blaze::Continuous, Blaze::Levels);
-        let phases: Vec<Profile> = (kinoform.layer.iter())
-            .map(|layer| self.placed_profile(layer))
-            .collect();
+        let phases: Vec<Profile> = (kinoform.layer.iter().enumerate())
+            .map(|(i, layer)| self.placed_profile(layer, &format!("{path}.layer[{i}]")))
+            .collect::<Result<_, Fault>>()?;
         let term = |order: &i32| {
             let layers = phases.iter().map(|phase| Layer::Phase(phase.times(*order)));
             (blaze.amplitude(alpha, *order), layers.collect())
@@ -204,15 +206,31 @@ impl ElementLayers<'_, '_> {
     }
 
     /// The analytic phase of a layer where its own axes stand.
-    fn placed_profile(&self, layer: &layer::Layer) -> Profile {
-        let own = self.profile(layer);
-        match layer.placement() {
+    fn placed_profile(&self, layer: &layer::Layer, path: &str) -> Result<Profile, Fault> {
+        let own = match layer {
+            layer::Layer::PhaseGrid(grid) => self.phase_grid(grid, path)?,
+            _ => self.profile(layer),
+        };
+        Ok(match layer.placement() {
             Some(placement) => own.placed(placement),
             None => own,
-        }
+        })
     }
 
-    /// The analytic phase of a layer that is one; zero for the others.
+    /// The phase of samples on a grid.
+    fn phase_grid(&self, layer: &PhaseGridLayer, path: &str) -> Result<Profile, Fault> {
+        let phases = self.arrays.real(&format!("{path}.phase"));
+        let grid = phases.and_then(|phases| {
+            PhaseGrid::new(&phases.to_owned(), layer.pitch_um.map(|pitch| pitch * UM))
+        });
+        let missing = || {
+            self.scene
+                .fault(path, "an array that is not loaded", "an array file")
+        };
+        grid.map(Profile::Grid).ok_or_else(missing)
+    }
+
+    /// The phase of a layer that is a formula or a table; zero for the others.
     fn profile(&self, layer: &layer::Layer) -> Profile {
         let k = std::f64::consts::TAU / self.wavelength;
         match layer {
@@ -241,6 +259,10 @@ impl ElementLayers<'_, '_> {
                 radius: radial.norm_radius_mm,
                 coefficients: radial.coefficients.clone(),
             },
+            layer::Layer::RadialTable(table) => {
+                let spline = RadialTable::new(&table.radius_mm, &table.phase_rad);
+                spline.map_or_else(flat, Profile::RadialTable)
+            }
             layer::Layer::Zernike(zernike) => Profile::Zernike(ZernikeSum::new(
                 zernike.norm_radius_mm,
                 zernike.coefficients.clone(),
@@ -252,10 +274,11 @@ impl ElementLayers<'_, '_> {
                     .collect(),
             },
             layer::Layer::TwoPoint(hologram) => Profile::TwoPoint(self.two_point(hologram)),
-            layer::Layer::Pixels(_)
+            layer::Layer::PhaseGrid(_)
+            | layer::Layer::Pixels(_)
             | layer::Layer::Height(_)
             | layer::Layer::Kinoform(_)
-            | layer::Layer::Sum(_) => Profile::Linear { gradient: [0.0; 2] },
+            | layer::Layer::Sum(_) => flat(),
         }
     }
 
@@ -298,6 +321,11 @@ fn holds_two_point(layers: &[layer::Layer]) -> bool {
         layer::Layer::Sum(sum) => sum.terms.iter().any(|term| holds_two_point(term)),
         _ => false,
     })
+}
+
+/// No phase.
+fn flat() -> Profile {
+    Profile::Linear { gradient: [0.0; 2] }
 }
 
 fn grid(pitch_um: [f64; 2], values: ndarray::Array2<Complex64>, form: PixelForm) -> Pixels {

@@ -8,6 +8,7 @@
 use std::path::PathBuf;
 
 use ndarray::Array2;
+use num_complex::Complex64;
 
 use crate::design::constraints::constraint::{Constraints, Rules};
 use crate::design::constraints::modulation::{Modulation, Modulator, Shaped};
@@ -435,10 +436,10 @@ pub(crate) fn blanked<'p>(scene: &Scene, parts: impl Iterator<Item = &'p PixelPa
 }
 
 /// The weights of a sum of two.
-fn weights(sum: &SumLayer) -> [f64; 2] {
+fn weights(sum: &SumLayer) -> [Complex64; 2] {
     match sum.weights.as_deref() {
-        Some([a, b]) => [*a, *b],
-        _ => [1.0; 2],
+        Some([a, b]) => [a.0, b.0],
+        _ => [Complex64::ONE; 2],
     }
 }
 

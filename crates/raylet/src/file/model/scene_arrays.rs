@@ -13,7 +13,7 @@ use crate::file::decode::fault::Fault;
 use crate::file::decode::origin::Origin;
 use crate::file::scene::element::Element;
 use crate::file::scene::illumination::{FieldIllumination, Illumination};
-use crate::file::scene::layer::{HeightLayer, Layer, PixelLayer, SumLayer};
+use crate::file::scene::layer::{HeightLayer, Layer, PhaseGridLayer, PixelLayer, SumLayer};
 use crate::file::scene::surface_shape::{GridShape, Shape, SurfaceShape};
 use crate::math::spline::FEWEST;
 use crate::optics::shape as optics;
@@ -152,8 +152,13 @@ impl<'a> Arrays<'a> {
 
     /// The heights [y, x] in µm of a height layer or grid at a path; nothing when not loaded.
     pub(crate) fn heights_um(&self, path: &str) -> Option<ArrayView2<'_, f64>> {
-        match self.get(&format!("{path}.height_um")) {
-            Some(BorrowedArray::Real(heights)) => Some(heights),
+        self.real(&format!("{path}.height_um"))
+    }
+
+    /// The real array [y, x] of a field; nothing when not loaded.
+    pub(crate) fn real(&self, field: &str) -> Option<ArrayView2<'_, f64>> {
+        match self.get(field) {
+            Some(BorrowedArray::Real(values)) => Some(values),
             _ => None,
         }
     }
@@ -193,6 +198,10 @@ impl<'a> Loader<'_, 'a> {
             match layer {
                 Layer::Pixels(pixels) => self.pixels(pixels, &path)?,
                 Layer::Height(height) => self.height(height, &path)?,
+                Layer::PhaseGrid(grid) => self.phase_grid(grid, &path)?,
+                Layer::Kinoform(kinoform) => {
+                    self.layers(&kinoform.layer, &format!("{path}.layer"))?;
+                }
                 Layer::Sum(sum) => self.sum(sum, &path)?,
                 _ => {}
             }
@@ -228,29 +237,56 @@ impl<'a> Loader<'_, 'a> {
         let key = layer.key.as_deref();
         let array = self.array(&layer.height_um, key, path, "height_um")?;
         self.require_real(&array, path, "height_um")?;
+        self.require_size(
+            &array,
+            layer.size,
+            &layer.height_um,
+            &format!("{path}.height_um"),
+        )
+    }
+
+    fn phase_grid(&mut self, layer: &PhaseGridLayer, path: &str) -> Result<(), Fault> {
+        let array = self.array(&layer.phase, layer.key.as_deref(), path, "phase")?;
+        self.require_real(&array, path, "phase")?;
+        let field = format!("{path}.phase");
+        self.require_size(&array, layer.size, &layer.phase, &field)?;
+        self.require_spline(&array, &layer.phase, &field)
+    }
+
+    /// An array has the size that its layer gives.
+    fn require_size(
+        &self,
+        array: &Source,
+        size: Option<[usize; 2]>,
+        file: &Path,
+        field: &str,
+    ) -> Result<(), Fault> {
         let [ny, nx] = array.borrowed().shape();
-        match layer.size {
+        match size {
             Some([width, height]) if [width, height] != [nx, ny] => {
-                let found = format!("{}: {ny} rows of {nx}", layer.height_um.display());
+                let found = format!("{}: {ny} rows of {nx}", file.display());
                 let expected = format!("{height} rows of {width} as in its size");
-                let field = format!("{path}.height_um");
-                Err(self.origin.fault(&field, found, expected))
+                Err(self.origin.fault(field, found, expected))
             }
             _ => Ok(()),
         }
     }
 
+    /// A spline through an array needs a few values along each axis.
+    fn require_spline(&self, array: &Source, file: &Path, field: &str) -> Result<(), Fault> {
+        let [ny, nx] = array.borrowed().shape();
+        if ny < FEWEST || nx < FEWEST {
+            let found = format!("{}: {ny} rows of {nx}", file.display());
+            let expected = format!("at least {FEWEST} rows of {FEWEST} for a spline");
+            return Err(self.origin.fault(field, found, expected));
+        }
+        Ok(())
+    }
+
     fn grid(&mut self, grid: &GridShape, path: &str) -> Result<(), Fault> {
         let array = self.array(&grid.height_um, grid.key.as_deref(), path, "height_um")?;
         self.require_real(&array, path, "height_um")?;
-        let [ny, nx] = array.borrowed().shape();
-        if ny < FEWEST || nx < FEWEST {
-            let found = format!("{}: {ny} rows of {nx}", grid.height_um.display());
-            let expected = format!("at least {FEWEST} rows of {FEWEST} for a spline");
-            let field = format!("{path}.height_um");
-            return Err(self.origin.fault(&field, found, expected));
-        }
-        Ok(())
+        self.require_spline(&array, &grid.height_um, &format!("{path}.height_um"))
     }
 
     fn pixels(&mut self, layer: &PixelLayer, path: &str) -> Result<(), Fault> {

@@ -1,20 +1,14 @@
 //! Faults of a scene that no single value shows: parts that do not fit together.
 
-use std::collections::BTreeSet;
-
 use crate::file::decode::fault::Fault;
-use crate::file::decode::number::LEAST;
 use crate::file::decode::origin::Origin;
 use crate::file::decode::place::Place;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::aperture::Rim;
 use crate::file::scene::element::{Element, LensElement, LensSurface};
-use crate::file::scene::layer::{
-    KinoformLayer, Layer, PixelLayer, PolynomialLayer, RecordedWave, SumLayer,
-};
-use crate::file::scene::surface_shape::{HIGHEST_POWER, SurfaceShape, check_extent};
+use crate::file::scene::layer_check::check_element_layers;
+use crate::file::scene::surface_shape::{SurfaceShape, check_extent};
 use crate::optics::assembly::part_check::expected_heading;
-use crate::optics::pixels::pixel_grid::PixelForm;
 
 /// How many radii, in how many directions, are looked at where two surfaces of a lens might cross.
 const RADII: usize = 256;
@@ -115,7 +109,7 @@ fn check_element(
                 aperture: Some(&doe.aperture),
             };
             check_surface(&doe.surface_shape(), &aperture, arrays, place)?;
-            check_layers(&doe.layer, &place.inner(".layer"))
+            check_element_layers(doe, arrays, place)
         }
         Element::Stop(stop) => stop.aperture.check(&place.inner(".aperture")),
         Element::ParaxialLens(lens) => lens.aperture.check(&place.inner(".aperture")),
@@ -257,134 +251,6 @@ fn check_order(
                 "a thickness that keeps them apart within their apertures",
             );
         }
-    }
-    Ok(())
-}
-
-/// Checks every layer of a product.
-fn check_layers(layers: &[Layer], place: &Place<'_>) -> Result<(), Fault> {
-    for (i, layer) in layers.iter().enumerate() {
-        let place = place.inner(&format!("[{i}]"));
-        match layer {
-            Layer::Pixels(pixels) => check_pixels(pixels, &place)?,
-            Layer::Sum(sum) => check_sum(sum, &place)?,
-            Layer::Kinoform(kinoform) => check_kinoform(kinoform, &place)?,
-            Layer::Polynomial(sum) => check_powers(sum, &place)?,
-            Layer::TwoPoint(hologram) => {
-                check_wave(&hologram.object, &place.inner(".object"))?;
-                check_wave(&hologram.reference, &place.inner(".reference"))?;
-            }
-            _ => {}
-        }
-    }
-    Ok(())
-}
-
-/// Most steps and orders of a kinoform.
-const MOST_LEVELS: u32 = 65_536;
-const MOST_ORDERS: usize = 101;
-
-/// A kinoform is made of analytic phases, and has each order once.
-fn check_kinoform(kinoform: &KinoformLayer, place: &Place<'_>) -> Result<(), Fault> {
-    check_layers(&kinoform.layer, &place.inner(".layer"))?;
-    // An axicon turns light by one angle at every wavelength, which no profile does.
-    let other = |layer: &Layer| layer.placement().is_none() || matches!(layer, Layer::Axicon(_));
-    if let Some(i) = kinoform.layer.iter().position(other) {
-        return place.inner(&format!(".layer[{i}].kind")).refuse(
-            "a layer that is no analytic phase of one profile",
-            "\"lens\", \"radial\", \"grating\", \"vortex\", \"zernike\", \"xy\" or \"two_point\"",
-        );
-    }
-    if let Some(levels) = kinoform
-        .levels
-        .filter(|levels| !(2..=MOST_LEVELS).contains(levels))
-    {
-        let expected = format!("from 2 to {MOST_LEVELS} steps, or no levels for a ramp");
-        return place.inner(".levels").refuse(levels.to_string(), expected);
-    }
-    let orders: BTreeSet<i32> = kinoform.orders.iter().copied().collect();
-    if orders.len() < kinoform.orders.len() || orders.len() > MOST_ORDERS {
-        let found = format!("{:?}", kinoform.orders);
-        return place
-            .inner(".orders")
-            .refuse(found, format!("each order once, at most {MOST_ORDERS}"));
-    }
-    Ok(())
-}
-
-/// Powers of a phase are limited as those of surfaces are.
-fn check_powers(sum: &PolynomialLayer, place: &Place<'_>) -> Result<(), Fault> {
-    for (i, term) in sum.terms.iter().enumerate() {
-        for (key, power) in [("x", term.x), ("y", term.y)] {
-            if power > HIGHEST_POWER {
-                let place = place.inner(&format!(".terms[{i}].{key}"));
-                return place.refuse(power.to_string(), format!("at most {HIGHEST_POWER}"));
-            }
-        }
-    }
-    Ok(())
-}
-
-/// A wave of a hologram is collimated, or that of a point beside the element.
-fn check_wave(wave: &RecordedWave, place: &Place<'_>) -> Result<(), Fault> {
-    let Some([_, _, z]) = wave.point_mm else {
-        let [p, q] = wave.angle_deg.map(|angle| angle.to_radians().sin());
-        if p.hypot(q) >= 1.0 {
-            return place.inner(".angle_deg").refuse(
-                format!("sines {p:.4} and {q:.4}, which no direction has"),
-                "angles whose sines have squares that add to less than 1",
-            );
-        }
-        return Ok(());
-    };
-    if wave.angle_deg != [0.0; 2] {
-        return place.inner(".angle_deg").refuse(
-            "a direction beside a point",
-            "either the point or the direction",
-        );
-    }
-    if z.abs() < LEAST {
-        let expected = "at least 1e-12 in size: the point lies before or behind the element";
-        return place.inner(".point_mm[2]").refuse(z.to_string(), expected);
-    }
-    Ok(())
-}
-
-/// A pixel layer needs arrays, or a size, and not two kinds of arrays.
-fn check_pixels(pixels: &PixelLayer, place: &Place<'_>) -> Result<(), Fault> {
-    let parts = pixels.phase.is_some() || pixels.amplitude.is_some();
-    match (&pixels.transmission, parts) {
-        (Some(_), true) => place.inner(".transmission").refuse(
-            "a transmission beside a phase or an amplitude",
-            "either the transmission or its parts",
-        ),
-        (None, false) if pixels.size.is_none() => place.refuse(
-            "no array",
-            "`phase`, `amplitude` or `transmission`, or a `size` for a hologram still to come",
-        ),
-        _ if pixels.fill < 1.0 && pixels.pixel != PixelForm::Box => place.inner(".fill").refuse(
-            format!("{} with pixels that are no boxes", pixels.fill),
-            "pixel = \"box\", or fill = 1",
-        ),
-        _ => Ok(()),
-    }
-}
-
-/// A sum needs layers in each term, and as many weights as terms.
-fn check_sum(sum: &SumLayer, place: &Place<'_>) -> Result<(), Fault> {
-    let count = sum.terms.len();
-    if let Some(weights) = sum.weights.as_ref().filter(|w| w.len() != count) {
-        return place.inner(".weights").refuse(
-            format!("{} weights", weights.len()),
-            format!("{count}, one for each term"),
-        );
-    }
-    for (i, term) in sum.terms.iter().enumerate() {
-        let place = place.inner(&format!(".terms[{i}]"));
-        if term.is_empty() {
-            return place.refuse("an empty term", "at least one layer");
-        }
-        check_layers(term, &place)?;
     }
     Ok(())
 }

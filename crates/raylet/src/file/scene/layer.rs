@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::file::decode::complex_number::ComplexNumber;
 use crate::file::decode::number::{
     acute, count, not_empty, not_zero, one_or_pair_schema, pitch, positive, wavelength,
     whole_or_part, width,
@@ -34,6 +35,10 @@ tagged! {
         Vortex(VortexLayer) = "vortex",
         /// Even powers of the radius.
         Radial(RadialLayer) = "radial",
+        /// A phase of the radius by samples, with a cubic spline through them.
+        RadialTable(RadialTableLayer) = "radial_table",
+        /// A smooth phase by samples on a grid, with a bicubic spline between them.
+        PhaseGrid(PhaseGridLayer) = "phase_grid",
         /// Zernike polynomials.
         Zernike(ZernikeLayer) = "zernike",
         /// Products of powers of x and y.
@@ -56,6 +61,8 @@ impl Layer {
             Layer::Axicon(layer) => Some(layer.placement()),
             Layer::Vortex(layer) => Some(layer.placement()),
             Layer::Radial(layer) => Some(layer.placement()),
+            Layer::RadialTable(layer) => Some(layer.placement()),
+            Layer::PhaseGrid(layer) => Some(layer.placement()),
             Layer::Zernike(layer) => Some(layer.placement()),
             Layer::Polynomial(layer) => Some(layer.placement()),
             Layer::TwoPoint(layer) => Some(layer.placement()),
@@ -226,6 +233,37 @@ table! {
 }
 
 table! {
+    /// A phase of the radius by samples: the cubic spline through them, level at the centre.
+    pub struct RadialTableLayer with [axes] {
+        /// Radii of the samples in millimetres, from 0 and growing, to the edge of the aperture or beyond; at least 4.
+        #[schemars(length(min = 4))]
+        pub radius_mm: Vec<f64>,
+        /// The phase in radians at each radius.
+        #[schemars(length(min = 4))]
+        pub phase_rad: Vec<f64>,
+    }
+}
+
+table! {
+    /// A smooth phase by samples on a centred grid: the bicubic spline through them, which is not wrapped.
+    pub struct PhaseGridLayer with [axes] {
+        /// Distance of neighbouring samples in micrometres: one number, or [x, y].
+        #[serde(deserialize_with = "pitch")]
+        #[schemars(schema_with = "one_or_pair_schema")]
+        pub pitch_um: [f64; 2],
+        /// Number of samples [nx, ny]; checked against the array.
+        #[serde(default, deserialize_with = "count")]
+        pub size: Option<[usize; 2]>,
+        /// Real 2-D array of the phase in radians without jumps of 2π, indexed [y, x] with rows growing with y, at least 4 × 4,
+        /// in a .npy or .npz file. The outer samples lie at the edge of the aperture or beyond.
+        pub phase: PathBuf,
+        /// Name of the array in a .npz file; without it `phase`, or else its only array.
+        #[serde(default)]
+        pub key: Option<String>,
+    }
+}
+
+table! {
     /// Phase Σ aⱼ Zⱼ(x/ρ, y/ρ) in Noll's order and normalisation.
     pub struct ZernikeLayer with [axes] {
         /// Radius ρ in millimetres of the unit circle.
@@ -335,9 +373,9 @@ pub struct SumLayer {
     #[serde(deserialize_with = "not_empty")]
     #[schemars(extend("minItems" = 1))]
     pub terms: Vec<Vec<Layer>>,
-    /// Amplitude factor of each term; 1 for all without it.
+    /// Factor on the field of each term: a number, or [re, im] of a complex one; 1 for all without it.
     #[serde(default)]
-    pub weights: Option<Vec<f64>>,
+    pub weights: Option<Vec<ComplexNumber>>,
 }
 
 fn one() -> f64 {

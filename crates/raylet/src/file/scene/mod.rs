@@ -16,6 +16,7 @@
 //! | `loss_specification` | The losses of a design, as a scene describes them |
 //! | `element_names` | What elements are called: by their names, or by their places where they have none |
 //! | `check` | Faults of a scene that no single value shows: parts that do not fit together |
+//! | `layer_check` | Faults of an element's layers that no single value shows |
 //! | `variable` | Numbers of a scene by their address, so that a design may change any of them |
 //! | `scene_test` | Tests: scenes that must be read, and scenes that must be refused at the right place |
 //! | `schema_test` | Tests: the JSON Schema of a scene file against good and bad scenes |
@@ -29,6 +30,7 @@ pub(crate) mod element_names;
 pub mod estimator;
 pub mod illumination;
 pub mod layer;
+pub(crate) mod layer_check;
 pub mod loss_specification;
 pub mod material;
 pub mod scene_file;

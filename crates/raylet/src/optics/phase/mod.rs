@@ -4,10 +4,14 @@
 //! | --- | --- |
 //! | [`profile`] | Phases by formulas, with their gradients |
 //! | [`placement`] | A phase whose own axes are off centre or turned |
+//! | [`radial_table`] | A phase of the radius by samples and the spline through them |
+//! | [`phase_grid`] | A smooth phase by samples on a grid and the spline between them |
 //! | [`blaze`] | The diffraction orders of a blazed or stepped profile |
 //! | [`two_point`] | The phase that turns one wave into another: holograms of two points |
 
 pub mod blaze;
+pub mod phase_grid;
 pub mod placement;
 pub mod profile;
+pub mod radial_table;
 pub mod two_point;

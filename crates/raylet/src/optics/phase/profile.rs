@@ -4,7 +4,9 @@
 
 use crate::math::jet::Jet;
 use crate::math::real::{Dual, Real};
+use crate::optics::phase::phase_grid::PhaseGrid;
 use crate::optics::phase::placement::Placement;
+use crate::optics::phase::radial_table::RadialTable;
 use crate::optics::phase::two_point::TwoPoint;
 use crate::optics::zernike::ZernikeSum;
 
@@ -40,6 +42,10 @@ pub enum Profile {
         /// Coefficients in rad of (r/ρ)², (r/ρ)⁴, …
         coefficients: Vec<f64>,
     },
+    /// A phase of the radius by samples.
+    RadialTable(RadialTable),
+    /// A phase by samples on a grid.
+    Grid(PhaseGrid),
     /// φ = Σ aⱼ Zⱼ(x/ρ, y/ρ), coefficients in rad.
     Zernike(ZernikeSum),
     /// φ = Σ a (x/ρ)ⁱ (y/ρ)ʲ.
@@ -81,6 +87,8 @@ impl Profile {
                 radius,
                 coefficients: coefficients.iter().map(|a| m * a).collect(),
             },
+            Profile::RadialTable(table) => Profile::RadialTable(table.times(m)),
+            Profile::Grid(grid) => Profile::Grid(grid.times(m)),
             Profile::Zernike(sum) => Profile::Zernike(sum.times(m)),
             Profile::Polynomial { radius, terms } => Profile::Polynomial {
                 radius,
@@ -200,6 +208,8 @@ impl Profile {
                 let horner = |sum: T, a: &f64| sum * u + *a;
                 coefficients.iter().rev().fold(T::constant(0.0), horner) * u
             }
+            Profile::RadialTable(table) => table.phase(x, y),
+            Profile::Grid(grid) => grid.phase(x, y),
             Profile::Zernike(sum) => sum.at(x, y),
             Profile::Polynomial { radius, terms } => {
                 let (x, y) = (x * (1.0 / radius), y * (1.0 / radius));
@@ -219,8 +229,11 @@ impl Profile {
 
 #[cfg(test)]
 mod tests {
+    use crate::fixtures::noise::noise;
+    use crate::optics::phase::phase_grid::PhaseGrid;
     use crate::optics::phase::placement::Placement;
     use crate::optics::phase::profile::Profile;
+    use crate::optics::phase::radial_table::RadialTable;
     use crate::optics::phase::two_point::{RecordedWave, TwoPoint};
     use crate::optics::shape::Shape;
     use crate::optics::zernike::ZernikeSum;
@@ -241,6 +254,10 @@ mod tests {
         };
         let profiles = [
             cubic.clone(),
+            Profile::Grid(PhaseGrid::new(&noise((8, 9), 1).mapv(|v| v.re), [0.3, 0.4]).unwrap()),
+            Profile::RadialTable(
+                RadialTable::new(&[0.0, 0.2, 0.5, 0.9, 1.3], &[0.0, 1.0, 4.0, 2.0, -3.0]).unwrap(),
+            ),
             cubic.placed(placement),
             Profile::Vortex { charge: 2 }.placed(placement),
             Profile::TwoPoint(TwoPoint {
