@@ -46,6 +46,9 @@ def pixels(draft: Draft, radius: float) -> dict:
         layer["pixel"] = draft.pick(["box", "point", "bilinear"])
     elif draft.chance(0.2):
         layer |= {"fill": draft.number(0.2, 1), "rest": draft.pick(["dark", "flat"])}
+    elif draft.chance(0.1):
+        fine = float(f"{0.3 * min(pitch):.4g}")
+        layer |= {draft.pick(["fly_back_um", "crosstalk_um"]): fine, "sub_pixels": 2}
     return layer
 
 

@@ -35,6 +35,9 @@ def pixels(
     phase_scale: float = 1.0,
     fill: float = 1.0,
     rest: str = "dark",
+    fly_back_um: float = 0.0,
+    crosstalk_um: float = 0.0,
+    sub_pixels: int = 4,
 ) -> Layer:
     """A centred grid of pixels [y, x]: phase in rad and amplitude, or the complex transmission.
 
@@ -43,11 +46,15 @@ def pixels(
     twice the Nyquist rate. `size` [nx, ny] makes a blank.
     `phase_scale` multiplies the phase. `fill` is the share of a box pixel's area that carries its value, a rectangle
     about its centre, and `rest` says what the gap around it does: "dark" or "flat" (transmits all).
+    A liquid crystal does not follow its pixels at once: where neighbours differ by more than π, the phase between 0 and 2π
+    runs from one to the other on a ramp of `fly_back_um`, and the map of phases is convolved with a Gaussian of the
+    standard deviation `crosstalk_um`. Both act on `sub_pixels` parts of a pixel along each axis.
     """
     given = {"phase": phase, "amplitude": amplitude, "transmission": transmission}
     held = {key: grid(key, value) for key, value in given.items() if value is not None}
     own = {"pitch_um": pitch_um, "pixel": pixel, "size": size, "phase_scale": phase_scale, "fill": fill, "rest": rest}
-    return _layer("pixels", **own, **held)
+    between = {"fly_back_um": fly_back_um, "crosstalk_um": crosstalk_um, "sub_pixels": sub_pixels}
+    return _layer("pixels", **own, **between, **held)
 
 
 def height(

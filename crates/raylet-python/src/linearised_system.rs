@@ -15,6 +15,7 @@ use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::arrays::array::BorrowedArray;
 use raylet::file::decode::fault::{Fault, shortened};
 use raylet::file::model::build;
+use raylet::file::model::fringed_pixels::refuse_fringed_element;
 use raylet::file::model::variations::{ParameterValues, varied_system};
 use raylet::file::scene::scene_file::Scene as File;
 use raylet::file::scene::variable::{VariableAddress, VariableScene};
@@ -80,6 +81,7 @@ impl LinearisedSystem {
         };
         let made = made(py, scene, &arrays, at)?;
         let elements = elements.into_iter().map(|name| {
+            refuse_fringed_element(&scene.file, &name).map_err(|failure| fault(py, &failure))?;
             let at = made
                 .first()
                 .and_then(|(system, _)| screen_of(system, &name));

@@ -125,9 +125,18 @@ impl ElementLayers<'_, '_> {
                     self.scene
                         .fault(&format!("{path}.fill"), error.to_string(), expected)
                 })?;
+                let (pitch_um, values) = match pixels.fringing() {
+                    Some(fringing) => (
+                        pixels
+                            .pitch_um
+                            .map(|pitch| pitch / pixels.sub_pixels as f64),
+                        fringing.transmission(&values, pixels.pitch_um.map(|pitch| pitch * UM)),
+                    ),
+                    None => (pixels.pitch_um, values),
+                };
                 Layer::Pixels(Pixels {
                     active,
-                    ..grid(pixels.pitch_um, values, pixels.pixel)
+                    ..grid(pitch_um, values, pixels.pixel)
                 })
             }
             layer::Layer::Height(relief) => {

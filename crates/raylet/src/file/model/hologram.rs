@@ -22,6 +22,7 @@ use crate::file::arrays::phase_file::PhaseFile;
 use crate::file::decode::fault::Fault;
 use crate::file::model::build;
 use crate::file::model::error_location::simulate_fault;
+use crate::file::model::fringed_pixels::refuse_fringing;
 use crate::file::scene::element::{Element, WITH_PIXELS};
 use crate::file::scene::layer::{Layer, PixelLayer};
 use crate::file::scene::scene_file::Scene;
@@ -171,6 +172,11 @@ pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Holo
             let Layer::Pixels(pixels) = layer else {
                 continue;
             };
+            refuse_fringing(
+                scene,
+                pixels,
+                &format!("element[{element}].layer[{number}]"),
+            )?;
             let layer = pixels.clone();
             pixels.phase = None;
             if pixels.transmission.is_some()

@@ -11,6 +11,7 @@
 //! | `scene_media` | The materials that a scene names, as media with an index at each wavelength |
 //! | `phase_units` | Warnings about phases in degrees or grey levels |
 //! | `hologram` | The hologram of a scene |
+//! | `fringed_pixels` | Pixels with fly-back or crosstalk, refused where their gradient is needed |
 //! | `pixel_part` | The elements whose pixels a scene designs |
 //! | `project` | The design of a scene: losses, what is free, the start, the outputs |
 //! | `design_targets` | The runs that a design evaluates, and their losses |
@@ -22,6 +23,7 @@ pub mod build;
 pub mod design_targets;
 pub(crate) mod element_layers;
 pub mod error_location;
+pub mod fringed_pixels;
 pub mod hologram;
 pub(crate) mod light;
 #[cfg(test)]

@@ -15,6 +15,7 @@ use crate::design::constraints::modulation::{Modulation, Modulator, Shaped};
 use crate::design::constraints::relief::{Levels, Relief};
 use crate::design::constraints::staircase::Hardening;
 use crate::file::decode::fault::Fault;
+use crate::file::model::fringed_pixels::refuse_fringing;
 use crate::file::model::relief_side::{side_of_relief, unplaced};
 use crate::file::model::scene_media::index_at;
 use crate::file::scene::design::{Design, DesignElement, Free, OptimizerKind, Start};
@@ -467,6 +468,7 @@ fn blank(scene: &Scene, layer: &Layer, free: Free, path: &str) -> Result<PixelLa
                     return Err(scene.fault(&format!("{path}.{key}"), found, expected));
                 }
             }
+            refuse_fringing(scene, pixels, path)?;
             bare(pixels).ok_or_else(|| unsized_layer(path))
         }
         (Layer::Height(height), Free::Height) => {
@@ -482,6 +484,9 @@ fn blank(scene: &Scene, layer: &Layer, free: Free, path: &str) -> Result<PixelLa
                 pixel: height.pixel,
                 fill: 1.0,
                 rest: Rest::Dark,
+                fly_back_um: 0.0,
+                crosstalk_um: 0.0,
+                sub_pixels: 2,
             })
         }
         (Layer::Sum(sum), Free::TwoPhase) => blank_sum(scene, sum, path),
@@ -516,6 +521,9 @@ fn blank_sum(scene: &Scene, sum: &SumLayer, path: &str) -> Result<PixelLayer, Fa
     };
     match (first.as_slice(), second.as_slice()) {
         ([Layer::Pixels(a)], [Layer::Pixels(b)]) => {
+            for (i, pixels) in [a, b].into_iter().enumerate() {
+                refuse_fringing(scene, pixels, &format!("{path}.terms[{i}][0]"))?;
+            }
             let phases = [a, b].map(|p| p.amplitude.is_none() && p.transmission.is_none());
             match (bare(a), bare(b)) {
                 (Some(a), Some(b)) if a == b && phases == [true; 2] => Ok(a),

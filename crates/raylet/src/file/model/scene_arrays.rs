@@ -317,7 +317,32 @@ impl<'a> Loader<'_, 'a> {
                 _ => shape = Some(given),
             }
         }
+        self.sub_pixels(layer, shape, path)?;
         self.blank(layer, path)
+    }
+
+    /// Sub-pixels take memory besides the pixels.
+    fn sub_pixels(
+        &mut self,
+        layer: &PixelLayer,
+        shape: Option<[usize; 2]>,
+        path: &str,
+    ) -> Result<(), Fault> {
+        let (Some([ny, nx]), Some(fringing)) = (shape, layer.fringing()) else {
+            return Ok(());
+        };
+        let [rows, columns] = [ny, nx].map(|count| count.saturating_mul(fringing.sub_pixels));
+        let bytes = (rows as u64)
+            .saturating_mul(columns as u64)
+            .saturating_mul(16);
+        MemoryLimit::of_settings(self.left)
+            .check(format!("{rows} rows of {columns} sub-pixels"), bytes)
+            .map_err(|(found, expected)| {
+                let field = format!("{path}.sub_pixels");
+                self.origin.fault(&field, found, expected)
+            })?;
+        self.left -= bytes;
+        Ok(())
     }
 
     /// A layer of known size without arrays takes memory too.

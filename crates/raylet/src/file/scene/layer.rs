@@ -7,14 +7,15 @@ use serde::{Deserialize, Serialize};
 
 use crate::file::decode::complex_number::ComplexNumber;
 use crate::file::decode::number::{
-    acute, count, not_empty, not_zero, one_or_pair_schema, pitch, positive, wavelength,
-    whole_or_part, width,
+    acute, count, not_empty, not_negative, not_zero, one_or_pair_schema, pitch, positive,
+    wavelength, whole_or_part, width,
 };
 use crate::file::decode::shared_keys::table;
 use crate::file::decode::tagged::tagged;
 use crate::file::scene::material::Material;
 use crate::optics::phase::placement::Placement;
 use crate::optics::pixels::active_area::{ActiveArea, FillError, Rest};
+use crate::optics::pixels::fringing::Fringing;
 use crate::optics::pixels::pixel_grid::PixelForm;
 
 tagged! {
@@ -111,6 +112,20 @@ pub struct PixelLayer {
     /// What the rest of a pixel does.
     #[serde(default)]
     pub rest: Rest,
+    /// Width in micrometres of the ramp on which the phase flies back where neighbours differ by more than π, about their
+    /// common edge; at most the pitch. Phases are taken between 0 and 2π.
+    #[serde(default, deserialize_with = "not_negative")]
+    #[schemars(extend("minimum" = 0))]
+    pub fly_back_um: f64,
+    /// Standard deviation in micrometres of the Gaussian with which the phase between 0 and 2π is convolved; at most ten times
+    /// the pitch.
+    #[serde(default, deserialize_with = "not_negative")]
+    #[schemars(extend("minimum" = 0))]
+    pub crosstalk_um: f64,
+    /// Parts of a pixel along each axis, each with its mean transmission, where there is fly-back or crosstalk; from 2 to 64.
+    #[serde(default = "sub_pixels")]
+    #[schemars(extend("minimum" = 2, "maximum" = 64))]
+    pub sub_pixels: usize,
 }
 
 impl PixelLayer {
@@ -120,6 +135,15 @@ impl PixelLayer {
     /// A share that is not above 0 and up to 1.
     pub(crate) fn active(&self) -> Result<ActiveArea, FillError> {
         ActiveArea::of_fill(self.fill, self.rest)
+    }
+
+    /// What lies between the pixels, where something does.
+    pub(crate) fn fringing(&self) -> Option<Fringing> {
+        (self.fly_back_um > 0.0 || self.crosstalk_um > 0.0).then_some(Fringing {
+            fly_back: self.fly_back_um * 1e-3,
+            crosstalk: self.crosstalk_um * 1e-3,
+            sub_pixels: self.sub_pixels,
+        })
     }
 }
 
@@ -380,6 +404,10 @@ pub struct SumLayer {
 
 fn one() -> f64 {
     1.0
+}
+
+fn sub_pixels() -> usize {
+    4
 }
 
 fn first_orders() -> Vec<i32> {

@@ -1,6 +1,7 @@
 //! Faults of an element's layers that no single value shows.
 
 use std::collections::BTreeSet;
+use std::ops::RangeInclusive;
 
 use crate::file::decode::fault::Fault;
 use crate::file::decode::number::LEAST;
@@ -239,8 +240,51 @@ fn check_pixels(pixels: &PixelLayer, place: &Place<'_>) -> Result<(), Fault> {
             format!("{} with pixels that are no boxes", pixels.fill),
             "pixel = \"box\", or fill = 1",
         ),
-        _ => Ok(()),
+        _ => check_fringing(pixels, place),
     }
+}
+
+/// Widest Gaussian of crosstalk over the pitch, and the sub-pixels that there may be.
+const WIDEST_CROSSTALK: f64 = 10.0;
+const SUB_PIXELS: RangeInclusive<usize> = 2..=64;
+
+/// Fly-back and crosstalk are those of box pixels without gaps.
+fn check_fringing(pixels: &PixelLayer, place: &Place<'_>) -> Result<(), Fault> {
+    let pitch = pixels.pitch_um[0].min(pixels.pitch_um[1]);
+    if !SUB_PIXELS.contains(&pixels.sub_pixels) {
+        let place = place.inner(".sub_pixels");
+        return place.refuse(pixels.sub_pixels.to_string(), "from 2 to 64 sub-pixels");
+    }
+    for (key, value, most) in [
+        ("fly_back_um", pixels.fly_back_um, pitch),
+        (
+            "crosstalk_um",
+            pixels.crosstalk_um,
+            WIDEST_CROSSTALK * pitch,
+        ),
+    ] {
+        let place = place.inner(&format!(".{key}"));
+        if value > most {
+            let expected = format!("at most {most}, for a pitch of {pitch}");
+            return place.refuse(value.to_string(), expected);
+        }
+        if value > 0.0 && pixels.pixel != PixelForm::Box {
+            return place.refuse(
+                format!("{value} with pixels that are no boxes"),
+                format!("pixel = \"box\", or {key} = 0"),
+            );
+        }
+        if value > 0.0 && pixels.fill < 1.0 {
+            return place.refuse(
+                format!(
+                    "{value} beside gaps between the pixels, fill = {}",
+                    pixels.fill
+                ),
+                format!("fill = 1, or {key} = 0"),
+            );
+        }
+    }
+    Ok(())
 }
 
 /// A sum needs layers in each term, and as many weights as terms.
