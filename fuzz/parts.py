@@ -69,16 +69,21 @@ def blank(draft: Draft, radius: float, free: str) -> dict:
 
 def smooth(draft: Draft, radius: float) -> dict:
     """A layer that a formula describes."""
-    kind = draft.pick(["grating", "lens", "axicon", "vortex", "radial", "radial_table", "zernike"])
+    kind = draft.pick(["grating", "lens", "axicon", "vortex", "radial", "radial_table", "phase_grid", "zernike"])
     keys = {
         "grating": {"period_um": draft.scale(3, 300), "direction_deg": draft.number(-180, 180)},
         "lens": {"focal_length_mm": draft.signed(1, 50)},
         "axicon": {"angle_deg": draft.number(-4, 4)},
         "vortex": {"charge": draft.whole(-4, 4)},
         "radial": {"norm_radius_mm": radius, "coefficients": terms(draft, 4, 8)},
-        "radial_table": {"radius_mm": [0, 0.3 * radius, radius, 2 * radius], "phase_rad": [0, *([draft.number(-8, 8)] * 3)]},
+        "radial_table": {
+            "radius_mm": [0, 0.3 * radius, radius, 2 * radius],
+            "phase_rad": [0, *([draft.number(-8, 8)] * 3)],
+        },
         "zernike": {"norm_radius_mm": radius, "coefficients": terms(draft, 6, 1)},
     }
+    if kind == "phase_grid":
+        keys[kind] = {"pitch_um": float(f"{1000 * radius:.4g}"), "phase": draft.array("phase", [5, 6], 6.3)}
     layer = {"kind": kind, **keys[kind]}
     if kind == "grating" and draft.chance(0.3):
         layer["order"] = draft.whole(-2, 2)
@@ -96,7 +101,13 @@ def layers(draft: Draft, radius: float) -> list[dict]:
         found.append(smooth(draft, radius))
     if draft.chance(0.06):
         inner = [[smooth(draft, radius)] for _ in range(2)]
-        found.append({"kind": "sum", "terms": inner, **({"weights": draft.pick([[0.5, 0.7], [0.5, [0.2, -0.7]]])} if draft.chance(0.5) else {})})
+        found.append(
+            {
+                "kind": "sum",
+                "terms": inner,
+                **({"weights": draft.pick([[0.5, 0.7], [0.5, [0.2, -0.7]]])} if draft.chance(0.5) else {}),
+            }
+        )
     return found
 
 

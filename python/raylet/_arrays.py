@@ -52,12 +52,16 @@ def evaluated(name: str, function: Any, x: NDArray[np.float64], y: NDArray[np.fl
     try:
         given = function(x[None, :], y[:, None])
     except Exception as error:
-        raise RayletError(f"{name}(x, y) raised {type_name(error)}: {cut(str(error))}, expected {shape} numbers") from error
+        raise RayletError(
+            f"{name}(x, y) raised {type_name(error)}: {cut(str(error))}, expected {shape} numbers"
+        ) from error
     values = numbers(f"{name}(x, y)", given)
     try:
         values = np.ascontiguousarray(np.broadcast_to(values, shape))
     except ValueError as error:
-        raise RayletError(f"{name}(x, y) has shape {values.shape}, expected {shape} or what broadcasts to it") from error
+        raise RayletError(
+            f"{name}(x, y) has shape {values.shape}, expected {shape} or what broadcasts to it"
+        ) from error
     wrong = np.argwhere(~np.isfinite(values))
     if wrong.size:
         j, i = wrong[0]

@@ -1,8 +1,8 @@
 """Phases of elements and shapes of surfaces that are functions of x and y.
 
 Each function is called once, with x in mm as a row and y in mm as a column of an array, and gives an array of [y, x] or
-what broadcasts to it. Between its samples is a bicubic spline, whose error is some pitch⁴/100 times the fourth derivative:
-half the pitch, a sixteenth of the error.
+what broadcasts to it. Between its samples is a bicubic spline, whose error is some pitch⁴/100 times the fourth
+derivative: half the pitch, a sixteenth of the error.
 """
 
 from __future__ import annotations
@@ -31,16 +31,14 @@ def phase_function(
 ) -> Layer:
     """A smooth phase in rad that is a function of x and y in mm: a :func:`raylet.phase_grid`.
 
-    `extent_mm` is the full width along both axes or along each, about the centre of the phase; it reaches to the edge of
-    the aperture or beyond. Samples stand `pitch_um` apart or a little closer, or without it at 1/256 of the extent. The
-    phase has no jumps of 2π."""
+    `extent_mm` is the full width along both axes or along each, about the centre of the phase; it reaches to the edge
+    of the aperture or beyond. Samples stand `pitch_um` apart or a little closer, or without it at 1/256 of the extent.
+    The phase has no jumps of 2π."""
     pitch, values = _samples("phase_function", "phase", phase, extent_mm, pitch_um)
     return phase_grid(pitch_um=pitch, phase=values, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
-def sag_function(
-    sag: Callable[[Any, Any], Any], *, extent_mm: Pair, pitch_um: Pair | None = None
-) -> dict[str, Any]:
+def sag_function(sag: Callable[[Any, Any], Any], *, extent_mm: Pair, pitch_um: Pair | None = None) -> dict[str, Any]:
     """A shape of a surface whose sag in mm is a function of x and y in mm: what surfaces, mirrors and elements take as
     `shape`. It is added to their conic.
 

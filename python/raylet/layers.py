@@ -46,7 +46,7 @@ def pixels(
     twice the Nyquist rate. `size` [nx, ny] makes a blank.
     `phase_scale` multiplies the phase. `fill` is the share of a box pixel's area that carries its value, a rectangle
     about its centre, and `rest` says what the gap around it does: "dark" or "flat" (transmits all).
-    A liquid crystal does not follow its pixels at once: where neighbours differ by more than π, the phase between 0 and 2π
+    The phase of a liquid crystal, taken between 0 and 2π, makes no jumps: where neighbours differ by more than π it
     runs from one to the other on a ramp of `fly_back_um`, and the map of phases is convolved with a Gaussian of the
     standard deviation `crosstalk_um`. Both act on `sub_pixels` parts of a pixel along each axis.
     """
@@ -187,8 +187,8 @@ def phase_grid(
 ) -> Layer:
     """A smooth phase in rad by samples [y, x] on a centred grid: the bicubic spline through them.
 
-    The phase has no jumps of 2π, and its samples reach to the edge of the aperture or beyond, at least 4 along each axis.
-    It is no pixelated element: :func:`raylet.pixels` makes one. :func:`raylet.phase_function` samples a function."""
+    The phase has no jumps of 2π, and its samples reach to the edge of the aperture or beyond, at least 4 along each
+    axis. :func:`raylet.phase_function` samples a function; :func:`raylet.pixels` makes a pixelated element."""
     own = {"pitch_um": pitch_um, "phase": grid("phase", phase), "size": size}
     return _layer("phase_grid", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 

@@ -165,6 +165,40 @@ def test_a_glass_is_given_by_its_own_numbers() -> None:
         index({"nd": 1.5168})
 
 
+def test_a_glass_of_ones_own_has_its_dispersion_at_every_wavelength(tmp_path: Path) -> None:
+    """By Sellmeier's formula with one pair and with four, and by a table, in Python and from a scene file: the fields
+    are those with the index of each wavelength."""
+    waves = [0.45, 0.55, 0.65]
+    pairs = [[1.04, 0.006], [0.23, 0.02], [1.0, 103.0], [0.01, 0.03]]
+
+    def by_formula(wave: Any, count: int) -> Any:
+        return np.sqrt(1.0 + sum(b * wave**2 / (wave**2 - c) for b, c in pairs[:count]))
+
+    table = np.linspace(0.4, 0.7, 7)
+    glasses = [
+        ({"sellmeier": pairs[:1], "range_um": [0.4, 0.7]}, by_formula(np.array(waves), 1)),
+        ({"sellmeier": pairs}, by_formula(np.array(waves), 4)),
+        ({"wavelengths_um": table, "indices": 1.6 - 0.1 / table + 0.05 / table**2}, None),
+    ]
+
+    def fields(wavelength_um: Any, glass: Any, folder: Path | None = None) -> Any:
+        system = raylet.System(wavelength_um=wavelength_um).add_stop(raylet.disc(0.2), thickness_mm=0.1)
+        system.add_surface(radius_mm=3.0, glass=glass, thickness_mm=0.5, semi_aperture_mm=0.5)
+        system.add_surface(semi_aperture_mm=0.5, thickness_mm=4.0).add_sensor(pixels=(15, 15), pitch_um=3.0)
+        if folder is not None:
+            system.save(folder / "scene.toml", overwrite=True)
+            system = raylet.load(folder / "scene.toml")
+        return system.simulate().field
+
+    for glass, indices in glasses:
+        indices = 1.6 - 0.1 / np.array(waves) + 0.05 / np.array(waves) ** 2 if indices is None else indices
+        found = fields(waves, glass)
+        assert np.array_equal(fields(waves, glass, tmp_path), found)
+        for field, wave, index in zip(found, waves, indices):
+            exact = fields(wave, {"index": float(index)})
+            assert np.linalg.norm(field - exact) < 1e-9 * np.linalg.norm(exact)
+
+
 def test_focus_of_a_diffractive_lens() -> None:
     """In the focus of an ideal lens of radius a the field is ∫ cos θ/(λr) dA = (πf/λ) log(1 + a²/f²)."""
     system = (

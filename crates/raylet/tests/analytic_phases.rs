@@ -210,9 +210,9 @@ fn placed_layers_are_those_of_placed_elements() {
             );
             format!("kind = \"sum\"\nterms = [[{{ {table} }}]]")
         };
-        let rim = "aperture = { disc = { radius_mm = 0.3, centre_mm = [0.1, -0.06] } }";
+        let rim = "aperture = { disc = { radius_mm = 0.15, centre_mm = [0.1, -0.06] } }";
         let placed = field_behind(PLANE, rim, &layer(axes));
-        let moved = "decenter_mm = [0.1, -0.06]\ntilt_deg = [0, 0, 30]\naperture = { disc = { radius_mm = 0.3 } }";
+        let moved = "decenter_mm = [0.1, -0.06]\ntilt_deg = [0, 0, 30]\naperture = { disc = { radius_mm = 0.15 } }";
         let element = field_behind(PLANE, moved, &layer(""));
         let error = distance(&placed, &element);
         assert!(error < 1e-3, "{kind}: {error:e}");
