@@ -133,8 +133,8 @@ fn check_table(table: &RadialTableLayer, rim: &[[f64; 2]], place: &Place<'_>) ->
         let place = place.inner(".radius_mm[0]");
         return place.refuse(first.to_string(), "0: the table begins at the centre");
     }
-    let pairs = radii.iter().zip(radii.iter().skip(1)).enumerate();
-    for (i, (low, high)) in pairs.filter(|(_, (low, high))| *high - *low < LEAST) {
+    let mut pairs = radii.iter().zip(radii.iter().skip(1)).enumerate();
+    if let Some((i, (low, high))) = pairs.find(|(_, (low, high))| *high - *low < LEAST) {
         let place = place.inner(&format!(".radius_mm[{}]", i + 1));
         return place.refuse(high.to_string(), format!("more than {low}: radii grow"));
     }
