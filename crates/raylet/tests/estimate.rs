@@ -1,5 +1,6 @@
 //! What a run reports before and after: rays, rims, and the aberration inside beamlets.
 
+use num_complex::Complex64;
 use raylet::engine::chain::forecast::forecast;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::hop_plan::Plan;
@@ -8,7 +9,7 @@ use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::{NoScreen, RimTreatment, with_rims};
 use raylet::file::result::report::Channel;
 use raylet::math::erfc::erfc;
-use raylet::optics::aperture::Aperture;
+use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::doe::Layer;
 use raylet::optics::phase::profile::Profile;
 use raylet::optics::refraction::Coating;
@@ -219,4 +220,47 @@ fn a_rim_that_fits_memory_is_a_screen() {
     ));
     assert!(by_ray.misplaced > 0.0 && by_ray.misplaced <= by_ray.cut);
     assert_eq!(by_ray.error(), by_ray.misplaced.sqrt());
+}
+
+/// On its axis light behind a disc of radius a is e^{ikz} − z/R e^{ikR}, with R² = a² + z². A zone plate as a disc without rings has
+/// the sum of these over its zones there, at every target error, and says how exact it is. The check stands on samples of its own.
+#[test]
+fn a_disc_without_rings_is_a_zone_plate() {
+    let (k, z) = (std::f64::consts::TAU, 2000.0f64);
+    let radius = |n: u32| {
+        let n = f64::from(n);
+        (n * z + 0.25 * n * n).sqrt()
+    };
+    let behind_disc = |a: f64| {
+        let r = a.hypot(z);
+        Complex64::cis(k * z) - Complex64::cis(k * r) * (z / r)
+    };
+    let rings = (1..21).step_by(2);
+    let plate = rings.clone().fold(Aperture::disc(radius(21)), |open, n| {
+        let [inner, outer] = [n, n + 1].map(radius);
+        open.blocked(Aperture {
+            outline: Outline::Annulus { inner, outer },
+            centre: [0.0; 2],
+        })
+    });
+    let exact = rings.fold(behind_disc(radius(21)), |sum, n| {
+        sum - behind_disc(radius(n + 1)) + behind_disc(radius(n))
+    });
+    for target_error in [1e-3, 1e-4, 1e-5] {
+        let settings = Settings {
+            target_error,
+            ..Settings::default()
+        };
+        let screens = vec![
+            screen(on_axis(0.0), ScreenKind::Stop(plate.clone())),
+            screen(on_axis(z), sensor(17, 1.0)),
+        ];
+        let run = simulate(&lit(screens, vec![vec![]]), &settings, &|_| {}).unwrap();
+        let error = (run.field.values[[8, 8]] - exact).norm() / exact.norm();
+        let expected = run.expected_error().unwrap();
+        assert!(
+            error < 1e-6 && expected < 1e-6,
+            "{target_error}: {error:e} {expected:e}"
+        );
+    }
 }

@@ -116,7 +116,29 @@ impl Arriving {
         }
         Ok((arrived, behind))
     }
+
+    /// The field just behind a screen on finer nodes than those of [`Arriving::pass`]; nothing where they take more memory than
+    /// is allowed.
+    pub(crate) fn on_other_samples(
+        &self,
+        system: &System,
+        screen: &Screen,
+        leaving: [f64; 2],
+        settings: &Settings,
+    ) -> Option<Field> {
+        let reach = Reach {
+            arriving: self.reach.map(|p| FINER * p),
+            leaving: leaving.map(|p| FINER * p),
+        };
+        let grid = plan_grid(screen, reach, system.wavelength, settings.samples_allowed()).ok()?;
+        let mut behind = self.on(system, screen, grid);
+        apply_screen(screen, &mut behind);
+        Some(behind)
+    }
 }
+
+/// How much finer nodes are on which a run is checked.
+const FINER: f64 = 1.4;
 
 /// The raster on which light is summed on a screen: a sensor's own pixels, or one that resolves `reach`.
 ///

@@ -118,8 +118,7 @@ impl<'a> HopRun<'a> {
     ) -> Result<(HeightStack, Tally), HopError> {
         let to = self.hop.to;
         if to.is_plane() {
-            let (values, mut tally) = self.carry_to_plane(field, &raster, progress)?;
-            tally.spot_check = self.spot_check(field, &raster, &values);
+            let (values, tally) = self.carry_to_plane(field, &raster, progress)?;
             return Ok((HeightStack::plane(raster, values), tally));
         }
 
@@ -141,7 +140,6 @@ impl<'a> HopRun<'a> {
             let (landed, counts) = run.carry_to_plane(field, &raster, &part)?;
             if number == stack.len() / 2 {
                 tally = counts;
-                tally.spot_check = run.spot_check(field, &raster, &landed);
             }
             values.push(landed);
         }
@@ -300,22 +298,25 @@ impl<'a> HopRun<'a> {
         Ok(())
     }
 
-    /// The error of a free hop at a few points of what it brought.
-    fn spot_check(
-        &self,
-        field: &Field,
-        raster: &Raster,
-        values: &Array2<Complex64>,
-    ) -> Option<f64> {
-        let Plan::Free(free, _) = self.plan else {
+    /// The error of a free hop at a few points of the middle level of what it brought, by the direct sum over a field behind
+    /// its first screen, which may stand on other samples than those that were carried.
+    pub(crate) fn spot_check(&self, field: &Field, brought: &HeightStack) -> Option<f64> {
+        let middle = brought.values.len() / 2;
+        let level = (brought.stack.as_ref()).and_then(|stack| stack.levels.at.get(middle));
+        let plane = level.map(|level| level_of(self.hop.to, *level));
+        let plan = level.map(|level| self.plan.moved(*level));
+        let Plan::Free(free, _) = plan.as_ref().unwrap_or(self.plan) else {
             return None;
         };
         let check = SpotCheck {
-            hop: &self.hop,
+            hop: &Hop {
+                to: plane.as_ref().unwrap_or(self.hop.to),
+                ..self.hop
+            },
             free,
             field,
-            raster,
-            values,
+            raster: &brought.raster,
+            values: brought.values.get(middle)?,
         };
         check.error(self.settings.seed)
     }

@@ -58,6 +58,11 @@ pub(crate) fn run_whole_fields(
         if !levels.power().is_finite() {
             return Err(SimulateError::NotFinite(hop.to.name.clone()));
         }
+        if let Plan::Free(..) = &plan {
+            // On other samples than those of the run, where there is memory for them.
+            let other = light.on_other_samples(system, hop.from, leaving(&plan), settings);
+            tally.spot_check = run.spot_check(other.as_ref().unwrap_or(&field), &levels);
+        }
         standard_error = tally.noise.take();
         if tally.share(Fate::Elsewhere) > NOTHING {
             tally.divide_elsewhere(lost_light_shares(system, &hop, &light));

@@ -1,8 +1,8 @@
-//! The error of a free hop, measured: what it brought to a few points against the direct sum of the same
-//! samples there.
+//! The error of a free hop, measured: what it brought to a few points against the direct sum of samples of the
+//! field there, other samples than those that were carried.
 //!
 //! The first Rayleigh–Sommerfeld integral knows neither periods nor tapers nor levels, so the difference is
-//! what these cost. The points are drawn half evenly and half by intensity, so that neither faint light over
+//! what these cost, with what the samples of the run miss of edges and of steep light. The points are drawn half evenly and half by intensity, so that neither faint light over
 //! the whole screen nor a bright focus escapes; each counts for the inverse of its chance.
 
 use ndarray::Array2;
@@ -34,7 +34,7 @@ pub(crate) struct SpotCheck<'a> {
     pub hop: &'a Hop<'a>,
     /// How it was carried.
     pub free: &'a FreeHop,
-    /// What left the first screen.
+    /// What left the first screen, on samples of its own.
     pub field: &'a Field,
     /// Where it was summed.
     pub raster: &'a Raster,
