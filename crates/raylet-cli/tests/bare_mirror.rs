@@ -29,28 +29,76 @@ fn behind_a_stop() -> String {
 /// more light than came, and the warning blamed a rim that is too large.
 #[test]
 fn a_bare_mirror_is_as_good_as_one_behind_a_stop() {
-    let (bare, stopped) = (Stage::new(MIRROR), Stage::new(&behind_a_stop()));
-    let mut said = Vec::new();
-    for (stage, out) in [(&bare, "bare"), (&stopped, "stopped")] {
+    let error = distance(MIRROR, &behind_a_stop());
+    assert!(error < 1e-7, "{error:e}");
+}
+
+/// A mirror and a lens that come first in light at 5° to their axes, where the entrance stands in the plane of the rim. The light
+/// was cut twice, and off by 2e-2 with 4 % more light than came. An element of no phase on the same surface holds the field on the
+/// surface itself.
+#[test]
+fn a_bare_surface_in_slanting_light_is_cut_once() {
+    let aside = 30.0 * 5.0f64.to_radians().tan();
+    let tilted = |scene: &str| {
+        let source = "source = { kind = \"plane\", angle_deg = [5, 0] }";
+        let scene = scene.replace("source = { kind = \"plane\" }", source);
+        scene.replace(
+            "pitch_um = 0.5",
+            &format!("pitch_um = 2\ndecenter_mm = [{aside}, 0]"),
+        )
+    };
+    let layer = "[[element.layer]]\nkind = \"grating\"\nperiod_um = 1e9\n";
+    let element = |scene: &str, kind: &str, reflect: &str, end: &str| {
+        scene
+            .replacen(
+                &format!("kind = \"{kind}\""),
+                &format!("kind = \"doe\"{reflect}"),
+                1,
+            )
+            .replacen(
+                "semi_aperture_mm = 3",
+                "aperture = { disc = { radius_mm = 3 } }",
+                1,
+            )
+            .replacen(end, &format!("{end}\n{layer}"), 1)
+    };
+    let mirror = tilted(MIRROR);
+    let on_mirror = element(&mirror, "mirror", "\nreflect = true", "thickness_mm = -30");
+    let lens = tilted(MIRROR).replace(
+        "kind = \"mirror\"\nname = \"M\"\nradius_mm = -60\nsemi_aperture_mm = 3\nthickness_mm = -30\n",
+        "kind = \"surface\"\nname = \"front\"\nradius_mm = 20\nglass = \"N-BK7\"\nsemi_aperture_mm = 3\nthickness_mm = 3\n\
+         [[element]]\nkind = \"surface\"\nradius_mm = -60\nsemi_aperture_mm = 5\nthickness_mm = 28\n",
+    );
+    let on_lens = element(&lens, "surface", "", "thickness_mm = 3");
+    for (bare, exact) in [(&mirror, &on_mirror), (&lens, &on_lens)] {
+        let error = distance(bare, exact);
+        assert!(error < 1.5e-3, "{error:e}");
+    }
+}
+
+/// The relative distance of the fields of two scenes, whose runs have no warning.
+fn distance(first: &str, second: &str) -> f64 {
+    let stages = [Stage::new(first), Stage::new(second)];
+    for (stage, out) in stages.iter().zip(["first", "second"]) {
         let run = stage.raylet(&["simulate", "scene.toml", "--out", out]);
         assert!(run.status.success(), "{}", complaint(&run));
-        said.push(String::from_utf8(run.stdout).unwrap());
+        let said = String::from_utf8(run.stdout).unwrap();
+        assert!(!said.contains("warning"), "{said}");
     }
-    assert!(!said[0].contains("warning"), "{}", said[0]);
-    let other = stopped.join("stopped");
+    let [first, second] = stages;
+    let other = second.join("second");
     let compare = [
         "compare",
-        "bare",
+        "first",
         other.to_str().unwrap(),
         "--out",
         "comparison",
     ];
-    let run = bare.raylet(&compare);
+    let run = first.raylet(&compare);
     assert!(run.status.success(), "{}", complaint(&run));
-    let comparison = std::fs::read_to_string(bare.join("comparison/compare.json")).unwrap();
+    let comparison = std::fs::read_to_string(first.join("comparison/compare.json")).unwrap();
     let comparison: serde_json::Value = serde_json::from_str(&comparison).unwrap();
-    let error = comparison["channels"][0]["field_error"].as_f64().unwrap();
-    assert!(error < 1e-7, "{error:e}");
+    comparison["channels"][0]["field_error"].as_f64().unwrap()
 }
 
 /// The warning of a rim that cuts single rays names its reason: no disc, no surface of revolution, or too large.
@@ -60,6 +108,9 @@ fn warnings_of_rims_name_the_reason() {
         "semi_aperture_mm = 3",
         "aperture = { rectangle = { width_mm = 6, height_mm = 6 } }",
     );
+    let behind_a_wider_stop = (behind_a_stop())
+        .replace("radius_mm = 3 }", "radius_mm = 5 }")
+        .replace("semi_aperture_mm = 4", "semi_aperture_mm = 3");
     let tilted = |scene: &str| {
         scene.replace(
             "{ kind = \"plane\" }",
@@ -72,7 +123,7 @@ fn warnings_of_rims_name_the_reason() {
             "only the rim of a centred disc can be a screen",
         ),
         (
-            tilted(MIRROR),
+            tilted(&behind_a_wider_stop),
             "as a screen it takes 36000 samples along its diameter, more than 2500",
         ),
     ] {

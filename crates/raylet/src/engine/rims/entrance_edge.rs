@@ -2,9 +2,12 @@
 //!
 //! The field has to live on some screen, so an entrance with the aperture of the surface stands in the plane of its vertex.
 //! Light that runs along the axis to the surface meets the same edge twice. What the entrance diffracts would be cut once
-//! more by rays: a mirror of f/5 and 6 mm was 11 % wrong.
+//! more by rays: a mirror of f/5 and 6 mm was 11 % wrong. Light at an angle meets the rim of a curved surface in another place
+//! than that entrance, so the entrance moves to the plane of the rim: light that crosses the disc there, straight on, is the
+//! light that meets the surface within its rim.
 
 use crate::math::vec3::Vec3;
+use crate::optics::aperture::Outline;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::source::Source;
 use crate::optics::surface::Surface;
@@ -37,6 +40,33 @@ pub(crate) fn is_entrance_edge(hop: &Hop, source: &Source, limit: f64) -> bool {
     farthest.is_some_and(|aside| {
         let share = 2.0 * aside / (std::f64::consts::PI * radius);
         share.sqrt() <= limit
+    })
+}
+
+/// The first screen of a hop in the plane of the rim of the first surface, where it is the edge of that surface; nothing where the
+/// rim lies in no plane, or light meets the back of the surface there.
+pub(crate) fn entrance_at_rim(hop: &Hop, source: &Source) -> Option<Screen> {
+    let surface = (hop.train.first()).filter(|surface| is_same_edge(hop.from, surface))?;
+    let Outline::Disc { radius } = surface.aperture.outline else {
+        return None;
+    };
+    if surface.aperture.centre != [0.0; 2] || !surface.shape.is_round() {
+        return None;
+    }
+    let sag = surface.shape.height(radius, 0.0)?.z;
+    let meets_front = |[x, y]: &[f64; 2]| {
+        let height = surface.shape.height(*x, *y)?;
+        let point = surface.frame.to_global(Vec3::new(*x, *y, height.z));
+        let direction = surface.frame.direction_to_local(source.direction(point));
+        let [sx, sy] = height.slope;
+        let through = direction.z - direction.x * sx - direction.y * sy;
+        Some(through * direction.z > 0.0)
+    };
+    let rim = surface.aperture.rim();
+    let all = rim.iter().all(|at| meets_front(at).unwrap_or(false));
+    all.then(|| Screen {
+        frame: surface.frame.moved(Vec3::new(0.0, 0.0, sag)),
+        ..hop.from.clone()
     })
 }
 

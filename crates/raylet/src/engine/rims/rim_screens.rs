@@ -10,7 +10,7 @@
 
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::edge_waves;
-use crate::engine::rims::entrance_edge::{is_entrance_edge, is_same_edge};
+use crate::engine::rims::entrance_edge::{entrance_at_rim, is_entrance_edge, is_same_edge};
 use crate::engine::rims::joined_screens::{joined, joining_hops};
 use crate::engine::rims::onward::Onward;
 use crate::engine::rims::pixel_light::PixelValues;
@@ -200,9 +200,13 @@ impl Rimmed {
         let mut at = Vec::new();
         for (number, hop) in system.hops().enumerate() {
             let cuts = self.cuts.get(number).cloned().unwrap_or_default();
-            let merged = number == 0 && is_entrance_edge(&hop, &system.source, self.limit);
             at.push(self.system.screens.len());
-            self.add(&hop, &cuts, merged);
+            let along = number == 0 && is_entrance_edge(&hop, &system.source, self.limit);
+            let at_rim = (number == 0 && !along).then(|| entrance_at_rim(&hop, &system.source));
+            match at_rim.flatten() {
+                Some(from) => self.add(&Hop { from: &from, ..hop }, &cuts, true),
+                None => self.add(&hop, &cuts, along),
+            }
         }
         self.system.screens.extend(system.screens.last().cloned());
 
@@ -325,7 +329,7 @@ pub(crate) fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
             return None;
         };
         let found = rim_of(hop, number, AFFORDABLE).is_ok_and(|rim| rim == *screen)
-            || number == 0 && is_same_edge(hop.from, surface) && hop.from == screen;
+            || number == 0 && is_same_edge(hop.from, surface) && hop.from.name == screen.name;
         let height = surface.shape.height(radius, 0.0).filter(|_| found)?;
         Some(height.slope[0].abs())
     };
