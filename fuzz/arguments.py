@@ -21,6 +21,7 @@ OUTS |= {"keep/new": 1, "keep/photograph.jpg": 0.5, "null": 0.5}
 METHODS = ["auto", "beamlet", "beamlet", "local_bands", "plane", "paper", "Beamlet"]
 REFERENCES = ["auto", "angular-spectrum", "rayleigh-sommerfeld", "collins", "gsl", "none"]
 NUMBERS = ["1", "1", "2", "0", "-1", "1e3", "99999999999999999999", "nan", "inf", "0.001", "", "x"]
+FIELDS = ["0,0", "1,0", "-2,1", "90,0", "1e-300,0", "0,0,-5", "0,0,5", "0.1,0,-1e3", "nan,0", "1", "1,2,3,4", "", "x,y"]
 ANY = [
     "--out",
     "--threads",
@@ -44,6 +45,9 @@ ANY += [
     "--parts",
     "--out=",
     "--out=out",
+    "--field",
+    "--follow",
+    "--distance-mm",
 ]
 
 
@@ -84,6 +88,9 @@ def options(draft: Draft, verb: str) -> list[str]:
         line += ["--resume"]
     if draft.chance(0.07):
         line += ["--threads", draft.pick(NUMBERS)]
+    if verb == "simulate" and draft.chance(0.1):
+        for _ in range(draft.whole(1, 3)):
+            line += draft.pick([["--field", draft.pick(FIELDS)], ["--distance-mm", draft.pick(NUMBERS)], ["--follow"]])
     return line
 
 

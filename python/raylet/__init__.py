@@ -38,8 +38,9 @@ from raylet.layers import (
     zernike,
 )
 from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
-from raylet.result import Result, Sweep
+from raylet.result import Result
 from raylet.sources import ExtendedSource, beam_taper, cone_taper, disc_source, line_source
+from raylet.sweep import Sweep
 from raylet.system import System, glasses, load, schema
 from raylet.trace import Rays
 

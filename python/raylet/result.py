@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raylet._arrays import real
 from raylet._files import npz, write
 from raylet._refusal import MOST_WAVES, described
 
@@ -106,10 +105,15 @@ class Result:
     def power_share(self) -> list[float | None]:
         """For each wavelength the share of the light behind the first element that the sensor receives; None for an
         element without an edge."""
-        channels = self.report["channels"]
-        behind = [channel["hops"][0]["power"]["behind"] for channel in channels]
-        landed = [channel["hops"][-1]["power"]["landed"] for channel in channels]
-        return [None if whole is None else part / whole for part, whole in zip(landed, behind, strict=True)]
+        return [channel["light_share"] for channel in self.report["channels"]]
+
+    @property
+    def table(self) -> list[dict[str, Any]]:
+        """One row for each wavelength: expected error, its target and whether that is reached, share of the light on
+        the sensor, peak and its place, full widths at half of it, radii about the centroid that hold 50 % and 80 % of
+        the light on the sensor, methods, and seconds. None where there is no such number."""
+        target = self.report["settings"]["target_error"]
+        return [_row(channel, target) for channel in self.report["channels"]]
 
     @property
     def warnings(self) -> list[str]:
@@ -167,107 +171,56 @@ class Result:
         return "\n".join(lines)
 
 
-class Sweep:
-    """The results of a system for several fields, wavelengths and distances: :meth:`raylet.System.sweep`.
-
-    Attributes
-    ----------
-    fields : angles [ax, ay] in degrees, or places [x, y, z] in mm of a point source; None where they were not varied.
-    wavelengths_um : vacuum wavelengths; None where they were not varied.
-    distances_mm : distances of the sensor from the element before it; None where they were not varied.
-    results : the results, an array of objects with one axis for each list that was given, in this order.
-    """
-
-    def __init__(
-        self,
-        fields: list[list[float]] | None,
-        wavelengths_um: list[float] | None,
-        distances_mm: list[float] | None,
-        results: list[Result],
-    ) -> None:
-        self.fields, self.wavelengths_um, self.distances_mm = fields, wavelengths_um, distances_mm
-        given = [values for values in (fields, wavelengths_um, distances_mm) if values is not None]
-        self.results = np.empty(len(results), dtype=object)
-        self.results[:] = results
-        self.results = self.results.reshape([len(values) for values in given])
-
-    @property
-    def dims(self) -> tuple[str, ...]:
-        """The names of the axes of :attr:`field`."""
-        named = {"field": self.fields, "wavelength": self.wavelengths_um, "distance": self.distances_mm}
-        return (*(name for name, values in named.items() if values is not None), "y", "x")
-
-    @property
-    def field(self) -> NDArray[np.complex128]:
-        """The complex fields, with the axes :attr:`dims`."""
-        all_fields = np.stack([result.field for result in self.results.flat])
-        return all_fields.reshape(self.results.shape + all_fields.shape[1:])
-
-    @property
-    def intensity(self) -> NDArray[np.float64]:
-        """|U|², with the axes :attr:`dims`."""
-        field = self.field
-        return np.square(field.real) + np.square(field.imag)
-
-    def incoherent(self, weights: Any = None) -> NDArray[np.float64]:
-        """The intensity [y, x] of fields and wavelengths that do not interfere: Σ w |U|², with one weight for each run
-        in the order of :attr:`results`; one for all without them."""
-        shape = self.results.shape
-        given = np.ones(shape) if weights is None else real("weights", weights)
-        if given.shape != shape:
-            raise ValueError(f"weights have shape {given.shape}, expected {shape}, one for each run")
-        return np.asarray(np.tensordot(given, self.intensity, axes=given.ndim))
-
-    @property
-    def table(self) -> list[dict[str, Any]]:
-        """One row for each run: what was varied, peak intensity, widths at half of it, expected error and seconds."""
-        rows = []
-        for place, result in np.ndenumerate(self.results):
-            varied = dict(zip(self.dims, (values[i] for values, i in zip(self._lists(), place))))
-            for channel in result.report["channels"]:
-                metrics = channel["metrics"]
-                found = {"peak": metrics["peak"], "fwhm_um": metrics["fwhm_um"]}
-                rows.append({**varied, **found, "error": channel["error"], "seconds": result.seconds})
-        return rows
-
-    def _lists(self) -> list[list[Any]]:
-        return [values for values in (self.fields, self.wavelengths_um, self.distances_mm) if values is not None]
-
-    @described
-    def __repr__(self) -> str:
-        lines = [f"<raylet.Sweep {' x '.join(self.dims)}: {self.results.size} runs>"]
-        for row in self.table[:MOST_WAVES]:
-            lines.append("  " + ", ".join(f"{key} {_short(value)}" for key, value in row.items()))
-        return "\n".join(lines)
-
-
 #: Estimates and sums over pixels are no more exact than these: an error that is above the target by less is not marked,
 #: and a share of the light above one by less is all of the light.
 NEAR, SUM = 1.1, 1e-3
 
 
+def _row(channel: dict[str, Any], target_error: float) -> dict[str, Any]:
+    """A wavelength's row of the table, with the columns of `table.csv` (docs/result.md)."""
+    metrics = channel["metrics"]
+    steps = [hop["plan"]["method"] for hop in channel["hops"]]
+    peak, radii = (metrics[key] or [None, None] for key in ("peak_mm", "encircled_um"))
+    return {
+        "wavelength_um": channel["wavelength_um"],
+        "error": channel["error"],
+        "target_error": target_error,
+        "target_reached": channel["target_reached"],
+        "light_share": channel["light_share"],
+        "peak": metrics["peak"],
+        "peak_x_mm": peak[0],
+        "peak_y_mm": peak[1],
+        "fwhm_x_um": metrics["fwhm_um"][0],
+        "fwhm_y_um": metrics["fwhm_um"][1],
+        "radius_50_um": radii[0],
+        "radius_80_um": radii[1],
+        "method": " ".join(dict.fromkeys(steps)),
+        "seconds": channel["seconds"],
+    }
+
+
+def above_target(error: float, target: float) -> str:
+    """The mark of an expected error that misses the target; empty for others."""
+    return f" (above the target {target:.0e})" if error > NEAR * target else ""
+
+
+def light_share(share: float) -> str:
+    """A share of the light. More than all of it is an error of the method, and no share."""
+    return "more than came" if share > 1.0 + SUM else f"{min(share, 1.0):.2%}"
+
+
 def _estimate(error: float | None, target: float) -> str:
     """An expected error in words, marked where it misses the target."""
-    if error is None:
-        return ""
-    mark = f" (above the target {target:.0e})" if error > NEAR * target else ""
-    return f", expected field error {error:.1e}{mark}"
+    return "" if error is None else f", expected field error {error:.1e}{above_target(error, target)}"
 
 
 def _light(share: float | None, power: float) -> str:
-    """The light on the sensor in words. More than all of it is an error of the method, and no share."""
+    """The light on the sensor in words."""
     if share is None:
         return f"{power:.4e} mm² of the light on the sensor"
     if share > 1.0 + SUM:
         return "more light on the sensor than came"
-    return f"{min(share, 1.0):.2%} of the light on the sensor"
-
-
-def _short(value: Any) -> str:
-    """A number or a list of numbers in a few digits."""
-    if isinstance(value, list):
-        return "[" + ", ".join(_short(one) for one in value) + "]"
-    return f"{value:.3g}" if isinstance(value, float) else str(value)
+    return f"{light_share(share)} of the light on the sensor"
 
 
 def _hop_lines(hop: dict[str, Any]) -> list[str]:

@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from raylet._arrays import evaluated, number, real
 from raylet._refusal import RayletError, shown
 from raylet.layers import Pair
-from raylet.result import Sweep
+from raylet.sweep import Sweep
 
 Taper = dict[str, Any]
 

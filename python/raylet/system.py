@@ -20,7 +20,8 @@ from raylet.layers import keep_wavelength
 from raylet.linearised_system import LinearisedSystem
 from raylet.prescription import Prescription
 from raylet.progress import Progress, reporting
-from raylet.result import Result, Sweep
+from raylet.result import Result
+from raylet.sweep import Sweep
 from raylet.trace import Rays, trace, trace_from
 
 if TYPE_CHECKING:

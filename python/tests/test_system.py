@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 import pytest
-from conftest import hologram, noise, through_lens
+from conftest import ROOT, hologram, noise, through_lens
 
 import raylet
 
@@ -123,7 +123,7 @@ def test_a_sweep_is_the_runs_that_it_stands_for() -> None:
     one.add_doe(raylet.lens(focal_length_mm=10.0, wavelength_um=0.5), aperture=raylet.disc(0.2), thickness_mm=10.0)
     one.add_sensor(pixels=(12, 10), pitch_um=3.0)
     assert np.array_equal(found.field[1, 2], one.simulate().field)
-    assert [row["wavelength"] for row in found.table[:3]] == [0.45, 0.5, 0.55]
+    assert [row["wavelength_um"] for row in found.table[:3]] == [0.45, 0.5, 0.55]
     followed = system.sweep(fields=[(0.0, 0.0), (3.0, 0.0)], follow=True)
     for result in followed.results:
         across = result.intensity.sum(axis=0)
@@ -138,6 +138,32 @@ def test_a_sweep_is_the_runs_that_it_stands_for() -> None:
     with pytest.raises(TypeError, match="sweep takes fields, wavelengths_um or distances_mm"):
         system.sweep()
     assert "data:image/png" in found.results[0, 0]._repr_html_() and "<pre>" in system._repr_html_()
+
+
+def test_a_sweep_is_reported_as_a_table(tmp_path: Path) -> None:
+    system = (
+        raylet.System(wavelength_um=0.5)
+        .add_doe(raylet.lens(focal_length_mm=2.0), aperture=raylet.disc(0.1), thickness_mm=2.0)
+        .add_sensor(pixels=(24, 20), pitch_um=1.0)
+    )
+    sweep = system.sweep(fields=[(0.0, 0.0), (-3.0, 1.0)], distances_mm=[1.9, 2.0], follow=True)
+    row, result = sweep.table[3], sweep.results[1, 1]
+    assert (row["angle_x_deg"], row["angle_y_deg"], row["distance_mm"], row["wavelength_um"]) == (-3.0, 1.0, 2.0, 0.5)
+    assert row["error"] == result.error and row["target_reached"] is (result.error < 1.1e-3)
+    assert row["light_share"] == result.power_share[0] and row["peak"] == result.intensity.max()
+    at = np.unravel_index(result.intensity.argmax(), result.intensity.shape)
+    assert (row["peak_x_mm"], row["peak_y_mm"]) == (result.x_mm[at[1]], result.y_mm[at[0]])
+    assert 2.0 < row["fwhm_x_um"] < 6.0 and 0.0 < row["seconds"] <= result.seconds
+    sweep.save_table(tmp_path / "table.csv")
+    head, *lines = (tmp_path / "table.csv").read_text().splitlines()
+    assert head.split(",") == list(row) and len(lines) == 4
+    assert lines[3].split(",")[:5] == ["-3.0", "1.0", "2.0", "0.5", repr(row["error"])]
+    text, page = repr(sweep), sweep._repr_html_()
+    assert "field" in text and "-3, 1°" in text and len(text.splitlines()) == 6
+    assert page.count("<tr>") == 5 and "<td>-3, 1°</td>" in page
+    # The program has the same columns.
+    book = (ROOT / "docs" / "result.md").read_text(encoding="utf-8")
+    assert all(f"`{name}`" in book for name in row)
 
 
 def test_unknown_arguments_fail_where_they_are_given() -> None:

@@ -12,6 +12,7 @@
 //! | `schema` | `raylet schema`: the JSON Schema of scene files |
 //! | `paper` | `raylet paper NAME`: a study of the source paper, done again |
 //! | `overrides` | Choices on the command line that take the place of the scene's |
+//! | `sweep` | What a command line varies: fields of light, wavelengths and distances, a run for each |
 //! | `outputs` | What the user allows for the files that a scene names |
 //! | `result_folder` | Everything that a run leaves behind, as one folder |
 //! | `say` | What the program says: answers on standard output, the rest on standard error |
@@ -49,6 +50,7 @@ mod schema;
 mod simulate;
 mod steps;
 mod study_display;
+mod sweep;
 mod wait;
 
 use std::process::ExitCode;

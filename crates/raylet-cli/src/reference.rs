@@ -12,7 +12,8 @@ use raylet::engine::free::free_method::Approach;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
 use raylet::file::model::error_location::reference_fault;
-use raylet::file::result::report::{Channel, Report, micrometres};
+use raylet::file::result::channel::Channel;
+use raylet::file::result::report::{Report, micrometres};
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::folder::OutputFolder;
 use raylet::optics::system::System;
@@ -88,6 +89,7 @@ impl Reference {
         let meter = Meter::new();
         let (mut channels, mut fields) = (Vec::new(), Vec::new());
         for system in systems {
+            let clock = Instant::now();
             let run = match systems.len() {
                 1 => String::new(),
                 _ => format!("λ = {} µm, ", micrometres(system.wavelength)),
@@ -112,7 +114,8 @@ impl Reference {
             };
             let found = reference(system, settings, choice, &note).map_err(refused)?;
             tell();
-            channels.push(Channel::of_reference(system, &found));
+            let seconds = clock.elapsed().as_secs_f64();
+            channels.push(Channel::of_reference(system, &found, seconds));
             fields.push(found.field);
         }
         Ok((channels, fields))

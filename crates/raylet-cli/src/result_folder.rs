@@ -13,8 +13,10 @@ use ndarray::{Array1, Array2, Array3, Axis, stack};
 use ndarray_npy::WriteNpyExt;
 use raylet::file::arrays::npz::Fields;
 use raylet::file::decode::fault::Fault;
+use raylet::file::result::channel::{Channel, Place};
 use raylet::file::result::report::{Report, micrometres};
 use raylet::file::result::result_folder::{FIELD_FILE, ResultFolder};
+use raylet::file::result::run_table::RunTable;
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::folder::OutputFolder;
 use raylet::optics::screen::ScreenKind;
@@ -52,6 +54,9 @@ pub(crate) fn gather(systems: &[System], mut fields: Vec<Field>) -> Fields {
 /// The standard error of a field at each sample, indexed [y, x].
 pub(crate) type StandardError = Array2<f64>;
 
+/// The file that holds a row for each run.
+const TABLE_FILE: &str = "table.csv";
+
 /// The file that holds the standard errors.
 const NOISE_FILE: &str = "standard_error.npy";
 
@@ -72,7 +77,7 @@ pub(crate) struct Light<'a> {
 
 /// Draws the pictures of a run and writes them with its fields, their standard errors where there is one for
 /// every channel, and its document; returns the document as written, which names the files. The systems are
-/// one per wavelength.
+/// one per channel.
 ///
 /// # Errors
 /// Fields or numbers that are not finite, a picture that cannot be drawn, or a folder that cannot be written; then
@@ -93,13 +98,14 @@ pub(crate) fn publish(
         )
     };
     fields.check_for(Path::new(FIELD_FILE))?;
-    let pictures = pictures(scene, systems, &fields).map_err(refuse)?;
-    report.files = vec![FIELD_FILE.to_owned()];
+    let pictures = pictures(scene, systems, &fields, &report.channels).map_err(refuse)?;
+    report.files = vec![FIELD_FILE.to_owned(), TABLE_FILE.to_owned()];
     report
         .files
         .extend(pictures.iter().map(|(name, _)| name.clone()));
 
     let mut draft = target.draft()?;
+    draft.write(TABLE_FILE, RunTable::new(&report).csv().as_bytes())?;
     if !errors.is_empty() && errors.len() == systems.len() {
         report.files.push(NOISE_FILE.to_owned());
         draft.fill(NOISE_FILE, &|file| write_noise(errors, file))?;
@@ -117,23 +123,31 @@ fn pictures(
     scene: &Scene,
     systems: &[System],
     fields: &Fields,
+    channels: &[Channel],
 ) -> Result<Vec<(String, Vec<u8>)>, FigureError> {
     let title = match scene.title.as_str() {
         "" => "Sensor",
         title => title,
     };
-    let mut list = vec![(String::from("sensor.png"), sensor_png(fields, title)?)];
+    let names: Vec<String> = channels.iter().map(Channel::name).collect();
+    let is_sweep = (channels.iter()).any(|channel| channel.place != Place::default());
+    let sensor = sensor_png(fields, title, &names, is_sweep)?;
+    let mut list = vec![(String::from("sensor.png"), sensor)];
     let Some(first) = systems.first() else {
         return Ok(list);
     };
-    let shown = if systems.len() > MOST_CHANNELS {
-        1
-    } else {
-        systems.len()
+    // An element acts alike in every field.
+    let place = channels.first().map(|channel| channel.place);
+    let waves: Vec<&System> = (systems.iter().zip(channels))
+        .filter(|(_, channel)| Some(channel.place) == place)
+        .map(|(system, _)| system)
+        .collect();
+    let shown = match waves.len() {
+        count if count > MOST_CHANNELS => 1,
+        count => count,
     };
     for (number, screen) in first.screens.iter().enumerate() {
-        let views: Vec<DoeView> = systems[..shown]
-            .iter()
+        let views: Vec<DoeView> = (waves.iter().take(shown))
             .filter_map(|system| match &system.screens[number].kind {
                 ScreenKind::Doe(doe) => Some(DoeView {
                     doe,

@@ -9,18 +9,20 @@ use raylet::engine::chain::simulate::simulate;
 use raylet::engine::error::run_warnings::excess;
 use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
-use raylet::file::model::error_location::simulate_fault;
-use raylet::file::result::report::{Channel, HopEntry, Report, above_target, micrometres};
+use raylet::file::result::channel::Channel;
+use raylet::file::result::report::{HopEntry, Report, above_target};
 use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::folder::OutputFolder;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
+use raylet_plot::text_table::table;
 
 use crate::failure::Failure;
 use crate::overrides::Overrides;
 use crate::progress::Meter;
 use crate::result_folder::{Light, StandardError, gather, publish};
 use crate::say::say;
+use crate::sweep::{Run, Sweep};
 
 /// Carries the light of a scene to its sensor.
 #[derive(Args)]
@@ -31,6 +33,8 @@ pub(crate) struct Simulate {
     /// replaced, anything else is left alone.
     #[arg(long, value_name = "DIR")]
     out: Option<PathBuf>,
+    #[command(flatten)]
+    sweep: Sweep,
     #[command(flatten)]
     overrides: Overrides,
 }
@@ -45,12 +49,13 @@ impl Simulate {
         let target = OutputFolder::claim(&out)?;
 
         // All systems are built before the first is run, so that faults show at once.
-        let systems = build_all(&scene)?;
+        let runs = self.sweep.runs(&scene, &settings)?;
         let Carried {
             channels,
             fields,
             errors,
-        } = carry_all(&scene, &systems, &settings)?;
+        } = carry_all(&runs, &settings)?;
+        let systems: Vec<System> = runs.into_iter().map(|run| run.system).collect();
         let fields = gather(&systems, fields);
         let seconds = clock.elapsed().as_secs_f64();
         let report = Report::new("simulate", &scene, &settings, channels, seconds);
@@ -76,7 +81,7 @@ pub(crate) fn build_all(scene: &Scene) -> Result<Vec<System>, Failure> {
         .collect()
 }
 
-/// What came out of all wavelengths.
+/// What came out of all runs.
 #[derive(Default)]
 struct Carried {
     channels: Vec<Channel>,
@@ -85,48 +90,34 @@ struct Carried {
     errors: Vec<StandardError>,
 }
 
-fn carry_all(scene: &Scene, systems: &[System], settings: &Settings) -> Result<Carried, Failure> {
+fn carry_all(runs: &[Run], settings: &Settings) -> Result<Carried, Failure> {
     let meter = Meter::new();
     let mut carried = Carried::default();
-    for system in systems {
-        let run = match systems.len() {
+    for run in runs {
+        let (clock, system) = (Instant::now(), &run.system);
+        let name = match runs.len() {
             1 => String::new(),
-            _ => format!("λ = {} µm, ", micrometres(system.wavelength)),
+            _ => run.name() + ", ",
         };
-        let outcome = simulate(system, settings, &|progress| meter.note(&run, progress))
-            .map_err(|error| simulate_fault(scene, system, settings, &error))?;
-        let channel = Channel::new(&outcome, settings);
-        carried.channels.push(channel);
+        let outcome = simulate(system, settings, &|progress| meter.note(&name, progress))
+            .map_err(|error| run.fault(settings, &error))?;
+        let seconds = clock.elapsed().as_secs_f64();
+        carried.channels.push(Channel {
+            place: run.place,
+            ..Channel::new(&outcome, settings, seconds)
+        });
         carried.fields.push(outcome.field);
         carried.errors.extend(outcome.standard_error);
     }
     Ok(carried)
 }
 
-/// A run in a few lines.
+/// A run in a few lines; several as a table.
 pub(crate) fn summary(report: &Report, out: &Path) -> String {
-    let mut text = String::new();
-    for channel in &report.channels {
-        let wavelength = channel.wavelength_um;
-        let error = channel.error.map_or(String::new(), |error| {
-            let mark = above_target(error, report.settings.target_error);
-            format!(", expected field error {error:.1e}{mark}")
-        });
-        let _ = writeln!(text, "λ = {wavelength} µm: {}{error}", light(channel),);
-        for hop in &channel.hops {
-            let _ = writeln!(text, "  {}", hop_line(hop));
-            let drawn = hop.plan.paper.as_ref();
-            if let Some(warning) = drawn.and_then(|paper| paper.warning.as_ref()) {
-                let _ = writeln!(text, "    warning: {warning}");
-            }
-            for warning in hop.rims.iter().filter_map(|rim| rim.warning.as_ref()) {
-                let _ = writeln!(text, "    warning: {warning}");
-            }
-        }
-        for step in &channel.steps {
-            let _ = writeln!(text, "  {}", step.line());
-        }
-    }
+    let mut text = match report.channels.as_slice() {
+        [channel] => one_run(channel, report.settings.target_error),
+        channels => run_lines(channels, report.settings.target_error),
+    };
     let memory = report.machine.peak_memory_mb;
     let memory = memory.map_or(String::new(), |mb| format!(", {mb:.0} MB"));
     let _ = writeln!(
@@ -139,31 +130,109 @@ pub(crate) fn summary(report: &Report, out: &Path) -> String {
     let _ = writeln!(text, "  result.json, {}", report.files.join(", "));
     for channel in &report.channels {
         for warning in &channel.warnings {
-            let wave = channel.wavelength_um;
-            let _ = writeln!(text, "warning: λ = {wave} µm: {warning}");
+            let _ = writeln!(text, "warning: {}: {warning}", channel.name());
         }
     }
     text
 }
 
+/// A run with its hops.
+fn one_run(channel: &Channel, target_error: f64) -> String {
+    let mut text = String::new();
+    let error = channel.error.map_or(String::new(), |error| {
+        let mark = above_target(error, target_error);
+        format!(", expected field error {error:.1e}{mark}")
+    });
+    let _ = writeln!(text, "{}: {}{error}", channel.name(), light(channel));
+    for hop in &channel.hops {
+        let _ = writeln!(text, "  {}", hop_line(hop));
+        let drawn = hop.plan.paper.as_ref();
+        if let Some(warning) = drawn.and_then(|paper| paper.warning.as_ref()) {
+            let _ = writeln!(text, "    warning: {warning}");
+        }
+        for warning in hop.rims.iter().filter_map(|rim| rim.warning.as_ref()) {
+            let _ = writeln!(text, "    warning: {warning}");
+        }
+    }
+    for step in &channel.steps {
+        let _ = writeln!(text, "  {}", step.line());
+    }
+    text
+}
+
+/// Several runs, a line for each, with the warnings of their hops below.
+fn run_lines(channels: &[Channel], target_error: f64) -> String {
+    let head = [
+        "run",
+        "error",
+        "light",
+        "peak",
+        "at x, y in mm",
+        "width x, y in µm",
+        "method",
+        "seconds",
+    ];
+    let rows: Vec<Vec<String>> = (channels.iter())
+        .map(|channel| run_row(channel, target_error))
+        .collect();
+    let mut text = table(&head, &rows, &[2, 3, 4, 5, 7]);
+    for channel in channels {
+        let drawn = channel
+            .hops
+            .iter()
+            .filter_map(|hop| hop.plan.paper.as_ref());
+        let rims = channel.hops.iter().flat_map(|hop| &hop.rims);
+        let drawn = drawn.filter_map(|paper| paper.warning.as_ref());
+        for warning in drawn.chain(rims.filter_map(|rim| rim.warning.as_ref())) {
+            let _ = writeln!(text, "  warning: {}: {warning}", channel.name());
+        }
+    }
+    text
+}
+
+/// The cells of a run.
+fn run_row(channel: &Channel, target_error: f64) -> Vec<String> {
+    let metrics = &channel.metrics;
+    let error = channel.error.map_or(String::from("-"), |error| {
+        format!("{error:.1e}{}", above_target(error, target_error))
+    });
+    let place = (metrics.peak_mm).map_or(String::from("-"), |[x, y]| format!("{x:.4}, {y:.4}"));
+    let width = |width: Option<f64>| width.map_or(String::from("-"), |um| format!("{um:.2}"));
+    let [x, y] = metrics.fwhm_um.map(width);
+    vec![
+        channel.name(),
+        error,
+        share(channel).unwrap_or_else(|| String::from("-")),
+        format!("{:.3e}", metrics.peak),
+        place,
+        format!("{x}, {y}"),
+        channel.methods().join(", "),
+        format!("{:.2}", channel.seconds),
+    ]
+}
+
+/// The light on the sensor in words.
+fn light(channel: &Channel) -> String {
+    let landed = || {
+        let last = channel.hops.last().and_then(|hop| hop.power.landed);
+        last.or_else(|| channel.steps.last()?.power[2])
+            .unwrap_or(0.0)
+    };
+    match share(channel) {
+        Some(share) if share.ends_with('%') => format!("{share} of the light on the sensor"),
+        Some(_) => String::from("more light on the sensor than came"),
+        None => format!("{:.4e} mm² of the light on the sensor", landed()),
+    }
+}
+
 /// The part of the light behind the first screen that the sensor receives. More than all of it is an error of the method,
 /// and no share.
-fn light(channel: &Channel) -> String {
-    let hops = (channel.hops.iter()).map(|hop| [hop.power.behind, hop.power.landed]);
-    // A reference has steps in place of hops.
-    let steps = (channel.steps.iter()).map(|step| [step.power[1], step.power[2]]);
-    let all: Vec<[Option<f64>; 2]> = hops.chain(steps).collect();
-    let landed = all.last().and_then(|last| last[1]).unwrap_or(0.0);
-    match all.first().and_then(|first| first[0]) {
-        Some(behind) => match excess(landed, behind) {
-            Some(_) => String::from("more light on the sensor than came"),
-            None => {
-                let percent = (100.0 * landed / behind).min(100.0);
-                format!("{percent:.2} % of the light on the sensor")
-            }
-        },
-        None => format!("{landed:.4e} mm² of the light on the sensor"),
-    }
+fn share(channel: &Channel) -> Option<String> {
+    let share = channel.light_share?;
+    Some(match excess(share, 1.0) {
+        Some(_) => String::from("more than came"),
+        None => format!("{:.2} %", 100.0 * share.min(1.0)),
+    })
 }
 
 fn hop_line(hop: &HopEntry) -> String {

@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::Path;
 
+use ndarray::Axis;
 use raylet::file::result::result_folder::ResultFolder;
 use raylet_testkit::scenes::scene_path;
 
@@ -31,6 +32,7 @@ fn results_are_complete() {
         "layout.png",
         "result.json",
         "sensor.png",
+        "table.csv",
     ];
     assert_eq!(names(&out), files);
     for picture in files.iter().filter(|name| name.ends_with(".png")) {
@@ -52,7 +54,7 @@ fn results_are_complete() {
             .error
             .is_some_and(|error| error > 0.0 && error < 0.05)
     );
-    assert_eq!(report.files.len(), 4);
+    assert_eq!(report.files.len(), 5);
     assert_eq!(
         report.machine.peak_memory_mb.is_some(),
         cfg!(target_os = "linux")
@@ -159,6 +161,112 @@ fn wavelengths_share_one_folder() {
     assert_eq!(folder.fields.wavelength_um.to_vec(), [0.7, 0.45, 0.5, 0.6]);
     assert_eq!(folder.report.channels.len(), 4);
     assert!(is_png(&stage.join("scene-out/sensor.png")));
+}
+
+/// A focus in three fields, two colours and at two distances: the rows of the table are the runs of their scenes.
+const LENS: &str = r#"version = 1
+wavelength_um = [0.5, 0.55]
+settings.target_error = 1e-2
+source = { kind = "plane" }
+[[element]]
+kind = "doe"
+layer = [{ kind = "lens", focal_length_mm = 2.0 }]
+aperture = { disc = { radius_mm = 0.1 } }
+thickness_mm = 2
+[[element]]
+kind = "sensor"
+pixels = [24, 20]
+pitch_um = 1
+"#;
+
+#[test]
+fn a_sweep_has_a_row_for_each_run() {
+    let stage = Stage::new(LENS);
+    let swept = "simulate scene.toml --out swept --field 0,0 --field=-3,1 --field 5,0 --distance-mm 1.9 --distance-mm 2 --follow";
+    let output = stage.raylet(&swept.split(' ').collect::<Vec<_>>());
+    assert!(output.status.success(), "{}", complaint(&output));
+    let ResultFolder { report, fields } = ResultFolder::read(&stage.join("swept")).unwrap();
+    assert_eq!(fields.field.dim(), (12, 20, 24));
+    let csv = fs::read_to_string(stage.join("swept/table.csv")).unwrap();
+    let rows: Vec<Vec<&str>> = csv.lines().map(|line| line.split(',').collect()).collect();
+    assert_eq!(
+        rows[0][..5],
+        [
+            "angle_x_deg",
+            "angle_y_deg",
+            "distance_mm",
+            "wavelength_um",
+            "error"
+        ]
+    );
+    assert_eq!(rows[6][..4], ["-3.0", "1.0", "2.0", "0.5"]);
+    assert_eq!(rows.len(), 13);
+    assert!(rows.iter().all(|row| row.len() == 17));
+
+    // The sensor follows: what is lit stands in its middle in every field.
+    for channel in &report.channels {
+        let [x, y] = channel.metrics.peak_mm.unwrap();
+        assert!(
+            x.abs() < 1.1e-3 && y.abs() < 1.1e-3,
+            "{}: {x}, {y}",
+            channel.name()
+        );
+        assert!(channel.target_reached.is_some() && channel.light_share.unwrap() > 0.5);
+    }
+
+    // One of its runs by a scene of its own.
+    let own = LENS
+        .replace("\"plane\" }", "\"plane\", angle_deg = [5, 0] }")
+        .replace("thickness_mm = 2", "thickness_mm = 1.9")
+        .replace(
+            "pitch_um = 1",
+            &format!(
+                "pitch_um = 1\ndecenter_mm = [{}, 0]",
+                1.9 * 5_f64.to_radians().tan()
+            ),
+        );
+    fs::write(stage.join("own.toml"), own).unwrap();
+    let output = stage.raylet(&["simulate", "own.toml", "--out", "own"]);
+    assert!(output.status.success(), "{}", complaint(&output));
+    let one = ResultFolder::read(&stage.join("own")).unwrap();
+    let (one, same) = (
+        one.fields.field.index_axis(Axis(0), 1).to_owned(),
+        fields.field.index_axis(Axis(0), 10),
+    );
+    let apart = (&one - &same)
+        .iter()
+        .map(|u| u.norm_sqr())
+        .sum::<f64>()
+        .sqrt();
+    let whole = one.iter().map(|u| u.norm_sqr()).sum::<f64>().sqrt();
+    assert!(apart < 1e-2 * whole, "{apart} of {whole}");
+
+    // What is said is a table; what cannot be is refused.
+    let said =
+        String::from_utf8(output_of(&stage, &["--field", "0,0", "--field", "1,0"]).stdout).unwrap();
+    assert_eq!(
+        said.lines()
+            .filter(|line| line.contains("λ = 0.5 µm"))
+            .count(),
+        2,
+        "{said}"
+    );
+    for (bad, why) in [
+        ("0", "two angles X,Y in degrees"),
+        ("0,90", "degrees between -90 and 90"),
+        ("0,0,-5", "source.position_mm"),
+    ] {
+        let output = output_of(&stage, &["--field", bad]);
+        assert!(
+            !output.status.success() && complaint(&output).contains(why),
+            "{}",
+            complaint(&output)
+        );
+    }
+}
+
+fn output_of(stage: &Stage, options: &[&str]) -> std::process::Output {
+    stage.raylet(&[&["simulate", "scene.toml", "--out", "more"], options].concat())
 }
 
 #[test]

@@ -31,35 +31,39 @@ pub const MOST_CHANNELS: usize = 3;
 const SCALE: f64 = 1.5;
 
 /// The light on the sensor as PNG: a row of intensity (linear and logarithmic) and phase for each of up to
-/// three wavelengths; for more, the summed intensity and the row of the first.
+/// three runs with these names. Of more wavelengths it shows the summed intensity and the row of the first; of more runs
+/// of a sweep, which are no light of one moment, the first three.
 ///
 /// # Errors
 /// A picture that cannot be drawn.
-pub fn sensor_png(fields: &Fields, title: &str) -> Result<Vec<u8>, FigureError> {
+pub fn sensor_png(
+    fields: &Fields,
+    title: &str,
+    names: &[String],
+    is_sweep: bool,
+) -> Result<Vec<u8>, FigureError> {
     let ranges = [edges(&fields.x_mm.to_vec()), edges(&fields.y_mm.to_vec())];
     let channels = fields.wavelength_um.len();
-    let shown = if channels > MOST_CHANNELS {
+    let is_summed = channels > MOST_CHANNELS && !is_sweep;
+    let shown = if is_summed {
         1
     } else {
-        channels
+        channels.min(MOST_CHANNELS)
     };
     let seen = fields.field.outer_iter().take(shown);
     let intensities: Vec<Array2<f64>> = seen
         .clone()
         .map(|field| field.mapv(|u| u.norm_sqr()))
         .collect();
-    let sum = (channels > MOST_CHANNELS).then(|| fields.total_intensity());
+    let sum = is_summed.then(|| fields.total_intensity());
     let mut rows = Vec::new();
     if let Some(sum) = &sum {
         let place = format!("sum of {channels} wavelengths");
         rows.push(intensity_panels(sum, ranges, &place));
     }
-    for (number, (field, intensity)) in seen.zip(&intensities).enumerate() {
-        let place = match channels {
-            1 => String::new(),
-            _ => format!("λ = {} µm", fields.wavelength_um[number]),
-        };
-        let mut row = intensity_panels(intensity, ranges, &place);
+    for ((field, intensity), name) in seen.zip(&intensities).zip(names) {
+        let place = if channels == 1 { "" } else { name };
+        let mut row = intensity_panels(intensity, ranges, place);
         row.push(phase_panel(field, intensity, ranges));
         rows.push(row);
     }

@@ -13,8 +13,9 @@ use raylet::engine::plan::settings::Settings;
 use raylet::file::decode::fault::Fault;
 use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
+use raylet::file::result::channel::Channel;
 use raylet::file::result::document;
-use raylet::file::result::report::{Channel, Report};
+use raylet::file::result::report::Report;
 use raylet::file::scene::scene_file::Scene as File;
 use raylet::optics::system::System;
 
@@ -76,6 +77,7 @@ fn carry_all(
 ) -> Result<Carried, Fault> {
     let (mut fields, mut channels) = (Vec::new(), Vec::new());
     for (number, system) in systems.iter().enumerate() {
+        let began = Instant::now();
         let report = |progress: Progress| {
             let before = (number * progress.hops + progress.hop) as f64;
             let all = (systems.len() * progress.hops) as f64;
@@ -84,7 +86,8 @@ fn carry_all(
         };
         let outcome: Outcome = carry(system, settings, &report)
             .map_err(|error| simulate_fault(file, system, settings, &error))?;
-        channels.push(Channel::new(&outcome, settings));
+        let seconds = began.elapsed().as_secs_f64();
+        channels.push(Channel::new(&outcome, settings, seconds));
         fields.push((outcome.field, outcome.standard_error));
     }
     let seconds = clock.elapsed().as_secs_f64();

@@ -7,7 +7,7 @@ use raylet::engine::plan::hop_plan::Plan;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::engine::rims::pixel_light::PixelValues;
 use raylet::engine::rims::rim_screens::{NoScreen, RimTreatment, with_rims};
-use raylet::file::result::report::Channel;
+use raylet::file::result::channel::Channel;
 use raylet::math::erfc::erfc;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::doe::Layer;
@@ -189,7 +189,7 @@ fn a_missed_target_is_a_warning() {
             ..Settings::default()
         };
         let run = simulate(&strong_mirror(radius, tilt), &settings, &|_| {}).unwrap();
-        Channel::new(&run, &settings).warnings
+        Channel::new(&run, &settings, 0.0).warnings
     };
     assert_eq!(warnings(200.0, 0.0, 1e-2), [""; 0]);
     let [missed] = &warnings(60.0, 0.5, 1e-2)[..] else {

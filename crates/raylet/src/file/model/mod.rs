@@ -15,6 +15,7 @@
 //! | `pixel_part` | The elements whose pixels a scene designs |
 //! | `project` | The design of a scene: losses, what is free, the start, the outputs |
 //! | `design_targets` | The runs that a design evaluates, and their losses |
+//! | `scene_sweep` | The runs of a sweep: a scene in several fields of light, with its sensor at several distances |
 //! | `variations` | A system at values of a scene's numbers, and its perturbed systems for derivatives |
 //! | `error_location` | Faults found while computing, reported at the element of the scene they belong to |
 //! | `magnitude_test` | Tests: numbers that no system has, in every numeric key of every scene |
@@ -35,4 +36,5 @@ pub mod project;
 pub(crate) mod relief_side;
 pub mod scene_arrays;
 pub(crate) mod scene_media;
+pub mod scene_sweep;
 pub mod variations;

@@ -3,6 +3,8 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `report` | The document of a run, `result.json` |
+//! | `channel` | One run of a document: one wavelength, and in a sweep one field and one distance |
+//! | `run_table` | The runs of a document as a table, a row for each |
 //! | `rim` | What a report says of the rim of a surface |
 //! | `reference_step` | What a reference did, as `result.json` has it |
 //! | `machine` | The program and the machine that a result was made by |
@@ -10,6 +12,7 @@
 //! | `result_folder` | Folders of results: the document and the fields, written and read |
 //! | `comparison` | How alike the fields of two runs are, channel by channel and in total |
 
+pub mod channel;
 pub mod comparison;
 pub mod document;
 pub mod machine;
@@ -17,3 +20,4 @@ pub mod reference_step;
 pub mod report;
 pub mod result_folder;
 pub mod rim;
+pub mod run_table;

@@ -2,18 +2,14 @@
 //!
 //! Every key is explained in docs/result.md.
 
-#![expect(
-    clippy::indexing_slicing,
-    reason = "axes are 0 and 1, and rims number the hops they were found in"
-)]
+#![expect(clippy::indexing_slicing, reason = "axes are 0 and 1")]
 
 use ndarray::ArrayView2;
 use serde::{Deserialize, Serialize};
 
 use crate::engine::beamlet::beamlet_plan::BeamletPlan;
-use crate::engine::chain::outcome::{HopReport, Outcome};
-use crate::engine::chain::reference::Reference;
-use crate::engine::error::run_warnings::{misses, run_warnings};
+use crate::engine::chain::outcome::HopReport;
+use crate::engine::error::run_warnings::misses;
 use crate::engine::error::tally::{Fate, Tally};
 use crate::engine::local_bands::settings::LocalBandPlan;
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
@@ -23,12 +19,12 @@ use crate::engine::plan::method_reason::{method_name, reason};
 use crate::engine::plan::settings::{
     Correction, Density, Method, Paper, Positions, Sag, Sampler, Settings,
 };
+use crate::file::result::channel::Channel;
 use crate::file::result::machine::Machine;
-use crate::file::result::reference_step::StepEntry;
 use crate::file::result::rim::RimEntry;
 use crate::file::scene::scene_file::Scene;
 use crate::optics::ray::Loss;
-use crate::optics::system::{Hop, System};
+use crate::optics::system::Hop;
 use crate::wave::grid::field::Field;
 use crate::wave::grid::metrics::{centroid, encircled_energy, fwhm, peak};
 use crate::wave::patches::patch::Band;
@@ -58,7 +54,7 @@ pub struct Report {
     pub scene: String,
     /// The settings as they were used.
     pub settings: SettingsEntry,
-    /// One entry per wavelength.
+    /// One entry per wavelength, in a sweep for each of its fields and distances.
     pub channels: Vec<Channel>,
     /// Seconds from reading the scene to the last field.
     pub seconds: f64,
@@ -109,26 +105,6 @@ pub struct PaperEntry {
     pub sampler: Sampler,
     pub sag: Sag,
     pub obliquity: bool,
-}
-
-/// One wavelength of a run.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]
-pub struct Channel {
-    /// Vacuum wavelength in micrometres.
-    pub wavelength_um: f64,
-    /// Its hops from screen to screen.
-    pub hops: Vec<HopEntry>,
-    /// The steps of a reference, which has no hops.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub steps: Vec<StepEntry>,
-    /// Expected relative error of the complex field: the root of the hops' squares; none where one of
-    /// them has none.
-    pub error: Option<f64>,
-    /// Power, peak and spot on the sensor.
-    pub metrics: Metrics,
-    /// What a user must know of this result; empty where all is well.
-    #[serde(default, skip_serializing_if = "Vec::is_empty")]
-    pub warnings: Vec<String>,
 }
 
 /// One hop from screen to screen.
@@ -395,46 +371,9 @@ impl PaperEntry {
     }
 }
 
-impl Channel {
-    /// The entry of a simulated wavelength.
-    pub fn new(outcome: &Outcome, settings: &Settings) -> Self {
-        // As it was run: rims that are screens have hops of their own.
-        let system = &outcome.rimmed.system;
-        let mut hops: Vec<HopEntry> = system
-            .hops()
-            .zip(&outcome.hops)
-            .map(|(hop, report)| HopEntry::new(&hop, report, settings))
-            .collect();
-        for rim in &outcome.rimmed.rims {
-            hops[rim.hop].rims.push(RimEntry::new(rim));
-        }
-        let totals = hops.iter().map(|hop| hop.error.map(|error| error.total));
-        let squares: Option<f64> = totals.map(|total| Some(total?.powi(2))).sum();
-        Self {
-            wavelength_um: micrometres(system.wavelength),
-            error: squares.map(f64::sqrt),
-            hops,
-            steps: Vec::new(),
-            metrics: Metrics::of(&outcome.field),
-            warnings: run_warnings(outcome, settings),
-        }
-    }
-
-    /// The entry of a wavelength's reference.
-    pub fn of_reference(system: &System, reference: &Reference) -> Self {
-        Self {
-            wavelength_um: system.wavelength * UM,
-            error: None,
-            hops: Vec::new(),
-            steps: reference.steps.iter().map(StepEntry::new).collect(),
-            metrics: Metrics::of(&reference.field),
-            warnings: Vec::new(),
-        }
-    }
-}
-
 impl HopEntry {
-    fn new(hop: &Hop, report: &HopReport, settings: &Settings) -> Self {
+    /// The entry of a hop.
+    pub(crate) fn new(hop: &Hop, report: &HopReport, settings: &Settings) -> Self {
         let tally = &report.tally;
         let budget = report.budget();
         let [before, behind, landed] = report.power;

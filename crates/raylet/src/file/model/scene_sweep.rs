@@ -1,0 +1,82 @@
+//! The runs of a sweep: a scene in several fields of light, with its sensor at several distances.
+
+use crate::engine::geometrical::system_trace::trace_system;
+use crate::file::decode::fault::Fault;
+use crate::file::model::build;
+use crate::file::result::channel::Place;
+use crate::file::scene::scene_file::Scene;
+use crate::file::scene::variable::{VariableAddress, VariableScene};
+use crate::optics::screen::Screen;
+
+/// The scene with its light and its sensor at a place. If the sensor is to `follow`, it moves aside with the chief ray of
+/// the first wavelength: the ray through the middle of the first element.
+///
+/// # Errors
+/// A place that the scene has not, or a chief ray that does not come to the sensor.
+pub fn scene_at_place(scene: &Scene, place: &Place, follow: bool) -> Result<Scene, Fault> {
+    let at_place = with_numbers(scene, &numbers(scene, place))?;
+    match follow {
+        true => following(&at_place),
+        false => Ok(at_place),
+    }
+}
+
+/// The paths of the numbers that a place gives, with their values.
+fn numbers(scene: &Scene, place: &Place) -> Vec<(String, f64)> {
+    let mut list = Vec::new();
+    let mut add = |key: &str, values: &[f64]| {
+        let paths = (0..values.len()).map(|axis| format!("source.{key}[{axis}]"));
+        list.extend(paths.zip(values.iter().copied()));
+    };
+    if let Some(angle) = place.angle_deg {
+        add("angle_deg", &angle);
+    }
+    if let Some(position) = place.position_mm {
+        add("position_mm", &position);
+    }
+    if let Some(distance) = place.distance_mm {
+        let before = scene.element.len().saturating_sub(2);
+        list.push((format!("element[{before}].thickness_mm"), distance));
+    }
+    list
+}
+
+/// The scene with other values of these numbers.
+fn with_numbers(scene: &Scene, numbers: &[(String, f64)]) -> Result<Scene, Fault> {
+    let varied = VariableScene::new(scene)?;
+    let addresses: Vec<VariableAddress> = (numbers.iter())
+        .map(|(path, _)| VariableAddress::new(&varied, path, path))
+        .collect::<Result<_, Fault>>()?;
+    let values: Vec<f64> = numbers.iter().map(|(_, value)| *value).collect();
+    varied.with_parameters(&addresses, &values)
+}
+
+/// The scene with its sensor about the chief ray.
+fn following(scene: &Scene) -> Result<Scene, Fault> {
+    let system = build::system(scene, 0)?;
+    let last = scene.element.len().saturating_sub(1);
+    let path = format!("element[{last}].decenter_mm");
+    let middle = (system.screens.first().and_then(Screen::bounds))
+        .map(|[x0, x1, y0, y1]| [0.5 * (x0 + x1), 0.5 * (y0 + y1)]);
+    let chief = middle.map(|at| trace_system(&system, &system.source, at));
+    let hit = chief
+        .filter(|ray| ray.lost.is_none())
+        .and_then(|ray| ray.hits.last().copied());
+    let (Some(hit), Some(sensor), Some(element)) =
+        (hit, system.screens.last(), scene.element.last())
+    else {
+        let found = "a chief ray that does not come to the sensor";
+        return Err(scene.fault(
+            &path,
+            found,
+            "a sensor that it meets, or one that stays in its place",
+        ));
+    };
+    let aside = sensor.frame.to_local(hit.point);
+    let [x, y] = element.decenter_mm();
+    let moved = [
+        (format!("{path}[0]"), x + aside.x),
+        (format!("{path}[1]"), y + aside.y),
+    ];
+    with_numbers(scene, &moved)
+}

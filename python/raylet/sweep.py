@@ -1,0 +1,160 @@
+"""What a system gives for several fields, wavelengths and distances."""
+
+from __future__ import annotations
+
+import csv
+import io
+import os
+from html import escape
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from raylet._arrays import real
+from raylet._files import write
+from raylet._refusal import described
+from raylet.result import Result, above_target, light_share
+
+#: The names of what a field is: angles of collimated light, or the place of a point source.
+_FIELDS = {2: ("angle_x_deg", "angle_y_deg"), 3: ("source_x_mm", "source_y_mm", "source_z_mm")}
+
+#: The most runs that are shown.
+_MOST_RUNS = 100
+
+
+class Sweep:
+    """The results of a system for several fields, wavelengths and distances: :meth:`raylet.System.sweep`.
+
+    Printed, or as the last line of a notebook's cell, it is a table with a line for each run.
+
+    Attributes
+    ----------
+    fields : angles [ax, ay] in degrees, or places [x, y, z] in mm of a point source; None where they were not varied.
+    wavelengths_um : vacuum wavelengths; None where they were not varied.
+    distances_mm : distances of the sensor from the element before it; None where they were not varied.
+    results : the results, an array of objects with one axis for each list that was given, in this order.
+    """
+
+    def __init__(
+        self,
+        fields: list[list[float]] | None,
+        wavelengths_um: list[float] | None,
+        distances_mm: list[float] | None,
+        results: list[Result],
+    ) -> None:
+        self.fields, self.wavelengths_um, self.distances_mm = fields, wavelengths_um, distances_mm
+        self.results = np.empty(len(results), dtype=object)
+        self.results[:] = results
+        self.results = self.results.reshape([len(values) for values in self._varied().values()])
+
+    def _varied(self) -> dict[str, list[Any]]:
+        """The lists that were given, by the names of their axes."""
+        lists = {"field": self.fields, "wavelength": self.wavelengths_um, "distance": self.distances_mm}
+        return {name: values for name, values in lists.items() if values is not None}
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """The names of the axes of :attr:`field`."""
+        return (*self._varied(), "y", "x")
+
+    @property
+    def field(self) -> NDArray[np.complex128]:
+        """The complex fields, with the axes :attr:`dims`."""
+        all_fields = np.stack([result.field for result in self.results.flat])
+        return all_fields.reshape(self.results.shape + all_fields.shape[1:])
+
+    @property
+    def intensity(self) -> NDArray[np.float64]:
+        """|U|², with the axes :attr:`dims`."""
+        field = self.field
+        return np.square(field.real) + np.square(field.imag)
+
+    def incoherent(self, weights: Any = None) -> NDArray[np.float64]:
+        """The intensity [y, x] of fields and wavelengths that do not interfere: Σ w |U|², with one weight for each run
+        in the order of :attr:`results`; one for all without them."""
+        shape = self.results.shape
+        given = np.ones(shape) if weights is None else real("weights", weights)
+        if given.shape != shape:
+            raise ValueError(f"weights have shape {given.shape}, expected {shape}, one for each run")
+        return np.asarray(np.tensordot(given, self.intensity, axes=given.ndim))
+
+    @property
+    def table(self) -> list[dict[str, Any]]:
+        """One row for each run, in the order of :attr:`results`: what was varied, then the columns of
+        :attr:`raylet.Result.table`. `pandas.DataFrame(sweep.table)` takes it as it is."""
+        rows = []
+        for place, result in np.ndenumerate(self.results):
+            at: dict[str, Any] = {}
+            for index, (name, values) in zip(place, self._varied().items()):
+                if name == "field":
+                    at.update(zip(_FIELDS[len(values[index])], values[index]))
+                elif name == "distance":
+                    at["distance_mm"] = values[index]
+            rows += [{**at, **row} for row in result.table]
+        return rows
+
+    def save_table(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
+        """Writes :attr:`table` as a CSV file with the columns of the `table.csv` of `raylet simulate`.
+
+        The file appears whole or not at all. One that raylet did not write, or that was changed since, is refused
+        unless `overwrite` is true.
+        """
+        rows, file = self.table, io.StringIO()
+        writer = csv.writer(file, lineterminator="\n")
+        writer.writerow(rows[0])
+        writer.writerows([_csv_cell(cell) for cell in row.values()] for row in rows)
+        write({path: file.getvalue().encode()}, overwrite=overwrite)
+
+    def _lines(self) -> list[list[str]]:
+        """The table in short cells, its head first."""
+        head = [
+            *(["field"] if self.fields is not None else []),
+            "λ in µm",
+            *(["distance in mm"] if self.distances_mm is not None else []),
+            *("error", "light", "peak", "at x, y in mm", "width x, y in µm", "method", "seconds"),
+        ]
+        return [head, *(_cells(row) for row in self.table[:_MOST_RUNS])]
+
+    def _title(self) -> str:
+        return f"<raylet.Sweep {' x '.join(self.dims)}: {self.results.size} runs>"
+
+    def _repr_html_(self) -> str:
+        head, *rows = self._lines()
+        titles = "".join(f"<th>{escape(title)}</th>" for title in head)
+        lines = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows)
+        body = "".join(f"<tr>{line}</tr>" for line in lines)
+        return f"<p>{escape(self._title())}</p><table><thead><tr>{titles}</tr></thead><tbody>{body}</tbody></table>"
+
+    @described
+    def __repr__(self) -> str:
+        lines = self._lines()
+        widths = [max(len(cell) for cell in column) for column in zip(*lines)]
+        texts = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths)).rstrip() for line in lines]
+        more = [f"  … ({self.results.size} runs)"] if self.results.size > _MOST_RUNS else []
+        return "\n".join([self._title(), *(f"  {text}" for text in texts), *more])
+
+
+def _cells(row: dict[str, Any]) -> list[str]:
+    """A row of the table in a few digits."""
+    angle, place = (", ".join(f"{row[name]:g}" for name in names if name in row) for names in _FIELDS.values())
+    widths = [row["fwhm_x_um"], row["fwhm_y_um"]]
+    peak = [row["peak_x_mm"], row["peak_y_mm"]]
+    return [
+        *([f"{angle}°"] if angle else []),
+        *([f"{place} mm"] if place else []),
+        f"{row['wavelength_um']:g}",
+        *([f"{row['distance_mm']:g}"] if "distance_mm" in row else []),
+        "-" if row["error"] is None else f"{row['error']:.1e}{above_target(row['error'], row['target_error'])}",
+        "-" if row["light_share"] is None else light_share(row["light_share"]),
+        f"{row['peak']:.3e}",
+        ", ".join("-" if value is None else f"{value:.4f}" for value in peak),
+        ", ".join("-" if value is None else f"{value:.2f}" for value in widths),
+        row["method"],
+        f"{row['seconds']:.2f}",
+    ]
+
+
+def _csv_cell(value: Any) -> Any:
+    """A cell of a CSV file, as `raylet simulate` writes it."""
+    return str(value).lower() if isinstance(value, bool) else value
