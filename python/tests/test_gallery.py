@@ -83,6 +83,18 @@ def test_a_vortex_has_the_ring_of_the_closed_form() -> None:
     assert found["row"][0] < 1e-12 * found["row"].max()
 
 
+def test_a_hybrid_achromat_is_as_huygens_and_a_paraxial_trace_have_it() -> None:
+    found = run("gallery_imaging", "A hybrid achromat at 0° and 10°")
+    foci = np.array(found["foci"])
+    assert abs(foci[:, 0] - foci[:, 1]).max() < 2e-6
+    assert abs(foci[1, 1] - found["rear"]) < 1e-6
+    assert abs(foci[2, 1] - foci[0, 1]) < 0.032 and abs(foci[2, 2] - foci[0, 2]) > 0.31
+    assert len(found["errors"]) == 6
+    assert max(found["errors"]) < 7e-4
+    assert all(row["target_reached"] for sweep in (found["axis"], found["aside"]) for row in sweep.table)
+    assert abs(found["kept"] - found["first"]) < 2e-3
+
+
 def test_a_cubic_mask_keeps_the_contrast_of_a_phone_lens() -> None:
     found = run("gallery_imaging", "A phone lens with a cubic mask")
     by_rays = [rays for rays, _ in found["worst"].values()]
