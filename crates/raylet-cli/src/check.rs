@@ -216,7 +216,7 @@ fn plan(
 
 /// What the whole run is expected to take and to miss.
 fn run_line(error: Option<f64>, hops: &[Forecast], settings: &Settings) -> String {
-    let seconds: f64 = hops.iter().map(|hop| hop.seconds).sum();
+    let seconds: f64 = hops.iter().map(|hop| hop.work.seconds).sum();
     let error = error.map_or(String::new(), |error| {
         let target = settings.target_error;
         let mark = above_target(error, target);
@@ -312,8 +312,8 @@ fn memory_line(forecast: &Forecast) -> String {
             format!("    {nx} × {ny} samples to {mx} × {my}, about {megabytes:.0} MB\n")
         }
         None => format!(
-            "    no whole field; about {megabytes:.0} MB of beamlets and {:.1} s on one core\n",
-            forecast.seconds
+            "    no whole field; {:.2e} rays, about {megabytes:.0} MB of beamlets and {:.1} s on one core\n",
+            forecast.work.rays, forecast.work.seconds
         ),
     }
 }

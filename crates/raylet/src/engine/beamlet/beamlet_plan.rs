@@ -14,6 +14,7 @@ use crate::engine::plan::direction_spread::{
 use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::plan_error::PlanError;
 use crate::engine::plan::settings::Settings;
+use crate::engine::plan::work::Work;
 use crate::engine::trace::direction_search::{
     ALL, DirectionSearch, SearchGoal, SearchRay, search_directions,
 };
@@ -54,10 +55,8 @@ pub struct BeamletPlan {
     pub arriving: [f64; 2],
     /// |p| on the receiving screen below which most of the light stays, along x and y.
     pub usual: [f64; 2],
-    /// Rays that the plan expects to follow.
-    pub rays: f64,
-    /// Seconds on one core that it expects; of a plan that is only compared, its work in the weights of the choice.
-    pub seconds: f64,
+    /// What the plan expects to take; of a plan that is only compared, in the weights of the choice.
+    pub work: Work,
 }
 
 /// Weight of light that misses the sensor behind later screens.
@@ -202,8 +201,7 @@ impl Planner<'_> {
         chosen.doubtful_rim = chosen.correct || self.is_doubtful(&wider, chosen.sigma);
 
         // Work is estimated more closely than for the choice.
-        let work = self.workload(&chosen, self.spacing(chosen.arriving));
-        (chosen.rays, chosen.seconds) = (work.rays, work.seconds);
+        chosen.work = self.workload(&chosen, self.spacing(chosen.arriving));
         chosen
     }
 

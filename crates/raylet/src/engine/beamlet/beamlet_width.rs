@@ -7,6 +7,7 @@ use crate::engine::beamlet::beamlet_error::ExpectedErrors;
 use crate::engine::beamlet::beamlet_plan::{Arrived, BeamletPlan, Planner};
 use crate::engine::beamlet::starting_width::starting_width;
 use crate::engine::plan::settings::Correction;
+use crate::engine::plan::work::Work;
 use crate::engine::trace::direction_search::{DirectionSearch, SearchRay};
 use crate::wave::patches::window::Positions;
 
@@ -65,9 +66,9 @@ impl Planner<'_> {
         }
 
         // The most accurate one of those that take as long as the cheapest.
-        let seconds = candidates.iter().map(|plan| plan.seconds);
+        let seconds = candidates.iter().map(|plan| plan.work.seconds);
         let fastest = seconds.fold(f64::INFINITY, f64::min);
-        candidates.retain(|plan| plan.seconds <= AS_FAST * fastest);
+        candidates.retain(|plan| plan.work.seconds <= AS_FAST * fastest);
         let errors = |plan: &BeamletPlan| plan.error_of_beamlets();
         candidates
             .into_iter()
@@ -125,8 +126,11 @@ impl Planner<'_> {
             footprint,
             arriving,
             usual,
-            rays: rays(step),
-            seconds: rays(step) * each,
+            work: Work {
+                rays: rays(step),
+                values: rays(step) * values,
+                seconds: rays(step) * each,
+            },
         };
         let given = settings.step.map(|step| vec![step]);
         let steps = given.unwrap_or_else(|| STEPS.to_vec());

@@ -7,21 +7,13 @@
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::{BeamletPlan, MARGIN, Planner};
 use crate::engine::plan::cost_model::beamlets;
+use crate::engine::plan::work::Work;
 use crate::engine::trace::direction_search::reach;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::ScreenKind;
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
 use crate::wave::patches::window::Positions;
-
-/// Rays followed, and seconds of one core.
-#[derive(Clone, Copy, Debug, PartialEq)]
-pub(crate) struct Workload {
-    /// Rays followed.
-    pub rays: f64,
-    /// Seconds on one core.
-    pub seconds: f64,
-}
 
 /// Patches looked at along each axis, and directions of each.
 const PATCHES: usize = 8;
@@ -44,7 +36,7 @@ struct Sample {
 
 impl Planner<'_> {
     /// What the run of a plan will take; `spacing` is the distance of the points summed on the target.
-    pub(crate) fn workload(&self, plan: &BeamletPlan, spacing: [f64; 2]) -> Workload {
+    pub(crate) fn workload(&self, plan: &BeamletPlan, spacing: [f64; 2]) -> Work {
         let axis = |a: usize| {
             let edges = [self.from[2 * a], self.from[2 * a + 1]];
             Positions::covering(edges, plan.sigma, plan.step, 0.5 * plan.period)
@@ -62,8 +54,9 @@ impl Planner<'_> {
         let patches = sample.lit * beamlets::PATCH;
         let values = sample.values / sample.rays.max(1.0);
         let rays = sample.rays * self.seconds_of_beamlet(plan.correct, values);
-        Workload {
+        Work {
             rays: scale * sample.rays,
+            values: scale * sample.values,
             seconds: beamlets::HOP + scale * (patches + rays),
         }
     }

@@ -15,6 +15,7 @@ use crate::engine::plan::downstream::Downstream;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::{Plan, plan as plan_hop};
 use crate::engine::plan::settings::{Method, Settings};
+use crate::engine::plan::work::Work;
 use crate::engine::progress::{Cancelled, Reply};
 use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, edge_error};
 use crate::optics::screen::{Screen, ScreenKind};
@@ -30,8 +31,8 @@ pub struct Forecast {
     pub method: HopMethod,
     /// The samples of whole fields; nothing for local bands, which have none.
     pub grids: Option<Grids>,
-    /// Seconds on one core, about.
-    pub seconds: f64,
+    /// What it takes.
+    pub work: Work,
     /// The error to expect from all causes but rims; nothing for methods whose errors are not estimated.
     pub error: Option<f64>,
 }
@@ -143,7 +144,7 @@ pub(crate) fn choose_with<R: Reply>(
 fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Chosen {
     let seconds: f64 = hops
         .iter()
-        .map(|(plan, grids)| whole_field_seconds(plan, grids))
+        .map(|(plan, grids)| whole_field_work(plan, grids).seconds)
         .sum();
     let quick = match is_first_and_smooth(system) {
         true => QUICK_FIRST,
@@ -158,7 +159,7 @@ fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Ch
     match found {
         Ok((work, bands))
             if work.iter().all(|hop| hop.aberration <= error)
-                && MUCH_LESS * work.iter().map(|hop| hop.seconds).sum::<f64>() < seconds =>
+                && MUCH_LESS * work.iter().map(|hop| hop.work.seconds).sum::<f64>() < seconds =>
         {
             Chosen::LocalBands(bands)
         }
@@ -173,14 +174,21 @@ fn is_first_and_smooth(system: &System) -> bool {
     system.trains.len() == 1 && !system.screens.iter().any(pixels)
 }
 
-/// Seconds of one core that a hop from a whole field takes, about.
-pub(crate) fn whole_field_seconds(plan: &Plan, grids: &Grids) -> f64 {
+/// What a hop from a whole field takes.
+pub(crate) fn whole_field_work(plan: &Plan, grids: &Grids) -> Work {
     let count = |[ny, nx]: [usize; 2]| nx as f64 * ny as f64;
     let rays = match plan {
-        Plan::Beamlets(plan) => plan.seconds,
-        Plan::Free(..) | Plan::Planes(_) | Plan::Paper(_) => 0.0,
+        Plan::Beamlets(plan) => plan.work,
+        Plan::Free(..) | Plan::Planes(_) | Plan::Paper(_) => Work {
+            rays: plan.rays(),
+            ..Work::default()
+        },
     };
-    rays + (count(grids.samples) + count(grids.sums)) * whole_field::SAMPLE
+    let seconds = (count(grids.samples) + count(grids.sums)) * whole_field::SAMPLE;
+    rays + Work {
+        seconds,
+        ..Work::default()
+    }
 }
 
 /// Every hop of a system as it would be run.
@@ -203,7 +211,7 @@ pub fn forecast_with_progress<R: Reply>(
     match choose(system, &settings.for_planning(), progress)? {
         Chosen::WholeFields(hops) => {
             let hops = hops.into_iter().map(|(plan, grids)| Forecast {
-                seconds: whole_field_seconds(&plan, &grids),
+                work: whole_field_work(&plan, &grids),
                 error: ErrorBudget::expected_of(&plan),
                 method: HopMethod::WholeField(plan),
                 grids: Some(grids),
@@ -227,7 +235,7 @@ fn local_band_forecast(
     let forecast = |(plan, work): (_, LocalBandWorkload)| Forecast {
         method: HopMethod::LocalBands(plan),
         grids: None,
-        seconds: work.seconds,
+        work: work.work,
         error: Some(work.error),
     };
     Ok(plans.into_iter().zip(work).map(forecast).collect())

@@ -7,7 +7,7 @@
 use std::f64::consts::FRAC_1_SQRT_2;
 
 use crate::engine::chain::attempt::Attempt;
-use crate::engine::chain::forecast::{Grids, whole_field_seconds};
+use crate::engine::chain::forecast::{Grids, whole_field_work};
 use crate::engine::chain::outcome::{HopReport, Listener, Outcome, Progress};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::plan::hop_plan::Plan;
@@ -223,6 +223,6 @@ fn choices(attempt: &Attempt) -> Vec<Option<Choice>> {
 /// Seconds of one core that an attempt from whole fields expects to take.
 fn seconds(attempt: &Attempt) -> f64 {
     let hops = attempt.whole_fields().iter();
-    hops.map(|(plan, grids)| whole_field_seconds(plan, grids))
+    hops.map(|(plan, grids)| whole_field_work(plan, grids).seconds)
         .sum()
 }

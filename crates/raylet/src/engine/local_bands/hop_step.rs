@@ -30,7 +30,7 @@ use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::element_samples::Element;
 use crate::wave::local_bands::folded_fourier::fast_length;
-use crate::wave::local_bands::tiling::{Tile, Tiling, WindowShape};
+use crate::wave::local_bands::tiling::{EdgeContact, Tile, Tiling, WindowShape};
 
 /// Distance from an aperture up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
 const MARGIN: f64 = 2.5;
@@ -342,14 +342,18 @@ impl<'a> HopStep<'a> {
         }
     }
 
-    /// Windows with light.
-    pub(crate) fn lit_windows(&self) -> usize {
+    /// Windows with light: those inside the aperture, and those that its edge cuts.
+    pub(crate) fn lit_windows(&self) -> [usize; 2] {
         let Some(element) = &self.element else {
-            return 0;
+            return [0; 2];
         };
-        let tiles = self.tiling.tiles();
-        let lit = |tile: &Tile| self.tiling.lit(tile, element.aperture()).len();
-        tiles.iter().map(lit).sum()
+        let mut counts = [0; 2];
+        for tile in self.tiling.tiles() {
+            for window in self.tiling.lit(&tile, element.aperture()) {
+                counts[usize::from(window.edge == EdgeContact::Cut)] += 1;
+            }
+        }
+        counts
     }
 
     /// Pitch of its element's pixels in mm, if there are any.

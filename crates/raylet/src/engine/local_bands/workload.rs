@@ -9,6 +9,7 @@ use crate::engine::local_bands::window_widths::{expected_aberration, leaving_car
 use crate::engine::plan::cost_model::local_bands::{
     NODE, OPERATION, PRODUCT, SMOOTH_WINDOW, SURFACE, VALUE, WAVE, WINDOW,
 };
+use crate::engine::plan::work::Work;
 use crate::optics::screen::{ScreenKind, Sensor};
 use crate::optics::system::System;
 use crate::wave::local_bands::carrier::Carrier;
@@ -24,8 +25,8 @@ const NARROWER: [f64; 5] = [1.0, 0.7, 0.5, 0.35, 0.25];
 /// What a hop by local bands will take.
 #[derive(Clone, Copy, Debug)]
 pub(crate) struct LocalBandWorkload {
-    /// Seconds on one core, about.
-    pub seconds: f64,
+    /// Rays, values and seconds.
+    pub work: Work,
     /// The error to expect from the aberration inside beamlets.
     pub aberration: f64,
     /// The error to expect from all causes but rims.
@@ -47,19 +48,23 @@ pub(crate) fn workload(
         let plan = step.plan();
         let aberration = expected_aberration(&hop, carriers, &plan);
         // A smooth source has no plane waves to leave out.
-        let (seconds, dropped) = match plan.smooth {
+        let (work, dropped) = match plan.smooth {
             true => {
-                let [nx, ny] = plan.windows.map(|count| count as f64);
-                (nx * ny * SMOOTH_WINDOW, 0.0)
+                let windows = plan.windows.map(|count| count as f64).iter().product();
+                let window = Work {
+                    rays: 1.0,
+                    values: 0.0,
+                    seconds: SMOOTH_WINDOW,
+                };
+                (window * windows, 0.0)
             }
             false => {
-                let window = seconds_a_window(&step, carriers, settings);
                 let dropped = settings.dropped.unwrap_or(settings.threshold);
-                (step.lit_windows() as f64 * window, dropped)
+                (work_of_hop(&step, carriers, settings), dropped)
             }
         };
         Ok(LocalBandWorkload {
-            seconds,
+            work,
             aberration,
             error: aberration.hypot(plan.window_error(0.0)).hypot(dropped),
         })
@@ -67,58 +72,116 @@ pub(crate) fn workload(
     .collect()
 }
 
-/// The mean over carriers of the seconds that a window takes.
-fn seconds_a_window(step: &HopStep, carriers: &[Carrier], settings: &LocalBandSettings) -> f64 {
+/// What a hop takes: its windows, each with the mean over carriers.
+fn work_of_hop(step: &HopStep, carriers: &[Carrier], settings: &LocalBandSettings) -> Work {
+    let [inside, cut] = step.lit_windows().map(|count| count as f64);
     let one = |carrier: &Carrier| {
         let start = ChirpedStart {
             carrier: *carrier,
             sigma: step.plan().sigma,
         };
-        seconds_of(step, &start, settings)
+        let Some(waves) = Waves::of(step, &start, settings) else {
+            let windows = inside + cut;
+            return Work {
+                seconds: windows * WINDOW,
+                ..Work::default()
+            };
+        };
+        let transforms = (inside + cut) * waves.transform_seconds(step);
+        let rays = inside * waves.followed(false) + cut * waves.followed(true);
+        let values = rays * values(step, &start, &waves.bounds);
+        let traced = WAVE + SURFACE * (step.hop.train.len() + 1) as f64;
+        Work {
+            rays,
+            values,
+            seconds: transforms + rays * traced + VALUE * values,
+        }
     };
-    carriers.iter().map(one).sum::<f64>() / carriers.len().max(1) as f64
+    carriers.iter().map(one).sum::<Work>() * (1.0 / carriers.len().max(1) as f64)
 }
 
-/// The seconds that one window takes.
-fn seconds_of(step: &HopStep, start: &ChirpedStart, settings: &LocalBandSettings) -> f64 {
-    let (hop, plan) = (&step.hop, step.plan());
-    let k = hop.wavenumber();
-    let Some(directions) = window_directions(hop, start, &step.target) else {
-        return WINDOW;
-    };
-    let band = window_half_band(plan.step, settings.threshold) / (k * plan.sigma);
-    let samples = 2.0 * REACH * plan.sigma / sample_pitch(band, hop.wavelength);
-    let pixels = step.pixel_pitch();
-    let limit = if pixels.is_some() {
-        f64::INFINITY
-    } else {
-        band
-    };
-    let spacing = hop.wavelength / (plan.period * plan.sigma);
-    let waves = [0, 1].map(|a| {
-        let [low, high] = [
-            directions.bounds[2 * a].max(-limit),
-            directions.bounds[2 * a + 1].min(limit),
-        ];
-        ((high - low) / spacing).max(0.0) + 1.0
-    });
-    let nodes = pixels.map_or([samples; 2], |pitch| {
-        pitch.map(|pitch| NODES * 2.0 * REACH * plan.sigma / pitch)
-    });
-    let products = waves[1] * nodes[0] * nodes[1] + waves[0] * waves[1] * nodes[0];
-    let transform = match pixels {
-        Some(pitch) => {
-            let folded = pitch.map(|pitch| NODES * plan.period * plan.sigma / pitch);
-            let to_nodes = 0.5 * samples * nodes[0] * (samples + nodes[1]);
-            PRODUCT * to_nodes
-                + NODE * nodes[0] * nodes[1]
-                + (OPERATION * folded_operations(folded, waves[0])).min(PRODUCT * products)
+/// The plane waves of a window.
+struct Waves {
+    /// The directions that are transformed, `[x_low, x_high, y_low, y_high]`, from that of the carrier.
+    bounds: [f64; 4],
+    /// The distance of neighbouring ones.
+    spacing: f64,
+    /// Half width of a window's own spectrum, where its plane waves become too weak to be followed; without end for pixels,
+    /// whose structure sends light in all directions.
+    kept: f64,
+    /// Samples along each axis of the light under the window.
+    samples: f64,
+}
+
+impl Waves {
+    /// Those of a window about a carrier; nothing where no direction leads to the target.
+    fn of(step: &HopStep, start: &ChirpedStart, settings: &LocalBandSettings) -> Option<Self> {
+        let (hop, plan) = (&step.hop, step.plan());
+        let width = hop.wavenumber() * plan.sigma;
+        let directions = window_directions(hop, start, &step.target)?.bounds;
+        let reach = window_half_band(plan.step, settings.threshold);
+        let band = reach / width;
+        let limit = match step.pixel_pitch() {
+            Some(_) => f64::INFINITY,
+            None => band,
+        };
+        let bounds = [0, 1, 2, 3].map(|side| directions[side].clamp(-limit, limit));
+        // Beyond the radius q (in 1/kσ) a Gaussian window has the share exp(-q²) of its energy.
+        let radius = match settings.dropped {
+            Some(error) => -2.0 * (error / plan.share_of_dropped()).ln(),
+            None => -2.0 * settings.threshold.ln(),
+        };
+        let kept = match step.pixel_pitch() {
+            Some(_) => f64::INFINITY,
+            None => radius.max(0.0).sqrt() / width,
+        };
+        Some(Self {
+            bounds,
+            spacing: hop.wavelength / (plan.period * plan.sigma),
+            kept,
+            samples: 2.0 * REACH * plan.sigma / sample_pitch(band, hop.wavelength),
+        })
+    }
+
+    /// How many there are along an axis up to this half width.
+    fn count(&self, axis: usize, limit: f64) -> f64 {
+        let [low, high] =
+            [2 * axis, 2 * axis + 1].map(|side| self.bounds[side].clamp(-limit, limit));
+        ((high - low) / self.spacing).max(0.0) + 1.0
+    }
+
+    /// How many are strong enough to be followed. Those of a window inside the aperture fill an ellipse, as far as it lies
+    /// in the bounds. An edge sends light across itself as far as the band goes, and along itself no farther than the window.
+    fn followed(&self, is_cut: bool) -> f64 {
+        let whole = [0, 1].map(|axis| self.count(axis, f64::INFINITY));
+        let own = [0, 1].map(|axis| self.count(axis, self.kept));
+        if is_cut || self.kept.is_infinite() {
+            return 0.5 * (own[0] * whole[1] + whole[0] * own[1]);
         }
-        None => PRODUCT * products,
-    };
-    let beamlets = waves[0] * waves[1];
-    let traced = WAVE + SURFACE * (hop.train.len() + 1) as f64;
-    WINDOW + transform + beamlets * (traced + VALUE * values(step, start))
+        let round = own.map(|count| count * self.spacing / (2.0 * self.kept));
+        let corners = (1.0 - std::f64::consts::FRAC_PI_4) * (round[0] * round[1]).min(1.0);
+        own[0] * own[1] * (1.0 - corners)
+    }
+
+    /// Seconds of the transform of a window to them, and of all else that a window takes.
+    fn transform_seconds(&self, step: &HopStep) -> f64 {
+        let [columns, rows] = [0, 1].map(|axis| self.count(axis, f64::INFINITY));
+        let (samples, plan) = (self.samples, step.plan());
+        let pixels = step.pixel_pitch();
+        let nodes = pixels.map_or([samples; 2], |pitch| {
+            pitch.map(|pitch| NODES * 2.0 * REACH * plan.sigma / pitch)
+        });
+        let products = rows * nodes[0] * nodes[1] + columns * rows * nodes[0];
+        let Some(pitch) = pixels else {
+            return WINDOW + PRODUCT * products;
+        };
+        let folded = pitch.map(|pitch| NODES * plan.period * plan.sigma / pitch);
+        let to_nodes = 0.5 * samples * nodes[0] * (samples + nodes[1]);
+        WINDOW
+            + PRODUCT * to_nodes
+            + NODE * nodes[0] * nodes[1]
+            + (OPERATION * folded_operations(folded, columns)).min(PRODUCT * products)
+    }
 }
 
 /// Operations of the fast transforms of a window with so many folded nodes along x and y and plane waves along x.
@@ -160,7 +223,7 @@ pub(crate) fn quickest_widths(
             if narrower < 1.0 && aberration > error {
                 break;
             }
-            let seconds = step.lit_windows() as f64 * seconds_a_window(&step, carriers, &tried);
+            let seconds = work_of_hop(&step, carriers, &tried).seconds;
             if seconds < best {
                 best = seconds;
                 if let Some(chosen) = sigmas.get_mut(number) {
@@ -172,15 +235,32 @@ pub(crate) fn quickest_widths(
     Ok(sigmas)
 }
 
-/// Pixels of the sensor under one beamlet; none where it goes to another screen.
-fn values(step: &HopStep, start: &ChirpedStart) -> f64 {
+/// Directions along each axis whose beamlets stand for all.
+const DIRECTIONS: usize = 3;
+
+/// Pixels of the sensor under one beamlet, as the mean over directions; none where it goes to another screen.
+fn values(step: &HopStep, start: &ChirpedStart, [x0, x1, y0, y1]: &[f64; 4]) -> f64 {
     let ScreenKind::Sensor(Sensor { pixels, pitch }) = step.hop.to.kind else {
         return 0.0;
     };
-    let Ok(arrival) = start.launch(&step.hop, [0.0; 2]) else {
-        return 0.0;
+    let half = [0, 1].map(|a| 0.5 * pixels[a] as f64 * pitch[a]);
+    let under = |p: [f64; 2]| {
+        let Ok(arrival) = start.launch(&step.hop, p) else {
+            return 0.0;
+        };
+        let reach = arrival.footprint(step.hop.wavenumber(), step.target.edge);
+        let along = |a: usize| {
+            let low = (arrival.at[a] - reach[a]).max(-half[a]);
+            ((arrival.at[a] + reach[a]).min(half[a]) - low).max(0.0) / pitch[a]
+        };
+        // An ellipse fills this much of its box.
+        std::f64::consts::FRAC_PI_4 * along(0) * along(1)
     };
-    let reach = arrival.footprint(step.hop.wavenumber(), step.target.edge);
-    let along = |a: usize| (2.0 * reach[a] / pitch[a]).min(pixels[a] as f64);
-    along(0) * along(1)
+    let place =
+        |i: usize, low: f64, high: f64| low + (high - low) * (i as f64 + 0.5) / DIRECTIONS as f64;
+    let all = (0..DIRECTIONS * DIRECTIONS).map(|i| {
+        let (column, row) = (i % DIRECTIONS, i / DIRECTIONS);
+        under([place(column, *x0, *x1), place(row, *y0, *y1)])
+    });
+    all.sum::<f64>() / (DIRECTIONS * DIRECTIONS) as f64
 }

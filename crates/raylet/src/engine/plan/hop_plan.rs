@@ -82,7 +82,7 @@ impl Plan {
                     plan.step,
                     plan.period,
                     plan.footprint,
-                    plan.seconds,
+                    plan.work.seconds,
                     error,
                 ]
             }
@@ -98,7 +98,7 @@ impl Plan {
     pub fn rays(&self) -> f64 {
         match self {
             Plan::Free(..) => 0.0,
-            Plan::Beamlets(beamlets) => beamlets.rays,
+            Plan::Beamlets(beamlets) => beamlets.work.rays,
             Plan::Planes(planes) => planes.rays,
             Plan::Paper(paper) => paper.rays(),
         }

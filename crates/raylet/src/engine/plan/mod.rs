@@ -9,6 +9,7 @@
 //! | [`hop_plan`] | The choice of a method for a hop |
 //! | `method_reason` | The reason for the method of a hop, in words |
 //! | [`plan_error`] | Why a hop has no plan |
+//! | [`work`] | What a hop takes: rays, values and seconds |
 //! | [`settings`] | The choices of a user about a run |
 
 pub(crate) mod cost_model;
@@ -19,3 +20,4 @@ pub mod hop_plan;
 pub(crate) mod method_reason;
 pub mod plan_error;
 pub mod settings;
+pub mod work;

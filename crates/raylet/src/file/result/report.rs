@@ -459,7 +459,7 @@ impl BeamletEntry {
             period_um: plan.period * UM,
             footprint_um: plan.footprint * UM,
             corrected: plan.correct,
-            expected_seconds: plan.seconds,
+            expected_seconds: plan.work.seconds,
             expected_error: plan.expected_error(),
         }
     }
