@@ -15,10 +15,10 @@ use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
 use raylet::file::model::phase_units::phase_units;
 use raylet::file::model::prescription::{Part, parts};
+use raylet::file::result::channel::micrometres;
 use raylet::file::result::document;
-use raylet::file::result::report::{
-    BeamletEntry, LocalBandEntry, PlanEntry, above_target, micrometres,
-};
+use raylet::file::result::hop_entry::{BeamletEntry, LocalBandEntry, PlanEntry};
+use raylet::file::result::report::above_target;
 use raylet::file::result::rim::RimEntry;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::paraxial::Cardinal;

@@ -6,7 +6,7 @@ use clap::Args;
 use raylet::file::arrays::memory::{MachineMemory, MemoryLimit};
 use raylet::file::result::comparison::{Comparison, Likeness, Side};
 use raylet::file::result::document;
-use raylet::file::result::report::Metrics;
+use raylet::file::result::light_metrics::Metrics;
 use raylet::file::storage::folder::{COMPARISON_FILE, COMPARISON_PICTURE, OutputFolder};
 use raylet_plot::contrast::contrast_png;
 use raylet_plot::text_table::table;

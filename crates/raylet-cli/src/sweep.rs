@@ -10,7 +10,7 @@ use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
 use raylet::file::model::scene_sweep::scene_at_place;
 use raylet::file::result::channel::Place;
-use raylet::file::result::report::micrometres;
+use raylet::file::result::channel::micrometres;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;

@@ -13,7 +13,7 @@ use crate::engine::plan::settings::{Method, Settings};
 use crate::file::decode::path_step::PathStep;
 use crate::file::model::build;
 use crate::file::result::document;
-use crate::file::result::report::PlanEntry;
+use crate::file::result::hop_entry::PlanEntry;
 use crate::file::scene::scene_file::{Scene, schema};
 use crate::file::scene::{scene_test, surfaces_test};
 use crate::optics::screen::ScreenKind;

@@ -11,10 +11,16 @@ use crate::engine::chain::outcome::Outcome;
 use crate::engine::chain::reference::Reference;
 use crate::engine::error::run_warnings::{misses, run_warnings};
 use crate::engine::plan::settings::Settings;
+use crate::file::result::hop_entry::HopEntry;
+use crate::file::result::light_metrics::Metrics;
 use crate::file::result::reference_step::StepEntry;
-use crate::file::result::report::{HopEntry, Metrics, micrometres};
 use crate::file::result::rim::RimEntry;
 use crate::optics::system::System;
+
+/// A wavelength in micrometres, to 1e-12 µm, so that it reads as the scene states it.
+pub fn micrometres(wavelength: f64) -> f64 {
+    (wavelength * 1e15).round() / 1e12
+}
 
 /// One wavelength of a run.
 #[derive(Clone, Debug, PartialEq, Serialize, Deserialize)]

@@ -9,7 +9,7 @@ use serde::{Deserialize, Serialize};
 use crate::file::arrays::memory::MemoryLimit;
 use crate::file::arrays::npz::Fields;
 use crate::file::decode::fault::Fault;
-use crate::file::result::report::Metrics;
+use crate::file::result::light_metrics::Metrics;
 use crate::file::result::result_folder::FIELD_FILE;
 use crate::wave::grid::metrics::{field_error, ncc, shape_error, unit_sum_mse};
 

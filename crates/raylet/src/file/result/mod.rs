@@ -3,6 +3,8 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | `report` | The document of a run, `result.json` |
+//! | `hop_entry` | One hop of a run: its plan, rays, power and error |
+//! | `light_metrics` | Power, peak and spot of the light on a sensor |
 //! | `channel` | One run of a document: one wavelength, and in a sweep one field and one distance |
 //! | `run_table` | The runs of a document as a table, a row for each |
 //! | `rim` | What a report says of the rim of a surface |
@@ -15,6 +17,8 @@
 pub mod channel;
 pub mod comparison;
 pub mod document;
+pub mod hop_entry;
+pub mod light_metrics;
 pub mod machine;
 pub mod reference_step;
 pub mod report;
