@@ -55,7 +55,8 @@ run at 10° did not end within ten minutes and took 900 MB, because the windows 
 
 For the lens of a phone with its cubic phase at 35° the expected error is 3.5 times too small.
 
-All rows are of one run, on two threads of an AMD EPYC at 2.6 GHz. On another machine the triplet took 0.6 of these times.
+All rows are of one run, those of the lens for a phone of a later one, on two threads of an AMD EPYC at 2.6 GHz.
+On another machine the triplet took 0.6 of these times.
 
 Local bands do not carry the light of the Cassegrain telescope well: where they are requested, the error is some 8e-3, and the
 expected one 0.2. The runs of the table carry it by beamlets from a whole field.
