@@ -12,7 +12,11 @@ use crate::engine::plan::cost_model::local_bands::{
 use crate::engine::plan::work::Work;
 use crate::optics::screen::{ScreenKind, Sensor};
 use crate::optics::system::System;
+use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::carrier::Carrier;
+use crate::wave::local_bands::edge_mask::PASSBAND;
+use crate::wave::local_bands::element_phase::TileArea;
+use crate::wave::local_bands::element_samples::edge_pitch;
 use crate::wave::local_bands::local_band::{sample_pitch, window_half_band};
 use crate::wave::local_bands::tiling::REACH;
 
@@ -87,7 +91,8 @@ fn work_of_hop(step: &HopStep, carriers: &[Carrier], settings: &LocalBandSetting
                 ..Work::default()
             };
         };
-        let transforms = (inside + cut) * waves.transform_seconds(step);
+        let transforms = inside * waves.transform_seconds(step)
+            + cut * waves.transform_seconds_at_edge(step, settings);
         let rays = inside * waves.followed(false) + cut * waves.followed(true);
         let values = rays * values(step, &start, &waves.bounds);
         let traced = WAVE + SURFACE * (step.hop.train.len() + 1) as f64;
@@ -102,6 +107,8 @@ fn work_of_hop(step: &HopStep, carriers: &[Carrier], settings: &LocalBandSetting
 
 /// The plane waves of a window.
 struct Waves {
+    /// The directions that lead to the target, likewise.
+    directions: [f64; 4],
     /// The directions that are transformed, `[x_low, x_high, y_low, y_high]`, from that of the carrier.
     bounds: [f64; 4],
     /// The distance of neighbouring ones.
@@ -136,6 +143,7 @@ impl Waves {
             None => radius.max(0.0).sqrt() / width,
         };
         Some(Self {
+            directions,
             bounds,
             spacing: hop.wavelength / (plan.period * plan.sigma),
             kept,
@@ -168,20 +176,61 @@ impl Waves {
         let [columns, rows] = [0, 1].map(|axis| self.count(axis, f64::INFINITY));
         let (samples, plan) = (self.samples, step.plan());
         let pixels = step.pixel_pitch();
-        let nodes = pixels.map_or([samples; 2], |pitch| {
-            pitch.map(|pitch| NODES * 2.0 * REACH * plan.sigma / pitch)
-        });
-        let products = rows * nodes[0] * nodes[1] + columns * rows * nodes[0];
         let Some(pitch) = pixels else {
-            return WINDOW + PRODUCT * products;
+            return WINDOW + PRODUCT * matrix_products([samples; 2], [columns, rows]);
         };
+        let nodes = pitch.map(|pitch| NODES * 2.0 * REACH * plan.sigma / pitch);
         let folded = pitch.map(|pitch| NODES * plan.period * plan.sigma / pitch);
-        let to_nodes = 0.5 * samples * nodes[0] * (samples + nodes[1]);
+        let products = PRODUCT * matrix_products(nodes, [columns, rows]);
         WINDOW
-            + PRODUCT * to_nodes
-            + NODE * nodes[0] * nodes[1]
-            + (OPERATION * folded_operations(folded, columns)).min(PRODUCT * products)
+            + self.to_nodes_seconds(nodes)
+            + (OPERATION * folded_operations(folded, columns)).min(products)
     }
+
+    /// The same of a window that an edge cuts. Without pixels its nodes are as fine as the light of the edge asks for, and its
+    /// plane waves as many as they resolve.
+    fn transform_seconds_at_edge(&self, step: &HopStep, settings: &LocalBandSettings) -> f64 {
+        if step.pixel_pitch().is_some() {
+            return self.transform_seconds(step);
+        }
+        let (plan, k) = (step.plan(), step.hop.wavenumber());
+        let side = plan.sigma * ((settings.tile - 1) as f64 * plan.step + 2.0 * REACH);
+        let far = |a: usize| {
+            self.directions[2 * a]
+                .abs()
+                .max(self.directions[2 * a + 1].abs())
+        };
+        let area = TileArea {
+            bounds: [-side, side, -side, side].map(|side| 0.5 * side),
+            samples: [0, 1].map(|_| Axis::uniform(1, side, 0.0)),
+            half_band: [window_half_band(plan.step, settings.threshold) / (k * plan.sigma); 2],
+            edge_pitch: plan.sigma / settings.edge_nodes,
+            pixel_part: side,
+            reach: [far(0), far(1)],
+            k,
+            values_allowed: settings.values_allowed() as f64,
+        };
+        let pitch = [0, 1].map(|a| edge_pitch(&area, a));
+        let waves = [0, 1].map(|a| {
+            let limit = PASSBAND * std::f64::consts::TAU / (k * pitch[a]);
+            let [low, high] =
+                [2 * a, 2 * a + 1].map(|side| self.directions[side].clamp(-limit, limit));
+            ((high - low) / self.spacing).max(0.0) + 1.0
+        });
+        let nodes = pitch.map(|pitch| 2.0 * REACH * plan.sigma / pitch);
+        WINDOW + self.to_nodes_seconds(nodes) + PRODUCT * matrix_products(nodes, waves)
+    }
+
+    /// Seconds in which the light under a window comes from its samples to nodes.
+    fn to_nodes_seconds(&self, nodes: [f64; 2]) -> f64 {
+        let products = 0.5 * self.samples * nodes[0] * (self.samples + nodes[1]);
+        PRODUCT * products + NODE * nodes[0] * nodes[1]
+    }
+}
+
+/// Products of the matrices that lead from nodes along x and y to plane waves.
+fn matrix_products(nodes: [f64; 2], [columns, rows]: [f64; 2]) -> f64 {
+    rows * nodes[0] * nodes[1] + columns * rows * nodes[0]
 }
 
 /// Operations of the fast transforms of a window with so many folded nodes along x and y and plane waves along x.

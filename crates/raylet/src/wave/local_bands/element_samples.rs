@@ -380,7 +380,7 @@ fn gapped_cell(pitch: f64, side: f64, part: f64) -> Vec<CellPart> {
 
 /// The pitch of nodes along an axis at which the light of an edge is computed in all directions that lead to the target. It
 /// has steps, so that it stays the same where a system changes a little.
-fn edge_pitch(area: &TileArea, a: usize) -> f64 {
+pub(crate) fn edge_pitch(area: &TileArea, a: usize) -> f64 {
     let needed = area.reach[a] + area.half_band[a];
     let fine = PASSBAND * std::f64::consts::TAU / (area.k * needed);
     let usual: f64 = { area.samples.iter() }
