@@ -17,6 +17,9 @@ pixels = [64, 64]
 pitch_um = 0.5
 "#;
 
+/// A layer that does nothing.
+const FLAT: &str = "[[element.layer]]\nkind = \"grating\"\nperiod_um = 1e9\n";
+
 /// A stop of the mirror's size in the plane of its vertex, before a wider mirror.
 fn behind_a_stop() -> String {
     let stop =
@@ -29,8 +32,11 @@ fn behind_a_stop() -> String {
 /// more light than came, and the warning blamed a rim that is too large.
 #[test]
 fn a_bare_mirror_is_as_good_as_one_behind_a_stop() {
-    let error = distance(MIRROR, &behind_a_stop());
-    assert!(error < 1e-7, "{error:e}");
+    let (error, said) = distance(MIRROR, &behind_a_stop());
+    assert!(
+        error < 1e-7 && !said.contains("warning"),
+        "{error:e} {said}"
+    );
 }
 
 /// A mirror and a lens that come first in light at 5° to their axes, where the entrance stands in the plane of the rim. The light
@@ -47,7 +53,6 @@ fn a_bare_surface_in_slanting_light_is_cut_once() {
             &format!("pitch_um = 2\ndecenter_mm = [{aside}, 0]"),
         )
     };
-    let layer = "[[element.layer]]\nkind = \"grating\"\nperiod_um = 1e9\n";
     let element = |scene: &str, kind: &str, reflect: &str, end: &str| {
         scene
             .replacen(
@@ -60,7 +65,7 @@ fn a_bare_surface_in_slanting_light_is_cut_once() {
                 "aperture = { disc = { radius_mm = 3 } }",
                 1,
             )
-            .replacen(end, &format!("{end}\n{layer}"), 1)
+            .replacen(end, &format!("{end}\n{FLAT}"), 1)
     };
     let mirror = tilted(MIRROR);
     let on_mirror = element(&mirror, "mirror", "\nreflect = true", "thickness_mm = -30");
@@ -71,19 +76,49 @@ fn a_bare_surface_in_slanting_light_is_cut_once() {
     );
     let on_lens = element(&lens, "surface", "", "thickness_mm = 3");
     for (bare, exact) in [(&mirror, &on_mirror), (&lens, &on_lens)] {
-        let error = distance(bare, exact);
-        assert!(error < 1.5e-3, "{error:e}");
+        let (error, said) = distance(bare, exact);
+        assert!(
+            error < 1.5e-3 && !said.contains("warning"),
+            "{error:e} {said}"
+        );
     }
 }
 
-/// The relative distance of the fields of two scenes, whose runs have no warning.
-fn distance(first: &str, second: &str) -> f64 {
+/// A small mirror whose rim lies in no plane, behind a stop that lights more than it: a rectangle, and a disc off centre. Rays
+/// accepted or refused one by one were off by 0.47 and 0.30. The same mirror as an element of no phase holds the field on its
+/// surface.
+#[test]
+fn a_rim_that_lies_in_no_plane_diffracts() {
+    for aperture in [
+        "{ rectangle = { width_mm = 0.07, height_mm = 0.05 } }",
+        "{ disc = { radius_mm = 0.04, centre_mm = [0.015, 0] } }",
+    ] {
+        let mirror = format!(
+            "version = 1\nwavelength_um = 0.5\nsource = {{ kind = \"plane\" }}\n\
+             [[element]]\nkind = \"stop\"\naperture = {{ disc = {{ radius_mm = 0.05 }} }}\nthickness_mm = 0.4\n\
+             [[element]]\nkind = \"mirror\"\nradius_mm = -2\naperture = {aperture}\nthickness_mm = -0.5\n\
+             [[element]]\nkind = \"sensor\"\npixels = [64, 64]\npitch_um = 1.5\n"
+        );
+        let element = mirror
+            .replace("kind = \"mirror\"", "kind = \"doe\"\nreflect = true")
+            .replace(
+                "thickness_mm = -0.5\n",
+                &format!("thickness_mm = -0.5\n{FLAT}"),
+            );
+        let (error, _) = distance(&mirror, &element);
+        assert!(error < 1e-3, "{error:e}");
+    }
+}
+
+/// The relative distance of the fields of two scenes, and what their runs said.
+fn distance(first: &str, second: &str) -> (f64, String) {
+    let mut all = String::new();
     let stages = [Stage::new(first), Stage::new(second)];
     for (stage, out) in stages.iter().zip(["first", "second"]) {
         let run = stage.raylet(&["simulate", "scene.toml", "--out", out]);
         assert!(run.status.success(), "{}", complaint(&run));
         let said = String::from_utf8(run.stdout).unwrap();
-        assert!(!said.contains("warning"), "{said}");
+        all += &said;
     }
     let [first, second] = stages;
     let other = second.join("second");
@@ -98,10 +133,11 @@ fn distance(first: &str, second: &str) -> f64 {
     assert!(run.status.success(), "{}", complaint(&run));
     let comparison = std::fs::read_to_string(first.join("comparison/compare.json")).unwrap();
     let comparison: serde_json::Value = serde_json::from_str(&comparison).unwrap();
-    comparison["channels"][0]["field_error"].as_f64().unwrap()
+    let error = comparison["channels"][0]["field_error"].as_f64();
+    (error.unwrap(), all)
 }
 
-/// The warning of a rim that cuts single rays names its reason: no disc, no surface of revolution, or too large.
+/// The warning of a rim that cuts single rays names its reason: it is too large, the sooner where it lies in no plane.
 #[test]
 fn warnings_of_rims_name_the_reason() {
     let square = MIRROR.replace(
@@ -120,7 +156,7 @@ fn warnings_of_rims_name_the_reason() {
     for (scene, reason) in [
         (
             tilted(&square),
-            "only the rim of a centred disc can be a screen",
+            "as a screen it takes 36000 samples along its diameter, more than 800",
         ),
         (
             tilted(&behind_a_wider_stop),

@@ -3,7 +3,8 @@
 //! A hard edge diffracts, and rays accepted or refused one by one do not. So a rim that cuts light becomes a
 //! screen where the surface is small enough for its whole aperture to be sampled: the field is summed on the
 //! plane of the rim, in the medium behind the surface, reached by free flight (backward where the rim bulges
-//! forward), cut there with exactly weighted edges, and sent on. A rim counts when the root of the share of
+//! forward), cut there with exactly weighted edges, and sent on. Where the rim lies in no plane, the field is summed and cut on
+//! the surface itself. A rim counts when the root of the share of
 //! energy that it cuts, of what would land on the target, is more than half the target error: a safe bound of
 //! the error of leaving it out. Rims of larger surfaces accept or refuse each beamlet by its chief ray; the
 //! energy that this puts on the wrong side of the edge is in the error budget.
@@ -19,13 +20,18 @@ use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::source_rays::{rays_behind, source_rays};
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Outline;
+use crate::optics::frame::Frame;
 use crate::optics::refraction::Interface;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::shape::Shape;
+use crate::optics::surface::Surface;
 use crate::optics::system::{Hop, System};
 
 /// Most samples along a rim's diameter, at λ/(3n), where memory allows them.
 const AFFORDABLE: f64 = 2500.0;
+
+/// Most samples along a rim that lies in no plane: light is summed on many planes about its surface.
+const ON_SURFACE: f64 = 800.0;
 
 /// Share of the target error that a rim which is left out may cost.
 const SHARE: f64 = 0.5;
@@ -46,10 +52,8 @@ pub enum RimTreatment {
 /// Why a rim that cuts light is no screen.
 #[derive(Clone, Copy, Debug, PartialEq, Eq)]
 pub enum NoScreen {
-    /// It is no disc about the axis of its surface.
-    NoDisc,
-    /// Its surface is none of revolution, so that the rim lies in no plane.
-    NotRound,
+    /// It lies in no plane, and its surface does not exist everywhere within it.
+    Absent,
     /// It takes more samples along its diameter than are allowed.
     TooLarge {
         /// Samples along its diameter.
@@ -261,39 +265,53 @@ fn name_of(hop: &Hop, number: usize) -> String {
     format!("rim {} behind {}", number + 1, hop.from.name)
 }
 
-/// The screen in the plane of a surface's rim, if the rim is a centred disc on a surface of revolution and takes
-/// no more than `affordable` samples along its diameter.
+/// The screen of a surface's rim, if it takes no more than `affordable` samples along its longer side: in the plane of the rim
+/// where that is a centred disc on a surface of revolution, otherwise on the surface itself, which takes more time.
 fn rim_of(hop: &Hop, number: usize, affordable: f64) -> Result<Screen, NoScreen> {
     let surface = &hop.train[number];
-    let Outline::Disc { radius } = surface.aperture.outline else {
-        return Err(NoScreen::NoDisc);
-    };
-    // Only then does the rim lie in a plane.
-    if surface.aperture.centre != [0.0; 2] {
-        return Err(NoScreen::NoDisc);
-    }
-    if !surface.shape.is_round() {
-        return Err(NoScreen::NotRound);
-    }
     let after = surface.index[1];
-    let samples = 2.0 * radius * 3.0 * after / hop.wavelength;
+    let plane = rim_plane(surface);
+    let affordable = match plane {
+        Some(_) => affordable,
+        None => affordable.min(ON_SURFACE),
+    };
+    let bounds = surface.aperture.bounds().ok_or(NoScreen::Absent)?;
+    let side = (bounds[1] - bounds[0]).max(bounds[3] - bounds[2]);
+    let samples = side * 3.0 * after / hop.wavelength;
     if samples > affordable {
         return Err(NoScreen::TooLarge {
             samples: samples as usize,
             allowed: affordable as usize,
         });
     }
-    let sag = surface.shape.height(radius, 0.0);
-    let sag = sag.ok_or(NoScreen::NotRound)?.z;
-    Ok(Screen {
+    let (frame, shape) = plane.unwrap_or((surface.frame, surface.shape.clone()));
+    let screen = Screen {
         name: name_of(hop, number),
-        frame: surface.frame.moved(Vec3::new(0.0, 0.0, sag)),
+        frame,
         kind: ScreenKind::Stop(surface.aperture.clone()),
         index: after,
         behind: None,
-        shape: Shape::Plane,
+        shape,
         arrives: side_behind(hop, number),
-    })
+    };
+    screen.relief().ok_or(NoScreen::Absent)?;
+    Ok(screen)
+}
+
+/// The plane in which the rim of a surface lies; nothing where it lies in none.
+fn rim_plane(surface: &Surface) -> Option<(Frame, Shape)> {
+    if surface.shape == Shape::Plane {
+        return Some((surface.frame, Shape::Plane));
+    }
+    let Outline::Disc { radius } = surface.aperture.outline else {
+        return None;
+    };
+    if surface.aperture.centre != [0.0; 2] || !surface.shape.is_round() {
+        return None;
+    }
+    let sag = surface.shape.height(radius, 0.0)?.z;
+    let frame = surface.frame.moved(Vec3::new(0.0, 0.0, sag));
+    Some((frame, Shape::Plane))
 }
 
 /// +1 when the light along the axis leaves a surface towards its +z, else −1.
@@ -325,13 +343,18 @@ pub(crate) fn cut_by_ray(rims: &[Rim], hop: usize) -> f64 {
 pub(crate) fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
     let slope = |hop: &Hop, number: usize| {
         let surface = &hop.train[number];
-        let Outline::Disc { radius } = surface.aperture.outline else {
-            return None;
-        };
         let found = rim_of(hop, number, AFFORDABLE).is_ok_and(|rim| rim == *screen)
             || number == 0 && is_same_edge(hop.from, surface) && hop.from.name == screen.name;
-        let height = surface.shape.height(radius, 0.0).filter(|_| found)?;
-        Some(height.slope[0].abs())
+        let rim = surface.aperture.rim();
+        let heights = rim
+            .iter()
+            .filter(|_| found)
+            .map(|[x, y]| surface.shape.height(*x, *y));
+        let mut slopes =
+            heights.map(|height| height.map(|height| height.slope[0].hypot(height.slope[1])));
+        slopes
+            .try_fold(0.0f64, |most, slope| Some(most.max(slope?)))
+            .filter(|_| found)
     };
     let slope = system
         .hops()

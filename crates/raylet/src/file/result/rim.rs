@@ -67,10 +67,7 @@ impl RimEntry {
 /// Why a rim is no screen, in words.
 fn words(reason: NoScreen) -> String {
     match reason {
-        NoScreen::NoDisc => String::from("only the rim of a centred disc can be a screen"),
-        NoScreen::NotRound => {
-            String::from("it lies in no plane, for its surface is none of revolution")
-        }
+        NoScreen::Absent => String::from("its surface does not exist everywhere within it"),
         NoScreen::TooLarge { samples, allowed } => {
             format!(
                 "as a screen it takes {samples} samples along its diameter, more than {allowed}"
