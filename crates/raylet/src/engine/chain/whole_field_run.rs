@@ -58,11 +58,7 @@ pub(crate) fn run_whole_fields(
         if !levels.power().is_finite() {
             return Err(SimulateError::NotFinite(hop.to.name.clone()));
         }
-        if let Plan::Free(..) = &plan {
-            // On other samples than those of the run, where there is memory for them.
-            let other = light.on_other_samples(system, hop.from, leaving(&plan), settings);
-            tally.spot_check = run.spot_check(other.as_ref().unwrap_or(&field), &levels);
-        }
+        tally.spot_check = spot_check(&run, &light, system, &field, &levels);
         standard_error = tally.noise.take();
         if tally.share(Fate::Elsewhere) > NOTHING {
             tally.divide_elsewhere(lost_light_shares(system, &hop, &light));
@@ -94,6 +90,21 @@ pub(crate) fn run_whole_fields(
         hops: reports,
         rimmed,
     })
+}
+
+/// The error of a free hop at some points, on other samples than those of the run where there is memory for them.
+fn spot_check(
+    run: &HopRun,
+    light: &Arriving,
+    system: &System,
+    field: &Field,
+    levels: &HeightStack,
+) -> Option<f64> {
+    let Plan::Free(..) = run.plan else {
+        return None;
+    };
+    let other = light.on_other_samples(system, run.hop.from, leaving(run.plan), run.settings);
+    run.spot_check(other.as_ref().unwrap_or(field), levels)
 }
 
 /// Notes which share of the light behind its first screen each hop brings to the sensor.
