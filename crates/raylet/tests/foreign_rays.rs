@@ -9,17 +9,21 @@ use raylet::engine::external::scatter_settings::Scattering;
 use raylet::engine::external::secondary_rays::SecondaryRays;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::math::random::uniform;
+use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::bundle::Rays;
 use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::phase::profile::Profile;
 use raylet::optics::pixels::pixel_grid::PixelForm;
-use raylet::optics::screen::{Screen, ScreenKind};
+use raylet::optics::refraction::Coating;
+use raylet::optics::screen::{MediumBehind, Screen, ScreenKind};
+use raylet::optics::source::Source;
 use raylet::optics::surface::Surface;
 use raylet::optics::system::System;
 use raylet::wave::beamlet::beams::{Beams, Jacobians};
 use raylet::wave::beamlet::secondary_ray_sum::{SecondaryRaySum, Wavelet};
 use raylet::wave::grid::metrics::field_error;
+use raylet_testkit::noise::column;
 use raylet_testkit::parts::{self, conic, face, on_axis, pixel_layer, screen};
 
 const WAVELENGTH: f64 = 0.7e-3;
@@ -274,6 +278,76 @@ fn plane_waves_of_a_foreign_tracer_match_a_run() {
     let [_, waves] = collect(&secondary, &faces(), &sensor);
     let error = field_error(waves.view(), own.view()).unwrap();
     assert!(error < 3e-4, "{error:e}");
+}
+
+/// Pixels on the back of a block of glass, lit at an angle from inside it: the secondary rays leave into air by Snell's law and the
+/// pixels together, with what the bare interface transmits, as in a run by local bands.
+#[test]
+fn rays_leave_an_interface_into_the_medium_behind_it() {
+    let (index, slant, sigma) = (1.5, 0.05f64, 0.03);
+    let sensor = Screen {
+        frame: on_axis(10.0).moved(Vec3::new(0.75, 0.0, 0.0)),
+        ..sensor(10.0, 40, 8e-3)
+    };
+    for (coating, curvature) in [(Coating::Ideal, 0.0), (Coating::Fresnel, 0.1)] {
+        let element = Screen {
+            index,
+            shape: conic(curvature, 0.0),
+            behind: Some(MediumBehind {
+                index: 1.0,
+                coating,
+            }),
+            ..element(40, 0.01, None)
+        };
+        let cosine = (1.0 - slant * slant).sqrt();
+        let system = System {
+            source: Source::Plane {
+                direction: Vec3::new(slant, 0.0, cosine),
+                origin: Vec3::new(0.0, 0.0, 0.0),
+            },
+            ..lit(element.clone(), vec![], &sensor)
+        };
+        let own = simulate(&system, &Settings::default(), &|_| {});
+        let own = own.unwrap().field.values;
+
+        let on_surface = |[x, y, _]: Vector| [x, y, element.height([x, y]).unwrap().z];
+        let places = lattice(0.2 + 3.5 * sigma, 1.25 * sigma).into_iter();
+        let position: Vec<Vector> = places.map(on_surface).collect();
+        let count = position.len();
+        let path = |[x, _, z]: &Vector| index * (slant * x + cosine * z);
+        let path: Vec<f64> = position.iter().map(path).collect();
+        let rays = Rays {
+            position: &position,
+            direction: &vec![[slant, 0.0, cosine]; count],
+            path: &path,
+            weight: &vec![Complex64::ONE; count],
+        };
+        let scattering = Scattering {
+            period: 7.0 * sigma,
+            threshold: 1e-4,
+            towards: Some([-0.02, 0.17, -0.1, 0.1]),
+            ..Scattering::beamlets(sigma)
+        };
+        let plan = Scatter::new(&element, WAVELENGTH, rays, None, scattering).unwrap();
+        let secondary = plan.scatter(0..count);
+        let [beamlets, _] = collect(&secondary, &[], &sensor);
+        let error = field_error(beamlets.view(), own.view()).unwrap();
+        assert!(error < 2e-3, "{coating:?} {curvature}: {error:e}");
+
+        // The transpose: of the amplitudes of the arriving rays, with all of the element.
+        let bar = column(secondary.len(), 2);
+        let back = plan.weigh_adjoint(&secondary, &bar).unwrap();
+        let inner = |a: &[Complex64], b: &[Complex64]| -> Complex64 {
+            a.iter().zip(b).map(|(a, b)| a.conj() * b).sum()
+        };
+        let forward = inner(&bar, &secondary.weight);
+        let ones = vec![Complex64::ONE; count];
+        let reverse = inner(&back.weight, &ones);
+        assert!(
+            (forward - reverse).norm() < 1e-10 * forward.norm().max(1.0),
+            "{forward} {reverse}"
+        );
+    }
 }
 
 /// Light that an ideal lens has bent arrives at random pixels in the same plane. With the curvature of its

@@ -19,6 +19,7 @@ use crate::engine::external::secondary_rays::{ChosenMode, SecondaryRays};
 use crate::engine::progress::{Cancelled, Pulse};
 use crate::math::vec3::Vec3;
 use crate::optics::bundle::{Hit, RayError, Rays, check_finite, check_length, check_positive};
+use crate::optics::deflection::transmitted;
 use crate::optics::doe::Doe;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::Grid;
@@ -44,6 +45,8 @@ pub struct Scatter<'a> {
     doe: &'a Doe,
     rays: Rays<'a>,
     hits: Vec<Hit>,
+    /// The amplitude of each arriving ray behind the interface, if the element stands on one: zero where it is totally reflected.
+    arrived: Vec<Complex64>,
     curvature: Option<&'a [[f64; 3]]>,
     settings: Scattering,
     k: f64,
@@ -82,13 +85,15 @@ impl<'a> Scatter<'a> {
         let ScreenKind::Doe(doe) = &screen.kind else {
             return Err(ScatterError::NoElement(screen.name.clone()));
         };
-        if screen.behind.is_some() {
-            return Err(ScatterError::TwoMedia(screen.name.clone()));
-        }
         settings.check()?;
         check_positive("wavelength", wavelength)?;
-        settings.check_modes(screen.index, wavelength)?;
+        settings.check_modes(screen.index_behind(), wavelength)?;
         let hits = rays.hits(screen, wavelength)?;
+        let arrived = hits.iter().zip(rays.weight).map(|(hit, weight)| {
+            let factor = transmitted(screen, hit.at, hit.cosines);
+            factor.map_or(Complex64::ZERO, |factor| *weight * factor)
+        });
+        let arrived = arrived.collect();
         if let Some(curvature) = curvature {
             check_length("curvature", curvature.len(), rays.len(), "position")?;
             check_finite("curvature", curvature.iter().copied())?;
@@ -112,6 +117,7 @@ impl<'a> Scatter<'a> {
             doe,
             rays,
             hits,
+            arrived,
             curvature,
             settings,
             k: std::f64::consts::TAU / wavelength,
@@ -160,7 +166,7 @@ impl<'a> Scatter<'a> {
             k: self.k,
             window: self.settings.window,
             period: self.settings.period,
-            towards: self.settings.followed(self.screen.index),
+            towards: self.settings.followed(self.screen.index_behind()),
         };
         LocalSpectrum::new(&emitter, &self.hits[ray], self.curvature.map(|k| k[ray]))
     }
@@ -173,7 +179,7 @@ impl<'a> Scatter<'a> {
         let strongest = |ray: usize| {
             let cut = self.spectrum(ray)?.cut(&self.shared);
             let peak = cut.iter().map(|c| c.norm_sqr()).fold(0.0, f64::max);
-            Some(peak.sqrt() * self.rays.weight[ray].norm())
+            Some(peak.sqrt() * self.arrived[ray].norm())
         };
         let all = (0..self.hits.len()).into_par_iter();
         all.filter_map(strongest).reduce(|| 0.0, f64::max)
@@ -226,7 +232,7 @@ impl<'a> Scatter<'a> {
     fn split(&self, ray: usize) -> Option<(SecondaryRays, [f64; 2])> {
         let spectrum = self.spectrum(ray)?;
         let mut cut = spectrum.cut(&self.shared);
-        cut.mapv_inplace(|c| c * self.rays.weight[ray]);
+        cut.mapv_inplace(|c| c * self.arrived[ray]);
         let loud = |c: &Complex64| Some(c.norm()).filter(|size| *size >= self.floor);
         let sizes: Vec<f64> = cut.iter().map(|c| loud(c).unwrap_or(0.0)).collect();
         let energy = [
@@ -279,7 +285,7 @@ impl<'a> Scatter<'a> {
                 let weight = |i: usize| {
                     let c = cut.as_ref().and_then(|cut| cut.get(secondary.mode[i]));
                     c.map_or(Complex64::ZERO, |c| {
-                        c * self.rays.weight[ray] * secondary.times[i]
+                        c * self.arrived[ray] * secondary.times[i]
                     })
                 };
                 family.map(weight).collect()
@@ -335,7 +341,7 @@ impl<'a> Scatter<'a> {
     ) -> Option<(LocalSpectrum, Array2<Complex64>, Complex64)> {
         let ray = secondary.parent[family.start];
         let spectrum = self.spectrum(ray)?;
-        // weight = c·amplitude·times
+        // weight = c·arrived·times, arrived = amplitude·factor
         let mut bar = Array2::zeros(spectrum.modes.dim());
         for i in family {
             if let Some(c) = bar.get_mut(secondary.mode[i]) {
@@ -343,8 +349,11 @@ impl<'a> Scatter<'a> {
             }
         }
         let cut = spectrum.cut(&self.shared);
-        let amplitude = cut.iter().zip(&bar).map(|(c, bar)| c.conj() * bar).sum();
-        bar.mapv_inplace(|c| c * self.rays.weight[ray].conj());
+        let arrived: Complex64 = cut.iter().zip(&bar).map(|(c, bar)| c.conj() * bar).sum();
+        let hit = &self.hits[ray];
+        let factor = transmitted(self.screen, hit.at, hit.cosines).unwrap_or(0.0);
+        let amplitude = arrived * factor;
+        bar.mapv_inplace(|c| c * self.arrived[ray].conj());
         let nodes = spectrum.cut_adjoint(&bar);
         Some((spectrum, nodes, amplitude))
     }
@@ -407,7 +416,7 @@ fn share(hits: &[Hit], grid: &Grid, settings: &Scattering) -> Array2<f64> {
 
 /// Largest |p| of the light that is followed behind the element, along x and y.
 fn leaving(screen: &Screen, settings: &Scattering) -> [f64; 2] {
-    let n = screen.index;
+    let n = screen.index_behind();
     let [x0, x1, y0, y1] = settings.followed(n);
     [x0.abs().max(x1.abs()), y0.abs().max(y1.abs())].map(|p| p.min(n))
 }

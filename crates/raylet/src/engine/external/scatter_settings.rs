@@ -175,9 +175,6 @@ pub enum ScatterError {
     /// The screen holds no element.
     #[error("screen '{0}' is no diffractive element, expected one")]
     NoElement(String),
-    /// The element stands on an interface.
-    #[error("element '{0}' has one medium before it and another behind it, expected the same")]
-    TwoMedia(String),
     /// The progress callback cancelled the scattering.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

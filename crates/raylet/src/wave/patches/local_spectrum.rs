@@ -1,7 +1,7 @@
 //! One window about any point of a screen, and the plane waves of what lies under it.
 //!
 //! A transmission t under a window g about x₀, lit by a ray with optical direction cosines p₀ and wavefront
-//! curvature K, is expanded in plane waves that leave from x₀,
+//! curvature K, is expanded in plane waves that leave from x₀ into the medium behind the screen,
 //! g t e^{ik[p₀·u + q₀h + ½wᵀKw]} = Σₘ cₘ e^{ik[pₘ·u + qₘh]}, with h the height of the true surface over the
 //! plane that touches it at x₀. The rates f = p + q∇s along the screen's local plane lie on a lattice of
 //! spacing λ/P about the ray's own, so over the local plane only the curvature is left to transform; the
@@ -131,7 +131,7 @@ impl Touch {
     /// The mode with total rates f on the local plane; nothing when it does not propagate.
     fn mode(&self, screen: &Screen, f: [f64; 2]) -> Option<Mode> {
         let [x, y, z] = self.axes;
-        let n = screen.index;
+        let n = screen.index_behind();
         let p = [x, y].map(|axis| axis.x * f[0] + axis.y * f[1]);
         let under = n * n - p[0] * p[0] - p[1] * p[1];
         (under > 0.0).then(|| {
@@ -163,12 +163,12 @@ impl LocalSpectrum {
     pub(crate) fn new(emitter: &Emitter, hit: &Hit, curvature: Option<[f64; 3]>) -> Option<Self> {
         let screen = emitter.screen;
         let touch = Touch::new(screen, hit.at)?;
-        let n = screen.index;
+        let [n, behind] = [screen.index, screen.index_behind()];
         let lift = n * hit.along;
         let carrier = [0, 1].map(|a| hit.cosines[a] + lift * touch.slope[a]);
         let bands = [0, 1].map(|a| {
             // Rates p + q∇s of the directions to follow, whatever their q.
-            let tip = screen.leaves() * n * touch.slope[a];
+            let tip = screen.leaves() * behind * touch.slope[a];
             let low = emitter.towards[2 * a] + tip.min(0.0) - carrier[a];
             let high = emitter.towards[2 * a + 1] + tip.max(0.0) - carrier[a];
             let spacing = std::f64::consts::TAU / (emitter.k * emitter.period);
@@ -178,7 +178,7 @@ impl LocalSpectrum {
             let f = [bands[0].at(mx) + carrier[0], bands[1].at(my) + carrier[1]];
             let followed = |mode: &Mode| {
                 let [x0, x1, y0, y1] = emitter.towards;
-                let p = [mode.direction.x * n, mode.direction.y * n];
+                let p = [mode.direction.x * behind, mode.direction.y * behind];
                 (x0..=x1).contains(&p[0]) && (y0..=y1).contains(&p[1])
             };
             touch.mode(screen, f).filter(followed)
@@ -211,7 +211,7 @@ impl LocalSpectrum {
         hit: &Hit,
         curvature: Option<[f64; 3]>,
     ) -> Vec<Separated> {
-        let n = emitter.screen.index;
+        let [n, behind] = [emitter.screen.index, emitter.screen.index_behind()];
         if emitter.heights.is_none() && curvature.is_none() {
             return vec![Separated {
                 nodes: None,
@@ -245,7 +245,7 @@ impl LocalSpectrum {
         });
         let lifts = self
             .modes
-            .map(|mode| mode.map_or(0.0, |mode| n * mode.direction.z));
+            .map(|mode| mode.map_or(0.0, |mode| behind * mode.direction.z));
         let lit = over.iter().zip(&light).filter(|(_, u)| u.norm_sqr() > 0.0);
         let stack = Stack::new(
             ends(lit.map(|(over, _)| *over)),
