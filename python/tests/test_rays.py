@@ -76,6 +76,29 @@ def test_rays_give_what_the_library_gives(stage: tuple[raylet.System, raylet.Sec
     assert np.linalg.norm(foreign - own) < 2e-3 * np.linalg.norm(own)
 
 
+def test_an_interface_scatters_into_the_medium_behind_it() -> None:
+    """On the flat back of a block of glass cosines along it add up: those in the glass and of the grating."""
+    index, period, slant = 1.5, 20.0, 0.1
+    system = raylet.System(wavelength_um=WAVE)
+    system.add_surface(radius_mm=np.inf, glass=index, semi_aperture_mm=2.0, thickness_mm=1.0)
+    system.add_doe(
+        raylet.grating(period_um=period),
+        glass="air",
+        aperture=raylet.disc(0.5),
+        thickness_mm=FOCUS,
+        name="back",
+    )
+    system.add_sensor(pixels=(31, 25), pitch_um=5.0)
+    position = lattice(0.08) + [0.0, 0.0, 1.0]
+    along = np.tile([slant, 0.0, np.sqrt(1.0 - slant**2)], (len(position), 1))
+    path = index * slant * position[:, 0]
+    made = raylet.scatter(system, "back", position, along, path, sigma_mm=0.08, towards=(0.0, 0.4, -0.1, 0.1))
+    share = abs(made.weight) ** 2
+    found = np.array([np.average(made.direction[:, axis], weights=share) for axis in (0, 1)])
+    np.testing.assert_allclose(found, [index * slant + WAVE / period, 0.0], atol=2e-4)
+    np.testing.assert_allclose(np.linalg.norm(made.direction, axis=1), 1.0, atol=1e-12)
+
+
 def test_gather_is_transposed(stage: tuple[raylet.System, raylet.Secondary]) -> None:
     """⟨bar, G w⟩ = ⟨Gᴴ bar, w⟩ for the weights."""
     system, made = stage
