@@ -129,7 +129,10 @@ test-torch-here:
 
 # The guide as a site, in site/.
 docs: install
+	cargo build --release --package raylet-cli
+	cargo doc --profile quick --package raylet --no-deps
 	NO_MKDOCS_2_WARNING=1 $(VENV)/bin/mkdocs build --strict
+	cp -R target/doc site/rust
 
 bench:
 	cargo bench --package raylet

@@ -1,5 +1,5 @@
 """Every piece of Python in the README and on pages that need PyTorch runs as it stands, from top to bottom. The other
-pages of the guide are run when the site is built (docs/guide/snippets.py)."""
+pages of the guide, and its commands, are run when the site is built (docs/guide/snippets.py, commands.py)."""
 
 from __future__ import annotations
 
@@ -39,3 +39,24 @@ def test_snippets_run(page: Path, tmp_path: Path, monkeypatch: pytest.MonkeyPatc
     import matplotlib.pyplot as plt
 
     plt.close("all")
+
+
+FENCES = re.compile(r"^```.*?\n(.*?)^```", re.MULTILINE | re.DOTALL)
+
+
+@pytest.mark.parametrize("page", [*GUIDE, ROOT / "README.md"], ids=lambda page: page.stem)
+def test_code_fits_its_box(page: Path) -> None:
+    widest = 120 if page.name == "README.md" else 80
+    long = [line for block in FENCES.findall(page.read_text()) for line in block.splitlines() if len(line) > widest]
+    assert not long
+
+
+def test_the_page_of_the_command_line_has_every_verb() -> None:
+    """As the README lists them; its commands use no option that the program does not have."""
+    page = (ROOT / "docs" / "guide" / "command_line.md").read_text()
+    verbs = re.findall(r"^raylet (\w+) ", (ROOT / "README.md").read_text(), re.MULTILINE)
+    assert verbs[:2] == ["simulate", "reference"]
+    assert all(f"| `{verb}` |" in page for verb in verbs)
+    source = "".join(path.read_text() for path in (ROOT / "crates" / "raylet-cli" / "src").rglob("*.rs"))
+    for option in set(re.findall(r"--([a-z-]+)", "".join(FENCES.findall(page)))):
+        assert re.search(rf"\b{option.replace('-', '_')}:", source), option

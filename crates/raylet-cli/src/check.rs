@@ -209,7 +209,7 @@ fn plan(
             let _ = writeln!(text, "    {mark}: {}", finding.text);
         }
     }
-    text += &run_line(expected_error(given, &rimmed, &hops), &hops, settings);
+    text += &run_line(expected_error(&rimmed, &hops), &hops, settings);
     text.push('\n');
     Ok(text)
 }

@@ -172,7 +172,7 @@ fn forecasts_of_local_bands_are_half_to_twice_what_runs_take() {
         let work: Work = hops.iter().map(|hop| hop.work).sum();
         let rays: u64 = run.hops.iter().map(|hop| hop.tally.total_rays()).sum();
         let values: u64 = run.hops.iter().map(|hop| hop.tally.evaluations).sum();
-        let expected = expected_error(&system, &rimmed, &hops).unwrap();
+        let expected = expected_error(&rimmed, &hops).unwrap();
         let error = expected / run.expected_error().unwrap();
         let ratios = [work.rays / rays as f64, work.values / values as f64, error];
         if ratios.iter().any(|ratio| !(0.5..2.0).contains(ratio)) {

@@ -93,6 +93,30 @@ fn exact(effort: Effort, source: Source, steps: &[Step]) -> Array2<Complex64> {
     }
 }
 
+/// A bare stop before the lens, the sensor `back` behind its plane face.
+pub fn stop_before_lens(radius: f64, back: f64, effort: Effort) -> Problem {
+    let depth = LENS.gap_before + LENS.thickness;
+    Problem {
+        name: format!("stop of radius {radius}λ, lens of radius 50λ, sensor {back}λ behind it"),
+        reference: "surface integrals",
+        system: System {
+            wavelength: 1.0,
+            source: plane_wave([0.0; 2]),
+            screens: vec![
+                screen(on_axis(0.0), ScreenKind::Stop(Aperture::disc(radius))),
+                sensor(depth + back, SENSOR.0, SENSOR.1),
+            ],
+            trains: vec![lens(LENS.gap_before)],
+        },
+        settings: Settings::default(),
+        exact: Box::new(move || {
+            let mut steps = LENS.convex_first();
+            steps.push(Step::Drift(back));
+            exact(effort, Source::Disc(radius, [0.0; 2]), &steps)
+        }),
+    }
+}
+
 /// Pixels before the lens, the sensor `back` behind its plane face.
 pub fn before_lens(name: &str, pixels: Pixels, back: f64, effort: Effort) -> Problem {
     let depth = LENS.gap_before + LENS.thickness;

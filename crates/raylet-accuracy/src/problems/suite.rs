@@ -14,8 +14,8 @@ use crate::problems::problem::{
 };
 use crate::problems::slanted::{slanted, tilted_planes};
 use crate::problems::strong::{
-    BeamPath, Effort, FULL, QUICK, after_lens, around_lens, before_lens, between_lenses, stopped,
-    two_screens,
+    BeamPath, Effort, FULL, QUICK, after_lens, around_lens, before_lens, between_lenses,
+    stop_before_lens, stopped, two_screens,
 };
 use crate::references::collins::{Abcd, CollinsIntegral};
 use crate::references::rayleigh_sommerfeld::rayleigh_sommerfeld;
@@ -112,6 +112,8 @@ fn strong_lenses(effort: Effort) -> Vec<Problem> {
         two_screens(random(), other(), 200.0, 120.0, effort),
         around_lens(random(), other(), 40.0, 120.0, effort),
         stopped(random(), 40.0, 120.0, effort),
+        stop_before_lens(60.0, 250.0, effort),
+        stop_before_lens(45.0, 250.0, effort),
         after_lens(name, random(), path(50.0, 200.0), effort),
         between_lenses(name, random(), path(20.0, 180.0), effort),
     ]

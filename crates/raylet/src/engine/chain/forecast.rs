@@ -17,7 +17,7 @@ use crate::engine::plan::hop_plan::{Plan, plan as plan_hop};
 use crate::engine::plan::settings::{Method, Settings};
 use crate::engine::plan::work::Work;
 use crate::engine::progress::{Cancelled, Reply};
-use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, edge_error};
+use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::wavelet::Arrival;
@@ -243,10 +243,9 @@ fn local_band_forecast(
 
 /// The error to expect of a whole run, in which rims that matter are screens: of all hops with their rims. Nothing where the
 /// errors of a hop are not estimated.
-pub fn expected_error(original: &System, rimmed: &Rimmed, hops: &[Forecast]) -> Option<f64> {
-    let screens = rimmed.system.screens.iter().enumerate();
-    let squares = screens.zip(hops).map(|((number, from), hop)| {
-        let edge = edge_error(original, from, rimmed.ended_at(from));
+pub fn expected_error(rimmed: &Rimmed, hops: &[Forecast]) -> Option<f64> {
+    let squares = hops.iter().enumerate().map(|(number, hop)| {
+        let edge = rimmed.edge_error(number, |_, _| None);
         let rims = edge.hypot(cut_by_ray(&rimmed.rims, number));
         Some(hop.error?.hypot(rims).powi(2))
     });

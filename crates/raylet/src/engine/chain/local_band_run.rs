@@ -11,7 +11,7 @@ use crate::engine::local_bands::window_widths::window_widths;
 use crate::engine::local_bands::workload::quickest_widths;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::settings::{Correction, Settings};
-use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, edge_error};
+use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray};
 use crate::optics::system::System;
 use crate::wave::grid::field::Field;
 use crate::wave::grid::mean_cosine::mean_cosine;
@@ -113,7 +113,7 @@ pub(crate) fn run_local_bands(
     let landed = outcome.field.power() * in_sensor;
     let steep = mean_cosine_on(system, &outcome.field);
     let hops = outcome.hops.into_iter().enumerate();
-    let hops = hops.map(|(number, hop)| report(original, rimmed, number, hop, landed, steep));
+    let hops = hops.map(|(number, hop)| report(rimmed, number, hop, landed, steep));
     Ok(Landed {
         hops: hops.collect(),
         field: outcome.field,
@@ -128,22 +128,21 @@ fn mean_cosine_on(system: &System, field: &Field) -> f64 {
 }
 
 /// What a hop did, of a run that brings light of ∫|U|² = `landed`, with this mean cosine, to the sensor.
-fn report(
-    original: &System,
-    rimmed: &Rimmed,
-    number: usize,
-    hop: LocalBandHop,
-    landed: f64,
-    steep: f64,
-) -> HopReport {
+fn report(rimmed: &Rimmed, number: usize, hop: LocalBandHop, landed: f64, steep: f64) -> HopReport {
     let mut tally = hop.statistics.tally;
     let (system, from) = (&rimmed.system, &rimmed.system.screens[number]);
-    let first = (number == 0).then_some(from);
-    let behind = first
-        .and_then(|first| power_behind(&system.source, first, system.wavenumber()))
-        .map(|power| power * system.power_in(from.index));
+    let first = system.screens.first();
+    let behind_first = first.and_then(|first| {
+        let power = power_behind(&system.source, first, system.wavenumber())?;
+        Some(power * system.power_in(first.index))
+    });
+    let behind = behind_first.filter(|_| number == 0);
     let last = number + 1 == system.trains.len();
-    let cut = edge_error(original, from, rimmed.ended_at(from));
+    let cut = rimmed.edge_error(number, |from, to| {
+        let whole = from == 0 && to == system.trains.len();
+        let behind = behind_first.filter(|power| whole && *power > 0.0 && landed > 0.0)?;
+        Some(landed * steep / behind)
+    });
     tally.edge = cut.hypot(cut_by_ray(&rimmed.rims, number));
     if last {
         let area = (hop.plan.step * hop.plan.sigma).powi(2);

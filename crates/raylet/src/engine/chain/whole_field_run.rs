@@ -17,7 +17,7 @@ use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::Cancelled;
-use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray, edge_error};
+use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray};
 use crate::optics::screen::Sensor;
 use crate::optics::system::{Hop, System};
 use crate::wave::grid::field::{Field, Grid};
@@ -63,8 +63,6 @@ pub(crate) fn run_whole_fields(
         if tally.share(Fate::Elsewhere) > NOTHING {
             tally.divide_elsewhere(lost_light_shares(system, &hop, &light));
         }
-        let ended = rimmed.ended_at(hop.from);
-        tally.edge = edge_error(original, hop.from, ended).hypot(cut_by_ray(&rimmed.rims, number));
         Cancelled::check(step(1.0))?;
         let directions = plan.light(&hop, light.directions);
         reports.push(HopReport {
@@ -82,6 +80,7 @@ pub(crate) fn run_whole_fields(
         };
     }
     note_landed(system, &mut reports);
+    note_rims(&rimmed, &mut reports);
     let field = on_sensor(sensor, light.sum);
     check_sound(original, &field, standard_error.as_ref())?;
     Ok(Outcome {
@@ -113,6 +112,20 @@ fn note_landed(system: &System, reports: &mut [HopReport]) {
     for (number, report) in reports.iter_mut().enumerate() {
         let share = report.power[1].map(|behind| landed / behind);
         report.tally.landed = share.filter(|_| Downstream::reaches_end(system, number));
+    }
+}
+
+/// Notes the errors of the rims of each hop, beside the light that arrived.
+fn note_rims(rimmed: &Rimmed, reports: &mut [HopReport]) {
+    let powers: Vec<_> = reports.iter().map(|report| report.power).collect();
+    let share = |from: usize, to: usize| {
+        let behind = powers.get(from)?[1].filter(|behind| *behind > 0.0)?;
+        let arrived = powers.get(to.checked_sub(1)?)?[2];
+        Some(arrived.filter(|arrived| *arrived > 0.0)? / behind)
+    };
+    for (number, report) in reports.iter_mut().enumerate() {
+        let edge = rimmed.edge_error(number, share);
+        report.tally.edge = edge.hypot(cut_by_ray(&rimmed.rims, number));
     }
 }
 

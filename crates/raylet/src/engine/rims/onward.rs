@@ -39,13 +39,18 @@ impl<'a> Onward<'a> {
         Self { hops: Vec::new() }
     }
 
+    /// Whether anything is known of the hops behind.
+    pub(crate) fn is_known(&self) -> bool {
+        !self.hops.is_empty()
+    }
+
     /// The share of the points of a box of which the rays lead on.
     pub(crate) fn share(
         &self,
         [x0, x1, y0, y1]: [f64; 4],
         ray: impl Fn([f64; 2]) -> SourceRay,
     ) -> f64 {
-        if self.hops.is_empty() {
+        if !self.is_known() {
             return 1.0;
         }
         let place =

@@ -11,11 +11,11 @@
 
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::edge_diffraction::edge_waves;
-use crate::engine::rims::entrance_edge::{entrance_at_rim, is_entrance_edge, is_same_edge};
+use crate::engine::rims::entrance_edge::{entrance_at_rim, is_entrance_edge};
 use crate::engine::rims::joined_screens::{joined, joining_hops};
 use crate::engine::rims::onward::Onward;
 use crate::engine::rims::pixel_light::PixelValues;
-use crate::engine::rims::rim_light::{Cut, cut_shares, ended_at_rim};
+use crate::engine::rims::rim_light::{Cut, cut_shares};
 use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::source_rays::{rays_behind, source_rays};
 use crate::math::vec3::Vec3;
@@ -74,9 +74,13 @@ pub struct Rim {
     pub cut: f64,
     /// Share of that energy which the decision by chief rays puts on the wrong side of the edge.
     pub misplaced: f64,
-    /// Share of the light in the square about the rim that ends at it, by rays of the source; zero for a rim that cannot
-    /// become a screen.
-    pub ended: f64,
+    /// Share of that energy by which a cut in the plane of the rim differs from one along the surface; zero for a rim that
+    /// is not cut in a plane.
+    pub difference: f64,
+    /// Share of the light behind the screen before the rim that is on its way to the target, by rays of the source.
+    pub landing: f64,
+    /// Whether of that light only what goes on to the sensor counts.
+    pub to_sensor: bool,
     /// How the run treats it.
     pub treatment: RimTreatment,
 }
@@ -135,13 +139,7 @@ pub(crate) fn with_rims_joining(
     let cuts = system.hops().enumerate().map(|(number, hop)| {
         let onward = Onward::behind(system, number);
         let leaving = light_behind(&hop, &light, values);
-        let mut cuts = cut_shares(&hop, &onward, &leaving, &mut light, settings);
-        for (number, cut) in cuts.iter_mut().enumerate() {
-            if rim_of(&hop, number, AFFORDABLE).is_ok() {
-                cut.ended = ended_at_rim(&hop, number, &leaving);
-            }
-        }
-        cuts
+        cut_shares(&hop, &onward, &leaving, &mut light, settings)
     });
     let empty = Rimmed {
         system: system.clone(),
@@ -182,14 +180,32 @@ impl Rimmed {
             .collect()
     }
 
-    /// The share of the light that ends at the rim which a screen replaces, its edge wave included; zero for other screens.
-    /// Rays of the source give it, not the field of a run. So it is the same for every target error.
-    pub(crate) fn ended_at(&self, screen: &Screen) -> f64 {
-        let first = (self.system.screens.first()).is_some_and(|first| first.name == screen.name);
-        let own = self.rims.iter().find(|rim| {
-            rim.name == screen.name || first && rim.treatment == RimTreatment::Entrance
-        });
-        own.map_or(0.0, |rim| rim.cut.max(rim.ended).min(1.0))
+    /// The relative error to expect of the edge wave of the rim for which screen `number` stands; zero for other screens. Rays
+    /// of the source give the light of the edge wave. What else lands beside it is taken from them too, unless `share` knows
+    /// which share of the light behind one screen lands on another.
+    pub(crate) fn edge_error(
+        &self,
+        number: usize,
+        share: impl Fn(usize, usize) -> Option<f64>,
+    ) -> f64 {
+        let is_rim = |screen: usize, rim: &Rim| match rim.treatment {
+            RimTreatment::Screen => rim.hop + 1 == screen,
+            RimTreatment::Entrance => screen == 0,
+            RimTreatment::Ignored | RimTreatment::ByRay(_) => false,
+        };
+        let Some(rim) = self.rims.iter().find(|rim| is_rim(number, rim)) else {
+            return 0.0;
+        };
+
+        // The light goes from the screen before the rim to the next one that is no rim.
+        let given =
+            |screen: &usize| *screen == 0 || !self.rims.iter().any(|rim| is_rim(*screen, rim));
+        let last = self.system.screens.len() - 1;
+        let from = (0..=rim.hop).rev().find(given).unwrap_or(0);
+        let to = (number + 1..=last).find(given).unwrap_or(last);
+        let known = share(from, to).filter(|_| !rim.to_sensor);
+        let scale = known.map_or(1.0, |share| rim.landing / share);
+        (rim.difference * scale).sqrt()
     }
 
     /// The same choices made for the rims of a system, from its first hop on.
@@ -237,7 +253,13 @@ impl Rimmed {
                     hop: self.system.trains.len(),
                     cut: cut.removed,
                     misplaced: cut.misplaced,
-                    ended: cut.ended,
+                    difference: match rim_plane(surface) {
+                        Some(_) if entrance => cut.difference.inside(),
+                        Some(_) => cut.difference.fainter(),
+                        None => 0.0,
+                    },
+                    landing: cut.landing,
+                    to_sensor: cut.to_sensor,
                     treatment: match &rim {
                         _ if entrance => RimTreatment::Entrance,
                         _ if !matters => RimTreatment::Ignored,
@@ -326,40 +348,10 @@ fn side_behind(hop: &Hop, number: usize) -> f64 {
     way.dot(hop.train[number].frame.z).signum()
 }
 
-/// Error of the edge wave of a rim on a curved surface, divided by the slope of the surface there and by the root of
-/// the share of the light that is cut. Kirchhoff's approximation does not say whether the field is cut along the
-/// surface or in the plane of the rim. Measured on 90 random systems in which this error is the largest: the true
-/// one is 0.1 to 2.8 times the estimate, in the median 0.67 times.
-const EDGE: f64 = 0.075;
-
 /// The error to expect from the rims that cut light ray by ray in a hop.
 pub(crate) fn cut_by_ray(rims: &[Rim], hop: usize) -> f64 {
     let here = rims.iter().filter(|rim| rim.hop == hop);
     here.map(Rim::error).fold(0.0, f64::hypot)
-}
-
-/// The relative error to expect because a share `cut` of the light ends at the rim that this screen stands
-/// for; zero for other screens and for rims of planes.
-pub(crate) fn edge_error(system: &System, screen: &Screen, cut: f64) -> f64 {
-    let slope = |hop: &Hop, number: usize| {
-        let surface = &hop.train[number];
-        let found = rim_of(hop, number, AFFORDABLE).is_ok_and(|rim| rim == *screen)
-            || number == 0 && is_same_edge(hop.from, surface) && hop.from.name == screen.name;
-        let rim = surface.aperture.rim();
-        let heights = rim
-            .iter()
-            .filter(|_| found)
-            .map(|[x, y]| surface.shape.height(*x, *y));
-        let mut slopes =
-            heights.map(|height| height.map(|height| height.slope[0].hypot(height.slope[1])));
-        slopes
-            .try_fold(0.0f64, |most, slope| Some(most.max(slope?)))
-            .filter(|_| found)
-    };
-    let slope = system
-        .hops()
-        .find_map(|hop| (0..hop.train.len()).find_map(|number| slope(&hop, number)));
-    EDGE * slope.unwrap_or(0.0) * cut.max(0.0).sqrt()
 }
 
 /// The rays that leave a screen, those that its edge diffracts among them.

@@ -1,0 +1,183 @@
+//! The error of the edge wave of a rim on a curved surface.
+//!
+//! A rim that is a screen cuts the field in its own plane. The surface there stands at an angle α to that plane, and
+//! Kirchhoff's approximation does not say along which of both the field is cut. By the integral of Rayleigh and
+//! Sommerfeld an edge sends into the angle θ off the light's own direction the amplitude (n·s)/((s − s₀)·t), with the
+//! normal n of the cut, its tangent t across the edge and the directions s₀ and s of the light and of the edge wave:
+//! cos(θ − α)/(2 sin(θ/2) cos(θ/2 − α)) where the light goes along the normal of the plane. Both cuts agree forward,
+//! and differ by the share θα/2 aside, whatever the angle of the light. The energy of the edge wave
+//! is λ/(4π²q²) dq for each unit of light a length of edge (`edge_diffraction`), with q = nθ. So the energy of the difference is
+//! λα²/(16π²n²) dq: even over all directions q.
+
+use std::f64::consts::PI;
+
+use crate::engine::rims::onward::Onward;
+use crate::engine::rims::source_ray::SourceRay;
+use crate::engine::rims::surface_edge::{EdgeLight, SurfaceEdge};
+use crate::optics::system::Hop;
+
+/// The amplitude of the difference over that of the law above. Measured on 74 random systems in which this error is the
+/// largest: the law alone is 0.1 to 9 times the true error, in the median 0.94 times, with its tail on the low side.
+const AMPLITUDE: f64 = 1.2;
+
+/// Rays followed at most.
+const RAYS: usize = 3000;
+
+/// Parts of the directions that land on the target; each goes on to the sensor or not.
+const PARTS: usize = 7;
+
+/// The energy, on its way to the target, of the difference between a cut along the surface and one in the plane of its edge.
+pub(crate) fn edge_difference(
+    open: &Hop,
+    onward: &Onward,
+    rim: &SurfaceEdge,
+    leaving: &[SourceRay],
+) -> EdgeLight {
+    let stride = leaving.len().div_ceil(RAYS).max(1);
+    let index = rim.surface.index[1];
+    let law = open.wavelength * (AMPLITUDE / (4.0 * PI * index)).powi(2);
+    let one = |source_ray: &SourceRay| {
+        let depth = rim.depth_near(open, source_ray)?;
+        let fan = Fan::at(open, rim, source_ray)?;
+        let width = fan.width_towards(open, onward)?;
+        let light = rim.per_depth(open, source_ray) * stride as f64;
+        Some((depth, light * law * fan.slope.powi(2) * width))
+    };
+    let some = leaving.iter().step_by(stride).filter_map(one);
+    EdgeLight::of(some, rim.blur(open))
+}
+
+/// The edge wave that starts where a ray meets a rim: directions across the edge, q off the ray's own.
+struct Fan {
+    /// The angle between the surface and the plane of its edge, across the edge.
+    slope: f64,
+    /// The optical cosines there that the ray has across the edge.
+    start: f64,
+    /// Where the ray lands on the target, and how much farther the edge wave does for each unit of q.
+    at: [f64; 2],
+    place_rate: [f64; 2],
+    /// The optical cosines with which it lands, likewise.
+    p: [f64; 2],
+    cosine_rate: [f64; 2],
+}
+
+impl Fan {
+    fn at(open: &Hop, rim: &SurfaceEdge, source_ray: &SourceRay) -> Option<Self> {
+        let SourceRay { at, p, .. } = *source_ray;
+        let (met, before) = rim.meet(open, |hop| hop.jacobian(at, p).ok())?;
+        let (landing, whole) = open.jacobian(at, p).ok()?;
+        let across = across(rim, met.at)?;
+        let height = rim.surface.shape.height(met.at[0], met.at[1])?;
+        let dot = |a: [f64; 2]| a[0] * across[0] + a[1] * across[1];
+
+        // From directions at the rim to the target: the whole way times the inverse of its first part, which is symplectic.
+        let rate = |row: usize| {
+            let term = |b: usize| -> f64 {
+                let at_rim =
+                    |c: usize| whole[row][2 + c] * before[b][c] - whole[row][c] * before[b][2 + c];
+                across[b] * (at_rim(0) + at_rim(1))
+            };
+            term(0) + term(1)
+        };
+        Some(Self {
+            slope: dot(height.slope),
+            start: dot(met.cosines),
+            at: landing.at,
+            place_rate: [rate(0), rate(1)],
+            p: landing.cosines,
+            cosine_rate: [rate(2), rate(3)],
+        })
+    }
+
+    /// The width in q of the directions that land on the target and go on to the sensor.
+    fn width_towards(&self, open: &Hop, onward: &Onward) -> Option<f64> {
+        let to = open.to.bounds()?;
+        let index = open.to.index;
+        let (mut low, mut high) = (-index - self.start, index - self.start);
+        for a in 0..2 {
+            let ends =
+                [to[2 * a], to[2 * a + 1]].map(|end| (end - self.at[a]) / self.place_rate[a]);
+            if ends.iter().any(|end| end.is_nan()) {
+                continue;
+            }
+            low = low.max(ends[0].min(ends[1]));
+            high = high.min(ends[0].max(ends[1]));
+        }
+        let width = (high - low).max(0.0);
+        let goes_on = |part: &usize| {
+            let q = low + width * (*part as f64 + 0.5) / PARTS as f64;
+            onward.leads_on(SourceRay {
+                at: [0, 1].map(|a| self.at[a] + q * self.place_rate[a]),
+                p: [0, 1].map(|a| self.p[a] + q * self.cosine_rate[a]),
+                energy: 1.0,
+            })
+        };
+        let on = (0..PARTS).filter(goes_on).count();
+        Some(width * on as f64 / PARTS as f64)
+    }
+}
+
+/// The direction across an edge, inward, nearest to a place of its plane.
+fn across(rim: &SurfaceEdge, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
+    let step = 1e-4 * rim.radius;
+    let depth = |x: f64, y: f64| rim.surface.aperture.depth(x, y);
+    let toward = [
+        depth(x + step, y) - depth(x - step, y),
+        depth(x, y + step) - depth(x, y - step),
+    ];
+    let length = toward[0].hypot(toward[1]);
+    (length > 0.0).then(|| toward.map(|part| part / length))
+}
+
+#[cfg(test)]
+mod tests {
+    use std::f64::consts::PI;
+
+    use crate::engine::rims::curved_edge::{AMPLITUDE, edge_difference};
+    use crate::engine::rims::onward::Onward;
+    use crate::engine::rims::source_rays::source_rays;
+    use crate::engine::rims::surface_edge::SurfaceEdge;
+    use crate::fixtures::parts::{conic, face, lit, on_axis, screen, sensor};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::ScreenKind;
+    use crate::optics::surface::without_edges;
+    use crate::optics::system::Hop;
+
+    /// Even light of density e on a disc of radius R whose edge slants by α has 2πR e of light a length of depth. Of it
+    /// λα²/(16π²) lands for each unit of the directions that a square far behind it spans. A plane differs by nothing.
+    #[test]
+    fn the_difference_of_a_disc_is_that_of_its_edge() {
+        let (radius, far, side) = (50.0, 4000.0, 200.0);
+        let found = |curvature: f64| {
+            let mut surface = face(on_axis(10.0), conic(curvature, 0.0), [1.0, 1.0]);
+            surface.aperture = Aperture::disc(radius);
+            let stop = ScreenKind::Stop(Aperture::disc(80.0));
+            let last = screen(on_axis(far), sensor(200, side / 200.0));
+            let first = screen(Frame::GLOBAL, stop);
+            let mut system = lit(vec![first, last], vec![vec![surface]]);
+            system.wavelength = 0.1;
+            let light = source_rays(&system);
+            let hop = system.hops().next().unwrap();
+            let train = without_edges(hop.train);
+            let open = Hop {
+                train: &train,
+                ..hop
+            };
+            let rim = SurfaceEdge::of(0, &hop.train[0]).unwrap();
+            let all: f64 = light.iter().map(|ray| ray.energy).sum();
+            let density = all / (PI * 80.0 * 80.0);
+            edge_difference(&open, &Onward::nowhere(), &rim, &light).fainter() / density
+        };
+        let curvature = 1.0 / 400.0;
+        let slope: f64 = curvature * radius / (1.0 - (curvature * radius).powi(2)).sqrt();
+
+        // A chord through the middle of a square, averaged over its angle, is (4/π) ln(1 + √2) of its side.
+        let chord = side / far * 4.0 / PI * (1.0 + 2f64.sqrt()).ln();
+        let law = 0.1 * (AMPLITUDE * slope / (4.0 * PI)).powi(2);
+        let expected = 2.0 * PI * radius * law * chord;
+        let ratio = found(curvature) / expected;
+        assert!((0.85..1.15).contains(&ratio), "{ratio}");
+        assert!(found(0.0) < 1e-9 * expected);
+    }
+}
