@@ -110,6 +110,7 @@ impl Fan {
                 at: [0, 1].map(|a| self.at[a] + q * self.place_rate[a]),
                 p: [0, 1].map(|a| self.p[a] + q * self.cosine_rate[a]),
                 energy: 1.0,
+                spread: [0.0; 2],
             })
         };
         let on = (0..PARTS).filter(goes_on).count();

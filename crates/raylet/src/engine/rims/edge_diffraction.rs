@@ -63,6 +63,7 @@ pub(crate) fn edge_waves(hop: &Hop, arriving: &[SourceRay]) -> Vec<SourceRay> {
                 at,
                 p,
                 energy: per_length * sent * obliquity(hop, p),
+                spread: [0.0; 2],
             }
         })
     };

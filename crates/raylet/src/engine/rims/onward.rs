@@ -131,6 +131,7 @@ mod tests {
                 at: [0.5, 0.2],
                 p: [sine, 0.0],
                 energy: 1.0,
+                spread: [0.0; 2],
             };
             assert!(onward.leads_on(ray(0.0)));
             assert_eq!(onward.leads_on(ray(0.1)), aside);

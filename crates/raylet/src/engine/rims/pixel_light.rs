@@ -46,6 +46,8 @@ pub(crate) struct PixelLight<'a> {
     doe: Cow<'a, Doe>,
     values: PixelValues,
     pitch: [f64; 2],
+    /// The orders up to which directions reach.
+    widest: [f64; 2],
     /// For each axis the points of the spectrum.
     axes: [Vec<Point>; 2],
     /// The transform of a row of the patch.
@@ -70,29 +72,40 @@ impl<'a> PixelLight<'a> {
     /// Of the pixels of this element, at this wavelength; nothing if it has none.
     pub(crate) fn new(doe: &'a Doe, wavelength: f64, values: PixelValues) -> Option<Self> {
         let pitch = doe.pixels()?.pitch;
+        let widest = pitch.map(|pitch| ORDERS.max(STEEPEST * pitch / wavelength));
         Some(Self {
             doe: doe.without_gaps(),
             values,
             pitch,
-            axes: pitch.map(|pitch| points(ORDERS.max(STEEPEST * pitch / wavelength))),
+            widest,
+            axes: widest.map(points),
             fourier: Planner::new().forward(PATCH),
         })
     }
 
     /// The rays that leave for one that arrives, by directions; those without energy are left out.
     pub(crate) fn rays(&self, hop: &Hop, arriving: &SourceRay) -> Vec<SourceRay> {
-        let ray = |[share, x, y]: Sent| {
+        let ray = |(direction, [share, x, y]): (usize, Sent)| {
             let orders = [x / share, y / share];
+            let places = [direction % DIRECTIONS, direction / DIRECTIONS];
             let p = [0, 1].map(|a| arriving.p[a] + orders[a] * hop.wavelength / self.pitch[a]);
             SourceRay {
                 at: arriving.at,
                 p,
                 energy: arriving.energy * share * obliquity(hop, p),
+                spread: [0, 1]
+                    .map(|a| self.half_width(a, places[a]) * hop.wavelength / self.pitch[a]),
             }
         };
-        let sent = self.sent(arriving.at).into_iter();
-        let rays = sent.filter(|[share, ..]| *share > 0.0).map(ray);
+        let sent = self.sent(arriving.at).into_iter().enumerate();
+        let rays = sent.filter(|(_, [share, ..])| *share > 0.0).map(ray);
         rays.filter(|ray| ray.energy > 0.0).collect()
+    }
+
+    /// Half of what a direction spans along an axis, in orders.
+    fn half_width(&self, axis: usize, direction: usize) -> f64 {
+        let [low, high] = ends(direction, self.widest[axis]);
+        0.5 * (high - low)
     }
 
     /// What the pixels about a place send into each direction [y, x].
@@ -205,13 +218,17 @@ fn points(widest: f64) -> Vec<Point> {
     points
 }
 
-/// What of a direction lies beyond the orders that are resolved: one point, with the mean 1/(2π²u²) of sinc².
-fn unresolved(direction: usize, widest: f64) -> Option<Point> {
-    let edge = |i: usize| {
+/// The orders between which a direction lies, of directions that reach up to the widest.
+fn ends(direction: usize, widest: f64) -> [f64; 2] {
+    [direction, direction + 1].map(|i| {
         let t = 2.0 * i as f64 / DIRECTIONS as f64 - 1.0;
         widest * t * t.abs()
-    };
-    let ends = [edge(direction), edge(direction + 1)];
+    })
+}
+
+/// What of a direction lies beyond the orders that are resolved: one point, with the mean 1/(2π²u²) of sinc².
+fn unresolved(direction: usize, widest: f64) -> Option<Point> {
+    let ends = ends(direction, widest);
     let [near, far] = [
         ends[0].abs().min(ends[1].abs()),
         ends[0].abs().max(ends[1].abs()),
@@ -256,6 +273,7 @@ mod tests {
             at: [0.7, -0.3],
             p: [0.0; 2],
             energy: 1.0,
+            spread: [0.0; 2],
         };
         light.rays(&hop, &arriving)
     }

@@ -53,7 +53,10 @@ pub(crate) fn cut_shares(
         train: &train,
         ..*hop
     };
-    let rays: Vec<SearchRay> = leaving.iter().filter_map(|p| land(&open, p, to)).collect();
+    let mut rays: Vec<SearchRay> = leaving.iter().filter_map(|p| land(&open, p, to)).collect();
+    if rays.is_empty() {
+        rays.extend(leaving.iter().filter_map(|p| land_spread(&open, p, to)));
+    }
     light.extend(rays.iter().filter_map(|ray| arrive(hop, ray)));
 
     // Those that go on to the sensor; where none does, light gets there by diffraction, and all count.
@@ -120,6 +123,7 @@ fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[Source
             at: point,
             p: [0, 1].map(|a| landing.cosines[a] + index * (point[a] - landing.at[a]) / way),
             energy: 1.0,
+            spread: [0.0; 2],
         };
         let share = onward.share(to, towards) * rim.per_depth(open, source_ray);
         let sent = share * edge_energy(open.wavelength, q, width);
@@ -140,7 +144,7 @@ fn distance_beside(outline: [f64; 4], at: [f64; 2]) -> f64 {
 
 /// The ray with its Jacobian, if it lands in the box `to`; its area is the energy it represents.
 fn land(open: &Hop, source_ray: &SourceRay, to: [f64; 4]) -> Option<SearchRay> {
-    let SourceRay { at, p, energy } = *source_ray;
+    let SourceRay { at, p, energy, .. } = *source_ray;
     let (landing, jacobian) = open.jacobian(at, p).ok()?;
     let inside = |a: usize| (to[2 * a]..=to[2 * a + 1]).contains(&landing.at[a]);
     (inside(0) && inside(1)).then_some(SearchRay {
@@ -152,12 +156,39 @@ fn land(open: &Hop, source_ray: &SourceRay, to: [f64; 4]) -> Option<SearchRay> {
     })
 }
 
+/// The same of a ray that stands for many directions: with the part of its energy that lands in the box when its light is
+/// even over these. So a target that is smaller than what a direction spans is not missed.
+fn land_spread(open: &Hop, source_ray: &SourceRay, to: [f64; 4]) -> Option<SearchRay> {
+    let SourceRay {
+        at,
+        p,
+        energy,
+        spread,
+    } = *source_ray;
+    let (landing, jacobian) = open.jacobian(at, p).ok()?;
+    let part = |a: usize| {
+        let half = jacobian[a][2].abs() * spread[0] + jacobian[a][3].abs() * spread[1];
+        let low = to[2 * a].max(landing.at[a] - half);
+        let high = to[2 * a + 1].min(landing.at[a] + half);
+        (high - low).max(0.0) / (2.0 * half)
+    };
+    let share = part(0) * part(1);
+    (share > 0.0).then_some(SearchRay {
+        at,
+        p,
+        area: energy * share,
+        landing,
+        jacobian,
+    })
+}
+
 /// What a ray is on the next screen.
 fn landed(ray: &SearchRay) -> SourceRay {
     SourceRay {
         at: ray.landing.at,
         p: ray.landing.cosines,
         energy: ray.area,
+        spread: [0.0; 2],
     }
 }
 
@@ -168,6 +199,7 @@ fn arrive(hop: &Hop, ray: &SearchRay) -> Option<SourceRay> {
         at: landing.at,
         p: landing.cosines,
         energy: ray.area,
+        spread: [0.0; 2],
     })
 }
 
@@ -186,4 +218,35 @@ fn clipped(open: &Hop, rim: &SurfaceEdge, at: [f64; 2], p: [f64; 2], sigma: f64)
 /// surface's rim, before the surface.
 fn at_rim(open: &Hop, rim: &SurfaceEdge, at: [f64; 2], p: [f64; 2], sigma: f64) -> Option<Arrival> {
     rim.meet(open, |hop| launch_beamlet(hop, at, p, sigma).ok())
+}
+
+#[cfg(test)]
+mod tests {
+    use ndarray::Array2;
+    use num_complex::Complex64;
+
+    use crate::engine::plan::settings::Settings;
+    use crate::engine::rims::pixel_light::PixelValues;
+    use crate::engine::rims::rim_screens::with_rims;
+    use crate::fixtures::parts::{box_pixels, face, lit, on_axis, screen, sensor};
+    use crate::optics::aperture::Aperture;
+    use crate::optics::frame::Frame;
+    use crate::optics::shape::Shape;
+
+    /// A sensor of 2 λ by 2 λ in the first order of a lattice of 8 λ sees light that no single ray has: directions are wider
+    /// there. The rim of the large plate before it cuts nothing of that light.
+    #[test]
+    fn a_narrow_sensor_in_an_order_sees_light_by_directions() {
+        let pixels = Array2::from_elem((64, 64), Complex64::ONE);
+        let mut plate = face(on_axis(20.0), Shape::Plane, [1.0, 1.5]);
+        plate.aperture = Aperture::disc(600.0);
+        let mut last = screen(on_axis(4000.0), sensor(2, 1.0));
+        last.index = 1.5;
+        last.frame.origin.x = 4000.0 * (0.125_f64 / 1.5).asin().tan() + 3.0;
+        let first = screen(Frame::GLOBAL, box_pixels(pixels, 8.0));
+        let system = lit(vec![first, last], vec![vec![plate]]);
+        let rimmed = with_rims(&system, &Settings::default(), PixelValues::Fixed);
+        assert!(rimmed.rims[0].cut < 1e-6, "{:?}", rimmed.rims[0]);
+        assert!(rimmed.rims[0].landing > 0.0, "{:?}", rimmed.rims[0]);
+    }
 }

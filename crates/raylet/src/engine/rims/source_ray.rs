@@ -11,6 +11,8 @@ pub(crate) struct SourceRay {
     pub p: [f64; 2],
     /// The energy it represents.
     pub energy: f64,
+    /// Half the widths of the optical cosines that it stands for; zero for light of one direction.
+    pub spread: [f64; 2],
 }
 
 /// The normal cosine of a direction: what a plane wave of unit amplitude carries through the screen.

@@ -56,6 +56,7 @@ pub(crate) fn source_rays(system: &System) -> Vec<SourceRay> {
             at,
             p: [d.x * screen.index, d.y * screen.index],
             energy: field.norm_sqr(),
+            spread: [0.0; 2],
         }
     })
     .collect()
@@ -103,7 +104,7 @@ pub(crate) fn rays_behind(
 
 /// The ray that leaves a stop or a smooth element.
 pub(crate) fn ray_behind(hop: &Hop, source_ray: &SourceRay) -> SourceRay {
-    let SourceRay { at, p, energy } = *source_ray;
+    let SourceRay { at, p, .. } = *source_ray;
     let gradient = match &hop.from.kind {
         ScreenKind::Doe(doe) => doe.ray_gradient(at[0], at[1]),
         ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
@@ -116,5 +117,5 @@ pub(crate) fn ray_behind(hop: &Hop, source_ray: &SourceRay) -> SourceRay {
         true => straight,
         false => deflected(hop.from, at, p, kick).unwrap_or(straight),
     };
-    SourceRay { at, p, energy }
+    SourceRay { p, ..*source_ray }
 }
