@@ -60,7 +60,7 @@ class ExtendedSource:
 
     Attributes
     ----------
-    fields : what :meth:`raylet.System.sweep` takes.
+    fields : what :meth:`raylet.System.simulate` takes.
     weights : their shares of the light, which add to one, for :meth:`raylet.Sweep.incoherent`.
     coarse_weights : those of a rule of half the order, which leaves out most of them.
     """

@@ -5,26 +5,130 @@ from __future__ import annotations
 import csv
 import io
 import os
+import warnings
+from collections.abc import Mapping
 from html import escape
-from typing import Any
+from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raylet._arrays import real
 from raylet._files import write
-from raylet._refusal import described
+from raylet._refusal import RayletError, described, shown
+from raylet.layers import keep_wavelength
+from raylet.progress import Progress
 from raylet.result import Result, above_target, light_share
+
+if TYPE_CHECKING:
+    from raylet.system import System
 
 #: The names of what a field is: angles of collimated light, or the place of a point source.
 _FIELDS = {2: ("angle_x_deg", "angle_y_deg"), 3: ("source_x_mm", "source_y_mm", "source_z_mm")}
+
+#: The key of a field in each kind of source that has fields, and its numbers.
+_SOURCES = {"plane": ("angle_deg", 2), "gaussian": ("angle_deg", 2), "point": ("position_mm", 3)}
 
 #: The most runs that are shown.
 _MOST_RUNS = 100
 
 
+class RunSettings(TypedDict, total=False):
+    """The settings of a run that :meth:`raylet.System.simulate` takes."""
+
+    method: str | None
+    target_error: float | None
+    threads: int | None
+    memory_limit_mb: float | None
+    seed: int | None
+    progress: Progress
+
+
+def sweep(system: System, lists: Mapping[str, Any], follow: bool, settings: RunSettings) -> Sweep:
+    """Runs a system for each field, wavelength in µm and distance in mm of three lists, whose names are those of the
+    caller's arguments; a list that is None is not varied."""
+    names = list(lists)
+    if lists[names[1]] is None and len(system.wavelength_um) > 1:
+        raise TypeError(f"{names[1]} is not given, expected which of the system's several wavelengths to take")
+    fields, waves, distances = (
+        None if lists[name] is None else _checked(name, lists[name], axes) for name, axes in zip(names, (2, 1, 1))
+    )
+    if fields is not None:
+        _check_fields(names[0], fields, system._document["source"]["kind"])
+    if distances is not None and len(system._document["element"]) < 2:
+        raise RayletError(f"{names[2]} lead from the last element to the sensor, found no element")
+    results = []
+    for field in _or_as_it_is(fields):
+        for wave in _or_as_it_is(waves):
+            for distance in _or_as_it_is(distances):
+                result = _at(system, field, wave, distance, follow)._run(**settings)
+                # The line that is warned of is the user's: two calls lead from it to here.
+                for warning in result.warnings:
+                    warnings.warn(warning, stacklevel=3)
+                results.append(result)
+    angles, lengths, ways = (None if values is None else values.tolist() for values in (fields, waves, distances))
+    return Sweep(angles, lengths, ways, results)
+
+
+def _checked(name: str, given: Any, axes: int) -> NDArray[np.float64]:
+    """A list of real numbers, or of fields."""
+    values = real(name, given)
+    if values.size == 0:
+        raise ValueError(f"{name} is empty, expected at least one")
+    if values.ndim != axes:
+        wanted = "(runs,)" if axes == 1 else "(runs, 2) for angles or (runs, 3) for places"
+        raise ValueError(f"{name} has shape {values.shape}, expected {wanted}")
+    return values
+
+
+def _check_fields(name: str, fields: NDArray[np.float64], kind: str) -> None:
+    """Refuses fields that the source has not."""
+    if kind not in _SOURCES:
+        raise TypeError(f"{name} is given for a source of kind {shown(kind)}, expected one of {', '.join(_SOURCES)}")
+    key, count = _SOURCES[kind]
+    if fields.shape[1] != count:
+        wanted = f"({len(fields)}, {count}) for the {key} of a source of kind {shown(kind)}"
+        raise ValueError(f"{name} has shape {fields.shape}, expected {wanted}")
+
+
+def _or_as_it_is(values: NDArray[np.float64] | None) -> list[Any]:
+    """The values that are varied; one run as the system is where there are none."""
+    return [None] if values is None else values.tolist()
+
+
+def _at(system: System, field: Any, wavelength_um: Any, distance_mm: Any, follow: bool) -> System:
+    """The system in another field, at another wavelength, with its sensor at another distance."""
+    other = system._copy()
+    document = other._document
+    if field is not None:
+        document["source"] = {**document["source"], _SOURCES[document["source"]["kind"]][0]: field}
+    if wavelength_um is not None:
+        made_for = system.wavelength_um[0]
+        for element in document["element"]:
+            keep_wavelength(element.get("layer", []), made_for)
+        document["wavelength_um"] = wavelength_um
+    if distance_mm is not None:
+        document["element"][-2]["thickness_mm"] = distance_mm
+    return _following(other) if follow else other
+
+
+def _following(system: System) -> System:
+    """The system with its sensor about the chief ray."""
+    chief = system.trace()
+    hit = np.array([chief.x[-1], chief.y[-1], chief.z[-1]]).ravel()
+    if not np.isfinite(hit).all():
+        raise RayletError("the chief ray does not come to the sensor, expected that it does: set follow=False")
+    moved = system._copy()
+    row = moved._document["element"][-1]
+    x, y = row.get("decenter_mm", (0.0, 0.0))
+    last = system.parts[-1]
+    right, up = (float(np.dot(hit - last["position_mm"], axis)) for axis in last["axes"][:2])
+    row["decenter_mm"] = [x + right, y + up]
+    return moved
+
+
 class Sweep:
-    """The results of a system for several fields, wavelengths and distances: :meth:`raylet.System.sweep`.
+    """The results of a system for several fields, wavelengths and distances: :meth:`raylet.System.simulate`.
 
     Printed, or as the last line of a notebook's cell, it is a table with a line for each run.
 

@@ -6,27 +6,31 @@ import json
 import os
 import warnings
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Literal, Union, overload
 
 import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
-from raylet._arrays import number, real
+from raylet._arrays import number
 from raylet._document import without_none
-from raylet._refusal import MOST_WAVES, RayletError, cut, described, shown, type_name
+from raylet._refusal import MOST_WAVES, cut, described, shown, type_name
 from raylet.design import Design, design, hologram
-from raylet.layers import keep_wavelength
 from raylet.linearised_system import LinearisedSystem
 from raylet.prescription import Prescription
 from raylet.progress import Progress, reporting
 from raylet.result import Result
-from raylet.sweep import Sweep
+from raylet.sweep import RunSettings, Sweep, sweep
 from raylet.trace import Rays, trace, trace_from
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+    from typing_extensions import Unpack
+
+#: Fields of light, and wavelengths or distances.
+Fields = Union[Sequence[Sequence[float]], NDArray[np.float64]]
+Numbers = Union[Sequence[float], NDArray[np.float64]]
 
 
 def load(path: str | os.PathLike[str]) -> System:
@@ -74,7 +78,120 @@ class System(Prescription):
 
     # What it does.
 
+    @overload
     def simulate(
+        self,
+        *,
+        fields: Fields,
+        wavelengths: Numbers | None = None,
+        distances: Numbers | None = None,
+        follow: bool = False,
+        **settings: Unpack[RunSettings],
+    ) -> Sweep: ...
+
+    @overload
+    def simulate(
+        self,
+        *,
+        fields: Fields | None = None,
+        wavelengths: Numbers,
+        distances: Numbers | None = None,
+        follow: bool = False,
+        **settings: Unpack[RunSettings],
+    ) -> Sweep: ...
+
+    @overload
+    def simulate(
+        self,
+        *,
+        fields: Fields | None = None,
+        wavelengths: Numbers | None = None,
+        distances: Numbers,
+        follow: bool = False,
+        **settings: Unpack[RunSettings],
+    ) -> Sweep: ...
+
+    @overload
+    def simulate(
+        self,
+        *,
+        fields: None = None,
+        wavelengths: None = None,
+        distances: None = None,
+        follow: Literal[False] = False,
+        **settings: Unpack[RunSettings],
+    ) -> Result: ...
+
+    def simulate(
+        self,
+        *,
+        fields: Fields | None = None,
+        wavelengths: Numbers | None = None,
+        distances: Numbers | None = None,
+        follow: bool = False,
+        method: str | None = None,
+        target_error: float | None = None,
+        threads: int | None = None,
+        memory_limit_mb: float | None = None,
+        seed: int | None = None,
+        progress: Progress = None,
+    ) -> Result | Sweep:
+        """Carries the light of every wavelength to the sensor.
+
+        With `fields`, `wavelengths` or `distances` it does so for each of them, and for each combination, and returns
+        one stack of complex fields, labelled by what was varied: a :class:`raylet.Sweep`. Without them it returns a
+        :class:`raylet.Result`.
+
+        A result that misses its target error, or has no light on the sensor, warns (:attr:`Result.warnings`). Ctrl-C
+        ends the run at once. Results have the same bits for any number of threads.
+
+        Parameters
+        ----------
+        fields : angles [ax, ay] of the source in degrees, or places [x, y, z] of a point source in mm.
+        wavelengths : vacuum wavelengths in µm, in place of the system's. Phases keep the wavelength they are made for.
+        distances : distances in mm of the sensor from the element before it.
+        follow : whether the sensor moves aside with the chief ray of each run, the ray through the middle of the first
+            element; `x_mm` and `y_mm` of a result are on its own axes.
+        method : "auto", "beamlet", "local_bands", "plane" or "paper".
+        target_error : relative error of the complex field that automatic choices aim at, by the power of ten at or
+            below it; 1e-3 unless the scene says otherwise.
+        threads : processors to use; all of them by default. Each of several runs uses them all.
+        memory_limit_mb : most memory that arrays may take, in 10⁶ bytes; half of what is free at the start if `None`.
+            Each of several runs keeps to it, one after the other; the stack holds the fields on the sensor alone.
+        seed : of whatever is drawn at random.
+        progress : a function of (share done, what is being done), True for a tqdm bar, False for nothing; by default a
+            bar where tqdm is installed and somebody watches.
+        """
+        settings: RunSettings = {
+            **{"method": method, "target_error": target_error, "threads": threads},
+            **{"memory_limit_mb": memory_limit_mb, "seed": seed, "progress": progress},
+        }
+        lists = {"fields": fields, "wavelengths": wavelengths, "distances": distances}
+        if any(values is not None for values in lists.values()):
+            return sweep(self, lists, follow, settings)
+        if follow:
+            raise TypeError("follow goes with fields, wavelengths or distances, found none of them")
+        result = self._run(**settings)
+        for warning in result.warnings:
+            warnings.warn(warning, stacklevel=2)
+        return result
+
+    def sweep(
+        self,
+        *,
+        fields: Fields | None = None,
+        wavelengths_um: Numbers | None = None,
+        distances_mm: Numbers | None = None,
+        follow: bool = False,
+        **settings: Unpack[RunSettings],
+    ) -> Sweep:
+        """The long form of :meth:`simulate` with lists: the names of these arguments say their units."""
+        lists = {"fields": fields, "wavelengths_um": wavelengths_um, "distances_mm": distances_mm}
+        if all(values is None for values in lists.values()):
+            raise TypeError("sweep takes fields, wavelengths_um or distances_mm, found none of them")
+        return sweep(self, lists, follow, settings)
+
+    def _run(
         self,
         *,
         method: str | None = None,
@@ -84,105 +201,12 @@ class System(Prescription):
         seed: int | None = None,
         progress: Progress = None,
     ) -> Result:
-        """Carries the light of every wavelength to the sensor.
-
-        A result that misses its target error, or has no light on the sensor, warns (:attr:`Result.warnings`). Ctrl-C
-        ends the run at once. Results have the same bits for any number of threads.
-
-        Parameters
-        ----------
-        method : "auto", "beamlet", "local_bands", "plane" or "paper".
-        target_error : relative error of the complex field that automatic choices aim at, by the power of ten at or
-            below it; 1e-3 unless the scene says otherwise.
-        threads : processors to use; all of them by default.
-        memory_limit_mb : most memory that arrays may take, in 10⁶ bytes; half of what is free at the start if `None`.
-        seed : of whatever is drawn at random.
-        progress : a function of (share done, what is being done), True for a tqdm bar, False for nothing; by default a
-            bar where tqdm is installed and somebody watches.
-        """
+        """One run of all wavelengths, which warns of nothing."""
         chosen = {"method": method, "target_error": target_error, "memory_limit_mb": memory_limit_mb}
         scene = self._compiled(seed, {key: value for key, value in chosen.items() if value is not None})
         with reporting(progress) as report:
             answer = _raylet.simulate(scene, self._arrays, _threads(threads), report)
-        result = Result._of(answer, several=isinstance(self._document["wavelength_um"], list), title=self.title)
-        for warning in result.warnings:
-            warnings.warn(warning, stacklevel=2)
-        return result
-
-    def sweep(
-        self,
-        *,
-        fields: Sequence[Sequence[float]] | None = None,
-        wavelengths_um: Sequence[float] | None = None,
-        distances_mm: Sequence[float] | None = None,
-        follow: bool = False,
-        progress: Progress = None,
-        **settings: Any,
-    ) -> Sweep:
-        """Runs :meth:`simulate` for each field, wavelength and distance, and stacks the results.
-
-        Each run uses all threads and keeps to the memory limit; the stack holds the fields on the sensor alone.
-
-        Parameters
-        ----------
-        fields : angles [ax, ay] of the source in degrees, or places [x, y, z] of a point source in mm.
-        wavelengths_um : vacuum wavelengths, in place of the system's. Phases keep the wavelength they are made for.
-        distances_mm : distances of the sensor from the element before it.
-        follow : whether the sensor moves aside with the chief ray of each run, the ray through the middle of the first
-            element; `x_mm` and `y_mm` of a result are on its own axes.
-        settings : what else :meth:`simulate` takes.
-        """
-        lists = (fields, wavelengths_um, distances_mm)
-        if all(values is None for values in lists):
-            raise TypeError("sweep takes fields, wavelengths_um or distances_mm, found none of them")
-        if wavelengths_um is None and len(self.wavelength_um) > 1:
-            raise TypeError("the system has several wavelengths, expected wavelengths_um that sweep is to take")
-        names = ("fields", "wavelengths_um", "distances_mm")
-        plain_lists = [None if values is None else real(name, values) for name, values in zip(names, lists)]
-        runs = [[None] if values is None else list(values) for values in plain_lists]
-        for name, values in zip(names, runs):
-            if not values:
-                raise ValueError(f"{name} is empty, expected at least one")
-        results = [
-            self._at(field, wave, distance, follow).simulate(progress=progress, **settings)
-            for field in runs[0]
-            for wave in runs[1]
-            for distance in runs[2]
-        ]
-        angles, waves, distances = (None if values is None else values.tolist() for values in plain_lists)
-        return Sweep(angles, waves, distances, results)
-
-    def _at(self, field: Any, wavelength_um: float | None, distance_mm: float | None, follow: bool) -> System:
-        """The system in another field, at another wavelength, with its sensor at another distance."""
-        other = self._copy()
-        document = other._document
-        if field is not None:
-            key = "position_mm" if document["source"]["kind"] == "point" else "angle_deg"
-            document["source"] = {**document["source"], key: field.tolist()}
-        if wavelength_um is not None:
-            made_for = self.wavelength_um[0]
-            for element in document["element"]:
-                keep_wavelength(element.get("layer", []), made_for)
-            document["wavelength_um"] = float(wavelength_um)
-        if distance_mm is not None:
-            if len(document["element"]) < 2:
-                raise RayletError("distances_mm lead from the last element to the sensor, found no element")
-            document["element"][-2]["thickness_mm"] = float(distance_mm)
-        return other._following() if follow else other
-
-    def _following(self) -> System:
-        """The system with its sensor about the chief ray."""
-        chief = self.trace()
-        hit = np.array([chief.x[-1], chief.y[-1], chief.z[-1]]).ravel()
-        if not np.isfinite(hit).all():
-            raise RayletError("the chief ray does not come to the sensor, expected that it does: set follow=False")
-        sensor = self._copy()
-        row = sensor._document["element"][-1]
-        x, y = row.get("decenter_mm", (0.0, 0.0))
-        last = self.parts[-1]
-        right, up = (float(np.dot(hit - last["position_mm"], axis)) for axis in last["axes"][:2])
-        row["decenter_mm"] = [x + right, y + up]
-        return sensor
+        return Result._of(answer, several=isinstance(self._document["wavelength_um"], list), title=self.title)
 
     def linearised(
         self,

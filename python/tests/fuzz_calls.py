@@ -70,7 +70,10 @@ def usual() -> dict[str, dict[str, object]]:
             "glass": 1.5,
         },
         "doe": {"phase": np.zeros((4, 5)), "pitch_um": 4.0, "radius": 0.02, "thickness_mm": 3.0, "pixels": (3, 4)},
-        "simulate": {"method": "auto", "target_error": 1e-2, "threads": 1, "memory_limit_mb": 100.0, "progress": False},
+        "simulate": {
+            **{"method": "auto", "target_error": 1e-2, "threads": 1, "memory_limit_mb": 100.0, "progress": False},
+            **{"fields": None, "wavelengths": None, "distances": None, "follow": False},
+        },
         "trace": {
             **{"Hx": 0.0, "Hy": 0.1, "Px": 0.0, "Py": 0.0},
             **{"field_deg": 1.0, "channel": 0, "derivatives": (), "threads": 1},

@@ -112,7 +112,7 @@ def test_the_image_of_a_disc_is_airys_pattern_over_it() -> None:
     )
     disc = raylet.disc_source(centre_deg=(0.0, 0.0), radius_deg=half, rings=6, angles=12)
     assert disc.fields.shape == (73, 2) and disc.weights.sum() == pytest.approx(1.0)
-    image, error = disc.image(system.sweep(fields=disc.fields, progress=False))
+    image, error = disc.image(system.simulate(fields=disc.fields, progress=False))
     k, edge = 2e3 * np.pi / wave, f * np.sin(np.radians(half))
     v = k * radius * edge / f
     peak = (np.pi * radius**2 / (1e-3 * wave * f)) ** 2
@@ -147,7 +147,7 @@ def test_two_slits_lose_their_fringes_as_van_cittert_and_zernike_have_it() -> No
         theta = share * 1e-3 * wave / d
         angle = np.degrees(np.arcsin(0.5 * theta))
         line = raylet.line_source(ends_deg=[(-angle, 0.0), (angle, 0.0)], intervals=8)
-        image, error = line.image(system.sweep(fields=line.fields, progress=False))
+        image, error = line.image(system.simulate(fields=line.fields, progress=False))
         fringes = image[0, 75:126]
         # The amplitude of the fringes of period λz/d = 0.25 mm, which 50 pixels hold once.
         turn = np.exp(-2j * np.pi * np.arange(50) / 50)
