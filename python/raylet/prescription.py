@@ -17,9 +17,8 @@ from raylet import _raylet
 from raylet._arrays import grid, real
 from raylet._document import copied, element_names, put_in, rebased, taken_out
 from raylet._files import npy, write
-from raylet._plain import plain
+from raylet._plain import dumps, plain
 from raylet._refusal import RayletError, shown, type_name
-from raylet._toml import dumps
 from raylet.layers import Aperture, Layer, Pair, constant, pixel_shape
 from raylet.sources import Taper, sampled
 

@@ -7,7 +7,6 @@ import io
 import os
 import warnings
 from collections.abc import Mapping
-from html import escape
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
@@ -18,19 +17,14 @@ from raylet._files import write
 from raylet._refusal import RayletError, described, shown
 from raylet.layers import keep_wavelength
 from raylet.progress import Progress
-from raylet.result import Result, above_target, light_share
+from raylet.result import Result
+from raylet.sweep_table import FIELDS, SweepTable
 
 if TYPE_CHECKING:
     from raylet.system import System
 
-#: The names of what a field is: angles of collimated light, or the place of a point source.
-_FIELDS = {2: ("angle_x_deg", "angle_y_deg"), 3: ("source_x_mm", "source_y_mm", "source_z_mm")}
-
 #: The key of a field in each kind of source that has fields, and its numbers.
 _SOURCES = {"plane": ("angle_deg", 2), "gaussian": ("angle_deg", 2), "point": ("position_mm", 3)}
-
-#: The most runs that are shown.
-_MOST_RUNS = 100
 
 
 class RunSettings(TypedDict, total=False):
@@ -192,7 +186,7 @@ class Sweep:
             at: dict[str, Any] = {}
             for index, (name, values) in zip(place, self._varied().items()):
                 if name == "field":
-                    at.update(zip(_FIELDS[len(values[index])], values[index]))
+                    at.update(zip(FIELDS[len(values[index])], values[index]))
                 elif name == "distance":
                     at["distance_mm"] = values[index]
             rows += [{**at, **row} for row in result.table]
@@ -210,53 +204,15 @@ class Sweep:
         writer.writerows([_csv_cell(cell) for cell in row.values()] for row in rows)
         write({path: file.getvalue().encode()}, overwrite=overwrite)
 
-    def _lines(self) -> list[list[str]]:
-        """The table in short cells, its head first."""
-        head = [
-            *(["field"] if self.fields is not None else []),
-            "λ in µm",
-            *(["distance in mm"] if self.distances_mm is not None else []),
-            *("error", "light", "peak", "at x, y in mm", "width x, y in µm", "method", "seconds"),
-        ]
-        return [head, *(_cells(row) for row in self.table[:_MOST_RUNS])]
-
-    def _title(self) -> str:
-        return f"<raylet.Sweep {' x '.join(self.dims)}: {self.results.size} runs>"
+    def _printed(self) -> SweepTable:
+        return SweepTable(f"raylet.Sweep {' x '.join(self.dims)}: {self.results.size} runs", self.table)
 
     def _repr_html_(self) -> str:
-        head, *rows = self._lines()
-        titles = "".join(f"<th>{escape(title)}</th>" for title in head)
-        lines = ("".join(f"<td>{escape(cell)}</td>" for cell in row) for row in rows)
-        body = "".join(f"<tr>{line}</tr>" for line in lines)
-        return f"<p>{escape(self._title())}</p><table><thead><tr>{titles}</tr></thead><tbody>{body}</tbody></table>"
+        return self._printed().html()
 
     @described
     def __repr__(self) -> str:
-        lines = self._lines()
-        widths = [max(len(cell) for cell in column) for column in zip(*lines)]
-        texts = ["  ".join(cell.ljust(width) for cell, width in zip(line, widths)).rstrip() for line in lines]
-        more = [f"  … ({self.results.size} runs)"] if self.results.size > _MOST_RUNS else []
-        return "\n".join([self._title(), *(f"  {text}" for text in texts), *more])
-
-
-def _cells(row: dict[str, Any]) -> list[str]:
-    """A row of the table in a few digits."""
-    angle, place = (", ".join(f"{row[name]:g}" for name in names if name in row) for names in _FIELDS.values())
-    widths = [row["fwhm_x_um"], row["fwhm_y_um"]]
-    peak = [row["peak_x_mm"], row["peak_y_mm"]]
-    return [
-        *([f"{angle}°"] if angle else []),
-        *([f"{place} mm"] if place else []),
-        f"{row['wavelength_um']:g}",
-        *([f"{row['distance_mm']:g}"] if "distance_mm" in row else []),
-        "-" if row["error"] is None else f"{row['error']:.1e}{above_target(row['error'], row['target_error'])}",
-        "-" if row["light_share"] is None else light_share(row["light_share"]),
-        f"{row['peak']:.3e}",
-        ", ".join("-" if value is None else f"{value:.4f}" for value in peak),
-        ", ".join("-" if value is None else f"{value:.2f}" for value in widths),
-        row["method"],
-        f"{row['seconds']:.2f}",
-    ]
+        return self._printed().text()
 
 
 def _csv_cell(value: Any) -> Any:

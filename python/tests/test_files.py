@@ -12,7 +12,7 @@ import pytest
 from conftest import hologram, noise
 
 import raylet
-from raylet._toml import dumps
+from raylet._plain import dumps
 
 
 def test_files_of_others_are_not_replaced(tmp_path: Path) -> None:

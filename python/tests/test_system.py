@@ -13,6 +13,7 @@ import pytest
 from conftest import ROOT, hologram, noise, through_lens
 
 import raylet
+from raylet.sweep_table import SweepTable
 
 
 def test_what_may_be_wrong_is_reported_before_a_run() -> None:
@@ -211,11 +212,43 @@ def test_a_sweep_is_reported_as_a_table(tmp_path: Path) -> None:
     assert head.split(",") == list(row) and len(lines) == 4
     assert lines[3].split(",")[:5] == ["-3.0", "1.0", "2.0", "0.5", repr(row["error"])]
     text, page = repr(sweep), sweep._repr_html_()
-    assert "field" in text and "-3, 1°" in text and len(text.splitlines()) == 6
-    assert page.count("<tr>") == 5 and "<td>-3, 1°</td>" in page
+    title, head, units, *runs = text.splitlines()
+    assert title == "<raylet.Sweep field x distance x y x x: 4 runs; λ 0.5 µm; method free>"
+    assert head.split()[:2] == ["field", "distance"] and units.split()[:3] == ["°", "mm", "%"]
+    assert runs[3].startswith("  -3, 1  2     ") and len(runs) == 4
+    assert page.count("<tr>") == 5 and "<td>-3, 1</td>" in page and "<th>distance in mm</th>" in page
     # The program has the same columns.
     book = (ROOT / "docs" / "result.md").read_text(encoding="utf-8")
     assert all(f"`{name}`" in book for name in row)
+
+
+@pytest.mark.parametrize("place", [(-0.25, 12.5, -1000.0), (-12.5, 10.25)])
+def test_no_line_of_a_table_is_wider_than_80_columns(place: tuple[float, ...]) -> None:
+    names = ("source_x_mm", "source_y_mm", "source_z_mm") if len(place) == 3 else ("angle_x_deg", "angle_y_deg")
+    row = {**dict(zip(names, place)), "distance_mm": 48.35, "wavelength_um": 0.6328, "error": 2.5e-3}
+    row |= {
+        "target_error": 1e-3,
+        "target_reached": False,
+        "light_share": 0.98765,
+        "peak": 123456.0,
+        "seconds": 1234.567,
+    }
+    row |= {"peak_x_mm": -12.34567, "peak_y_mm": -0.00012, "fwhm_x_um": 123.456, "fwhm_y_um": None, "method": "beamlet"}
+    other = {
+        **row,
+        **dict.fromkeys(names, 0.5),
+        "wavelength_um": 1.064,
+        "distance_mm": 50.0,
+        "method": "local_bands free",
+    }
+    for rows in ([row], [row, other], [row, other] * 60):
+        text = SweepTable("raylet.Sweep", rows).text()
+        assert all(len(line) <= 80 for line in text.splitlines()), text
+        # What is too wide stands in two tables, each with what tells the runs apart.
+        assert text.count("distance") == text.count("λ") == 2 and "* above the target error 1e-3" in text
+        assert text.count("0.6328") == 2 * min((len(rows) + 1) // 2, 50)
+    usual = SweepTable("raylet.Sweep", [row, {**row, "wavelength_um": 0.55}]).text()
+    assert usual.count("error") == 2 and "method beamlet" in usual.splitlines()[0]
 
 
 def test_unknown_arguments_fail_where_they_are_given() -> None:

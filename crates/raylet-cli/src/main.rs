@@ -13,6 +13,7 @@
 //! | `paper` | `raylet paper NAME`: a study of the source paper, done again |
 //! | `overrides` | Choices on the command line that take the place of the scene's |
 //! | `sweep` | What a command line varies: fields of light, wavelengths and distances, a run for each |
+//! | `run_lines` | Several runs as a table of few digits, a line for each, that fits into 80 columns |
 //! | `outputs` | What the user allows for the files that a scene names |
 //! | `result_folder` | Everything that a run leaves behind, as one folder |
 //! | `say` | What the program says: answers on standard output, the rest on standard error |
@@ -45,6 +46,7 @@ mod paper;
 mod progress;
 mod reference;
 mod result_folder;
+mod run_lines;
 mod say;
 mod schema;
 mod simulate;

@@ -16,12 +16,12 @@ use raylet::file::scene::scene_file::Scene;
 use raylet::file::storage::folder::OutputFolder;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
-use raylet_plot::text_table::table;
 
 use crate::failure::Failure;
 use crate::overrides::Overrides;
 use crate::progress::Meter;
 use crate::result_folder::{Light, StandardError, gather, publish};
+use crate::run_lines::run_lines;
 use crate::say::say;
 use crate::sweep::{Run, Sweep};
 
@@ -117,7 +117,7 @@ fn carry_all(runs: &[Run], settings: &Settings) -> Result<Carried, Failure> {
 pub(crate) fn summary(report: &Report, out: &Path) -> String {
     let mut text = match report.channels.as_slice() {
         [channel] => one_run(channel, report.settings.target_error),
-        channels => run_lines(channels, report.settings.target_error),
+        channels => run_lines(channels, report.settings.target_error) + &hop_warnings(channels),
     };
     let memory = report.machine.peak_memory_mb;
     let memory = memory.map_or(String::new(), |mb| format!(", {mb:.0} MB"));
@@ -161,22 +161,9 @@ fn one_run(channel: &Channel, target_error: f64) -> String {
     text
 }
 
-/// Several runs, a line for each, with the warnings of their hops below.
-fn run_lines(channels: &[Channel], target_error: f64) -> String {
-    let head = [
-        "run",
-        "error",
-        "light",
-        "peak",
-        "at x, y in mm",
-        "width x, y in µm",
-        "method",
-        "seconds",
-    ];
-    let rows: Vec<Vec<String>> = (channels.iter())
-        .map(|channel| run_row(channel, target_error))
-        .collect();
-    let mut text = table(&head, &rows, &[2, 3, 4, 5, 7]);
+/// The warnings of the hops of several runs.
+fn hop_warnings(channels: &[Channel]) -> String {
+    let mut text = String::new();
     for channel in channels {
         let drawn = channel
             .hops
@@ -189,27 +176,6 @@ fn run_lines(channels: &[Channel], target_error: f64) -> String {
         }
     }
     text
-}
-
-/// The cells of a run.
-fn run_row(channel: &Channel, target_error: f64) -> Vec<String> {
-    let metrics = &channel.metrics;
-    let error = channel.error.map_or(String::from("-"), |error| {
-        format!("{error:.1e}{}", above_target(error, target_error))
-    });
-    let place = (metrics.peak_mm).map_or(String::from("-"), |[x, y]| format!("{x:.4}, {y:.4}"));
-    let width = |width: Option<f64>| width.map_or(String::from("-"), |um| format!("{um:.2}"));
-    let [x, y] = metrics.fwhm_um.map(width);
-    vec![
-        channel.name(),
-        error,
-        share(channel).unwrap_or_else(|| String::from("-")),
-        format!("{:.3e}", metrics.peak),
-        place,
-        format!("{x}, {y}"),
-        channel.methods().join(", "),
-        format!("{:.2}", channel.seconds),
-    ]
 }
 
 /// The light on the sensor in words.
