@@ -49,14 +49,22 @@ def pixels(draft: Draft, radius: float) -> dict:
     elif draft.chance(0.1):
         fine = float(f"{0.3 * min(pitch):.4g}")
         layer |= {draft.pick(["fly_back_um", "crosstalk_um"]): fine, "sub_pixels": 2}
-    return layer
+    return layer | place(draft, radius)
+
+
+def place(draft: Draft, radius: float) -> dict:
+    """Where a grid stands on its element; now and then off centre or turned."""
+    if not draft.chance(0.08):
+        return {}
+    aside, turn = {"centre_mm": draft.pair(0.3 * radius)}, {"rotation_deg": draft.number(-180, 180)}
+    return draft.pick([aside, turn, {**aside, **turn}])
 
 
 def height(draft: Draft, radius: float) -> dict:
     """A relief of some material."""
     size = [draft.whole(2, 8), draft.whole(2, 8)]
     layer = {"kind": "height", "pitch_um": float(f"{2000 * radius / min(size):.4g}"), "glass": draft.pick(GLASSES)}
-    return layer | {"size": size, "height_um": draft.array("height_um", size, 1.5)}
+    return layer | {"size": size, "height_um": draft.array("height_um", size, 1.5), **place(draft, radius)}
 
 
 def blank(draft: Draft, radius: float, free: str) -> dict:

@@ -2,8 +2,9 @@
 
 The layers of one element multiply, so their phases add. A phase φ multiplies the field by exp(+iφ). Each function
 returns a small dictionary that :meth:`raylet.System.add_doe` and its fellows take; keys are those of scene files. The
-centre of an analytic phase stands at `centre_mm` [x, y] of the element, and its axes are turned by `rotation_deg` from
-x towards y.
+centre of a layer of pixels, of heights or of an analytic phase stands at `centre_mm` [x, y] of the element, and its
+axes are turned by `rotation_deg` from x towards y. All pixels and heights of one element share their grid and their
+place.
 """
 
 from __future__ import annotations
@@ -38,8 +39,10 @@ def pixels(
     fly_back_um: float = 0.0,
     crosstalk_um: float = 0.0,
     sub_pixels: int = 4,
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
 ) -> Layer:
-    """A centred grid of pixels [y, x]: phase in rad and amplitude, or the complex transmission.
+    """A grid of pixels [y, x]: phase in rad and amplitude, or the complex transmission.
 
     Arrays of float64 and complex128 are not copied: they are looked at when the system is computed. `pixel` says what
     lies between the centres: "box" (constant over each pixel), "point", "bilinear", or "band_limited" for samples at
@@ -54,7 +57,7 @@ def pixels(
     held = {key: grid(key, value) for key, value in given.items() if value is not None}
     own = {"pitch_um": pitch_um, "pixel": pixel, "size": size, "phase_scale": phase_scale, "fill": fill, "rest": rest}
     between = {"fly_back_um": fly_back_um, "crosstalk_um": crosstalk_um, "sub_pixels": sub_pixels}
-    return _layer("pixels", **own, **between, **held)
+    return _layer("pixels", **own, **between, **held, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
 def height(
@@ -65,6 +68,8 @@ def height(
     stands_in: str | None = None,
     pixel: str = "box",
     size: Sequence[int] | None = None,
+    centre_mm: Sequence[float] = (0.0, 0.0),
+    rotation_deg: float = 0.0,
 ) -> Layer:
     """A relief of one material, heights [y, x] in µm: phase k(n − n′)h, n′ the index of the medium that it displaces.
 
@@ -73,6 +78,7 @@ def height(
     relief that :meth:`raylet.System.design` is to find."""
     held = None if height_um is None else grid("height_um", height_um)
     own = {"pitch_um": pitch_um, "pixel": pixel, "size": size, "stands_in": stands_in}
+    own |= {"centre_mm": centre_mm, "rotation_deg": rotation_deg}
     return _layer("height", **own, height_um=held, glass=constant(glass))
 
 

@@ -1,4 +1,4 @@
-"""Reliefs of a lens's own material on its surfaces: into air, or into a filling resin."""
+"""Reliefs of a lens's own material on its surfaces: into air, or into a filling resin. Grids off centre or turned."""
 
 from __future__ import annotations
 
@@ -101,3 +101,74 @@ def test_a_third_material_needs_its_side() -> None:
         light(layer, "back", False, 0.5, 0.0)
     placed = raylet.height(pitch_um=2.0, height_um=np.ones((10, 10)), glass=1.4, stands_in="behind")
     assert light(placed, "back", False, 0.5, 0.0).field.any()
+
+
+def with_grids(row: dict[str, Any], layers: list[dict[str, Any]]) -> raylet.System:
+    """A system with one element of these layers."""
+    system = raylet.System(wavelength_um=0.5)
+    system.add_doe(*layers, name="doe", thickness_mm=0.5, **{"aperture": raylet.disc(0.02), **row})
+    return system.add_sensor(pixels=(12, 14), pitch_um=4.0)
+
+
+def grids(**axes: Any) -> list[dict[str, Any]]:
+    """Pixels and heights of one lattice."""
+    random = np.random.default_rng(3)
+    relief = raylet.height(pitch_um=6.0, height_um=random.uniform(0.0, 1.0, (8, 10)), glass=1.5, **axes)
+    return [raylet.pixels(pitch_um=6.0, phase=random.uniform(0.0, 6.0, (8, 10)), **axes), relief]
+
+
+def test_placed_pixels_and_heights_are_those_of_a_placed_element() -> None:
+    axes = {"centre_mm": (0.012, -0.008), "rotation_deg": 25.0}
+    placed = with_grids({"aperture": raylet.disc(0.02, centre_mm=axes["centre_mm"])}, grids(**axes))
+    moved = {"decenter_mm": axes["centre_mm"], "tilt_deg": (0.0, 0.0, 25.0)}
+    element = with_grids(moved, grids())
+    result, expected = placed.simulate(), element.simulate()
+    assert np.linalg.norm(result.field - expected.field) < 1e-9 * np.linalg.norm(expected.field)
+    assert result.error == pytest.approx(expected.error, rel=1e-6)
+    # The element itself, in a picture: dark but in the aperture, about the centre of the pixels.
+    values, bounds = placed.transmission("doe")
+    assert bounds == pytest.approx((-0.008, 0.032, -0.028, 0.012)) and np.abs(values[0, 0]) == 0.0
+    # A design finds the same.
+    loss = [{"kind": "spot", "at_mm": [(0.0, 0.0)]}]
+    courses = [
+        system.design(element=[{"name": "doe", "free": "phase", "start": "file"}], loss=loss, iterations=2).course
+        for system in (placed, element)
+    ]
+    assert courses[0] == pytest.approx(courses[1], rel=1e-7) and courses[0][-1] < courses[0][0]
+
+
+def test_gradients_of_placed_pixels_are_differences() -> None:
+    """Of the power in half of the sensor, by pixels and by the place of the grid. The aperture stays where it is, and
+    cuts other pixels at each place: the differences have an error of their own."""
+    axes = {"centre_mm": (0.012, -0.008), "rotation_deg": 25.0}
+    system = with_grids({}, grids(**axes)[:1])
+    paths = ["element[0].layer[0].centre_mm[0]", "element[0].layer[0].rotation_deg"]
+    linearised = system.linearised("doe", parameters=paths, method="beamlet")
+    phase, mask = np.random.default_rng(3).uniform(0.0, 6.0, (8, 10)), np.arange(12) < 5
+
+    def power(phase: Any, parameters: Any) -> float:
+        return float(np.sum(np.abs(linearised(phase, parameters=parameters).field[:, mask]) ** 2))
+
+    start = linearised.start
+    passage = linearised(phase, parameters=start)
+    by_pixels, by_place = passage.adjoint(2.0 * passage.field * mask)
+    step = np.random.default_rng(4).normal(size=phase.shape)
+    slope = (power(phase + 1e-4 * step, start) - power(phase - 1e-4 * step, start)) / 2e-4
+    assert np.sum(by_pixels[0] * step) == pytest.approx(slope, rel=2e-6)
+    for index, size in enumerate((1e-6, 1e-3)):
+        change = size * np.eye(2)[index]
+        slope = (power(phase, start + change) - power(phase, start - change)) / (2.0 * size)
+        assert by_place[index] == pytest.approx(slope, rel=4e-3), paths[index]
+
+
+def test_grids_that_cannot_be_placed_are_refused() -> None:
+    aside = grids(centre_mm=(0.01, 0.0))
+    with pytest.raises(raylet.RayletError, match="fill or place in one element"):
+        with_grids({}, [aside[0], grids()[1]]).check()
+    with pytest.raises(raylet.RayletError, match="off centre, or turned, on a curved surface"):
+        with_grids({"radius_mm": 20.0}, aside).check()
+    with pytest.raises(raylet.RayletError, match="a hologram in pixels that are off centre, or turned"):
+        with_grids({}, aside[:1]).hologram(np.ones((4, 4)), element="doe", size_mm=(0.02, 0.02))
+    ray = {"position": np.zeros((1, 3)), "direction": np.array([[0.0, 0.0, 1.0]])}
+    with pytest.raises(raylet.RayletError, match="pixels that are off centre or turned on their element"):
+        raylet.scatter(with_grids({}, aside), element="doe", **ray, sigma_mm=0.01)

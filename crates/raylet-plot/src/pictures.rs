@@ -191,16 +191,19 @@ fn doe_panels(view: &DoeView, bounds: [f64; 4], several: bool) -> Vec<Panel<'sta
     vec![panel.into(), amplitude.into()]
 }
 
+/// Samples of a picture along a pixel that is off centre, or turned.
+const PLACED_FINENESS: f64 = 4.0;
+
 /// Samples [nx, ny] of a picture of an element: its pixels where they are not too many.
 fn samples(doe: &Doe, [x0, x1, y0, y1]: [f64; 4]) -> [usize; 2] {
     let sizes = [x1 - x0, y1 - y0];
     match doe.pixels() {
         // Interpolated pixels are shown with what lies between them.
         Some(pixels) => [0, 1].map(|a| {
-            let fine = if matches!(pixels.form, PixelForm::Bilinear | PixelForm::BandLimited) {
-                4.0
-            } else {
-                1.0
+            let fine = match pixels.form {
+                PixelForm::Bilinear | PixelForm::BandLimited => 4.0,
+                _ if !pixels.placement.is_none() => PLACED_FINENESS,
+                _ => 1.0,
             };
             let count = (fine * sizes[a] / pixels.pitch[a]).round();
             (count as usize).clamp(1, MOST_SAMPLES)

@@ -6,6 +6,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
+use raylet::optics::phase::placement::Placement;
 use raylet::optics::pixels::active_area::ActiveArea;
 use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use raylet::optics::refraction::{Coating, Interface};
@@ -59,6 +60,7 @@ pub fn pixel_layer(values: Array2<Complex64>, pitch: f64, form: PixelForm) -> La
         values,
         form,
         active: ActiveArea::WHOLE,
+        placement: Placement::NONE,
     })
 }
 

@@ -19,6 +19,7 @@ mod local_bands;
 mod paper_scenes;
 mod paper_variance;
 mod pixel_gaps;
+mod placed_pixels;
 mod plane_prefactor;
 mod rays;
 mod scattered_rays;

@@ -17,6 +17,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Layer;
 use raylet::optics::frame::Frame;
+use raylet::optics::phase::placement::Placement;
 use raylet::optics::phase::profile::Profile;
 use raylet::optics::pixels::active_area::ActiveArea;
 use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
@@ -171,6 +172,7 @@ fn edges_turn_light_by_large_angles() {
         values: Array2::from_shape_fn((23, 23), phase),
         form: PixelForm::Box,
         active: ActiveArea::WHOLE,
+        placement: Placement::NONE,
     });
     let beside = on_axis(1428.0).moved(Vec3::new(-80.0, 0.0, 0.0));
     for radius in [60.0, 110.0] {

@@ -12,6 +12,7 @@ use raylet::file::scene::scene_file::Scene;
 use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::Layer;
+use raylet::optics::phase::placement::Placement;
 use raylet::optics::pixels::active_area::{ActiveArea, Rest};
 use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use raylet::optics::screen::ScreenKind;
@@ -65,12 +66,14 @@ fn pixels_with_gaps_are_those_of_finer_pixels() {
             }),
             form,
             active: ActiveArea::WHOLE,
+            placement: Placement::NONE,
         };
         let gapped = Pixels {
             pitch,
             values: Array2::from_shape_fn((PIXELS, PIXELS), |(j, i)| phase(j, i)),
             form,
             active: ActiveArea::of_fill(0.81, rest).unwrap(),
+            placement: Placement::NONE,
         };
         let mean = Pixels {
             values: gapped.values.mapv(|value| 0.81 * value + 0.19 * gap),
@@ -104,6 +107,7 @@ fn dark_places_beside_bright_ones_are_less_exact_and_the_estimate_knows() {
         values: Array2::ones((PIXELS, PIXELS)),
         form: PixelForm::Box,
         active: ActiveArea::WHOLE,
+        placement: Placement::NONE,
     };
     for (aperture, aside) in [
         (Aperture::OPEN, 30.0),

@@ -7,6 +7,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
+use raylet::optics::phase::placement::Placement;
 use raylet::optics::phase::profile::Profile;
 use raylet::optics::pixels::active_area::ActiveArea;
 use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
@@ -195,6 +196,7 @@ fn element(draw: &mut Draw, z: f64, half: f64) -> Screen {
             values,
             form: PixelForm::Box,
             active: ActiveArea::WHOLE,
+            placement: Placement::NONE,
         })]
     };
     screen(

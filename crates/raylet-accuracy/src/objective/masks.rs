@@ -6,6 +6,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::math::random::uniform;
 use raylet::optics::doe::Layer;
+use raylet::optics::phase::placement::Placement;
 use raylet::optics::phase::profile::Profile;
 use raylet::optics::pixels::active_area::ActiveArea;
 use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
@@ -47,5 +48,6 @@ fn boxes(pitch: [f64; 2], values: Array2<Complex64>) -> Layer {
         values,
         form: PixelForm::Box,
         active: ActiveArea::WHOLE,
+        placement: Placement::NONE,
     })
 }

@@ -11,6 +11,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
+use raylet::optics::phase::placement::Placement;
 use raylet::optics::pixels::active_area::ActiveArea;
 use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels as DoePixels};
 use raylet::optics::refraction::Coating;
@@ -107,6 +108,7 @@ impl DimLens {
                 values: pixels.transmission,
                 form: PixelForm::Box,
                 active: ActiveArea::WHOLE,
+                placement: Placement::NONE,
             })],
             aperture: Aperture::disc(DISC),
             reflect: false,

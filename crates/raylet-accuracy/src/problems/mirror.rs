@@ -8,6 +8,7 @@ use raylet::math::vec3::Vec3;
 use raylet::optics::aperture::{Aperture, Outline};
 use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::freeform::Term;
+use raylet::optics::phase::placement::Placement;
 use raylet::optics::phase::profile::Profile;
 use raylet::optics::pixels::active_area::ActiveArea;
 use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
@@ -199,6 +200,7 @@ impl MirrorProblem {
                     }),
                     form: PixelForm::Box,
                     active: ActiveArea::WHOLE,
+                    placement: Placement::NONE,
                 })]
             }
         }

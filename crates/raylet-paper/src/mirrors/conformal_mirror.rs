@@ -19,6 +19,7 @@ use raylet::optics::conic::Conic;
 use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::frame::Frame;
 use raylet::optics::freeform::Term;
+use raylet::optics::phase::placement::Placement;
 use raylet::optics::pixels::active_area::ActiveArea;
 use raylet::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use raylet::optics::sag_grid::SagGrid;
@@ -248,6 +249,7 @@ fn element(values: Array2<Complex64>, pitch: f64, outline: Outline) -> Doe {
             values,
             form: PixelForm::Box,
             active: ActiveArea::WHOLE,
+            placement: Placement::NONE,
         })],
         aperture: Aperture {
             outline,

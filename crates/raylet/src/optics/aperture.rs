@@ -1,5 +1,6 @@
 //! Clear apertures and the share of a small cell that lies inside them.
 
+use crate::optics::phase::placement::Placement;
 use crate::optics::polygon;
 
 /// The open part of a surface or screen, in its local x, y plane.
@@ -107,6 +108,45 @@ impl Aperture {
                 by: Box::new(by),
             },
             centre: [0.0, 0.0],
+        }
+    }
+
+    /// The same opening on other axes of its plane.
+    pub(crate) fn seen_from(&self, axes: Placement) -> Self {
+        let [x, y] = self.centre;
+        let centre = axes.inwards(x, y);
+        match &self.outline {
+            Outline::Open | Outline::Disc { .. } | Outline::Annulus { .. } => Self {
+                outline: self.outline.clone(),
+                centre,
+            },
+            Outline::Rectangle { half_x, half_y } => {
+                Self::turned_rectangle(*half_x, *half_y, -axes.rotation, centre)
+            }
+            Outline::Polygon { corners } => {
+                let turned = Placement {
+                    centre: [0.0; 2],
+                    ..axes
+                };
+                let corners = corners
+                    .iter()
+                    .map(|[x, y]| turned.inwards(*x, *y))
+                    .collect();
+                let outline = Outline::Polygon { corners };
+                Self { outline, centre }
+            }
+            // Both parts are given from the centre of the whole.
+            Outline::Blocked { open, by } => {
+                let [open, by] = [open, by].map(|part| {
+                    let centre = [0, 1].map(|a| part.centre[a] + self.centre[a]);
+                    Self {
+                        centre,
+                        ..(**part).clone()
+                    }
+                    .seen_from(axes)
+                });
+                open.blocked(by)
+            }
         }
     }
 

@@ -448,6 +448,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
+    use crate::optics::phase::placement::Placement;
     use crate::optics::pixels::active_area::ActiveArea;
     use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 
@@ -466,6 +467,7 @@ mod tests {
                 values: noise((9, 7), 0),
                 form,
                 active: ActiveArea::WHOLE,
+                placement: Placement::NONE,
             };
             let own = Box::new(SurfaceCoordinates::of(&round).unwrap());
             let curved = Layer::OnSurface(own, vec![cone(), Layer::Pixels(pixels.clone())]);

@@ -47,6 +47,12 @@ impl Frame {
         frame
     }
 
+    /// This frame moved along its own axes by `centre` mm, and turned by `rotation` rad from x towards y.
+    pub(crate) fn placed(self, [x, y]: [f64; 2], rotation: f64) -> Self {
+        self.moved(Vec3::new(x, y, 0.0))
+            .tilted([0.0, 0.0, rotation])
+    }
+
     /// A global direction in local components.
     #[inline(always)]
     pub fn direction_to_local<T: Real>(&self, v: Vec3<T>) -> Vec3<T> {

@@ -15,6 +15,7 @@ use crate::engine::plan::direction_spread::LightDirections;
 use crate::engine::plan::settings::Settings;
 use crate::engine::progress::{Cancelled, Reply};
 use crate::math::vec3::Vec3;
+use crate::optics::pixels::pixel_axes::system_on_pixel_axes;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 use crate::wave::free::collins::{Collins, CollinsError};
@@ -164,6 +165,7 @@ pub fn reference<R: Reply>(
     progress: &(dyn Fn(Progress) -> R + Sync),
 ) -> Result<Reference, ReferenceError> {
     sensor_of(system)?;
+    let system = &system_on_pixel_axes(system);
     let found = by_routes(system, settings, choice, &|here| progress(here).flow())?;
     check_sound(system, &found.field, None)?;
     Ok(found)

@@ -130,6 +130,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
+    use crate::optics::phase::placement::Placement;
     use crate::optics::pixels::active_area::ActiveArea;
     use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
     use crate::optics::screen::{Screen, ScreenKind};
@@ -190,6 +191,7 @@ mod tests {
                 values: Array2::from_elem((20, 20), Complex64::ONE),
                 form: PixelForm::Box,
                 active: ActiveArea::WHOLE,
+                placement: Placement::NONE,
             });
             ScreenKind::Doe(parts::element(pixels, Aperture::disc(radius)))
         };

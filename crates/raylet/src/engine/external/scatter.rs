@@ -85,6 +85,9 @@ impl<'a> Scatter<'a> {
         let ScreenKind::Doe(doe) = &screen.kind else {
             return Err(ScatterError::NoElement(screen.name.clone()));
         };
+        if doe.pixels().is_some_and(|own| !own.placement.is_none()) {
+            return Err(ScatterError::PlacedPixels(screen.name.clone()));
+        }
         settings.check()?;
         check_positive("wavelength", wavelength)?;
         settings.check_modes(screen.index_behind(), wavelength)?;

@@ -175,6 +175,11 @@ pub enum ScatterError {
     /// The screen holds no element.
     #[error("screen '{0}' is no diffractive element, expected one")]
     NoElement(String),
+    /// The element has pixels on axes of their own, and rays arrive on those of the element.
+    #[error(
+        "screen '{0}' has pixels that are off centre or turned on their element, expected an element that stands so itself"
+    )]
+    PlacedPixels(String),
     /// The progress callback cancelled the scattering.
     #[error(transparent)]
     Cancelled(#[from] Cancelled),

@@ -3,6 +3,7 @@
 use crate::engine::rims::pixel_light::PixelValues;
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::doe::Doe;
+use crate::optics::pixels::pixel_axes::system_on_pixel_axes;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::System;
 
@@ -20,7 +21,8 @@ pub(crate) fn joining_hops(system: &System, values: PixelValues) -> Vec<bool> {
     joining
 }
 
-/// A system with one screen in place of the two of each hop that is `joining`, and where its given screens stand in it.
+/// A system with one screen in place of the two of each hop that is `joining`, on the axes of its pixels, and where its given
+/// screens stand in it.
 pub(crate) fn joined(system: &System, joining: &[bool]) -> (System, Vec<usize>) {
     let mut places = vec![0];
     let mut all = System {
@@ -41,7 +43,7 @@ pub(crate) fn joined(system: &System, joining: &[bool]) -> (System, Vec<usize>) 
         }
         places.push(all.trains.len());
     }
-    (all, places)
+    (system_on_pixel_axes(&all), places)
 }
 
 /// Whether light that leaves one screen is at the other, everywhere.

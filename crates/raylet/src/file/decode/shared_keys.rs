@@ -5,7 +5,7 @@
 /// Declares a table of a scene file: the keys of some groups, then its own.
 ///
 /// Groups are `place` (name, tilt, shift), `way` (the distance to what follows), `curve` (the shape of a
-/// surface), `rim` (its clear aperture), `axes` (where the own axes of a phase stand) and `before` (where the plane of a
+/// surface), `rim` (its clear aperture), `axes` (where the own axes of a layer stand) and `before` (where the plane of a
 /// source stands).
 macro_rules! table {
     (
@@ -71,10 +71,10 @@ macro_rules! table {
     (@fields [axes $($more:ident)*] $name:ident $meta:tt $own:tt [$($fields:tt)*]) => {
         table!(@fields [$($more)*] $name $meta $own [
             $($fields)*
-            /// Where the centre of the phase stands on the element, in millimetres.
+            /// Where the centre of the layer stands on the element, in millimetres.
             #[serde(default)]
             pub centre_mm: [f64; 2],
-            /// By how much the phase is turned about its centre, in degrees from x towards y.
+            /// By how much the layer is turned about its centre, in degrees from x towards y.
             #[serde(default)]
             pub rotation_deg: f64,
         ]);

@@ -23,6 +23,7 @@ use crate::file::scene::loss_specification::{
 use crate::file::scene::scene_file::Scene;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
+use crate::optics::pixels::pixel_axes::on_pixel_axes;
 use crate::optics::screen::ScreenKind;
 use crate::optics::system::System;
 use crate::wave::grid::raster::Raster;
@@ -455,7 +456,7 @@ const CELLS: usize = 400;
 /// nothing limits it. Where it `is_source`, the screen makes the light: what it lets through counts.
 fn incident(system: &System, is_source: bool) -> f64 {
     let open = Aperture::OPEN;
-    let Some(screen) = system.screens.first() else {
+    let Some(screen) = system.screens.first().map(on_pixel_axes) else {
         return 1.0;
     };
     let (aperture, bounds) = match &screen.kind {

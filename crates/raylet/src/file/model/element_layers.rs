@@ -14,10 +14,12 @@ use crate::optics::doe::{Doe, Layer, lattices};
 use crate::optics::media::medium::Medium;
 use crate::optics::phase::blaze::Blaze;
 use crate::optics::phase::phase_grid::PhaseGrid;
+use crate::optics::phase::placement::Placement;
 use crate::optics::phase::profile::Profile;
 use crate::optics::phase::radial_table::RadialTable;
 use crate::optics::phase::two_point::{RecordedWave, TwoPoint};
 use crate::optics::pixels::active_area::ActiveArea;
+use crate::optics::pixels::pixel_axes::is_same_from_pixels;
 use crate::optics::pixels::pixel_grid::{Lattice, PixelForm, Pixels};
 use crate::optics::shape::Shape;
 use crate::optics::surface_coordinates::SurfaceCoordinates;
@@ -62,10 +64,18 @@ impl ElementLayers<'_, '_> {
             aperture: doe.aperture.optics(),
             reflect: doe.reflect,
         };
+        if !is_same_from_pixels(self.shape, &doe) {
+            return Err(self.scene.fault(
+                &format!("{path}.layer"),
+                "pixels that are off centre, or turned, on a curved surface",
+                "centred pixels on the element, which decenter_mm and tilt_deg move and turn as a whole; a plane element; or \
+                 rotation_deg alone on a surface of revolution",
+            ));
+        }
         if !doe.shares_lattice() {
             return Err(self.scene.fault(
                 &format!("{path}.layer"),
-                "pixel grids of different pitch, size, pixel form or fill in one element",
+                "pixel grids of different pitch, size, pixel form, fill or place in one element",
                 "grids that share their lattice; or two elements at a distance",
             ));
         }
@@ -136,6 +146,7 @@ impl ElementLayers<'_, '_> {
                 };
                 Layer::Pixels(Pixels {
                     active,
+                    placement: pixels.placement(),
                     ..grid(pitch_um, values, pixels.pixel)
                 })
             }
@@ -143,7 +154,10 @@ impl ElementLayers<'_, '_> {
                 let heights = self.arrays.heights_um(path).ok_or_else(missing)?;
                 let step = self.relief_step(relief, path)?;
                 let values = heights.mapv(|h| Complex64::cis(k * step * h * UM));
-                Layer::Pixels(grid(relief.pitch_um, values, relief.pixel))
+                Layer::Pixels(Pixels {
+                    placement: relief.placement(),
+                    ..grid(relief.pitch_um, values, relief.pixel)
+                })
             }
             layer::Layer::Sum(sum) => {
                 let mut terms = Vec::new();
@@ -343,5 +357,6 @@ fn grid(pitch_um: [f64; 2], values: ndarray::Array2<Complex64>, form: PixelForm)
         values,
         form,
         active: ActiveArea::WHOLE,
+        placement: Placement::NONE,
     }
 }

@@ -177,6 +177,12 @@ pub(crate) fn blanked(scene: &Scene, hologram: &Hologram) -> Result<(Scene, Holo
                 pixels,
                 &format!("element[{element}].layer[{number}]"),
             )?;
+            if !pixels.placement().is_none() {
+                let path = format!("element[{element}].layer[{number}]");
+                let found = "a hologram in pixels that are off centre, or turned, on their element";
+                let expected = "centre_mm = [0, 0] and rotation_deg = 0; decenter_mm and tilt_deg move the element as a whole";
+                return Err(scene.fault(&path, found, expected));
+            }
             let layer = pixels.clone();
             pixels.phase = None;
             if pixels.transmission.is_some()

@@ -474,6 +474,8 @@ fn blank(scene: &Scene, layer: &Layer, free: Free, path: &str) -> Result<PixelLa
         (Layer::Height(height), Free::Height) => {
             let size = height.size.ok_or_else(|| unsized_layer(path))?;
             Ok(PixelLayer {
+                centre_mm: height.centre_mm,
+                rotation_deg: height.rotation_deg,
                 pitch_um: height.pitch_um,
                 size: Some(size),
                 phase: None,

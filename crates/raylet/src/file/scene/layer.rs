@@ -72,60 +72,60 @@ impl Layer {
     }
 }
 
-/// A centred grid of pixels. Arrays are 2-D, indexed [y, x]; the row index grows with y. Files are
-/// .npy, or .npz where the array is found under `key`.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct PixelLayer {
-    /// Distance of neighbouring pixel centres in micrometres: one number, or [x, y].
-    #[serde(deserialize_with = "pitch")]
-    #[schemars(schema_with = "one_or_pair_schema")]
-    pub pitch_um: [f64; 2],
-    /// Number of pixels [nx, ny]. Needed only where no array gives it, for a hologram that is still to
-    /// be computed; checked against the arrays otherwise.
-    #[serde(default, deserialize_with = "count")]
-    pub size: Option<[usize; 2]>,
-    /// Real array of the phase in radians, before `phase_scale`.
-    #[serde(default)]
-    pub phase: Option<PathBuf>,
-    /// Factor on the phase array, such as 6.2832 for a file in waves.
-    #[serde(default = "one", deserialize_with = "not_zero")]
-    pub phase_scale: f64,
-    /// Real array of the field amplitude (not the intensity).
-    #[serde(default)]
-    pub amplitude: Option<PathBuf>,
-    /// Complex array of the field transmission, instead of phase and amplitude.
-    #[serde(default)]
-    pub transmission: Option<PathBuf>,
-    /// Name of the array in .npz files. Without it: the array named like the key that names the file
-    /// (`phase`, `amplitude`, `transmission`), or else the only array of the file.
-    #[serde(default)]
-    pub key: Option<String>,
-    /// What lies between the pixel centres.
-    #[serde(default)]
-    pub pixel: PixelForm,
-    /// Share of the area of a box pixel that carries its phase, amplitude or transmission, above 0 and up to 1: a rectangle
-    /// about its centre with the pixel's proportions.
-    #[serde(default = "one", deserialize_with = "whole_or_part")]
-    #[schemars(extend("minimum" = 1e-12, "maximum" = 1))]
-    pub fill: f64,
-    /// What the rest of a pixel does.
-    #[serde(default)]
-    pub rest: Rest,
-    /// Width in micrometres of the ramp on which the phase flies back where neighbours differ by more than π, about their
-    /// common edge; at most the pitch. Phases are taken between 0 and 2π.
-    #[serde(default, deserialize_with = "not_negative")]
-    #[schemars(extend("minimum" = 0))]
-    pub fly_back_um: f64,
-    /// Standard deviation in micrometres of the Gaussian with which the phase between 0 and 2π is convolved; at most ten times
-    /// the pitch.
-    #[serde(default, deserialize_with = "not_negative")]
-    #[schemars(extend("minimum" = 0))]
-    pub crosstalk_um: f64,
-    /// Parts of a pixel along each axis, each with its mean transmission, where there is fly-back or crosstalk; from 2 to 64.
-    #[serde(default = "sub_pixels")]
-    #[schemars(extend("minimum" = 2, "maximum" = 64))]
-    pub sub_pixels: usize,
+table! {
+    /// A grid of pixels, centred unless `centre_mm` says otherwise. Arrays are 2-D, indexed [y, x]; the row index grows with y. Files are
+    /// .npy, or .npz where the array is found under `key`.
+    pub struct PixelLayer with [axes] {
+        /// Distance of neighbouring pixel centres in micrometres: one number, or [x, y].
+        #[serde(deserialize_with = "pitch")]
+        #[schemars(schema_with = "one_or_pair_schema")]
+        pub pitch_um: [f64; 2],
+        /// Number of pixels [nx, ny]. Needed only where no array gives it, for a hologram that is still to
+        /// be computed; checked against the arrays otherwise.
+        #[serde(default, deserialize_with = "count")]
+        pub size: Option<[usize; 2]>,
+        /// Real array of the phase in radians, before `phase_scale`.
+        #[serde(default)]
+        pub phase: Option<PathBuf>,
+        /// Factor on the phase array, such as 6.2832 for a file in waves.
+        #[serde(default = "one", deserialize_with = "not_zero")]
+        pub phase_scale: f64,
+        /// Real array of the field amplitude (not the intensity).
+        #[serde(default)]
+        pub amplitude: Option<PathBuf>,
+        /// Complex array of the field transmission, instead of phase and amplitude.
+        #[serde(default)]
+        pub transmission: Option<PathBuf>,
+        /// Name of the array in .npz files. Without it: the array named like the key that names the file
+        /// (`phase`, `amplitude`, `transmission`), or else the only array of the file.
+        #[serde(default)]
+        pub key: Option<String>,
+        /// What lies between the pixel centres.
+        #[serde(default)]
+        pub pixel: PixelForm,
+        /// Share of the area of a box pixel that carries its phase, amplitude or transmission, above 0 and up to 1: a rectangle
+        /// about its centre with the pixel's proportions.
+        #[serde(default = "one", deserialize_with = "whole_or_part")]
+        #[schemars(extend("minimum" = 1e-12, "maximum" = 1))]
+        pub fill: f64,
+        /// What the rest of a pixel does.
+        #[serde(default)]
+        pub rest: Rest,
+        /// Width in micrometres of the ramp on which the phase flies back where neighbours differ by more than π, about their
+        /// common edge; at most the pitch. Phases are taken between 0 and 2π.
+        #[serde(default, deserialize_with = "not_negative")]
+        #[schemars(extend("minimum" = 0))]
+        pub fly_back_um: f64,
+        /// Standard deviation in micrometres of the Gaussian with which the phase between 0 and 2π is convolved; at most ten times
+        /// the pitch.
+        #[serde(default, deserialize_with = "not_negative")]
+        #[schemars(extend("minimum" = 0))]
+        pub crosstalk_um: f64,
+        /// Parts of a pixel along each axis, each with its mean transmission, where there is fly-back or crosstalk; from 2 to 64.
+        #[serde(default = "sub_pixels")]
+        #[schemars(extend("minimum" = 2, "maximum" = 64))]
+        pub sub_pixels: usize,
+    }
 }
 
 impl PixelLayer {
@@ -167,32 +167,32 @@ impl Side {
     }
 }
 
-/// A relief of one material in the medium about the element, or from one of the two media at an interface into the other.
-#[derive(Clone, Debug, PartialEq, Serialize, Deserialize, JsonSchema)]
-#[serde(deny_unknown_fields)]
-pub struct HeightLayer {
-    /// Distance of neighbouring pixel centres in micrometres: one number, or [x, y].
-    #[serde(deserialize_with = "pitch")]
-    #[schemars(schema_with = "one_or_pair_schema")]
-    pub pitch_um: [f64; 2],
-    /// Number of pixels [nx, ny]. Needed only for heights that are still to be designed; checked against the
-    /// array otherwise.
-    #[serde(default, deserialize_with = "count")]
-    pub size: Option<[usize; 2]>,
-    /// Real 2-D array of heights in micrometres, indexed [y, x], in a .npy or .npz file.
-    pub height_um: PathBuf,
-    /// The material of the relief: a catalogue name or { index = … }. On an interface it is one of the two media, and the
-    /// relief reaches into the other.
-    pub glass: Material,
-    /// On an interface, the medium in which a relief of a third material stands.
-    #[serde(default)]
-    pub stands_in: Option<Side>,
-    /// Name of the array in a .npz file; without it `height_um`, or else its only array.
-    #[serde(default)]
-    pub key: Option<String>,
-    /// What lies between the pixel centres.
-    #[serde(default)]
-    pub pixel: PixelForm,
+table! {
+    /// A relief of one material in the medium about the element, or from one of the two media at an interface into the other.
+    pub struct HeightLayer with [axes] {
+        /// Distance of neighbouring pixel centres in micrometres: one number, or [x, y].
+        #[serde(deserialize_with = "pitch")]
+        #[schemars(schema_with = "one_or_pair_schema")]
+        pub pitch_um: [f64; 2],
+        /// Number of pixels [nx, ny]. Needed only for heights that are still to be designed; checked against the
+        /// array otherwise.
+        #[serde(default, deserialize_with = "count")]
+        pub size: Option<[usize; 2]>,
+        /// Real 2-D array of heights in micrometres, indexed [y, x], in a .npy or .npz file.
+        pub height_um: PathBuf,
+        /// The material of the relief: a catalogue name or { index = … }. On an interface it is one of the two media, and the
+        /// relief reaches into the other.
+        pub glass: Material,
+        /// On an interface, the medium in which a relief of a third material stands.
+        #[serde(default)]
+        pub stands_in: Option<Side>,
+        /// Name of the array in a .npz file; without it `height_um`, or else its only array.
+        #[serde(default)]
+        pub key: Option<String>,
+        /// What lies between the pixel centres.
+        #[serde(default)]
+        pub pixel: PixelForm,
+    }
 }
 
 table! {

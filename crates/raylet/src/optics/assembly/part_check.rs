@@ -2,6 +2,7 @@
 
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::doe::{Doe, Layer};
+use crate::optics::pixels::pixel_axes::is_same_from_pixels;
 use crate::optics::pixels::pixel_grid::Pixels;
 use crate::optics::screen::Sensor;
 use crate::optics::shape::Shape;
@@ -116,8 +117,19 @@ pub(crate) fn check_element(doe: &Doe) -> Result<(), Mismatch> {
     match doe.shares_lattice() {
         true => Ok(()),
         false => Err(Mismatch::new(
-            "pixel grids of different pitch, size, pixel form or fill in one element",
+            "pixel grids of different pitch, size, pixel form, fill or place in one element",
             "grids that share their lattice; or two elements at a distance",
+        )),
+    }
+}
+
+/// Pixels on a curved surface stand at its vertex.
+pub(crate) fn check_places(shape: &Shape, doe: &Doe) -> Result<(), Mismatch> {
+    match is_same_from_pixels(shape, doe) {
+        true => Ok(()),
+        false => Err(Mismatch::new(
+            "pixels that are off centre, or turned, on a curved surface",
+            "centred pixels on an element that is moved and turned as a whole, or a plane element",
         )),
     }
 }

@@ -6,8 +6,8 @@ use crate::optics::aperture::Aperture;
 use crate::optics::assembly::axis_layout::{AxisLayout, PlacedShape};
 use crate::optics::assembly::glass::Glass;
 use crate::optics::assembly::part_check::{
-    Mismatch, check_aperture, check_element, check_face, check_finite, check_heading, check_sensor,
-    check_transmits,
+    Mismatch, check_aperture, check_element, check_face, check_finite, check_heading, check_places,
+    check_sensor, check_transmits,
 };
 use crate::optics::doe::Doe;
 use crate::optics::frame::Frame;
@@ -142,6 +142,7 @@ impl Laying {
             }
             BuilderCall::Element(name, shape, doe, behind) => {
                 check_element(doe)?;
+                check_places(shape, doe)?;
                 let (shape, kind) = (shape.clone(), ScreenKind::Doe(doe.clone()));
                 match behind {
                     None => self.limit(name.clone(), shape, kind)?,

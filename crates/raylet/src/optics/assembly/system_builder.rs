@@ -16,6 +16,7 @@ use crate::optics::beams::gaussian_beam::GaussianBeam;
 use crate::optics::beams::sampled_field::sampled_field;
 use crate::optics::beams::taper::Taper;
 use crate::optics::doe::{Doe, Layer};
+use crate::optics::phase::placement::Placement;
 use crate::optics::pixels::active_area::ActiveArea;
 use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 use crate::optics::refraction::Coating;
@@ -225,6 +226,7 @@ impl SystemBuilder {
             values,
             form: PixelForm::Box,
             active: ActiveArea::WHOLE,
+            placement: Placement::NONE,
         };
         let doe = Doe {
             layers: vec![Layer::Pixels(pixels)],

@@ -6,6 +6,7 @@ use num_complex::Complex64;
 use crate::math::band_limit::twice_sampled;
 use crate::optics::aperture::Aperture;
 use crate::optics::doe::{Doe, Layer};
+use crate::optics::phase::placement::Placement;
 use crate::optics::pixels::active_area::ActiveArea;
 use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 
@@ -17,6 +18,7 @@ pub(crate) fn sampled_field(samples: &Array2<Complex64>, pitch: [f64; 2]) -> Doe
         values: twice_sampled(samples),
         form: PixelForm::BandLimited,
         active: ActiveArea::WHOLE,
+        placement: Placement::NONE,
     };
     Doe {
         layers: vec![Layer::Pixels(pixels)],

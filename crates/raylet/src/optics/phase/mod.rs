@@ -3,7 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | [`profile`] | Phases by formulas, with their gradients |
-//! | [`placement`] | A phase whose own axes are off centre or turned |
+//! | [`placement`] | Own axes of phases and pixels that are off centre or turned |
 //! | [`radial_table`] | A phase of the radius by samples and the spline through them |
 //! | [`phase_grid`] | A smooth phase by samples on a grid and the spline between them |
 //! | [`blaze`] | The diffraction orders of a blazed or stepped profile |

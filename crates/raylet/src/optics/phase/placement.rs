@@ -1,8 +1,8 @@
-//! Where the own axes of a phase stand on an element.
+//! Where the own axes of a phase or of pixels stand on an element.
 
 use crate::math::real::Real;
 
-/// The own axes of a phase: their origin, and by how much they are turned.
+/// The own axes of a phase or of pixels: their origin, and by how much they are turned.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub struct Placement {
     /// Where their origin stands, in mm.
@@ -12,6 +12,12 @@ pub struct Placement {
 }
 
 impl Placement {
+    /// The own axes of the element.
+    pub const NONE: Placement = Placement {
+        centre: [0.0; 2],
+        rotation: 0.0,
+    };
+
     /// Whether the own axes are those of the element.
     pub fn is_none(&self) -> bool {
         self.centre == [0.0; 2] && self.rotation == 0.0
@@ -31,6 +37,14 @@ impl Placement {
             u * cos - v * sin + self.centre[0],
             u * sin + v * cos + self.centre[1],
         ]
+    }
+
+    /// Where the axes of the element stand on these.
+    pub(crate) fn inverse(&self) -> Self {
+        Self {
+            centre: self.inwards(0.0, 0.0),
+            rotation: -self.rotation,
+        }
     }
 
     /// A vector along the own axes, along those of the element.

@@ -1,10 +1,11 @@
-//! A centred grid of pixels, and what lies between their centres.
+//! A grid of pixels, and what lies between their centres.
 
 use ndarray::Array2;
 use num_complex::Complex64;
 use schemars::JsonSchema;
 use serde::{Deserialize, Serialize};
 
+use crate::optics::phase::placement::Placement;
 use crate::optics::pixels::active_area::ActiveArea;
 use crate::optics::pixels::pixel_shares::PixelShares;
 
@@ -32,7 +33,7 @@ impl PixelForm {
     }
 }
 
-/// A centred grid of pixels, indexed [y, x]; row index grows with y.
+/// A grid of pixels, indexed [y, x]; row index grows with y.
 #[derive(Clone, Debug, PartialEq)]
 pub struct Pixels {
     /// Distance of neighbouring pixel centres along x and y, in mm.
@@ -43,6 +44,8 @@ pub struct Pixels {
     pub form: PixelForm,
     /// The part of each pixel that has its value; the whole pixel for forms other than [`PixelForm::Box`].
     pub active: ActiveArea,
+    /// Where the axes through their middle, along rows and columns, stand on the element.
+    pub placement: Placement,
 }
 
 /// What makes up a pixel grid, whatever its values.
@@ -56,6 +59,8 @@ pub(crate) struct Lattice {
     pub form: PixelForm,
     /// The sides of the active area over the pitch.
     pub sides: [f64; 2],
+    /// Where its axes stand on the element.
+    pub placement: Placement,
 }
 
 impl Lattice {
@@ -65,6 +70,7 @@ impl Lattice {
         self.pitch == other.pitch
             && self.shape == other.shape
             && self.form == other.form
+            && self.placement == other.placement
             && (self.sides == other.sides || self.sides == whole || other.sides == whole)
     }
 }
@@ -88,13 +94,15 @@ impl Pixels {
             shape: self.values.dim(),
             form: self.form,
             sides: self.active.sides,
+            placement: self.placement,
         }
     }
 
     /// The transmission at (x, y); zero outside the grid.
     pub(crate) fn at(&self, x: f64, y: f64) -> Complex64 {
         if !self.active.is_whole() {
-            return self.value_at(self.place(0, x), self.place(1, y));
+            let [u, v] = self.placement.inwards(x, y);
+            return self.value_at(self.place(0, u), self.place(1, v));
         }
         let part = |(pixel, share)| self.values[pixel] * share;
         self.shares(x, y).map(part).sum()
@@ -122,6 +130,7 @@ impl Pixels {
     /// grid.
     pub(crate) fn shares(&self, x: f64, y: f64) -> impl Iterator<Item = ([usize; 2], f64)> {
         let (ny, nx) = self.values.dim();
+        let [x, y] = self.placement.inwards(x, y);
         let u = x / self.pitch[0] + 0.5 * nx as f64;
         let v = y / self.pitch[1] + 0.5 * ny as f64;
         let on_grid = u >= 0.0 && v >= 0.0 && u < nx as f64 && v < ny as f64;
@@ -140,7 +149,7 @@ impl Pixels {
         pairs.filter(move |(_, share)| inside && *share != 0.0)
     }
 
-    /// Where a place in mm along x (axis 0) or y (axis 1) lies among box pixels.
+    /// Where a place in mm along the own x (axis 0) or y (axis 1) lies among box pixels.
     fn place(&self, axis: usize, place: f64) -> PixelPlace {
         let (ny, nx) = self.values.dim();
         let count = [nx, ny][axis];
@@ -152,17 +161,21 @@ impl Pixels {
         }
     }
 
-    /// Where some places in mm along x (axis 0) or y (axis 1) lie among box pixels.
+    /// Where some places in mm along the own x (axis 0) or y (axis 1) lie among box pixels.
     pub(crate) fn places(&self, axis: usize, places: &[f64]) -> Vec<PixelPlace> {
         places.iter().map(|at| self.place(axis, *at)).collect()
     }
 
-    /// The grid's outline `[x_min, x_max, y_min, y_max]` in mm.
+    /// A box about the grid on the element, `[x_min, x_max, y_min, y_max]` in mm: its outline, unless it is turned.
     pub(crate) fn bounds(&self) -> [f64; 4] {
         let (ny, nx) = self.values.dim();
         let half_x = 0.5 * nx as f64 * self.pitch[0];
         let half_y = 0.5 * ny as f64 * self.pitch[1];
-        [-half_x, half_x, -half_y, half_y]
+        let (sin, cos) = self.placement.rotation.sin_cos();
+        let across = half_x * cos.abs() + half_y * sin.abs();
+        let up = half_x * sin.abs() + half_y * cos.abs();
+        let [x, y] = self.placement.centre;
+        [x - across, x + across, y - up, y + up]
     }
 }
 
@@ -171,6 +184,7 @@ mod tests {
     use ndarray::array;
     use num_complex::Complex64;
 
+    use crate::optics::phase::placement::Placement;
     use crate::optics::pixels::active_area::{ActiveArea, Rest};
     use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
 
@@ -180,7 +194,30 @@ mod tests {
             values: array![[1.0, 2.0], [3.0, 4.0]].mapv(|v| Complex64::new(v, 0.0)),
             form,
             active: ActiveArea::WHOLE,
+            placement: Placement::NONE,
         }
+    }
+
+    /// A turn by a right angle and a shift: the pixel at the lower left comes to the lower right.
+    #[test]
+    fn a_placed_grid_is_turned_about_its_centre() {
+        let pixels = Pixels {
+            placement: Placement {
+                centre: [10.0, 20.0],
+                rotation: std::f64::consts::FRAC_PI_2,
+            },
+            ..grid(PixelForm::Box)
+        };
+        assert_eq!(pixels.at(11.0, 19.5).re, 1.0);
+        assert_eq!(pixels.at(11.0, 20.5).re, 2.0);
+        assert_eq!(pixels.at(9.0, 19.5).re, 3.0);
+        assert_eq!(pixels.at(0.5, 1.0).re, 0.0);
+        let exact = [8.0, 12.0, 19.0, 21.0];
+        let bounds = pixels.bounds();
+        assert!(
+            bounds.iter().zip(exact).all(|(a, b)| (a - b).abs() < 1e-14),
+            "{bounds:?}"
+        );
     }
 
     #[test]

@@ -380,6 +380,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
+    use crate::optics::phase::placement::Placement;
     use crate::optics::phase::profile::Profile;
     use crate::optics::pixels::active_area::ActiveArea;
     use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
@@ -453,6 +454,7 @@ mod tests {
                     values,
                     form,
                     active: ActiveArea::WHOLE,
+                    placement: Placement::NONE,
                 }));
                 screen(Frame::GLOBAL, ScreenKind::Doe(doe))
             };

@@ -83,6 +83,7 @@ mod tests {
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::{Doe, Layer};
     use crate::optics::frame::Frame;
+    use crate::optics::phase::placement::Placement;
     use crate::optics::phase::profile::Profile;
     use crate::optics::pixels::active_area::ActiveArea;
     use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
@@ -97,6 +98,7 @@ mod tests {
             values,
             form: PixelForm::Box,
             active: ActiveArea::WHOLE,
+            placement: Placement::NONE,
         };
         let tilt = Profile::Linear {
             gradient: [1.0, -2.0],
