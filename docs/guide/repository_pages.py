@@ -42,8 +42,8 @@ def name_of(place: str) -> str:
 
 
 def linked(text: str) -> str:
-    """The text with its links to other pages, all of which stand in one folder on the site; a link to a file that is no page
-    becomes its words."""
+    """The text with its links to other pages, which all stand in one folder on the site; of a link to another file the words
+    stay."""
     pages = {name_of(place) for place in [*PAGES, *PICTURES]}
 
     def there(found: re.Match[str]) -> str:

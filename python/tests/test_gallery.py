@@ -50,6 +50,18 @@ def test_orders_of_a_modulator_have_the_shares_of_its_staircase() -> None:
     assert abs(orders[:, 2] - orders[:, 3]).max() < 1e-3
 
 
+def test_orders_of_the_lattice_have_the_shares_of_its_gaps() -> None:
+    """The sensor sees 98 % of each order: so much of it is in the middle of its spot, as above."""
+    found = run("gallery_gratings", "A modulator with a blazed grating")
+    shares = np.array(found["lattice"])
+    assert abs(shares[:, 0] / shares[:, 1] - 0.98).max() < 0.015
+
+
+def test_a_zone_plate_of_two_levels_has_its_share_in_the_focus() -> None:
+    found = run("gallery", "A binary zone plate")
+    assert abs(found["peak"] - 4.0 / np.pi**2) < 0.02
+
+
 def test_a_dammann_grating_makes_seven_beams_of_the_published_power() -> None:
     found = run("gallery_gratings", "A Dammann grating")
     shares = np.array(found["shares"])
