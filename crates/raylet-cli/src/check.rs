@@ -183,7 +183,7 @@ fn plan(
         .map_err(|error| simulate_fault(scene, given, settings, &error))?;
     let methods: Vec<HopMethod> = hops.iter().map(|hop| hop.method.clone()).collect();
     wait.note(format!("following rays for warnings, λ = {wavelength} µm"));
-    let findings = advice(system, &methods, settings);
+    let findings = advice(given, &rimmed, &methods, settings);
     let mut text = String::from("\n");
     for names in rimmed.joined(given) {
         let names = names.join("' and '");

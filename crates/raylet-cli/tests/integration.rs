@@ -9,6 +9,7 @@ mod bad_input;
 mod bad_reference;
 mod bad_systems;
 mod bare_mirror;
+mod check_lines;
 mod checkpoints;
 mod compare;
 mod design;

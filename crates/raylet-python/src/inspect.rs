@@ -150,11 +150,12 @@ pub(crate) fn check(
         let settings = build::settings(&file);
         // As it will be run: rims that become screens have hops of their own.
         let given = system;
-        let system = with_rims(&given, &settings, PixelValues::Fixed).system;
-        let hops = forecast_with_progress(&system, &settings, |_, _| watch.pulse());
+        let rimmed = with_rims(&given, &settings, PixelValues::Fixed);
+        let system = &rimmed.system;
+        let hops = forecast_with_progress(system, &settings, |_, _| watch.pulse());
         let hops = hops.map_err(|failure| simulate_fault(&file, &given, &settings, &failure))?;
         let methods: Vec<HopMethod> = hops.into_iter().map(|hop| hop.method).collect();
-        let findings = advice(&system, &methods, &settings).into_iter();
+        let findings = advice(&given, &rimmed, &methods, &settings).into_iter();
         let between = |hop: usize| {
             let ends = system.screens.iter().skip(hop).take(2);
             let names: Vec<&str> = ends.map(|screen| screen.name.as_str()).collect();

@@ -1,11 +1,13 @@
 //! Warnings and hints that follow from the plans, before a run.
 
 use crate::engine::chain::arriving_light::{chief, incidence};
-use crate::engine::error::part_advice::{beside_pixels, crossing, evanescent, in_glass};
+use crate::engine::error::crossing::crossings;
+use crate::engine::error::part_advice::{beside_pixels, evanescent, in_glass};
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::plan::settings::Settings;
+use crate::engine::rims::rim_screens::Rimmed;
 use crate::math::vec3::Vec3;
 use crate::optics::doe::Doe;
 use crate::optics::pixels::pixel_grid::PixelForm;
@@ -41,8 +43,26 @@ const SMALL: f64 = 25.0;
 /// Pixels are few where they cover less of the aperture than this, in per cent.
 const BARE: f64 = 50.0;
 
-/// Findings about the hops of a system that are carried by these methods.
-pub fn advice(system: &System, methods: &[HopMethod], settings: &Settings) -> Vec<Advice> {
+/// Findings about a system as it was given, and about its hops as they are run, which are carried by these methods.
+pub fn advice(
+    given: &System,
+    rimmed: &Rimmed,
+    methods: &[HopMethod],
+    settings: &Settings,
+) -> Vec<Advice> {
+    let found = crossings(given).into_iter();
+    let own = found.map(|(number, text)| Advice {
+        hop: rimmed.hop_of_given(number),
+        warning: true,
+        text,
+    });
+    let mut list: Vec<Advice> = own.collect();
+    list.extend(advice_on_hops(&rimmed.system, methods, settings));
+    list
+}
+
+/// Findings about the hops of a system.
+fn advice_on_hops(system: &System, methods: &[HopMethod], settings: &Settings) -> Vec<Advice> {
     let (mut direction, _) = incidence(system);
     let mut rays = launch(system);
     let mut list = Vec::new();
@@ -55,7 +75,6 @@ pub fn advice(system: &System, methods: &[HopMethod], settings: &Settings) -> Ve
                 text,
             }));
         };
-        say(true, crossing(&hop));
         say(true, evanescent(&hop, &smooth_rays(&hop, &rays)));
         say(true, in_glass(&hop, system.screens[0].index));
         let (warning, text) = without_pixels(system, number, &hop, &rays);

@@ -3,6 +3,7 @@
 //! | file | what it holds |
 //! | --- | --- |
 //! | [`advice`] | Warnings and hints about a system before a run |
+//! | `crossing` | Parts that cross inside their openings |
 //! | [`error_budget`] | The expected error of a hop, by cause and altogether |
 //! | `part_advice` | Warnings about the parts of a hop, whatever method carries it |
 //! | `lost_light` | Where the light goes that no beamlet follows |
@@ -11,6 +12,7 @@
 //! | `window_error` | The error of the windows of a beamlet sum, by their distance and period |
 
 pub mod advice;
+pub(crate) mod crossing;
 pub mod error_budget;
 pub(crate) mod lost_light;
 pub(crate) mod part_advice;

@@ -1,66 +1,12 @@
-//! Warnings about the parts of a hop, whatever method carries it: surfaces that cross, orders that do not propagate, a
+//! Warnings about the parts of a hop, whatever method carries it: orders that do not propagate, light beside pixels, a
 //! sensor in glass.
 
-use crate::math::vec3::Vec3;
 use crate::optics::ray::Loss;
 use crate::optics::screen::ScreenKind;
-use crate::optics::surface::Surface;
 use crate::optics::system::Hop;
-
-/// Radii and directions at which two surfaces are compared, and the overlap in mm from which they cross.
-const RADII: usize = 32;
-const DIRECTIONS: usize = 16;
-const OVERLAP: f64 = 1e-9;
 
 /// Indices of media differ from here on.
 const OTHER_INDEX: f64 = 1e-3;
-
-/// Surfaces of a train that cross inside their openings: rays run backwards from one to the next there.
-pub(crate) fn crossing(hop: &Hop) -> Option<String> {
-    let pairs = hop.train.iter().zip(hop.train.iter().skip(1));
-    let found = |(number, (front, back)): (usize, (&Surface, &Surface))| {
-        let (at, overlap) = overlap(front, back)?;
-        Some(format!(
-            "surfaces {} and {} behind '{}' cross inside their apertures: {:.4} mm from the axis the second stands \
-             {overlap:.2e} mm before the first",
-            number + 1,
-            number + 2,
-            hop.from.name,
-            at[0].hypot(at[1]),
-        ))
-    };
-    pairs.enumerate().find_map(found)
-}
-
-/// The place on a surface where the next stands farthest before it, within both apertures, and by how many mm.
-fn overlap(front: &Surface, back: &Surface) -> Option<([f64; 2], f64)> {
-    let bounds = front.aperture.bounds()?;
-    let reach = bounds.into_iter().fold(0.0f64, |most, b| most.max(b.abs()));
-    // The way from one to the next runs towards the local +z or −z.
-    let way = back.frame.to_local(front.frame.origin).z;
-    if way == 0.0 {
-        return None;
-    }
-    let places = (0..=RADII).flat_map(|i| (0..DIRECTIONS).map(move |j| (i, j)));
-    let deep = places.filter_map(|(i, j)| {
-        let (sin, cos) = (std::f64::consts::TAU * j as f64 / DIRECTIONS as f64).sin_cos();
-        let r = reach * i as f64 / RADII as f64;
-        let (x, y) = (r * cos, r * sin);
-        if !front.aperture.contains(x, y) {
-            return None;
-        }
-        let z = front.shape.height(x, y)?.z;
-        let there = back
-            .frame
-            .to_local(front.frame.to_global(Vec3::new(x, y, z)));
-        if !back.aperture.contains(there.x, there.y) {
-            return None;
-        }
-        let gap = (back.shape.height(there.x, there.y)?.z - there.z) * -way.signum();
-        (gap < -OVERLAP).then_some(([x, y], -gap))
-    });
-    deep.max_by(|a, b| a.1.total_cmp(&b.1))
-}
 
 /// Light that a smooth element turns beyond 90°, of rays that leave it at some places in some directions.
 pub(crate) fn evanescent(hop: &Hop, leaving: &[([f64; 2], [f64; 2])]) -> Option<String> {
@@ -125,7 +71,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::engine::error::part_advice::{beside_pixels, crossing, evanescent, in_glass};
+    use crate::engine::error::part_advice::{beside_pixels, evanescent, in_glass};
     use crate::fixtures::parts::{self, conic, face, on_axis, open_screen, screen, sensor};
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
@@ -157,17 +103,6 @@ mod tests {
             train: &train,
             to: &to,
         })
-    }
-
-    /// Two spheres of 5 mm with sags of 0.4174 mm at 2 mm overlap there by twice that, less the thickness.
-    #[test]
-    fn a_lens_that_is_too_thin_crosses_itself_at_its_edge() {
-        assert_eq!(told(0.9, crossing), None);
-        let text = told(0.01, crossing).unwrap();
-        assert!(
-            text.contains("2.0000 mm") && text.contains("8.25e-1"),
-            "{text}"
-        );
     }
 
     #[test]

@@ -168,6 +168,11 @@ impl Rimmed {
         names.filter(|names| names.len() > 1).collect()
     }
 
+    /// The first hop behind a screen of the system as it was given, by the number of the hop there.
+    pub(crate) fn hop_of_given(&self, number: usize) -> usize {
+        self.own.get(number).map_or(0, |(at, _)| *at)
+    }
+
     /// A slightly changed system with screens at the same rims.
     pub(crate) fn like(&self, system: &System) -> System {
         self.clone().filled(system).system
