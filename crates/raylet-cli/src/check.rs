@@ -21,7 +21,9 @@ use raylet::file::result::hop_entry::{BeamletEntry, LocalBandEntry, PlanEntry};
 use raylet::file::result::report::above_target;
 use raylet::file::result::rim::RimEntry;
 use raylet::file::scene::scene_file::Scene;
-use raylet::optics::paraxial::Cardinal;
+use raylet::optics::paraxial::{Cardinal, ParaxialError};
+use raylet::optics::phase::vertex_power::vertex_power;
+use raylet::optics::screen::{Screen, ScreenKind};
 use raylet::optics::system::{Hop, System};
 use raylet_plot::text_table::table;
 
@@ -133,36 +135,64 @@ fn semi_aperture([x0, x1, y0, y1]: [f64; 4]) -> String {
     if x == y { x } else { format!("{x} × {y}") }
 }
 
-/// Focal length, back focal distance, principal planes and numerical aperture of every train with power.
+/// Focal length, back focal distance, principal planes and numerical aperture of every train with power, and of all parts
+/// together where elements bend light, too.
 fn paraxial(system: &System) -> String {
+    let k = system.wavenumber();
+    let elements = || {
+        let screens = system.screens.iter();
+        screens.filter(|screen| matches!(screen.kind, ScreenKind::Doe(_)))
+    };
+    let bends = |screen: &Screen| {
+        screen.behind.is_some() || vertex_power(screen, k).is_some_and(|power| power != 0.0)
+    };
+    let with_elements = elements().any(bends);
     let mut text = String::new();
     for hop in system.hops().filter(|hop| !hop.train.is_empty()) {
-        let between = format!("{} to {}", hop.from.name, hop.to.name);
-        let line = match Cardinal::of_hop(&hop) {
-            Ok(Some(cardinal)) => {
-                let aperture = hop.from.bounds().map_or(String::new(), |[x0, x1, y0, y1]| {
-                    let radius = 0.5 * (x1 - x0).max(y1 - y0);
-                    let na = cardinal.numerical_aperture(radius);
-                    format!(
-                        ", image-space NA {na:.4} at a beam radius of {} mm",
-                        fixed(radius)
-                    )
-                });
-                format!(
-                    "focal length {} mm, back focal distance {} mm, principal planes {} mm from the \
-                     first and {} mm from the last vertex{aperture}",
-                    fixed(cardinal.focal_length()),
-                    fixed(cardinal.back_focus()),
-                    fixed(cardinal.front_principal_plane()),
-                    fixed(cardinal.rear_principal_plane()),
-                )
-            }
-            Ok(None) => String::from("no power"),
-            Err(error) => format!("no paraxial data: {error}"),
+        let line = cardinal_line(Cardinal::of_hop(&hop), hop.from);
+        let alone = match with_elements {
+            true => ", surfaces alone",
+            false => "",
         };
-        let _ = writeln!(text, "  {between}: {line}");
+        let (from, to) = (&hop.from.name, &hop.to.name);
+        let _ = writeln!(text, "  {from} to {to}{alone}: {line}");
+    }
+    if let Some(first) = system.screens.first().filter(|_| with_elements) {
+        let left_out = elements().filter(|screen| vertex_power(screen, k).is_none());
+        let names: Vec<&str> = left_out.map(|screen| screen.name.as_str()).collect();
+        let without = match names.is_empty() {
+            true => String::new(),
+            false => format!(" but the phase of '{}'", names.join("', '")),
+        };
+        let line = cardinal_line(Cardinal::of_system(system), first);
+        let _ = writeln!(text, "  all parts{without}: {line}");
     }
     text
+}
+
+/// First-order properties in words, for a beam as wide as the first screen.
+fn cardinal_line(found: Result<Option<Cardinal>, ParaxialError>, first: &Screen) -> String {
+    let cardinal = match found {
+        Ok(Some(cardinal)) => cardinal,
+        Ok(None) => return String::from("no power"),
+        Err(error) => return format!("no paraxial data: {error}"),
+    };
+    let aperture = first.bounds().map_or(String::new(), |[x0, x1, y0, y1]| {
+        let radius = 0.5 * (x1 - x0).max(y1 - y0);
+        let na = cardinal.numerical_aperture(radius);
+        format!(
+            ", image-space NA {na:.4} at a beam radius of {} mm",
+            fixed(radius)
+        )
+    });
+    format!(
+        "focal length {} mm, back focal distance {} mm, principal planes {} mm from the first and {} mm from the last \
+         vertex{aperture}",
+        fixed(cardinal.focal_length()),
+        fixed(cardinal.back_focus()),
+        fixed(cardinal.front_principal_plane()),
+        fixed(cardinal.rear_principal_plane()),
+    )
 }
 
 /// What a run would do hop by hop, and what there is to say about it.

@@ -65,3 +65,31 @@ layer = [{ kind = "radial", norm_radius_mm = 1, coefficients = [-10] }]
     let thick = said(&format!("{front}{back}").replace("0.02", "0.4"));
     assert!(!thick.contains("cross inside"), "{thick}");
 }
+
+/// Edmund Optics 65-988, of 15.02 mm, as scenes/real_size/hybrid_asphere.toml has it: its back alone has 90.93 mm.
+#[test]
+fn the_focal_length_has_the_power_of_elements() {
+    let hybrid = r#"[[element]]
+kind = "doe"
+name = "front"
+radius_mm = 9.93
+conic = -0.71
+thickness_mm = 3.7
+glass = { index = 1.53116 }
+aperture = { disc = { radius_mm = 0.1 } }
+layer = [{ kind = "radial", norm_radius_mm = 6, coefficients = [-695.76804228564] }]
+[[element]]
+kind = "surface"
+radius_mm = -48.3
+thickness_mm = 12.94603
+semi_aperture_mm = 0.2
+"#;
+    let text = said_of(&scene(hybrid).replace("0.55", "0.5875618"));
+    assert!(
+        text.contains("front to camera, surfaces alone: focal length 90.93"),
+        "{text}"
+    );
+    let line = text.split("all parts: focal length ").nth(1);
+    let number = line.and_then(|line| line.split(' ').next()?.parse::<f64>().ok());
+    assert!(number.is_some_and(|f| (f - 15.02).abs() < 0.01), "{text}");
+}

@@ -6,10 +6,12 @@
 
 use crate::math::vec3::Vec3;
 use crate::optics::frame::Frame;
+use crate::optics::phase::vertex_power::vertex_power;
 use crate::optics::refraction::Interface;
 use crate::optics::screen::Screen;
+use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
-use crate::optics::system::Hop;
+use crate::optics::system::{Hop, System};
 
 /// Vertices may lie this far (mm) from the axis, and axes differ by this much, and count as centred.
 const CENTRED: f64 = 1e-9;
@@ -172,6 +174,29 @@ impl Cardinal {
         Ok(lens.cardinal())
     }
 
+    /// The first-order properties of all parts of a system, its diffractive elements among them, from the first part that bends
+    /// light to the last; `None` without power. Elements of which [`vertex_power`] knows nothing are left out.
+    ///
+    /// # Errors
+    /// When a part that bends light is tilted, off the axis of the first screen, or astigmatic.
+    pub fn of_system(system: &System) -> Result<Option<Self>, ParaxialError> {
+        let Some(first) = system.screens.first() else {
+            return Ok(None);
+        };
+        let mut lens = Lens::new(Walk {
+            towards: first.frame.z * first.arrives,
+            ..Walk::from(first)
+        });
+        let k = system.wavenumber();
+        for hop in system.hops() {
+            lens.cross(hop.from, k)?;
+            for (number, surface) in hop.train.iter().enumerate() {
+                lens.pass(surface, number)?;
+            }
+        }
+        Ok(lens.cardinal())
+    }
+
     /// 1/f in 1/mm.
     pub(crate) fn power(&self) -> f64 {
         -self.matrix.c
@@ -268,26 +293,41 @@ impl Walk {
     /// To a surface and through it, or back from it.
     fn pass(&mut self, surface: &Surface, number: usize) -> Result<(), ParaxialError> {
         self.reach(&surface.frame, surface.index[0], || surface_name(number))?;
+        let part = || surface_name(number);
+        self.bend(
+            &surface.shape,
+            &surface.frame,
+            surface.index,
+            surface.interface,
+            &part,
+        )?;
+        self.check_finite(part)
+    }
+
+    /// Refraction or reflection at a vertex that is reached.
+    fn bend(
+        &mut self,
+        shape: &Shape,
+        frame: &Frame,
+        [before, after]: [f64; 2],
+        interface: Interface,
+        part: &impl Fn() -> String,
+    ) -> Result<(), ParaxialError> {
         // The curvature as the light sees it: positive when the centre lies downstream.
-        let hessian = surface
-            .shape
-            .height(0.0, 0.0)
-            .map_or([0.0; 3], |height| height.hessian);
-        let [curvature, twist, other] = hessian;
+        let height = shape.height(0.0, 0.0);
+        let [curvature, twist, other] = height.map_or([0.0; 3], |height| height.hessian);
         if (curvature - other).abs().max(twist.abs()) > ROUND * curvature.abs().max(other.abs()) {
-            let part = surface_name(number);
-            return Err(ParaxialError::Astigmatic { part });
+            return Err(ParaxialError::Astigmatic { part: part() });
         }
-        let seen = curvature * self.towards.dot(surface.frame.z).signum();
-        let [before, after] = surface.index;
-        match surface.interface {
+        let seen = curvature * self.towards.dot(frame.z).signum();
+        match interface {
             Interface::Refract => self.matrix = self.matrix.thin_lens((after - before) * seen),
             Interface::Reflect => {
                 self.matrix = self.matrix.thin_lens(-2.0 * before * seen);
                 self.towards = self.towards * -1.0;
             }
         }
-        self.check_finite(|| surface_name(number))
+        Ok(())
     }
 }
 
@@ -304,19 +344,56 @@ impl Lens {
     }
 
     fn pass(&mut self, surface: &Surface, number: usize) -> Result<(), ParaxialError> {
-        let [before, after] = surface.index;
-        if self.found.is_none() {
-            // What was flown before the first vertex does not count.
-            self.walk
-                .reach(&surface.frame, before, || surface_name(number))?;
-            self.walk.matrix = Abcd::IDENTITY;
-        }
+        self.start(&surface.frame, surface.index[0], || surface_name(number))?;
         let old = self.walk.matrix;
         self.walk.pass(surface, number)?;
+        self.count(old, surface.index);
+        Ok(())
+    }
+
+    /// To an element, if it bends light, and on behind it.
+    fn cross(&mut self, screen: &Screen, wavenumber: f64) -> Result<(), ParaxialError> {
+        let reflects = screen.leaves() != screen.arrives;
+        let power = vertex_power(screen, wavenumber).unwrap_or(0.0);
+        if power == 0.0 && !reflects && screen.behind.is_none() {
+            return Ok(());
+        }
+        let part = || screen_name(screen);
+        let index = [screen.index, screen.index_behind()];
+        self.start(&screen.frame, index[0], part)?;
+        self.walk.reach(&screen.frame, index[0], part)?;
+        let old = self.walk.matrix;
+        let interface = match reflects {
+            true => Interface::Reflect,
+            false => Interface::Refract,
+        };
+        self.walk
+            .bend(&screen.shape, &screen.frame, index, interface, &part)?;
+        self.walk.matrix = self.walk.matrix.thin_lens(power);
+        self.walk.check_finite(part)?;
+        self.count(old, index);
+        Ok(())
+    }
+
+    /// What was flown before the first vertex does not count.
+    fn start(
+        &mut self,
+        frame: &Frame,
+        index: f64,
+        part: impl Fn() -> String,
+    ) -> Result<(), ParaxialError> {
+        if self.found.is_none() {
+            self.walk.reach(frame, index, part)?;
+            self.walk.matrix = Abcd::IDENTITY;
+        }
+        Ok(())
+    }
+
+    /// Counts the power of a part behind which the walk stands, between these indices.
+    fn count(&mut self, old: Abcd, [before, after]: [f64; 2]) {
         let step = (self.walk.matrix.c - old.c).abs();
         let (_, largest, index) = self.found.unwrap_or((old, 0.0, [before, after]));
         self.found = Some((self.walk.matrix, largest.max(step), [index[0], after]));
-        Ok(())
     }
 
     fn cardinal(&self) -> Option<Cardinal> {
@@ -338,13 +415,14 @@ mod tests {
     use crate::fixtures::parts::{self, conic, face, on_axis};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
-
+    use crate::optics::doe::Layer;
     use crate::optics::paraxial::{Abcd, Cardinal, ParaxialError};
-    use crate::optics::refraction::Interface;
-    use crate::optics::screen::{Screen, ScreenKind};
+    use crate::optics::phase::profile::Profile;
+    use crate::optics::refraction::{Coating, Interface};
+    use crate::optics::screen::{MediumBehind, Screen, ScreenKind};
     use crate::optics::shape::{Conic, Shape};
     use crate::optics::surface::Surface;
-    use crate::optics::system::Hop;
+    use crate::optics::system::{Hop, System};
     use crate::optics::toric::Biconic;
 
     /// N-BK7 at 0.7 µm.
@@ -428,6 +506,44 @@ mod tests {
         for matrix in [matrix, Abcd::between(&hop(&from, &train, &to)).unwrap()] {
             assert!((matrix.a * matrix.d - matrix.b * matrix.c - 1.0).abs() < 1e-13);
         }
+    }
+
+    /// A plano-convex lens with a diffractive lens on its front: the powers of both add at the vertex, and an element apart obeys
+    /// 1/f = 1/f₁ + 1/f₂ − d/(f₁f₂).
+    #[test]
+    fn elements_add_their_power_to_that_of_the_surfaces() {
+        let k = std::f64::consts::TAU / 0.7e-3;
+        let lens_of = |focal_length: f64| {
+            let profile = Profile::Lens {
+                focal_length,
+                wavenumber: k,
+            };
+            ScreenKind::Doe(parts::element(Layer::Phase(profile), Aperture::disc(5.0)))
+        };
+        let system = |first: Screen, train: Vec<Surface>| System {
+            wavelength: 0.7e-3,
+            ..parts::lit(vec![first, screen(90.0, 1.0)], vec![train])
+        };
+        let on_front = Screen {
+            shape: conic(1.0 / 25.8, 0.0),
+            behind: Some(MediumBehind {
+                index: GLASS,
+                coating: Coating::Ideal,
+            }),
+            ..parts::screen(on_axis(3.0), lens_of(100.0))
+        };
+        let back = la1131()[1].clone();
+        let hybrid = system(on_front, vec![back]);
+        let hybrid = Cardinal::of_system(&hybrid).unwrap().unwrap();
+        let power = (GLASS - 1.0) / 25.8 + 1.0 / 100.0;
+        assert!((hybrid.power() - power).abs() < 1e-9 * power);
+        assert!((hybrid.back_focus() - (1.0 / power - 5.3 / GLASS)).abs() < 1e-7);
+
+        let apart = parts::screen(on_axis(0.0), lens_of(-200.0));
+        let both = Cardinal::of_system(&system(apart, la1131()));
+        let (f1, f2) = (-200.0, 25.8 / (GLASS - 1.0));
+        let power = 1.0 / f1 + 1.0 / f2 - 3.0 / (f1 * f2);
+        assert!((both.unwrap().unwrap().power() - power).abs() < 1e-9 * power);
     }
 
     #[test]
