@@ -66,6 +66,60 @@ layer = [{ kind = "radial", norm_radius_mm = 1, coefficients = [-10] }]
     assert!(!thick.contains("cross inside"), "{thick}");
 }
 
+/// A sum of a grating of 0.4 µm and one of 20 µm, and the orders 2 and 3 of a grating of 1 µm; a run of the grating alone says why
+/// its sensor is dark.
+#[test]
+fn orders_that_do_not_propagate_are_told() {
+    let element = |layer: &str| {
+        format!(
+            r#"[[element]]
+kind = "doe"
+name = "orders"
+thickness_mm = 1
+aperture = {{ disc = {{ radius_mm = 0.05 }} }}
+layer = [{layer}]
+"#
+        )
+    };
+    let grating = |period: f64| format!(r#"{{ kind = "grating", period_um = {period} }}"#);
+    let kinoform = |keys: &str, period: f64| {
+        element(&format!(
+            r#"{{ kind = "kinoform", {keys} layer = [{}] }}"#,
+            grating(period)
+        ))
+    };
+    let sum = element(&format!(
+        r#"{{ kind = "sum", terms = [[{}], [{}]] }}"#,
+        grating(0.4),
+        grating(20.0)
+    ));
+    let text = said(&sum);
+    assert!(
+        text.contains("50 % of the light behind 'orders' does not propagate"),
+        "{text}"
+    );
+    let text = said(&kinoform("levels = 2, orders = [0, 1, 2, 3],", 1.0));
+    assert!(
+        text.contains("10 % of the light behind 'orders' does not propagate"),
+        "{text}"
+    );
+    assert!(!said(&kinoform("", 1.0)).contains("does not propagate"));
+
+    let stage = Stage::new(&scene(&kinoform("", 0.4)));
+    let text = stage.raylet(&["check", "scene.toml"]);
+    assert!(
+        String::from_utf8_lossy(&text.stdout).contains("100 % of the light"),
+        "{text:?}"
+    );
+    let run = stage.raylet(&["simulate", "scene.toml", "--out", "out"]);
+    assert!(run.status.success(), "{}", complaint(&run));
+    let report = std::fs::read_to_string(stage.join("out/result.json")).unwrap();
+    assert!(
+        report.contains("hardly any light reaches the sensor: 100 % of the light behind 'orders' does not propagate"),
+        "{report}"
+    );
+}
+
 /// Edmund Optics 65-988, of 15.02 mm, as scenes/real_size/hybrid_asphere.toml has it: its back alone has 90.93 mm.
 #[test]
 fn the_focal_length_has_the_power_of_elements() {

@@ -2,7 +2,7 @@
 
 use crate::engine::chain::arriving_light::{chief, incidence};
 use crate::engine::error::crossing::crossings;
-use crate::engine::error::part_advice::{beside_pixels, evanescent, in_glass};
+use crate::engine::error::part_advice::{Leaving, beside_pixels, evanescent, in_glass};
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
@@ -10,6 +10,7 @@ use crate::engine::plan::settings::Settings;
 use crate::engine::rims::rim_screens::Rimmed;
 use crate::math::vec3::Vec3;
 use crate::optics::doe::Doe;
+use crate::optics::phase::smooth_orders::smooth_orders;
 use crate::optics::pixels::pixel_grid::PixelForm;
 use crate::optics::ray::Loss;
 use crate::optics::screen::ScreenKind;
@@ -75,7 +76,7 @@ fn advice_on_hops(system: &System, methods: &[HopMethod], settings: &Settings) -
                 text,
             }));
         };
-        say(true, evanescent(&hop, &smooth_rays(&hop, &rays)));
+        say(true, evanescent(&hop, &orders_behind(&hop, &rays)));
         say(true, in_glass(&hop, system.screens[0].index));
         let (warning, text) = without_pixels(system, number, &hop, &rays);
         say(warning, text);
@@ -261,22 +262,35 @@ fn leaving(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Vec<[f64; 2]> {
         .collect()
 }
 
-/// The rays that leave a smooth plane element, as places and directions; none behind pixels, stops and curved elements.
-fn smooth_rays(hop: &Hop, rays: &[ScreenRay]) -> Vec<([f64; 2], [f64; 2])> {
+/// The light that leaves a plane element without pixels, order by order; none behind pixels, stops and curved elements.
+fn orders_behind(hop: &Hop, rays: &[ScreenRay]) -> Vec<Leaving> {
     let ScreenKind::Doe(doe) = &hop.from.kind else {
         return Vec::new();
     };
     if !hop.from.is_plane() {
         return Vec::new();
     }
+    let (k, mut list) = (hop.wavenumber(), Vec::new());
     let open = (rays.iter()).filter(|ray| doe.aperture.contains(ray.at[0], ray.at[1]));
-    let smooth = open.filter(|ray| doe.phase_gradient(ray.at[0], ray.at[1]).is_some());
-    smooth
-        .flat_map(|ray| {
-            let directions = leaving(hop, ray.at, ray.cosines);
-            directions.into_iter().map(|p| (ray.at, p))
-        })
-        .collect()
+    for ScreenRay { at, cosines } in open {
+        let orders = smooth_orders(doe, *at).unwrap_or_default();
+        list.extend(orders.iter().map(|order| Leaving {
+            at: *at,
+            cosines: [0, 1].map(|a| cosines[a] + order.gradient[a] / k),
+            share: order.share,
+        }));
+    }
+    list
+}
+
+/// Orders of a system that do not propagate, at the first element that has such.
+pub(crate) fn lost_orders(system: &System) -> Option<String> {
+    let mut rays = launch(system);
+    system.hops().find_map(|hop| {
+        let text = evanescent(&hop, &orders_behind(&hop, &rays));
+        rays = Light::follow(&hop, &rays).arrived;
+        text
+    })
 }
 
 /// How far an element turns light along x and y, in optical direction cosines: half the lattice order of

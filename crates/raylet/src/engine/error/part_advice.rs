@@ -1,29 +1,57 @@
 //! Warnings about the parts of a hop, whatever method carries it: orders that do not propagate, light beside pixels, a
 //! sensor in glass.
 
-use crate::optics::ray::Loss;
 use crate::optics::screen::ScreenKind;
 use crate::optics::system::Hop;
 
 /// Indices of media differ from here on.
 const OTHER_INDEX: f64 = 1e-3;
 
-/// Light that a smooth element turns beyond 90°, of rays that leave it at some places in some directions.
-pub(crate) fn evanescent(hop: &Hop, leaving: &[([f64; 2], [f64; 2])]) -> Option<String> {
-    let lost = |(at, p): &&([f64; 2], [f64; 2])| {
-        matches!(hop.trace(*at, *p, &mut ()), Err(Loss::Evanescent))
-    };
-    let gone: Vec<_> = leaving.iter().filter(lost).collect();
-    let ([x, y], p) = gone.first()?;
-    let share = 100.0 * gone.len() as f64 / leaving.len() as f64;
-    Some(format!(
-        "{share:.0} % of the light behind '{}' does not propagate: its direction cosines would be ({:.3}, {:.3}) at \
-         ({x:.4}, {y:.4}) mm, where the index is {:.3}",
-        hop.from.name,
-        p[0],
-        p[1],
-        hop.from.index_behind(),
-    ))
+/// Light of one order of an element, where it leaves and along which cosines, and how much of it there is.
+#[derive(Clone, Copy, Debug)]
+pub(crate) struct Leaving {
+    /// Where it leaves, in mm.
+    pub at: [f64; 2],
+    /// Its optical direction cosines.
+    pub cosines: [f64; 2],
+    /// Its share of the light at that place.
+    pub share: f64,
+}
+
+/// The least share of light that does not propagate which a warning reports, in per cent.
+const GONE: f64 = 0.1;
+
+/// Light that a smooth element turns beyond 90°, of what leaves it at some places.
+pub(crate) fn evanescent(hop: &Hop, leaving: &[Leaving]) -> Option<String> {
+    let index = hop.from.index_behind();
+    let lost = |one: &&Leaving| one.cosines[0].hypot(one.cosines[1]) >= index;
+    let [gone, all] = [
+        leaving.iter().filter(lost).collect(),
+        leaving.iter().collect(),
+    ]
+    .map(|rays: Vec<&Leaving>| rays.iter().map(|one| one.share).sum::<f64>());
+    let share = 100.0 * gone / all;
+    let brightest = leaving.iter().filter(lost);
+    let brightest = brightest.max_by(|a, b| a.share.total_cmp(&b.share))?;
+    let ([x, y], p) = (brightest.at, brightest.cosines);
+    (share >= GONE).then(|| {
+        format!(
+            "{} % of the light behind '{}' does not propagate: its direction cosines would be ({:.3}, {:.3}) at \
+             ({x:.4}, {y:.4}) mm, where the index is {index:.3}",
+            percent(share),
+            hop.from.name,
+            p[0],
+            p[1],
+        )
+    })
+}
+
+/// A percentage, with a decimal where it is small.
+fn percent(share: f64) -> String {
+    match share < 9.95 {
+        true => format!("{share:.1}"),
+        false => format!("{share:.0}"),
+    }
 }
 
 /// The least share of light beside the pixels of an element that a note reports, in per cent.
@@ -71,7 +99,7 @@ mod tests {
     use ndarray::Array2;
     use num_complex::Complex64;
 
-    use crate::engine::error::part_advice::{beside_pixels, evanescent, in_glass};
+    use crate::engine::error::part_advice::{Leaving, beside_pixels, evanescent, in_glass};
     use crate::fixtures::parts::{self, conic, face, on_axis, open_screen, screen, sensor};
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
@@ -107,10 +135,15 @@ mod tests {
 
     #[test]
     fn light_that_cannot_leave_an_element_is_told_with_its_place() {
-        let leaving = [([0.1, 0.2], [0.3, 0.0]), ([0.3, 0.4], [1.375, 0.0])];
+        let one = |at, cosines, share| Leaving { at, cosines, share };
+        let leaving = [
+            one([0.1, 0.2], [0.3, 0.0], 1.0),
+            one([0.3, 0.4], [1.375, 0.0], 0.9),
+            one([0.3, 0.4], [0.2, 0.0], 0.1),
+        ];
         let text = told(0.9, |hop| evanescent(hop, &leaving)).unwrap();
         assert!(
-            text.contains("50 %") && text.contains("(1.375, 0.000)"),
+            text.contains("45 %") && text.contains("(1.375, 0.000)"),
             "{text}"
         );
         assert_eq!(told(0.9, |hop| evanescent(hop, &leaving[..1])), None);

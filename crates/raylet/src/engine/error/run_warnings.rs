@@ -2,6 +2,7 @@
 //! than came.
 
 use crate::engine::chain::outcome::{HopReport, Outcome};
+use crate::engine::error::advice::lost_orders;
 use crate::engine::error::error_budget::ErrorBudget;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::settings::Settings;
@@ -39,6 +40,7 @@ pub(crate) fn run_warnings(outcome: &Outcome, settings: &Settings) -> Vec<String
         .map(|(expected, (hop, budget))| missed_target(expected, settings, hop, &budget));
     let list = [
         dark_sensor(outcome),
+        light_that_stays(outcome),
         excess_light(outcome, expected),
         missed,
     ];
@@ -113,6 +115,21 @@ fn dark_sensor(outcome: &Outcome) -> Option<String> {
              large that the light falls between their centres",
         )
     })
+}
+
+/// Below this share of the light on the sensor a run looks for orders that do not propagate.
+const DIM: f64 = 1e-3;
+
+/// That hardly any light reaches the sensor because orders of an element do not propagate.
+fn light_that_stays(outcome: &Outcome) -> Option<String> {
+    let [_, behind, _] = outcome.hops.first()?.power;
+    let [_, _, landed] = outcome.hops.last()?.power;
+    let (behind, landed) = (behind?, landed?);
+    if landed > DIM * behind {
+        return None;
+    }
+    let lost = lost_orders(&outcome.rimmed.system)?;
+    Some(format!("hardly any light reaches the sensor: {lost}"))
 }
 
 /// That the pixels sum to more light than left the first screen: the field is wrong by √(sum) − 1 of itself at least, unless
