@@ -423,8 +423,15 @@ fn fineness(screen: &Screen) -> f64 {
     }
 }
 
-/// Points of a direct sum between two notes of progress.
+/// Most points of a direct sum between two notes of progress, and about how many seconds their sums take at most.
 const POINTS_AT_ONCE: usize = 4096;
+const SECONDS_AT_ONCE: f64 = 0.5;
+
+/// Points of a direct sum between two notes of progress: one for each of some threads at least.
+fn points_at_once(emitters: usize, threads: usize) -> usize {
+    let most = SECONDS_AT_ONCE * PAIRS_PER_SECOND * threads as f64 / emitters.max(1) as f64;
+    (most as usize).min(POINTS_AT_ONCE).max(threads)
+}
 
 /// The direct sum onto a raster, and the number of its pairs.
 fn field_of_emitters(
@@ -442,7 +449,8 @@ fn field_of_emitters(
     let emitters = Emitters::new(field, &heights);
     let [nx, ny] = raster.size;
     let pairs = emitters.len() as f64 * (nx * ny) as f64;
-    let seconds = pairs / (PAIRS_PER_SECOND * rayon::current_num_threads() as f64);
+    let threads = rayon::current_num_threads();
+    let seconds = pairs / (PAIRS_PER_SECOND * threads as f64);
     if seconds > choice.patience {
         return Err(ReferenceError::TooLong {
             from: hop.from.name.clone(),
@@ -466,7 +474,7 @@ fn field_of_emitters(
         .collect();
     let wavelength = hop.wavelength / hop.from.index_behind();
     let mut values = Vec::with_capacity(points.len());
-    for chunk in points.chunks(POINTS_AT_ONCE) {
+    for chunk in points.chunks(points_at_once(emitters.len(), threads)) {
         values.extend(emitters.field_at(chunk, wavelength));
         progress(values.len() as f64 / points.len() as f64)?;
     }

@@ -145,3 +145,45 @@ pub fn needed_for_reference(
         }
     })
 }
+
+#[cfg(test)]
+mod tests {
+    use std::ops::ControlFlow;
+    use std::sync::Mutex;
+
+    use crate::engine::chain::outcome::Progress;
+    use crate::engine::chain::reference::{ReferenceOptions, reference};
+    use crate::engine::chain::reference_forecast::reference_forecast;
+    use crate::engine::plan::settings::Settings;
+    use crate::fixtures::parts::{lit, on_axis, screen, sensor};
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::Aperture;
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::ScreenKind;
+
+    /// A sum of many nodes reports after the first points, not after thousands of them: by the seconds of its plan.
+    #[test]
+    fn the_first_note_of_a_long_sum_comes_within_a_second() {
+        let first = screen(Frame::GLOBAL, ScreenKind::Stop(Aperture::disc(150.0)));
+        let tilted = on_axis(1000.0).tilted([0.1, 0.0, 0.0]);
+        let last = screen(tilted.moved(Vec3::new(1.0, 2.0, 0.0)), sensor(72, 5.0));
+        let system = lit(vec![first, last], vec![vec![]]);
+        let (settings, choice) = (Settings::default(), ReferenceOptions::default());
+        let plan = reference_forecast(&system, &settings, choice).unwrap();
+        let seconds = plan[0].seconds;
+        let noted = Mutex::new(0.0);
+        let stop = |progress: Progress| {
+            if progress.done == 0.0 {
+                return ControlFlow::Continue(());
+            }
+            *noted.lock().unwrap() = progress.done;
+            ControlFlow::Break(())
+        };
+        assert!(reference(&system, &settings, choice, &stop).is_err());
+        let done = *noted.lock().unwrap();
+        assert!(
+            done > 0.0 && seconds > 3.0 && done * seconds < 1.0,
+            "{done:e} of {seconds} s"
+        );
+    }
+}
