@@ -258,3 +258,59 @@ fn scenes_choose_coordinates() {
     );
     assert_eq!(refusal(SCENE), "");
 }
+
+/// A phase along the surface of a lens, on an interface: the field is that of the same phase as a table of the radius over x
+/// and y, from the closed form of the arc. Pixels there are refused for the true reason.
+#[test]
+fn phases_along_an_interface_are_carried() {
+    const CURVE: f64 = 0.5;
+    let scene = |coordinates: &str, layer: &str| {
+        format!(
+            r#"version = 1
+wavelength_um = 0.5
+source = {{ kind = "plane" }}
+[[element]]
+kind = "doe"
+name = "front"
+radius_mm = {CURVE}
+glass = {{ index = 1.5 }}
+coordinates = "{coordinates}"
+thickness_mm = 1.2
+aperture = {{ disc = {{ radius_mm = 0.12 }} }}
+layer = [{layer}]
+[[element]]
+kind = "sensor"
+pixels = [24, 24]
+pitch_um = 1
+"#
+        )
+    };
+    let run = |text: &str| {
+        let scene = Scene::parse(text, Path::new("demo.toml")).unwrap();
+        let system = build::system(&scene, 0).unwrap();
+        let outcome = simulate(&system, &build::settings(&scene), &|_| {});
+        outcome.map(|outcome| outcome.field.values)
+    };
+    let radial = r#"{ kind = "radial", norm_radius_mm = 0.12, coefficients = [-40] }"#;
+    let radii: Vec<f64> = (0..=80).map(|i| f64::from(i) * 0.002).collect();
+    let phases = radii
+        .iter()
+        .map(|r| -40.0 * (CURVE * (r / CURVE).asin() / 0.12).powi(2));
+    let phases: Vec<f64> = phases.collect();
+    let table =
+        format!(r#"{{ kind = "radial_table", radius_mm = {radii:?}, phase_rad = {phases:?} }}"#);
+    let along = run(&scene("surface", radial)).unwrap();
+    let exact = run(&scene("projected", &table)).unwrap();
+    let error = field_error(along.view(), exact.view()).unwrap();
+    assert!(error < 3e-4, "{error:e}");
+    let flat = run(&scene("projected", radial)).unwrap();
+    let other = field_error(flat.view(), exact.view()).unwrap();
+    assert!(other > 0.1, "{other:e}");
+
+    let pixels = r#"{ kind = "pixels", size = [12, 12], pitch_um = 20 }"#;
+    let text = run(&scene("surface", pixels)).unwrap_err().to_string();
+    assert!(
+        text.contains("pixels over x and y of one lattice"),
+        "{text}"
+    );
+}

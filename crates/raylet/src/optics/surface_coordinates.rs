@@ -32,6 +32,9 @@ enum MeasuredAlong {
 const NODES: NonZero<usize> = NonZero::<usize>::MIN.saturating_add(15);
 const PANELS: usize = 2;
 
+/// Steps from own coordinates to a point.
+const NEWTON_STEPS: usize = 8;
+
 impl SurfaceCoordinates {
     /// The own coordinates of a surface of revolution or a cylinder; nothing for others.
     pub fn of(shape: &Shape) -> Option<Self> {
@@ -90,6 +93,61 @@ impl SurfaceCoordinates {
                 ])
             }
         }
+    }
+
+    /// The second derivatives (xx, xy, yy) of X and of Y; nothing where the surface does not exist.
+    pub(crate) fn second_derivative(&self, [x, y]: [f64; 2]) -> Option<[[f64; 3]; 2]> {
+        let none = [0.0; 3];
+        match self.along {
+            MeasuredAlong::X => Some([[self.bend(x)?, 0.0, 0.0], none]),
+            MeasuredAlong::Y => Some([none, [0.0, 0.0, self.bend(y)?]]),
+            MeasuredAlong::Radius => {
+                let r = x.hypot(y);
+                if r == 0.0 {
+                    return Some([none; 2]);
+                }
+                // X = x g with g = s/r; h = g′/r and e = h′/r.
+                let h = (self.rate(r)? - self.length(r)? / r) / (r * r);
+                let e = (self.bend(r)? / r - 3.0 * h) / (r * r);
+                let own = |a: f64, b: f64| {
+                    [
+                        3.0 * a * h + a.powi(3) * e,
+                        b * h + a * a * b * e,
+                        a * h + a * b * b * e,
+                    ]
+                };
+                let [yy, yx, xx] = own(y, x);
+                Some([own(x, y), [xx, yx, yy]])
+            }
+        }
+    }
+
+    /// The point (x, y) in mm with these own coordinates, by Newton's method; nothing where there is none.
+    pub(crate) fn point_at(&self, own: [f64; 2]) -> Option<[f64; 2]> {
+        let mut at = own;
+        for _ in 0..NEWTON_STEPS {
+            let ([u, v], [[ux, uy], [vx, vy]]) = (self.at(at)?, self.derivative(at)?);
+            let (du, dv) = (own[0] - u, own[1] - v);
+            let determinant = ux * vy - uy * vx;
+            at[0] += (vy * du - uy * dv) / determinant;
+            at[1] += (ux * dv - vx * du) / determinant;
+        }
+        Some(at)
+    }
+
+    /// d²s/dt² of the curve.
+    fn bend(&self, t: f64) -> Option<f64> {
+        let (slope, curvature) = match self.along {
+            MeasuredAlong::Y => {
+                let height = self.shape.height(0.0, t)?;
+                (height.slope[1], height.hessian[2])
+            }
+            MeasuredAlong::X | MeasuredAlong::Radius => {
+                let height = self.shape.height(t, 0.0)?;
+                (height.slope[0], height.hessian[0])
+            }
+        };
+        Some(slope * curvature / 1.0f64.hypot(slope))
     }
 
     /// ds/dt = √(1 + z′²) of the curve.
@@ -198,6 +256,24 @@ mod tests {
                     assert!((d[c][0] - along_x[c]).abs() < 1e-8, "{shape:?}");
                     assert!((d[c][1] - along_y[c]).abs() < 1e-8, "{shape:?}");
                 }
+                let bend = coordinates.second_derivative([x, y]).unwrap();
+                let rows = |dx: f64, dy: f64| coordinates.derivative([x + dx, y + dy]).unwrap();
+                let (after, before, above, below) =
+                    (rows(h, 0.0), rows(-h, 0.0), rows(0.0, h), rows(0.0, -h));
+                for c in 0..2 {
+                    let found = [
+                        after[c][0] - before[c][0],
+                        above[c][0] - below[c][0],
+                        above[c][1] - below[c][1],
+                    ];
+                    for (ours, twice) in bend[c].iter().zip(found) {
+                        assert!((ours - twice / (2.0 * h)).abs() < 1e-8, "{shape:?}");
+                    }
+                }
+                let back = coordinates
+                    .point_at(coordinates.at([x, y]).unwrap())
+                    .unwrap();
+                assert!((back[0] - x).hypot(back[1] - y) < 1e-12, "{shape:?}");
                 // Along the steepest slope lengths are those on the surface itself.
                 let [sx, sy] = shape.height(x, y).unwrap().slope;
                 let steep = sx.hypot(sy);

@@ -13,7 +13,7 @@ pub enum LocalBandError {
     #[error("screen '{0}' reflects light, and has another medium behind it")]
     Mirror(String),
     /// An element has layers that are neither phases nor pixels of one lattice.
-    #[error("the layers of screen '{0}' are not all phases and pixels of one lattice")]
+    #[error("the layers of screen '{0}' are not all phases and pixels over x and y of one lattice")]
     Layers(String),
     /// No width of windows is given for a screen.
     #[error("no width of windows is given for screen '{0}'")]

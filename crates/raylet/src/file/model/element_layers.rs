@@ -48,6 +48,25 @@ pub(crate) struct ElementLayers<'a, 'l> {
     pub shape: &'a Shape,
 }
 
+/// A layer of phases on own coordinates, as phases over x and y; nothing with pixels.
+fn phase_along(own: &SurfaceCoordinates, layer: &Layer) -> Option<Layer> {
+    match layer {
+        Layer::Phase(profile) => {
+            let profile = Box::new(profile.clone());
+            let along = Profile::AlongSurface(Box::new(own.clone()), profile);
+            Some(Layer::Phase(along))
+        }
+        Layer::Sum(terms) => {
+            let terms = terms.iter().map(|(weight, layers)| {
+                let layers = layers.iter().map(|layer| phase_along(own, layer));
+                Some((*weight, layers.collect::<Option<Vec<Layer>>>()?))
+            });
+            terms.collect::<Option<Vec<_>>>().map(Layer::Sum)
+        }
+        Layer::Pixels(_) | Layer::OnSurface(..) => None,
+    }
+}
+
 impl ElementLayers<'_, '_> {
     /// The element with these keys at a path.
     ///
@@ -59,7 +78,7 @@ impl ElementLayers<'_, '_> {
         let doe = Doe {
             layers: match doe.coordinates {
                 Coordinates::Projected => layers,
-                Coordinates::Surface => vec![self.on_surface(layers, path)?],
+                Coordinates::Surface => self.on_surface(layers, path)?,
             },
             aperture: doe.aperture.optics(),
             reflect: doe.reflect,
@@ -95,8 +114,8 @@ impl ElementLayers<'_, '_> {
         Ok(())
     }
 
-    /// Layers on the own coordinates of a surface.
-    fn on_surface(&self, layers: Vec<Layer>, path: &str) -> Result<Layer, Fault> {
+    /// Layers on the own coordinates of a surface: phases over x and y where all are phases, which every method knows.
+    fn on_surface(&self, layers: Vec<Layer>, path: &str) -> Result<Vec<Layer>, Fault> {
         let place = format!("{path}.coordinates");
         let is_point = |lattice: &Lattice| lattice.form == PixelForm::Point;
         if lattices(&layers).iter().any(is_point) {
@@ -110,7 +129,9 @@ impl ElementLayers<'_, '_> {
                             \"projected\"";
             self.scene.fault(&place, found, expected)
         })?;
-        Ok(Layer::OnSurface(Box::new(own), layers))
+        let phases = layers.iter().map(|layer| phase_along(&own, layer));
+        let phases: Option<Vec<Layer>> = phases.collect();
+        Ok(phases.unwrap_or_else(|| vec![Layer::OnSurface(Box::new(own), layers)]))
     }
 
     fn layers(&self, layers: &[layer::Layer], path: &str) -> Result<Vec<Layer>, Fault> {

@@ -186,7 +186,7 @@ fn local_bands_fault(scene: &Scene, error: &LocalBandError) -> Fault {
             scene.fault(&path_of(scene, name), found, "exactly one of the two")
         }
         LocalBandError::Layers(name) => {
-            let expected = "phases, and pixels of one lattice, or the method beamlet or auto";
+            let expected = "phases, and pixels over x and y of one lattice; or no interface, and the method beamlet or auto";
             scene.fault(&path_of(scene, name), found, expected)
         }
         LocalBandError::NoWidth(name) => scene.fault(&path_of(scene, name), found, "a width"),

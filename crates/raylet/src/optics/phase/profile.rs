@@ -8,6 +8,7 @@ use crate::optics::phase::phase_grid::PhaseGrid;
 use crate::optics::phase::placement::Placement;
 use crate::optics::phase::radial_table::RadialTable;
 use crate::optics::phase::two_point::TwoPoint;
+use crate::optics::surface_coordinates::SurfaceCoordinates;
 use crate::optics::zernike::ZernikeSum;
 
 /// A smooth phase φ(x, y) in radians over the element's own plane, x and y in mm.
@@ -59,6 +60,8 @@ pub enum Profile {
     TwoPoint(TwoPoint),
     /// A phase whose own axes are off centre or turned.
     Placed(Placement, Box<Profile>),
+    /// A phase on the own coordinates of a curved surface; zero where the surface does not exist.
+    AlongSurface(Box<SurfaceCoordinates>, Box<Profile>),
 }
 
 impl Profile {
@@ -101,6 +104,9 @@ impl Profile {
             Profile::Placed(placement, own) => {
                 Profile::Placed(placement, Box::new(own.times(order)))
             }
+            Profile::AlongSurface(along, own) => {
+                Profile::AlongSurface(along, Box::new(own.times(order)))
+            }
         }
     }
 
@@ -120,6 +126,7 @@ impl Profile {
                 let at = placement.vector_outwards(own.singular_point()?);
                 Some([0, 1].map(|a| placement.centre[a] + at[a]))
             }
+            Profile::AlongSurface(along, own) => along.point_at(own.singular_point()?),
             _ => None,
         }
     }
@@ -130,6 +137,9 @@ impl Profile {
             Profile::Placed(placement, own) => {
                 let [u, v] = placement.inwards(x, y);
                 own.phase(u, v)
+            }
+            Profile::AlongSurface(along, own) => {
+                along.at([x, y]).map_or(0.0, |[u, v]| own.phase(u, v))
             }
             Profile::Vortex { charge } => f64::from(*charge) * y.atan2(x),
             _ => self.smooth(x, y),
@@ -142,6 +152,9 @@ impl Profile {
             Profile::Placed(placement, own) => {
                 let [u, v] = placement.inwards(x, y);
                 placement.vector_outwards(own.gradient(u, v))
+            }
+            Profile::AlongSurface(along, own) => {
+                gradient_along(along, own, [x, y]).unwrap_or([0.0; 2])
             }
             Profile::Vortex { charge } => {
                 let square = x * x + y * y;
@@ -169,6 +182,9 @@ impl Profile {
                 let [u, v] = placement.inwards(x, y);
                 placement.matrix_outwards(own.hessian(u, v))
             }
+            Profile::AlongSurface(along, own) => {
+                hessian_along(along, own, [x, y]).unwrap_or([0.0; 3])
+            }
             Profile::Vortex { .. } | Profile::Axicon { .. } if square == 0.0 => [0.0; 3],
             Profile::Vortex { charge } => {
                 let rate = f64::from(*charge) / (square * square);
@@ -185,7 +201,8 @@ impl Profile {
         }
     }
 
-    /// Every profile but the vortex, whose phase is no algebraic function. Placed ones are no part of others.
+    /// Every profile but the vortex, whose phase is no algebraic function, and those along a surface, which are integrals. Placed
+    /// ones are no part of others.
     fn smooth<T: Real>(&self, x: T, y: T) -> T {
         match self {
             Profile::Linear { gradient: [gx, gy] } => x * *gx + y * *gy,
@@ -199,7 +216,7 @@ impl Profile {
                 path * (-wavenumber * f.signum())
             }
             Profile::Axicon { slope } => (x * x + y * y).sqrt() * *slope,
-            Profile::Vortex { .. } => T::constant(0.0),
+            Profile::Vortex { .. } | Profile::AlongSurface(..) => T::constant(0.0),
             Profile::Radial {
                 radius,
                 coefficients,
@@ -227,16 +244,49 @@ impl Profile {
     }
 }
 
+/// The gradient over (x, y) of a phase on own coordinates; nothing where the surface does not exist.
+fn gradient_along(along: &SurfaceCoordinates, own: &Profile, at: [f64; 2]) -> Option<[f64; 2]> {
+    let [u, v] = along.at(at)?;
+    let [[ux, uy], [vx, vy]] = along.derivative(at)?;
+    let [gu, gv] = own.gradient(u, v);
+    Some([gu * ux + gv * vx, gu * uy + gv * vy])
+}
+
+/// Its second derivatives (xx, xy, yy): those on the own coordinates, and the bend of these.
+fn hessian_along(along: &SurfaceCoordinates, own: &Profile, at: [f64; 2]) -> Option<[f64; 3]> {
+    let [u, v] = along.at(at)?;
+    let rows = along.derivative(at)?;
+    let [bend_u, bend_v] = along.second_derivative(at)?;
+    let [gu, gv] = own.gradient(u, v);
+    let [uu, uv, vv] = own.hessian(u, v);
+    let column = |a: usize| [rows[0][a], rows[1][a]];
+    let turned =
+        |[a, b]: [f64; 2], [c, d]: [f64; 2]| uu * a * c + uv * (a * d + b * c) + vv * b * d;
+    let plain = [
+        turned(column(0), column(0)),
+        turned(column(0), column(1)),
+        turned(column(1), column(1)),
+    ];
+    Some([0, 1, 2].map(|i| plain[i] + gu * bend_u[i] + gv * bend_v[i]))
+}
+
 #[cfg(test)]
 mod tests {
     use crate::fixtures::noise::noise;
+    use crate::optics::conic::Conic;
     use crate::optics::phase::phase_grid::PhaseGrid;
     use crate::optics::phase::placement::Placement;
     use crate::optics::phase::profile::Profile;
     use crate::optics::phase::radial_table::RadialTable;
     use crate::optics::phase::two_point::{RecordedWave, TwoPoint};
     use crate::optics::shape::Shape;
+    use crate::optics::surface_coordinates::SurfaceCoordinates;
+    use crate::optics::toric::Biconic;
     use crate::optics::zernike::ZernikeSum;
+
+    fn conic(curvature: f64, conic: f64) -> Conic {
+        Conic { curvature, conic }
+    }
 
     #[test]
     fn gradients_match_differences() {
@@ -252,13 +302,24 @@ mod tests {
             at,
             converges: at[2] > 0.0,
         };
+        let along = |shape: &Shape, own: Profile| {
+            let coordinates = SurfaceCoordinates::of(shape).unwrap();
+            Profile::AlongSurface(Box::new(coordinates), Box::new(own))
+        };
+        let cylinder = Shape::Biconic(Biconic {
+            x: conic(0.3, -1.0),
+            y: conic(0.0, 0.0),
+        });
         let profiles = [
             cubic.clone(),
             Profile::Grid(PhaseGrid::new(&noise((8, 9), 1).mapv(|v| v.re), [0.3, 0.4]).unwrap()),
             Profile::RadialTable(
                 RadialTable::new(&[0.0, 0.2, 0.5, 0.9, 1.3], &[0.0, 1.0, 4.0, 2.0, -3.0]).unwrap(),
             ),
-            cubic.placed(placement),
+            cubic.clone().placed(placement),
+            along(&Shape::sphere(3.0), cubic.clone().placed(placement)),
+            along(&cylinder, cubic),
+            along(&Shape::sphere(-3.0), Profile::Vortex { charge: 2 }),
             Profile::Vortex { charge: 2 }.placed(placement),
             Profile::TwoPoint(TwoPoint {
                 object: point([2.0, -1.0, 15.0]),
