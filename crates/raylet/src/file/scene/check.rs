@@ -5,7 +5,7 @@ use crate::file::decode::origin::Origin;
 use crate::file::decode::place::Place;
 use crate::file::model::scene_arrays::Arrays;
 use crate::file::scene::aperture::Rim;
-use crate::file::scene::element::{Element, LensElement, LensSurface};
+use crate::file::scene::element::{DoeElement, Element, LensElement, LensSurface};
 use crate::file::scene::layer_check::check_element_layers;
 use crate::file::scene::surface_shape::{SurfaceShape, check_extent};
 use crate::optics::assembly::part_check::expected_heading;
@@ -104,6 +104,7 @@ fn check_element(
     match element {
         Element::Doe(doe) => {
             doe.aperture.check(&place.inner(".aperture"))?;
+            check_coating(doe, &place.inner(".coating"))?;
             let aperture = Rim {
                 semi_aperture_mm: None,
                 aperture: Some(&doe.aperture),
@@ -117,6 +118,22 @@ fn check_element(
         Element::Surface(one) => check_surface(&one.surface_shape(), &one.rim(), arrays, place),
         Element::Mirror(one) => check_surface(&one.surface_shape(), &one.rim(), arrays, place),
         Element::CoordinateBreak(_) | Element::Sensor(_) => Ok(()),
+    }
+}
+
+/// Only an element on an interface has a coating: one that reflects has no medium behind it, from which Fresnel's coefficients
+/// would follow.
+fn check_coating(doe: &DoeElement, place: &Place<'_>) -> Result<(), Fault> {
+    match (&doe.coating, &doe.glass) {
+        (Some(_), _) if doe.reflect => place.refuse(
+            "a coating on an element that reflects light",
+            "none: its layers alone say what it reflects",
+        ),
+        (Some(_), None) => place.refuse(
+            "a coating on an element that is no interface",
+            "none here, or the medium behind the element as its glass",
+        ),
+        _ => Ok(()),
     }
 }
 

@@ -45,7 +45,7 @@ table! {
         /// refracts too. The medium before the element when absent.
         #[serde(default)]
         pub glass: Option<Material>,
-        /// How that interface transmits; the scene's setting when absent.
+        /// How that interface transmits; the scene's setting when absent. Only with `glass`: an element that reflects has none.
         #[serde(default)]
         pub coating: Option<Coating>,
         /// Whether light goes on by reflection.

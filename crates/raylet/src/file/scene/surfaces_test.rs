@@ -294,3 +294,34 @@ pitch_um = 100
         );
     }
 }
+
+/// What has no interface has no coating either.
+#[test]
+fn a_coating_without_an_interface_is_refused() {
+    let element = |keys: &str, thickness: i32| {
+        parse(&format!(
+            r#"version = 1
+wavelength_um = 0.5
+source = {{ kind = "plane" }}
+[[element]]
+kind = "doe"
+thickness_mm = {thickness}
+aperture = {{ disc = {{ radius_mm = 0.1 }} }}
+layer = [{{ kind = "lens", focal_length_mm = 60 }}]
+{keys}
+[[element]]
+kind = "sensor"
+pixels = [8, 8]
+pitch_um = 100
+"#
+        ))
+    };
+    let mirror = element("reflect = true\ncoating = \"fresnel\"", -15).unwrap_err();
+    assert!(
+        mirror.contains("element[0].coating: found a coating on an element that reflects light"),
+        "{mirror}"
+    );
+    let free = element("coating = \"ideal\"", 15).unwrap_err();
+    assert!(free.contains("element that is no interface"), "{free}");
+    element("coating = \"ideal\"\nglass = \"N-BK7\"", 15).unwrap_or_else(|fault| panic!("{fault}"));
+}
