@@ -94,8 +94,10 @@ def test_slips_are_told_before_a_run() -> None:
     assert "look like degrees" in told(pixels(degrees))
     assert "look like" not in told(pixels(degrees, np.pi / 180.0))
     assert "look like grey levels" in told(pixels(random.integers(0, 256, (12, 12)).astype(float)))
+    assert "look like degrees" in told(pixels(180.0 * random.integers(0, 2, (12, 12))))
     assert "does not propagate" in told(raylet.grating(period_um=0.4))
     assert "does not propagate" not in told(raylet.grating(period_um=0.6))
+    assert "does not propagate" in told(raylet.kinoform([raylet.grating(period_um=0.4)]))
     assert "cross inside their apertures" in told(flat, radius_mm=5.0, thickness_mm=0.01)
     assert "stands in a medium of index 1.5185" in told(flat, radius_mm=5.0)
 

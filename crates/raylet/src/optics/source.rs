@@ -168,6 +168,20 @@ impl Source {
         }
     }
 
+    /// A point and the direction of the middle of light whose amplitude falls off; nothing for light of even amplitude.
+    pub(crate) fn middle(&self) -> Option<(Vec3, Vec3)> {
+        match self {
+            Source::Plane { .. } | Source::Point { .. } => None,
+            Source::TaperedPlane {
+                direction, centre, ..
+            } => Some((*centre, *direction)),
+            Source::TaperedPoint {
+                position, taper, ..
+            } => Some((*position, taper.axes[2])),
+            Source::Gaussian(beam) => Some((beam.waist, beam.axes[2])),
+        }
+    }
+
     /// Whether its amplitude is even over its wavefronts.
     pub(crate) fn is_even(&self) -> bool {
         matches!(self, Source::Plane { .. } | Source::Point { .. })

@@ -2,6 +2,7 @@
 
 use crate::engine::chain::arriving_light::{chief, incidence};
 use crate::engine::error::crossing::crossings;
+use crate::engine::error::missed_light::missed_light;
 use crate::engine::error::part_advice::{Leaving, beside_pixels, evanescent, in_glass};
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
 use crate::engine::plan::hop_method::HopMethod;
@@ -57,7 +58,12 @@ pub fn advice(
         warning: true,
         text,
     });
-    let mut list: Vec<Advice> = own.collect();
+    let missed = missed_light(&rimmed.system).map(|text| Advice {
+        hop: 0,
+        warning: false,
+        text,
+    });
+    let mut list: Vec<Advice> = own.chain(missed).collect();
     list.extend(advice_on_hops(&rimmed.system, methods, settings));
     list
 }

@@ -5,6 +5,7 @@
 //! | [`advice`] | Warnings and hints about a system before a run |
 //! | `crossing` | Parts that cross inside their openings |
 //! | [`error_budget`] | The expected error of a hop, by cause and altogether |
+//! | `missed_light` | Light of a beam that misses the first opening |
 //! | `part_advice` | Warnings about the parts of a hop, whatever method carries it |
 //! | `lost_light` | Where the light goes that no beamlet follows |
 //! | [`run_warnings`] | What a user must know of a result |
@@ -15,6 +16,7 @@ pub mod advice;
 pub(crate) mod crossing;
 pub mod error_budget;
 pub(crate) mod lost_light;
+pub(crate) mod missed_light;
 pub(crate) mod part_advice;
 pub mod run_warnings;
 pub mod tally;

@@ -11,13 +11,17 @@ use crate::file::scene::scene_file::Scene;
 /// Degrees reach at least this far, or else they would be few.
 const DEGREES: f64 = 100.0;
 
+/// Whole multiples of this are degrees rather than grey levels.
+const EIGHTH: f64 = 45.0;
+
 /// A picture of 8 bits has levels up to this.
 const LEVELS: f64 = 255.0;
 
 /// Rounded ends of a circle are this much beyond it at most.
 const ROUNDED: f64 = 1e-3;
 
-/// For each array of phases that is in degrees or grey levels, perhaps, the path of its field and what there is to say.
+/// For each array of phases that is in degrees or grey levels, perhaps, where it stands (by the name of its element, or the path of
+/// its field) and what there is to say.
 pub fn phase_units(scene: &Scene, arrays: &Arrays) -> Vec<(String, String)> {
     let mut found = Vec::new();
     for (i, element) in scene.element.iter().enumerate() {
@@ -28,7 +32,11 @@ pub fn phase_units(scene: &Scene, arrays: &Arrays) -> Vec<(String, String)> {
                 (layer, arrays.get(&path))
                 && let Some(text) = other_unit(phase, pixels.phase_scale)
             {
-                found.push((path, text));
+                let place = match &doe.name {
+                    Some(name) => format!("'{name}', layer[{j}].phase"),
+                    None => path,
+                };
+                found.push((place, text));
             }
         }
     }
@@ -49,18 +57,25 @@ fn other_unit(phase: ArrayView2<f64>, scale: f64) -> Option<String> {
         return None;
     }
     let unit = |name: &str, scale: &str| {
+        let [low, high] = [low, high].map(four_digits);
         format!(
             "values from {low} to {high}, between neighbours mostly more than π apart, look like {name}; phases are in \
              radians: phase_scale = {scale} would convert them"
         )
     };
+    let eighths = phase.iter().all(|value| value % EIGHTH == 0.0);
     let whole = phase.iter().all(|value| value.fract() == 0.0);
     let circle = (low >= -ROUNDED && high <= 360.0 + ROUNDED)
         || (low >= -180.0 - ROUNDED && high <= 180.0 + ROUNDED);
-    if whole && low >= 0.0 && high <= LEVELS {
+    if whole && !eighths && low >= 0.0 && high <= LEVELS {
         return Some(unit("grey levels", "0.0245437 (2π/256)"));
     }
-    (circle && largest > DEGREES).then(|| unit("degrees", "0.0174533 (π/180)"))
+    (circle && (eighths || largest > DEGREES)).then(|| unit("degrees", "0.0174533 (π/180)"))
+}
+
+/// A number with four significant digits.
+fn four_digits(value: f64) -> f64 {
+    format!("{value:.3e}").parse().unwrap_or(value)
 }
 
 /// The median of the distances of neighbours along x.
@@ -95,6 +110,20 @@ mod tests {
         assert!(said(random() * 360.0).contains("degrees"));
         assert!(said(random().mapv(|share| 360.0 * share - 180.0)).contains("degrees"));
         assert!(said(random().mapv(|share| (255.0 * share).round())).contains("grey levels"));
+        let steps = |count: f64, step: f64| random().mapv(|share| (count * share).floor() * step);
+        for (count, step) in [(2.0, 180.0), (4.0, 90.0), (8.0, 45.0), (2.0, 90.0)] {
+            let text = said(steps(count, step));
+            assert!(text.contains("look like degrees"), "{count}: {text}");
+        }
+        assert!(said(steps(2.0, 255.0)).contains("grey levels"));
+        let text = said(random() * 123.456_789);
+        assert!(text.contains(" to 123"), "{text}");
+        let digits = |number: &str| number.chars().filter(char::is_ascii_digit).count();
+        let number = text
+            .split(" to ")
+            .nth(1)
+            .and_then(|rest| rest.split(',').next());
+        assert!(number.is_some_and(|number| digits(number) <= 4), "{text}");
         assert_eq!(said(random() * std::f64::consts::TAU), "");
         // A lens whose phase runs on to 322 rad.
         let lens = Array2::from_shape_fn((128, 128), |(j, i)| {
