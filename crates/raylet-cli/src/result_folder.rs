@@ -25,7 +25,8 @@ use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
 use raylet_plot::layout_picture::layout_png;
 use raylet_plot::panel::FigureError;
-use raylet_plot::pictures::{DoeView, MOST_CHANNELS, doe_png, sensor_png};
+use raylet_plot::pictures::{DoeView, doe_png, sensor_png};
+use raylet_plot::sensor_panels::MOST_CHANNELS;
 
 /// The fields of all channels, which share the sensor's grid. A single field is not copied.
 pub(crate) fn gather(systems: &[System], mut fields: Vec<Field>) -> Fields {

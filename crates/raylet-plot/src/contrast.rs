@@ -12,7 +12,7 @@ use raylet::file::result::comparison::Side;
 use crate::colour::ColourMap;
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;
-use crate::pictures::{MOST_CHANNELS, edges};
+use crate::sensor_panels::{MOST_CHANNELS, edges};
 
 /// Decades of the logarithmic rows.
 const DECADES: i32 = 5;

@@ -260,6 +260,12 @@ impl<'a> Figure<'a> {
         let ratios: f64 = aspects.iter().map(|a| a.ratio()).sum();
         let height = (room / ratios).clamp(HEIGHTS[0], HEIGHTS[1]).round();
 
+        // Plots too wide even at the least height become narrower, and what they show keeps its shape inside.
+        let narrowed = match height > HEIGHTS[0] {
+            true => 1.0,
+            false => (room / (height * ratios)).clamp(0.05, 1.0),
+        };
+
         // Plots that may be wider share what is left.
         let left = (room - height * ratios).max(0.0);
         let flexible = |a: &Aspect| match a {
@@ -273,7 +279,7 @@ impl<'a> Figure<'a> {
             } else {
                 0.0
             };
-            (a.ratio() * height + share * left).floor()
+            (a.ratio() * height * narrowed + share * left).floor()
         };
         aspects.iter().map(|a| [width(a), height]).collect()
     }
@@ -418,6 +424,36 @@ mod tests {
             }
             let last = placed.last().unwrap();
             assert!(placed[0].plot.x > 30.0 && last.plot.right() < 1190.0);
+        }
+    }
+
+    /// A sensor's three pictures, with their colour bars, for square, wide, narrow and tall sensors.
+    #[test]
+    fn panels_and_bars_lie_inside_whatever_the_shape() {
+        for (nx, ny) in [(64, 64), (257, 32), (128, 4), (4, 128), (1000, 2), (24, 1)] {
+            let values = Array2::from_shape_fn((ny, nx), |(y, x)| 1e4 * (x + y) as f64);
+            let panel = || {
+                let (w, h) = (nx as f64 * 1e-3, ny as f64 * 1e-3);
+                Panel::image(values.clone(), [-w, w], [-h, h]).quantity("|U|²", "")
+            };
+            let colours = [panel(), panel().log(), panel().colours(ColourMap::Phase)];
+            let rows = vec![colours.map(Panel::from).to_vec(); 2];
+            let figure = Figure::new(rows, "").width(1500.0);
+            let mut y = BORDER;
+            for (row, sizes) in figure.rows.iter().zip(figure.sizes()) {
+                let placed = figure.place(row, &sizes, &mut y);
+                for (panel, (_, margins)) in placed.iter().zip(&sizes) {
+                    let ends = [
+                        panel.plot.x - margins.left,
+                        panel.plot.right() + margins.right,
+                    ];
+                    let inside = ends[0] >= BORDER - 1.0 && ends[1] <= 1501.0 - BORDER;
+                    assert!(inside && panel.plot.w > 50.0, "{nx} x {ny}: {ends:?}");
+                }
+                for pair in placed.windows(2) {
+                    assert!(pair[0].plot.right() < pair[1].plot.x, "{nx} x {ny}");
+                }
+            }
         }
     }
 

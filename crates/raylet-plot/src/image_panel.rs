@@ -9,13 +9,17 @@ use crate::panel::{
     Aspect, BOTTOM_MARGIN, Content, FigureError, Heading, INK, LABEL_SIZE, Margins, draw_axes, ink,
     left_margin,
 };
+use crate::section_panel::below;
 use crate::svg::{Anchor, Pen, Rect, Svg};
 
 /// Most device pixels of a panel's picture along either side.
 const MOST_PIXELS: f64 = 1600.0;
 
-/// Shapes of the plot, width over height; longer pictures keep their true shape inside it.
+/// Shapes of the plot, width over height; longer pictures keep their shape inside it.
 const SHAPES: [f64; 2] = [0.25, 5.0];
+
+/// Pictures that are longer than this many times their other side are stretched across it.
+const LONGEST: f64 = 10.0;
 
 /// Distance of the colour bar from the plot, and its width.
 const BAR: [f64; 2] = [10.0, 14.0];
@@ -23,7 +27,8 @@ const BAR: [f64; 2] = [10.0, 14.0];
 /// Decades that a logarithmic picture spans by default.
 const DECADES: u32 = 5;
 
-/// Values [y, x] shown as colours at their true aspect ratio, +x to the right and +y up.
+/// Values [y, x] shown as colours at their true aspect ratio, +x to the right and +y up. Very long pictures, of a few rows
+/// or columns, are stretched, and a note says by how much.
 ///
 /// Few values become crisp squares, many are averaged over each pixel of the picture (phases as
 /// phasors). Values that are not finite are drawn in a neutral grey and counted in a note.
@@ -257,8 +262,7 @@ impl<'a> ImagePanel<'a> {
     /// Both axes over a plot, with the sign of their unit.
     fn axes_over(&self, plot: Rect) -> (Axis, Axis, &'static str) {
         let [xs, ys] = self.ranges_mm;
-        let span = (xs[1] - xs[0]).abs().max((ys[1] - ys[0]).abs());
-        let unit = LengthUnit::for_span(span);
+        let unit = unit(self.ranges_mm);
         let across = [plot.x, plot.right()];
         let up = [plot.bottom(), plot.y];
         (
@@ -268,11 +272,10 @@ impl<'a> ImagePanel<'a> {
         )
     }
 
-    /// Width over height of the picture itself.
-    fn true_aspect(&self) -> f64 {
-        let [xs, ys] = self.ranges_mm;
-        let aspect = ((xs[1] - xs[0]) / (ys[1] - ys[0])).abs();
-        if aspect.is_finite() { aspect } else { 1.0 }
+    /// Width over height of the picture as it is shown.
+    fn shown_aspect(&self) -> f64 {
+        let [across, up] = stretch(self.ranges_mm);
+        true_aspect(self.ranges_mm) * across / up
     }
 
     /// The values averaged onto a grid [ny, nx]; NaN where there is no finite value.
@@ -341,6 +344,31 @@ impl<'a> ImagePanel<'a> {
     }
 }
 
+/// Width over height of a picture with these ranges of x and y.
+fn true_aspect([xs, ys]: [[f64; 2]; 2]) -> f64 {
+    let aspect = ((xs[1] - xs[0]) / (ys[1] - ys[0])).abs();
+    if aspect.is_finite() { aspect } else { 1.0 }
+}
+
+/// By how much a picture with these ranges is stretched along x and y: by a round number where it is very long, so that a
+/// few rows or columns are seen.
+pub(crate) fn stretch(ranges_mm: [[f64; 2]; 2]) -> [f64; 2] {
+    let aspect = true_aspect(ranges_mm);
+    if aspect > LONGEST {
+        [1.0, below(2.0 * aspect / LONGEST)]
+    } else if aspect < 1.0 / LONGEST {
+        [below(2.0 / (aspect * LONGEST)), 1.0]
+    } else {
+        [1.0; 2]
+    }
+}
+
+/// The unit of length in which a picture with these ranges of x and y is labelled.
+pub(crate) fn unit([xs, ys]: [[f64; 2]; 2]) -> LengthUnit {
+    let span = (xs[1] - xs[0]).abs().max((ys[1] - ys[0]).abs());
+    LengthUnit::for_span(span)
+}
+
 impl Content for ImagePanel<'_> {
     fn heading(&self) -> Heading {
         let mut notes = self.notes.clone();
@@ -351,12 +379,17 @@ impl Content for ImagePanel<'_> {
             (1, None) => notes.push("1 value is not finite (grey)".into()),
             (n, None) => notes.push(format!("{n} values are not finite (grey)")),
         }
+        for (factor, name) in stretch(self.ranges_mm).into_iter().zip(&self.axes) {
+            if factor > 1.0 {
+                notes.push(format!("{name} stretched ×{factor}"));
+            }
+        }
         let title = self.title.clone();
         Heading { title, notes }
     }
 
     fn aspect(&self) -> Aspect {
-        Aspect::Fixed(self.true_aspect().clamp(SHAPES[0], SHAPES[1]))
+        Aspect::Fixed(self.shown_aspect().clamp(SHAPES[0], SHAPES[1]))
     }
 
     fn margins(&self, [w, h]: [f64; 2]) -> Margins {
@@ -383,15 +416,16 @@ impl Content for ImagePanel<'_> {
     fn draw(&self, svg: &mut Svg, plot: Rect, density: f64) -> Result<(), FigureError> {
         self.check()?;
 
-        // A very long or tall picture keeps its shape inside the plot.
-        let aspect = self.true_aspect();
+        // A long or tall picture keeps its shape inside the plot; its colour bar has the height of the plot.
+        let aspect = self.shown_aspect();
         let (w, h) = (plot.w.min(plot.h * aspect), plot.h.min(plot.w / aspect));
         let (x, y) = (plot.x + (plot.w - w) / 2.0, plot.y + (plot.h - h) / 2.0);
+        let beside = Rect { x, w, ..plot };
         let plot = Rect { x, y, w, h };
 
-        let bar = self.bar([plot.bottom(), plot.y]);
+        let bar = self.bar([beside.bottom(), beside.y]);
         svg.png(plot, &self.raster(&bar, [w * density, h * density])?);
-        self.draw_bar(svg, plot, &bar)?;
+        self.draw_bar(svg, beside, &bar)?;
         let (across, up, unit) = self.axes_over(plot);
         let labels = [
             across.label(&self.axes[0], unit),

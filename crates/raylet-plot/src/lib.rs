@@ -12,6 +12,7 @@
 //! | [`colour`] | colour maps and scales |
 //! | `axis`, `label`, `svg` | ticks; words that keep clear of each other; writing SVG |
 //! | [`pictures`] | the sensor and the elements of a result |
+//! | [`sensor_panels`] | what the picture of a sensor shows, on the command line and in Python |
 //! | [`layout_picture`] | the drawing of a system and a few rays |
 //! | [`design_chart`] | the course of a design |
 //! | [`contrast`] | two results side by side |
@@ -48,5 +49,6 @@ pub mod layout_picture;
 pub mod panel;
 pub mod pictures;
 pub mod section_panel;
+pub mod sensor_panels;
 mod svg;
 pub mod text_table;

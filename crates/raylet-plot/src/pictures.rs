@@ -5,18 +5,19 @@
     reason = "axes are 0 and 1, and fields are numbered by their own wavelengths"
 )]
 
-use ndarray::{Array2, ArrayView2};
+use std::f64::consts::PI;
+
+use ndarray::{Array2, ArrayView2, Axis};
 use num_complex::Complex64;
 use raylet::file::arrays::npz::Fields;
 use raylet::optics::doe::{Doe, Layer};
 use raylet::optics::pixels::pixel_grid::PixelForm;
 
+use crate::chart_panel::Series;
 use crate::colour::ColourMap;
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;
-
-/// Phases are shown where the intensity is above this share of its maximum.
-const PHASE_FLOOR: f64 = 1e-4;
+use crate::sensor_panels::{DECADES, PHASE_FLOOR, Quantity, SensorPanels};
 
 /// Most samples of an element's picture along either axis.
 const MOST_SAMPLES: usize = 1000;
@@ -24,15 +25,10 @@ const MOST_SAMPLES: usize = 1000;
 /// Samples along the longer side of an element that has no pixels.
 const SMOOTH_SAMPLES: f64 = 600.0;
 
-/// More channels than this are shown as their sum and the first of them.
-pub const MOST_CHANNELS: usize = 3;
-
 /// Device pixels per pixel of a figure.
 const SCALE: f64 = 1.5;
 
-/// The light on the sensor as PNG: a row of intensity (linear and logarithmic) and phase for each of up to
-/// three runs with these names. Of more wavelengths it shows the summed intensity and the row of the first; of more runs
-/// of a sweep, which are no light of one moment, the first three.
+/// The light on the sensor as PNG, of runs with these names: the panels of [`SensorPanels`].
 ///
 /// # Errors
 /// A picture that cannot be drawn.
@@ -42,82 +38,103 @@ pub fn sensor_png(
     names: &[String],
     is_sweep: bool,
 ) -> Result<Vec<u8>, FigureError> {
-    let ranges = [edges(&fields.x_mm.to_vec()), edges(&fields.y_mm.to_vec())];
-    let channels = fields.wavelength_um.len();
-    let is_summed = channels > MOST_CHANNELS && !is_sweep;
-    let shown = if is_summed {
-        1
-    } else {
-        channels.min(MOST_CHANNELS)
-    };
-    let seen = fields.field.outer_iter().take(shown);
-    let intensities: Vec<Array2<f64>> = seen
-        .clone()
-        .map(|field| field.mapv(|u| u.norm_sqr()))
-        .collect();
-    let sum = is_summed.then(|| fields.total_intensity());
+    let centres = [fields.x_mm.to_vec(), fields.y_mm.to_vec()];
+    let plan = SensorPanels::new([&centres[0], &centres[1]], names, is_sweep);
     let mut rows = Vec::new();
-    if let Some(sum) = &sum {
-        let place = format!("sum of {channels} wavelengths");
-        rows.push(intensity_panels(sum, ranges, &place));
-    }
-    for ((field, intensity), name) in seen.zip(&intensities).zip(names) {
-        let place = if channels == 1 { "" } else { name };
-        let mut row = intensity_panels(intensity, ranges, place);
-        row.push(phase_panel(field, intensity, ranges));
-        rows.push(row);
+    for row in &plan.rows {
+        // The light of one run, or of all together.
+        let field = row
+            .channel
+            .map(|channel| fields.field.index_axis(Axis(0), channel));
+        let intensity = match &field {
+            Some(field) => field.mapv(|u| u.norm_sqr()),
+            None => fields.total_intensity(),
+        };
+        let light = Light {
+            phase: field.map(|field| lit_phase(field, &intensity)),
+            intensity,
+        };
+        let panels = row.quantities.iter().map(|quantity| match plan.line {
+            Some(axis) => light.curve(*quantity, &centres[axis], axis, &row.note),
+            None => light.picture(*quantity, plan.ranges_mm, &row.note),
+        });
+        rows.push(panels.collect());
     }
     Figure::new(rows, title).width(1500.0).to_png(SCALE)
 }
 
-/// Intensity on a linear and on a logarithmic scale.
-fn intensity_panels<'a>(
-    intensity: &'a Array2<f64>,
-    [xs, ys]: [[f64; 2]; 2],
-    place: &str,
-) -> Vec<Panel<'a>> {
-    let panel = |title: &str| {
-        let panel = Panel::image(intensity, xs, ys).title(title);
-        if place.is_empty() {
-            panel
-        } else {
-            panel.note(place)
+/// The light that a row of panels shows.
+struct Light {
+    intensity: Array2<f64>,
+    /// Of one run; not a number in the dark.
+    phase: Option<Array2<f64>>,
+}
+
+impl Light {
+    /// What a panel shows, and the name and unit of its values.
+    fn values(&self, quantity: Quantity) -> (Array2<f64>, [&'static str; 2]) {
+        match (quantity, &self.phase) {
+            (Quantity::Phase, Some(phase)) => (phase.clone(), ["phase", "rad"]),
+            _ => (self.intensity.clone(), ["|U|²", ""]),
         }
-    };
-    vec![
-        panel("Intensity").quantity("|U|²", "").into(),
-        panel("Intensity, logarithmic")
-            .quantity("|U|²", "")
-            .log()
-            .into(),
-    ]
+    }
+
+    /// A panel of colours.
+    fn picture(&self, quantity: Quantity, [xs, ys]: [[f64; 2]; 2], note: &str) -> Panel<'static> {
+        let (values, [name, unit]) = self.values(quantity);
+        let panel = Panel::image(values, xs, ys).quantity(name, unit);
+        let panel = panel.title(quantity.title());
+        let panel = match quantity {
+            Quantity::Intensity => panel,
+            Quantity::Log => panel.decades(DECADES),
+            Quantity::Phase => panel.colours(ColourMap::Phase),
+        };
+        let panel = panel.missing("intensity below 10⁻⁴ of its maximum");
+        match note {
+            "" => panel.into(),
+            note => panel.note(note).into(),
+        }
+    }
+
+    /// A panel with a curve, of a single line of pixels.
+    fn curve(
+        &self,
+        quantity: Quantity,
+        centres: &[f64],
+        axis: usize,
+        note: &str,
+    ) -> Panel<'static> {
+        let (values, [name, unit]) = self.values(quantity);
+        let most = values.fold(0.0, |most: f64, v| most.max(*v));
+        let scale = match quantity {
+            Quantity::Log if most > 0.0 => most,
+            _ => 1.0,
+        };
+        let points = centres
+            .iter()
+            .zip(&values)
+            .map(|(at, value)| [*at, value / scale]);
+        let title = [quantity.title(), note].join(if note.is_empty() { "" } else { ", " });
+        let panel = Panel::lines(vec![Series::line("", points)]).title(title);
+        let panel = panel.x_axis(["x", "y"][axis], "mm");
+        match quantity {
+            Quantity::Intensity => panel.y_axis(name, unit),
+            Quantity::Log => {
+                let lowest = 10f64.powi(-(DECADES as i32));
+                let panel = panel.y_axis(format!("{name} / maximum"), unit);
+                panel.log_y().y_range([lowest, 1.0])
+            }
+            Quantity::Phase => panel.y_axis(name, unit).y_range([-PI, PI]),
+        }
+        .into()
+    }
 }
 
 /// The phase where there is light enough for it to mean something.
-fn phase_panel<'a>(
-    field: ArrayView2<Complex64>,
-    intensity: &Array2<f64>,
-    [xs, ys]: [[f64; 2]; 2],
-) -> Panel<'a> {
+fn lit_phase(field: ArrayView2<Complex64>, intensity: &Array2<f64>) -> Array2<f64> {
     let floor = PHASE_FLOOR * intensity.fold(0.0, |max: f64, v| max.max(*v));
     let lit = |u: &Complex64| u.norm_sqr() > floor;
-    let phase = field.mapv(|u| if lit(&u) { u.arg() } else { f64::NAN });
-    Panel::image(phase, xs, ys)
-        .title("Phase")
-        .missing("intensity below 10⁻⁴ of its maximum")
-        .colours(ColourMap::Phase)
-        .quantity("phase", "rad")
-        .into()
-}
-
-/// The outer edges of pixels with these centres, in mm.
-pub(crate) fn edges(centres: &[f64]) -> [f64; 2] {
-    let (first, last) = (centres[0], centres[centres.len() - 1]);
-    let half = match centres.len() {
-        1 => 5e-4,
-        n => 0.5 * (last - first) / (n - 1) as f64,
-    };
-    [first - half, last + half]
+    field.mapv(|u| if lit(&u) { u.arg() } else { f64::NAN })
 }
 
 /// One wavelength's view of a diffractive element.
@@ -224,6 +241,6 @@ fn coarseness(doe: &Doe, bounds: [f64; 4], steps: [f64; 2]) -> Option<String> {
         .layers
         .iter()
         .any(|layer| !matches!(layer, Layer::Pixels(_)));
-    let aliased = smooth && (0..2).any(|a| steep[a] * steps[a] > std::f64::consts::PI);
+    let aliased = smooth && (0..2).any(|a| steep[a] * steps[a] > PI);
     (skipped || aliased).then(|| String::from("finer than the picture: only some points are shown"))
 }

@@ -263,7 +263,7 @@ impl LayoutPanel {
 }
 
 /// The largest 1, 2 or 5 times a power of ten that is not above a value.
-fn below(value: f64) -> f64 {
+pub(crate) fn below(value: f64) -> f64 {
     let step = tick_step(value, 1);
     match step <= value * (1.0 + 1e-9) {
         true => step,
