@@ -27,6 +27,7 @@ __all__ = [
     "scatter",
     "scatter_adjoint",
     "schema",
+    "sensor_panels",
     "simulate",
     "trace",
     "write_files",
@@ -178,9 +179,15 @@ def hologram(
     goes there, and (NCC with the softened picture, NCC over the sensor, share of the light in it).
     """
 
-def layout(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex) -> str:
+def layout(
+    scene: Scene,
+    arrays: dict[str, NDArray[Any]],
+    channel: SupportsIndex,
+    fields: SupportsGetItem[int, SupportsGetItem[int, SupportsFloat | SupportsIndex]],
+) -> str:
     """
-    The section through a system as JSON: rays, surfaces, glass and labels as points (z, transverse) in mm.
+    The section through a system as JSON, with the light of some fields, or of those that the scene names: rays,
+    surfaces, glass and labels as points (z, transverse) in mm.
     """
 
 def parts(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex) -> str:
@@ -204,6 +211,16 @@ def scatter_adjoint(
 def schema() -> str:
     """
     The JSON Schema of scenes, in which every key is explained.
+    """
+
+def sensor_panels(
+    x_mm: SupportsGetItem[int, SupportsFloat | SupportsIndex],
+    y_mm: SupportsGetItem[int, SupportsFloat | SupportsIndex],
+    names: SupportsGetItem[int, str],
+) -> str:
+    """
+    The panels of a sensor's picture as JSON: what `raylet simulate` shows of runs with these names on pixels with these
+    centres in x and y.
     """
 
 def simulate(

@@ -137,30 +137,54 @@ _STYLES: dict[str, dict[str, Any]] = {
 
 def draw_layout(layout: dict[str, Any], title: str, ax: Axes | None) -> tuple[Figure, Axes]:
     """A section through a system: glass, surfaces, rays and names."""
-    figure, ax = _axes(ax, (8.0, 3.6))
+    rays = [np.array(ray["points"], dtype=float) for ray in layout["rays"]]
+    glass = [[*points, points[0]] for points in layout["glass"]]
+    outlines = [np.array(points) for points in (*glass, *(curve["points"] for curve in layout["surfaces"]))]
+    everything = np.concatenate(
+        [*rays, *outlines, np.array([label["at"] for label in layout["labels"]]).reshape(-1, 2)]
+    )
+    wide, high = np.maximum(np.ptp(everything, axis=0), 1e-9)
+
+    # A high section, as of a folded system, has a high figure, and rays close to each other are thin.
+    figure, ax = _axes(ax, (8.0, 3.6) if wide > 1.3 * high else (max(3.6, 6.0 * wide / high + 1.2), 6.5))
     for polygon in layout["glass"]:
         ax.fill(*np.array(polygon).T, color="tab:cyan", alpha=0.18, linewidth=0.0)
-    for ray in layout["rays"]:
-        points = np.array(ray["points"], dtype=float)
-        ax.plot(*points.T, color=("tab:orange", "tab:purple", "tab:olive")[ray["group"] % 3], linewidth=0.8)
+    width = _ray_width(rays, min(500.0 / wide, 200.0 / high if wide > 1.3 * high else 400.0 / high))
+    for ray, points in zip(layout["rays"], rays):
+        ax.plot(*points.T, color=_COLOURS[ray["group"] % len(_COLOURS)], linewidth=width)
     for curve in layout["surfaces"]:
         ax.plot(*np.array(curve["points"]).T, **_STYLES[curve["kind"]])
     ax.set(xlabel="z in mm", ylabel=f"{layout['transverse']} in mm")
     _entitle(ax, title)
-    _frame(ax, layout["labels"])
+    _frame(ax, layout["labels"], outlines)
+    if layout["ray_groups"]:
+        lines = [ax.plot([], [], color=_COLOURS[i % len(_COLOURS)])[0] for i in range(len(layout["ray_groups"]))]
+        ax.legend(lines, layout["ray_groups"], fontsize=7.0, loc="lower left", handlelength=1.2)
     return figure, ax
+
+
+#: Colours of fields, or of how elements turned rays.
+_COLOURS = ("tab:orange", "tab:purple", "tab:olive", "tab:pink", "tab:brown", "tab:gray")
+
+
+def _ray_width(rays: list[NDArray[np.float64]], scale: float) -> float:
+    """The width of rays in points, where a millimetre has so many: less for those that are close to each other."""
+    starts = np.array([ray[0] for ray in rays if len(ray)]).reshape(-1, 2)
+    gaps = scale * np.hypot(*np.diff(starts, axis=0).T)
+    return float(np.clip(0.25 * np.min(gaps[gaps > 1e-6], initial=4.0), 0.3, 0.8))
 
 
 #: Size of names, about how wide a letter is, and the height of a line, in points.
 _LETTERS, _LETTER, _LINE = 8.0, 5.0, 10.5
 
 
-def _frame(ax: Any, labels: list[dict[str, Any]]) -> None:
+def _frame(ax: Any, labels: list[dict[str, Any]], outlines: list[NDArray[np.float64]]) -> None:
     """Names above their places, and limits with room for them; a millimetre is as long as high, but in long systems."""
     (left, low), (right, high) = ax.dataLim.min, ax.dataLim.max
     box = 72.0 * ax.get_position().size * ax.figure.get_size_inches()
     equal = right - left < 8.0 * (high - low)
     named = _merged(labels)
+    drawn = np.concatenate([_filled(points) for points in outlines] or [np.zeros((0, 2))])
 
     # Names take a share of the height, which changes the scale, and this the places of names: a few rounds.
     share = 0.0
@@ -171,11 +195,14 @@ def _frame(ax: Any, labels: list[dict[str, Any]]) -> None:
             height = max(height, length * box[1] / box[0])
             length = height * box[0] / box[1]
         scale = box / (length, height)
-        lines, top = _lines(named, scale)
+        lifts, top = _lifts(named, scale, drawn)
         share = min(0.7, max(0.0, (top - high * scale[1]) / box[1]))
-    for label, line in zip(named, lines):
-        place = {"xytext": (0.0, 6.0 + _LINE * line), "textcoords": "offset points"}
-        ax.annotate(label["text"], label["at"], ha="center", fontsize=_LETTERS, **place)
+    for label, lift in zip(named, lifts):
+        place: dict[str, Any] = {"xytext": (0.0, lift), "textcoords": "offset points"}
+        if lift > 2.0 * _LINE:
+            place["arrowprops"] = {"arrowstyle": "-", "linewidth": 0.5, "color": "0.6", "shrinkA": 0.0, "shrinkB": 2.0}
+        veil = {"facecolor": "white", "alpha": 0.7, "linewidth": 0.0, "pad": 0.5}
+        ax.annotate(label["text"], label["at"], ha="center", fontsize=_LETTERS, bbox=veil, **place)
 
     # The rest of the height is left around what is drawn.
     if equal:
@@ -200,21 +227,32 @@ def _merged(labels: list[dict[str, Any]]) -> list[dict[str, Any]]:
     return merged
 
 
-def _lines(labels: list[dict[str, Any]], scale: NDArray[np.float64]) -> tuple[list[int], float]:
-    """The first line of each name on which it touches no other, and the top of all names, in points."""
+def _filled(points: NDArray[np.float64]) -> NDArray[np.float64]:
+    """A line with points between its corners."""
+    steps = np.linspace(0.0, 1.0, 16, endpoint=False)[:, None, None]
+    between = points[:-1] + steps * np.diff(points, axis=0)
+    return np.concatenate([between.reshape(-1, 2), points[-1:]])
+
+
+def _lifts(
+    labels: list[dict[str, Any]], scale: NDArray[np.float64], drawn: NDArray[np.float64]
+) -> tuple[list[float], float]:
+    """How far above its place each name touches no other and nothing drawn, and the top of all, in points."""
     placed: list[tuple[float, float, float]] = []
-    lines = []
+    lifts = []
+    dots = drawn * scale
     for label in labels:
         (x, y), half = np.array(label["at"]) * scale, 0.5 * _LETTER * len(label["text"])
-        line = 0
-        while any(
-            abs(x - other) < half + width and abs(y + 6.0 + _LINE * line - height) < _LINE
-            for other, height, width in placed
-        ):
-            line += 1
-        placed.append((float(x), float(y + 6.0 + _LINE * line), half))
-        lines.append(line)
-    return lines, max((height + 1.5 * _LINE for _, height, _ in placed), default=0.0)
+
+        # Above the highest of the parts below the name, unless that is another arm of a folded system.
+        below = dots[np.abs(dots[:, 0] - x) < half + 2.0, 1]
+        near = below[below < y + 15.0 * _LINE]
+        height = max(y, float(near.max(initial=y))) + 6.0
+        while any(abs(x - other) < half + width and abs(height - taken) < _LINE for other, taken, width in placed):
+            height += _LINE
+        placed.append((float(x), height, half))
+        lifts.append(float(height - y))
+    return lifts, max((height + 1.5 * _LINE for _, height, _ in placed), default=0.0)
 
 
 def _entitle(ax: Any, title: str) -> None:

@@ -367,11 +367,23 @@ class System(Prescription):
 
     # What it looks like.
 
-    def draw(self, ax: Axes | None = None, *, channel: int = 0) -> tuple[Figure, Axes]:
-        """The section through the system with a few rays."""
+    def draw(
+        self, ax: Axes | None = None, *, fields: Sequence[Sequence[float]] | None = None, channel: int = 0
+    ) -> tuple[Figure, Axes]:
+        """The section through the system with a few rays of each field, in a colour for each.
+
+        Rays start where they come through to the sensor. `fields` are angles [ax, ay] of the source in degrees, or
+        places [x, y, z] of a point source in mm; by default that of the source and those of the table `[design]`.
+        """
         from raylet.plotting import draw_layout
 
-        layout = json.loads(_raylet.layout(self._compiled(), self._arrays, self._channel(channel)))
+        given = np.zeros((0, 2)) if fields is None else real("fields", fields)
+        if given.ndim != 2 or given.shape[1] not in (2, 3) or (fields is not None and len(given) == 0):
+            raise ValueError(
+                f"fields have shape {given.shape}, expected one or more [ax, ay] in degrees or [x, y, z] in mm"
+            )
+        channel = self._channel(channel)
+        layout = json.loads(_raylet.layout(self._compiled(), self._arrays, channel, given.tolist()))
         return draw_layout(layout, self.title, ax)
 
     def plot(self, element: str, ax: Axes | None = None, *, channel: int = 0) -> tuple[Figure, Axes]:

@@ -13,6 +13,8 @@ use ndarray::{Array1, Array2, Array3, Axis, stack};
 use ndarray_npy::WriteNpyExt;
 use raylet::file::arrays::npz::Fields;
 use raylet::file::decode::fault::Fault;
+use raylet::file::model::build::system;
+use raylet::file::model::scene_sweep::{named_fields, scene_at_place};
 use raylet::file::result::channel::micrometres;
 use raylet::file::result::channel::{Channel, Place};
 use raylet::file::result::report::Report;
@@ -23,7 +25,7 @@ use raylet::file::storage::folder::OutputFolder;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::system::System;
 use raylet::wave::grid::field::Field;
-use raylet_plot::layout_picture::layout_png;
+use raylet_plot::layout_picture::{FieldView, layout_png};
 use raylet_plot::panel::FigureError;
 use raylet_plot::pictures::{DoeView, doe_png, sensor_png};
 use raylet_plot::sensor_panels::MOST_CHANNELS;
@@ -100,7 +102,10 @@ pub(crate) fn publish(
         )
     };
     fields.check_for(Path::new(FIELD_FILE))?;
-    let pictures = pictures(scene, systems, &fields, &report.channels).map_err(refuse)?;
+    let mut pictures = pictures(scene, systems, &fields, &report.channels).map_err(refuse)?;
+    if let Some(layout) = layout(scene, systems, &report.channels)? {
+        pictures.push((String::from("layout.png"), layout.map_err(refuse)?));
+    }
     report.files = vec![FIELD_FILE.to_owned(), TABLE_FILE.to_owned()];
     report
         .files
@@ -166,8 +171,43 @@ fn pictures(
             list.push((file_name(&screen.name, number, &taken), png));
         }
     }
-    list.push((String::from("layout.png"), layout_png(scene, first)?));
     Ok(list)
+}
+
+/// The section through the first system with the light of all fields that were run; where these were not chosen, of all
+/// that the scene names.
+fn layout(
+    scene: &Scene,
+    systems: &[System],
+    channels: &[Channel],
+) -> Result<Option<Result<Vec<u8>, FigureError>>, Fault> {
+    let mut views: Vec<FieldView> = Vec::new();
+    for (system, channel) in systems.iter().zip(channels) {
+        let name = channel.place.light().unwrap_or_default();
+        if views.iter().all(|view| view.name != name) {
+            views.push(FieldView { name, system });
+        }
+    }
+
+    // The first is the source's own.
+    let named = match views.as_slice() {
+        [only] if only.name.is_empty() => named_fields(scene),
+        _ => Vec::new(),
+    };
+    let others = named.iter().skip(1);
+    let others: Vec<System> = others
+        .map(|place| system(&scene_at_place(scene, place, false)?, 0))
+        .collect::<Result<_, Fault>>()?;
+    if let ([own, fields @ ..], [view]) = (named.as_slice(), views.as_mut_slice()) {
+        view.name = own.light().unwrap_or_default();
+        views.extend(
+            (fields.iter().zip(&others)).map(|(place, system)| FieldView {
+                name: place.light().unwrap_or_default(),
+                system,
+            }),
+        );
+    }
+    Ok((!views.is_empty()).then(|| layout_png(scene, &views)))
 }
 
 /// A file name for an element's picture, of letters that every file system takes; its number where the

@@ -29,8 +29,9 @@ const FIGURE_TITLE_SIZE: f64 = 20.0;
 const BORDER: f64 = 16.0;
 const GAP: [f64; 2] = [16.0, 22.0];
 
-/// Least and most height of a plot in pixels.
+/// Least and most height of a plot in pixels, and the most of a plot of a fixed shape that has its row for itself.
 const HEIGHTS: [f64; 2] = [80.0, 430.0];
+const MOST_ALONE: f64 = 700.0;
 
 /// Most device pixels along a side of a PNG.
 const MOST_PIXELS: f64 = 20_000.0;
@@ -258,7 +259,11 @@ impl<'a> Figure<'a> {
         let gaps = GAP[0] * row.len().saturating_sub(1) as f64;
         let room = self.width - 2.0 * BORDER - gaps - taken;
         let ratios: f64 = aspects.iter().map(|a| a.ratio()).sum();
-        let height = (room / ratios).clamp(HEIGHTS[0], HEIGHTS[1]).round();
+        let most = match aspects.as_slice() {
+            [Aspect::Fixed(_)] => MOST_ALONE,
+            _ => HEIGHTS[1],
+        };
+        let height = (room / ratios).clamp(HEIGHTS[0], most).round();
 
         // Plots too wide even at the least height become narrower, and what they show keeps its shape inside.
         let narrowed = match height > HEIGHTS[0] {

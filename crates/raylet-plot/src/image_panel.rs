@@ -24,6 +24,9 @@ const LONGEST: f64 = 10.0;
 /// Distance of the colour bar from the plot, and its width.
 const BAR: [f64; 2] = [10.0, 14.0];
 
+/// Distance of a colour bar that is higher than the picture, beside whose lower end the last tick has its label.
+const CLEAR: f64 = 24.0;
+
 /// Decades that a logarithmic picture spans by default.
 const DECADES: u32 = 5;
 
@@ -272,6 +275,14 @@ impl<'a> ImagePanel<'a> {
         )
     }
 
+    /// The distance of the colour bar from the picture in a plot of this size.
+    fn bar_gap(&self, [w, h]: [f64; 2]) -> f64 {
+        match w / self.shown_aspect() < h - 1.0 {
+            true => CLEAR,
+            false => BAR[0],
+        }
+    }
+
     /// Width over height of the picture as it is shown.
     fn shown_aspect(&self) -> f64 {
         let [across, up] = stretch(self.ranges_mm);
@@ -319,7 +330,7 @@ impl<'a> ImagePanel<'a> {
 
     /// The colour bar to the right of the plot.
     fn draw_bar(&self, svg: &mut Svg, plot: Rect, bar: &Bar) -> Result<(), FigureError> {
-        let [gap, w] = BAR;
+        let (gap, w) = (self.bar_gap([plot.w, plot.h]), BAR[1]);
         let place = Rect {
             x: plot.right() + gap,
             w,
@@ -408,7 +419,7 @@ impl Content for ImagePanel<'_> {
         };
         Margins {
             left: left_margin(&y),
-            right: BAR[0] + BAR[1] + 7.0 + bar.axis.widest() + label,
+            right: self.bar_gap([w, h]) + BAR[1] + 7.0 + bar.axis.widest() + label,
             bottom: BOTTOM_MARGIN,
         }
     }

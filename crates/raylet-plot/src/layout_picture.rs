@@ -44,32 +44,79 @@ impl Plane {
     }
 }
 
-/// The system cut by the plane through z in which it is bent, as plain geometry, and the name of its
-/// transverse axis, "x" or "y".
-pub fn layout(scene: &Scene, system: &System) -> (LayoutScene, &'static str) {
-    let plane = plane_of(system);
-    let trails = layout_rays(system, plane.normal);
-    let drawn = drawing(&parts(scene, system), &trails, &plane, None);
+/// A system in one field of light.
+#[derive(Clone, Debug)]
+pub struct FieldView<'a> {
+    /// What tells the field from others.
+    pub name: String,
+    /// The system with this light.
+    pub system: &'a System,
+}
+
+/// What is drawn of a system: its parts, and the rays of every field with the number of its colour.
+struct Drawn<'a> {
+    parts: Vec<Part<'a>>,
+    trails: Vec<(LayoutRay, usize)>,
+    /// What the colours mean; empty where there is one.
+    groups: Vec<String>,
+}
+
+impl<'a> Drawn<'a> {
+    /// Of several fields each has its colour; of one field the rays have that of how elements turned them.
+    fn new(scene: &'a Scene, views: &'a [FieldView], plane: &Plane) -> Self {
+        let mut drawn = Drawn {
+            parts: Vec::new(),
+            trails: Vec::new(),
+            groups: Vec::new(),
+        };
+        for (number, view) in views.iter().enumerate() {
+            let rays = layout_rays(view.system, plane.normal).into_iter();
+            drawn.trails.extend(rays.map(|ray| {
+                let group = match (views.len(), ray.turn) {
+                    (2.., _) => number,
+                    (_, Deflection::Straight) => 0,
+                    (_, Deflection::Up) => 1,
+                    (_, Deflection::Down) => 2,
+                };
+                (ray, group)
+            }));
+            if number == 0 {
+                drawn.parts = parts(scene, view.system);
+            }
+        }
+        if views.len() > 1 {
+            drawn.groups = views.iter().map(|view| view.name.clone()).collect();
+        } else if drawn.trails.iter().any(|(_, group)| *group > 0) {
+            let turns = ["undeflected", "to the upper side", "to the lower side"];
+            drawn.groups = turns.map(String::from).to_vec();
+        }
+        drawn
+    }
+}
+
+/// A system in some fields of light, cut by the plane through z in which it is bent, as plain geometry, and the name of
+/// its transverse axis, "x" or "y". The parts are those of the first view.
+pub fn layout(scene: &Scene, views: &[FieldView]) -> (LayoutScene, &'static str) {
+    let plane = plane_of(views);
+    let drawn = drawing(&Drawn::new(scene, views, &plane), &plane, None);
     (drawn, plane.name)
 }
 
-/// The system as PNG, as the light of one wavelength sees it.
+/// The system as PNG, as the light of one wavelength sees it in some fields.
 ///
 /// # Errors
 /// A picture that cannot be drawn.
-pub fn layout_png(scene: &Scene, system: &System) -> Result<Vec<u8>, FigureError> {
-    let plane = plane_of(system);
-    let parts = parts(scene, system);
-    let trails = layout_rays(system, plane.normal);
+pub fn layout_png(scene: &Scene, views: &[FieldView]) -> Result<Vec<u8>, FigureError> {
+    let plane = plane_of(views);
+    let drawn = Drawn::new(scene, views, &plane);
 
     // Where the light is thin against the parts, a second view shows what it meets.
     let light = extent(
-        trails
-            .iter()
-            .flat_map(|t| &t.points)
+        (drawn.trails.iter())
+            .flat_map(|(ray, _)| &ray.points)
             .map(|p| plane.at(*p)[1]),
     );
-    let whole = drawing(&parts, &trails, &plane, None);
+    let whole = drawing(&drawn, &plane, None);
     let all = extent(whole.surfaces.iter().flat_map(|c| &c.points).map(|p| p[1]));
     let thin = match (light, all) {
         (Some([a, b]), Some([c, d])) if b - a < THIN * (d - c) => {
@@ -89,7 +136,7 @@ pub fn layout_png(scene: &Scene, system: &System) -> Result<Vec<u8>, FigureError
     let section = format!("Section through z and {}", plane.name);
     let mut rows = vec![panel(whole, &section)];
     if let Some(window) = thin {
-        let close = drawing(&parts, &trails, &plane, Some(window));
+        let close = drawing(&drawn, &plane, Some(window));
         rows.push(panel(close, "The light, close up"));
     }
     let title = match scene.title.as_str() {
@@ -100,7 +147,27 @@ pub fn layout_png(scene: &Scene, system: &System) -> Result<Vec<u8>, FigureError
 }
 
 /// The plane, of the two through the z axis, in which more of the system is tilted, shifted or turned.
-fn plane_of(system: &System) -> Plane {
+fn plane_of(views: &[FieldView]) -> Plane {
+    let scores = views.iter().map(|view| bends(view.system));
+    let score = scores.fold([0.0; 2], |sum, one| [sum[0] + one[0], sum[1] + one[1]]);
+    let (x, y) = (Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0));
+    if score[0] > score[1] {
+        Plane {
+            up: x,
+            normal: y * -1.0,
+            name: "x",
+        }
+    } else {
+        Plane {
+            up: y,
+            normal: x,
+            name: "y",
+        }
+    }
+}
+
+/// How much of a system is tilted, shifted or turned along x and y.
+fn bends(system: &System) -> [f64; 2] {
     let mut score = [0.0f64; 2];
     let mut add = |v: Vec3, weight: f64| {
         score[0] += weight * v.x.abs();
@@ -130,20 +197,7 @@ fn plane_of(system: &System) -> Plane {
             add(Vec3::new(gx * turned, gy * turned, 0.0), 3.0);
         }
     }
-    let (x, y) = (Vec3::new(1.0, 0.0, 0.0), Vec3::new(0.0, 1.0, 0.0));
-    if score[0] > score[1] {
-        Plane {
-            up: x,
-            normal: y * -1.0,
-            name: "x",
-        }
-    } else {
-        Plane {
-            up: y,
-            normal: x,
-            name: "y",
-        }
-    }
+    score
 }
 
 /// The range of finite values.
@@ -155,30 +209,17 @@ fn extent(values: impl Iterator<Item = f64>) -> Option<[f64; 2]> {
 }
 
 /// Everything as plain geometry, within a window of the transverse coordinate if one is given.
-fn drawing(
-    parts: &[Part],
-    trails: &[LayoutRay],
-    plane: &Plane,
-    window: Option<[f64; 2]>,
-) -> LayoutScene {
-    let mut scene = LayoutScene::default();
-    for layout_ray in trails {
+fn drawing(drawn: &Drawn, plane: &Plane, window: Option<[f64; 2]>) -> LayoutScene {
+    let parts = &drawn.parts;
+    let mut scene = LayoutScene {
+        ray_groups: drawn.groups.clone(),
+        ..LayoutScene::default()
+    };
+    for (ray, group) in &drawn.trails {
         scene.rays.push(RayPath {
-            points: layout_ray.points.iter().map(|p| plane.at(*p)).collect(),
-            group: match layout_ray.turn {
-                Deflection::Straight => 0,
-                Deflection::Up => 1,
-                Deflection::Down => 2,
-            },
+            points: ray.points.iter().map(|p| plane.at(*p)).collect(),
+            group: *group,
         });
-    }
-    if trails
-        .iter()
-        .any(|layout_ray| layout_ray.turn != Deflection::Straight)
-    {
-        scene.ray_groups = ["undeflected", "to the upper side", "to the lower side"]
-            .map(String::from)
-            .to_vec();
     }
     let lines: Vec<Vec<Place>> = parts.iter().map(|part| line(part, plane, window)).collect();
     let ambient = parts.first().map_or(1.0, Part::index_before);
@@ -339,11 +380,13 @@ mod tests {
     use ndarray::Array2;
     use ndarray_npy::write_npy;
     use raylet::file::model::build::system;
+    use raylet::file::model::scene_sweep::scene_at_place;
+    use raylet::file::result::channel::Place as FieldPlace;
     use raylet::file::scene::scene_file::Scene;
     use raylet::optics::polygon::{area, crosses_itself};
 
     use crate::decoded_png::DecodedPng;
-    use crate::layout_picture::{Place, between, layout, layout_png};
+    use crate::layout_picture::{FieldView, Place, between, layout, layout_png};
     use crate::section_panel::CurveKind;
 
     /// A scene with one of every shape and aperture, which the library's tests read.
@@ -401,7 +444,11 @@ mod tests {
         write_npy(folder.path().join("heights.npy"), &bowl).unwrap();
         let scene = Scene::read(&path).unwrap();
         let system = system(&scene, 0).unwrap();
-        let (drawn, up) = layout(&scene, &system);
+        let views = [FieldView {
+            name: String::new(),
+            system: &system,
+        }];
+        let (drawn, up) = layout(&scene, &views);
         assert_eq!(up, "x");
         let kinds: Vec<CurveKind> = drawn.surfaces.iter().map(|curve| curve.kind).collect();
         assert_eq!(kinds, KINDS);
@@ -414,7 +461,7 @@ mod tests {
         }
 
         // The element's line, three pixels wide, stands at 0 mm, the sensor at 26 mm.
-        let picture = DecodedPng::of(&layout_png(&scene, &system).unwrap());
+        let picture = DecodedPng::of(&layout_png(&scene, &views).unwrap());
         assert_eq!(picture.width, 1800);
         let [element, glass, sensor] =
             [ELEMENT, GLASS, SENSOR].map(|colour| picture.columns(colour).unwrap());
@@ -439,6 +486,42 @@ mod tests {
         }
     }
 
+    /// A triplet before a narrow stop, on its axis and at 14° and 20°: five rays of each field come to the sensor, each
+    /// field in its colour.
+    #[test]
+    fn rays_of_every_field_come_through_the_stop() {
+        let text = include_str!("../../../scenes/real_size/cooke_triplet.toml");
+        let path = std::path::Path::new("triplet.toml");
+        let scene = Scene::parse(text, path).unwrap();
+        let systems = [0.0, 14.0, 20.0].map(|angle| {
+            let field = FieldPlace {
+                angle_deg: Some([angle, 0.0]),
+                ..FieldPlace::default()
+            };
+            system(&scene_at_place(&scene, &field, false).unwrap(), 0).unwrap()
+        });
+        let views = [0, 1, 2].map(|number| FieldView {
+            name: format!("field {number}"),
+            system: &systems[number],
+        });
+        let (drawn, up) = layout(&scene, &views);
+        assert_eq!((up, drawn.ray_groups.len()), ("x", 3));
+        let groups: Vec<usize> = drawn.rays.iter().map(|ray| ray.group).collect();
+        assert_eq!(groups, [[0; 5], [1; 5], [2; 5]].concat());
+
+        // They end in the sensor's plane, and start at five places.
+        let sensor = drawn.surfaces.last().unwrap().points[0][0];
+        for rays in drawn.rays.chunks(5) {
+            for pair in rays.windows(2) {
+                assert!(pair[1].points[1][1] > pair[0].points[1][1]);
+            }
+            for ray in rays {
+                let off = ray.points.last().unwrap()[0] - sensor;
+                assert!(off.abs() < 1e-9, "{off:e}");
+            }
+        }
+    }
+
     /// An element on the front of a lens: the glass stands between the two, and none before the sensor.
     #[test]
     fn glass_behind_an_element_on_a_lens_ends_at_the_back() {
@@ -448,7 +531,13 @@ mod tests {
             [[element]]\nkind = \"surface\"\nthickness_mm = 20\nsemi_aperture_mm = 2\n\
             [[element]]\nkind = \"sensor\"\npixels = [8, 8]\npitch_um = 1\n";
         let scene = Scene::parse(text, std::path::Path::new("hybrid.toml")).unwrap();
-        let (drawn, _) = layout(&scene, &system(&scene, 0).unwrap());
+        let (drawn, _) = layout(
+            &scene,
+            &[FieldView {
+                name: String::new(),
+                system: &system(&scene, 0).unwrap(),
+            }],
+        );
         assert_eq!(drawn.glass.len(), 1);
         let along = |end: f64| {
             drawn.glass[0]

@@ -18,6 +18,13 @@ use crate::svg::{Anchor, Letters, Pen, Rect, Svg, text_width};
 /// Below this share of the plot's height a section drawn in true proportion is stretched.
 const SLIM: f64 = 0.4;
 
+/// From this width over height on, a section takes the whole width of its row.
+const WIDE: f64 = 1.3;
+
+/// Width of rays in pixels, and the part that they take of the distance between neighbours where that is little.
+const RAY_WIDTHS: [f64; 2] = [0.5, 1.1];
+const RAY_SHARE: f64 = 0.25;
+
 /// The points (z, transverse) in mm of one ray, with the group whose colour it takes.
 #[derive(Clone, Debug, Default)]
 pub struct RayPath {
@@ -221,13 +228,21 @@ impl LayoutPanel {
             room.add_ink(&[[plot.x, axis], [plot.right(), axis]]);
         }
 
-        // Many rays are drawn fainter.
+        // Many rays are drawn fainter, and rays close to each other thinner.
+        let starts = self.scene.rays.iter().filter_map(|ray| ray.points.first());
+        let starts: Vec<[f64; 2]> = starts.map(|point| frame.at(*point)).collect();
+        let gaps = starts.windows(2).map(|pair| {
+            let [[x, y], [u, v]] = [pair[0], pair[1]];
+            (u - x).hypot(v - y)
+        });
+        let least = gaps.filter(|gap| *gap > 1e-6).fold(f64::INFINITY, f64::min);
+        let width = (RAY_SHARE * least).clamp(RAY_WIDTHS[0], RAY_WIDTHS[1]);
         let opacity = (40.0 / self.scene.rays.len().max(1) as f64).clamp(0.35, 0.9);
         for ray in &self.scene.rays {
             let colour = PALETTE[ray.group % PALETTE.len()];
             let pen = Pen {
                 opacity,
-                ..Pen::line(colour, 1.1)
+                ..Pen::line(colour, width)
             };
             for run in frame.runs(&ray.points) {
                 room.add_ink(&run);
@@ -362,7 +377,11 @@ impl Content for LayoutPanel {
 
     fn aspect(&self) -> Aspect {
         let [zs, ts] = self.ranges();
-        Aspect::Flexible(((zs[1] - zs[0]) / (ts[1] - ts[0])).clamp(1.3, 4.0))
+        match (zs[1] - zs[0]) / (ts[1] - ts[0]) {
+            // A high one, as of a folded system, takes no more width than it needs.
+            ratio if ratio < WIDE => Aspect::Fixed(ratio.max(0.4)),
+            ratio => Aspect::Flexible(ratio.min(4.0)),
+        }
     }
 
     fn margins(&self, [w, h]: [f64; 2]) -> Margins {
@@ -416,7 +435,7 @@ impl Content for LayoutPanel {
 
 #[cfg(test)]
 mod tests {
-    use crate::panel::Content;
+    use crate::panel::{Aspect, Content};
     use crate::section_panel::{LayoutPanel, LayoutScene, RayPath, along, below};
     use crate::svg::{Rect, Svg};
 
@@ -450,6 +469,17 @@ mod tests {
         assert!((up / along - slim.stretch).abs() < 1e-9);
         assert_eq!(slim.stretch, 20.0);
         assert!(slim.t.at(1.0) > 0.0 && slim.t.at(-1.0) < 300.0);
+    }
+
+    #[test]
+    fn a_folded_system_takes_no_more_width_than_it_needs() {
+        let folded = panel(vec![[0.0, 0.0], [10.0, 0.0], [10.0, 50.0]]);
+        let Aspect::Fixed(ratio) = folded.aspect() else {
+            panic!("{:?}", folded.aspect());
+        };
+        assert!(ratio < 0.5, "{ratio}");
+        let long = panel(vec![[0.0, -10.0], [50.0, 10.0]]);
+        assert!(matches!(long.aspect(), Aspect::Flexible(_)));
     }
 
     #[test]

@@ -16,11 +16,15 @@ use raylet::file::model::build;
 use raylet::file::model::error_location::simulate_fault;
 use raylet::file::model::phase_units::phase_units;
 use raylet::file::model::prescription::parts as list;
+use raylet::file::model::scene_sweep::{named_fields, scene_at_place};
+use raylet::file::result::channel::Place;
 use raylet::optics::media::catalog;
 use raylet::optics::screen::ScreenKind;
-use raylet_plot::layout_picture;
+use raylet::optics::system::System;
+use raylet_plot::layout_picture::{self, FieldView};
 use raylet_plot::pictures::doe_map;
 use raylet_plot::section_panel::CurveKind;
+use raylet_plot::sensor_panels::{DECADES, PHASE_FLOOR, Quantity, SensorPanels, SensorRow};
 use serde_json::{Value, json};
 
 use crate::refusal::{error, fault};
@@ -28,16 +32,84 @@ use crate::scene::Scene;
 use crate::typed::{ByPath, Made, finite};
 use crate::watch::{Watch, run};
 
-/// The section through a system as JSON: rays, surfaces, glass and labels as points (z, transverse) in mm.
+/// The panels of a sensor's picture as JSON: what `raylet simulate` shows of runs with these names on pixels with these
+/// centres in x and y.
+#[pyfunction]
+pub(crate) fn sensor_panels(x_mm: Vec<f64>, y_mm: Vec<f64>, names: Vec<String>) -> String {
+    let plan = SensorPanels::new([&x_mm, &y_mm], &names, false);
+    let panel = |quantity: &Quantity| json!([quantity.word(), quantity.title()]);
+    let row = |row: &SensorRow| {
+        let panels: Vec<Value> = row.quantities.iter().map(panel).collect();
+        json!({"channel": row.channel, "note": row.note, "panels": panels})
+    };
+    json!({
+        "rows": plan.rows.iter().map(row).collect::<Vec<Value>>(),
+        "ranges_mm": plan.ranges_mm,
+        "unit": plan.unit.0,
+        "per_mm": plan.unit.1,
+        "stretch": plan.stretch,
+        "line": plan.line,
+        "phase_floor": PHASE_FLOOR,
+        "decades": DECADES,
+    })
+    .to_string()
+}
+
+/// The system in each of some fields of light, angles in degrees or places in mm; without any, in those that its scene
+/// names.
+fn in_fields(
+    py: Python<'_>,
+    scene: &Scene,
+    arrays: &ByPath<'_>,
+    channel: usize,
+    fields: &[Vec<f64>],
+) -> PyResult<Vec<(String, System)>> {
+    scene.check(channel)?;
+    let named = || named_fields(&scene.file);
+    let given = fields.iter().map(|field| Place {
+        angle_deg: <[f64; 2]>::try_from(field.as_slice()).ok(),
+        position_mm: <[f64; 3]>::try_from(field.as_slice()).ok(),
+        ..Place::default()
+    });
+    let places: Vec<Place> = match fields.is_empty() {
+        true => named(),
+        false => given.collect(),
+    };
+    let own = named().first().copied();
+    scene.with_arrays(py, arrays, |file, arrays| {
+        let there = |place: &Place| {
+            let name = place.light().unwrap_or_default();
+            let system = match own.as_ref() == Some(place) {
+                true => build::system_with(file, arrays, channel),
+                false => {
+                    let moved = scene_at_place(file, place, false)?;
+                    build::system_with(&moved, arrays, channel)
+                }
+            };
+            Ok((name, system?))
+        };
+        places.iter().map(there).collect()
+    })
+}
+
+/// The section through a system as JSON, with the light of some fields, or of those that the scene names: rays,
+/// surfaces, glass and labels as points (z, transverse) in mm.
 #[pyfunction]
 pub(crate) fn layout(
     py: Python<'_>,
     scene: &Scene,
     arrays: ByPath<'_>,
     channel: usize,
+    fields: Vec<Vec<f64>>,
 ) -> PyResult<String> {
-    let system = scene.system(py, &arrays, channel)?;
-    let (drawn, transverse) = layout_picture::layout(&scene.file, &system);
+    let systems = in_fields(py, scene, &arrays, channel, &fields)?;
+    let views: Vec<FieldView> = (systems.iter())
+        .map(|(name, system)| FieldView {
+            name: name.clone(),
+            system,
+        })
+        .collect();
+    let (drawn, transverse) = layout_picture::layout(&scene.file, &views);
     let kind = |kind: CurveKind| match kind {
         CurveKind::Surface => "surface",
         CurveKind::Mirror => "mirror",

@@ -48,7 +48,7 @@ mod _raylet {
     #[pymodule_export]
     use crate::files::write_files;
     #[pymodule_export]
-    use crate::inspect::{check, element, glasses, layout, parts, schema};
+    use crate::inspect::{check, element, glasses, layout, parts, schema, sensor_panels};
     #[pymodule_export]
     use crate::linearised_system::{LinearisedSystem, Passage};
     #[pymodule_export]

@@ -4,7 +4,7 @@
 //! gradient; behind pixels it goes straight on and, aimed, towards both sides of the next screen.
 
 use crate::engine::error::advice::turning;
-use crate::engine::geometrical::system_trace::passes;
+use crate::engine::geometrical::system_trace::{passes, trace_system};
 use crate::engine::trace::ray_trace::Landing;
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
@@ -40,6 +40,9 @@ pub enum Deflection {
 
 /// Places of the rays on the first screen, as shares of its half width.
 const PLACES: [f64; 5] = [-0.9, -0.45, 0.0, 0.45, 0.9];
+
+/// Steps across the first screen in which rays that come through are looked for.
+const TRIED: i32 = 400;
 
 /// Rays are targeted at these shares of the next screen's half width, the first that an element can reach.
 const TARGET_SHARES: [f64; 5] = [0.8, 0.5, 0.3, 0.15, 0.05];
@@ -122,7 +125,8 @@ fn launch(system: &System, screen: &Screen, normal: Vec3) -> Vec<Arrived> {
     let half = [0.5 * (x1 - x0) * u[0], 0.5 * (y1 - y0) * u[1]];
     let middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
     let stub = 0.12 * length_of(system);
-    let places = PLACES.map(|t| [middle[0] + t * half[0], middle[1] + t * half[1]]);
+    let place = |t: f64| [middle[0] + t * half[0], middle[1] + t * half[1]];
+    let places = places_that_come_through(system, screen, &place).map(place);
     let open = places.into_iter().filter(|at| passes(screen, *at));
     open.map(|at| {
         let lift = screen.height(at).map_or(0.0, |height| height.z);
@@ -143,6 +147,31 @@ fn launch(system: &System, screen: &Screen, normal: Vec3) -> Vec<Arrived> {
         }
     })
     .collect()
+}
+
+/// The shares of the half width at which rays start: spread over those whose rays come to the last screen, or over the whole
+/// width where all or none of the light does.
+fn places_that_come_through(
+    system: &System,
+    screen: &Screen,
+    place: &impl Fn(f64) -> [f64; 2],
+) -> [f64; 5] {
+    let open = |t: &f64| passes(screen, place(*t));
+    let comes = |t: &f64| {
+        trace_system(system, &system.source, place(*t))
+            .lost
+            .is_none()
+    };
+    if PLACES.iter().filter(|t| open(t)).all(comes) {
+        return PLACES;
+    }
+    let tried = (0..=TRIED).map(|i| 2.0 * f64::from(i) / f64::from(TRIED) - 1.0);
+    let through: Vec<f64> = tried.filter(|t| open(t) && comes(t)).collect();
+    PLACES.map(|share| {
+        let last = through.len().saturating_sub(1) as f64;
+        let at = (0.5 * (1.0 + share) * last).round() as usize;
+        through.get(at).copied().unwrap_or(share)
+    })
 }
 
 /// The greatest distance of a part from the first screen, in mm.

@@ -4,6 +4,7 @@ use crate::engine::geometrical::system_trace::trace_system;
 use crate::file::decode::fault::Fault;
 use crate::file::model::build;
 use crate::file::result::channel::Place;
+use crate::file::scene::illumination::Illumination;
 use crate::file::scene::scene_file::Scene;
 use crate::file::scene::variable::{VariableAddress, VariableScene};
 use crate::optics::screen::Screen;
@@ -19,6 +20,38 @@ pub fn scene_at_place(scene: &Scene, place: &Place, follow: bool) -> Result<Scen
         true => following(&at_place),
         false => Ok(at_place),
     }
+}
+
+/// The fields of light that a scene names: that of its source, and those of its design.
+pub fn named_fields(scene: &Scene) -> Vec<Place> {
+    let (mut angle_deg, mut position_mm) = (None, None);
+    match &scene.source {
+        Illumination::Plane(plane) => angle_deg = Some(plane.angle_deg),
+        Illumination::Gaussian(beam) => angle_deg = Some(beam.angle_deg),
+        Illumination::Point(point) => position_mm = Some(point.position_mm),
+        Illumination::Field(_) | Illumination::Fibre(_) => (),
+    }
+    let own = Place {
+        angle_deg,
+        position_mm,
+        ..Place::default()
+    };
+    let mut fields = vec![own];
+
+    // Those of the design that a source of this kind can have.
+    for view in scene.design.iter().flat_map(|design| &design.field) {
+        let field = Place {
+            angle_deg: view.angle_deg,
+            position_mm: view.position_mm,
+            ..Place::default()
+        };
+        let fits = field.angle_deg.is_some() == own.angle_deg.is_some()
+            && field.position_mm.is_some() == own.position_mm.is_some();
+        if fits && !fields.contains(&field) {
+            fields.push(field);
+        }
+    }
+    fields
 }
 
 /// The paths of the numbers that a place gives, with their values.

@@ -143,13 +143,21 @@ impl Channel {
 impl Place {
     /// A text behind the words for this place.
     pub fn before(&self, text: String) -> String {
-        let angle = self.angle_deg.map(|[x, y]| format!("{x}°, {y}°"));
-        let position = (self.position_mm).map(|[x, y, z]| format!("source at {x}, {y}, {z} mm"));
         let distance = self
             .distance_mm
             .map(|distance| format!("sensor at {distance} mm"));
-        let parts = [angle, position, distance, Some(text)];
+        let parts = [self.light(), distance, Some(text)];
         parts.into_iter().flatten().collect::<Vec<_>>().join(", ")
+    }
+
+    /// The words for where the light comes from, if that is known.
+    pub fn light(&self) -> Option<String> {
+        let angle = self.angle_deg.map(|[x, y]| format!("{x}°, {y}°"));
+        let position = || {
+            let [x, y, z] = self.position_mm?;
+            Some(format!("source at {x}, {y}, {z} mm"))
+        };
+        angle.or_else(position)
     }
 }
 
