@@ -1,25 +1,24 @@
-"""Pictures with matplotlib; every function returns (figure, axes)."""
+"""Pictures with matplotlib, of what `raylet simulate` shows; every function returns (figure, axes)."""
 
 from __future__ import annotations
 
 import base64
 import io
+import json
 import textwrap
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+from raylet import _raylet
 from raylet._refusal import shown
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
-
-#: Phases are shown where the intensity is above this share of its maximum.
-_DARK = 1e-4
 
 
 def _axes(ax: Axes | None, size: tuple[float, float]) -> tuple[Any, Any]:
@@ -32,19 +31,29 @@ def _axes(ax: Axes | None, size: tuple[float, float]) -> tuple[Any, Any]:
     return plt.subplots(figsize=size, layout="constrained")
 
 
-def _edges(centres: NDArray[np.float64]) -> tuple[float, float]:
-    half = 0.5 * (centres[-1] - centres[0]) / (len(centres) - 1) if len(centres) > 1 else 5e-4
-    return float(centres[0] - half), float(centres[-1] + half)
-
-
-def _image(figure: Any, ax: Any, values: Any, extent: tuple[float, ...], label: str, **how: Any) -> None:
+def _image(figure: Any, ax: Any, values: Any, extent: Any, label: str, **how: Any) -> None:
+    """Values as colours over an extent in mm, with a colour bar and few ticks."""
     # What is dark has no phase: grey, which no phase is.
     ax.set_facecolor("0.75")
+    across, up = (abs(extent[1] - extent[0]), abs(extent[3] - extent[2]) * how.get("aspect", 1.0))
     image = ax.imshow(values, extent=extent, origin="lower", interpolation="nearest", **how)
-    # As high as the picture, whose own shape the axes have.
-    figure.colorbar(image, cax=ax.inset_axes((1.03, 0.0, 0.05, 1.0)), label=label)
+
+    # The size in inches that the picture will have; its bar is as high, or higher than a thin strip.
+    room = ax.get_position().size * figure.get_size_inches()
+    size = np.array([across, up]) * min(room[0] / across, room[1] / up)
+    high = max(1.0, 0.9 / size[1])
+    gap = 0.1 if high == 1.0 else 0.25
+    bar = ax.inset_axes((1.0 + gap / size[0], 0.5 - 0.5 * high, 0.12 / size[0], high))
+    figure.colorbar(image, cax=bar, label=label)
+    for axis, length in ((ax.xaxis, size[0] / 0.6), (ax.yaxis, size[1] / 0.3)):
+        axis.get_major_locator().set_params(nbins=int(min(5, max(1, length))), min_n_ticks=1)
     ax.set(xlabel="x in mm", ylabel="y in mm")
-    ax.locator_params(nbins=5)
+
+
+def _in_unit(axis: Any, name: str, plan: dict[str, Any]) -> None:
+    """Labels an axis, whose values are in mm, in the unit of the picture."""
+    axis.set_major_formatter(lambda value, _: f"{round(value * plan['per_mm'], 9):g}")
+    axis.set_label_text(f"{name} in {plan['unit']}")
 
 
 def html(text: str, draw: Callable[[], tuple[Figure, Axes]]) -> str:
@@ -63,55 +72,125 @@ def html(text: str, draw: Callable[[], tuple[Figure, Axes]]) -> str:
     return f'<img alt="" src="data:image/png;base64,{picture}"/>{words}'
 
 
+#: What the centres of a sensor's pixels are called here: x and y in mm.
+_Centres = tuple[NDArray[np.float64], NDArray[np.float64]]
+
+
+def sensor_panels(axes: _Centres, wavelengths_um: Sequence[float]) -> dict[str, Any]:
+    """What `raylet simulate` shows of these wavelengths on a sensor: rows of panels, their unit and their stretch."""
+    names = [f"λ = {wave:.12g} µm" for wave in wavelengths_um]
+    plan: dict[str, Any] = json.loads(_raylet.sensor_panels(axes[0].tolist(), axes[1].tolist(), names))
+    return plan
+
+
+def plot_sensor(
+    fields: Sequence[NDArray[np.complex128]],
+    axes: _Centres,
+    wavelengths_um: Sequence[float],
+    title: str,
+) -> tuple[Figure, Any]:
+    """The light on a sensor in the panels of `raylet simulate`; the axes are an array [row, column]."""
+    plan = sensor_panels(axes, wavelengths_um)
+    rows, aspect = plan["rows"], _aspect(plan)
+
+    # Rows as high as their pictures, in columns as wide.
+    high = 2.4 if plan["line"] is not None else float(np.clip(2.7 / aspect, 0.9, 3.4))
+    wide = float(np.clip(high * aspect, 1.2, 2.9)) + 1.5
+    columns = max(len(row["panels"]) for row in rows)
+    figure, grid = _subplots(len(rows), columns, (columns * wide, len(rows) * (high + 1.1) + 0.4))
+    for row, line in zip(rows, grid):
+        channel = row["channel"]
+        field = fields[channel] if channel is not None else None
+        intensity = sum(map(_intensity, fields)) if field is None else _intensity(field)
+        for ax, (what, name) in zip(line, row["panels"]):
+            _panel(figure, ax, what, (intensity, field), axes, plan)
+            ax.set_title("\n".join(filter(None, (name, row["note"], _stretched(plan)))), fontsize="medium")
+        for ax in line[len(row["panels"]) :]:
+            ax.remove()
+    if title:
+        figure.suptitle("\n".join(textwrap.wrap(title, max(12, int(8.0 * columns * wide)))))
+    return figure, grid
+
+
 def plot_field(
     field: NDArray[np.complex128],
-    axes: tuple[NDArray[np.float64], NDArray[np.float64]],
+    axes: _Centres,
     what: str,
     title: str,
     ax: Axes | None,
 ) -> tuple[Figure, Axes]:
-    """A field on a sensor."""
-    intensity = np.square(field.real) + np.square(field.imag)
-    most = float(intensity.max())
-    choices: dict[str, tuple[Any, str, dict[str, Any]]] = {
-        "intensity": (intensity, "|U|²", {"cmap": "inferno", "vmin": 0.0}),
-        "amplitude": (np.sqrt(intensity), "|U|", {"cmap": "inferno", "vmin": 0.0}),
-        "log": (
-            10.0 * np.log10(np.maximum(intensity / (most or 1.0), 1e-8)),
-            "|U|² in dB of its peak",
-            {"cmap": "inferno"},
-        ),
-        "phase": (
-            np.where(intensity > _DARK * most, np.angle(field), np.nan),
-            "phase in rad",
-            {"cmap": "twilight", "vmin": -np.pi, "vmax": np.pi},
-        ),
-    }
-    if what not in choices:
-        raise ValueError(f"{shown(what)} cannot be plotted, expected one of {', '.join(choices)}")
-    values, label, how = choices[what]
-    if 1 in field.shape and field.size > 1:
-        return _curve(values, axes, label, title, ax)
-    figure, ax = _axes(ax, (5.6, 4.6))
-    _image(figure, ax, values, (*_edges(axes[0]), *_edges(axes[1])), label, **how)
-    _entitle(ax, title)
+    """One panel of a field on a sensor."""
+    if what not in _QUANTITIES:
+        raise ValueError(f"{shown(what)} cannot be plotted, expected one of {', '.join(_QUANTITIES)}")
+    plan = sensor_panels(axes, [0.0])
+    size = (8.0, 3.0) if plan["line"] is not None else (5.6, float(np.clip(3.9 / _aspect(plan) + 1.2, 2.2, 4.6)))
+    figure, ax = _axes(ax, size)
+    _panel(figure, ax, what, (_intensity(field), field), axes, plan)
+    _entitle(ax, ", ".join(filter(None, (title, _stretched(plan)))))
     return figure, ax
 
 
-def _curve(
-    values: NDArray[np.float64],
-    axes: tuple[NDArray[np.float64], NDArray[np.float64]],
-    label: str,
-    title: str,
-    ax: Axes | None,
-) -> tuple[Figure, Axes]:
-    """A single row or column of pixels, of which an image would be too thin to see."""
-    figure, ax = _axes(ax, (8.0, 3.0))
-    along = 0 if values.shape[0] == 1 else 1
-    ax.plot(axes[along], values.ravel())
-    ax.set(xlabel=f"{'xy'[along]} in mm", ylabel=label)
-    _entitle(ax, title)
-    return figure, ax
+def _subplots(rows: int, columns: int, size: tuple[float, float]) -> tuple[Any, Any]:
+    try:
+        import matplotlib.pyplot as plt
+    except ImportError as error:
+        raise ImportError("pictures need matplotlib: pip install matplotlib") from error
+    return plt.subplots(rows, columns, figsize=size, layout="constrained", squeeze=False)
+
+
+def _intensity(field: NDArray[np.complex128]) -> NDArray[np.float64]:
+    return np.square(field.real) + np.square(field.imag)
+
+
+def _aspect(plan: dict[str, Any]) -> float:
+    """Width over height of a picture as it is shown."""
+    (x0, x1), (y0, y1) = plan["ranges_mm"]
+    across, up = plan["stretch"]
+    return float((x1 - x0) * across / ((y1 - y0) * up))
+
+
+def _stretched(plan: dict[str, Any]) -> str:
+    """Words for the stretch of a picture; a curve has none."""
+    factors = [f"{name} stretched ×{factor:g}" for name, factor in zip("xy", plan["stretch"]) if factor > 1.0]
+    return "" if plan["line"] is not None else ", ".join(factors)
+
+
+#: What can be shown of a field, with the names of the values.
+_QUANTITIES = {"intensity": "|U|²", "amplitude": "|U|", "log": "|U|² / maximum", "phase": "phase in rad"}
+
+
+def _panel(figure: Any, ax: Any, what: str, light: Any, axes: _Centres, plan: dict[str, Any]) -> None:
+    """A quantity of light, given by its intensity and its field: colours, or a curve for a single line of pixels."""
+    from matplotlib.colors import LogNorm
+
+    intensity, field = light
+    most, lowest = float(intensity.max()), 10.0 ** -plan["decades"]
+    how: dict[str, Any] = {"cmap": "inferno", "vmin": 0.0}
+    values = intensity
+    if what == "amplitude":
+        values = np.sqrt(intensity)
+    elif what == "log":
+        values, how = intensity / (most or 1.0), {"cmap": "inferno", "norm": LogNorm(lowest, 1.0)}
+    elif what == "phase":
+        values = np.where(intensity > plan["phase_floor"] * most, np.angle(field), np.nan)
+        how = {"cmap": "twilight", "vmin": -np.pi, "vmax": np.pi}
+
+    # An image of a single line would be too thin to see.
+    along = plan["line"]
+    if along is not None:
+        ax.plot(axes[along], values.ravel())
+        ax.set(ylabel=_QUANTITIES[what], yscale="log" if what == "log" else "linear")
+        if what == "log":
+            ax.set_ylim(lowest, 1.5)
+        _in_unit(ax.xaxis, "xy"[along], plan)
+        return
+    if what == "log":
+        values = np.maximum(values, lowest)
+    extent = [edge for ends in plan["ranges_mm"] for edge in ends]
+    across, up = plan["stretch"]
+    _image(figure, ax, values, extent, _QUANTITIES[what], aspect=up / across, **how)
+    _in_unit(ax.xaxis, "x", plan)
+    _in_unit(ax.yaxis, "y", plan)
 
 
 def plot_phase(

@@ -129,15 +129,31 @@ class Result:
         """How long it took."""
         return float(self.report["seconds"])
 
-    def plot(self, what: str = "intensity", ax: Axes | None = None, *, channel: int = 0) -> tuple[Figure, Axes]:
-        """A picture of "intensity", "log" (its logarithm), "amplitude" or "phase"."""
-        from raylet.plotting import plot_field
+    def plot(
+        self, what: str | None = None, ax: Axes | None = None, *, channel: int | None = None
+    ) -> tuple[Figure, Any]:
+        """The picture `sensor.png` of `raylet simulate`, or one panel of it.
 
-        if not 0 <= channel < len(self._fields):
-            raise IndexError(f"channel is {channel}, expected from 0 to {len(self._fields) - 1}")
-        wave = f"λ = {self.wavelength_um[channel]:g} µm" if len(self._fields) > 1 else ""
+        Without `what` and `ax`: intensity, its logarithm and phase, a row for each of up to three wavelengths (of more,
+        their sum and the first); the axes are an array [row, column]. `channel` chooses one wavelength.
+
+        With `what` ("intensity", "log", "amplitude" or "phase") or `ax` it is one panel: the intensity of the first
+        wavelength unless these say otherwise. Axes have mm, and are labelled in the unit that fits.
+        """
+        from raylet.plotting import plot_field, plot_sensor
+
+        count = len(self._fields)
+        if channel is not None and not 0 <= channel < count:
+            raise IndexError(f"channel is {channel}, expected from 0 to {count - 1}")
+        shown = (
+            slice(None) if channel is None and what is None and ax is None else slice(channel or 0, (channel or 0) + 1)
+        )
+        fields, waves, axes = self._fields[shown], self.wavelength_um[shown], (self.x_mm, self.y_mm)
+        wave = f"λ = {waves[0]:g} µm" if len(fields) == 1 < count else ""
         title = ", ".join(filter(None, (self.title, wave)))
-        return plot_field(self._fields[channel], (self.x_mm, self.y_mm), what, title, ax)
+        if what is None and ax is None:
+            return plot_sensor(fields, axes, waves, title)
+        return plot_field(fields[0], axes, what or "intensity", title, ax)
 
     def save(self, path: str | os.PathLike[str], *, overwrite: bool = False) -> None:
         """Writes field [wavelength, y, x], x_mm, y_mm and wavelength_um to a .npz file, as `raylet simulate` does.
