@@ -2,7 +2,7 @@
 
 use crate::engine::chain::arriving_light::{chief, incidence};
 use crate::engine::error::crossing::crossings;
-use crate::engine::error::missed_light::missed_light;
+use crate::engine::error::missed_light::{beside_opening, missed_light};
 use crate::engine::error::part_advice::{Leaving, beside_pixels, evanescent, in_glass};
 use crate::engine::monte_carlo::tangent_patch_error::TangentPatchError;
 use crate::engine::plan::hop_method::HopMethod;
@@ -83,6 +83,7 @@ fn advice_on_hops(system: &System, methods: &[HopMethod], settings: &Settings) -
             }));
         };
         say(true, evanescent(&hop, &orders_behind(&hop, &rays)));
+        say(false, beside_opening(&hop, &plain_rays(&hop, &rays)));
         say(true, in_glass(&hop, system.screens[0].index));
         let (warning, text) = without_pixels(system, number, &hop, &rays);
         say(warning, text);
@@ -265,6 +266,22 @@ fn leaving(hop: &Hop, at: [f64; 2], p: [f64; 2]) -> Vec<[f64; 2]> {
         |i: usize, a: usize| p[a] + reach[a] * (2.0 * i as f64 / (DIRECTIONS - 1) as f64 - 1.0);
     (0..DIRECTIONS * DIRECTIONS)
         .map(|n| [place(n % DIRECTIONS, 0), place(n / DIRECTIONS, 1)])
+        .collect()
+}
+
+/// The rays that leave a stop or a smooth element, as places and directions; none behind pixels, which send light everywhere.
+fn plain_rays(hop: &Hop, rays: &[ScreenRay]) -> Vec<([f64; 2], [f64; 2])> {
+    let goes_on = |ray: &&ScreenRay| match &hop.from.kind {
+        ScreenKind::Stop(aperture) => aperture.contains(ray.at[0], ray.at[1]),
+        ScreenKind::Doe(doe) => {
+            let [x, y] = ray.at;
+            doe.aperture.contains(x, y) && doe.phase_gradient(x, y).is_some()
+        }
+        ScreenKind::Sensor(_) => false,
+    };
+    let directions = |ray: &ScreenRay| leaving(hop, ray.at, ray.cosines);
+    let own = rays.iter().filter(goes_on);
+    own.flat_map(|ray| directions(ray).into_iter().map(|p| (ray.at, p)))
         .collect()
 }
 

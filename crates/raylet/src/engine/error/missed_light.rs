@@ -1,12 +1,15 @@
-//! Light of a beam that misses the first opening of a system.
+//! Light that misses an opening: of a beam the first one of a system, of rays that of the next element.
 
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Screen, ScreenKind};
-use crate::optics::system::System;
+use crate::optics::system::{Hop, System};
 
-/// Less than this share of the light that misses the first opening is no news, in per cent.
+/// Less than this share of the light that misses an opening is no news, in per cent.
 const MISSED: f64 = 50.0;
+
+/// Fewer rays than this tell no share.
+const FEW: usize = 10;
 
 /// A beam ends where its intensity is this much lower than in its middle.
 const DIM: f64 = 1e-4;
@@ -33,6 +36,28 @@ pub(crate) fn missed_light(system: &System) -> Option<String> {
             "{} % of the source's light misses the opening of '{}'",
             digits(share),
             screen.name
+        )
+    })
+}
+
+/// That most of the rays that leave the first screen of a hop miss the opening of the element to which it leads, from their places
+/// and directions.
+pub(crate) fn beside_opening(hop: &Hop, rays: &[([f64; 2], [f64; 2])]) -> Option<String> {
+    let ScreenKind::Doe(doe) = &hop.to.kind else {
+        return None;
+    };
+    let [x0, x1, y0, y1] = doe.bounds()?;
+    let landings = rays.iter().map(|(at, p)| hop.trace(*at, *p, &mut ()));
+    let landings: Vec<[f64; 2]> = landings.flatten().map(|landing| landing.at).collect();
+    let inside = |[x, y]: &&[f64; 2]| {
+        (x0..=x1).contains(x) && (y0..=y1).contains(y) && doe.aperture.contains(*x, *y)
+    };
+    let (met, all) = (landings.iter().filter(inside).count(), landings.len());
+    let share = 100.0 * (1.0 - met as f64 / all.max(1) as f64);
+    (all >= FEW && share > MISSED).then(|| {
+        format!(
+            "about {share:.0} % of the light behind '{}' misses the opening of '{}'",
+            hop.from.name, hop.to.name
         )
     })
 }
@@ -93,15 +118,17 @@ fn intensity(system: &System, screen: &Screen, [x, y]: [f64; 2]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::error::missed_light::missed_light;
-    use crate::fixtures::parts::{lit, on_axis, screen, sensor};
+    use crate::engine::error::missed_light::{beside_opening, missed_light};
+    use crate::fixtures::parts::{element, lit, on_axis, screen, sensor};
     use crate::math::vec3::Vec3;
     use crate::optics::aperture::Aperture;
     use crate::optics::beams::gaussian_beam::GaussianBeam;
+    use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
+    use crate::optics::phase::profile::Profile;
     use crate::optics::screen::ScreenKind;
     use crate::optics::source::Source;
-    use crate::optics::system::System;
+    use crate::optics::system::{Hop, System};
 
     /// A Gaussian beam of 100 wavelengths radius: exp(−2(a/w)²) of it misses a disc of radius a.
     #[test]
@@ -131,5 +158,33 @@ mod tests {
         );
         assert_eq!(system(Some(Source::Gaussian(beam)), 70.0), None);
         assert_eq!(system(None, 30.0), None);
+    }
+
+    /// Rays on a lattice of 11 by 11: a square of half its side has 5 by 5 of them.
+    #[test]
+    fn rays_beside_the_next_element_are_told() {
+        let lattice = (0..121).map(|n| [n % 11, n / 11].map(|i| f64::from(i) * 0.2 - 1.0));
+        let rays: Vec<_> = lattice.map(|at| (at, [0.0; 2])).collect();
+        let from = screen(Frame::GLOBAL, ScreenKind::Stop(Aperture::disc(2.0)));
+        let said = |half: f64| {
+            let open = Aperture::turned_rectangle(half, half, 0.0, [0.0; 2]);
+            let flat = Layer::Phase(Profile::Axicon { slope: 0.0 });
+            let to = screen(on_axis(9.0), ScreenKind::Doe(element(flat, open)));
+            let hop = Hop {
+                wavelength: 0.5e-3,
+                from: &from,
+                train: &[],
+                to: &to,
+            };
+            beside_opening(&hop, &rays)
+        };
+        let text = said(0.5).unwrap();
+        assert!(
+            text.starts_with(
+                "about 79 % of the light behind 'stop' misses the opening of 'element'"
+            ),
+            "{text}"
+        );
+        assert_eq!(said(0.9), None);
     }
 }

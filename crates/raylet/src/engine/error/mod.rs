@@ -5,7 +5,7 @@
 //! | [`advice`] | Warnings and hints about a system before a run |
 //! | `crossing` | Parts that cross inside their openings |
 //! | [`error_budget`] | The expected error of a hop, by cause and altogether |
-//! | `missed_light` | Light of a beam that misses the first opening |
+//! | `missed_light` | Light that misses an opening: of a beam the first, of rays the next |
 //! | `part_advice` | Warnings about the parts of a hop, whatever method carries it |
 //! | `lost_light` | Where the light goes that no beamlet follows |
 //! | [`run_warnings`] | What a user must know of a result |
