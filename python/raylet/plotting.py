@@ -262,7 +262,7 @@ def _frame(ax: Any, labels: list[dict[str, Any]], outlines: list[NDArray[np.floa
     (left, low), (right, high) = ax.dataLim.min, ax.dataLim.max
     box = 72.0 * ax.get_position().size * ax.figure.get_size_inches()
     equal = right - left < 8.0 * (high - low)
-    named = _merged(labels)
+    named = sorted(labels, key=lambda label: float(label["at"][0]))
     drawn = np.concatenate([_filled(points) for points in outlines] or [np.zeros((0, 2))])
 
     # Names take a share of the height, which changes the scale, and this the places of names: a few rounds.
@@ -288,22 +288,6 @@ def _frame(ax: Any, labels: list[dict[str, Any]], outlines: list[NDArray[np.floa
         ax.set_aspect("equal")
     aside, below = 0.5 * (length - right + left), 0.5 * ((1.0 - share) * height - high + low)
     ax.set(xlim=(left - aside, right + aside), ylim=(low - below, low - below + height))
-
-
-def _merged(labels: list[dict[str, Any]]) -> list[dict[str, Any]]:
-    """Labels along the axis; neighbours of one name share a label above the highest of them."""
-    runs: list[list[dict[str, Any]]] = []
-    for label in sorted(labels, key=lambda label: float(label["at"][0])):
-        if runs and runs[-1][0]["text"] == label["text"]:
-            runs[-1].append(label)
-        else:
-            runs.append([label])
-    merged = []
-    for run in runs:
-        text = run[0]["text"] if len(run) == 1 else f"{len(run)} × {run[0]['text']}"
-        places = np.array([label["at"] for label in run], dtype=float)
-        merged.append({"text": text, "at": (float(places[:, 0].mean()), float(places[:, 1].max()))})
-    return merged
 
 
 def _filled(points: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -64,6 +64,25 @@ impl Room {
         }
     }
 
+    /// Notes that the region with these corners is filled.
+    pub(crate) fn add_area(&mut self, corners: &[[f64; 2]]) {
+        let rows = (self.area.h / CELL).ceil() as usize;
+        for row in 0..rows {
+            // The places where a line through the row's middle crosses the outline, from the left.
+            let y = self.area.y + (row as f64 + 0.5) * CELL;
+            let next = corners.iter().cycle().skip(1);
+            let sides = corners.iter().zip(next);
+            let across = sides.filter(|(a, b)| (a[1] <= y) != (b[1] <= y));
+            let mut crossings: Vec<f64> = across
+                .map(|(a, b)| a[0] + (b[0] - a[0]) * (y - a[1]) / (b[1] - a[1]))
+                .collect();
+            crossings.sort_by(f64::total_cmp);
+            for ends in crossings.chunks_exact(2) {
+                self.add_ink(&[[ends[0], y], [ends[1], y]]);
+            }
+        }
+    }
+
     /// Notes that something is drawn at a point.
     pub(crate) fn add_dot(&mut self, [x, y]: [f64; 2]) {
         if self.area.contains([x, y]) {
@@ -237,6 +256,20 @@ mod tests {
         assert_eq!(room.ink_under(&rect), 0);
         let corner = room.place_near([409.0, 21.0], [60.0, 14.0]);
         assert!((corner.overlap(&AREA) - 60.0 * 14.0).abs() < 1e-9);
+    }
+
+    #[test]
+    fn labels_keep_off_filled_regions() {
+        let mut room = Room::new(AREA);
+        room.add_area(&[
+            [150.0, 100.0],
+            [250.0, 100.0],
+            [250.0, 250.0],
+            [150.0, 250.0],
+        ]);
+        let rect = room.place_near([200.0, 110.0], [60.0, 14.0]);
+        assert_eq!(room.ink_under(&rect), 0);
+        assert!(rect.bottom() < 101.0, "{rect:?}");
     }
 
     #[test]

@@ -16,7 +16,7 @@ use raylet::optics::system::System;
 
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;
-use crate::section_panel::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath};
+use crate::section_panel::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath, shared};
 
 /// Points along the cut of a part.
 const POINTS: i32 = 1200;
@@ -235,6 +235,7 @@ fn drawing(drawn: &Drawn, plane: &Plane, window: Option<[f64; 2]>) -> LayoutScen
         }
         scene.labels.extend(label(part, &lines[number]));
     }
+    scene.labels = shared(scene.labels);
     scene
 }
 

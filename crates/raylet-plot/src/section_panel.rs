@@ -114,6 +114,24 @@ impl LayoutScene {
     }
 }
 
+/// Labels along z; neighbours of one name share a label, with their number, above the highest of them.
+pub(crate) fn shared(mut labels: Vec<Label>) -> Vec<Label> {
+    labels.sort_by(|a, b| a.at[0].total_cmp(&b.at[0]));
+    let runs = labels.chunk_by(|a, b| a.text == b.text);
+    let share = |run: &[Label]| match run {
+        [only] => only.clone(),
+        run => {
+            let middle = run.iter().map(|label| label.at[0]).sum::<f64>() / run.len() as f64;
+            let top = run.iter().map(|label| label.at[1]);
+            Label {
+                at: [middle, top.fold(f64::NEG_INFINITY, f64::max)],
+                text: format!("{} × {}", run.len(), run[0].text),
+            }
+        }
+    };
+    runs.map(share).collect()
+}
+
 /// A section through an optical system.
 ///
 /// Lengths are in true proportion unless the system is so slim that it would be hard to see;
@@ -215,6 +233,7 @@ impl LayoutPanel {
         };
         for region in &self.scene.glass {
             for run in frame.runs(&region.points) {
+                room.add_area(&run);
                 svg.path(&run, true, glass);
             }
         }
@@ -436,7 +455,7 @@ impl Content for LayoutPanel {
 #[cfg(test)]
 mod tests {
     use crate::panel::{Aspect, Content};
-    use crate::section_panel::{LayoutPanel, LayoutScene, RayPath, along, below};
+    use crate::section_panel::{Label, LayoutPanel, LayoutScene, RayPath, along, below, shared};
     use crate::svg::{Rect, Svg};
 
     const PLOT: Rect = Rect {
@@ -480,6 +499,25 @@ mod tests {
         assert!(ratio < 0.5, "{ratio}");
         let long = panel(vec![[0.0, -10.0], [50.0, 10.0]]);
         assert!(matches!(long.aspect(), Aspect::Flexible(_)));
+    }
+
+    #[test]
+    fn neighbours_of_one_name_share_it() {
+        let label = |z: f64, text: &str| Label {
+            at: [z, 10.0 - z],
+            text: text.into(),
+        };
+        let given = [(3.0, "lens"), (0.0, "stop"), (1.0, "lens"), (4.0, "stop")];
+        let found = shared(given.map(|(z, text)| label(z, text)).to_vec());
+        let found: Vec<_> = found.iter().map(|l| (l.at, l.text.as_str())).collect();
+        assert_eq!(
+            found,
+            [
+                ([0.0, 10.0], "stop"),
+                ([2.0, 9.0], "2 × lens"),
+                ([4.0, 6.0], "stop")
+            ]
+        );
     }
 
     #[test]
