@@ -5,44 +5,24 @@
     reason = "what is drawn is numbered by the lists it was laid out from"
 )]
 
-use raylet::engine::geometrical::layout_rays::{Deflection, LayoutRay, cut, layout_rays};
-use raylet::file::model::prescription::{Kind, Part, parts};
+use raylet::engine::geometrical::layout_rays::{Deflection, LayoutRay, layout_rays};
+use raylet::file::model::prescription::{Part, parts};
 use raylet::file::scene::scene_file::Scene;
 use raylet::math::vec3::Vec3;
-use raylet::optics::refraction::Interface;
 use raylet::optics::screen::ScreenKind;
 use raylet::optics::source::Source;
 use raylet::optics::system::System;
 
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;
-use crate::section_panel::{Curve, CurveKind, Label, LayoutScene, Polygon, RayPath, shared};
-
-/// Points along the cut of a part.
-const POINTS: i32 = 1200;
-
-/// Points of a drawn curve.
-const DRAWN: usize = 80;
+use crate::part_section::{Place, Plane, between, label, line, symbols};
+use crate::section_panel::{LayoutScene, RayPath, shared};
 
 /// A second panel shows the light alone where it takes less than this share of the parts' height.
 const THIN: f64 = 0.3;
 
 /// Device pixels per pixel of a figure.
 const SCALE: f64 = 1.5;
-
-/// The plane of the drawing: global z to the right, and x or y up.
-#[derive(Clone, Copy, Debug)]
-struct Plane {
-    up: Vec3,
-    normal: Vec3,
-    name: &'static str,
-}
-
-impl Plane {
-    fn at(&self, point: Vec3) -> [f64; 2] {
-        [point.z, point.dot(self.up)]
-    }
-}
 
 /// A system in one field of light.
 #[derive(Clone, Debug)]
@@ -56,6 +36,8 @@ pub struct FieldView<'a> {
 /// What is drawn of a system: its parts, and the rays of every field with the number of its colour.
 struct Drawn<'a> {
     parts: Vec<Part<'a>>,
+    /// The sensors of further fields that stand elsewhere.
+    sensors: Vec<Part<'a>>,
     trails: Vec<(LayoutRay, usize)>,
     /// What the colours mean; empty where there is one.
     groups: Vec<String>,
@@ -66,6 +48,7 @@ impl<'a> Drawn<'a> {
     fn new(scene: &'a Scene, views: &'a [FieldView], plane: &Plane) -> Self {
         let mut drawn = Drawn {
             parts: Vec::new(),
+            sensors: Vec::new(),
             trails: Vec::new(),
             groups: Vec::new(),
         };
@@ -80,8 +63,13 @@ impl<'a> Drawn<'a> {
                 };
                 (ray, group)
             }));
+            let mut seen = parts(scene, view.system);
             if number == 0 {
-                drawn.parts = parts(scene, view.system);
+                drawn.parts = seen;
+            } else if let (Some(last), Some(sensor)) = (drawn.parts.last(), seen.pop())
+                && (sensor.frame().origin - last.frame().origin).norm() > 0.0
+            {
+                drawn.sensors.push(sensor);
             }
         }
         if views.len() > 1 {
@@ -235,145 +223,12 @@ fn drawing(drawn: &Drawn, plane: &Plane, window: Option<[f64; 2]>) -> LayoutScen
         }
         scene.labels.extend(label(part, &lines[number]));
     }
+    for sensor in &drawn.sensors {
+        let line = line(sensor, plane, window);
+        scene.surfaces.extend(symbols(sensor, &line, None, plane));
+    }
     scene.labels = shared(scene.labels);
     scene
-}
-
-/// A place on the cut of a part.
-#[derive(Clone, Copy, Debug)]
-struct Place {
-    at: [f64; 2],
-    /// Whether light may pass (or turn back) there.
-    open: bool,
-}
-
-/// A part cut by the plane, as places from one end of its aperture to the other.
-fn line(part: &Part, plane: &Plane, window: Option<[f64; 2]>) -> Vec<Place> {
-    let Some([x0, x1, y0, y1]) = part.bounds() else {
-        return Vec::new();
-    };
-    let frame = part.frame();
-    let u = cut(frame, plane.normal);
-    let middle = [0.5 * (x0 + x1), 0.5 * (y0 + y1)];
-
-    // How far the line through the middle runs inside the box.
-    let half = [0.5 * (x1 - x0), 0.5 * (y1 - y0)];
-    let reach = (0..2)
-        .map(|a| half[a] / u[a].abs().max(1e-12))
-        .fold(f64::INFINITY, f64::min);
-    let all = (0..=POINTS).filter_map(|i| {
-        let t = reach * (2.0 * f64::from(i) / f64::from(POINTS) - 1.0);
-        let (x, y) = (middle[0] + t * u[0], middle[1] + t * u[1]);
-        let height = part.shape().height(x, y)?;
-        let at = plane.at(frame.to_global(Vec3::new(x, y, height.z)));
-        let open = part.aperture().is_none_or(|a| a.contains(x, y));
-        Some(Place { at, open })
-    });
-    let shown = |p: &Place| window.is_none_or(|[lo, hi]| p.at[1] >= lo && p.at[1] <= hi);
-    let places: Vec<Place> = all.filter(shown).collect();
-    let ends = [
-        places.iter().position(|p| p.open),
-        places.iter().rposition(|p| p.open),
-    ];
-    match ends {
-        [Some(first), Some(last)] => thinned(&places[first..=last]),
-        _ => Vec::new(),
-    }
-}
-
-/// At most some eighty places of a line, its ends among them.
-fn thinned(places: &[Place]) -> Vec<Place> {
-    let last = places.len() - 1;
-    let count = DRAWN.min(last.max(1));
-    (0..=count).map(|i| places[i * last / count]).collect()
-}
-
-/// The symbols of a part whose cut is `line`; the part before it stands at `before`.
-fn symbols(part: &Part, line: &[Place], before: Option<Vec3>, plane: &Plane) -> Vec<Curve> {
-    if line.len() < 2 {
-        return Vec::new();
-    }
-    let here = plane.at(part.frame().origin);
-    let from = before.map_or([here[0] - 1.0, here[1]], |point| plane.at(point));
-    let travel = [here[0] - from[0], here[1] - from[1]];
-    let (kind, side) = match part.kind {
-        Kind::Surface(surface) if surface.interface == Interface::Reflect => {
-            (CurveKind::Mirror, 1.0)
-        }
-        Kind::Surface(_) => (CurveKind::Surface, 1.0),
-        Kind::Screen(screen) => match &screen.kind {
-            ScreenKind::Stop(_) => (CurveKind::Stop, 1.0),
-            ScreenKind::Sensor(_) => (CurveKind::Sensor, 1.0),
-            ScreenKind::Doe(doe) if doe.reflect => (CurveKind::Doe, -1.0),
-            ScreenKind::Doe(_) => (CurveKind::Doe, 1.0),
-        },
-    };
-
-    // Symbols with a back and a front have it to the right of their points.
-    let mut places = line.to_vec();
-    let (first, last) = (places[0].at, places[places.len() - 1].at);
-    let right = [last[1] - first[1], first[0] - last[0]];
-    if (right[0] * travel[0] + right[1] * travel[1]) * side < 0.0 {
-        places.reverse();
-    }
-
-    // A stop is drawn by its ends and by what stands inside; other parts where they are open.
-    if kind == CurveKind::Stop {
-        let mut curves = runs(&places, false, CurveKind::Surface);
-        let points = points(&places);
-        curves.push(Curve { points, kind });
-        return curves;
-    }
-    runs(&places, true, kind)
-}
-
-/// The curves along which a part is open, or is not.
-fn runs(places: &[Place], open: bool, kind: CurveKind) -> Vec<Curve> {
-    let stretches = places.split(|place| place.open != open);
-    stretches
-        .filter(|stretch| stretch.len() > 1)
-        .map(points)
-        .map(|points| Curve { points, kind })
-        .collect()
-}
-
-fn points(places: &[Place]) -> Vec<[f64; 2]> {
-    places.iter().map(|place| place.at).collect()
-}
-
-/// The region between two cuts.
-fn between(first: &[Place], second: &[Place]) -> Polygon {
-    let (first, second) = (points(first), points(second));
-    let mut points = first.clone();
-    let chord = |line: &[[f64; 2]]| match (line.first(), line.last()) {
-        (Some(a), Some(b)) => [b[0] - a[0], b[1] - a[1]],
-        _ => [0.0; 2],
-    };
-    // The return path runs along the second cut against the first one's direction, so that sides do not cross.
-    let ([ax, ay], [bx, by]) = (chord(&first), chord(&second));
-    if ax * bx + ay * by > 0.0 {
-        points.extend(second.iter().rev());
-    } else {
-        points.extend(second);
-    }
-    Polygon { points }
-}
-
-/// The name of an element at its first part, above it.
-fn label(part: &Part, line: &[Place]) -> Option<Label> {
-    let [index, count] = part.surface;
-    if index > 0 {
-        return None;
-    }
-    let text = match (part.named, count) {
-        (true, _) => part.name.clone(),
-        (false, 1) => part.word().to_owned(),
-        (false, _) => String::from("lens"),
-    };
-    let top = points(line)
-        .into_iter()
-        .max_by(|a, b| a[1].total_cmp(&b[1]))?;
-    Some(Label { at: top, text })
 }
 
 #[cfg(test)]
@@ -382,12 +237,12 @@ mod tests {
     use ndarray_npy::write_npy;
     use raylet::file::model::build::system;
     use raylet::file::model::scene_sweep::scene_at_place;
-    use raylet::file::result::channel::Place as FieldPlace;
+    use raylet::file::result::channel::Place;
     use raylet::file::scene::scene_file::Scene;
-    use raylet::optics::polygon::{area, crosses_itself};
+    use raylet::optics::system::System;
 
     use crate::decoded_png::DecodedPng;
-    use crate::layout_picture::{FieldView, Place, between, layout, layout_png};
+    use crate::layout_picture::{FieldView, layout, layout_png};
     use crate::section_panel::CurveKind;
 
     /// A scene with one of every shape and aperture, which the library's tests read.
@@ -487,6 +342,15 @@ mod tests {
         }
     }
 
+    /// A scene's system with light at an angle along x.
+    fn at(scene: &Scene, angle: f64, follow: bool) -> System {
+        let field = Place {
+            angle_deg: Some([angle, 0.0]),
+            ..Place::default()
+        };
+        system(&scene_at_place(scene, &field, follow).unwrap(), 0).unwrap()
+    }
+
     /// A triplet before a narrow stop, on its axis and at 14° and 20°: five rays of each field come to the sensor, each
     /// field in its colour.
     #[test]
@@ -494,13 +358,7 @@ mod tests {
         let text = include_str!("../../../scenes/real_size/cooke_triplet.toml");
         let path = std::path::Path::new("triplet.toml");
         let scene = Scene::parse(text, path).unwrap();
-        let systems = [0.0, 14.0, 20.0].map(|angle| {
-            let field = FieldPlace {
-                angle_deg: Some([angle, 0.0]),
-                ..FieldPlace::default()
-            };
-            system(&scene_at_place(&scene, &field, false).unwrap(), 0).unwrap()
-        });
+        let systems = [0.0, 14.0, 20.0].map(|angle| at(&scene, angle, false));
         let views = [0, 1, 2].map(|number| FieldView {
             name: format!("field {number}"),
             system: &systems[number],
@@ -521,6 +379,24 @@ mod tests {
                 assert!(off.abs() < 1e-9, "{off:e}");
             }
         }
+    }
+
+    /// A sensor that follows the light stands at every field.
+    #[test]
+    fn sensors_that_follow_the_light_are_all_drawn() {
+        let text = include_str!("../../../scenes/achromat.toml");
+        let scene = Scene::parse(text, std::path::Path::new("achromat.toml")).unwrap();
+        let systems = [0.0, 5.0].map(|angle| at(&scene, angle, true));
+        let views = systems.each_ref().map(|system| FieldView {
+            name: String::new(),
+            system,
+        });
+        let sensors = |views: &[FieldView]| {
+            let curves = layout(&scene, views).0.surfaces;
+            let kinds = curves.iter().map(|curve| curve.kind);
+            kinds.filter(|kind| *kind == CurveKind::Sensor).count()
+        };
+        assert_eq!([sensors(&views), sensors(&views[..1])], [2, 1]);
     }
 
     /// An element on the front of a lens: the glass stands between the two, and none before the sensor.
@@ -548,20 +424,5 @@ mod tests {
         };
         assert!(along(3.0).fold(f64::INFINITY, f64::min) < 1e-9);
         assert!(drawn.glass[0].points.iter().all(|at| at[0] < 3.0 + 1e-9));
-    }
-
-    /// A thick tilted plate seen close up, each face drawn either way: its sides never cross.
-    #[test]
-    fn glass_between_tilted_faces_does_not_cross_itself() {
-        let cut = |ends: [[f64; 2]; 2]| ends.map(|at| Place { at, open: true });
-        let (front, back) = (
-            [[9.55, -0.77], [10.35, 0.58]],
-            [[11.85, -0.77], [12.65, 0.58]],
-        );
-        for back in [back, [back[1], back[0]]] {
-            let region = between(&cut(front), &cut(back)).points;
-            assert!(!crosses_itself(&region), "{region:?}");
-            assert!((area(&region).abs() - 2.3 * 1.35).abs() < 1e-12);
-        }
     }
 }

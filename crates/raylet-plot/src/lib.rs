@@ -14,6 +14,7 @@
 //! | [`pictures`] | the sensor and the elements of a result |
 //! | [`sensor_panels`] | what the picture of a sensor shows, on the command line and in Python |
 //! | [`layout_picture`] | the drawing of a system and a few rays |
+//! | `part_section` | the parts of a system, cut by the plane of a drawing |
 //! | [`design_chart`] | the course of a design |
 //! | [`contrast`] | two results side by side |
 //! | [`text_table`] | plain text tables |
@@ -47,6 +48,7 @@ pub mod image_panel;
 mod label;
 pub mod layout_picture;
 pub mod panel;
+mod part_section;
 pub mod pictures;
 pub mod section_panel;
 pub mod sensor_panels;
