@@ -44,6 +44,14 @@ def grid(name: str, value: Any) -> Grid:
     return array
 
 
+def real_grid(name: str, value: Any) -> NDArray[np.float64]:
+    """A 2-D array [y, x] of real numbers."""
+    array = grid(name, value)
+    if array.dtype.kind == "c":
+        raise RayletError(f"{name} is a complex array, expected real numbers")
+    return real(name, array)
+
+
 def evaluated(name: str, function: Any, x: NDArray[np.float64], y: NDArray[np.float64]) -> NDArray[Any]:
     """The values [y, x] of a function that is called once, with x as a row and y as a column."""
     if not callable(function):

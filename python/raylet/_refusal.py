@@ -46,16 +46,18 @@ class RayletError(ValueError):
 
     Attributes
     ----------
-    path : the field, such as "element[1].surface[0].glass".
+    path : the field, such as "element[1].surface[0].glass", or the argument of a call, such as "radius_mm".
     found : what was found there.
     expected : what was expected.
-    hint : what may have been meant. Each is "" where there is none.
+    hint : what may have been meant.
+    call : the call that gave it, such as "System.add_surface, element[1] 'front'". Each is "" where there is none.
     """
 
     path: str = ""
     found: str = ""
     expected: str = ""
     hint: str = ""
+    call: str = ""
 
 
 # Users import it from here, and read this name.

@@ -122,7 +122,7 @@ def design(
         pixels, parameters, course, parts, made = _raylet.design(scene, arrays, kept, threads, report)
     losses, loss, evaluations, warning = course
     if warning is not None:
-        warnings.warn(warning, stacklevel=3)
+        warnings.warn(warning, stacklevel=4)
     scores = {"loss": loss, "evaluations": evaluations}
     for field, wave, kinds in parts:
         scores |= {f"{kind}, field {field}, wavelength {wave}": value for kind, value in kinds}

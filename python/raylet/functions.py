@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet._arrays import evaluated, real
+from raylet._calls import public_call
 from raylet._refusal import RayletError
 from raylet.layers import Layer, Pair, phase_grid
 
@@ -21,6 +22,7 @@ from raylet.layers import Layer, Pair, phase_grid
 _INTERVALS, _FEWEST, _MOST = 256, 3, 20_000
 
 
+@public_call
 def phase_function(
     phase: Callable[[Any, Any], Any],
     *,
@@ -38,6 +40,7 @@ def phase_function(
     return phase_grid(pitch_um=pitch, phase=values, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def sag_function(sag: Callable[[Any, Any], Any], *, extent_mm: Pair, pitch_um: Pair | None = None) -> dict[str, Any]:
     """A shape of a surface whose sag in mm is a function of x and y in mm: what surfaces, mirrors and elements take as
     `shape`. It is added to their conic.

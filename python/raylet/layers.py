@@ -14,17 +14,29 @@ from typing import Any, Union
 
 import numpy as np
 
-from raylet._arrays import grid
+from raylet._arrays import grid, real_grid
+from raylet._calls import checked, listed, public_call, refusal
+from raylet._refusal import shown
 
 Layer = dict[str, Any]
 Aperture = dict[str, Any]
 Pair = Union[float, Sequence[float]]
 
+#: What the arrays of pixels may be: real, or complex as well.
+ARRAY_OF = {"phase": real_grid, "amplitude": real_grid, "transmission": grid}
+
 
 def _layer(kind: str, **keys: Any) -> Layer:
-    return {"kind": kind, **{key: value for key, value in keys.items() if value is not None}}
+    call = "superposition" if kind == "sum" else kind
+    given = {"kind": kind, **{key: value for key, value in keys.items() if value is not None}}
+    return checked(f"raylet.{call}", "layer", given)
 
 
+def _aperture(kind: str, **keys: Any) -> Aperture:
+    return checked(f"raylet.{kind}", "aperture", {kind: keys}, inside=kind)
+
+
+@public_call
 def pixels(
     *,
     pitch_um: Pair,
@@ -54,12 +66,13 @@ def pixels(
     standard deviation `crosstalk_um`. Both act on `sub_pixels` parts of a pixel along each axis.
     """
     given = {"phase": phase, "amplitude": amplitude, "transmission": transmission}
-    held = {key: grid(key, value) for key, value in given.items() if value is not None}
+    held = {key: ARRAY_OF[key](f"raylet.pixels: {key}", value) for key, value in given.items() if value is not None}
     own = {"pitch_um": pitch_um, "pixel": pixel, "size": size, "phase_scale": phase_scale, "fill": fill, "rest": rest}
     between = {"fly_back_um": fly_back_um, "crosstalk_um": crosstalk_um, "sub_pixels": sub_pixels}
     return _layer("pixels", **own, **between, **held, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def height(
     *,
     pitch_um: Pair,
@@ -76,7 +89,7 @@ def height(
     `glass` is a name or an index. Where the element is an interface it is one of the two media, and the relief reaches
     into the other; a third material needs `stands_in`, "before" or "behind". Without heights `size` [nx, ny] makes a
     relief that :meth:`raylet.System.design` is to find."""
-    held = None if height_um is None else grid("height_um", height_um)
+    held = None if height_um is None else real_grid("raylet.height: height_um", height_um)
     own = {"pitch_um": pitch_um, "pixel": pixel, "size": size, "stands_in": stands_in}
     own |= {"centre_mm": centre_mm, "rotation_deg": rotation_deg}
     return _layer("height", **own, height_um=held, glass=constant(glass))
@@ -110,6 +123,7 @@ def constant(glass: Any) -> Any:
     return {"index": glass} if number else glass
 
 
+@public_call
 def grating(
     *,
     period_um: float,
@@ -123,6 +137,7 @@ def grating(
     return _layer("grating", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def lens(
     *,
     focal_length_mm: float,
@@ -135,6 +150,7 @@ def lens(
     return _layer("lens", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def axicon(
     *,
     angle_deg: float,
@@ -145,6 +161,7 @@ def axicon(
     return _layer("axicon", angle_deg=angle_deg, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def vortex(
     *,
     charge: int,
@@ -156,6 +173,7 @@ def vortex(
     return _layer("vortex", charge=int(charge) if whole else charge, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def radial(
     *,
     norm_radius_mm: float,
@@ -168,6 +186,7 @@ def radial(
     return _layer("radial", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def radial_table(
     *,
     radius_mm: Sequence[float],
@@ -183,6 +202,7 @@ def radial_table(
     return _layer("radial_table", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def phase_grid(
     *,
     pitch_um: Pair,
@@ -195,10 +215,11 @@ def phase_grid(
 
     The phase has no jumps of 2π, and its samples reach to the edge of the aperture or beyond, at least 4 along each
     axis. :func:`raylet.phase_function` samples a function; :func:`raylet.pixels` makes a pixelated element."""
-    own = {"pitch_um": pitch_um, "phase": grid("phase", phase), "size": size}
+    own = {"pitch_um": pitch_um, "phase": real_grid("raylet.phase_grid: phase", phase), "size": size}
     return _layer("phase_grid", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def zernike(
     *,
     norm_radius_mm: float,
@@ -211,6 +232,7 @@ def zernike(
     return _layer("zernike", **own, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def xy(
     *,
     norm_radius_mm: float,
@@ -219,10 +241,20 @@ def xy(
     rotation_deg: float = 0.0,
 ) -> Layer:
     """Phase Σ a (x/ρ)ⁱ (y/ρ)ʲ in rad by its `terms` (i, j, a): a cubic mask is [(3, 0, a), (0, 3, a)]."""
-    rows = [dict(zip(("x", "y", "coefficient"), term)) for term in terms]
+    rows = listed(terms)
+    if isinstance(rows, list):
+        rows = [_term(f"terms[{number}]", term) for number, term in enumerate(rows)]
     return _layer("xy", norm_radius_mm=norm_radius_mm, terms=rows, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+def _term(path: str, term: Any) -> dict[str, Any]:
+    """A term (i, j, a) as scenes write it."""
+    if not isinstance(term, (Sequence, np.ndarray)) or isinstance(term, str) or len(term) != 3:
+        raise refusal("raylet.xy", path, shown(term), "three numbers (i, j, a)")
+    return dict(zip(("x", "y", "coefficient"), term))
+
+
+@public_call
 def two_point(
     *,
     object: Mapping[str, Any],
@@ -242,8 +274,9 @@ def two_point(
     return _layer("two_point", **waves, order=order, centre_mm=centre_mm, rotation_deg=rotation_deg)
 
 
+@public_call
 def kinoform(
-    layer: Sequence[Layer],
+    layer: Layer | Sequence[Layer],
     *,
     orders: Sequence[int] = (0, 1, 2),
     levels: int | None = None,
@@ -253,17 +286,22 @@ def kinoform(
 ) -> Layer:
     """Smooth phases folded into a profile whose height makes one wave at the design wavelength, with its `orders`.
 
-    `layer` lists analytic phases that add to that of the first order. The profile is a ramp, or has so many equal
-    `levels`: 2 make a binary element. Its `glass` gives the dispersion; without it the material has none. Where the
-    element is an interface it is one of the two media; a third material needs `stands_in`, "before" or "behind"."""
-    own = {"layer": list(layer), "orders": list(orders), "levels": levels, "wavelength_um": wavelength_um}
+    `layer` is an analytic phase, or lists several that add to that of the first order. The profile is a ramp, or has so
+    many equal `levels`: 2 make a binary element. Its `glass` gives the dispersion; without it the material has none.
+    Where the element is an interface it is one of the two media; a third material needs `stands_in`, "before" or
+    "behind"."""
+    own = {"layer": listed(layer), "orders": listed(orders), "levels": levels, "wavelength_um": wavelength_um}
     return _layer("kinoform", **own, glass=constant(glass), stands_in=stands_in)
 
 
-def superposition(terms: Sequence[Sequence[Layer]], weights: Sequence[complex] | None = None) -> Layer:
-    """A sum of transmissions, each the product of a list of layers, times its weight: a real or complex number."""
-    listed = [_parts(weight) for weight in weights] if isinstance(weights, (Sequence, np.ndarray)) else weights
-    return _layer("sum", terms=[list(term) for term in terms], weights=listed)
+@public_call
+def superposition(terms: Sequence[Layer | Sequence[Layer]], weights: Sequence[complex] | None = None) -> Layer:
+    """A sum of transmissions, each a layer or the product of a list of them, times its weight: a real or complex
+    number."""
+    parts = [_parts(weight) for weight in weights] if isinstance(weights, (Sequence, np.ndarray)) else weights
+    rows = listed(terms)
+    products = [listed(term) for term in rows] if isinstance(rows, list) else rows
+    return _layer("sum", terms=products, weights=parts)
 
 
 def _parts(weight: Any) -> Any:
@@ -271,29 +309,36 @@ def _parts(weight: Any) -> Any:
     return [weight.real, weight.imag] if isinstance(weight, (complex, np.complexfloating)) else weight
 
 
+@public_call
 def disc(radius_mm: float, *, centre_mm: Sequence[float] = (0.0, 0.0)) -> Aperture:
     """A round aperture."""
-    return {"disc": {"radius_mm": radius_mm, "centre_mm": centre_mm}}
+    return _aperture("disc", radius_mm=radius_mm, centre_mm=centre_mm)
 
 
+@public_call
 def rectangle(
     width_mm: float, height_mm: float, *, rotation_deg: float = 0.0, centre_mm: Sequence[float] = (0.0, 0.0)
 ) -> Aperture:
     """A rectangular aperture."""
     sides = {"width_mm": width_mm, "height_mm": height_mm}
-    return {"rectangle": {**sides, "rotation_deg": rotation_deg, "centre_mm": centre_mm}}
+    return _aperture("rectangle", **sides, rotation_deg=rotation_deg, centre_mm=centre_mm)
 
 
+@public_call
 def annulus(inner_radius_mm: float, outer_radius_mm: float) -> Aperture:
     """A ring."""
-    return {"annulus": {"inner_radius_mm": inner_radius_mm, "outer_radius_mm": outer_radius_mm}}
+    return _aperture("annulus", inner_radius_mm=inner_radius_mm, outer_radius_mm=outer_radius_mm)
 
 
+@public_call
 def polygon(corners_mm: Sequence[Sequence[float]]) -> Aperture:
     """An aperture with straight sides."""
-    return {"polygon": {"corners_mm": corners_mm}}
+    return _aperture("polygon", corners_mm=corners_mm)
 
 
+@public_call
 def obstructed(aperture: Aperture, *blocked: Aperture) -> Aperture:
     """An aperture with parts that let nothing through."""
-    return {**aperture, "blocked": list(blocked)}
+    if not isinstance(aperture, Mapping):
+        raise refusal("raylet.obstructed", "aperture", shown(aperture), "a table")
+    return checked("raylet.obstructed", "aperture", {**aperture, "blocked": list(blocked)})

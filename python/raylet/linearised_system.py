@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,7 +12,7 @@ from numpy.typing import NDArray
 from raylet import _raylet
 from raylet._arrays import Grid, grid, numbers, real
 from raylet._document import element_names
-from raylet._refusal import described
+from raylet._refusal import RayletError, described, shown
 from raylet.layers import pixel_shape
 
 if TYPE_CHECKING:
@@ -78,7 +79,14 @@ class LinearisedSystem:
         self.elements = tuple(elements)
         self._scene, self._arrays, self._threads = scene, system._arrays, threads
         self._several = isinstance(system._document["wavelength_um"], list)
-        self._inner = _raylet.LinearisedSystem(self._scene, self._arrays, list(elements), list(parameters), threads)
+        try:
+            self._inner = _raylet.LinearisedSystem(self._scene, self._arrays, list(elements), list(parameters), threads)
+        except RayletError as error:
+            # The library counts the parameters, and calls elements screens.
+            named = re.sub(r"\bparameter (\d+)\b", lambda at: f"parameter {shown(parameters[int(at[1])])}", str(error))
+            if named != str(error):
+                error.args = (f"System.linearised: {named.replace('screen', 'element')}",)
+            raise
         self.start: NDArray[np.float64] = np.array(self._inner.parameters(), dtype=np.float64)
         rows = dict(zip(element_names(system._document), system._document["element"]))
         self._shapes = [pixel_shape(rows.get(name, {}).get("layer") or []) for name in elements]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import copy
-import difflib
 import functools
 import json
 import os
@@ -15,11 +14,12 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import grid, real
+from raylet._calls import checked, checked_element, unknown_argument
 from raylet._document import copied, element_names, put_in, rebased, taken_out
 from raylet._files import npy, write
 from raylet._plain import dumps, plain
 from raylet._refusal import RayletError, shown, type_name
-from raylet.layers import Aperture, Layer, Pair, constant, pixel_shape
+from raylet.layers import ARRAY_OF, Aperture, Layer, Pair, constant, pixel_shape
 from raylet.sources import Taper, sampled
 
 if TYPE_CHECKING:
@@ -44,16 +44,9 @@ class Prescription:
         field_deg: float | None = None,
         field_mm: float | None = None,
     ) -> None:
-        self._document: dict[str, Any] = {
-            "version": 1,
-            "title": title,
-            "wavelength_um": _plain(wavelength_um),
-            "ambient": constant(ambient),
-            "seed": seed,
-            "source": {"kind": "plane"},
-            "element": [],
-            "settings": {},
-        }
+        light = {"wavelength_um": _plain(wavelength_um), "ambient": constant(ambient)}
+        head = checked("System", "system", {"version": 1, "title": title, **light, "seed": seed})
+        self._document: dict[str, Any] = {**head, "source": {"kind": "plane"}, "element": [], "settings": {}}
         self._name = "system"
         self._scene: _raylet.Scene | None = None
         self._arrays: dict[str, NDArray[Any]] = {}
@@ -71,7 +64,7 @@ class Prescription:
         """Collimated light of unit amplitude with direction cosines sin ax, sin ay; with a :func:`raylet.beam_taper` a
         laser beam."""
         source = {"kind": "plane", "angle_deg": angle_deg, "taper": taper, "beam_radius_mm": beam_radius_mm}
-        return self._set("source", source)
+        return self._light("plane_wave", source)
 
     def point_source(
         self, position_mm: Sequence[float], *, taper: Taper | None = None, beam_radius_mm: float | None = None
@@ -79,7 +72,7 @@ class Prescription:
         """Light of a point [x, y, z], z < 0 before the first element, with unit amplitude and phase zero at that
         element's vertex; with a :func:`raylet.cone_taper` that of a laser diode."""
         source = {"kind": "point", "position_mm": position_mm, "taper": taper, "beam_radius_mm": beam_radius_mm}
-        return self._set("source", source)
+        return self._light("point_source", source)
 
     def gaussian_beam(
         self,
@@ -94,9 +87,8 @@ class Prescription:
         vertex. `waist_radius_um` is where the intensity is 1/e² of that in the middle, along both axes or along each;
         for a single-mode fibre half its mode field diameter."""
         source = {"waist_radius_um": waist_radius_um, "waist_mm": waist_mm, "angle_deg": angle_deg}
-        return self._set(
-            "source", {"kind": "gaussian", **source, "rotation_deg": rotation_deg, "beam_radius_mm": beam_radius_mm}
-        )
+        aside = {"rotation_deg": rotation_deg, "beam_radius_mm": beam_radius_mm}
+        return self._light("gaussian_beam", {"kind": "gaussian", **source, **aside})
 
     def field_source(
         self,
@@ -113,10 +105,14 @@ class Prescription:
         `samples` [y, x] are complex and stand at the Nyquist rate or closer; between them the field has their band, and
         beyond them it is zero. They may be an array, the name of a .npy file, or a function of x and y in mm (arrays),
         which is called once for `size` [nx, ny] samples."""
+        plane = {"distance_mm": distance_mm, "decenter_mm": decenter_mm, "tilt_deg": tilt_deg}
+        keys = {"kind": "field", "samples": "of its own", "pitch_um": pitch_um, "size": size, **plane}
+        checked("System.field_source", "source", keys)
         if callable(samples):
             samples = sampled(samples, pitch_um, size)
-        source = {"samples": samples, "pitch_um": pitch_um, "size": size, "distance_mm": distance_mm}
-        return self._set("source", {"kind": "field", **source, "decenter_mm": decenter_mm, "tilt_deg": tilt_deg})
+        elif not isinstance(samples, (str, os.PathLike)):
+            samples = grid("System.field_source: samples", samples)
+        return self._light("field_source", {**keys, "samples": samples})
 
     def fibre_source(
         self,
@@ -135,7 +131,7 @@ class Prescription:
         towards y. Its largest amplitude is one."""
         fibre = {"core_radius_um": core_radius_um, "numerical_aperture": numerical_aperture, "mode": mode}
         plane = {"distance_mm": distance_mm, "decenter_mm": decenter_mm, "tilt_deg": tilt_deg}
-        return self._set("source", {"kind": "fibre", **fibre, "rotation_deg": rotation_deg, **plane})
+        return self._light("fibre_source", {"kind": "fibre", **fibre, "rotation_deg": rotation_deg, **plane})
 
     # Elements.
 
@@ -145,7 +141,9 @@ class Prescription:
         element = {"kind": kind, **keys}
         if "glass" in element:
             element["glass"] = constant(element["glass"])
-        self._document["element"].append(element)
+        name = f" {shown(keys['name'])}" if keys.get("name") else ""
+        rows = self._document["element"]
+        rows.append(checked_element(f"System.add_{kind}, element[{len(rows)}]{name}", element, rows))
         self._scene = None
         return self
 
@@ -164,10 +162,12 @@ class Prescription:
 
     def add_lens(self, *surfaces: Mapping[str, Any], thickness_mm: float | None = None, **keys: Any) -> Self:
         """Adds surfaces that move as one, each a dictionary of what :meth:`add_surface` takes."""
-        rows = [{**surface} for surface in surfaces]
-        for row in rows:
-            if "glass" in row:
-                row["glass"] = constant(row["glass"])
+        rows = [
+            {**surface, "glass": constant(surface["glass"])}
+            if isinstance(surface, Mapping) and "glass" in surface
+            else surface
+            for surface in surfaces
+        ]
         return self.add("lens", surface=rows, thickness_mm=thickness_mm, **keys)
 
     def add_mirror(
@@ -224,12 +224,15 @@ class Prescription:
 
     def settings(self, **settings: Any) -> Self:
         """Chooses how the system is computed; keys of the table `[settings]` of scene files."""
-        return self._set("settings", {**self._document["settings"], **settings})
+        chosen = {**self._document["settings"], **settings}
+        return self._set("settings", checked("System.settings", "settings", chosen))
 
     def with_pixels(self, element: str, *, phase: Any = None, amplitude: Any = None, transmission: Any = None) -> Self:
         """The same system with other pixels, of the same number, in an element's first layer of pixels."""
         given = {"phase": phase, "amplitude": amplitude, "transmission": transmission}
-        held = {key: grid(key, value) for key, value in given.items() if value is not None}
+        held = {
+            key: ARRAY_OF[key](f"System.with_pixels: {key}", value) for key, value in given.items() if value is not None
+        }
         if not held:
             raise TypeError("with_pixels takes a phase, an amplitude or a transmission")
         other = self._copy()
@@ -286,19 +289,17 @@ class Prescription:
     @staticmethod
     def _check_keys(kind: str, keys: Mapping[str, Any]) -> None:
         """Refuses keys that no element of this kind has, where they are given."""
-        known = _element_keys().get(kind)
+        known = _element_keys().get(kind) if isinstance(kind, str) else None
         if known is None:
             raise TypeError(
                 f"no element is of kind {shown(kind)}, expected one of {', '.join(sorted(_element_keys()))}"
             )
         for key in keys:
             if key not in known:
-                near = difflib.get_close_matches(key, known, n=1)
-                hint = f"; did you mean {near[0]}?" if near else ""
-                raise TypeError(
-                    f"an element of kind {shown(kind)} has no argument {shown(key)}{hint} "
-                    f"Its arguments: {', '.join(sorted(known))}"
-                )
+                raise unknown_argument(f"System.add_{kind}", key, known)
+
+    def _light(self, call: str, source: dict[str, Any]) -> Self:
+        return self._set("source", checked(f"System.{call}", "source", source))
 
     def _set(self, key: str, value: Any) -> Self:
         self._document[key] = value
@@ -351,8 +352,8 @@ def _plain(wavelength_um: Any) -> Any:
     if isinstance(wavelength_um, np.ndarray) and wavelength_um.ndim == 0:
         return float(wavelength_um)
     if isinstance(wavelength_um, (Sequence, np.ndarray)) and not isinstance(wavelength_um, str):
-        waves = real("wavelength_um", wavelength_um)
+        waves = real("System: wavelength_um", wavelength_um)
         if waves.ndim != 1:
-            raise ValueError(f"wavelength_um has shape {waves.shape}, expected a number or a list of them")
+            raise ValueError(f"System: wavelength_um has shape {waves.shape}, expected a number or a list of them")
         return [float(wave) for wave in waves]
     return wavelength_um

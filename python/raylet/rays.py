@@ -20,6 +20,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import column, columns, complex_column, number, numbers, real
+from raylet._calls import public_call
 from raylet._refusal import described
 
 if TYPE_CHECKING:
@@ -126,6 +127,7 @@ def _bundle(position: Any, direction: Any, path_mm: Any, weight: Any) -> dict[st
     }
 
 
+@public_call
 def scatter(
     system: System,
     element: str,
@@ -185,6 +187,7 @@ def scatter(
     return Secondary(path_mm=made["path"], **own, **rest)
 
 
+@public_call
 def beams(
     system: System,
     position: Any,
@@ -229,6 +232,7 @@ def _sum(beams: Beams | None, wavelet: str | None, tolerance: float) -> dict[str
     return {"wavelet": chosen, "tolerance": number("tolerance", tolerance), **held}
 
 
+@public_call
 def gather(
     system: System,
     position: Any,
@@ -253,6 +257,7 @@ def gather(
     return _raylet.gather(_place(system, channel), bundle, _sum(beams, wavelet, tolerance))
 
 
+@public_call
 def gather_adjoint(
     system: System,
     position: Any,

@@ -15,6 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet._arrays import evaluated, number, real
+from raylet._calls import checked, public_call
 from raylet._refusal import RayletError, shown
 from raylet.layers import Pair
 from raylet.sweep import Sweep
@@ -22,14 +23,17 @@ from raylet.sweep import Sweep
 Taper = dict[str, Any]
 
 
+@public_call
 def beam_taper(
     radius_mm: Pair, *, order: int = 1, centre_mm: Sequence[float] = (0.0, 0.0), rotation_deg: float = 0.0
 ) -> Taper:
     """The taper of a collimated beam, as of a laser: `radius_mm` along both axes or along each, about `centre_mm`
     [x, y] from the first element's vertex. `order` 1 is a Gaussian, more has a flatter top."""
-    return {"radius_mm": radius_mm, "order": order, "centre_mm": centre_mm, "rotation_deg": rotation_deg}
+    own = {"radius_mm": radius_mm, "order": order, "centre_mm": centre_mm, "rotation_deg": rotation_deg}
+    return checked("raylet.beam_taper", "beam taper", own)
 
 
+@public_call
 def cone_taper(
     half_angle_deg: Pair | None = None,
     *,
@@ -42,13 +46,13 @@ def cone_taper(
     along both axes or along each. u and v are direction cosines across the middle, whose direction is `angle_deg`
     [ax, ay]."""
     own = {"half_angle_deg": half_angle_deg, "numerical_aperture": numerical_aperture, "order": order}
-    return {**own, "angle_deg": angle_deg, "rotation_deg": rotation_deg}
+    return checked("raylet.cone_taper", "cone taper", {**own, "angle_deg": angle_deg, "rotation_deg": rotation_deg})
 
 
 def sampled(function: Callable[[Any, Any], Any], pitch_um: Pair, size: Sequence[int] | None) -> NDArray[Any]:
     """The samples [y, x] of a function of x and y in mm, about the middle."""
     if size is None:
-        raise TypeError("size is not given, expected [nx, ny] for samples that are a function")
+        raise TypeError("System.field_source: size is not given, expected [nx, ny] for samples that are a function")
     pitch = np.broadcast_to(real("pitch_um", pitch_um), 2)
     x, y = (1e-3 * step * (np.arange(int(n)) - 0.5 * (int(n) - 1)) for step, n in zip(pitch, size))
     return evaluated("System.field_source: samples", function, x, y)
@@ -77,6 +81,7 @@ class ExtendedSource:
         return fine, float(np.linalg.norm(fine - coarse) / np.linalg.norm(fine))
 
 
+@public_call
 def line_source(*, ends_mm: Any = None, ends_deg: Any = None, intervals: int = 8) -> ExtendedSource:
     """An evenly bright, incoherent line between two points [x, y, z] in mm, or between two directions [ax, ay] in
     degrees of collimated light.
@@ -87,6 +92,7 @@ def line_source(*, ends_mm: Any = None, ends_deg: Any = None, intervals: int = 8
     return ExtendedSource(ends[0] + places[:, None] * (ends[1] - ends[0]), weights, coarse)
 
 
+@public_call
 def disc_source(
     *,
     centre_mm: Any = None,

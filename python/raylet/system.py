@@ -13,6 +13,7 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import number
+from raylet._calls import public_calls
 from raylet._document import without_none
 from raylet._refusal import MOST_WAVES, cut, described, shown, type_name
 from raylet.design import Design, design, hologram
@@ -61,6 +62,7 @@ def glasses() -> list[str]:
     return _raylet.glasses()
 
 
+@public_calls
 class System(Prescription):
     """Light, elements along an axis in the order light meets them, and a sensor.
 
@@ -223,11 +225,10 @@ class System(Prescription):
         `parameters` are paths in the scene, such as "element[1].surface[0].radius_mm" (whose curvature then varies) or
         "element[0].thickness_mm". The settings are those of :meth:`simulate`.
         """
-        if isinstance(parameters, str):
-            raise TypeError(f"parameters is the string {shown(parameters)}, expected a list of paths")
+        paths = _paths("linearised", "parameters", parameters)
         chosen = {"method": method, "target_error": target_error, "memory_limit_mb": memory_limit_mb}
         scene = self._compiled(seed, {key: value for key, value in chosen.items() if value is not None})
-        return LinearisedSystem(self, elements, parameters, _threads(threads), scene)
+        return LinearisedSystem(self, elements, paths, _threads(threads), scene)
 
     def trace(
         self,
@@ -261,7 +262,7 @@ class System(Prescription):
             radius by its curvature. Through surfaces, mirrors and stops only.
         threads : how many to use; all processors' by default. They change no bit.
         """
-        names = [derivatives] if isinstance(derivatives, str) else list(derivatives)
+        names = [derivatives] if isinstance(derivatives, str) else _paths("trace", "derivatives", derivatives)
         if start_mm is not None or cosines is not None:
             if start_mm is None or cosines is None:
                 raise TypeError("trace takes start_mm and cosines together, found one of them")
@@ -433,6 +434,15 @@ def _threads(threads: Any) -> int | None:
             raise ValueError(f"threads is {shown(threads)}, expected from 1 to 1024")
         return None if threads is None else int(threads)
     raise TypeError(f"threads is {type_name(threads)}, expected a whole number")
+
+
+def _paths(call: str, name: str, paths: Any) -> list[str]:
+    """A list of paths in the scene."""
+    if not isinstance(paths, (list, tuple)) or not all(isinstance(path, str) for path in paths):
+        raise TypeError(
+            f"System.{call}: {name} is {shown(paths)}, expected a list of paths such as 'element[0].radius_mm'"
+        )
+    return list(paths)
 
 
 def _shown_waves(waves: Sequence[Any]) -> str:

@@ -65,11 +65,8 @@ def test_rays_follow_the_strongest_order() -> None:
 
 
 def test_what_no_profile_does_is_refused() -> None:
-    axicon = raylet.kinoform([raylet.axicon(angle_deg=1.0)])
-    with pytest.raises(
-        raylet.RayletError, match=r"layer\[0\].layer\[0\].kind: found a layer that is no analytic phase"
-    ):
-        behind(axicon, "auto")
+    with pytest.raises(raylet.RayletError, match=r"kinoform: layer\[0\].kind: found a layer that is no analytic phase"):
+        raylet.kinoform([raylet.axicon(angle_deg=1.0)])
     with pytest.raises(raylet.RayletError, match=r"levels: found 1, expected from 2 to 65536 steps"):
         behind(raylet.kinoform([raylet.vortex(charge=1)], levels=1), "auto")
 
@@ -206,7 +203,9 @@ def test_pixels_with_crosstalk_are_not_designed() -> None:
     layer = raylet.pixels(pitch_um=PITCH, size=(8, 8), crosstalk_um=1.0)
     system = raylet.System(wavelength_um=WAVE).add_doe(layer, aperture=raylet.disc(0.03), thickness_mm=5.0, name="slm")
     system.add_sensor(pixels=(8, 8), pitch_um=8.0)
-    words = r"element\[0\].layer\[0\].crosstalk_um: found 1, expected 0 where pixels are found or varied"
+    words = (
+        r"add_doe, element\[0\] 'slm': layer\[0\].crosstalk_um: found 1, expected 0 where pixels are found or varied"
+    )
     with pytest.raises(raylet.RayletError, match=words):
         system.linearised("slm")
     with pytest.raises(raylet.RayletError, match=words):

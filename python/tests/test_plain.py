@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from pathlib import PurePath
+from collections.abc import Callable
+from pathlib import Path, PurePath
 from typing import Any
 
 import numpy as np
@@ -45,20 +46,169 @@ def test_values_become_plain() -> None:
         ({"mm": 1.0}, "a table", "a number"),
     ],
 )
-def test_refusals_name_the_field(thickness: Any, found: str, expected: str) -> None:
-    system = raylet.System(wavelength_um=0.7).add_stop(raylet.disc(0.1), thickness_mm=thickness)
+def test_refusals_name_the_call_the_element_and_the_argument(thickness: Any, found: str, expected: str) -> None:
+    system = raylet.System(wavelength_um=0.7)
     with pytest.raises(raylet.RayletError) as caught:
-        system.add_sensor(pixels=(2, 2), pitch_um=1.0).to_toml()
+        system.add_stop(raylet.disc(0.1), thickness_mm=thickness, name="iris")
     refusal = caught.value
-    assert (refusal.path, refusal.found, refusal.expected) == ("element[0].thickness_mm", found, expected)
-    assert str(refusal) == f"system: element[0].thickness_mm: found {found}, expected {expected}"
+    assert (refusal.path, refusal.found, refusal.expected) == ("thickness_mm", found, expected)
+    assert refusal.call == "System.add_stop, element[0] 'iris'"
+    assert str(refusal) == f"{refusal.call}: thickness_mm: found {found}, expected {expected}"
+    # What is refused is not added.
+    assert "0 elements" in repr(system)
 
 
 def test_refusals_of_unknown_keys_have_a_hint() -> None:
-    system = raylet.System(wavelength_um=0.7).add_sensor(pixels=(2, 2), pitch_um=1.0).settings(sigma=1.0)
     with pytest.raises(raylet.RayletError) as caught:
-        system.to_toml()
-    assert (caught.value.path, caught.value.hint) == ("settings.sigma", "did you mean `sigma_um`?")
+        raylet.System(wavelength_um=0.7).settings(sigma=1.0)
+    assert (caught.value.path, caught.value.hint) == ("sigma", "did you mean `sigma_um`?")
+    assert str(caught.value).startswith(
+        "System.settings: sigma: found an unknown key `sigma`, expected one of `method`"
+    )
+
+
+def system() -> raylet.System:
+    return raylet.System(wavelength_um=0.7)
+
+
+def whole() -> raylet.System:
+    return system().add_stop(raylet.disc(1.0), thickness_mm=1.0, name="iris").add_sensor(pixels=(1, 1), pitch_um=1.0)
+
+
+LENS, DISC = raylet.lens(focal_length_mm=5.0), raylet.disc(1.0)
+
+#: Calls with a wrong argument, and the words with which each fails where it is made.
+WRONG: list[tuple[Callable[[], Any], str]] = [
+    (lambda: raylet.disc("a"), 'raylet.disc: radius_mm: found the string "a", expected a number'),
+    (lambda: raylet.lens(focal_length_mm="a"), 'raylet.lens: focal_length_mm: found the string "a", expected a number'),
+    (lambda: raylet.pixels(pitch_um=1.0), "raylet.pixels: found no array, expected `phase`"),
+    (
+        lambda: raylet.pixels(pitch_um=1.0, phase=np.ones((2, 2), complex)),
+        "raylet.pixels: phase is a complex array, expected real numbers",
+    ),
+    (
+        lambda: raylet.xy(norm_radius_mm=1.0, terms=[(3, 0, 1.0), (1, 2, 3, 4)]),
+        "raylet.xy: terms[1]: found (1, 2, 3, 4), expected three numbers (i, j, a)",
+    ),
+    (
+        lambda: raylet.xy(norm_radius_mm=1.0, terms=[1, 2, 3]),
+        "raylet.xy: terms[0]: found 1, expected three numbers (i, j, a)",
+    ),
+    (lambda: raylet.kinoform(5), "raylet.kinoform: layer: found 5, expected a list"),
+    (
+        lambda: raylet.superposition([LENS, "x"]),
+        'raylet.superposition: terms[1]: found the string "x", expected a list',
+    ),
+    (lambda: raylet.obstructed(5, DISC), "raylet.obstructed: aperture: found 5, expected a table"),
+    (lambda: raylet.beam_taper("a"), 'raylet.beam_taper: radius_mm: found the string "a"'),
+    (lambda: raylet.System("a"), 'System: wavelength_um: found the string "a", expected a number or a list'),
+    (lambda: raylet.System(0.7, title=3), "System: title: found 3, expected a string"),
+    (lambda: raylet.System(0.7, seed="x"), 'System: seed: found the string "x", expected a whole number'),
+    (lambda: system().plane_wave(angle_deg=14), "System.plane_wave: angle_deg: found 14, expected a list of 2 values"),
+    (
+        lambda: system().plane_wave(taper=0.5),
+        "System.plane_wave: taper: found 0.5, expected a table\nhint: tapers are made by raylet.beam_taper",
+    ),
+    (
+        lambda: system().field_source(np.ones(4), pitch_um=1.0, distance_mm=1.0),
+        "System.field_source: samples has shape (4,), expected two axes [y, x]",
+    ),
+    (
+        lambda: system().add_surface(radius_mm="20"),
+        'System.add_surface, element[0]: radius_mm: found the string "20", expected a radius',
+    ),
+    (
+        lambda: system().add_lens(50.0),
+        "System.add_lens, element[0]: surface[0]: found 50.0, expected a table\nhint: each",
+    ),
+    (
+        lambda: system().add_lens({"radius": 20.0}),
+        "System.add_lens, element[0]: surface[0].radius: found an unknown key `radius`, expected one of `radius_mm`",
+    ),
+    (
+        lambda: whole().add_stop("x", name="second"),
+        "System.add_stop, element[2] 'second': aperture: found the string \"x\", expected a table\nhint: apertures are",
+    ),
+    (
+        lambda: system().add_sensor(pixels=16, pitch_um=1.0),
+        "System.add_sensor, element[0]: pixels: found 16, expected a list of 2 values",
+    ),
+    (
+        lambda: system().add_mirror(semi_aperture_mm=1.0, thickness_mm=-1.0).add_stop(DISC, thickness_mm=1.0),
+        "System.add_stop, element[1]: thickness_mm: found 1, expected zero or less: after an odd number of mirrors",
+    ),
+    (
+        lambda: raylet.disc(),
+        "raylet.disc: missing a required argument: 'radius_mm'\nIts arguments: radius_mm, centre_mm",
+    ),
+    (
+        lambda: raylet.disc(1.0, radius=2.0),
+        "raylet.disc has no argument 'radius'; did you mean radius_mm?\nIts arguments",
+    ),
+    (
+        lambda: system().plane_wave(polarization=1),
+        "System.plane_wave has no argument 'polarization'; waves are scalar: there is no polarisation (docs/limits.md)",
+    ),
+    (lambda: raylet.System(0.7, polarization=1), "System has no argument 'polarization'; waves are scalar"),
+    (
+        lambda: system().add_doe(LENS, aperture=DISC, jones=1),
+        "System.add_doe has no argument 'jones'; waves are scalar",
+    ),
+    (lambda: whole().simulate(coherence=1), "System.simulate has no argument 'coherence'; light is fully coherent"),
+    (lambda: raylet.gather(whole(), 0, 0, 0, 0, jones=1), "raylet.gather has no argument 'jones'; waves are scalar"),
+]
+
+
+@pytest.mark.parametrize(("call", "words"), WRONG, ids=[words.split(", expected")[0] for _, words in WRONG])
+def test_wrong_arguments_fail_at_the_call(call: Callable[[], Any], words: str) -> None:
+    with pytest.raises((ValueError, TypeError)) as caught:
+        call()
+    assert str(caught.value).startswith(words), str(caught.value)
+
+
+#: Systems that only a run shows to be wrong, and the words of that run.
+REFUSED: list[tuple[Callable[[], Any], str]] = [
+    (
+        lambda: system().add_surface(glass="N-BK8", name="front", semi_aperture_mm=1.0, thickness_mm=1.0),
+        "System.add_surface, element[0] 'front': glass: found no glass is named 'N-BK8'",
+    ),
+    (lambda: system().add_stop(DISC, name="iris"), "System.add_stop, element[0] 'iris': found no `thickness_mm`"),
+    (lambda: raylet.System(0.7, ambient="gls").add_stop(DISC, thickness_mm=1.0), "System: ambient: found no glass"),
+    (lambda: whole(), "System.simulate: element[2]: found a second sensor, expected one sensor"),
+]
+
+
+@pytest.mark.parametrize(("build", "words"), REFUSED)
+def test_a_run_names_the_call_that_was_wrong(build: Callable[[], raylet.System], words: str) -> None:
+    built = build().add_sensor(pixels=(1, 1), pitch_um=1.0)
+    with pytest.raises(raylet.RayletError) as caught:
+        built.simulate()
+    assert str(caught.value).startswith(words), str(caught.value)
+
+
+def test_a_run_names_its_own_arguments_and_those_of_files(tmp_path: Path) -> None:
+    with pytest.raises(raylet.RayletError, match='^System.simulate: method: found "beam".*\nhint: did you mean'):
+        whole().simulate(method="beam")
+    with pytest.raises(raylet.RayletError, match="^System.simulate: found no elements"):
+        system().simulate()
+    with pytest.raises(raylet.RayletError, match="^System.hologram: sise_mm: found an unknown key"):
+        whole().hologram(np.ones((2, 2)), sise_mm=(1.0, 1.0))
+    with pytest.raises(TypeError, match=r"^System.linearised: parameters is \[3\], expected a list of paths"):
+        whole().linearised(parameters=[3])  # type: ignore[list-item]
+    curved = system().add_doe(LENS, aperture=DISC, radius_mm=20.0, thickness_mm=5.0, name="back")
+    with pytest.raises(raylet.RayletError, match="^System.linearised: parameter 'element.*' changes .* element 'back'"):
+        curved.add_sensor(pixels=(1, 1), pitch_um=1.0).linearised(parameters=["element[0].radius_mm"])
+    # What a file says is at its line.
+    text = whole().to_toml().replace('ambient = "air"', 'ambient = "gls"')
+    (tmp_path / "scene.toml").write_text(text)
+    loaded = raylet.load(tmp_path / "scene.toml")
+    with pytest.raises(raylet.RayletError, match=r"scene.toml:\d+:\d+: ambient: found no glass"):
+        loaded.simulate()
+
+
+def test_a_layer_stands_for_a_list_of_it() -> None:
+    assert raylet.kinoform(LENS) == raylet.kinoform([LENS])
+    assert raylet.superposition([LENS, [LENS]]) == raylet.superposition([[LENS], [LENS]])
 
 
 @pytest.mark.parametrize("value", [None, 1j, object(), {1: 2}, b"x"])

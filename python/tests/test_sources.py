@@ -40,7 +40,7 @@ def test_a_tapered_cone_has_an_aperture_or_angles() -> None:
     by_aperture = field(numerical_aperture=tuple(np.sin(np.radians((3.0, 5.0)))))
     assert np.linalg.norm(by_angle - by_aperture) < 1e-9 * np.linalg.norm(by_angle)
     for wrong, words in [({}, "neither"), ({"half_angle_deg": 3.0, "numerical_aperture": 0.1}, "both")]:
-        with pytest.raises(raylet.RayletError, match=f"source.taper: found {words}"):
+        with pytest.raises(raylet.RayletError, match=f"raylet.cone_taper: found {words}"):
             field(**wrong)
 
 

@@ -255,9 +255,7 @@ def test_no_line_of_a_table_is_wider_than_80_columns(place: tuple[float, ...]) -
 
 def test_unknown_arguments_fail_where_they_are_given() -> None:
     system = raylet.System(wavelength_um=0.5)
-    with pytest.raises(
-        TypeError, match=r"kind 'stop' has no argument 'radius_m'.*Its arguments: aperture, decenter_mm"
-    ):
+    with pytest.raises(TypeError, match=r"add_stop has no argument 'radius_m'\nIts arguments: aperture, decenter_mm"):
         system.add_stop(raylet.disc(1.0), radius_m=2.0)
     with pytest.raises(TypeError, match=r"has no argument 'radius'; did you mean radius_mm\?"):
         system.add_surface(radius=20.0)
@@ -273,7 +271,7 @@ def test_a_glass_is_given_by_its_own_numbers() -> None:
 
     assert index({"nd": 1.5168, "vd": 64.17}) == pytest.approx(index("N-BK7"), abs=1e-4)
     with pytest.raises(
-        raylet.RayletError, match=r"element\[1\].glass: found a medium with nd, expected one of: index;"
+        raylet.RayletError, match=r"add_surface, element\[1\]: glass: found a medium with nd, expected one of: index;"
     ):
         index({"nd": 1.5168})
 
