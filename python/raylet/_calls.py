@@ -58,6 +58,14 @@ _MADE_BY = {
     "surface": "each surface is a dictionary of what add_surface takes",
 }
 
+#: What is given in another place than some expect.
+_ELSEWHERE = {
+    "field_deg": "the direction of the light is that of its source, for waves and rays: plane_wave(angle_deg=(x, y)); "
+    "trace(Hx, Hy, field_deg=…) adds to it",
+    "field_mm": "the light comes from its source, for waves and rays: point_source((x, y, z)); "
+    "trace(Hx, Hy, field_mm=…) moves it",
+}
+
 #: The calls that choose a source, by its kind.
 _SOURCES = {
     "plane": "plane_wave",
@@ -150,12 +158,15 @@ def unknown_argument(call: str, key: str, known: Iterable[str]) -> TypeError:
 
 
 def _hint(key: str, known: list[str]) -> str:
-    """That raylet does not have what an argument asks for, in the library's words, or the argument that was meant."""
+    """That raylet does not have what an argument asks for, in the library's words, where else it is given, or the
+    argument that was meant."""
     try:
         _raylet.Scene.build({**_SCENE, key: 0}, "")
     except RayletError as error:
         if error.hint and not error.hint.startswith("did you mean"):
             return error.hint
+    if key in _ELSEWHERE:
+        return _ELSEWHERE[key]
     near = difflib.get_close_matches(key, known, n=1)
     return f"did you mean {near[0]}?" if near else ""
 

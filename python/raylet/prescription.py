@@ -31,9 +31,6 @@ Glass = Union[str, Mapping[str, Any], float]
 class Prescription:
     """What :class:`raylet.System` is made of."""
 
-    field_deg: float | None
-    field_mm: float | None
-
     def __init__(
         self,
         wavelength_um: float | Sequence[float],
@@ -41,8 +38,6 @@ class Prescription:
         title: str = "",
         ambient: Glass = "air",
         seed: int = 1,
-        field_deg: float | None = None,
-        field_mm: float | None = None,
     ) -> None:
         light = {"wavelength_um": _plain(wavelength_um), "ambient": constant(ambient)}
         head = checked("System", "system", {"version": 1, "title": title, **light, "seed": seed})
@@ -50,7 +45,6 @@ class Prescription:
         self._name = "system"
         self._scene: _raylet.Scene | None = None
         self._arrays: dict[str, NDArray[Any]] = {}
-        self.field_deg, self.field_mm = field_deg, field_mm
 
     # Light.
 

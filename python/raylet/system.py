@@ -47,7 +47,6 @@ def load(path: str | os.PathLike[str]) -> System:
     system._document["wavelength_um"] = waves[0] if len(waves) == 1 else waves
     # From now on messages name the Python object, and no line of the file.
     system._name, system._scene, system._arrays = f"{os.fspath(path)} in Python", scene, {}
-    system.field_deg = system.field_mm = None
     return system
 
 
@@ -74,8 +73,8 @@ class System(Prescription):
     ----------
     wavelength_um : vacuum wavelength, or several.
     ambient : medium outside the elements: a catalogue name or a constant index.
-    field_deg, field_mm : what a normalised field coordinate `Hx, Hy` of one means in :meth:`trace`, for collimated
-        light and for point sources.
+
+    The direction of the light is that of its source, :meth:`plane_wave` with `angle_deg`, for waves and rays alike.
     """
 
     # What it does.
@@ -251,8 +250,8 @@ class System(Prescription):
 
         Parameters
         ----------
-        Hx, Hy : normalised field: angles added to the source's in units of `field_deg` (for a point source shifts of
-            it in units of `field_mm`), which default to the system's.
+        Hx, Hy : normalised field: angles added to those of the source in units of `field_deg`, for a point source
+            shifts of it in units of `field_mm`. At zero rays have the direction of the source, as waves have.
         Px, Py : normalised pupil: where the ray meets the first element, in units of the half widths of its aperture.
         start_mm, cosines : in place of these, points [x, y, z] (rays, 3) in mm before the first element and direction
             cosines [L, M, N] (rays, 3), both global: rays that are not those of the source. One point serves all
@@ -269,8 +268,8 @@ class System(Prescription):
             if any(np.any(value) for value in (Hx, Hy, Px, Py)):
                 raise TypeError("trace takes start_mm and cosines in place of Hx, Hy, Px, Py, found both")
             return trace_from(self, start_mm, cosines, self._channel(channel), names, _threads(threads))
-        chosen = {"field_deg": field_deg or self.field_deg, "field_mm": field_mm or self.field_mm}
-        scale = [None if value is None else number(key, value) for key, value in chosen.items()]
+        chosen = {"field_deg": field_deg, "field_mm": field_mm}
+        scale = [None if value is None else number(f"System.trace: {key}", value) for key, value in chosen.items()]
         source = json.loads(self._compiled().to_json())["source"]
         return trace(
             self, source, (Hx, Hy, Px, Py), (scale[0], scale[1]), self._channel(channel), names, _threads(threads)

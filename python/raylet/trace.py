@@ -142,7 +142,7 @@ def _light(source: dict[str, Any], Hx: Real, Hy: Real, scale: tuple[float | None
     size = scale[0] if source["kind"] == "plane" else scale[1]
     if moved and size is None:
         name = "field_deg" if source["kind"] == "plane" else "field_mm"
-        raise ValueError(f"Hx, Hy need a scale: give {name} to trace() or to the system")
+        raise ValueError(f"System.trace: Hx, Hy need a scale, expected {name}")
     size = size or 0.0
     if source["kind"] == "point":
         px, py, pz = source["position_mm"]

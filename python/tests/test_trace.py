@@ -10,7 +10,7 @@ import raylet
 
 def singlet() -> raylet.System:
     return (
-        raylet.System(wavelength_um=0.7, field_deg=5.0)
+        raylet.System(wavelength_um=0.7)
         .add_surface(radius_mm=25.8, thickness_mm=5.3, glass=1.5, semi_aperture_mm=12.7)
         .add_surface(thickness_mm=46.5, semi_aperture_mm=12.7)
         .add_sensor(pixels=(8, 8), pitch_um=10.0)
@@ -45,11 +45,11 @@ def test_ideal_diffractive_focus_has_one_optical_path() -> None:
 
 def test_positive_orders_turn_towards_plus_x_and_fields_tilt_towards_plus() -> None:
     system = (
-        raylet.System(wavelength_um=0.5, field_deg=2.0)
+        raylet.System(wavelength_um=0.5)
         .add_doe(raylet.grating(period_um=5.0), aperture=raylet.disc(1.0), thickness_mm=10.0)
         .add_sensor(pixels=(3, 3), pitch_um=1.0)
     )
-    rays = system.trace(Hy=[0.0, 1.0])
+    rays = system.trace(Hy=[0.0, 1.0], field_deg=2.0)
     assert rays.L[0] == pytest.approx([0.1, 0.1]) and rays.y[-1, 1] > 0.3
     assert rays.M[0, 1] == pytest.approx(np.sin(np.radians(2.0)))
 
@@ -72,12 +72,12 @@ def test_derivatives_are_refused_where_elements_turn_rays() -> None:
 
 def test_derivatives_match_differences() -> None:
     paths = ["element[0].radius_mm", "element[0].thickness_mm"]
-    rays = singlet().trace(Px=[0.3, 0.5], Hy=0.5, derivatives=paths)
+    rays = singlet().trace(Px=[0.3, 0.5], Hy=0.5, field_deg=5.0, derivatives=paths)
 
     def landing(curvature: float, thickness: float) -> np.ndarray:
         system = singlet()
         system._document["element"][0].update(radius_mm=1 / curvature, thickness_mm=thickness)
-        moved = system.trace(Px=[0.3, 0.5], Hy=0.5)
+        moved = system.trace(Px=[0.3, 0.5], Hy=0.5, field_deg=5.0)
         return np.stack([moved.x[-1], moved.y[-1], moved.L[-1], moved.M[-1], moved.opl_mm[-1]])
 
     for path, step in zip(paths, ([1e-6, 0.0], [0.0, 1e-4])):
@@ -88,11 +88,25 @@ def test_derivatives_match_differences() -> None:
 
 def test_fields_need_a_scale() -> None:
     system = singlet()
-    system.field_deg = None
-    with pytest.raises(ValueError, match="field_deg"):
+    with pytest.raises(ValueError, match="Hx, Hy need a scale, expected field_deg"):
         system.trace(Hy=1.0)
+    with pytest.raises(ValueError, match=r"System.trace: field_deg has shape \(2,\), expected one number"):
+        system.trace(Hy=1.0, field_deg=(14.0, 0.0))  # type: ignore[arg-type]
     with pytest.raises(ValueError, match="go together"):
         system.trace(Px=[0.0, 1.0], Py=[0.0, 1.0, 2.0])
+
+
+def test_waves_and_rays_have_the_direction_of_the_source() -> None:
+    """In one place, for both: light at 3° lands 20 mm · tan 3° aside. Elsewhere it is refused."""
+    system = raylet.System(wavelength_um=0.5).plane_wave(angle_deg=(3.0, 0.0))
+    system.add_doe(raylet.lens(focal_length_mm=20.0), aperture=raylet.disc(0.5), thickness_mm=20.0)
+    system.add_sensor(pixels=(31, 31), pitch_um=4.0, decenter_mm=(20.0 * np.tan(np.radians(3.0)), 0.0))
+    field = system.simulate().intensity
+    assert np.unravel_index(field.argmax(), field.shape) == (15, 15)
+    assert system.trace().x[-1, 0] == pytest.approx(20.0 * np.tan(np.radians(3.0)), abs=2e-3)
+    for keys in ({"field_deg": 14.0}, {"field_deg": (14.0, 0.0)}, {"field_mm": 1.0}):
+        with pytest.raises(TypeError, match=r"System has no argument 'field_\w+'; the .* for waves and rays"):
+            raylet.System(0.5, **keys)
 
 
 def test_rays_start_at_points_in_mm_with_cosines() -> None:
