@@ -325,15 +325,27 @@ def rectangle(
 
 
 @public_call
-def annulus(inner_radius_mm: float, outer_radius_mm: float) -> Aperture:
+def annulus(inner_radius_mm: float, outer_radius_mm: float, *, centre_mm: Sequence[float] = (0.0, 0.0)) -> Aperture:
     """A ring."""
-    return _aperture("annulus", inner_radius_mm=inner_radius_mm, outer_radius_mm=outer_radius_mm)
+    radii = {"inner_radius_mm": inner_radius_mm, "outer_radius_mm": outer_radius_mm}
+    return _aperture("annulus", **radii, centre_mm=centre_mm)
 
 
 @public_call
-def polygon(corners_mm: Sequence[Sequence[float]]) -> Aperture:
-    """An aperture with straight sides."""
-    return _aperture("polygon", corners_mm=corners_mm)
+def regular_polygon(
+    sides: int, radius_mm: float, *, rotation_deg: float = 0.0, centre_mm: Sequence[float] = (0.0, 0.0)
+) -> Aperture:
+    """An aperture with equal sides, such as that of an iris. Its corners are `radius_mm` from its centre; the first one
+    lies at `rotation_deg`, from x towards y."""
+    return _aperture(
+        "regular_polygon", sides=sides, radius_mm=radius_mm, rotation_deg=rotation_deg, centre_mm=centre_mm
+    )
+
+
+@public_call
+def polygon(corners_mm: Sequence[Sequence[float]], *, centre_mm: Sequence[float] = (0.0, 0.0)) -> Aperture:
+    """An aperture with straight sides, by its corners [x, y] from its centre."""
+    return _aperture("polygon", corners_mm=corners_mm, centre_mm=centre_mm)
 
 
 @public_call

@@ -207,10 +207,11 @@ class Prescription:
         decenter_mm: Sequence[float] = (0.0, 0.0),
         tilt_deg: Sequence[float] = (0.0, 0.0, 0.0),
         thickness_mm: float = 0.0,
+        **keys: Any,
     ) -> Self:
         """Shifts, then turns the axis for all that follows."""
         turn = {"decenter_mm": decenter_mm, "tilt_deg": tilt_deg, "thickness_mm": thickness_mm}
-        return self.add("coordinate_break", **turn)
+        return self.add("coordinate_break", **turn, **keys)
 
     def add_sensor(self, *, pixels: Sequence[int], pitch_um: Pair, **keys: Any) -> Self:
         """Adds the sensor: the field is computed at the centres of [nx, ny] pixels. It is the last element."""

@@ -171,7 +171,7 @@ def test_impossible_designs_are_reported() -> None:
         (lambda: system.hologram(), "no hologram"),
         (lambda: system.design(), "no design"),
         (lambda: system.design(iterations=3), "nothing to design"),
-        (lambda: system.hologram(PICTURE, element="none", size_mm=(1, 1)), "hologram.element"),
+        (lambda: system.hologram(PICTURE, element="none", size_mm=(1, 1)), 'System.hologram: element: found "none"'),
         (lambda: system.hologram(-PICTURE, element="slm", size_mm=(0.024, 0.024)), "values from 0"),
         (lambda: system.design(element=[{"name": "slm"}]), "found no loss"),
         (lambda: system.design(element=[{"name": "slm"}], loss=[LOSS], rate=0.1), "optimizer lbfgs"),

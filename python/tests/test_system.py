@@ -46,10 +46,114 @@ def test_python_has_every_key_of_layers_and_sources() -> None:
         for variant in raylet.schema()["$defs"][table]["oneOf"]:
             kind = variant["properties"]["kind"]["const"]
             keys = set(variant["properties"]) - {"kind", "key"}
-            assert keys == set(inspect.signature(functions[kind]).parameters) - {"self"}, (table, kind)
+            assert keys == arguments(functions[kind]), (table, kind)
     for table, function in {"BeamTaper": raylet.beam_taper, "ConeTaper": raylet.cone_taper}.items():
-        keys = set(raylet.schema()["$defs"][table]["properties"])
-        assert keys == set(inspect.signature(function).parameters), table
+        assert set(raylet.schema()["$defs"][table]["properties"]) == arguments(function), table
+
+
+def arguments(function: Any) -> set[str]:
+    return set(inspect.signature(function).parameters) - {"self"}
+
+
+def test_apertures_stand_where_they_are_told() -> None:
+    """A regular polygon is the polygon of its corners, also about a centre of its own, and so is a ring."""
+    turn = np.radians(20.0 + 60.0 * np.arange(6))
+    corners = np.stack([0.2 * np.cos(turn), 0.2 * np.sin(turn)], axis=1)
+
+    def seen(aperture: Any, shift: float = 0.0) -> Any:
+        system = (
+            raylet.System(wavelength_um=0.5)
+            .add_stop(aperture, thickness_mm=1.0)
+            .add_sensor(pixels=(2, 2), pitch_um=1.0)
+        )
+        start = [[x + shift, y, -1.0] for x, y in 0.22 * noise((60, 2)) / np.pi - 0.22]
+        return system.trace(start_mm=start, cosines=[0.0, 0.0, 1.0]).arrived
+
+    hexagon = seen(raylet.regular_polygon(6, 0.2, rotation_deg=20.0))
+    assert 5 < hexagon.sum() < 60 and np.array_equal(hexagon, seen(raylet.polygon(corners)))
+    centre = (0.3, 0.0)
+    assert np.array_equal(hexagon, seen(raylet.polygon(corners, centre_mm=centre), 0.3))
+    assert np.array_equal(hexagon, seen(raylet.regular_polygon(6, 0.2, rotation_deg=20.0, centre_mm=centre), 0.3))
+    ring = seen(raylet.annulus(0.1, 0.2))
+    assert 5 < ring.sum() < 60 and np.array_equal(ring, seen(raylet.annulus(0.1, 0.2, centre_mm=centre), 0.3))
+    broken = raylet.System(wavelength_um=0.5).add_coordinate_break(tilt_deg=(0.0, 5.0, 0.0), name="turn")
+    assert broken._document["element"][0]["name"] == "turn"
+
+
+def test_python_has_every_key_of_apertures() -> None:
+    tables = raylet.schema()["$defs"]
+    outlines = tables["Aperture"]["properties"]
+    assert set(outlines) - {"blocked"} == {"disc", "rectangle", "annulus", "regular_polygon", "polygon"}
+    for kind in set(outlines) - {"blocked"}:
+        table = outlines[kind]["anyOf"][0]["$ref"].rsplit("/", 1)[-1]
+        assert set(tables[table]["properties"]) == arguments(getattr(raylet, kind)), kind
+    assert "blocked" in raylet.obstructed(raylet.disc(2.0), raylet.disc(1.0))
+
+
+def test_python_has_every_key_of_elements_and_settings() -> None:
+    tables = raylet.schema()["$defs"]
+    disc, system = raylet.disc(1.0), raylet.System(wavelength_um=0.5)
+    # The arguments without which there is no such element.
+    needed: dict[str, tuple[tuple[Any, ...], dict[str, Any]]] = {
+        "doe": ((raylet.lens(focal_length_mm=5.0),), {"aperture": disc}),
+        "lens": (({"semi_aperture_mm": 1.0, "thickness_mm": 1.0, "glass": 1.5}, {"semi_aperture_mm": 1.0}), {}),
+        "surface": ((), {"semi_aperture_mm": 1.0}),
+        "mirror": ((), {"semi_aperture_mm": 1.0}),
+        "stop": ((disc,), {}),
+        "paraxial_lens": ((5.0,), {"aperture": disc}),
+        "coordinate_break": ((), {}),
+        "sensor": ((), {"pixels": (1, 1), "pitch_um": 1.0}),
+    }
+    for variant in tables["Element"]["oneOf"]:
+        kind = variant["properties"]["kind"]["const"]
+        listed, given = needed[kind]
+        add = getattr(raylet.System, f"add_{kind}")
+        for key, entry in variant["properties"].items():
+            if key in {"kind", "layer", "surface", "aperture", "focal_length_mm"}:
+                continue
+            is_known(add, copy.deepcopy(system), *listed, **{**given, key: example(entry)})
+    for key, entry in tables["LensSurface"]["properties"].items():
+        is_known(copy.deepcopy(system).add_lens, {key: example(entry)}, {})
+    for key, entry in tables["Settings"]["properties"].items():
+        is_known(copy.deepcopy(system).settings, **{key: example(entry)})
+    apart = {"version", "source", "element", "settings", "hologram", "design"}
+    assert arguments(raylet.System.__init__) == set(raylet.schema()["properties"]) - apart
+    with pytest.raises(AssertionError, match="has no argument"):
+        is_known(copy.deepcopy(system).add_stop, disc, nonesuch=1)
+
+
+def test_python_takes_every_shape() -> None:
+    """Shapes are dictionaries with the keys of scene files."""
+    system = raylet.System(wavelength_um=0.5)
+    for variant in raylet.schema()["$defs"]["Shape"]["oneOf"]:
+        shape = {key: example(entry) for key, entry in variant["properties"].items()}
+        is_known(copy.deepcopy(system).add_surface, shape=shape, semi_aperture_mm=1e-6)
+
+
+def example(entry: dict[str, Any]) -> Any:
+    """A value that a key may have by the schema."""
+    if "$ref" in entry:
+        return example(raylet.schema()["$defs"][entry["$ref"].rsplit("/", 1)[-1]])
+    if "const" in entry:
+        return entry["const"]
+    either = entry.get("oneOf") or entry.get("anyOf")
+    if either:
+        return example(either[0])
+    kind = entry["type"] if isinstance(entry["type"], str) else entry["type"][0]
+    if kind == "object":
+        return {key: example(inner) for key, inner in entry["properties"].items() if key in entry.get("required", ())}
+    if kind == "array":
+        return [example(entry["items"])] * max(entry.get("minItems", 1), 1)
+    number = max(entry.get("minimum", 0.0), min(2, 0.5 * entry.get("exclusiveMaximum", entry.get("maximum", 4.0))))
+    return {"number": float(number), "integer": int(number), "boolean": True, "string": "text"}[kind]
+
+
+def is_known(call: Any, *listed: Any, **keys: Any) -> None:
+    """Whether a call has these arguments, whatever else it may refuse."""
+    try:
+        call(*listed, **keys)
+    except (ValueError, TypeError) as error:
+        assert "unknown key" not in str(error) and "has no argument" not in str(error), str(error)
 
 
 def gaussian(x: Any, w: float, z: float, k: float) -> Any:
