@@ -183,6 +183,12 @@ def _called(name: str, function: Callable[Parameters, Answer]) -> Callable[Param
             raise _misfit(name, signature, given, error) from None
         try:
             return function(*args, **given)
+        except TypeError as error:
+            # Python names the class from which a method comes, and not the call.
+            twice = re.search(r"got multiple values for keyword argument ('\w+')$", str(error))
+            if twice:
+                raise TypeError(f"{name}: {twice[1]} is given twice, or stands for what is given in order") from None
+            raise
         except RayletError as error:
             if not error.call:
                 _told_of_system(error, name, args[0] if args else None, given)

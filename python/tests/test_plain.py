@@ -138,6 +138,10 @@ WRONG: list[tuple[Callable[[], Any], str]] = [
         "System.add_stop, element[1]: thickness_mm: found 1, expected zero or less: after an odd number of mirrors",
     ),
     (
+        lambda: system().add_doe(LENS, aperture=DISC, layer=[LENS]),
+        "System.add_doe: 'layer' is given twice, or stands for what is given in order",
+    ),
+    (
         lambda: raylet.disc(),
         "raylet.disc: missing a required argument: 'radius_mm'\nIts arguments: radius_mm, centre_mm",
     ),
