@@ -44,7 +44,7 @@ def _bar(words: str, patience: float) -> Iterator[Callable[[float, float, str], 
         from tqdm.auto import tqdm
     except ImportError:
         if patience == 0.0:
-            warnings.warn("progress=True shows a bar by tqdm, which is not installed: pip install tqdm", stacklevel=6)
+            warnings.warn("progress=True shows a bar by tqdm, which is not installed: pip install tqdm", stacklevel=7)
         yield None
         return
     layout = "{desc} {percentage:3.0f}%|{bar}| {elapsed}<{remaining}"

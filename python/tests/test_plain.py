@@ -219,3 +219,11 @@ def test_a_layer_stands_for_a_list_of_it() -> None:
 def test_what_is_not_plain_is_refused(value: Any) -> None:
     with pytest.raises(TypeError):
         raylet.System(wavelength_um=0.7).add("stop", aperture={"disc": [value]}).to_toml()
+
+
+def test_warnings_are_those_of_the_line_that_calls() -> None:
+    focus = system().add_doe(raylet.lens(focal_length_mm=0.5), aperture=raylet.disc(0.05), thickness_mm=0.5)
+    focus.add_sensor(pixels=(3, 3), pitch_um=5.0)
+    with pytest.warns(UserWarning, match="pixels") as caught:
+        focus.simulate(progress=False)
+    assert {warning.filename for warning in caught} == {__file__}
