@@ -104,7 +104,7 @@ def _turns(element: Mapping[str, Any]) -> bool:
 def _judged(call: str, value: Given, path: str, scene: Callable[[Any], dict[str, Any]]) -> Given:
     """A value, if the library has the scene with it; `path` leads to the table of the arguments."""
     try:
-        held = plain(taken_out(value, "", {}))
+        held = _with_heights(plain(taken_out(value, "", {})))
         _raylet.Scene.build({**_SCENE, **scene(held)}, call)
     except RayletError as error:
         if error.path:
@@ -116,6 +116,16 @@ def _judged(call: str, value: Given, path: str, scene: Callable[[Any], dict[str,
         error.args = (f"{call}: {error}",)
         raise
     return value
+
+
+def _with_heights(value: Any) -> Any:
+    """A document whose reliefs of a size have heights, also those that a design is to find."""
+    if isinstance(value, list):
+        return [_with_heights(item) for item in value]
+    if not isinstance(value, dict):
+        return value
+    blank = {"height_um": "to be found"} if value.get("kind") == "height" and "size" in value else {}
+    return {**blank, **{key: _with_heights(item) for key, item in value.items()}}
 
 
 def refusal(call: str, path: str, found: str, expected: str) -> RayletError:

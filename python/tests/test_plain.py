@@ -210,6 +210,14 @@ def test_a_run_names_its_own_arguments_and_those_of_files(tmp_path: Path) -> Non
         loaded.simulate()
 
 
+def test_reliefs_that_are_to_be_found_need_a_size() -> None:
+    blank = raylet.height(pitch_um=2.0, glass=1.5, size=(4, 4))
+    assert "height_um" not in blank and "height_um" not in raylet.superposition([blank])["terms"][0][0]
+    system().add_doe(blank, aperture=DISC, thickness_mm=1.0)
+    with pytest.raises(raylet.RayletError, match="^raylet.height: found no `height_um`"):
+        raylet.height(pitch_um=2.0, glass=1.5)
+
+
 def test_a_layer_stands_for_a_list_of_it() -> None:
     assert raylet.kinoform(LENS) == raylet.kinoform([LENS])
     assert raylet.superposition([LENS, [LENS]]) == raylet.superposition([[LENS], [LENS]])
