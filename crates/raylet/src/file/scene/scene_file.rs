@@ -21,6 +21,7 @@ use crate::file::scene::element::{Coordinates, Element, WITH_PIXELS};
 use crate::file::scene::illumination::Illumination;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::material::Material;
+use crate::file::scene::missing_array::with_maker;
 use crate::file::scene::settings::{Hologram, Settings};
 
 /// The version of the format that this program reads.
@@ -231,15 +232,7 @@ impl Scene {
             lent,
             &self.arrays,
         );
-        let arrays = arrays.map_err(|fault| match self.awaits_hologram() {
-            true => {
-                let file = self.origin.file.display();
-                fault.hint(format!(
-                    "the phase is still to be computed: raylet hologram {file}"
-                ))
-            }
-            false => fault,
-        })?;
+        let arrays = arrays.map_err(|fault| with_maker(self, fault))?;
         // Surfaces of heights can only be checked now.
         check_elements(&self.element, &arrays, &self.origin)?;
         Ok(arrays)
@@ -266,25 +259,6 @@ impl Scene {
         }
         self.arrays.hold(lent);
         Ok(self)
-    }
-
-    /// Whether a file is missing that the scene's own hologram is to fill.
-    fn awaits_hologram(&self) -> bool {
-        let Some(hologram) = &self.hologram else {
-            return false;
-        };
-        let missing = |layer: &Layer| match layer {
-            Layer::Pixels(pixels) => pixels
-                .phase
-                .as_ref()
-                .is_some_and(|file| !self.origin.beside(file).exists()),
-            _ => false,
-        };
-        let named = self.number_of(&hologram.element);
-        match named.and_then(|number| self.element.get(number)) {
-            Some(Element::Doe(doe)) => doe.layer.iter().any(missing),
-            _ => false,
-        }
     }
 
     /// The `channel`-th wavelength in mm.
