@@ -16,6 +16,7 @@
 //! | `run_lines` | Several runs as a table of few digits, a line for each, that fits into 80 columns |
 //! | `outputs` | What the user allows for the files that a scene names |
 //! | `result_folder` | Everything that a run leaves behind, as one folder |
+//! | `absent` | Verbs that raylet does not have, and what there is instead |
 //! | `say` | What the program says: answers on standard output, the rest on standard error |
 //! | `failure` | What ends a verb early: one message for the user, exit code 2 |
 //! | `interrupt` | What happens when the program is interrupted: no incomplete file stays behind |
@@ -33,6 +34,7 @@
     clippy::unwrap_used
 )]
 
+mod absent;
 mod check;
 mod compare;
 mod design;
@@ -84,13 +86,27 @@ enum Verb {
 }
 
 fn main() -> ExitCode {
-    let arguments = Arguments::parse();
+    let arguments = match Arguments::try_parse() {
+        Ok(arguments) => arguments,
+        Err(error) => return refuse(&error),
+    };
     match interrupt::watch().and_then(|()| run(&arguments.verb)) {
         Ok(()) => ExitCode::SUCCESS,
         Err(failure) => {
             complain(&format!("error: {failure}"));
             ExitCode::from(2)
         }
+    }
+}
+
+/// Says what is wrong with a command line, or what was asked for, such as help.
+fn refuse(error: &clap::Error) -> ExitCode {
+    match absent::instead(error) {
+        Some(text) => {
+            complain(&format!("error: {text}"));
+            ExitCode::from(2)
+        }
+        None => error.exit(),
     }
 }
 

@@ -166,7 +166,7 @@ impl de::Error for DecodeError {
 
     fn unknown_variant(variant: &str, known: &'static [&'static str]) -> Self {
         Self {
-            hint: guess(variant, known),
+            hint: absent(variant).or_else(|| guess(variant, known)),
             ..Self::new(format!("\"{}\"", shortened(variant)), one_of(known))
         }
     }
@@ -190,10 +190,10 @@ impl de::Error for DecodeError {
     }
 }
 
-/// Physics that raylet does not have, by the beginnings of keys that ask for it.
-const ABSENT: [(&[&str], &str); 3] = [
+/// What raylet does not have, by the beginnings of keys and kinds that ask for it.
+const ABSENT: [(&[&str], &str); 4] = [
     (
-        &["polari", "jones", "stokes", "vector"],
+        &["polari", "jones", "stokes", "vector", "birefring"],
         "waves are scalar: there is no polarisation (docs/limits.md)",
     ),
     (
@@ -204,9 +204,14 @@ const ABSENT: [(&[&str], &str); 3] = [
         &["absor", "temperature", "thermal"],
         "media do not absorb, and have the temperature of their catalogue (docs/limits.md)",
     ),
+    (
+        &["image", "imaging", "psf", "mtf"],
+        "there are no images of objects: a point spread function is the intensity of one run, an image a weighted sum of \
+         runs (docs/limits.md)",
+    ),
 ];
 
-/// That raylet does not have the physics which a key asks for.
+/// That raylet does not have what a key or a kind asks for.
 fn absent(field: &str) -> Option<String> {
     let asked = |starts: &[&str]| starts.iter().any(|start| field.starts_with(start));
     let found = ABSENT.iter().find(|(starts, _)| asked(starts));
@@ -221,6 +226,10 @@ mod tests {
     fn keys_of_absent_physics_say_so() {
         assert!(absent("polarization").is_some_and(|text| text.contains("scalar")));
         assert!(absent("coherence_length").is_some_and(|text| text.contains("coherent")));
+        assert!(absent("birefringence").is_some_and(|text| text.contains("scalar")));
+        for key in ["image", "psf", "mtf_cutoff"] {
+            assert!(absent(key).is_some_and(|text| text.contains("weighted sum of runs")));
+        }
         assert_eq!(absent("pitch_um"), None);
     }
 
