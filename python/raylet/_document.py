@@ -1,7 +1,8 @@
-"""A scene as Python holds it: a document with arrays in it."""
+"""A scene as Python holds it, a document with arrays in it, and the files in which both are left."""
 
 from __future__ import annotations
 
+import io
 import os
 import re
 from collections.abc import Mapping
@@ -10,8 +11,9 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from raylet import _raylet
 from raylet._arrays import grid
-from raylet._refusal import check_level
+from raylet._refusal import check_level, type_name
 
 #: Keys that hold an array, or the name of its file: of sources, layers, shapes, holograms and losses.
 ARRAYS = ("samples", "phase", "amplitude", "transmission", "height_um", "target", "picture", "mask")
@@ -77,3 +79,25 @@ def without_none(value: Any) -> Any:
     if isinstance(value, Mapping):
         return {key: without_none(item) for key, item in value.items() if item is not None}
     return [without_none(item) for item in value] if isinstance(value, list) else value
+
+
+def write(files: Mapping[str | os.PathLike[str], bytes], *, overwrite: bool) -> None:
+    """Writes files, whole or not at all and never in the place of what raylet did not write; all are checked before the
+    first is written."""
+    if not isinstance(overwrite, bool):
+        raise TypeError(f"overwrite is {type_name(overwrite)}, expected True or False")
+    _raylet.write_files([(os.fspath(path), content) for path, content in files.items()], overwrite)
+
+
+def npy(array: NDArray[Any]) -> bytes:
+    """An array as the content of a .npy file."""
+    file = io.BytesIO()
+    np.save(file, array)
+    return file.getvalue()
+
+
+def npz(**arrays: NDArray[Any]) -> bytes:
+    """Arrays by name as the content of a .npz file."""
+    file = io.BytesIO()
+    np.savez(file, **arrays)  # type: ignore[arg-type]
+    return file.getvalue()

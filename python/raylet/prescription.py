@@ -15,8 +15,7 @@ from numpy.typing import NDArray
 from raylet import _raylet
 from raylet._arrays import grid, real
 from raylet._calls import checked, checked_element, unknown_argument
-from raylet._document import copied, element_names, put_in, rebased, taken_out
-from raylet._files import npy, write
+from raylet._document import copied, element_names, npy, put_in, rebased, taken_out, write
 from raylet._plain import dumps, plain
 from raylet._refusal import RayletError, shown, type_name
 from raylet.layers import ARRAY_OF, Aperture, Layer, Pair, constant, pixel_shape

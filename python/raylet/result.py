@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
-from raylet._files import npz, write
+from raylet._document import npz, write
 from raylet._refusal import MOST_WAVES, described
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet._arrays import real
-from raylet._files import write
+from raylet._document import write
 from raylet._refusal import RayletError, described, shown
 from raylet.layers import keep_wavelength
 from raylet.progress import Progress

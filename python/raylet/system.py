@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
-from raylet._arrays import number
+from raylet._arrays import number, real
 from raylet._calls import public_calls
 from raylet._document import without_none
 from raylet._refusal import MOST_WAVES, cut, described, shown, type_name
