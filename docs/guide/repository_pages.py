@@ -42,7 +42,7 @@ def name_of(place: str) -> str:
 
 
 def linked(text: str) -> str:
-    """The text with its links to other pages, which stand in one folder on the site. Of links to other files the words stay."""
+    """The text with its links to other pages, which all stand in one folder. Of links to other files words stay."""
     pages = {name_of(place) for place in [*PAGES, *PICTURES]}
 
     def there(found: re.Match[str]) -> str:
