@@ -8,17 +8,26 @@
 //! and differ by the share θα/2 aside, whatever the angle of the light. The energy of the edge wave
 //! is λ/(4π²q²) dq for each unit of light a length of edge (`edge_diffraction`), with q = nθ. So the energy of the difference is
 //! λα²/(16π²n²) dq: even over all directions q.
+//!
+//! Light that meets the surface aslant errs by more than this law says. What it adds is measured: it grows with the slope of
+//! the surface, with the sine of the light, and with the root of the share of it that ends at the rim.
 
 use std::f64::consts::PI;
 
 use crate::engine::rims::onward::Onward;
 use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::surface_edge::{EdgeLight, SurfaceEdge};
+use crate::math::erfc::erfc;
 use crate::optics::system::Hop;
 
 /// The amplitude of the difference over that of the law above. Measured on 74 random systems in which this error is the
 /// largest: the law alone is 0.1 to 9 times the true error, in the median 0.94 times, with its tail on the low side.
 const AMPLITUDE: f64 = 1.2;
+
+/// Error of light of sine one that ends at the rim, divided by the slope of the surface there and by the root of its share.
+/// Measured on 17 lenses of 50 λ before which random pixels, gratings and stops stand: 0.6 to 1.7 times the true error with
+/// the law above.
+const ASLANT: f64 = 0.075;
 
 /// Rays followed at most.
 const RAYS: usize = 3000;
@@ -45,6 +54,42 @@ pub(crate) fn edge_difference(
     };
     let some = leaving.iter().step_by(stride).filter_map(one);
     EdgeLight::of(some, rim.blur(open))
+}
+
+/// The relative error that light aslant adds, of light that passes the edges `before`.
+pub(crate) fn aslant_error<'a>(
+    open: &Hop,
+    before: impl Iterator<Item = &'a SurfaceEdge<'a>> + Clone,
+    rim: &SurfaceEdge,
+    leaving: &[SourceRay],
+) -> f64 {
+    let heights = rim.surface.aperture.rim().into_iter();
+    let slopes = heights.filter_map(|[x, y]| {
+        let [sx, sy] = rim.surface.shape.height(x, y)?.slope;
+        Some(sx.hypot(sy))
+    });
+    let slope = slopes.fold(0.0, f64::max);
+    if slope == 0.0 {
+        return 0.0;
+    }
+    let blur = rim.blur(open);
+    let stride = leaving.len().div_ceil(RAYS).max(1);
+    let (mut all, mut aslant) = (0.0, 0.0);
+    for ray in leaving.iter().step_by(stride) {
+        let passes = |edge: &SurfaceEdge| edge.depth_of(open, ray).is_some_and(|depth| depth > 0.0);
+        let Some(met) = rim.meet(open, |hop| hop.trace(ray.at, ray.p, &mut ()).ok()) else {
+            continue;
+        };
+        let [x, y] = met.at;
+        if x.abs().max(y.abs()) <= rim.radius && before.clone().all(passes) {
+            let ended = 0.5 * erfc(rim.surface.aperture.depth(x, y) / blur);
+            let [px, py] = met.cosines;
+            all += ray.energy;
+            aslant += ray.energy * ended * (px * px + py * py);
+        }
+    }
+    let share = if all > 0.0 { aslant / all } else { 0.0 };
+    ASLANT * slope * share.sqrt() / rim.surface.index[0]
 }
 
 /// The edge wave that starts where a ray meets a rim: directions across the edge, q off the ray's own.

@@ -3,14 +3,14 @@
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::starting_width::starting_width;
 use crate::engine::plan::settings::Settings;
-use crate::engine::rims::curved_edge::edge_difference;
+use crate::engine::rims::curved_edge::{aslant_error, edge_difference};
 use crate::engine::rims::edge_diffraction::edge_energy;
 use crate::engine::rims::onward::Onward;
 use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::surface_edge::{EdgeLight, SurfaceEdge};
 use crate::engine::trace::direction_search::SearchRay;
 use crate::math::erfc::erfc;
-use crate::optics::surface::{Surface, without_edges};
+use crate::optics::surface::without_edges;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::wavelet::Arrival;
 
@@ -26,6 +26,8 @@ pub(crate) struct Cut {
     pub(crate) misplaced: f64,
     /// The difference between a cut along the surface and one in the plane of its edge.
     pub(crate) difference: EdgeLight,
+    /// What light aslant adds to the error of that difference.
+    pub(crate) aslant: f64,
     /// The share of the light that leaves the first screen which is on its way to the target.
     pub(crate) landing: f64,
     /// Whether only light that goes on to the sensor counts.
@@ -73,29 +75,59 @@ pub(crate) fn cut_shares(
         (None, true) => 0.0,
         (None, false) => starting_width(hop, from, &rays),
     };
-    let landed: f64 = rays.iter().map(|ray| ray.area).sum();
-    let all: f64 = leaving.iter().map(|ray| ray.energy).sum();
-    let share = |(number, surface): (usize, &Surface)| {
+    let edges: Vec<Option<SurfaceEdge>> = { hop.train.iter().enumerate() }
+        .map(|(number, surface)| SurfaceEdge::of(number, surface))
+        .collect();
+    let light = OnTheWay {
+        open: &open,
+        onward,
+        leaving,
+        rays: &rays,
+        sigma,
+    };
+    (0..edges.len())
+        .map(|number| light.cut(&edges, number))
+        .collect()
+}
+
+/// Light on its way to the target.
+struct OnTheWay<'a> {
+    open: &'a Hop<'a>,
+    onward: &'a Onward<'a>,
+    /// What leaves the first screen.
+    leaving: &'a [SourceRay],
+    /// What of it lands, if nothing has an edge, with its energy.
+    rays: &'a [SearchRay],
+    /// The width of beamlets along these.
+    sigma: f64,
+}
+
+impl OnTheWay<'_> {
+    /// What one of the edges of a train does to it.
+    fn cut(&self, edges: &[Option<SurfaceEdge>], number: usize) -> Cut {
         let mut cut = Cut::default();
-        let Some(rim) = SurfaceEdge::of(number, surface) else {
+        let Some(rim) = &edges[number] else {
             return cut;
         };
-        let sent = sent_by_rim(&open, onward, &rim, leaving);
+        let (open, onward, leaving) = (self.open, self.onward, self.leaving);
+        let landed: f64 = self.rays.iter().map(|ray| ray.area).sum();
+        let all: f64 = leaving.iter().map(|ray| ray.energy).sum();
+        let sent = sent_by_rim(open, onward, rim, leaving);
         let total = landed + sent;
         if total > 0.0 {
             (cut.removed, cut.misplaced) = (sent / total, sent / total);
-            cut.difference = edge_difference(&open, onward, &rim, leaving).over(total);
+            cut.difference = edge_difference(open, onward, rim, leaving).over(total);
+            cut.aslant = aslant_error(open, edges[..number].iter().flatten(), rim, leaving);
             cut.landing = total / all;
             cut.to_sensor = onward.is_known();
-            for ray in &rays {
-                let part = clipped(&open, &rim, ray.at, ray.p, sigma);
+            for ray in self.rays {
+                let part = clipped(open, rim, ray.at, ray.p, self.sigma);
                 cut.removed += part * ray.area / total;
                 cut.misplaced += part.min(1.0 - part) * ray.area / total;
             }
         }
         cut
-    };
-    hop.train.iter().enumerate().map(share).collect()
+    }
 }
 
 /// The energy that the rim of a surface sends into the box of the target and on to the sensor, of light that meets the

@@ -77,6 +77,8 @@ pub struct Rim {
     /// Share of that energy by which a cut in the plane of the rim differs from one along the surface; zero for a rim that
     /// is not cut in a plane.
     pub difference: f64,
+    /// What light aslant adds to the relative error of that difference; zero likewise.
+    pub aslant: f64,
     /// Share of the light behind the screen before the rim that is on its way to the target, by rays of the source.
     pub landing: f64,
     /// Whether of that light only what goes on to the sensor counts.
@@ -210,7 +212,7 @@ impl Rimmed {
         let to = (number + 1..=last).find(given).unwrap_or(last);
         let known = share(from, to).filter(|_| !rim.to_sensor);
         let scale = known.map_or(1.0, |share| rim.landing / share);
-        (rim.difference * scale).sqrt()
+        (rim.difference * scale).sqrt().hypot(rim.aslant)
     }
 
     /// The same choices made for the rims of a system, from its first hop on.
@@ -263,6 +265,7 @@ impl Rimmed {
                         Some(_) => cut.difference.fainter(),
                         None => 0.0,
                     },
+                    aslant: rim_plane(surface).map_or(0.0, |_| cut.aslant),
                     landing: cut.landing,
                     to_sensor: cut.to_sensor,
                     treatment: match &rim {

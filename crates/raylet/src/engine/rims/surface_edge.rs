@@ -50,12 +50,17 @@ impl<'a> SurfaceEdge<'a> {
         source_ray.energy / (NEAR_RIM * self.radius + self.blur(open))
     }
 
-    /// How far inside the edge a ray meets it; nothing where it does not come near.
-    pub(crate) fn depth_near(&self, open: &Hop, source_ray: &SourceRay) -> Option<f64> {
+    /// How far inside the edge a ray meets it.
+    pub(crate) fn depth_of(&self, open: &Hop, source_ray: &SourceRay) -> Option<f64> {
         let landing = self.meet(open, |hop| {
             hop.trace(source_ray.at, source_ray.p, &mut ()).ok()
         })?;
-        let depth = self.surface.aperture.depth(landing.at[0], landing.at[1]);
+        Some(self.surface.aperture.depth(landing.at[0], landing.at[1]))
+    }
+
+    /// The same; nothing where it does not come near.
+    pub(crate) fn depth_near(&self, open: &Hop, source_ray: &SourceRay) -> Option<f64> {
+        let depth = self.depth_of(open, source_ray)?;
         (depth.abs() <= NEAR_RIM * self.radius).then_some(depth)
     }
 

@@ -16,14 +16,15 @@
 //! | `loss_specification` | The losses of a design, as a scene describes them |
 //! | `element_names` | What elements are called: by their names, or by their places where they have none |
 //! | `check` | Faults of a scene that no single value shows: parts that do not fit together |
+//! | `array_loading` | The arrays of a scene, and what makes one whose file is missing |
 //! | `layer_check` | Faults of an element's layers that no single value shows |
-//! | `missing_array` | What makes an array whose file is missing |
 //! | `variable` | Numbers of a scene by their address, so that a design may change any of them |
 //! | `scene_test` | Tests: scenes that must be read, and scenes that must be refused at the right place |
 //! | `schema_test` | Tests: the JSON Schema of a scene file against good and bad scenes |
 //! | `surfaces_test` | Tests: scenes with every shape and aperture, and those that must be refused |
 
 pub mod aperture;
+mod array_loading;
 pub(crate) mod check;
 pub mod design;
 pub mod element;
@@ -34,7 +35,6 @@ pub mod layer;
 pub(crate) mod layer_check;
 pub mod loss_specification;
 pub mod material;
-pub(crate) mod missing_array;
 pub mod scene_file;
 #[cfg(test)]
 pub(crate) mod scene_test;

@@ -21,7 +21,6 @@ use crate::file::scene::element::{Coordinates, Element, WITH_PIXELS};
 use crate::file::scene::illumination::Illumination;
 use crate::file::scene::layer::Layer;
 use crate::file::scene::material::Material;
-use crate::file::scene::missing_array::with_maker;
 use crate::file::scene::settings::{Hologram, Settings};
 
 /// The version of the format that this program reads.
@@ -201,41 +200,6 @@ impl Scene {
             }
         }
         Ok(())
-    }
-
-    /// The scene with every array that its layers name.
-    ///
-    /// # Errors
-    /// An array that is missing, malformed, not 2-D, of the wrong kind or shape, not finite, or too large
-    /// for `memory_limit_mb`; or an array of heights that does not fit its surface.
-    pub fn load(mut self) -> Result<Self, Fault> {
-        self.arrays = self.load_with(&BTreeMap::new())?;
-        Ok(self)
-    }
-
-    /// Every array that the scene's layers name: those that are `lent` (by the path of the field, such as
-    /// `element[0].layer[0].phase`) from the memory of the caller, those that are loaded already, and the rest
-    /// from their files. For [`crate::file::model::build::system_with`].
-    ///
-    /// # Errors
-    /// As [`Scene::load`].
-    pub fn load_with<'a>(
-        &self,
-        lent: &BTreeMap<String, BorrowedArray<'a>>,
-    ) -> Result<Arrays<'a>, Fault> {
-        let limit = self.memory_limit();
-        let arrays = Arrays::load(
-            &self.source,
-            &self.element,
-            &self.origin,
-            limit,
-            lent,
-            &self.arrays,
-        );
-        let arrays = arrays.map_err(|fault| with_maker(self, fault))?;
-        // Surfaces of heights can only be checked now.
-        check_elements(&self.element, &arrays, &self.origin)?;
-        Ok(arrays)
     }
 
     /// The most memory that arrays may take, in bytes: as given, or half of what is free now.

@@ -1,16 +1,57 @@
-//! What makes an array whose file is missing.
+//! The arrays of a scene, and what makes one whose file is missing.
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
+use crate::file::arrays::array::BorrowedArray;
 use crate::file::decode::fault::Fault;
+use crate::file::model::scene_arrays::Arrays;
+use crate::file::scene::check::check_elements;
 use crate::file::scene::scene_file::Scene;
 
 /// Keys that name the file of an array.
 const ARRAYS: [&str; 5] = ["samples", "phase", "amplitude", "transmission", "height_um"];
 
+impl Scene {
+    /// The scene with every array that its layers name.
+    ///
+    /// # Errors
+    /// An array that is missing, malformed, not 2-D, of the wrong kind or shape, not finite, or too large
+    /// for `memory_limit_mb`; or an array of heights that does not fit its surface.
+    pub fn load(mut self) -> Result<Self, Fault> {
+        self.arrays = self.load_with(&BTreeMap::new())?;
+        Ok(self)
+    }
+
+    /// Every array that the scene's layers name: those that are `lent` (by the path of the field, such as
+    /// `element[0].layer[0].phase`) from the memory of the caller, those that are loaded already, and the rest
+    /// from their files. For [`crate::file::model::build::system_with`].
+    ///
+    /// # Errors
+    /// As [`Scene::load`].
+    pub fn load_with<'a>(
+        &self,
+        lent: &BTreeMap<String, BorrowedArray<'a>>,
+    ) -> Result<Arrays<'a>, Fault> {
+        let limit = self.memory_limit();
+        let arrays = Arrays::load(
+            &self.source,
+            &self.element,
+            &self.origin,
+            limit,
+            lent,
+            &self.arrays,
+        );
+        let arrays = arrays.map_err(|fault| with_maker(self, fault))?;
+        // Surfaces of heights can only be checked now.
+        check_elements(&self.element, &arrays, &self.origin)?;
+        Ok(arrays)
+    }
+}
+
 /// The same fault; where the file of an array is missing, with a hint at what makes it: the verb that fills it by the
 /// scene's own tables, or else what a comment says behind the name of the file.
-pub(crate) fn with_maker(scene: &Scene, fault: Fault) -> Fault {
+fn with_maker(scene: &Scene, fault: Fault) -> Fault {
     let Some(comment) = missing(scene, &fault) else {
         return fault;
     };
