@@ -56,9 +56,9 @@ def sweep(system: System, lists: Mapping[str, Any], follow: bool, settings: RunS
         for wave in _or_as_it_is(waves):
             for distance in _or_as_it_is(distances):
                 result = _at(system, field, wave, distance, follow)._run(**settings)
-                # The line that is warned of is the user's: two calls lead from it to here.
+                # The line that is warned of is the user's: three calls lead from it to here.
                 for warning in result.warnings:
-                    warnings.warn(warning, stacklevel=3)
+                    warnings.warn(warning, stacklevel=4)
                 results.append(result)
     angles, lengths, ways = (None if values is None else values.tolist() for values in (fields, waves, distances))
     return Sweep(angles, lengths, ways, results)

@@ -174,7 +174,7 @@ class System(Prescription):
             raise TypeError("follow goes with fields, wavelengths or distances, found none of them")
         result = self._run(**settings)
         for warning in result.warnings:
-            warnings.warn(warning, stacklevel=2)
+            warnings.warn(warning, stacklevel=3)
         return result
 
     def sweep(
