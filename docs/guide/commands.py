@@ -50,7 +50,7 @@ def commands_of(block: str) -> list[str]:
 
 def output(root: Path, line: str, folder: str) -> str:
     """What a line `$ raylet …` prints in a folder, progress left out."""
-    words = shlex.split(line.removeprefix("$ "))
+    words = shlex.split(line.removeprefix("$ ").replace("\\\n", " "))
     plain = {**os.environ, "NO_COLOR": "1", "COLUMNS": "80"}
     done = subprocess.run(
         [str(root / PROGRAM), *words[1:]], cwd=folder, env=plain, capture_output=True, text=True

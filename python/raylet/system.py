@@ -69,12 +69,12 @@ class System(Prescription):
     before it; a radius is positive when its centre lies at larger z. Every `add_…` returns the system, so calls can be
     chained; keys are those of scene files, where each is explained (:func:`raylet.schema`).
 
+    The direction of the light is that of its source, :meth:`plane_wave` with `angle_deg`, for waves and rays alike.
+
     Parameters
     ----------
     wavelength_um : vacuum wavelength, or several.
     ambient : medium outside the elements: a catalogue name or a constant index.
-
-    The direction of the light is that of its source, :meth:`plane_wave` with `angle_deg`, for waves and rays alike.
     """
 
     # What it does.
@@ -294,6 +294,9 @@ class System(Prescription):
 
         What is not given is that of the scene's table `[hologram]`, whose other keys can be given as well.
 
+        The scores are the normalised correlation of the intensity with the softened picture (`ncc`), the same over the
+        whole sensor (`ncc_sensor`), and the share of the light in the picture (`efficiency`).
+
         Parameters
         ----------
         target : the picture: a PNG file, or values from 0 as an array [y, x], y upwards.
@@ -303,9 +306,6 @@ class System(Prescription):
             iterations buy likeness with light where the element is too small to resolve the picture (λ × distance /
             width).
         naive : with all lenses behind the element as one thin lens at the first vertex.
-
-        The scores are the normalised correlation of the intensity with the softened picture (`ncc`), the same over the
-        whole sensor (`ncc_sensor`), and the share of the light in the picture (`efficiency`).
         """
         if not isinstance(naive, bool):
             raise TypeError(f"naive is {type_name(naive)}, expected True or False")

@@ -25,8 +25,8 @@ use crate::optics::system::Hop;
 const AMPLITUDE: f64 = 1.2;
 
 /// Error of light of sine one that ends at the rim, divided by the slope of the surface there and by the root of its share.
-/// Measured on 17 lenses of 50 λ before which random pixels, gratings and stops stand: 0.6 to 1.7 times the true error with
-/// the law above.
+/// Measured on 21 lenses of 40 λ to 220 λ behind or before random pixels, gratings and stops: the whole estimate is 0.37 to 1.7
+/// times the true error with the law above.
 const ASLANT: f64 = 0.075;
 
 /// Rays followed at most.
