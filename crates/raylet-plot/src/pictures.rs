@@ -17,7 +17,7 @@ use crate::chart_panel::Series;
 use crate::colour::ColourMap;
 use crate::figure::{Figure, Panel};
 use crate::panel::FigureError;
-use crate::sensor_panels::{DECADES, PHASE_FLOOR, Quantity, SensorPanels};
+use crate::sensor_panels::{DECADES, PHASE_FLOOR, Quantity, SensorPanels, SensorRow};
 
 /// Most samples of an element's picture along either axis.
 const MOST_SAMPLES: usize = 1000;
@@ -40,8 +40,7 @@ pub fn sensor_png(
 ) -> Result<Vec<u8>, FigureError> {
     let centres = [fields.x_mm.to_vec(), fields.y_mm.to_vec()];
     let plan = SensorPanels::new([&centres[0], &centres[1]], names, is_sweep);
-    let mut rows = Vec::new();
-    for row in &plan.rows {
+    let light = |row: &SensorRow| {
         // The light of one run, or of all together.
         let field = row
             .channel
@@ -50,16 +49,20 @@ pub fn sensor_png(
             Some(field) => field.mapv(|u| u.norm_sqr()),
             None => fields.total_intensity(),
         };
-        let light = Light {
+        Light {
             phase: field.map(|field| lit_phase(field, &intensity)),
             intensity,
-        };
+        }
+    };
+    let lights: Vec<Light> = plan.rows.iter().map(light).collect();
+    let rows = plan.rows.iter().zip(&lights).map(|(row, light)| {
         let panels = row.quantities.iter().map(|quantity| match plan.line {
             Some(axis) => light.curve(*quantity, &centres[axis], axis, &row.note),
             None => light.picture(*quantity, plan.ranges_mm, &row.note),
         });
-        rows.push(panels.collect());
-    }
+        panels.collect()
+    });
+    let rows = rows.collect();
     Figure::new(rows, title).width(1500.0).to_png(SCALE)
 }
 
@@ -72,15 +75,15 @@ struct Light {
 
 impl Light {
     /// What a panel shows, and the name and unit of its values.
-    fn values(&self, quantity: Quantity) -> (Array2<f64>, [&'static str; 2]) {
+    fn values(&self, quantity: Quantity) -> (&Array2<f64>, [&'static str; 2]) {
         match (quantity, &self.phase) {
-            (Quantity::Phase, Some(phase)) => (phase.clone(), ["phase", "rad"]),
-            _ => (self.intensity.clone(), ["|U|²", ""]),
+            (Quantity::Phase, Some(phase)) => (phase, ["phase", "rad"]),
+            _ => (&self.intensity, ["|U|²", ""]),
         }
     }
 
     /// A panel of colours.
-    fn picture(&self, quantity: Quantity, [xs, ys]: [[f64; 2]; 2], note: &str) -> Panel<'static> {
+    fn picture(&self, quantity: Quantity, [xs, ys]: [[f64; 2]; 2], note: &str) -> Panel<'_> {
         let (values, [name, unit]) = self.values(quantity);
         let panel = Panel::image(values, xs, ys).quantity(name, unit);
         let panel = panel.title(quantity.title());
@@ -103,7 +106,7 @@ impl Light {
         centres: &[f64],
         axis: usize,
         note: &str,
-    ) -> Panel<'static> {
+    ) -> Panel<'_> {
         let (values, [name, unit]) = self.values(quantity);
         let most = values.fold(0.0, |most: f64, v| most.max(*v));
         let scale = match quantity {
@@ -112,7 +115,7 @@ impl Light {
         };
         let points = centres
             .iter()
-            .zip(&values)
+            .zip(values)
             .map(|(at, value)| [*at, value / scale]);
         let title = [quantity.title(), note].join(if note.is_empty() { "" } else { ", " });
         let panel = Panel::lines(vec![Series::line("", points)]).title(title);
