@@ -100,13 +100,7 @@ impl Light {
     }
 
     /// A panel with a curve, of a single line of pixels.
-    fn curve(
-        &self,
-        quantity: Quantity,
-        centres: &[f64],
-        axis: usize,
-        note: &str,
-    ) -> Panel<'_> {
+    fn curve(&self, quantity: Quantity, centres: &[f64], axis: usize, note: &str) -> Panel<'_> {
         let (values, [name, unit]) = self.values(quantity);
         let most = values.fold(0.0, |most: f64, v| most.max(*v));
         let scale = match quantity {
