@@ -1,6 +1,9 @@
 //! Where memory is short, `raylet check` names a limit that would do for the whole system, and changes that need less.
 
+use std::fs;
 use std::process::Output;
+
+use raylet_testkit::scenes::scene_path;
 
 use crate::stage::{SCENE, Stage};
 
@@ -90,6 +93,20 @@ fn the_limit_that_is_advised_does_for_the_whole_system() {
         let enough = Stage::new(&with_limit(scene, limit(&hint))).raylet(&["check", "scene.toml"]);
         assert!(enough.status.success(), "{hint}: {enough:?}");
     }
+}
+
+/// Arrays under the windows of local bands are known in the run alone. The limit that was advised there was the one that was
+/// refused.
+#[test]
+fn the_limit_advised_for_local_bands_does_for_the_run() {
+    let phone = fs::read_to_string(scene_path("real_size/phone_lens")).unwrap();
+    let settings = "settings.method = \"local_bands\"\nsettings.sigma_um = 50\nsettings.memory_limit_mb = 5\n[source]";
+    let scene = phone.replace("[source]", settings);
+    let refused = Stage::new(&scene).raylet(&["simulate", "scene.toml", "--out", "out"]);
+    let hint = hint(&refused);
+    let enough = with_limit(&scene, limit(&hint));
+    let run = Stage::new(&enough).raylet(&["simulate", "scene.toml", "--out", "out"]);
+    assert!(run.status.success(), "{hint}: {run:?}");
 }
 
 /// A limit beyond the memory of any machine says so.

@@ -54,6 +54,9 @@ pub enum Outline {
 const RIM: usize = 256;
 const LATTICE: usize = 64;
 
+/// Slopes of the depth are differences over this part of a width.
+const SLOPE_STEP: f64 = 0.01;
+
 /// Times a cell that both an aperture and its obstruction cut is divided into quarters.
 const QUARTERINGS: u32 = 8;
 
@@ -225,6 +228,17 @@ impl Aperture {
                 Some((centre, 0.5 * (x1 - x0).hypot(y1 - y0)))
             }
         }
+    }
+
+    /// The slope of the depth inside the edge along x and y, from differences over a small part of a `width` in mm. It leads away
+    /// from the edge.
+    pub(crate) fn depth_slope(&self, [x, y]: [f64; 2], width: f64) -> [f64; 2] {
+        let step = SLOPE_STEP * width;
+        let rise = [
+            self.depth(x + step, y) - self.depth(x - step, y),
+            self.depth(x, y + step) - self.depth(x, y - step),
+        ];
+        rise.map(|rise| rise / (2.0 * step))
     }
 
     /// Points along the outer edge; none without an edge.

@@ -8,11 +8,13 @@
 //! | `glass` | Indices that glass makers and standard papers print |
 //! | `grating` | The grating equation, with the optical path that goes with it |
 //! | `oval` | Cartesian ovals, which image a point into a point |
+//! | `published` | Rays that other programs print |
 //! | `stigmatic` | Conics that bring every ray to one point over one optical path |
 
 mod canonical;
 mod glass;
 mod grating;
 mod oval;
+mod published;
 mod stage;
 mod stigmatic;

@@ -6,13 +6,11 @@
 
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::{BeamletPlan, MARGIN, Planner};
-use crate::engine::plan::cost_model::beamlets;
+use crate::engine::plan::cost_model::{as_conics, beamlets};
 use crate::engine::plan::work::Work;
 use crate::engine::trace::direction_search::reach;
 use crate::optics::aperture::Aperture;
 use crate::optics::screen::ScreenKind;
-use crate::optics::shape::Shape;
-use crate::optics::surface::Surface;
 use crate::wave::patches::window::Positions;
 
 /// Patches looked at along each axis, and directions of each.
@@ -63,14 +61,8 @@ impl Planner<'_> {
 
     /// Seconds of one beamlet that is summed at so many points, with the correction of its aberration or without.
     pub(crate) fn seconds_of_beamlet(&self, correct: bool, values: f64) -> f64 {
-        let as_conics = |surface: &Surface| match surface.shape {
-            Shape::Plane | Shape::Conic(_) => 1.0,
-            Shape::Asphere { .. } | Shape::Biconic(_) | Shape::Toroid(_) => beamlets::ITERATED,
-            Shape::Freeform { .. } => beamlets::FREEFORM,
-        };
-        let surfaces: f64 = self.hop.train.iter().map(as_conics).sum();
         let correction = if correct { beamlets::CORRECTION } else { 0.0 };
-        let crossed = surfaces * beamlets::SURFACE;
+        let crossed = as_conics(self.hop.train) * beamlets::SURFACE;
         beamlets::BEAMLET + correction + crossed + values * beamlets::VALUE
     }
 

@@ -59,6 +59,9 @@ impl Fate {
     }
 }
 
+/// What the aberration about a centre outside the aperture does to the light inside it, as a part.
+pub(crate) const OUTSIDE: f64 = 0.25;
+
 /// Sums of squares over beamlets, weighted by energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
 pub struct Aberrations {
@@ -169,6 +172,15 @@ impl Tally {
         self.aberration.plain += energy * eta * eta;
         self.aberration.left += energy * left * left;
         self.aberration.cubic += energy * cubic;
+    }
+
+    /// Adds what the aberration about the centre of a window leaves, which is outside the aperture, as far as it is where the
+    /// window's light is.
+    #[inline]
+    pub(crate) fn add_aberration_outside(&mut self, found: Option<Aberration>, energy: f64) {
+        let [eta, left] = found.map_or([1.0; 2], |found| [found.eta(), found.left()]);
+        self.aberration.plain += energy * (OUTSIDE * eta).powi(2);
+        self.aberration.left += energy * (OUTSIDE * left).powi(2);
     }
 
     /// Energy of this fate as a share of all.

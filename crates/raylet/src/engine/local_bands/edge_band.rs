@@ -8,9 +8,6 @@ use std::f64::consts::PI;
 
 use crate::optics::aperture::Aperture;
 
-/// Steps from a window's centre over which the normal of an edge is found, in σ.
-const NORMAL_STEP: f64 = 0.01;
-
 /// A window that an edge cuts.
 pub(crate) struct CutWindow {
     /// Its centre in mm.
@@ -31,11 +28,7 @@ impl CutWindow {
     /// The power that is missing at the target, as the energy of so many windows of a unit plane wave.
     pub(crate) fn missing(&self, aperture: &Aperture, k: f64) -> f64 {
         let [x, y] = self.at;
-        let step = NORMAL_STEP * self.sigma;
-        let slope = [
-            aperture.depth(x + step, y) - aperture.depth(x - step, y),
-            aperture.depth(x, y + step) - aperture.depth(x, y - step),
-        ];
+        let slope = aperture.depth_slope(self.at, self.sigma);
         let length = slope[0].hypot(slope[1]);
         let depth = aperture.depth(x, y) / self.sigma;
         if length == 0.0 || !depth.is_finite() {

@@ -24,9 +24,6 @@ const CORRECTABLE: f64 = 0.8;
 /// Windows farther inside an edge than this, in σ, do not notice it.
 const BESIDE_EDGE: f64 = 3.0;
 
-/// Slopes of the depth inside an edge are differences over this part of σ.
-const SLOPE_STEP: f64 = 0.01;
-
 /// What all windows of a hop share when they send their beamlets.
 pub(crate) struct Emission<'a> {
     /// The hop.
@@ -161,8 +158,8 @@ impl Emission<'_> {
     /// its energy, as if the edge were straight and the light even.
     fn amid_light(&self, start: &ChirpedStart) -> ChirpedStart {
         let [x, y] = start.carrier.at;
-        let depth = |x: f64, y: f64| self.aperture.map_or(f64::INFINITY, |a| a.depth(x, y));
-        let part = depth(x, y) / start.sigma;
+        let depth = (self.aperture).map_or(f64::INFINITY, |a| a.depth(x, y));
+        let part = depth / start.sigma;
         if part > BESIDE_EDGE {
             return *start;
         }
@@ -175,16 +172,18 @@ impl Emission<'_> {
         };
 
         // Inwards, along the slope of the depth.
-        let step = SLOPE_STEP * start.sigma;
-        let inwards = [
-            depth(x + step, y) - depth(x - step, y),
-            depth(x, y + step) - depth(x, y - step),
-        ];
-        let moved = inwards.map(|slope| aside * start.sigma * slope / (2.0 * step));
+        let inwards = (self.aperture).map_or([0.0; 2], |a| a.depth_slope([x, y], start.sigma));
+        let moved = inwards.map(|slope| aside * start.sigma * slope);
         ChirpedStart {
             carrier: start.carrier.about([x + moved[0], y + moved[1]]),
             ..*start
         }
+    }
+
+    /// Whether a window's centre is outside the aperture.
+    fn is_outside(&self, start: &ChirpedStart) -> bool {
+        let [x, y] = start.carrier.at;
+        self.aperture.is_some_and(|a| a.depth(x, y) < 0.0)
     }
 
     /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet, and counts that which
@@ -196,9 +195,13 @@ impl Emission<'_> {
             true => found,
             false => lit.aberration(self.hop, kept.strongest.1),
         };
+        let outside = self.is_outside(start).then_some(found);
         for (tail, energy) in &kept.tails {
             let there = counted.map(|counted| counted.at_distance(tail.distance));
             statistics.tally.add_aberration(there, *energy);
+            if let Some(found) = outside {
+                statistics.tally.add_aberration_outside(found, *energy);
+            }
         }
         if let Some(found) = found.filter(|_| self.corrected) {
             let factor = found.correction_up_to(CORRECTABLE);

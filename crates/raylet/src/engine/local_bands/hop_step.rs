@@ -255,9 +255,30 @@ impl<'a> HopStep<'a> {
         let run = self.run(light, element);
         let (weakest, known) = self.weakest(&run);
         let emission = self.emission(&run, weakest);
-        self.each_tile(work, weakest, |number, tile| {
+        let sent = self.each_tile(work, weakest, |number, tile| {
             run.send(tile, &emission, known.get(&number))
+        });
+        sent.map_err(|error| match error {
+            LocalBandError::Tile {
+                screen, allowed, ..
+            } => LocalBandError::Tile {
+                values: self.largest_array(&run),
+                screen,
+                allowed,
+            },
+            other => other,
         })
+    }
+
+    /// Values of the largest array of all tiles.
+    fn largest_array(&self, run: &TileRun) -> u64 {
+        let tiles = self.tiling.tiles();
+        let array = |tile: &Tile| {
+            let mut statistics = HopStatistics::default();
+            run.outline(tile, &mut statistics);
+            statistics.largest_array
+        };
+        tiles.par_iter().map(array).max().unwrap_or(0)
     }
 
     /// The conjugate transpose, for the plane waves that are kept, and the derivatives with respect to parameters.

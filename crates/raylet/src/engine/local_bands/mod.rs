@@ -19,6 +19,7 @@
 //! | `edge_band` | The light of an edge that the nodes of its tile do not resolve |
 //! | `emission` | The beamlets of one window |
 //! | [`window_widths`] | How wide the windows of each screen may be |
+//! | `outside_aberration` | The aberration of windows whose centres lie outside an aperture |
 //! | `workload` | What a run will take, by rays of the source |
 //! | [`hop_statistics`] | What a hop did |
 //! | [`local_band_error`] | Why local bands cannot carry the light of a system |
@@ -35,6 +36,7 @@ pub(crate) mod hop_changes;
 pub mod hop_statistics;
 pub(crate) mod hop_step;
 pub mod local_band_error;
+pub(crate) mod outside_aberration;
 pub mod settings;
 pub(crate) mod source_aperture;
 pub(crate) mod source_light;

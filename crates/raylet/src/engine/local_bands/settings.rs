@@ -1,6 +1,9 @@
 //! What may be chosen about a run with local bands.
 
+use std::f64::consts::{PI, TAU};
+
 use crate::engine::error::window_error::{left_by_lattice, period_error};
+use crate::wave::local_bands::edge_mask::PASSBAND;
 use crate::wave::local_bands::tiling::WindowShape;
 
 /// The settings of a run by local bands.
@@ -101,6 +104,18 @@ impl LocalBandSettings {
             aperture: SourceAperture::Soft,
             memory_limit: 4 << 30,
         }
+    }
+
+    /// How far from a window's centre, in σ, an edge counts in directions that the usual nodes do not resolve.
+    ///
+    /// An edge at a depth of d σ sends the share exp(-d²)/(2π√π·kσs) of the energy of a window of a plane wave beyond the
+    /// direction s, and nodes of a pitch of σ over n resolve kσs = 2πn times their passband. That share may be the square of the
+    /// error which dropped plane waves may cause.
+    pub(crate) fn seen_edge(&self) -> f64 {
+        let resolved = PASSBAND * TAU * self.edge_nodes;
+        let beyond = 1.0 / (TAU * PI.sqrt() * resolved);
+        let allowed = self.dropped.unwrap_or(self.threshold).powi(2);
+        (beyond / allowed).ln().max(0.0).sqrt()
     }
 
     /// Complex values that one array of a tile may have.

@@ -7,6 +7,7 @@
 use crate::engine::error::window_error::left_by_lattice;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::local_band_error::LocalBandError;
+use crate::engine::local_bands::outside_aberration::outside_aberration;
 use crate::engine::local_bands::settings::{LocalBandPlan, SourceAperture};
 use crate::engine::local_bands::source_light::source_carrier;
 use crate::optics::screen::{Screen, ScreenKind};
@@ -165,7 +166,8 @@ fn carried(hop: &Hop, carrier: &Carrier) -> Option<Carrier> {
     })
 }
 
-/// Root mean square, over carriers, of the error that aberration inside beamlets of width σ leaves when it is corrected.
+/// Root mean square, over carriers, of the error that aberration inside beamlets of width σ leaves when it is corrected,
+/// with that of windows outside the aperture.
 fn aberration_left(hop: &Hop, sampled: &[Carrier], sigma: f64, smooth: bool, lattice: f64) -> f64 {
     let square = |carrier: &Carrier| {
         let start = ChirpedStart {
@@ -180,7 +182,12 @@ fn aberration_left(hop: &Hop, sampled: &[Carrier], sigma: f64, smooth: bool, lat
             found.left().powi(2) + lattice * lattice * found.cubic
         })
     };
-    (sampled.iter().map(square).sum::<f64>() / sampled.len() as f64).sqrt()
+    let inside = sampled.iter().map(square).sum::<f64>() / sampled.len() as f64;
+    let outside = match smooth {
+        true => 0.0,
+        false => outside_aberration(hop, sampled, sigma),
+    };
+    (inside + outside).sqrt()
 }
 
 /// The radius over which the light of the source falls on the first screen; infinite where its amplitude is even.

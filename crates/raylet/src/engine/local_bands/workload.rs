@@ -6,6 +6,7 @@ use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::LocalBandSettings;
 use crate::engine::local_bands::window_directions::window_directions;
 use crate::engine::local_bands::window_widths::{expected_aberration, leaving_carriers};
+use crate::engine::plan::cost_model::as_conics;
 use crate::engine::plan::cost_model::local_bands::{
     NODE, OPERATION, PRODUCT, SMOOTH_WINDOW, SURFACE, VALUE, WAVE, WINDOW,
 };
@@ -95,7 +96,7 @@ fn work_of_hop(step: &HopStep, carriers: &[Carrier], settings: &LocalBandSetting
             + cut * waves.transform_seconds_at_edge(step, settings);
         let rays = inside * waves.followed(false) + cut * waves.followed(true);
         let values = rays * values(step, &start, &waves.bounds);
-        let traced = WAVE + SURFACE * (step.hop.train.len() + 1) as f64;
+        let traced = WAVE + SURFACE * (as_conics(step.hop.train) + 1.0);
         Work {
             rays,
             values,

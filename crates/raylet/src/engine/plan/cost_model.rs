@@ -3,6 +3,25 @@
 //! Beamlets from whole fields and local bands have rows of their own: the former go through their surfaces eight at a time
 //! with the sensitivities of each ray, the latter one at a time.
 
+use crate::optics::shape::Shape;
+use crate::optics::surface::Surface;
+
+/// The factor of a surface that is met by iteration.
+const ITERATED: f64 = 2.0;
+
+/// The factor of a surface with terms of any kind.
+const FREEFORM: f64 = 3.5;
+
+/// The conics that take a ray as long as these surfaces.
+pub(crate) fn as_conics(train: &[Surface]) -> f64 {
+    let factor = |surface: &Surface| match surface.shape {
+        Shape::Plane | Shape::Conic(_) => 1.0,
+        Shape::Asphere { .. } | Shape::Biconic(_) | Shape::Toroid(_) => ITERATED,
+        Shape::Freeform { .. } => FREEFORM,
+    };
+    train.iter().map(factor).sum()
+}
+
 /// A beamlet sum from a whole field, measured with beamlets of three widths through 2 and 10 surfaces of several shapes.
 pub(crate) mod beamlets {
     /// Every hop.
@@ -14,14 +33,8 @@ pub(crate) mod beamlets {
     /// A beamlet.
     pub(crate) const BEAMLET: f64 = 1.4e-6;
 
-    /// A conic or plane that a beamlet crosses; other shapes take [`ITERATED`] or [`FREEFORM`] times as long.
+    /// A conic or plane that a beamlet crosses; other shapes take longer, as [`as_conics`](super::as_conics) says.
     pub(crate) const SURFACE: f64 = 2.4e-7;
-
-    /// The factor of a surface that is met by iteration.
-    pub(crate) const ITERATED: f64 = 2.0;
-
-    /// The factor of a surface with terms of any kind.
-    pub(crate) const FREEFORM: f64 = 3.5;
 
     /// The correction of a beamlet's aberration; samples on a lattice serve several beamlets.
     pub(crate) const CORRECTION: f64 = 2e-7;
@@ -41,7 +54,7 @@ pub(crate) mod local_bands {
     /// A plane wave of a window.
     pub(crate) const WAVE: f64 = 0.4e-6;
 
-    /// A surface that a plane wave of a window crosses.
+    /// A conic or plane that a plane wave of a window crosses; other shapes take longer.
     pub(crate) const SURFACE: f64 = 0.15e-6;
 
     /// A complex product of a matrix transform.

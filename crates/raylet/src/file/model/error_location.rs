@@ -15,6 +15,9 @@ use crate::file::scene::scene_file::Scene;
 use crate::optics::system::System;
 use crate::wave::grid::sampling::SamplingError;
 
+/// Limits are named in whole multiples of these bytes.
+const MEGABYTE: usize = 1_000_000;
+
 /// The fault of a scene whose system cannot be computed with these settings.
 pub fn simulate_fault(
     scene: &Scene,
@@ -24,9 +27,12 @@ pub fn simulate_fault(
 ) -> Fault {
     let fault = located(scene, error);
     match (error.too_large(), error.memory_needed()) {
-        (Some(screen), Some(_)) => {
-            let enough = needed_memory(system, settings);
-            let saved = enough.map(|bytes| savings(system, settings, screen, bytes));
+        (Some(screen), Some(here)) => {
+            let planned = needed_memory(system, settings);
+            // Some arrays are known in the run alone, and what needs fewer values of these is not.
+            let saved = planned.filter(|bytes| *bytes >= here);
+            let saved = saved.map(|bytes| savings(system, settings, screen, bytes));
+            let enough = planned.map(|planned| planned.max(here.next_multiple_of(MEGABYTE)));
             with_hint(fault, memory_hint(enough, &saved.unwrap_or_default()))
         }
         _ => fault,

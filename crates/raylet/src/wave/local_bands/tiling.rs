@@ -54,6 +54,8 @@ pub(crate) struct LitWindow {
     pub at: [f64; 2],
     /// Whether the edge of the aperture cuts it.
     pub edge: EdgeContact,
+    /// How deep its centre lies inside that edge, in σ.
+    pub depth: f64,
 }
 
 /// How a window lies to the aperture of its screen.
@@ -68,11 +70,11 @@ pub(crate) enum EdgeContact {
 }
 
 impl EdgeContact {
-    /// Of a window of width σ, from the depth of its centre inside the edge.
-    pub(crate) fn of(depth: f64, sigma: f64) -> Self {
-        if depth >= CLEAR * sigma {
+    /// Of a window, from the depth of its centre inside the edge in σ.
+    pub(crate) fn of(depth: f64) -> Self {
+        if depth >= CLEAR {
             Self::Inside
-        } else if depth > -CLEAR * sigma {
+        } else if depth > -CLEAR {
             Self::Cut
         } else {
             Self::Outside
@@ -112,8 +114,14 @@ impl Tiling {
         let all = rows.flat_map(|j| columns.clone().map(move |i| [i, j]));
         let lying = |window: [usize; 2]| {
             let at = self.centre(window);
-            let edge = EdgeContact::of(aperture.depth(at[0], at[1]), self.positions[0].sigma);
-            (edge != EdgeContact::Outside).then_some(LitWindow { window, at, edge })
+            let depth = aperture.depth(at[0], at[1]) / self.positions[0].sigma;
+            let edge = EdgeContact::of(depth);
+            (edge != EdgeContact::Outside).then_some(LitWindow {
+                window,
+                at,
+                edge,
+                depth,
+            })
         };
         all.filter_map(lying).collect()
     }
@@ -177,7 +185,10 @@ mod tests {
         for tile in tiling.tiles() {
             let open = tiling.lit(&tile, &Aperture::OPEN);
             let [x, y] = tiling.samples(&tile, [0.07, 0.05]);
-            for LitWindow { window, at, edge } in open {
+            for LitWindow {
+                window, at, edge, ..
+            } in open
+            {
                 let [i, j] = window;
                 assert_eq!(edge, EdgeContact::Inside);
                 seen[j * tiling.positions[0].count + i] += 1;
