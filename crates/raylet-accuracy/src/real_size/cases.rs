@@ -282,7 +282,7 @@ fn telescopes() -> Vec<Case> {
     all
 }
 
-/// The lens of a telephone, bare and with a cubic phase.
+/// Lenses of telephones, bare and with a cubic phase.
 fn phone_lens() -> Vec<Case> {
     let mut all = Vec::new();
     for (mask, nodes) in [
@@ -293,6 +293,13 @@ fn phone_lens() -> Vec<Case> {
             let case = Case::new("phone_lens", mask, angle);
             all.push(Case { nodes, ..case });
         }
+    }
+    for angle in [0.0, 17.0] {
+        let case = Case::new("phone_patent", Mask::Own("cubic, 5 waves"), angle);
+        all.push(Case {
+            nodes: [150, 360],
+            ..case
+        });
     }
     all
 }

@@ -59,8 +59,10 @@ impl Fate {
     }
 }
 
-/// What the aberration about a centre outside the aperture does to the light inside it, as a part.
-pub(crate) const OUTSIDE: f64 = 0.25;
+/// What the aberration about a centre outside the aperture does to the light inside it, as a part. Of two lenses for phones,
+/// on axis and off it, with windows of 50 to 80 µm, the error is 0.15 to 1.3 of that aberration; of 16 runs 10 are within a
+/// factor of 1.6 of this part.
+pub(crate) const OUTSIDE: f64 = 0.3;
 
 /// Sums of squares over beamlets, weighted by energy.
 #[derive(Clone, Copy, Debug, Default, PartialEq)]
@@ -174,13 +176,21 @@ impl Tally {
         self.aberration.cubic += energy * cubic;
     }
 
-    /// Adds what the aberration about the centre of a window leaves, which is outside the aperture, as far as it is where the
-    /// window's light is.
+    /// Adds what the aberration about the centre of a window leaves, which is outside the aperture, beyond that where its light
+    /// is.
     #[inline]
-    pub(crate) fn add_aberration_outside(&mut self, found: Option<Aberration>, energy: f64) {
-        let [eta, left] = found.map_or([1.0; 2], |found| [found.eta(), found.left()]);
-        self.aberration.plain += energy * (OUTSIDE * eta).powi(2);
-        self.aberration.left += energy * (OUTSIDE * left).powi(2);
+    pub(crate) fn add_aberration_outside(
+        &mut self,
+        outside: Option<Aberration>,
+        lit: Option<Aberration>,
+        energy: f64,
+    ) {
+        let both = |of: fn(&Aberration) -> f64| {
+            let [outside, lit] = [outside, lit].map(|found| found.map_or(1.0, |found| of(&found)));
+            energy * (OUTSIDE * (outside - lit).max(0.0)).powi(2)
+        };
+        self.aberration.plain += both(Aberration::eta);
+        self.aberration.left += both(Aberration::left);
     }
 
     /// Energy of this fate as a share of all.

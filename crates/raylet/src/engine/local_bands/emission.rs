@@ -195,12 +195,12 @@ impl Emission<'_> {
             true => found,
             false => lit.aberration(self.hop, kept.strongest.1),
         };
-        let outside = self.is_outside(start).then_some(found);
+        let outside = self.is_outside(start);
         for (tail, energy) in &kept.tails {
             let there = counted.map(|counted| counted.at_distance(tail.distance));
             statistics.tally.add_aberration(there, *energy);
-            if let Some(found) = outside {
-                statistics.tally.add_aberration_outside(found, *energy);
+            if outside {
+                (statistics.tally).add_aberration_outside(found, counted, *energy);
             }
         }
         if let Some(found) = found.filter(|_| self.corrected) {

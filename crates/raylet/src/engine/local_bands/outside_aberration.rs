@@ -1,7 +1,8 @@
 //! The aberration of windows whose centres lie outside an aperture.
 //!
 //! Their beamlets start where no light is, and go through the parts of a lens behind that place. The surfaces of lenses with
-//! many aspheric terms bend steeply there. Of that aberration the part [`OUTSIDE`] shows in the field.
+//! many aspheric terms bend steeply there. Of what that aberration has beyond
+//! the one at the rim, the part [`OUTSIDE`] shows in the field.
 
 use crate::engine::error::tally::OUTSIDE;
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
@@ -31,12 +32,16 @@ pub(crate) fn outside_aberration(hop: &Hop, carriers: &[Carrier], sigma: f64) ->
     let squares = places.filter_map(|place| {
         let near = nearest(carriers, *place)?;
         let outwards = outwards(aperture, *place, sigma)?;
-        let square = |distance: f64| {
+        let left = |distance: f64| {
             let at = [0, 1].map(|a| place[a] + distance * sigma * outwards[a]);
             let carrier = near.about(at);
             let found = ChirpedStart { carrier, sigma }.aberration(hop, [0.0; 2]);
-            let left = found.map_or(1.0, |found| found.left());
-            0.5 * erfc(distance) * (OUTSIDE * left).powi(2)
+            found.map_or(1.0, |found| found.left())
+        };
+        let lit = left(0.0);
+        let square = |distance: f64| {
+            let beyond = (left(distance) - lit).max(0.0);
+            0.5 * erfc(distance) * (OUTSIDE * beyond).powi(2)
         };
         Some(DISTANCES.map(square).iter().sum::<f64>() * APART * sigma)
     });
