@@ -150,6 +150,20 @@ fn at_angle(name: &str, angle: f64) -> System {
     build::system(&scene_at_place(&scene, &place, true).unwrap(), 0).unwrap()
 }
 
+/// The obstruction of a telescope stops its chief ray, which the sensor follows all the same: to f·tan θ from the axis, but for
+/// the distortion.
+#[test]
+fn the_sensor_of_a_telescope_follows_a_chief_ray_that_is_stopped() {
+    let system = at_angle("cassegrain", 0.5);
+    let centre = system.screens[1].frame.origin;
+    let expected = 500.0 * 0.5f64.to_radians().tan();
+    let error = (centre.x.abs() - expected).abs();
+    assert!(
+        error < 1e-3 * expected && centre.y.abs() < 1e-9,
+        "{centre:?}"
+    );
+}
+
 /// Windows outside the stop start their beamlets where the surfaces of a lens for a phone bend steeply. What that does to the
 /// field was in no estimate: 3.1e-3 was told of an error of 1.2e-2.
 #[test]

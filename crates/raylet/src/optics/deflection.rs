@@ -9,6 +9,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::ray::Loss;
 use crate::optics::refraction::transmission;
 use crate::optics::screen::Screen;
+use crate::optics::shape::Bending;
 
 /// The direction behind an element that adds `kick` to the optical cosines along its surface: what is tangential is
 /// kept and kicked, what is normal follows in the medium behind, backwards from a mirror.
@@ -35,18 +36,23 @@ pub(crate) fn deflected(
     Some([out.x, out.y])
 }
 
-/// The factor by which the interface under an element multiplies the field of light that arrives above (x, y) with
-/// optical cosines p along the screen's axes; one where both media are the same.
+/// The factor by which the interface under an element multiplies the field of light that arrives above (x, y) of its
+/// surface with optical cosines p along the screen's axes; one where both media are the same.
 ///
 /// # Errors
 /// [`Loss::TotalReflection`] where light would not leave without the element, [`Loss::Missed`] where the surface does
 /// not exist.
 #[inline(always)]
-pub(crate) fn transmitted<T: Real>(screen: &Screen, at: [T; 2], p: [T; 2]) -> Result<T, Loss> {
+pub(crate) fn transmitted<T: Real>(
+    screen: &Screen,
+    shape: &impl Bending<T>,
+    at: [T; 2],
+    p: [T; 2],
+) -> Result<T, Loss> {
     let Some(behind) = screen.behind else {
         return Ok(T::constant(1.0));
     };
-    let height = screen.shape.height(at[0], at[1]).ok_or(Loss::Missed)?;
+    let height = shape.height(at[0], at[1]).ok_or(Loss::Missed)?;
     let [sx, sy] = height.slope;
     let up = Vec3::new(-sx, -sy, T::constant(1.0)).unit();
     let square = p[0] * p[0] + p[1] * p[1];
@@ -97,7 +103,7 @@ mod tests {
             let turned = deflected(&screen, at, p, [0.0; 2]).unwrap();
             assert!((turned[0] - 1.2 * refracted.direction.x).abs() < 1e-14);
             assert!((turned[1] - 1.2 * refracted.direction.y).abs() < 1e-14);
-            let factor = transmitted(&screen, at, p).unwrap();
+            let factor = transmitted(&screen, &screen.shape, at, p).unwrap();
             assert!((factor - refracted.transmission).abs() < 1e-14);
         }
     }
@@ -113,7 +119,7 @@ mod tests {
         assert!((turned[0] - 0.1).abs() < 1e-15 && (turned[1] - 0.3).abs() < 1e-15);
         // 1.3 is more than the index behind.
         assert_eq!(deflected(&plane, [0.0; 2], [1.1, 0.0], [0.2, 0.0]), None);
-        let lost = transmitted(&plane, [0.0; 2], [1.3, 0.0]);
+        let lost = transmitted(&plane, &plane.shape, [0.0; 2], [1.3, 0.0]);
         assert_eq!(lost.unwrap_err(), Loss::TotalReflection);
     }
 }

@@ -132,6 +132,34 @@ impl Shape {
     }
 }
 
+/// A shape as a ray of numbers `T` meets it: one that stays, or one that bends.
+pub(crate) trait Bending<T: Real> {
+    /// Whether it is a plane, and stays one.
+    fn is_plane(&self) -> bool;
+    /// Height and derivatives at (x, y); nothing where the surface does not exist.
+    fn height(&self, x: T, y: T) -> Option<Height<T>>;
+    /// The distance along a ray (local position and unit direction) to it.
+    ///
+    /// # Errors
+    /// [`Loss::Missed`] when they do not meet.
+    fn meet(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss>;
+}
+
+impl<T: Real> Bending<T> for Shape {
+    #[inline(always)]
+    fn is_plane(&self) -> bool {
+        *self == Shape::Plane
+    }
+    #[inline(always)]
+    fn height(&self, x: T, y: T) -> Option<Height<T>> {
+        Shape::height(self, x, y)
+    }
+    #[inline(always)]
+    fn meet(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
+        Shape::meet(self, position, direction)
+    }
+}
+
 #[cfg(test)]
 mod tests {
     use std::sync::Arc;

@@ -26,8 +26,9 @@ const WAVELENGTH: f64 = 0.55e-3;
 const PIXELS: usize = 12;
 
 /// What may change: half the aperture of the element (mm), a coefficient of its phase (rad), the curvature (1/mm), index and
-/// decentre of a lens, the place of the element along the axis, the sensor's place and tilt, and the source's direction.
-const NAMES: [&str; 9] = [
+/// decentre of a lens, the place of the element along the axis, the sensor's place and tilt, the source's direction, and the
+/// curvature of the element's surface (1/mm).
+const NAMES: [&str; 10] = [
     "aperture",
     "phase",
     "curvature",
@@ -37,29 +38,30 @@ const NAMES: [&str; 9] = [
     "sensor",
     "tilt",
     "source",
+    "surface",
 ];
 
 /// Steps over which the loss changes by a part of itself.
-const STEPS: [f64; 9] = [2e-3, 0.1, 2e-5, 2e-5, 3e-4, 2e-4, 1e-5, 2e-4, 5e-6];
+const STEPS: [f64; 10] = [2e-3, 0.1, 2e-5, 2e-5, 3e-4, 2e-4, 1e-5, 2e-4, 5e-6, 5e-4];
 
 /// Largest relative departures, in the order of the names. Carriers are found anew for each difference, so the error of the
 /// method at the element's rim counts where the phase or the aperture changes.
-const BEHIND_A_LENS: [f64; 9] = [0.15, 1e-2, 1e-2, 1e-4, 1e-2, 1e-2, 1e-5, 1e-5, 1e-2];
-const LIT_BY_THE_SOURCE: [f64; 9] = [0.15, 2e-3, 1e-5, 1e-5, 1e-5, 1e-4, 1e-5, 1e-5, 1e-3];
+const BEHIND_A_LENS: [f64; 10] = [0.15, 1e-2, 1e-2, 1e-4, 1e-2, 1e-2, 1e-5, 1e-5, 1e-2, 2e-3];
+const LIT_BY_THE_SOURCE: [f64; 10] = [0.15, 2e-3, 1e-5, 1e-5, 1e-5, 1e-4, 1e-5, 1e-5, 1e-3, 1e-3];
 
 /// Where the element stands.
 #[derive(Clone, Copy, Debug, PartialEq)]
 enum Place {
     /// Behind a lens.
     BehindLens,
-    /// There, on a curved surface between two media.
-    Interface,
+    /// There, on a surface of this curvature (1/mm) between two media.
+    Interface(f64),
     /// Before a lens, lit by the source.
     LitBySource,
 }
 
 /// A lens, an element and a sensor behind a wide aperture; without the aperture the source lights the element itself.
-fn system(place: Place, pixels: Option<&Array2<Complex64>>, by: [f64; 9]) -> System {
+fn system(place: Place, pixels: Option<&Array2<Complex64>>, by: [f64; 10]) -> System {
     let [
         aperture,
         phase,
@@ -70,6 +72,7 @@ fn system(place: Place, pixels: Option<&Array2<Complex64>>, by: [f64; 9]) -> Sys
         distance,
         tilt,
         source,
+        surface,
     ] = by;
     let radial = Profile::Radial {
         radius: 0.4,
@@ -89,9 +92,11 @@ fn system(place: Place, pixels: Option<&Array2<Complex64>>, by: [f64; 9]) -> Sys
     let mut behind = screen(on_axis(4.0 + shift), ScreenKind::Doe(doe));
     let end = on_axis(14.0 + distance).tilted([0.3 * tilt, tilt, 0.0]);
     let mut end = screen(end, sensor(PIXELS, 6e-3));
-    if place == Place::Interface {
+    if let Place::Interface(own) = place {
         let coating = Coating::Fresnel;
-        behind.shape = conic(0.05, 0.0);
+        if own + surface != 0.0 {
+            behind.shape = conic(own + surface, 0.0);
+        }
         (behind.behind, end.index) = (
             Some(MediumBehind {
                 index: 1.2,
@@ -102,7 +107,9 @@ fn system(place: Place, pixels: Option<&Array2<Complex64>>, by: [f64; 9]) -> Sys
     }
     let wide = screen(Frame::GLOBAL, ScreenKind::Stop(Aperture::disc(1.5)));
     let (screens, trains) = match place {
-        Place::BehindLens | Place::Interface => (vec![wide, behind, end], vec![lens, Vec::new()]),
+        Place::BehindLens | Place::Interface(_) => {
+            (vec![wide, behind, end], vec![lens, Vec::new()])
+        }
         Place::LitBySource => (vec![behind, end], vec![lens_between(at, curvature)]),
     };
     System {
@@ -138,23 +145,24 @@ fn settings() -> Settings {
     }
 }
 
-fn along(i: usize, by: f64) -> [f64; 9] {
-    let mut all = [0.0; 9];
+fn along(i: usize, by: f64) -> [f64; 10] {
+    let mut all = [0.0; 10];
     all[i] = by * STEPS[i];
     all
 }
 
 #[test]
 fn beamlets_and_elements_match_differences_slow() {
-    let all = 0..NAMES.len();
     let cases = [
-        (Place::BehindLens, BEHIND_A_LENS, all.clone()),
-        // The phase, the lens's curvature and index, its decentre and the place of the element.
-        (Place::Interface, BEHIND_A_LENS, 1..6),
-        (Place::LitBySource, LIT_BY_THE_SOURCE, all),
+        (Place::BehindLens, BEHIND_A_LENS, 0..9),
+        // The phase, the lens's curvature and index, its decentre and the place of the element; its surface, a plane too.
+        (Place::Interface(0.05), BEHIND_A_LENS, 1..6),
+        (Place::Interface(0.05), BEHIND_A_LENS, 9..10),
+        (Place::Interface(0.0), BEHIND_A_LENS, 9..10),
+        (Place::LitBySource, LIT_BY_THE_SOURCE, 0..9),
     ];
     for (place, bounds, names) in cases {
-        let base = system(place, None, [0.0; 9]);
+        let base = system(place, None, [0.0; 10]);
         let perturbed = |i: usize| Variation {
             below: system(place, None, along(i, -0.01)),
             above: system(place, None, along(i, 0.01)),
@@ -191,7 +199,7 @@ fn beamlets_and_elements_match_differences_slow() {
 #[test]
 fn pixels_match_differences_by_local_bands() {
     let values = noise([8, 8], 3).mapv(|v| v / v.norm());
-    let base = system(Place::BehindLens, Some(&values), [0.0; 9]);
+    let base = system(Place::BehindLens, Some(&values), [0.0; 10]);
     let linearised = LinearisedSystem::new(&base, &[], &settings()).unwrap();
     let pass = linearised.forward(&base).unwrap();
     let (_, bar) = loss(&pass.field.values);
@@ -205,7 +213,7 @@ fn pixels_match_differences_by_local_bands() {
         for (at, value) in moved.indexed_iter_mut() {
             *value *= Complex64::cis(pattern(at) * by);
         }
-        let moved = system(Place::BehindLens, Some(&moved), [0.0; 9]);
+        let moved = system(Place::BehindLens, Some(&moved), [0.0; 10]);
         loss(&linearised.forward(&moved).unwrap().field.values).0
     };
     let terms = back.indexed_iter().zip(&values);

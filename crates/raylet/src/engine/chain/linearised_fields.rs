@@ -16,7 +16,7 @@ use crate::engine::chain::backend::AdjointSums;
 use crate::engine::chain::forward_pass::{ForwardPass, Gradient, PassedLight};
 use crate::engine::chain::hop_run::HopRun;
 use crate::engine::chain::linearised_system_error::LinearisedSystemError;
-use crate::engine::chain::rimmed_variations::rimmed_variations;
+use crate::engine::chain::rimmed_variations::{rimmed_variations, surfaces_stay};
 use crate::engine::chain::screen_sensitivity::{ScreenFields, pull_act, pull_light};
 use crate::engine::monte_carlo::mode_sampling::Draws;
 use crate::engine::plan::downstream::Downstream;
@@ -147,6 +147,7 @@ impl LinearisedFields {
         }
         let system = &self.planned.like(system);
         let variations = &rimmed_variations(&self.planned, variations)?;
+        surfaces_stay(system, variations)?;
         let plans = self.plans_for(system)?;
         let hops: Vec<Hop> = system.hops().collect();
         let mut gradient = Gradient {

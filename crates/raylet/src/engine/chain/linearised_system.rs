@@ -9,7 +9,7 @@ use crate::engine::chain::forward_pass::{ForwardPass, Gradient, PassedLight};
 use crate::engine::chain::linearised_bands::{LinearisedBands, SensorCotangent};
 use crate::engine::chain::linearised_fields::LinearisedFields;
 use crate::engine::chain::linearised_system_error::LinearisedSystemError;
-use crate::engine::chain::rimmed_variations::rimmed_variations;
+use crate::engine::chain::rimmed_variations::{rimmed_variations, surfaces_stay};
 use crate::engine::chain::screen_sensitivity::ScreenFields;
 use crate::engine::monte_carlo::mode_sampling::Draws;
 use crate::engine::plan::hop_plan::{Plan, along};
@@ -40,7 +40,8 @@ impl LinearisedSystem {
     /// Plans every hop of a system, so that it may vary: from whole fields or by local bands, as a run chooses.
     ///
     /// # Errors
-    /// As [`crate::engine::chain::simulate::simulate`]; when a variation does not perturb the system.
+    /// As [`crate::engine::chain::simulate::simulate`]; when a variation does not perturb the system, or bends the surface of a
+    /// screen and whole fields are requested.
     pub fn new(
         system: &System,
         variations: &[Variation],
@@ -65,7 +66,13 @@ impl LinearisedSystem {
             Method::Auto | Method::Beamlet | Method::LocalBands => {}
         }
         sensor_of(system)?;
-        let settings = &settings.for_planning();
+        let mut settings = settings.for_planning();
+        // Whole fields do not follow the surface of a screen that bends.
+        let stay = surfaces_stay(system, variations);
+        if stay.is_err() && settings.method == Method::Auto {
+            settings.method = Method::LocalBands;
+        }
+        let settings = &settings;
         // Screens that a variation moves apart keep their hop.
         let mut joining = joining_hops(system, PixelValues::Varying);
         for other in variations.iter().flat_map(|one| [&one.below, &one.above]) {
@@ -84,6 +91,7 @@ impl LinearisedSystem {
         let chosen = choose_with(&planned.system, settings, &stays, |_, _| pulse())?;
         let chain = match chosen {
             Chosen::WholeFields(hops) => {
+                stay?;
                 let plans = hops.into_iter().map(|(plan, _)| plan).collect();
                 LinearisedChain::Fields(LinearisedFields::new(planned, plans, settings)?)
             }

@@ -37,8 +37,8 @@ pub enum LinearisedSystemError {
     },
     /// The surface of a screen changes.
     #[error(
-        "parameter {parameter} changes the surface of screen '{screen}'; only its place and its element may \
-         change"
+        "parameter {parameter} changes the surface of screen '{screen}', which whole fields do not follow; local bands do \
+         (method local_bands)"
     )]
     Substrate {
         /// Index of the parameter.

@@ -3,11 +3,12 @@
 use crate::engine::chain::linearised_system_error::LinearisedSystemError;
 use crate::engine::rims::rim_screens::Rimmed;
 use crate::engine::trace::ray_sensitivity::Variation;
+use crate::optics::system::System;
 
 /// The variations with a screen at every rim, as the system has them.
 ///
 /// # Errors
-/// When a perturbed system has other parts, or the surface of a screen changes.
+/// When a perturbed system has other parts.
 pub(crate) fn rimmed_variations(
     planned: &Rimmed,
     variations: &[Variation],
@@ -24,12 +25,6 @@ pub(crate) fn rimmed_variations(
             if !alike {
                 return Err(LinearisedSystemError::Parts(parameter));
             }
-            for (screen, here) in other.screens.iter().zip(&system.screens) {
-                if screen.shape != here.shape {
-                    let screen = here.name.clone();
-                    return Err(LinearisedSystemError::Substrate { parameter, screen });
-                }
-            }
         }
         list.push(Variation {
             below,
@@ -38,4 +33,24 @@ pub(crate) fn rimmed_variations(
         });
     }
     Ok(list)
+}
+
+/// Refuses variations in which the surface of a screen changes: whole fields do not follow it.
+///
+/// # Errors
+/// When there is one.
+pub(crate) fn surfaces_stay(
+    system: &System,
+    variations: &[Variation],
+) -> Result<(), LinearisedSystemError> {
+    for (parameter, variation) in variations.iter().enumerate() {
+        for other in [&variation.below, &variation.above] {
+            let mut screens = other.screens.iter().zip(&system.screens);
+            if let Some((_, here)) = screens.find(|(screen, here)| screen.shape != here.shape) {
+                let screen = here.name.clone();
+                return Err(LinearisedSystemError::Substrate { parameter, screen });
+            }
+        }
+    }
+    Ok(())
 }

@@ -93,7 +93,7 @@ impl<'a> Scatter<'a> {
         settings.check_modes(screen.index_behind(), wavelength)?;
         let hits = rays.hits(screen, wavelength)?;
         let arrived = hits.iter().zip(rays.weight).map(|(hit, weight)| {
-            let factor = transmitted(screen, hit.at, hit.cosines);
+            let factor = transmitted(screen, &screen.shape, hit.at, hit.cosines);
             factor.map_or(Complex64::ZERO, |factor| *weight * factor)
         });
         let arrived = arrived.collect();
@@ -354,7 +354,8 @@ impl<'a> Scatter<'a> {
         let cut = spectrum.cut(&self.shared);
         let arrived: Complex64 = cut.iter().zip(&bar).map(|(c, bar)| c.conj() * bar).sum();
         let hit = &self.hits[ray];
-        let factor = transmitted(self.screen, hit.at, hit.cosines).unwrap_or(0.0);
+        let factor =
+            transmitted(self.screen, &self.screen.shape, hit.at, hit.cosines).unwrap_or(0.0);
         let amplitude = arrived * factor;
         bar.mapv_inplace(|c| c * self.arrived[ray].conj());
         let nodes = spectrum.cut_adjoint(&bar);

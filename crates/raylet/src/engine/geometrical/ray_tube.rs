@@ -87,7 +87,7 @@ pub fn trace_tube(system: &System, start: [f64; 2]) -> Result<RayTube, Loss> {
         if !aperture_of(hop.from).contains(here[0], here[1]) {
             return Err(Loss::Clipped);
         }
-        flux *= transmitted(hop.from, here, arriving)?.powi(2);
+        flux *= transmitted(hop.from, &hop.from.shape, here, arriving)?.powi(2);
         path += deflect(hop.from, at, &mut p, k)?;
         if number == 0 {
             p = std::array::from_fn(|a| p[a] + Number::variable(0.0, 2 + a));

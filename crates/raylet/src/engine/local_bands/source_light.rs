@@ -27,7 +27,7 @@ pub(crate) fn source_field(source: &Source, screen: &Screen, at: [f64; 2], k: f6
         return field;
     }
     let direction = screen.frame.direction_to_local(source.direction(point)) * screen.index;
-    let factor = transmitted(screen, at, [direction.x, direction.y]);
+    let factor = transmitted(screen, &screen.shape, at, [direction.x, direction.y]);
     factor.map_or(Complex64::ZERO, |factor| field * factor)
 }
 

@@ -19,7 +19,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::frame::{Axes, Frame};
 use crate::optics::ray::Loss;
 use crate::optics::screen::Screen;
-use crate::optics::shape::{Height, Shape};
+use crate::optics::shape::{Bending, Height, Shape};
 use crate::optics::surface::{Face, Surface};
 use crate::optics::system::{Hop, System};
 use crate::wave::beamlet::beamlet_kernel::Moments;
@@ -70,6 +70,7 @@ impl Variation {
             || below.frame != above.frame
             || below.index != above.index
             || below.behind != above.behind
+            || below.shape != above.shape
     }
 
     /// One of its hops.
@@ -117,21 +118,36 @@ pub(crate) struct VariedFrame {
     axes: [Vec3<Number>; 3],
 }
 
+/// A shape that bends.
+struct VariedShape<'a> {
+    shape: &'a Shape,
+    /// Which tangent, the shapes below and above, and one over their distance.
+    changes: Vec<(usize, &'a Shape, &'a Shape, f64)>,
+}
+
 /// A surface that moves and bends.
 pub(crate) struct VariedSurface<'a> {
     surface: &'a Surface,
+    shape: VariedShape<'a>,
     frame: VariedFrame,
     index: [Number; 2],
-    /// Which tangent, the shapes below and above, and one over their distance.
-    shapes: Vec<(usize, &'a Shape, &'a Shape, f64)>,
+}
+
+/// A screen that moves and bends.
+struct VariedScreen<'a> {
+    screen: &'a Screen,
+    shape: VariedShape<'a>,
+    frame: VariedFrame,
+    /// Refractive index on the side where the ray is.
+    index: Number,
 }
 
 /// A hop whose parts move.
 pub(crate) struct VariedHop<'a> {
     hop: Hop<'a>,
-    from: (VariedFrame, Number),
+    from: VariedScreen<'a>,
     faces: Vec<VariedSurface<'a>>,
-    to: (VariedFrame, Number),
+    to: VariedScreen<'a>,
 }
 
 /// A number from its value and the perturbed ones.
@@ -212,8 +228,34 @@ impl Face<Number> for VariedSurface<'_> {
     }
 
     fn height(&self, x: Number, y: Number) -> Option<Height<Number>> {
-        let mut height = self.surface.shape.height(x, y)?;
-        for (slot, below, above, rate) in &self.shapes {
+        self.shape.height(x, y)
+    }
+    fn meet(&self, position: Vec3<Number>, direction: Vec3<Number>) -> Result<Number, Loss> {
+        self.shape.meet(position, direction)
+    }
+}
+
+impl<'a> VariedShape<'a> {
+    /// A shape, with those below and above of each parameter and the distance of its values.
+    fn new(shape: &'a Shape, perturbed: impl Iterator<Item = (&'a Shape, &'a Shape, f64)>) -> Self {
+        let changing = perturbed.enumerate().filter(|(_, (a, b, _))| a != b);
+        Self {
+            shape,
+            changes: changing
+                .map(|(slot, (a, b, distance))| (slot, a, b, 1.0 / distance))
+                .collect(),
+        }
+    }
+}
+
+impl Bending<Number> for VariedShape<'_> {
+    fn is_plane(&self) -> bool {
+        self.changes.is_empty() && *self.shape == Shape::Plane
+    }
+
+    fn height(&self, x: Number, y: Number) -> Option<Height<Number>> {
+        let mut height = self.shape.height(x, y)?;
+        for (slot, below, above, rate) in &self.changes {
             let low = below.height(x.value, y.value)?;
             let high = above.height(x.value, y.value)?;
             let add = |number: &mut Number, low: f64, high: f64| {
@@ -233,12 +275,23 @@ impl Face<Number> for VariedSurface<'_> {
     /// In plain numbers, then one Newton step with tangents: at a root that step is the derivative of the
     /// implicit function and adds nothing else.
     fn meet(&self, position: Vec3<Number>, direction: Vec3<Number>) -> Result<Number, Loss> {
-        let shape = &self.surface.shape;
-        let length = Number::constant(shape.meet(position.value(), direction.value())?);
+        let length = Number::constant(self.shape.meet(position.value(), direction.value())?);
         let at = position + direction * length;
         let h = self.height(at.x, at.y).ok_or(Loss::Missed)?;
         let slope = direction.z - h.slope[0] * direction.x - h.slope[1] * direction.y;
         Ok(length - (at.z - h.z) / slope)
+    }
+}
+
+impl<'a> VariedScreen<'a> {
+    /// As a ray meets it.
+    fn located(&self) -> LocatedScreen<'_, Number, VariedFrame, VariedShape<'a>> {
+        LocatedScreen {
+            screen: self.screen,
+            shape: &self.shape,
+            axes: &self.frame,
+            index: self.index,
+        }
     }
 }
 
@@ -250,12 +303,15 @@ impl<'a> VariedHop<'a> {
                 .iter()
                 .map(|n| (of(&n.below), of(&n.above), n.distance));
             let frames = pairs.clone().map(|(a, b, d)| (&a.frame, &b.frame, d));
+            let shapes = pairs.clone().map(|(a, b, d)| (&a.shape, &b.shape, d));
             let indices = pairs.map(|(a, b, d)| (index(a), index(b), d));
             let here = of(&hop);
-            (
-                VariedFrame::new(&here.frame, frames),
-                number(index(here), indices),
-            )
+            VariedScreen {
+                screen: here,
+                shape: VariedShape::new(&here.shape, shapes),
+                frame: VariedFrame::new(&here.frame, frames),
+                index: number(index(here), indices),
+            }
         };
         let face = |(i, surface): (usize, &'a Surface)| {
             let pairs = perturbed
@@ -267,15 +323,12 @@ impl<'a> VariedHop<'a> {
                 let pairs = pairs.map(|(a, b, d)| (a.index[side], b.index[side], d));
                 number(surface.index[side], pairs)
             };
-            let shapes = pairs.clone().enumerate();
-            let changing = shapes.filter(|(_, (a, b, _))| a.shape != b.shape);
+            let shapes = pairs.clone().map(|(a, b, d)| (&a.shape, &b.shape, d));
             VariedSurface {
                 surface,
+                shape: VariedShape::new(&surface.shape, shapes),
                 frame: VariedFrame::new(&surface.frame, frames),
                 index: [index(0), index(1)],
-                shapes: changing
-                    .map(|(slot, (a, b, d))| (slot, &a.shape, &b.shape, 1.0 / d))
-                    .collect(),
             }
         };
         Self {
@@ -291,13 +344,9 @@ impl<'a> VariedHop<'a> {
     /// # Errors
     /// How it was lost, if it was.
     pub(crate) fn trace(&self, at: [Number; 2], p: [Number; 2]) -> Result<Landing<Number>, Loss> {
-        let from = LocatedScreen {
-            screen: self.hop.from,
-            axes: &self.from.0,
-            index: self.from.1,
-        };
-        let ray = trace_train(&self.faces, emit(&from, at, p)?, &mut ())?;
-        land(&self.landing_screen(), ray, &mut ())
+        let ray = emit(&self.from.located(), at, p)?;
+        let ray = trace_train(&self.faces, ray, &mut ())?;
+        land(&self.to.located(), ray, &mut ())
     }
 
     /// A beamlet that leaves the first screen, where it lands, with slopes and curvature of the wave along both
@@ -306,21 +355,8 @@ impl<'a> VariedHop<'a> {
     /// # Errors
     /// How its ray was lost, if it was.
     pub(crate) fn carry_from(&self, start: BeamletStart<Number>) -> Result<Carried<Number>, Loss> {
-        let from = LocatedScreen {
-            screen: self.hop.from,
-            axes: &self.from.0,
-            index: self.from.1,
-        };
-        carry_along(&from, &self.faces, &self.landing_screen(), start)
-    }
-
-    /// The second screen.
-    fn landing_screen(&self) -> LocatedScreen<'_, Number, VariedFrame> {
-        LocatedScreen {
-            screen: self.hop.to,
-            axes: &self.to.0,
-            index: self.to.1,
-        }
+        let (from, to) = (self.from.located(), self.to.located());
+        carry_along(&from, &self.faces, &to, start)
     }
 
     /// The beamlet of width σ that leaves a launch plane along p, cosines along the screen's axes, where it lands.
@@ -334,14 +370,15 @@ impl<'a> VariedHop<'a> {
         sigma: f64,
     ) -> Result<Carried<Number>, Loss> {
         let hop = launch_plane.hop(&self.hop);
-        let (frame, index) = &self.from;
+        let frame = &self.from.frame;
         let tangent = launch_plane
             .frame_on(self.hop.from)
             .map(|own| frame.carrying(&own));
         let from = LocatedScreen {
             screen: hop.from,
+            shape: &hop.from.shape,
             axes: tangent.as_ref().unwrap_or(frame),
-            index: *index,
+            index: self.from.index,
         };
         let constant = |v: [f64; 2]| v.map(Number::constant);
         let window = launch_plane.window(sigma, hop.wavenumber());
@@ -355,7 +392,7 @@ impl<'a> VariedHop<'a> {
                 yy: number(window.yy),
             },
         };
-        carry_beamlet(&from, &self.faces, &self.landing_screen(), start)
+        carry_beamlet(&from, &self.faces, &self.to.located(), start)
     }
 }
 

@@ -10,6 +10,7 @@ use crate::optics::frame::{Axes, Frame};
 use crate::optics::ray::{Loss, Ray};
 use crate::optics::refraction::refract;
 use crate::optics::screen::Screen;
+use crate::optics::shape::{Bending, Shape};
 use crate::optics::surface::Face;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::wavelet::{Arrival, Beamlet, Companion, Encounter};
@@ -64,21 +65,24 @@ impl Landing<Dual<4>> {
 }
 
 /// A screen as a ray of numbers `T` meets it.
-pub(crate) struct LocatedScreen<'a, T, A> {
+pub(crate) struct LocatedScreen<'a, T, A, S> {
     /// The screen as it is.
     pub screen: &'a Screen,
+    /// Its shape.
+    pub shape: &'a S,
     /// Where it stands.
     pub axes: &'a A,
     /// Refractive index on the side where the ray is.
     pub index: T,
 }
 
-impl<'a, T: Real> LocatedScreen<'a, T, Frame> {
+impl<'a, T: Real> LocatedScreen<'a, T, Frame, Shape> {
     /// A screen that stands still and that rays leave.
     #[inline(always)]
     pub(crate) fn left(screen: &'a Screen) -> Self {
         Self {
             screen,
+            shape: &screen.shape,
             axes: &screen.frame,
             index: T::constant(screen.index_behind()),
         }
@@ -89,6 +93,7 @@ impl<'a, T: Real> LocatedScreen<'a, T, Frame> {
     pub(crate) fn reached(screen: &'a Screen) -> Self {
         Self {
             screen,
+            shape: &screen.shape,
             axes: &screen.frame,
             index: T::constant(screen.index),
         }
@@ -101,8 +106,8 @@ impl<'a, T: Real> LocatedScreen<'a, T, Frame> {
 /// [`Loss::Evanescent`] when |p| is not below the index; [`Loss::Missed`] where a curved screen does not
 /// exist, or when the ray would leave on its wrong side.
 #[inline(always)]
-pub(crate) fn emit<T: Real, A: Axes<T>>(
-    from: &LocatedScreen<T, A>,
+pub(crate) fn emit<T: Real, A: Axes<T>, S: Bending<T>>(
+    from: &LocatedScreen<T, A, S>,
     at: [T; 2],
     p: [T; 2],
 ) -> Result<Ray<T>, Loss> {
@@ -113,8 +118,8 @@ pub(crate) fn emit<T: Real, A: Axes<T>>(
     }
     let local = Vec3::new(p[0], p[1], under.sqrt() * screen.leaves()) * (T::constant(1.0) / n);
     let mut z = T::constant(0.0);
-    if !screen.is_plane() {
-        let height = screen.shape.height(at[0], at[1]).ok_or(Loss::Missed)?;
+    if !from.shape.is_plane() {
+        let height = from.shape.height(at[0], at[1]).ok_or(Loss::Missed)?;
         let [sx, sy] = height.slope;
         let lift = local.z - local.x * sx - local.y * sy;
         if lift.any(|lift| lift * screen.leaves() <= 0.0) {
@@ -181,8 +186,8 @@ pub(crate) fn trace_train<T: Real, F: Face<T>, C: Companion<T>>(
 /// # Errors
 /// [`Loss::Missed`] when it runs parallel to the screen or away from the side it should arrive at.
 #[inline(always)]
-pub(crate) fn land<T: Real, A: Axes<T>, C: Companion<T>>(
-    to: &LocatedScreen<T, A>,
+pub(crate) fn land<T: Real, A: Axes<T>, S: Bending<T>, C: Companion<T>>(
+    to: &LocatedScreen<T, A, S>,
     ray: Ray<T>,
     companion: &mut C,
 ) -> Result<Landing<T>, Loss> {
@@ -192,7 +197,7 @@ pub(crate) fn land<T: Real, A: Axes<T>, C: Companion<T>>(
     if direction.z.any(|z| z * screen.arrives <= 0.0) {
         return Err(Loss::Missed);
     }
-    let length = screen.shape.meet(position, direction)?;
+    let length = to.shape.meet(position, direction)?;
     let n = to.index;
     companion.fly(length, n);
     let hit = position + direction * length;
@@ -220,10 +225,10 @@ pub(crate) struct BeamletStart<T> {
 /// # Errors
 /// How the ray was lost, if it was.
 #[inline(always)]
-pub(crate) fn carry_beamlet<T: Real, A: Axes<T>, F: Face<T>, B: Axes<T>>(
-    from: &LocatedScreen<T, A>,
+pub(crate) fn carry_beamlet<T: Real, A: Axes<T>, F: Face<T>, S: Bending<T>, B: Bending<T>>(
+    from: &LocatedScreen<T, A, S>,
     train: &[F],
-    to: &LocatedScreen<T, B>,
+    to: &LocatedScreen<T, A, B>,
     start: BeamletStart<T>,
 ) -> Result<Carried<T>, Loss> {
     let BeamletStart { at, p, q } = start;

@@ -17,6 +17,7 @@ use crate::math::vec3::Vec3;
 use crate::optics::deflection::transmitted;
 use crate::optics::frame::Axes;
 use crate::optics::ray::{Loss, Ray};
+use crate::optics::shape::Bending;
 use crate::optics::surface::Face;
 use crate::optics::system::Hop;
 use crate::wave::beamlet::wavelet::{Beamlet, Companion};
@@ -34,13 +35,13 @@ struct Standing<T> {
 impl<T: Real> Standing<T> {
     /// A ray that leaves with slopes P of its wave along the surface: p + q∇s = P and |p|² + q² = n², on the side
     /// where light leaves.
-    fn leaving<A: Axes<T>>(
-        from: &LocatedScreen<T, A>,
+    fn leaving<A: Axes<T>, S: Bending<T>>(
+        from: &LocatedScreen<T, A, S>,
         at: [T; 2],
         p: [T; 2],
     ) -> Result<(Self, Ray<T>), Loss> {
         let (screen, n) = (from.screen, from.index);
-        let height = screen.shape.height(at[0], at[1]).ok_or(Loss::Missed)?;
+        let height = from.shape.height(at[0], at[1]).ok_or(Loss::Missed)?;
         let [sx, sy] = height.slope;
         let steep = sx * sx + sy * sy + 1.0;
         let tilted = p[0] * sx + p[1] * sy;
@@ -63,10 +64,13 @@ impl<T: Real> Standing<T> {
     }
 
     /// A ray that has landed.
-    fn landed<A: Axes<T>>(to: &LocatedScreen<T, A>, landing: &Landing<T>) -> Result<Self, Loss> {
+    fn landed<A: Axes<T>, S: Bending<T>>(
+        to: &LocatedScreen<T, A, S>,
+        landing: &Landing<T>,
+    ) -> Result<Self, Loss> {
         let (screen, [px, py]) = (to.screen, landing.cosines);
         let [x, y] = landing.at;
-        let height = screen.shape.height(x, y).ok_or(Loss::Missed)?;
+        let height = to.shape.height(x, y).ok_or(Loss::Missed)?;
         let square = to.index * to.index - px * px - py * py;
         Ok(Self {
             along: square.sqrt() * screen.arrives,
@@ -102,23 +106,23 @@ impl<T: Real> Standing<T> {
 }
 
 /// A ray that leaves a screen with slopes p of its wave along the surface.
-fn ray_leaving<T: Real, A: Axes<T>>(
-    from: &LocatedScreen<T, A>,
+fn ray_leaving<T: Real, A: Axes<T>, S: Bending<T>>(
+    from: &LocatedScreen<T, A, S>,
     at: [T; 2],
     p: [T; 2],
 ) -> Result<Ray<T>, Loss> {
-    match from.screen.is_plane() {
+    match from.shape.is_plane() {
         true => emit(from, at, p),
         false => Ok(Standing::leaving(from, at, p)?.1),
     }
 }
 
 /// A landing with the slopes of its wave along the surface in place of its cosines.
-fn along_surface<T: Real, A: Axes<T>>(
-    to: &LocatedScreen<T, A>,
+fn along_surface<T: Real, A: Axes<T>, S: Bending<T>>(
+    to: &LocatedScreen<T, A, S>,
     landing: Landing<T>,
 ) -> Result<Landing<T>, Loss> {
-    if to.screen.is_plane() {
+    if to.shape.is_plane() {
         return Ok(landing);
     }
     let cosines = Standing::landed(to, &landing)?.slopes(landing.cosines);
@@ -185,14 +189,14 @@ impl Hop<'_> {
 ///
 /// # Errors
 /// How the ray was lost, if it was.
-pub(crate) fn carry_along<T: Real, A: Axes<T>, F: Face<T>, B: Axes<T>>(
-    from: &LocatedScreen<T, A>,
+pub(crate) fn carry_along<T: Real, A: Axes<T>, F: Face<T>, S: Bending<T>, B: Bending<T>>(
+    from: &LocatedScreen<T, A, S>,
     train: &[F],
-    to: &LocatedScreen<T, B>,
+    to: &LocatedScreen<T, A, B>,
     start: BeamletStart<T>,
 ) -> Result<Carried<T>, Loss> {
     let BeamletStart { at, p, q } = start;
-    let (ray, mut beamlet) = if from.screen.is_plane() {
+    let (ray, mut beamlet) = if from.shape.is_plane() {
         let ray = emit(from, at, p)?;
         (ray, Beamlet::launch(ray.direction, from.axes, q))
     } else {
@@ -203,9 +207,9 @@ pub(crate) fn carry_along<T: Real, A: Axes<T>, F: Face<T>, B: Axes<T>>(
     };
     let ray = trace_train(train, ray, &mut beamlet)?;
     let landing = land(to, ray, &mut beamlet)?;
-    let factor = transmitted(to.screen, landing.at, landing.cosines)?;
+    let factor = transmitted(to.screen, to.shape, landing.at, landing.cosines)?;
     let amplitude = beamlet.amplitude.scale(factor);
-    if to.screen.is_plane() {
+    if to.shape.is_plane() {
         return Ok(Carried {
             landing,
             amplitude,
