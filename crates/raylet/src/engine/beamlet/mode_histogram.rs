@@ -67,6 +67,14 @@ impl ModeHistogram {
         self.floor_below(self.strongest, share)
     }
 
+    /// The share of all modes that are at least this strong, to the width of a class.
+    pub(crate) fn share_from(&self, floor: f64) -> f64 {
+        let all: u64 = self.counts.iter().sum();
+        let class = (floor.to_bits() >> 52) as usize % CLASSES;
+        let strong: u64 = self.counts[class..].iter().sum();
+        strong as f64 / all.max(1) as f64
+    }
+
     /// The energy of the strongest mode.
     pub(crate) fn strongest(&self) -> f64 {
         self.strongest
@@ -116,5 +124,9 @@ mod tests {
         assert!(share < settings.target_error / 2.0, "{share:e}");
         assert!(floor <= 1e-6, "{floor:e}");
         assert!(floor > 1e-10, "{floor:e}");
+        let strong = modes.iter().filter(|c| c.norm_sqr() >= floor).count();
+        let share = strong as f64 / modes.len() as f64;
+        let found = ModeHistogram::of(modes.iter()).share_from(floor);
+        assert!((found / share - 1.0).abs() < 0.1, "{found} {share}");
     }
 }

@@ -48,6 +48,9 @@ const BEAMLETS_AT_ONCE: u64 = 1_000_000;
 /// Tiles from which the light that reaches the target is estimated.
 const SAMPLE: usize = 32;
 
+/// Tiles from which a forecast tells how many plane waves are followed.
+const FORECAST_SAMPLE: usize = 2;
+
 /// The light of sampled tiles is kept in this many times the room of one array.
 const KEPT: u64 = 4;
 
@@ -406,11 +409,37 @@ impl<'a> HopStep<'a> {
             all = all.merge(histogram);
             known.extend(kept);
         }
-        let floor = match self.settings.dropped {
+        (self.floor(&all).sqrt(), known)
+    }
+
+    /// The energy below which plane waves are left out.
+    fn floor(&self, all: &ModeHistogram) -> f64 {
+        match self.settings.dropped {
             Some(error) => all.floor_of_share((error / self.plan().share_of_dropped()).powi(2)),
             None => all.strongest() * self.settings.threshold.powi(2),
+        }
+    }
+
+    /// The share of the plane waves behind pixels that are strong enough to be followed where the source lights them, by the
+    /// windows of a few tiles. Pixels that repeat have few orders.
+    pub(crate) fn followed_share(&self) -> f64 {
+        let Some(element) = &self.element else {
+            return 1.0;
         };
-        (floor.sqrt(), known)
+        let k = self.hop.wavenumber();
+        let light = ArrivingLight::Source(&self.system.source, self.hop.from, k);
+        let run = self.run(&light, element);
+        let tiles = self.tiling.tiles();
+        let inside = |tile: &&Tile| {
+            let lit = self.tiling.lit(tile, element.aperture());
+            lit.iter().any(|window| window.edge == EdgeContact::Inside)
+        };
+        let lit: Vec<&Tile> = tiles.iter().filter(inside).collect();
+        let stride = lit.len().div_ceil(FORECAST_SAMPLE).max(1);
+        let sample = lit.iter().skip(stride / 2).step_by(stride);
+        let found = sample.filter_map(|tile| Some(run.histogram(tile)?.0));
+        let all = found.reduce(ModeHistogram::merge);
+        all.map_or(1.0, |all| all.share_from(self.floor(&all)))
     }
 
     /// Works on all tiles, some at a time; what they send is added in their order.

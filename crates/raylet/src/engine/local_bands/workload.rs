@@ -65,7 +65,11 @@ pub(crate) fn workload(
             }
             false => {
                 let dropped = settings.dropped.unwrap_or(settings.threshold);
-                (work_of_hop(&step, carriers, settings), dropped)
+                let share = match step.pixel_pitch() {
+                    Some(_) if number == 0 => step.followed_share(),
+                    _ => 1.0,
+                };
+                (work_of_hop(&step, carriers, settings, share), dropped)
             }
         };
         Ok(LocalBandWorkload {
@@ -77,8 +81,14 @@ pub(crate) fn workload(
     .collect()
 }
 
-/// What a hop takes: its windows, each with the mean over carriers.
-fn work_of_hop(step: &HopStep, carriers: &[Carrier], settings: &LocalBandSettings) -> Work {
+/// What a hop takes: its windows, each with the mean over carriers. Of their plane waves a `share` is strong enough to be
+/// followed.
+fn work_of_hop(
+    step: &HopStep,
+    carriers: &[Carrier],
+    settings: &LocalBandSettings,
+    share: f64,
+) -> Work {
     let [inside, cut] = step.lit_windows().map(|count| count as f64);
     let one = |carrier: &Carrier| {
         let start = ChirpedStart {
@@ -94,7 +104,7 @@ fn work_of_hop(step: &HopStep, carriers: &[Carrier], settings: &LocalBandSetting
         };
         let transforms = inside * waves.transform_seconds(step)
             + cut * waves.transform_seconds_at_edge(step, settings);
-        let rays = inside * waves.followed(false) + cut * waves.followed(true);
+        let rays = share * (inside * waves.followed(false) + cut * waves.followed(true));
         let values = rays * values(step, &start, &waves.bounds);
         let traced = WAVE + SURFACE * (as_conics(step.hop.train) + 1.0);
         Work {
@@ -273,7 +283,7 @@ pub(crate) fn quickest_widths(
             if narrower < 1.0 && aberration > error {
                 break;
             }
-            let seconds = work_of_hop(&step, carriers, &tried).seconds;
+            let seconds = work_of_hop(&step, carriers, &tried, 1.0).seconds;
             if seconds < best {
                 best = seconds;
                 if let Some(chosen) = sigmas.get_mut(number) {
