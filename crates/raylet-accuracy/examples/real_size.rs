@@ -41,10 +41,9 @@ pixels, for the modulator 16 × 16. For the combiner the reference is the Raylei
 const TAIL: &str = "
 ## What is not there yet
 
-The modulator goes by beamlets from a whole field. Its array of spots takes 27 s of processor time and 0.75 GB by local bands
-(`--method local_bands`), but a forecast does not know how few directions its light has, and random pixels take 95 s in this
-way. The expected error behind pixels counts the light that the edges of the lenses in front diffract, which pixels send
-everywhere; the reference does not know it.
+With random pixels the modulator goes by beamlets from a whole field and takes three times as long as with its array of spots,
+which has few directions and goes by local bands. The expected error behind pixels counts the light that the edges of the
+lenses in front diffract, which pixels send everywhere; the reference does not know it.
 
 The expected errors of the hybrid achromat and of the element behind a strong lens are up to 1.7 times too small. For the
 achromat what is missing grows with the square of the window's width.
@@ -56,7 +55,7 @@ run at 10° did not end within ten minutes and took 900 MB, because the windows 
 On the axis of the patented lens for a phone the expected error is half of the measured one. Its surfaces have third powers of
 the radius, whose third derivatives jump at the vertex.
 
-All rows are of one run, on two threads of an AMD EPYC at 2.6 GHz.
+All rows are of one run, those of the modulator and the telescope of a later one, on two threads of an AMD EPYC at 2.6 GHz.
 On another machine the triplet took 0.6 of these times.
 
 The edge of the combiner sends 6e-3 of the field into the eye box, at 20° to the light. Local bands leave this light out, and
