@@ -200,8 +200,10 @@ def test_a_run_names_its_own_arguments_and_those_of_files(tmp_path: Path) -> Non
     with pytest.raises(TypeError, match=r"^System.linearised: parameters is \[3\], expected a list of paths"):
         whole().linearised(parameters=[3])  # type: ignore[list-item]
     curved = system().add_doe(LENS, aperture=DISC, radius_mm=20.0, thickness_mm=5.0, name="back")
+    curved.add_sensor(pixels=(1, 1), pitch_um=1.0).settings(method="beamlet")
     with pytest.raises(raylet.RayletError, match="^System.linearised: parameter 'element.*' changes .* element 'back'"):
-        curved.add_sensor(pixels=(1, 1), pitch_um=1.0).linearised(parameters=["element[0].radius_mm"])
+        curved.linearised(parameters=["element[0].radius_mm"])
+    curved.settings(method="auto").linearised(parameters=["element[0].radius_mm"])
     # What a file says is at its line.
     text = whole().to_toml().replace('ambient = "air"', 'ambient = "gls"')
     (tmp_path / "scene.toml").write_text(text)
