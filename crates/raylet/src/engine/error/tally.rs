@@ -60,7 +60,7 @@ impl Fate {
 }
 
 /// What the aberration about a centre outside the aperture does to the light inside it, as a part. Of two lenses for phones,
-/// on axis and off it, with windows of 50 to 80 µm, the error is 0.15 to 1.3 of that aberration; of 16 runs 10 are within a
+/// on axis and off it, with windows of 50 to 80 µm, the error is 0.13 to 1.2 of that aberration; of 16 runs 10 are within a
 /// factor of 1.6 of this part.
 pub(crate) const OUTSIDE: f64 = 0.3;
 
