@@ -89,7 +89,8 @@ fn powers<T: Real>(coefficients: &[f64], x: T, y: T) -> T {
 }
 
 /// Adds Σ aᵢ rⁱ to a height, as a function of u = r² with two derivatives: with f(u) for that sum the slope is 2x·f′, the
-/// second derivatives are 2δ·f′ + 4xx·f″. A fourth of the time of [`powers`] with derivatives along x and y.
+/// second derivatives are 2δ·f′ + 4xx·f″. Rays through eight such surfaces are planned in half the time that [`powers`] with
+/// derivatives along x and y takes.
 fn add_radial<T: Real>(base: Height<T>, coefficients: &[f64], x: T, y: T) -> Height<T> {
     let u = x * x + y * y;
     let zero = T::constant(0.0);
