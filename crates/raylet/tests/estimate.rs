@@ -170,8 +170,8 @@ fn the_sensor_of_a_telescope_follows_a_chief_ray_that_is_stopped() {
     );
 }
 
-/// Windows outside the stop start their beamlets where the surfaces of a lens for a phone bend steeply. What that does to the
-/// field was in no estimate: 3.1e-3 was told of an error of 1.2e-2.
+/// Windows outside the stop start their beamlets where the surfaces of a lens for a phone bend steeply. No estimate
+/// had this error: one of 3.1e-3 stood beside an error of 1.2e-2.
 #[test]
 fn windows_outside_the_stop_count_in_the_estimate() {
     let system = at_angle("phone_lens", 0.0);

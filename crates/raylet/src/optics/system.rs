@@ -1,8 +1,9 @@
 //! A whole optical system at one wavelength: screens joined by trains of surfaces.
 
-use crate::optics::screen::Screen;
+use crate::optics::aperture::Aperture;
+use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::source::Source;
-use crate::optics::surface::Surface;
+use crate::optics::surface::{Surface, without_edges};
 
 /// Screens joined by trains; flat and immutable.
 ///
@@ -34,6 +35,22 @@ pub struct Hop<'a> {
 }
 
 impl System {
+    /// The same system without the edges of its elements, stops and surfaces.
+    pub(crate) fn without_edges(&self) -> Self {
+        let mut open = self.clone();
+        for screen in &mut open.screens {
+            match &mut screen.kind {
+                ScreenKind::Stop(aperture) => *aperture = Aperture::OPEN,
+                ScreenKind::Doe(doe) => doe.aperture = Aperture::OPEN,
+                ScreenKind::Sensor(_) => {}
+            }
+        }
+        for train in &mut open.trains {
+            *train = without_edges(train);
+        }
+        open
+    }
+
     /// Power for |U|² = 1 in a medium of this index, relative to the ambient medium.
     pub(crate) fn power_in(&self, index: f64) -> f64 {
         index / self.screens.first().map_or(index, |first| first.index)

@@ -10,9 +10,7 @@ use rayon::prelude::*;
 
 use crate::engine::geometrical::ray_tube::{RayTube, inverse, trace_tube};
 use crate::math::vec3::Vec3;
-use crate::optics::aperture::Aperture;
 use crate::optics::screen::{Screen, ScreenKind};
-use crate::optics::surface::without_edges;
 use crate::optics::system::System;
 use crate::wave::grid::field::{Field, Grid};
 
@@ -186,22 +184,6 @@ fn prepare(system: &System) -> Result<(&Screen, Grid), EikonalError> {
     }
 }
 
-/// The same system with nothing in the way, for rays that seek their pixel from beside an edge.
-fn opened(system: &System) -> System {
-    let mut open = system.clone();
-    for screen in &mut open.screens {
-        match &mut screen.kind {
-            ScreenKind::Stop(aperture) => *aperture = Aperture::OPEN,
-            ScreenKind::Doe(doe) => doe.aperture = Aperture::OPEN,
-            ScreenKind::Sensor(_) => {}
-        }
-    }
-    for train in &mut open.trains {
-        *train = without_edges(train);
-    }
-    open
-}
-
 /// Finds the rays that end at pixel centres.
 struct PixelRays<'a> {
     system: &'a System,
@@ -217,7 +199,7 @@ impl<'a> PixelRays<'a> {
         let cell = [x1 - x0, y1 - y0].map(|width| width / CELLS as f64);
         Self {
             system,
-            open: opened(system),
+            open: system.without_edges(),
             grid,
             start: [x0, y0],
             cell,

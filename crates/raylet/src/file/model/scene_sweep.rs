@@ -7,9 +7,7 @@ use crate::file::result::channel::Place;
 use crate::file::scene::illumination::Illumination;
 use crate::file::scene::scene_file::Scene;
 use crate::file::scene::variable::{VariableAddress, VariableScene};
-use crate::optics::aperture::Aperture;
-use crate::optics::screen::{Screen, ScreenKind};
-use crate::optics::system::System;
+use crate::optics::screen::Screen;
 
 /// The scene with its light and its sensor at a place. If the sensor is to `follow`, it moves aside with the chief ray of
 /// the first wavelength: the ray through the middle of the first element, also where an obstruction stops it.
@@ -86,22 +84,6 @@ fn with_numbers(scene: &Scene, numbers: &[(String, f64)]) -> Result<Scene, Fault
     varied.with_parameters(&addresses, &values)
 }
 
-/// The system without the edges of its elements, stops and surfaces.
-fn without_edges(system: &System) -> System {
-    let mut open = system.clone();
-    for screen in &mut open.screens {
-        match &mut screen.kind {
-            ScreenKind::Stop(aperture) => *aperture = Aperture::OPEN,
-            ScreenKind::Doe(doe) => doe.aperture = Aperture::OPEN,
-            ScreenKind::Sensor(_) => {}
-        }
-    }
-    for surface in open.trains.iter_mut().flatten() {
-        surface.aperture = Aperture::OPEN;
-    }
-    open
-}
-
 /// The scene with its sensor about the chief ray.
 fn following(scene: &Scene) -> Result<Scene, Fault> {
     let system = build::system(scene, 0)?;
@@ -110,7 +92,7 @@ fn following(scene: &Scene) -> Result<Scene, Fault> {
     let middle = (system.screens.first().and_then(Screen::bounds))
         .map(|[x0, x1, y0, y1]| [0.5 * (x0 + x1), 0.5 * (y0 + y1)]);
     // Telescopes stop their chief ray: it goes on without edges.
-    let open = without_edges(&system);
+    let open = system.without_edges();
     let hit = middle.and_then(|at| {
         let ways = [&system, &open].map(|system| trace_system(system, &system.source, at));
         let chief = ways.into_iter().find(|ray| ray.lost.is_none())?;
