@@ -121,3 +121,12 @@ def complex_column(name: str, value: Any, rays: int) -> NDArray[np.complex128]:
     if array.shape != (rays,):
         raise ValueError(f"{name} has shape {array.shape}, expected ({rays},)")
     return array
+
+
+def thread_count(threads: Any) -> int | None:
+    """A number of threads; None for all processors."""
+    if threads is None or (isinstance(threads, (int, np.integer)) and not isinstance(threads, bool)):
+        if threads is not None and not 1 <= threads <= 1024:
+            raise ValueError(f"threads is {shown(threads)}, expected from 1 to 1024")
+        return None if threads is None else int(threads)
+    raise TypeError(f"threads is {type_name(threads)}, expected a whole number")

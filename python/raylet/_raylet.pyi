@@ -224,13 +224,17 @@ def sensor_panels(
     """
 
 def simulate(
-    scene: Scene, arrays: dict[str, NDArray[Any]], threads: SupportsIndex | None, progress: Any | None
-) -> tuple[list[NDArray[complex128]], NDArray[float64], NDArray[float64], list[NDArray[float64] | None], str]:
+    scenes: SupportsGetItem[int, Scene],
+    arrays: SupportsGetItem[int, dict[str, NDArray[Any]]],
+    threads: SupportsIndex | None,
+    progress: Any | None,
+) -> list[tuple[list[NDArray[complex128]], NDArray[float64], NDArray[float64], list[NDArray[float64] | None], str]]:
     """
-    Carries the light of every wavelength to the sensor.
+    Carries the light of every wavelength of several scenes to their sensors, side by side; the settings are those of the
+    first scene.
 
-    Returns (fields, x, y, standard errors, report as JSON): for each wavelength the complex field [y, x], whose
-    memory is the library's own; the pixel centres in mm; float64 [y, x] or None.
+    Returns for each scene (fields, x, y, standard errors, report as JSON): for each wavelength the complex field [y, x],
+    whose memory is the library's own; the pixel centres in mm; float64 [y, x] or None.
     """
 
 def trace(

@@ -6,17 +6,18 @@ import csv
 import io
 import os
 import warnings
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any, TypedDict
 
 import numpy as np
 from numpy.typing import NDArray
 
-from raylet._arrays import real
+from raylet import _raylet
+from raylet._arrays import real, thread_count
 from raylet._document import write
 from raylet._refusal import RayletError, described, shown
 from raylet.layers import keep_wavelength
-from raylet.progress import Progress
+from raylet.progress import Progress, reporting
 from raylet.result import Result
 from raylet.sweep_table import FIELDS, SweepTable
 
@@ -51,17 +52,42 @@ def sweep(system: System, lists: Mapping[str, Any], follow: bool, settings: RunS
         _check_fields(names[0], fields, system._document["source"]["kind"])
     if distances is not None and len(system._document["element"]) < 2:
         raise RayletError(f"{names[2]} lead from the last element to the sensor, found no element")
-    results = []
-    for field in _or_as_it_is(fields):
-        for wave in _or_as_it_is(waves):
-            for distance in _or_as_it_is(distances):
-                result = _at(system, field, wave, distance, follow)._run(**settings)
-                # The line that is warned of is the user's: three calls lead from it to here.
-                for warning in result.warnings:
-                    warnings.warn(warning, stacklevel=4)
-                results.append(result)
+    systems = [
+        _at(system, field, wave, distance, follow)
+        for field in _or_as_it_is(fields)
+        for wave in _or_as_it_is(waves)
+        for distance in _or_as_it_is(distances)
+    ]
+    results = run_all(systems, **settings)
+    for result in results:
+        # The line that is warned of is the user's: three calls lead from it to here.
+        for warning in result.warnings:
+            warnings.warn(warning, stacklevel=4)
     angles, lengths, ways = (None if values is None else values.tolist() for values in (fields, waves, distances))
     return Sweep(angles, lengths, ways, results)
+
+
+def run_all(
+    systems: Sequence[System],
+    *,
+    method: str | None = None,
+    target_error: float | None = None,
+    threads: int | None = None,
+    memory_limit_mb: float | None = None,
+    seed: int | None = None,
+    progress: Progress = None,
+) -> list[Result]:
+    """The results of systems that run side by side, each at all its wavelengths; warns of nothing."""
+    chosen = {"method": method, "target_error": target_error, "memory_limit_mb": memory_limit_mb}
+    given = {key: value for key, value in chosen.items() if value is not None}
+    scenes = [system._compiled(seed, given) for system in systems]
+    arrays = [system._arrays for system in systems]
+    with reporting(progress, "to '{}'" if len(systems) == 1 else "{}") as report:
+        answers = _raylet.simulate(scenes, arrays, thread_count(threads), report)
+    return [
+        Result._of(answer, several=isinstance(system._document["wavelength_um"], list), title=system.title)
+        for system, answer in zip(systems, answers)
+    ]
 
 
 def _checked(name: str, given: Any, axes: int) -> NDArray[np.float64]:

@@ -12,16 +12,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from raylet import _raylet
-from raylet._arrays import number, real
+from raylet._arrays import number, real, thread_count
 from raylet._calls import public_calls
 from raylet._document import without_none
 from raylet._refusal import MOST_WAVES, cut, described, shown, type_name
 from raylet.design import Design, design, hologram
 from raylet.linearised_system import LinearisedSystem
 from raylet.prescription import Prescription
-from raylet.progress import Progress, reporting
+from raylet.progress import Progress
 from raylet.result import Result
-from raylet.sweep import RunSettings, Sweep, sweep
+from raylet.sweep import RunSettings, Sweep, run_all, sweep
 from raylet.trace import Rays, trace, trace_from
 
 if TYPE_CHECKING:
@@ -156,9 +156,11 @@ class System(Prescription):
         method : "auto", "beamlet", "local_bands", "plane" or "paper".
         target_error : relative error of the complex field that automatic choices aim at, by the power of ten at or
             below it; 1e-3 unless the scene says otherwise.
-        threads : processors to use; all of them by default. Each of several runs uses them all.
+        threads : processors to use; all of them by default. Several runs share them side by side: the first one has
+            them all, and shows how many of the others fit into the memory limit together.
         memory_limit_mb : most memory that arrays may take, in 10⁶ bytes; half of what is free at the start if `None`.
-            Each of several runs keeps to it, one after the other; the stack holds the fields on the sensor alone.
+            Each of several runs is planned with all of it, so that its bits are those that it has alone. The fields on
+            the sensor, which the stack holds, come on top.
         seed : of whatever is drawn at random.
         progress : a function of (share done, what is being done), True for a tqdm bar, False for nothing; by default a
             bar where tqdm is installed and somebody watches.
@@ -172,7 +174,7 @@ class System(Prescription):
             return sweep(self, lists, follow, settings)
         if follow:
             raise TypeError("follow goes with fields, wavelengths or distances, found none of them")
-        result = self._run(**settings)
+        (result,) = run_all([self], **settings)
         for warning in result.warnings:
             warnings.warn(warning, stacklevel=3)
         return result
@@ -192,23 +194,6 @@ class System(Prescription):
             raise TypeError("sweep takes fields, wavelengths_um or distances_mm, found none of them")
         return sweep(self, lists, follow, settings)
 
-    def _run(
-        self,
-        *,
-        method: str | None = None,
-        target_error: float | None = None,
-        threads: int | None = None,
-        memory_limit_mb: float | None = None,
-        seed: int | None = None,
-        progress: Progress = None,
-    ) -> Result:
-        """One run of all wavelengths, which warns of nothing."""
-        chosen = {"method": method, "target_error": target_error, "memory_limit_mb": memory_limit_mb}
-        scene = self._compiled(seed, {key: value for key, value in chosen.items() if value is not None})
-        with reporting(progress) as report:
-            answer = _raylet.simulate(scene, self._arrays, _threads(threads), report)
-        return Result._of(answer, several=isinstance(self._document["wavelength_um"], list), title=self.title)
-
     def linearised(
         self,
         *elements: str,
@@ -227,7 +212,7 @@ class System(Prescription):
         paths = _paths("linearised", "parameters", parameters)
         chosen = {"method": method, "target_error": target_error, "memory_limit_mb": memory_limit_mb}
         scene = self._compiled(seed, {key: value for key, value in chosen.items() if value is not None})
-        return LinearisedSystem(self, elements, paths, _threads(threads), scene)
+        return LinearisedSystem(self, elements, paths, thread_count(threads), scene)
 
     def trace(
         self,
@@ -267,12 +252,12 @@ class System(Prescription):
                 raise TypeError("trace takes start_mm and cosines together, found one of them")
             if any(np.any(value) for value in (Hx, Hy, Px, Py)):
                 raise TypeError("trace takes start_mm and cosines in place of Hx, Hy, Px, Py, found both")
-            return trace_from(self, start_mm, cosines, self._channel(channel), names, _threads(threads))
+            return trace_from(self, start_mm, cosines, self._channel(channel), names, thread_count(threads))
         chosen = {"field_deg": field_deg, "field_mm": field_mm}
         scale = [None if value is None else number(f"System.trace: {key}", value) for key, value in chosen.items()]
         source = json.loads(self._compiled().to_json())["source"]
         return trace(
-            self, source, (Hx, Hy, Px, Py), (scale[0], scale[1]), self._channel(channel), names, _threads(threads)
+            self, source, (Hx, Hy, Px, Py), (scale[0], scale[1]), self._channel(channel), names, thread_count(threads)
         )
 
     # What is sought.
@@ -311,7 +296,7 @@ class System(Prescription):
             raise TypeError(f"naive is {type_name(naive)}, expected True or False")
         table = {"target": target, "element": element, "size_mm": size_mm, "iterations": iterations}
         given = {**table, "efficiency_goal": efficiency_goal, **keys}
-        return hologram(self, given, naive=naive, threads=_threads(threads), progress=progress)
+        return hologram(self, given, naive=naive, threads=thread_count(threads), progress=progress)
 
     def design(
         self,
@@ -354,7 +339,7 @@ class System(Prescription):
             raise TypeError("resume goes on from checkpoints, expected their folder as checkpoints")
         keeping = None if checkpoints is None else (checkpoints, bool(resume))
         tables = ({**given, **keys}, hologram or {})
-        return design(self, *tables, keeping=keeping, threads=_threads(threads), progress=progress)
+        return design(self, *tables, keeping=keeping, threads=thread_count(threads), progress=progress)
 
     def check(self) -> list[str]:
         """What there is to know before a run, such as light that is clipped, pixels that do not fill their aperture,
@@ -425,14 +410,6 @@ class System(Prescription):
             lines = str(error).splitlines() or [type(error).__name__]
             return f"{head}, {len(self._document['element'])} elements; not complete: {cut(lines[0])}>"
         return f"{head}>\n{_table(parts)}"
-
-
-def _threads(threads: Any) -> int | None:
-    if threads is None or (isinstance(threads, (int, np.integer)) and not isinstance(threads, bool)):
-        if threads is not None and not 1 <= threads <= 1024:
-            raise ValueError(f"threads is {shown(threads)}, expected from 1 to 1024")
-        return None if threads is None else int(threads)
-    raise TypeError(f"threads is {type_name(threads)}, expected a whole number")
 
 
 def _paths(call: str, name: str, paths: Any) -> list[str]:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -40,6 +41,32 @@ def test_a_sweep_is_the_runs_that_it_stands_for() -> None:
     long = system.sweep(distances_mm=[9.0, 10.0, 11.0])
     assert np.array_equal(long.field, focus.field) and long.dims == focus.dims
     assert "data:image/png" in found.results[0, 0]._repr_html_() and "<pre>" in system._repr_html_()
+
+
+def test_runs_side_by_side_have_the_bits_that_they_have_alone() -> None:
+    system = raylet.System(wavelength_um=0.5).add_doe(
+        raylet.lens(focal_length_mm=10.0), aperture=raylet.disc(0.2), thickness_mm=10.0
+    )
+    system.add_sensor(pixels=(12, 10), pitch_um=3.0)
+    ways, seen = [9.0, 9.5, 10.0, 10.5, 11.0], []
+    found = system.simulate(distances=ways, threads=4, progress=lambda share, what: seen.append((share, what)))
+    for way, field in zip(ways, found.field):
+        assert np.array_equal(field, system.simulate(distances=[way], threads=1).field[0])
+    assert max(share for share, _ in seen) <= 1.0 and seen[-1][0] == 1.0
+    assert all(re.fullmatch(r"run [1-5] of 5 to 'element\[1\]'( \(attempt \d\))?", what) for _, what in seen)
+
+
+def test_the_first_run_that_fails_is_told_and_a_stop_ends_all() -> None:
+    system = raylet.System(wavelength_um=0.5).add_stop(raylet.disc(0.02), thickness_mm=1.0)
+    system.add_sensor(pixels=(4, 4), pitch_um=3.0)
+    with pytest.raises(raylet.RayletError, match=r"thickness_mm"):
+        system.simulate(distances=[1.0, -1.0, 2.0])
+
+    def stop(share: float, what: str) -> None:
+        raise KeyboardInterrupt
+
+    with pytest.raises(KeyboardInterrupt):
+        system.simulate(distances=[1.0, 2.0, 3.0], progress=stop)
 
 
 @pytest.mark.parametrize(

@@ -87,9 +87,9 @@ impl Reference {
             approach: self.method,
             patience: 3600.0 * self.most_hours,
         };
-        let meter = Meter::new();
+        let meter = Meter::new(systems.len());
         let (mut channels, mut fields) = (Vec::new(), Vec::new());
-        for system in systems {
+        for (number, system) in systems.iter().enumerate() {
             let clock = Instant::now();
             let run = match systems.len() {
                 1 => String::new(),
@@ -111,7 +111,7 @@ impl Reference {
                 if progress.done > 0.0 {
                     tell();
                 }
-                meter.note(&run, progress)
+                meter.note(number, &run, progress)
             };
             let found = reference(system, settings, choice, &note).map_err(refused)?;
             tell();

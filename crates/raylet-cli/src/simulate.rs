@@ -5,9 +5,10 @@ use std::path::{Path, PathBuf};
 use std::time::Instant;
 
 use clap::Args;
-use raylet::engine::chain::simulate::simulate;
+use raylet::engine::chain::outcome::Progress;
 use raylet::engine::error::run_warnings::excess;
 use raylet::engine::plan::settings::Settings;
+use raylet::engine::sweep::simulate_all::{FinishedRun, simulate_all};
 use raylet::file::model::build;
 use raylet::file::result::channel::Channel;
 use raylet::file::result::hop_entry::HopEntry;
@@ -91,18 +92,21 @@ struct Carried {
     errors: Vec<StandardError>,
 }
 
+/// All runs, as many side by side as threads and memory allow.
 fn carry_all(runs: &[Run], settings: &Settings) -> Result<Carried, Failure> {
-    let meter = Meter::new();
+    let names: Vec<String> = match runs {
+        [_] => vec![String::new()],
+        _ => runs.iter().map(|run| run.name() + ", ").collect(),
+    };
+    let meter = Meter::new(runs.len());
+    let note = |number: usize, progress: Progress| {
+        let name = names.get(number).map_or("", String::as_str);
+        meter.note(number, name, progress);
+    };
+    let finished =
+        simulate_all(runs, settings, &note).map_err(|(run, error)| run.fault(settings, &error))?;
     let mut carried = Carried::default();
-    for run in runs {
-        let (clock, system) = (Instant::now(), &run.system);
-        let name = match runs.len() {
-            1 => String::new(),
-            _ => run.name() + ", ",
-        };
-        let outcome = simulate(system, settings, &|progress| meter.note(&name, progress))
-            .map_err(|error| run.fault(settings, &error))?;
-        let seconds = clock.elapsed().as_secs_f64();
+    for (run, FinishedRun { outcome, seconds }) in runs.iter().zip(finished) {
         carried.channels.push(Channel {
             place: run.place,
             ..Channel::new(&outcome, settings, seconds)

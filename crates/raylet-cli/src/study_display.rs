@@ -10,8 +10,9 @@ pub(crate) struct StudyDisplay;
 
 impl ProgressDisplay for StudyDisplay {
     fn run(&self) -> RunDisplay<'_> {
-        let meter = Meter::new();
-        Box::new(move |run, progress| meter.note(run, progress))
+        // One run follows another.
+        let meter = Meter::new(1);
+        Box::new(move |run, progress| meter.note(0, run, progress))
     }
 
     fn search(&self, name: &str, before: usize, total: usize) -> Box<dyn SearchDisplay + '_> {

@@ -73,6 +73,12 @@ impl Sweep {
     }
 }
 
+impl AsRef<System> for Run {
+    fn as_ref(&self) -> &System {
+        &self.system
+    }
+}
+
 impl Run {
     /// What tells it from the others.
     pub(crate) fn name(&self) -> String {

@@ -14,6 +14,7 @@
 //! | [`external`] | Rays of other ray tracers at a diffractive element |
 //! | [`local_bands`] | Screens that are never held as a whole: their light tile by tile |
 //! | [`chain`] | Runs of a whole system, forward and back |
+//! | [`sweep`] | Several runs side by side |
 //! | [`progress`] | Progress callbacks, and how they cancel long work |
 
 #![expect(
@@ -33,4 +34,5 @@ pub mod plan;
 pub mod plane_wave;
 pub mod progress;
 pub mod rims;
+pub mod sweep;
 pub mod trace;
