@@ -134,16 +134,12 @@ def _at(system: System, field: Any, wavelength_um: Any, distance_mm: Any, follow
 
 def _following(system: System) -> System:
     """The system with its sensor about the chief ray."""
-    chief = system.trace()
-    hit = np.array([chief.x[-1], chief.y[-1], chief.z[-1]]).ravel()
-    if not np.isfinite(hit).all():
+    landing = _raylet.chief_landing(system._compiled(), system._arrays)
+    if landing is None:
         raise RayletError("the chief ray does not come to the sensor, expected that it does: set follow=False")
     moved = system._copy()
     row = moved._document["element"][-1]
-    x, y = row.get("decenter_mm", (0.0, 0.0))
-    last = system.parts[-1]
-    right, up = (float(np.dot(hit - last["position_mm"], axis)) for axis in last["axes"][:2])
-    row["decenter_mm"] = [x + right, y + up]
+    row["decenter_mm"] = [old + aside for old, aside in zip(row.get("decenter_mm", (0.0, 0.0)), landing)]
     return moved
 
 

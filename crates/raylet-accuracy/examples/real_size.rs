@@ -6,7 +6,7 @@
 use std::error::Error;
 use std::process::Command;
 
-use raylet_accuracy::real_size::cases::{Case, cases};
+use raylet_accuracy::real_size::cases::{Case, cases, convergence};
 use raylet_accuracy::real_size::measure::{Measured, measure};
 
 /// What stands before the table.
@@ -36,6 +36,15 @@ pixels, for the modulator 16 × 16. For the combiner the reference is the Raylei
 
 | system | mask | field | processor | wall | peak | expected | measured |
 | --- | --- | --- | --- | --- | --- | --- | --- |";
+
+/// What stands before the second table.
+const CONVERGENCE: &str = "
+## Errors and target errors
+
+The same systems where another error is aimed at. The references themselves are good to some 1e-5.
+
+| system | mask | field | target | processor | wall | peak | expected | measured |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- |";
 
 /// What stands behind it.
 const TAIL: &str = "
@@ -67,24 +76,36 @@ fn main() -> Result<(), Box<dyn Error>> {
     let words: Vec<String> = std::env::args().collect();
     let behind = |name: &str| words.iter().skip_while(|word| *word != name).nth(1);
     if let Some(name) = behind("--case") {
-        return match cases().iter().find(|case| case.key() == *name) {
-            Some(case) => run(case),
+        let mut all = cases().into_iter().chain(convergence());
+        return match all.find(|case| case.key() == *name) {
+            Some(case) => run(&case),
             None => Err(format!("no case is named '{name}'").into()),
         };
     }
     let threads = std::thread::available_parallelism()?.to_string();
     println!("{}", HEAD.replace("THREADS", &threads));
-    for case in cases() {
-        let name = case.key();
-        if behind("--only").is_none_or(|only| name.contains(only)) {
-            let this = std::env::current_exe()?;
-            let ended = Command::new(this).args(["--case", &name]).status()?;
-            if !ended.success() {
-                println!("{} ended with {ended} | | | | |", place(&case));
-            }
-        }
+    for case in &cases() {
+        apart(case, behind("--only"))?;
+    }
+    println!("{CONVERGENCE}");
+    for case in &convergence() {
+        apart(case, behind("--only"))?;
     }
     println!("{TAIL}");
+    Ok(())
+}
+
+/// Runs a case in a process of its own, if its name holds a word.
+fn apart(case: &Case, only: Option<&String>) -> Result<(), Box<dyn Error>> {
+    let name = case.key();
+    if only.is_some_and(|only| !name.contains(only)) {
+        return Ok(());
+    }
+    let this = std::env::current_exe()?;
+    let ended = Command::new(this).args(["--case", &name]).status()?;
+    if !ended.success() {
+        println!("{} ended with {ended} | | | | |", place(case));
+    }
     Ok(())
 }
 
@@ -100,7 +121,14 @@ fn run(case: &Case) -> Result<(), Box<dyn Error>> {
 /// The cells that name a case.
 fn place(case: &Case) -> String {
     let scene = case.scene.replace('_', " ");
-    format!("| {scene} | {} | {}° |", case.place(), case.angle_deg)
+    let target = case
+        .target
+        .map_or(String::new(), |target| format!(" {target:.0e} |"));
+    format!(
+        "| {scene} | {} | {}° |{target}",
+        case.place(),
+        case.angle_deg
+    )
 }
 
 fn row(case: &Case, found: &Measured) -> String {

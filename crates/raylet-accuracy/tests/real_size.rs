@@ -4,8 +4,13 @@ use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use num_complex::Complex64;
 use raylet::engine::chain::simulate::simulate;
+use raylet::file::model::build;
+use raylet::file::model::scene_sweep::scene_at_place;
+use raylet::file::result::channel::Place;
+use raylet::file::scene::scene_file::Scene;
 use raylet_accuracy::numerics::quadrature::gauss_legendre;
-use raylet_testkit::scenes::scene_system;
+use raylet_accuracy::objective::ray_integral::chief_landing;
+use raylet_testkit::scenes::{scene_path, scene_system};
 
 /// Focal length of the telescope, radii of its aperture and obstruction, and half the width of a vane, in mm.
 const FOCAL: f64 = 500.0;
@@ -61,4 +66,27 @@ fn a_telescope_with_a_spider_has_the_transform_of_its_aperture() {
     }
     let error = (off / all).sqrt();
     assert!(error < 3e-4, "{error:e}");
+}
+
+/// A sensor follows the ray through the middle of the stop inside an objective, which is not its first element.
+#[test]
+fn sensors_follow_the_ray_through_an_inner_stop() {
+    let scene = Scene::read(&scene_path("real_size/cooke_triplet")).unwrap();
+    for angle in [-20.0, 0.0, 14.0, 20.0] {
+        let place = Place {
+            angle_deg: Some([angle, 3.0]),
+            ..Place::default()
+        };
+        let [system, followed] = [false, true]
+            .map(|follow| build::system(&scene_at_place(&scene, &place, follow).unwrap(), 0));
+        let (system, followed) = (system.unwrap(), followed.unwrap());
+        let expected = chief_landing(&system, [0.0; 2]).unwrap();
+        let [before, after] =
+            [&system, &followed].map(|of| of.screens.last().unwrap().frame.origin);
+        let off = [
+            after.x - before.x - expected[0],
+            after.y - before.y - expected[1],
+        ];
+        assert!(off[0].hypot(off[1]) < 1e-6, "{angle}: {off:?}");
+    }
 }

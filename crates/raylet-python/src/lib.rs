@@ -58,7 +58,7 @@ mod _raylet {
     #[pymodule_export]
     use crate::simulate::simulate;
     #[pymodule_export]
-    use crate::trace::trace;
+    use crate::trace::{chief_landing, trace};
 
     #[pymodule_export]
     #[expect(non_upper_case_globals, reason = "Python's name for it")]

@@ -48,6 +48,18 @@ pub(crate) struct Starts<'py> {
     free: bool,
 }
 
+/// Where the chief ray of the first wavelength meets the sensor, in mm on the sensor's axes; None where it does not.
+#[pyfunction]
+pub(crate) fn chief_landing(
+    py: Python<'_>,
+    scene: &Scene,
+    arrays: ByPath<'_>,
+) -> PyResult<Option<(f64, f64)>> {
+    let system = scene.system(py, &arrays, 0)?;
+    let landing = py.detach(|| raylet::engine::geometrical::chief_ray::chief_landing(&system));
+    Ok(landing.map(|[x, y]| (x, y)))
+}
+
 /// Rays by their `starts`, a dictionary: their places "pupil" (rays, 2) on the first screen, in units of the half
 /// widths of its aperture, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
 /// source. If "free" is true, "pupil" are points (rays, 3) in mm where the rays start, and "light" their unit

@@ -206,3 +206,30 @@ fn edges_turn_light_by_large_angles() {
         );
     }
 }
+
+/// The rays of a stop of 400λ pass beside a sensor 3000λ on; only what the stop's edge diffracts comes there. Local bands once
+/// took the stop for an aperture whose edge nobody sees: they left that light out, and expected 6e-5.
+#[test]
+fn the_edge_of_a_stop_alone_lights_a_sensor_beside_the_light() {
+    for aside in [350.0, 600.0] {
+        let beside = on_axis(3000.0).moved(Vec3::new(aside, 0.0, 0.0));
+        let stop = ScreenKind::Stop(Aperture::disc(200.0));
+        let system = lit(
+            vec![screen(on_axis(0.0), stop), screen(beside, sensor(32, 2.0))],
+            vec![Vec::new()],
+        );
+        let carried = |method: Method| {
+            let settings = Settings {
+                method,
+                ..Settings::default()
+            };
+            simulate(&system, &settings, &|_| {}).unwrap()
+        };
+        let (exact, found) = (carried(Method::Auto), carried(Method::LocalBands));
+        assert!(exact.expected_error().unwrap() < 1e-3);
+        let error = field_error(found.field.values.view(), exact.field.values.view()).unwrap();
+        let ratio = found.expected_error().unwrap() / error;
+        assert!(error < 3e-3, "{aside}: {error:e}");
+        assert!((0.33..3.0).contains(&ratio), "{aside}: {ratio:.2}");
+    }
+}

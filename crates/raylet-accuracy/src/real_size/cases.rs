@@ -19,6 +19,9 @@ use crate::objective::ray_integral::chief_landing;
 /// Period of the binary grating in mm.
 const PERIOD: f64 = 0.02;
 
+/// The targets of the second table.
+pub const TARGETS: [f64; 4] = [1e-2, 1e-3, 1e-4, 1e-5];
+
 /// Random pixels of 8 µm.
 const RANDOM: Mask = Mask::Pixels(8e-3);
 
@@ -62,6 +65,8 @@ pub struct Case {
     pub wavelength: Option<f64>,
     /// Radius of its stop in mm, where that is not the scene's.
     pub stop: Option<f64>,
+    /// Target error, where that is not the scene's.
+    pub target: Option<f64>,
     /// The reference with which raylet's field is compared.
     pub reference: Reference,
     /// Pixels along each side of the block on which the reference is evaluated.
@@ -117,6 +122,7 @@ impl Case {
             angle_deg,
             wavelength: None,
             stop: None,
+            target: None,
             reference: Reference::Stop,
             block: 32,
             nodes: [100, 240],
@@ -137,7 +143,10 @@ impl Case {
     /// A word that names it.
     pub fn key(&self) -> String {
         let mask = self.place().replace([',', '='], "").replace(' ', "-");
-        format!("{}/{mask}/{}", self.scene, self.angle_deg)
+        let target = self
+            .target
+            .map_or(String::new(), |target| format!("/{target:e}"));
+        format!("{}/{mask}/{}{target}", self.scene, self.angle_deg)
     }
 
     /// The system, its sensor about the chief ray, and the settings of its run.
@@ -148,6 +157,9 @@ impl Case {
         let mut scene = Scene::read(&scene_path(&format!("real_size/{}", self.scene)))?;
         if let Some(wavelength) = self.wavelength {
             scene.wavelength_um = vec![wavelength * 1e3];
+        }
+        if let Some(target) = self.target {
+            scene.settings.target_error = target;
         }
         let mut system = build::system(&scene, 0)?;
         if self.reference == Reference::Surface {
@@ -189,6 +201,41 @@ pub fn cases() -> Vec<Case> {
     all.extend(phone_lens());
     all.push(combiner());
     all
+}
+
+/// Systems whose errors follow their targets, in the order of the second table: each at every target.
+pub fn convergence() -> Vec<Case> {
+    let cubic = Mask::Own("cubic, 5 waves");
+    let systems = [
+        ("cooke_triplet", Mask::Bare, 0.0, [100, 240]),
+        ("cooke_triplet", Mask::Cubic, 20.0, [200, 480]),
+        (
+            "double_gauss",
+            Mask::Own("kinoform, f = 5 m"),
+            10.0,
+            [100, 240],
+        ),
+        ("metalens", Mask::Own("hyperbolic phase"), 10.0, [300, 600]),
+        (
+            "hybrid_asphere",
+            Mask::Own("kinoform on its front"),
+            0.0,
+            [200, 480],
+        ),
+        ("telescope_doublet", Mask::Bare, 0.5, [100, 240]),
+        ("phone_lens", cubic, 20.0, [150, 360]),
+    ];
+    let at = |target: f64| {
+        systems.map(|(scene, mask, angle, nodes)| Case {
+            nodes,
+            target: Some(target),
+            ..Case::new(scene, mask, angle)
+        })
+    };
+    let all = TARGETS.map(at);
+    (0..systems.len())
+        .flat_map(|number| all.map(|cases| cases[number]))
+        .collect()
 }
 
 /// Photographic objectives.

@@ -36,7 +36,7 @@ pub fn local_band_settings(
     let hops = system.trains.len();
     let shared = settings.shared(hops);
     let step = settings.step.unwrap_or(STEP);
-    let aperture = source_aperture(system)?;
+    let aperture = source_aperture(system, settings.target_error)?;
     let sigmas = match settings.sigma {
         Some(sigma) => vec![sigma; hops],
         None => window_widths(system, aperture, step, shared.target_error)?,

@@ -6,6 +6,7 @@
 
 use std::f64::consts::PI;
 
+use crate::engine::local_bands::window_directions::WindowDirections;
 use crate::optics::aperture::Aperture;
 
 /// A window that an edge cuts.
@@ -41,28 +42,47 @@ impl CutWindow {
         self.intensity * share * (beyond(1.0) + beyond(-1.0)) / (2.0 * PI * k)
     }
 
-    /// ∫ds/s² along a normal, over what leads to the target and is not resolved; nothing where the normal leads past all
-    /// beamlets that reach the target.
+    /// ∫ds/s² along a normal, over what leads to the target and is not resolved.
     fn beyond(&self, normal: [f64; 2]) -> f64 {
-        let sides = [0, 1].map(|a| [self.directions[2 * a], self.directions[2 * a + 1]]);
-        let middle = sides.map(|[low, high]| 0.5 * (low + high));
-        let half = sides.map(|[low, high]| 0.5 * (high - low));
-        let along = |n: [f64; 2], h: [f64; 2]| n[0].abs() * h[0] + n[1].abs() * h[1];
-        let across = [-normal[1], normal[0]];
-        let aside = middle[0] * across[0] + middle[1] * across[1];
-        if aside.abs() > along(across, half) {
-            return 0.0;
-        }
-        let place = middle[0] * normal[0] + middle[1] * normal[1];
-        let reach = along(normal, [0, 1].map(|a| self.landing[a] * half[a]));
         let limit = [0, 1].map(|a| self.limit[a] / normal[a].abs());
-        let near = (place - reach).max(limit[0].min(limit[1]));
-        let far = place + reach;
-        if far > near {
-            1.0 / near - 1.0 / far
-        } else {
-            0.0
-        }
+        let directions = WindowDirections {
+            bounds: self.directions,
+            landing: self.landing,
+        };
+        across_edge(&directions, normal, limit[0].min(limit[1]))
+    }
+}
+
+/// The power that a straight edge of this length and way, `along` in mm, sends to the target by diffraction, for light of
+/// |U|² = 1, in mm². Directions that lead from it to the target are given beside the light's own.
+pub(crate) fn edge_power(directions: &WindowDirections, along: [f64; 2], k: f64) -> f64 {
+    let length = along[0].hypot(along[1]);
+    let normal = [along[1] / length, -along[0] / length];
+    let sides = [1.0, -1.0].map(|side| across_edge(directions, normal.map(|n| side * n), 0.0));
+    length * (sides[0] + sides[1]) / (2.0 * PI * k)
+}
+
+/// ∫ds/s² along the normal of an edge, over directions from `least` on that lead to the target itself; nothing where the normal
+/// leads past all beamlets that reach the target, infinite where the light itself leads there.
+fn across_edge(directions: &WindowDirections, normal: [f64; 2], least: f64) -> f64 {
+    let bounds = &directions.bounds;
+    let sides = [0, 1].map(|a| [bounds[2 * a], bounds[2 * a + 1]]);
+    let middle = sides.map(|[low, high]| 0.5 * (low + high));
+    let half = sides.map(|[low, high]| 0.5 * (high - low));
+    let along = |n: [f64; 2], h: [f64; 2]| n[0].abs() * h[0] + n[1].abs() * h[1];
+    let across = [-normal[1], normal[0]];
+    let aside = middle[0] * across[0] + middle[1] * across[1];
+    if aside.abs() > along(across, half) {
+        return 0.0;
+    }
+    let place = middle[0] * normal[0] + middle[1] * normal[1];
+    let reach = along(normal, [0, 1].map(|a| directions.landing[a] * half[a]));
+    let near = (place - reach).max(least);
+    let far = place + reach;
+    if far > near {
+        1.0 / near - 1.0 / far
+    } else {
+        0.0
     }
 }
 

@@ -16,7 +16,7 @@ use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::element_samples::Element;
 
 /// Rays along each side of the first screen.
-const SIDE: usize = 33;
+pub(crate) const SIDE: usize = 33;
 
 /// Rays along which aberration is sampled on each screen, about.
 const SAMPLED: usize = 40;
@@ -59,7 +59,7 @@ pub(crate) fn window_widths(
             0 => OF_RADIUS * source_radius(system, &hop),
             _ => f64::INFINITY,
         };
-        widest(&hop, limit, |sigma| left(sigma) <= SHARE * error)
+        widest(&hop, limit, SHARE * error, left)
     });
     Ok(widths.collect())
 }
@@ -104,7 +104,10 @@ pub(crate) fn leaving_carriers(
 }
 
 /// Carriers of the source over the first screen.
-fn source_carriers(system: &System) -> Result<Vec<Carrier>, LocalBandError> {
+///
+/// # Errors
+/// When the screen has no edge.
+pub(crate) fn source_carriers(system: &System) -> Result<Vec<Carrier>, LocalBandError> {
     let screen = system.screens.first().ok_or(LocalBandError::NoSensor)?;
     let boundless = || LocalBandError::Boundless(screen.name.clone());
     let [x0, x1, y0, y1] = screen.bounds().ok_or_else(boundless)?;
@@ -196,13 +199,23 @@ fn source_radius(system: &System, hop: &Hop) -> f64 {
     system.source.radius_at(hop.from.frame.origin, k)
 }
 
-/// The largest width that fits, is small against the screen and at most `limit`.
-fn widest(hop: &Hop, limit: f64, fits: impl Fn(f64) -> bool) -> f64 {
+/// The largest width that is small against the screen, at most `limit`, and leaves at most the error `allowed`. Where no
+/// width leaves so little, the one that leaves least: narrow windows send beamlets that spread, and these meet
+/// aberration as well.
+fn widest(hop: &Hop, limit: f64, allowed: f64, left: impl Fn(f64) -> f64) -> f64 {
     let size = hop.from.bounds().map_or(limit, |[x0, x1, y0, y1]| {
         limit.min(LARGEST * (x1 - x0).max(y1 - y0))
     });
     let width = |power: i32| hop.wavelength * 2f64.powf(0.25 * f64::from(power));
-    let mut all = WIDTHS.rev().map(width);
-    let found = all.find(|sigma| *sigma <= size && fits(*sigma));
-    found.unwrap_or_else(|| width(WIDTHS.start))
+    let (mut best, mut least) = (width(WIDTHS.start), f64::INFINITY);
+    for sigma in WIDTHS.rev().map(width).filter(|sigma| *sigma <= size) {
+        let error = left(sigma);
+        if error <= allowed {
+            return sigma;
+        }
+        if error < least {
+            (best, least) = (sigma, error);
+        }
+    }
+    best
 }

@@ -1,16 +1,15 @@
 //! The runs of a sweep: a scene in several fields of light, with its sensor at several distances.
 
-use crate::engine::geometrical::system_trace::trace_system;
+use crate::engine::geometrical::chief_ray::chief_landing;
 use crate::file::decode::fault::Fault;
 use crate::file::model::build;
 use crate::file::result::channel::Place;
 use crate::file::scene::illumination::Illumination;
 use crate::file::scene::scene_file::Scene;
 use crate::file::scene::variable::{VariableAddress, VariableScene};
-use crate::optics::screen::Screen;
 
 /// The scene with its light and its sensor at a place. If the sensor is to `follow`, it moves aside with the chief ray of
-/// the first wavelength: the ray through the middle of the first element, also where an obstruction stops it.
+/// the first wavelength, through the middle of the element that limits the light, also where an obstruction stops it.
 ///
 /// # Errors
 /// A place that the scene has not, or a chief ray that does not come to the sensor.
@@ -89,18 +88,7 @@ fn following(scene: &Scene) -> Result<Scene, Fault> {
     let system = build::system(scene, 0)?;
     let last = scene.element.len().saturating_sub(1);
     let path = format!("element[{last}].decenter_mm");
-    let middle = (system.screens.first().and_then(Screen::bounds))
-        .map(|[x0, x1, y0, y1]| [0.5 * (x0 + x1), 0.5 * (y0 + y1)]);
-    // Telescopes stop their chief ray: it goes on without edges.
-    let open = system.without_edges();
-    let hit = middle.and_then(|at| {
-        let ways = [&system, &open].map(|system| trace_system(system, &system.source, at));
-        let chief = ways.into_iter().find(|ray| ray.lost.is_none())?;
-        chief.hits.last().copied()
-    });
-    let (Some(hit), Some(sensor), Some(element)) =
-        (hit, system.screens.last(), scene.element.last())
-    else {
+    let (Some(aside), Some(element)) = (chief_landing(&system), scene.element.last()) else {
         let found = "a chief ray that does not come to the sensor";
         return Err(scene.fault(
             &path,
@@ -108,11 +96,10 @@ fn following(scene: &Scene) -> Result<Scene, Fault> {
             "a sensor that it meets, or one that stays in its place",
         ));
     };
-    let aside = sensor.frame.to_local(hit.point);
     let [x, y] = element.decenter_mm();
     let moved = [
-        (format!("{path}[0]"), x + aside.x),
-        (format!("{path}[1]"), y + aside.y),
+        (format!("{path}[0]"), x + aside[0]),
+        (format!("{path}[1]"), y + aside[1]),
     ];
     with_numbers(scene, &moved)
 }
