@@ -16,6 +16,7 @@ __all__ = [
     "Scene",
     "beams",
     "check",
+    "chief_landing",
     "design",
     "element",
     "gather",
@@ -122,6 +123,11 @@ def beams(place: Incomplete, bundle: Incomplete, ways: Incomplete) -> tuple[NDAr
 def check(scene: Scene, arrays: dict[str, NDArray[Any]], channel: SupportsIndex) -> list[tuple[str, bool, str]]:
     """
     What there is to say about a system before it is run: of each finding the hop, whether it is a warning, the words.
+    """
+
+def chief_landing(scene: Scene, arrays: dict[str, NDArray[Any]]) -> tuple[float, float] | None:
+    """
+    Where the chief ray of the first wavelength meets the sensor, in mm on the sensor's axes; None where it does not.
     """
 
 def design(

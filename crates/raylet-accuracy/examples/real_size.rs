@@ -41,7 +41,7 @@ pixels, for the modulator 16 × 16. For the combiner the reference is the Raylei
 const CONVERGENCE: &str = "
 ## Errors and target errors
 
-The same systems where another error is aimed at. The references themselves are good to some 1e-5.
+Some of these systems at other target errors. The reference knows no rim but the stop, so errors of some 1e-5 may be its own.
 
 | system | mask | field | target | processor | wall | peak | expected | measured |
 | --- | --- | --- | --- | --- | --- | --- | --- | --- |";

@@ -1,7 +1,7 @@
 //! Whether the aperture of the first screen cuts light that matters, or only says where windows stand.
 //!
-//! An edge matters where the next screen sees it, and where it sends light there by diffraction: beside little light, or
-//! none, that is all there is.
+//! An edge matters where the next screen sees it, and where it sends light to a sensor by diffraction: beside little light,
+//! or none, that is all there is.
 
 use crate::engine::local_bands::chirped_beamlet::ChirpedStart;
 use crate::engine::local_bands::edge_band::edge_power;
@@ -26,7 +26,7 @@ const SHARE: f64 = 0.1;
 const WIDTH: f64 = 100.0;
 
 /// What the aperture of the first screen does: it is soft where that is a stop with one edge, the amplitude of the light is even,
-/// the light at its rim is lost or lands far outside the aperture of the next screen, and what the edge sends there by
+/// the light at its rim is lost or lands far outside the aperture of the next screen, and what the edge sends to a sensor by
 /// diffraction is a small part of a target error of the field.
 ///
 /// # Errors
@@ -52,7 +52,9 @@ pub(crate) fn source_aperture(
         landing.is_ok_and(|landing| meets(hop.to, landing.at))
     };
     let rim = aperture.rim();
-    let seen = rim.iter().any(matters) || diffracted(system, &hop, &rim)? > SHARE * error;
+    // Of what arrives at an element far from the light's own way, little comes to the sensor.
+    let alone = matches!(hop.to.kind, ScreenKind::Sensor(_));
+    let seen = rim.iter().any(matters) || alone && diffracted(system, &hop, &rim)? > SHARE * error;
     Ok(match seen {
         true => SourceAperture::Hard,
         false => SourceAperture::Soft,
