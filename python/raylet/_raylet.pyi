@@ -236,11 +236,11 @@ def simulate(
     progress: Any | None,
 ) -> list[tuple[list[NDArray[complex128]], NDArray[float64], NDArray[float64], list[NDArray[float64] | None], str]]:
     """
-    Carries the light of every wavelength of several scenes to their sensors, side by side; the settings are those of the
-    first scene.
+    Carries the light of every wavelength of several scenes to their sensors, side by side; the settings are those
+    of the first scene.
 
-    Returns for each scene (fields, x, y, standard errors, report as JSON): for each wavelength the complex field [y, x],
-    whose memory is the library's own; the pixel centres in mm; float64 [y, x] or None.
+    Returns for each scene (fields, x, y, standard errors, report as JSON): for each wavelength the complex field
+    [y, x], whose memory is the library's own; the pixel centres in mm; float64 [y, x] or None.
     """
 
 def trace(

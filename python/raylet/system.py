@@ -151,8 +151,8 @@ class System(Prescription):
         fields : angles [ax, ay] of the source in degrees, or places [x, y, z] of a point source in mm.
         wavelengths : vacuum wavelengths in µm, in place of the system's. Phases keep the wavelength they are made for.
         distances : distances in mm of the sensor from the element before it.
-        follow : whether the sensor moves aside with the chief ray of each run, the ray through the middle of the element
-            that limits the light; `x_mm` and `y_mm` of a result are on its own axes.
+        follow : whether the sensor moves aside with the chief ray of each run, the ray through the middle of the
+            element that limits the light; `x_mm` and `y_mm` of a result are on its own axes.
         method : "auto", "beamlet", "local_bands", "plane" or "paper".
         target_error : relative error of the complex field that automatic choices aim at, by the power of ten at or
             below it; 1e-3 unless the scene says otherwise.

@@ -25,11 +25,11 @@ use crate::scene::Scene;
 use crate::typed::{ByPath, Made};
 use crate::watch::{Watch, run};
 
-/// Carries the light of every wavelength of several scenes to their sensors, side by side; the settings are those of the
-/// first scene.
+/// Carries the light of every wavelength of several scenes to their sensors, side by side; the settings are those
+/// of the first scene.
 ///
-/// Returns for each scene (fields, x, y, standard errors, report as JSON): for each wavelength the complex field [y, x],
-/// whose memory is the library's own; the pixel centres in mm; float64 [y, x] or None.
+/// Returns for each scene (fields, x, y, standard errors, report as JSON): for each wavelength the complex field
+/// [y, x], whose memory is the library's own; the pixel centres in mm; float64 [y, x] or None.
 #[pyfunction]
 #[pyo3(signature = (scenes, arrays, threads, progress))]
 pub(crate) fn simulate<'py>(
