@@ -82,7 +82,7 @@ const MUCH_LESS: f64 = 2.0;
 
 /// [`QUICK`] for light that leaves one wide screen without pixels and meets no other on its way to the sensor, as behind the stop
 /// in front of a lens: no rim diffracts there. Behind a stop of 50 mm before a doublet of 500 mm local bands take 0.4 s, whole
-/// fields 3.9 s, with errors of 9e-5 and 2.8e-4. Behind narrow screens they gain little.
+/// fields 3.9 s, with errors of 9e-5 and 2.8e-4. Behind narrower screens both take a second or less.
 const QUICK_FIRST: f64 = 0.5;
 
 /// A screen of more wavelengths than this is wide.

@@ -210,7 +210,7 @@ fn density(tube: &RayTube, q: Matrix, k: f64) -> Complex64 {
 mod tests {
     use crate::engine::chain::simulate::simulate;
     use crate::engine::geometrical::maslov::{Strength, sum_of_directions};
-    use crate::engine::plan::settings::Settings;
+    use crate::engine::plan::settings::{Method, Settings};
     use crate::fixtures::paper_systems::{Window, grating};
     use crate::wave::grid::metrics::field_error;
 
@@ -223,7 +223,11 @@ mod tests {
             pitch: 4e-3,
         };
         let system = grating(1.5, false, sensor);
-        let exact = simulate(&system, &Settings::default(), &|_| {}).unwrap();
+        let beamlets = Settings {
+            method: Method::Beamlet,
+            ..Settings::default()
+        };
+        let exact = simulate(&system, &beamlets, &|_| {}).unwrap();
         let error = |strength| {
             let (field, rays) = sum_of_directions(&system, 400, strength, &|_| {}).unwrap();
             assert!(rays > 120_000);

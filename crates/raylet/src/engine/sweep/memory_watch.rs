@@ -180,21 +180,21 @@ mod tests {
         }
     }
 
-    /// An array of 200 MB that one of two runs holds for a while counts as 100 MB of each.
+    /// An array of 400 MB that one of two runs holds for a while counts as 200 MB of each. Other tests take and free memory of
+    /// this program meanwhile: half of that at most.
     #[test]
     fn arrays_are_seen_while_they_are_held() {
-        for (runs, expected) in [(1, 200), (2, 100)] {
+        for (runs, expected) in [(1, 400), (2, 200)] {
             let watch = MemoryWatch::new();
             watch.during(0, || {
                 watch.used().runs = runs;
-                let held = black_box(vec![1_u8; 200 * MEGABYTE as usize]);
+                let held = black_box(vec![1_u8; 400 * MEGABYTE as usize]);
                 std::thread::sleep(Duration::from_millis(300));
                 drop(held);
                 watch.used().runs = 0;
             });
             let found = watch.used().of_one / MEGABYTE;
-            // Other tests take memory of this program meanwhile.
-            assert!(found >= expected - 20, "{runs}: {found}");
+            assert!(found >= expected / 2, "{runs}: {found}");
         }
     }
 }
