@@ -6,7 +6,6 @@ use ndarray::Array2;
 use num_complex::Complex64;
 use raylet::engine::chain::forecast::{expected_error, forecast};
 use raylet::engine::chain::simulate::simulate;
-use raylet::engine::plan::hop_method::HopMethod;
 use raylet::engine::plan::hop_plan::Plan;
 use raylet::engine::plan::settings::{Correction, Method, Settings};
 use raylet::engine::plan::work::Work;
@@ -169,14 +168,6 @@ fn the_sensor_of_a_telescope_follows_a_chief_ray_that_is_stopped() {
         error < 1e-3 * expected && centre.y.abs() < 1e-9,
         "{centre:?}"
     );
-}
-
-/// Whole fields carry the light of a telescope of 50 mm in 4 s, local bands in half a second.
-#[test]
-fn local_bands_are_taken_behind_the_stop_of_a_telescope() {
-    let system = at_angle("telescope_doublet", 0.5);
-    let hops = forecast(&system, &Settings::default()).unwrap();
-    assert!(matches!(hops[0].method, HopMethod::LocalBands(_)));
 }
 
 /// Tight targets leave the windows of a triplet no width that keeps aberration far below them. The width that leaves least is

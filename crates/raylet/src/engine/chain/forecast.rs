@@ -84,10 +84,6 @@ const MUCH_LESS: f64 = 2.0;
 /// sensor, as behind the stop in front of a lens: no rim diffracts there.
 const QUICK_FIRST: f64 = 5.0;
 
-/// The same where that screen is wide and a bare opening. Behind one of 50 mm before a doublet of 500 mm local bands take 0.5 s,
-/// whole fields 3.9 s, with errors of 9e-5 and 2.8e-4. Behind narrower ones both take a second or less.
-const QUICK_BARE: f64 = 0.5;
-
 /// A screen of more wavelengths than this is wide.
 const WIDE: f64 = 1000.0;
 
@@ -157,10 +153,12 @@ pub(crate) fn choose_with<R: Reply>(
 /// aspheres: the plan of whole fields alone takes as long there. Through ten aspheric surfaces it takes a second, the local
 /// bands themselves 0.8 s. Through a few spheres it takes 0.05 s.
 fn clearly_quicker(system: &System, settings: &Settings) -> Option<LocalBandSettings> {
+    let [x0, x1, y0, y1] = system.screens.first()?.bounds()?;
+    let wide = (x1 - x0).min(y1 - y0) > WIDE * system.wavelength;
     let [train] = &system.trains[..] else {
         return None;
     };
-    if settings.method != Method::Auto || !is_wide(system) || as_conics(train) < MANY {
+    if settings.method != Method::Auto || !wide || as_conics(train) < MANY {
         return None;
     }
     let bands = local_band_settings(system, settings).ok()?;
@@ -178,7 +176,6 @@ fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Ch
         .map(|(plan, grids)| whole_field_work(plan, grids).seconds)
         .sum();
     let quick = match is_first_and_smooth(system) {
-        true if is_wide(system) && is_bare(system) => QUICK_BARE,
         true => QUICK_FIRST,
         false => QUICK,
     };
@@ -196,21 +193,6 @@ fn quicker(system: &System, settings: &Settings, hops: Vec<(Plan, Grids)>) -> Ch
             Chosen::LocalBands(bands)
         }
         _ => Chosen::WholeFields(hops),
-    }
-}
-
-/// Whether the first screen is wide.
-fn is_wide(system: &System) -> bool {
-    let bounds = system.screens.first().and_then(Screen::bounds);
-    bounds.is_some_and(|[x0, x1, y0, y1]| (x1 - x0).min(y1 - y0) > WIDE * system.wavelength)
-}
-
-/// Whether the first screen is an opening without an element.
-fn is_bare(system: &System) -> bool {
-    match system.screens.first().map(|screen| &screen.kind) {
-        Some(ScreenKind::Stop(_)) => true,
-        Some(ScreenKind::Doe(doe)) => doe.layers.is_empty(),
-        _ => false,
     }
 }
 
