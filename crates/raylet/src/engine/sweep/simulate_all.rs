@@ -51,7 +51,7 @@ pub fn simulate_all<'a, T: AsRef<System> + Sync, R: Reply>(
         .collect()
 }
 
-/// A listener that is told which run has come so far.
+/// A listener to which each run reports, with its number, how far it has come.
 type RunListener<'a> = dyn Fn(usize, Progress) -> ControlFlow<()> + Sync + 'a;
 
 /// Several runs.
