@@ -40,7 +40,7 @@ from raylet.layers import (
 )
 from raylet.rays import Beams, Secondary, beams, gather, gather_adjoint, scatter
 from raylet.result import Result
-from raylet.sources import ExtendedSource, beam_taper, cone_taper, disc_source, line_source
+from raylet.sources import ExtendedSource, beam_taper, cone_taper, disc_source, line_source, point_list
 from raylet.sweep import Sweep
 from raylet.system import System, glasses, load, schema
 from raylet.trace import Rays
@@ -77,6 +77,7 @@ __all__ = [
     "phase_function",
     "phase_grid",
     "pixels",
+    "point_list",
     "polygon",
     "radial",
     "radial_table",

@@ -110,19 +110,23 @@ class Prescription:
     def fibre_source(
         self,
         *,
-        core_radius_um: float,
-        numerical_aperture: float,
         distance_mm: float,
+        mode_field_diameter_um: float | None = None,
+        core_radius_um: float | None = None,
+        numerical_aperture: float | None = None,
         mode: Sequence[int] = (0, 1),
         rotation_deg: float = 0.0,
         decenter_mm: Sequence[float] = (0.0, 0.0),
         tilt_deg: Sequence[float] = (0.0, 0.0, 0.0),
     ) -> Self:
-        """The mode LP_lm of a step-index fibre that ends `distance_mm` before the first element's vertex.
+        """A mode of a fibre that ends `distance_mm` before the first element's vertex: the Gaussian of
+        `mode_field_diameter_um`, or the mode LP_lm of a step-index fibre of `core_radius_um` and `numerical_aperture`.
 
-        `mode` is [l, m]: (0, 1) is the fundamental mode, (1, 1) the next. A maximum lies at `rotation_deg`, from x
-        towards y. Its largest amplitude is one."""
-        fibre = {"core_radius_um": core_radius_um, "numerical_aperture": numerical_aperture, "mode": mode}
+        The mode field diameter is where the intensity is 1/e² of that in the middle, at all wavelengths. `mode` is
+        [l, m]: (0, 1) is the fundamental mode, (1, 1) the next. A maximum lies at `rotation_deg`, from x towards y. Its
+        largest amplitude is one."""
+        profile = {"core_radius_um": core_radius_um, "numerical_aperture": numerical_aperture}
+        fibre = {"mode_field_diameter_um": mode_field_diameter_um, **profile, "mode": mode}
         plane = {"distance_mm": distance_mm, "decenter_mm": decenter_mm, "tilt_deg": tilt_deg}
         return self._light("fibre_source", {"kind": "fibre", **fibre, "rotation_deg": rotation_deg, **plane})
 

@@ -66,7 +66,7 @@ class ExtendedSource:
     ----------
     fields : what :meth:`raylet.System.simulate` takes.
     weights : their shares of the light, which add to one, for :meth:`raylet.Sweep.incoherent`.
-    coarse_weights : those of a rule of half the order, which leaves out most of them.
+    coarse_weights : those of a rule of half the order, which leaves out most of them; for a list of points the same.
     """
 
     fields: NDArray[np.float64]
@@ -76,9 +76,24 @@ class ExtendedSource:
     def image(self, sweep: Sweep) -> tuple[NDArray[np.float64], float]:
         """The intensity of the source on the sensor, from a sweep over its fields, and the error of the sum: its
         distance from that of half the order, relative to it. As a rule the intensity itself is off by much
-        less."""
+        less. It is zero for a list of points."""
         fine, coarse = (np.asarray(sweep.incoherent(weights)) for weights in (self.weights, self.coarse_weights))
         return fine, float(np.linalg.norm(fine - coarse) / np.linalg.norm(fine))
+
+
+@public_call
+def point_list(*, places_mm: Any = None, angles_deg: Any = None, weights: Any = None) -> ExtendedSource:
+    """Incoherent points [x, y, z] in mm, or directions [ax, ay] in degrees of collimated light, with their shares of
+    the light: numbers from zero, which need not add to one, or equal shares without them. The sum over them is
+    exact."""
+    fields, key = _one_of(("places_mm", places_mm, 3), ("angles_deg", angles_deg, 2), ("points",))
+    given = np.ones(len(fields)) if weights is None else real("weights", weights)
+    if given.shape != (len(fields),):
+        raise ValueError(f"weights has shape {given.shape}, expected {(len(fields),)}, one for each of {key}")
+    if not np.isfinite(given).all() or (given < 0.0).any() or given.sum() <= 0.0:
+        raise ValueError("weights holds negative or not finite numbers or only zeros, expected numbers from zero")
+    shares = given / given.sum()
+    return ExtendedSource(fields, shares, shares)
 
 
 @public_call
@@ -126,15 +141,17 @@ def disc_source(
     return ExtendedSource(fields, weights[0], weights[1])
 
 
-def _one_of(first: tuple[str, Any, int], second: tuple[str, Any, int], before: tuple[int, ...]) -> Any:
-    """The one of two arguments that is given, with its name: an array whose last axis has so many numbers."""
+def _one_of(first: tuple[str, Any, int], second: tuple[str, Any, int], before: tuple[int | str, ...]) -> Any:
+    """The one of two arguments that is given, with its name: an array whose last axis has so many numbers, behind axes
+    of these lengths; one that has a name in place of a length has one from 1."""
     given = [one for one in (first, second) if one[1] is not None]
     if len(given) != 1:
         raise TypeError(f"{first[0]} or {second[0]} is expected, found {'both' if given else 'neither'}")
     name, value, count = given[0]
-    array = real(name, value)
-    if array.shape != (*before, count):
-        raise ValueError(f"{name} has shape {array.shape}, expected {(*before, count)}")
+    array, wanted = real(name, value), (*before, count)
+    fits = (found >= 1 if isinstance(length, str) else found == length for found, length in zip(array.shape, wanted))
+    if array.ndim != len(wanted) or not all(fits):
+        raise ValueError(f"{name} has shape {array.shape}, expected ({', '.join(map(str, wanted))})")
     if not np.isfinite(array).all():
         raise ValueError(f"{name} holds numbers that are not finite")
     return array, name

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from typing import Any
 
 import numpy as np
@@ -93,6 +94,36 @@ def test_a_lens_collimates_a_fibre() -> None:
     assert share > 0.99, share
     with pytest.raises(raylet.RayletError, match="guides the mode from V = 2.4048"):
         system.fibre_source(core_radius_um=2.0, numerical_aperture=0.12, distance_mm=4.0, mode=(1, 1)).simulate()
+
+
+def test_a_fibre_by_its_mode_field_diameter_is_a_gaussian_beam() -> None:
+    """The light of a fibre at its end in the waist of a Gaussian beam is that of the beam, as far as it is paraxial."""
+    system = raylet.System(wavelength_um=1.55).add_stop(raylet.disc(0.6), thickness_mm=2.0)
+    system.add_sensor(pixels=(32, 32), pitch_um=10.0)
+    beam = system.gaussian_beam(10.4 / 2, waist_mm=(0.0, 0.0, -2.0)).simulate()
+    fibre = system.fibre_source(mode_field_diameter_um=10.4, distance_mm=2.0).simulate()
+    assert np.linalg.norm(fibre.intensity - beam.intensity) < 0.03 * np.linalg.norm(beam.intensity)
+
+
+def test_a_list_of_points_is_the_weighted_sum_of_their_images() -> None:
+    system = raylet.System(wavelength_um=0.5).point_source((0.0, 0.0, -40.0))
+    system.add_paraxial_lens(20.0, aperture=raylet.disc(0.4), thickness_mm=40.0).add_sensor(
+        pixels=(24, 24), pitch_um=8.0
+    )
+    points = raylet.point_list(places_mm=[(0.0, 0.0, -40.0), (0.05, 0.0, -40.0), (0.0, 0.04, -41.0)], weights=[1, 2, 5])
+    image, error = points.image(system.simulate(fields=points.fields))
+    singly = [system.point_source(place).simulate().intensity for place in points.fields]
+    assert error == 0.0 and np.allclose(points.weights, [0.125, 0.25, 0.625])
+    assert np.allclose(image, 0.125 * singly[0] + 0.25 * singly[1] + 0.625 * singly[2], rtol=1e-12)
+    assert np.allclose(raylet.point_list(angles_deg=[(0.0, 0.0), (1.0, 0.0)]).weights, 0.5)
+    for given, words in (
+        ({"places_mm": [(0.0, 0.0)]}, "expected (points, 3)"),
+        ({"angles_deg": np.zeros((0, 2))}, "expected (points, 2)"),
+        ({"angles_deg": [(0.0, 0.0)], "weights": [1.0, 2.0]}, "weights has shape (2,), expected (1,)"),
+        ({"angles_deg": [(0.0, 0.0)], "weights": [-1.0]}, "expected numbers from zero"),
+    ):
+        with pytest.raises(ValueError, match=re.escape(words)):
+            raylet.point_list(**given)
 
 
 def bessel(order: int, x: Any) -> Any:

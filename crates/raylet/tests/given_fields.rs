@@ -92,6 +92,60 @@ fn mode(l: u32, v: f64, limits: [f64; 2]) -> [f64; 3] {
     [low, (v * v - low * low).sqrt(), inner(low)]
 }
 
+/// The field at the pixels behind a plane on which it is cos l(φ − turn) times a function of r whose Hankel transform of order l
+/// is given, by the sum of its plane waves.
+fn carried(
+    transform: impl Fn(f64) -> f64,
+    l: u32,
+    turn: f64,
+    [k, distance, pitch]: [f64; 3],
+) -> Array2<Complex64> {
+    let (count, most) = (800, 0.9);
+    let wave = |n: u32| {
+        let p = most * (f64::from(n) + 0.5) / f64::from(count);
+        let weight = transform(k * p) * k * k * p * most / f64::from(count);
+        let phase = k * distance * (1.0 - p * p).sqrt();
+        (p, Complex64::from_polar(weight, phase))
+    };
+    let waves: Vec<(f64, Complex64)> = (0..count).map(wave).collect();
+    on_sensor(pitch, |x, y| {
+        let (r, angle) = (x.hypot(y), y.atan2(x));
+        let sum: Complex64 = waves
+            .iter()
+            .map(|(p, wave)| wave * bessel_j(l, k * p * r))
+            .sum();
+        sum * (f64::from(l) * (angle - turn)).cos()
+    })
+}
+
+/// The Gaussian of a mode field diameter by its Hankel transform.
+#[test]
+fn the_mode_of_a_mode_field_diameter_spreads_as_its_hankel_transform() {
+    let (wavelength, distance) = (1.55e-3, 0.3);
+    let k = std::f64::consts::TAU / wavelength;
+    for (diameter, pitch) in [(10.4e-3, 4e-3)] {
+        let w: f64 = 0.5 * diameter;
+        let transform = |q: f64| 0.5 * w * w * (-(0.5 * q * w).powi(2)).exp();
+        let exact = carried(transform, 0, 0.0, [k, distance, pitch]);
+        let source = format!(
+            "kind = \"fibre\", mode_field_diameter_um = {:?}",
+            diameter * 1e3
+        );
+        for method in METHODS {
+            let text = scene(&source, distance, 1.55, pitch * 1e3);
+            let outcome = run(&text, None, method).unwrap();
+            let error = error(&outcome, &exact);
+            assert!(error < FIBRE, "{diameter} {method:?}: {error:e}");
+
+            let found = outcome.hops[0].power[1].unwrap() / (0.5 * std::f64::consts::PI * w * w);
+            assert!(
+                (found - 1.0).abs() < MODE_POWER,
+                "{diameter} {method:?}: {found}"
+            );
+        }
+    }
+}
+
 /// The far field of a mode by the closed form of its Hankel transform, carried on by the sum of its plane waves. LP01 of V = 2.2
 /// and LP11 of V = 3.5, turned by 30°.
 #[test]
@@ -104,29 +158,11 @@ fn fibre_modes_spread_as_their_hankel_transforms() {
         let inside = (0..=20000).map(|n| bessel_j(l, u * f64::from(n) / 20000.0) / bessel_j(l, u));
         let peak = inside.fold(0.0, f64::max);
         let transform = |q: f64| {
+            let q = q * radius;
             let ends = x * bessel_j(l, q) - q * bessel_j(l + 1, q);
             ends * v * v / ((u * u - q * q) * (w * w + q * q)) * radius * radius / peak
         };
-        let count = 800;
-        let most = 0.9;
-        let wave = |n: u32| {
-            let p = most * (f64::from(n) + 0.5) / f64::from(count);
-            let weight = transform(k * radius * p) * k * k * p * most / f64::from(count);
-            (
-                p,
-                Complex64::from_polar(weight, k * distance * (1.0 - p * p).sqrt()),
-            )
-        };
-        let waves: Vec<(f64, Complex64)> = (0..count).map(wave).collect();
-        let turn = 30f64.to_radians();
-        let exact = on_sensor(pitch, |x, y| {
-            let (r, angle) = (x.hypot(y), y.atan2(x));
-            let sum: Complex64 = waves
-                .iter()
-                .map(|(p, wave)| wave * bessel_j(l, k * p * r))
-                .sum();
-            sum * (f64::from(l) * (angle - turn)).cos()
-        });
+        let exact = carried(transform, l, 30f64.to_radians(), [k, distance, pitch]);
         let aperture = v / (k * radius);
         let source = format!(
             "kind = \"fibre\", core_radius_um = 4.0, numerical_aperture = {aperture:?}, mode = [{l}, 1], rotation_deg = 30"
@@ -238,6 +274,21 @@ fn wrong_fields_and_modes_are_refused_where_they_stand() {
             "guides the mode from V = 2.4048",
         ),
         (fibre("mode = [0, 0]"), "source.mode", "m from 1 to 50"),
+        (
+            fibre("mode_field_diameter_um = 10.4"),
+            "source.mode_field_diameter_um",
+            "mode_field_diameter_um alone, or core_radius_um and numerical_aperture",
+        ),
+        (
+            "kind = \"fibre\", numerical_aperture = 0.12".to_owned(),
+            "source.mode_field_diameter_um",
+            "found numerical_aperture",
+        ),
+        (
+            "kind = \"fibre\", mode_field_diameter_um = 9.0, mode = [1, 1]".to_owned(),
+            "source.mode",
+            "it has one mode",
+        ),
         (fibre("tilt = 3"), "source.tilt", "tilt_deg"),
         (field("size = [3, 4]"), "source.samples", "4 rows of 3"),
         (field("pitch = 1"), "source.pitch", "pitch_um"),

@@ -5,11 +5,14 @@ use num_complex::Complex64;
 
 use crate::file::decode::fault::Fault;
 use crate::file::model::scene_arrays::Arrays;
-use crate::file::scene::illumination::{BeamTaper, ConeTaper, FibreIllumination, Illumination};
+use crate::file::scene::illumination::{
+    BeamTaper, ConeTaper, FibreIllumination, FibreProfile, Illumination,
+};
 use crate::file::scene::scene_file::Scene;
 use crate::math::vec3::Vec3;
 use crate::optics::beams::fibre_mode::FibreMode;
 use crate::optics::beams::gaussian_beam::GaussianBeam;
+use crate::optics::beams::gaussian_mode::GaussianMode;
 use crate::optics::beams::sampled_field::sampled_field;
 use crate::optics::beams::taper::Taper;
 use crate::optics::doe::Doe;
@@ -62,8 +65,16 @@ fn fibre_samples(
     fibre: &FibreIllumination,
     wavelength: f64,
 ) -> Result<(Array2<Complex64>, [f64; 2]), Fault> {
-    let radius = fibre.core_radius_um * UM;
-    let v = std::f64::consts::TAU / wavelength * radius * fibre.numerical_aperture;
+    let (radius, aperture) = match fibre.profile() {
+        Some(FibreProfile::StepIndex([radius, aperture])) => (radius * UM, aperture),
+        Some(FibreProfile::Gaussian(diameter)) => {
+            let (samples, pitch) = GaussianMode::of_diameter(diameter * UM).samples();
+            return Ok((samples, [pitch; 2]));
+        }
+        // Scenes are checked for this when they are read.
+        None => return Err(scene.fault("source", "no mode", "a mode of a fibre")),
+    };
+    let v = std::f64::consts::TAU / wavelength * radius * aperture;
     let rotation = fibre.rotation_deg.to_radians();
     let mode = FibreMode::new(radius, v, fibre.mode, rotation).map_err(|error| {
         let expected = "a mode that the fibre guides at all wavelengths";

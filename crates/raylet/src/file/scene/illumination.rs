@@ -24,7 +24,7 @@ tagged! {
         Gaussian(GaussianIllumination) = "gaussian",
         /// A field on a plane before the first element.
         Field(FieldIllumination) = "field",
-        /// A mode of a step-index fibre that ends before the first element.
+        /// A mode of a fibre that ends before the first element.
         Fibre(FibreIllumination) = "fibre",
     }
 }
@@ -159,17 +159,22 @@ table! {
 }
 
 table! {
-    /// The mode LP_lm of a weakly guiding step-index fibre, at its end before the first element. Its largest amplitude is one.
+    /// A mode of a fibre, at its end before the first element: the Gaussian of a mode field diameter, or the mode LP_lm of a
+    /// weakly guiding step-index fibre. Its largest amplitude is one.
     pub struct FibreIllumination with [before] {
-        /// Radius of the core in micrometres.
-        #[serde(deserialize_with = "positive")]
+        /// Mode field diameter in micrometres, where the intensity is 1/e² of that in the middle, at all wavelengths.
+        #[serde(default, deserialize_with = "positive")]
         #[schemars(extend("minimum" = 1e-12))]
-        pub core_radius_um: f64,
+        pub mode_field_diameter_um: Option<f64>,
+        /// Radius of the core of a step-index fibre in micrometres.
+        #[serde(default, deserialize_with = "positive")]
+        #[schemars(extend("minimum" = 1e-12))]
+        pub core_radius_um: Option<f64>,
         /// Numerical aperture √(n₁² − n₂²) of core and cladding, below 1.
-        #[serde(deserialize_with = "share")]
+        #[serde(default, deserialize_with = "share")]
         #[schemars(extend("exclusiveMinimum" = 0, "exclusiveMaximum" = 1))]
-        pub numerical_aperture: f64,
-        /// The mode [l, m]: 2l maxima around, m rings; [0, 1] is the fundamental mode.
+        pub numerical_aperture: Option<f64>,
+        /// The mode [l, m] of a step-index fibre: 2l maxima around, m rings; [0, 1] is the fundamental mode.
         #[serde(default = "fundamental")]
         pub mode: [u32; 2],
         /// Angle in degrees of a maximum, from x towards y.
@@ -231,12 +236,58 @@ impl Illumination {
 /// The most maxima around, or rings, of a mode.
 const MOST_LOBES: u32 = 50;
 
+/// What says which mode a fibre has.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) enum FibreProfile {
+    /// A Gaussian of this mode field diameter in micrometres.
+    Gaussian(f64),
+    /// A step-index fibre: the radius of its core in micrometres, and its numerical aperture.
+    StepIndex([f64; 2]),
+}
+
 impl FibreIllumination {
-    /// A mode without a name.
+    /// Which of its keys say what mode it has; nothing where none or too many do.
+    pub(crate) fn profile(&self) -> Option<FibreProfile> {
+        let step_index = (self.core_radius_um, self.numerical_aperture);
+        match (self.mode_field_diameter_um, step_index) {
+            (Some(diameter), (None, None)) => Some(FibreProfile::Gaussian(diameter)),
+            (None, (Some(radius), Some(aperture))) => {
+                Some(FibreProfile::StepIndex([radius, aperture]))
+            }
+            _ => None,
+        }
+    }
+
+    /// Keys that do not go together, or a mode without a name.
     fn fault(&self) -> Option<(&'static str, String, &'static str)> {
         let [l, m] = self.mode;
-        let named = l <= MOST_LOBES && (1..=MOST_LOBES).contains(&m);
-        let expected = "[l, m] with l from 0 to 50 and m from 1 to 50";
-        (!named).then(|| ("mode", format!("[{l}, {m}]"), expected))
+        match self.profile() {
+            None => {
+                let expected =
+                    "mode_field_diameter_um alone, or core_radius_um and numerical_aperture";
+                let given = [
+                    ("mode_field_diameter_um", self.mode_field_diameter_um),
+                    ("core_radius_um", self.core_radius_um),
+                    ("numerical_aperture", self.numerical_aperture),
+                ];
+                let names = given.iter().filter(|key| key.1.is_some()).map(|key| key.0);
+                let found = names.collect::<Vec<_>>().join(" and ");
+                let found = if found.is_empty() {
+                    "none of its keys".to_owned()
+                } else {
+                    found
+                };
+                Some(("mode_field_diameter_um", found, expected))
+            }
+            Some(FibreProfile::Gaussian(_)) => {
+                let expected = "[0, 1] where mode_field_diameter_um is given: it has one mode";
+                (self.mode != fundamental()).then(|| ("mode", format!("[{l}, {m}]"), expected))
+            }
+            Some(FibreProfile::StepIndex(_)) => {
+                let named = l <= MOST_LOBES && (1..=MOST_LOBES).contains(&m);
+                let expected = "[l, m] with l from 0 to 50 and m from 1 to 50";
+                (!named).then(|| ("mode", format!("[{l}, {m}]"), expected))
+            }
+        }
     }
 }
