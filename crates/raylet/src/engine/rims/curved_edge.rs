@@ -32,10 +32,11 @@ const ASLANT: f64 = 0.075;
 /// Rays followed at most.
 const RAYS: usize = 3000;
 
-/// Parts of the directions that land on the target; each goes on to the sensor or not.
+/// Parts of the directions that land on the target, of which each goes on to the sensor in its own share.
 const PARTS: usize = 7;
 
-/// The energy, on its way to the target, of the difference between a cut along the surface and one in the plane of its edge.
+/// The energy, on its way through the target to the sensor, of the difference between a cut along the surface and one in the
+/// plane of its edge.
 pub(crate) fn edge_difference(
     open: &Hop,
     onward: &Onward,
@@ -134,7 +135,8 @@ impl Fan {
         })
     }
 
-    /// The width in q of the directions that land on the target and go on to the sensor.
+    /// The width in q of the directions that land on the target, each counted by the share of its light that goes on to the
+    /// sensor.
     fn width_towards(&self, open: &Hop, onward: &Onward) -> Option<f64> {
         let to = open.to.bounds()?;
         let index = open.to.index;
@@ -149,17 +151,18 @@ impl Fan {
             high = high.min(ends[0].max(ends[1]));
         }
         let width = (high - low).max(0.0);
-        let goes_on = |part: &usize| {
-            let q = low + width * (*part as f64 + 0.5) / PARTS as f64;
-            onward.leads_on(SourceRay {
+        let share = |part: usize| {
+            let q = low + width * (part as f64 + 0.5) / PARTS as f64;
+            let ray = SourceRay {
                 at: [0, 1].map(|a| self.at[a] + q * self.place_rate[a]),
                 p: [0, 1].map(|a| self.p[a] + q * self.cosine_rate[a]),
                 energy: 1.0,
                 spread: [0.0; 2],
-            })
+            };
+            onward.reach(ray).share
         };
-        let on = (0..PARTS).filter(goes_on).count();
-        Some(width * on as f64 / PARTS as f64)
+        let on: f64 = (0..PARTS).map(share).sum();
+        Some(width * on / PARTS as f64)
     }
 }
 

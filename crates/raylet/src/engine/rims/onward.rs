@@ -2,6 +2,12 @@
 //!
 //! Light that a rim sends aside arrives in other directions than the rest. Behind a smooth element it lands elsewhere, mostly
 //! beside the sensor. Behind pixels it goes everywhere.
+//!
+//! The last screen before the sensor diffracts what passes it. Of the light of an outline with perimeter P and area A the share
+//! λP/(2π²Aq) differs by more than q from its direction (`edge_diffraction`). So the light of a ray is spread like
+//! c/(2π(q² + c²)^{3/2}) with c = λP/(2π²A), whose integral over a rectangle is a closed form.
+
+use std::f64::consts::PI;
 
 use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::source_rays::{is_open, ray_behind};
@@ -10,6 +16,10 @@ use crate::optics::system::{Hop, System};
 
 /// How far beside the sensor light counts, in diffraction widths λ/D of the aperture before it.
 const WIDTHS: f64 = 4.0;
+
+/// What is farther than so many widths of the spread has next to no light, and a spread in mm that is no spread.
+const FAR: f64 = 1e6;
+const LEAST: f64 = 1e-12;
 
 /// Points along each side of a box whose rays are followed.
 const SIDE: usize = 7;
@@ -35,6 +45,7 @@ impl<'a> Onward<'a> {
     }
 
     /// Of light of which nothing more is known.
+    #[cfg(test)]
     pub(crate) fn nowhere() -> Self {
         Self { hops: Vec::new() }
     }
@@ -44,67 +55,108 @@ impl<'a> Onward<'a> {
         !self.hops.is_empty()
     }
 
-    /// The share of the points of a box of which the rays lead on.
-    pub(crate) fn share(
+    /// The mean over points of a box of what their rays have.
+    pub(crate) fn mean_reach(
         &self,
         [x0, x1, y0, y1]: [f64; 4],
         ray: impl Fn([f64; 2]) -> SourceRay,
-    ) -> f64 {
+    ) -> Reach {
         if !self.is_known() {
-            return 1.0;
+            return Reach::WHOLE;
         }
         let place =
             |low: f64, high: f64, i: usize| low + (high - low) * (i as f64 + 0.5) / SIDE as f64;
         let points = (0..SIDE * SIDE).map(|n| [place(x0, x1, n % SIDE), place(y0, y1, n / SIDE)]);
-        let on = points.filter(|point| self.leads_on(ray(*point))).count();
-        on as f64 / (SIDE * SIDE) as f64
+        let reaches = points.map(|point| self.reach(ray(point)));
+        let sum = reaches.fold([0.0; 2], |[near, share], reach| {
+            [near + reach.near, share + reach.share]
+        });
+        let [near, share] = sum.map(|sum| sum / (SIDE * SIDE) as f64);
+        Reach { near, share }
     }
 
-    /// Whether a ray on the first of their screens lands on the sensor or near it; true where nothing is known.
-    pub(crate) fn leads_on(&self, mut ray: SourceRay) -> bool {
+    /// What of the light along a ray on the first of their screens gets to the sensor; all where nothing is known.
+    pub(crate) fn reach(&self, mut ray: SourceRay) -> Reach {
         for (number, hop) in self.hops.iter().enumerate() {
             if !is_open(hop.from, ray.at) {
-                return false;
+                return Reach::NOTHING;
             }
             let bent = ray_behind(hop, &ray);
             let Ok((landing, j)) = hop.jacobian(bent.at, bent.p) else {
-                return false;
+                return Reach::NOTHING;
             };
             if number + 1 == self.hops.len() {
-                return near(hop, landing.at, &j);
+                return Reach::of(hop, landing.at, &j);
             }
             ray.at = landing.at;
             ray.p = landing.cosines;
         }
-        true
+        Reach::WHOLE
     }
 }
 
-/// Whether a landing lies in the box of a hop's last screen, or no farther away than the box is wide, or than light of the
-/// first screen's aperture is spread by diffraction.
-fn near(hop: &Hop, at: [f64; 2], j: &[[f64; 4]; 4]) -> bool {
-    let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
-        return true;
+/// What of the light along a ray gets to the sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub(crate) struct Reach {
+    /// One where the ray lands in the box of the sensor, or no farther away than the box is wide, or than light of the last
+    /// aperture is spread by diffraction; else zero.
+    pub(crate) near: f64,
+    /// The share of its light that lands in the box, if the last aperture diffracts it.
+    pub(crate) share: f64,
+}
+
+impl Reach {
+    /// Of light that all gets there, as far as is known.
+    const WHOLE: Self = Self {
+        near: 1.0,
+        share: 1.0,
     };
-    (0..2).all(|a| {
-        let [low, high] = [to[2 * a], to[2 * a + 1]];
-        let widths = [0, 1].map(|b| {
-            let cosines = hop.wavelength / (from[2 * b + 1] - from[2 * b]);
-            WIDTHS * cosines * j[a][2 + b].abs()
+
+    /// Of light that does not.
+    const NOTHING: Self = Self {
+        near: 0.0,
+        share: 0.0,
+    };
+
+    /// Of a ray that lands at a place of the last screen of a hop, with this Jacobian.
+    fn of(hop: &Hop, at: [f64; 2], j: &[[f64; 4]; 4]) -> Self {
+        let (Some(from), Some(to)) = (hop.from.bounds(), hop.to.bounds()) else {
+            return Self::WHOLE;
+        };
+        let sides = [from[1] - from[0], from[3] - from[2]];
+        let near = (0..2).all(|a| {
+            let [low, high] = [to[2 * a], to[2 * a + 1]];
+            let widths = [0, 1].map(|b| WIDTHS * hop.wavelength / sides[b] * j[a][2 + b].abs());
+            let margin = (high - low).max(widths[0]).max(widths[1]);
+            (low - margin..=high + margin).contains(&at[a])
         });
-        let margin = (high - low).max(widths[0]).max(widths[1]);
-        (low - margin..=high + margin).contains(&at[a])
-    })
+
+        // The ends of the box in directions off that of the ray, in units of the width of the spread.
+        let spread = hop.wavelength * (sides[0] + sides[1]) / (PI * PI * sides[0] * sides[1]);
+        let end = |a: usize, end: usize| {
+            let width = spread * j[a][2].hypot(j[a][3]);
+            ((to[2 * a + end] - at[a]) / width.max(LEAST)).clamp(-FAR, FAR)
+        };
+        let corner = |x: f64, y: f64| (x * y / (1.0 + x * x + y * y).sqrt()).atan();
+        let along_y = |x: f64| corner(x, end(1, 1)) - corner(x, end(1, 0));
+        Self {
+            near: f64::from(u8::from(near)),
+            share: (along_y(end(0, 1)) - along_y(end(0, 0))) / (2.0 * PI),
+        }
+    }
 }
 
 #[cfg(test)]
 mod tests {
+    use std::f64::consts::PI;
+
     use ndarray::Array2;
     use num_complex::Complex64;
 
     use crate::engine::rims::onward::Onward;
     use crate::engine::rims::source_ray::SourceRay;
     use crate::fixtures::parts::{box_pixels, element, lit, on_axis, screen, sensor};
+    use crate::math::bessel::bessel_j;
     use crate::optics::aperture::Aperture;
     use crate::optics::doe::Layer;
     use crate::optics::frame::Frame;
@@ -133,8 +185,40 @@ mod tests {
                 energy: 1.0,
                 spread: [0.0; 2],
             };
-            assert!(onward.leads_on(ray(0.0)));
-            assert_eq!(onward.leads_on(ray(0.1)), aside);
+            assert_eq!(onward.reach(ray(0.0)).near, 1.0);
+            assert_eq!(onward.reach(ray(0.1)).near == 1.0, aside);
+        }
+    }
+
+    /// What a disc sends beyond a square about its light: Airy's pattern, integrated in polar coordinates. Squares whose sides
+    /// are 0.06 to 0.6 off the light in direction, behind a disc of 20 λ.
+    #[test]
+    fn the_share_beyond_a_square_is_that_of_airy() {
+        let (radius, far) = (20.0, 1e6);
+        let disc = ScreenKind::Stop(Aperture::disc(radius));
+        for sine in [0.06, 0.2, 0.6] {
+            let side = 2.0 * far * f64::tan(f64::asin(sine));
+            let open = screen(Frame::GLOBAL, ScreenKind::Stop(Aperture::disc(1.0)));
+            let middle = screen(on_axis(5.0), disc.clone());
+            let last = screen(on_axis(5.0 + far), sensor(1, side));
+            let system = lit(vec![open, middle, last], vec![vec![], vec![]]);
+            let ray = SourceRay {
+                at: [0.0; 2],
+                p: [0.0; 2],
+                energy: 1.0,
+                spread: [0.0; 2],
+            };
+            let beyond = 1.0 - Onward::behind(&system, 0).reach(ray).share;
+
+            // At the angle φ from x the square ends at q = sine/cos φ, beyond which J₀² + J₁² of 2πaq/λ remains.
+            let outside = |n: i32| {
+                let angle = PI / 4.0 * (f64::from(n) + 0.5) / 2000.0;
+                let x = 2.0 * PI * radius * sine / angle.cos();
+                bessel_j(0, x).powi(2) + bessel_j(1, x).powi(2)
+            };
+            let exact = (0..2000).map(outside).sum::<f64>() / 2000.0;
+            let ratio = beyond / exact;
+            assert!((0.7..1.3).contains(&ratio), "{sine}: {ratio}");
         }
     }
 }

@@ -5,7 +5,7 @@ use crate::engine::beamlet::starting_width::starting_width;
 use crate::engine::plan::settings::Settings;
 use crate::engine::rims::curved_edge::{aslant_error, edge_difference};
 use crate::engine::rims::edge_diffraction::edge_energy;
-use crate::engine::rims::onward::Onward;
+use crate::engine::rims::onward::{Onward, Reach};
 use crate::engine::rims::source_ray::SourceRay;
 use crate::engine::rims::surface_edge::{EdgeLight, SurfaceEdge};
 use crate::engine::trace::direction_search::SearchRay;
@@ -62,12 +62,15 @@ pub(crate) fn cut_shares(
     light.extend(rays.iter().filter_map(|ray| arrive(hop, ray)));
 
     // Those that go on to the sensor; where none does, light gets there by diffraction, and all count.
-    let going = |ray: &SearchRay| onward.leads_on(landed(ray));
-    let on: Vec<SearchRay> = rays.iter().filter(|ray| going(ray)).copied().collect();
-    let (rays, onward) = match on.is_empty() {
-        true => (rays, &Onward::nowhere()),
-        false => (on, onward),
-    };
+    let reaches = rays.iter().map(|ray| onward.reach(landed(ray)));
+    let reaches: Vec<Reach> = reaches.collect();
+    let seen = rays.iter().zip(&reaches);
+    let seen = seen.map(|(ray, reach)| ray.area * reach.share).sum();
+    let by_diffraction = reaches.iter().all(|reach| reach.near == 0.0);
+    let mut going = reaches
+        .iter()
+        .map(|reach| by_diffraction || reach.near > 0.0);
+    rays.retain(|_| going.next().unwrap_or(true));
 
     // The mean shares of the beamlets along them, and what the rims themselves send to the target.
     let sigma = match (settings.sigma, rays.is_empty()) {
@@ -82,6 +85,8 @@ pub(crate) fn cut_shares(
         open: &open,
         onward,
         leaving,
+        seen,
+        by_diffraction,
         rays: &rays,
         sigma,
     };
@@ -96,7 +101,11 @@ struct OnTheWay<'a> {
     onward: &'a Onward<'a>,
     /// What leaves the first screen.
     leaving: &'a [SourceRay],
-    /// What of it lands, if nothing has an edge, with its energy.
+    /// The energy of what of it lands on the sensor, if nothing has an edge.
+    seen: f64,
+    /// Whether no ray leads to the sensor.
+    by_diffraction: bool,
+    /// Those that do, or all that land, with their energy.
     rays: &'a [SearchRay],
     /// The width of beamlets along these.
     sigma: f64,
@@ -109,60 +118,92 @@ impl OnTheWay<'_> {
         let Some(rim) = &edges[number] else {
             return cut;
         };
-        let (open, onward, leaving) = (self.open, self.onward, self.leaving);
+        let (open, leaving) = (self.open, self.leaving);
+        let sent = self.sent_by_rim(rim);
+        let sent_on = if self.by_diffraction {
+            sent.landing
+        } else {
+            sent.near
+        };
         let landed: f64 = self.rays.iter().map(|ray| ray.area).sum();
-        let all: f64 = leaving.iter().map(|ray| ray.energy).sum();
-        let sent = sent_by_rim(open, onward, rim, leaving);
-        let total = landed + sent;
+        let total = landed + sent_on;
         if total > 0.0 {
-            (cut.removed, cut.misplaced) = (sent / total, sent / total);
-            cut.difference = edge_difference(open, onward, rim, leaving).over(total);
-            cut.aslant = aslant_error(open, edges[..number].iter().flatten(), rim, leaving);
-            cut.landing = total / all;
-            cut.to_sensor = onward.is_known();
+            (cut.removed, cut.misplaced) = (sent_on / total, sent_on / total);
             for ray in self.rays {
                 let part = clipped(open, rim, ray.at, ray.p, self.sigma);
                 cut.removed += part * ray.area / total;
                 cut.misplaced += part.min(1.0 - part) * ray.area / total;
             }
+            let all: f64 = leaving.iter().map(|ray| ray.energy).sum();
+            cut.landing = total / all;
+            cut.to_sensor = self.onward.is_known();
+        }
+
+        // Of the difference only what lands on the sensor counts, beside the light that does.
+        let seen = self.seen + sent.seen;
+        if seen > 0.0 {
+            cut.difference = edge_difference(open, self.onward, rim, leaving).over(seen);
+            cut.aslant = aslant_error(open, edges[..number].iter().flatten(), rim, leaving);
         }
         cut
     }
+
+    /// The energy that the rim of a surface sends into the box of the target, of light that meets the surface near it and
+    /// does not land there by itself: as the edge of a plane aperture would from where its rays land, on the way left.
+    fn sent_by_rim(&self, rim: &SurfaceEdge) -> Sent {
+        let (open, leaving) = (self.open, self.leaving);
+        let surface = rim.surface;
+        let Some(to) = open.to.bounds() else {
+            return Sent::default();
+        };
+        let way = (open.to.frame.origin - surface.frame.origin).norm();
+        let index = open.to.index;
+        let narrowest = (open.wavelength * index / way.max(open.wavelength)).sqrt();
+        let width = index * (to[1] - to[0]).hypot(to[3] - to[2]) / way;
+        let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
+        let one = |source_ray: &SourceRay| {
+            let depth = rim.depth_near(open, source_ray)?;
+            let landing = open.trace(source_ray.at, source_ray.p, &mut ()).ok()?;
+            let beside = distance_beside(to, landing.at);
+            if beside == 0.0 {
+                return None;
+            }
+            let q = (index * beside / way).max(narrowest);
+            let towards = |point: [f64; 2]| SourceRay {
+                at: point,
+                p: [0, 1].map(|a| landing.cosines[a] + index * (point[a] - landing.at[a]) / way),
+                energy: 1.0,
+                spread: [0.0; 2],
+            };
+            let reach = self.onward.mean_reach(to, towards);
+            let sent = rim.per_depth(open, source_ray) * edge_energy(open.wavelength, q, width);
+            Some((depth, sent * stride as f64, reach))
+        };
+        let some = leaving.iter().step_by(stride).filter_map(one);
+        let some: Vec<(f64, f64, Reach)> = some.collect();
+        let sum = |share: fn(&Reach) -> f64| {
+            let lights = some
+                .iter()
+                .map(|(depth, sent, reach)| (*depth, sent * share(reach)));
+            EdgeLight::of(lights, rim.blur(open)).fainter()
+        };
+        Sent {
+            landing: sum(|_| 1.0),
+            near: sum(|reach| reach.near),
+            seen: sum(|reach| reach.share),
+        }
+    }
 }
 
-/// The energy that the rim of a surface sends into the box of the target and on to the sensor, of light that meets the
-/// surface near it and does not land there by itself: as the edge of a plane aperture would from where its rays land,
-/// on the way left.
-fn sent_by_rim(open: &Hop, onward: &Onward, rim: &SurfaceEdge, leaving: &[SourceRay]) -> f64 {
-    let surface = rim.surface;
-    let Some(to) = open.to.bounds() else {
-        return 0.0;
-    };
-    let way = (open.to.frame.origin - surface.frame.origin).norm();
-    let index = open.to.index;
-    let narrowest = (open.wavelength * index / way.max(open.wavelength)).sqrt();
-    let width = index * (to[1] - to[0]).hypot(to[3] - to[2]) / way;
-    let stride = leaving.len().div_ceil(RIM_RAYS).max(1);
-    let one = |source_ray: &SourceRay| {
-        let depth = rim.depth_near(open, source_ray)?;
-        let landing = open.trace(source_ray.at, source_ray.p, &mut ()).ok()?;
-        let beside = distance_beside(to, landing.at);
-        if beside == 0.0 {
-            return None;
-        }
-        let q = (index * beside / way).max(narrowest);
-        let towards = |point: [f64; 2]| SourceRay {
-            at: point,
-            p: [0, 1].map(|a| landing.cosines[a] + index * (point[a] - landing.at[a]) / way),
-            energy: 1.0,
-            spread: [0.0; 2],
-        };
-        let share = onward.share(to, towards) * rim.per_depth(open, source_ray);
-        let sent = share * edge_energy(open.wavelength, q, width);
-        Some((depth, sent * stride as f64))
-    };
-    let some = leaving.iter().step_by(stride).filter_map(one);
-    EdgeLight::of(some, rim.blur(open)).fainter()
+/// The energy that a rim sends into the box of the target, of light that does not land there by itself.
+#[derive(Clone, Copy, Debug, Default)]
+struct Sent {
+    /// All.
+    landing: f64,
+    /// What of it gets near the sensor.
+    near: f64,
+    /// What of it lands on the sensor.
+    seen: f64,
 }
 
 /// How far a point is outside a box; zero inside.
