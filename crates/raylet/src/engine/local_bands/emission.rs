@@ -1,5 +1,6 @@
 //! The beamlets of one window.
 
+use std::collections::BTreeMap;
 use std::f64::consts::PI;
 
 use ndarray::Array2;
@@ -20,6 +21,9 @@ use crate::wave::local_bands::fourier_axis::Modes;
 /// Largest η that is corrected. Windows whose centres lie outside an aperture have more aberration there than in their
 /// light. The field of a telephone's lens has errors of 6.3e-4 and 7.0e-4 with 0.15 here, 4.7e-4 and 5.5e-4 with 0.8.
 const CORRECTABLE: f64 = 0.8;
+
+/// Width of a square of directions, in optical cosines, whose beamlets share the aberration of their strongest one.
+const ALIKE: f64 = 0.1;
 
 /// Windows farther inside an edge than this, in σ, do not notice it.
 const BESIDE_EDGE: f64 = 3.0;
@@ -73,8 +77,13 @@ struct Kept {
     beamlets: Vec<Arrival>,
     /// For each beamlet its tail at the edge of the target, and the energy that it brings to the target.
     tails: Vec<(Tail, f64)>,
-    /// The largest of these energies, and the direction of that plane wave.
-    strongest: (f64, [f64; 2]),
+}
+
+impl Kept {
+    /// The number of the strongest of some beamlets.
+    fn strongest(&self, numbers: impl Iterator<Item = usize>) -> Option<usize> {
+        numbers.max_by(|a, b| self.tails[*a].1.total_cmp(&self.tails[*b].1))
+    }
 }
 
 impl Emission<'_> {
@@ -140,16 +149,12 @@ impl Emission<'_> {
                 continue;
             }
             statistics.tally.count(Fate::Arrived, share);
-            let energy = share * tail.share;
-            if energy >= kept.strongest.0 {
-                kept.strongest = (energy, dp);
-            }
-            kept.tails.push((tail, energy));
+            kept.tails.push((tail, share * tail.share));
             kept.places.push(place);
             kept.beamlets.push(beamlet);
         }
-        if !kept.places.is_empty() {
-            self.correct(&waves.start, &mut kept, statistics);
+        for alike in groups_alike(waves, &kept) {
+            self.correct(waves, &mut kept, &alike, statistics);
         }
         kept
     }
@@ -186,17 +191,27 @@ impl Emission<'_> {
         self.aperture.is_some_and(|a| a.depth(x, y) < 0.0)
     }
 
-    /// Corrects the aberration inside the beamlets of a window by that of its strongest beamlet, and counts that which
-    /// its light has.
-    fn correct(&self, start: &ChirpedStart, kept: &mut Kept, statistics: &mut HopStatistics) {
-        let found = start.aberration(self.hop, kept.strongest.1);
+    /// Corrects the aberration inside some beamlets of a window by that of their strongest one, and counts that which
+    /// their light has.
+    fn correct(
+        &self,
+        waves: &WindowWaves,
+        kept: &mut Kept,
+        alike: &[usize],
+        statistics: &mut HopStatistics,
+    ) {
+        let Some(strongest) = kept.strongest(alike.iter().copied()) else {
+            return;
+        };
+        let (start, dp) = (&waves.start, waves.direction(kept.places[strongest]));
+        let found = start.aberration(self.hop, dp);
         let lit = self.amid_light(start);
         let counted = match lit.carrier == start.carrier {
             true => found,
-            false => lit.aberration(self.hop, kept.strongest.1),
+            false => lit.aberration(self.hop, dp),
         };
         let outside = self.is_outside(start);
-        for (tail, energy) in &kept.tails {
+        for (tail, energy) in alike.iter().map(|number| &kept.tails[*number]) {
             let there = counted.map(|counted| counted.at_distance(tail.distance));
             statistics.tally.add_aberration(there, *energy);
             if outside {
@@ -205,11 +220,26 @@ impl Emission<'_> {
         }
         if let Some(found) = found.filter(|_| self.corrected) {
             let factor = found.correction_up_to(CORRECTABLE);
-            for beamlet in &mut kept.beamlets {
-                beamlet.amplitude *= factor;
+            for number in alike {
+                kept.beamlets[*number].amplitude *= factor;
             }
         }
     }
+}
+
+/// The numbers of beamlets whose directions are alike: those in one square of directions, one square about the strongest.
+fn groups_alike(waves: &WindowWaves, kept: &Kept) -> Vec<Vec<usize>> {
+    let direction = |number: usize| waves.direction(kept.places[number]);
+    let Some(middle) = kept.strongest(0..kept.places.len()).map(direction) else {
+        return Vec::new();
+    };
+    let mut groups: BTreeMap<[i32; 2], Vec<usize>> = BTreeMap::new();
+    for number in 0..kept.places.len() {
+        let p = direction(number);
+        let square = [0, 1].map(|a| ((p[a] - middle[a]) / ALIKE).round() as i32);
+        groups.entry(square).or_default().push(number);
+    }
+    groups.into_values().collect()
 }
 
 #[cfg(test)]
