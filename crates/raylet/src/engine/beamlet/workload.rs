@@ -4,12 +4,18 @@
 //! run more closely: each patch follows the directions that lead from it to the target and that its light may
 //! have, and a beamlet is summed over the part of its footprint that lies on the target.
 
+use std::f64::consts::PI;
+
+use ndarray::Array2;
+use num_complex::Complex64;
+
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::{BeamletPlan, MARGIN, Planner};
 use crate::engine::plan::cost_model::{as_conics, beamlets};
 use crate::engine::plan::work::Work;
 use crate::engine::trace::direction_search::reach;
 use crate::optics::aperture::Aperture;
+use crate::optics::pixels::pixel_grid::PixelForm;
 use crate::optics::screen::ScreenKind;
 use crate::wave::patches::window::Positions;
 
@@ -20,6 +26,15 @@ const DIRECTIONS: usize = 5;
 /// Modes beyond its light's own directions that a smooth patch holds, on each side: where the spectrum of its
 /// window falls below the weakest mode that is followed.
 const SPREAD: f64 = 4.5;
+
+/// Share of the target error that the modes may cost which a run leaves out for their weakness.
+const LEFT_OUT: f64 = 1.0 / 3.0;
+
+/// Any direction.
+const ANY: [f64; 2] = [f64::NEG_INFINITY, f64::INFINITY];
+
+/// Neighbouring pixels that are compared.
+const STEPS: usize = 10_000;
 
 /// What a few patches hold.
 #[derive(Default)]
@@ -40,10 +55,11 @@ impl Planner<'_> {
             Positions::covering(edges, plan.sigma, plan.step, 0.5 * plan.period)
         };
         let (x, y) = (axis(0), axis(1));
-        let mut sample = Sample::default();
+        let (mut sample, held) = (Sample::default(), self.held(plan));
         for j in spread(y.count, PATCHES) {
             for i in spread(x.count, PATCHES) {
-                self.sample_at(plan, [x.at(i), y.at(j)], spacing, &mut sample);
+                let at = [x.at(i), y.at(j)];
+                self.sample_at(plan, at, (&held, spacing), &mut sample);
             }
         }
 
@@ -66,8 +82,14 @@ impl Planner<'_> {
         beamlets::BEAMLET + correction + crossed + values * beamlets::VALUE
     }
 
-    /// Adds one patch to a sample.
-    fn sample_at(&self, plan: &BeamletPlan, at: [f64; 2], spacing: [f64; 2], sample: &mut Sample) {
+    /// Adds one patch to a sample, for the directions that its light may have and the distance of points on the target.
+    fn sample_at(
+        &self,
+        plan: &BeamletPlan,
+        at: [f64; 2],
+        (held, spacing): (&[[f64; 2]; 2], [f64; 2]),
+        sample: &mut Sample,
+    ) {
         sample.patches += 1.0;
         let open = self.open(plan, at);
         if open == 0.0 {
@@ -80,8 +102,8 @@ impl Planner<'_> {
         };
         // An edge under the window sends light anywhere.
         let held = match open < 1.0 {
-            true => [[f64::NEG_INFINITY, f64::INFINITY]; 2],
-            false => self.held(plan),
+            true => [ANY; 2],
+            false => *held,
         };
         let [mx, my] = [0, 1].map(|a| {
             let low = led[2 * a].max(held[a][0]);
@@ -120,11 +142,31 @@ impl Planner<'_> {
         aperture.coverage(x - half, x + half, y - half, y + half)
     }
 
-    /// The directions that the light of a patch may have, along x and y.
+    /// The directions that the light of a patch may have, along x and y. All, where the edges of pixels send more light beside
+    /// those of the window than may be left out.
     fn held(&self, plan: &BeamletPlan) -> [[f64; 2]; 2] {
+        let left_out = (self.settings.target_error * LEFT_OUT).powi(2);
         [0, 1].map(|a| {
             let window = SPREAD * plan.bands[a].spacing;
-            self.envelope.range(a, window)
+            match self.sent_by_pixel_edges(a, window) > left_out {
+                true => ANY,
+                false => self.envelope.range(a, window),
+            }
+        })
+    }
+
+    /// The share of the light that the edges of pixels send into directions that differ by more than q along an axis.
+    ///
+    /// A step of the amplitude by Δ sends λ|Δ|²/(4π²q²) dq to either side for each length of edge (`edge_diffraction`), and
+    /// there is one edge in each pitch.
+    fn sent_by_pixel_edges(&self, axis: usize, q: f64) -> f64 {
+        let pixels = match &self.hop.from.kind {
+            ScreenKind::Doe(doe) => doe.pixels().filter(|pixels| pixels.form == PixelForm::Box),
+            ScreenKind::Stop(_) | ScreenKind::Sensor(_) => None,
+        };
+        pixels.map_or(0.0, |pixels| {
+            let of_edge = self.hop.wavelength / (2.0 * PI * PI * q * pixels.pitch[axis]);
+            of_edge * mean_step(&pixels.values, axis)
         })
     }
 
@@ -142,6 +184,29 @@ impl Planner<'_> {
         // An ellipse fills this much of its box.
         std::f64::consts::FRAC_PI_4 * along(0) * along(1)
     }
+}
+
+/// The mean of |Δ|² between neighbouring pixels along an axis, x first, over that of their own energy; of at most
+/// [`STEPS`] pairs of them about.
+fn mean_step(values: &Array2<Complex64>, axis: usize) -> f64 {
+    let (rows, columns) = values.dim();
+    let next = [[0, 1], [1, 0]][axis];
+    let side = STEPS.isqrt();
+    let rows = (0..rows).step_by(rows.div_ceil(side).max(1));
+    let pairs = rows.flat_map(|j| {
+        (0..columns)
+            .step_by(columns.div_ceil(side).max(1))
+            .map(move |i| [j, i])
+    });
+    let (mut step, mut energy) = (0.0, 0.0);
+    for [j, i] in pairs {
+        let here = values[[j, i]];
+        if let Some(beside) = values.get([j + next[0], i + next[1]]) {
+            step += (here - beside).norm_sqr();
+            energy += here.norm_sqr();
+        }
+    }
+    if energy > 0.0 { step / energy } else { 0.0 }
 }
 
 /// At most `parts` indices below `count`, evenly spread: the middles of as many equal parts.
