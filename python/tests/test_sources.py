@@ -84,7 +84,7 @@ def test_a_lens_collimates_a_fibre() -> None:
     system = (
         raylet.System(wavelength_um=wave)
         .fibre_source(core_radius_um=a, numerical_aperture=aperture, distance_mm=2.0)
-        .add_paraxial_lens(2.0, aperture=raylet.disc(0.8), thickness_mm=2.0)
+        .add_paraxial_lens(2.0, aperture=raylet.disc(0.55), thickness_mm=2.0)
         .add_sensor(pixels=(40, 40), pitch_um=30.0)
     )
     result = system.simulate()
@@ -98,7 +98,7 @@ def test_a_lens_collimates_a_fibre() -> None:
 
 def test_a_fibre_by_its_mode_field_diameter_is_a_gaussian_beam() -> None:
     """The light of a fibre at its end in the waist of a Gaussian beam is that of the beam, as far as it is paraxial."""
-    system = raylet.System(wavelength_um=1.55).add_stop(raylet.disc(0.6), thickness_mm=2.0)
+    system = raylet.System(wavelength_um=1.55).add_stop(raylet.disc(0.45), thickness_mm=2.0)
     system.add_sensor(pixels=(32, 32), pitch_um=10.0)
     beam = system.gaussian_beam(10.4 / 2, waist_mm=(0.0, 0.0, -2.0)).simulate()
     fibre = system.fibre_source(mode_field_diameter_um=10.4, distance_mm=2.0).simulate()

@@ -110,14 +110,14 @@ def test_lists_of_runs_that_the_system_has_not_are_refused() -> None:
 
 
 def test_a_sweep_warns_where_it_was_called() -> None:
-    system = raylet.System(wavelength_um=0.5).add_stop(raylet.disc(0.02), thickness_mm=1.0)
-    system.add_sensor(pixels=(4, 4), pitch_um=3.0, decenter_mm=(9.0, 0.0))
+    system = raylet.System(wavelength_um=0.5).add_stop(raylet.disc(0.01), thickness_mm=0.2)
+    system.add_sensor(pixels=(4, 4), pitch_um=3.0, decenter_mm=(1.8, 0.0))
     with pytest.warns(UserWarning) as one:
         system.simulate()
     with pytest.warns(UserWarning) as several:
-        system.simulate(distances=[1.0])
+        system.simulate(distances=[0.2])
     with pytest.warns(UserWarning) as long:
-        system.sweep(distances_mm=[1.0])
+        system.sweep(distances_mm=[0.2])
     assert {warning.filename for warnings in (one, several, long) for warning in warnings} == {__file__}
 
 
