@@ -17,6 +17,7 @@ const PIXELS: usize = 48;
 
 /// Errors as measured, rounded up.
 const TAPERED_BEAM: f64 = 2e-4;
+const LENS: f64 = 6e-4;
 const SUPER_GAUSSIAN: f64 = 4e-4;
 const CONE: f64 = 6e-4;
 const BEHIND: f64 = 8e-4;
@@ -90,6 +91,32 @@ fn a_tapered_beam_spreads_as_a_gaussian_beam() {
             gaussian(x - 0.02, 0.1, 40.0) * gaussian(y + 0.01, 0.07, 40.0)
         });
         assert!(error < TAPERED_BEAM, "{method:?}: {error:e}");
+    }
+}
+
+/// A beam of 0.2 mm in an ideal lens of 1.6 mm: the edge of the lens is dark. The beam converges to a
+/// waist near the focus, as √(q₀/q) of the ABCD law has it.
+#[test]
+fn a_wide_lens_is_open_to_a_narrow_beam() {
+    let (w, f, distance) = (0.2, 20.0, 12.0);
+    let case = Case {
+        source: "kind = \"plane\", taper = { radius_mm = 0.2 }",
+        element: String::from(
+            "kind = \"paraxial_lens\"\nfocal_length_mm = 20.0\naperture = { disc = { radius_mm = 0.8 } }",
+        ),
+        distance,
+        pitch_um: 8.0,
+    };
+    // 1/q = 1/q₀ − 1/f behind the lens.
+    let behind = (Complex64::new(0.0, 2.0 / (K * w * w)) - 1.0 / f).inv();
+    let along = |x: f64| {
+        let q = behind + distance;
+        (behind / q).sqrt() * (Complex64::new(0.0, 0.5 * K * x * x) / q).exp()
+    };
+    for method in [Method::Auto, Method::LocalBands] {
+        let outcome = case.run(method);
+        let error = case.error(&outcome, |x, y| along(x) * along(y));
+        assert!(error < LENS, "{method:?}: {error:e}");
     }
 }
 

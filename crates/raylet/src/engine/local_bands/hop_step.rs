@@ -18,6 +18,7 @@ use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{
     LocalBandPlan, LocalBandSettings, SOURCE_STEP, SourceAperture,
 };
+use crate::engine::local_bands::source_aperture::has_dark_rim;
 use crate::engine::local_bands::source_windows::SourceWindows;
 use crate::engine::local_bands::target::TargetRegion;
 use crate::engine::local_bands::tile_plan::TileRun;
@@ -207,7 +208,8 @@ impl<'a> HopStep<'a> {
             Some(element)
         };
         let bounds = hop.from.bounds().ok_or_else(|| boundless(hop.from))?;
-        let tiling = Tiling::over(bounds, shape, settings.tile);
+        let dark_rim = number == 0 && !soft && has_dark_rim(system, settings.threshold);
+        let tiling = Tiling::over(bounds, shape, settings.tile).with_dark_rim(dark_rim);
         let windows = [0, 1].map(|a| tiling.positions[a].count);
         let allowed = settings.windows_allowed();
         if windows[0].saturating_mul(windows[1]) > allowed {

@@ -11,7 +11,9 @@ use crate::engine::local_bands::source_light::source_carrier;
 use crate::engine::local_bands::target::TargetRegion;
 use crate::engine::local_bands::window_directions::window_directions;
 use crate::engine::local_bands::window_widths::{SIDE, source_carriers};
+use crate::math::vec3::Vec3;
 use crate::optics::aperture::Outline;
+use crate::optics::doe::Doe;
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::optics::system::{Hop, System};
 
@@ -20,6 +22,9 @@ const BESIDE: f64 = 0.1;
 
 /// Share of the target error that the diffraction of an edge which is left out may cost.
 const SHARE: f64 = 0.1;
+
+/// Light at an edge is dark where its amplitude is this part of a threshold of the largest one.
+const DARK: f64 = 0.03;
 
 /// Width of the windows at an edge from which directions to the target are sought, in wavelengths; only rays through their
 /// middles count.
@@ -59,6 +64,41 @@ pub(crate) fn source_aperture(
         true => SourceAperture::Hard,
         false => SourceAperture::Soft,
     })
+}
+
+/// Whether light whose amplitude falls off, as of a laser, is too weak at the edge of the first screen for the edge to matter:
+/// its amplitude there, over the largest one, is a small part of a threshold. The edge is a circle or rectangle, and the light
+/// does not fall off between two places of it that are looked at.
+pub(crate) fn has_dark_rim(system: &System, threshold: f64) -> bool {
+    let (Some(screen), Some(hop)) = (system.screens.first(), system.hops().next()) else {
+        return false;
+    };
+    let (ScreenKind::Stop(aperture) | ScreenKind::Doe(Doe { aperture, .. })) = &screen.kind else {
+        return false;
+    };
+    let simple = matches!(
+        aperture.outline,
+        Outline::Disc { .. } | Outline::Rectangle { .. }
+    );
+    if !simple || system.source.is_even() || !screen.is_plane() {
+        return false;
+    }
+    let k = hop.wavenumber() * screen.index;
+    let place = |[x, y]: [f64; 2]| screen.frame.to_global(Vec3::new(x, y, 0.0));
+    let amplitude = |at: [f64; 2]| system.source.field(place(at), k).norm();
+    let rim = aperture.rim();
+    let largest = |all: &mut dyn Iterator<Item = [f64; 2]>| all.map(amplitude).fold(0.0, f64::max);
+    let Ok(open) = source_carriers(system) else {
+        return false;
+    };
+    let brightest = largest(&mut open.iter().map(|carrier| carrier.at));
+    let apart = rim.iter().zip(rim.iter().skip(1));
+    let apart = apart
+        .map(|(a, b)| (b[0] - a[0]).hypot(b[1] - a[1]))
+        .fold(0.0, f64::max);
+    let falls = rim.iter().map(|at| system.source.radius_at(place(*at), k));
+    let seen = falls.fold(f64::INFINITY, f64::min) > apart;
+    seen && largest(&mut rim.iter().copied()) < DARK * threshold * brightest
 }
 
 /// The light that the edge of the first screen sends to the next one by diffraction, as an error of the field there if it is
@@ -103,4 +143,65 @@ fn meets(screen: &Screen, [x, y]: [f64; 2]) -> bool {
     };
     let inside = |at: f64, low: f64, high: f64| (low - margin..=high + margin).contains(&at);
     inside(x, x0, x1) && inside(y, y0, y1) && depth > -margin
+}
+
+#[cfg(test)]
+mod tests {
+    use crate::engine::local_bands::source_aperture::has_dark_rim;
+    use crate::fixtures::parts::{lit, on_axis, screen, sensor};
+    use crate::math::vec3::Vec3;
+    use crate::optics::aperture::{Aperture, Outline};
+    use crate::optics::beams::taper::Taper;
+    use crate::optics::frame::Frame;
+    use crate::optics::screen::ScreenKind;
+    use crate::optics::source::Source;
+
+    /// A beam of radius 1 with its middle at x, in this aperture: at the distance d of the edge its amplitude is exp(−d²).
+    fn dark(aperture: Aperture, x: f64) -> bool {
+        let first = screen(Frame::GLOBAL, ScreenKind::Stop(aperture));
+        let last = screen(on_axis(50.0), sensor(10, 0.1));
+        let mut system = lit(vec![first, last], vec![vec![]]);
+        let direction = Vec3::new(0.0, 0.0, 1.0);
+        system.wavelength = 0.5e-3;
+        system.source = Source::TaperedPlane {
+            direction,
+            origin: Vec3::new(0.0, 0.0, 0.0),
+            centre: Vec3::new(x, 0.0, 0.0),
+            taper: Taper::about(direction, [1.0; 2], 1, 0.0),
+        };
+        has_dark_rim(&system, 1e-3)
+    }
+
+    #[test]
+    fn a_rim_is_dark_where_a_beam_has_fallen_off() {
+        assert!(dark(Aperture::disc(4.0), 0.0));
+        assert!(dark(
+            Aperture::turned_rectangle(4.0, 5.0, 0.0, [0.0; 2]),
+            0.5
+        ));
+        assert!(!dark(Aperture::disc(2.5), 0.0));
+        assert!(!dark(Aperture::disc(4.0), 2.0));
+
+        // Beams narrower than the distance of two places of the edge, and edges inside the beam.
+        assert!(!dark(Aperture::disc(400.0), 0.0));
+        let annulus = Outline::Annulus {
+            inner: 0.5,
+            outer: 4.0,
+        };
+        let centre = [0.0; 2];
+        assert!(!dark(
+            Aperture {
+                outline: annulus,
+                centre
+            },
+            0.0
+        ));
+    }
+
+    #[test]
+    fn even_light_has_no_dark_rim() {
+        let first = screen(Frame::GLOBAL, ScreenKind::Stop(Aperture::disc(4.0)));
+        let last = screen(on_axis(50.0), sensor(10, 0.1));
+        assert!(!has_dark_rim(&lit(vec![first, last], vec![vec![]]), 1e-3));
+    }
 }

@@ -25,6 +25,8 @@ pub(crate) struct Tiling {
     pub positions: [Positions; 2],
     /// Windows along each side of a tile.
     side: usize,
+    /// Whether the light at the edge of the aperture is too weak for its windows to see it.
+    dark_rim: bool,
 }
 
 /// How wide windows are and how densely they stand.
@@ -91,7 +93,13 @@ impl Tiling {
         Self {
             positions: [along([x0, x1]), along([y0, y1])],
             side: side.max(1),
+            dark_rim: false,
         }
+    }
+
+    /// The same windows where the light at the edge of the aperture is weak: none of them sees it.
+    pub(crate) fn with_dark_rim(self, dark_rim: bool) -> Self {
+        Self { dark_rim, ..self }
     }
 
     /// The tiles, row by row.
@@ -115,7 +123,10 @@ impl Tiling {
         let lying = |window: [usize; 2]| {
             let at = self.centre(window);
             let depth = aperture.depth(at[0], at[1]) / self.positions[0].sigma;
-            let edge = EdgeContact::of(depth);
+            let edge = match EdgeContact::of(depth) {
+                EdgeContact::Cut if self.dark_rim => EdgeContact::Inside,
+                other => other,
+            };
             (edge != EdgeContact::Outside).then_some(LitWindow {
                 window,
                 at,
