@@ -248,18 +248,19 @@ def trace(
     arrays: dict[str, NDArray[Any]],
     channel: SupportsIndex,
     starts: Incomplete,
+    recorded: SupportsGetItem[int, SupportsIndex],
     parameters: SupportsGetItem[int, str],
     threads: SupportsIndex | None,
 ) -> tuple[NDArray[float64], NDArray[float64], NDArray[float64], NDArray[uint8], NDArray[float64]]:
     """
-    Rays by their `starts`, a dictionary: their places "pupil" (rays, 2) on the first screen, in units of the half
-    widths of its aperture, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
-    source. If "free" is true, "pupil" are points (rays, 3) in mm where the rays start, and "light" their unit
-    directions, both global; their paths are counted from there.
+    Rays by their `starts`, a dictionary: either places "x" and "y" (rays) on the first screen, in units of the half
+    widths of its aperture, and "light" (rays, 3), unit directions of a collimated source or places in mm of a point
+    source; or points "start_mm" (rays, 3) and their unit "cosines" (rays, 3), both global, from where paths are counted.
+    One entry of "light", "start_mm" or "cosines" serves all.
 
-    Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
-    fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on
-    the sensor. What a lost ray did not reach is NaN.
+    Returns points (3, parts, rays) in mm, directions behind (3, parts, rays) and optical paths (parts, rays) in mm, at
+    the `recorded` parts; fates (rays; 0 arrived, else the number of the loss); and derivatives (parameters, 5, rays) of
+    x, y, L, M, path on the sensor. What a lost ray did not reach is NaN.
     """
 
 def write_files(files: SupportsGetItem[int, tuple[str | PathLike[str], bytes | bytearray]], overwrite: bool) -> None:

@@ -22,7 +22,7 @@ from raylet.prescription import Prescription
 from raylet.progress import Progress
 from raylet.result import Result
 from raylet.sweep import RunSettings, Sweep, run_all, sweep
-from raylet.trace import Rays, trace, trace_from
+from raylet.trace import Part, Rays, trace, trace_from
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -226,6 +226,7 @@ class System(Prescription):
         field_deg: float | None = None,
         field_mm: float | None = None,
         channel: int = 0,
+        parts: Part | Sequence[Part] | None = None,
         derivatives: str | Sequence[str] = (),
         threads: int | None = None,
     ) -> Rays:
@@ -242,6 +243,8 @@ class System(Prescription):
             cosines [L, M, N] (rays, 3), both global: rays that are not those of the source. One point serves all
             directions, and one direction all points. A ray that does not meet the first element is lost.
         channel : index of the wavelength.
+        parts : names or indices of the parts at which rays are recorded, −1 for the sensor; all by default. A ray takes
+            56 bytes at each.
         derivatives : paths of parameters, such as "element[0].radius_mm", by which landings are differentiated; for a
             radius by its curvature. Through surfaces, mirrors and stops only.
         threads : how many to use; all processors' by default. They change no bit.
@@ -252,12 +255,19 @@ class System(Prescription):
                 raise TypeError("trace takes start_mm and cosines together, found one of them")
             if any(np.any(value) for value in (Hx, Hy, Px, Py)):
                 raise TypeError("trace takes start_mm and cosines in place of Hx, Hy, Px, Py, found both")
-            return trace_from(self, start_mm, cosines, self._channel(channel), names, thread_count(threads))
+            return trace_from(self, start_mm, cosines, self._channel(channel), parts, names, thread_count(threads))
         chosen = {"field_deg": field_deg, "field_mm": field_mm}
         scale = [None if value is None else number(f"System.trace: {key}", value) for key, value in chosen.items()]
         source = json.loads(self._compiled().to_json())["source"]
         return trace(
-            self, source, (Hx, Hy, Px, Py), (scale[0], scale[1]), self._channel(channel), names, thread_count(threads)
+            self,
+            source,
+            (Hx, Hy, Px, Py),
+            (scale[0], scale[1]),
+            self._channel(channel),
+            parts,
+            names,
+            thread_count(threads),
         )
 
     # What is sought.

@@ -11,12 +11,15 @@ from numpy.typing import NDArray
 
 from raylet import _raylet
 from raylet._arrays import real
-from raylet._refusal import described
+from raylet._refusal import described, shown
 
 if TYPE_CHECKING:
     from raylet.system import System
 
 Real = NDArray[np.float64]
+
+#: A part of a system by its name or index.
+Part = str | int
 
 #: What became of a ray.
 FATES = ("arrived", "clipped", "missed", "total reflection", "evanescent", "not converged")
@@ -28,11 +31,11 @@ NOT_UNIT = 1e-6
 
 @dataclass(frozen=True, eq=False)
 class Rays:
-    """Rays at every part of a system; the last part is the sensor. What a lost ray did not reach is NaN.
+    """Rays at the parts of a system; the last part is the sensor. What a lost ray did not reach is NaN.
 
     Attributes
     ----------
-    names : names of the parts.
+    names : names of the parts: all of them, or those that were asked for.
     x, y, z : where each part is met, (parts, rays), global, in mm.
     L, M, N : direction cosines behind it, global.
     opl_mm : optical path up to it, from where the source's phase is zero; of rays with a start of their own from there.
@@ -69,21 +72,24 @@ def trace(
     coordinates: tuple[Any, Any, Any, Any],
     scale: tuple[float | None, float | None],
     channel: int,
+    parts: Part | Sequence[Part] | None,
     parameters: Sequence[str],
     threads: int | None,
 ) -> Rays:
     """Rays of normalised field and pupil coordinates."""
     given = [real(name, value) for name, value in zip(("Hx", "Hy", "Px", "Py"), coordinates)]
+    if not all(np.isfinite(value).all() for value in given):
+        raise ValueError("Hx, Hy, Px, Py hold numbers that are not finite")
     try:
         Hx, Hy, Px, Py = (np.atleast_1d(value).ravel() for value in np.broadcast_arrays(*given))
     except ValueError as error:
         shapes = ", ".join(str(value.shape) for value in given)
         raise ValueError(f"Hx, Hy, Px, Py have shapes {shapes}, expected such as go together") from error
-    pupil = np.stack([Px, Py], axis=1)
-    if not (np.isfinite(pupil).all() and np.isfinite(Hx).all() and np.isfinite(Hy).all()):
-        raise ValueError("Hx, Hy, Px, Py hold numbers that are not finite")
-    starts = {"pupil": pupil, "light": _light(source, Hx, Hy, scale), "free": False}
-    return _followed(system, starts, channel, parameters, threads)
+    # One direction of light serves all rays: millions of them need no arrays of their own.
+    if given[0].size == given[1].size == 1 and Hx.size > 0:
+        Hx, Hy = Hx[:1], Hy[:1]
+    starts = {"x": Px, "y": Py, "light": _light(source, Hx, Hy, scale)}
+    return _followed(system, starts, channel, parts, parameters, threads)
 
 
 def trace_from(
@@ -91,6 +97,7 @@ def trace_from(
     start_mm: Any,
     cosines: Any,
     channel: int,
+    parts: Part | Sequence[Part] | None,
     parameters: Sequence[str],
     threads: int | None,
 ) -> Rays:
@@ -106,25 +113,47 @@ def trace_from(
         raise ValueError(
             f"{len(rows['start_mm'])} start_mm for {len(rows['cosines'])} cosines, expected as many, or one"
         )
-    points, directions = (np.ascontiguousarray(value) for value in np.broadcast_arrays(*rows.values()))
+    directions = rows["cosines"]
     lengths = np.sqrt(np.sum(directions * directions, axis=1))
     if np.any(np.abs(lengths - 1.0) > NOT_UNIT):
         worst = lengths[np.argmax(np.abs(lengths - 1.0))]
         raise ValueError(f"cosines hold a direction of length {worst:.6g}, expected 1: L² + M² + N² = 1")
-    starts = {"pupil": points, "light": directions / lengths[:, np.newaxis], "free": True}
-    return _followed(system, starts, channel, parameters, threads)
+    starts = {"start_mm": rows["start_mm"], "cosines": directions / lengths[:, np.newaxis]}
+    return _followed(system, starts, channel, parts, parameters, threads)
 
 
 def _followed(
-    system: System, starts: dict[str, Any], channel: int, parameters: Sequence[str], threads: int | None
+    system: System,
+    starts: dict[str, Any],
+    channel: int,
+    parts: Part | Sequence[Part] | None,
+    parameters: Sequence[str],
+    threads: int | None,
 ) -> Rays:
-    """The rays of these starts."""
-    found = _raylet.trace(system._compiled(), system._arrays, channel, starts, list(parameters), threads)
-    points, directions, paths, fate, slopes = found
+    """The rays of these starts, at some parts of the system or at all."""
     names = [part["name"] for part in system.parts]
-    x, y, z = np.moveaxis(points, -1, 0)
-    L, M, N = np.moveaxis(directions, -1, 0)
-    return Rays(names, x, y, z, L, M, N, paths, fate, dict(zip(parameters, slopes)))
+    chosen = _numbers(names, parts)
+    found = _raylet.trace(system._compiled(), system._arrays, channel, starts, chosen, list(parameters), threads)
+    points, directions, paths, fate, slopes = found
+    x, y, z = points
+    L, M, N = directions
+    return Rays([names[number] for number in chosen], x, y, z, L, M, N, paths, fate, dict(zip(parameters, slopes)))
+
+
+def _numbers(names: list[str], parts: Part | Sequence[Part] | None) -> list[int]:
+    """The numbers of parts by their names or indices; of all of them if these are None."""
+    if parts is None:
+        return list(range(len(names)))
+    numbers = []
+    for part in [parts] if isinstance(parts, (str, int)) else parts:
+        if isinstance(part, str) and part in names:
+            numbers += [number for number, name in enumerate(names) if name == part]
+        elif isinstance(part, int) and not isinstance(part, bool) and -len(names) <= part < len(names):
+            numbers.append(part % len(names))
+        else:
+            expected = f"an index below {len(names)}, or one of {', '.join(names)}"
+            raise ValueError(f"System.trace: parts holds {shown(part)}, expected {expected}")
+    return numbers
 
 
 def _light(source: dict[str, Any], Hx: Real, Hy: Real, scale: tuple[float | None, float | None]) -> Real:

@@ -118,7 +118,7 @@ def run(code: str) -> str:
     "call, seconds",
     [
         ("system.simulate(method='paper', target_error=1e-6)", "1.5"),
-        ("system.trace(Px=np.linspace(-0.5, 0.5, 2_000_000), threads=1)", "0.5"),
+        ("system.trace(Px=np.linspace(-0.5, 0.5, 10_000_000), parts=-1, threads=1)", "0.5"),
         ("raylet.load('scenes/paper/fig5.toml').design()", "1.5"),
     ],
 )

@@ -137,3 +137,18 @@ def test_starts_are_refused_that_are_none() -> None:
     for kind, words, given in refused:
         with pytest.raises(kind, match=words):
             system.trace(**given)
+
+
+def test_rays_at_chosen_parts() -> None:
+    """Names, numbers, and numbers from the end; several parts may have one name."""
+    system = singlet()
+    everywhere = system.trace(Px=np.linspace(-0.9, 0.9, 1001), Py=0.1)
+    for parts, numbers in ((-1, [3]), ("element[0]", [1]), ([0, "element[1]", -1], [0, 2, 3]), ([], [])):
+        rays = system.trace(Px=np.linspace(-0.9, 0.9, 1001), Py=0.1, parts=parts)
+        assert rays.names == [everywhere.names[number] for number in numbers]
+        for key in ("x", "y", "z", "L", "M", "N", "opl_mm"):
+            assert np.array_equal(getattr(rays, key), getattr(everywhere, key)[numbers], equal_nan=True)
+        assert np.array_equal(rays.fate, everywhere.fate)
+    for wrong in ("sensor", 4, -5, [True], [1.0]):
+        with pytest.raises(ValueError, match="System.trace: parts holds"):
+            system.trace(parts=wrong)  # type: ignore[arg-type]

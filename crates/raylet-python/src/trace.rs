@@ -1,25 +1,18 @@
 //! Single rays through a system.
 
-#![expect(
-    clippy::indexing_slicing,
-    reason = "rays are counted by the arrays of places, which were found to be equally long, and the rest is made to their size"
-)]
-
-use ndarray::{Array1, Array2, Array3, Axis};
+use ndarray::{Array1, Array3, Axis};
 use numpy::{Ix1, Ix2, Ix3};
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
-use raylet::engine::geometrical::system_trace::{
-    SystemRay, first_meeting, sensitivity, trace_system,
-};
+use raylet::engine::geometrical::system_trace::sensitivity;
 use raylet::engine::progress::Cancelled;
+use raylet::engine::ray_block::ray_origins::RayOrigins;
+use raylet::engine::ray_block::system_rays::{SystemRays, Tracks};
 use raylet::engine::trace::ray_sensitivity::Variation;
 use raylet::file::model::build;
 use raylet::file::model::variations::variations;
-use raylet::math::vec3::Vec3;
 use raylet::optics::ray::Loss;
 use raylet::optics::screen::{Screen, ScreenKind};
-use raylet::optics::source::Source;
 use raylet::optics::system::System;
 use rayon::prelude::*;
 
@@ -37,15 +30,32 @@ type Answer<'py> = (
     Made<'py, f64, Ix3>,
 );
 
-/// Where rays start: the places (rays, 2) where they meet the first screen, in units of the half widths of its
-/// aperture, and their light (rays, 3): unit directions of a collimated source, places in mm of a point source.
-/// Or, `free` of the source, points (rays, 3) in mm and unit directions (rays, 3), both global.
+/// Where rays start: their places "x" and "y" (rays) on the first screen, in units of the half widths of its aperture, and
+/// their "light" (rays, 3), or (1, 3) for all: unit directions of a collimated source, places in mm of a point source.
 #[derive(FromPyObject)]
 #[pyo3(from_item_all)]
-pub(crate) struct Starts<'py> {
-    pupil: Given<'py, f64, Ix2>,
+pub(crate) struct PupilStarts<'py> {
+    x: Given<'py, f64, Ix1>,
+    y: Given<'py, f64, Ix1>,
     light: Given<'py, f64, Ix2>,
-    free: bool,
+}
+
+/// Or, free of the source, points "start_mm" (rays, 3) and unit directions "cosines" (rays, 3), both global; one serves
+/// all.
+#[derive(FromPyObject)]
+#[pyo3(from_item_all)]
+pub(crate) struct FreeStarts<'py> {
+    start_mm: Given<'py, f64, Ix2>,
+    cosines: Given<'py, f64, Ix2>,
+}
+
+/// One of both.
+#[derive(FromPyObject)]
+pub(crate) enum Starts<'py> {
+    /// With light of the source.
+    Pupil(PupilStarts<'py>),
+    /// Free of it.
+    Free(FreeStarts<'py>),
 }
 
 /// Where the chief ray of the first wavelength meets the sensor, in mm on the sensor's axes; None where it does not.
@@ -60,14 +70,14 @@ pub(crate) fn chief_landing(
     Ok(landing.map(|[x, y]| (x, y)))
 }
 
-/// Rays by their `starts`, a dictionary: their places "pupil" (rays, 2) on the first screen, in units of the half
-/// widths of its aperture, and their "light" (rays, 3): unit directions of a collimated source, places in mm of a point
-/// source. If "free" is true, "pupil" are points (rays, 3) in mm where the rays start, and "light" their unit
-/// directions, both global; their paths are counted from there.
+/// Rays by their `starts`, a dictionary: either places "x" and "y" (rays) on the first screen, in units of the half
+/// widths of its aperture, and "light" (rays, 3), unit directions of a collimated source or places in mm of a point
+/// source; or points "start_mm" (rays, 3) and their unit "cosines" (rays, 3), both global, from where paths are counted.
+/// One entry of "light", "start_mm" or "cosines" serves all.
 ///
-/// Returns points (parts, rays, 3) in mm, directions behind (parts, rays, 3), optical paths (parts, rays) in mm,
-/// fates (rays; 0 arrived, else the number of the loss), and derivatives (parameters, 5, rays) of x, y, L, M, path on
-/// the sensor. What a lost ray did not reach is NaN.
+/// Returns points (3, parts, rays) in mm, directions behind (3, parts, rays) and optical paths (parts, rays) in mm, at
+/// the `recorded` parts; fates (rays; 0 arrived, else the number of the loss); and derivatives (parameters, 5, rays) of
+/// x, y, L, M, path on the sensor. What a lost ray did not reach is NaN.
 #[pyfunction]
 #[expect(
     clippy::too_many_arguments,
@@ -79,10 +89,10 @@ pub(crate) fn trace<'py>(
     arrays: ByPath<'py>,
     channel: usize,
     starts: Starts<'py>,
+    recorded: Vec<usize>,
     parameters: Vec<String>,
     threads: Option<usize>,
 ) -> PyResult<Answer<'py>> {
-    let starts = launches(&starts)?;
     scene.check(channel)?;
     let (system, variations) = scene.with_arrays(py, &arrays, |file, arrays| {
         let system = build::system_with(file, arrays, channel)?;
@@ -94,56 +104,64 @@ pub(crate) fn trace<'py>(
     let job = Job {
         system,
         variations,
-        bounds,
-        starts,
+        starts: launches(&starts, bounds)?,
+        recorded,
     };
     let found = run(py, threads, None, move |watch: &Watch| job.follow(watch))?;
-    let found = found.map_err(|failure| error(py, failure))?;
-    if !found.arrived_are_finite() {
+    let (tracks, slopes) = found.map_err(|failure| error(py, failure))?;
+    if !arrived_are_finite(&tracks) {
         return Err(error(
             py,
             "a ray that arrives at places that are not finite",
         ));
     }
+    let fates = tracks.lost.iter().map(|lost| lost.map_or(0, fate));
     Ok((
-        Made::with_gaps(py, found.points),
-        Made::with_gaps(py, found.directions),
-        Made::with_gaps(py, found.paths),
-        Made::with_gaps(py, found.fates),
-        Made::with_gaps(py, found.slopes),
+        Made::with_gaps(py, tracks.points),
+        Made::with_gaps(py, tracks.directions),
+        Made::with_gaps(py, tracks.paths),
+        Made::with_gaps(py, fates.collect::<Array1<u8>>()),
+        Made::with_gaps(py, slopes),
     ))
 }
 
-/// The starts of all rays.
-fn launches(starts: &Starts<'_>) -> PyResult<Vec<Start>> {
-    let light = columns::<f64, 3>("light", &starts.light)?;
+/// The starts of all rays, on a first screen within these bounds.
+fn launches(starts: &Starts<'_>, [x0, x1, y0, y1]: [f64; 4]) -> PyResult<Launches> {
     let far = |number: &f64, most: f64| number.is_nan() || number.abs() > most;
-    let (list, is_far): (Vec<Start>, bool) = if starts.free {
-        let points = columns::<f64, 3>("start_mm", &starts.pupil)?;
-        let is_far = points.as_flattened().iter().any(|x| far(x, FARTHEST));
-        let pairs = points.iter().zip(&light);
-        let list = pairs.map(|(&point, &direction)| Start::Point { point, direction });
-        (list.collect(), is_far)
-    } else {
-        let pupil = columns::<f64, 2>("pupil", &starts.pupil)?;
-        let is_far = pupil.as_flattened().iter().any(|p| far(p, WIDEST));
-        let pairs = pupil.iter().zip(&light);
-        let list = pairs.map(|(&at, &light)| Start::Pupil { at, light });
-        (list.collect(), is_far)
+    let (launches, is_far) = match starts {
+        Starts::Pupil(PupilStarts { x, y, light }) => {
+            let light = columns::<f64, 3>("light", light)?;
+            let [x, y] = [(x, [x0, x1]), (y, [y0, y1])].map(|(places, [low, high])| {
+                let places = places.as_array();
+                let is_far = places.iter().any(|u| far(u, WIDEST));
+                let at = |u: &f64| 0.5 * (low + high + u * (high - low));
+                (places.iter().map(at).collect::<Vec<f64>>(), is_far)
+            });
+            let is_far = x.1 || y.1;
+            (Launches::Lit([x.0, y.0], light), is_far)
+        }
+        Starts::Free(FreeStarts { start_mm, cosines }) => {
+            let points = columns::<f64, 3>("start_mm", start_mm)?;
+            let is_far = points.as_flattened().iter().any(|x| far(x, FARTHEST));
+            (
+                Launches::Free(points, columns::<f64, 3>("cosines", cosines)?),
+                is_far,
+            )
+        }
     };
-    if list.len() != light.len() {
-        let (places, light) = (list.len(), light.len());
-        return Err(PyValueError::new_err(format!(
-            "{places} places for {light} rays"
-        )));
-    }
-    if is_far || light.as_flattened().iter().any(|x| far(x, FARTHEST)) {
+    if is_far
+        || launches
+            .light()
+            .as_flattened()
+            .iter()
+            .any(|x| far(x, FARTHEST))
+    {
         let message = format!(
             "places in the pupil beyond {WIDEST:e} half widths, or of the source beyond {FARTHEST:e} mm"
         );
         return Err(PyValueError::new_err(message));
     }
-    Ok(list)
+    launches.checked()
 }
 
 /// The farthest place of a ray in the pupil, in half widths of the aperture.
@@ -169,182 +187,97 @@ fn refuse_turned(py: Python<'_>, system: &System, variations: &[Variation]) -> P
     }
 }
 
-/// Rays that are followed side by side before their meetings are written down.
-const ROUND: usize = 1 << 14;
-
 /// Rays to follow.
 struct Job {
     system: System,
     variations: Vec<Variation>,
-    /// Edges of the first screen's aperture.
-    bounds: [f64; 4],
-    starts: Vec<Start>,
+    starts: Launches,
+    /// Numbers of the parts at which rays are written down.
+    recorded: Vec<usize>,
 }
 
-/// How a ray starts.
-enum Start {
-    /// With the light of the source, at a place on the first screen in half widths of its aperture.
-    Pupil { at: [f64; 2], light: [f64; 3] },
-    /// At a point in mm with a unit direction, both global.
-    Point {
-        point: [f64; 3],
-        direction: [f64; 3],
-    },
+/// How rays start; one entry may serve all.
+enum Launches {
+    /// At x and y in mm of the first screen, with light of the source.
+    Lit([Vec<f64>; 2], Vec<[f64; 3]>),
+    /// At points in mm with unit directions, both global.
+    Free(Vec<[f64; 3]>, Vec<[f64; 3]>),
 }
 
-/// Their points, directions and paths at all parts, what became of them, and their derivatives.
-struct TracedRays {
-    points: Array3<f64>,
-    directions: Array3<f64>,
-    paths: Array2<f64>,
-    fates: Array1<u8>,
-    slopes: Array3<f64>,
-}
+impl Launches {
+    fn light(&self) -> &[[f64; 3]] {
+        let (Launches::Lit(_, light) | Launches::Free(_, light)) = self;
+        light
+    }
 
-/// A ray, and its derivatives if it has any.
-struct Course {
-    ray: SystemRay,
-    slopes: Vec<[f64; 5]>,
-}
+    /// The same, if it has as many entries of each kind as there are rays, or one.
+    fn checked(self) -> PyResult<Self> {
+        let light = self.light().len();
+        let (places, fits) = match &self {
+            Launches::Lit([x, y], _) => (
+                x.len(),
+                x.len() == y.len() && (light == x.len() || light == 1),
+            ),
+            Launches::Free(points, _) => {
+                let points = points.len();
+                (points, points == light || points == 1 || light == 1)
+            }
+        };
+        match fits {
+            true => Ok(self),
+            false => Err(PyValueError::new_err(format!(
+                "{places} places for {light} rays"
+            ))),
+        }
+    }
 
-impl Course {
-    /// A ray that meets nothing.
-    fn lost(loss: Loss) -> Self {
-        Self {
-            ray: SystemRay {
-                hits: Vec::new(),
-                lost: Some(loss),
-            },
-            slopes: Vec::new(),
+    fn origins(&self) -> RayOrigins<'_> {
+        match self {
+            Launches::Lit([x, y], light) => RayOrigins::Lit { light, at: [x, y] },
+            Launches::Free(points, directions) => RayOrigins::Free { points, directions },
         }
     }
 }
 
 impl Job {
-    /// All rays, round by round, so that only the answer takes memory.
-    fn follow(&self, watch: &Watch) -> Result<TracedRays, Cancelled> {
-        let surfaces: usize = self.system.trains.iter().map(Vec::len).sum();
-        let (parts, rays) = (self.system.screens.len() + surfaces, self.starts.len());
-        let mut found = TracedRays::nowhere(parts, rays, self.variations.len());
-        for first in (0..rays).step_by(ROUND) {
-            let round = first..rays.min(first + ROUND);
-            let courses: Vec<Course> = (round.clone().into_par_iter())
-                .map(|ray| {
-                    Cancelled::check(watch.pulse())?;
-                    Ok(self.one(ray))
-                })
-                .collect::<Result<_, Cancelled>>()?;
-            for (ray, course) in round.zip(&courses) {
-                found.write(ray, course);
-            }
+    /// All rays, and their derivatives.
+    fn follow(&self, watch: &Watch) -> Result<(Tracks, Array3<f64>), Cancelled> {
+        let origins = self.starts.origins();
+        let pulse = || watch.pulse();
+        let tracks = SystemRays::new(&self.system).trace(origins, &self.recorded, &pulse)?;
+        let mut slopes = Array3::from_elem((self.variations.len(), 5, origins.len()), f64::NAN);
+        if !self.variations.is_empty() {
+            let columns: Vec<_> = slopes.axis_iter_mut(Axis(2)).collect();
+            (columns.into_par_iter().enumerate()).try_for_each(|(ray, mut column)| {
+                Cancelled::check(watch.pulse())?;
+                let found = self.slopes(ray).into_iter().flatten();
+                for (mut row, slopes) in column.rows_mut().into_iter().zip(found) {
+                    row.iter_mut()
+                        .zip(slopes)
+                        .for_each(|(to, slope)| *to = slope);
+                }
+                Ok(())
+            })?;
         }
-        Ok(found)
+        Ok((tracks, slopes))
     }
 
-    fn one(&self, ray: usize) -> Course {
-        let (source, at) = match self.starts[ray] {
-            Start::Pupil { at: [u, v], light } => {
-                let [x0, x1, y0, y1] = self.bounds;
-                let at = [
-                    0.5 * (x0 + x1 + u * (x1 - x0)),
-                    0.5 * (y0 + y1 + v * (y1 - y0)),
-                ];
-                (lit(&self.system.source, light), at)
-            }
-            Start::Point { point, direction } => {
-                let [origin, direction] = [point, direction].map(|[x, y, z]| Vec3::new(x, y, z));
-                let at = match first_meeting(&self.system, origin, direction) {
-                    Ok(at) => at,
-                    Err(lost) => return Course::lost(lost),
-                };
-                (Source::Plane { direction, origin }, at)
-            }
-        };
-        let slopes = sensitivity(&self.system, &self.variations, &source, at);
-        Course {
-            ray: trace_system(&self.system, &source, at),
-            slopes: slopes.unwrap_or_default(),
-        }
+    /// Derivatives of one ray; nothing where it is lost.
+    fn slopes(&self, ray: usize) -> Option<Vec<[f64; 5]>> {
+        let (source, at) = self.starts.origins().of(&self.system, ray).ok()?;
+        sensitivity(&self.system, &self.variations, &source, at)
     }
 }
 
-impl TracedRays {
-    /// What is found of rays that reach nothing.
-    fn nowhere(parts: usize, rays: usize, parameters: usize) -> Self {
-        Self {
-            points: Array3::from_elem((parts, rays, 3), f64::NAN),
-            directions: Array3::from_elem((parts, rays, 3), f64::NAN),
-            paths: Array2::from_elem((parts, rays), f64::NAN),
-            fates: Array1::zeros(rays),
-            slopes: Array3::from_elem((parameters, 5, rays), f64::NAN),
-        }
-    }
-
-    /// Whether all numbers of the rays that arrived are finite.
-    fn arrived_are_finite(&self) -> bool {
-        let arrived = self
-            .fates
-            .iter()
-            .enumerate()
-            .filter(|(_, fate)| **fate == 0);
-        { arrived }.all(|(ray, _)| {
-            let paths = self.paths.column(ray);
-            let all = [&self.points, &self.directions].map(|all| all.index_axis(Axis(1), ray));
-            let vectors = all.iter().flatten();
-            paths.iter().chain(vectors).all(|value| value.is_finite())
-        })
-    }
-
-    fn write(&mut self, ray: usize, course: &Course) {
-        for (part, hit) in course.ray.hits.iter().enumerate() {
-            let (p, d) = (hit.point, hit.direction);
-            for (axis, (p, d)) in [(p.x, d.x), (p.y, d.y), (p.z, d.z)].into_iter().enumerate() {
-                self.points[[part, ray, axis]] = p;
-                self.directions[[part, ray, axis]] = d;
-            }
-            self.paths[[part, ray]] = hit.path;
-        }
-        for (number, slopes) in course.slopes.iter().enumerate() {
-            for (which, &slope) in slopes.iter().enumerate() {
-                self.slopes[[number, which, ray]] = slope;
-            }
-        }
-        self.fates[ray] = course.ray.lost.map_or(0, fate);
-    }
-}
-
-/// The source of one ray.
-fn lit(source: &Source, [x, y, z]: [f64; 3]) -> Source {
-    let given = Vec3::new(x, y, z);
-    match *source {
-        Source::Plane { origin, .. } => Source::Plane {
-            direction: given,
-            origin,
-        },
-        Source::Point { reference, .. } => Source::Point {
-            position: given,
-            reference,
-        },
-        Source::TaperedPlane {
-            origin,
-            centre,
-            taper,
-            ..
-        } => Source::TaperedPlane {
-            direction: given,
-            origin,
-            centre,
-            taper,
-        },
-        Source::TaperedPoint {
-            reference, taper, ..
-        } => Source::TaperedPoint {
-            position: given,
-            reference,
-            taper,
-        },
-        Source::Gaussian(_) => *source,
-    }
+/// Whether all numbers of the rays that arrived are finite.
+fn arrived_are_finite(tracks: &Tracks) -> bool {
+    let numbers = [&tracks.points, &tracks.directions];
+    let rows = { numbers.iter() }.flat_map(|all| all.rows());
+    let mut rows = rows.chain(tracks.paths.rows());
+    rows.all(|row| {
+        let mut numbers = row.iter().zip(&tracks.lost);
+        numbers.all(|(number, lost)| lost.is_some() || number.is_finite())
+    })
 }
 
 fn fate(loss: Loss) -> u8 {

@@ -12,11 +12,12 @@ fn main() {
 
 /// Rays through a lens.
 mod rays {
+    use raylet::engine::ray_block::hop_rays::{HopRays, LandingColumns};
     use raylet::math::complex::{Complex, Symmetric};
     use raylet::math::random;
     use raylet::optics::aperture::Aperture;
     use raylet::optics::screen::Screen;
-    use raylet::optics::shape::Shape;
+    use raylet::optics::shape::{Conic, Shape};
     use raylet::optics::surface::Surface;
     use raylet::optics::system::Hop;
     use raylet_testkit::parts::{self, conic, face, on_axis, sensor};
@@ -51,6 +52,65 @@ mod rays {
                 [at, pair(i, 1).map(|u| 0.04 * u - 0.02)]
             })
             .collect()
+    }
+
+    /// Times a hop for blocks of rays; an item is a ray at a surface or the sensor.
+    fn time_blocks<T>(
+        bencher: Bencher,
+        train: &[Surface],
+        mut all: impl FnMut(&HopRays, &[[f64; 4]]) -> T,
+    ) {
+        let (from, to) = (screen(0.0), screen(64.0));
+        let hop = Hop {
+            wavelength: 532e-6,
+            from: &from,
+            train,
+            to: &to,
+        };
+        let rays = HopRays::new(&hop);
+        let starts: Vec<[f64; 4]> = { starts().into_iter() }
+            .map(|[[x, y], [p, q]]| [x, y, p, q])
+            .collect();
+        bencher
+            .counter(ItemsCount::new(RAYS * (train.len() as u64 + 1)))
+            .bench_local(|| black_box(all(&rays, &starts)));
+    }
+
+    /// Blocks through a sphere and a plane.
+    #[divan::bench(max_time = 2)]
+    fn block(bencher: Bencher) {
+        let mut landings = LandingColumns::default();
+        time_blocks(bencher, &lens(), |rays, starts| {
+            rays.trace_into(starts, &mut landings);
+        });
+    }
+
+    #[divan::bench(max_time = 2)]
+    fn block_rows(bencher: Bencher) {
+        time_blocks(bencher, &lens(), |rays, starts| rays.trace(starts));
+    }
+
+    /// The same with Jacobians.
+    #[divan::bench(max_time = 2)]
+    fn block_jacobian(bencher: Bencher) {
+        time_blocks(bencher, &lens(), |rays, starts| rays.jacobians(starts));
+    }
+
+    /// Blocks through an asphere and a plane.
+    #[divan::bench(max_time = 2)]
+    fn block_asphere(bencher: Bencher) {
+        let mut lens = lens();
+        lens[1].shape = Shape::Asphere {
+            base: Conic {
+                curvature: -1.0 / 25.8,
+                conic: -0.6,
+            },
+            coefficients: vec![1e-6, 2e-9, -1e-11],
+        };
+        let mut landings = LandingColumns::default();
+        time_blocks(bencher, &lens, |rays, starts| {
+            rays.trace_into(starts, &mut landings);
+        });
     }
 
     /// Times a hop for all rays; an item is a ray at a surface.

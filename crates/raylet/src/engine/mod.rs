@@ -4,6 +4,7 @@
 //! | --- | --- |
 //! | [`plan`] | Which method carries a hop, and with which settings |
 //! | [`trace`] | Rays through one hop |
+//! | [`ray_block`] | Many rays at once, in columns |
 //! | [`geometrical`] | Rays through a whole system, and geometrical fields |
 //! | [`beamlet`] | Beamlets of one hop: plan, errors, landing |
 //! | [`plane_wave`] | Plane wavelets with a prefactor |
@@ -33,6 +34,7 @@ pub mod monte_carlo;
 pub mod plan;
 pub mod plane_wave;
 pub mod progress;
+pub mod ray_block;
 pub mod rims;
 pub mod sweep;
 pub mod trace;

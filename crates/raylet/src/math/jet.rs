@@ -69,17 +69,12 @@ impl<T: Real> Real for Jet<T> {
         let power = self.value.exp();
         self.chain(power, power, power)
     }
-    #[inline(always)]
-    fn any_pair(self, other: Self, test: impl Fn(f64, f64) -> bool) -> bool {
-        self.value.any_pair(other.value, test)
-    }
 }
 
 impl<T: Real> Add for Jet<T> {
     type Output = Self;
     #[inline(always)]
     fn add(self, other: Self) -> Self {
-        // Written out: loops over packets become loads from scattered places.
         let (f, [fx, fy], [fxx, fxy, fyy]) = (self.value, self.slope, self.hessian);
         let (g, [gx, gy], [gxx, gxy, gyy]) = (other.value, other.slope, other.hessian);
         Self {

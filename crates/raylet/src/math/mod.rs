@@ -21,7 +21,6 @@
 //! | [`part`] | Parts of arrays by rows and columns |
 //! | [`random`] | Random numbers as addresses: a pure function of a seed and of where the number is used |
 //! | [`real`] | One number in a formula: a plain `f64`, or a number that carries tangents |
-//! | `simd_packet` | Several plain numbers in one formula: eight rays at once |
 //! | `sinc` | The transform of a box |
 //! | `spline` | Cubic splines through equally spaced values: twice continuously differentiable, exact for cubics |
 //! | `tiles` | Carries strengths of scattered points to a periodic grid, and values of the grid to the points |
@@ -51,7 +50,6 @@ pub mod nufft;
 pub mod part;
 pub mod random;
 pub mod real;
-pub(crate) mod simd_packet;
 pub(crate) mod sinc;
 pub(crate) mod spline;
 mod tiles;

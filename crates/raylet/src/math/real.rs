@@ -18,8 +18,6 @@ pub trait Real:
     + Sub<f64, Output = Self>
     + Mul<f64, Output = Self>
 {
-    /// Whether it is several numbers.
-    const SEVERAL: bool = false;
     /// A number without tangents.
     fn constant(value: f64) -> Self;
     /// The number itself, without its tangents.
@@ -28,24 +26,6 @@ pub trait Real:
     fn sqrt(self) -> Self;
     /// The exponential.
     fn exp(self) -> Self;
-    /// Whether a test holds of this number and another: of any pair of them, where there are several.
-    #[inline(always)]
-    fn any_pair(self, other: Self, test: impl Fn(f64, f64) -> bool) -> bool {
-        test(self.value(), other.value())
-    }
-    /// The same of this number alone.
-    #[inline(always)]
-    fn any(self, test: impl Fn(f64) -> bool) -> bool {
-        self.any_pair(self, |value, _| test(value))
-    }
-    /// This number where a test holds of two others, zero elsewhere.
-    #[inline(always)]
-    fn where_pair(self, a: Self, b: Self, test: impl Fn(f64, f64) -> bool) -> Self {
-        match test(a.value(), b.value()) {
-            true => self,
-            false => Self::constant(0.0),
-        }
-    }
     /// This number, with its sign changed where another is negative.
     #[inline(always)]
     fn along(self, other: Self) -> Self {

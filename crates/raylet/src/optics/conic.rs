@@ -22,7 +22,7 @@ impl Conic {
         let k = (1.0 + self.conic) * c * c;
         let square = x * x + y * y;
         let under = square * -k + 1.0;
-        if under.any(|under| under <= 0.0) {
+        if under.value() <= 0.0 {
             return None;
         }
         // With φ = √(1 − (1+κ)c²r²): slope c·x/φ, second derivatives c/φ·δ + (1+κ)c³·xx/φ³.
@@ -57,14 +57,14 @@ impl Conic {
         let b = (r.dot(direction) + r.z * direction.z * kappa) * c - direction.z;
         let e = (r.dot(r) + r.z * r.z * kappa) * c - r.z * 2.0;
         let under = b * b - a * e;
-        if under.any(|under| under < 0.0) {
+        if under.value() < 0.0 {
             return Err(Loss::Missed);
         }
         let root = under.sqrt().along(direction.z);
         let length = e / (root - b);
         let z = r.z + direction.z * length;
-        let on_sheet = |z: f64| 1.0 - (1.0 + kappa) * c * z > 0.0;
-        if length.any(|length| !length.is_finite()) || z.any(|z| !on_sheet(z)) {
+        let on_sheet = 1.0 - (1.0 + kappa) * c * z.value() > 0.0;
+        if !length.value().is_finite() || !on_sheet {
             return Err(Loss::Missed);
         }
         Ok(near + length)

@@ -60,7 +60,7 @@ pub(crate) fn transmitted<T: Real>(
     let before = up.dot(Vec3::new(p[0], p[1], along));
     let before = before * T::constant(1.0).along(before);
     let under = before * before + (behind.index * behind.index - screen.index * screen.index);
-    if under.any(|under| under <= 0.0) {
+    if under.value() <= 0.0 {
         return Err(Loss::TotalReflection);
     }
     let ratio = T::constant(screen.index / behind.index);

@@ -1,4 +1,4 @@
-//! Where rays meet surfaces without a formula: Newton's method, alone or for the rays of a SIMD packet together.
+//! Where rays meet surfaces without a formula: Newton's method.
 
 use crate::math::real::Real;
 use crate::math::vec3::Vec3;
@@ -18,23 +18,8 @@ const PASSED: f64 = 1e-7;
 impl Shape {
     /// Seeks the surface from where the ray meets a conic near it, or else the vertex plane, or else from the ray's point
     /// nearest the vertex, or else from where the ray is; in plain numbers, then by one more Newton step in `T`: at a root
-    /// that step carries exactly the derivatives of the implicit function and adds nothing else. Rays of a packet are
-    /// sought together.
-    #[inline(always)]
+    /// that step carries exactly the derivatives of the implicit function and adds nothing else.
     pub(crate) fn meet_near<T: Real>(
-        &self,
-        near: &Conic,
-        position: Vec3<T>,
-        direction: Vec3<T>,
-    ) -> Result<T, Loss> {
-        match T::SEVERAL {
-            true => self.meet_together(near, position, direction),
-            false => self.meet_alone(near, position, direction),
-        }
-    }
-
-    /// The same for one ray.
-    fn meet_alone<T: Real>(
         &self,
         near: &Conic,
         position: Vec3<T>,
@@ -50,44 +35,6 @@ impl Shape {
         let h = self.height(at.x, at.y).ok_or(Loss::Missed)?;
         let slope = direction.z - h.slope[0] * direction.x - h.slope[1] * direction.y;
         Ok(length - (at.z - h.z) / slope)
-    }
-
-    /// The same for all rays of a packet, as long as each has only whole steps to make; every ray has the bits that it
-    /// has alone.
-    ///
-    /// # Errors
-    /// Where one of them does not meet the surface in this way.
-    #[inline(always)]
-    fn meet_together<T: Real>(&self, near: &Conic, p: Vec3<T>, d: Vec3<T>) -> Result<T, Loss> {
-        let mut length = near.meet(p, d)?;
-        let (mut moved, mut before) = (T::constant(0.0), T::constant(f64::INFINITY));
-        for _ in 0..NEWTON_STEPS {
-            // Every ray that moved must be nearer to the surface.
-            let here = self.gap(p + d * length, d).ok_or(Loss::Missed)?;
-            let apart = here.apart.along(here.apart);
-            let not_nearer = |now: f64, before: f64| now.is_nan() || now >= before;
-            if moved
-                .where_pair(apart, before, not_nearer)
-                .any(|by| by != 0.0)
-            {
-                return Err(Loss::Missed);
-            }
-
-            // Those that have arrived stay.
-            let step = here.apart / here.slope;
-            let size = length.along(length);
-            let rounding = (p.norm() + size) * (4.0 * f64::EPSILON);
-            let least = (size + 1.0) * 1e-14;
-            let above = |value: f64, bound: f64| value.is_nan() || value > bound;
-            let going =
-                step.where_pair(apart, rounding, above)
-                    .where_pair(step.along(step), least, above);
-            if !going.any(|by| by != 0.0) {
-                return Ok(length - step);
-            }
-            (length, moved, before) = (length - going, going, apart);
-        }
-        Err(Loss::NotConverged)
     }
 
     /// Newton's method on F = z − height(x, y) along a ray. Where a step does not bring the ray nearer to the surface, or

@@ -69,7 +69,7 @@ pub(crate) fn refract<T: Real>(
             let ratio = before / after;
             let tangential = direction + normal * -cosine_in;
             let under = tangential.dot(tangential) * -(ratio * ratio) + 1.0;
-            if under.any(|under| under <= 0.0) {
+            if under.value() <= 0.0 {
                 return Err(Loss::TotalReflection);
             }
             let cosine_out = under.sqrt();

@@ -55,20 +55,13 @@ impl Shape {
         match self {
             Shape::Plane => Some(Height::flat()),
             Shape::Conic(conic) => conic.height(x, y),
-            _ if T::SEVERAL => self.height_here(x, y),
             _ => self.height_called(x, y),
         }
     }
 
-    /// The same as a function of its own, for single rays: copies of it in every caller take long to compile.
+    /// The same as a function of its own: copies of it in every caller take long to compile.
     #[inline(never)]
     fn height_called<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
-        self.height_here(x, y)
-    }
-
-    /// The same within the caller: a packet's vectors are faster there than as arguments.
-    #[inline(always)]
-    fn height_here<T: Real>(&self, x: T, y: T) -> Option<Height<T>> {
         match self {
             Shape::Plane => Some(Height::flat()),
             Shape::Conic(conic) => conic.height(x, y),
@@ -117,7 +110,7 @@ impl Shape {
     pub(crate) fn meet<T: Real>(&self, position: Vec3<T>, direction: Vec3<T>) -> Result<T, Loss> {
         let mean = match self {
             Shape::Plane => {
-                if direction.z.any(|z| z == 0.0) {
+                if direction.z.value() == 0.0 {
                     return Err(Loss::Missed);
                 }
                 return Ok(-position.z / direction.z);

@@ -94,6 +94,22 @@ impl Source {
         }
     }
 
+    /// The same light from another unit direction, if it is collimated, or from another place in mm, if it is that of a
+    /// point; a Gaussian beam stays as it is.
+    pub(crate) fn with_light(&self, light: Vec3) -> Self {
+        let mut other = *self;
+        match &mut other {
+            Source::Plane { direction, .. } | Source::TaperedPlane { direction, .. } => {
+                *direction = light;
+            }
+            Source::Point { position, .. } | Source::TaperedPoint { position, .. } => {
+                *position = light;
+            }
+            Source::Gaussian(_) => {}
+        }
+        other
+    }
+
     /// The same wave with an even amplitude, where it has a taper.
     fn untapered(&self) -> Self {
         match *self {

@@ -42,7 +42,7 @@ impl Biconic {
         let rate = |c: &Conic| (1.0 + c.conic) * c.curvature * c.curvature;
         let (a, b) = (rate(&self.x), rate(&self.y));
         let under = -(x * x * a + y * y * b) + 1.0;
-        if under.any(|under| under <= 0.0) {
+        if under.value() <= 0.0 {
             return None;
         }
 
@@ -92,7 +92,7 @@ impl Toroid {
         let turn = self.rotation;
         let arm = g * -turn + 1.0;
         let under = arm * arm - x * x * (turn * turn);
-        if arm.any(|arm| arm <= 0.0) || under.any(|under| under <= 0.0) {
+        if arm.value() <= 0.0 || under.value() <= 0.0 {
             return None;
         }
         let root = under.sqrt();

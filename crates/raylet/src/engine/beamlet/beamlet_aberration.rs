@@ -6,8 +6,8 @@
 
 use num_complex::Complex64;
 
+use crate::engine::ray_block::hop_rays::{HopRays, RayStart};
 use crate::engine::trace::launch_plane::LaunchPlane;
-use crate::engine::trace::ray_packet::{PacketTracer, RayStart};
 use crate::engine::trace::ray_trace::Landing;
 use crate::optics::system::Hop;
 
@@ -117,29 +117,28 @@ pub(crate) fn aberration(
 ) -> Option<Aberration> {
     // Positions and cosines on the plane that touches the screen are canonical variables.
     let launch_plane = LaunchPlane::new(hop.from, at).ok()?;
-    let (hop, at, p) = (
-        &launch_plane.hop(hop),
-        launch_plane.at(),
-        launch_plane.cosines(p).ok()?,
-    );
-    let (centre, jacobian) = hop.jacobian(at, p).ok()?;
-    let (start, centre) = ([at[0], at[1], p[0], p[1]], phase_point(&centre));
+    let hop = launch_plane.hop(hop);
+    let rays = HopRays::new(&hop);
+    let ([x, y], [px, py]) = (launch_plane.at(), launch_plane.cosines(p).ok()?);
+    let start = [x, y, px, py];
+    let (centre, jacobian) = rays.jacobians(&[start]).pop()?.ok()?;
+    let centre = phase_point(&centre);
     let scale = [sigma, sigma, 1.0 / (k * sigma), 1.0 / (k * sigma)];
     let displacements = directions().map(|u| std::array::from_fn(|i| u[i] * scale[i]));
-    let tracer = PacketTracer::new(hop);
     let (mut cubic, mut quartic) = (0.0, 0.0);
-    for four in displacements.as_chunks().0 {
-        for (delta, [plus, minus]) in four.iter().zip(displaced(&tracer, start, four)?) {
-            // Their even and odd departures from the linear map, and the Hamiltonian's cubic and quartic.
-            let linear: [f64; 4] =
-                std::array::from_fn(|i| (0..4).map(|j| jacobian[i][j] * delta[j]).sum());
-            let even = std::array::from_fn(|i| 0.5 * (plus[i] + minus[i]) - centre[i]);
-            let odd = std::array::from_fn(|i| 0.5 * (plus[i] - minus[i]) - linear[i]);
-            let third = symplectic(&linear, &even) / 3.0;
-            let fourth = symplectic(&linear, &odd) / 4.0;
-            cubic += third * third / 24.0;
-            quartic += fourth / 24.0;
-        }
+    for (delta, [plus, minus]) in displacements
+        .iter()
+        .zip(displaced(&rays, start, &displacements)?)
+    {
+        // Their even and odd departures from the linear map, and the Hamiltonian's cubic and quartic.
+        let linear: [f64; 4] =
+            std::array::from_fn(|i| (0..4).map(|j| jacobian[i][j] * delta[j]).sum());
+        let even = std::array::from_fn(|i| 0.5 * (plus[i] + minus[i]) - centre[i]);
+        let odd = std::array::from_fn(|i| 0.5 * (plus[i] - minus[i]) - linear[i]);
+        let third = symplectic(&linear, &even) / 3.0;
+        let fourth = symplectic(&linear, &odd) / 4.0;
+        cubic += third * third / 24.0;
+        quartic += fourth / 24.0;
     }
     Some(Aberration {
         cubic: 24.0 * k * k * cubic,
@@ -147,19 +146,21 @@ pub(crate) fn aberration(
     })
 }
 
-/// Where the two real rays land that are displaced by ±δ, for each of four displacements δ; nothing when one is lost.
+/// Where the two real rays land that are displaced by ±δ, for each displacement δ; nothing when one is lost.
 fn displaced(
-    tracer: &PacketTracer,
+    rays: &HopRays,
     start: RayStart,
-    four: &[RayStart; 4],
-) -> Option<[[[f64; 4]; 2]; 4]> {
-    let moved = |i: usize| {
-        let sign = [1.0, -1.0][i % 2];
-        std::array::from_fn(|a| start[a] + sign * four[i / 2][a])
-    };
-    let landings = tracer.trace_eight(&std::array::from_fn(moved));
-    let mut found = [[[0.0; 4]; 2]; 4];
-    for (i, landing) in landings.iter().enumerate() {
+    displacements: &[RayStart; 24],
+) -> Option<[[[f64; 4]; 2]; 24]> {
+    let mut starts = [start; 48];
+    for (delta, pair) in displacements.iter().zip(starts.as_chunks_mut::<2>().0) {
+        for a in 0..4 {
+            pair[0][a] += delta[a];
+            pair[1][a] -= delta[a];
+        }
+    }
+    let mut found = [[[0.0; 4]; 2]; 24];
+    for (i, landing) in rays.trace(&starts).iter().enumerate() {
         found[i / 2][i % 2] = phase_point(landing.as_ref().ok()?);
     }
     Some(found)

@@ -136,26 +136,34 @@ impl Log {
     }
 }
 
-/// A ray on the first screen.
+/// A ray of the light of `source` above (x, y) in mm of the first screen.
+///
+/// # Errors
+/// [`Loss::Missed`] where that screen does not exist.
+pub(crate) fn starting_hit(system: &System, source: &Source, at: [f64; 2]) -> Result<RayHit, Loss> {
+    let screen = system.screens.first().ok_or(Loss::Missed)?;
+    let height = screen.height(at).ok_or(Loss::Missed)?;
+    let point = screen.frame.to_global(Vec3::new(at[0], at[1], height.z));
+    Ok(RayHit {
+        point,
+        direction: source.direction(point),
+        path: source.path(point, screen.index),
+    })
+}
+
+/// The same with its optical cosines on the screen's axes.
 fn launch(
     system: &System,
     source: &Source,
     at: [f64; 2],
 ) -> Result<(Log, [f64; 2], [f64; 2]), Loss> {
+    let hit = starting_hit(system, source, at)?;
     let screen = system.screens.first().ok_or(Loss::Missed)?;
-    let height = screen.height(at).ok_or(Loss::Missed)?;
-    let point = screen.frame.to_global(Vec3::new(at[0], at[1], height.z));
-    let direction = source.direction(point);
-    let path = source.path(point, screen.index);
-    let local = screen.frame.direction_to_local(direction);
+    let local = screen.frame.direction_to_local(hit.direction);
     let log = Log {
-        hits: vec![RayHit {
-            point,
-            direction,
-            path,
-        }],
-        direction,
-        path,
+        direction: hit.direction,
+        path: hit.path,
+        hits: vec![hit],
         stands: false,
     };
     Ok((log, at, [local.x * screen.index, local.y * screen.index]))
@@ -180,7 +188,7 @@ pub(crate) fn passes(screen: &Screen, at: [f64; 2]) -> bool {
 }
 
 /// Optical cosines of a ray behind a screen, and what its path gains there.
-fn deflected_at(
+pub(crate) fn deflected_at(
     screen: &Screen,
     k: f64,
     at: [f64; 2],

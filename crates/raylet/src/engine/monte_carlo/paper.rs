@@ -17,7 +17,7 @@ use crate::engine::monte_carlo::paper_plan::{DrawAddress, PaperPlan};
 use crate::engine::monte_carlo::tangent_patch::TangentPatch;
 use crate::engine::plan::settings::{Density, Sag, Sampler};
 use crate::engine::progress::{Cancelled, ShareDone};
-use crate::engine::trace::ray_packet::PacketTracer;
+use crate::engine::ray_block::hop_rays::HopRays;
 use crate::engine::trace::ray_trace::Landing;
 use crate::math::draw::{draw, inclusion, systematic};
 use crate::math::hilbert::hilbert_order;
@@ -280,8 +280,8 @@ impl<'a> PaperRun<'a> {
             .map(|drawn| [bands[0].at(drawn.mode[1]), bands[1].at(drawn.mode[0])])
             .map(|rates| tangent_patch.cosines(rates).unwrap_or(rates))
             .collect();
-        let tracer = PacketTracer::new(&hop);
-        for (drawn, landing) in drawn.iter().zip(tracer.trace_from(start, &directions)) {
+        let rays = HopRays::new(&hop);
+        for (drawn, landing) in drawn.iter().zip(rays.trace_from(start, &directions)) {
             let fate = match landing {
                 Ok(landing) => {
                     let wave = self.wave(&landing, drawn.amplitude * self.share);

@@ -6,7 +6,6 @@
 //! | `complex_rate` | The derivative of complex values from their values a little below and above |
 //! | `direction_search` | Which directions of a screen lead to the target, found with a coarse set of rays |
 //! | `launch_plane` | The plane from which rays and beamlets leave a screen: on a curved screen the tangent plane |
-//! | `ray_packet` | Several rays from one place at once, in SIMD packets |
 //! | [`ray_sensitivity`] | Derivatives of rays by the parameters of a system, from two perturbed systems |
 //! | [`ray_trace`] | The trace of one ray from screen to screen through a train of surfaces |
 //! | `surface_trace` | The same in the coordinates of the light on curved screens and interfaces |
@@ -15,7 +14,6 @@ pub(crate) mod bounding_sphere;
 pub(crate) mod complex_rate;
 pub(crate) mod direction_search;
 pub(crate) mod launch_plane;
-pub(crate) mod ray_packet;
 pub mod ray_sensitivity;
 pub mod ray_trace;
 pub(crate) mod surface_trace;

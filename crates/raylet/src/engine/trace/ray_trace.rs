@@ -111,24 +111,42 @@ pub(crate) fn emit<T: Real, A: Axes<T>, S: Bending<T>>(
     at: [T; 2],
     p: [T; 2],
 ) -> Result<Ray<T>, Loss> {
+    let (local, _) = emit_locally(from, at, p)?;
+    let position = from.axes.to_global(local.position);
+    Ok(Ray::new(
+        position,
+        from.axes.direction_to_global(local.direction),
+    ))
+}
+
+/// The same ray on the axes of the screen, and the slopes of the screen where it starts.
+///
+/// # Errors
+/// As [`emit`].
+#[inline(always)]
+pub(crate) fn emit_locally<T: Real, A, S: Bending<T>>(
+    from: &LocatedScreen<T, A, S>,
+    at: [T; 2],
+    p: [T; 2],
+) -> Result<(Ray<T>, [T; 2]), Loss> {
     let (screen, n) = (from.screen, from.index);
     let under = n * n - (p[0] * p[0] + p[1] * p[1]);
-    if under.any(|under| under <= 0.0) {
+    if under.value() <= 0.0 {
         return Err(Loss::Evanescent);
     }
     let local = Vec3::new(p[0], p[1], under.sqrt() * screen.leaves()) * (T::constant(1.0) / n);
-    let mut z = T::constant(0.0);
+    let zero = T::constant(0.0);
+    let (mut z, mut slope) = (zero, [zero; 2]);
     if !from.shape.is_plane() {
         let height = from.shape.height(at[0], at[1]).ok_or(Loss::Missed)?;
         let [sx, sy] = height.slope;
         let lift = local.z - local.x * sx - local.y * sy;
-        if lift.any(|lift| lift * screen.leaves() <= 0.0) {
+        if lift.value() * screen.leaves() <= 0.0 {
             return Err(Loss::Missed);
         }
-        z = height.z;
+        (z, slope) = (height.z, [sx, sy]);
     }
-    let position = from.axes.to_global(Vec3::new(at[0], at[1], z));
-    Ok(Ray::new(position, from.axes.direction_to_global(local)))
+    Ok((Ray::new(Vec3::new(at[0], at[1], z), local), slope))
 }
 
 /// Takes a ray through a train of surfaces, and reports every flight and bend to the companion.
@@ -149,10 +167,7 @@ pub(crate) fn trace_train<T: Real, F: Face<T>, C: Companion<T>>(
         let direction = frame.direction_to_local(ray.direction);
         let length = face.meet(position, direction)?;
         let hit = position + direction * length;
-        if hit
-            .x
-            .any_pair(hit.y, |x, y| !surface.aperture.contains(x, y))
-        {
+        if !surface.aperture.contains(hit.x.value(), hit.y.value()) {
             return Err(Loss::Clipped);
         }
         companion.fly(length, index[0]);
@@ -194,7 +209,7 @@ pub(crate) fn land<T: Real, A: Axes<T>, S: Bending<T>, C: Companion<T>>(
     let screen = to.screen;
     let position = to.axes.to_local(ray.position);
     let direction = to.axes.direction_to_local(ray.direction);
-    if direction.z.any(|z| z * screen.arrives <= 0.0) {
+    if direction.z.value() * screen.arrives <= 0.0 {
         return Err(Loss::Missed);
     }
     let length = to.shape.meet(position, direction)?;

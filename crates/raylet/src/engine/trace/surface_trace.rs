@@ -46,7 +46,7 @@ impl<T: Real> Standing<T> {
         let steep = sx * sx + sy * sy + 1.0;
         let tilted = p[0] * sx + p[1] * sy;
         let under = tilted * tilted + steep * (n * n - p[0] * p[0] - p[1] * p[1]);
-        if under.any(|under| under <= 0.0) {
+        if under.value() <= 0.0 {
             return Err(Loss::Evanescent);
         }
         let along = (tilted + under.sqrt() * screen.leaves()) / steep;

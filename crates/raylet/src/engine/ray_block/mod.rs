@@ -1,0 +1,33 @@
+//! Many rays at once, in columns: eight in each vector of the processor, surface by surface.
+//!
+//! A block holds its rays on the axes of the part where they are. Each surface is one loop over the block. A lost ray has
+//! no numbers from there on, and its reason. No ray depends on those beside it.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | [`block`] | Rays in columns, and what became of them |
+//! | [`passage`] | From the axes of one part to those of the next |
+//! | [`lane_vec3`] | Vectors of eight rays |
+//! | [`lane_shape`] | Where eight rays meet a shape, and its normal there |
+//! | [`bend`] | Refraction and reflection of eight rays, and of their derivatives |
+//! | [`prepared_part`] | Surfaces and screens made ready for blocks of rays |
+//! | [`block_step`] | A block through one part |
+//! | [`ray_origins`] | Where and how many rays start |
+//! | [`system_rays`] | Rays through a whole system, with what they meet on the way |
+//! | [`tangents`] | Derivatives of the rays of a block |
+//! | [`hop_rays`] | Rays, and their Jacobians, from screen to screen |
+//! | `hop_rays_test` | Tests: they are single rays, for every shape |
+
+pub(crate) mod bend;
+pub(crate) mod block;
+pub(crate) mod block_step;
+pub mod hop_rays;
+#[cfg(test)]
+mod hop_rays_test;
+pub(crate) mod lane_shape;
+pub(crate) mod lane_vec3;
+pub(crate) mod passage;
+pub(crate) mod prepared_part;
+pub mod ray_origins;
+pub mod system_rays;
+pub(crate) mod tangents;

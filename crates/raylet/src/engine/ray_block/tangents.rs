@@ -1,0 +1,93 @@
+//! Derivatives of the rays of a block by where and along which cosines they start.
+
+use fearless_simd::{Simd, SimdBase, f64x8};
+
+use crate::engine::ray_block::block::{Column, PACKETS, load, store};
+use crate::engine::ray_block::block_step::{LaneCompanion, LaneEncounter};
+use crate::engine::ray_block::lane_shape::LaneBending;
+use crate::engine::ray_block::lane_vec3::LaneVec3;
+use crate::math::lanes::LANES;
+
+/// ∂(s, p′)/∂(x, p), rows (s_x, s_y, p′_x, p′_y).
+pub type Jacobian = [[f64; 4]; 4];
+
+/// The changes of positions and directions of a block's rays with each of the four numbers of their starts.
+pub(crate) struct Tangents {
+    moved: [[Column; 3]; 4],
+    turned: [[Column; 3]; 4],
+}
+
+impl Tangents {
+    /// None of them.
+    pub(crate) fn zero() -> Self {
+        Self {
+            moved: [[[[0.0; LANES]; PACKETS]; 3]; 4],
+            turned: [[[[0.0; LANES]; PACKETS]; 3]; 4],
+        }
+    }
+
+    /// The Jacobian of ray `i` on a screen in a medium of index `n`.
+    #[inline(always)]
+    pub(crate) fn jacobian(&self, i: usize, n: f64) -> Jacobian {
+        let (at, lane) = (i / LANES, i % LANES);
+        let mut jacobian = [[0.0; 4]; 4];
+        let variables = self.moved.iter().zip(&self.turned).enumerate();
+        for (variable, (moved, turned)) in variables {
+            for axis in 0..2 {
+                jacobian[axis][variable] = moved[axis][at][lane];
+                jacobian[2 + axis][variable] = turned[axis][at][lane] * n;
+            }
+        }
+        jacobian
+    }
+}
+
+impl LaneCompanion for Tangents {
+    #[inline(always)]
+    fn launch<S: Simd>(&mut self, at: usize, d: LaneVec3<S>, slope: [f64x8<S>; 2], n: f64) {
+        let simd = d.x.simd;
+        let (zero, one) = (f64x8::splat(simd, 0.0), f64x8::splat(simd, 1.0));
+        let (nothing, step) = (LaneVec3::new(zero, zero, zero), one / n);
+        let [sx, sy] = slope;
+        store(&mut self.moved[0], at, LaneVec3::new(one, zero, sx));
+        store(&mut self.moved[1], at, LaneVec3::new(zero, one, sy));
+        store(
+            &mut self.turned[2],
+            at,
+            LaneVec3::new(step, zero, -d.x / d.z * step),
+        );
+        store(
+            &mut self.turned[3],
+            at,
+            LaneVec3::new(zero, step, -d.y / d.z * step),
+        );
+        for start in 0..2 {
+            store(&mut self.turned[start], at, nothing);
+            store(&mut self.moved[2 + start], at, nothing);
+        }
+    }
+
+    #[inline(always)]
+    fn follow<S: Simd, C: LaneBending<S>>(&mut self, at: usize, encounter: &LaneEncounter<S, C>) {
+        let LaneEncounter {
+            passage,
+            bend,
+            direction,
+            meeting,
+            bent,
+        } = *encounter;
+        let simd = direction.x.simd;
+        let shorter = -1.0 / meeting.along;
+        for (moved, turned) in self.moved.iter_mut().zip(&mut self.turned) {
+            // The point moves along the part: N·δp = 0.
+            let (before, start) = (load(simd, turned, at), load(simd, moved, at));
+            let (before, start) = (passage.directions(before), passage.directions(start));
+            let beside = start.plus(before.times(meeting.length));
+            let longer = meeting.normal.dot(beside) * shorter;
+            let along = beside.plus(direction.times(longer));
+            let behind = bend.change(direction, meeting, bent, [along, before]);
+            store(moved, at, along);
+            store(turned, at, behind);
+        }
+    }
+}
