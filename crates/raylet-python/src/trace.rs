@@ -72,8 +72,8 @@ pub(crate) fn chief_landing(
 
 /// Rays by their `starts`, a dictionary: either places "x" and "y" (rays) on the first screen, in units of the half
 /// widths of its aperture, and "light" (rays, 3), unit directions of a collimated source or places in mm of a point
-/// source; or points "start_mm" (rays, 3) and their unit "cosines" (rays, 3), both global, from where paths are counted.
-/// One entry of "light", "start_mm" or "cosines" serves all.
+/// source; or points "start_mm" (rays, 3) and their unit "cosines" (rays, 3), both global, from where paths count. One
+/// entry of "light", "start_mm" or "cosines" serves all.
 ///
 /// Returns points (3, parts, rays) in mm, directions behind (3, parts, rays) and optical paths (parts, rays) in mm, at
 /// the `recorded` parts; fates (rays; 0 arrived, else the number of the loss); and derivatives (parameters, 5, rays) of

@@ -35,16 +35,28 @@ impl ChirpedStart {
     /// How its chief ray was lost, if it was.
     #[inline]
     pub(crate) fn launch(&self, hop: &Hop, dp: [f64; 2]) -> Result<Arrival, Loss> {
-        let k = hop.wavenumber();
-        let Carrier { at, p, q } = self.carrier;
-        let width = 1.0 / (k * self.sigma * self.sigma);
-        let start = Symmetric {
-            xx: Complex::new(q[0], width),
-            xy: Complex::new(q[1], 0.0),
-            yy: Complex::new(q[2], width),
-        };
-        let carried = hop.carry_along(at, [p[0] + dp[0], p[1] + dp[1]], start)?;
+        let (k, Carrier { at, p, .. }) = (hop.wavenumber(), self.carrier);
+        let carried = hop.carry_along(at, [p[0] + dp[0], p[1] + dp[1]], self.curvature(k))?;
         Ok(carried.arrival(k))
+    }
+
+    /// The same in many directions.
+    pub(crate) fn launch_all(&self, hop: &Hop, dp: &[[f64; 2]]) -> Vec<Result<Arrival, Loss>> {
+        let (k, Carrier { at, p, .. }) = (hop.wavenumber(), self.carrier);
+        let slopes = dp.iter().map(|dp| [p[0] + dp[0], p[1] + dp[1]]);
+        let carried = hop.carry_all_along(at, self.curvature(k), &slopes.collect::<Vec<_>>());
+        let arrivals = carried.into_iter();
+        arrivals.map(|one| one.map(|one| one.arrival(k))).collect()
+    }
+
+    /// The complex curvature with which beamlets start.
+    fn curvature(&self, k: f64) -> Symmetric<f64> {
+        let (width, [xx, xy, yy]) = (1.0 / (k * self.sigma * self.sigma), self.carrier.q);
+        Symmetric {
+            xx: Complex::new(xx, width),
+            xy: Complex::new(xy, 0.0),
+            yy: Complex::new(yy, width),
+        }
     }
 
     /// The aberration inside a beamlet, for sums over all places and directions; nothing when the ray or one of its
@@ -100,20 +112,20 @@ impl ChirpedStart {
     /// The same at these displacements, from the rays that arrive; nothing where these are not the most.
     fn phases_at(&self, hop: &Hop, dp: [f64; 2], displacements: &[[f64; 4]]) -> Option<[f64; 2]> {
         let Carrier { at, p, .. } = self.carrier;
-        let p = [p[0] + dp[0], p[1] + dp[1]];
-        let (centre, jacobian) = hop.jacobian_along(at, p).ok()?;
+        let start = [at[0], at[1], p[0] + dp[0], p[1] + dp[1]];
+        let (centre, jacobian) = hop.jacobian_along(at, [start[2], start[3]]).ok()?;
         let centre = phase_point(&centre);
+        let moved = |delta: &[f64; 4], sign: f64| [0, 1, 2, 3].map(|i| start[i] + sign * delta[i]);
+        let starts = displacements
+            .iter()
+            .flat_map(|d| [moved(d, 1.0), moved(d, -1.0)]);
+        let landings = hop.trace_all_along(&starts.collect::<Vec<_>>());
         let (mut sums, mut traced) = ([0.0; 2], 0);
-        for delta in displacements {
-            let trace = |sign: f64| {
-                let at = [at[0] + sign * delta[0], at[1] + sign * delta[1]];
-                let p = [p[0] + sign * delta[2], p[1] + sign * delta[3]];
-                let landing = hop.trace_along(at, p, &mut ());
-                landing.ok().map(|landing| phase_point(&landing))
-            };
-            let Some((plus, minus)) = trace(1.0).zip(trace(-1.0)) else {
+        for (delta, pair) in displacements.iter().zip(landings.as_chunks::<2>().0) {
+            let [Ok(plus), Ok(minus)] = pair else {
                 continue;
             };
+            let (plus, minus) = (phase_point(plus), phase_point(minus));
             traced += 1;
             let linear: [f64; 4] =
                 std::array::from_fn(|i| (0..4).map(|j| jacobian[i][j] * delta[j]).sum());

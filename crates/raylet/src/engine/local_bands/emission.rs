@@ -127,14 +127,22 @@ impl Emission<'_> {
     fn kept(&self, waves: &WindowWaves, statistics: &mut HopStatistics) -> Kept {
         let k = self.hop.wavenumber();
         let mut kept = Kept::default();
+        let mut strong = Vec::new();
         for (place, c) in waves.coefficients.indexed_iter() {
             let share = c.norm_sqr() / self.unit;
-            let dp = waves.direction(place);
-            if c.norm_sqr() <= self.weakest * self.weakest {
-                statistics.tally.add_energy(Fate::Weak, share);
-                continue;
+            match c.norm_sqr() <= self.weakest * self.weakest {
+                true => statistics.tally.add_energy(Fate::Weak, share),
+                false => strong.push((place, share)),
             }
-            let beamlet = match waves.start.launch(self.hop, dp) {
+        }
+
+        // All of them go together.
+        let directions = strong.iter().map(|(place, _)| waves.direction(*place));
+        let landed = waves
+            .start
+            .launch_all(self.hop, &directions.collect::<Vec<_>>());
+        for ((place, share), beamlet) in strong.into_iter().zip(landed) {
+            let beamlet = match beamlet {
                 Ok(beamlet) => beamlet,
                 Err(loss) => {
                     statistics.tally.count(Fate::Lost(loss), share);

@@ -12,6 +12,7 @@ use crate::engine::ray_block::passage::Passage;
 use crate::engine::ray_block::prepared_part::{Edge, PreparedPart};
 use crate::math::lanes::{LANES, Lanes};
 use crate::optics::ray::Loss;
+use crate::optics::refraction::Coating;
 use crate::optics::shape::Shape;
 
 /// Eight rays at a part.
@@ -20,6 +21,8 @@ pub(crate) struct LaneEncounter<'a, S: Simd, C> {
     pub passage: &'a Passage,
     /// What the part does to them.
     pub bend: Bend,
+    /// How much of the field it transmits, if it refracts.
+    pub coating: Coating,
     /// Their directions before, on the axes of the part.
     pub direction: LaneVec3<S>,
     /// Where they meet it.
@@ -98,6 +101,7 @@ fn through<S: Simd, L: LaneShape>(
         let encounter = LaneEncounter {
             passage: &part.passage,
             bend: part.bend,
+            coating: part.coating,
             direction: d,
             meeting: &meeting,
             bent: &bent,

@@ -4,11 +4,13 @@ use fearless_simd::{Level, Simd, SimdBase, SimdFloat, SimdFrom, SimdMask, dispat
 
 use crate::engine::ray_block::block::{BLOCK, Packet, RayBlock};
 use crate::engine::ray_block::block_step::{LaneCompanion, step};
+use crate::engine::ray_block::lane_beamlets::LaneBeamlets;
 use crate::engine::ray_block::lane_vec3::LaneVec3;
 use crate::engine::ray_block::prepared_part::PreparedPart;
 pub use crate::engine::ray_block::tangents::Jacobian;
 use crate::engine::ray_block::tangents::Tangents;
-use crate::engine::trace::ray_trace::{Landing, LocatedScreen, emit_locally};
+use crate::engine::trace::ray_trace::{Carried, Landing, LocatedScreen, emit_locally};
+use crate::math::complex::Symmetric;
 use crate::math::lanes::{LANES, Lanes};
 use crate::optics::ray::Loss;
 use crate::optics::screen::Screen;
@@ -133,6 +135,33 @@ impl<'a> HopRays<'a> {
             }
         }
         landings
+    }
+
+    /// Where beamlets land that start on a plane screen at (x, y) with curvature `q` in 1/mm on its axes, along each of
+    /// these optical direction cosines, to a plane screen: as [`Hop::carry_beamlet`].
+    pub(crate) fn carry_beamlets(
+        &self,
+        [x, y]: [f64; 2],
+        q: Symmetric<f64>,
+        directions: &[[f64; 2]],
+    ) -> Vec<Result<Carried, Loss>> {
+        let mut carried = Vec::with_capacity(directions.len());
+        let (mut block, mut beamlets) = (RayBlock::empty(), LaneBeamlets::new(q));
+        for group in directions.chunks(BLOCK) {
+            let starts: Vec<RayStart> = group.iter().map(|[p, q]| [x, y, *p, *q]).collect();
+            self.carry(&mut block, &starts, &mut beamlets);
+            for i in 0..group.len() {
+                carried.push(self.landing(&block, i).map(|landing| {
+                    let (amplitude, curvature) = beamlets.landed(i, self.to.index);
+                    Carried {
+                        landing,
+                        amplitude,
+                        curvature,
+                    }
+                }));
+            }
+        }
+        carried
     }
 
     /// A block of rays from the first screen to the second.

@@ -6,14 +6,16 @@ use fearless_simd::Level;
 use ndarray::Array2;
 
 use crate::engine::ray_block::hop_rays::{HopRays, LandingColumns, RayStart};
+use crate::engine::trace::ray_trace::Carried;
 use crate::fixtures::parts::{conic, face, on_axis, open_screen};
+use crate::math::complex::{Complex, Symmetric};
 use crate::math::random::pair;
 use crate::math::vec3::Vec3;
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::frame::Frame;
 use crate::optics::freeform::Term;
 use crate::optics::ray::Loss;
-use crate::optics::refraction::Interface;
+use crate::optics::refraction::{Coating, Interface};
 use crate::optics::sag_grid::SagGrid;
 use crate::optics::screen::Screen;
 use crate::optics::shape::{Conic, Shape};
@@ -60,6 +62,7 @@ fn train(shape: &Shape, aperture: Aperture, mirror: bool) -> Vec<Surface> {
     let turned = |z: f64, tilt: [f64; 3]| on_axis(0.0).moved(Vec3::new(0.1, -0.2, z)).tilted(tilt);
     let first = Surface {
         aperture,
+        coating: Coating::Fresnel,
         ..face(turned(5.0, [0.1, -0.05, 0.3]), shape.clone(), [1.0, 1.5])
     };
     let last = match mirror {
@@ -211,4 +214,49 @@ fn a_ray_does_not_depend_on_those_beside_it() {
             }
         }
     });
+}
+
+/// Beamlets in blocks are those that go one by one, whether their light narrows, widens, or passes a focus on the way.
+#[test]
+fn beamlets_agree_with_single_beamlets() {
+    let imaginary = |re: f64, im: f64| Complex::new(re, im);
+    let compared = std::cell::Cell::new(0);
+    with_hops(|hop, name| {
+        if !hop.from.is_plane() {
+            return;
+        }
+        for (focus, width) in [(0.0, 1e-3), (-0.3, 1e-4), (-1.5, 2e-2), (0.2, 0.5)] {
+            let q = Symmetric {
+                xx: imaginary(focus, width),
+                xy: imaginary(0.1 * focus, 0.2 * width),
+                yy: imaginary(1.7 * focus, 1.3 * width),
+            };
+            let at = [0.4, -0.3];
+            let directions: Vec<[f64; 2]> =
+                starts(0.6).iter().map(|[_, _, p, q]| [*p, *q]).collect();
+            let carried = HopRays::new(hop).carry_beamlets(at, q, &directions);
+            for (block, p) in carried.iter().zip(&directions) {
+                let (block, alone) = match (block, hop.carry_beamlet(at, *p, q)) {
+                    (Ok(block), Ok(alone)) => (block, alone),
+                    (block, alone) => {
+                        assert_eq!(block.as_ref().err(), alone.as_ref().err());
+                        continue;
+                    }
+                };
+                let parts = |carried: &Carried| {
+                    let (a, g) = (carried.amplitude, carried.curvature);
+                    [a, g.xx, g.xy, g.yy].map(|z| z.value())
+                };
+                for (ours, alone) in parts(block).iter().zip(parts(&alone)) {
+                    let close = 1e-8 * (1e-2 + alone.norm());
+                    assert!(
+                        (ours - alone).norm() < close,
+                        "{name} {focus}: {p:?} {ours} {alone}"
+                    );
+                }
+                compared.set(compared.get() + 1);
+            }
+        }
+    });
+    assert!(compared.get() > 10_000, "{}", compared.get());
 }

@@ -42,6 +42,16 @@ impl<S: Simd> LaneVec3<S> {
         self.x * other.x + self.y * other.y + self.z * other.z
     }
 
+    /// Vector products.
+    #[inline(always)]
+    pub(crate) fn cross(self, other: Self) -> Self {
+        Self::new(
+            self.y * other.z - self.z * other.y,
+            self.z * other.x - self.x * other.z,
+            self.x * other.y - self.y * other.x,
+        )
+    }
+
     /// Each vector `times` a number of its own.
     #[inline(always)]
     pub(crate) fn times(self, times: f64x8<S>) -> Self {

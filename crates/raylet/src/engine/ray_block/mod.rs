@@ -15,6 +15,8 @@
 //! | [`ray_origins`] | Where and how many rays start |
 //! | [`system_rays`] | Rays through a whole system, with what they meet on the way |
 //! | [`tangents`] | Derivatives of the rays of a block |
+//! | [`lane_complex`] | Eight complex numbers |
+//! | [`lane_beamlets`] | Beamlets that the rays of a block carry |
 //! | [`hop_rays`] | Rays, and their Jacobians, from screen to screen |
 //! | `hop_rays_test` | Tests: they are single rays, for every shape |
 
@@ -24,6 +26,8 @@ pub(crate) mod block_step;
 pub mod hop_rays;
 #[cfg(test)]
 mod hop_rays_test;
+pub(crate) mod lane_beamlets;
+pub(crate) mod lane_complex;
 pub(crate) mod lane_shape;
 pub(crate) mod lane_vec3;
 pub(crate) mod passage;

@@ -7,7 +7,7 @@ use crate::engine::ray_block::passage::Passage;
 use crate::math::lanes::LANES;
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::frame::Frame;
-use crate::optics::refraction::Interface;
+use crate::optics::refraction::{Coating, Interface};
 use crate::optics::screen::Screen;
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
@@ -22,6 +22,8 @@ pub(crate) struct PreparedPart<'a> {
     pub edge: Edge<'a>,
     /// What it does to rays.
     pub bend: Bend,
+    /// How much of the field it transmits, if it refracts.
+    pub coating: Coating,
     /// Refractive index before it.
     pub index: f64,
     /// The sign of the local z along which rays must arrive, if there is one.
@@ -50,6 +52,7 @@ impl<'a> PreparedPart<'a> {
                 Interface::Refract => Bend::Refract(index / behind),
                 Interface::Reflect => Bend::Reflect,
             },
+            coating: surface.coating,
             index,
             arrives: None,
         }
@@ -62,6 +65,7 @@ impl<'a> PreparedPart<'a> {
             shape: &screen.shape,
             edge: Edge::Open,
             bend: Bend::Pass,
+            coating: Coating::Unit,
             index: screen.index,
             arrives: Some(screen.arrives),
         }

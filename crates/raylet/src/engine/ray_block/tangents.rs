@@ -75,6 +75,7 @@ impl LaneCompanion for Tangents {
             direction,
             meeting,
             bent,
+            ..
         } = *encounter;
         let simd = direction.x.simd;
         let shorter = -1.0 / meeting.along;

@@ -8,6 +8,7 @@
 //!
 //! A beamlet that arrives at an interface gets the factor by which the interface transmits it.
 
+use crate::engine::ray_block::hop_rays::{HopRays, RayStart, Traced};
 use crate::engine::trace::ray_trace::{
     BeamletStart, Carried, Landing, LocatedScreen, emit, land, trace_train,
 };
@@ -148,6 +149,15 @@ impl Hop<'_> {
         along_surface(&to, land(&to, ray, companion)?)
     }
 
+    /// The same for many rays.
+    pub(crate) fn trace_all_along(&self, starts: &[RayStart]) -> Vec<Traced> {
+        if self.from.is_plane() && self.to.is_plane() {
+            return HopRays::new(self).trace(starts);
+        }
+        let one = |[x, y, p, q]: &RayStart| self.trace_along([*x, *y], [*p, *q], &mut ());
+        starts.iter().map(one).collect()
+    }
+
     /// [`Hop::jacobian`] with the slopes of the wave along both surfaces.
     ///
     /// # Errors
@@ -182,6 +192,20 @@ impl Hop<'_> {
             LocatedScreen::reached(self.to),
         );
         carry_along(&from, self.train, &to, BeamletStart { at, p, q })
+    }
+
+    /// The same for many beamlets that start at one place with one curvature.
+    pub(crate) fn carry_all_along(
+        &self,
+        at: [f64; 2],
+        q: Symmetric<f64>,
+        slopes: &[[f64; 2]],
+    ) -> Vec<Result<Carried, Loss>> {
+        if self.from.is_plane() && self.to.is_plane() && self.to.behind.is_none() {
+            return HopRays::new(self).carry_beamlets(at, q, slopes);
+        }
+        let one = |p: &[f64; 2]| self.carry_along(at, *p, q);
+        slopes.iter().map(one).collect()
     }
 }
 
