@@ -1,5 +1,6 @@
 //! One beamlet from its place on a screen to its landing on the next.
 
+use crate::engine::ray_block::hop_rays::HopRays;
 use crate::engine::trace::launch_plane::LaunchPlane;
 use crate::optics::ray::Loss;
 use crate::optics::system::Hop;
@@ -31,4 +32,32 @@ pub(crate) fn launch_beamlet_from(
             .hop(hop)
             .carry_beamlet(launch_plane.at(), launch_plane.cosines(p)?, start)?;
     Ok(carried.arrival(k))
+}
+
+/// The same of many beamlets, or how their chief rays are lost.
+pub(crate) fn launch_beamlets_from(
+    launch_plane: &LaunchPlane,
+    hop: &Hop,
+    directions: &[[f64; 2]],
+    sigma: f64,
+) -> Vec<Result<Arrival, Loss>> {
+    let hop = launch_plane.hop(hop);
+    if !hop.to.is_plane() {
+        let one = |p: &[f64; 2]| launch_beamlet_from(launch_plane, &hop, *p, sigma);
+        return directions.iter().map(one).collect();
+    }
+    let k = hop.wavenumber();
+    let turned: Vec<_> = { directions.iter() }
+        .map(|p| launch_plane.cosines(*p))
+        .collect();
+    let kept: Vec<[f64; 2]> = turned.iter().flatten().copied().collect();
+    let start = launch_plane.window(sigma, k);
+    let carried = HopRays::new(&hop).carry_beamlets(launch_plane.at(), start, &kept);
+    let mut carried = carried.into_iter();
+    let landed = |p: Result<[f64; 2], Loss>| {
+        p?;
+        let carried = carried.next().unwrap_or(Err(Loss::Missed))?;
+        Ok(carried.arrival(k))
+    };
+    turned.into_iter().map(landed).collect()
 }

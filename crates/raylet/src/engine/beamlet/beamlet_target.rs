@@ -4,7 +4,7 @@
 use crate::engine::beamlet::aberration_sample::AberrationSamples;
 use crate::engine::beamlet::beamlet_aberration::Aberration;
 use crate::engine::beamlet::beamlet_error::TRUSTED_TAIL;
-use crate::engine::beamlet::beamlet_launch::launch_beamlet_from;
+use crate::engine::beamlet::beamlet_launch::{launch_beamlet_from, launch_beamlets_from};
 use crate::engine::beamlet::discarded_tail::{LeavingBeamlet, discarded_tail_share};
 use crate::engine::chain::backend::Job;
 use crate::engine::error::tally::Fate;
@@ -59,13 +59,26 @@ impl LaunchPlanes {
         })
     }
 
+    /// Beamlets of coefficient one in these modes on the hop that was planned, where they land.
+    pub(crate) fn landed(&self, job: &Job, modes: &[[usize; 2]]) -> Vec<Result<Arrival, Loss>> {
+        let directions: Vec<_> = modes.iter().map(|mode| direction(job, *mode)).collect();
+        let sigma = job.plan.sigma;
+        launch_beamlets_from(&self.launch_plane, job.chooser(), &directions, sigma)
+    }
+
     /// The launch plane on the hop itself.
     pub(crate) fn launch_plane(&self) -> &LaunchPlane {
         self.moved.as_ref().unwrap_or(&self.launch_plane)
     }
 }
 
-/// Aims one beamlet; its aberration is sampled if something depends on it.
+/// Optical direction cosines of a mode.
+fn direction(job: &Job, mode: [usize; 2]) -> [f64; 2] {
+    let [bx, by] = &job.plan.bands;
+    [bx.at(mode[0]), by.at(mode[1])]
+}
+
+/// Aims one beamlet, which [`LaunchPlanes::landed`] let land; its aberration is sampled if something depends on it.
 ///
 /// # Errors
 /// Its fate when it does not reach the target, or is not accurate there.
@@ -75,16 +88,13 @@ pub(crate) fn target_beamlet(
         launch_plane,
         moved,
     }: &LaunchPlanes,
-    mode: [usize; 2],
+    (mode, landed): ([usize; 2], Result<Arrival, Loss>),
     to: &Canvas,
     samples: &mut AberrationSamples,
 ) -> Result<TargetBeamlet, DiscardedBeamlet> {
     let k = job.hop.wavenumber();
-    let [bx, by] = &job.plan.bands;
-    let p = [bx.at(mode[0]), by.at(mode[1])];
-    let planned = job.chooser();
-    let mut arrival =
-        launch_beamlet_from(launch_plane, planned, p, job.plan.sigma).map_err(Fate::Lost)?;
+    let p = direction(job, mode);
+    let mut arrival = landed.map_err(Fate::Lost)?;
     if !to.meets(&arrival, k, job.settings.footprint_edge()) {
         return Err(Fate::Outside.into());
     }
@@ -99,7 +109,8 @@ pub(crate) fn target_beamlet(
             p,
             sigma: job.plan.sigma,
         };
-        let share = || discarded_tail_share(planned, &leaving, to.bounds(), to.tail(&arrival, k));
+        let share =
+            || discarded_tail_share(job.chooser(), &leaving, to.bounds(), to.tail(&arrival, k));
         return Err(DiscardedBeamlet {
             fate: Fate::Unresolved,
             share: if job.downstream.ends_here() {

@@ -250,6 +250,7 @@ fn spread(
         samples: AberrationSamples::new(job, patch, spectrum.centre, strength.total),
         tally,
     };
+    let (mut modes, mut coefficients) = (Vec::new(), Vec::new());
     for ((my, mx), c) in spectrum.coefficients.indexed_iter() {
         let energy = c.norm_sqr();
         within += energy;
@@ -257,8 +258,13 @@ fn spread(
             follower.tally.add_energy(Fate::Weak, energy);
             continue;
         }
-        let mode = [spectrum.first[0] + mx, spectrum.first[1] + my];
-        let fate = match follower.follow(mode, *c) {
+        modes.push([spectrum.first[0] + mx, spectrum.first[1] + my]);
+        coefficients.push(*c);
+    }
+    let landed = launch_planes.landed(job, &modes);
+    for (aimed, c) in modes.into_iter().zip(landed).zip(coefficients) {
+        let energy = c.norm_sqr();
+        let fate = match follower.follow(aimed, c) {
             Ok(arrival) => {
                 arrivals.push(arrival);
                 Fate::Arrived
@@ -287,12 +293,14 @@ fn draw(job: &Job, patch: usize, spectrum: &Spectrum, to: &Canvas) -> (Vec<Arriv
     };
     let mut samples = AberrationSamples::new(job, patch, spectrum.centre, f64::INFINITY);
     let weights = draws.weights(&spectrum.coefficients);
-    for ((place, weight), c) in weights.indexed_iter().zip(&spectrum.coefficients) {
-        if *weight == 0.0 {
-            continue;
-        }
-        let mode = [spectrum.first[0] + place.1, spectrum.first[1] + place.0];
-        let fate = match target_beamlet(job, &launch_planes, mode, to, &mut samples) {
+    let drawn = weights.indexed_iter().zip(&spectrum.coefficients);
+    let drawn: Vec<_> = drawn.filter(|((_, weight), _)| **weight != 0.0).collect();
+    let modes: Vec<[usize; 2]> = { drawn.iter() }
+        .map(|(((my, mx), _), _)| [spectrum.first[0] + mx, spectrum.first[1] + my])
+        .collect();
+    let landed = launch_planes.landed(job, &modes);
+    for (((_, weight), c), aimed) in drawn.into_iter().zip(modes.into_iter().zip(landed)) {
+        let fate = match target_beamlet(job, &launch_planes, aimed, to, &mut samples) {
             Ok(beamlet) => {
                 let mut arrival = beamlet.arrival;
                 arrival.amplitude *= c * *weight;
@@ -330,14 +338,15 @@ struct Follower<'a> {
 }
 
 impl Follower<'_> {
-    /// Follows one beamlet.
+    /// Follows one beamlet, given with its mode and where it lands.
     fn follow(
         &mut self,
-        mode: [usize; 2],
+        aimed: ([usize; 2], Result<Arrival, Loss>),
         coefficient: Complex64,
     ) -> Result<Arrival, DiscardedBeamlet> {
         let (job, to, samples) = (self.job, self.to, &mut self.samples);
-        let beamlet = target_beamlet(job, self.launch_planes, mode, to, samples)?;
+        let mode = aimed.0;
+        let beamlet = target_beamlet(job, self.launch_planes, aimed, to, samples)?;
         let mut arrival = beamlet.arrival;
         let energy = coefficient.norm_sqr();
         let seen = match beamlet.needed {
@@ -471,16 +480,17 @@ fn beamlets(
         arrivals: Vec::new(),
         modes,
     };
-    for my in 0..beamlets.modes[1].len() {
-        for mx in 0..beamlets.modes[0].len() {
-            let mode = [beamlets.modes[0].start + mx, beamlets.modes[1].start + my];
-            if !selected([my, mx]) {
-                continue;
-            }
-            if let Ok(beamlet) = target_beamlet(job, &launch_planes, mode, to, &mut samples) {
-                beamlets.places.push([my, mx]);
-                beamlets.arrivals.push(beamlet.arrival);
-            }
+    let [xs, ys] = beamlets.modes.clone();
+    let places = (0..ys.len()).flat_map(|my| (0..xs.len()).map(move |mx| [my, mx]));
+    let places: Vec<[usize; 2]> = places.filter(|place| selected(*place)).collect();
+    let modes: Vec<[usize; 2]> = { places.iter() }
+        .map(|[my, mx]| [xs.start + mx, ys.start + my])
+        .collect();
+    let landed = launch_planes.landed(job, &modes);
+    for (place, aimed) in places.into_iter().zip(modes.into_iter().zip(landed)) {
+        if let Ok(beamlet) = target_beamlet(job, &launch_planes, aimed, to, &mut samples) {
+            beamlets.places.push(place);
+            beamlets.arrivals.push(beamlet.arrival);
         }
     }
     Some(beamlets)
