@@ -43,6 +43,19 @@ mod rays {
         ]
     }
 
+    /// The same with an asphere in place of the sphere.
+    fn aspheric_lens() -> Vec<Surface> {
+        let mut lens = lens();
+        lens[1].shape = Shape::Asphere {
+            base: Conic {
+                curvature: -1.0 / 25.8,
+                conic: -0.6,
+            },
+            coefficients: vec![1e-6, 2e-9, -1e-11],
+        };
+        lens
+    }
+
     /// Starts (x, y) within 5 mm and directions within ±0.02.
     fn starts() -> Vec<[[f64; 2]; 2]> {
         let pair = |i, kind| random::pair(7, [i, kind, 0, 0]);
@@ -99,17 +112,37 @@ mod rays {
     /// Blocks through an asphere and a plane.
     #[divan::bench(max_time = 2)]
     fn block_asphere(bencher: Bencher) {
-        let mut lens = lens();
-        lens[1].shape = Shape::Asphere {
-            base: Conic {
-                curvature: -1.0 / 25.8,
-                conic: -0.6,
-            },
-            coefficients: vec![1e-6, 2e-9, -1e-11],
-        };
+        let lens = aspheric_lens();
         let mut landings = LandingColumns::default();
         time_blocks(bencher, &lens, |rays, starts| {
             rays.trace_into(starts, &mut landings);
+        });
+    }
+
+    /// Beamlets of one place through a sphere and a plane.
+    #[divan::bench(max_time = 2)]
+    fn block_beamlet(bencher: Bencher) {
+        time_beamlets(bencher, &lens());
+    }
+
+    /// Beamlets of one place through an asphere and a plane.
+    #[divan::bench(max_time = 2)]
+    fn block_beamlet_asphere(bencher: Bencher) {
+        time_beamlets(bencher, &aspheric_lens());
+    }
+
+    /// Times beamlets of one place; an item is a beamlet at a surface or the sensor.
+    fn time_beamlets(bencher: Bencher, train: &[Surface]) {
+        let zero = Complex::new(0.0, 0.0);
+        let q = Complex::new(-0.01, 0.05);
+        let start = Symmetric {
+            xx: q,
+            xy: zero,
+            yy: q,
+        };
+        time_blocks(bencher, train, |rays, starts| {
+            let directions: Vec<[f64; 2]> = starts.iter().map(|[_, _, p, q]| [*p, *q]).collect();
+            rays.carry_beamlets([1.0, 2.0], start, &directions)
         });
     }
 

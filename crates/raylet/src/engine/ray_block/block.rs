@@ -80,7 +80,8 @@ impl RayBlock {
 
     /// The same block without rays.
     pub(crate) fn restart(&mut self) {
-        // A ray without a path is not there.
+        // A ray without a place or path is not there.
+        self.position[0] = NOTHING;
         self.path = NOTHING;
         self.just_lost.clear();
         self.rays = 0;

@@ -4,8 +4,9 @@ use fearless_simd::{Simd, SimdBase, SimdMask, f64x8, mask64x8};
 
 use crate::engine::ray_block::bend::{Bend, Bent};
 use crate::engine::ray_block::block::{Packet, RayBlock};
+use crate::engine::ray_block::lane_asphere::LaneAsphere;
 use crate::engine::ray_block::lane_shape::{
-    LaneAny, LaneAsphere, LaneBending, LaneConic, LanePlane, LaneShape, Meeting,
+    LaneAny, LaneBending, LaneConic, LanePlane, LaneShape, Meeting,
 };
 use crate::engine::ray_block::lane_vec3::{LaneVec3, one_of};
 use crate::engine::ray_block::passage::Passage;
@@ -64,15 +65,10 @@ pub(crate) fn step<S: Simd>(
         Shape::Conic(conic) => {
             through(simd, block, part, &LaneConic::<false>(*conic), companion);
         }
-        Shape::Asphere { base, coefficients } => {
-            let shape = LaneAsphere {
-                base: *base,
-                coefficients,
-                shape: part.shape,
-            };
-            through(simd, block, part, &shape, companion);
-        }
-        shape => through(simd, block, part, &LaneAny(shape), companion),
+        shape => match LaneAsphere::of(shape) {
+            Some(asphere) => through(simd, block, part, &asphere, companion),
+            None => through(simd, block, part, &LaneAny(shape), companion),
+        },
     }
 }
 

@@ -31,6 +31,22 @@ pub struct HopRays<'a> {
     pub(crate) level: Level,
 }
 
+/// The memory in which a block of rays and their derivatives are traced.
+pub(crate) struct JacobianScratch {
+    block: RayBlock,
+    tangents: Tangents,
+}
+
+impl JacobianScratch {
+    /// Memory for one block.
+    pub(crate) fn new() -> Self {
+        Self {
+            block: RayBlock::empty(),
+            tangents: Tangents::zero(),
+        }
+    }
+}
+
 /// Where many rays land, in columns with an entry for each; those of lost rays hold NaN.
 #[derive(Clone, Debug, Default, PartialEq)]
 pub struct LandingColumns {
@@ -124,22 +140,32 @@ impl<'a> HopRays<'a> {
 
     /// Where rays land, with their Jacobians.
     pub fn jacobians(&self, starts: &[RayStart]) -> Vec<Result<(Landing, Jacobian), Loss>> {
-        let mut landings = Vec::with_capacity(starts.len());
-        let (mut block, mut tangents) = (RayBlock::empty(), Tangents::zero());
-        for group in starts.chunks(BLOCK) {
-            self.carry(&mut block, group, &mut tangents);
-            for i in 0..group.len() {
-                let landing = self.landing(&block, i);
-                let n = self.to.index;
-                landings.push(landing.map(|landing| (landing, tangents.jacobian(i, n))));
-            }
-        }
-        landings
+        let mut found = Vec::with_capacity(starts.len());
+        self.jacobians_into(starts, &mut JacobianScratch::new(), &mut found);
+        found
     }
 
-    /// Where beamlets land that start on a plane screen at (x, y) with curvature `q` in 1/mm on its axes, along each of
-    /// these optical direction cosines, to a plane screen: as [`Hop::carry_beamlet`].
-    pub(crate) fn carry_beamlets(
+    /// The same in place of what `found` holds, for many calls with few rays.
+    pub(crate) fn jacobians_into(
+        &self,
+        starts: &[RayStart],
+        scratch: &mut JacobianScratch,
+        found: &mut Vec<Result<(Landing, Jacobian), Loss>>,
+    ) {
+        found.clear();
+        let JacobianScratch { block, tangents } = scratch;
+        for group in starts.chunks(BLOCK) {
+            self.carry(block, group, tangents);
+            for i in 0..group.len() {
+                let (landing, n) = (self.landing(block, i), self.to.index);
+                found.push(landing.map(|landing| (landing, tangents.jacobian(i, n))));
+            }
+        }
+    }
+
+    /// Where beamlets land that start at (x, y) with curvature `q` in 1/mm, along each of these optical direction cosines:
+    /// as [`Hop::carry_beamlet`]. Both screens must be planes.
+    pub fn carry_beamlets(
         &self,
         [x, y]: [f64; 2],
         q: Symmetric<f64>,

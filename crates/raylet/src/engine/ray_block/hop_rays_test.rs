@@ -39,6 +39,14 @@ fn shapes() -> Vec<Shape> {
             base: base(0.05, -0.7),
             coefficients: vec![1e-4, -2e-6, 3e-8],
         },
+        Shape::Freeform {
+            base: base(-0.03, 0.2),
+            terms: vec![Term::Powers(vec![0.02, 1e-3, -2e-3, 1e-4, 3e-5, -2e-6])],
+        },
+        Shape::Freeform {
+            base: base(0.03, 0.0),
+            terms: vec![Term::Powers(vec![0.0, 0.0, 2e-3, -1e-4])],
+        },
         Shape::Biconic(Biconic {
             x: base(-0.04, 0.3),
             y: base(0.02, -1.2),

@@ -1,6 +1,6 @@
 //! Where eight rays meet a shape, and its normal there.
 
-use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdFrom, SimdMask, f64x8, mask64x8};
+use fearless_simd::{Simd, SimdBase, SimdFloat, SimdFrom, f64x8, mask64x8};
 
 use crate::engine::ray_block::lane_vec3::{LaneVec3, one_of};
 use crate::math::lanes::{LANES, Lanes};
@@ -50,22 +50,12 @@ pub(crate) struct LanePlane;
 /// A conic; a sphere where `SPHERE`.
 pub(crate) struct LaneConic<const SPHERE: bool>(pub Conic);
 
-/// A conic with even powers of the radius.
-pub(crate) struct LaneAsphere<'a> {
-    /// The conic.
-    pub base: Conic,
-    /// Coefficients of r⁴, r⁶, …
-    pub coefficients: &'a [f64],
-    /// The same shape, for rays that have to search.
-    pub shape: &'a Shape,
-}
-
 /// Any shape: its rays go one by one.
 pub(crate) struct LaneAny<'a>(pub &'a Shape);
 
 /// Which numbers are finite.
 #[inline(always)]
-fn finite<S: Simd>(x: f64x8<S>) -> mask64x8<S> {
+pub(crate) fn finite<S: Simd>(x: f64x8<S>) -> mask64x8<S> {
     x.abs().simd_lt(f64x8::splat(x.simd, f64::INFINITY))
 }
 
@@ -145,7 +135,7 @@ impl<const SPHERE: bool> LaneShape for LaneConic<SPHERE> {
 }
 
 /// The normal (−s_x, −s_y, 1) of a height changes with its second derivatives xx, xy, yy.
-pub(crate) struct HeightBending<S: Simd>([f64x8<S>; 3]);
+pub(crate) struct HeightBending<S: Simd>(pub [f64x8<S>; 3]);
 
 impl<S: Simd> LaneBending<S> for HeightBending<S> {
     #[inline(always)]
@@ -156,122 +146,6 @@ impl<S: Simd> LaneBending<S> for HeightBending<S> {
             -(x * xy + y * yy),
             f64x8::splat(z.simd, 0.0),
         )
-    }
-}
-
-/// A height that depends on u = r² alone, with its derivatives by u.
-struct RoundHeight<S: Simd> {
-    z: f64x8<S>,
-    first: f64x8<S>,
-    second: f64x8<S>,
-}
-
-/// Steps of Newton's method at most.
-const STEPS: usize = 12;
-
-/// Steps this small in mm are the last: what they leave is of the order of their squares.
-const LAST_STEP: f64 = 1e-8;
-
-impl LaneAsphere<'_> {
-    #[inline(always)]
-    fn height<S: Simd>(&self, simd: S, u: f64x8<S>) -> RoundHeight<S> {
-        let Conic { curvature, conic } = self.base;
-        let k = (1.0 + conic) * curvature * curvature;
-        let root = (u * -k + 1.0).sqrt();
-        let below = root + 1.0;
-        let both = 1.0 / (root * below);
-        let inverse = both * below;
-        let zero = f64x8::splat(simd, 0.0);
-        let (mut f, mut df, mut ddf) = (zero, zero, zero);
-        for a in self.coefficients.iter().rev().copied().chain([0.0, 0.0]) {
-            ddf = ddf * u + df * 2.0;
-            df = df * u + f;
-            f = f * u + a;
-        }
-        RoundHeight {
-            z: u * root * both * curvature + f,
-            first: inverse * (0.5 * curvature) + df,
-            second: inverse * inverse * inverse * (0.25 * curvature * k) + ddf,
-        }
-    }
-
-    /// Distances of rays for which whole steps do not lead to the shape: one by one. NaN where they miss it.
-    #[cold]
-    #[inline(never)]
-    fn search(&self, lengths: &mut Lanes, which: u64, [p, d]: [[Lanes; 3]; 2]) {
-        for i in (0..LANES).filter(|i| which >> i & 1 == 1) {
-            let found = self.shape.meet(one_of(&p, i), one_of(&d, i));
-            lengths[i] = found.unwrap_or(f64::NAN);
-        }
-    }
-}
-
-impl LaneShape for LaneAsphere<'_> {
-    type Bending<S: Simd> = HeightBending<S>;
-
-    #[inline(always)]
-    fn meet<S: Simd>(
-        &self,
-        simd: S,
-        p: LaneVec3<S>,
-        d: LaneVec3<S>,
-    ) -> Meeting<S, HeightBending<S>> {
-        // From where a ray meets the conic, by Newton's method. Each step must bring it nearer.
-        let last = f64x8::splat(simd, LAST_STEP);
-        let mut length = LaneConic::<false>(self.base).meet(simd, p, d).length;
-        let mut before = f64x8::splat(simd, f64::INFINITY);
-        let (mut lost, mut going) = (mask64x8::splat(simd, false), mask64x8::splat(simd, true));
-        let alive = p.x.simd_eq(p.x);
-        for _ in 0..STEPS {
-            let at = p.plus(d.times(length));
-            let h = self.height(simd, at.x * at.x + at.y * at.y);
-            let apart = at.z - h.z;
-            let slope = d.z - h.first * 2.0 * (at.x * d.x + at.y * d.y);
-            lost |= going & !apart.abs().simd_lt(before);
-            before = going.select(apart.abs(), before);
-            let step = going.select(apart / slope, f64x8::splat(simd, 0.0));
-            length -= step;
-            going = going & alive & !lost & !step.abs().simd_le(last);
-            if !going.any_true() {
-                break;
-            }
-        }
-
-        // The others search, each alone.
-        let search = alive & (lost | going);
-        if search.any_true() {
-            let mut lengths = *length.as_array();
-            self.search(&mut lengths, search.to_bitmask(), [p.arrays(), d.arrays()]);
-            length = f64x8::simd_from(simd, lengths);
-        }
-        self.met_at(simd, p, d, length)
-    }
-}
-
-impl LaneAsphere<'_> {
-    /// The meeting at these distances.
-    #[inline(always)]
-    fn met_at<S: Simd>(
-        &self,
-        simd: S,
-        p: LaneVec3<S>,
-        d: LaneVec3<S>,
-        length: f64x8<S>,
-    ) -> Meeting<S, HeightBending<S>> {
-        let hit = p.plus(d.times(length));
-        let (x, y) = (hit.x, hit.y);
-        let h = self.height(simd, x * x + y * y);
-        let (slope, twice) = (h.first * 2.0, h.second * 4.0);
-        let normal = LaneVec3::new(-(x * slope), -(y * slope), f64x8::splat(simd, 1.0));
-        Meeting {
-            length,
-            hit,
-            normal,
-            square: normal.dot(normal),
-            along: normal.dot(d),
-            met: finite(slope),
-            bending: HeightBending([slope + x * x * twice, x * y * twice, slope + y * y * twice]),
-        }
     }
 }
 
@@ -311,6 +185,9 @@ impl LaneAny<'_> {
         let mut found = [[f64::NAN; LANES]; 6];
         for i in 0..LANES {
             let (p, d) = (one_of(&p, i), one_of(&d, i));
+            if p.x.is_nan() {
+                continue;
+            }
             let Ok(length) = self.0.meet(p, d) else {
                 continue;
             };

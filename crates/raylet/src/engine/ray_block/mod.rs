@@ -9,6 +9,7 @@
 //! | [`passage`] | From the axes of one part to those of the next |
 //! | [`lane_vec3`] | Vectors of eight rays |
 //! | [`lane_shape`] | Where eight rays meet a shape, and its normal there |
+//! | [`lane_asphere`] | The same for a conic with powers of the radius |
 //! | [`bend`] | Refraction and reflection of eight rays, and of their derivatives |
 //! | [`prepared_part`] | Surfaces and screens made ready for blocks of rays |
 //! | [`block_step`] | A block through one part |
@@ -26,6 +27,7 @@ pub(crate) mod block_step;
 pub mod hop_rays;
 #[cfg(test)]
 mod hop_rays_test;
+pub(crate) mod lane_asphere;
 pub(crate) mod lane_beamlets;
 pub(crate) mod lane_complex;
 pub(crate) mod lane_shape;

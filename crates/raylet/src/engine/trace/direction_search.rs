@@ -1,7 +1,9 @@
 //! A search with a coarse set of rays: which directions lead to the target, and what the train does to them.
 
+use crate::engine::ray_block::hop_rays::{HopRays, Jacobian, JacobianScratch};
 use crate::engine::trace::bounding_sphere::{BoundingSphere, SeenDirections};
 use crate::engine::trace::ray_trace::Landing;
+use crate::math::lanes::LANES;
 use crate::optics::ray::Loss;
 use crate::optics::surface::{Surface, without_edges};
 use crate::optics::system::Hop;
@@ -140,6 +142,8 @@ pub(crate) fn reach(
 /// A hop and what its searches share.
 struct SearchedHop<'a> {
     hop: &'a Hop<'a>,
+    /// The same, made ready for many rays.
+    rays: HopRays<'a>,
     /// Its train without the edges of surfaces.
     open: Vec<Surface>,
     /// A sphere about its first surface, which all rays have to meet.
@@ -150,6 +154,7 @@ impl<'a> SearchedHop<'a> {
     fn new(hop: &'a Hop<'a>) -> Self {
         Self {
             hop,
+            rays: HopRays::new(hop),
             open: without_edges(hop.train),
             first: hop.train.first().and_then(BoundingSphere::of),
         }
@@ -159,6 +164,7 @@ impl<'a> SearchedHop<'a> {
     fn from(&'a self, at: [f64; 2]) -> SearchedPoint<'a> {
         SearchedPoint {
             hop: self.hop,
+            rays: &self.rays,
             open: Hop {
                 train: &self.open,
                 ..*self.hop
@@ -172,6 +178,7 @@ impl<'a> SearchedHop<'a> {
 /// A point from which directions are sought.
 struct SearchedPoint<'a> {
     hop: &'a Hop<'a>,
+    rays: &'a HopRays<'a>,
     /// The hop without the edges of its surfaces.
     open: Hop<'a>,
     /// Where it is on the first screen.
@@ -186,6 +193,16 @@ impl Cell {
         (0..2).all(|a| {
             let (low, high) = (self.centre[a] - self.half, self.centre[a] + self.half);
             low >= band[2 * a] && high <= band[2 * a + 1]
+        })
+    }
+
+    /// Its four quarters.
+    fn quarters(&self) -> [Self; 4] {
+        let (half, left) = (0.5 * self.half, self.left.saturating_sub(1));
+        [[-1.0, -1.0], [1.0, -1.0], [-1.0, 1.0], [1.0, 1.0]].map(|[x, y]| Self {
+            centre: [self.centre[0] + x * half, self.centre[1] + y * half],
+            half,
+            left,
         })
     }
 
@@ -296,20 +313,29 @@ impl DirectionSearch {
             half: point.hop.from.index_behind(),
             left: depth,
         }];
-        while let Some(cell) = stack.pop() {
-            if !self.divide(point, cell, to, margin) {
-                continue;
+        let (mut cells, mut found) = (Vec::new(), Vec::new());
+        let mut scratch = JacobianScratch::new();
+        while !stack.is_empty() {
+            // As many cells as rays go together.
+            cells.clear();
+            while cells.len() < LANES
+                && let Some(cell) = stack.pop()
+            {
+                if self.is_sought(point, cell) {
+                    cells.push(cell);
+                }
+            }
+            let [x, y] = point.at;
+            let start = |cell: &Cell| [x, y, cell.centre[0], cell.centre[1]];
+            let starts: Vec<[f64; 4]> = cells.iter().map(start).collect();
+            { point.rays }.jacobians_into(&starts, &mut scratch, &mut found);
+            for (cell, ray) in cells.iter().zip(&found) {
+                if self.is_divided(point, *cell, *ray, (to, margin)) {
+                    stack.extend(cell.quarters());
+                }
             }
             if self.rays.len() + self.rim.len() > MOST_RAYS {
                 return false;
-            }
-            let half = 0.5 * cell.half;
-            for (sx, sy) in [(-1.0, -1.0), (1.0, -1.0), (-1.0, 1.0), (1.0, 1.0)] {
-                stack.push(Cell {
-                    centre: [cell.centre[0] + sx * half, cell.centre[1] + sy * half],
-                    half,
-                    left: cell.left.saturating_sub(1),
-                });
             }
         }
         true
@@ -336,18 +362,10 @@ impl DirectionSearch {
         }
     }
 
-    /// Looks at one cell; true when it must be divided.
-    fn divide(
-        &mut self,
-        point: &SearchedPoint,
-        cell: Cell,
-        to: [f64; 4],
-        margin: [f64; 2],
-    ) -> bool {
-        let SearchedPoint { hop, at, .. } = *point;
-
+    /// Whether a cell may add to what is sought.
+    fn is_sought(&mut self, point: &SearchedPoint, cell: Cell) -> bool {
         // Cells wholly evanescent are dropped, those that cross the rim divided a little.
-        let n = hop.from.index_behind();
+        let n = point.hop.from.index_behind();
         let nearest = cell.centre.map(|c| (c.abs() - cell.half).max(0.0));
         if nearest[0].hypot(nearest[1]) >= STEEPEST * n {
             return false;
@@ -361,11 +379,23 @@ impl DirectionSearch {
 
         // Beside the first surface all rays are lost.
         let beside = |seen: &SeenDirections| seen.misses(cell.centre, cell.half);
-        if point.seen.as_ref().is_some_and(beside) {
+        let misses = point.seen.as_ref().is_some_and(beside);
+        if misses {
             self.count_lost(Loss::Clipped, 1);
-            return false;
         }
-        let (landing, jacobian) = match hop.jacobian(at, cell.centre) {
+        !misses
+    }
+
+    /// Looks at one cell with its central ray; true when it must be divided.
+    fn is_divided(
+        &mut self,
+        point: &SearchedPoint,
+        cell: Cell,
+        ray: Result<(Landing, Jacobian), Loss>,
+        (to, margin): ([f64; 4], [f64; 2]),
+    ) -> bool {
+        let (at, n) = (point.at, point.hop.from.index_behind());
+        let (landing, jacobian) = match ray {
             Ok(found) => found,
             Err(loss) => {
                 self.count_lost(loss, 1);
