@@ -5,7 +5,7 @@ OUT ?= out/demo
 SCENE = scenes/hologram_through_lens.toml
 RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 
-.PHONY: demo quick test test-rust lint compiled cargo-test environments test-python test-torch fuzz bench accuracy real-size aperture-scaling wheel docs
+.PHONY: demo quick test test-rust lint compiled cargo-test environments test-python test-torch fuzz bench performance accuracy real-size aperture-scaling wheel docs
 
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
@@ -84,8 +84,8 @@ stubs: $(STUBS)
 	cp $(STUBS) python/raylet/_raylet.pyi
 
 test-python: install
-	$(VENV)/bin/ruff format --check python fuzz
-	$(VENV)/bin/ruff check python fuzz
+	$(VENV)/bin/ruff format --check python fuzz benches
+	$(VENV)/bin/ruff check python fuzz benches
 	$(MAKE) --no-print-directory $(STUBS)
 	cmp $(STUBS) python/raylet/_raylet.pyi || { echo "types have changed: run make stubs"; exit 1; }
 	$(VENV)/bin/mypy
@@ -136,6 +136,11 @@ docs: install
 
 bench:
 	cargo bench --package raylet
+
+# Remakes docs/performance.md, beside other ray tracers.
+performance: environments wheel
+	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
+	$(TORCH_VENV)/bin/python benches/peers/performance.py
 
 # Remakes docs/accuracy.md.
 accuracy:

@@ -12,6 +12,7 @@ from mkdocs.structure.files import File
 PAGES = [
     "docs/accuracy.md",
     "docs/real_size.md",
+    "docs/performance.md",
     "docs/aperture_scaling.md",
     "docs/limits.md",
     "docs/result.md",

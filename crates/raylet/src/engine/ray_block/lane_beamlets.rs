@@ -145,17 +145,21 @@ impl LaneCompanion for LaneBeamlets {
             }
         }
 
-        // With λ₁ and λ₂ the eigenvalues of the flight, s = √λ₁√λ₂ is the root of D₁/D₀ for which t = λ₁ + λ₂ and s
-        // have Re(t* s) ≥ 0: both roots lie in one quadrant.
+        // With λ₁ and λ₂ the eigenvalues of the flight, s = √λ₁√λ₂ is the root of D₁/D₀. Both √λ lie in the first quadrant,
+        // in the last for a flight backwards: where s is nearly real, t = λ₁ + λ₂ has Re(t* s) > 0, elsewhere the
+        // imaginary part of s has the sign of the length.
         let fallen = number(simd, &self.area, at).inverse();
         let end = triple(direction, ends[0], ends[1]);
         let both =
             triple(direction, starts[0], ends[1]).plus(triple(direction, ends[0], starts[1]));
         let root = end.times(fallen).sqrt();
         let trace = both.times(fallen);
-        let same = (trace.re * root.re + trace.im * root.im).simd_ge(f64x8::splat(simd, 0.0));
-        let one = f64x8::splat(simd, 1.0);
-        let root = root.scaled(same.select(one, -one));
+        let real = root.re.abs().simd_gt(root.im.abs());
+        let sign = real.select(
+            trace.re * root.re + trace.im * root.im,
+            root.im * meeting.length,
+        );
+        let root = root.scaled(f64x8::splat(simd, 1.0).copysign(sign));
         let amplitude = number(simd, &self.amplitude, at).times(root.inverse());
 
         // The part takes both rays on.

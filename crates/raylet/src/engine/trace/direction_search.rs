@@ -187,6 +187,17 @@ struct SearchedPoint<'a> {
     seen: Option<SeenDirections>,
 }
 
+/// Where the central ray of a cell lands, with its Jacobian, or how it is lost.
+type CentralRay = Result<(Landing, Jacobian), Loss>;
+
+impl SearchedPoint<'_> {
+    /// Whether all rays of a cell pass beside the first surface.
+    fn misses(&self, cell: Cell) -> bool {
+        let misses = |seen: &SeenDirections| seen.misses(cell.centre, cell.half);
+        self.seen.as_ref().is_some_and(misses)
+    }
+}
+
 impl Cell {
     /// Whether all its directions are within a band.
     fn is_within(&self, band: &[f64; 4]) -> bool {
@@ -308,37 +319,60 @@ impl DirectionSearch {
         to: [f64; 4],
         margin: [f64; 2],
     ) -> bool {
-        let mut stack = vec![Cell {
+        let whole = Cell {
             centre: [0.0, 0.0],
             half: point.hop.from.index_behind(),
             left: depth,
-        }];
-        let (mut cells, mut found) = (Vec::new(), Vec::new());
+        };
+        let mut stack = vec![(whole, None)];
         let mut scratch = JacobianScratch::new();
-        while !stack.is_empty() {
-            // As many cells as rays go together.
-            cells.clear();
-            while cells.len() < LANES
-                && let Some(cell) = stack.pop()
-            {
-                if self.is_sought(point, cell) {
-                    cells.push(cell);
-                }
+        while let Some((cell, ray)) = stack.pop() {
+            if !self.is_sought(point, cell) {
+                continue;
             }
-            let [x, y] = point.at;
-            let start = |cell: &Cell| [x, y, cell.centre[0], cell.centre[1]];
-            let starts: Vec<[f64; 4]> = cells.iter().map(start).collect();
-            { point.rays }.jacobians_into(&starts, &mut scratch, &mut found);
-            for (cell, ray) in cells.iter().zip(&found) {
-                if self.is_divided(point, *cell, *ray, (to, margin)) {
-                    stack.extend(cell.quarters());
-                }
+            self.traced += 1;
+            if point.misses(cell) {
+                self.count_lost(Loss::Clipped, 1);
+                continue;
+            }
+            let ray = ray.unwrap_or_else(|| self.look_ahead(point, cell, &mut stack, &mut scratch));
+            if !self.is_divided(point, cell, ray, (to, margin)) {
+                continue;
             }
             if self.rays.len() + self.rim.len() > MOST_RAYS {
                 return false;
             }
+            stack.extend(cell.quarters().map(|quarter| (quarter, None)));
         }
         true
+    }
+
+    /// Traces the central ray of a cell, and with it those of the cells that come next: as many as go together.
+    fn look_ahead(
+        &self,
+        point: &SearchedPoint,
+        cell: Cell,
+        stack: &mut [(Cell, Option<CentralRay>)],
+        scratch: &mut JacobianScratch,
+    ) -> CentralRay {
+        let start = |cell: &Cell| [point.at[0], point.at[1], cell.centre[0], cell.centre[1]];
+        let next = |(cell, ray): &&mut (Cell, Option<CentralRay>)| {
+            ray.is_none() && self.is_sought(point, *cell) && !point.misses(*cell)
+        };
+        let mut next: Vec<_> = { stack.iter_mut().rev() }
+            .filter(next)
+            .take(LANES - 1)
+            .collect();
+        let mut starts = vec![start(&cell)];
+        starts.extend(next.iter().map(|(cell, _)| start(cell)));
+        let mut found = Vec::new();
+        point.rays.jacobians_into(&starts, scratch, &mut found);
+        let mut found = found.into_iter();
+        let own = found.next().unwrap_or(Err(Loss::Missed));
+        for ((_, ray), found) in next.iter_mut().zip(found) {
+            *ray = Some(found);
+        }
+        own
     }
 
     /// Adds what was found from another point.
@@ -363,27 +397,17 @@ impl DirectionSearch {
     }
 
     /// Whether a cell may add to what is sought.
-    fn is_sought(&mut self, point: &SearchedPoint, cell: Cell) -> bool {
+    fn is_sought(&self, point: &SearchedPoint, cell: Cell) -> bool {
         // Cells wholly evanescent are dropped, those that cross the rim divided a little.
         let n = point.hop.from.index_behind();
         let nearest = cell.centre.map(|c| (c.abs() - cell.half).max(0.0));
         if nearest[0].hypot(nearest[1]) >= STEEPEST * n {
             return false;
         }
-        if let SearchGoal::Bounds(limits) = self.goal
-            && (cell.is_within(&self.band) || !cell.meets(&limits))
-        {
-            return false;
+        match self.goal {
+            SearchGoal::Bounds(limits) => !cell.is_within(&self.band) && cell.meets(&limits),
+            SearchGoal::Rays | SearchGoal::Rim => true,
         }
-        self.traced += 1;
-
-        // Beside the first surface all rays are lost.
-        let beside = |seen: &SeenDirections| seen.misses(cell.centre, cell.half);
-        let misses = point.seen.as_ref().is_some_and(beside);
-        if misses {
-            self.count_lost(Loss::Clipped, 1);
-        }
-        !misses
     }
 
     /// Looks at one cell with its central ray; true when it must be divided.
@@ -391,7 +415,7 @@ impl DirectionSearch {
         &mut self,
         point: &SearchedPoint,
         cell: Cell,
-        ray: Result<(Landing, Jacobian), Loss>,
+        ray: CentralRay,
         (to, margin): ([f64; 4], [f64; 2]),
     ) -> bool {
         let (at, n) = (point.at, point.hop.from.index_behind());

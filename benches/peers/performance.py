@@ -1,0 +1,244 @@
+"""Writes docs/performance.md: the speed of rays, alone and beside other ray tracers; `make performance` runs it.
+
+Each figure is the best of several runs. Beside each stands how far its landings are from those of raylet's wheel.
+"""
+
+from __future__ import annotations
+
+import argparse
+import os
+import platform
+import re
+import subprocess
+import time
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import partial
+from importlib.metadata import version
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import optiland.backend as be
+from numpy.typing import NDArray
+from optiland.materials import IdealMaterial
+from optiland.optic import Optic
+from optiland.rays import RealRays
+from optiland.samples.objectives import CookeTriplet, DoubleGauss
+
+import raylet
+
+ROOT = Path(__file__).parents[2]
+WAVE_UM = 0.5876
+RUNS = 3
+
+#: Rays of a run: of raylet, and of the others, which take longer and more memory.
+OWN_RAYS, PEER_RAYS = 10_000_000, 1_000_000
+
+Real = NDArray[np.float64]
+
+
+def singlet() -> Optic:
+    """A sphere of 25.8 mm, a plane and an image plane."""
+    lens = Optic()
+    lens.surfaces.add(index=0, thickness=be.inf)
+    lens.surfaces.add(index=1, radius=25.8, thickness=5.3, material=IdealMaterial(1.5131), is_stop=True)
+    lens.surfaces.add(index=2, radius=be.inf, thickness=46.5)
+    lens.surfaces.add(index=3)
+    lens.set_aperture(aperture_type="EPD", value=10.0)
+    lens.fields.set_type(field_type="angle")
+    lens.fields.add(y=0)
+    lens.wavelengths.add(value=WAVE_UM, is_primary=True)
+    return lens
+
+
+@dataclass(frozen=True)
+class Case:
+    """A lens, and the part of its first aperture that rays fill."""
+
+    name: str
+    lens: Callable[[], Optic]
+    semi_aperture_mm: float
+    pupil: float
+
+
+CASES = (
+    Case("singlet", singlet, 12.7, 0.4),
+    Case("Cooke triplet", CookeTriplet, 10.0, 0.3),
+    Case("double Gauss", DoubleGauss, 15.0, 0.4),
+)
+
+
+@dataclass(frozen=True)
+class Row:
+    """The rate of one program with one lens."""
+
+    lens: str
+    program: str
+    threads: str
+    rays: int
+    seconds: float
+    surfaces: int
+    off_mm: float
+
+    def markdown(self) -> str:
+        rate = self.rays * self.surfaces / self.seconds / 1e6
+        off = "0" if self.off_mm == 0.0 else f"{self.off_mm:.0e}"
+        cells = (self.lens, self.program, self.threads, f"{self.rays:.0e}", f"{self.seconds:.2f} s", f"{rate:.3g}", off)
+        return "| " + " | ".join(cells) + " |"
+
+
+def best(run: Callable[[], Any]) -> tuple[float, Any]:
+    """The least seconds of several runs, and what the last returned."""
+    seconds = []
+    for _ in range(RUNS):
+        begin = time.perf_counter()
+        found = run()
+        seconds.append(time.perf_counter() - begin)
+    return min(seconds), found
+
+
+def pupil(case: Case, count: int) -> Real:
+    return case.pupil * np.random.default_rng(3).uniform(-0.7, 0.7, (2, count))
+
+
+def rows(case: Case) -> Iterator[Row]:
+    """The rates of all programs with one lens."""
+    be.set_backend("numpy")
+    optic = case.lens()
+    system = raylet.optiland.to_system(optic, WAVE_UM, semi_aperture_mm=case.semi_aperture_mm)
+    # Surfaces and the image plane; the entrance is no surface.
+    surfaces = len(system.parts) - 1
+    Px, Py = pupil(case, OWN_RAYS)
+    for threads in (1, 2):
+        seconds, rays = best(partial(system.trace, Px=Px, Py=Py, parts=-1, threads=threads))
+        if not rays.arrived.all():
+            raise RuntimeError(f"{case.name}: rays are lost")
+        yield Row(case.name, "raylet", str(threads), OWN_RAYS, seconds, surfaces, 0.0)
+    Px, Py = pupil(case, PEER_RAYS)
+    start = system.trace(Px=Px, Py=Py, parts=[0, -1])
+    for backend in ("numpy", "torch"):
+        be.set_backend(backend)
+        seconds, places = best(partial(by_optiland, case.lens(), start))
+        yield Row(case.name, f"Optiland, {backend}", "all", PEER_RAYS, seconds, surfaces, off(start, places))
+    if case.lens is singlet:
+        seconds, places = best(partial(by_numpy, start))
+        yield Row(case.name, "NumPy, closed form", "1", PEER_RAYS, seconds, surfaces, off(start, places))
+
+
+def off(rays: raylet.Rays, places: tuple[Real, Real]) -> float:
+    """The largest difference of a landing in mm."""
+    return max(float(np.abs(own[1] - other).max()) for own, other in zip((rays.x, rays.y), places))
+
+
+def by_optiland(lens: Optic, start: raylet.Rays) -> tuple[Real, Real]:
+    """Where the same rays land in Optiland, from 10 mm before the lens."""
+    place = np.stack([start.x[0], start.y[0], start.z[0]])
+    along = np.stack([start.L[0], start.M[0], start.N[0]])
+    place = place - 10.0 * along
+    ones = be.ones(place.shape[1])
+    rays = RealRays(*map(be.array, place), *map(be.array, along), ones, ones * WAVE_UM)
+    lens.surfaces.trace(rays, skip=1)
+    return np.asarray(be.to_numpy(rays.x)), np.asarray(be.to_numpy(rays.y))
+
+
+def by_numpy(start: raylet.Rays) -> tuple[Real, Real]:
+    """Where the same rays land behind the singlet, by arrays and closed forms."""
+    x, y, z = start.x[0], start.y[0], start.z[0]
+    L, M, N = start.L[0], start.M[0], start.N[0]
+    radius, thickness, back, n = 25.8, 5.3, 46.5, 1.5131
+    # A sphere through the origin.
+    b = x * L + y * M + (z - radius) * N
+    c = x * x + y * y + (z - radius) * (z - radius) - radius * radius
+    length = -b - np.sqrt(b * b - c)
+    x, y, z = x + length * L, y + length * M, z + length * N
+    nx, ny, nz = -x / radius, -y / radius, 1.0 - z / radius
+    L, M, N = refracted((L, M, N), (nx, ny, nz), 1.0 / n)
+    # A plane, then the image.
+    length = (thickness - z) / N
+    x, y = x + length * L, y + length * M
+    L, M, N = n * L, n * M, np.sqrt(1.0 - n * n * (1.0 - N * N))
+    return x + back * L / N, y + back * M / N
+
+
+def refracted(d: tuple[Real, Real, Real], normal: tuple[Real, Real, Real], ratio: float) -> tuple[Real, Real, Real]:
+    """Snell's law for unit vectors."""
+    cosine = sum(a * b for a, b in zip(d, normal))
+    gamma = np.sqrt(1.0 - ratio * ratio * (1.0 - cosine * cosine)) - ratio * cosine
+    L, M, N = (ratio * a + gamma * b for a, b in zip(d, normal))
+    return L, M, N
+
+
+#: What the benchmarks of the library count, and their names there.
+LOOPS = {
+    "block": "rays in blocks: sphere, plane, sensor; positions, cosines and paths in columns",
+    "block_asphere": "the same with an asphere of six orders in place of the sphere",
+    "block_jacobian": "rays in blocks with their 4 × 4 Jacobians: sphere, plane, sensor",
+    "block_beamlet": "beamlets in blocks: amplitude and complex curvature; sphere, plane, sensor",
+    "block_beamlet_asphere": "the same with an asphere in place of the sphere",
+    "plain": "single rays: sphere, plane",
+    "jacobian": "single rays with dual numbers: sphere, plane",
+    "beamlet": "single beamlets: sphere, plane",
+}
+
+
+def loops() -> Iterator[str]:
+    """Rates of the loops of the library on one core, by its own benchmark."""
+    command = ["cargo", "bench", "--package", "raylet", "--bench", "rays"]
+    text = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    lines = text.splitlines()
+    for line, rates in zip(lines, lines[1:]):
+        name = re.match(r"[├╰]─ (\w+) ", line)
+        if name and name[1] in LOOPS:
+            median = rates.split("│")[3 if rates.startswith("│") else 2].split()[0]
+            yield f"| {LOOPS[name[1]]} | {median} |"
+
+
+HEAD = """\
+# Performance
+
+`make performance` makes this page on the machine at hand: {machine}, {cores} processors, raylet {raylet}.
+Rates are in millions of rays at surfaces each second; the image plane counts as a surface, the place where rays start
+does not. All numbers are of double precision.
+
+## Rays from Python, beside other ray tracers
+
+Rays fill a part of the pupil at random and all arrive. The time of raylet has all that `System.trace(…, parts=-1)`
+does, arrays included; that of Optiland {optiland} (NumPy {numpy}, PyTorch {torch}) its trace of rays that are there.
+"Off" is the largest difference of a landing from that of raylet, in mm. The row of NumPy is the formulas of a sphere
+and a plane in arrays (`benches/peers/performance.py`).
+
+| lens | program | threads | rays | time | rate | off in mm |
+| --- | --- | --- | --- | --- | --- | --- |
+"""
+
+LOOP_HEAD = """
+## The loops of the library, on one core
+
+`cargo bench -p raylet --bench rays`, medians. Blocks hold 128 rays in columns, eight in each vector of the processor.
+They have the same bits with any vector instructions and beside any other rays. Their landings are those of single rays
+to 1e-11 mm, their Jacobians and beamlets to 1e-10 and 1e-8 (`crates/raylet/src/engine/ray_block/hop_rays_test.rs`).
+
+| loop | rate |
+| --- | --- |
+"""
+
+
+def page() -> str:
+    """The whole page."""
+    versions = {name: version(name) for name in ("raylet", "optiland", "numpy", "torch")}
+    model = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
+    machine = model[1] if model else platform.processor()
+    head = HEAD.format(machine=machine, cores=len(os.sched_getaffinity(0)), **versions)
+    table = [row.markdown() for case in CASES for row in rows(case)]
+    return head + "\n".join(table) + "\n" + LOOP_HEAD + "\n".join(loops()) + "\n"
+
+
+def main() -> None:
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--out", type=Path, default=ROOT / "docs" / "performance.md")
+    parser.parse_args().out.write_text(page())
+
+
+if __name__ == "__main__":
+    main()
