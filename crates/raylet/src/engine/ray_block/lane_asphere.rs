@@ -2,7 +2,7 @@
 
 use fearless_simd::{Select, Simd, SimdBase, SimdFloat, SimdFrom, SimdMask, f64x8, mask64x8};
 
-use crate::engine::ray_block::lane_shape::{HeightBending, LaneConic, LaneShape, Meeting, finite};
+use crate::engine::ray_block::lane_shape::{HeightBending, LaneConic, LaneShape, Meeting};
 use crate::engine::ray_block::lane_vec3::{LaneVec3, one_of};
 use crate::math::lanes::{LANES, Lanes};
 use crate::optics::conic::Conic;
@@ -182,15 +182,7 @@ impl LaneAsphere<'_> {
         let (x, y) = (hit.x, hit.y);
         let h = self.height(simd, x * x + y * y);
         let (slope, twice) = (h.first * 2.0, h.second * 4.0);
-        let normal = LaneVec3::new(-(x * slope), -(y * slope), f64x8::splat(simd, 1.0));
-        Meeting {
-            length,
-            hit,
-            normal,
-            square: normal.dot(normal),
-            along: normal.dot(d),
-            met: finite(slope),
-            bending: HeightBending([slope + x * x * twice, x * y * twice, slope + y * y * twice]),
-        }
+        let hessian = [slope + x * x * twice, x * y * twice, slope + y * y * twice];
+        Meeting::on_height(length, hit, d, [x * slope, y * slope], hessian)
     }
 }

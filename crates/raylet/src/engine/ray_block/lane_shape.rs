@@ -55,7 +55,7 @@ pub(crate) struct LaneAny<'a>(pub &'a Shape);
 
 /// Which numbers are finite.
 #[inline(always)]
-pub(crate) fn finite<S: Simd>(x: f64x8<S>) -> mask64x8<S> {
+fn finite<S: Simd>(x: f64x8<S>) -> mask64x8<S> {
     x.abs().simd_lt(f64x8::splat(x.simd, f64::INFINITY))
 }
 
@@ -135,7 +135,30 @@ impl<const SPHERE: bool> LaneShape for LaneConic<SPHERE> {
 }
 
 /// The normal (−s_x, −s_y, 1) of a height changes with its second derivatives xx, xy, yy.
-pub(crate) struct HeightBending<S: Simd>(pub [f64x8<S>; 3]);
+pub(crate) struct HeightBending<S: Simd>([f64x8<S>; 3]);
+
+impl<S: Simd> Meeting<S, HeightBending<S>> {
+    /// Where rays of directions `d` meet a height of these slopes and second derivatives; nowhere where the slope is NaN.
+    #[inline(always)]
+    pub(crate) fn on_height(
+        length: f64x8<S>,
+        hit: LaneVec3<S>,
+        d: LaneVec3<S>,
+        [sx, sy]: [f64x8<S>; 2],
+        hessian: [f64x8<S>; 3],
+    ) -> Self {
+        let normal = LaneVec3::new(-sx, -sy, f64x8::splat(sx.simd, 1.0));
+        Self {
+            length,
+            hit,
+            normal,
+            square: normal.dot(normal),
+            along: normal.dot(d),
+            met: finite(sx),
+            bending: HeightBending(hessian),
+        }
+    }
+}
 
 impl<S: Simd> LaneBending<S> for HeightBending<S> {
     #[inline(always)]
@@ -165,16 +188,8 @@ impl LaneShape for LaneAny<'_> {
         let xx = f64x8::simd_from(simd, xx);
         let xy = f64x8::simd_from(simd, xy);
         let yy = f64x8::simd_from(simd, yy);
-        let normal = LaneVec3::new(-sx, -sy, f64x8::splat(simd, 1.0));
-        Meeting {
-            length,
-            hit: p.plus(d.times(length)),
-            normal,
-            square: normal.dot(normal),
-            along: normal.dot(d),
-            met: finite(sx),
-            bending: HeightBending([xx, xy, yy]),
-        }
+        let hit = p.plus(d.times(length));
+        Meeting::on_height(length, hit, d, [sx, sy], [xx, xy, yy])
     }
 }
 

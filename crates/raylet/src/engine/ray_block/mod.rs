@@ -5,19 +5,19 @@
 //!
 //! | file | what it holds |
 //! | --- | --- |
-//! | [`block`] | Rays in columns, and what became of them |
-//! | [`passage`] | From the axes of one part to those of the next |
-//! | [`lane_vec3`] | Vectors of eight rays |
-//! | [`lane_shape`] | Where eight rays meet a shape, and its normal there |
-//! | [`lane_asphere`] | The same for a conic with powers of the radius |
-//! | [`bend`] | Refraction and reflection of eight rays, and of their derivatives |
-//! | [`prepared_part`] | Surfaces and screens made ready for blocks of rays |
-//! | [`block_step`] | A block through one part |
+//! | `block` | Rays in columns, and what became of them |
+//! | `passage` | From the axes of one part to those of the next |
+//! | `lane_vec3` | Vectors of eight rays |
+//! | `lane_shape` | Where eight rays meet a shape, and its normal there |
+//! | `lane_asphere` | The same for a conic with powers of the radius |
+//! | `bend` | Refraction and reflection of eight rays, and of their derivatives |
+//! | `prepared_part` | Surfaces and screens made ready for blocks of rays |
+//! | `block_step` | A block through one part |
 //! | [`ray_origins`] | Where and how many rays start |
 //! | [`system_rays`] | Rays through a whole system, with what they meet on the way |
-//! | [`tangents`] | Derivatives of the rays of a block |
-//! | [`lane_complex`] | Eight complex numbers |
-//! | [`lane_beamlets`] | Beamlets that the rays of a block carry |
+//! | `tangents` | Derivatives of the rays of a block |
+//! | `lane_complex` | Eight complex numbers |
+//! | `lane_beamlets` | Beamlets that the rays of a block carry |
 //! | [`hop_rays`] | Rays, and their Jacobians, from screen to screen |
 //! | `hop_rays_test` | Tests: they are single rays, for every shape |
 
