@@ -35,7 +35,7 @@ class Rays:
 
     Attributes
     ----------
-    names : names of the parts: all of them, or those that were asked for.
+    names : names of the recorded parts.
     x, y, z : where each part is met, (parts, rays), global, in mm.
     L, M, N : direction cosines behind it, global.
     opl_mm : optical path up to it, from where the source's phase is zero; of rays with a start of their own from there.

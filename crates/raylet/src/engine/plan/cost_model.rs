@@ -1,7 +1,7 @@
 //! Measured seconds of one core, from which forecasts are made and methods are chosen.
 //!
-//! Beamlets from whole fields and local bands have rows of their own. The rows of rays were measured before these went
-//! through surfaces eight at a time: runs behind many aspheres take 0.4 to 0.7 of what is told.
+//! Beamlets from whole fields and local bands have rows of their own. Rays go through surfaces eight at a time; these rows
+//! were measured with single rays. Behind many aspheres a run takes 0.4 to 0.7 of its forecast.
 
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
