@@ -377,6 +377,12 @@ impl BeamletPlan {
         left.hypot(self.window_error(self.cubic))
     }
 
+    /// The part of dropped modes that shows in the field, as a ratio of amplitudes: there are (period/step)² times more modes
+    /// than the field has numbers, and the sum over patches cancels what no field has.
+    pub(crate) fn share_of_dropped(&self) -> f64 {
+        self.step / self.period
+    }
+
     /// The error to expect from windows and period alone, for the cubic phase `cubic` (rad).
     pub(crate) fn window_error(&self, cubic: f64) -> f64 {
         window_error(self.step / self.sigma, self.period / self.sigma, cubic)

@@ -280,12 +280,13 @@ impl Tally {
         ratio(self.energy[Fate::Weak.place()], followed).sqrt()
     }
 
-    /// √ of the share of the energy in modes below the threshold and in tails that are not trusted.
-    pub(crate) fn dropped(&self) -> f64 {
+    /// √ of the share of the energy in modes below the threshold, of which so much shows in the field as a ratio of amplitudes,
+    /// and in tails that are not trusted.
+    pub(crate) fn dropped(&self, shown: f64) -> f64 {
         let kept = self.energy[Fate::Arrived.place()];
         let weak = self.energy[Fate::Weak.place()];
         let tails = ratio(self.untrusted, self.aberration.energy + self.untrusted);
-        (ratio(weak, kept + weak) + tails).sqrt() * self.darkness()
+        (shown * shown * ratio(weak, kept + weak) + tails).sqrt() * self.darkness()
     }
 }
 
