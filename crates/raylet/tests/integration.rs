@@ -15,6 +15,7 @@ mod given_fields;
 mod gradients;
 mod hologram;
 mod interfaces;
+mod light_share;
 mod local_bands;
 mod paper_scenes;
 mod paper_variance;

@@ -1,12 +1,13 @@
 //! A whole run by local bands: the choices for a system, and its outcome as that of any run.
 
-use crate::engine::chain::outcome::{HopReport, Listener, Outcome, Progress, check_sound};
+use crate::engine::chain::outcome::{
+    HopReport, Listener, Outcome, Progress, check_sound, mean_cosine_on_sensor, power_passed,
+};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::local_bands::carry::{LocalBandHop, carry_with, planned};
 use crate::engine::local_bands::local_band_error::LocalBandError;
 use crate::engine::local_bands::settings::{LocalBandSettings, STEP};
 use crate::engine::local_bands::source_aperture::source_aperture;
-use crate::engine::local_bands::source_light::power_behind;
 use crate::engine::local_bands::window_widths::window_widths;
 use crate::engine::local_bands::workload::quickest_widths;
 use crate::engine::plan::hop_method::HopMethod;
@@ -14,7 +15,6 @@ use crate::engine::plan::settings::{Correction, Settings};
 use crate::engine::rims::rim_screens::{Rimmed, cut_by_ray};
 use crate::optics::system::System;
 use crate::wave::grid::field::Field;
-use crate::wave::grid::mean_cosine::mean_cosine;
 
 /// Share of the target error that plane waves which are left out may cost.
 const DROPPED_SHARE: f64 = 0.33;
@@ -111,7 +111,7 @@ pub(crate) fn run_local_bands(
     check_sound(original, &outcome.field, None)?;
     let in_sensor = (system.screens.last()).map_or(1.0, |sensor| system.power_in(sensor.index));
     let landed = outcome.field.power() * in_sensor;
-    let steep = mean_cosine_on(system, &outcome.field);
+    let steep = mean_cosine_on_sensor(system, &outcome.field);
     let hops = outcome.hops.into_iter().enumerate();
     let hops = hops.map(|(number, hop)| report(rimmed, number, hop, landed, steep));
     Ok(Landed {
@@ -120,22 +120,11 @@ pub(crate) fn run_local_bands(
     })
 }
 
-/// The mean cosine of the light on the sensor.
-fn mean_cosine_on(system: &System, field: &Field) -> f64 {
-    let pitch = [field.grid.x.pitch, field.grid.y.pitch];
-    let index = system.screens.last().map_or(1.0, |sensor| sensor.index);
-    mean_cosine(&field.values, pitch, system.wavenumber() * index)
-}
-
 /// What a hop did, of a run that brings light of ∫|U|² = `landed`, with this mean cosine, to the sensor.
 fn report(rimmed: &Rimmed, number: usize, hop: LocalBandHop, landed: f64, steep: f64) -> HopReport {
     let mut tally = hop.statistics.tally;
     let (system, from) = (&rimmed.system, &rimmed.system.screens[number]);
-    let first = system.screens.first();
-    let behind_first = first.and_then(|first| {
-        let power = power_behind(&system.source, first, system.wavenumber())?;
-        Some(power * system.power_in(first.index))
-    });
+    let behind_first = power_passed(system);
     let behind = behind_first.filter(|_| number == 0);
     let last = number + 1 == system.trains.len();
     let cut = rimmed.edge_error(number, |from, to| {

@@ -7,11 +7,14 @@ use ndarray::Array2;
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::error::error_budget::ErrorBudget;
 use crate::engine::error::tally::Tally;
+use crate::engine::geometrical::chief_ray::chief_landing;
+use crate::engine::local_bands::source_light::power_behind;
 use crate::engine::plan::hop_method::HopMethod;
 use crate::engine::plan::hop_plan::Plan;
 use crate::engine::rims::rim_screens::Rimmed;
 use crate::optics::system::System;
 use crate::wave::grid::field::Field;
+use crate::wave::grid::mean_cosine::mean_cosine;
 
 /// The report on one hop of a run.
 #[derive(Clone, Debug)]
@@ -23,8 +26,8 @@ pub struct HopReport {
     /// Rays and energy by fate.
     pub tally: Tally,
     /// ∫(n/n₀)|U|² just before the first screen acted (over its samples), just behind it, and on the second
-    /// screen, in mm² for unit amplitude, with the index n of the medium there and n₀ of the ambient one; for local
-    /// bands the power through the first screen and through the sensor, with the cosines of the directions.
+    /// screen, in mm² for unit amplitude, with the index n of the medium there and n₀ of the ambient one; behind the first
+    /// screen of a system and on its sensor the power through them, with the cosines of the directions.
     pub power: [Option<f64>; 3],
     /// Samples of the field on the first screen, [ny, nx]; nothing for local bands.
     pub samples: Option<[usize; 2]>,
@@ -36,6 +39,37 @@ impl HopReport {
     /// The expected error of the hop, by cause; `None` for a method whose errors are not estimated.
     pub fn budget(&self) -> Option<ErrorBudget> {
         ErrorBudget::of(&self.method, &self.tally)
+    }
+}
+
+/// The power that passes the first screen of a system, with the cosines of its directions; nothing for a screen without an edge.
+pub(crate) fn power_passed(system: &System) -> Option<f64> {
+    let first = system.screens.first()?;
+    let power = power_behind(&system.source, first, system.wavenumber())?;
+    Some(power * system.power_in(first.index))
+}
+
+/// The mean cosine of the light on the sensor of a system, whose field this is: pixels do not tell steep directions apart, and
+/// the light is taken to go about along the chief ray.
+pub(crate) fn mean_cosine_on_sensor(system: &System, field: &Field) -> f64 {
+    let pitch = [field.grid.x.pitch, field.grid.y.pitch];
+    let index = system.screens.last().map_or(1.0, |sensor| sensor.index);
+    let about = chief_landing(system).map_or([0.0; 2], |chief| chief.cosines);
+    mean_cosine(&field.values, pitch, system.wavenumber() * index, about)
+}
+
+/// Makes the powers behind the first screen of a system and on its sensor, of those of its hops, powers through both.
+pub(crate) fn with_cosines<'a>(
+    system: &System,
+    field: &Field,
+    powers: impl Iterator<Item = &'a mut [Option<f64>; 3]>,
+) {
+    let mut powers: Vec<_> = powers.collect();
+    if let (Some(first), Some(passed)) = (powers.first_mut(), power_passed(system)) {
+        first[1] = Some(passed);
+    }
+    if let Some(landed) = powers.last_mut().and_then(|last| last[2].as_mut()) {
+        *landed *= mean_cosine_on_sensor(system, field);
     }
 }
 

@@ -7,7 +7,7 @@ use ndarray::Array2;
 use num_complex::Complex64;
 
 use crate::engine::chain::arriving_light::{Arriving, chief, receiving_raster, sensor_of};
-use crate::engine::chain::outcome::{Progress, check_sound};
+use crate::engine::chain::outcome::{Progress, check_sound, with_cosines};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::free::free_method::{Approach, FreeMethod, Route, free_method};
 use crate::engine::geometrical::eikonal::{self, EikonalError, Geometrical};
@@ -24,6 +24,7 @@ use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::height_stack::HeightStack;
 use crate::wave::grid::heights::Heights;
 use crate::wave::grid::raster::Raster;
+use crate::wave::grid::sampling::power_behind;
 
 /// Period of a reference's free hop over the sum of the half widths of screen and target.
 pub const PADDING: f64 = 8.0;
@@ -133,8 +134,7 @@ pub struct ReferenceStep {
     pub neglects: &'static str,
     /// Samples of the field on the first screen [ny, nx]; zero where no field is needed.
     pub samples: [usize; 2],
-    /// ∫|U|² before the first screen acts, behind it, and on the last screen, in mm² for unit amplitude;
-    /// nothing for what a method does not know.
+    /// As in a [`HopReport`](crate::engine::chain::outcome::HopReport); nothing for what a method does not know.
     pub power: [Option<f64>; 3],
     /// Node–point pairs of a direct sum, plane waves of a spectrum, or rays.
     pub work: f64,
@@ -301,7 +301,7 @@ impl HopByHop<'_> {
     /// All hops by their routes.
     fn follow(&self, routes: &[Route], progress: &Listener) -> Result<Reference, ReferenceError> {
         let mut light = Arriving::from_source(self.system);
-        let mut steps = Vec::new();
+        let mut steps = Vec::<ReferenceStep>::new();
         for (number, (hop, route)) in self.system.hops().zip(routes).enumerate() {
             let report = |done: f64| {
                 Cancelled::check(progress(Progress {
@@ -322,10 +322,13 @@ impl HopByHop<'_> {
             Some(levels) => levels.into_middle(),
             None => Array2::zeros(grid.shape()),
         };
-        Ok(Reference {
-            field: Field { grid, values },
-            steps,
-        })
+        let field = Field { grid, values };
+        with_cosines(
+            self.system,
+            &field,
+            steps.iter_mut().map(|step| &mut step.power),
+        );
+        Ok(Reference { field, steps })
     }
 
     /// One hop: the field behind the first screen, and what arrives at the second.
@@ -341,6 +344,7 @@ impl HopByHop<'_> {
         let (finer, arriving) = finer_reach(hop, method)?;
         let (arrived, field) = light.pass(self.system, hop.from, finer, self.settings)?;
         let before = arrived.power();
+        let behind = power_behind(hop.from, &arrived, &field);
         drop(arrived);
         let raster = receiving_raster(hop, arriving, self.settings)?;
         progress(0.0)?;
@@ -353,7 +357,7 @@ impl HopByHop<'_> {
             why: why.clone(),
             neglects: brought.neglects,
             samples: field.grid.shape(),
-            power: (self.system).power_along(hop, [before, field.power(), landed]),
+            power: (self.system).power_along(hop, [before, behind, landed]),
             work: brought.work,
             unresolved: 0,
             seconds: clock.elapsed().as_secs_f64(),

@@ -8,7 +8,9 @@ use crate::engine::chain::arriving_light::{
     Arriving, arrival_reach, leaving, receiving_raster, sensor_of,
 };
 use crate::engine::chain::hop_run::HopRun;
-use crate::engine::chain::outcome::{HopReport, Listener, Outcome, Progress, check_sound};
+use crate::engine::chain::outcome::{
+    HopReport, Listener, Outcome, Progress, check_sound, with_cosines,
+};
 use crate::engine::chain::simulate_error::SimulateError;
 use crate::engine::error::lost_light::lost_light;
 use crate::engine::error::tally::{FATES, Fate};
@@ -22,7 +24,7 @@ use crate::optics::screen::Sensor;
 use crate::optics::system::{Hop, System};
 use crate::wave::grid::field::{Field, Grid};
 use crate::wave::grid::height_stack::HeightStack;
-use crate::wave::grid::sampling::apply_screen;
+use crate::wave::grid::sampling::{apply_screen, power_behind};
 
 /// Lost light below this share is not divided by cause: no report shows it.
 const NOTHING: f64 = 1e-9;
@@ -48,6 +50,7 @@ pub(crate) fn run_whole_fields(
         let downstream = &Downstream::of(system, number);
         let (arrived, field) = light.pass(system, hop.from, leaving(&plan), settings)?;
         let before = arrived.power();
+        let behind = power_behind(hop.from, &arrived, &field);
         drop(arrived);
         let reach = arrival_reach(&hop, &plan);
         let raster = receiving_raster(&hop, reach, settings)?;
@@ -69,7 +72,7 @@ pub(crate) fn run_whole_fields(
             screens: [hop.from.name.clone(), hop.to.name.clone()],
             method: HopMethod::WholeField(plan),
             tally,
-            power: system.power_along(&hop, [before, field.power(), levels.power()]),
+            power: system.power_along(&hop, [before, behind, levels.power()]),
             samples: Some(field.grid.shape()),
             seconds: clock.elapsed().as_secs_f64(),
         });
@@ -83,6 +86,11 @@ pub(crate) fn run_whole_fields(
     note_rims(&rimmed, &mut reports);
     let field = on_sensor(sensor, light.sum);
     check_sound(original, &field, standard_error.as_ref())?;
+    with_cosines(
+        system,
+        &field,
+        reports.iter_mut().map(|report| &mut report.power),
+    );
     Ok(Outcome {
         field,
         standard_error,

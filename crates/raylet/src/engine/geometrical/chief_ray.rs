@@ -21,15 +21,31 @@ const STEPS: usize = 20;
 const STEP: f64 = 1e-6;
 const CLOSE: f64 = 1e-9;
 
-/// Where the chief ray meets the sensor, in mm on the sensor's axes; nothing where it does not come there. Telescopes stop
-/// their chief ray: it goes on without edges.
-pub fn chief_landing(system: &System) -> Option<[f64; 2]> {
+/// Where the chief ray meets the sensor, and how; nothing where it does not come there. Telescopes stop their chief ray: it goes
+/// on without edges.
+pub fn chief_landing(system: &System) -> Option<ChiefLanding> {
     let open = system.without_edges();
     let start = chief_start(system, &open)?;
     let ways = [system, &open].map(|system| trace_system(system, &system.source, start));
     let chief = ways.into_iter().find(|ray| ray.lost.is_none())?;
-    let landed = (system.screens.last()?.frame).to_local(chief.hits.last()?.point);
-    Some([landed.x, landed.y])
+    let (frame, hit) = (system.screens.last()?.frame, chief.hits.last()?);
+    let (at, along) = (
+        frame.to_local(hit.point),
+        frame.direction_to_local(hit.direction),
+    );
+    Some(ChiefLanding {
+        at: [at.x, at.y],
+        cosines: [along.x, along.y],
+    })
+}
+
+/// The chief ray on the sensor.
+#[derive(Clone, Copy, Debug, PartialEq)]
+pub struct ChiefLanding {
+    /// Where it meets the sensor, in mm on the sensor's axes.
+    pub at: [f64; 2],
+    /// The cosines of its direction to these axes.
+    pub cosines: [f64; 2],
 }
 
 /// Where it meets the first screen, in mm on its axes.

@@ -1,7 +1,6 @@
 //! Measured seconds of one core, from which forecasts are made and methods are chosen.
 //!
-//! Beamlets from whole fields and local bands have rows of their own. Rays go through surfaces eight at a time; these rows
-//! were measured with single rays. Behind many aspheres a run takes 0.4 to 0.7 of its forecast.
+//! Beamlets from whole fields and local bands have rows of their own. Rays go through surfaces eight at a time.
 
 use crate::optics::shape::Shape;
 use crate::optics::surface::Surface;
@@ -22,7 +21,7 @@ pub(crate) fn as_conics(train: &[Surface]) -> f64 {
     train.iter().map(factor).sum()
 }
 
-/// A beamlet sum from a whole field, measured with beamlets of three widths through 2 and 10 surfaces of several shapes.
+/// A beamlet sum from a whole field, measured with the lenses for phones and the other systems of real size.
 pub(crate) mod beamlets {
     /// Every hop.
     pub(crate) const HOP: f64 = 0.3;
@@ -31,10 +30,10 @@ pub(crate) mod beamlets {
     pub(crate) const PATCH: f64 = 5e-5;
 
     /// A beamlet.
-    pub(crate) const BEAMLET: f64 = 1.4e-6;
+    pub(crate) const BEAMLET: f64 = 0.4e-6;
 
     /// A conic or plane that a beamlet crosses; other shapes take longer, as [`as_conics`](super::as_conics) says.
-    pub(crate) const SURFACE: f64 = 2.4e-7;
+    pub(crate) const SURFACE: f64 = 1e-7;
 
     /// The correction of a beamlet's aberration; samples on a lattice serve several beamlets.
     pub(crate) const CORRECTION: f64 = 2e-7;
@@ -46,7 +45,7 @@ pub(crate) mod beamlets {
 /// A hop by local bands.
 pub(crate) mod local_bands {
     /// A window.
-    pub(crate) const WINDOW: f64 = 1e-4;
+    pub(crate) const WINDOW: f64 = 5e-5;
 
     /// A window of a smooth source, which has one direction.
     pub(crate) const SMOOTH_WINDOW: f64 = 8e-6;
@@ -55,7 +54,7 @@ pub(crate) mod local_bands {
     pub(crate) const WAVE: f64 = 0.4e-6;
 
     /// A conic or plane that a plane wave of a window crosses; other shapes take longer.
-    pub(crate) const SURFACE: f64 = 0.15e-6;
+    pub(crate) const SURFACE: f64 = 0.05e-6;
 
     /// A complex product of a matrix transform.
     pub(crate) const PRODUCT: f64 = 0.35e-9;

@@ -88,7 +88,7 @@ fn following(scene: &Scene) -> Result<Scene, Fault> {
     let system = build::system(scene, 0)?;
     let last = scene.element.len().saturating_sub(1);
     let path = format!("element[{last}].decenter_mm");
-    let (Some(aside), Some(element)) = (chief_landing(&system), scene.element.last()) else {
+    let (Some(chief), Some(element)) = (chief_landing(&system), scene.element.last()) else {
         let found = "a chief ray that does not come to the sensor";
         return Err(scene.fault(
             &path,
@@ -98,8 +98,8 @@ fn following(scene: &Scene) -> Result<Scene, Fault> {
     };
     let [x, y] = element.decenter_mm();
     let moved = [
-        (format!("{path}[0]"), x + aside[0]),
-        (format!("{path}[1]"), y + aside[1]),
+        (format!("{path}[0]"), x + chief.at[0]),
+        (format!("{path}[1]"), y + chief.at[1]),
     ];
     with_numbers(scene, &moved)
 }

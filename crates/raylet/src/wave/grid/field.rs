@@ -210,16 +210,21 @@ impl Field {
 
     /// Σ|U|² over the nodes times their areas, in mm² for unit amplitude.
     pub fn power(&self) -> f64 {
-        let mut total = 0.0;
-        for (j, row) in self.values.outer_iter().enumerate() {
-            let line: f64 = row
-                .iter()
-                .enumerate()
-                .map(|(i, u)| u.norm_sqr() * self.grid.x.weight(i))
-                .sum();
-            total += line * self.grid.y.weight(j);
-        }
-        total
+        self.overlap(self)
+    }
+
+    /// Σ Re U*V over the nodes times their areas, V another field on the same nodes.
+    pub fn overlap(&self, other: &Self) -> f64 {
+        let rows = self.values.outer_iter().zip(other.values.outer_iter());
+        rows.enumerate()
+            .map(|(j, (row, others))| {
+                let pairs = row.iter().zip(others).enumerate();
+                let line: f64 = pairs
+                    .map(|(i, (u, v))| (u.re * v.re + u.im * v.im) * self.grid.x.weight(i))
+                    .sum();
+                line * self.grid.y.weight(j)
+            })
+            .sum()
     }
 
     /// Whether all its values are numbers of a size that light has.

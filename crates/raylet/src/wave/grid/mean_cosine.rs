@@ -8,9 +8,14 @@ use raylet_fft::Planner;
 const SIDE: usize = 1024;
 
 /// The mean cosine of the plane waves of a field [y, x], weighted by their energy, from the part about its brightest sample.
-/// `pitch` is that of the samples along x and y in mm, and `k` = 2πn/λ in rad/mm. One for a dark field. Waves beyond the
-/// sampling count as steep as their alias.
-pub(crate) fn mean_cosine(values: &Array2<Complex64>, pitch: [f64; 2], k: f64) -> f64 {
+/// `pitch` is that of the samples along x and y in mm, and `k` = 2πn/λ in rad/mm. One for a dark field. Of the waves that the
+/// samples do not tell apart each counts as that nearest to the cosines `about`.
+pub(crate) fn mean_cosine(
+    values: &Array2<Complex64>,
+    pitch: [f64; 2],
+    k: f64,
+    about: [f64; 2],
+) -> f64 {
     let part = about_the_brightest(values);
     let (ny, nx) = part.dim();
     let mut spectrum = part.to_owned();
@@ -19,17 +24,14 @@ pub(crate) fn mean_cosine(values: &Array2<Complex64>, pitch: [f64; 2], k: f64) -
     transform_rows(&mut spectrum);
 
     // The direction cosine of the wave with this number, of so many along an axis.
-    let cosine = |m: usize, count: usize, pitch: f64| {
-        let turns = if 2 * m < count {
-            m as f64
-        } else {
-            m as f64 - count as f64
-        };
-        std::f64::consts::TAU * turns / (count as f64 * pitch * k)
+    let cosine = |m: usize, count: usize, axis: usize| {
+        let period = std::f64::consts::TAU / (pitch[axis] * k);
+        let first = period * m as f64 / count as f64;
+        first + period * ((about[axis] - first) / period).round()
     };
     let (mut all, mut through) = (0.0, 0.0);
     for ((i, j), wave) in spectrum.indexed_iter() {
-        let (p, q) = (cosine(i, nx, pitch[0]), cosine(j, ny, pitch[1]));
+        let (p, q) = (cosine(i, nx, 0), cosine(j, ny, 1));
         all += wave.norm_sqr();
         through += wave.norm_sqr() * (1.0 - p * p - q * q).max(0.0).sqrt();
     }
@@ -82,9 +84,17 @@ mod tests {
         let values = Array2::from_shape_fn((40, 60), |(y, x)| {
             3.0 * wave(0.6, 0.0, x, y) + 4.0 * wave(-0.2, 0.5, x, y)
         });
-        let found = mean_cosine(&values, [pitch; 2], k);
+        let found = mean_cosine(&values, [pitch; 2], k, [0.0; 2]);
         let exact = (9.0 * 0.8 + 16.0 * (1.0f64 - 0.04 - 0.25).sqrt()) / 25.0;
         assert!((found - exact).abs() < 1e-12, "{found} {exact}");
-        assert_eq!(mean_cosine(&Array2::zeros((4, 4)), [pitch; 2], k), 1.0);
+        assert_eq!(
+            mean_cosine(&Array2::zeros((4, 4)), [pitch; 2], k, [0.0; 2]),
+            1.0
+        );
+
+        // Every fourth sample tells the waves apart only if it is known about where they go.
+        let coarse = values.slice(ndarray::s![..;4, ..;4]).to_owned();
+        let found = mean_cosine(&coarse, [4.0 * pitch; 2], k, [0.2, 0.2]);
+        assert!((found - exact).abs() < 1e-12, "{found} {exact}");
     }
 }

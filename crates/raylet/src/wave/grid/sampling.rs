@@ -148,6 +148,15 @@ pub(crate) fn apply_screen(screen: &Screen, field: &mut Field) {
     });
 }
 
+/// ∫|U|² behind a screen, from the field before it and behind it on one grid. Weights in cells that an edge cuts integrate the
+/// edge times a smooth factor, not its square: behind a stop, ∫|U|² is the overlap of both fields.
+pub(crate) fn power_behind(screen: &Screen, before: &Field, behind: &Field) -> f64 {
+    match screen.kind {
+        ScreenKind::Stop(_) => before.overlap(behind),
+        ScreenKind::Doe(_) | ScreenKind::Sensor(_) => behind.power(),
+    }
+}
+
 /// The conjugate transpose of [`apply_screen`] with respect to the arriving field, in place; and, from the field
 /// that arrived, the cotangent of the transmission of the pixels of the element's first pixel layer, [y, x].
 pub(crate) fn apply_screen_adjoint(
