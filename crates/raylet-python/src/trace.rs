@@ -67,7 +67,7 @@ pub(crate) fn chief_landing(
 ) -> PyResult<Option<(f64, f64)>> {
     let system = scene.system(py, &arrays, 0)?;
     let landing = py.detach(|| raylet::engine::geometrical::chief_ray::chief_landing(&system));
-    Ok(landing.map(|[x, y]| (x, y)))
+    Ok(landing.map(|chief| (chief.at[0], chief.at[1])))
 }
 
 /// Rays by their `starts`, a dictionary: either places "x" and "y" (rays) on the first screen, in units of the half

@@ -15,7 +15,6 @@ mod given_fields;
 mod gradients;
 mod hologram;
 mod interfaces;
-mod light_share;
 mod local_bands;
 mod paper_scenes;
 mod paper_variance;

@@ -7,9 +7,11 @@ use raylet::engine::chain::outcome::Outcome;
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::{Method, Settings};
 use raylet::file::model::build;
+use raylet::file::result::channel::Channel;
 use raylet::file::scene::scene_file::Scene;
 use raylet::optics::aperture::Aperture;
 use raylet::optics::assembly::system_builder::SystemBuilder;
+use raylet::optics::system::System;
 
 const WAVELENGTH: f64 = 0.55e-3;
 const K: f64 = std::f64::consts::TAU / WAVELENGTH;
@@ -215,6 +217,34 @@ fn the_power_of_a_tapered_beam_is_counted() {
             let [behind, landed] = ratios.map(|ratio| (ratio - 1.0).abs());
             assert!(behind < BEHIND, "{method:?} {a}: {behind:e}");
             assert!(!arrives || landed < LANDED, "{method:?}: {landed:e}");
+        }
+    }
+}
+
+/// A Gaussian beam of radius 30 µm through a wide stop, 2 mm to a sensor of 0.48 mm turned by `tilt_deg`.
+fn tilted(tilt_deg: f64) -> System {
+    let text = format!(
+        "version = 1\nwavelength_um = 0.55\nsource = {{ kind = \"plane\", taper = {{ radius_mm = 0.03 }} }}\n\
+         [[element]]\nthickness_mm = 2.0\nkind = \"stop\"\naperture = {{ disc = {{ radius_mm = 0.1 }} }}\n\
+         [[element]]\nkind = \"sensor\"\npixels = [600, 600]\npitch_um = 0.8\ntilt_deg = [0, {tilt_deg:?}, 0]\n"
+    );
+    let scene = Scene::parse(&text, Path::new("tilted.toml")).unwrap();
+    build::system(&scene, 0).unwrap()
+}
+
+/// All of the light of a beam falls on a sensor that is wider than the beam, however it is turned, by every method.
+#[test]
+fn a_tilted_sensor_receives_all_light() {
+    for tilt in [0.0, 30.0, 50.0] {
+        let system = tilted(tilt);
+        for method in METHODS {
+            let settings = Settings {
+                method,
+                ..Settings::default()
+            };
+            let outcome = simulate(&system, &settings, &|_| {}).unwrap();
+            let share = Channel::new(&outcome, &settings, 0.0).light_share.unwrap();
+            assert!((share - 1.0).abs() < 2e-3, "{tilt}° {method:?}: {share}");
         }
     }
 }

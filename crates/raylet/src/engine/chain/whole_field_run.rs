@@ -49,12 +49,11 @@ pub(crate) fn run_whole_fields(
         let clock = Instant::now();
         let downstream = &Downstream::of(system, number);
         let (arrived, field) = light.pass(system, hop.from, leaving(&plan), settings)?;
-        let before = arrived.power();
-        let behind = power_behind(hop.from, &arrived, &field);
+        let [before, behind] = [arrived.power(), power_behind(hop.from, &arrived, &field)];
         drop(arrived);
         let reach = arrival_reach(&hop, &plan);
         let raster = receiving_raster(&hop, reach, settings)?;
-        let step = |done: f64| progress(Progress::of(system, number, &plan, done));
+        let step = |done| progress(Progress::of(system, number, &plan, done));
         Cancelled::check(step(0.0))?;
         let run = HopRun::new(number, hop, &plan, settings, downstream);
         let (levels, mut tally) = run.carry(&field, raster, reach, &step)?;
@@ -67,7 +66,7 @@ pub(crate) fn run_whole_fields(
             tally.divide_elsewhere(lost_light_shares(system, &hop, &light));
         }
         Cancelled::check(step(1.0))?;
-        let directions = plan.light(&hop, light.directions);
+        light.directions = plan.light(&hop, light.directions);
         reports.push(HopReport {
             screens: [hop.from.name.clone(), hop.to.name.clone()],
             method: HopMethod::WholeField(plan),
@@ -76,21 +75,14 @@ pub(crate) fn run_whole_fields(
             samples: Some(field.grid.shape()),
             seconds: clock.elapsed().as_secs_f64(),
         });
-        light = Arriving {
-            sum: Some(levels),
-            directions,
-            reach,
-        };
+        (light.sum, light.reach) = (Some(levels), reach);
     }
     note_landed(system, &mut reports);
     note_rims(&rimmed, &mut reports);
     let field = on_sensor(sensor, light.sum);
     check_sound(original, &field, standard_error.as_ref())?;
-    with_cosines(
-        system,
-        &field,
-        reports.iter_mut().map(|report| &mut report.power),
-    );
+    let powers = reports.iter_mut().map(|report| &mut report.power);
+    with_cosines(system, &field, powers);
     Ok(Outcome {
         field,
         standard_error,
