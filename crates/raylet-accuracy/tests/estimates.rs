@@ -1,7 +1,13 @@
 //! The errors that raylet estimates for random small systems, beside their exact fields.
 
+use raylet::engine::chain::forecast::{expected_error, forecast};
 use raylet::engine::chain::simulate::simulate;
 use raylet::engine::plan::settings::Settings;
+use raylet::engine::rims::pixel_light::PixelValues;
+use raylet::engine::rims::rim_screens::with_rims;
+use raylet::optics::aperture::Aperture;
+use raylet::optics::refraction::Coating;
+use raylet::optics::screen::ScreenKind;
 use rayon::prelude::*;
 
 use raylet_accuracy::estimates::error_ratios::{
@@ -9,6 +15,8 @@ use raylet_accuracy::estimates::error_ratios::{
 };
 use raylet_accuracy::estimates::random_systems::KINDS;
 use raylet_accuracy::estimates::surface_sum::surface_sum;
+use raylet_accuracy::problems::problem::face;
+use raylet_testkit::parts::{lit, on_axis, screen, sensor};
 use raylet_testkit::strong_mirror::strong_mirror;
 
 const REPORT: &str = include_str!("../../../docs/accuracy.md");
@@ -120,6 +128,30 @@ fn another_plan_meets_a_missed_target() {
         // Raylet counts a target as missed where the expected error is above twice the target.
         assert!(expected <= 2.0 * settings.target_error, "{found}");
         assert!(expected > 0.5 * truth, "{found}");
+    }
+}
+
+/// A stop of 60 λ before a lens of 80 λ: what is told before the run, what the run estimates and the true error are within a
+/// factor of three of each other.
+#[test]
+fn estimates_of_a_small_stop_before_a_lens_are_true() {
+    let stop = screen(on_axis(0.0), ScreenKind::Stop(Aperture::disc(30.0)));
+    let last = screen(on_axis(225.0), sensor(12, 2.0));
+    let train = vec![
+        face(10.0, 120.0, 40.0, Coating::Unit, [1.0, 1.5]),
+        face(25.0, f64::INFINITY, 40.0, Coating::Unit, [1.5, 1.0]),
+    ];
+    let mut system = lit(vec![stop, last], vec![train]);
+    system.wavelength = 1.0;
+    let settings = Settings::default();
+    let rimmed = with_rims(&system, &settings, PixelValues::Fixed);
+    let told = expected_error(&rimmed, &forecast(&rimmed.system, &settings).unwrap()).unwrap();
+    let outcome = simulate(&system, &settings, &|_| {}).unwrap();
+    let truth = distance(&outcome.field.values, &surface_sum(&system, EFFORT));
+    let estimate = outcome.expected_error().unwrap();
+    let found = format!("{told:.2e} told, {estimate:.2e} estimated, {truth:.2e} true");
+    for error in [told, estimate] {
+        assert!((1.0 / 3.0..3.0).contains(&(error / truth)), "{found}");
     }
 }
 
