@@ -23,7 +23,7 @@ const LENS: f64 = 6e-4;
 const SUPER_GAUSSIAN: f64 = 4e-4;
 const CONE: f64 = 6e-4;
 const BEHIND: f64 = 2e-6;
-const LANDED: f64 = 3e-4;
+const LANDED: f64 = 8e-5;
 
 /// A first element, and a sensor of square pixels at a distance.
 struct Case {

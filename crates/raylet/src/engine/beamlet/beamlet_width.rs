@@ -1,7 +1,8 @@
 //! The choice of the width σ of beamlets, and of the distance of their windows.
 //!
 //! Each width has an error, found by real rays, and takes work. The choice is the cheapest width whose error is within its
-//! share of the target; of widths that take equally long, the most accurate one. Work is counted in seconds (`workload.rs`).
+//! share of the target; of widths that take equally long, the most accurate one. Work is counted in seconds of single rays
+//! (`cost_model.rs`).
 
 use crate::engine::beamlet::beamlet_error::ExpectedErrors;
 use crate::engine::beamlet::beamlet_plan::{Arrived, BeamletPlan, Planner};
@@ -109,7 +110,7 @@ impl Planner<'_> {
         };
         let spacing = self.spacing(arriving);
         let values = std::f64::consts::PI * footprint * footprint / (spacing[0] * spacing[1]);
-        let each = self.seconds_of_beamlet(correct, values);
+        let each = self.cost_of_beamlet(correct, values);
         let at = |step: f64| BeamletPlan {
             sigma,
             step: step * sigma,

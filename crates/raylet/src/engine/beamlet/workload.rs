@@ -11,7 +11,7 @@ use num_complex::Complex64;
 
 use crate::engine::beamlet::beamlet_launch::launch_beamlet;
 use crate::engine::beamlet::beamlet_plan::{BeamletPlan, MARGIN, Planner};
-use crate::engine::plan::cost_model::{as_conics, beamlets};
+use crate::engine::plan::cost_model::{as_conics, beamlet_widths, beamlets};
 use crate::engine::plan::work::Work;
 use crate::engine::trace::direction_search::reach;
 use crate::optics::aperture::Aperture;
@@ -47,6 +47,12 @@ struct Sample {
     values: f64,
 }
 
+/// Seconds of the correction of a beamlet, if it has one, and of its sum at so many points.
+fn seconds_of_sum(correct: bool, values: f64) -> f64 {
+    let correction = if correct { beamlets::CORRECTION } else { 0.0 };
+    correction + values * beamlets::VALUE
+}
+
 impl Planner<'_> {
     /// What the run of a plan will take; `spacing` is the distance of the points summed on the target.
     pub(crate) fn workload(&self, plan: &BeamletPlan, spacing: [f64; 2]) -> Work {
@@ -76,10 +82,15 @@ impl Planner<'_> {
     }
 
     /// Seconds of one beamlet that is summed at so many points, with the correction of its aberration or without.
-    pub(crate) fn seconds_of_beamlet(&self, correct: bool, values: f64) -> f64 {
-        let correction = if correct { beamlets::CORRECTION } else { 0.0 };
-        let crossed = as_conics(self.hop.train) * beamlets::SURFACE;
-        beamlets::BEAMLET + correction + crossed + values * beamlets::VALUE
+    fn seconds_of_beamlet(&self, correct: bool, values: f64) -> f64 {
+        let traced = beamlets::BEAMLET + as_conics(self.hop.train) * beamlets::SURFACE;
+        traced + seconds_of_sum(correct, values)
+    }
+
+    /// What it counts for where a width is chosen.
+    pub(crate) fn cost_of_beamlet(&self, correct: bool, values: f64) -> f64 {
+        let traced = beamlet_widths::BEAMLET + as_conics(self.hop.train) * beamlet_widths::SURFACE;
+        traced + seconds_of_sum(correct, values)
     }
 
     /// Adds one patch to a sample, for the directions that its light may have and the distance of points on the target.

@@ -23,9 +23,6 @@ pub struct ErrorBudget {
 /// the largest measured but for half-wave pixels close by.
 const FREE: [(f64, f64); 2] = [(4.0, 3e-4), (6.0, 1e-4)];
 
-/// What windows and period of a sum over beamlets cost, over the laws by which they are chosen. Measured on 500 random systems.
-const WINDOWS: f64 = 0.9;
-
 impl ErrorBudget {
     /// The budget of a hop that was carried by `method` with this tally; nothing for methods whose errors
     /// are not estimated.
@@ -66,7 +63,7 @@ impl ErrorBudget {
                 } else {
                     tally.eta()
                 },
-                windows: WINDOWS * beamlets.window_error(tally.cubic_phase()) * tally.darkness(),
+                windows: beamlets.window_error(tally.cubic_phase()) * tally.darkness(),
                 dropped: tally.dropped(beamlets.share_of_dropped()),
                 rims: tally.edge,
             }),

@@ -26,7 +26,7 @@ const LEAST_COSINE: f64 = 0.3;
 /// Error of light of sine one that ends at the rim, divided by the slope of the surface there and by the root of its share.
 /// Measured on 21 lenses of 40 λ to 220 λ behind or before random pixels, gratings and stops: the whole estimate is 0.37 to 1.7
 /// times the true error with the law above.
-const ASLANT: f64 = 0.06;
+const ASLANT: f64 = 0.075;
 
 /// Rays followed at most.
 const RAYS: usize = 3000;
