@@ -24,8 +24,7 @@ use crate::optics::system::Hop;
 const LEAST_COSINE: f64 = 0.3;
 
 /// Error of light of sine one that ends at the rim, divided by the slope of the surface there and by the root of its share.
-/// Measured on 21 lenses of 40 λ to 220 λ behind or before random pixels, gratings and stops: the whole estimate is 0.37 to 1.7
-/// times the true error with the law above.
+/// Measured on 21 lenses of 40 λ to 220 λ behind or before random pixels, gratings and stops.
 const ASLANT: f64 = 0.075;
 
 /// Rays followed at most.
@@ -191,7 +190,7 @@ fn across(rim: &SurfaceEdge, [x, y]: [f64; 2]) -> Option<[f64; 2]> {
 mod tests {
     use std::f64::consts::PI;
 
-    use crate::engine::rims::curved_edge::edge_difference;
+    use crate::engine::rims::curved_edge::{Fan, edge_difference};
     use crate::engine::rims::onward::Onward;
     use crate::engine::rims::source_rays::source_rays;
     use crate::engine::rims::surface_edge::SurfaceEdge;
@@ -201,6 +200,24 @@ mod tests {
     use crate::optics::screen::ScreenKind;
     use crate::optics::surface::without_edges;
     use crate::optics::system::Hop;
+
+    /// In n = 1.5, light at 30° across the edge has the cosine √0.75, and light of 0.9 along the edge the same if it is at 30° in
+    /// the plane across it.
+    #[test]
+    fn the_cosine_across_an_edge_leaves_out_what_goes_along_it() {
+        for along in [0.0f64, 0.9] {
+            let fan = Fan {
+                slope: 0.1,
+                start: 0.5 * (1.5f64 * 1.5 - along * along).sqrt(),
+                along,
+                at: [0.0; 2],
+                place_rate: [0.0; 2],
+                p: [0.0; 2],
+                cosine_rate: [0.0; 2],
+            };
+            assert!((fan.cosine(1.5) - 0.75f64.sqrt()).abs() < 1e-12);
+        }
+    }
 
     /// Even light of density e on a disc of radius R whose edge slants by α has 2πR e of light a length of depth. Of it
     /// λα²/(16π²) lands for each unit of the directions that a square far behind it spans. A plane differs by nothing.
