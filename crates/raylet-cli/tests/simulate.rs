@@ -47,7 +47,9 @@ fn results_are_complete() {
     let sum: f64 = fields.field.iter().map(|u| u.norm_sqr()).sum();
     let channel = &report.channels[0];
     assert!((channel.metrics.power - sum * 25e-6).abs() < 1e-12 * sum);
-    assert!((channel.hops[0].power.landed.unwrap() - channel.metrics.power).abs() < 1e-12);
+    // Power through the sensor has the mean cosine of its directions.
+    let cosine = channel.hops[0].power.landed.unwrap() / channel.metrics.power;
+    assert!((0.97..1.0).contains(&cosine), "{cosine}");
     assert!(channel.hops[0].rays.arrived > 0);
     assert!(
         channel
@@ -379,10 +381,11 @@ fn a_lens_of_full_size_goes_by_local_bands() {
         let bands = hop.plan.local_bands.as_ref().unwrap();
         assert!(bands.sigma_um > 50.0 && bands.windows[0] > 20);
     }
-    // An even cone of f/4 has the mean cosine 1 − 1/256, times that of the chief ray, which comes at 10° to 14°.
+    // An even cone of f/4 has the mean cosine 1 − 1/256, times that of the chief ray, which comes at 15.3°. Pixels of 1 µm do not
+    // tell its steeper part from light on the other side of the axis.
     let landed = channel.hops[1].power.landed.unwrap();
     let cosine = landed / channel.metrics.power / (1.0 - 1.0 / 256.0);
-    assert!((0.970..0.985).contains(&cosine), "{cosine}");
+    assert!((0.960..0.970).contains(&cosine), "{cosine}");
 
     // The plan says the same.
     let output = stage.raylet(&["check", scene]);

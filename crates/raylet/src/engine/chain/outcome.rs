@@ -58,14 +58,16 @@ pub(crate) fn mean_cosine_on_sensor(system: &System, field: &Field) -> f64 {
     mean_cosine(&field.values, pitch, system.wavenumber() * index, about)
 }
 
-/// Makes the powers behind the first screen of a system and on its sensor, of those of its hops, powers through both.
+/// Makes the powers behind the first screen of a system and on its sensor, of those of its hops, powers through both. Where no
+/// light propagates behind the first screen, ∫|U|² there stays.
 pub(crate) fn with_cosines<'a>(
     system: &System,
     field: &Field,
     powers: impl Iterator<Item = &'a mut [Option<f64>; 3]>,
 ) {
     let mut powers: Vec<_> = powers.collect();
-    if let (Some(first), Some(passed)) = (powers.first_mut(), power_passed(system)) {
+    let passed = power_passed(system).filter(|passed| *passed > 0.0);
+    if let (Some(first), Some(passed)) = (powers.first_mut(), passed) {
         first[1] = Some(passed);
     }
     if let Some(landed) = powers.last_mut().and_then(|last| last[2].as_mut()) {
