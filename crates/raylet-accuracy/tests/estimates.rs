@@ -131,8 +131,8 @@ fn another_plan_meets_a_missed_target() {
     }
 }
 
-/// A stop of 60 λ before a lens of 80 λ: what is told before the run, what the run estimates and the true error are within a
-/// factor of three of each other.
+/// A stop of 60 λ stands before a lens of 80 λ. The forecast error and the error that the run estimates are within a factor of
+/// three of the true one.
 #[test]
 fn estimates_of_a_small_stop_before_a_lens_are_true() {
     let stop = screen(on_axis(0.0), ScreenKind::Stop(Aperture::disc(30.0)));
