@@ -77,8 +77,9 @@ impl Forecast {
 /// of 2 λ, 22 s and an error of 1.6e-3 instead of 11 s and 5.0e-4.
 const QUICK: f64 = 20.0;
 
-/// Local bands are taken where they take this many times less.
-const MUCH_LESS: f64 = 2.0;
+/// Local bands are taken where they take this many times less. The modulator of real size is forecast at 1.5 times less, and
+/// takes three times less.
+const MUCH_LESS: f64 = 1.4;
 
 /// [`QUICK`] for light that leaves one screen without pixels and meets no other on its way to the
 /// sensor, as behind the stop in front of a lens: no rim diffracts there.

@@ -1,7 +1,7 @@
 //! The materials that a scene names, as media with an index at each wavelength.
 
 use crate::file::decode::fault::Fault;
-use crate::file::scene::material::Material;
+use crate::file::scene::material::{IN_CATALOGUE, Material};
 use crate::file::scene::scene_file::Scene;
 use crate::optics::media::catalog;
 use crate::optics::media::medium::{Medium, MediumError};
@@ -30,7 +30,7 @@ pub(crate) fn medium(scene: &Scene, material: &Material, path: &str) -> Result<M
             (own.medium()).map_err(|(found, expected)| scene.fault(path, found, expected))
         }
         Material::Named(name) => catalog::medium(name)
-            .map_err(|error| scene.fault(path, error.to_string(), "a name of the glass catalogue")),
+            .map_err(|error| scene.fault(path, error.to_string(), IN_CATALOGUE)),
     }
 }
 

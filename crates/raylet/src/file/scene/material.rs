@@ -8,6 +8,7 @@ use serde::de::{Deserializer, Error, MapAccess, Unexpected, Visitor};
 use serde::{Deserialize, Serialize};
 
 use crate::file::decode::number::{index, positive};
+use crate::optics::media::catalog;
 use crate::optics::media::dispersion::{Dispersion, Formula};
 use crate::optics::media::medium::Medium;
 
@@ -72,6 +73,9 @@ const CODE_RANGE: [f64; 2] = [0.4, 0.8];
 
 /// The range of a formula without one of its own, in micrometres.
 const FORMULA_RANGE: [f64; 2] = [0.3, 2.5];
+
+/// What a name of a medium must be, in words.
+pub(crate) const IN_CATALOGUE: &str = "a name of the glass catalogue";
 
 /// The ways to state a medium, in words.
 const WAYS: &str =
@@ -187,6 +191,11 @@ impl fmt::Display for OwnMedium {
     }
 }
 
+/// The error of a medium that is none, at the place where it is read.
+fn refused<E: Error>(found: &str, expected: &str) -> E {
+    E::invalid_value(Unexpected::Other(found), &expected)
+}
+
 impl<'de> Deserialize<'de> for Material {
     fn deserialize<D: Deserializer<'de>>(deserializer: D) -> Result<Self, D::Error> {
         struct Choice;
@@ -202,10 +211,17 @@ impl<'de> Deserialize<'de> for Material {
                 if name.trim().is_empty() {
                     return Err(E::invalid_value(Unexpected::Str(name), &self));
                 }
-                Ok(Material::Named(name.to_owned()))
+                match catalog::medium(name) {
+                    Ok(_) => Ok(Material::Named(name.to_owned())),
+                    Err(error) => Err(refused(&error.to_string(), IN_CATALOGUE)),
+                }
             }
             fn visit_map<A: MapAccess<'de>>(self, map: A) -> Result<Material, A::Error> {
-                OwnMedium::deserialize(MapAccessDeserializer::new(map)).map(Material::Own)
+                let own = OwnMedium::deserialize(MapAccessDeserializer::new(map))?;
+                match own.medium() {
+                    Ok(_) => Ok(Material::Own(own)),
+                    Err((found, expected)) => Err(refused(&found, &expected)),
+                }
             }
         }
         deserializer.deserialize_any(Choice)

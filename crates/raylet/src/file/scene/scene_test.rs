@@ -184,6 +184,8 @@ const REFUSED: &[(&str, &str, &[&str])] = &[
     ("tilt_deg = [0, 10, 0]", "tilt_deg = [0, 10]", &["demo.toml:62:12: element[5].tilt_deg", "a list of 2 values, expected a list of 3 values"]),
     ("angle_deg = [0.5, 0]", "angle_deg = [0.5, 0, 0]", &["demo.toml:8:13: source.angle_deg", "a list of 3 values, expected a list of 2 values"]),
     ("[source]", "[[source]]", &["demo.toml:6:1: source", "found a list, expected a table with a `kind`"]),
+    ("glass = \"N-BK7\"", "glass = \"N-BK8\"", &["demo.toml:35:9: element[1].surface[0].glass", "no glass is named 'N-BK8'; the nearest names are SCHOTT:N-BK7", "a name of the glass catalogue"]),
+    ("glass = { index = 1.5 }", "glass = { nd = 1.5 }", &["demo.toml:51:9: element[3].glass", "a medium with nd, expected one of: index; nd and vd"]),
     ("glass = \"N-BK7\"", "glass = 1.5", &["demo.toml:35:9: element[1].surface[0].glass", "found 1.5, expected the name of a glass or { index"]),
     ("pitch_um = [2, 3]", "pitch_um = [2, 3, 4]", &["demo.toml:67:12: element[6].pitch_um", "one number, or two"]),
     // Ranges.
