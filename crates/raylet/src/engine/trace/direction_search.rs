@@ -59,6 +59,8 @@ pub(crate) struct DirectionSearch {
     pub traced: usize,
     /// Lost rays by cause, as found.
     pub lost: Vec<(Loss, usize)>,
+    /// Whether a cell may lead to the target that was too small to be divided.
+    unresolved: bool,
 }
 
 /// Positions of the search along each axis.
@@ -77,8 +79,12 @@ const CLIPPED: f64 = 1.0 / 32.0;
 /// Such cells are divided down to this share of the index: there are the more of them along an edge, the smaller they are.
 const FINEST_CLIPPED: f64 = 1.0 / 512.0;
 
-/// Deepest division of the square of directions.
+/// Deepest division of the square of directions: 1.2e-4 wide.
 const DEPTH: usize = 14;
+
+/// The same where no ray is found and cells of [`DEPTH`] may lead to the target: a sensor of 30 µm in the focus of 0.5 m is seen
+/// in fewer directions than one of them has.
+const DEEPER: usize = 22;
 
 /// Most rays that a search keeps from one point. Where landings spread without bound all along a curve of directions,
 /// the division would keep hundreds of thousands; it is then done again with fewer levels. Usual searches keep hundreds.
@@ -111,18 +117,30 @@ pub(crate) fn search_directions(
     margin: [f64; 2],
     goal: SearchGoal,
 ) -> DirectionSearch {
-    let mut search = DirectionSearch::empty(goal);
     let searched = SearchedHop::new(hop);
-    for j in 0..POSITIONS {
-        for i in 0..POSITIONS {
-            let place = |a: usize, i: usize| {
-                let t = i as f64 / (POSITIONS - 1) as f64;
-                from[2 * a] + (from[2 * a + 1] - from[2 * a]) * t
-            };
-            search.seek(&searched, [place(0, i), place(1, j)], to, margin);
+    let seek = |depth: usize| {
+        let mut search = DirectionSearch::empty(goal);
+        for j in 0..POSITIONS {
+            for i in 0..POSITIONS {
+                let place = |a: usize, i: usize| {
+                    let t = i as f64 / (POSITIONS - 1) as f64;
+                    from[2 * a] + (from[2 * a + 1] - from[2 * a]) * t
+                };
+                search.seek(
+                    depth,
+                    &searched.from([place(0, i), place(1, j)]),
+                    to,
+                    margin,
+                );
+            }
         }
+        search
+    };
+    let search = seek(DEPTH);
+    match search.is_dark() && search.unresolved {
+        true => seek(DEEPER),
+        false => search,
     }
-    search
 }
 
 /// The directions `[p_x low, p_x high, p_y low, p_y high]` that lead from one point to the box `to`,
@@ -134,9 +152,17 @@ pub(crate) fn reach(
     margin: [f64; 2],
     limits: [f64; 4],
 ) -> Option<[f64; 4]> {
-    let mut search = DirectionSearch::empty(SearchGoal::Bounds(limits));
-    search.seek(&SearchedHop::new(hop), at, to, margin);
-    (search.band[0] <= search.band[1]).then_some(search.band)
+    let searched = SearchedHop::new(hop);
+    let seek = |depth: usize| {
+        let mut search = DirectionSearch::empty(SearchGoal::Bounds(limits));
+        search.seek(depth, &searched.from(at), to, margin);
+        search
+    };
+    let mut search = seek(DEPTH);
+    if search.has_no_band() && search.unresolved {
+        search = seek(DEEPER);
+    }
+    (!search.has_no_band()).then_some(search.band)
 }
 
 /// A hop and what its searches share.
@@ -296,15 +322,14 @@ impl DirectionSearch {
     }
 
     /// Divides the square of directions from one point, less deeply where too many rays would be kept.
-    fn seek(&mut self, searched: &SearchedHop, at: [f64; 2], to: [f64; 4], margin: [f64; 2]) {
-        let point = searched.from(at);
-        for depth in (0..=DEPTH).rev() {
+    fn seek(&mut self, deepest: usize, point: &SearchedPoint, to: [f64; 4], margin: [f64; 2]) {
+        for depth in (0..=deepest).rev() {
             // What lies within the bounds that are known need not be sought again.
             let mut found = Self {
                 band: self.band,
                 ..Self::empty(self.goal)
             };
-            if found.seek_to(depth, &point, to, margin) {
+            if found.seek_to(depth, point, to, margin) {
                 self.merge(found);
                 return;
             }
@@ -384,6 +409,7 @@ impl DirectionSearch {
             self.band[a + 1] = self.band[a + 1].max(other.band[a + 1]);
         }
         self.traced += other.traced;
+        self.unresolved |= other.unresolved;
         for (loss, count) in other.lost {
             self.count_lost(loss, count);
         }
@@ -461,6 +487,7 @@ impl DirectionSearch {
         if !fine && cell.left > 0 {
             return true;
         }
+        self.unresolved |= !fine;
         if !fine && !near {
             return false;
         }
@@ -478,7 +505,12 @@ impl DirectionSearch {
         false
     }
 
-    /// Whether any direction leads to the target.
+    /// Whether no direction may lead to the target.
+    fn has_no_band(&self) -> bool {
+        self.band[0] > self.band[1]
+    }
+
+    /// Whether no ray of the search reaches the target.
     pub(crate) fn is_dark(&self) -> bool {
         self.rays.is_empty()
     }
@@ -486,7 +518,7 @@ impl DirectionSearch {
 
 #[cfg(test)]
 mod tests {
-    use crate::engine::trace::direction_search::{ALL, reach};
+    use crate::engine::trace::direction_search::{ALL, SearchGoal, reach, search_directions};
     use crate::fixtures::parts::{on_axis, open_screen};
     use crate::optics::aperture::Aperture;
     use crate::optics::refraction::{Coating, Interface};
@@ -518,5 +550,35 @@ mod tests {
         assert!((-0.007..=-0.005).contains(&x0), "{x0}");
         assert!((0.0029..=0.005).contains(&x1), "{x1}");
         assert!((-0.007..=-0.005).contains(&y0) && (0.005..=0.007).contains(&y1));
+    }
+
+    /// A target of 10 µm at 0.5 m is seen within 2e-5, far less than the smallest cells of a usual search.
+    #[test]
+    fn a_small_target_far_away_is_found() {
+        let (from, to) = (open_screen(on_axis(0.0)), open_screen(on_axis(500.0)));
+        let hop = Hop {
+            wavelength: 0.5e-3,
+            from: &from,
+            train: &[],
+            to: &to,
+        };
+        let target = [19.995, 20.005, -0.005, 0.005];
+        let [x0, x1, y0, y1] = reach(&hop, [3.0, 0.0], target, [0.0; 2], ALL).unwrap();
+        // The sine of the direction to either edge.
+        let sine = |edge: f64| (edge - 3.0) / f64::hypot(edge - 3.0, 500.0);
+        let [low, high] = [sine(target[0]), sine(target[1])];
+        assert!(
+            x0 <= low && x1 >= high && x1 - x0 < 2.0 * (high - low),
+            "{x0} {x1}"
+        );
+        assert!(y0 <= -1e-5 && y1 >= 1e-5 && y1 - y0 < 4e-5, "{y0} {y1}");
+        let found = search_directions(
+            &hop,
+            [2.9, 3.1, -0.1, 0.1],
+            target,
+            [0.0; 2],
+            SearchGoal::Rays,
+        );
+        assert!(!found.is_dark());
     }
 }
