@@ -5,7 +5,7 @@ OUT ?= out/demo
 SCENE = scenes/hologram_through_lens.toml
 RAYLET = cargo run --release --quiet --package raylet-cli --bin raylet --
 
-.PHONY: demo quick test test-rust lint compiled cargo-test environments test-python test-torch fuzz bench performance accuracy real-size aperture-scaling wheel docs
+.PHONY: demo quick test test-rust lint compiled cargo-test environments test-python test-torch fuzz bench performance accuracy real-size exact-fields huygens-psf aperture-scaling wheel docs
 
 # Designs the hologram on the paraxial train, sends it through the real lens, leaves pictures and numbers.
 demo:
@@ -142,6 +142,11 @@ performance: environments wheel
 	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
 	$(TORCH_VENV)/bin/python benches/peers/performance.py
 
+# Remakes docs/huygens_psf.md, beside Optiland.
+huygens-psf: environments wheel
+	$(TORCH_VENV)/bin/pip install --quiet --disable-pip-version-check --no-deps --force-reinstall $(WHEELS)/*.whl
+	$(TORCH_VENV)/bin/python benches/peers/huygens_psf.py
+
 # Remakes docs/accuracy.md.
 accuracy:
 	cargo test --release --package raylet-accuracy --test integration -- --ignored
@@ -154,3 +159,7 @@ aperture-scaling:
 # Remakes docs/real_size.md.
 real-size:
 	cargo run --release --package raylet-accuracy --example real_size > docs/real_size.md
+
+# Remakes docs/exact_fields.md and its picture: a quarter of an hour of one core.
+exact-fields:
+	cargo run --release --package raylet-accuracy --example exact_fields

@@ -14,6 +14,8 @@ PAGES = [
     "docs/real_size.md",
     "docs/performance.md",
     "docs/aperture_scaling.md",
+    "docs/exact_fields.md",
+    "docs/huygens_psf.md",
     "docs/limits.md",
     "docs/result.md",
     "docs/design.md",
@@ -22,7 +24,7 @@ PAGES = [
     "docs/rays.md",
     "GLOSSARY.md",
 ]
-PICTURES = ["docs/aperture_scaling.png", "docs/estimators.png"]
+PICTURES = ["docs/aperture_scaling.png", "docs/exact_fields.png", "docs/estimators.png"]
 
 LINK = re.compile(r"\]\(((?!https?:)[^)#\s]+)(#[^)\s]*)?\)")
 

@@ -3,13 +3,20 @@
 use std::f64::consts::{FRAC_PI_2, FRAC_PI_4, TAU};
 
 use num_complex::Complex64;
+use raylet::engine::chain::forecast::forecast;
 use raylet::engine::chain::simulate::simulate;
+use raylet::engine::plan::hop_method::HopMethod;
+use raylet::engine::plan::settings::Settings;
 use raylet::file::model::build;
 use raylet::file::model::scene_sweep::scene_at_place;
 use raylet::file::result::channel::Place;
 use raylet::file::scene::scene_file::Scene;
+use raylet::optics::doe::Layer;
+use raylet::optics::phase::profile::Profile;
 use raylet_accuracy::numerics::quadrature::gauss_legendre;
 use raylet_accuracy::objective::ray_integral::chief_landing;
+use raylet_accuracy::objective::triplet::Triplet;
+use raylet_accuracy::real_size::on_axis::compare;
 use raylet_testkit::scenes::{scene_path, scene_system};
 
 /// Focal length of the telescope, radii of its aperture and obstruction, and half the width of a vane, in mm.
@@ -89,4 +96,31 @@ fn sensors_follow_the_ray_through_an_inner_stop() {
         ];
         assert!(off[0].hypot(off[1]) < 1e-6, "{angle}: {off:?}");
     }
+}
+
+/// Triplets f/4 of 1.25 mm, and of 2.5 mm with a vortex at the stop, have their exact fields, and the errors that are told.
+#[test]
+fn small_triplets_have_their_exact_fields() {
+    for (scale, vortex, bound) in [(0.025, false, 1.5e-3), (0.05, true, 1e-3)] {
+        let mut triplet = Triplet::bare(4.0 * scale, 0.0);
+        triplet.scale = scale;
+        if vortex {
+            let layer = Layer::Phase(Profile::Vortex { charge: 1 });
+            triplet.element.layers.push(layer);
+        }
+        let found = compare(&triplet.system().unwrap(), &Settings::default(), 0.5).unwrap();
+        let ratio = found.expected / found.error;
+        assert!(
+            found.error < bound && (0.4..2.5).contains(&ratio),
+            "{scale}: {found:?}"
+        );
+    }
+}
+
+/// The pixels of the modulator have few directions: local bands take a third of the time of whole fields there.
+#[test]
+fn the_modulator_goes_by_local_bands() {
+    let (system, settings) = scene_system("real_size/slm_camera").unwrap();
+    let hops = forecast(&system, &settings).unwrap();
+    assert!(matches!(hops[0].method, HopMethod::LocalBands(_)));
 }

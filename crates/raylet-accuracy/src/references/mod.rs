@@ -8,8 +8,10 @@
 //! | [`surface`] | A curved refracting surface's sag and the samples on its aperture |
 //! | [`interface`] | Plane waves to such a surface and back |
 //! | [`direct`] | Samples anywhere in space and the sum over them |
+//! | [`mod@axisymmetric_train`] | Trains of any size that are figures of revolution, by Hankel transforms |
 //! | [`mod@lens_train`] | These joined to a train of small, strongly refracting lenses and pixel planes |
 
+pub mod axisymmetric_train;
 pub mod collins;
 pub mod direct;
 pub mod interface;
