@@ -9,6 +9,7 @@
 //! | `hologram` | `raylet hologram SCENE`: the phase with which the sensor shows a picture |
 //! | `design` | `raylet design SCENE`: phases and parameters of the system, found by gradients |
 //! | `gradcheck` | `raylet gradcheck SCENE`: whether the gradients of a design are those of its loss |
+//! | `import` | `raylet import LENS`: a scene from the file of a program for lens design |
 //! | `schema` | `raylet schema`: the JSON Schema of scene files |
 //! | `paper` | `raylet paper NAME`: a study of the source paper, done again |
 //! | `overrides` | Choices on the command line that take the place of the scene's |
@@ -41,6 +42,7 @@ mod design;
 mod failure;
 mod gradcheck;
 mod hologram;
+mod import;
 mod interrupt;
 mod outputs;
 mod overrides;
@@ -81,6 +83,7 @@ enum Verb {
     Hologram(hologram::Hologram),
     Design(design::Design),
     Gradcheck(gradcheck::Gradcheck),
+    Import(import::Import),
     Schema(schema::Schema),
     Paper(paper::Paper),
 }
@@ -119,6 +122,7 @@ fn run(verb: &Verb) -> Result<(), Failure> {
         Verb::Hologram(verb) => verb.run(),
         Verb::Design(verb) => verb.run(),
         Verb::Gradcheck(verb) => verb.run(),
+        Verb::Import(verb) => verb.run(),
         Verb::Schema(verb) => verb.run(),
         Verb::Paper(verb) => verb.run(),
     }

@@ -7,11 +7,13 @@
 //! | [`storage`] | How results reach the disk: whole, under locks, and only over what raylet wrote |
 //! | [`scene`] | The content of a scene file |
 //! | [`model`] | From a scene to the system, hologram or design that it describes |
+//! | [`prescription`] | Prescriptions of other programs for lens design, read into scenes |
 //! | [`result`] | What a run leaves behind: its document, its fields, and how alike two of them are |
 
 pub mod arrays;
 pub mod decode;
 pub mod model;
+pub mod prescription;
 pub mod result;
 pub mod scene;
 pub mod storage;

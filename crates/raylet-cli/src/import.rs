@@ -1,0 +1,81 @@
+//! `raylet import LENS`: a scene from the file of a program for lens design.
+
+use std::collections::BTreeMap;
+use std::path::PathBuf;
+
+use clap::Args;
+use raylet::file::prescription::import::{ImportChoices, import_lens};
+use raylet::file::prescription::scene_text::concise_toml;
+use raylet::file::storage::own_file::{OwnFile, Replace};
+
+use crate::failure::Failure;
+use crate::say::{complain, say};
+
+/// Makes a scene of a lens file of Zemax OpticStudio (.zmx), and reports what was changed and left out.
+#[derive(Args)]
+pub(crate) struct Import {
+    /// The lens file.
+    lens: PathBuf,
+    /// The scene file to be written. Without it the scene goes to standard output and the report to standard error.
+    #[arg(short, long, value_name = "FILE")]
+    out: Option<PathBuf>,
+    /// The number of the field whose light the scene has, from 1.
+    #[arg(long, value_name = "N", default_value_t = 1)]
+    field: usize,
+    /// The number of the wavelength, from 1; the primary one by default.
+    #[arg(long, value_name = "N")]
+    wavelength: Option<usize>,
+    /// Takes another glass in place of one that the file names, such as BK7=N-BK7; may stand several times.
+    #[arg(long, value_name = "NAME=GLASS", value_parser = replacement)]
+    glass: Vec<(String, String)>,
+    /// Makes planes of surfaces of unknown types.
+    #[arg(long)]
+    skip_unknown: bool,
+    /// Replaces a file that raylet did not write, or that was changed since.
+    #[arg(long)]
+    overwrite: bool,
+}
+
+impl Import {
+    pub(crate) fn run(&self) -> Result<(), Failure> {
+        // A place that cannot be written is refused before the work begins.
+        let replace = Replace::any_if(self.overwrite);
+        let claim = |path: &PathBuf| OwnFile::claim(path, replace);
+        let target = self.out.as_ref().map(claim).transpose()?;
+        let choices = ImportChoices {
+            field: self.field,
+            wavelength: self.wavelength,
+            skip_unknown: self.skip_unknown,
+            glasses: self.glass.iter().cloned().collect::<BTreeMap<_, _>>(),
+        };
+        let imported = import_lens(&self.lens, &choices)?;
+        let name = self.lens.file_name().unwrap_or_default();
+        let heading = format!(
+            "Imported from {}, field {}.",
+            name.to_string_lossy(),
+            self.field
+        );
+        let text = concise_toml(&imported.scene, &heading)?;
+        match target {
+            Some(file) => {
+                file.write(text.as_bytes())?;
+                let written = file.path().display();
+                say(&format!("{}Scene in {written}\n", imported.report))
+            }
+            None => {
+                complain(imported.report.to_string().trim_end());
+                say(&text)
+            }
+        }
+    }
+}
+
+/// A glass in place of another on the command line.
+fn replacement(text: &str) -> Result<(String, String), String> {
+    match text.split_once('=') {
+        Some((name, glass)) if !name.is_empty() && !glass.is_empty() => {
+            Ok((name.to_owned(), glass.to_owned()))
+        }
+        _ => Err(String::from("expected NAME=GLASS, such as BK7=N-BK7")),
+    }
+}

@@ -1,0 +1,384 @@
+//! From the file of a program for lens design to a scene, with a report of what was changed and left out.
+
+use std::collections::BTreeMap;
+use std::io::Read;
+use std::path::Path;
+
+use crate::engine::geometrical::chief_ray::chief_landing;
+use crate::file::arrays::regular_file;
+use crate::file::decode::fault::Fault;
+use crate::file::model::build::system;
+use crate::file::prescription::first_order::FirstOrder;
+use crate::file::prescription::glass_choice::{MediumBehind, media};
+use crate::file::prescription::import_report::{ImportReport, Losses, ReportedNumber};
+use crate::file::prescription::lens_text::LensText;
+use crate::file::prescription::scene_elements::{Elements, Laying};
+use crate::file::prescription::scene_light::{Light, assembled, shift_sensor};
+use crate::file::prescription::sequential::{ApertureRule, FieldKind, Sequential};
+use crate::file::prescription::zemax_reader::read_zemax;
+use crate::file::scene::element::Element;
+use crate::file::scene::scene_file::Scene;
+use crate::optics::paraxial::Cardinal;
+
+/// The largest file that is read, in bytes.
+const LARGEST_FILE: u64 = 20_000_000;
+
+/// Rims that a program computed from the light of its fields end where that light ends: wider ones cut nothing of it. Where the
+/// wider surfaces do not exist or cross, they are as wide as in the file.
+const GROWTHS: [f64; 2] = [1.05, 1.0];
+
+/// What the user chooses of a file.
+#[derive(Clone, Debug, PartialEq)]
+pub struct ImportChoices {
+    /// The number of the field whose light the scene has, from 1.
+    pub field: usize,
+    /// The number of the wavelength, from 1; the primary one by default.
+    pub wavelength: Option<usize>,
+    /// Whether surfaces of unknown types become planes.
+    pub skip_unknown: bool,
+    /// Glasses of the catalogue in place of those that the file names.
+    pub glasses: BTreeMap<String, String>,
+}
+
+impl Default for ImportChoices {
+    fn default() -> Self {
+        Self {
+            field: 1,
+            wavelength: None,
+            skip_unknown: false,
+            glasses: BTreeMap::new(),
+        }
+    }
+}
+
+/// A scene from the file of another program.
+#[derive(Clone, Debug)]
+pub struct ImportedLens {
+    /// The scene.
+    pub scene: Scene,
+    /// What was read, changed and left out.
+    pub report: ImportReport,
+}
+
+/// Whether a file is one of another program by the end of its name, in small or large letters.
+pub fn is_lens_file(path: &Path) -> bool {
+    path.extension()
+        .is_some_and(|end| end.eq_ignore_ascii_case("zmx"))
+}
+
+/// Reads a Zemax file (.zmx).
+///
+/// # Errors
+/// A file that cannot be read, or the first fault of its text with its line.
+pub fn import_lens(path: &Path, choices: &ImportChoices) -> Result<ImportedLens, Fault> {
+    let refuse = |found: String| Fault::of_file(path, found, "a readable .zmx file");
+    let file = regular_file::open(path).map_err(refuse)?;
+    let mut bytes = Vec::new();
+    let read = file.take(LARGEST_FILE + 1).read_to_end(&mut bytes);
+    read.map_err(|error| refuse(error.to_string()))?;
+    if bytes.len() as u64 > LARGEST_FILE {
+        return Err(refuse("a file larger than 20 MB".to_owned()));
+    }
+    import_bytes(&bytes, path, choices)
+}
+
+/// [`import_lens`] of bytes that are in memory; faults name them as `path`.
+///
+/// # Errors
+/// The first fault of the text, with its line.
+pub fn import_bytes(
+    bytes: &[u8],
+    path: &Path,
+    choices: &ImportChoices,
+) -> Result<ImportedLens, Fault> {
+    let text = LensText::new(bytes, path);
+    let mut losses = Losses::default();
+    let lens = read_zemax(&text, choices.skip_unknown, &mut losses)?;
+    let chosen = Chosen::of(&lens, &text, choices)?;
+    let wavelength = chosen.wavelength_um * 1e-3;
+    let media = media(&lens, &text, wavelength, &choices.glasses, &mut losses)?;
+    let first = FirstOrder::of(&lens, &media, wavelength).map_err(|error| {
+        let expected = "a lens whose stop light from its object can fill";
+        text.fault_of_file(error.0, expected)
+    })?;
+    let import = Import {
+        lens: &lens,
+        text: &text,
+        media: &media,
+        first: &first,
+        chosen,
+    };
+    let scene = import.scene(&mut losses)?;
+    let report = import.report(&scene, losses);
+    Ok(ImportedLens { scene, report })
+}
+
+/// The field and wavelength that the scene has.
+#[derive(Clone, Copy, Debug)]
+struct Chosen {
+    number: usize,
+    field: [f64; 2],
+    wavelength_um: f64,
+}
+
+impl Chosen {
+    fn of(lens: &Sequential, text: &LensText, choices: &ImportChoices) -> Result<Self, Fault> {
+        let pick = |what: &str, number: usize, count: usize| {
+            text.fault_of_file(
+                format!("{count} {what}s, and {what} {number} requested"),
+                format!("a {what} from 1 to {count}"),
+            )
+        };
+        let field = choices.field.checked_sub(1).and_then(|i| lens.field.get(i));
+        let wave = choices.wavelength.unwrap_or(lens.primary + 1);
+        let um = wave.checked_sub(1).and_then(|i| lens.wavelength_um.get(i));
+        Ok(Self {
+            number: choices.field,
+            field: *field.ok_or_else(|| pick("field", choices.field, lens.field.len()))?,
+            wavelength_um: *um.ok_or_else(|| pick("wavelength", wave, lens.wavelength_um.len()))?,
+        })
+    }
+}
+
+/// What a scene is made of.
+struct Import<'a> {
+    lens: &'a Sequential,
+    text: &'a LensText,
+    media: &'a [MediumBehind],
+    first: &'a FirstOrder,
+    chosen: Chosen,
+}
+
+impl Import<'_> {
+    /// The scene, its sensor under the chief ray.
+    fn scene(&self, losses: &mut Losses) -> Result<Scene, Fault> {
+        let (scene, lines) = self.checked_scene(losses)?;
+        let made = system(&scene, 0).map_err(|fault| self.addressed(&fault, &lines))?;
+        let shift = match chief_landing(&made) {
+            Some(landing) => landing.at,
+            None => {
+                let slopes = self.first.field_slopes(self.lens, self.chosen.field);
+                losses.warn(
+                    "No chief ray reaches the image: the sensor stands where the paraxial one does.",
+                );
+                slopes.map(|slope| slope * self.first.image_height)
+            }
+        };
+        let shifted = shift_sensor(scene, shift);
+        self.parsed(&shifted)
+            .map_err(|fault| self.addressed(&fault, &lines))
+    }
+
+    /// The scene with rims as wide as surfaces allow, and the line of each element.
+    fn checked_scene(&self, losses: &mut Losses) -> Result<(Scene, Vec<usize>), Fault> {
+        let slopes = self.first.field_slopes(self.lens, self.chosen.field);
+        let fields = self.lens.field.iter();
+        let steep = fields.map(|field| {
+            let [x, y] = self.first.field_slopes(self.lens, *field);
+            x.hypot(y)
+        });
+        let steepest = steep.fold(0.0, f64::max);
+        let mut fault = None;
+        for growth in GROWTHS {
+            let mut own = losses.clone();
+            let laying = Laying {
+                lens: self.lens,
+                media: self.media,
+                first: self.first,
+                slopes,
+                steepest,
+                growth,
+            };
+            let Elements {
+                element,
+                line,
+                start,
+            } = laying.elements(self.text, &mut own)?;
+            let light = self.light(slopes, start)?;
+            let scene = assembled(self.lens, self.first, light, element);
+            match self.parsed(&scene) {
+                Ok(scene) => {
+                    if growth > 1.0 {
+                        own.change(
+                            "Semi-diameters that the file computed from the light of its fields are 5 % wider, so that they cut \
+                             none of it; fixed ones are kept.",
+                        );
+                    }
+                    *losses = own;
+                    return Ok((scene, line));
+                }
+                Err(found) => fault = Some(self.addressed(&found, &line)),
+            }
+        }
+        Err(fault.unwrap_or_else(|| self.text.fault_of_file("no scene", "a lens")))
+    }
+
+    /// The light of the chosen field.
+    fn light(&self, slopes: [f64; 2], start: f64) -> Result<Light, Fault> {
+        let distance = self.lens.object_distance();
+        if self.lens.field_kind == FieldKind::ObjectHeight && distance.is_none() {
+            let expected = "fields by angles, for an object that is infinitely far";
+            return Err(self
+                .text
+                .fault_of_file("fields by heights of the object", expected));
+        }
+        if !slopes.iter().all(|slope| slope.abs() < 1e6) {
+            let found = format!("field {} at a right angle", self.chosen.number);
+            return Err(self.text.fault_of_file(found, "a field before the lens"));
+        }
+        Ok(Light {
+            slopes,
+            object_mm: distance.map(|distance| {
+                let pupil = distance + self.first.pupil_position;
+                let [x, y] = slopes.map(|slope| -slope * pupil);
+                [x, y, -distance - start]
+            }),
+            wavelength_um: self.chosen.wavelength_um,
+        })
+    }
+
+    /// A scene as its text says it, checked.
+    fn parsed(&self, scene: &Scene) -> Result<Scene, Fault> {
+        Scene::parse(&scene.to_toml()?, Path::new(""))
+    }
+
+    /// A fault of the scene at the line of the file that its element comes from.
+    fn addressed(&self, fault: &Fault, lines: &[usize]) -> Fault {
+        let path = fault.address.path.as_str();
+        let number = path
+            .strip_prefix("element[")
+            .and_then(|rest| rest.split_once(']'));
+        let line = number.and_then(|(number, _)| lines.get(number.parse::<usize>().ok()?));
+        let key = path.rsplit('.').next().unwrap_or(path);
+        let found = format!("in the scene {key}: {}", fault.found);
+        match line {
+            Some(line) => self
+                .text
+                .fault_of_line(*line, found, fault.expected.clone()),
+            None => self.text.fault_of_file(found, fault.expected.clone()),
+        }
+    }
+
+    fn report(&self, scene: &Scene, losses: Losses) -> ImportReport {
+        let mut report = ImportReport {
+            read: self.sentences(scene),
+            numbers: self.numbers(scene),
+            warnings: losses.warnings,
+            changed: losses.changed,
+            left_out: losses.left_out,
+        };
+        report.changed.push(
+            "Wavelengths are taken as they stand: OpticStudio means those in air, raylet those in vacuum (0.03 % longer)."
+                .to_owned(),
+        );
+        let (fields, waves) = (self.lens.field.len(), self.lens.wavelength_um.len());
+        if fields > 1 {
+            let text = format!(
+                "The other {} fields (--field N takes one), and all weights.",
+                fields - 1
+            );
+            report.left_out.push(text);
+        }
+        if waves > 1 {
+            let text = format!(
+                "The other {} wavelengths (--wavelength N takes one), and all weights.",
+                waves - 1
+            );
+            report.left_out.push(text);
+        }
+        report.left_out.push(
+            "Polarisation, absorption in glass, apodisation, merit functions and temperatures other than that of the catalogue."
+                .to_owned(),
+        );
+        report
+    }
+
+    /// What was read, and what the scene has of it.
+    fn sentences(&self, scene: &Scene) -> Vec<String> {
+        let (fields, waves) = (self.lens.field.len(), self.lens.wavelength_um.len());
+        let [x, y] = self.chosen.field;
+        let unit = match self.lens.field_kind {
+            FieldKind::Angle => "°",
+            _ => " mm",
+        };
+        let sensor = match scene.element.last() {
+            Some(Element::Sensor(sensor)) => format!(
+                "The sensor of {} × {} pixels stands at the image, its middle under the chief ray; its pitch of {:.4} µm is a \
+                 quarter of the wavelength times the working f-number.",
+                sensor.pixels[0], sensor.pixels[1], sensor.pitch_um[0]
+            ),
+            _ => String::new(),
+        };
+        vec![
+            format!(
+                "Read \"{}\": {} surfaces with object and image, {fields} fields, {waves} wavelengths.",
+                self.lens.title,
+                self.lens.surface.len()
+            ),
+            format!(
+                "The scene has field {} at ({x}, {y}){unit} and the wavelength {} µm.",
+                self.chosen.number, self.chosen.wavelength_um
+            ),
+            sensor,
+        ]
+    }
+
+    /// First-order data, those of the scene's system where it is centred.
+    fn numbers(&self, scene: &Scene) -> Vec<ReportedNumber> {
+        let cardinal = system(scene, 0)
+            .ok()
+            .and_then(|made| Cardinal::of_system(&made).ok()?);
+        let first = self.first;
+        let finite = |value: f64| Some(value).filter(|value| value.is_finite());
+        let stated = |wanted: fn(ApertureRule) -> Option<f64>| wanted(self.lens.aperture);
+        let line = |name: &str, value: Option<f64>, stated: Option<f64>| ReportedNumber {
+            name: name.to_owned(),
+            value,
+            stated,
+        };
+        let focal_length = cardinal.as_ref().map(Cardinal::focal_length);
+        vec![
+            line("focal length (mm)", focal_length.and_then(finite), None),
+            line(
+                "back focal distance (mm)",
+                cardinal.map(|one| one.back_focus()).and_then(finite),
+                None,
+            ),
+            line(
+                "focal length, axis unfolded (mm)",
+                finite(first.focal_length),
+                None,
+            ),
+            line(
+                "entrance pupil diameter (mm)",
+                finite(first.pupil_diameter),
+                stated(|rule| match rule {
+                    ApertureRule::EntrancePupil(width) => Some(width),
+                    _ => None,
+                }),
+            ),
+            line(
+                "entrance pupil position (mm)",
+                finite(first.pupil_position),
+                None,
+            ),
+            line("stop radius (mm)", finite(first.stop_radius), None),
+            line(
+                "image-space f-number",
+                finite(first.focal_length.abs() / first.pupil_diameter),
+                stated(|rule| match rule {
+                    ApertureRule::ImageFNumber(number) => Some(number),
+                    _ => None,
+                }),
+            ),
+            line(
+                "working f-number",
+                finite(first.working_f_number()),
+                stated(|rule| match rule {
+                    ApertureRule::WorkingFNumber(number) => Some(number),
+                    _ => None,
+                }),
+            ),
+        ]
+    }
+}

@@ -1,0 +1,39 @@
+//! Prescriptions of other programs for lens design, read into scenes.
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `lens_text` | The text of a lens file: its encoding, its lines as records, and faults that point into it |
+//! | `sequential` | A sequential prescription, in millimetres, whatever its format |
+//! | `import_report` | What an import tells: what was read, what was changed, and what was left out |
+//! | `zemax_shape` | Surfaces of a Zemax file: from a type and its parameters to a curve, a phase or a turn of the axis |
+//! | `zemax_edge` | Apertures of a Zemax file's surfaces |
+//! | `zemax_surface` | The records of one surface of a Zemax file |
+//! | `zemax_header` | The records of a Zemax file before its surfaces: units, aperture, fields, wavelengths |
+//! | `zemax_reader` | A Zemax file (.zmx) as a sequential prescription |
+//! | `glass_choice` | The media of a prescription: by names of the catalogue, or by numbers of the file |
+//! | `first_order` | First-order optics of a prescription: pupils, the size of its stop |
+//! | `scene_elements` | The elements of a scene from the surfaces of a prescription |
+//! | `scene_light` | The light and the sensor of a scene from a prescription |
+//! | `scene_text` | A scene as the text of a file that people read |
+//! | `import` | From the file of a program for lens design to a scene, with a report |
+//! | `shapes_test` | Tests: surfaces of Zemax files, against the formulas of their types |
+//! | `import_test` | Tests: whole Zemax files by hand, their axes, apertures, fields, glasses and faults |
+
+pub(crate) mod first_order;
+pub(crate) mod glass_choice;
+pub mod import;
+pub mod import_report;
+#[cfg(test)]
+mod import_test;
+pub(crate) mod lens_text;
+pub(crate) mod scene_elements;
+pub(crate) mod scene_light;
+pub mod scene_text;
+pub(crate) mod sequential;
+#[cfg(test)]
+mod shapes_test;
+pub(crate) mod zemax_edge;
+pub(crate) mod zemax_header;
+pub(crate) mod zemax_reader;
+pub(crate) mod zemax_shape;
+pub(crate) mod zemax_surface;

@@ -1,0 +1,435 @@
+//! The elements of a scene from the surfaces of a prescription.
+
+use std::collections::BTreeSet;
+
+use crate::file::decode::fault::Fault;
+use crate::file::prescription::first_order::FirstOrder;
+use crate::file::prescription::glass_choice::MediumBehind;
+use crate::file::prescription::import_report::Losses;
+use crate::file::prescription::lens_text::LensText;
+use crate::file::prescription::sequential::{Action, Behind, Face, Sequential, Turn};
+use crate::file::scene::aperture::{Aperture, Disc};
+use crate::file::scene::element::{
+    CoordinateBreak, Coordinates, DoeElement, Element, MirrorElement, ParaxialLens, StopElement,
+    SurfaceElement,
+};
+use crate::file::scene::material::Material;
+use crate::file::scene::surface_shape::SurfaceShape;
+use crate::optics::assembly::part_check::expected_heading;
+
+/// How much wider than the light the aperture before a lens is, and rims whose size the file does not state.
+const WIDER: f64 = 1.25;
+
+/// Elements in the order light meets them, without the sensor.
+#[derive(Clone, Debug)]
+pub(crate) struct Elements {
+    /// The elements.
+    pub element: Vec<Element>,
+    /// The line of the file that each comes from.
+    pub line: Vec<usize>,
+    /// Position of the first one, from the first surface of the file in mm.
+    pub start: f64,
+}
+
+/// What elements are made of.
+pub(crate) struct Laying<'a> {
+    /// The prescription.
+    pub lens: &'a Sequential,
+    /// The media behind its surfaces.
+    pub media: &'a [MediumBehind],
+    /// Its first-order data.
+    pub first: &'a FirstOrder,
+    /// Slopes of the chief ray of the field that the scene has.
+    pub slopes: [f64; 2],
+    /// The largest slope of any field.
+    pub steepest: f64,
+    /// Factor on semi-diameters that the program computed from the light.
+    pub growth: f64,
+}
+
+impl Laying<'_> {
+    /// The elements of all surfaces between object and image.
+    ///
+    /// # Errors
+    /// A surface that has no counterpart, with its line.
+    pub(crate) fn elements(&self, text: &LensText, losses: &mut Losses) -> Result<Elements, Fault> {
+        let mut laid = Elements {
+            element: Vec::new(),
+            line: Vec::new(),
+            start: 0.0,
+        };
+        let mut names = BTreeSet::from(["sensor".to_owned(), "aperture".to_owned()]);
+        for (i, face) in self.lens.surface.iter().enumerate().skip(1) {
+            if i == self.lens.image() {
+                break;
+            }
+            if let Action::Turn(turn) = face.action {
+                if i == self.lens.stop {
+                    let found = "the stop on a coordinate break";
+                    return Err(text.fault_of_line(face.line, found, "a stop on a surface"));
+                }
+                for part in breaks(turn) {
+                    laid.push(Element::CoordinateBreak(part), face.line);
+                }
+            } else if let Some(mut element) = self.element(i, face, text, losses)? {
+                name(&mut element, self.word(i, face, &mut names));
+                laid.push(element, face.line);
+            }
+            laid.advance(face.thickness_mm);
+        }
+        if !laid.begins_with_stop(self.lens) {
+            self.put_aperture_before(&mut laid, losses);
+        }
+        laid.keep_headings(losses);
+        Ok(laid)
+    }
+
+    /// The element of a surface; none where it does nothing.
+    fn element(
+        &self,
+        i: usize,
+        face: &Face,
+        text: &LensText,
+        losses: &mut Losses,
+    ) -> Result<Option<Element>, Fault> {
+        let (Some(before), Some(behind)) = (self.media.get(i - 1), self.media.get(i)) else {
+            return Ok(None);
+        };
+        let crosses = before.material != behind.material;
+        if let Action::IdealLens(focal_length_mm) = face.action {
+            if crosses {
+                let found = "an ideal lens between two media";
+                return Err(text.fault_of_line(face.line, found, "the same medium on both sides"));
+            }
+            return Ok(Some(Element::ParaxialLens(ParaxialLens {
+                name: None,
+                tilt_deg: [0.0; 3],
+                decenter_mm: [0.0; 2],
+                thickness_mm: Some(0.0),
+                focal_length_mm,
+                aperture: self.aperture(i, face, losses),
+            })));
+        }
+        if !face.phase.is_empty() {
+            return Ok(Some(Element::Doe(self.doe(i, face, crosses, losses))));
+        }
+        let curve = face.curve.clone();
+        let (semi_aperture_mm, aperture) = rim(self.aperture(i, face, losses));
+        if face.behind == Behind::Reflected {
+            return Ok(Some(Element::Mirror(MirrorElement {
+                name: None,
+                tilt_deg: [0.0; 3],
+                decenter_mm: [0.0; 2],
+                thickness_mm: Some(0.0),
+                radius_mm: curve.radius_mm(),
+                conic: curve.conic,
+                aspheric: curve.aspheric,
+                shape: curve.shape,
+                semi_aperture_mm,
+                aperture,
+            })));
+        }
+        if crosses {
+            return Ok(Some(Element::Surface(SurfaceElement {
+                name: None,
+                tilt_deg: [0.0; 3],
+                decenter_mm: [0.0; 2],
+                thickness_mm: Some(0.0),
+                radius_mm: curve.radius_mm(),
+                conic: curve.conic,
+                aspheric: curve.aspheric,
+                shape: curve.shape,
+                semi_aperture_mm,
+                aperture,
+                glass: behind.material.clone(),
+                coating: None,
+            })));
+        }
+        Ok(self.screen(i, face, losses))
+    }
+
+    /// A surface between equal media is a stop if it is the aperture stop or has an aperture of its own, and nothing else.
+    fn screen(&self, i: usize, face: &Face, losses: &mut Losses) -> Option<Element> {
+        let cuts = i == self.lens.stop || face.outline.is_some() || !face.blocked.is_empty();
+        if cuts && face.curve.vertex_curvature() != 0.0 {
+            losses.change(format!(
+                "Surface {}: a curved stop between equal media is a plane one at its vertex.",
+                face.number
+            ));
+        }
+        cuts.then(|| {
+            Element::Stop(StopElement {
+                name: None,
+                tilt_deg: [0.0; 3],
+                decenter_mm: [0.0; 2],
+                thickness_mm: Some(0.0),
+                aperture: self.aperture(i, face, losses),
+            })
+        })
+    }
+
+    /// A surface with a phase, on an interface or between equal media.
+    fn doe(&self, i: usize, face: &Face, crosses: bool, losses: &mut Losses) -> DoeElement {
+        let curve = face.curve.clone();
+        let behind = self.media.get(i).and_then(|medium| medium.material.clone());
+        let air = || Material::Named("air".to_owned());
+        DoeElement {
+            name: None,
+            tilt_deg: [0.0; 3],
+            decenter_mm: [0.0; 2],
+            thickness_mm: Some(0.0),
+            radius_mm: curve.radius_mm(),
+            conic: curve.conic,
+            aspheric: curve.aspheric,
+            shape: curve.shape,
+            aperture: self.aperture(i, face, losses),
+            glass: crosses.then(|| behind.unwrap_or_else(air)),
+            coating: None,
+            reflect: face.behind == Behind::Reflected,
+            coordinates: Coordinates::default(),
+            layer: face.phase.clone(),
+        }
+    }
+
+    /// The open part of a surface.
+    fn aperture(&self, i: usize, face: &Face, losses: &mut Losses) -> Aperture {
+        let own = face.outline.clone();
+        let open = match own {
+            _ if i == self.lens.stop => self.stop_aperture(face, losses),
+            Some(own) => own,
+            None => disc(self.semi_diameter(i, face, losses)),
+        };
+        Aperture {
+            blocked: face.blocked.clone(),
+            ..open
+        }
+    }
+
+    /// The stop is as wide as the light that the file asks for, unless an aperture of its own is smaller.
+    fn stop_aperture(&self, face: &Face, losses: &mut Losses) -> Aperture {
+        let radius = self.first.stop_radius;
+        match &face.outline {
+            None => disc(radius),
+            Some(Aperture {
+                disc: Some(own), ..
+            }) if own.centre_mm == [0.0; 2] && own.radius_mm >= radius => disc(radius),
+            Some(own) => {
+                losses.change(format!(
+                    "Surface {}: the stop is the aperture that the file gives to its surface, and the light does not fill the \
+                     pupil that the file asks for ({radius:.6} mm in radius at the stop).",
+                    face.number
+                ));
+                own.clone()
+            }
+        }
+    }
+
+    /// The radius of a rim in mm.
+    fn semi_diameter(&self, i: usize, face: &Face, losses: &mut Losses) -> f64 {
+        match face.semi_diameter {
+            Some((size, true)) => size,
+            Some((size, false)) => size * self.growth,
+            None => {
+                let [marginal, chief] = self.first.heights(i, [self.steepest, 0.0]);
+                let light = WIDER * (marginal + chief);
+                let size = light.max(0.1 * self.first.pupil_diameter);
+                losses.change(format!(
+                    "Rims without a semi-diameter (DIAM) are a quarter wider than the paraxial light of all fields; the \
+                     first is surface {}.",
+                    face.number
+                ));
+                size
+            }
+        }
+    }
+
+    /// What an element is called.
+    fn word(&self, i: usize, face: &Face, names: &mut BTreeSet<String>) -> String {
+        let comment: String = face.comment.chars().filter(|c| !c.is_control()).collect();
+        let plain = match comment.trim() {
+            "" if i == self.lens.stop => "stop".to_owned(),
+            "" => format!("surface {}", face.number),
+            comment => comment.to_owned(),
+        };
+        let name = match names.contains(&plain) {
+            true => format!("{plain} (surface {})", face.number),
+            false => plain,
+        };
+        names.insert(name.clone());
+        name
+    }
+
+    /// An aperture before all elements, wider than the light that goes through the stop.
+    fn put_aperture_before(&self, laid: &mut Elements, losses: &mut Losses) {
+        let [marginal, chief] = self.first.heights(1, self.slopes);
+        let radius = WIDER * (marginal + chief);
+
+        // Before the rim of a surface that is hollow towards the light.
+        let depth = laid
+            .element
+            .first()
+            .map_or(0.0, |first| hollow(first, radius));
+        let mut gap = laid.start.max(depth + 0.1 * radius);
+        if let Some(object) = self.lens.object_distance() {
+            gap = gap.min(0.5 * (object + laid.start));
+        }
+        laid.start -= gap;
+        losses.change(format!(
+            "An aperture of radius {radius:.6} mm stands {gap:.6} mm before the first element, a quarter wider than the \
+             paraxial light of the field: raylet takes the light from there to the stop."
+        ));
+        laid.element.insert(
+            0,
+            Element::Stop(StopElement {
+                name: Some("aperture".to_owned()),
+                tilt_deg: [0.0; 3],
+                decenter_mm: [0.0; 2],
+                thickness_mm: Some(gap),
+                aperture: disc(radius),
+            }),
+        );
+        laid.line
+            .insert(0, self.lens.surface.get(1).map_or(1, |face| face.line));
+    }
+}
+
+impl Elements {
+    fn push(&mut self, element: Element, line: usize) {
+        self.element.push(element);
+        self.line.push(line);
+    }
+
+    /// Goes on along the axis by a distance in mm.
+    fn advance(&mut self, distance: f64) {
+        match self.element.last_mut() {
+            Some(last) => {
+                let old = last.thickness_mm().unwrap_or(0.0);
+                set_thickness(last, old + distance);
+            }
+            None => self.start += distance,
+        }
+    }
+
+    /// Whether the light meets its stop first, without a turn of the axis before.
+    fn begins_with_stop(&self, lens: &Sequential) -> bool {
+        let line = lens.surface.get(lens.stop).map(|face| face.line);
+        line == self.line.first().copied()
+    }
+
+    /// A distance against the way of the light is laid by a turn of the axis that turns nothing.
+    fn keep_headings(&mut self, losses: &mut Losses) {
+        let mut heading = 1.0;
+        let (mut element, mut line) = (Vec::new(), Vec::new());
+        for (mut one, number) in self.element.drain(..).zip(self.line.drain(..)) {
+            if one.reflects() {
+                heading = -heading;
+            }
+            let thickness = one.thickness_mm().unwrap_or(0.0);
+            let free = matches!(one, Element::CoordinateBreak(_));
+            let back = !free && expected_heading(thickness, heading).is_some();
+            if back {
+                set_thickness(&mut one, 0.0);
+            }
+            element.push(one);
+            line.push(number);
+            if back {
+                losses.warn(format!(
+                    "The distance {thickness} mm behind the surface of line {number} leads against the way of the light, \
+                     which has to go back virtually there."
+                ));
+                let part = CoordinateBreak {
+                    name: None,
+                    tilt_deg: [0.0; 3],
+                    decenter_mm: [0.0; 2],
+                    thickness_mm: thickness,
+                };
+                element.push(Element::CoordinateBreak(part));
+                line.push(number);
+            }
+        }
+        (self.element, self.line) = (element, line);
+    }
+}
+
+/// The turns of the axis of a coordinate break: one, or four where its tilts come first.
+pub(crate) fn breaks(turn: Turn) -> Vec<CoordinateBreak> {
+    let part = |decenter_mm, tilt_deg| CoordinateBreak {
+        name: None,
+        tilt_deg,
+        decenter_mm,
+        thickness_mm: 0.0,
+    };
+    let [x, y, z] = turn.tilt_deg;
+    if !turn.tilt_first {
+        return vec![part(turn.decenter_mm, turn.tilt_deg)];
+    }
+    let parts = [
+        part([0.0; 2], [0.0, 0.0, z]),
+        part([0.0; 2], [0.0, y, 0.0]),
+        part([0.0; 2], [x, 0.0, 0.0]),
+        part(turn.decenter_mm, [0.0; 3]),
+    ];
+    let idle = part([0.0; 2], [0.0; 3]);
+    let mut used: Vec<CoordinateBreak> = parts.into_iter().filter(|part| *part != idle).collect();
+    if used.is_empty() {
+        used.push(idle);
+    }
+    used
+}
+
+fn disc(radius_mm: f64) -> Aperture {
+    Aperture {
+        disc: Some(Disc {
+            radius_mm,
+            centre_mm: [0.0; 2],
+        }),
+        ..Aperture::default()
+    }
+}
+
+/// A centred disc as the radius of a rim, or another aperture.
+fn rim(aperture: Aperture) -> (Option<f64>, Option<Aperture>) {
+    let radius = aperture.disc.as_ref().map(|disc| disc.radius_mm);
+    match radius {
+        Some(radius) if aperture == disc(radius) => (Some(radius), None),
+        _ => (None, Some(aperture)),
+    }
+}
+
+/// How far a first surface comes towards the light at a radius in mm.
+fn hollow(element: &Element, radius: f64) -> f64 {
+    let curve: Option<SurfaceShape<'_>> = match element {
+        Element::Surface(one) => Some(one.surface_shape()),
+        Element::Mirror(one) => Some(one.surface_shape()),
+        Element::Doe(one) => Some(one.surface_shape()),
+        _ => None,
+    };
+    let shape = curve.and_then(|curve| curve.optics(None));
+    let height = |x, y| shape.as_ref().and_then(|shape| shape.height(x, y));
+    let heights = [(radius, 0.0), (0.0, radius)].map(|(x, y)| height(x, y).map_or(0.0, |h| -h.z));
+    heights.into_iter().fold(0.0, f64::max)
+}
+
+fn set_thickness(element: &mut Element, thickness: f64) {
+    match element {
+        Element::Doe(any) => any.thickness_mm = Some(thickness),
+        Element::Lens(any) => any.thickness_mm = Some(thickness),
+        Element::Surface(any) => any.thickness_mm = Some(thickness),
+        Element::Mirror(any) => any.thickness_mm = Some(thickness),
+        Element::ParaxialLens(any) => any.thickness_mm = Some(thickness),
+        Element::Stop(any) => any.thickness_mm = Some(thickness),
+        Element::CoordinateBreak(any) => any.thickness_mm = thickness,
+        Element::Sensor(_) => {}
+    }
+}
+
+fn name(element: &mut Element, word: String) {
+    match element {
+        Element::Doe(any) => any.name = Some(word),
+        Element::Surface(any) => any.name = Some(word),
+        Element::Mirror(any) => any.name = Some(word),
+        Element::ParaxialLens(any) => any.name = Some(word),
+        Element::Stop(any) => any.name = Some(word),
+        _ => {}
+    }
+}
