@@ -34,14 +34,36 @@ Fields = Union[Sequence[Sequence[float]], NDArray[np.float64]]
 Numbers = Union[Sequence[float], NDArray[np.float64]]
 
 
-def load(path: str | os.PathLike[str]) -> System:
-    """The system of a scene file (TOML), with every array that it names.
+def load(
+    path: str | os.PathLike[str],
+    *,
+    field: int = 1,
+    wavelength: int | None = None,
+    skip_unknown: bool = False,
+    glasses: Mapping[str, str] | None = None,
+) -> System:
+    """The system of a scene file (TOML), with every array that it names, or of a lens file of OpticStudio (.zmx).
 
     >>> import raylet
     >>> system = raylet.load("scenes/spider.toml")
+
+    For a lens file `field` and `wavelength` are numbers from 1, the primary wavelength by default; surfaces of unknown
+    types are planes if `skip_unknown`; `glasses` has names of the catalogue in place of those of the file. The attribute
+    `import_report` of the system says what was changed and left out, and a warning what may make it another lens.
+
+    >>> print(raylet.load("scenes/prescriptions/lens1.zmx").import_report)  # doctest: +SKIP
     """
-    scene = _raylet.Scene.read(os.fspath(path))
+    report = ""
+    if os.fspath(path).lower().endswith(".zmx"):
+        scene, report, doubts = _raylet.Scene.import_lens(
+            os.fspath(path), field, wavelength, skip_unknown, dict(glasses or {})
+        )
+        for doubt in doubts:
+            warnings.warn(doubt, stacklevel=2)
+    else:
+        scene = _raylet.Scene.read(os.fspath(path))
     system = System.__new__(System)
+    system.import_report = report
     system._document = without_none(json.loads(scene.to_json()))
     waves = system._document["wavelength_um"]
     system._document["wavelength_um"] = waves[0] if len(waves) == 1 else waves
@@ -76,6 +98,9 @@ class System(Prescription):
     wavelength_um : vacuum wavelength, or several.
     ambient : medium outside the elements: a catalogue name or a constant index.
     """
+
+    #: What the import of a lens file changed and left out, as :func:`raylet.load` reports it; "" for other systems.
+    import_report: str = ""
 
     # What it does.
 

@@ -1,5 +1,6 @@
 //! A scene as Python holds it.
 
+use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 use std::sync::Arc;
 
@@ -10,6 +11,7 @@ use raylet::file::decode::origin::Origin;
 use raylet::file::decode::tree::Value;
 use raylet::file::model::build;
 use raylet::file::model::scene_arrays::Arrays;
+use raylet::file::prescription::import::{ImportChoices, import_lens};
 use raylet::file::scene::scene_file::Scene as File;
 use raylet::file::scene::variable::with_settings;
 use raylet::optics::system::System;
@@ -49,6 +51,29 @@ impl Scene {
             }
         };
         Self::of(py, py.detach(read))
+    }
+
+    /// The scene of a lens file of another program, the report of what was changed and left out, and what may make the
+    /// scene another lens.
+    #[staticmethod]
+    fn import_lens(
+        py: Python<'_>,
+        path: PathBuf,
+        field: usize,
+        wavelength: Option<usize>,
+        skip_unknown: bool,
+        glasses: BTreeMap<String, String>,
+    ) -> PyResult<(Self, String, Vec<String>)> {
+        let choices = ImportChoices {
+            field,
+            wavelength,
+            skip_unknown,
+            glasses,
+        };
+        let imported = py.detach(|| import_lens(&path, &choices));
+        let imported = imported.map_err(|failure| fault(py, &failure))?;
+        let (report, warnings) = (imported.report.to_string(), imported.report.warnings);
+        Ok((Self::of(py, Ok(imported.scene))?, report, warnings))
     }
 
     /// The same scene with other settings, given as plain values by the keys of the table `[settings]`.

@@ -12,6 +12,9 @@ use crate::optics::media::catalog::{self, CatalogError};
 /// Glasses of old catalogues whose makers publish the same formula under a new name.
 const RENAMED: [(&str, &str); 1] = [("BK7", "SCHOTT:N-BK7")];
 
+/// The list of single materials, which has no maker.
+const MATERIALS: &str = "MATERIAL";
+
 /// Most meanings of an ambiguous name that a message shows.
 const SHOWN: usize = 5;
 
@@ -137,9 +140,14 @@ impl Choice<'_> {
             return Ok((*new).to_owned());
         }
         let glass = catalog::glass(name)?;
-        losses.change(format!(
-            "Glass {name}: {}, since the catalogues that the file names do not have it here.",
-            glass.name()
+        if glass.catalogue == MATERIALS || self.catalogues.is_empty() {
+            return Ok(glass.name());
+        }
+        losses.warn(format!(
+            "Glass {name} is {}: none of the catalogues that the file names ({}) has it here, and another maker's glass of the \
+             same name may differ.",
+            glass.name(),
+            shortened(&self.catalogues.join(", "))
         ));
         Ok(glass.name())
     }

@@ -58,6 +58,8 @@ pub struct ImportedLens {
     pub scene: Scene,
     /// What was read, changed and left out.
     pub report: ImportReport,
+    /// Position of the scene's first element behind the first surface of the file in mm.
+    pub first_element_mm: f64,
 }
 
 /// Whether a file is one of another program by the end of its name, in small or large letters.
@@ -108,9 +110,19 @@ pub fn import_bytes(
         first: &first,
         chosen,
     };
-    let scene = import.scene(&mut losses)?;
+    let (scene, first_element_mm) = import.scene(&mut losses)?;
     let report = import.report(&scene, losses);
-    Ok(ImportedLens { scene, report })
+    Ok(ImportedLens {
+        scene,
+        report,
+        first_element_mm,
+    })
+}
+
+/// How many there are of something, in words.
+fn counted(count: usize, what: &str) -> String {
+    let end = if count == 1 { "" } else { "s" };
+    format!("{count} {what}{end}")
 }
 
 /// The field and wavelength that the scene has.
@@ -125,7 +137,7 @@ impl Chosen {
     fn of(lens: &Sequential, text: &LensText, choices: &ImportChoices) -> Result<Self, Fault> {
         let pick = |what: &str, number: usize, count: usize| {
             text.fault_of_file(
-                format!("{count} {what}s, and {what} {number} requested"),
+                format!("{}, and {what} {number} requested", counted(count, what)),
                 format!("a {what} from 1 to {count}"),
             )
         };
@@ -150,9 +162,9 @@ struct Import<'a> {
 }
 
 impl Import<'_> {
-    /// The scene, its sensor under the chief ray.
-    fn scene(&self, losses: &mut Losses) -> Result<Scene, Fault> {
-        let (scene, lines) = self.checked_scene(losses)?;
+    /// The scene, its sensor under the chief ray, and where its first element stands.
+    fn scene(&self, losses: &mut Losses) -> Result<(Scene, f64), Fault> {
+        let (scene, lines, start) = self.checked_scene(losses)?;
         let made = system(&scene, 0).map_err(|fault| self.addressed(&fault, &lines))?;
         let shift = match chief_landing(&made) {
             Some(landing) => landing.at,
@@ -165,12 +177,13 @@ impl Import<'_> {
             }
         };
         let shifted = shift_sensor(scene, shift);
-        self.parsed(&shifted)
-            .map_err(|fault| self.addressed(&fault, &lines))
+        let scene = self.parsed(&shifted);
+        let scene = scene.map_err(|fault| self.addressed(&fault, &lines))?;
+        Ok((scene, start))
     }
 
-    /// The scene with rims as wide as surfaces allow, and the line of each element.
-    fn checked_scene(&self, losses: &mut Losses) -> Result<(Scene, Vec<usize>), Fault> {
+    /// The scene with rims as wide as surfaces allow, the line of each element, and where the first one stands.
+    fn checked_scene(&self, losses: &mut Losses) -> Result<(Scene, Vec<usize>, f64), Fault> {
         let slopes = self.first.field_slopes(self.lens, self.chosen.field);
         let fields = self.lens.field.iter();
         let steep = fields.map(|field| {
@@ -205,7 +218,7 @@ impl Import<'_> {
                         );
                     }
                     *losses = own;
-                    return Ok((scene, line));
+                    return Ok((scene, line, start));
                 }
                 Err(found) => fault = Some(self.addressed(&found, &line)),
             }
@@ -274,15 +287,13 @@ impl Import<'_> {
         let (fields, waves) = (self.lens.field.len(), self.lens.wavelength_um.len());
         if fields > 1 {
             let text = format!(
-                "The other {} fields (--field N takes one), and all weights.",
-                fields - 1
+                "The rest of the {fields} fields (--field N takes one), and their weights."
             );
             report.left_out.push(text);
         }
         if waves > 1 {
             let text = format!(
-                "The other {} wavelengths (--wavelength N takes one), and all weights.",
-                waves - 1
+                "The rest of the {waves} wavelengths (--wavelength N takes one), and their weights."
             );
             report.left_out.push(text);
         }
@@ -311,9 +322,11 @@ impl Import<'_> {
         };
         vec![
             format!(
-                "Read \"{}\": {} surfaces with object and image, {fields} fields, {waves} wavelengths.",
+                "Read \"{}\": {} surfaces with object and image, {}, {}.",
                 self.lens.title,
-                self.lens.surface.len()
+                self.lens.surface.len(),
+                counted(fields, "field"),
+                counted(waves, "wavelength")
             ),
             format!(
                 "The scene has field {} at ({x}, {y}){unit} and the wavelength {} µm.",

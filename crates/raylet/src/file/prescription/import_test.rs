@@ -337,7 +337,7 @@ fn faults_name_the_line() {
     assert!(
         message
             .to_string()
-            .contains("1 fields, and field 2 requested")
+            .contains("1 field, and field 2 requested")
     );
 }
 

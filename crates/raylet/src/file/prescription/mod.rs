@@ -18,6 +18,8 @@
 //! | `import` | From the file of a program for lens design to a scene, with a report |
 //! | `shapes_test` | Tests: surfaces of Zemax files, against the formulas of their types |
 //! | `import_test` | Tests: whole Zemax files by hand, their axes, apertures, fields, glasses and faults |
+//! | `optiland_test` | Tests: lens files of other projects, against Optiland and against what OpticStudio left in them |
+//! | `mutations_test` | Tests: altered lens files give a scene or an error |
 
 pub(crate) mod first_order;
 pub(crate) mod glass_choice;
@@ -26,6 +28,10 @@ pub mod import_report;
 #[cfg(test)]
 mod import_test;
 pub(crate) mod lens_text;
+#[cfg(test)]
+mod mutations_test;
+#[cfg(test)]
+mod optiland_test;
 pub(crate) mod scene_elements;
 pub(crate) mod scene_light;
 pub mod scene_text;

@@ -34,14 +34,26 @@ pub fn concise_toml(scene: &Scene, heading: &str) -> Result<String, Fault> {
         text.push('\n');
     }
     let mut within_settings = false;
-    for line in whole.lines() {
+    let stays = |line: &&str| {
         if line.starts_with('[') {
             within_settings = line.starts_with("[settings");
         }
-        if !within_settings && !DEFAULTS.contains(&line) {
-            text += line;
-            text.push('\n');
+        !within_settings && !DEFAULTS.contains(line)
+    };
+    let kept: Vec<&str> = whole.lines().filter(stays).collect();
+    let mut blank = false;
+    for (i, line) in kept.iter().enumerate() {
+        // A table that only holds other tables needs no heading of its own.
+        let next = kept.iter().skip(i + 1).find(|line| !line.is_empty());
+        let inner = line.strip_suffix(']').map(|start| format!("{start}."));
+        let holds = |inner: String| next.is_some_and(|next| next.starts_with(&inner));
+        let heading = line.starts_with('[') && !line.starts_with("[[");
+        if (heading && inner.is_some_and(holds)) || (blank && line.is_empty()) {
+            continue;
         }
+        blank = line.is_empty();
+        text += line;
+        text.push('\n');
     }
-    Ok(text)
+    Ok(format!("{}\n", text.trim_end()))
 }

@@ -13,11 +13,12 @@ use crate::file::prescription::zemax_surface::SurfaceRecords;
 const MOST_SURFACES: usize = 5000;
 
 /// Records of a surface or a system that change nothing in a scene.
-const WITHOUT_EFFECT: [&str; 44] = [
+const WITHOUT_EFFECT: [&str; 49] = [
     "VERS", "NOTE", "AUTH", "PFIL", "LANG", "ENVD", "GFAC", "RAIM", "PUSH", "SDMA", "OMMA", "ROPD",
     "HYPR", "PICB", "FWGN", "FWGT", "WWGN", "WWGT", "POLS", "GLRS", "GSTD", "NSCD", "COFN", "HIDE",
     "MIRR", "SLAB", "POPS", "FIMP", "BLNK", "MOFF", "IWDP", "LUID", "EERA", "SSID", "STUD", "MEMA",
-    "OEMA", "RCMF", "DBDT", "DMFS", "TCMM", "EDGE", "ISNA", "PUPD",
+    "OEMA", "RCMF", "DBDT", "DMFS", "TCMM", "EDGE", "ISNA", "PUPD", "VDSZ", "VPAR", "VCUR", "VCON",
+    "VXDA",
 ];
 
 /// Records of solves and pick-ups.

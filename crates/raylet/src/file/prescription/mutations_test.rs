@@ -1,0 +1,165 @@
+//! Tests: lens files whose bytes, lines and numbers are altered give a scene or an error with its file, and never end otherwise.
+//!
+//! `RAYLET_MUTATIONS=100000 cargo test -p raylet --lib mutated` makes a long run.
+
+use std::fs;
+use std::path::Path;
+
+use crate::file::prescription::import::{ImportChoices, import_bytes};
+use crate::file::prescription::lens_text::decoded;
+use crate::file::scene::scene_file::Scene;
+
+/// Mutations of an ordinary run.
+const MUTATIONS: u64 = 600;
+
+/// Words that stand in place of numbers.
+const NUMBERS: [&str; 20] = [
+    "0",
+    "-0",
+    "-1",
+    "1",
+    "2",
+    "1e-320",
+    "1e-12",
+    "1e12",
+    "-1e12",
+    "1e155",
+    "1e308",
+    "nan",
+    "inf",
+    "-inf",
+    "INFINITY",
+    "9223372036854775808",
+    "0.1",
+    "1e6",
+    "",
+    "x",
+];
+
+/// Records that stand in place of others.
+const RECORDS: [&str; 24] = [
+    "SURF 3",
+    "STOP",
+    "TYPE STANDARD",
+    "TYPE EVENASPH",
+    "TYPE ODDASPHE",
+    "TYPE XASPHERE",
+    "TYPE XPOLYNOM",
+    "TYPE BICONICX",
+    "TYPE TOROIDAL",
+    "TYPE COORDBRK",
+    "TYPE PARAXIAL",
+    "TYPE DGRATING",
+    "TYPE BINARY_2",
+    "GLAS MIRROR",
+    "GLAS ___BLANK 1 0 1.7 30",
+    "GLAS N-BK7",
+    "XDAT 1 3",
+    "XDAT 2 2",
+    "XDAT 3 0.01",
+    "PARM 1 0.1",
+    "OBSC 0 1",
+    "UNIT IN",
+    "FNUM 2 1",
+    "FLOA",
+];
+
+/// Numbers of a hash, one after another.
+struct Numbers(u64);
+
+impl Numbers {
+    /// The next one below `end`.
+    fn below(&mut self, end: usize) -> usize {
+        self.0 = self.0.wrapping_add(0x9e37_79b9_7f4a_7c15);
+        let mut mixed = self.0;
+        mixed = (mixed ^ (mixed >> 30)).wrapping_mul(0xbf58_476d_1ce4_e5b9);
+        mixed = (mixed ^ (mixed >> 27)).wrapping_mul(0x94d0_49bb_1331_11eb);
+        ((mixed ^ (mixed >> 31)) % end.max(1) as u64) as usize
+    }
+}
+
+/// The text of a file, with one to four of its lines or numbers altered.
+fn altered(text: &str, numbers: &mut Numbers) -> Vec<u8> {
+    let mut lines: Vec<String> = text.lines().map(str::to_owned).collect();
+    for _ in 0..=numbers.below(4) {
+        if lines.is_empty() {
+            break;
+        }
+        let at = numbers.below(lines.len());
+        let record = RECORDS[numbers.below(RECORDS.len())].to_owned();
+        match numbers.below(9) {
+            0 => lines.insert(at, record),
+            1 => lines[at] = record,
+            2 => drop(lines.remove(at)),
+            3 => {
+                let other = lines[numbers.below(lines.len())].clone();
+                lines.insert(at, other);
+            }
+            4 => lines.truncate(at.max(1)),
+            _ => {
+                let mut words: Vec<&str> = lines[at].split_whitespace().collect();
+                if words.len() > 1 {
+                    let place = 1 + numbers.below(words.len() - 1);
+                    words[place] = NUMBERS[numbers.below(NUMBERS.len())];
+                }
+                lines[at] = words.join(" ");
+            }
+        }
+    }
+    let mut bytes = lines.join("\n").into_bytes();
+    if numbers.below(8) == 0 && !bytes.is_empty() {
+        let at = numbers.below(bytes.len());
+        bytes[at] ^= 1 << numbers.below(8);
+    }
+    bytes
+}
+
+#[test]
+fn mutated_files_give_a_scene_or_an_error() {
+    let folder = Path::new(env!("CARGO_MANIFEST_DIR")).join("../../scenes/prescriptions");
+    let files = fs::read_dir(folder)
+        .unwrap()
+        .map(|entry| entry.unwrap().path());
+    let mut files: Vec<_> = files
+        .filter(|path| {
+            path.extension()
+                .is_some_and(|end| end.eq_ignore_ascii_case("zmx"))
+        })
+        .collect();
+    files.sort();
+    let texts: Vec<String> = files
+        .iter()
+        .map(|file| decoded(&fs::read(file).unwrap()))
+        .collect();
+    let wanted = std::env::var("RAYLET_MUTATIONS").ok();
+    let count = wanted.map_or(MUTATIONS, |count| count.parse().unwrap());
+    let mut scenes = 0;
+    for seed in 0..count {
+        let mut numbers = Numbers(seed);
+        let bytes = altered(&texts[numbers.below(texts.len())], &mut numbers);
+        let choices = ImportChoices {
+            field: 1 + numbers.below(2),
+            skip_unknown: numbers.below(2) == 0,
+            ..ImportChoices::default()
+        };
+        match import_bytes(&bytes, Path::new("a.zmx"), &choices) {
+            Ok(lens) => {
+                let text = lens.scene.to_toml().unwrap();
+                assert!(Scene::parse(&text, Path::new("")).is_ok(), "seed {seed}");
+                let report = lens.report.to_string();
+                assert!(
+                    !report.contains("NaN") && !report.contains("inf "),
+                    "seed {seed}: {report}"
+                );
+                scenes += 1;
+            }
+            Err(fault) => {
+                let message = fault.to_string();
+                assert!(message.starts_with("a.zmx"), "seed {seed}: {message}");
+                assert!(message.len() < 20_000, "seed {seed}");
+            }
+        }
+    }
+    // Most mutations leave a lens.
+    assert!(scenes > count / 5, "{scenes} of {count}");
+}
