@@ -50,8 +50,6 @@ def load(
     For a lens file `field` and `wavelength` are numbers from 1, the primary wavelength by default; surfaces of unknown
     types are planes if `skip_unknown`; `glasses` has names of the catalogue in place of those of the file. The attribute
     `import_report` of the system says what was changed and left out, and a warning what may make it another lens.
-
-    >>> print(raylet.load("scenes/prescriptions/lens1.zmx").import_report)  # doctest: +SKIP
     """
     report = ""
     if os.fspath(path).lower().endswith(".zmx"):

@@ -17,6 +17,7 @@ mod elements;
 mod endings;
 mod flat_patches;
 mod forecasts;
+mod import;
 mod memory;
 mod memory_advice;
 mod overwriting;

@@ -211,12 +211,6 @@ impl Import<'_> {
             let scene = assembled(self.lens, self.first, light, element);
             match self.parsed(&scene) {
                 Ok(scene) => {
-                    if growth > 1.0 {
-                        own.change(
-                            "Semi-diameters that the file computed from the light of its fields are 5 % wider, so that they cut \
-                             none of it; fixed ones are kept.",
-                        );
-                    }
                     *losses = own;
                     return Ok((scene, line, start));
                 }
@@ -322,8 +316,8 @@ impl Import<'_> {
         };
         vec![
             format!(
-                "Read \"{}\": {} surfaces with object and image, {}, {}.",
-                self.lens.title,
+                "Read {}: {} surfaces with object and image, {}, {}.",
+                self.text.file_name(),
                 self.lens.surface.len(),
                 counted(fields, "field"),
                 counted(waves, "wavelength")

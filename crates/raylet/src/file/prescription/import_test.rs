@@ -275,56 +275,59 @@ fn unknown_surfaces_are_planes_on_request() {
     assert!(lens.report.warnings[0].contains("a surface of type SZERNSAG"));
 }
 
+/// A part of a good file, what stands in its place, and how the message begins.
+const FAULTS: [(&str, &str, &str); 17] = [
+    (
+        "MODE SEQ",
+        "MODE NSC",
+        "a.zmx:1:6: found a file of mode NSC",
+    ),
+    ("UNIT MM", "UNIT FT", "a.zmx:2:6: found lengths in FT"),
+    ("ENPD 2", "ENPD nan", "a.zmx:3:6: found nan"),
+    ("ENPD 2", "ENPD 0", "a.zmx:3:6: found ENPD 0"),
+    ("ENPD 2\n", "", "a.zmx: found no aperture of the system"),
+    ("FTYP 0", "FTYP 9", "a.zmx:4:6: found fields of kind 9"),
+    (
+        "FTYP 0 0 1 1",
+        "FTYP 0 0 1e300 1",
+        "a.zmx:4:10: found 1e300",
+    ),
+    (
+        "WAVM 1 0.5",
+        "WAVM 1 500",
+        "a.zmx: found a wavelength of 500 µm",
+    ),
+    ("WAVM 1 0.5", "WAVM 1e9 0.5", "a.zmx:7:6: found 1e9"),
+    (
+        "PWAV 1",
+        "PWAV 3",
+        "a.zmx: found wavelength 3 of 1 as primary",
+    ),
+    ("CURV 0.1", "CURV inf", "a.zmx:14:8: found inf"),
+    ("CURV 0.1", "CURV", "a.zmx:14:3: found CURV with 0 values"),
+    (
+        "CURV 0.1",
+        "CURV 5",
+        "a.zmx:12:1: found in the scene semi_aperture_mm: 1,",
+    ),
+    ("  STOP\n", "", "a.zmx: found no stop"),
+    (
+        "DISZ 3",
+        "DISZ INFINITY",
+        "a.zmx:12:1: found an infinite thickness behind surface 1",
+    ),
+    (
+        "DISZ INFINITY",
+        "DISZ -5",
+        "a.zmx:9:1: found an object -5 mm before",
+    ),
+    ("CURV 0.1", "PARM 1e12 3", "a.zmx:14:8: found 1e12"),
+];
+
 #[test]
 fn faults_name_the_line() {
     let good = file("MM", "  CURV 0.1\n  GLAS N-BK7\n");
-    for (from, to, start) in [
-        (
-            "MODE SEQ",
-            "MODE NSC",
-            "a.zmx:1:6: found a file of mode NSC",
-        ),
-        ("UNIT MM", "UNIT FT", "a.zmx:2:6: found lengths in FT"),
-        ("ENPD 2", "ENPD nan", "a.zmx:3:6: found nan"),
-        ("ENPD 2", "ENPD 0", "a.zmx:3:6: found ENPD 0"),
-        ("ENPD 2\n", "", "a.zmx: found no aperture of the system"),
-        ("FTYP 0", "FTYP 9", "a.zmx:4:6: found fields of kind 9"),
-        (
-            "FTYP 0 0 1 1",
-            "FTYP 0 0 1e300 1",
-            "a.zmx:4:10: found 1e300",
-        ),
-        (
-            "WAVM 1 0.5",
-            "WAVM 1 500",
-            "a.zmx: found a wavelength of 500 µm",
-        ),
-        ("WAVM 1 0.5", "WAVM 1e9 0.5", "a.zmx:7:6: found 1e9"),
-        (
-            "PWAV 1",
-            "PWAV 3",
-            "a.zmx: found wavelength 3 of 1 as primary",
-        ),
-        ("CURV 0.1", "CURV inf", "a.zmx:14:8: found inf"),
-        ("CURV 0.1", "CURV", "a.zmx:14:3: found CURV with 0 values"),
-        (
-            "CURV 0.1",
-            "CURV 5",
-            "a.zmx:12:1: found in the scene semi_aperture_mm: 1,",
-        ),
-        ("  STOP\n", "", "a.zmx: found no stop"),
-        (
-            "DISZ 3",
-            "DISZ INFINITY",
-            "a.zmx:12:1: found an infinite thickness behind surface 1",
-        ),
-        (
-            "DISZ INFINITY",
-            "DISZ -5",
-            "a.zmx:9:1: found an object -5 mm before",
-        ),
-        ("CURV 0.1", "PARM 1e12 3", "a.zmx:14:8: found 1e12"),
-    ] {
+    for (from, to, start) in FAULTS {
         let message = refused(&good.replacen(from, to, 1));
         assert!(message.starts_with(start), "{message}");
     }

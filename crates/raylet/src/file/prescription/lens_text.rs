@@ -64,6 +64,12 @@ impl LensText {
         Self { origin }
     }
 
+    /// The name of the file, without its folder.
+    pub(crate) fn file_name(&self) -> String {
+        let name = self.origin.file.file_name().unwrap_or_default();
+        name.to_string_lossy().into_owned()
+    }
+
     /// The lines that are not blank.
     pub(crate) fn records(&self) -> impl Iterator<Item = Record<'_>> {
         let lines = (1..).zip(self.origin.text.split('\n'));

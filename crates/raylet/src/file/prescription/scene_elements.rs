@@ -99,16 +99,11 @@ impl Laying<'_> {
         if let Action::IdealLens(focal_length_mm) = face.action {
             if crosses {
                 let found = "an ideal lens between two media";
-                return Err(text.fault_of_line(face.line, found, "the same medium on both sides"));
+                let expected = "the same medium on both sides";
+                return Err(text.fault_of_line(face.line, found, expected));
             }
-            return Ok(Some(Element::ParaxialLens(ParaxialLens {
-                name: None,
-                tilt_deg: [0.0; 3],
-                decenter_mm: [0.0; 2],
-                thickness_mm: Some(0.0),
-                focal_length_mm,
-                aperture: self.aperture(i, face, losses),
-            })));
+            let lens = self.ideal_lens(i, face, focal_length_mm, losses);
+            return Ok(Some(Element::ParaxialLens(lens)));
         }
         if !face.phase.is_empty() {
             return Ok(Some(Element::Doe(self.doe(i, face, crosses, losses))));
@@ -146,6 +141,23 @@ impl Laying<'_> {
             })));
         }
         Ok(self.screen(i, face, losses))
+    }
+
+    fn ideal_lens(
+        &self,
+        i: usize,
+        face: &Face,
+        focal_length_mm: f64,
+        losses: &mut Losses,
+    ) -> ParaxialLens {
+        ParaxialLens {
+            name: None,
+            tilt_deg: [0.0; 3],
+            decenter_mm: [0.0; 2],
+            thickness_mm: Some(0.0),
+            focal_length_mm,
+            aperture: self.aperture(i, face, losses),
+        }
     }
 
     /// A surface between equal media is a stop if it is the aperture stop or has an aperture of its own, and nothing else.
@@ -228,16 +240,22 @@ impl Laying<'_> {
     fn semi_diameter(&self, i: usize, face: &Face, losses: &mut Losses) -> f64 {
         match face.semi_diameter {
             Some((size, true)) => size,
-            Some((size, false)) => size * self.growth,
+            Some((size, false)) => {
+                if self.growth > 1.0 {
+                    losses.change(
+                        "Semi-diameters that the file computed from the light of its fields are 5 % wider, so that they cut none \
+                         of it; fixed ones are kept.",
+                    );
+                }
+                size * self.growth
+            }
             None => {
                 let [marginal, chief] = self.first.heights(i, [self.steepest, 0.0]);
                 let light = WIDER * (marginal + chief);
                 let size = light.max(0.1 * self.first.pupil_diameter);
-                losses.change(format!(
-                    "Rims without a semi-diameter (DIAM) are a quarter wider than the paraxial light of all fields; the \
-                     first is surface {}.",
-                    face.number
-                ));
+                losses.change(
+                    "Rims of surfaces without a semi-diameter (DIAM) are a quarter wider than the paraxial light of all fields.",
+                );
                 size
             }
         }
