@@ -62,12 +62,6 @@ pub struct ImportedLens {
     pub first_element_mm: f64,
 }
 
-/// Whether a file is one of another program by the end of its name, in small or large letters.
-pub fn is_lens_file(path: &Path) -> bool {
-    path.extension()
-        .is_some_and(|end| end.eq_ignore_ascii_case("zmx"))
-}
-
 /// Reads a Zemax file (.zmx).
 ///
 /// # Errors

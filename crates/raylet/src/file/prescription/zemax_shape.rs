@@ -45,6 +45,9 @@ pub(crate) struct ReadSurface {
     pub remark: Option<&'static str>,
 }
 
+/// Powers of x and y, and the coefficient of their product.
+type Product = ([u32; 2], f64);
+
 /// What was found and what was expected.
 pub(crate) type Refusal = (String, String);
 
@@ -158,7 +161,7 @@ impl RawSurface {
     }
 
     /// Extra data from 3 on are the coefficients of x, y, x², xy, y², x³, … over the norm radius.
-    fn products(&self, unit: f64) -> Result<(f64, Vec<([u32; 2], f64)>), Refusal> {
+    fn products(&self, unit: f64) -> Result<(f64, Vec<Product>), Refusal> {
         let (radius, coefficients) = self.series(unit)?;
         let powers = (1u32..).flat_map(|order| (0..=order).map(move |y| [order - y, y]));
         let terms = powers.zip(coefficients).filter(|(_, a)| *a != 0.0);
@@ -289,7 +292,7 @@ impl RawSurface {
             }
             _ => {
                 let (norm_radius_mm, terms) = self.products(unit)?;
-                let term = |([x, y], a): ([u32; 2], f64)| PhaseTerm {
+                let term = |([x, y], a): Product| PhaseTerm {
                     x,
                     y,
                     coefficient: order * a,
