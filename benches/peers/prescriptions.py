@@ -1,7 +1,7 @@
 """Writes scenes/prescriptions/reference.json: what Optiland makes of the lens files beside it.
 
-Optiland reads each .zmx file by itself. For each lens the numbers are its focal length, its back focal distance, the index
-behind each surface that names a glass, and where real rays meet the image. Needs optiland 0.6.3 and nothing of raylet:
+Optiland reads each .zmx file by itself. For each lens the numbers are its focal length, its back focal distance, the
+index behind each surface, and where real rays meet the image. Needs optiland 0.6.3 and nothing of raylet:
 
     python benches/peers/prescriptions.py
 

@@ -97,6 +97,18 @@ class Scene:
         The scene of a document of plain values; messages call its file `name`, whose folder is that of its arrays.
         """
     @staticmethod
+    def import_lens(
+        path: str | PathLike[str],
+        field: SupportsIndex,
+        wavelength: SupportsIndex | None,
+        skip_unknown: bool,
+        glasses: dict[str, str],
+    ) -> tuple[Scene, str, list[str]]:
+        """
+        The scene of a lens file of another program, the report of what was changed and left out, and what may make the
+        scene another lens.
+        """
+    @staticmethod
     def read(path: str | PathLike[str]) -> Scene:
         """
         The scene of a file, with every array that it names; those that a design may still have to make can be

@@ -15,7 +15,7 @@ from raylet import _raylet
 from raylet._arrays import number, real, thread_count
 from raylet._calls import public_calls
 from raylet._document import without_none
-from raylet._refusal import MOST_WAVES, cut, described, shown, type_name
+from raylet._refusal import MOST_WAVES, RayletError, cut, described, shown, type_name
 from raylet.design import Design, design, hologram
 from raylet.linearised_system import LinearisedSystem
 from raylet.prescription import Prescription
@@ -48,11 +48,15 @@ def load(
     >>> system = raylet.load("scenes/spider.toml")
 
     For a lens file `field` and `wavelength` are numbers from 1, the primary wavelength by default; surfaces of unknown
-    types are planes if `skip_unknown`; `glasses` has names of the catalogue in place of those of the file. The attribute
-    `import_report` of the system says what was changed and left out, and a warning what may make it another lens.
+    types are planes if `skip_unknown`; `glasses` has names of the catalogue in place of those of the file. The
+    attribute `import_report` of the system says what was changed and left out, and a warning what may make it another
+    lens.
     """
     report = ""
     if os.fspath(path).lower().endswith(".zmx"):
+        for name, value in (("field", field), ("wavelength", 1 if wavelength is None else wavelength)):
+            if not isinstance(value, int) or value < 1:
+                raise RayletError(f"raylet.load: {name} is {shown(value)}, expected a number from 1")
         scene, report, doubts = _raylet.Scene.import_lens(
             os.fspath(path), field, wavelength, skip_unknown, dict(glasses or {})
         )

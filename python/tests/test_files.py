@@ -1,5 +1,5 @@
-"""Files that are saved: whole or not at all, and never in the place of what raylet did not write; and
-documents as TOML."""
+"""Files that are saved: whole or not at all, and never in the place of what raylet did not write; documents as TOML;
+and lens files of OpticStudio as systems."""
 
 from __future__ import annotations
 
@@ -110,3 +110,31 @@ def test_what_is_written_is_read() -> None:
 def test_what_has_no_words_is_refused(value: object) -> None:
     with pytest.raises((TypeError, ValueError)):
         dumps({"a": {"b": value}})
+
+
+def test_a_lens_file_is_a_system(scenes: Path) -> None:
+    lens = raylet.load(scenes / "prescriptions" / "lens1.zmx", field=2)
+    assert "focal length (mm)                   24.990670" in lens.import_report
+    landing = lens.trace(Px=[0.0, 0.3], Py=[0.0, 0.2])
+    assert landing.x_mm.shape[-1] == 2
+    assert raylet.load(scenes / "spider.toml").import_report == ""
+
+
+def test_glasses_are_refused_or_replaced(scenes: Path) -> None:
+    path = scenes / "prescriptions" / "US08427765-1.ZMX"
+    with pytest.raises(raylet.RayletError, match="the unknown glass L-TIM28_MOLD") as caught:
+        raylet.load(path)
+    assert "OHARA:L-TIM28" in caught.value.hint
+    with pytest.warns(UserWarning, match="real image heights"):
+        lens = raylet.load(path, glasses={"L-TIM28_MOLD": "L-TIM28"})
+    assert "Glass L-TIM28_MOLD: OHARA:L-TIM28 in its place" in lens.import_report
+
+
+def test_numbers_of_fields_are_checked(scenes: Path) -> None:
+    path = scenes / "prescriptions" / "lens1.zmx"
+    with pytest.raises(raylet.RayletError, match="field 9 requested"):
+        raylet.load(path, field=9)
+    with pytest.raises(raylet.RayletError, match="wavelength 9 requested"):
+        raylet.load(path, wavelength=9)
+    with pytest.raises(raylet.RayletError, match="field is -1, expected a number from 1"):
+        raylet.load(path, field=-1)
