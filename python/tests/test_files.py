@@ -115,8 +115,7 @@ def test_what_has_no_words_is_refused(value: object) -> None:
 def test_a_lens_file_is_a_system(scenes: Path) -> None:
     lens = raylet.load(scenes / "prescriptions" / "lens1.zmx", field=2)
     assert "focal length (mm)                   24.990670" in lens.import_report
-    landing = lens.trace(Px=[0.0, 0.3], Py=[0.0, 0.2])
-    assert landing.x_mm.shape[-1] == 2
+    assert lens.trace(Px=[0.0, 0.2], Py=[0.0, 0.1]).arrived.all()
     assert raylet.load(scenes / "spider.toml").import_report == ""
 
 
