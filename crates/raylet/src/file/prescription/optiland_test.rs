@@ -130,6 +130,7 @@ fn optiland_reads_the_same_lenses() {
         for (word, theirs) in [
             ("focal length (mm)", peer.focal_length),
             ("back focal distance (mm)", peer.back_focal_distance),
+            ("focal length, axis unfolded (mm)", peer.focal_length),
         ] {
             // Of tilted parts raylet has none.
             if let (Some(ours), Some(theirs)) = (lens.report.number(word), theirs) {
