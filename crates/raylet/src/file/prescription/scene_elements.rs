@@ -73,7 +73,19 @@ impl Laying<'_> {
                 }
             } else if let Some(mut element) = self.element(i, face, text, losses)? {
                 name(&mut element, self.word(i, face, &mut names));
-                laid.push(element, face.line);
+                match self.own_stop(i, &mut element, &laid, losses) {
+                    Some((stop, before)) if before => {
+                        laid.advance(-stop.thickness_mm.unwrap_or(0.0));
+                        laid.push(Element::Stop(stop), face.line);
+                        laid.push(element, face.line);
+                    }
+                    Some((stop, _)) => {
+                        set_thickness(&mut element, -stop.thickness_mm.unwrap_or(0.0));
+                        laid.push(element, face.line);
+                        laid.push(Element::Stop(stop), face.line);
+                    }
+                    None => laid.push(element, face.line),
+                }
             }
             laid.advance(face.thickness_mm);
         }
@@ -236,6 +248,55 @@ impl Laying<'_> {
         }
     }
 
+    /// A stop of its own for an aperture stop on a surface behind other parts, in the plane of the rim of the light there, so
+    /// that its edge diffracts; and whether it stands before the surface. Its thickness leads to the vertex.
+    fn own_stop(
+        &self,
+        i: usize,
+        element: &mut Element,
+        laid: &Elements,
+        losses: &mut Losses,
+    ) -> Option<(StopElement, bool)> {
+        let face = self.lens.surface.get(i)?;
+        let plain = face.outline.is_none() && face.blocked.is_empty();
+        let bends = matches!(element, Element::Surface(_) | Element::Mirror(_));
+        if i != self.lens.stop || laid.element.is_empty() || !bends || !plain {
+            return None;
+        }
+        let (radius, heading) = (self.first.stop_radius, laid.heading());
+        let rim = height(element, radius)? * heading;
+        let place = if rim <= 0.0 {
+            // The light meets the rim before the vertex.
+            (laid.room() >= -rim).then_some((rim, true))?
+        } else if element.reflects() || face.thickness_mm * heading < rim {
+            (0.0, true)
+        } else {
+            (rim, false)
+        };
+        let semi_diameter = face.semi_diameter.map_or(0.0, |(size, _)| size);
+        widen(element, semi_diameter.max(1.05 * radius));
+        let mut called = format!("stop on surface {}", face.number);
+        if element.name() == Some("stop") {
+            called = "stop".to_owned();
+            name(element, format!("surface {}", face.number));
+        }
+        let (at, before) = place;
+        losses.change(format!(
+            "Surface {}: the stop of radius {radius:.6} mm on it is a plane one at the edge of the light, {:.6} mm from its \
+             vertex.",
+            face.number,
+            at * heading
+        ));
+        let stop = StopElement {
+            name: Some(called),
+            tilt_deg: [0.0; 3],
+            decenter_mm: [0.0; 2],
+            thickness_mm: Some(-at * heading),
+            aperture: disc(radius),
+        };
+        Some((stop, before))
+    }
+
     /// The radius of a rim in mm.
     fn semi_diameter(&self, i: usize, face: &Face, losses: &mut Losses) -> f64 {
         match face.semi_diameter {
@@ -315,6 +376,21 @@ impl Elements {
     fn push(&mut self, element: Element, line: usize) {
         self.element.push(element);
         self.line.push(line);
+    }
+
+    /// +1 where light runs towards the axis's +z behind the last element, −1 where it runs back.
+    fn heading(&self) -> f64 {
+        let mirrors = self.element.iter().filter(|element| element.reflects());
+        if mirrors.count() % 2 == 0 { 1.0 } else { -1.0 }
+    }
+
+    /// How far a part may stand before the end of the axis, along the way of the light in mm.
+    fn room(&self) -> f64 {
+        match self.element.last() {
+            Some(Element::CoordinateBreak(_)) => f64::INFINITY,
+            Some(last) => last.thickness_mm().unwrap_or(0.0) * self.heading(),
+            None => 0.0,
+        }
     }
 
     /// Goes on along the axis by a distance in mm.
@@ -416,16 +492,30 @@ fn rim(aperture: Aperture) -> (Option<f64>, Option<Aperture>) {
 
 /// How far a first surface comes towards the light at a radius in mm.
 fn hollow(element: &Element, radius: f64) -> f64 {
-    let curve: Option<SurfaceShape<'_>> = match element {
-        Element::Surface(one) => Some(one.surface_shape()),
-        Element::Mirror(one) => Some(one.surface_shape()),
-        Element::Doe(one) => Some(one.surface_shape()),
-        _ => None,
+    height(element, radius).map_or(0.0, |height| (-height).max(0.0))
+}
+
+/// The height of a surface over its vertex in mm at a radius, the lower one of those along x and y; none where there is none.
+fn height(element: &Element, radius: f64) -> Option<f64> {
+    let curve: SurfaceShape<'_> = match element {
+        Element::Surface(one) => one.surface_shape(),
+        Element::Mirror(one) => one.surface_shape(),
+        Element::Doe(one) => one.surface_shape(),
+        _ => return None,
     };
-    let shape = curve.and_then(|curve| curve.optics(None));
-    let height = |x, y| shape.as_ref().and_then(|shape| shape.height(x, y));
-    let heights = [(radius, 0.0), (0.0, radius)].map(|(x, y)| height(x, y).map_or(0.0, |h| -h.z));
-    heights.into_iter().fold(0.0, f64::max)
+    let shape = curve.optics(None)?;
+    let [x, y] = [shape.sag(radius, 0.0)?, shape.sag(0.0, radius)?];
+    Some(x.min(y))
+}
+
+/// Gives a surface a centred rim of this radius in mm.
+fn widen(element: &mut Element, radius: f64) {
+    let rim = match element {
+        Element::Surface(one) => &mut one.semi_aperture_mm,
+        Element::Mirror(one) => &mut one.semi_aperture_mm,
+        _ => return,
+    };
+    *rim = Some(radius);
 }
 
 fn set_thickness(element: &mut Element, thickness: f64) {
