@@ -359,3 +359,23 @@ fn concise_text_is_the_same_scene() {
         assert_eq!((read.settings, read.title), (scene.settings, scene.title));
     }
 }
+
+/// Positions of a stop of radius 2 on the second surface of a lens, which is hollow or bulges, as its rim does.
+#[test]
+fn a_stop_on_an_inner_surface_stands_in_the_plane_of_its_rim() {
+    for (curvature, sag) in [(0.1, 10.0 - 96f64.sqrt()), (-0.1, 96f64.sqrt() - 10.0)] {
+        let surfaces = format!(
+            "SURF 0\n  DISZ INFINITY\nSURF 1\n  GLAS N-BK7\n  DISZ 3\n  DIAM 4 1\nSURF 2\n  STOP\n  CURV {curvature}\n  \
+             DISZ 5\n  DIAM 2 1\nSURF 3\n  DISZ 0\n"
+        );
+        let text = system_of("ENPD 4\nFTYP 0 0 1 2\nXFLN 0\nYFLN 0", &surfaces);
+        let lens = imported(&text);
+        assert!((stop_radius(&lens.scene) - 2.0).abs() < 1e-12);
+        let made = system(&lens.scene, 0).unwrap();
+        let stop = made.screens.iter().find(|screen| screen.name == "stop");
+        let found = stop.unwrap().frame.origin.z + lens.first_element_mm;
+        assert!((found - 3.0 - sag).abs() < 1e-12, "{found} {sag}");
+        let sensor = made.screens.last().unwrap().frame.origin.z + lens.first_element_mm;
+        assert!((sensor - 8.0).abs() < 1e-12);
+    }
+}
