@@ -62,6 +62,8 @@ def load(
         )
         for doubt in doubts:
             warnings.warn(doubt, stacklevel=2)
+    elif (field, wavelength, skip_unknown, glasses) != (1, None, False, None):
+        raise RayletError("raylet.load: field, wavelength, skip_unknown and glasses are for lens files (.zmx) alone")
     else:
         scene = _raylet.Scene.read(os.fspath(path))
     system = System.__new__(System)

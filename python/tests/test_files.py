@@ -137,3 +137,5 @@ def test_numbers_of_fields_are_checked(scenes: Path) -> None:
         raylet.load(path, wavelength=9)
     with pytest.raises(raylet.RayletError, match="field is -1, expected a number from 1"):
         raylet.load(path, field=-1)
+    with pytest.raises(raylet.RayletError, match="are for lens files"):
+        raylet.load(scenes / "spider.toml", field=2)

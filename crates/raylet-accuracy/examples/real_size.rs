@@ -54,8 +54,8 @@ With random pixels the modulator goes by beamlets from a whole field and takes t
 which has few directions and goes by local bands. The expected error behind pixels counts the light that the edges of the
 lenses in front diffract, which pixels send everywhere; the reference does not know it.
 
-The expected errors of the hybrid achromat and of the element behind a strong lens are up to 1.7 times too small. For the
-achromat what is missing grows with the square of the window's width.
+The expected errors of the hybrid achromat and of the element behind a strong lens are up to 2.0 times too small
+([exact fields](exact_fields.md)). For the achromat what is missing grows with the square of the window's width.
 
 Off the axis of the double Gauss lens at f/2 the expected error is 20 to 40 times too large: nearly all of it is counted for
 the edges of the lenses behind the stop. These edges do not diffract. With a screen in the plane of each edge that matters, the
@@ -64,8 +64,8 @@ run at 10° did not end within ten minutes and took 900 MB, because the windows 
 On the axis of the patented lens for a phone the expected error is half of the measured one. Its surfaces have third powers of
 the radius, whose third derivatives jump at the vertex.
 
-All rows are of one run, those of the modulator and the telescope of a later one, on two threads of an AMD EPYC at 2.6 GHz.
-On another machine the triplet took 0.6 of these times.
+All rows are of one run, those of the modulator of a later one, on two threads of an AMD EPYC at 2.6 GHz. From run to run times
+differ by up to a third.
 
 The edge of the combiner sends 6e-3 of the field into the eye box, at 20° to the light. Local bands leave this light out, and
 the expected error counts it.
