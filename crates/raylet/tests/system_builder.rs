@@ -175,8 +175,9 @@ fn an_element_stands_on_the_back_of_a_lens() {
 #[test]
 fn what_cannot_stand_on_an_interface_is_one_clear_error() {
     let fault_of = |text: &str| {
-        let scene = Scene::parse(text, Path::new("scene.toml")).unwrap();
-        build::system(&scene, 0).unwrap_err().to_string()
+        let scene = Scene::parse(text, Path::new("scene.toml"));
+        let built = scene.and_then(|scene| build::system(&scene, 0));
+        built.unwrap_err().to_string()
     };
     let fault = |from: &str, to: &str| fault_of(&HYBRID.replace(from, to));
     let back = HYBRID.replace("thickness_mm = 10", "thickness_mm = -10");
