@@ -370,11 +370,11 @@ def test_errors_name_the_field() -> None:
     with pytest.raises(raylet.RayletError) as caught:
         system.simulate()
     assert caught.value.path == "element[1].kind" or caught.value.path.startswith("element[")
-    bad = raylet.System(wavelength_um=0.7).add_surface(
-        radius_mm=5.0, glass="N-BK8", semi_aperture_mm=1.0, thickness_mm=5.0
+    bad = raylet.System(wavelength_um=0.1).add_surface(
+        radius_mm=5.0, glass="N-BK7", semi_aperture_mm=1.0, thickness_mm=5.0
     )
     bad.add_sensor(pixels=(4, 4), pitch_um=1.0)
-    with pytest.raises(raylet.RayletError, match="N-BK8") as caught:
+    with pytest.raises(raylet.RayletError, match="N-BK7 at a wavelength of 0.1 µm") as caught:
         bad.simulate()
     assert caught.value.path == "element[0].glass"
     assert isinstance(caught.value, ValueError)
