@@ -39,7 +39,8 @@ const HEAD: &str = "\
 `make exact-fields` makes this page. A system that is a figure of revolution, lit along its axis, has an exact scalar field at any
 size: the field on each surface is expanded into plane waves, and these are added on the next surface, both by Hankel transforms
 (`crates/raylet-accuracy/src/references/axisymmetric_train.rs`). There are no rays in it, and each edge diffracts. A vortex is
-one azimuthal order more. The reference is compared with closed forms and with a reference on square grids by its tests.
+one azimuthal order more. The shapes of surfaces, indices and transmissions of elements are raylet's. Tests compare the reference
+with closed forms and with a reference on square grids.
 
 Each run is a scene of [real size](real_size.md) with its own settings, but amplitudes go on unchanged at each surface
 (`coating = \"unit\"`), as in the exact field. Errors are relative L2 errors of the complex field on all pixels of the sensor,

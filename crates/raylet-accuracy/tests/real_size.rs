@@ -98,7 +98,8 @@ fn sensors_follow_the_ray_through_an_inner_stop() {
     }
 }
 
-/// Triplets f/4 of 1.25 mm, and of 2.5 mm with a vortex at the stop, have their exact fields, and the errors that are told.
+/// The field of a triplet f/4 of 1.25 mm is the exact one, within the error that raylet tells. So is that of a triplet of 2.5 mm
+/// with a vortex at its stop.
 #[test]
 fn small_triplets_have_their_exact_fields() {
     for (scale, vortex, bound) in [(0.025, false, 1.5e-3), (0.05, true, 1e-3)] {
