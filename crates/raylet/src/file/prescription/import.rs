@@ -170,8 +170,8 @@ impl Import<'_> {
                 slopes.map(|slope| slope * self.first.image_height)
             }
         };
-        // Traced rays leave 1e-20 mm where the chief ray is the axis.
-        let shifted = shift_sensor(scene, shift.map(|at| (at * 1e9).round() * 1e-9));
+        // Traced rays leave 1e-20 mm where the chief ray is the axis; zero is added, so that no zero has a sign.
+        let shifted = shift_sensor(scene, shift.map(|at| (at * 1e9).round() / 1e9 + 0.0));
         let scene = self.parsed(&shifted);
         let scene = scene.map_err(|fault| self.addressed(&fault, &lines))?;
         Ok((scene, start))
