@@ -103,8 +103,8 @@ fn measure(name: &str, diameter: f64) -> Result<Row, Box<dyn Error>> {
     // The integral has as many nodes at least as at f = 50 mm: in a short lens a pixel is seen in different directions.
     let cell = PITCH / (8.0 / diameter).max(1.0);
     let exact = match doe.pixels() {
-        Some(_) => field(&system, &cell_nodes(doe, cell), Some(cell)),
-        None => field(&system, &polar_nodes(doe, radius, [200, 480]), None),
+        Some(_) => field(&system, &cell_nodes(doe, cell)),
+        None => field(&system, &polar_nodes(doe, radius, [200, 480])),
     };
     let exact = exact.ok_or("no light arrives by the integral")?;
     let pairs = exact.iter().zip(&outcome.field.values);

@@ -92,13 +92,13 @@ fn reference(triplet: &Triplet, radius: f64, system: &System) -> Option<Array2<C
     let doe = &triplet.element;
     if let Some(pixels) = doe.pixels() {
         let pitch = pixels.pitch[0];
-        return field(system, &cell_nodes(doe, pitch), Some(pitch));
+        return field(system, &cell_nodes(doe, pitch));
     }
     let fine = match doe.layers.is_empty() {
         true => [200, 600],
         false => [300, 1440],
     };
-    field(system, &polar_nodes(doe, radius, fine), None)
+    field(system, &polar_nodes(doe, radius, fine))
 }
 
 /// Measures the adjoint from a field: ⟨U, U⟩ by the sensor, and by the pixels and their cotangents.

@@ -26,7 +26,7 @@ fn measured(angle_deg: f64, layers: Vec<Layer>) -> (f64, f64) {
     let settings = local_band_settings(&system, &Settings::default()).unwrap();
     let outcome = carry(&system, &settings).unwrap();
     let nodes = polar_nodes(&triplet.element, 1.5, [60, 160]);
-    let exact = field(&system, &nodes, None).unwrap();
+    let exact = field(&system, &nodes).unwrap();
     let held = outcome.hops.iter().map(|hop| hop.held).max().unwrap_or(0);
     (
         absolute_error(&outcome.field.values, &exact),
@@ -64,7 +64,7 @@ fn the_error_behind_a_mask_is_estimated() {
         };
         let outcome = simulate(&system, &settings, &|_| {}).unwrap();
         let nodes = polar_nodes(&triplet.element, 1.5, [60, 160]);
-        let exact = field(&system, &nodes, None).unwrap();
+        let exact = field(&system, &nodes).unwrap();
         let error = absolute_error(&outcome.field.values, &exact);
         let expected = outcome.expected_error().unwrap();
         assert!(error < expected, "{angle}°: {error:e} of {expected:e}");

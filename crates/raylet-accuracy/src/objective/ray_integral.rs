@@ -26,6 +26,9 @@ use crate::numerics::quadrature::gauss_legendre;
 /// Nodes that are summed together.
 const CHUNK: usize = 256;
 
+/// Parts of a cell that an edge cuts, along each side.
+const PARTS: usize = 8;
+
 /// Newton steps of a ray that is to land at a point.
 const STEPS: usize = 12;
 
@@ -39,6 +42,8 @@ pub struct StopNode {
     pub at: [f64; 2],
     /// Transmission times area.
     pub weight: Complex64,
+    /// Side of the square about it over which the transmission is constant, in mm; zero for a point.
+    pub width: f64,
 }
 
 /// Gauss nodes along the radius of a disc, equal ones around, with the element's transmission.
@@ -52,14 +57,16 @@ pub fn polar_nodes(doe: &Doe, radius: f64, [rings, spokes]: [usize; 2]) -> Vec<S
             let (s, c) = (turn * (n as f64 + 0.5) / spokes as f64).sin_cos();
             let at = [r * c, r * s];
             let weight = doe.transmission(at[0], at[1]) * area;
-            nodes.push(StopNode { at, weight });
+            let width = 0.0;
+            nodes.push(StopNode { at, weight, width });
         }
     }
     nodes
 }
 
-/// The centres of square cells of a pitch in mm over the bounds of the aperture, with the share of each that the
-/// aperture leaves; none without an edge.
+/// The centres of square cells of a pitch in mm over the bounds of the aperture; none without an edge. Cells that the edge cuts
+/// have parts, which count with the share of each that the aperture leaves: a whole cell would send this share from its middle,
+/// which is wrong in directions in which light gains a phase across the cell.
 pub fn cell_nodes(doe: &Doe, pitch: f64) -> Vec<StopNode> {
     let Some([x0, x1, y0, y1]) = doe.aperture.bounds() else {
         return Vec::new();
@@ -69,18 +76,33 @@ pub fn cell_nodes(doe: &Doe, pitch: f64) -> Vec<StopNode> {
         let middle = 0.5 * (low + high);
         (0..count).map(move |i| middle + (i as f64 + 0.5 - 0.5 * count as f64) * pitch)
     };
-    let half = 0.5 * pitch;
+    let cell = |[x, y]: [f64; 2], width: f64| {
+        let half = 0.5 * width;
+        let open = (doe.aperture).coverage(x - half, x + half, y - half, y + half);
+        let weight = doe.transmission(x, y) * (open * width * width);
+        let at = [x, y];
+        (open, StopNode { at, weight, width })
+    };
     let mut nodes = Vec::new();
     for y in places(y0, y1) {
         for x in places(x0, x1) {
-            let open = (doe.aperture).coverage(x - half, x + half, y - half, y + half);
-            if open > 0.0 {
-                let weight = doe.transmission(x, y) * (open * pitch * pitch);
-                nodes.push(StopNode { at: [x, y], weight });
+            let (open, whole) = cell([x, y], pitch);
+            match open {
+                0.0 => {}
+                1.0 => nodes.push(whole),
+                _ => nodes.extend(parts(whole).map(|at| cell(at, pitch / PARTS as f64).1)),
             }
         }
     }
+    nodes.retain(|node| node.weight != Complex64::ZERO);
     nodes
+}
+
+/// The centres of the parts of a cell.
+fn parts(cell: StopNode) -> impl Iterator<Item = [f64; 2]> {
+    let place = move |i: usize| ((i as f64 + 0.5) / PARTS as f64 - 0.5) * cell.width;
+    let [x, y] = cell.at;
+    (0..PARTS * PARTS).map(move |n| [x + place(n % PARTS), y + place(n / PARTS)])
 }
 
 /// The light at a point of the stop as it goes on to the sensor: optical path, amplitude, and rates of the path with
@@ -132,15 +154,14 @@ struct Integral<'a> {
     after: HopPair<'a>,
 }
 
-/// The field at the pixels of a sensor behind an element at the stop, [y, x]; nothing where a ray is lost. With a
-/// `cell` in mm, the transmission is constant over cells of that width about the nodes.
-pub fn field(system: &System, nodes: &[StopNode], cell: Option<f64>) -> Option<Array2<Complex64>> {
+/// The field at the pixels of a sensor behind an element at the stop, [y, x]; nothing where a ray is lost.
+pub fn field(system: &System, nodes: &[StopNode]) -> Option<Array2<Complex64>> {
     let trains = opened(system);
     let integral = Integral::new(system, &trains)?;
     let sensor = integral.sensor()?;
     let parts: Option<Vec<Array2<Complex64>>> = nodes
         .par_chunks(CHUNK)
-        .map(|nodes| integral.part(nodes, sensor, cell))
+        .map(|nodes| integral.part(nodes, sensor))
         .collect();
     let dark = Array2::zeros((sensor.pixels[1], sensor.pixels[0]));
     Some(parts?.iter().fold(dark, |sum, part| sum + part))
@@ -194,12 +215,7 @@ impl<'a> Integral<'a> {
     }
 
     /// What some nodes bring.
-    fn part(
-        &self,
-        nodes: &[StopNode],
-        sensor: Sensor,
-        cell: Option<f64>,
-    ) -> Option<Array2<Complex64>> {
+    fn part(&self, nodes: &[StopNode], sensor: Sensor) -> Option<Array2<Complex64>> {
         let k = self.system.wavenumber();
         let [nx, ny] = sensor.pixels;
         let mut total = Array2::zeros((ny, nx));
@@ -209,9 +225,9 @@ impl<'a> Integral<'a> {
                 let place = |i: usize, n: usize| (2 * i + 1) as f64 / n as f64 - 1.0;
                 let (u, v) = (place(i, nx), place(j, ny));
                 let mut size = between(&spray.size, u, v);
-                if let Some(width) = cell {
+                if node.width > 0.0 {
                     for slope in &spray.slope {
-                        size *= sinc(0.5 * k * width * between(slope, u, v));
+                        size *= sinc(0.5 * k * node.width * between(slope, u, v));
                     }
                 }
                 *value += node.weight * Complex64::from_polar(size, k * between(&spray.path, u, v));

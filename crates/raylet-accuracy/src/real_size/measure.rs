@@ -126,12 +126,12 @@ fn reference(case: &Case, system: &System) -> Option<Array2<Complex64>> {
     };
     if let Some(pixels) = doe.pixels() {
         let cell = pixels.pitch[0].min(pixels.pitch[1]) / case.cells as f64;
-        return field(system, &cell_nodes(&doe, cell), Some(cell));
+        return field(system, &cell_nodes(&doe, cell));
     }
     let [left, right, _, _] = doe.aperture.bounds()?;
     if let Outline::Disc { radius } = doe.aperture.outline {
-        return field(system, &polar_nodes(&doe, radius, case.nodes), None);
+        return field(system, &polar_nodes(&doe, radius, case.nodes));
     }
     let cell = (right - left) / case.nodes[0] as f64;
-    field(system, &cell_nodes(&doe, cell), Some(cell))
+    field(system, &cell_nodes(&doe, cell))
 }

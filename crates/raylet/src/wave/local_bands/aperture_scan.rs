@@ -40,6 +40,23 @@ impl<'a> ApertureScan<'a> {
         share
     }
 
+    /// The open shares of cells along the row, from low to high x.
+    pub(crate) fn fill(mut self, spans: &[[f64; 2]], open: &mut [f64]) {
+        let half_height = 0.5 * (self.row[1] - self.row[0]);
+        let (mut spans, mut open) = (spans, open);
+        while let (Some(span), false) = (spans.first(), open.is_empty()) {
+            let share = self.open(*span);
+
+            // Most cells have the share of the cell before.
+            let (_, end) = self.known;
+            let behind = spans.partition_point(|[_, x1]| x1 + half_height < end);
+            let equal = behind.clamp(1, spans.len()).min(open.len());
+            let (these, others) = open.split_at_mut(equal);
+            these.fill(share);
+            (spans, open) = (spans.get(equal..).unwrap_or_default(), others);
+        }
+    }
+
     /// How many cells from this one on, each as wide, have the share that was found last.
     pub(crate) fn equal_cells(&self, [x0, x1]: [f64; 2]) -> usize {
         let [y0, y1] = self.row;

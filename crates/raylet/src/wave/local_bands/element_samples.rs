@@ -5,7 +5,7 @@ use num_complex::Complex64;
 
 use crate::optics::aperture::{Aperture, Outline};
 use crate::optics::doe::Layer;
-use crate::optics::pixels::pixel_grid::{PixelForm, Pixels};
+use crate::optics::pixels::pixel_grid::{PixelForm, PixelPlace, Pixels};
 use crate::optics::screen::{Screen, ScreenKind};
 use crate::wave::grid::field::{Axis, CellPart};
 use crate::wave::local_bands::aperture_scan::ApertureScan;
@@ -320,27 +320,41 @@ impl<'a> Element<'a> {
         let mask =
             (opened && self.pixels.is_none()).then(|| edge_mask(&self.phase.aperture, nodes));
         let plane = carrier.p == [0.0; 2] && carrier.q == [0.0; 3];
-        for (j, mut row) in values.rows_mut().into_iter().enumerate() {
-            let y = rows.node(j);
-            let mut scan = ApertureScan::new(&self.phase.aperture, rows.span(j));
-            for (i, value) in row.iter_mut().enumerate() {
-                let open = match &mask {
-                    Some(mask) => mask[[j, i]],
-                    None if opened => scan.open(spans[i]),
-                    None => 1.0,
-                };
-                if open == 0.0 {
-                    continue;
+        let mut open = vec![1.0; columns.len()];
+        let mut line = PixelLine::default();
+        for (j, row) in values.rows_mut().into_iter().enumerate() {
+            // What is open of each cell of the row.
+            match &mask {
+                Some(mask) => (open.iter_mut().zip(mask.row(j))).for_each(|(to, by)| *to = *by),
+                None if opened => {
+                    ApertureScan::new(&self.phase.aperture, rows.span(j)).fill(&spans, &mut open)
                 }
-                let at = [places[i], y];
-                let through = match &pixels {
-                    Some((pixels, columns, rows)) => pixels.value_at(columns[i], rows[j]),
-                    None => self.transmission(at),
-                };
-                *value = match plane {
-                    true => through * open,
-                    false => through * carrier.removed(at, k) * open,
-                };
+                None => {}
+            }
+
+            // The transmission of what is open.
+            let row = row.into_slice().unwrap_or_default();
+            match &pixels {
+                Some((pixels, columns, rows)) => {
+                    line.turn_to(pixels, columns, rows[j]);
+                    let each = row.iter_mut().zip(&line.values).zip(&open);
+                    each.for_each(|((value, through), open)| *value = through * open);
+                }
+                None => {
+                    let each = row.iter_mut().zip(&places).zip(&open);
+                    for ((value, x), open) in each.filter(|(_, open)| **open != 0.0) {
+                        *value = self.transmission([*x, rows.node(j)]) * open;
+                    }
+                }
+            }
+            if !plane {
+                for (value, x) in row
+                    .iter_mut()
+                    .zip(&places)
+                    .filter(|(v, _)| **v != Complex64::ZERO)
+                {
+                    *value *= carrier.removed([*x, rows.node(j)], k);
+                }
             }
         }
         values
@@ -363,6 +377,25 @@ impl<'a> Element<'a> {
     /// The open share of a cell.
     fn open(&self, [x, y]: [[f64; 2]; 2]) -> f64 {
         ApertureScan::new(&self.phase.aperture, y).open(x)
+    }
+}
+
+/// The transmission of even pixels along a row of nodes. Neighbouring rows mostly lie in the same pixels.
+#[derive(Default)]
+struct PixelLine {
+    row: Option<PixelPlace>,
+    values: Vec<Complex64>,
+}
+
+impl PixelLine {
+    /// Takes the values of a row at the places of the columns, where they are not those that it has.
+    fn turn_to(&mut self, pixels: &Pixels, columns: &[PixelPlace], row: PixelPlace) {
+        if self.row == Some(row) {
+            return;
+        }
+        self.row = Some(row);
+        self.values.clear();
+        (self.values).extend(columns.iter().map(|column| pixels.value_at(*column, row)));
     }
 }
 

@@ -11,6 +11,7 @@ use std::ops::Range;
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
 use raylet_fft::Planner;
+use raylet_matrix::product_of_three;
 
 use crate::wave::grid::field::Axis;
 use crate::wave::local_bands::folded_fourier::{FoldedFourier, FoldedFourier2};
@@ -79,7 +80,7 @@ impl Interpolation {
         samples: &Array2<Complex64>,
         transmission: Option<ArrayView2<Complex64>>,
     ) -> Array2<Complex64> {
-        let along = |part: Array2<f64>| self.y.dot(&part.dot(&self.x.t()));
+        let along = |part: Array2<f64>| product_of_three(self.y.view(), part.view(), self.x.view());
         let re = along(samples.mapv(|value| value.re));
         let im = along(samples.mapv(|value| value.im));
         match transmission {
@@ -93,7 +94,7 @@ impl Interpolation {
 
     /// The transpose.
     fn apply_adjoint(&self, nodes_bar: &Array2<Complex64>) -> Array2<Complex64> {
-        let along = |part: Array2<f64>| self.y.t().dot(&part.dot(&self.x));
+        let along = |part: Array2<f64>| product_of_three(self.y.t(), part.view(), self.x.t());
         combined(
             &along(nodes_bar.mapv(|value| value.re)),
             &along(nodes_bar.mapv(|value| value.im)),
@@ -135,7 +136,7 @@ impl Spectrum {
     /// The plane waves [m_y, m_x] of light at nodes [y, x].
     fn apply(&self, light: &Array2<Complex64>) -> Array2<Complex64> {
         match self {
-            Self::Matrices([x, y]) => y.dot(light).dot(&x.t()),
+            Self::Matrices([x, y]) => product_of_three(y.view(), light.view(), x.view()),
             Self::Folded(folded) => folded.apply(light),
         }
     }
@@ -143,7 +144,10 @@ impl Spectrum {
     /// The conjugate transpose.
     fn apply_adjoint(&self, waves_bar: &Array2<Complex64>) -> Array2<Complex64> {
         match self {
-            Self::Matrices([x, y]) => conjugate(y).t().dot(waves_bar).dot(&conjugate(x)),
+            Self::Matrices([x, y]) => {
+                let bar = conjugate(waves_bar);
+                conjugate(&product_of_three(y.t(), bar.view(), x.t()))
+            }
             Self::Folded(folded) => folded.apply_adjoint(waves_bar),
         }
     }

@@ -11,6 +11,7 @@ use std::ops::Range;
 
 use ndarray::{Array2, ArrayView2, Zip};
 use num_complex::Complex64;
+use raylet_matrix::product_of_three;
 
 use crate::math::part::part;
 use crate::math::vec3::Vec3;
@@ -300,8 +301,8 @@ impl LocalSpectrum {
         for product in &self.separated {
             // c = modes ∘ (Ly · (nodes ∘ t) · Lxᵀ)
             let mut waves = match &product.nodes {
-                Some(nodes) => ly.dot(&(nodes * &view)).dot(&lx.t()),
-                None => ly.dot(&view).dot(&lx.t()),
+                Some(nodes) => product_of_three(ly.view(), (nodes * &view).view(), lx.view()),
+                None => product_of_three(ly.view(), view, lx.view()),
             };
             if let Some(modes) = &product.modes {
                 waves *= modes;
@@ -336,7 +337,7 @@ impl LocalSpectrum {
                 Some(modes) => &bar * modes,
                 None => bar.clone(),
             };
-            let mut nodes = ly.t().dot(&waves.dot(lx));
+            let mut nodes = product_of_three(ly.t(), waves.view(), lx.t());
             if let Some(factors) = &product.nodes {
                 nodes *= factors;
             }

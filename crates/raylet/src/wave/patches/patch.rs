@@ -7,6 +7,7 @@ use std::ops::Range;
 
 use ndarray::{Array2, ArrayView2};
 use num_complex::Complex64;
+use raylet_matrix::{product, product_of_three};
 use rayon::prelude::*;
 
 use crate::math::part::part;
@@ -162,12 +163,8 @@ impl Patches {
         let (jx, jy) = (index % self.x.rows.len(), index / self.x.rows.len());
         let ex = part(self.x.rows[jx].1.view(), mx.clone(), ..);
         let ey = part(self.y.rows[jy].1.view(), my.clone(), ..);
-        // c = Ey · U · Exᵀ, the smaller side first.
-        if ey.nrows() * view.ncols() < ex.nrows() * view.nrows() {
-            ey.dot(&view).dot(&ex.t())
-        } else {
-            ey.dot(&view.dot(&ex.t()))
-        }
+        // c = Ey · U · Exᵀ
+        product_of_three(ey, view, ex)
     }
 
     /// The conjugate transpose of [`Patches::transform`]: from some directions of a patch to its nodes.
@@ -182,11 +179,7 @@ impl Patches {
         let ey = part(self.y.rows[jy].1.view(), my.clone(), ..);
         // c = Ey · U · Exᵀ: Ū = Eyᴴ · c̄ · Ex*, as the conjugate of what needs no conjugate matrices.
         let bar = waves_bar.mapv(|c| c.conj());
-        let mut values_bar = if ey.ncols() * bar.ncols() < ex.ncols() * bar.nrows() {
-            ey.t().dot(&bar).dot(&ex)
-        } else {
-            ey.t().dot(&bar.dot(&ex))
-        };
+        let mut values_bar = product_of_three(ey.t(), bar.view(), ex.t());
         values_bar.par_mapv_inplace(|u| u.conj());
         values_bar
     }
@@ -266,7 +259,7 @@ impl Patches {
             .zip(energy.par_chunks_mut(STRIP_ROWS))
             .zip(view.axis_chunks_iter(ndarray::Axis(0), STRIP_ROWS))
             .for_each(|((mut waves, energy), rows)| {
-                waves.assign(&rows.dot(&matrix.t()));
+                waves.assign(&product(rows, matrix.t()));
                 for (total, row) in energy.iter_mut().zip(rows.outer_iter()) {
                     *total = row.iter().zip(&shares).map(|(u, a)| u.norm_sqr() * a).sum();
                 }
@@ -292,7 +285,7 @@ impl Patches {
         Some(Spectrum {
             centre: [self.x.positions.at(strip.index), self.y.positions.at(index)],
             first: [0; 2],
-            coefficients: matrix.dot(&waves),
+            coefficients: product(matrix.view(), waves),
             energy: energy / (self.period * self.period),
         })
     }
