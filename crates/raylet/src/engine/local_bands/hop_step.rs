@@ -31,6 +31,7 @@ use crate::wave::beamlet::beamlet_sum::Canvas;
 use crate::wave::beamlet::wavelet::Arrival;
 use crate::wave::local_bands::element_samples::Element;
 use crate::wave::local_bands::folded_fourier::fast_length;
+use crate::wave::local_bands::reused_array;
 use crate::wave::local_bands::tiling::{EdgeContact, Tile, Tiling, WindowShape};
 
 /// Distance from an aperture up to which light is summed, in σ of its windows: the sinc sums at its edge need it.
@@ -263,6 +264,7 @@ impl<'a> HopStep<'a> {
         let sent = self.each_tile(work, weakest, |number, tile| {
             run.send(tile, &emission, known.get(&number))
         });
+        reused_array::release();
         sent.map_err(|error| match error {
             LocalBandError::Tile {
                 screen, allowed, ..
@@ -327,6 +329,7 @@ impl<'a> HopStep<'a> {
             };
             let found: Vec<TileBar> = chunk.par_iter().map(give_back).collect();
             found.into_iter().for_each(|bar| total.add(bar));
+            reused_array::release();
             Cancelled::check((back.pulse)())?;
         }
         Ok(total)

@@ -13,6 +13,7 @@ use crate::wave::local_bands::carrier::Carrier;
 use crate::wave::local_bands::edge_mask::{PASSBAND, REACH, edge_mask};
 use crate::wave::local_bands::element_phase::{ElementPhase, TileArea, is_phase};
 use crate::wave::local_bands::fourier_axis::CellFilter;
+use crate::wave::local_bands::reused_array;
 
 /// An element, or the aperture of a stop, as local bands see it.
 #[derive(Clone, Debug)]
@@ -45,6 +46,12 @@ pub(crate) struct ElementSamples {
     pub filter: [CellFilter; 2],
     /// Half the band of the light behind the element; nothing where it is not limited.
     pub half_band: Option<[f64; 2]>,
+}
+
+impl Drop for ElementSamples {
+    fn drop(&mut self) {
+        self.values.take().into_iter().for_each(reused_array::keep);
+    }
 }
 
 /// Band of the light of a singular point, in turns from node to node.
@@ -310,7 +317,7 @@ impl<'a> Element<'a> {
         opened: bool,
     ) -> Array2<Complex64> {
         let [columns, rows] = nodes;
-        let mut values = Array2::zeros((rows.len(), columns.len()));
+        let mut values = reused_array::zeros((rows.len(), columns.len()));
         let spans: Vec<[f64; 2]> = (0..columns.len()).map(|i| columns.span(i)).collect();
         let places = columns.nodes();
         let pixels = self.pixels_alone().map(|pixels| {

@@ -10,6 +10,7 @@
 //! | `edge_mask` | An aperture at the nodes of one tile, with a limited band |
 //! | `element_phase` | The smooth part of an element's phase under a tile |
 //! | `element_samples` | The transmission of an element at the nodes of one tile |
+//! | `reused_array` | Large arrays of a tile, whose memory the next tile uses again |
 //! | `fourier_axis` | What Fourier sums along one axis of a window are about |
 //! | `fourier_matrix` | Fourier sums from nodes to plane waves, as a matrix |
 //! | `folded_fourier` | The same by fast transforms, where the period is a whole number of cells |
@@ -25,5 +26,6 @@ pub(crate) mod fourier_axis;
 pub(crate) mod fourier_matrix;
 pub(crate) mod gather;
 pub(crate) mod local_band;
+pub(crate) mod reused_array;
 pub(crate) mod tiling;
 pub(crate) mod window_transform;
