@@ -10,6 +10,7 @@ import os
 import platform
 import re
 import subprocess
+import sys
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
@@ -18,6 +19,7 @@ from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
+import finufft
 import numpy as np
 import optiland.backend as be
 from numpy.typing import NDArray
@@ -32,6 +34,9 @@ import raylet.optiland
 ROOT = Path(__file__).parents[2]
 WAVE_UM = 0.5876
 RUNS = 3
+
+#: Sums that are computed directly.
+LOOKED_AT = 12
 
 #: Rays of a run: of raylet, and of the others, which take longer and more memory.
 OWN_RAYS, PEER_RAYS = 10_000_000, 1_000_000
@@ -187,16 +192,91 @@ LOOPS = {
 
 def loops() -> Iterator[str]:
     """Rates of the loops of the library on one core, by its own benchmark."""
-    command = ["cargo", "bench", "--package", "raylet", "--bench", "rays"]
-    text = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
-    lines = text.splitlines()
-    medians = {}
-    for line, rates in zip(lines, lines[1:]):
-        name = re.match(r"[├╰]─ (\w+) ", line)
-        if name:
-            medians[name[1]] = rates.split("│")[3 if rates.startswith("│") else 2].split()[0]
+    found = medians("rays")
     for name, words in LOOPS.items():
-        yield f"| {words} | {medians[name]} |"
+        yield f"| {words} | {found[name].split()[0]} |"
+
+
+def own_sums() -> Iterator[tuple[str, ...]]:
+    """Rates and errors of raylet's Fourier sums, by its own program: type, modes, tolerance, threads, rate, error."""
+    command = ["cargo", "run", "--release", "--quiet", "--package", "raylet", "--example", "nufft_speed", "--"]
+    command.append(str(OWN_RAYS))
+    text = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True).stdout
+    for line in text.splitlines():
+        kind, modes, tolerance, threads, points, seconds, error = line.split()
+        yield kind, modes, tolerance, threads, f"{int(points) / float(seconds) / 1e6:.3g}", f"{float(error):.0e}"
+
+
+def peer_sums() -> Iterator[tuple[str, ...]]:
+    """The same of FINUFFT, with as many random points."""
+    rng = np.random.default_rng(5)
+    u, v = rng.uniform(0.0, 2.0 * np.pi, (2, OWN_RAYS))
+    strengths = rng.uniform(-0.5, 0.5, OWN_RAYS) + 1j * rng.uniform(-0.5, 0.5, OWN_RAYS)
+    for modes in (256, 1024):
+        values = rng.uniform(-0.5, 0.5, (modes, modes)) + 1j * rng.uniform(-0.5, 0.5, (modes, modes))
+        order = np.arange(modes) - modes // 2
+        looked_at = rng.integers(0, modes, (LOOKED_AT, 2))
+        over_points = [np.sum(strengths * np.exp(1j * (order[i] * u + order[j] * v))) for i, j in looked_at]
+        wave_u, wave_v = (np.exp(-1j * np.outer(axis[:LOOKED_AT], order)) for axis in (u, v))
+        over_modes = np.einsum("ni,ij,nj->n", wave_u, values, wave_v)
+        for tolerance in (1e-3, 1e-6, 1e-9):
+            for threads in (1, 2):
+                chosen = {"eps": tolerance, "nthreads": threads}
+                first = partial(finufft.nufft2d1, u, v, strengths, (modes, modes), isign=1, **chosen)
+                second = partial(finufft.nufft2d2, u, v, values, isign=-1, **chosen)
+                seconds, sums = best(first)
+                found = [sums[i, j] for i, j in looked_at]
+                yield sum_row("1", modes, chosen, seconds, relative(found, over_points))
+                seconds, sums = best(second)
+                yield sum_row("2", modes, chosen, seconds, relative(sums[:LOOKED_AT], over_modes))
+
+
+def sum_row(kind: str, modes: int, chosen: dict[str, Any], seconds: float, error: float) -> tuple[str, ...]:
+    """Type, modes, tolerance, threads, millions of points a second and error."""
+    rate = OWN_RAYS / seconds / 1e6
+    return kind, str(modes), f"{chosen['eps']:.0e}", str(chosen["nthreads"]), f"{rate:.3g}", f"{error:.0e}"
+
+
+def relative(found: Any, exact: Any) -> float:
+    """The relative error of some sums."""
+    return float(np.linalg.norm(np.subtract(found, exact)) / np.linalg.norm(exact))
+
+
+def sums() -> Iterator[str]:
+    """Rates of Fourier sums over scattered points, beside those of FINUFFT."""
+    for (kind, modes, tolerance, threads, rate, error), peer in zip(own_sums(), peer_sums(), strict=True):
+        ratio = float(rate) / float(peer[4])
+        cells = (kind, f"{modes}²", tolerance, threads, rate, error, peer[4], peer[5], f"{ratio:.2f}")
+        yield "| " + " | ".join(cells) + " |"
+
+
+def medians(bench: str, *only: str) -> dict[str, str]:
+    """The medians that a benchmark of the library prints, on one thread, as rates or times."""
+    command = ["cargo", "bench", "--package", "raylet", "--bench", bench, "--", *only]
+    environment = os.environ | {"RAYON_NUM_THREADS": "1"}
+    printed = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, check=True, env=environment).stdout
+    lines = printed.splitlines()
+    found = {}
+    for line, rates in zip(lines, [*lines[1:], ""]):
+        name = re.match(r"[│ ]*[├╰]─ (\w+) .*?│.*?│ +([^│]+?) +│", line)
+        if name:
+            counted = "item/s" in rates
+            found[name[1]] = rates.strip("│ ").split("│")[2].strip() if counted else name[2]
+    return found
+
+
+def first_result() -> tuple[float, float]:
+    """Seconds of `import raylet` in a new process, and of a process that loads and runs the demo's lens at once."""
+    imported = "import time; t = time.perf_counter(); import raylet; print(time.perf_counter() - t)"
+    whole = f"import raylet; raylet.load({str(ROOT / 'scenes' / 'real_size' / 'hybrid_achromat.toml')!r}).simulate()"
+    of_import, of_run = [], []
+    for _ in range(RUNS):
+        printed = subprocess.run([sys.executable, "-c", imported], capture_output=True, text=True, check=True).stdout
+        of_import.append(float(printed))
+        begin = time.perf_counter()
+        subprocess.run([sys.executable, "-c", whole], check=True)
+        of_run.append(time.perf_counter() - begin)
+    return min(of_import), min(of_run)
 
 
 HEAD = """\
@@ -230,14 +310,58 @@ to 1e-11 mm, their Jacobians and beamlets to 1e-10 and 1e-8 (`crates/raylet/src/
 """
 
 
+SUM_HEAD = """
+## Fourier sums over scattered points, beside FINUFFT
+
+`cargo run --release -p raylet --example nufft_speed` and FINUFFT {finufft}, 1e7 random points in double precision, the
+best of three runs: type 1 from points to modes, type 2 from modes to points. Rates are in millions of points each
+second, plans of FINUFFT included. Errors are those of twelve modes or points, against direct sums.
+
+| type | modes | tolerance | threads | raylet | error | FINUFFT | error | ratio |
+| --- | --- | --- | --- | --- | --- | --- | --- | --- |
+"""
+
+OTHER_HEAD = """
+## Sums, gradients and the start
+
+`cargo bench -p raylet --bench speed`, medians on one thread. The hologram has 200² pixels before a catalogue lens and
+256² pixels on the sensor; the numbers are a curvature, a conic constant, an index and the place of the sensor.
+
+| what | figure |
+| --- | --- |
+"""
+
+
+TAIL = """
+
+Times, memory and errors of whole systems are in [Systems at their real size](real_size.md); how they grow with the
+aperture is a plot in [Cost and error against the aperture](aperture_scaling.md).
+"""
+
+
+def others() -> Iterator[str]:
+    """Figures that have no table of their own."""
+    found = medians("speed", "beamlets", "gradients")
+    yield f"| values of beamlets summed on a raster | {found['values']} |"
+    yield f"| the light of a hologram through a lens, once planned | {found['forward']} |"
+    yield f"| the same with gradients by all pixels | {found['0']} |"
+    yield f"| the same with gradients by all pixels and four numbers | {found['4']} |"
+    of_import, of_run = first_result()
+    yield f"| `import raylet` in a new process | {of_import:.2f} s |"
+    yield f"| a new process that simulates `hybrid_achromat.toml` (20 mm, f/4) | {of_run:.2f} s |"
+
+
 def page() -> str:
     """The whole page."""
-    versions = {name: version(name) for name in ("raylet", "optiland", "numpy", "torch")}
+    versions = {name: version(name) for name in ("raylet", "optiland", "numpy", "torch", "finufft")}
     model = re.search(r"model name\s*: (.*)", Path("/proc/cpuinfo").read_text())
     machine = model[1] if model else platform.processor()
     head = HEAD.format(machine=machine, cores=len(os.sched_getaffinity(0)), **versions)
     table = [row.markdown() for case in CASES for row in rows(case)]
-    return head + "\n".join(table) + "\n" + LOOP_HEAD + "\n".join(loops()) + "\n"
+    parts = [head + "\n".join(table), LOOP_HEAD + "\n".join(loops())]
+    parts.append(SUM_HEAD.format(**versions) + "\n".join(sums()))
+    parts.append(OTHER_HEAD + "\n".join(others()))
+    return "\n".join(parts) + TAIL
 
 
 def main() -> None:
