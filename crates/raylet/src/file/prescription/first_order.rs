@@ -93,6 +93,15 @@ impl FirstOrder {
         })
     }
 
+    /// The distance in mm along the axis at which the marginal ray behind a surface crosses it, in a medium of this index, after
+    /// this many mirrors; none where it is parallel.
+    pub(crate) fn crossing(&self, surface: usize, index: f64, mirrors: usize) -> Option<f64> {
+        let [height, slope] = self.marginal.get(surface.checked_sub(1)?)?;
+        let heading = if mirrors.is_multiple_of(2) { 1.0 } else { -1.0 };
+        let distance = -heading * height * index / slope;
+        distance.is_finite().then_some(distance)
+    }
+
     /// Slopes of the chief ray of a field at the entrance pupil, along x and y.
     pub(crate) fn field_slopes(&self, lens: &Sequential, field: [f64; 2]) -> [f64; 2] {
         let distance = lens
@@ -178,8 +187,12 @@ fn stages(lens: &Sequential, media: &[MediumBehind], wavelength: f64) -> Vec<Sta
         if reflects {
             heading = -heading;
         }
+        let shift = match face.action {
+            Action::Turn(turn) => turn.along_mm,
+            _ => 0.0,
+        };
         let thickness = match face.thickness_mm.is_finite() {
-            true => face.thickness_mm,
+            true => face.thickness_mm + shift,
             false => 0.0,
         };
         let phases: f64 = face

@@ -96,7 +96,7 @@ struct Choice<'a> {
 impl Choice<'_> {
     fn material(&self, text: &LensText, losses: &mut Losses) -> Result<Material, Fault> {
         let name = self.wanted.name.as_str();
-        if let Some(other) = self.replaced.get(name) {
+        if let Some(other) = self.replacement() {
             let glass = catalog::glass(other).map_err(|error| {
                 let expected = "a name of the glass catalogue in its place";
                 text.fault_of_line(self.wanted.line, error.to_string(), expected)
@@ -106,6 +106,13 @@ impl Choice<'_> {
                 glass.name()
             ));
             return Ok(Material::Named(glass.name()));
+        }
+        if let Some(own) = &self.wanted.own {
+            losses.change(format!(
+                "Glass {}: its indices are those that the file itself has.",
+                shortened(name)
+            ));
+            return Ok(Material::Own(own.clone()));
         }
         if name.is_empty() {
             return self.of_numbers(losses).ok_or_else(|| {
@@ -122,10 +129,29 @@ impl Choice<'_> {
         spare.ok_or_else(|| self.unknown(text, &error))
     }
 
+    /// What is to stand in its place, by its name with or without its maker, in any capitals.
+    fn replacement(&self) -> Option<&String> {
+        let name = self.wanted.name.as_str();
+        let maker = self.wanted.maker.as_deref();
+        let whole = maker.map(|maker| format!("{name}_{maker}"));
+        let meant = |key: &str| {
+            [Some(name), whole.as_deref()]
+                .into_iter()
+                .flatten()
+                .any(|known| known.eq_ignore_ascii_case(key))
+        };
+        let found = self.replaced.iter().find(|(key, _)| meant(key));
+        found.map(|(_, other)| other)
+    }
+
     /// The glass of this name: of the file's catalogues in their order, or else of any.
     fn of_catalogues(&self, losses: &mut Losses) -> Result<String, CatalogError> {
         let name = self.wanted.name.as_str();
-        for catalogue in self.catalogues {
+        let named: Vec<&String> = match &self.wanted.maker {
+            Some(maker) => vec![maker],
+            None => self.catalogues.iter().collect(),
+        };
+        for catalogue in &named {
             if let Ok(glass) = catalog::glass(&format!("{catalogue}:{name}")) {
                 return Ok(glass.name());
             }
@@ -140,14 +166,14 @@ impl Choice<'_> {
             return Ok((*new).to_owned());
         }
         let glass = catalog::glass(name)?;
-        if glass.catalogue == MATERIALS || self.catalogues.is_empty() {
+        if glass.catalogue == MATERIALS || named.is_empty() {
             return Ok(glass.name());
         }
         losses.warn(format!(
             "Glass {name} is {}: none of the catalogues that the file names ({}) has it here, and another maker's glass of the \
              same name may differ.",
             glass.name(),
-            shortened(&self.catalogues.join(", "))
+            shortened(&named.into_iter().cloned().collect::<Vec<_>>().join(", "))
         ));
         Ok(glass.name())
     }
@@ -213,7 +239,8 @@ impl Choice<'_> {
             other => (other.to_string(), Vec::new()),
         };
         let near: Vec<String> = near.into_iter().take(SHOWN).collect();
-        let expected = "a glass of the catalogue, or its index and Abbe number behind the name";
+        let expected =
+            "a glass of the catalogue, or one whose index and Abbe number the file states";
         let fault = text.fault_of_line(self.wanted.line, found, expected);
         fault.hint(format!(
             "--glass {name}=NAME takes another (in Python, glasses={{\"{name}\": NAME}}); the nearest are {}",

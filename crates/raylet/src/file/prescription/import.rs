@@ -6,16 +6,17 @@ use std::path::Path;
 
 use crate::engine::geometrical::chief_ray::chief_landing;
 use crate::file::arrays::regular_file;
-use crate::file::decode::fault::Fault;
+use crate::file::decode::fault::{Fault, shortened};
 use crate::file::model::build::system;
+use crate::file::prescription::codev::codev_reader::read_codev;
 use crate::file::prescription::first_order::FirstOrder;
 use crate::file::prescription::glass_choice::{MediumBehind, media};
 use crate::file::prescription::import_report::{ImportReport, Losses, ReportedNumber};
 use crate::file::prescription::lens_text::LensText;
 use crate::file::prescription::scene_elements::{Elements, Laying};
 use crate::file::prescription::scene_light::{Light, assembled, shift_sensor};
-use crate::file::prescription::sequential::{ApertureRule, FieldKind, Sequential};
-use crate::file::prescription::zemax_reader::read_zemax;
+use crate::file::prescription::sequential::{ApertureRule, Behind, FieldKind, Sequential};
+use crate::file::prescription::zemax::zemax_reader::read_zemax;
 use crate::file::scene::element::Element;
 use crate::file::scene::scene_file::Scene;
 use crate::optics::paraxial::Cardinal;
@@ -34,7 +35,9 @@ pub struct ImportChoices {
     pub field: usize,
     /// The number of the wavelength, from 1; the primary one by default.
     pub wavelength: Option<usize>,
-    /// Whether surfaces of unknown types become planes.
+    /// The number of the configuration or zoom position, from 1; the one whose values the file has by default.
+    pub configuration: Option<usize>,
+    /// Whether what is not known is left out, and surfaces of unknown types become planes.
     pub skip_unknown: bool,
     /// Glasses of the catalogue in place of those that the file names.
     pub glasses: BTreeMap<String, String>,
@@ -45,6 +48,7 @@ impl Default for ImportChoices {
         Self {
             field: 1,
             wavelength: None,
+            configuration: None,
             skip_unknown: false,
             glasses: BTreeMap::new(),
         }
@@ -62,12 +66,40 @@ pub struct ImportedLens {
     pub first_element_mm: f64,
 }
 
-/// Reads a Zemax file (.zmx).
+/// A kind of lens file.
+#[derive(Clone, Copy, Debug, PartialEq, Eq)]
+enum Format {
+    /// A file of Zemax or OpticStudio.
+    Zemax,
+    /// A file of CODE V.
+    CodeV,
+}
+
+impl Format {
+    /// The kind of a file by the end of its name.
+    fn of(path: &Path) -> Result<Self, Fault> {
+        let end = path.extension().unwrap_or_default().to_string_lossy();
+        match end.to_ascii_lowercase().as_str() {
+            "zmx" => Ok(Self::Zemax),
+            "seq" => Ok(Self::CodeV),
+            _ => {
+                let found = format!("a file that ends with .{}", shortened(&end));
+                Err(Fault::of_file(path, found, KINDS))
+            }
+        }
+    }
+}
+
+/// The lens files that are read, in words.
+const KINDS: &str = "a lens file of OpticStudio (.zmx) or CODE V (.seq)";
+
+/// Reads a lens file of Zemax (.zmx) or CODE V (.seq).
 ///
 /// # Errors
 /// A file that cannot be read, or the first fault of its text with its line.
 pub fn import_lens(path: &Path, choices: &ImportChoices) -> Result<ImportedLens, Fault> {
-    let refuse = |found: String| Fault::of_file(path, found, "a readable .zmx file");
+    Format::of(path)?;
+    let refuse = |found: String| Fault::of_file(path, found, "a readable lens file");
     let file = regular_file::open(path).map_err(refuse)?;
     let mut bytes = Vec::new();
     let read = file.take(LARGEST_FILE + 1).read_to_end(&mut bytes);
@@ -89,14 +121,16 @@ pub fn import_bytes(
 ) -> Result<ImportedLens, Fault> {
     let text = LensText::new(bytes, path);
     let mut losses = Losses::default();
-    let lens = read_zemax(&text, choices.skip_unknown, &mut losses)?;
+    let skip = choices.skip_unknown;
+    let lens = match Format::of(path)? {
+        Format::Zemax => read_zemax(&text, skip, &mut losses)?,
+        Format::CodeV => read_codev(&text, skip, choices.configuration, &mut losses)?,
+    };
+    let lens = focused(lens, &text, choices)?;
     let chosen = Chosen::of(&lens, &text, choices)?;
     let wavelength = chosen.wavelength_um * 1e-3;
     let media = media(&lens, &text, wavelength, &choices.glasses, &mut losses)?;
-    let first = FirstOrder::of(&lens, &media, wavelength).map_err(|error| {
-        let expected = "a lens whose stop light from its object can fill";
-        text.fault_of_file(error.0, expected)
-    })?;
+    let first = first_order(&lens, &text, &media, wavelength)?;
     let import = Import {
         lens: &lens,
         text: &text,
@@ -111,6 +145,50 @@ pub fn import_bytes(
         report,
         first_element_mm,
     })
+}
+
+/// First-order data at a wavelength in mm.
+fn first_order(
+    lens: &Sequential,
+    text: &LensText,
+    media: &[MediumBehind],
+    wavelength: f64,
+) -> Result<FirstOrder, Fault> {
+    FirstOrder::of(lens, media, wavelength).map_err(|error| {
+        let expected = "a lens whose stop light from its object can fill";
+        text.fault_of_file(error.0, expected)
+    })
+}
+
+/// The lens with the image at its paraxial place at the primary wavelength, where the file wants that.
+fn focused(
+    mut lens: Sequential,
+    text: &LensText,
+    choices: &ImportChoices,
+) -> Result<Sequential, Fault> {
+    let (Some(last), Some(um)) = (lens.focused, lens.wavelength_um.get(lens.primary)) else {
+        return Ok(lens);
+    };
+    let wavelength = um * 1e-3;
+    let media = media(
+        &lens,
+        text,
+        wavelength,
+        &choices.glasses,
+        &mut Losses::default(),
+    )?;
+    let first = first_order(&lens, text, &media, wavelength)?;
+    let through = lens.surface.get(..=last).unwrap_or_default();
+    let mirrors = through
+        .iter()
+        .filter(|face| face.behind == Behind::Reflected);
+    let index = media.get(last).map_or(1.0, |medium| medium.index);
+    let distance = first.crossing(last, index, mirrors.count());
+    match (distance, lens.surface.get_mut(last)) {
+        (Some(distance), Some(face)) => face.thickness_mm += distance,
+        _ => return Err(text.fault_of_file("a paraxial image infinitely far", "a finite one")),
+    }
+    Ok(lens)
 }
 
 /// How many there are of something, in words.
@@ -269,10 +347,6 @@ impl Import<'_> {
             changed: losses.changed,
             left_out: losses.left_out,
         };
-        report.changed.push(
-            "Wavelengths are taken as they stand: OpticStudio means those in air, raylet those in vacuum (0.03 % longer)."
-                .to_owned(),
-        );
         let (fields, waves) = (self.lens.field.len(), self.lens.wavelength_um.len());
         if fields > 1 {
             let text = format!(

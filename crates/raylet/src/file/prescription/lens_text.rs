@@ -70,6 +70,11 @@ impl LensText {
         name.to_string_lossy().into_owned()
     }
 
+    /// All lines with their numbers, from 1.
+    pub(crate) fn lines(&self) -> impl Iterator<Item = (usize, &str)> {
+        (1..).zip(self.origin.text.split('\n'))
+    }
+
     /// The lines that are not blank.
     pub(crate) fn records(&self) -> impl Iterator<Item = Record<'_>> {
         let lines = (1..).zip(self.origin.text.split('\n'));

@@ -5,11 +5,10 @@
 //! | `lens_text` | The text of a lens file: its encoding, its lines as records, and faults that point into it |
 //! | `sequential` | A sequential prescription, in millimetres, whatever its format |
 //! | `import_report` | What an import tells: what was read, what was changed, and what was left out |
-//! | `zemax_shape` | Surfaces of a Zemax file: from a type and its parameters to a curve, a phase or a turn of the axis |
-//! | `zemax_edge` | Apertures of a Zemax file's surfaces |
-//! | `zemax_surface` | The records of one surface of a Zemax file |
-//! | `zemax_header` | The records of a Zemax file before its surfaces: units, aperture, fields, wavelengths |
-//! | `zemax_reader` | A Zemax file (.zmx) as a sequential prescription |
+//! | `outline` | Apertures of surfaces, from the numbers of a file |
+//! | `formula_table` | A formula of dispersion as the table of indices that a scene can hold |
+//! | `zemax` | Files of Zemax and OpticStudio (.zmx) |
+//! | `codev` | Files of CODE V (.seq) |
 //! | `glass_choice` | The media of a prescription: by names of the catalogue, or by numbers of the file |
 //! | `first_order` | First-order optics of a prescription: pupils, the size of its stop |
 //! | `scene_elements` | The elements of a scene from the surfaces of a prescription |
@@ -21,7 +20,9 @@
 //! | `optiland_test` | Tests: lens files of other projects, against Optiland and against what OpticStudio left in them |
 //! | `mutations_test` | Tests: altered lens files give a scene or an error |
 
+pub(crate) mod codev;
 pub(crate) mod first_order;
+pub(crate) mod formula_table;
 pub(crate) mod glass_choice;
 pub mod import;
 pub mod import_report;
@@ -32,14 +33,11 @@ pub(crate) mod lens_text;
 mod mutations_test;
 #[cfg(test)]
 mod optiland_test;
+pub(crate) mod outline;
 pub(crate) mod scene_elements;
 pub(crate) mod scene_light;
 pub mod scene_text;
 pub(crate) mod sequential;
 #[cfg(test)]
 mod shapes_test;
-pub(crate) mod zemax_edge;
-pub(crate) mod zemax_header;
-pub(crate) mod zemax_reader;
-pub(crate) mod zemax_shape;
-pub(crate) mod zemax_surface;
+pub(crate) mod zemax;

@@ -315,7 +315,7 @@ impl Laying<'_> {
                 let light = WIDER * (marginal + chief);
                 let size = light.max(0.1 * self.first.pupil_diameter);
                 losses.change(
-                    "Rims of surfaces without a semi-diameter (DIAM) are a quarter wider than the paraxial light of all fields.",
+                    "Rims of surfaces without a semi-diameter in the file are a quarter wider than the paraxial light of all fields.",
                 );
                 size
             }
@@ -407,7 +407,8 @@ impl Elements {
     /// Whether the light meets its stop first, without a turn of the axis before.
     fn begins_with_stop(&self, lens: &Sequential) -> bool {
         let line = lens.surface.get(lens.stop).map(|face| face.line);
-        line == self.line.first().copied()
+        let turned = matches!(self.element.first(), Some(Element::CoordinateBreak(_)));
+        !turned && line == self.line.first().copied()
     }
 
     /// A distance against the way of the light is laid by a turn of the axis that turns nothing.
@@ -445,7 +446,7 @@ impl Elements {
     }
 }
 
-/// The turns of the axis of a coordinate break: one, or four where its tilts come first.
+/// The turns of the axis of a coordinate break: one, or more where its tilts come first or it shifts along the axis.
 pub(crate) fn breaks(turn: Turn) -> Vec<CoordinateBreak> {
     let part = |decenter_mm, tilt_deg| CoordinateBreak {
         name: None,
@@ -453,15 +454,22 @@ pub(crate) fn breaks(turn: Turn) -> Vec<CoordinateBreak> {
         decenter_mm,
         thickness_mm: 0.0,
     };
+    let shift = CoordinateBreak {
+        thickness_mm: turn.along_mm,
+        ..part(turn.decenter_mm, [0.0; 3])
+    };
     let [x, y, z] = turn.tilt_deg;
     if !turn.tilt_first {
-        return vec![part(turn.decenter_mm, turn.tilt_deg)];
+        return match turn.along_mm == 0.0 {
+            true => vec![part(turn.decenter_mm, turn.tilt_deg)],
+            false => vec![shift, part([0.0; 2], turn.tilt_deg)],
+        };
     }
     let parts = [
         part([0.0; 2], [0.0, 0.0, z]),
         part([0.0; 2], [0.0, y, 0.0]),
         part([0.0; 2], [x, 0.0, 0.0]),
-        part(turn.decenter_mm, [0.0; 3]),
+        shift,
     ];
     let idle = part([0.0; 2], [0.0; 3]);
     let mut used: Vec<CoordinateBreak> = parts.into_iter().filter(|part| *part != idle).collect();

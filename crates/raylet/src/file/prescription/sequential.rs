@@ -2,6 +2,7 @@
 
 use crate::file::scene::aperture::Aperture;
 use crate::file::scene::layer::Layer;
+use crate::file::scene::material::OwnMedium;
 use crate::file::scene::surface_shape::Shape;
 
 /// A lens as a list of surfaces, with its light.
@@ -25,6 +26,8 @@ pub(crate) struct Sequential {
     pub primary: usize,
     /// Catalogues in which glasses are sought, in this order.
     pub catalogues: Vec<String>,
+    /// The surface whose distance to the next is to be that of the paraxial image, at the primary wavelength.
+    pub focused: Option<usize>,
 }
 
 /// What says how wide the light is.
@@ -98,6 +101,8 @@ pub(crate) enum Action {
 pub(crate) struct Turn {
     /// The shift along x and y in mm.
     pub decenter_mm: [f64; 2],
+    /// The shift along z in mm, at the same time.
+    pub along_mm: f64,
     /// The turns about x, y and z in degrees, right-handed, each about the axes as the one before left them.
     pub tilt_deg: [f64; 3],
     /// Whether the turns come first, about z, then y, then x, and the shift after them.
@@ -135,8 +140,31 @@ pub(crate) struct GlassRequest {
     pub line: usize,
     /// Its name; empty where numbers alone say what it is.
     pub name: String,
+    /// The maker that the file names with it; a name without one is sought in the catalogues of the file.
+    pub maker: Option<String>,
     /// Index at the d line and Abbe number, where the file states them; an Abbe number of zero stands for none.
     pub code: Option<[f64; 2]>,
+    /// Its indices, where the file itself has them.
+    pub own: Option<OwnMedium>,
+}
+
+impl Face {
+    /// A surface that only turns the axis, of this number and line.
+    pub(crate) fn turned([number, line]: [usize; 2], turn: Turn) -> Self {
+        Self {
+            number,
+            line,
+            comment: String::new(),
+            action: Action::Turn(turn),
+            thickness_mm: 0.0,
+            curve: Curve::default(),
+            phase: Vec::new(),
+            behind: Behind::Air,
+            semi_diameter: None,
+            outline: None,
+            blocked: Vec::new(),
+        }
+    }
 }
 
 impl Curve {

@@ -1,11 +1,11 @@
-//! Apertures of a Zemax file's surfaces: outlines, obscurations, and where they stand.
+//! Apertures of surfaces from the numbers of a file: outlines and where they stand.
 
 use crate::file::scene::aperture::{Annulus, Aperture, Disc, Polygon, Rectangle};
 
 /// Corners of the polygon that stands for an ellipse.
 const CORNERS: usize = 360;
 
-/// An aperture record.
+/// An outline in the unit of its file.
 #[derive(Clone, Copy, Debug, PartialEq)]
 pub(crate) enum RawEdge {
     /// Open between two radii.
@@ -16,22 +16,14 @@ pub(crate) enum RawEdge {
     Ellipse([f64; 2]),
 }
 
-/// The record of a word: which outline, and whether it is what is blocked. None for another word.
-pub(crate) fn edge_record(word: &str, sizes: [f64; 2]) -> Option<(RawEdge, bool)> {
-    Some(match word {
-        "CLAP" => (RawEdge::Ring(sizes), false),
-        "OBSC" => (RawEdge::Ring(sizes), true),
-        "SQAP" => (RawEdge::Rectangle(sizes), false),
-        "SQOB" => (RawEdge::Rectangle(sizes), true),
-        "ELAP" => (RawEdge::Ellipse(sizes), false),
-        "ELOB" => (RawEdge::Ellipse(sizes), true),
-        _ => return None,
-    })
-}
-
 impl RawEdge {
-    /// The aperture in mm about a centre in the unit of the file; none without an inside.
-    pub(crate) fn aperture(self, centre: [f64; 2], unit: f64) -> Option<Aperture> {
+    /// The aperture in mm about a centre in the unit of the file, turned from x towards y; none without an inside.
+    pub(crate) fn aperture(
+        self,
+        centre: [f64; 2],
+        rotation_deg: f64,
+        unit: f64,
+    ) -> Option<Aperture> {
         let centre_mm = centre.map(|at| at * unit);
         let (Self::Ring(sizes) | Self::Rectangle(sizes) | Self::Ellipse(sizes)) = self;
         let [first, second] = sizes.map(|size| size * unit);
@@ -56,14 +48,16 @@ impl RawEdge {
                 aperture.rectangle = Some(Rectangle {
                     width_mm: 2.0 * first,
                     height_mm: 2.0 * second,
-                    rotation_deg: 0.0,
+                    rotation_deg,
                     centre_mm,
                 });
             }
             Self::Ellipse(_) if large(first) && large(second) => {
+                let (turn_sin, turn_cos) = rotation_deg.to_radians().sin_cos();
                 let corner = |i: usize| {
                     let (sin, cos) = (std::f64::consts::TAU * i as f64 / CORNERS as f64).sin_cos();
-                    [first * cos, second * sin]
+                    let [x, y] = [first * cos, second * sin];
+                    [turn_cos * x - turn_sin * y, turn_sin * x + turn_cos * y]
                 };
                 aperture.polygon = Some(Polygon {
                     corners_mm: (0..CORNERS).map(corner).collect(),

@@ -3,11 +3,9 @@
 use crate::file::decode::fault::Fault;
 use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::lens_text::LensText;
-use crate::file::prescription::sequential::{
-    Action, ApertureRule, Behind, Curve, Face, FieldKind, Sequential, Turn,
-};
-use crate::file::prescription::zemax_header::Header;
-use crate::file::prescription::zemax_surface::SurfaceRecords;
+use crate::file::prescription::sequential::{ApertureRule, Face, FieldKind, Sequential};
+use crate::file::prescription::zemax::zemax_header::Header;
+use crate::file::prescription::zemax::zemax_surface::SurfaceRecords;
 
 /// Most surfaces of a file.
 const MOST_SURFACES: usize = 5000;
@@ -94,6 +92,9 @@ fn tell(header: &Header, losses: &mut Losses) {
             "Fields by real image heights are read as paraxial ones: distortion moves them on the sensor.",
         );
     }
+    losses.change(
+        "Wavelengths are taken as they stand: OpticStudio means those in air, raylet those in vacuum (0.03 % longer).",
+    );
     if !losses.unused.is_empty() {
         let words = losses.unused.iter();
         let words: Vec<String> = words.map(|(word, n)| format!("{word} ({n})")).collect();
@@ -123,7 +124,7 @@ fn assemble(
         let (number, line) = (records.number, records.line);
         let (face, turn) = records.face(text, header.unit, skip_unknown, losses)?;
         // A turn of one surface alone stands before it, on a line of its own.
-        surface.extend(turn.map(|turn| turned([number, line], turn)));
+        surface.extend(turn.map(|turn| Face::turned([number, line], turn)));
         if stop_record == Some(number) {
             stop = Some(surface.len());
         }
@@ -162,27 +163,11 @@ fn assemble(
         wavelength_um,
         primary,
         catalogues: header.catalogues.clone(),
+        focused: None,
     })
 }
 
 const STOP: &str = "a record STOP on a surface between the object and the image";
-
-/// A surface that only turns the axis.
-fn turned([number, line]: [usize; 2], turn: Turn) -> Face {
-    Face {
-        number,
-        line,
-        comment: String::new(),
-        action: Action::Turn(turn),
-        thickness_mm: 0.0,
-        curve: Curve::default(),
-        phase: Vec::new(),
-        behind: Behind::Air,
-        semi_diameter: None,
-        outline: None,
-        blocked: Vec::new(),
-    }
-}
 
 /// Only the object may be infinitely far, and it lies before the first surface.
 fn check_distances(text: &LensText, surface: &[Face]) -> Result<(), Fault> {

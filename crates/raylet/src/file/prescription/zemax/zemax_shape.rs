@@ -244,6 +244,7 @@ impl RawSurface {
             decenter_mm: [1, 2].map(|i| self.parameter(i) * unit),
             tilt_deg: [3, 4, 5].map(|i| self.parameter(i)),
             tilt_first: self.parameter(6) != 0.0,
+            ..Turn::default()
         }
     }
 

@@ -3,9 +3,10 @@
 use crate::file::decode::fault::Fault;
 use crate::file::prescription::import_report::Losses;
 use crate::file::prescription::lens_text::{LensText, Record};
+use crate::file::prescription::outline::RawEdge;
 use crate::file::prescription::sequential::{Action, Behind, Curve, Face, GlassRequest, Turn};
-use crate::file::prescription::zemax_edge::{RawEdge, edge_record};
-use crate::file::prescription::zemax_shape::{RawSurface, ReadSurface};
+use crate::file::prescription::zemax::zemax_edge::edge_record;
+use crate::file::prescription::zemax::zemax_shape::{RawSurface, ReadSurface};
 
 /// The highest number of a parameter, and of extra data.
 const MOST_PARAMETERS: usize = 10_000;
@@ -188,7 +189,7 @@ impl SurfaceRecords {
                 .edges
                 .iter()
                 .filter(move |(_, blocked)| *blocked == wanted);
-            wanted.filter_map(move |(edge, _)| edge.aperture(centre, unit))
+            wanted.filter_map(move |(edge, _)| edge.aperture(centre, 0.0, unit))
         };
         let (outline, blocked) = (edges(false).next(), edges(true).collect());
         let face = Face {
@@ -217,7 +218,7 @@ impl SurfaceRecords {
             return Ok(Some(Turn {
                 decenter_mm: [dx * unit, dy * unit],
                 tilt_deg: [tx, ty, tz],
-                tilt_first: false,
+                ..Turn::default()
             }));
         }
         let found = format!("a shift or tilt of surface {} of its own", self.number);
@@ -255,6 +256,8 @@ fn medium(text: &LensText, record: &Record<'_>) -> Result<Behind, Fault> {
         } else {
             (*name).to_owned()
         },
+        maker: None,
         code: code.filter(|code| blank || !nothing(*code)),
+        own: None,
     }))
 }

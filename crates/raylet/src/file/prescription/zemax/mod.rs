@@ -1,0 +1,15 @@
+//! Files of Zemax and OpticStudio (.zmx).
+//!
+//! | file | what it holds |
+//! | --- | --- |
+//! | `zemax_shape` | Surfaces: from a type and its parameters to a curve, a phase or a turn of the axis |
+//! | `zemax_edge` | Apertures of surfaces |
+//! | `zemax_surface` | The records of one surface |
+//! | `zemax_header` | The records before the surfaces: units, aperture, fields, wavelengths |
+//! | `zemax_reader` | A file as a sequential prescription |
+
+pub(crate) mod zemax_edge;
+pub(crate) mod zemax_header;
+pub(crate) mod zemax_reader;
+pub(crate) mod zemax_shape;
+pub(crate) mod zemax_surface;
